@@ -8,10 +8,10 @@
 #include "raytracer/commands/animate_command.hpp"
 #include "raytracer/commands/cluster/cluster_command.hpp"
 #include "raytracer/commands/convert_command.hpp"
-#include "raytracer/commands/crew_arguments.hpp"
 #include "raytracer/commands/farm_command.hpp"
 #include "raytracer/commands/merge_command.hpp"
 #include "raytracer/commands/render_command.hpp"
+#include "raytracer/commands/render_pool_arguments.hpp"
 #include "raytracer/commands/worker_command.hpp"
 #include "raytracer/commands/world_arguments.hpp"
 #include "raytracer/commands/world_command.hpp"
@@ -19,16 +19,17 @@
 
 namespace {
 
-terravox::RenderPicture open_renderer(const terravox::WorldArguments& world,
-                                      const terravox::CrewArguments& crew,
-                                      const terravox::Scene& base, bool quiet) {
-    const auto renderer = std::make_shared<terravox::PictureRenderer>(
-        world.options(base), crew.options(base), base, quiet);
-    return [renderer](const terravox::Scene& scene, const std::filesystem::path& picture) {
+terravox::animate::RenderPicture open_renderer(
+    const terravox::commands::WorldArguments& world,
+    const terravox::commands::RenderPoolArguments& render_pool, const terravox::scene::Scene& base,
+    bool quiet) {
+    const auto renderer = std::make_shared<terravox::render::PictureRenderer>(
+        world.options(base), render_pool.options(base), base, quiet);
+    return [renderer](const terravox::scene::Scene& scene, const std::filesystem::path& picture) {
         const std::vector<std::string> files{picture.string()};
-        terravox::PictureRenderer::check(scene, files);
-        return renderer->render(scene, files).has_holes() ? terravox::ExitCode::kHoles
-                                                          : terravox::ExitCode::kDone;
+        terravox::render::PictureRenderer::check(scene, files);
+        return renderer->render(scene, files).has_holes() ? terravox::util::ExitCode::kHoles
+                                                          : terravox::util::ExitCode::kDone;
     };
 }
 
@@ -41,16 +42,16 @@ int main(int argc, char** argv) {
             "terravox"};
         app.set_version_flag("--version", std::string("terravox ") + terravox::kVersion);
         app.require_subcommand(1);
-        const auto render = terravox::add_render_command(app);
-        const auto animate = terravox::add_animate_command(app, open_renderer);
-        const auto cluster = terravox::add_cluster_command(app);
-        const auto convert = terravox::add_convert_command(app);
-        const auto worker = terravox::add_worker_command(app);
-        const auto farm = terravox::add_farm_command(app);
-        const auto merge = terravox::add_merge_command(app);
-        const auto world = terravox::add_world_command(app);
+        const auto render = terravox::commands::add_render_command(app);
+        const auto animate = terravox::commands::add_animate_command(app, open_renderer);
+        const auto cluster = terravox::commands::add_cluster_command(app);
+        const auto convert = terravox::commands::add_convert_command(app);
+        const auto worker = terravox::commands::add_worker_command(app);
+        const auto farm = terravox::commands::add_farm_command(app);
+        const auto merge = terravox::commands::add_merge_command(app);
+        const auto world = terravox::commands::add_world_command(app);
 #ifdef TERRAVOX_PREVIEW
-        const auto preview = terravox::add_preview_command(app);
+        const auto preview = terravox::commands::add_preview_command(app);
 #endif
         if (const auto code = terravox::util::parse_arguments(app, argc, argv))
             return *code;

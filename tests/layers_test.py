@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""Which folder includes which: config/layers.toml says what is allowed.
+"""Which folder includes which, and what its namespace is: config/layers.toml says what is allowed.
 
-Each include that is not allowed is named.
+Each include that is not allowed is named, and each namespace that no folder of its file has.
 
 python3 tests/layers_test.py           # checks; exit code 1 and one line for each offence
 python3 tests/layers_test.py --lines   # prints the lines of each folder, and shares of houses
@@ -20,6 +20,8 @@ ROOT = pathlib.Path(__file__).resolve().parents[1]
 LAYERS = pathlib.Path("config", "layers.toml")
 HOUSES = ("common", "voxelserver", "raytracer")  # a house includes itself and those before it
 INCLUDE = re.compile(r'^\s*#\s*include\s+(?:"([^"]+)"|<([^>]+)>)', re.MULTILINE)
+NAMESPACE = re.compile(r"^(?:inline )?namespace (terravox[\w:]*) \{$(?P<body>.*?)^\}", re.M | re.S)
+DECLARATIONS = re.compile(r"(\s*(class|struct|enum class) [^;{]*;)+\s*")
 # Headers that open a connection to another machine, or name one.
 NETWORK = re.compile(r"(sys/socket|netinet/|arpa/|netdb|curl/|grpc|openssl/ssl|civetweb|avahi)")
 
@@ -31,6 +33,7 @@ class Code:
         self.root = root
         self.files = {}
         self.system = {}
+        self.namespaces = {}
         for house in HOUSES:
             for file in sorted((root / house).rglob("*")):
                 if file.suffix in (".hpp", ".cpp") and "node_modules" not in file.parts:
@@ -38,9 +41,16 @@ class Code:
 
     def _take(self, file):
         name = file.relative_to(self.root).as_posix()
-        found = INCLUDE.findall(file.read_text(encoding="utf-8"))
+        text = file.read_text(encoding="utf-8")
+        found = INCLUDE.findall(text)
         self.files[name] = [own for own, _ in found if own.split("/")[0] in HOUSES]
         self.system[name] = [system for _, system in found if system]
+        # What is only declared stays where it is at home.
+        self.namespaces[name] = [
+            block[1]
+            for block in NAMESPACE.finditer(text)
+            if not DECLARATIONS.fullmatch(block["body"])
+        ]
 
     def folders(self):
         return sorted({folder_of(name) for name in self.files})
@@ -119,14 +129,33 @@ def network_in_common(code):
     ]
 
 
+def wrong_namespaces(code, more):
+    """One line for each namespace that is not named like a folder on the way to its file.
+
+    @param more {folder: names} of namespaces with other names
+    """
+    wrong = []
+    for file, namespaces in code.namespaces.items():
+        folder = folder_of(file)
+        allowed = [*folder.split("/")[1:], *more.get(folder, [])]
+        for namespace in namespaces:
+            room = namespace.removeprefix("terravox").removeprefix("::").split("::")[0]
+            if room not in allowed:
+                names = " or ".join(f"terravox::{name}" for name in allowed)
+                wrong.append(f"{file}: namespace {namespace}; {folder} may have: {names}")
+    return wrong
+
+
 def problems(root):
     code = Code(root)
     layers = tomllib.loads((root / LAYERS).read_text(encoding="utf-8"))
+    namespaces = layers.pop("namespaces", {})
     return [
         *wrong_includes(code, layers),
         *wrong_rows(code, layers),
         *circles_of_files(code),
         *network_in_common(code),
+        *wrong_namespaces(code, namespaces),
     ]
 
 
@@ -185,6 +214,26 @@ class TheCheckItself(unittest.TestCase):
                 {a: f'#include "{b}"\n', b: ""},
                 '"common/a" = ["voxelserver/b"]\n"voxelserver/b" = []\n',
                 "may not include it",
+            ),
+            "a namespace that is no folder": (
+                {a: "namespace terravox::c {\nint x;\n}\n"},
+                '"common/a" = []\n',
+                f"{a}: namespace terravox::c; common/a may have: terravox::a",
+            ),
+            "no namespace of a folder": (
+                {a: "namespace terravox {\nint x;\n}\n"},
+                '"common/a" = []\n',
+                f"{a}: namespace terravox; common/a may have: terravox::a",
+            ),
+            "a namespace with another name that is allowed": (
+                {a: "namespace terravox::c {\nint x;\n}\n"},
+                '"common/a" = []\n[namespaces]\n"common/a" = ["c"]\n',
+                "",
+            ),
+            "a declaration of something elsewhere": (
+                {a: "namespace terravox::c {\nclass X;\nstruct Y;\n}\n"},
+                '"common/a" = []\n',
+                "",
             ),
             "a circle of folders": (
                 {

@@ -65,12 +65,18 @@ std::vector<std::uint8_t> tiff_with_keys(std::span<const std::uint16_t> director
     data_at += static_cast<std::uint32_t>(doubles.size_bytes());
     if (!ascii.empty())
         tags.push_back({34737, 2, static_cast<std::uint32_t>(ascii.size()), data_at});
-    put("II", 2), put16(42), put32(16);
+    put("II", 2);
+    put16(42);
+    put32(16);
     const std::array<std::uint8_t, 8> pixel{};
     put(pixel.data(), pixel.size());
     put16(static_cast<std::uint16_t>(tags.size()));
-    for (const Tag& tag : tags)
-        put16(tag.id), put16(tag.type), put32(tag.count), put32(tag.value);
+    for (const Tag& tag : tags) {
+        put16(tag.id);
+        put16(tag.type);
+        put32(tag.count);
+        put32(tag.value);
+    }
     put32(0);
     put(directory.data(), directory.size_bytes());
     put(doubles.data(), doubles.size_bytes());
@@ -152,8 +158,9 @@ Crs Crs::from_text(const std::string& text) {
             OGRERR_NONE)
         fault = not_understood(text);
     if (!fault.empty())
-        throw UsageError(attempt_to_read(text) + fault +
-                         "; allowed: EPSG:<code>, WKT or a PROJ string, without names of files");
+        throw util::UsageError(
+            attempt_to_read(text) + fault +
+            "; allowed: EPSG:<code>, WKT or a PROJ string, without names of files");
     return Crs(std::move(ogr));
 }
 
@@ -165,7 +172,7 @@ Crs Crs::from_wkt(const std::string& wkt) {
     if (fault.empty() && ogr->importFromWkt(wkt.c_str()) != OGRERR_NONE)
         fault = not_understood(wkt);
     if (!fault.empty())
-        throw Error(attempt_to_read(wkt) + fault + "; allowed: WKT without names of files");
+        throw util::Error(attempt_to_read(wkt) + fault + "; allowed: WKT without names of files");
     return Crs(std::move(ogr));
 }
 
@@ -178,8 +185,8 @@ Crs Crs::from_ogr(const OGRSpatialReference& read, const std::string& origin) {
         fault.empty() && !older.empty())
         fault = fault_of_crs_text(older);
     if (!fault.empty())
-        throw Error("read the coordinate reference system of " + origin + ": " + fault +
-                    "; allowed: one without names of files");
+        throw util::Error("read the coordinate reference system of " + origin + ": " + fault +
+                          "; allowed: one without names of files");
     auto ogr = empty_reference();
     *ogr = read;
     ogr->SetAxisMappingStrategy(OAMS_TRADITIONAL_GIS_ORDER);
@@ -188,8 +195,8 @@ Crs Crs::from_ogr(const OGRSpatialReference& read, const std::string& origin) {
 
 std::optional<Crs> Crs::from_geokeys(std::span<const std::uint16_t> directory,
                                      std::span<const double> doubles, std::span<const char> ascii) {
-    constexpr std::size_t kHeaderWords = 4, kMostKeys = 4096;
-    if (directory.size() < 2 * kHeaderWords || directory.size() > kMostKeys * 4)
+    constexpr std::size_t kHeaderWords = 4, kMaxKeys = 4096;
+    if (directory.size() < 2 * kHeaderWords || directory.size() > kMaxKeys * 4)
         return std::nullopt;
     const QuietGdal quiet;
     start_gdal();
@@ -281,7 +288,8 @@ Transform::Transform(const Crs& from, const Crs& to) : m_between(from.name() + "
     const QuietGdal quiet;
     m_ogr.reset(OGRCreateCoordinateTransformation(&from.ogr(), &to.ogr()));
     if (!m_ogr)
-        throw Error("transform coordinates from " + m_between + ": PROJ knows no way between them");
+        throw util::Error("transform coordinates from " + m_between +
+                          ": PROJ knows no way between them");
 }
 
 Transform::~Transform() = default;
@@ -290,8 +298,8 @@ Transform& Transform::operator=(Transform&&) noexcept = default;
 
 void Transform::apply(std::span<double> x, std::span<double> y) const {
     if (x.size() != y.size())
-        throw Error("transform coordinates: " + std::to_string(x.size()) + " x but " +
-                    std::to_string(y.size()) + " y");
+        throw util::Error("transform coordinates: " + std::to_string(x.size()) + " x but " +
+                          std::to_string(y.size()) + " y");
     if (x.empty())
         return;
     const QuietGdal quiet;
@@ -299,9 +307,9 @@ void Transform::apply(std::span<double> x, std::span<double> y) const {
     const int ok =
         m_ogr->Transform(static_cast<int>(x.size()), x.data(), y.data(), nullptr, nullptr);
     if (ok == 0 || !std::isfinite(x[0]) || !std::isfinite(y[0]))
-        throw Error("transform coordinates from " + m_between + ": a point near (" +
-                    std::to_string(first_x) + ", " + std::to_string(first_y) +
-                    ") lies outside the domain");
+        throw util::Error("transform coordinates from " + m_between + ": a point near (" +
+                          std::to_string(first_x) + ", " + std::to_string(first_y) +
+                          ") lies outside the domain");
 }
 
 LatLon to_lat_lon(const Crs& crs, double easting, double northing) {

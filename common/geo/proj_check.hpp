@@ -7,9 +7,9 @@
 namespace terravox::geo {
 
 /// PROJ cannot read its own tables: no text of a coordinate reference system is at fault.
-class ProjUnusableError : public Error {
+class ProjUnusableError : public util::Error {
 public:
-    using Error::Error;
+    using util::Error::Error;
 };
 
 /// To be called where PROJ has not understood something, before that is blamed: without memory or

@@ -15,7 +15,7 @@ GDALDatasetUniquePtr open_raster(const fs::path& path, const std::string& attemp
     start_gdal();
     const QuietGdal quiet;
     const auto fail = [&](const std::string& what) {
-        throw Error(attempt + " " + path.string() + ": " + what);
+        throw util::Error(attempt + " " + path.string() + ": " + what);
     };
     std::error_code failed;
     const fs::file_status status = fs::status(path, failed);

@@ -60,15 +60,15 @@ void check_crs_texts(const CPLXMLNode* node) {
         if (text.empty())
             continue;
         if (const std::string fault = fault_of_crs_text(text); !fault.empty())
-            throw Error("the coordinate reference system of its .aux.xml: " + fault);
+            throw util::Error("the coordinate reference system of its .aux.xml: " + fault);
     }
 }
 
 std::string text_of(const fs::path& file) {
-    constexpr std::uintmax_t kMost_bytes = std::uintmax_t{64} << 20;
-    if (fs::file_size(file) > kMost_bytes)
-        throw Error("its side file " + file.filename().string() + " is larger than " +
-                    std::to_string(kMost_bytes >> 20) + " MiB");
+    constexpr std::uintmax_t kMax_bytes = std::uintmax_t{64} << 20;
+    if (fs::file_size(file) > kMax_bytes)
+        throw util::Error("its side file " + file.filename().string() + " is larger than " +
+                          std::to_string(kMax_bytes >> 20) + " MiB");
     std::ifstream in(file, std::ios::binary);
     return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
 }
@@ -89,8 +89,8 @@ void check_for_grids(const fs::path& file) {
                    [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
     for (const char* const word : {"PROJ4_GRIDS", "PARAMETERFILE"})
         if (text.find(word) != std::string::npos)
-            throw Error("its side file " + file.filename().string() + " names files (" + word +
-                        ")");
+            throw util::Error("its side file " + file.filename().string() + " names files (" +
+                              word + ")");
 }
 
 void check_side_files(const fs::path& raster) {
@@ -101,8 +101,8 @@ void check_side_files(const fs::path& raster) {
             continue;
         const bool stays = lies_in(side, beside) || lies_in(side, own);
         if (!fs::is_regular_file(side, failed) || !stays)
-            throw Error("its side file " + side.filename().string() +
-                        " is no file beside or below it");
+            throw util::Error("its side file " + side.filename().string() +
+                              " is no file beside or below it");
         const std::string ending = side.extension().string();
         if (ending == ".xml")
             check_aux_xml(side);
@@ -117,20 +117,20 @@ void check_before(GDALDriver& driver, const fs::path& raster, GDALAccess access)
     // well. A file that is open for writing is not complete yet.
     if (EQUAL(driver.GetDescription(), "GTiff") && access == GA_ReadOnly) {
         if (const auto lost = lost_directory_of_tiff(raster))
-            throw Error("cut short: " + *lost);
+            throw util::Error("cut short: " + *lost);
     }
     if (!EQUAL(driver.GetDescription(), "VRT"))
         return;
     if (!EQUAL(raster.extension().c_str(), ".vrt"))
-        throw Error("a virtual raster that is not named .vrt");
+        throw util::Error("a virtual raster that is not named .vrt");
     check_virtual_raster(raster);
 }
 
 void check_opened(GDALDataset& data) {
     if (data.GetMetadataItem("OVERVIEW_FILE", "OVERVIEWS") != nullptr)
-        throw Error("its metadata name another file for its overviews");
+        throw util::Error("its metadata name another file for its overviews");
     if (data.GetMetadata("GEOLOCATION") != nullptr)
-        throw Error("its metadata name other files for its places");
+        throw util::Error("its metadata name other files for its places");
 }
 
 /// A callback of GDAL. Not ours is what the driver itself does not know: then other drivers are
@@ -143,7 +143,7 @@ GDALDataset* open_through_gate(GDALDriver* driver, GDALOpenInfo* info) noexcept 
         // No text of a stranger gets here by them.
         const bool is_virtual = std::string_view(info->pszFilename).starts_with("/vsi");
         if (is_virtual && EQUAL(driver->GetDescription(), "VRT"))
-            throw Error("a virtual raster that is no file");
+            throw util::Error("a virtual raster that is no file");
         std::error_code failed;
         // GDAL also asks for what it is about to write: a file that is not there is no fault.
         if (!is_virtual && !fs::is_regular_file(info->pszFilename, failed))

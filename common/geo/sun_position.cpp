@@ -15,8 +15,10 @@ double wrap_deg(double a) {
 
 double julian_day(const DateTime& t) {
     int y = t.year, m = t.month;
-    if (m <= 2)
-        --y, m += 12;
+    if (m <= 2) {
+        --y;
+        m += 12;
+    }
     const double a = std::floor(y / 100.0), b = 2 - a + std::floor(a / 4);
     return std::floor(365.25 * (y + 4716)) + std::floor(30.6001 * (m + 1)) + t.day + b - 1524.5 +
            (t.hour - t.utc_offset_h) / 24;

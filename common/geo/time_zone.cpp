@@ -14,14 +14,14 @@ const date::time_zone& find(const std::string& zone) {
     try {
         date::get_tzdb();  // read once
     } catch (const std::exception& e) {
-        throw Error(std::string("read the system's time zones: ") + e.what() +
-                    "; install the package tzdata, or give sun.utc_offset_h");
+        throw util::Error(std::string("read the system's time zones: ") + e.what() +
+                          "; install the package tzdata, or give sun.utc_offset_h");
     }
     try {
         return *date::locate_zone(zone);
     } catch (const std::exception&) {
-        throw UsageError("find the time zone: '" + zone +
-                         "' is not known; allowed: IANA names, such as Europe/Ljubljana");
+        throw util::UsageError("find the time zone: '" + zone +
+                               "' is not known; allowed: IANA names, such as Europe/Ljubljana");
     }
 }
 
@@ -44,7 +44,7 @@ double zone_offset_h(const std::string& zone, const DateTime& local) {
         return std::chrono::duration<double, std::ratio<3600>>(found.get_info(time).first.offset)
             .count();
     } catch (const std::exception& e) {
-        throw Error("read the time zone '" + zone + "': " + e.what());
+        throw util::Error("read the time zone '" + zone + "': " + e.what());
     }
 }
 

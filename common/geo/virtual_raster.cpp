@@ -20,7 +20,7 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr int kDeepest = 4;  // a .vrt of .vrts
-constexpr std::uintmax_t kMostText_bytes = std::uintmax_t{64} << 20;
+constexpr std::uintmax_t kMaxText_bytes = std::uintmax_t{64} << 20;
 
 std::string lower(std::string_view text) {
     std::string out(text);
@@ -116,8 +116,8 @@ class Check {
 public:
     void file(const fs::path& vrt, int depth) {
         if (depth > kDeepest)
-            throw Error("virtual rasters in virtual rasters deeper than " +
-                        std::to_string(kDeepest));
+            throw util::Error("virtual rasters in virtual rasters deeper than " +
+                              std::to_string(kDeepest));
         // GDAL looks for sources in the folder of the file itself, not of a link to it.
         const fs::path own = fs::canonical(vrt);
         const auto tree = parsed(own);
@@ -131,15 +131,15 @@ private:
     /// By GDAL's own parser: both must see the same.
     Tree parsed(const fs::path& vrt) {
         m_bytes += fs::file_size(vrt);
-        if (m_bytes > kMostText_bytes)
-            throw Error("more than " + std::to_string(kMostText_bytes >> 20) +
-                        " MiB of virtual raster");
+        if (m_bytes > kMaxText_bytes)
+            throw util::Error("more than " + std::to_string(kMaxText_bytes >> 20) +
+                              " MiB of virtual raster");
         std::ifstream in(vrt, std::ios::binary);
         const std::string text{std::istreambuf_iterator<char>(in),
                                std::istreambuf_iterator<char>()};
         Tree tree(CPLParseXMLString(text.c_str()), &CPLDestroyXMLNode);
         if (!tree)
-            throw Error("no XML");
+            throw util::Error("no XML");
         return tree;
     }
 
@@ -148,8 +148,8 @@ private:
             return;
         const std::string name = lower(node.pszValue);
         if (!is_known(name))
-            throw Error("a virtual raster with " + in_quotes(node.pszValue) +
-                        "; allowed: mosaics of files beside or below it");
+            throw util::Error("a virtual raster with " + in_quotes(node.pszValue) +
+                              "; allowed: mosaics of files beside or below it");
         if (name == "metadata")
             return;  // inert, whatever it holds; what GDAL may follow in it is looked at once the
                      // raster is open
@@ -166,14 +166,14 @@ private:
         if (text.empty())
             return;
         if (const std::string fault = fault_of_crs_text(text); !fault.empty())
-            throw Error("its coordinate reference system: " + fault);
+            throw util::Error("its coordinate reference system: " + fault);
     }
 
     void check_source(const CPLXMLNode& node, const fs::path& folder, int depth) {
         const std::string text = CPLGetXMLValue(&node, nullptr, "");
         const auto refuse = [&](const char* why) {
-            throw Error("the source " + in_quotes(text) + " " + why +
-                        "; allowed: files beside or below the .vrt");
+            throw util::Error("the source " + in_quotes(text) + " " + why +
+                              "; allowed: files beside or below the .vrt");
         };
         if (node.eType != CXT_Element || text.empty())
             refuse("is no file's name");
@@ -220,7 +220,7 @@ void check_virtual_raster(const fs::path& vrt) {
     try {
         Check().file(vrt, 0);
     } catch (const fs::filesystem_error& e) {
-        throw Error(e.code().message());
+        throw util::Error(e.code().message());
     }
 }
 

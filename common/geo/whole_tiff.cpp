@@ -51,8 +51,8 @@ public:
         if (!read_header())
             return std::nullopt;
         // One that leads back to itself is GDAL's business: it reads each but once.
-        constexpr int kMost = 65'536;
-        for (int number = 1; m_at != 0 && number <= kMost; ++number)
+        constexpr int kMax = 65'536;
+        for (int number = 1; m_at != 0 && number <= kMax; ++number)
             if (const std::uint64_t end = end_of_directory(); end > m_bytes)
                 return "directory " + std::to_string(number) + " ends at byte " +
                        (end == kBeyond ? "2^64 or later" : std::to_string(end)) + ", the file at " +

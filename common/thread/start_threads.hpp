@@ -46,8 +46,8 @@ void add_thread(std::vector<std::thread>& threads, const char* what, Work&& work
     try {
         threads.emplace_back(std::forward<Work>(work));
     } catch (const std::system_error&) {
-        throw Error(std::string("start a thread for ") + what + ": " +
-                    util::message_of(std::current_exception()));
+        throw util::Error(std::string("start a thread for ") + what + ": " +
+                          util::message_of(std::current_exception()));
     }
 }
 

@@ -2,12 +2,12 @@
 
 #include "common/util/error.hpp"
 
-namespace terravox {
+namespace terravox::thread {
 
 /// A box is not fetched since nobody wants it any more: no hole, and nothing to tell anybody.
-class StoppedError : public Error {
+class StoppedError : public util::Error {
 public:
-    using Error::Error;
+    using util::Error::Error;
 };
 
-}  // namespace terravox
+}  // namespace terravox::thread

@@ -49,8 +49,10 @@ inline constexpr double kPi = 3.141592653589793238463;
     int exponent = static_cast<int>(bits >> 52) - 1023;
     double m = std::bit_cast<double>((bits & ((std::uint64_t{1} << 52) - 1)) |
                                      std::uint64_t{1023} << 52);  // [1, 2)
-    if (m > 1.41421356237309515)
-        m /= 2, ++exponent;
+    if (m > 1.41421356237309515) {
+        m /= 2;
+        ++exponent;
+    }
     const double s = (m - 1) / (m + 1), s2 = s * s;  // log m = 2 atanh s, |s| < 0.172
     const double s4 = s2 * s2, s8 = s4 * s4, s16 = s8 * s8;
     const double low = (1 + s2 * (1.0 / 3)) + (1.0 / 5 + s2 * (1.0 / 7)) * s4,

@@ -3,7 +3,7 @@
 #include <stdexcept>
 #include <string>
 
-namespace terravox {
+namespace terravox::util {
 
 /// What a program's exit code says; the same for every program of the project.
 enum class ExitCode : int {
@@ -28,4 +28,4 @@ public:
     [[nodiscard]] ExitCode exit_code() const noexcept override { return ExitCode::kUsage; }
 };
 
-}  // namespace terravox
+}  // namespace terravox::util

@@ -26,9 +26,9 @@ Character first_of(std::string_view text) noexcept {
             return {};
         code = code << 6 | (byte(i) & 0x3fU);
     }
-    constexpr std::array<std::uint32_t, 5> kLeast = {0, 0, 0x80, 0x800, 0x10000};
+    constexpr std::array<std::uint32_t, 5> kMin = {0, 0, 0x80, 0x800, 0x10000};
     const bool is_surrogate = code >= 0xd800 && code < 0xe000;
-    if (code < kLeast[bytes] || code > 0x10ffff || is_surrogate)
+    if (code < kMin[bytes] || code > 0x10ffff || is_surrogate)
         return {};
     return {bytes, code};
 }

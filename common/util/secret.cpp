@@ -14,7 +14,7 @@
 namespace terravox::util {
 namespace {
 
-constexpr std::size_t kMostFile_bytes = 4096;
+constexpr std::size_t kMaxFile_bytes = 4096;
 
 std::string variable_of(const char* name) {
     const char* value = std::getenv(name);
@@ -53,12 +53,12 @@ std::string read_private_file(const std::filesystem::path& path, const std::stri
     const mode_t of_others = is_credential_of_service(path) ? 037 : 077;
     if (S_ISREG(facts.st_mode) && (facts.st_mode & of_others) != 0)
         throw failed("others may read or change it; allowed: only its owner (chmod 600)");
-    std::string text(kMostFile_bytes + 1, '\0');
+    std::string text(kMaxFile_bytes + 1, '\0');
     text.resize(std::fread(text.data(), 1, text.size(), file.get()));
     if (std::ferror(file.get()) != 0)
         throw failed(std::strerror(errno));
-    if (text.size() > kMostFile_bytes)
-        throw failed("it is longer than " + std::to_string(kMostFile_bytes) + " bytes");
+    if (text.size() > kMaxFile_bytes)
+        throw failed("it is longer than " + std::to_string(kMaxFile_bytes) + " bytes");
     return text;
 }
 

@@ -4,7 +4,7 @@
 
 #include "common/util/error.hpp"
 
-namespace terravox::cluster {
+namespace terravox::util {
 namespace {
 
 bool is_control(char c) noexcept {
@@ -48,10 +48,10 @@ std::string shell_array(std::string_view name, std::span<const std::string> word
 }
 
 std::string comment_text(std::string_view text) {
-    constexpr std::size_t kMost_bytes = 100;
-    std::string out(text.substr(0, kMost_bytes));
+    constexpr std::size_t kMax_bytes = 100;
+    std::string out(text.substr(0, kMax_bytes));
     std::replace_if(out.begin(), out.end(), is_control, '?');
-    return text.size() > kMost_bytes ? out + " ..." : out;
+    return text.size() > kMax_bytes ? out + " ..." : out;
 }
 
-}  // namespace terravox::cluster
+}  // namespace terravox::util

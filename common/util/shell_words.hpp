@@ -4,7 +4,7 @@
 #include <string>
 #include <string_view>
 
-namespace terravox::cluster {
+namespace terravox::util {
 
 /// A word as bash reads it back, byte for byte: quotes, blanks, dollars, line breaks and bytes that
 /// are no UTF-8 included. One line without control characters, because Slurm refuses scripts in
@@ -19,4 +19,4 @@ namespace terravox::cluster {
 /// after 100 bytes.
 [[nodiscard]] std::string comment_text(std::string_view text);
 
-}  // namespace terravox::cluster
+}  // namespace terravox::util

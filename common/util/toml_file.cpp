@@ -12,7 +12,7 @@ namespace terravox::util {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr std::size_t kMost_bytes = std::size_t{1} << 20;
+constexpr std::size_t kMax_bytes = std::size_t{1} << 20;
 
 std::string text_of(const fs::path& file, const std::function<void(const std::string&)>& fail) {
     std::error_code failed;
@@ -31,7 +31,7 @@ std::string text_of(const fs::path& file, const std::function<void(const std::st
     do {
         in.read(part.data(), part.size());
         text.append(part.data(), static_cast<std::size_t>(in.gcount()));
-    } while (in && text.size() <= kMost_bytes);
+    } while (in && text.size() <= kMax_bytes);
     if (in.bad() || !in.is_open())
         fail("cannot be read");
     return text;
@@ -45,12 +45,12 @@ toml::table read_toml(const fs::path& file, const std::function<void(const std::
 
 toml::table parse_toml(std::string_view text, const std::string& name,
                        const std::function<void(const std::string&)>& fail) {
-    if (text.size() > kMost_bytes)
+    if (text.size() > kMax_bytes)
         fail("longer than 1 MiB; allowed: up to 1 MiB");
     // Each dot of a name (a.b.c) is a table in a table, and tables go by recursion: 100,000 of them
     // overflow a stack of 8 MiB.
-    constexpr std::ptrdiff_t kMostDots = 10'000;
-    if (const auto dots = std::count(text.begin(), text.end(), '.'); dots > kMostDots)
+    constexpr std::ptrdiff_t kMaxDots = 10'000;
+    if (const auto dots = std::count(text.begin(), text.end(), '.'); dots > kMaxDots)
         fail(std::to_string(dots) + " dots; allowed: up to 10000");
     try {
         return toml::parse(text, name);

@@ -27,9 +27,9 @@ static_assert(std::endian::native == std::endian::little,
 constexpr char kMagic[8] = {'T', 'V', 'X', 'B', 'O', 'X', '\r', '\n'};
 constexpr std::uint32_t kVersion = 1;
 // Roots, 16^3 cells and bricks of a box where every cell has details.
-constexpr std::uint32_t kMostCells =
+constexpr std::uint32_t kMaxCells =
     Box::kRootCount + Box::kRootCount * 64 + Box::kRootCount * 64 * 64;
-constexpr std::uint32_t kMostAttrs = kBoxSizeX * kBoxSizeY * kBoxSizeZ;
+constexpr std::uint32_t kMaxAttrs = kBoxSizeX * kBoxSizeY * kBoxSizeZ;
 
 std::uint64_t checksum_of(const BlobHeader& header, const std::byte* payload, std::size_t bytes) {
     return XXH64(payload, bytes, XXH64(&header, offsetof(BlobHeader, checksum), 0));
@@ -85,7 +85,10 @@ std::shared_ptr<const Box> Box::from_arrays(const BoxKey& key, std::span<const T
     BlobHeader header{};
     std::memcpy(header.magic, kMagic, sizeof kMagic);
     header.version = kVersion;
-    header.level = key.level, header.bx = key.bx, header.by = key.by, header.bz = key.bz;
+    header.level = key.level;
+    header.bx = key.bx;
+    header.by = key.by;
+    header.bz = key.bz;
     header.cell_count = static_cast<std::uint32_t>(cells.size());
     header.attr_count = static_cast<std::uint32_t>(attrs.size());
     header.checksum = checksum_of(header, payload, box->m_blob_bytes - sizeof(BlobHeader));
@@ -98,7 +101,7 @@ std::shared_ptr<const Box> Box::from_arrays(const BoxKey& key, std::span<const T
 std::shared_ptr<const Box> Box::from_blob(std::span<const std::byte> blob,
                                           const std::string& origin) {
     const auto fail = [&](const std::string& what) {
-        throw Error("read the box " + origin + ": " + what);
+        throw util::Error("read the box " + origin + ": " + what);
     };
     BlobHeader header;
     if (blob.size() < sizeof header)
@@ -113,12 +116,12 @@ std::shared_ptr<const Box> Box::from_blob(std::span<const std::byte> blob,
     if (header.level < 0 || header.level > kMaxLevel)
         fail("level " + std::to_string(header.level) + "; allowed: 0 to " +
              std::to_string(kMaxLevel));
-    if (header.cell_count < kRootCount || header.cell_count > kMostCells)
+    if (header.cell_count < kRootCount || header.cell_count > kMaxCells)
         fail(std::to_string(header.cell_count) + " cells; allowed: 4 to " +
-             std::to_string(kMostCells));
-    if (header.attr_count > kMostAttrs)
+             std::to_string(kMaxCells));
+    if (header.attr_count > kMaxAttrs)
         fail(std::to_string(header.attr_count) + " voxels; allowed: 0 to " +
-             std::to_string(kMostAttrs));
+             std::to_string(kMaxAttrs));
     const std::size_t cell_bytes = std::size_t{header.cell_count} * sizeof(TreeCell);
     const std::size_t payload_bytes =
         cell_bytes + std::size_t{header.attr_count} * sizeof(VoxelAttr);

@@ -41,7 +41,8 @@ void ColumnBits::fill(int y0, int y1) noexcept {
         return;
     m_below = m_below || (y0 <= -1 && y1 > -1);
     m_above = m_above || (y0 <= kBoxSizeY && y1 > kBoxSizeY);
-    y0 = std::max(y0, 0), y1 = std::min(y1, kBoxSizeY);
+    y0 = std::max(y0, 0);
+    y1 = std::min(y1, kBoxSizeY);
     if (y0 >= y1)
         return;
     const int first = y0 >> 6, last = (y1 - 1) >> 6;
@@ -117,7 +118,9 @@ void BoxBuilder::sort_into_bricks(int word, Storey& storey) const noexcept {
             const Column& column = m_columns[index(x, z)];
             solid[c] = column.opaque.word(word) | column.clear.word(word);
             detail[c] = solid[c] == 0 ? 0 : detail_word(x, z, word, solid[c]);
-            any |= solid[c], all &= solid[c], seen |= detail[c];
+            any |= solid[c];
+            all &= solid[c];
+            seen |= detail[c];
         }
         auto& used = storey.used[stack / 16];
         used = static_cast<std::uint16_t>(used & ~(1u << stack % 16));

@@ -9,7 +9,7 @@ namespace {
 
 // A box where every voxel has attributes, with all cells: nothing larger is believed, whatever a
 // frame's header claims.
-constexpr std::size_t kMostBytes =
+constexpr std::size_t kMaxBytes =
     64 + (4 + 4 * 64 + 4 * 64 * 64) * sizeof(TreeCell) +
     std::size_t{kBoxSizeX} * kBoxSizeY * kBoxSizeZ * sizeof(VoxelAttr);
 
@@ -21,7 +21,8 @@ std::vector<std::byte> compress(const Box& box, int zstd_level) {
     const std::size_t size =
         ZSTD_compress(out.data(), out.size(), blob.data(), blob.size(), zstd_level);
     if (ZSTD_isError(size) != 0)
-        throw Error("compress the box " + to_string(box.key()) + ": " + ZSTD_getErrorName(size));
+        throw util::Error("compress the box " + to_string(box.key()) + ": " +
+                          ZSTD_getErrorName(size));
     out.resize(size);
     return out;
 }
@@ -30,17 +31,17 @@ std::shared_ptr<const Box> decompress_box(std::span<const std::byte> frame,
                                           const std::string& origin) {
     const unsigned long long claimed = ZSTD_getFrameContentSize(frame.data(), frame.size());
     if (claimed == ZSTD_CONTENTSIZE_ERROR || claimed == ZSTD_CONTENTSIZE_UNKNOWN)
-        throw Error("read the box " + origin + ": not a zstd frame with a known size");
-    if (claimed > kMostBytes)
-        throw Error("read the box " + origin + ": claims " + std::to_string(claimed) +
-                    " bytes; allowed: up to " + std::to_string(kMostBytes));
+        throw util::Error("read the box " + origin + ": not a zstd frame with a known size");
+    if (claimed > kMaxBytes)
+        throw util::Error("read the box " + origin + ": claims " + std::to_string(claimed) +
+                          " bytes; allowed: up to " + std::to_string(kMaxBytes));
     std::vector<std::byte> blob(static_cast<std::size_t>(claimed));
     const std::size_t size = ZSTD_decompress(blob.data(), blob.size(), frame.data(), frame.size());
     if (ZSTD_isError(size) != 0)
-        throw Error("read the box " + origin + ": " + ZSTD_getErrorName(size));
+        throw util::Error("read the box " + origin + ": " + ZSTD_getErrorName(size));
     if (size != blob.size())
-        throw Error("read the box " + origin + ": " + std::to_string(size) +
-                    " bytes; the frame promised " + std::to_string(blob.size()));
+        throw util::Error("read the box " + origin + ": " + std::to_string(size) +
+                          " bytes; the frame promised " + std::to_string(blob.size()));
     return Box::from_blob(blob, origin);
 }
 

@@ -9,7 +9,7 @@
 
 #include "common/voxel/world.hpp"
 
-namespace terravox::store {
+namespace terravox::voxel {
 
 /// XXH3, 128 bits.
 [[nodiscard]] voxel::Fingerprint print_of(std::string_view bytes) noexcept;
@@ -30,7 +30,10 @@ public:
         m_bytes.append(text);
     }
     void add(const std::string& text) { add(std::string_view(text)); }
-    void add(const voxel::Fingerprint& print) { add(print[0]), add(print[1]); }
+    void add(const voxel::Fingerprint& print) {
+        add(print[0]);
+        add(print[1]);
+    }
     template <class T>
     void add_all(const std::vector<T>& values) {
         add(static_cast<std::uint64_t>(values.size()));
@@ -90,4 +93,4 @@ private:
     bool m_ok = true;
 };
 
-}  // namespace terravox::store
+}  // namespace terravox::voxel

@@ -227,16 +227,20 @@ inline VoxelAttr coarse_attr(const TreeCell& brick, std::span<const VoxelAttr> a
         int votes = 0;
         for (std::size_t k = 0; k < count; ++k)
             votes += found[k]->material == found[i]->material;
-        if (votes > most)
-            most = votes, best = i;
+        if (votes > most) {
+            most = votes;
+            best = i;
+        }
     }
     VoxelAttr out = *found[best];
     int sum[3] = {}, coloured = 0;
     for (std::size_t i = 0; i < count; ++i) {
         if (found[i]->material != out.material || !found[i]->has_colour())
             continue;
-        sum[0] += found[i]->colour.r, sum[1] += found[i]->colour.g, sum[2] += found[i]->colour.b,
-            ++coloured;
+        sum[0] += found[i]->colour.r;
+        sum[1] += found[i]->colour.g;
+        sum[2] += found[i]->colour.b;
+        ++coloured;
     }
     if (coloured > 0) {
         const auto mean = [&](int s) {

@@ -8,7 +8,7 @@
 #include "common/util/det_math.hpp"
 #include "common/voxel/material.hpp"
 
-namespace terravox {
+namespace terravox::voxel {
 
 /// Linear light, Rec. 709 primaries; 1 = a white surface in full daylight.
 struct Colour {
@@ -66,4 +66,4 @@ struct Colour {
     return {srgb_to_linear(c.r), srgb_to_linear(c.g), srgb_to_linear(c.b)};
 }
 
-}  // namespace terravox
+}  // namespace terravox::voxel

@@ -10,7 +10,7 @@
 #include "common/util/error.hpp"
 #include "common/voxel/bytes.hpp"
 
-namespace terravox::store {
+namespace terravox::voxel {
 
 namespace fs = std::filesystem;
 
@@ -22,7 +22,8 @@ voxel::Fingerprint print_of(std::string_view bytes) noexcept {
 voxel::Fingerprint file_identity(const fs::path& file, const char* what) {
     constexpr std::uintmax_t kEnds = 65536;
     const auto fail = [&] {
-        return Error("read the " + std::string(what) + " " + file.string() + ": cannot be read");
+        return util::Error("read the " + std::string(what) + " " + file.string() +
+                           ": cannot be read");
     };
     std::error_code failed;
     const std::uintmax_t size = fs::file_size(file, failed);
@@ -32,12 +33,13 @@ voxel::Fingerprint file_identity(const fs::path& file, const char* what) {
     if (failed)
         throw fail();
     ByteWriter out;
-    out.add(static_cast<std::uint64_t>(size)),
-        out.add(static_cast<std::int64_t>(time.time_since_epoch().count()));
+    out.add(static_cast<std::uint64_t>(size));
+    out.add(static_cast<std::int64_t>(time.time_since_epoch().count()));
     std::ifstream in(file, std::ios::binary);
     std::string part(static_cast<std::size_t>(std::min(kEnds, size)), '\0');
     const auto read = [&] {
-        in.read(part.data(), static_cast<std::streamsize>(part.size())), out.add(part);
+        in.read(part.data(), static_cast<std::streamsize>(part.size()));
+        out.add(part);
     };
     read();
     in.seekg(-static_cast<std::streamoff>(part.size()), std::ios::end);
@@ -55,4 +57,4 @@ std::string hex_of(const voxel::Fingerprint& print) {
     return text.data();
 }
 
-}  // namespace terravox::store
+}  // namespace terravox::voxel

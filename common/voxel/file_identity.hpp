@@ -5,7 +5,7 @@
 
 #include "common/voxel/world.hpp"
 
-namespace terravox::store {
+namespace terravox::voxel {
 
 /// A number for what is in a file: its size, its time, and its first and last 64 KiB; reading all
 /// of it would cost as much as is saved by knowing it again. Its name and folder have no part in
@@ -17,4 +17,4 @@ namespace terravox::store {
 /// 32 hexadecimal digits.
 [[nodiscard]] std::string hex_of(const voxel::Fingerprint& print);
 
-}  // namespace terravox::store
+}  // namespace terravox::voxel

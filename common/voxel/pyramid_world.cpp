@@ -19,8 +19,8 @@ int levels_for(const VoxelBounds& bounds) noexcept {
 
 std::shared_ptr<const Box> PyramidWorld::box(const BoxKey& key) {
     if (key.level < 0 || key.level >= info().levels)
-        throw UsageError("make a box: level " + std::to_string(key.level) + "; allowed: 0 to " +
-                         std::to_string(info().levels - 1));
+        throw util::UsageError("make a box: level " + std::to_string(key.level) +
+                               "; allowed: 0 to " + std::to_string(info().levels - 1));
     if (info().bounds.empty() || !boxes_over(info().bounds, key.level).contains(key) ||
         !may_hold_column(key.level, key.bx, key.bz))
         return nullptr;
@@ -70,10 +70,10 @@ bool PyramidWorld::may_hold(const BoxRange& boxes) {
     if (info().bounds.empty())
         return false;
     // Of the level of which few columns cover them.
-    constexpr std::int32_t kMostAcross = 4;
+    constexpr std::int32_t kMaxAcross = 4;
     BoxRange at = boxes;
     const auto few = [&] {
-        return at.max.bx - at.min.bx <= kMostAcross && at.max.bz - at.min.bz <= kMostAcross;
+        return at.max.bx - at.min.bx <= kMaxAcross && at.max.bz - at.min.bz <= kMaxAcross;
     };
     while (!few() && at.min.level + 1 < info().levels) {
         ++at.min.level;

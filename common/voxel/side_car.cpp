@@ -18,11 +18,15 @@ constexpr int kSideCarVersion = 1;
 SideCar side_car_of(const WorldInfo& world, int level, const std::array<std::int32_t, 3>& offset) {
     const double scale = static_cast<double>(std::int64_t{1} << level);
     SideCar car;
-    car.title = world.title, car.crs = world.crs, car.crs_wkt = world.crs_wkt,
-    car.licence = world.licence, car.attribution = world.attribution;
-    car.voxel_m = world.voxel_m * scale,
+    car.title = world.title;
+    car.crs = world.crs;
+    car.crs_wkt = world.crs_wkt;
+    car.licence = world.licence;
+    car.attribution = world.attribution;
+    car.voxel_m = world.voxel_m * scale;
     car.crs_units_per_voxel = world.crs_units_per_voxel * scale;
-    car.offset = offset, car.centre = world.centre;
+    car.offset = offset;
+    car.centre = world.centre;
     return car;
 }
 
@@ -52,7 +56,7 @@ void write_side_car(const std::filesystem::path& file, const SideCar& car) {
 
 SideCar side_car_from_json(const std::string& text, const std::string& origin) {
     const auto fail = [&](const std::string& what) {
-        throw Error("read the side-car " + origin + ": " + what);
+        throw util::Error("read the side-car " + origin + ": " + what);
     };
     SideCar car;
     try {
@@ -60,11 +64,12 @@ SideCar side_car_from_json(const std::string& text, const std::string& origin) {
         if (const int version = in.at("version").get<int>(); version != kSideCarVersion)
             fail("version " + std::to_string(version) +
                  "; allowed: " + std::to_string(kSideCarVersion));
-        car.title = in.at("title").get<std::string>(), car.crs = in.at("crs").get<std::string>(),
+        car.title = in.at("title").get<std::string>();
+        car.crs = in.at("crs").get<std::string>();
         car.crs_wkt = in.at("crs_wkt").get<std::string>();
-        car.licence = in.at("licence").get<std::string>(),
+        car.licence = in.at("licence").get<std::string>();
         car.attribution = in.at("attribution").get<std::string>();
-        car.voxel_m = in.at("voxel_m").get<double>(),
+        car.voxel_m = in.at("voxel_m").get<double>();
         car.crs_units_per_voxel = in.at("crs_units_per_voxel").get<double>();
         const auto offset = in.at("offset").get<std::array<std::int64_t, 3>>();
         constexpr std::int64_t kFarthest = 1 << 30;

@@ -6,9 +6,9 @@ namespace terravox::voxel {
 
 /// The server that a world comes from does not answer, or refuses. Nothing is known of the box: a
 /// later request may get it.
-class UnreachableError : public Error {
+class UnreachableError : public util::Error {
 public:
-    using Error::Error;
+    using util::Error::Error;
 };
 
 }  // namespace terravox::voxel

@@ -127,7 +127,7 @@ public:
 
     /// How many threads are worth asking at once; more than there are cores where each answer is
     /// waited for, as over a network.
-    [[nodiscard]] virtual int worth_asking(int threads) const noexcept { return threads; }
+    [[nodiscard]] virtual int useful_concurrency(int threads) const noexcept { return threads; }
 
     /// A cheap upper bound of where box() is not nullptr; boxes inside may still be air. @throws
     /// Error as box()
@@ -151,41 +151,43 @@ public:
 };
 
 /// Where everything lies that shaped a box: box columns of level 0, half-open.
-struct Reach {
+struct InputExtent {
     std::int32_t min_bx = 0, min_bz = 0, max_bx = 0, max_bz = 0;
     [[nodiscard]] bool empty() const noexcept { return min_bx >= max_bx || min_bz >= max_bz; }
     /// Grows to hold `other` as well.
-    void add(const Reach& other) noexcept {
+    void add(const InputExtent& other) noexcept {
         if (other.empty())
             return;
         if (empty()) {
             *this = other;
             return;
         }
-        min_bx = std::min(min_bx, other.min_bx), min_bz = std::min(min_bz, other.min_bz);
-        max_bx = std::max(max_bx, other.max_bx), max_bz = std::max(max_bz, other.max_bz);
+        min_bx = std::min(min_bx, other.min_bx);
+        min_bz = std::min(min_bz, other.min_bz);
+        max_bx = std::max(max_bx, other.max_bx);
+        max_bz = std::max(max_bz, other.max_bz);
     }
-    friend bool operator==(const Reach&, const Reach&) = default;
+    friend bool operator==(const InputExtent&, const InputExtent&) = default;
 };
 
 /// Two inputs that are alike have the same fingerprint, in every process and on every machine.
 using Fingerprint = std::array<std::uint64_t, 2>;
 
 /// A box and what it was made of.
-struct TracedBox {
+struct BoxWithInputs {
     std::shared_ptr<const Box> box;  ///< nullptr: air throughout
-    Reach reach;
+    InputExtent reach;
 };
 
 /// A world that knows what its boxes are made of, so that they may be kept from one process to the
 /// next: a box that was kept is still right when the fingerprint of its reach is what it was.
-class TracedWorld : public World {
+class ProvenanceWorld : public World {
 public:
     /// As box(). @throws Error as box()
-    [[nodiscard]] virtual TracedBox traced_box(const BoxKey& key) = 0;
+    [[nodiscard]] virtual BoxWithInputs traced_box(const BoxKey& key) = 0;
     /// Names all inputs that lie in or reach into `reach`, and all that every box depends on
     /// (settings, frame, ways of making).
-    [[nodiscard]] virtual Fingerprint fingerprint(const Reach& reach) const = 0;
+    [[nodiscard]] virtual Fingerprint fingerprint(const InputExtent& reach) const = 0;
 };
 
 }  // namespace terravox::voxel

@@ -19,7 +19,7 @@ namespace {
 /// look into the cache and some 250 bytes there. Worlds of this project have 2 x 2 columns of them,
 /// or, with orthophotos that limit the levels, a few hundred thousand.
 void check_size(const WorldInfo& info, const std::function<void(const std::string&)>& fail) {
-    constexpr std::int64_t kMostOnEdge = 16'384, kMostBoxes = 4'194'304;
+    constexpr std::int64_t kMaxOnEdge = 16'384, kMaxBoxes = 4'194'304;
     if (info.bounds.empty())
         return;
     const BoxRange range = boxes_over(info.bounds, info.levels - 1);
@@ -27,8 +27,8 @@ void check_size(const WorldInfo& info, const std::function<void(const std::strin
         range.max.bx - range.min.bx, range.max.by - range.min.by, range.max.bz - range.min.bz};
     std::int64_t all = 1;
     for (const std::int64_t edge : boxes)
-        all = edge > kMostOnEdge || all > kMostBoxes ? kMostBoxes + 1 : all * edge;
-    if (all > kMostBoxes)
+        all = edge > kMaxOnEdge || all > kMaxBoxes ? kMaxBoxes + 1 : all * edge;
+    if (all > kMaxBoxes)
         fail("levels = " + std::to_string(info.levels) + " for bounds of " +
              std::to_string(boxes[0]) + " x " + std::to_string(boxes[1]) + " x " +
              std::to_string(boxes[2]) +
@@ -63,7 +63,7 @@ std::string world_to_json(const WorldInfo& info) {
 
 WorldInfo world_from_json(const std::string& text, const std::string& origin) {
     const auto fail = [&](const std::string& what) {
-        throw Error("read the world of " + origin + ": " + what);
+        throw util::Error("read the world of " + origin + ": " + what);
     };
     WorldInfo info;
     try {

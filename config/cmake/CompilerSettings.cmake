@@ -22,6 +22,8 @@ target_include_directories(terravox_settings INTERFACE "${PROJECT_SOURCE_DIR}" "
 target_compile_options(terravox_settings INTERFACE -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor -ffp-contract=off
                        # GCC 12 reports false positives inside libstdc++ strings and vectors at -O3 (bugs 105329, 105651).
                        $<$<CXX_COMPILER_ID:GNU>:-Wno-restrict> $<$<CXX_COMPILER_ID:GNU>:-Wno-stringop-overflow>)
+# For all alike, those without threads, too: precompiled headers want it.
+target_compile_options(terravox_settings INTERFACE -pthread)
 if(TERRAVOX_WERROR)
   target_compile_options(terravox_settings INTERFACE -Werror)
 endif()

@@ -13,7 +13,7 @@
 #include "raytracer/animate/smooth_path.hpp"
 #include "raytracer/scene/scene.hpp"
 
-namespace terravox {
+namespace terravox::animate {
 
 /// Pictures in a row, out of a TOML file: a pure function of the file, the scene underneath and the
 /// number of the frame.
@@ -36,14 +36,14 @@ public:
                                          const std::filesystem::path& views = {});
 
     /// What the file says of all frames, over `scene`.
-    void apply_base(Scene& scene) const;
+    void apply_base(scene::Scene& scene) const;
     [[nodiscard]] int frames() const noexcept { return m_frames; }
     [[nodiscard]] double fps() const noexcept { return m_fps; }
     /// @param frame [0, frames()) @param base what keys, turntable and day change @throws
     /// UsageError when `base` does not fit the file
-    [[nodiscard]] Scene at(int frame, const Scene& base) const;
+    [[nodiscard]] scene::Scene at(int frame, const scene::Scene& base) const;
 
-    static constexpr int kMostFrames = 1'000'000;
+    static constexpr int kMaxFrames = 1'000'000;
 
 private:
     friend class AnimationReader;
@@ -61,7 +61,7 @@ private:
     struct Day {
         double from = 0, to = 24, seconds = 0;
     };
-    void turn(Scene& scene, double time_s) const;
+    void turn(scene::Scene& scene, double time_s) const;
     [[nodiscard]] static const Word& word_at(const Track& track, double time_s);
 
     std::string m_attempt;  ///< begins messages
@@ -73,4 +73,4 @@ private:
     std::optional<Day> m_day;
 };
 
-}  // namespace terravox
+}  // namespace terravox::animate

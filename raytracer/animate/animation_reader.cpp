@@ -12,7 +12,7 @@
 #include "raytracer/scene/scene_table.hpp"
 #include "raytracer/scene/views.hpp"
 
-namespace terravox {
+namespace terravox::animate {
 
 /// Reads the file of an animation, part by part.
 class AnimationReader {
@@ -31,7 +31,7 @@ public:
             version != nullptr && version->value_exact<std::int64_t>() != 1)
             refuse("version = another one; allowed: 1");
         m_out.m_fps = number(m_root, "fps", "fps", 0.01, 1000).value_or(25);
-        const auto seconds = number(m_root, "seconds", "seconds", 0, kMostSeconds);
+        const auto seconds = number(m_root, "seconds", "seconds", 0, kMaxSeconds);
         m_at_rest = yes_or_no("ease");
         read_keys();
         read_turntable();
@@ -43,22 +43,22 @@ public:
         m_out.m_base = m_root;
         for (const char* own : {"version", "fps", "seconds", "ease", "key", "turntable", "day"})
             m_out.m_base.erase(own);
-        Scene checked;
+        scene::Scene checked;
         m_out.apply_base(checked);
         return std::move(m_out);
     }
 
 private:
-    static constexpr double kMostSeconds = 1e7;
+    static constexpr double kMaxSeconds = 1e7;
     struct Key {
         double time_s = 0;
         std::string name;  ///< "key 3", for messages
         std::set<std::string> paths;
-        Scene scene;
+        scene::Scene scene;
     };
 
     [[noreturn]] void refuse(const std::string& what) const {
-        throw UsageError(m_out.m_attempt + ": " + what);
+        throw util::UsageError(m_out.m_attempt + ": " + what);
     }
     static std::string text_of(double v) {
         std::string out = std::to_string(v);
@@ -127,8 +127,8 @@ private:
     Key read_key(const toml::table& table, const std::string& name) const {
         Key out;
         out.name = name;
-        const auto time = number(table, "time_s", name + ": time_s", 0, kMostSeconds),
-                   frame = number(table, "frame", name + ": frame", 0, Animation::kMostFrames - 1);
+        const auto time = number(table, "time_s", name + ": time_s", 0, kMaxSeconds),
+                   frame = number(table, "frame", name + ": frame", 0, Animation::kMaxFrames - 1);
         if (time.has_value() == frame.has_value())
             refuse(name + ": " + (time ? "time_s and frame" : "no time") +
                    "; allowed: one of time_s, frame");
@@ -136,19 +136,20 @@ private:
             refuse(name + ": frame = " + text_of(*frame) + "; allowed: whole numbers");
         out.time_s = time ? *time : *frame / m_out.m_fps;
         toml::table fields = table;
-        fields.erase("time_s"), fields.erase("frame");
+        fields.erase("time_s");
+        fields.erase("frame");
         const std::string attempt = m_out.m_attempt + ": " + name;
-        Scene own;
-        read_scene_table(fields, attempt, own);
+        scene::Scene own;
+        scene::read_scene_table(fields, attempt, own);
         if (!own.camera.look.empty()) {
-            const NamedView view = find_view(
+            const scene::NamedView view = scene::find_view(
                 own.camera.look, m_views.empty() ? util::config_dir() / "views" : m_views);
-            read_scene_table(view.fields, attempt, out.scene);
-            for (const auto& path : scene_paths(view.fields))
+            scene::read_scene_table(view.fields, attempt, out.scene);
+            for (const auto& path : scene::scene_paths(view.fields))
                 out.paths.insert(path);
         }
-        read_scene_table(fields, attempt, out.scene);
-        for (const auto& path : scene_paths(fields))
+        scene::read_scene_table(fields, attempt, out.scene);
+        for (const auto& path : scene::scene_paths(fields))
             out.paths.insert(path);
         out.paths.erase("camera.look");
         for (const auto& path : out.paths)
@@ -166,13 +167,13 @@ private:
         Animation::Turntable out;
         out.turns = number(*table, "turns", "turntable.turns", -10000, 10000).value_or(1);
         out.seconds =
-            number(*table, "seconds", "turntable.seconds", 0.001, kMostSeconds).value_or(0);
+            number(*table, "seconds", "turntable.seconds", 0.001, kMaxSeconds).value_or(0);
         if (const auto* target = table->get("target")) {
             // As a field of a scene is read.
             toml::table fields{{"camera", toml::table{}}};
             fields["camera"].as_table()->insert("target", *target);
-            Scene scene;
-            read_scene_table(fields, m_out.m_attempt + ": turntable", scene);
+            scene::Scene scene;
+            scene::read_scene_table(fields, m_out.m_attempt + ": turntable", scene);
             out.target = scene.camera.target;
         }
         m_out.m_turntable = out;
@@ -188,7 +189,7 @@ private:
             refuse(std::string("day.") + (from ? "to" : "from") +
                    " is missing; allowed: 0 to 24, clock hours");
         m_out.m_day = Animation::Day{
-            *from, *to, number(*table, "seconds", "day.seconds", 0.001, kMostSeconds).value_or(0)};
+            *from, *to, number(*table, "seconds", "day.seconds", 0.001, kMaxSeconds).value_or(0)};
         for (const Key& key : m_keys)
             if (key.paths.contains("sun.time_h"))
                 refuse(key.name + ": sun.time_h, and [day]; give one of them");
@@ -216,9 +217,9 @@ private:
         if (day && day->seconds == 0)
             day->seconds = length;
         const double count = length * m_out.m_fps;
-        if (!(count < Animation::kMostFrames))
+        if (!(count < Animation::kMaxFrames))
             refuse(text_of(length) + " s at " + text_of(m_out.m_fps) +
-                   " frames a second; allowed: up to " + std::to_string(Animation::kMostFrames) +
+                   " frames a second; allowed: up to " + std::to_string(Animation::kMaxFrames) +
                    " frames");
         // Of whole turns the last picture would be the first again: they play in a loop.
         const bool loop = turntable && m_keys.empty() && !day && turntable->seconds == length &&
@@ -246,8 +247,8 @@ private:
             if (!key.paths.contains(path))
                 continue;
             out.times.push_back(key.time_s);
-            visit_fields(
-                key.scene, [&](std::string_view name, const auto& field, const FieldRule&) {
+            scene::visit_fields(
+                key.scene, [&](std::string_view name, const auto& field, const scene::FieldRule&) {
                     if (name != path)
                         return;
                     using Field = std::decay_t<decltype(field)>;
@@ -260,8 +261,8 @@ private:
                     else if constexpr (std::is_same_v<Field, int> || std::is_same_v<Field, bool> ||
                                        std::is_same_v<Field, std::string>)
                         out.words.emplace_back(field);
-                    else if constexpr (WordEnum<Field>)
-                        out.words.emplace_back(std::string(word_of(field)));
+                    else if constexpr (core::WordEnum<Field>)
+                        out.words.emplace_back(std::string(core::word_of(field)));
                 });
         }
         const bool place = path == "camera.position" || path == "camera.target";
@@ -299,4 +300,4 @@ Animation Animation::parse(const std::string& text, const std::string& name,
         .read();
 }
 
-}  // namespace terravox
+}  // namespace terravox::animate

@@ -12,7 +12,7 @@
 
 #include "common/util/error.hpp"
 
-namespace terravox {
+namespace terravox::animate {
 namespace {
 
 /// In one piece, and on the disk when it returns. Machines that share a folder append one after the
@@ -20,8 +20,8 @@ namespace {
 /// look at how long the file has become.
 void append(const std::filesystem::path& file, const std::string& text, int frame) {
     const auto fail = [&](const char* what) {
-        throw Error("note that frame " + std::to_string(frame) + " is done: " + file.string() +
-                    " cannot be " + what + ": " + std::strerror(errno));
+        throw util::Error("note that frame " + std::to_string(frame) + " is done: " +
+                          file.string() + " cannot be " + what + ": " + std::strerror(errno));
     };
     struct Descriptor {
         int fd;
@@ -53,17 +53,17 @@ void append(const std::filesystem::path& file, const std::string& text, int fram
 }  // namespace
 
 FrameLedger::FrameLedger(std::filesystem::path file) : m_file(std::move(file)) {
-    constexpr std::uintmax_t kMost_bytes = 64U << 20;  // far more than an animation may have frames
+    constexpr std::uintmax_t kMax_bytes = 64U << 20;  // far more than an animation may have frames
     std::error_code failed;
     if (!std::filesystem::exists(m_file, failed))
         return;
     if (!std::filesystem::is_regular_file(m_file, failed) ||
-        std::filesystem::file_size(m_file, failed) > kMost_bytes)
-        throw Error("go on with the frames: " + m_file.string() +
-                    " is no list of frames; remove it to make all anew");
+        std::filesystem::file_size(m_file, failed) > kMax_bytes)
+        throw util::Error("go on with the frames: " + m_file.string() +
+                          " is no list of frames; remove it to make all anew");
     std::ifstream in(m_file);
     if (!in)
-        throw Error("go on with the frames: " + m_file.string() + " cannot be read");
+        throw util::Error("go on with the frames: " + m_file.string() + " cannot be read");
     for (std::string line; std::getline(in, line);) {
         int frame = 0;
         std::uint64_t fingerprint = 0;
@@ -102,4 +102,4 @@ std::uint64_t fingerprint_of(const std::string& text) noexcept {
     return out;
 }
 
-}  // namespace terravox
+}  // namespace terravox::animate

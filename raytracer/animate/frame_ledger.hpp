@@ -5,7 +5,7 @@
 #include <map>
 #include <string>
 
-namespace terravox {
+namespace terravox::animate {
 
 /// Which frames are done, and of which scenes: a text file with a line for each, so that a run that
 /// was cut off goes on, and frames whose scene has changed since are made anew. Not thread-safe,
@@ -29,4 +29,4 @@ private:
 /// A number for a text. Ref: Fowler, Noll & Vo, FNV-1a, 64 bit.
 [[nodiscard]] std::uint64_t fingerprint_of(const std::string& text) noexcept;
 
-}  // namespace terravox
+}  // namespace terravox::animate

@@ -2,13 +2,14 @@
 
 #include "common/util/error.hpp"
 
-namespace terravox {
+namespace terravox::animate {
 
 FrameNames::FrameNames(std::string pattern) : m_pattern(std::move(pattern)) {
     const auto refuse = [&] {
-        throw UsageError("name the frames: -o " + m_pattern +
-                         "; allowed: one %d or %0Nd (N from 1 to 9) in the file's name, such as "
-                         "frames/%04d.png");
+        throw util::UsageError(
+            "name the frames: -o " + m_pattern +
+            "; allowed: one %d or %0Nd (N from 1 to 9) in the file's name, such as "
+            "frames/%04d.png");
     };
     const std::size_t at = m_pattern.find('%');
     if (at == std::string::npos || m_pattern.find('%', at + 1) != std::string::npos ||
@@ -24,7 +25,8 @@ FrameNames::FrameNames(std::string pattern) : m_pattern(std::move(pattern)) {
     }
     if (m_pattern.compare(end, 1, "d") != 0)
         refuse();
-    m_before = m_pattern.substr(0, at), m_after = m_pattern.substr(end + 1);
+    m_before = m_pattern.substr(0, at);
+    m_after = m_pattern.substr(end + 1);
 }
 
 std::filesystem::path FrameNames::of(int frame) const {
@@ -38,4 +40,4 @@ std::filesystem::path FrameNames::ledger() const {
     return frames.parent_path() / ("." + frames.filename().string() + ".done");
 }
 
-}  // namespace terravox
+}  // namespace terravox::animate

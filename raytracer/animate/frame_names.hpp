@@ -3,7 +3,7 @@
 #include <filesystem>
 #include <string>
 
-namespace terravox {
+namespace terravox::animate {
 
 /// Names of numbered pictures: a path with one %d, or %0Nd for N digits and zeros before.
 class FrameNames {
@@ -20,4 +20,4 @@ private:
     std::size_t m_digits = 0;
 };
 
-}  // namespace terravox
+}  // namespace terravox::animate

@@ -17,24 +17,24 @@
 #include "raytracer/material/material_file.hpp"
 #include "raytracer/scene/scene_io.hpp"
 
-namespace terravox {
+namespace terravox::animate {
 namespace {
 
 void check(const Animation& animation, const FrameOptions& o, int last) {
     const auto refuse = [&](const char* flag, int value, int least) {
-        throw UsageError(std::string("render the frames: ") + flag + " = " + std::to_string(value) +
-                         "; allowed: " + std::to_string(least) + " to " +
-                         std::to_string(animation.frames() - 1));
+        throw util::UsageError(std::string("render the frames: ") + flag + " = " +
+                               std::to_string(value) + "; allowed: " + std::to_string(least) +
+                               " to " + std::to_string(animation.frames() - 1));
     };
     if (o.first < 0 || o.first >= animation.frames())
         refuse("first", o.first, 0);
     if (last < o.first || last >= animation.frames())
         refuse("last", last, o.first);
     if (o.every < 1)
-        throw UsageError("render the frames: every = " + std::to_string(o.every) +
-                         "; allowed: 1 and more");
+        throw util::UsageError("render the frames: every = " + std::to_string(o.every) +
+                               "; allowed: 1 and more");
     if (!o.video.empty() && (o.first != 0 || last != animation.frames() - 1 || o.every != 1))
-        throw UsageError(
+        throw util::UsageError(
             "render the frames: a video is made of all frames; leave out --first, --last and "
             "--every");
 }
@@ -45,8 +45,8 @@ std::string text_of(const std::filesystem::path& file) {
 }
 
 // What a picture depends on: not how many threads make it.
-std::uint64_t fingerprint(const Scene& scene, const std::string& inputs) {
-    return fingerprint_of(to_toml(what_shows(scene)) + "\n" + inputs + "\n" +
+std::uint64_t fingerprint(const scene::Scene& scene, const std::string& inputs) {
+    return fingerprint_of(scene::to_toml(scene::what_shows(scene)) + "\n" + inputs + "\n" +
                           text_of(material::find_materials(scene.quality.materials)) + "\n" +
                           kVersion);
 }
@@ -99,8 +99,8 @@ private:
 
 }  // namespace
 
-ExitCode render_frames(const Animation& animation, const Scene& base, const FrameOptions& options,
-                       const RenderPicture& render) {
+util::ExitCode render_frames(const Animation& animation, const scene::Scene& base,
+                             const FrameOptions& options, const RenderPicture& render) {
     const FrameNames names(options.pattern);
     const int last = options.last < 0 ? animation.frames() - 1 : options.last;
     check(animation, options, last);
@@ -115,7 +115,7 @@ ExitCode render_frames(const Animation& animation, const Scene& base, const Fram
         prints[frame] = fingerprint(animation.at(frame, base), options.inputs);
     int made = 0, with_holes = 0, kept = 0;
     for (const auto& [frame, print] : prints) {
-        const Scene scene = animation.at(frame, base);
+        const scene::Scene scene = animation.at(frame, base);
         const std::filesystem::path picture = names.of(frame);
         if (!options.again && ledger.is_done(frame, print) && is_there(picture)) {
             ++kept;
@@ -128,25 +128,25 @@ ExitCode render_frames(const Animation& animation, const Scene& base, const Fram
         if (!options.quiet)
             std::fprintf(stderr, "frame %d of %d: %s\n", frame + 1, animation.frames(),
                          picture.c_str());
-        const ExitCode code = render(scene, picture);
+        const util::ExitCode code = render(scene, picture);
         leftovers.remove_of(picture);
-        if (code == ExitCode::kDone)
+        if (code == util::ExitCode::kDone)
             ledger.add(frame, print);
-        else if (code == ExitCode::kHoles)
+        else if (code == util::ExitCode::kHoles)
             ++with_holes;
         else
             return code;
         ++made;
     }
     if (options.list)
-        return ExitCode::kDone;
+        return util::ExitCode::kDone;
     if (!options.quiet)
         std::fprintf(stderr, "%d frames made, %d were done before\n", made, kept);
     if (with_holes > 0)
-        return ExitCode::kHoles;
+        return util::ExitCode::kHoles;
     if (!options.video.empty())
         make_video(options.video, names, animation.frames(), animation.fps(), options.ffmpeg);
-    return ExitCode::kDone;
+    return util::ExitCode::kDone;
 }
 
-}  // namespace terravox
+}  // namespace terravox::animate

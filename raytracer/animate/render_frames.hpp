@@ -7,12 +7,12 @@
 #include "common/util/error.hpp"
 #include "raytracer/animate/animation.hpp"
 
-namespace terravox {
+namespace terravox::animate {
 
 /// Renders a scene to a picture, whole or not at all, over the one that may be there.
 /// @return kDone, or kHoles when it was written with holes @throws Error, UsageError
 using RenderPicture =
-    std::function<ExitCode(const Scene& scene, const std::filesystem::path& picture)>;
+    std::function<util::ExitCode(const scene::Scene& scene, const std::filesystem::path& picture)>;
 
 struct FrameOptions {
     std::string pattern;  ///< of the frames' names: FrameNames
@@ -34,7 +34,8 @@ struct FrameOptions {
 /// is tried again.
 /// @return kHoles when a frame made now has some (then no video is made) @throws what `render`
 /// throws; UsageError before anything is rendered
-[[nodiscard]] ExitCode render_frames(const Animation& animation, const Scene& base,
-                                     const FrameOptions& options, const RenderPicture& render);
+[[nodiscard]] util::ExitCode render_frames(const Animation& animation, const scene::Scene& base,
+                                           const FrameOptions& options,
+                                           const RenderPicture& render);
 
-}  // namespace terravox
+}  // namespace terravox::animate

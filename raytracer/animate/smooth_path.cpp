@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <utility>
 
-namespace terravox {
+namespace terravox::animate {
 namespace {
 
 // Of the parabola through three neighbours: Catmull and Rom's choice where times are even.
@@ -34,8 +34,10 @@ SmoothPath::SmoothPath(std::vector<double> times, std::vector<double> values, Ki
     for (std::size_t i = 1; i + 1 < n; ++i)
         m_rates[i] = (kind == Kind::kRound ? round_rate : monotone_rate)(width(i - 1), width(i),
                                                                          slope(i - 1), slope(i));
-    if (n > 1 && !at_rest)
-        m_rates.front() = slope(0), m_rates.back() = slope(n - 2);
+    if (n > 1 && !at_rest) {
+        m_rates.front() = slope(0);
+        m_rates.back() = slope(n - 2);
+    }
 }
 
 double SmoothPath::at(double time) const noexcept {
@@ -53,4 +55,4 @@ double SmoothPath::at(double time) const noexcept {
            h * (m_rates[i] * (s * r * r) - m_rates[next] * (s * s * r));
 }
 
-}  // namespace terravox
+}  // namespace terravox::animate

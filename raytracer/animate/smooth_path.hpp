@@ -2,7 +2,7 @@
 
 #include <vector>
 
-namespace terravox {
+namespace terravox::animate {
 
 /// A number that moves smoothly through given ones: piecewise cubic, its rate of change is
 /// continuous. Before the first and after the last it stands still. Immutable.
@@ -21,4 +21,4 @@ private:
     std::vector<double> m_times, m_values, m_rates;
 };
 
-}  // namespace terravox
+}  // namespace terravox::animate

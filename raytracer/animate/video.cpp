@@ -18,7 +18,7 @@
 
 extern char** environ;
 
-namespace terravox {
+namespace terravox::animate {
 namespace {
 
 std::string number(double v) {
@@ -41,11 +41,12 @@ int run(const std::string& program, std::vector<std::string> arguments) {
     if (const int failed =
             ::posix_spawn(&child, program.c_str(), nullptr, nullptr, argv.data(), environ);
         failed != 0)
-        throw Error("make the video: " + program + " cannot be started: " + std::strerror(failed));
+        throw util::Error("make the video: " + program +
+                          " cannot be started: " + std::strerror(failed));
     int status = 0;
     while (::waitpid(child, &status, 0) < 0)
         if (errno != EINTR)
-            throw Error("make the video: " + program + " is lost: " + std::strerror(errno));
+            throw util::Error("make the video: " + program + " is lost: " + std::strerror(errno));
     return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
 }
 
@@ -70,12 +71,15 @@ void check_video(const std::filesystem::path& file, const FrameNames& frames,
                  const std::string& program) {
     const std::string attempt = "make the video " + file.string() + ": ";
     if (!ends_in(file.string(), {".mp4", ".mkv", ".mov"}))
-        throw UsageError(attempt + "its ending names no kind of video; allowed: .mp4, .mkv, .mov");
+        throw util::UsageError(attempt +
+                               "its ending names no kind of video; allowed: .mp4, .mkv, .mov");
     if (!ends_in(frames.pattern(), {".png", ".jpg", ".jpeg"}))
-        throw UsageError(attempt + "of " + frames.pattern() + "; allowed: frames in .png or .jpg");
+        throw util::UsageError(attempt + "of " + frames.pattern() +
+                               "; allowed: frames in .png or .jpg");
     if (find_program(program).empty())
-        throw UsageError(attempt + program +
-                         " is not installed; without --video the frames are made all the same");
+        throw util::UsageError(
+            attempt + program +
+            " is not installed; without --video the frames are made all the same");
     util::check_writable(file);
 }
 
@@ -95,9 +99,9 @@ void make_video(const std::filesystem::path& file, const FrameNames& frames, int
              "yuv420p", "-colorspace", "bt709", "-color_primaries", "bt709", "-color_trc",
              "iec61966-2-1", "-movflags", "+faststart", target});
     if (status != 0)
-        throw Error("make the video " + file.string() + ": " + program + " failed with status " +
-                    std::to_string(status));
+        throw util::Error("make the video " + file.string() + ": " + program +
+                          " failed with status " + std::to_string(status));
     out.commit();
 }
 
-}  // namespace terravox
+}  // namespace terravox::animate

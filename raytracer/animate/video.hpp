@@ -5,7 +5,7 @@
 
 #include "raytracer/animate/frame_names.hpp"
 
-namespace terravox {
+namespace terravox::animate {
 
 /// Where a program is found by its name: in PATH, or as it is when it holds a slash. @return empty:
 /// nowhere
@@ -21,4 +21,4 @@ void check_video(const std::filesystem::path& file, const FrameNames& frames,
 void make_video(const std::filesystem::path& file, const FrameNames& frames, int count, double fps,
                 const std::string& program = "ffmpeg");
 
-}  // namespace terravox
+}  // namespace terravox::animate

@@ -9,10 +9,10 @@
 #include "common/util/free_memory.hpp"
 #include "raytracer/blocks/block_manager.hpp"
 
-namespace terravox {
+namespace terravox::blocks {
 namespace {
 
-constexpr std::size_t kMostReasons = 100;
+constexpr std::size_t kMaxReasons = 100;
 constexpr std::size_t kMuchFreed_bytes = std::size_t{64} << 20;
 constexpr std::size_t kGuessed_bytes = std::size_t{64} << 10;  // of a box, before one is known
 
@@ -48,8 +48,10 @@ std::size_t BlockManager::share_of(std::size_t queued) const noexcept {
 // What is on its way and `more` boxes beside may need, as large as boxes have been so far.
 std::size_t BlockManager::coming_bytes(std::size_t more) const noexcept {
     std::uint64_t loaded = 0, bytes = 0;
-    for (const auto& level : m_stats.levels)
-        loaded += level.loaded, bytes += level.bytes_loaded;
+    for (const auto& level : m_stats.levels) {
+        loaded += level.loaded;
+        bytes += level.bytes_loaded;
+    }
     return (m_coming + more) *
            (loaded > 0 ? static_cast<std::size_t>(bytes / loaded) : kGuessed_bytes);
 }
@@ -61,7 +63,7 @@ bool BlockManager::next_keys(std::vector<voxel::BoxKey>& keys) {
         return false;
     if (!m_wanted.empty())
         take_wanted(share_of(m_wanted.size()), keys);
-    else if (m_ahead < m_most_ahead)
+    else if (m_ahead < m_max_ahead)
         take_foreseen(share_of(m_foreseen.size()), keys);
     return !keys.empty();
 }
@@ -100,14 +102,18 @@ void BlockManager::load_boxes() {
         for (const voxel::BoxKey& key : keys) {
             Entry& queued = m_entries[key];
             ahead = ahead && !queued.wanted;
-            queued.wanted = false, queued.loading = true;
+            queued.wanted = false;
+            queued.loading = true;
         }
-        ++m_busy, m_ahead += ahead ? 1 : 0, m_coming += keys.size();
+        ++m_busy;
+        m_ahead += ahead ? 1 : 0;
+        m_coming += keys.size();
         lock.unlock();
         while (!keys.empty())
             keys = load(keys);
         lock.lock();
-        --m_busy, m_ahead -= ahead ? 1 : 0;
+        --m_busy;
+        m_ahead -= ahead ? 1 : 0;
     }
 }
 
@@ -130,14 +136,14 @@ std::vector<voxel::BoxKey> BlockManager::load(const std::vector<voxel::BoxKey>& 
     for (const voxel::BoxKey& key : holes)
         is_hole(key, nullptr);
     std::vector<voxel::BoxKey> missing(asked);
-    auto reason = std::make_exception_ptr(Error("the world gave no answer"));
+    auto reason = std::make_exception_ptr(util::Error("the world gave no answer"));
     const auto take = [&](const voxel::BoxKey& key, voxel::BoxOutcome outcome) {
         if (std::erase(missing, key) == 0)
             return;
         // One box less must not lose the picture; it stays visible, counted and in the exit code.
         if (!outcome.failure)
             return come(key, {std::move(outcome.box), false});
-        is_hole(key, is<StoppedError>(outcome.failure) ? nullptr : outcome.failure);
+        is_hole(key, is<thread::StoppedError>(outcome.failure) ? nullptr : outcome.failure);
     };
     try {
         m_world.boxes(asked, take);
@@ -198,9 +204,9 @@ void BlockManager::note_hole(const voxel::BoxKey& key, const std::exception_ptr&
     }
     // A damaged file fails in the same words for each of its boxes: said once, the boxes are
     // counted at the end.
-    if (m_holes.insert(key).second && m_hole_reasons.size() < kMostReasons &&
+    if (m_holes.insert(key).second && m_hole_reasons.size() < kMaxReasons &&
         m_hole_reasons.insert(reason).second)
         spdlog::error("hole at box {}: {}", voxel::to_string(key), reason);
 }
 
-}  // namespace terravox
+}  // namespace terravox::blocks

@@ -4,10 +4,10 @@
 
 #include "common/thread/start_threads.hpp"
 
-namespace terravox {
+namespace terravox::blocks {
 namespace {
 
-constexpr std::size_t kMostRemembered =
+constexpr std::size_t kMaxRemembered =
     std::size_t{1} << 20;  // keys, for the count of boxes loaded again: some 50 MiB
 
 // A box that somebody waits for must not stand behind whole batches of others.
@@ -22,7 +22,7 @@ BlockManager::BlockManager(voxel::World& world, std::size_t memory_bytes, int lo
       m_limit_bytes(memory_bytes),
       m_batch(static_cast<std::size_t>(std::max(world.preferred_batch(), 1))),
       m_loader_count(static_cast<std::size_t>(std::max(loaders, 1))),
-      m_most_ahead(loaders_ahead(m_loader_count, m_batch)) {
+      m_max_ahead(loaders_ahead(m_loader_count, m_batch)) {
     for (int level = 0; level <= voxel::kMaxLevel; ++level)
         m_ranges[static_cast<std::size_t>(level)] =
             world.info().bounds.empty() ? voxel::BoxRange{}
@@ -40,7 +40,8 @@ void BlockManager::stop() {
     {
         const std::lock_guard lock(m_mutex);
         m_stop = true;
-        m_work.notify_all(), m_came.notify_all();
+        m_work.notify_all();
+        m_came.notify_all();
     }
     m_world.stop();
 }
@@ -136,10 +137,11 @@ void BlockManager::keep(const voxel::BoxKey& key, BlockPin block, std::vector<Bl
     Entry& entry = m_entries[key];
     const std::size_t bytes = block->memory_bytes();
     auto& level = m_stats.levels[static_cast<std::size_t>(key.level)];
-    ++level.loaded, level.bytes_loaded += bytes;
+    ++level.loaded;
+    level.bytes_loaded += bytes;
     if (m_loaded_once.contains(key))
         ++level.reloaded;
-    else if (m_loaded_once.size() < kMostRemembered)
+    else if (m_loaded_once.size() < kMaxRemembered)
         m_loaded_once.insert(key);
     entry.loading = false;
     entry.block = std::move(block);
@@ -217,4 +219,4 @@ std::size_t BlockManager::hole_count() const {
     return m_holes.size();
 }
 
-}  // namespace terravox
+}  // namespace terravox::blocks

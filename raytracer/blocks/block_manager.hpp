@@ -19,7 +19,7 @@
 
 #include "common/voxel/world.hpp"
 
-namespace terravox {
+namespace terravox::blocks {
 
 /// A box as the walker meets it. A hole is a box that could not be made or fetched: it is shown and
 /// counted, never taken for air.
@@ -146,7 +146,7 @@ private:
     const std::size_t m_limit_bytes;
     const std::size_t m_batch;  ///< most boxes of one question
     const std::size_t m_loader_count;
-    const std::size_t m_most_ahead;  ///< loaders that may ask for what nobody waits for
+    const std::size_t m_max_ahead;  ///< loaders that may ask for what nobody waits for
     std::array<voxel::BoxRange, voxel::kMaxLevel + 1> m_ranges;
     const BlockPin m_air = std::make_shared<const Block>();
 
@@ -169,4 +169,4 @@ private:
     std::vector<std::thread> m_loaders;
 };
 
-}  // namespace terravox
+}  // namespace terravox::blocks

@@ -33,8 +33,8 @@ class Spool {
 public:
     Spool() : m_file(::memfd_create("terravox-said", MFD_CLOEXEC)) {
         if (m_file < 0)
-            throw Error(std::string("start a program: no room for what it says: ") +
-                        std::strerror(errno));
+            throw util::Error(std::string("start a program: no room for what it says: ") +
+                              std::strerror(errno));
     }
     ~Spool() { ::close(m_file); }
     Spool(const Spool&) = delete;
@@ -80,20 +80,20 @@ pid_t start(const Command& command, FileActions& actions) {
     if (const int failed =
             ::posix_spawnp(&child, argv[0], actions.get(), nullptr, argv.data(), environ);
         failed != 0)
-        throw Error("start " + command.front() + ": " + std::strerror(failed));
+        throw util::Error("start " + command.front() + ": " + std::strerror(failed));
     return child;
 }
 
 }  // namespace
 
 Child::Child(const Command& command) : m_name(command.front()) {
-    const std::string program = find_program(command.front()).string();
+    const std::string program = animate::find_program(command.front()).string();
     if (program.empty())
-        throw Error("start " + m_name + ": there is no such program");
+        throw util::Error("start " + m_name + ": there is no such program");
     const std::vector<char*> argv = arguments_of(command);
     std::array<int, 2> wrong{};  // closed by the program's start, or says why there is none
     if (::pipe2(wrong.data(), O_CLOEXEC) != 0)
-        throw Error("start " + m_name + ": " + std::strerror(errno));
+        throw util::Error("start " + m_name + ": " + std::strerror(errno));
     const pid_t parent = ::getpid();
     m_pid = ::fork();
     if (m_pid == 0) {
@@ -114,7 +114,7 @@ Child::Child(const Command& command) : m_name(command.front()) {
         ::waitpid(m_pid, nullptr, 0);
     ::close(wrong[0]);
     if (code != 0)
-        throw Error("start " + m_name + ": " + std::strerror(code));
+        throw util::Error("start " + m_name + ": " + std::strerror(code));
 }
 
 Child::~Child() {
@@ -129,7 +129,7 @@ std::optional<int> Child::wait(std::chrono::milliseconds most) {
         if (got == m_pid)
             m_status = status_of(raw);
         else if (got < 0 && errno != EINTR)
-            throw Error("wait for " + m_name + ": " + std::strerror(errno));
+            throw util::Error("wait for " + m_name + ": " + std::strerror(errno));
         else {
             const auto left =
                 std::chrono::duration_cast<std::chrono::milliseconds>(end - Clock::now());
@@ -143,11 +143,11 @@ std::optional<int> Child::wait(std::chrono::milliseconds most) {
     return m_status;
 }
 
-int Child::stop(std::chrono::milliseconds patience) noexcept {
+int Child::stop(std::chrono::milliseconds timeout) noexcept {
     if (m_status)
         return *m_status;
     ::kill(m_pid, SIGTERM);
-    const auto end = Clock::now() + patience;
+    const auto end = Clock::now() + timeout;
     int raw = 0;
     for (pid_t got = 0; (got = ::waitpid(m_pid, &raw, WNOHANG)) != m_pid;) {
         if (got < 0 && errno != EINTR)
@@ -177,7 +177,7 @@ Finished run_to_end(const Command& command, const std::filesystem::path& folder)
     int raw = 0;
     while (::waitpid(child, &raw, 0) < 0)
         if (errno != EINTR)
-            throw Error("wait for " + command.front() + ": " + std::strerror(errno));
+            throw util::Error("wait for " + command.front() + ": " + std::strerror(errno));
     return {status_of(raw), out.text(), err.text()};
 }
 

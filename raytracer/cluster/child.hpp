@@ -26,7 +26,7 @@ public:
     /// Waits at most this long, or until a signal comes. @return its status; nullopt: it runs
     [[nodiscard]] std::optional<int> wait(std::chrono::milliseconds most);
     /// SIGTERM, and SIGKILL when it has not ended by then. @return its status
-    int stop(std::chrono::milliseconds patience = std::chrono::seconds(10)) noexcept;
+    int stop(std::chrono::milliseconds timeout = std::chrono::seconds(10)) noexcept;
 
 private:
     std::string m_name;

@@ -7,7 +7,7 @@ namespace terravox::cluster {
 
 std::string frames_body(const Command& command, const TaskPlan& plan, const std::string& task) {
     const std::string per = std::to_string(plan.per_task), last = std::to_string(plan.frames.last);
-    return shell_array("command", command) + "task=" + task + "\nfirst=$((" +
+    return util::shell_array("command", command) + "task=" + task + "\nfirst=$((" +
            std::to_string(plan.frames.first) + " + task * " + per + "))\n" + "last=$((first + " +
            per +
            " - 1))\n"
@@ -19,7 +19,7 @@ std::string frames_body(const Command& command, const TaskPlan& plan, const std:
 
 std::string merge_frames_body(const std::string& pattern, Range frames, const Command& command) {
     // One %d or %0Nd, which printf of bash understands alike.
-    (void)FrameNames(pattern);
+    (void)animate::FrameNames(pattern);
     const std::size_t at = pattern.find('%'), end = pattern.find('d', at) + 1;
     const std::string look =
         "missing=0\n"
@@ -30,7 +30,8 @@ std::string merge_frames_body(const std::string& pattern, Range frames, const Co
         pattern.substr(at, end - at) +
         "' \"$frame\"\n"
         "    picture=" +
-        shell_word(pattern.substr(0, at)) + "$number" + shell_word(pattern.substr(end)) +
+        util::shell_word(pattern.substr(0, at)) + "$number" +
+        util::shell_word(pattern.substr(end)) +
         "\n"
         "    [[ -s $picture ]] && continue\n"
         "    printf 'missing: %s\\n' \"$picture\" >&2\n"
@@ -42,7 +43,7 @@ std::string merge_frames_body(const std::string& pattern, Range frames, const Co
         "fi\n";
     if (command.empty())
         return look + "echo 'all frames are there'\n";
-    return look + shell_array("command", command) + "exec \"${command[@]}\"\n";
+    return look + util::shell_array("command", command) + "exec \"${command[@]}\"\n";
 }
 
 }  // namespace terravox::cluster

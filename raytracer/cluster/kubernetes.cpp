@@ -85,7 +85,7 @@ std::string list_of(const Json& items) {
     try {
         return Json{{"apiVersion", "v1"}, {"kind", "List"}, {"items", items}}.dump(2) + "\n";
     } catch (const Json::type_error&) {
-        throw UsageError(
+        throw util::UsageError(
             "cluster kubernetes: an argument is no UTF-8; allowed: UTF-8, which JSON is written "
             "in");
     }
@@ -95,7 +95,7 @@ std::string list_of(const Json& items) {
 
 void PodPlace::check(const std::string& name) const {
     const auto refuse = [](const std::string& what, const char* allowed) {
-        throw UsageError("cluster kubernetes: " + what + "; allowed: " + allowed);
+        throw util::UsageError("cluster kubernetes: " + what + "; allowed: " + allowed);
     };
     const auto is_label = [](const std::string& text, std::size_t most) {
         return !text.empty() && text.size() <= most && text.front() != '-' && text.back() != '-' &&
@@ -103,16 +103,16 @@ void PodPlace::check(const std::string& name) const {
                    return (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '-';
                });
     };
-    constexpr std::size_t kMostName = 40;  // 63 with what is added
-    if (!is_label(name, kMostName))
-        refuse("--name " + comment_text(name),
+    constexpr std::size_t kMaxName = 40;  // 63 with what is added
+    if (!is_label(name, kMaxName))
+        refuse("--name " + util::comment_text(name),
                "up to 40 of a-z, 0-9 and -, with a letter or digit at both ends");
     if (!is_label(claim, 63))
-        refuse("--claim " + comment_text(claim), "the name of a persistent volume claim");
+        refuse("--claim " + util::comment_text(claim), "the name of a persistent volume claim");
     if (image.empty())
         refuse("--image is missing", "the name of an image that holds terravox-raytracer");
     if (!mount.starts_with('/'))
-        refuse("--mount " + comment_text(mount), "an absolute path");
+        refuse("--mount " + util::comment_text(mount), "an absolute path");
 }
 
 std::string kubernetes_frames(const FrameJob& job, const PodPlace& place) {
@@ -137,16 +137,19 @@ std::string kubernetes_frames(const FrameJob& job, const PodPlace& place) {
 
     // Jobs know no order: the merge looks again until all frames are there.
     Command video;
-    if (!job.video.empty())
-        video = job.animate, video.insert(video.end(), {"--video", job.video});
+    if (!job.video.empty()) {
+        video = job.animate;
+        video.insert(video.end(), {"--video", job.video});
+    }
     Json merge{{"apiVersion", "batch/v1"}, {"kind", "Job"}, {"metadata", meta(job.name, "merge")}};
     merge["spec"] = {{"completions", 1}, {"backoffLimit", kTries}};
     const std::string look = "until (\n" + merge_frames_body(job.pattern, job.plan.frames, {}) +
                              ") 2>/dev/null; do sleep 30; done\n";
     merge["spec"]["template"] =
         pod(job.name, "merge",
-            bash(video.empty() ? look
-                               : look + shell_array("command", video) + "exec \"${command[@]}\"\n"),
+            bash(video.empty()
+                     ? look
+                     : look + util::shell_array("command", video) + "exec \"${command[@]}\"\n"),
             video.empty() ? 1 : job.cpus, video.empty() ? 256 : job.memory_mib, place);
     merge["spec"]["template"]["spec"]["restartPolicy"] = "Never";
     return list_of(Json::array({frames, merge}));

@@ -11,13 +11,13 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 Json step(const std::string& name, const FrameJob& job, const std::string& body, Json arguments) {
-    const std::string script = "set -euo pipefail\n" +
-                               (job.work.empty() ? "" : "cd -- " + shell_word(job.work) + "\n") +
-                               body;
+    const std::string script =
+        "set -euo pipefail\n" +
+        (job.work.empty() ? "" : "cd -- " + util::shell_word(job.work) + "\n") + body;
     // A word between double braces would be taken for a value of the scheduler's, and there is no
     // way to say that it is none.
     if (script.find("{{") != std::string::npos || script.find("}}") != std::string::npos)
-        throw UsageError(
+        throw util::UsageError(
             "cluster openjd: an argument holds {{ or }}; allowed: arguments without them, which "
             "Open Job Description takes for its own");
     arguments.insert(arguments.begin(), "{{Task.File.Run}}");
@@ -50,8 +50,10 @@ std::string openjd_job(const FrameJob& job) {
                       {"type", "INT"},
                       {"range", last == 0 ? "0" : "0-" + std::to_string(last)}}});
     Command video;
-    if (!job.video.empty())
-        video = job.animate, video.insert(video.end(), {"--video", job.video});
+    if (!job.video.empty()) {
+        video = job.animate;
+        video.insert(video.end(), {"--video", job.video});
+    }
     Json merge =
         step("Merge", job, merge_frames_body(job.pattern, job.plan.frames, video), Json::array());
     merge["dependencies"] = Json::array({{{"dependsOn", "Frames"}}});
@@ -61,7 +63,7 @@ std::string openjd_job(const FrameJob& job) {
     try {
         return out.dump(2) + "\n";
     } catch (const Json::type_error&) {
-        throw UsageError(
+        throw util::UsageError(
             "cluster openjd: an argument is no UTF-8; allowed: UTF-8, which JSON is written in");
     }
 }

@@ -28,10 +28,11 @@ std::optional<int> number_after(const std::string& text, const std::string& key)
 
 Slurm::Slurm() {
     for (const char* name : {"sbatch", "squeue", "scancel", "scontrol"})
-        if (find_program(name).empty())
-            throw Error(std::string("use Slurm: ") + name +
-                        " is not installed on this machine; submit from one that has Slurm, or "
-                        "look at --dry-run");
+        if (animate::find_program(name).empty())
+            throw util::Error(
+                std::string("use Slurm: ") + name +
+                " is not installed on this machine; submit from one that has Slurm, or "
+                "look at --dry-run");
 }
 
 Slurm::JobId Slurm::submit(const std::filesystem::path& folder, const std::string& script,
@@ -45,7 +46,7 @@ Slurm::JobId Slurm::submit(const std::filesystem::path& folder, const std::strin
     // "123" or "123;cluster"
     const JobId job = done.out.substr(0, done.out.find_first_of(";\n"));
     if (done.status != 0 || job.empty() || job.find_first_not_of("0123456789") != std::string::npos)
-        throw Error("submit " + (folder / script).string() + ": " + done.reason());
+        throw util::Error("submit " + (folder / script).string() + ": " + done.reason());
     return job;
 }
 
@@ -89,7 +90,7 @@ int Slurm::array_limit() const {
     const Finished done = run_to_end({"scontrol", "show", "config"});
     const auto limit = number_after(done.out, "\nMaxArraySize");
     if (done.status != 0 || !limit || *limit < 1)
-        throw Error("ask Slurm for MaxArraySize: " + done.reason());
+        throw util::Error("ask Slurm for MaxArraySize: " + done.reason());
     return *limit;
 }
 

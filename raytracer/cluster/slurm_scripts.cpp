@@ -36,7 +36,7 @@ std::string head(const JobPlace& place, const std::string& name, std::string_vie
         ask("--time=" + n.time);
     for (const std::string& line : n.extra)
         ask(line);
-    return out + "set -euo pipefail\ncd -- " + shell_word(place.work.string()) + "\n";
+    return out + "set -euo pipefail\ncd -- " + util::shell_word(place.work.string()) + "\n";
 }
 
 // Arrays have numbers below a limit; where one does not do, each gets the number of its first task.
@@ -46,7 +46,7 @@ constexpr const char* kTask = "$((${1:-0} + SLURM_ARRAY_TASK_ID))";
 
 void Needs::check() const {
     const auto refuse = [](const std::string& flag, const std::string& value, const char* allowed) {
-        throw UsageError("cluster: " + flag + " " + value + "; allowed: " + allowed);
+        throw util::UsageError("cluster: " + flag + " " + value + "; allowed: " + allowed);
     };
     const auto plain = [](const std::string& text) {
         return std::all_of(text.begin(), text.end(), [](char c) {
@@ -62,7 +62,7 @@ void Needs::check() const {
         if (!line.starts_with('-') || std::any_of(line.begin(), line.end(), [](char c) {
                 return static_cast<unsigned char>(c) < 0x20;
             }))
-            refuse("--sbatch", comment_text(line),
+            refuse("--sbatch", util::comment_text(line),
                    "options of sbatch on one line, such as \"--account=film --qos=low\"");
 }
 
@@ -84,10 +84,10 @@ std::string pool_script(const JobPlace& place, const PoolScript& pool) {
             {"--memory-mib", std::to_string(std::max(1, place.needs.memory_mib / 4 * 3))});
     if (!pool.address.empty()) {
         command.insert(command.end(), {"--join", pool.address});
-        return out + shell_array("command", command) + "exec \"${command[@]}\"\n";
+        return out + util::shell_array("command", command) + "exec \"${command[@]}\"\n";
     }
-    const std::string file = shell_word(pool.address_file.string());
-    return out + shell_array("command", command) +
+    const std::string file = util::shell_word(pool.address_file.string());
+    return out + util::shell_array("command", command) +
            "# The coordinator says where it is once its job runs.\n"
            "for ((waited_s = 0; waited_s < 300; ++waited_s)); do\n"
            "    [[ -s " +
@@ -103,17 +103,17 @@ std::string pool_script(const JobPlace& place, const PoolScript& pool) {
 
 std::string coordinator_script(const JobPlace& place, const Command& command,
                                const std::string& host, const std::filesystem::path& address_file) {
-    const std::string file = shell_word(address_file.string());
+    const std::string file = util::shell_word(address_file.string());
     return head(place, "coordinator",
                 "The coordinator: renders the picture with the workers that join it.", false,
                 false) +
-           shell_array("command", command) +
+           util::shell_array("command", command) +
            "# The first port that nobody answers at.\n"
            "port=$((20000 + SLURM_JOB_ID % 10000))\n"
            "while (exec 3<>\"/dev/tcp/127.0.0.1/$port\") 2>/dev/null; do port=$((port + 1)); done\n"
            "printf '%s:%s\\n' " +
-           (host.empty() ? std::string("\"$HOSTNAME\"") : shell_word(host)) + " \"$port\" > " +
-           file +
+           (host.empty() ? std::string("\"$HOSTNAME\"") : util::shell_word(host)) +
+           " \"$port\" > " + file +
            ".part\n"
            "mv -- " +
            file + ".part " + file +
@@ -128,7 +128,7 @@ std::string bake_script(const JobPlace& place, const std::string& passed, const 
                 "Prepares LiDAR squares: task N of " + of + " takes the N-th and each " + of +
                     "th after it. What is prepared is left as it is.",
                 true) +
-           shell_array("words", words) + "exec " + shell_word(place.program.string()) +
+           util::shell_array("words", words) + "exec " + util::shell_word(place.program.string()) +
            " cluster bake --for " + passed + " --part \"$((SLURM_ARRAY_TASK_ID + 1))/" + of +
            "\" \"${words[@]}\"\n";
 }
@@ -158,7 +158,7 @@ std::string parts_script(const JobPlace& place, const Command& command, int part
                     " parts, a file of tiles for each. Tiles that are in such a file are not "
                     "rendered again.",
                 true) +
-           shell_array("command", command) + "task=" + kTask +
+           util::shell_array("command", command) + "task=" + kTask +
            "\nexec \"${command[@]}\" --resume --part \"$((task + 1))/" + of + "\"\n";
 }
 
@@ -169,17 +169,17 @@ std::string merge_parts_script(const JobPlace& place, const std::vector<std::str
         names.insert(names.end(), {"-o", output});
     const std::string of = std::to_string(parts);
     return head(place, "merge", "Joins the parts of the picture.", false) +
-           shell_array("outputs", names) +
+           util::shell_array("outputs", names) +
            "tiles=()\n"
            "for ((part = 1; part <= " +
            of +
            "; ++part)); do\n"
            "    tiles+=(" +
-           shell_word(picture.string() + ".part-") + "\"$part\"-of-" + of +
+           util::shell_word(picture.string() + ".part-") + "\"$part\"-of-" + of +
            ".tiles)\n"
            "done\n"
            "exec " +
-           shell_word(place.program.string()) + " merge \"${tiles[@]}\" \"${outputs[@]}\"\n";
+           util::shell_word(place.program.string()) + " merge \"${tiles[@]}\" \"${outputs[@]}\"\n";
 }
 
 }  // namespace terravox::cluster

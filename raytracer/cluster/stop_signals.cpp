@@ -32,11 +32,11 @@ bool StopSignals::came() noexcept {
     return g_came != 0;
 }
 
-bool StopSignals::wait_ms(int most_ms) noexcept {
+bool StopSignals::wait_ms(int max_ms) noexcept {
     // In short steps: one that comes between the question and the wait is seen soon all the same.
     constexpr int kStep_ms = 100;
-    for (int waited_ms = 0; waited_ms < most_ms && !came(); waited_ms += kStep_ms)
-        ::poll(nullptr, 0, most_ms - waited_ms < kStep_ms ? most_ms - waited_ms : kStep_ms);
+    for (int waited_ms = 0; waited_ms < max_ms && !came(); waited_ms += kStep_ms)
+        ::poll(nullptr, 0, max_ms - waited_ms < kStep_ms ? max_ms - waited_ms : kStep_ms);
     return came();
 }
 

@@ -13,7 +13,7 @@ public:
     /// Whether one came since this was made.
     [[nodiscard]] static bool came() noexcept;
     /// Waits; a signal ends it early. @return came()
-    static bool wait_ms(int most_ms) noexcept;
+    static bool wait_ms(int max_ms) noexcept;
 };
 
 }  // namespace terravox::cluster

@@ -20,9 +20,9 @@ Range parse_range(const std::string& what, const std::string& text, Range allowe
     }
     if (begin == end || out.first < allowed.first || out.last < out.first ||
         out.last > allowed.last)
-        throw UsageError(what + " " + text +
-                         "; allowed: one number or two with a dash between, from " +
-                         std::to_string(allowed.first) + " to " + std::to_string(allowed.last));
+        throw util::UsageError(
+            what + " " + text + "; allowed: one number or two with a dash between, from " +
+            std::to_string(allowed.first) + " to " + std::to_string(allowed.last));
     return out;
 }
 

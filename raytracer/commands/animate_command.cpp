@@ -12,18 +12,18 @@
 #include "common/util/files.hpp"
 #include "common/util/log.hpp"
 #include "raytracer/animate/frame_names.hpp"
-#include "raytracer/commands/crew_arguments.hpp"
+#include "raytracer/commands/render_pool_arguments.hpp"
 #include "raytracer/commands/world_arguments.hpp"
 #include "raytracer/output/image_writer.hpp"
 #include "raytracer/scene/views.hpp"
 
-namespace terravox {
+namespace terravox::commands {
 namespace {
 
 struct Arguments {
     WorldArguments world;
-    CrewArguments crew;
-    FrameOptions frames;
+    RenderPoolArguments render_pool;
+    animate::FrameOptions frames;
     std::string animation;
 };
 
@@ -44,49 +44,52 @@ std::string contents_of(const std::vector<std::string>& inputs,
                 if (!frames.contains(file))
                     out += file.string() + " " +
                            std::to_string(std::filesystem::file_size(file, failed)) + "\n";
-        } catch (const Error&) {
+        } catch (const util::Error&) {
             continue;
         }
     }
     return out;
 }
 
-std::set<std::filesystem::path> frames_of(const Animation& animation, const std::string& pattern) {
-    const FrameNames names(pattern);
+std::set<std::filesystem::path> frames_of(const animate::Animation& animation,
+                                          const std::string& pattern) {
+    const animate::FrameNames names(pattern);
     std::set<std::filesystem::path> out;
     for (int frame = 0; frame < animation.frames(); ++frame)
         out.insert(names.of(frame));
     return out;
 }
 
-ExitCode run(const Arguments& args, const OpenRenderer& open) {
+util::ExitCode run(const Arguments& args, const OpenRenderer& open) {
     util::set_up_log(args.frames.quiet ? "error" : args.world.log_level);
-    const Animation animation = Animation::read(args.animation);
-    const Scene base = compose_scene({file_layer(args.world.scene_file),
-                                      [&](Scene& scene) { animation.apply_base(scene); },
-                                      fields_layer(args.world.fields)});
+    const animate::Animation animation = animate::Animation::read(args.animation);
+    const scene::Scene base =
+        scene::compose_scene({scene::file_layer(args.world.scene_file),
+                              [&](scene::Scene& scene) { animation.apply_base(scene); },
+                              scene::fields_layer(args.world.fields)});
     // Refuse what cannot be written, or does not fit together, before any work is done.
-    check_image_target(FrameNames(args.frames.pattern).of(args.frames.first));
+    output::check_image_target(animate::FrameNames(args.frames.pattern).of(args.frames.first));
     (void)animation.at(0, base);
-    FrameOptions frames = args.frames;
+    animate::FrameOptions frames = args.frames;
     const auto own = frames_of(animation, frames.pattern);
     frames.inputs += contents_of(args.world.inputs, {".las", ".laz"}, own);
     frames.inputs +=
         "ortho " + contents_of(args.world.orthophotos,
                                {".tif", ".tiff", ".vrt", ".jp2", ".jpg", ".jpeg", ".png"}, own);
     // The world is opened when the first frame has to be made: a film that is done costs nothing.
-    RenderPicture render;
-    return render_frames(animation, base, frames,
-                         [&](const Scene& scene, const std::filesystem::path& picture) {
-                             if (!render)
-                                 render = open(args.world, args.crew, base, frames.quiet);
-                             return render(scene, picture);
-                         });
+    animate::RenderPicture render;
+    return animate::render_frames(
+        animation, base, frames,
+        [&](const scene::Scene& scene, const std::filesystem::path& picture) {
+            if (!render)
+                render = open(args.world, args.render_pool, base, frames.quiet);
+            return render(scene, picture);
+        });
 }
 
 }  // namespace
 
-std::function<ExitCode()> add_animate_command(CLI::App& app, OpenRenderer open) {
+std::function<util::ExitCode()> add_animate_command(CLI::App& app, OpenRenderer open) {
     auto args = std::make_shared<Arguments>();
     CLI::App* command =
         app.add_subcommand("animate", "Render the frames of an animation, and a video of them");
@@ -96,7 +99,7 @@ std::function<ExitCode()> add_animate_command(CLI::App& app, OpenRenderer open) 
             "what moves: a TOML file with keys, a turntable or a day (docs/formats/animation.md)")
         ->required();
     add_world_arguments(*command, args->world);
-    add_crew_arguments(*command, args->crew);
+    add_render_pool_arguments(*command, args->render_pool);
     command
         ->add_option("-o,--output", args->frames.pattern,
                      "the frames' names, such as frames/%04d.png")
@@ -116,4 +119,4 @@ std::function<ExitCode()> add_animate_command(CLI::App& app, OpenRenderer open) 
     return [args, open = std::move(open)] { return run(*args, open); };
 }
 
-}  // namespace terravox
+}  // namespace terravox::commands

@@ -9,19 +9,20 @@ namespace CLI {
 class App;
 }
 
-namespace terravox {
+namespace terravox::commands {
 
-struct CrewArguments;
+struct RenderPoolArguments;
 struct WorldArguments;
 
 /// Opens the world of the arguments once and gives what renders its pictures.
-/// @param crew who renders @param base the scene that all frames share: its world, size and
+/// @param render_pool who renders @param base the scene that all frames share: its world, size and
 /// processing are those of every frame @param quiet say nothing but errors
-using OpenRenderer = std::function<RenderPicture(
-    const WorldArguments& world, const CrewArguments& crew, const Scene& base, bool quiet)>;
+using OpenRenderer = std::function<animate::RenderPicture(const WorldArguments& world,
+                                                          const RenderPoolArguments& render_pool,
+                                                          const scene::Scene& base, bool quiet)>;
 
 /// Adds `animate` to the program's commands. @return runs the command once the arguments are parsed
 /// @throws (when run) Error, UsageError
-[[nodiscard]] std::function<ExitCode()> add_animate_command(CLI::App& app, OpenRenderer open);
+[[nodiscard]] std::function<util::ExitCode()> add_animate_command(CLI::App& app, OpenRenderer open);
 
-}  // namespace terravox
+}  // namespace terravox::commands

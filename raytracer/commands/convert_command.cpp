@@ -18,7 +18,7 @@
 #include "common/util/config_dir.hpp"
 #include "common/util/log.hpp"
 #include "common/util/version.hpp"
-#include "common/voxel/tell_damage.hpp"
+#include "common/voxel/log_damage.hpp"
 #include "common/voxel/world_json.hpp"
 #include "raytracer/commands/world_arguments.hpp"
 #include "raytracer/material/material_file.hpp"
@@ -33,19 +33,19 @@
 #include "voxelserver/worlds/open/open_world.hpp"
 #include "voxelserver/worlds/open/world_kinds.hpp"
 
-namespace terravox {
+namespace terravox::commands {
 namespace {
 
 namespace fs = std::filesystem;
-using convert::Format;
+using exports::Format;
 
 struct Arguments {
     WorldArguments world;
     std::vector<std::string> paths;
     std::string to, colours = "true", up = "z";
-    convert::MeshOptions mesh;
+    exports::MeshOptions mesh;
     std::string area, heights;
-    convert::Selection selection;
+    exports::Selection selection;
     int memory_mib = 1024;
     bool overwrite = false, quiet = false;
 };
@@ -66,7 +66,7 @@ std::vector<double> numbers_of(const std::string& flag, const std::string& text,
     if (!text.empty() &&
         (out.size() != count ||
          static_cast<std::size_t>(std::count(text.begin(), text.end(), ',')) + 1 != count))
-        throw UsageError("convert: " + flag + " " + text + "; allowed: " + allowed);
+        throw util::UsageError("convert: " + flag + " " + text + "; allowed: " + allowed);
     return out;
 }
 
@@ -90,11 +90,11 @@ void add_files(std::string& facts, const fs::path& path) {
 
 // Two conversions that are alike in what shapes their files have the same name: inputs and data
 // files with size and time, part, options.
-std::string name_of_job(const Arguments& args, Scene scene, const convert::Part& part,
+std::string name_of_job(const Arguments& args, scene::Scene scene, const exports::Part& part,
                         const voxel::World& world, Format format) {
     scene.processing = {};
-    scene.world.memory_mib = Scene::World{}.memory_mib;
-    std::string facts = std::string(kVersion) + '\n' + to_toml(scene) +
+    scene.world.memory_mib = scene::Scene::World{}.memory_mib;
+    std::string facts = std::string(kVersion) + '\n' + scene::to_toml(scene) +
                         voxel::world_to_json(world.info()) + world.edition() + args.colours;
     for (const auto* list : {&args.world.inputs, &args.world.orthophotos})
         for (const std::string& input : *list)
@@ -109,7 +109,7 @@ std::string name_of_job(const Arguments& args, Scene scene, const convert::Part&
             ' ' + std::to_string(part.bounds.min[a]) + ' ' + std::to_string(part.bounds.max[a]);
     char text[64];
     std::snprintf(text, sizeof text, "terravox %s %016llx",
-                  std::string(convert::name_of(format)).c_str(),
+                  std::string(exports::name_of(format)).c_str(),
                   static_cast<unsigned long long>(
                       XXH64(facts.data(), facts.size(), static_cast<std::uint64_t>(part.level))));
     return text;
@@ -140,7 +140,7 @@ void check_target(const Arguments& args, const fs::path& out, Format format) {
     if (format == Format::kAnvil) {
         util::check_writable(out / "level.dat");
         if (args.overwrite)
-            throw UsageError(
+            throw util::UsageError(
                 "convert to " + out.string() +
                 ": --overwrite; allowed: with files, not with a Minecraft world's folder");
         return;
@@ -148,38 +148,39 @@ void check_target(const Arguments& args, const fs::path& out, Format format) {
     util::check_writable(out);
     if (format == Format::kVdb)
         if (const auto there = vdb_files(out); !there.empty() && !args.overwrite)
-            throw UsageError("convert to " + out.string() + ": " + there.front().string() +
-                             " is there already; allowed: another name, or --overwrite");
+            throw util::UsageError("convert to " + out.string() + ": " + there.front().string() +
+                                   " is there already; allowed: another name, or --overwrite");
     if (fs::is_directory(out))
-        throw UsageError("convert to " + out.string() +
-                         ": it is a folder; allowed: the name of a file");
+        throw util::UsageError("convert to " + out.string() +
+                               ": it is a folder; allowed: the name of a file");
     if (fs::exists(out) && !args.overwrite)
-        throw UsageError("convert to " + out.string() +
-                         ": it is there already; allowed: another name, or --overwrite");
+        throw util::UsageError("convert to " + out.string() +
+                               ": it is there already; allowed: another name, or --overwrite");
 }
 
-std::uint64_t steps_of(Format format, const convert::Part& part, const voxel::WorldInfo& world) {
+std::uint64_t steps_of(Format format, const exports::Part& part, const voxel::WorldInfo& world) {
     if (format == Format::kArchive)
-        return convert::archive_steps(part, world);
+        return exports::archive_steps(part, world);
     const voxel::BoxRange boxes = part.boxes();
     return static_cast<std::uint64_t>(boxes.max.bx - boxes.min.bx) *
            static_cast<std::uint64_t>(boxes.max.bz - boxes.min.bz);
 }
 
-void write(const Arguments& args, Format format, convert::Job& job) {
+void write(const Arguments& args, Format format, exports::Job& job) {
     switch (format) {
-        case Format::kArchive: return convert::write_archive(job);
-        case Format::kAnvil: return convert::write_anvil(job, {});
-        case Format::kVox: return convert::write_vox(job);
+        case Format::kArchive: return exports::write_archive(job);
+        case Format::kAnvil: return exports::anvil::write_anvil(job, {});
+        case Format::kVox: return exports::write_vox(job);
         case Format::kVdb:
-            return convert::write_vdb(job,
-                                      {args.up == "y" ? convert::VdbUp::kY : convert::VdbUp::kZ});
-        case Format::kGlb: return convert::write_mesh(job, convert::MeshFormat::kGlb, args.mesh);
-        case Format::kPly: return convert::write_mesh(job, convert::MeshFormat::kPly, args.mesh);
+            return exports::write_vdb(job,
+                                      {args.up == "y" ? exports::VdbUp::kY : exports::VdbUp::kZ});
+        case Format::kGlb: return exports::write_mesh(job, exports::MeshFormat::kGlb, args.mesh);
+        case Format::kPly: return exports::write_mesh(job, exports::MeshFormat::kPly, args.mesh);
     }
 }
 
-ExitCode report(const convert::Job& job, const voxel::World& world, double seconds, bool quiet) {
+util::ExitCode report(const exports::Job& job, const voxel::World& world, double seconds,
+                      bool quiet) {
     const auto files = job.files();
     if (!quiet) {
         std::uint64_t bytes = 0;
@@ -196,34 +197,34 @@ ExitCode report(const convert::Job& job, const voxel::World& world, double secon
     if (holes > 0)
         spdlog::error("what was written has holes: {} boxes could not be had", holes);
     if (!damage.empty())
-        tell_damage(damage);
-    return holes > 0 || !damage.empty() ? ExitCode::kHoles : ExitCode::kDone;
+        voxel::log_damage(damage);
+    return holes > 0 || !damage.empty() ? util::ExitCode::kHoles : util::ExitCode::kDone;
 }
 
-ExitCode run(Arguments& args) {
+util::ExitCode run(Arguments& args) {
     util::set_up_log(args.quiet ? "error" : args.world.log_level);
     if (args.paths.size() < 2)
-        throw UsageError("convert: " + std::to_string(args.paths.size()) +
-                         " path; allowed: what to convert, then what to write");
+        throw util::UsageError("convert: " + std::to_string(args.paths.size()) +
+                               " path; allowed: what to convert, then what to write");
     const auto start = std::chrono::steady_clock::now();
     const fs::path named = args.paths.back(),
                    out = named.has_filename() ? named : named.parent_path();  // "a/" is "a"
     args.world.inputs.assign(args.paths.begin(), args.paths.end() - 1);
-    const Format format = convert::format_of(args.to, out);
+    const Format format = exports::format_of(args.to, out);
     args.selection.area = numbers_of(
         "--area", args.area, 4, "west,south,east,north, or x0,z0,x1,z1 in a world without a CRS");
     args.selection.heights = numbers_of("--heights", args.heights, 2, "lowest,highest in metres");
     check_target(args, out, format);
-    const Scene scene = args.world.scene();
+    const scene::Scene scene = args.world.scene();
     util::StageTimes times;
-    const auto world = open_world(args.world.options(scene), times);
-    const convert::Part part = convert::part_of(world->info(), args.selection);
+    const auto world = worlds::open_world(args.world.options(scene), times);
+    const exports::Part part = exports::part_of(world->info(), args.selection);
     const voxel::Palette palette = voxel::load_palette(material::find_materials(""));
-    convert::Meter meter("convert", steps_of(format, part, world->info()), args.quiet);
-    convert::Job job(*world, part, out, palette, meter);
+    exports::Meter meter("convert", steps_of(format, part, world->info()), args.quiet);
+    exports::Job job(*world, part, out, palette, meter);
     job.name = name_of_job(args, scene, part, *world, format);
     job.colours =
-        args.colours == "material" ? convert::Colours::kMaterial : convert::Colours::kTrue;
+        args.colours == "material" ? exports::Colours::kMaterial : exports::Colours::kTrue;
     job.threads = scene.processing.threads.value_or(0);
     job.memory_bytes = static_cast<std::size_t>(args.memory_mib) << 20;
     const auto before = format == Format::kVdb ? vdb_files(out) : std::vector<fs::path>{};
@@ -244,7 +245,7 @@ ExitCode run(Arguments& args) {
 
 }  // namespace
 
-std::function<ExitCode()> add_convert_command(CLI::App& app) {
+std::function<util::ExitCode()> add_convert_command(CLI::App& app) {
     auto args = std::make_shared<Arguments>();
     CLI::App* command = app.add_subcommand(
         "convert",
@@ -254,7 +255,7 @@ std::function<ExitCode()> add_convert_command(CLI::App& app) {
                      "what to convert: " + worlds::allowed_inputs() + "; then what to write")
         ->required();
     command->add_option("--to", args->to,
-                        "format: " + convert::formats() + "; default: by the output's ending");
+                        "format: " + exports::formats() + "; default: by the output's ending");
     command
         ->add_option("--level", args->selection.level,
                      "level of the world: voxels of 2^level times its finest")
@@ -291,4 +292,4 @@ std::function<ExitCode()> add_convert_command(CLI::App& app) {
     return [args] { return run(*args); };
 }
 
-}  // namespace terravox
+}  // namespace terravox::commands

@@ -8,9 +8,9 @@ namespace CLI {
 class App;
 }
 
-namespace terravox {
+namespace terravox::commands {
 
 /// Adds `convert`. @return what runs it
-[[nodiscard]] std::function<ExitCode()> add_convert_command(CLI::App& app);
+[[nodiscard]] std::function<util::ExitCode()> add_convert_command(CLI::App& app);
 
-}  // namespace terravox
+}  // namespace terravox::commands

@@ -8,12 +8,12 @@
 
 #include "common/util/log.hpp"
 #include "common/util/printable.hpp"
-#include "raytracer/commands/crew_arguments.hpp"
+#include "raytracer/commands/render_pool_arguments.hpp"
 #include "raytracer/farm/net/certs.hpp"
 #include "raytracer/farm/net/peer_certificate.hpp"
 #include "raytracer/farm/wire/hello.hpp"
 
-namespace terravox {
+namespace terravox::commands {
 namespace {
 
 struct Arguments {
@@ -27,38 +27,39 @@ struct Arguments {
     CredentialArguments credentials;
 };
 
-ExitCode make_certificates(const Arguments& args) {
+util::ExitCode make_certificates(const Arguments& args) {
     if (!args.revoked.empty()) {
         net::revoke_certs(args.folder, args.revoked);
         std::printf(
             "wrote %s: copy it beside ca.pem on each machine; connections from then on are refused "
             "to what it names\n",
             net::revocation_list_of(std::filesystem::path(args.folder) / "ca.pem").c_str());
-        return ExitCode::kDone;
+        return util::ExitCode::kDone;
     }
     net::make_certs(args.folder, args.names, args.days, args.role);
     std::printf(
         "wrote %s: give each machine ca.pem, and one certificate with its key; keep ca.key away "
         "from all of them\n",
         args.folder.c_str());
-    return ExitCode::kDone;
+    return util::ExitCode::kDone;
 }
 
 /// @param question a StatusRequest or a Pause
-farm::Status ask(const net::Address& address, const net::Credentials& credentials,
+farm::Status ask(const sockets::Address& address, const net::Credentials& credentials,
                  farm::Frame question) {
     auto link = net::dial(address, credentials, std::chrono::seconds(5));
-    OwnHello own;
+    farm::OwnHello own;
     own.role = farm::OBSERVER;
-    (void)meet(*link, make_hello(own), {farm::WORKER, farm::COORDINATOR});
+    (void)farm::meet(*link, farm::make_hello(own), {farm::WORKER, farm::COORDINATOR});
     link->send(std::move(question));
     while (auto frame = link->receive()) {
         if (frame->has_status())
             return std::move(*frame->mutable_status());
         if (frame->has_refusal())
-            throw Error("ask " + address.text() + ": it refuses: " + frame->refusal().reason());
+            throw util::Error("ask " + address.text() +
+                              ": it refuses: " + frame->refusal().reason());
     }
-    throw Error("ask " + address.text() + " for its state: it hung up");
+    throw util::Error("ask " + address.text() + " for its state: it hung up");
 }
 
 nlohmann::json to_json(const std::string& address, const farm::Status& s) {
@@ -110,12 +111,12 @@ void print(const std::string& address, const farm::Status& s) {
                     m.latency_s() * 1e3, m.leases(), 100 * m.busy_share());
 }
 
-ExitCode ask_all(const Arguments& args, const farm::Frame& question) {
+util::ExitCode ask_all(const Arguments& args, const farm::Frame& question) {
     util::set_up_log("error");
     const net::Credentials credentials = args.credentials.credentials(false, "");
     nlohmann::json all = nlohmann::json::array();
     for (const std::string& text : args.addresses) {
-        const net::Address address = net::Address::parse(text, net::kWorkerPort);
+        const sockets::Address address = sockets::Address::parse(text, net::kWorkerPort);
         const farm::Status status = ask(address, credentials, question);
         if (args.json)
             all.push_back(to_json(address.text(), status));
@@ -125,12 +126,12 @@ ExitCode ask_all(const Arguments& args, const farm::Frame& question) {
     if (args.json)
         std::printf("%s\n",
                     all.dump(2, ' ', true, nlohmann::json::error_handler_t::replace).c_str());
-    return ExitCode::kDone;
+    return util::ExitCode::kDone;
 }
 
 }  // namespace
 
-std::function<ExitCode()> add_farm_command(CLI::App& app) {
+std::function<util::ExitCode()> add_farm_command(CLI::App& app) {
     auto args = std::make_shared<Arguments>();
     CLI::App* farm = app.add_subcommand(
         "farm", "Certificates for a farm, what its members are at, and pausing them");
@@ -188,4 +189,4 @@ std::function<ExitCode()> add_farm_command(CLI::App& app) {
     };
 }
 
-}  // namespace terravox
+}  // namespace terravox::commands

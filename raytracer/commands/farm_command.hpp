@@ -8,11 +8,11 @@ namespace CLI {
 class App;
 }
 
-namespace terravox {
+namespace terravox::commands {
 
 /// Adds `farm certs` (certificates for coordinators and workers) and `farm status` (what a daemon
 /// or a coordinator is at).
 /// @return runs the command once the arguments are parsed @throws (when run) Error, UsageError
-[[nodiscard]] std::function<ExitCode()> add_farm_command(CLI::App& app);
+[[nodiscard]] std::function<util::ExitCode()> add_farm_command(CLI::App& app);
 
-}  // namespace terravox
+}  // namespace terravox::commands

@@ -9,29 +9,29 @@
 
 #include "common/thread/parallel.hpp"
 #include "common/util/log.hpp"
-#include "common/voxel/tell_damage.hpp"
+#include "common/voxel/log_damage.hpp"
 #include "common/voxel/world_json.hpp"
 #include "raytracer/render/joined_pictures.hpp"
 #include "raytracer/scene/scene_io.hpp"
 
-namespace terravox {
+namespace terravox::commands {
 namespace {
 
 struct Arguments {
     std::vector<std::filesystem::path> journals;
     std::vector<std::string> outputs;
     std::string tiles;
-    PictureOptions picture;
+    render::PictureOptions picture;
     std::string log_level = "info";
     bool info = false, quiet = false;
 };
 
 /// What one file is of, and how much of it is done. A coordinator may be writing to it meanwhile.
 void print_info(const std::filesystem::path& path) {
-    const TileJournal journal(OpenFile(path, O_RDONLY, "read the checkpoint"));
-    const PictureKey& key = journal.key();
-    Scene scene;
-    parse_scene(key.scene, "of " + path.string(), scene);
+    const farm::TileJournal journal(farm::OpenFile(path, O_RDONLY, "read the checkpoint"));
+    const farm::PictureKey& key = journal.key();
+    scene::Scene scene;
+    scene::parse_scene(key.scene, "of " + path.string(), scene);
     std::uint32_t holes = 0;
     for (std::uint32_t cell = 0; cell < key.grid.cells(); ++cell)
         holes += journal.at(cell).holes > 0 ? 1 : 0;
@@ -48,11 +48,11 @@ void print_info(const std::filesystem::path& path) {
         std::printf(", %u of them with holes", holes);
     std::printf("\n");
     if (journal.count() < key.grid.cells())
-        std::printf(
-            "  missing  in rows %s of %u\n",
-            rows_missing(key.grid, [&](std::uint32_t cell) { return journal.at(cell).is_there(); })
-                .c_str(),
-            key.grid.rows());
+        std::printf("  missing  in rows %s of %u\n",
+                    farm::rows_missing(
+                        key.grid, [&](std::uint32_t cell) { return journal.at(cell).is_there(); })
+                        .c_str(),
+                    key.grid.rows());
     for (const std::string& line : journal.damage())
         std::printf("  damage   %s\n", line.c_str());
     if (const std::string damaged = journal.what_is_damaged(); !damaged.empty())
@@ -61,24 +61,24 @@ void print_info(const std::filesystem::path& path) {
 
 void check(const Arguments& args) {
     if (args.info && (!args.outputs.empty() || !args.tiles.empty()))
-        throw UsageError("merge: --info with -o or --tiles; allowed: --info alone");
+        throw util::UsageError("merge: --info with -o or --tiles; allowed: --info alone");
     if (!args.info && args.outputs.empty() && args.tiles.empty())
-        throw UsageError(
+        throw util::UsageError(
             "merge: nothing to write named; give -o FILE.exr, --tiles FILE.tiles, or --info");
 }
 
-ExitCode run(Arguments& args) {
+util::ExitCode run(Arguments& args) {
     util::set_up_log(args.quiet ? "error" : args.log_level);
     check(args);
     if (args.info) {
         for (const auto& journal : args.journals)
             print_info(journal);
-        return ExitCode::kDone;
+        return util::ExitCode::kDone;
     }
     args.picture.threads = thread::thread_count(args.picture.threads);
-    const JoinedTiles tiles(args.journals);
+    const farm::JoinedTiles tiles(args.journals);
     if (!args.outputs.empty())
-        check_joined_pictures(tiles.key(), args.outputs, args.picture);
+        render::check_joined_pictures(tiles.key(), args.outputs, args.picture);
     if (!args.tiles.empty()) {
         tiles.write(args.tiles);
         if (!args.quiet)
@@ -86,26 +86,27 @@ ExitCode run(Arguments& args) {
                         tiles.key().grid.cells());
     }
     if (args.outputs.empty())
-        return ExitCode::kDone;
+        return util::ExitCode::kDone;
     if (tiles.missing() > 0)
-        throw Error("merge into " + args.outputs.front() + ": " + std::to_string(tiles.missing()) +
-                    " of " + std::to_string(tiles.key().grid.cells()) +
-                    " tiles are missing, in rows " + tiles.rows_missing() + " of " +
-                    std::to_string(tiles.key().grid.rows()));
-    const RenderStatistics s = write_joined_pictures(tiles, args.outputs, args.picture);
+        throw util::Error(
+            "merge into " + args.outputs.front() + ": " + std::to_string(tiles.missing()) + " of " +
+            std::to_string(tiles.key().grid.cells()) + " tiles are missing, in rows " +
+            tiles.rows_missing() + " of " + std::to_string(tiles.key().grid.rows()));
+    const render::RenderStatistics s =
+        render::write_joined_pictures(tiles, args.outputs, args.picture);
     if (!args.quiet)
         for (const std::string& output : args.outputs)
             std::printf("wrote %s\n", output.c_str());
     if (!s.counts.holes.empty())
         spdlog::error("the picture has holes: {} boxes could not be had", s.counts.holes.size());
     if (!s.damage.empty())
-        tell_damage(s.damage);
-    return s.has_holes() ? ExitCode::kHoles : ExitCode::kDone;
+        voxel::log_damage(s.damage);
+    return s.has_holes() ? util::ExitCode::kHoles : util::ExitCode::kDone;
 }
 
 }  // namespace
 
-std::function<ExitCode()> add_merge_command(CLI::App& app) {
+std::function<util::ExitCode()> add_merge_command(CLI::App& app) {
     auto args = std::make_shared<Arguments>();
     CLI::App* command = app.add_subcommand(
         "merge", "Join the checkpoints of several coordinators of one picture, and write it");
@@ -141,4 +142,4 @@ std::function<ExitCode()> add_merge_command(CLI::App& app) {
     return [args] { return run(*args); };
 }
 
-}  // namespace terravox
+}  // namespace terravox::commands

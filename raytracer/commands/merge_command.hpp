@@ -8,10 +8,10 @@ namespace CLI {
 class App;
 }
 
-namespace terravox {
+namespace terravox::commands {
 
 /// Adds `merge` to the program's commands. @return runs the command once the arguments are parsed
 /// @throws (when run) Error, UsageError
-[[nodiscard]] std::function<ExitCode()> add_merge_command(CLI::App& app);
+[[nodiscard]] std::function<util::ExitCode()> add_merge_command(CLI::App& app);
 
-}  // namespace terravox
+}  // namespace terravox::commands

@@ -16,7 +16,7 @@
 #include "common/util/atomic_file.hpp"
 #include "common/util/log.hpp"
 #include "common/util/resident_memory.hpp"
-#include "raytracer/commands/crew_arguments.hpp"
+#include "raytracer/commands/render_pool_arguments.hpp"
 #include "raytracer/commands/world_arguments.hpp"
 #include "raytracer/preview/app/app.hpp"
 #include "raytracer/preview/opening.hpp"
@@ -24,12 +24,12 @@
 #include "raytracer/scene/scene_io.hpp"
 #include "voxelserver/worlds/open/world_kinds.hpp"
 
-namespace terravox {
+namespace terravox::commands {
 namespace {
 
 struct Arguments {
     WorldArguments world;
-    CrewArguments crew;
+    RenderPoolArguments render_pool;
     std::string save_scene = "preview-scene.toml", report;
     std::string size = "1280x720";
     bool light = false;
@@ -40,21 +40,21 @@ std::atomic<bool> g_quit{false};
 
 /// Who renders the preview: the window's thread, and those that are named; else as many as there
 /// are cores beside it.
-CrewOptions preview_crew(const Arguments& args, const Scene& scene) {
-    CrewArguments asked = args.crew;
+render::RenderPoolOptions preview_render_pool(const Arguments& args, const scene::Scene& scene) {
+    RenderPoolArguments asked = args.render_pool;
     asked.green = true;
-    CrewOptions out = asked.options(scene);
+    render::RenderPoolOptions out = asked.options(scene);
     out.green = out.changes = true;
     if (!scene.processing.threads)
         out.threads = std::max(thread::thread_count(0) - 1, 0);
     // None are needed before a worker is added; then it is told.
     if (!out.farm.any())
-        out.farm.credentials = args.crew.credentials.find().value_or(net::Credentials());
+        out.farm.credentials = args.render_pool.credentials.find().value_or(net::Credentials());
     return out;
 }
 
 /// What is seen until a world is open. @return false: the person has had enough
-bool draw_opening(const Window& window, const std::string& failure, bool& again) {
+bool draw_opening(const preview::Window& window, const std::string& failure, bool& again) {
     const auto [width, height] = window.size_px();
     const float font = ImGui::GetFontSize();
     ImGui::SetNextWindowPos({static_cast<float>(width) / 2, static_cast<float>(height) / 2},
@@ -66,43 +66,44 @@ bool draw_opening(const Window& window, const std::string& failure, bool& again)
         ImGui::Text("Opening the world %c", "|/-\\"[static_cast<int>(ImGui::GetTime() * 8) & 3]);
     } else {
         ImGui::TextWrapped("%s", failure.c_str());
-        again = widgets::button("Try again");
+        again = panels::widgets::button("Try again");
         ImGui::SameLine();
-        stay = !widgets::button("Close");
+        stay = !panels::widgets::button("Close");
     }
     ImGui::End();
     return stay;
 }
 
-nlohmann::json report_of(const App& app) {
+nlohmann::json report_of(const preview::App& app) {
     nlohmann::json out = app.times().report();
-    out["pictures"] = app.pictures(), out["holes"] = app.holes(),
+    out["pictures"] = app.pictures();
+    out["holes"] = app.holes();
     out["memory_bytes"] = util::resident_bytes();
     return out;
 }
 
-ExitCode run(const Arguments& args) {
+util::ExitCode run(const Arguments& args) {
     util::set_up_log(args.world.log_level);
-    const Scene scene = args.world.scene();
-    const AppOptions options{
-        preview_crew(args, scene),
-        CrewOptions{
+    const scene::Scene scene = args.world.scene();
+    const preview::AppOptions options{
+        preview_render_pool(args, scene),
+        render::RenderPoolOptions{
             thread::thread_count(scene.processing.threads.value_or(0)), false, {}, {}, false},
-        args.save_scene, args.light, std::make_shared<LogTail>()};
+        args.save_scene, args.light, std::make_shared<preview::LogTail>()};
     spdlog::default_logger()->sinks().push_back(options.log);
     for (const std::string& input : args.world.inputs)
         (void)worlds::kind_of(input);  // before a window opens for nothing
     if (!args.report.empty())
         util::check_writable(args.report);
-    Scene window_size;
-    set_field(window_size, "output.size", args.size);
-    Window window(window_size.output.size_px[0], window_size.output.size_px[1], "Terravox",
-                  args.ui_scale);
+    scene::Scene window_size;
+    scene::set_field(window_size, "output.size", args.size);
+    preview::Window window(window_size.output.size_px[0], window_size.output.size_px[1], "Terravox",
+                           args.ui_scale);
     window.set_light(args.light);
     std::signal(SIGINT, [](int) { g_quit = true; });
     std::signal(SIGTERM, [](int) { g_quit = true; });
-    auto opening = std::make_unique<Opening>(args.world.options(scene), scene);
-    std::unique_ptr<App> app;
+    auto opening = std::make_unique<preview::Opening>(args.world.options(scene), scene);
+    std::unique_ptr<preview::App> app;
     std::string failure;
     while (window.open() && !g_quit) {
         if (app) {
@@ -114,13 +115,15 @@ ExitCode run(const Arguments& args) {
         if (!draw_opening(window, failure, again))
             window.close();
         window.end_frame({});
-        if (again)
-            failure.clear(), opening = std::make_unique<Opening>(args.world.options(scene), scene);
+        if (again) {
+            failure.clear();
+            opening = std::make_unique<preview::Opening>(args.world.options(scene), scene);
+        }
         if (auto world = opening->take()) {
             try {
                 window.set_title("Terravox: " + world->world->info().title);
-                app = std::make_unique<App>(window, scene, std::move(world), options);
-            } catch (const Error& e) {
+                app = std::make_unique<preview::App>(window, scene, std::move(world), options);
+            } catch (const util::Error& e) {
                 failure = e.what();
             }
         } else if (failure.empty() && !(failure = opening->failure()).empty()) {
@@ -136,21 +139,21 @@ ExitCode run(const Arguments& args) {
     if (opening->runs()) {
         spdlog::info("left before the world was open");
         spdlog::shutdown();
-        std::_Exit(static_cast<int>(ExitCode::kDone));
+        std::_Exit(static_cast<int>(util::ExitCode::kDone));
     }
     if (!failure.empty())
-        return ExitCode::kFailed;
-    return holes > 0 ? ExitCode::kHoles : ExitCode::kDone;
+        return util::ExitCode::kFailed;
+    return holes > 0 ? util::ExitCode::kHoles : util::ExitCode::kDone;
 }
 
 }  // namespace
 
-std::function<ExitCode()> add_preview_command(CLI::App& app) {
+std::function<util::ExitCode()> add_preview_command(CLI::App& app) {
     auto args = std::make_shared<Arguments>();
     CLI::App* command = app.add_subcommand(
         "preview", "Fly around a world in a window while it is rendered, coarse to fine");
     add_world_arguments(*command, args->world);
-    add_crew_arguments(*command, args->crew);
+    add_render_pool_arguments(*command, args->render_pool);
     command
         ->add_option("--save-scene", args->save_scene, "where the scene is saved at first (Ctrl+S)")
         ->capture_default_str();
@@ -168,4 +171,4 @@ std::function<ExitCode()> add_preview_command(CLI::App& app) {
     return [args] { return run(*args); };
 }
 
-}  // namespace terravox
+}  // namespace terravox::commands

@@ -8,11 +8,11 @@ namespace CLI {
 class App;
 }
 
-namespace terravox {
+namespace terravox::commands {
 
 /// Adds `preview`: a window with the progressive picture. @return runs the command once the
 /// arguments are parsed
 /// @throws (when run) Error when there is no display
-[[nodiscard]] std::function<ExitCode()> add_preview_command(CLI::App& app);
+[[nodiscard]] std::function<util::ExitCode()> add_preview_command(CLI::App& app);
 
-}  // namespace terravox
+}  // namespace terravox::commands

@@ -8,51 +8,53 @@
 
 #include "common/util/atomic_file.hpp"
 #include "common/util/log.hpp"
-#include "common/voxel/tell_damage.hpp"
-#include "raytracer/commands/crew_arguments.hpp"
+#include "common/voxel/log_damage.hpp"
+#include "raytracer/commands/render_pool_arguments.hpp"
 #include "raytracer/commands/world_arguments.hpp"
 #include "raytracer/output/image_writer.hpp"
 #include "raytracer/render/picture_renderer.hpp"
 #include "raytracer/scene/scene_io.hpp"
 
-namespace terravox {
+namespace terravox::commands {
 namespace {
 
 struct Arguments {
     WorldArguments world;
-    CrewArguments crew;
+    RenderPoolArguments render_pool;
     std::vector<std::string> outputs;
     std::string save_scene, report, part;
     bool quiet = false, resume = false;
 };
 
-ExitCode run(const Arguments& args) {
+util::ExitCode run(const Arguments& args) {
     util::set_up_log(args.quiet ? "error" : args.world.log_level);
     const auto start = std::chrono::steady_clock::now();
-    const Scene scene = args.world.scene();
+    const scene::Scene scene = args.world.scene();
     // Refuse what cannot be written before any work is done.
     if (args.outputs.empty())
-        throw UsageError("render: no picture named; give -o FILE.png or FILE.exr");
-    PictureRenderer::check(scene, args.outputs);
-    KeepOptions keep{args.resume, true, {}};
-    if (!args.part.empty() && !(keep.part = Part::parse(args.part)))
-        throw UsageError("render: --part " + args.part + "; allowed: " + Part::kAllowed);
-    const CrewOptions crew = args.crew.options(scene);
+        throw util::UsageError("render: no picture named; give -o FILE.png or FILE.exr");
+    render::PictureRenderer::check(scene, args.outputs);
+    render::KeepOptions keep{args.resume, true, {}};
+    if (!args.part.empty() && !(keep.part = farm::Part::parse(args.part)))
+        throw util::UsageError("render: --part " + args.part +
+                               "; allowed: " + farm::Part::kAllowed);
+    const render::RenderPoolOptions render_pool = args.render_pool.options(scene);
     if (!args.report.empty())
         util::check_writable(args.report);
     if (!args.save_scene.empty())
-        util::write_file_atomically(args.save_scene, to_toml(scene));
+        util::write_file_atomically(args.save_scene, scene::to_toml(scene));
 
-    PictureRenderer renderer(args.world.options(scene), crew, scene, args.quiet);
-    const RenderStatistics statistics = renderer.render(scene, args.outputs, keep, start);
+    render::PictureRenderer renderer(args.world.options(scene), render_pool, scene, args.quiet);
+    const render::RenderStatistics statistics = renderer.render(scene, args.outputs, keep, start);
     if (!args.report.empty())
         util::write_file_atomically(
-            args.report, report_of(statistics, renderer.times(), renderer.view()).dump(2) + "\n");
+            args.report,
+            render::report_of(statistics, renderer.times(), renderer.view()).dump(2) + "\n");
     if (!args.quiet) {
-        print_statistics(statistics, renderer.times());
+        render::print_statistics(statistics, renderer.times());
         if (keep.part)
             std::printf("wrote %s: terravox merge makes a picture of all parts\n",
-                        checkpoint_path(args.outputs.front(), keep.part).c_str());
+                        farm::checkpoint_path(args.outputs.front(), keep.part).c_str());
         else
             for (const std::string& output : args.outputs)
                 std::printf("wrote %s\n", output.c_str());
@@ -64,18 +66,18 @@ ExitCode run(const Arguments& args) {
         spdlog::error("the picture lacks {} tiles: nobody was left to render them",
                       statistics.counts.missing);
     if (!statistics.damage.empty())
-        tell_damage(statistics.damage);
-    return statistics.has_holes() ? ExitCode::kHoles : ExitCode::kDone;
+        voxel::log_damage(statistics.damage);
+    return statistics.has_holes() ? util::ExitCode::kHoles : util::ExitCode::kDone;
 }
 
 }  // namespace
 
-std::function<ExitCode()> add_render_command(CLI::App& app) {
+std::function<util::ExitCode()> add_render_command(CLI::App& app) {
     auto args = std::make_shared<Arguments>();
     CLI::App* command =
         app.add_subcommand("render", "Render a world to PNG, JPEG, EXR or TIFF files");
     add_world_arguments(*command, args->world);
-    add_crew_arguments(*command, args->crew);
+    add_render_pool_arguments(*command, args->render_pool);
     command
         ->add_option(
             "-o,--output", args->outputs,
@@ -96,4 +98,4 @@ std::function<ExitCode()> add_render_command(CLI::App& app) {
     return [args] { return run(*args); };
 }
 
-}  // namespace terravox
+}  // namespace terravox::commands

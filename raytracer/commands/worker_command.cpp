@@ -21,21 +21,21 @@
 #include "raytracer/farm/worker/worker_config.hpp"
 #include "raytracer/farm/worker/worker_daemon.hpp"
 
-namespace terravox {
+namespace terravox::commands {
 namespace {
 
-std::atomic<WorkerDaemon*> g_daemon{nullptr};
+std::atomic<farm::WorkerDaemon*> g_daemon{nullptr};
 std::atomic<bool> g_reload{false};
 
-void set_up_log(const WorkerConfig& config) {
+void set_up_log(const farm::WorkerConfig& config) {
     util::set_up_log(config.log, config.log_json ? util::LogFormat::kJson : util::LogFormat::kText);
 }
 
 /// Without any, a daemon that only listens makes a token and says so: its coordinators can be told.
-net::Credentials credentials_or_new(const WorkerConfig& config) {
+net::Credentials credentials_or_new(const farm::WorkerConfig& config) {
     if (!config.tls_ca.empty() || !config.join.empty() ||
         !net::find_token(config.token_file).empty())
-        return credentials_of(config);
+        return farm::credentials_of(config);
     net::Credentials out;
     out.token = net::new_token();
     std::fprintf(stderr,
@@ -45,34 +45,47 @@ net::Credentials credentials_or_new(const WorkerConfig& config) {
     return out;
 }
 
-WorkerDaemonOptions options_of(const WorkerConfig& config) {
-    WorkerDaemonOptions out;
-    out.listen = config.listen, out.join = config.join, out.name = config.name,
-    out.once = config.once, out.sessions = config.sessions;
+farm::WorkerDaemonOptions options_of(const farm::WorkerConfig& config) {
+    farm::WorkerDaemonOptions out;
+    out.listen = config.listen;
+    out.join = config.join;
+    out.name = config.name;
+    out.once = config.once;
+    out.sessions = config.sessions;
     out.threads = thread::thread_count(config.threads);
     out.memory_bytes = static_cast<std::size_t>(config.memory_mib) << 20;
     const auto span = [](double seconds) {
         return std::chrono::milliseconds(static_cast<std::int64_t>(seconds * 1000));
     };
-    out.patience = span(config.drain_s);
+    out.timeout = span(config.drain_s);
     if (config.idle_s > 0)
         out.idle = span(config.idle_s);
     return out;
 }
 
-WorkerMetrics metrics_of(const WorkerDaemon& daemon) {
-    const WorkerDaemon::Totals t = daemon.totals();
-    WorkerMetrics out;
-    out.uptime_s = t.uptime_s, out.tiles = t.tiles, out.pixels = t.pixels, out.rays = t.rays,
-    out.failed = t.failed, out.result_bytes = t.result_bytes;
-    out.box_requests = t.box_requests, out.busy_s = t.busy_s, out.all_sessions = t.sessions,
+farm::WorkerMetrics metrics_of(const farm::WorkerDaemon& daemon) {
+    const farm::WorkerDaemon::Totals t = daemon.totals();
+    farm::WorkerMetrics out;
+    out.uptime_s = t.uptime_s;
+    out.tiles = t.tiles;
+    out.pixels = t.pixels;
+    out.rays = t.rays;
+    out.failed = t.failed;
+    out.result_bytes = t.result_bytes;
+    out.box_requests = t.box_requests;
+    out.busy_s = t.busy_s;
+    out.all_sessions = t.sessions;
     out.threads = t.threads;
     out.refused = {{"busy", t.busy}, {"unfit", t.unfit}};
     out.sessions = static_cast<int>(t.now.size());
-    out.memory_bytes = util::resident_bytes(), out.box_limit_bytes = t.memory_bytes,
+    out.memory_bytes = util::resident_bytes();
+    out.box_limit_bytes = t.memory_bytes;
     out.draining = t.ending;
-    for (const WorkerSession::Status& s : t.now)
-        out.box_bytes += s.box_bytes, out.waiting += s.waiting, out.begun += s.begun;
+    for (const farm::WorkerSession::Status& s : t.now) {
+        out.box_bytes += s.box_bytes;
+        out.waiting += s.waiting;
+        out.begun += s.begun;
+    }
     return out;
 }
 
@@ -87,7 +100,8 @@ std::string joined(const std::vector<std::string>& names) {
 /// nothing.
 class Reloader {
 public:
-    Reloader(const WorkerArguments& arguments, WorkerConfig running, WorkerDaemon& daemon)
+    Reloader(const farm::WorkerArguments& arguments, farm::WorkerConfig running,
+             farm::WorkerDaemon& daemon)
         : m_arguments(arguments),
           m_running(std::move(running)),
           m_daemon(daemon),
@@ -106,47 +120,47 @@ private:
     }
     void reload() {
         try {
-            const WorkerConfig wanted = load_worker_config(m_arguments);
-            const WorkerConfigChange change = difference(m_running, wanted);
-            m_running = reloaded(m_running, wanted);
+            const farm::WorkerConfig wanted = farm::load_worker_config(m_arguments);
+            const farm::WorkerConfigChange change = farm::difference(m_running, wanted);
+            m_running = farm::reloaded(m_running, wanted);
             set_up_log(m_running);
             m_daemon.reload(options_of(m_running));
             spdlog::info("configuration read again; changed: {}",
                          change.now.empty() ? "nothing" : joined(change.now));
             if (!change.restart.empty())
                 spdlog::warn("after a restart only: {}", joined(change.restart));
-        } catch (const Error& e) {
+        } catch (const util::Error& e) {
             spdlog::error("{}; the configuration stays as it was", e.what());
         }
     }
 
-    const WorkerArguments& m_arguments;
-    WorkerConfig m_running;
-    WorkerDaemon& m_daemon;
+    const farm::WorkerArguments& m_arguments;
+    farm::WorkerConfig m_running;
+    farm::WorkerDaemon& m_daemon;
     std::atomic<bool> m_stop{false};
     std::thread m_thread;
 };
 
-MetricsAddress metrics_address(const WorkerConfig& config) {
-    MetricsAddress out{config.metrics->host, config.metrics->port};
+farm::MetricsAddress metrics_address(const farm::WorkerConfig& config) {
+    farm::MetricsAddress out{config.metrics->host, config.metrics->port};
     std::istringstream names(config.metrics_names);
     for (std::string name; names >> name;)
         out.names.push_back(name);
     return out;
 }
 
-ExitCode run(const WorkerArguments& arguments) {
-    const WorkerConfig config = load_worker_config(arguments);
+util::ExitCode run(const farm::WorkerArguments& arguments) {
+    const farm::WorkerConfig config = farm::load_worker_config(arguments);
     set_up_log(config);
     util::allow_many_open_files();
-    WorkerDaemonOptions options = options_of(config);
-    options.http = http_access_of(config);
+    farm::WorkerDaemonOptions options = options_of(config);
+    options.http = farm::http_access_of(config);
     options.credentials = credentials_or_new(config);
-    WorkerDaemon daemon(std::move(options));
-    std::unique_ptr<MetricsPage> page;
+    farm::WorkerDaemon daemon(std::move(options));
+    std::unique_ptr<farm::MetricsPage> page;
     if (config.metrics) {
-        page = std::make_unique<MetricsPage>(metrics_address(config),
-                                             [&daemon] { return metrics_of(daemon); });
+        page = std::make_unique<farm::MetricsPage>(metrics_address(config),
+                                                   [&daemon] { return metrics_of(daemon); });
         spdlog::info("page of metrics at port {}", page->port());
     }
     std::unique_ptr<net::Announcement> announcement;
@@ -171,16 +185,16 @@ ExitCode run(const WorkerArguments& arguments) {
         for (const int s : {SIGTERM, SIGINT, SIGHUP})
             std::signal(s, SIG_DFL);
     }
-    return ExitCode::kDone;
+    return util::ExitCode::kDone;
 }
 
 }  // namespace
 
-std::function<ExitCode()> add_worker_command(CLI::App& app) {
-    auto arguments = std::make_shared<WorkerArguments>();
+std::function<util::ExitCode()> add_worker_command(CLI::App& app) {
+    auto arguments = std::make_shared<farm::WorkerArguments>();
     CLI::App* command = app.add_subcommand("worker", "Lend this machine to renders elsewhere");
-    add_worker_options(*command, *arguments);
+    farm::add_worker_options(*command, *arguments);
     return [arguments] { return run(*arguments); };
 }
 
-}  // namespace terravox
+}  // namespace terravox::commands

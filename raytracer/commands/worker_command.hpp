@@ -8,11 +8,11 @@ namespace CLI {
 class App;
 }
 
-namespace terravox {
+namespace terravox::commands {
 
 /// Adds `worker`: the daemon that lends this machine to renders elsewhere. @return runs the command
 /// once the arguments are parsed
 /// @throws (when run) Error, UsageError
-[[nodiscard]] std::function<ExitCode()> add_worker_command(CLI::App& app);
+[[nodiscard]] std::function<util::ExitCode()> add_worker_command(CLI::App& app);
 
-}  // namespace terravox
+}  // namespace terravox::commands

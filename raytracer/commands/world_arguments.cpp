@@ -1,5 +1,7 @@
 #include "raytracer/commands/world_arguments.hpp"
 
+#include <spdlog/spdlog.h>
+
 #include <algorithm>
 #include <CLI/CLI.hpp>
 
@@ -10,14 +12,14 @@
 #include "voxelserver/voxelize/points/step_switches.hpp"
 #include "voxelserver/worlds/open/world_kinds.hpp"
 
-namespace terravox {
+namespace terravox::commands {
 
-Scene WorldArguments::scene() const {
-    return compose_scene({file_layer(scene_file), fields_layer(fields)});
+scene::Scene WorldArguments::scene() const {
+    return scene::compose_scene({scene::file_layer(scene_file), scene::fields_layer(fields)});
 }
 
-WorldOptions WorldArguments::options(const Scene& scene) const {
-    WorldOptions out = world_options_of(scene);
+worlds::WorldOptions WorldArguments::options(const scene::Scene& scene) const {
+    worlds::WorldOptions out = scene::world_options_of(scene);
     out.inputs = inputs;
     out.orthophotos = orthophoto_paths();
     out.cache_dir = util::cache_dir(cache);
@@ -48,7 +50,7 @@ void add_opening_arguments(CLI::App& command, WorldArguments& args,
     command.add_option("--scene", args.scene_file, "scene file (TOML); flags override it");
     command.add_option("--log", args.log_level, "trace, debug, info, warn, error or off")
         ->capture_default_str();
-    for (const SceneFlag& flag : scene_flags()) {
+    for (const scene::SceneFlag& flag : scene::scene_flags()) {
         const std::string section = flag.path.substr(0, flag.path.find('.'));
         if (!sections.empty() &&
             std::find(sections.begin(), sections.end(), section) == sections.end())
@@ -59,7 +61,15 @@ void add_opening_arguments(CLI::App& command, WorldArguments& args,
         command.add_option_function<std::string>(flag.names, keep, flag.help)
             ->type_name(flag.is_switch ? "yes|no" : "VALUE")
             ->group("Scene: " + section);
+        if (flag.former.empty())
+            continue;
+        const auto keep_former = [keep, flag](const std::string& text) {
+            spdlog::warn("{} is called {} now; a later version will refuse the former name",
+                         flag.former, flag.names);
+            keep(text);
+        };
+        command.add_option_function<std::string>(flag.former, keep_former)->group("");
     }
 }
 
-}  // namespace terravox
+}  // namespace terravox::commands

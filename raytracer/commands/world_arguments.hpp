@@ -12,7 +12,7 @@ namespace CLI {
 class App;
 }
 
-namespace terravox {
+namespace terravox::commands {
 
 /// The arguments that every face of the tracer has: what to look at, and every field of the scene.
 struct WorldArguments {
@@ -25,10 +25,10 @@ struct WorldArguments {
         return {orthophotos.begin(), orthophotos.end()};
     }
     /// The scene file with all flags applied over it. @throws UsageError
-    [[nodiscard]] Scene scene() const;
+    [[nodiscard]] scene::Scene scene() const;
     /// What to open, with the settings that the scene has for it. @throws Error for the cache
     /// folder
-    [[nodiscard]] WorldOptions options(const Scene& scene) const;
+    [[nodiscard]] worlds::WorldOptions options(const scene::Scene& scene) const;
 };
 
 /// Adds the flags to a command. `args` must outlive the parsing.
@@ -37,4 +37,4 @@ void add_world_arguments(CLI::App& command, WorldArguments& args);
 void add_opening_arguments(CLI::App& command, WorldArguments& args,
                            const std::vector<std::string>& sections);
 
-}  // namespace terravox
+}  // namespace terravox::commands

@@ -7,13 +7,13 @@
 #include <nlohmann/json.hpp>
 
 #include "common/util/log.hpp"
-#include "common/voxel/tell_damage.hpp"
+#include "common/voxel/log_damage.hpp"
 #include "common/voxel/world_json.hpp"
 #include "raytracer/commands/world_arguments.hpp"
 #include "voxelserver/worlds/open/open_world.hpp"
 #include "voxelserver/worlds/open/world_kinds.hpp"
 
-namespace terravox {
+namespace terravox::commands {
 namespace {
 
 struct Arguments {
@@ -21,7 +21,8 @@ struct Arguments {
     bool json = false, blocks = false;
 };
 
-ExitCode describe(const Arguments& args, const Scene& scene, const worlds::WorldKind& kind) {
+util::ExitCode describe(const Arguments& args, const scene::Scene& scene,
+                        const worlds::WorldKind& kind) {
     std::string dimension;
     for (const auto& [field, text] : args.world.fields) {
         if (field == "world.dimension")
@@ -31,7 +32,7 @@ ExitCode describe(const Arguments& args, const Scene& scene, const worlds::World
         kind.describe({args.world.inputs.front(), dimension, args.blocks, args.json,
                        scene.processing.threads.value_or(0)});
     std::printf("%s\n", description.text.c_str());
-    return description.is_damaged ? ExitCode::kHoles : ExitCode::kDone;
+    return description.is_damaged ? util::ExitCode::kHoles : util::ExitCode::kDone;
 }
 
 void print(const char* name, const std::string& text) {
@@ -39,9 +40,10 @@ void print(const char* name, const std::string& text) {
         std::printf("%-14s %s\n", name, text.c_str());
 }
 
-ExitCode info_of(const Arguments& args, const Scene& scene, const worlds::WorldKind& kind) {
+util::ExitCode info_of(const Arguments& args, const scene::Scene& scene,
+                       const worlds::WorldKind& kind) {
     util::StageTimes times;
-    const auto world = open_world(args.world.options(scene), times);
+    const auto world = worlds::open_world(args.world.options(scene), times);
     const voxel::WorldInfo& info = world->info();
     if (args.json)
         std::printf("%s\n", nlohmann::json::parse(voxel::world_to_json(info)).dump(2).c_str());
@@ -64,25 +66,25 @@ ExitCode info_of(const Arguments& args, const Scene& scene, const worlds::WorldK
     }
     const auto damage = world->damage();
     if (!damage.empty())
-        tell_damage(damage);
-    return damage.empty() ? ExitCode::kDone : ExitCode::kHoles;
+        voxel::log_damage(damage);
+    return damage.empty() ? util::ExitCode::kDone : util::ExitCode::kHoles;
 }
 
-ExitCode run(const Arguments& args) {
+util::ExitCode run(const Arguments& args) {
     util::set_up_log(args.world.log_level);
-    const Scene scene = args.world.scene();
+    const scene::Scene scene = args.world.scene();
     const worlds::WorldKind& kind = worlds::kind_of(args.world.inputs.front());
     if (kind.describe != nullptr && args.world.inputs.size() == 1)
         return describe(args, scene, kind);
     if (args.blocks)
-        throw UsageError("world info --blocks: " + args.world.inputs.front() + " is " +
-                         std::string(kind.noun) + "; allowed: a Minecraft world");
+        throw util::UsageError("world info --blocks: " + args.world.inputs.front() + " is " +
+                               std::string(kind.noun) + "; allowed: a Minecraft world");
     return info_of(args, scene, kind);
 }
 
 }  // namespace
 
-std::function<ExitCode()> add_world_command(CLI::App& app) {
+std::function<util::ExitCode()> add_world_command(CLI::App& app) {
     auto args = std::make_shared<Arguments>();
     args->world.log_level = "warn";
     CLI::App* world = app.add_subcommand("world", "Tell about a world");
@@ -96,4 +98,4 @@ std::function<ExitCode()> add_world_command(CLI::App& app) {
     return [args] { return run(*args); };
 }
 
-}  // namespace terravox
+}  // namespace terravox::commands

@@ -8,9 +8,9 @@ namespace CLI {
 class App;
 }
 
-namespace terravox {
+namespace terravox::commands {
 
 /// Adds `world info`. @return what runs it
-[[nodiscard]] std::function<ExitCode()> add_world_command(CLI::App& app);
+[[nodiscard]] std::function<util::ExitCode()> add_world_command(CLI::App& app);
 
-}  // namespace terravox
+}  // namespace terravox::commands

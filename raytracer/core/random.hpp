@@ -2,7 +2,7 @@
 
 #include <cstdint>
 
-namespace terravox {
+namespace terravox::core {
 
 /// Random numbers as a function of their place alone: the same pixel, sample and use give the same
 /// number whoever asks, in whatever order. Ref: Steele, Lea, Flood, "Fast splittable pseudorandom
@@ -22,4 +22,4 @@ namespace terravox {
     return static_cast<double>(hash >> 11) * 0x1.0p-53;
 }
 
-}  // namespace terravox
+}  // namespace terravox::core

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-namespace terravox {
+namespace terravox::core {
 
 /// A vector in voxel units of level 0; x east, y up, z south.
 struct Vec3 {
@@ -59,4 +59,4 @@ enum class Face : signed char {
     return axis_of(face) == 0 ? Vec3{s, 0, 0} : axis_of(face) == 1 ? Vec3{0, s, 0} : Vec3{0, 0, s};
 }
 
-}  // namespace terravox
+}  // namespace terravox::core

@@ -9,7 +9,7 @@
 #include "common/voxel/world.hpp"
 #include "raytracer/core/ray.hpp"
 
-namespace terravox {
+namespace terravox::core {
 
 /// An integer voxel of some level.
 struct VoxelCoord {
@@ -65,8 +65,10 @@ struct RayState {
             const double c = crossing(a, forward[a] ? bounds.min[i] : bounds.max[i]);
             if (!(c < kFar))
                 return false;
-            if (axis < 0 || c >= at)
-                at = c, axis = a;  // the last to be crossed; of equals the later axis
+            if (axis < 0 || c >= at) {
+                at = c;
+                axis = a;
+            }  // the last to be crossed; of equals the later axis
         }
         for (int a = 0; a < 3; ++a) {
             const auto i = static_cast<std::size_t>(a);
@@ -208,10 +210,13 @@ struct RayState {
 private:
     void rescale(int to) noexcept {
         const double up = det::exp2_int(to - level), down = det::exp2_int(level - to);
-        for (int a = 0; a < 3; ++a)
-            origin[a] *= down, direction[a] *= down, inverse[a] *= up;
+        for (int a = 0; a < 3; ++a) {
+            origin[a] *= down;
+            direction[a] *= down;
+            inverse[a] *= up;
+        }
         level = static_cast<std::int8_t>(to);
     }
 };
 
-}  // namespace terravox
+}  // namespace terravox::core

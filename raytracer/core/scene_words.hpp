@@ -5,7 +5,7 @@
 #include <span>
 #include <string_view>
 
-namespace terravox {
+namespace terravox::core {
 
 // The words that fields of a scene may hold: text in files, on the command line and in the window,
 // enumerators everywhere else. A new word is an enumerator and a row of its table.
@@ -163,4 +163,4 @@ template <WordEnum Enum>
     return std::nullopt;
 }
 
-}  // namespace terravox
+}  // namespace terravox::core

@@ -20,10 +20,10 @@ float around(float d) noexcept {
 }  // namespace
 
 float chance(int a, int b, std::uint64_t seed) noexcept {
-    return static_cast<float>(
-        unit_from(hash64(static_cast<std::uint32_t>(a) |
-                             static_cast<std::uint64_t>(static_cast<std::uint32_t>(b)) << 32,
-                         seed)));
+    return static_cast<float>(core::unit_from(core::hash64(
+        static_cast<std::uint32_t>(a) | static_cast<std::uint64_t>(static_cast<std::uint32_t>(b))
+                                            << 32,
+        seed)));
 }
 
 float grain(int s, int t, std::uint64_t seed) noexcept {
@@ -32,7 +32,8 @@ float grain(int s, int t, std::uint64_t seed) noexcept {
 
 float cloud(int s, int t, int cells, std::uint64_t seed) noexcept {
     const int size = kTexels / cells;
-    s &= kTexels - 1, t &= kTexels - 1;
+    s &= kTexels - 1;
+    t &= kTexels - 1;
     const int i = s / size, j = t / size;
     const auto corner = [&](int di, int dj) {
         return 2 * chance((i + di) % cells, (j + dj) % cells, seed) - 1;
@@ -52,7 +53,7 @@ float wave(float turns) noexcept {
     return -a * (2 - std::fabs(a));
 }
 
-Colour tint(float brightness, float warm) noexcept {
+voxel::Colour tint(float brightness, float warm) noexcept {
     return {brightness * (1 + 0.5f * warm), brightness * (1 + 0.12f * warm),
             brightness * (1 - 0.7f * warm)};
 }
@@ -74,8 +75,10 @@ Stones::At Stones::at(int s, int t) const noexcept {
                     dt = around(static_cast<float>(t) + 0.5f - m_points[i][1]);
         const float far = std::sqrt(ds * ds + dt * dt);
         if (far < nearest) {
-            second = nearest, nearest = far;
-            out.id = static_cast<int>(i), out.up = dt;
+            second = nearest;
+            nearest = far;
+            out.id = static_cast<int>(i);
+            out.up = dt;
         } else if (far < second)
             second = far;
     }

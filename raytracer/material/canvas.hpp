@@ -13,7 +13,7 @@ inline constexpr int kTexels = 16;  ///< along each edge of a texture
 
 /// A texel while it is drawn. See Texel.
 struct Dot {
-    Colour ratio{1, 1, 1}, own{1, 1, 1};
+    voxel::Colour ratio{1, 1, 1}, own{1, 1, 1};
     float share = 0;    ///< of `own`, [0, 1]
     float opacity = 1;  ///< [0, 1]
 };
@@ -48,7 +48,7 @@ private:
 /// Cosine-like wave of period 1, from -1 to 1: two parabolas.
 [[nodiscard]] float wave(float turns) noexcept;
 /// Hue: factors of red, green and blue around 1. @param warm [-1, 1]: to red and yellow, or to blue
-[[nodiscard]] Colour tint(float brightness, float warm) noexcept;
+[[nodiscard]] voxel::Colour tint(float brightness, float warm) noexcept;
 
 /// The plane in cells around jittered points, with gaps: cobbles, gravel, cracks. Goes round.
 /// Ref: Worley, "A cellular texture basis function", SIGGRAPH 1996.

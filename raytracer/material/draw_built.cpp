@@ -149,7 +149,7 @@ void draw_wire_side(Canvas& canvas, int variant) {
     canvas.each([&](Dot& dot, int s, int t) {
         const int in = t >= 3 && t < 6 ? t - 3 : t >= 10 && t < 13 ? t - 10 : -1;
         dot.opacity = in >= 0 ? 1.0f : 0.0f;
-        dot.ratio = in < 0 ? Colour{1, 1, 1}
+        dot.ratio = in < 0 ? voxel::Colour{1, 1, 1}
                            : tint((in == 2   ? 1.5f
                                    : in == 1 ? 1.0f
                                              : 0.6f) *

@@ -10,14 +10,14 @@ std::uint64_t seed_of(int drawing, int variant) noexcept {
     return static_cast<std::uint64_t>(drawing) * 1000 + static_cast<std::uint64_t>(variant);
 }
 
-Colour blades(int s, int t, std::uint64_t seed) noexcept {
+voxel::Colour blades(int s, int t, std::uint64_t seed) noexcept {
     const float b = 1 + 0.13f * cloud(s, t, 4, seed) + 0.10f * cloud(s, t, 8, seed + 1) +
                     0.09f * grain(s, t, seed + 2);
     return tint(b, 0.10f * cloud(s, t, 2, seed + 3) + 0.10f * grain(s, t, seed + 4));
 }
 
 // Layers, and stones of two or three texels that are lit from above.
-Colour earth(int s, int t, int variant, const Stones& stones) noexcept {
+voxel::Colour earth(int s, int t, int variant, const Stones& stones) noexcept {
     const int layout = variant % kLayouts;
     const std::uint64_t seed = seed_of(2, variant);
     const int bend = s < 2 || s > 13
@@ -25,7 +25,7 @@ Colour earth(int s, int t, int variant, const Stones& stones) noexcept {
                          : static_cast<int>(chance(s / 3, 0, seed) *
                                             2);  // none at the edges, where the next voxel goes on
     const float layer = chance((t + bend) / 3, layout, 77) - 0.5f;
-    Colour c =
+    voxel::Colour c =
         tint(1 + 0.16f * layer + 0.10f * grain(s, t, seed) + 0.06f * cloud(s, t, 8, seed + 1),
              0.10f * layer + 0.05f * grain(s, t, seed + 2));
     const Stones::At stone = stones.at(s, t);
@@ -105,8 +105,8 @@ void draw_rock_top(Canvas& canvas, int variant) {
         // Lichen, in specks that keep together.
         const float lichen = cloud(s, t, 4, seed + 4) + 0.55f * grain(s, t, seed + 5);
         if (lichen > 0.80f)
-            dot.ratio = chance(variant, 1, 9) < 0.6f ? Colour{1.22f, 1.24f, 0.80f}
-                                                     : Colour{1.30f, 1.32f, 1.22f};
+            dot.ratio = chance(variant, 1, 9) < 0.6f ? voxel::Colour{1.22f, 1.24f, 0.80f}
+                                                     : voxel::Colour{1.30f, 1.32f, 1.22f};
     });
 }
 
@@ -116,8 +116,10 @@ void draw_rock_side(Canvas& canvas, int variant) {
     // Where the strata of this height begin: the same for all voxels beside each other.
     std::array<int, kTexels> stratum{};
     for (int t = 0, left = 0, number = 0; t < kTexels; ++t, --left) {
-        if (left == 0)
-            left = 2 + static_cast<int>(chance(number, 0, layers) * 4), ++number;
+        if (left == 0) {
+            left = 2 + static_cast<int>(chance(number, 0, layers) * 4);
+            ++number;
+        }
         stratum[static_cast<std::size_t>(t)] = number;
     }
     canvas.each([&](Dot& dot, int s, int t) {

@@ -92,8 +92,8 @@ void draw_tufts(Canvas& canvas, int variant) {
         dot.opacity = 0;
         dot.ratio = tint(1 + 0.2f * grain(s, t, seed), 0);
     });
-    constexpr int kMostHoles = 80;
-    for (int i = 0; i < 400 && holes(canvas) > kMostHoles; ++i) {
+    constexpr int kMaxHoles = 80;
+    for (int i = 0; i < 400 && holes(canvas) > kMaxHoles; ++i) {
         int s = static_cast<int>(chance(i, 0, seed) * 16);
         const int top = 8 + static_cast<int>(chance(i, 1, seed) * 9),
                   lean = chance(i, 2, seed) < 0.5f ? -1 : 1;

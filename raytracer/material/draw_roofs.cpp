@@ -8,7 +8,7 @@ constexpr int kSloped = 4;  // variants; those after them are for faces that tel
 
 // A row is four texels deep: the rim of its tiles, which is lit, two rows of their faces, and the
 // shadow of the row above.
-Colour tile(int s, int t, int variant) noexcept {
+voxel::Colour tile(int s, int t, int variant) noexcept {
     const std::uint64_t seed = 40'000 + static_cast<std::uint64_t>(variant % kSloped);
     const int row = t / 4, j = t % 4, along = (s + (row % 2) * 2) & 15, column = along / 4,
               i = along % 4;
@@ -23,15 +23,15 @@ Colour tile(int s, int t, int variant) noexcept {
               0.04f * grain(s, t, seed + 2);
     if (j == 0 && i == 0)
         b *= 0.74f;  // between the round ends
-    Colour c = tint(b, 0.16f * own);
+    voxel::Colour c = tint(b, 0.16f * own);
     if (age > 0.90f)
-        c = c * Colour{0.80f, 0.86f, 0.90f};  // weathered
+        c = c * voxel::Colour{0.80f, 0.86f, 0.90f};  // weathered
     if (!crosses && chance(s, t, seed + 4) < 0.025f)
-        c = Colour{0.95f, 1.22f, 0.95f} * 0.9f;  // moss
+        c = voxel::Colour{0.95f, 1.22f, 0.95f} * 0.9f;  // moss
     return c;
 }
 
-Colour slate(int s, int t, int variant) noexcept {
+voxel::Colour slate(int s, int t, int variant) noexcept {
     const std::uint64_t seed = 43'000 + static_cast<std::uint64_t>(variant % kSloped);
     const int row = t / 4, j = t % 4, along = (s + (row % 2) * 3) & 15,
               column = along / 5 > 2 ? 2 : along / 5, i = along - 5 * column;
@@ -52,8 +52,9 @@ void draw_rows(Canvas& canvas, int variant, const Paint& paint) {
     // Of a face that tells no slope, rows must not lie across the true ones: half of them runs each
     // way.
     canvas.each([&](Dot& dot, int s, int t) {
-        dot.ratio = variant < kSloped ? paint(s, t, variant)
-                                      : mix(paint(s, t, variant), paint(t, s, variant), 0.5f);
+        dot.ratio = variant < kSloped
+                        ? paint(s, t, variant)
+                        : voxel::mix(paint(s, t, variant), paint(t, s, variant), 0.5f);
     });
 }
 

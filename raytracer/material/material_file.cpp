@@ -53,7 +53,7 @@ public:
             fail(field, shown(*node), "true or false");
         out = node->as_boolean()->get();
     }
-    void light(std::string_view field, double high, Colour& out) const {
+    void light(std::string_view field, double high, voxel::Colour& out) const {
         const toml::node* node = m_table.get(field);
         if (node == nullptr)
             return;
@@ -81,7 +81,7 @@ public:
         }
         fail(field, shown(*node), allowed);
     }
-    void colour(Colour& out) const {
+    void colour(voxel::Colour& out) const {
         const toml::node* node = m_table.get("colour");
         if (node == nullptr)
             fail("colour", "missing", "\"#rrggbb\"");
@@ -89,13 +89,13 @@ public:
         const auto rgb = text ? voxel::rgb8_from_hex(*text) : std::nullopt;
         if (!rgb)
             fail("colour", shown(*node), "\"#rrggbb\"");
-        out = to_linear(*rgb);
+        out = voxel::to_linear(*rgb);
     }
     void check_names() const {
         for (const auto& [field, value] : m_table)
             if (!voxel::is_look_field(field.str()))
-                throw UsageError(said(std::string(field.str()) +
-                                      " is no field; allowed: " + voxel::look_fields()));
+                throw util::UsageError(said(std::string(field.str()) +
+                                            " is no field; allowed: " + voxel::look_fields()));
     }
 
 private:
@@ -107,7 +107,7 @@ private:
     }
     [[noreturn]] void fail(std::string_view field, const std::string& value,
                            const std::string& allowed) const {
-        throw UsageError(said(std::string(field) + " = " + value + "; allowed: " + allowed));
+        throw util::UsageError(said(std::string(field) + " = " + value + "; allowed: " + allowed));
     }
     [[nodiscard]] std::string said(const std::string& what) const {
         return "read the materials " + m_file.string() + ": [" + m_name + "] " + what;
@@ -138,7 +138,7 @@ Look look_of(const Fields& fields) {
 
 std::function<void(const std::string&)> failing(const std::filesystem::path& file) {
     return [file](const std::string& what) {
-        throw UsageError("read the materials " + file.string() + ": " + what);
+        throw util::UsageError("read the materials " + file.string() + ": " + what);
     };
 }
 
@@ -161,7 +161,7 @@ MaterialFile materials_of(const toml::table& root, const std::filesystem::path& 
         else {
             out.missing.push_back(name);
             if (i == kUnknown)
-                out.looks[i].colour = to_linear(kMagenta);
+                out.looks[i].colour = voxel::to_linear(kMagenta);
         }
     }
     for (const std::string& name : out.missing) {
@@ -196,8 +196,8 @@ std::filesystem::path find_materials(const std::string& name) {
     std::string allowed;
     for (const std::string& one : known)
         allowed += one + ", ";
-    throw UsageError("find the materials '" + name + "': no such file; allowed: " + allowed +
-                     "or a path to a .toml file");
+    throw util::UsageError("find the materials '" + name + "': no such file; allowed: " + allowed +
+                           "or a path to a .toml file");
 }
 
 MaterialFile read_materials(const std::filesystem::path& file) {

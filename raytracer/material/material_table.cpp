@@ -6,7 +6,7 @@
 #include "common/util/log.hpp"
 #include "raytracer/material/waves.hpp"
 
-namespace terravox {
+namespace terravox::material {
 namespace {
 
 using material::PaintedFace;
@@ -19,7 +19,7 @@ struct OnFace {
 };
 
 OnFace on_face(const FacePoint& at) noexcept {
-    const int axis = axis_of(at.face);
+    const int axis = core::axis_of(at.face);
     const auto u = static_cast<float>(at.u), v = static_cast<float>(at.v);
     return {axis == 0 ? at.voxel.z : at.voxel.x, axis == 1 ? at.voxel.z : at.voxel.y,
             at.voxel[axis], axis == 2 ? u : v, axis == 2 ? v : u};
@@ -49,7 +49,8 @@ constexpr std::array<std::uint8_t, 256> kSlopeTurn = [] {
             if ((around >> bit & 1) == 0)
                 continue;
             const int place = bit < 4 ? bit : bit + 1;
-            south += place / 3 - 1, east += place % 3 - 1;
+            south += place / 3 - 1;
+            east += place % 3 - 1;
         }
         const bool along_z = south * south >= east * east;
         const int turn = south == 0 && east == 0 ? int{kNoSlope}
@@ -68,9 +69,12 @@ PaintPoint paint_point(const PaintedFace& face, const FacePoint& at, OnFace on) 
         const float size = 1.0f / static_cast<float>(1 << shift);
         on.s = (static_cast<float>(on.voxel_s & within) + on.s) * size;
         on.t = (static_cast<float>(on.voxel_t & within) + on.t) * size;
-        on.voxel_s >>= shift, on.voxel_t >>= shift, on.into >>= shift;
+        on.voxel_s >>= shift;
+        on.voxel_t >>= shift;
+        on.into >>= shift;
     }
-    out.s = on.s, out.t = on.t;
+    out.s = on.s;
+    out.t = on.t;
     out.mips = material::MipPair::of(static_cast<float>(at.footprint) * material::kTexels /
                                      static_cast<float>(1 << shift));
     const std::uint64_t hash =
@@ -146,11 +150,12 @@ Texel MaterialTable::texel(voxel::Material material, const FacePoint& at) const 
                 through *= through;
             out.opacity = 1 - through;
         }
-        if (entry.windows && axis_of(at.face) != 1)
-            m_windows.draw({on.voxel_s, on.voxel_t, on.into, on.s, on.t, axis_of(at.face) == 2}, at,
-                           out);
+        if (entry.windows && core::axis_of(at.face) != 1)
+            m_windows.draw(
+                {on.voxel_s, on.voxel_t, on.into, on.s, on.t, core::axis_of(at.face) == 2}, at,
+                out);
     }
-    if (entry.waves && at.face == Face::kTop) {
+    if (entry.waves && at.face == core::Face::kTop) {
         const double size_m = at.voxel_m * det::exp2_int(at.level);
         out.tilt = material::water_tilt((at.voxel.x + at.v) * size_m, (at.voxel.z + at.u) * size_m,
                                         at.footprint * at.voxel_m);
@@ -158,4 +163,4 @@ Texel MaterialTable::texel(voxel::Material material, const FacePoint& at) const 
     return out;
 }
 
-}  // namespace terravox
+}  // namespace terravox::material

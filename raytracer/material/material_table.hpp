@@ -7,7 +7,7 @@
 #include "raytracer/material/texture_pool.hpp"
 #include "raytracer/material/windows.hpp"
 
-namespace terravox {
+namespace terravox::material {
 
 /// What materials look like: throughout, and from place to place on the faces of voxels. Textures
 /// are drawn at construction, some milliseconds. Immutable and safe to share between threads; a
@@ -32,7 +32,7 @@ public:
     /// For tests and the sheet of textures.
     [[nodiscard]] const material::TexturePool& pool() const noexcept { return m_pool; }
     [[nodiscard]] const material::PaintedFace& painted(voxel::Material material,
-                                                       Face face) const noexcept {
+                                                       core::Face face) const noexcept {
         return m_entries[number_of(material)].faces[side_of(face)];
     }
 
@@ -40,7 +40,7 @@ private:
     struct Entry {
         Look look;
         std::array<material::PaintedFace, 3> faces;  ///< side, bottom, top
-        Colour own{1, 1, 1};
+        voxel::Colour own{1, 1, 1};
         bool windows = false, waves = false;
     };
     static material::Looks checked(const std::filesystem::path& file);
@@ -49,8 +49,8 @@ private:
         return number < voxel::kMaterialCount ? number
                                               : static_cast<std::size_t>(voxel::Material::kUnknown);
     }
-    [[nodiscard]] static std::size_t side_of(Face face) noexcept {
-        return axis_of(face) != 1 ? 0 : face == Face::kTop ? 2 : 1;
+    [[nodiscard]] static std::size_t side_of(core::Face face) noexcept {
+        return core::axis_of(face) != 1 ? 0 : face == core::Face::kTop ? 2 : 1;
     }
 
     material::TexturePool m_pool;
@@ -58,4 +58,4 @@ private:
     std::array<Entry, voxel::kMaterialCount> m_entries;
 };
 
-}  // namespace terravox
+}  // namespace terravox::material

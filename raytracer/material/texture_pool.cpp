@@ -19,13 +19,15 @@ float hole_weight(const Dot& dot) noexcept {
 using Dots = std::vector<Dot>;
 
 template <class Weight, class Field>
-Colour mean(const Dots& dots, const Weight& weight, const Field& field) {
+voxel::Colour mean(const Dots& dots, const Weight& weight, const Field& field) {
     double r = 0, g = 0, b = 0, sum = 0;
     for (const Dot& dot : dots) {
         const double w = static_cast<double>(weight(dot));
-        const Colour c = field(dot);
-        r += w * static_cast<double>(c.r), g += w * static_cast<double>(c.g),
-            b += w * static_cast<double>(c.b), sum += w;
+        const voxel::Colour c = field(dot);
+        r += w * static_cast<double>(c.r);
+        g += w * static_cast<double>(c.g);
+        b += w * static_cast<double>(c.b);
+        sum += w;
     }
     if (!(sum > 0))
         return {1, 1, 1};
@@ -34,13 +36,13 @@ Colour mean(const Dots& dots, const Weight& weight, const Field& field) {
 
 // Means of 1: of what is seen, and of what would be seen in the holes if they were closed.
 void normalise(Dots& dots) {
-    const Colour seen = mean(dots, ratio_weight, [](const Dot& d) { return d.ratio; }),
-                 own = mean(dots, own_weight, [](const Dot& d) { return d.own; }),
-                 closed = mean(dots, hole_weight, [](const Dot& d) { return d.ratio; });
+    const voxel::Colour seen = mean(dots, ratio_weight, [](const Dot& d) { return d.ratio; }),
+                        own = mean(dots, own_weight, [](const Dot& d) { return d.own; }),
+                        closed = mean(dots, hole_weight, [](const Dot& d) { return d.ratio; });
     for (Dot& dot : dots) {
-        const Colour by = dot.opacity > 0 ? seen : closed;
-        dot.ratio = dot.ratio * Colour{1 / by.r, 1 / by.g, 1 / by.b};
-        dot.own = dot.own * Colour{1 / own.r, 1 / own.g, 1 / own.b};
+        const voxel::Colour by = dot.opacity > 0 ? seen : closed;
+        dot.ratio = dot.ratio * voxel::Colour{1 / by.r, 1 / by.g, 1 / by.b};
+        dot.own = dot.own * voxel::Colour{1 / own.r, 1 / own.g, 1 / own.b};
     }
 }
 
@@ -54,8 +56,10 @@ Dots halved(const Dots& fine, int size) {
             const Dots four = {at(0, 0), at(1, 0), at(0, 1), at(1, 1)};
             Dot dot{{}, {}, 0, 0};
             float shown = 0;
-            for (const Dot& d : four)
-                dot.opacity += d.opacity / 4, shown += d.opacity * d.share / 4;
+            for (const Dot& d : four) {
+                dot.opacity += d.opacity / 4;
+                shown += d.opacity * d.share / 4;
+            }
             dot.share = dot.opacity > 0 ? shown / dot.opacity : 0;
             const auto ratio = [](const Dot& d) { return d.ratio; };
             dot.ratio = ratio_weight(dot) > 0 ? mean(four, ratio_weight, ratio)
@@ -90,7 +94,7 @@ PaintedFace TexturePool::add(const Drawing& drawing) {
         Canvas& canvas = canvases[static_cast<std::size_t>(v)];
         drawing.draw(canvas, v);
         canvas.each([&](const Dot& dot, int, int) {
-            face.has_own = face.has_own || dot.share > 0,
+            face.has_own = face.has_own || dot.share > 0;
             face.has_holes = face.has_holes || dot.opacity < 1;
         });
     }
@@ -145,7 +149,8 @@ void TexturePool::look_up(const PaintedFace& face, const PaintPoint& at,
         };
         std::uint32_t s = texel_of(at.s), t = texel_of(at.t);
         const std::uint32_t changed = (s ^ t) & swap;
-        s ^= changed ^ (mirror_s & last), t ^= changed ^ (mirror_t & last);
+        s ^= changed ^ (mirror_s & last);
+        t ^= changed ^ (mirror_t & last);
         return variant + kMipAt[static_cast<std::size_t>(mip)] + (t << (4 - mip)) + s;
     };
     const float share = at.mips.coarse_share;

@@ -37,8 +37,10 @@ std::array<float, 2> water_tilt(double x_m, double z_m, double footprint_m) noex
         slope[i] = swing(x_m * kPerX[i] + z_m * kPerZ[i]) * kSlope[i] * shown * kLength_m[i];
     }
     double x = 0, z = 0;
-    for (std::size_t i = 0; i < kTrains; ++i)
-        x += slope[i] * kPerX[i], z += slope[i] * kPerZ[i];
+    for (std::size_t i = 0; i < kTrains; ++i) {
+        x += slope[i] * kPerX[i];
+        z += slope[i] * kPerZ[i];
+    }
     return {static_cast<float>(x * ruffled), static_cast<float>(z * ruffled)};
 }
 

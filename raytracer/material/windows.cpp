@@ -57,7 +57,7 @@ constexpr std::array<Rows, Windows::kStyles> kDrawn = {
 
 Windows::Pane pane_of(char letter, float shade) noexcept {
     const auto own = [&](float r, float g, float b) {
-        return Windows::Pane{Colour{r, g, b} * shade, 1, 0};
+        return Windows::Pane{voxel::Colour{r, g, b} * shade, 1, 0};
     };
     const auto glass = [](float r, float g, float b) { return Windows::Pane{{r, g, b}, 1, 1}; };
     switch (letter) {
@@ -107,10 +107,10 @@ std::int32_t divided(std::int32_t v, double reciprocal) noexcept {
 }
 
 std::uint64_t mixed(std::int32_t a, std::int32_t b, std::int32_t c, std::uint64_t seed) noexcept {
-    return hash64((static_cast<std::uint64_t>(static_cast<std::uint32_t>(a)) |
-                   static_cast<std::uint64_t>(static_cast<std::uint32_t>(b)) << 32) ^
-                  (static_cast<std::uint64_t>(static_cast<std::uint32_t>(c)) + seed) *
-                      0x9e3779b97f4a7c15);
+    return core::hash64((static_cast<std::uint64_t>(static_cast<std::uint32_t>(a)) |
+                         static_cast<std::uint64_t>(static_cast<std::uint32_t>(b)) << 32) ^
+                        (static_cast<std::uint64_t>(static_cast<std::uint32_t>(c)) + seed) *
+                            0x9e3779b97f4a7c15);
 }
 
 }  // namespace

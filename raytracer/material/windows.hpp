@@ -27,9 +27,9 @@ public:
 
     static constexpr int kStyles = 8;
     struct Pane {
-        Colour own;       ///< linear
-        float share = 0;  ///< covers the wall
-        float glass = 0;  ///< is glass: a part of `share`
+        voxel::Colour own;  ///< linear
+        float share = 0;    ///< covers the wall
+        float glass = 0;    ///< is glass: a part of `share`
     };
     [[nodiscard]] const Pane& pane(int style, int mip, int s, int t) const noexcept;
 

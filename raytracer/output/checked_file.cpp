@@ -6,11 +6,11 @@
 
 #include "common/util/error.hpp"
 
-namespace terravox {
+namespace terravox::output {
 namespace {
 
 [[noreturn]] void fail(const std::string& attempt, int reason) {
-    throw Error(attempt + ": " + std::strerror(reason));
+    throw util::Error(attempt + ": " + std::strerror(reason));
 }
 
 std::FILE* open(const std::filesystem::path& path, const std::string& attempt) {
@@ -39,4 +39,4 @@ void CheckedFile::close() {
         fail(m_attempt, errno != 0 ? errno : EIO);
 }
 
-}  // namespace terravox
+}  // namespace terravox::output

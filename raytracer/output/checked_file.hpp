@@ -8,7 +8,7 @@
 #include <memory>
 #include <string>
 
-namespace terravox {
+namespace terravox::output {
 
 /// A file that OpenImageIO writes to through us. What OpenEXR and OpenImageIO open themselves is
 /// closed without a look at what that says: the last bytes of a picture could be missing on a full
@@ -38,4 +38,4 @@ private:
     OIIO::Filesystem::IOProxy* m_pointer = &m_proxy;  ///< what a spec points to
 };
 
-}  // namespace terravox
+}  // namespace terravox::output

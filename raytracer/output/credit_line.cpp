@@ -4,12 +4,12 @@
 
 #include "raytracer/output/small_font.hpp"
 
-namespace terravox {
+namespace terravox::output {
 namespace {
 
 constexpr int kLineRows = static_cast<int>(Glyph::kRows), kGap = 1;
 // Of the picture's height to a row of a letter's pixels; and larger letters are not small any more.
-constexpr int kRowsInPicture = 60 * kLineRows, kMostScale = 12;
+constexpr int kRowsInPicture = 60 * kLineRows, kMaxScale = 12;
 
 int width_of(std::u32string_view line) noexcept {
     int width = 0;
@@ -69,7 +69,7 @@ CreditLine::CreditLine(std::string_view text, int width_px, int height_px) {
     std::replace_if(letters.begin(), letters.end(), [](char32_t c) { return c < U' '; }, U' ');
     if (letters.find_first_not_of(U' ') == std::u32string::npos)
         return;
-    int scale = std::clamp((height_px + kRowsInPicture / 2) / kRowsInPicture, 1, kMostScale);
+    int scale = std::clamp((height_px + kRowsInPicture / 2) / kRowsInPicture, 1, kMaxScale);
     // Room for the edge around the letters, and the same again to the picture's border.
     constexpr int kEdge = 3;
     while (scale > 1 && (width_of(letters) + 4 * kEdge) * scale > width_px)
@@ -87,9 +87,10 @@ CreditLine::CreditLine(std::string_view text, int width_px, int height_px) {
     int widest = 0;
     for (const auto& line : lines)
         widest = std::max(widest, width_of(line));
-    m_width = (widest + 2 * kEdge) * scale,
+    m_width = (widest + 2 * kEdge) * scale;
     m_height = (static_cast<int>(lines.size()) * kLineRows + 2 * kEdge) * scale;
-    m_x0 = width_px - m_width - kEdge * scale, m_y0 = height_px - m_height - kEdge * scale;
+    m_x0 = width_px - m_width - kEdge * scale;
+    m_y0 = height_px - m_height - kEdge * scale;
     m_inks.resize(static_cast<std::size_t>(m_width) * static_cast<std::size_t>(m_height));
     std::vector<float> edge(m_inks.size());
     int top = m_y0 + kEdge * scale;
@@ -101,21 +102,23 @@ CreditLine::CreditLine(std::string_view text, int width_px, int height_px) {
                 for (int x = 0; x < glyph.width * scale; ++x)
                     if (glyph.rows[static_cast<std::size_t>(y / scale)] >>
                             (glyph.width - 1 - x / scale) &
-                        1)
-                        m_inks[index(left + x, top + y)].light = 255,
-                                                     edge[index(left + x, top + y)] = 1;
+                        1) {
+                        m_inks[index(left + x, top + y)].light = 255;
+                        edge[index(left + x, top + y)] = 1;
+                    }
             left += (glyph.width + kGap) * scale;
         }
         top += kLineRows * scale;
     }
     const auto columns = static_cast<std::size_t>(m_width),
                rows = static_cast<std::size_t>(m_height), radius = static_cast<std::size_t>(scale);
-    for (int pass = 0; pass < 2; ++pass)
-        blur(edge, rows, columns, columns, 1, radius),
-            blur(edge, columns, 1, rows, columns, radius);
+    for (int pass = 0; pass < 2; ++pass) {
+        blur(edge, rows, columns, columns, 1, radius);
+        blur(edge, columns, 1, rows, columns, radius);
+    }
     constexpr float kStrength = 2.4f, kDarkest = 165;
     for (std::size_t i = 0; i < edge.size(); ++i)
         m_inks[i].dark = static_cast<std::uint8_t>(std::min(edge[i] * kStrength, 1.0f) * kDarkest);
 }
 
-}  // namespace terravox
+}  // namespace terravox::output

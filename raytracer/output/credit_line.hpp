@@ -6,7 +6,7 @@
 
 #include "common/voxel/colour.hpp"
 
-namespace terravox {
+namespace terravox::output {
 
 /// A line of text at the lower right of a picture, light with a soft dark edge, so that it can be
 /// read on any ground. Its height is about a sixtieth of the picture's; a text that is wider than
@@ -18,12 +18,12 @@ public:
 
     /// The pixel at (x, y) from the upper left with what of the text lies over it. @param display
     /// sRGB in [0, 1]
-    [[nodiscard]] Colour over(Colour display, int x, int y) const noexcept {
+    [[nodiscard]] voxel::Colour over(voxel::Colour display, int x, int y) const noexcept {
         if (y < m_y0 || x < m_x0 || y >= m_y0 + m_height || x >= m_x0 + m_width)
             return display;
         const Ink ink = m_inks[index(x, y)];
-        return mix(display * (1 - static_cast<float>(ink.dark) / 255), {kLight, kLight, kLight},
-                   static_cast<float>(ink.light) / 255);
+        return voxel::mix(display * (1 - static_cast<float>(ink.dark) / 255),
+                          {kLight, kLight, kLight}, static_cast<float>(ink.light) / 255);
     }
     [[nodiscard]] bool covers(int x, int y) const noexcept {
         return y >= m_y0 && x >= m_x0 && y < m_y0 + m_height && x < m_x0 + m_width &&
@@ -43,4 +43,4 @@ private:
     std::vector<Ink> m_inks;
 };
 
-}  // namespace terravox
+}  // namespace terravox::output

@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
-namespace terravox {
+namespace terravox::output {
 namespace {
 
 constexpr const char* kUnknown = "unknown";
@@ -76,14 +76,15 @@ std::vector<std::pair<std::string, std::string>> Cryptomatte::metadata() const {
             {key + "manifest", m_manifest}};
 }
 
-std::array<float, Cryptomatte::kChannels> Cryptomatte::ranks_of(const Matte& matte) const noexcept {
+std::array<float, Cryptomatte::kChannels> Cryptomatte::ranks_of(
+    const tiles::Matte& matte) const noexcept {
     struct Rank {
         std::uint32_t id;
         float share;
     };
-    std::array<Rank, Matte::kMost> ranks{};
+    std::array<Rank, tiles::Matte::kMax> ranks{};
     std::size_t count = 0;
-    for (std::size_t i = 0; i < Matte::kMost; ++i) {
+    for (std::size_t i = 0; i < tiles::Matte::kMax; ++i) {
         if (!(matte.share[i] > 0))
             continue;
         const Rank rank = {matte.object[i] < m_ids.size() ? m_ids[matte.object[i]] : m_unknown,
@@ -104,9 +105,11 @@ std::array<float, Cryptomatte::kChannels> Cryptomatte::ranks_of(const Matte& mat
         for (std::size_t k = i; k > 0 && before(ranks[k], ranks[k - 1]); --k)
             std::swap(ranks[k], ranks[k - 1]);
     std::array<float, kChannels> out{};
-    for (std::size_t i = 0; i < count; ++i)
-        out[2 * i] = std::bit_cast<float>(ranks[i].id), out[2 * i + 1] = ranks[i].share;
+    for (std::size_t i = 0; i < count; ++i) {
+        out[2 * i] = std::bit_cast<float>(ranks[i].id);
+        out[2 * i + 1] = ranks[i].share;
+    }
     return out;
 }
 
-}  // namespace terravox
+}  // namespace terravox::output

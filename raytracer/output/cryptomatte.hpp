@@ -9,7 +9,7 @@
 
 #include "raytracer/tiles/layers.hpp"
 
-namespace terravox {
+namespace terravox::output {
 
 /// Ref: Appleby, "MurmurHash3" 2011: MurmurHash3_x86_32.
 [[nodiscard]] std::uint32_t murmur3_32(std::string_view bytes, std::uint32_t seed = 0) noexcept;
@@ -26,7 +26,7 @@ namespace terravox {
 /// posters; Psyop, "Cryptomatte specification" version 1.2. Safe to share between threads.
 class Cryptomatte {
 public:
-    static constexpr std::size_t kChannels = 2 * Matte::kMost;
+    static constexpr std::size_t kChannels = 2 * tiles::Matte::kMax;
 
     /// @param type such as "CryptoMaterial"; the channels are called CryptoMaterial00.r and so on
     /// @param names by Matte::object; a number beyond their end is "unknown"
@@ -36,7 +36,7 @@ public:
     /// The metadata that say so: cryptomatte/<7 digits>/name, hash, conversion, manifest.
     [[nodiscard]] std::vector<std::pair<std::string, std::string>> metadata() const;
     /// The channels of one pixel; ranks of equal share stand by id.
-    [[nodiscard]] std::array<float, kChannels> ranks_of(const Matte& matte) const noexcept;
+    [[nodiscard]] std::array<float, kChannels> ranks_of(const tiles::Matte& matte) const noexcept;
 
 private:
     std::string m_type, m_manifest;
@@ -44,4 +44,4 @@ private:
     std::uint32_t m_unknown;
 };
 
-}  // namespace terravox
+}  // namespace terravox::output

@@ -2,7 +2,7 @@
 
 #include "raytracer/output/film.hpp"
 
-namespace terravox {
+namespace terravox::output {
 
 /// @throws UsageError where Open Image Denoise cannot be loaded: to be asked before any work is
 /// done
@@ -16,4 +16,4 @@ void check_can_denoise();
 /// the library fails
 void denoise(Film& film, int threads);
 
-}  // namespace terravox
+}  // namespace terravox::output

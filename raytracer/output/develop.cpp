@@ -8,7 +8,7 @@
 #include "common/util/error.hpp"
 #include "raytracer/core/random.hpp"
 
-namespace terravox {
+namespace terravox::output {
 
 /// A curve from light in [0, infinity) to [0, 1] by straight lines between places that are equally
 /// far apart in the bits of a float: 128 in each octave. Never falls, if the curve does not.
@@ -40,9 +40,9 @@ public:
 private:
     static constexpr int kShift = 23 - 7;
     static constexpr std::uint32_t kMask = (1u << kShift) - 1;
-    static constexpr float kLeast = 0x1p-18f, kMost = 0x1p8f, kPerFirst = 0x1p18f;
-    static constexpr std::uint32_t kFirst = std::bit_cast<std::uint32_t>(kLeast),
-                                   kLast = std::bit_cast<std::uint32_t>(kMost);
+    static constexpr float kMin = 0x1p-18f, kMax = 0x1p8f, kPerFirst = 0x1p18f;
+    static constexpr std::uint32_t kFirst = std::bit_cast<std::uint32_t>(kMin),
+                                   kLast = std::bit_cast<std::uint32_t>(kMax);
     static constexpr double kSteps = 1 << 22;
     std::array<float, ((kLast - kFirst) >> kShift) + 1> m_values{};
 };
@@ -110,7 +110,7 @@ const ToneTable& agx_table() {
 struct Exchange {
     float r, g, b;
     // By differences, which are exactly 0 for greys.
-    [[nodiscard]] Colour operator()(Colour c) const noexcept {
+    [[nodiscard]] voxel::Colour operator()(voxel::Colour c) const noexcept {
         return {c.r + (g * (c.g - c.r) + b * (c.b - c.r)),
                 c.g + (r * (c.r - c.g) + b * (c.b - c.g)),
                 c.b + (r * (c.r - c.b) + g * (c.g - c.b))};
@@ -130,32 +130,33 @@ constexpr double kPhotographicScale = 1.15, kFilmicScale = 3.06, kAgxScale = 1;
 
 }  // namespace
 
-Developer::Developer(double exposure_ev, ToneCurve tone) : m_agx(tone == ToneCurve::kAgx) {
+Developer::Developer(double exposure_ev, core::ToneCurve tone)
+    : m_agx(tone == core::ToneCurve::kAgx) {
     constexpr double kLn2 = 0.693147180559945309417;
     double scale = 1;
     switch (tone) {
-        case ToneCurve::kPhotographic:
+        case core::ToneCurve::kPhotographic:
             m_curve = &photographic_table();
             scale = kPhotographicScale;
             break;
-        case ToneCurve::kFilmic:
+        case core::ToneCurve::kFilmic:
             m_curve = &filmic_table();
             scale = kFilmicScale;
             break;
-        case ToneCurve::kAgx:
+        case core::ToneCurve::kAgx:
             m_curve = &agx_table();
             scale = kAgxScale;
             break;
-        case ToneCurve::kLinear: m_curve = &linear_table(); break;
+        case core::ToneCurve::kLinear: m_curve = &linear_table(); break;
     }
     m_scale = static_cast<float>(scale * det::exp(exposure_ev * kLn2));
 }
 
-Colour Developer::operator()(Colour linear) const noexcept {
+voxel::Colour Developer::operator()(voxel::Colour linear) const noexcept {
     // Below the most that a float holds, so that no difference of two primaries is infinite minus
     // infinite.
     const auto scaled = [&](float v) { return v > 0 ? std::min(v * m_scale, 1e30f) : 0; };
-    Colour c = {scaled(linear.r), scaled(linear.g), scaled(linear.b)};
+    voxel::Colour c = {scaled(linear.r), scaled(linear.g), scaled(linear.b)};
     if (!m_agx)
         return {(*m_curve)(c.r), (*m_curve)(c.g), (*m_curve)(c.b)};
     c = kInset(c);
@@ -164,18 +165,18 @@ Colour Developer::operator()(Colour linear) const noexcept {
     return {display(c.r), display(c.g), display(c.b)};
 }
 
-Colour develop(Colour linear, double exposure_ev, ToneCurve tone) {
+voxel::Colour develop(voxel::Colour linear, double exposure_ev, core::ToneCurve tone) {
     return Developer(exposure_ev, tone)(linear);
 }
 
-std::array<std::uint8_t, 3> dithered_bytes(Colour display, int x, int y) noexcept {
+std::array<std::uint8_t, 3> dithered_bytes(voxel::Colour display, int x, int y) noexcept {
     const std::uint64_t place = static_cast<std::uint64_t>(static_cast<std::uint32_t>(y)) << 32 |
                                 static_cast<std::uint32_t>(x);
-    const float threshold = static_cast<float>(hash64(place) >> 40) * 0x1p-24f;  // [0, 1)
+    const float threshold = static_cast<float>(core::hash64(place) >> 40) * 0x1p-24f;  // [0, 1)
     const auto byte = [&](float v) {
         return static_cast<std::uint8_t>(std::min(v * 255 + threshold, 255.0f));
     };
     return {byte(display.r), byte(display.g), byte(display.b)};
 }
 
-}  // namespace terravox
+}  // namespace terravox::output

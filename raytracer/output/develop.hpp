@@ -6,7 +6,7 @@
 #include "common/voxel/colour.hpp"
 #include "raytracer/core/scene_words.hpp"
 
-namespace terravox {
+namespace terravox::output {
 
 /// Takes linear light through exposure and a tone curve to what a display shows. The curves:
 ///   photographic  1 - e^-c for each primary: highlights roll off, shadows stay as they are; bright
@@ -22,9 +22,9 @@ namespace terravox {
 /// copy, safe to share between threads.
 class Developer {
 public:
-    Developer(double exposure_ev, ToneCurve tone);
+    Developer(double exposure_ev, core::ToneCurve tone);
     /// @param linear any values; negative ones and NaN count as 0  @return sRGB in [0, 1]
-    [[nodiscard]] Colour operator()(Colour linear) const noexcept;
+    [[nodiscard]] voxel::Colour operator()(voxel::Colour linear) const noexcept;
 
 private:
     float m_scale;
@@ -33,11 +33,12 @@ private:
 };
 
 /// One pixel through a Developer made for it.
-[[nodiscard]] Colour develop(Colour linear, double exposure_ev, ToneCurve tone);
+[[nodiscard]] voxel::Colour develop(voxel::Colour linear, double exposure_ev, core::ToneCurve tone);
 
 /// sRGB in [0, 1] as bytes. What lies between two bytes goes to the upper one at as many places as
 /// it is nearer to it (a hash of the place decides, the same for the three primaries): skies show
 /// no bands. 0, 1 and whole bytes stay what they are.
-[[nodiscard]] std::array<std::uint8_t, 3> dithered_bytes(Colour display, int x, int y) noexcept;
+[[nodiscard]] std::array<std::uint8_t, 3> dithered_bytes(voxel::Colour display, int x,
+                                                         int y) noexcept;
 
-}  // namespace terravox
+}  // namespace terravox::output

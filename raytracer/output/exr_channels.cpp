@@ -4,7 +4,7 @@
 
 #include <cstring>
 
-namespace terravox {
+namespace terravox::output {
 namespace {
 
 constexpr const char *kMaterials = "CryptoMaterial", *kSquares = "CryptoSquare";
@@ -25,13 +25,14 @@ public:
             put(v);
     }
     void halves(std::initializer_list<float> values) noexcept {
-        constexpr float kMost = 65504;
+        constexpr float kMax = 65504;
         for (const float v : values)
-            put(half(v > kMost ? kMost : v < -kMost ? -kMost : v));
+            put(half(v > kMax ? kMax : v < -kMax ? -kMax : v));
     }
-    void halves(const Colour& c) noexcept { halves({c.r, c.g, c.b}); }
+    void halves(const voxel::Colour& c) noexcept { halves({c.r, c.g, c.b}); }
     void rest(const void* from, std::size_t bytes) noexcept {
-        std::memcpy(m_out, from, bytes), m_out += bytes;
+        std::memcpy(m_out, from, bytes);
+        m_out += bytes;
     }
 
 private:
@@ -50,8 +51,10 @@ ExrChannels::ExrChannels(bool with_layers, const PictureInfo& info)
       m_materials(kMaterials, with_layers ? material_names() : std::vector<std::string>{}),
       m_squares(kSquares, with_layers ? info.square_names : std::vector<std::string>{}) {
     const auto add = [&](OIIO::TypeDesc type, std::initializer_list<const char*> names) {
-        for (const char* name : names)
-            m_names.emplace_back(name), m_types.push_back(type);
+        for (const char* name : names) {
+            m_names.emplace_back(name);
+            m_types.push_back(type);
+        }
     };
     const OIIO::TypeDesc half_type = OIIO::TypeDesc::HALF, float_type = OIIO::TypeDesc::FLOAT;
     add(float_type, {"R", "G", "B", "A", "Z"});
@@ -74,7 +77,8 @@ void ExrChannels::describe(OIIO::ImageSpec& spec) const {
     spec.channelnames = m_names;
     spec.format = OIIO::TypeDesc::FLOAT;
     spec.channelformats = m_with_layers ? m_types : std::vector<OIIO::TypeDesc>{};
-    spec.alpha_channel = 3, spec.z_channel = 4;
+    spec.alpha_channel = 3;
+    spec.z_channel = 4;
     spec.attribute("oiio:ColorSpace", "Linear");
     describe_picture(m_info, spec);
     if (!m_with_layers)
@@ -84,14 +88,16 @@ void ExrChannels::describe(OIIO::ImageSpec& spec) const {
             spec.attribute(key, value);
 }
 
-void ExrChannels::put(const PixelSample& p, const LayerSample* layers,
+void ExrChannels::put(const tiles::PixelSample& p, const tiles::LayerSample* layers,
                       std::byte* out) const noexcept {
     Writer to(out);
     to.floats({p.colour.r, p.colour.g, p.colour.b, p.alpha, p.depth_m});
     if (!m_with_layers)
         return;
-    const LayerSample none, &l = layers != nullptr ? *layers : none;
-    to.halves(l.albedo), to.halves(l.direct), to.halves(l.indirect);
+    const tiles::LayerSample none, &l = layers != nullptr ? *layers : none;
+    to.halves(l.albedo);
+    to.halves(l.direct);
+    to.halves(l.indirect);
     to.halves({l.normal[0], l.normal[1], l.normal[2]});
     to.floats({l.position[0], l.position[1], l.position[2]});
     to.halves({static_cast<float>(l.material), l.sun, l.water});
@@ -109,4 +115,4 @@ void describe_picture(const PictureInfo& info, OIIO::ImageSpec& spec) {
         spec.attribute("worldtoNDC", matrix, info.world_to_ndc->data());
 }
 
-}  // namespace terravox
+}  // namespace terravox::output

@@ -9,7 +9,7 @@
 #include "raytracer/output/picture_info.hpp"
 #include "raytracer/tiles/tile.hpp"
 
-namespace terravox {
+namespace terravox::output {
 
 /// The channels of an EXR picture, in one part.
 ///   R, G, B, A           float  the picture, linear Rec. 709, and the share of samples that hit
@@ -34,7 +34,8 @@ public:
     [[nodiscard]] std::size_t pixel_bytes() const noexcept { return m_pixel_bytes; }
     /// One pixel's channels, each in its type, one behind the other. @param layers nullptr: none
     /// are known of this pixel; all 0
-    void put(const PixelSample& sample, const LayerSample* layers, std::byte* out) const noexcept;
+    void put(const tiles::PixelSample& sample, const tiles::LayerSample* layers,
+             std::byte* out) const noexcept;
 
 private:
     const PictureInfo& m_info;
@@ -49,4 +50,4 @@ private:
 /// matrices of the camera.
 void describe_picture(const PictureInfo& info, OIIO::ImageSpec& spec);
 
-}  // namespace terravox
+}  // namespace terravox::output

@@ -13,7 +13,7 @@
 #include "raytracer/output/exr_channels.hpp"
 #include "raytracer/output/stream_formats.hpp"
 
-namespace terravox {
+namespace terravox::output {
 namespace {
 
 constexpr const char* kHoles = "terravox:holes";
@@ -31,11 +31,11 @@ std::string digits_of(std::uint64_t n) {
 void replace_text(const std::filesystem::path& file, const std::string& name,
                   const std::string& value) {
     const std::string before = name + '\0' + "string" + '\0';
-    constexpr std::size_t kMostHeader = std::size_t{1} << 26;
+    constexpr std::size_t kMaxHeader = std::size_t{1} << 26;
     std::fstream stream(file, std::ios::in | std::ios::out | std::ios::binary);
     std::string header;
     std::array<char, 65536> part{};
-    while (stream && header.size() < kMostHeader) {
+    while (stream && header.size() < kMaxHeader) {
         stream.read(part.data(), part.size());
         const std::size_t from = header.size() - std::min(header.size(), before.size());
         header.append(part.data(), static_cast<std::size_t>(stream.gcount()));
@@ -50,7 +50,8 @@ void replace_text(const std::filesystem::path& file, const std::string& name,
             return;
         break;
     }
-    throw Error("write the picture " + file.string() + ": its header cannot be brought up to date");
+    throw util::Error("write the picture " + file.string() +
+                      ": its header cannot be brought up to date");
 }
 
 class ExrStream final : public TileStream::Format {
@@ -64,11 +65,12 @@ public:
           m_file(m_target.temporary_path(), "write the picture " + m_name),
           m_out(OIIO::ImageOutput::create(m_name)) {
         if (!m_out)
-            throw Error("write the picture " + m_name + ": " + OIIO::geterror());
+            throw util::Error("write the picture " + m_name + ": " + OIIO::geterror());
         OIIO::attribute("exr_threads", 0);  // one for each core
         OIIO::ImageSpec spec(shape.width_px, shape.height_px, 4, OIIO::TypeDesc::FLOAT);
         m_channels.describe(spec);
-        spec.tile_width = spec.tile_height = m_edge, spec.tile_depth = 1;
+        spec.tile_width = spec.tile_height = m_edge;
+        spec.tile_depth = 1;
         spec.attribute("openexr:lineOrder", "randomY");
         spec.attribute("compression", "zip:2");
         spec.attribute(kHoles, digits_of(0));
@@ -77,8 +79,8 @@ public:
             fail();
     }
 
-    void write(const TileResult& result) override {
-        const RenderTile& t = result.tile;
+    void write(const tiles::TileResult& result) override {
+        const tiles::RenderTile& t = result.tile;
         const int width = t.x1 - t.x0;
         // A row of the file's tiles at a time: as much as OpenEXR can compress in parallel without
         // twice the memory of the result.
@@ -111,7 +113,7 @@ public:
 
 private:
     [[noreturn]] void fail() const {
-        throw Error("write the picture " + m_name + ": " + m_out->geterror());
+        throw util::Error("write the picture " + m_name + ": " + m_out->geterror());
     }
     PictureInfo m_info;
     ExrChannels m_channels;
@@ -130,4 +132,4 @@ std::unique_ptr<TileStream::Format> make_exr_stream(const std::filesystem::path&
     return std::make_unique<ExrStream>(file, shape, std::move(info));
 }
 
-}  // namespace terravox
+}  // namespace terravox::output

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace terravox {
+namespace terravox::output {
 
 Film::Film(int width_px, int height_px, bool with_layers)
     : m_width(width_px),
@@ -10,22 +10,22 @@ Film::Film(int width_px, int height_px, bool with_layers)
       m_pixels(static_cast<std::size_t>(width_px) * static_cast<std::size_t>(height_px)),
       m_layers(with_layers ? m_pixels.size() : 0) {}
 
-void Film::add(const TileResult& result) {
+void Film::add(const tiles::TileResult& result) {
     std::size_t next = 0;
     const int step = result.tile.step;
     result.tile.each_pixel([&](int x, int y) {
         const std::size_t own = next++;
-        const PixelSample& sample = result.samples[own];
+        const tiles::PixelSample& sample = result.samples[own];
         for (int py = y; py < std::min(y + step, m_height); ++py)
             for (int px = x; px < std::min(x + step, m_width); ++px) {
-                PixelSample& pixel = m_pixels[index(px, py)];
+                tiles::PixelSample& pixel = m_pixels[index(px, py)];
                 if (result.tile.first_sample == 0) {
                     pixel = sample;
                     if (has_layers())
                         m_layers[index(px, py)] = result.layers[own];
                     continue;
                 }
-                const auto count = [](const PixelSample& s) {
+                const auto count = [](const tiles::PixelSample& s) {
                     return static_cast<float>(s.samples);
                 };
                 if (has_layers())
@@ -37,7 +37,7 @@ void Film::add(const TileResult& result) {
     });
 }
 
-bool Film::error_above(const RenderTile& tile, double share) const noexcept {
+bool Film::error_above(const tiles::RenderTile& tile, double share) const noexcept {
     for (int y = tile.y0; y < tile.y1; ++y)
         for (int x = tile.x0; x < tile.x1; ++x)
             if (!at(x, y).is_known(share))
@@ -45,4 +45,4 @@ bool Film::error_above(const RenderTile& tile, double share) const noexcept {
     return false;
 }
 
-}  // namespace terravox
+}  // namespace terravox::output

@@ -6,7 +6,7 @@
 #include "raytracer/output/tile_sink.hpp"
 #include "raytracer/tiles/tile.hpp"
 
-namespace terravox {
+namespace terravox::output {
 
 /// The picture as it grows: linear light and depth, row by row from the top left. A coarse sample
 /// stands for its whole block of pixels until finer passes replace it. Not thread-safe.
@@ -16,7 +16,7 @@ public:
 
     /// Passes must be added in order, tiles of a pass in any order. Later samples of the same
     /// pixels join the mean of the earlier ones.
-    void add(const TileResult& result) override;
+    void add(const tiles::TileResult& result) override;
     /// As long as it has no more than the first samples.
     [[nodiscard]] bool replaces() const noexcept override { return true; }
 
@@ -24,22 +24,26 @@ public:
     [[nodiscard]] static std::uint64_t bytes(int width_px, int height_px,
                                              bool with_layers) noexcept {
         return static_cast<std::uint64_t>(width_px) * static_cast<std::uint64_t>(height_px) *
-               (sizeof(PixelSample) + (with_layers ? sizeof(LayerSample) : 0));
+               (sizeof(tiles::PixelSample) + (with_layers ? sizeof(tiles::LayerSample) : 0));
     }
 
     /// Whether a pixel of the tile is not known that well yet: PixelSample::is_known.
-    [[nodiscard]] bool error_above(const RenderTile& tile, double share) const noexcept;
+    [[nodiscard]] bool error_above(const tiles::RenderTile& tile, double share) const noexcept;
     [[nodiscard]] int width_px() const noexcept { return m_width; }
     [[nodiscard]] int height_px() const noexcept { return m_height; }
-    [[nodiscard]] const PixelSample& at(int x, int y) const noexcept {
+    [[nodiscard]] const tiles::PixelSample& at(int x, int y) const noexcept {
         return m_pixels[index(x, y)];
     }
     /// All samples, row by row.
-    [[nodiscard]] const std::vector<PixelSample>& samples() const noexcept { return m_pixels; }
+    [[nodiscard]] const std::vector<tiles::PixelSample>& samples() const noexcept {
+        return m_pixels;
+    }
     /// Colour and nothing else, for who makes the picture better as a whole.
-    void set_colour(int x, int y, Colour colour) noexcept { m_pixels[index(x, y)].colour = colour; }
+    void set_colour(int x, int y, voxel::Colour colour) noexcept {
+        m_pixels[index(x, y)].colour = colour;
+    }
     [[nodiscard]] bool has_layers() const noexcept { return !m_layers.empty(); }
-    [[nodiscard]] const LayerSample& layers_at(int x, int y) const noexcept {
+    [[nodiscard]] const tiles::LayerSample& layers_at(int x, int y) const noexcept {
         return m_layers[index(x, y)];
     }
 
@@ -49,8 +53,8 @@ private:
                static_cast<std::size_t>(x);
     }
     int m_width, m_height;
-    std::vector<PixelSample> m_pixels;
-    std::vector<LayerSample> m_layers;
+    std::vector<tiles::PixelSample> m_pixels;
+    std::vector<tiles::LayerSample> m_layers;
 };
 
-}  // namespace terravox
+}  // namespace terravox::output

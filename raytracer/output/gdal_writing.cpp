@@ -12,7 +12,7 @@
 #include "common/geo/whole_tiff.hpp"
 #include "common/util/error.hpp"
 
-namespace terravox {
+namespace terravox::output {
 namespace {
 
 void CPL_STDCALL remember(CPLErr kind, CPLErrorNum, const char* said) noexcept {
@@ -36,8 +36,8 @@ const char* tag_of(const std::string& name) noexcept {
 geo::Crs crs_of(const std::string& wkt, const GdalWatch& watch) {
     try {
         return geo::Crs::from_wkt(wkt);
-    } catch (const Error& e) {
-        throw Error(watch.attempt() + ": " + e.what());
+    } catch (const util::Error& e) {
+        throw util::Error(watch.attempt() + ": " + e.what());
     }
 }
 
@@ -57,17 +57,17 @@ GdalWatch::~GdalWatch() {
 
 void GdalWatch::check(bool done) const {
     if (!m_failure.empty())
-        throw Error(m_attempt + ": " + m_failure);
+        throw util::Error(m_attempt + ": " + m_failure);
     if (!done)
-        throw Error(m_attempt + ": GDAL failed and did not say why");
+        throw util::Error(m_attempt + ": GDAL failed and did not say why");
 }
 
 void GdalWatch::check_closed_tiff(const std::filesystem::path& file) const {
     check(true);
     const auto missing = geo::missing_of_tiff(file);
     if (missing)
-        throw Error(m_attempt +
-                    ": not all could be written (the disk may be full); missing: " + *missing);
+        throw util::Error(
+            m_attempt + ": not all could be written (the disk may be full); missing: " + *missing);
 }
 
 GdalQuiet::GdalQuiet() {
@@ -113,4 +113,4 @@ std::string gdal_name(std::string name) {
     return name;
 }
 
-}  // namespace terravox
+}  // namespace terravox::output

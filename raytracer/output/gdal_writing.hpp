@@ -10,7 +10,7 @@
 
 #include "raytracer/output/picture_info.hpp"
 
-namespace terravox {
+namespace terravox::output {
 
 /// Remembers what GDAL has to complain of on this thread while it lives, and keeps GDAL from
 /// writing files beside the picture (.aux.xml).
@@ -65,4 +65,4 @@ private:
 /// a CRS that cannot be read
 void describe_geotiff(GDALDatasetH dataset, const PictureInfo& info, const GdalWatch& watch);
 
-}  // namespace terravox
+}  // namespace terravox::output

@@ -6,7 +6,7 @@
 #include "raytracer/output/gdal_writing.hpp"
 #include "raytracer/output/pixel_bytes.hpp"
 
-namespace terravox {
+namespace terravox::output {
 namespace {
 
 constexpr int kBands = 4;
@@ -39,10 +39,12 @@ void write_copy(GDALDatasetH from, const std::string& path, bool floats, const G
                            {"BIGTIFF", "IF_SAFER"},
                            {"NUM_THREADS", "ALL_CPUS"}};
     if (cog != nullptr) {
-        options.add("BLOCKSIZE", "512"), options.add("OVERVIEW_RESAMPLING", "AVERAGE");
+        options.add("BLOCKSIZE", "512");
+        options.add("OVERVIEW_RESAMPLING", "AVERAGE");
     } else {
-        options.add("TILED", "YES"), options.add("BLOCKXSIZE", "512"),
-            options.add("BLOCKYSIZE", "512");
+        options.add("TILED", "YES");
+        options.add("BLOCKXSIZE", "512");
+        options.add("BLOCKYSIZE", "512");
     }
     GdalDataset out(GDALCreateCopy(cog != nullptr ? cog : GDALGetDriverByName("GTiff"),
                                    path.c_str(), from, FALSE, options.list(), nullptr, nullptr));
@@ -64,9 +66,9 @@ void write_geotiff(const Film& film, const std::filesystem::path& file, const Pi
     watch.check(memory != nullptr);
     if (floats) {
         // Red, green, blue and alpha are the first four floats of each sample.
-        static_assert(offsetof(PixelSample, alpha) == 3 * sizeof(float));
+        static_assert(offsetof(tiles::PixelSample, alpha) == 3 * sizeof(float));
         add_bands(memory.get(), film.samples().data(), GDT_Float32, sizeof(float),
-                  sizeof(PixelSample), columns * sizeof(PixelSample), watch);
+                  sizeof(tiles::PixelSample), columns * sizeof(tiles::PixelSample), watch);
     } else {
         const PixelBytes make(info, width, height);
         bytes.resize(columns * static_cast<std::size_t>(height) * kBands);
@@ -82,4 +84,4 @@ void write_geotiff(const Film& film, const std::filesystem::path& file, const Pi
     target.commit();
 }
 
-}  // namespace terravox
+}  // namespace terravox::output

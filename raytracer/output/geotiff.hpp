@@ -5,7 +5,7 @@
 #include "raytracer/output/film.hpp"
 #include "raytracer/output/picture_info.hpp"
 
-namespace terravox {
+namespace terravox::output {
 
 /// Writes a picture that looks straight down as a GeoTIFF that a GIS lays under its maps: tiles of
 /// 512 pixels, deflate, overviews ("cloud optimized", where GDAL has its COG driver), the CRS, and
@@ -15,4 +15,4 @@ namespace terravox {
 /// Whole or not at all. @param info with `geo` @throws Error
 void write_geotiff(const Film& film, const std::filesystem::path& file, const PictureInfo& info);
 
-}  // namespace terravox
+}  // namespace terravox::output

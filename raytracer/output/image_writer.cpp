@@ -17,7 +17,7 @@
 #include "raytracer/output/geotiff.hpp"
 #include "raytracer/output/pixel_bytes.hpp"
 
-namespace terravox {
+namespace terravox::output {
 namespace {
 
 constexpr std::array kFloatEndings = {".exr", ".tif", ".tiff"};
@@ -56,7 +56,7 @@ void write_rows(OIIO::ImageOutput& out, const Film& film, OIIO::TypeDesc type,
                       &band[static_cast<std::size_t>(y - y0) * row_bytes +
                             static_cast<std::size_t>(x) * pixel_bytes]);
         if (!out.write_scanlines(y0, y1, 0, type, band.data()))
-            throw Error("write the picture " + name + ": " + out.geterror());
+            throw util::Error("write the picture " + name + ": " + out.geterror());
     }
 }
 
@@ -70,16 +70,16 @@ struct Writing {
     Writing(const Film& from, const std::filesystem::path& file, const PictureInfo& what)
         : film(from), info(what), name(file.string()), out(OIIO::ImageOutput::create(name)) {
         if (!out)
-            throw Error("write the picture " + name + ": " + OIIO::geterror());
+            throw util::Error("write the picture " + name + ": " + OIIO::geterror());
     }
     template <class Pixel>
     void write(const std::string& path, const OIIO::ImageSpec& spec, OIIO::TypeDesc type,
                std::size_t pixel_bytes, const Pixel& pixel) const {
         if (!out->open(path, spec))
-            throw Error("write the picture " + name + ": " + out->geterror());
+            throw util::Error("write the picture " + name + ": " + out->geterror());
         write_rows(*out, film, type, pixel_bytes, name, pixel);
         if (!out->close())
-            throw Error("write the picture " + name + ": " + out->geterror());
+            throw util::Error("write the picture " + name + ": " + out->geterror());
     }
 };
 
@@ -120,7 +120,7 @@ void write_float_tiff(const Film& film, const std::filesystem::path& file,
     util::AtomicFile target(file);
     writing.write(target.temporary_path().string(), spec, OIIO::TypeDesc::FLOAT, 4 * sizeof(float),
                   [&](int x, int y, std::byte* to) {
-                      const PixelSample& p = film.at(x, y);
+                      const tiles::PixelSample& p = film.at(x, y);
                       const std::array<float, 4> rgba = {p.colour.r, p.colour.g, p.colour.b,
                                                          p.alpha};
                       std::memcpy(to, rgba.data(), sizeof rgba);
@@ -154,8 +154,8 @@ void write_bytes(const Film& film, const std::filesystem::path& file, const Pict
     // process), so these small files are made in memory, and written by us.
     OIIO::Filesystem::IOVecOutput memory;
     if (!writing.out->supports("ioproxy"))
-        throw Error("write the picture " + writing.name + ": this OpenImageIO cannot encode " +
-                    ending_of(file) + " in memory");
+        throw util::Error("write the picture " + writing.name +
+                          ": this OpenImageIO cannot encode " + ending_of(file) + " in memory");
     OIIO::Filesystem::IOProxy* proxy = &memory;
     spec.attribute("oiio:ioproxy", OIIO::TypeDesc::PTR, &proxy);
     write_all(writing.name);
@@ -167,8 +167,8 @@ void write_bytes(const Film& film, const std::filesystem::path& file, const Pict
 void check_image_target(const std::filesystem::path& file) {
     const std::string ending = ending_of(file);
     if (!contains(kFloatEndings, ending) && !contains(kByteEndings, ending))
-        throw UsageError("write the picture " + file.string() + ": ending '" + ending +
-                         "'; allowed: .png .jpg (8-bit), .exr .tif (float)");
+        throw util::UsageError("write the picture " + file.string() + ": ending '" + ending +
+                               "'; allowed: .png .jpg (8-bit), .exr .tif (float)");
     util::check_writable(file);
 }
 
@@ -183,4 +183,4 @@ void write_image(const Film& film, const std::filesystem::path& file, const Pict
     write_bytes(film, file, info);
 }
 
-}  // namespace terravox
+}  // namespace terravox::output

@@ -7,7 +7,7 @@
 #include "raytracer/output/film.hpp"
 #include "raytracer/output/picture_info.hpp"
 
-namespace terravox {
+namespace terravox::output {
 
 /// @throws UsageError when the file's ending names no format that can be written; Error when its
 /// folder cannot be written to
@@ -21,4 +21,4 @@ void check_image_target(const std::filesystem::path& file);
 /// @throws Error
 void write_image(const Film& film, const std::filesystem::path& file, const PictureInfo& info);
 
-}  // namespace terravox
+}  // namespace terravox::output

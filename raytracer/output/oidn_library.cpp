@@ -9,7 +9,7 @@
 
 #include "common/util/error.hpp"
 
-namespace terravox {
+namespace terravox::output {
 namespace {
 
 namespace fs = std::filesystem;
@@ -65,15 +65,15 @@ void* open_library(std::string& found) {
             if (const char* said = dlerror())
                 why = said;
         }
-        throw UsageError("denoise the picture: TERRAVOX_OIDN = '" + std::string(given) +
-                         "': " + why);
+        throw util::UsageError("denoise the picture: TERRAVOX_OIDN = '" + std::string(given) +
+                               "': " + why);
     }
     for (const char* version : {".2", ".1", ""}) {
         found = std::string(kName) + version;
         if (void* library = dlopen(found.c_str(), RTLD_NOW | RTLD_LOCAL))
             return library;
     }
-    throw UsageError(
+    throw util::UsageError(
         "denoise the picture: Intel Open Image Denoise is not here; install the system's package "
         "of it, "
         "or `pip install --require-hashes --no-deps --target FOLDER -r "
@@ -89,7 +89,7 @@ OidnLibrary load() {
         if (symbol == nullptr && older != nullptr)
             symbol = dlsym(library, older);
         if (symbol == nullptr)
-            throw Error("denoise the picture: " + out.file + " has no function " + name);
+            throw util::Error("denoise the picture: " + out.file + " has no function " + name);
         function = reinterpret_cast<Function>(symbol);
     };
     find(out.new_device, "oidnNewDevice", nullptr);
@@ -114,4 +114,4 @@ const OidnLibrary& OidnLibrary::get() {
     return library;
 }
 
-}  // namespace terravox
+}  // namespace terravox::output

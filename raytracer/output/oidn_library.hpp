@@ -4,7 +4,7 @@
 #include <memory>
 #include <string>
 
-namespace terravox {
+namespace terravox::output {
 
 /// The few functions of Intel Open Image Denoise (C interface of versions 1 and 2) that are needed,
 /// found in the library when it is asked for: the programs do not depend on it. Ref: Open Image
@@ -33,4 +33,4 @@ struct OidnLibrary {
     static const OidnLibrary& get();
 };
 
-}  // namespace terravox
+}  // namespace terravox::output

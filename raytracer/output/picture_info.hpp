@@ -8,7 +8,7 @@
 
 #include "raytracer/core/scene_words.hpp"
 
-namespace terravox {
+namespace terravox::output {
 
 /// Text stored in the picture: name and value, both UTF-8. "Software", "Copyright" and
 /// "ImageDescription" go where each format has a place of its own for them.
@@ -25,8 +25,8 @@ struct GeoPlacement {
 /// All that is stored beside a picture's light, and how its light becomes what a display shows.
 /// Filled by who renders.
 struct PictureInfo {
-    double exposure_ev = 0;                     ///< of 8-bit pictures, stops
-    ToneCurve tone = ToneCurve::kPhotographic;  ///< of 8-bit pictures
+    double exposure_ev = 0;                                 ///< of 8-bit pictures, stops
+    core::ToneCurve tone = core::ToneCurve::kPhotographic;  ///< of 8-bit pictures
     std::string credit;      ///< a line at the lower right of 8-bit pictures, UTF-8; empty: none
     ImageMetadata metadata;  ///< TIFF keeps the three names above only, but for GeoTIFF
 
@@ -42,10 +42,11 @@ struct PictureInfo {
     std::optional<GeoPlacement> geo;  ///< makes of .tif a GeoTIFF (geotiff.hpp)
     /// Of .tif. kAuto: 8-bit of a GeoTIFF, which a person lays under a map, and linear 32-bit float
     /// of any other.
-    TiffSamples tiff_samples = TiffSamples::kAuto;
+    core::TiffSamples tiff_samples = core::TiffSamples::kAuto;
     [[nodiscard]] bool tiff_holds_floats() const noexcept {
-        return tiff_samples == TiffSamples::kFloat || (tiff_samples == TiffSamples::kAuto && !geo);
+        return tiff_samples == core::TiffSamples::kFloat ||
+               (tiff_samples == core::TiffSamples::kAuto && !geo);
     }
 };
 
-}  // namespace terravox
+}  // namespace terravox::output

@@ -7,7 +7,7 @@
 #include "raytracer/output/picture_info.hpp"
 #include "raytracer/tiles/tile.hpp"
 
-namespace terravox {
+namespace terravox::output {
 
 /// Makes the pixels of an 8-bit picture: exposure, tone curve, credit line, dithering. Safe to
 /// share between threads.
@@ -17,13 +17,15 @@ public:
         : m_develop(info.exposure_ev, info.tone), m_credit(info.credit, width_px, height_px) {}
 
     /// Red, green, blue.
-    void put(const PixelSample& sample, int x, int y, std::uint8_t* rgb) const noexcept {
+    void put(const tiles::PixelSample& sample, int x, int y, std::uint8_t* rgb) const noexcept {
         const auto bytes = dithered_bytes(m_credit.over(m_develop(sample.colour), x, y), x, y);
-        rgb[0] = bytes[0], rgb[1] = bytes[1], rgb[2] = bytes[2];
+        rgb[0] = bytes[0];
+        rgb[1] = bytes[1];
+        rgb[2] = bytes[2];
     }
     /// Red, green, blue, and how much of the pixel shows the world; all of it where the credit line
     /// stands.
-    void put_with_alpha(const PixelSample& sample, int x, int y,
+    void put_with_alpha(const tiles::PixelSample& sample, int x, int y,
                         std::uint8_t* rgba) const noexcept {
         put(sample, x, y, rgba);
         const float alpha = m_credit.covers(x, y) ? 1 : sample.alpha;
@@ -35,4 +37,4 @@ private:
     CreditLine m_credit;
 };
 
-}  // namespace terravox
+}  // namespace terravox::output

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-namespace terravox {
+namespace terravox::output {
 namespace {
 
 constexpr double kTerminalEvery_s = 0.1, kPlainEvery_s = 5;
@@ -25,7 +25,9 @@ Progress::Progress(std::uint64_t total_tiles, std::uint64_t total_pixels, bool q
       m_last(m_start) {}
 
 void Progress::tile_done(std::uint64_t pixels, std::uint64_t rays) {
-    ++m_tiles, m_pixels += pixels, m_rays += rays;
+    ++m_tiles;
+    m_pixels += pixels;
+    m_rays += rays;
 }
 
 void Progress::look(const std::function<std::vector<std::string>()>& details) {
@@ -88,4 +90,4 @@ void Progress::show(bool last) {
     std::fflush(stderr);
 }
 
-}  // namespace terravox
+}  // namespace terravox::output

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-namespace terravox {
+namespace terravox::output {
 
 /// Tells a person how far a picture is: a bar with tiles, rays per second and time left on a
 /// terminal, a plain line now and then elsewhere. Writes to standard error. Not thread-safe.
@@ -19,7 +19,8 @@ public:
     void tile_done(std::uint64_t pixels, std::uint64_t rays);
     /// So many need not be done.
     void leave_out(std::uint64_t tiles, std::uint64_t pixels) noexcept {
-        m_total_tiles -= tiles, m_total_pixels -= pixels;
+        m_total_tiles -= tiles;
+        m_total_pixels -= pixels;
     }
     /// Shows how far it is if the time has come, with more lines below. @param details none:
     /// nothing more
@@ -38,4 +39,4 @@ private:
     std::size_t m_below = 0;  ///< lines of details that stand below the bar
 };
 
-}  // namespace terravox
+}  // namespace terravox::output

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <bit>
 
-namespace terravox {
+namespace terravox::output {
 namespace {
 
 /// Seven rows of a letter from its top to the base line, and two below it.
@@ -253,7 +253,7 @@ Glyph glyph_of(char32_t letter) noexcept {
 
 std::u32string letters_of(std::string_view utf8) {
     constexpr char32_t kBad = 0xfffd;
-    constexpr std::array<char32_t, 5> kLeast = {0, 0, 0x80, 0x800, 0x10000};
+    constexpr std::array<char32_t, 5> kMin = {0, 0, 0x80, 0x800, 0x10000};
     std::u32string out;
     for (std::size_t i = 0; i < utf8.size();) {
         const auto byte = [&](std::size_t at) { return static_cast<unsigned char>(utf8[at]); };
@@ -261,9 +261,11 @@ std::u32string letters_of(std::string_view utf8) {
                           length = ones == 0 ? 1 : ones;
         bool good = ones != 1 && ones <= 4 && i + length <= utf8.size();
         char32_t letter = ones == 0 ? byte(i) : byte(i) & (0x7fu >> ones);
-        for (std::size_t k = 1; good && k < length; ++k)
-            good = (byte(i + k) & 0xc0) == 0x80, letter = letter << 6 | (byte(i + k) & 0x3fu);
-        good = good && letter >= kLeast[length] && letter <= 0x10ffff &&
+        for (std::size_t k = 1; good && k < length; ++k) {
+            good = (byte(i + k) & 0xc0) == 0x80;
+            letter = letter << 6 | (byte(i + k) & 0x3fu);
+        }
+        good = good && letter >= kMin[length] && letter <= 0x10ffff &&
                (letter < 0xd800 || letter > 0xdfff);
         out.push_back(good ? letter : kBad);
         i += good ? length : 1;
@@ -271,4 +273,4 @@ std::u32string letters_of(std::string_view utf8) {
     return out;
 }
 
-}  // namespace terravox
+}  // namespace terravox::output

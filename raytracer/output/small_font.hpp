@@ -5,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-namespace terravox {
+namespace terravox::output {
 
 /// A letter as rows of pixels, 12 from top to bottom: 3 for what stands above capitals, 7 for the
 /// letter, 2 below the base line.
@@ -22,4 +22,4 @@ struct Glyph {
 /// Bytes that are not UTF-8 become U+FFFD each.
 [[nodiscard]] std::u32string letters_of(std::string_view utf8);
 
-}  // namespace terravox
+}  // namespace terravox::output

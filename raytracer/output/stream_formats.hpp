@@ -2,7 +2,7 @@
 
 #include "raytracer/output/tile_stream.hpp"
 
-namespace terravox {
+namespace terravox::output {
 
 /// Through OpenImageIO, tiles in any order, as OpenEXR's random line order allows: nothing waits in
 /// memory.
@@ -17,4 +17,4 @@ namespace terravox {
 /// fills whole tiles of the file.
 [[nodiscard]] int file_tile_px(int tile_px, int multiple_of) noexcept;
 
-}  // namespace terravox
+}  // namespace terravox::output

@@ -7,7 +7,7 @@
 #include "raytracer/output/pixel_bytes.hpp"
 #include "raytracer/output/stream_formats.hpp"
 
-namespace terravox {
+namespace terravox::output {
 namespace {
 
 class TiffStream final : public TileStream::Format {
@@ -21,8 +21,8 @@ public:
         constexpr int kTiffTiles = 16;
         const int edge = file_tile_px(shape.tile_px, kTiffTiles);
         if (edge == 0)
-            throw Error(m_attempt + ": tiles of " + std::to_string(shape.tile_px) +
-                        " pixels, which check_can_stream refuses");
+            throw util::Error(m_attempt + ": tiles of " + std::to_string(shape.tile_px) +
+                              " pixels, which check_can_stream refuses");
         const GdalWatch watch(m_attempt);
         GdalOptions options = {{"TILED", "YES"},
                                {"BLOCKXSIZE", std::to_string(edge)},
@@ -42,16 +42,16 @@ public:
         describe_geotiff(m_out.get(), m_info, watch);
     }
 
-    void write(const TileResult& result) override {
+    void write(const tiles::TileResult& result) override {
         const GdalWatch watch(m_attempt);
-        const RenderTile& t = result.tile;
+        const tiles::RenderTile& t = result.tile;
         const int width = t.x1 - t.x0, height = t.y1 - t.y0;
-        const PixelSample* from = result.samples.data();
+        const tiles::PixelSample* from = result.samples.data();
         if (m_floats) {
             // Red, green, blue and alpha are the first four floats of each sample.
-            static_assert(offsetof(PixelSample, alpha) == 3 * sizeof(float));
-            put(t, const_cast<PixelSample*>(from), GDT_Float32, sizeof(PixelSample), sizeof(float),
-                watch);
+            static_assert(offsetof(tiles::PixelSample, alpha) == 3 * sizeof(float));
+            put(t, const_cast<tiles::PixelSample*>(from), GDT_Float32, sizeof(tiles::PixelSample),
+                sizeof(float), watch);
             return;
         }
         m_pixels.resize(static_cast<std::size_t>(width) * static_cast<std::size_t>(height) *
@@ -74,7 +74,7 @@ public:
     }
 
 private:
-    void put(const RenderTile& t, void* first, GDALDataType type, std::size_t pixel_bytes,
+    void put(const tiles::RenderTile& t, void* first, GDALDataType type, std::size_t pixel_bytes,
              std::size_t band_bytes, const GdalWatch& watch) {
         const int width = t.x1 - t.x0, height = t.y1 - t.y0;
         watch.check(GDALDatasetRasterIOEx(m_out.get(), GF_Write, t.x0, t.y0, width, height, first,
@@ -100,4 +100,4 @@ std::unique_ptr<TileStream::Format> make_tiff_stream(const std::filesystem::path
     return std::make_unique<TiffStream>(file, shape, std::move(info));
 }
 
-}  // namespace terravox
+}  // namespace terravox::output

@@ -2,7 +2,7 @@
 
 #include "raytracer/tiles/tile.hpp"
 
-namespace terravox {
+namespace terravox::output {
 
 /// Where finished tiles go: a Film, or a file (TileStream).
 class TileSink {
@@ -12,9 +12,9 @@ public:
     TileSink& operator=(const TileSink&) = default;
     virtual ~TileSink() = default;
     /// Not thread-safe. @throws Error
-    virtual void add(const TileResult& result) = 0;
+    virtual void add(const tiles::TileResult& result) = 0;
     /// Whether a tile that comes again takes the place of the earlier one.
     [[nodiscard]] virtual bool replaces() const noexcept { return false; }
 };
 
-}  // namespace terravox
+}  // namespace terravox::output

@@ -7,7 +7,7 @@
 #include "raytracer/output/film.hpp"
 #include "raytracer/output/stream_formats.hpp"
 
-namespace terravox {
+namespace terravox::output {
 namespace {
 
 std::string ending_of(const std::filesystem::path& file) {
@@ -40,7 +40,7 @@ void check_can_stream(const std::filesystem::path& file, const StreamShape& s) {
     if (ending == ".exr")
         return;
     if (ending != ".tif" && ending != ".tiff")
-        throw UsageError(
+        throw util::UsageError(
             attempt + std::to_string(s.width_px) + "x" + std::to_string(s.height_px) +
             " pixels need " +
             std::to_string(Film::bytes(s.width_px, s.height_px, s.with_layers) >> 20) +
@@ -48,15 +48,15 @@ void check_can_stream(const std::filesystem::path& file, const StreamShape& s) {
             "' cannot be written in parts; allowed at this size: .exr .tif, or --memory-mib " +
             memory + " and more");
     if (file_tile_px(s.tile_px, kTiffTiles) == 0)
-        throw UsageError(
+        throw util::UsageError(
             attempt + "tiles of " + std::to_string(s.tile_px) +
             " pixels; allowed for .tif at this size: multiples of 16, or --memory-mib " + memory +
             " and more");
 }
 
 int file_tile_px(int tile_px, int multiple_of) noexcept {
-    constexpr int kMost = 512, kLeast = 16;
-    for (int edge = std::min(tile_px, kMost); edge >= kLeast; --edge)
+    constexpr int kMax = 512, kMin = 16;
+    for (int edge = std::min(tile_px, kMax); edge >= kMin; --edge)
         if (tile_px % edge == 0 && edge % multiple_of == 0)
             return edge;
     return multiple_of == 1 ? tile_px : 0;
@@ -76,7 +76,7 @@ TileStream::TileStream(const std::filesystem::path& file, const StreamShape& sha
 
 TileStream::~TileStream() = default;
 
-void TileStream::check_tile(const RenderTile& t) {
+void TileStream::check_tile(const tiles::RenderTile& t) {
     const int edge = m_shape.tile_px;
     const bool fits = t.step == 1 && !t.refines && t.x0 >= 0 && t.y0 >= 0 && t.x0 % edge == 0 &&
                       t.y0 % edge == 0 && t.x0 < m_shape.width_px && t.y0 < m_shape.height_px &&
@@ -86,36 +86,38 @@ void TileStream::check_tile(const RenderTile& t) {
         return "(" + std::to_string(t.x0) + ", " + std::to_string(t.y0) + ")";
     };
     if (!fits)
-        throw Error("stream the picture: the tile at " + place() +
-                    " is none of a single pass in tiles of " + std::to_string(edge) + " pixels");
+        throw util::Error("stream the picture: the tile at " + place() +
+                          " is none of a single pass in tiles of " + std::to_string(edge) +
+                          " pixels");
     const auto index = static_cast<std::size_t>(t.y0 / edge) *
                            static_cast<std::size_t>(tiles_along(m_shape.width_px, edge)) +
                        static_cast<std::size_t>(t.x0 / edge);
     if (m_done[index])
-        throw Error("stream the picture: the tile at " + place() + " came twice");
-    m_done[index] = true, --m_left;
+        throw util::Error("stream the picture: the tile at " + place() + " came twice");
+    m_done[index] = true;
+    --m_left;
 }
 
-void TileStream::add(const TileResult& result) {
+void TileStream::add(const tiles::TileResult& result) {
     if (!m_format)
-        throw Error("stream the picture: a tile came after the end");
+        throw util::Error("stream the picture: a tile came after the end");
     check_tile(result.tile);
     const auto pixels = static_cast<std::size_t>(result.tile.x1 - result.tile.x0) *
                         static_cast<std::size_t>(result.tile.y1 - result.tile.y0);
     if (result.samples.size() != pixels || (m_shape.with_layers && result.layers.size() != pixels))
-        throw Error("stream the picture: a tile of " + std::to_string(pixels) + " pixels has " +
-                    std::to_string(result.samples.size()) + " samples and " +
-                    std::to_string(result.layers.size()) + " of its layers");
+        throw util::Error("stream the picture: a tile of " + std::to_string(pixels) +
+                          " pixels has " + std::to_string(result.samples.size()) + " samples and " +
+                          std::to_string(result.layers.size()) + " of its layers");
     m_format->write(result);
 }
 
 void TileStream::finish(std::uint64_t holes) {
     if (!m_format)
-        throw Error("stream the picture: ended twice");
+        throw util::Error("stream the picture: ended twice");
     if (m_left > 0)
-        throw Error("stream the picture: " + std::to_string(m_left) + " tiles are missing");
+        throw util::Error("stream the picture: " + std::to_string(m_left) + " tiles are missing");
     m_format->finish(holes);
     m_format.reset();
 }
 
-}  // namespace terravox
+}  // namespace terravox::output

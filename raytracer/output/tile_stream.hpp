@@ -8,7 +8,7 @@
 #include "raytracer/output/picture_info.hpp"
 #include "raytracer/output/tile_sink.hpp"
 
-namespace terravox {
+namespace terravox::output {
 
 /// What a picture of one pass is like before it is rendered.
 struct StreamShape {
@@ -43,7 +43,7 @@ public:
     TileStream& operator=(const TileStream&) = delete;
 
     /// @param result of a plan with a single pass (quality.coarse_step 1), each tile once
-    void add(const TileResult& result) override;
+    void add(const tiles::TileResult& result) override;
     /// What is known only now: stored as "terravox:holes" (EXR) or "terravox_holes" (TIFF). Nothing
     /// may be added any more.
     /// @throws Error when tiles are missing, or the file cannot be finished
@@ -53,16 +53,16 @@ public:
     class Format {
     public:
         virtual ~Format() = default;
-        virtual void write(const TileResult& result) = 0;
+        virtual void write(const tiles::TileResult& result) = 0;
         virtual void finish(std::uint64_t holes) = 0;
     };
 
 private:
-    void check_tile(const RenderTile& tile);
+    void check_tile(const tiles::RenderTile& tile);
     StreamShape m_shape;
     std::vector<bool> m_done;  ///< by column and row of the tile
     std::uint64_t m_left;
     std::unique_ptr<Format> m_format;
 };
 
-}  // namespace terravox
+}  // namespace terravox::output

@@ -8,7 +8,7 @@
 
 #include "raytracer/scene/scene_io.hpp"
 
-namespace terravox {
+namespace terravox::preview {
 namespace {
 
 /// What moves between keys, where it differs; the camera's place always does.
@@ -22,13 +22,13 @@ bool is_place(std::string_view path) {
 }
 
 /// As TOML has it: what the command line writes "a,b,c" is a list.
-std::string value_of(const FieldText& field) {
+std::string value_of(const scene::FieldText& field) {
     return is_place(field.path) ? "[" + *field.text + "]" : *field.text;
 }
 
 }  // namespace
 
-std::size_t CameraPath::put(double time_s, const Scene& scene) {
+std::size_t CameraPath::put(double time_s, const scene::Scene& scene) {
     const double frame_s = 1 / fps, at_s = std::max(time_s, 0.0);
     std::erase_if(m_keys, [&](const Key& k) { return std::abs(k.time_s - at_s) < frame_s / 2; });
     const auto later = std::upper_bound(m_keys.begin(), m_keys.end(), at_s,
@@ -45,31 +45,31 @@ void CameraPath::move(std::size_t key, double time_s) {
         m_keys[key].time_s = std::clamp(time_s, from_s, std::max(from_s, to_s));
 }
 
-std::string CameraPath::to_toml(const Scene& base) const {
+std::string CameraPath::to_toml(const scene::Scene& base) const {
     std::set<std::string> moving;
     for (const Key& key : m_keys)
-        for (const FieldText& field : changed_fields(key.scene, m_keys.front().scene))
+        for (const scene::FieldText& field : scene::changed_fields(key.scene, m_keys.front().scene))
             if (std::find(kMoving.begin(), kMoving.end(), field.path) != kMoving.end())
                 moving.insert(field.path);
     // A field that some keys leave to the default cannot move.
     for (const Key& key : m_keys)
-        for (const FieldText& field : field_texts(key.scene))
+        for (const scene::FieldText& field : scene::field_texts(key.scene))
             if (!field.text)
                 moving.erase(field.path);
-    Scene shared = base;
+    scene::Scene shared = base;
     shared.camera.look.clear();
     if (!m_keys.empty())
         shared.camera.space = m_keys.front().scene.camera.space;
     std::ostringstream out;
     out << "fps = " << fps << "\nease = " << (ease ? "true" : "false") << "\n"
-        << terravox::to_toml(shared);
+        << terravox::scene::to_toml(shared);
     for (const Key& key : m_keys) {
         out << "\n[[key]]\ntime_s = " << key.time_s << "\n";
-        for (const FieldText& field : field_texts(key.scene))
+        for (const scene::FieldText& field : scene::field_texts(key.scene))
             if (field.text && (is_place(field.path) || moving.contains(field.path)))
                 out << field.path << " = " << value_of(field) << "\n";
     }
     return out.str();
 }
 
-}  // namespace terravox
+}  // namespace terravox::preview

@@ -3,20 +3,21 @@
 #include "common/util/shell_words.hpp"
 #include "raytracer/scene/scene_io.hpp"
 
-namespace terravox {
+namespace terravox::preview {
 
-std::string render_command_line(const Scene& scene, const std::vector<std::string>& world,
+std::string render_command_line(const scene::Scene& scene, const std::vector<std::string>& world,
                                 const std::string& picture) {
     std::string out = "terravox render";
-    const auto add = [&](const std::string& word) { out += " " + cluster::shell_word(word); };
+    const auto add = [&](const std::string& word) { out += " " + util::shell_word(word); };
     for (const std::string& word : world)
         add(word);
     // In one word each: numbers below zero would be taken for flags.
-    for (const FieldText& field : changed_fields(scene, Scene{}))
+    for (const scene::FieldText& field : scene::changed_fields(scene, scene::Scene{}))
         if (field.text)
-            out += " " + flag_of(field.path) + "=" + cluster::shell_word(*field.text);
-    add("-o"), add(picture);
+            out += " " + scene::flag_of(field.path) + "=" + util::shell_word(*field.text);
+    add("-o");
+    add(picture);
     return out;
 }
 
-}  // namespace terravox
+}  // namespace terravox::preview

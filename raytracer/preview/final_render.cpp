@@ -7,15 +7,16 @@
 #include "common/thread/start_threads.hpp"
 #include "common/util/error.hpp"
 
-namespace terravox {
+namespace terravox::preview {
 namespace {
 
 constexpr int kGivesWay = 10;  // nice: the window's threads come first
 
 }  // namespace
 
-void FinalRender::start(std::shared_ptr<LoadedWorld> world, const Scene& scene,
-                        std::vector<std::string> files, const CrewOptions& crew) {
+void FinalRender::start(std::shared_ptr<render::LoadedWorld> world, const scene::Scene& scene,
+                        std::vector<std::string> files,
+                        const render::RenderPoolOptions& render_pool) {
     stop();
     m_stop = false;
     m_start = std::chrono::steady_clock::now();
@@ -26,10 +27,9 @@ void FinalRender::start(std::shared_ptr<LoadedWorld> world, const Scene& scene,
     }
     try {
         m_thread = thread::start_thread(
-            "the picture", [this, world = std::move(world), scene, files = std::move(files), crew] {
-                run(world, scene, files, crew);
-            });
-    } catch (const Error& e) {
+            "the picture", [this, world = std::move(world), scene, files = std::move(files),
+                            render_pool] { run(world, scene, files, render_pool); });
+    } catch (const util::Error& e) {
         const std::lock_guard lock(m_mutex);
         m_status.state = State::kFailed;
         m_status.message = e.what();
@@ -42,20 +42,22 @@ void FinalRender::stop() noexcept {
         m_thread.join();
 }
 
-void FinalRender::run(const std::shared_ptr<LoadedWorld>& world, const Scene& scene,
-                      const std::vector<std::string>& files, const CrewOptions& crew) {
+void FinalRender::run(const std::shared_ptr<render::LoadedWorld>& world, const scene::Scene& scene,
+                      const std::vector<std::string>& files,
+                      const render::RenderPoolOptions& render_pool) {
     // Of this thread and those that it makes.
     (void)::setpriority(PRIO_PROCESS, 0, kGivesWay);
     State state = State::kDone;
     std::string message;
     try {
-        PictureRenderer::check(scene, files);
-        PictureRenderer renderer(world, crew, scene, true, m_stop);
+        render::PictureRenderer::check(scene, files);
+        render::PictureRenderer renderer(world, render_pool, scene, true, m_stop);
         renderer.on_progress([this](std::uint64_t done, std::uint64_t of) {
             const std::lock_guard lock(m_mutex);
-            m_status.done = done, m_status.of = of;
+            m_status.done = done;
+            m_status.of = of;
         });
-        const RenderStatistics statistics = renderer.render(scene, files);
+        const render::RenderStatistics statistics = renderer.render(scene, files);
         message = "wrote";
         for (const std::string& file : files)
             message += " " + file;
@@ -63,10 +65,12 @@ void FinalRender::run(const std::shared_ptr<LoadedWorld>& world, const Scene& sc
             message += "; it has holes: " + std::to_string(statistics.counts.holes.size()) +
                        " boxes could not be had";
     } catch (const std::exception& e) {
-        state = State::kFailed, message = m_stop ? kGivenUp : e.what();
+        state = State::kFailed;
+        message = m_stop ? kGivenUp : e.what();
     }
     const std::lock_guard lock(m_mutex);
-    m_status.state = state, m_status.message = std::move(message);
+    m_status.state = state;
+    m_status.message = std::move(message);
     m_status.seconds =
         std::chrono::duration<double>(std::chrono::steady_clock::now() - m_start).count();
 }
@@ -80,4 +84,4 @@ FinalRender::Status FinalRender::status() const {
     return out;
 }
 
-}  // namespace terravox
+}  // namespace terravox::preview

@@ -10,7 +10,7 @@
 
 #include "raytracer/render/picture_renderer.hpp"
 
-namespace terravox {
+namespace terravox::preview {
 
 /// The picture of a scene in files, as `terravox render` makes it, on a thread beside the window:
 /// bit for bit the same. Threads that trace for it give way to the window's.
@@ -18,8 +18,8 @@ class FinalRender {
 public:
     ~FinalRender() { stop(); }
     /// One that was under way is waited for. @param world whose boxes it shares
-    void start(std::shared_ptr<LoadedWorld> world, const Scene& scene,
-               std::vector<std::string> files, const CrewOptions& crew);
+    void start(std::shared_ptr<render::LoadedWorld> world, const scene::Scene& scene,
+               std::vector<std::string> files, const render::RenderPoolOptions& render_pool);
     void give_up() noexcept { m_stop = true; }  ///< soon; not once it is being written
     /// Gives it up, and waits until that is so.
     void stop() noexcept;
@@ -36,8 +36,8 @@ public:
     [[nodiscard]] bool runs() const { return status().state == State::kRunning; }
 
 private:
-    void run(const std::shared_ptr<LoadedWorld>& world, const Scene& scene,
-             const std::vector<std::string>& files, const CrewOptions& crew);
+    void run(const std::shared_ptr<render::LoadedWorld>& world, const scene::Scene& scene,
+             const std::vector<std::string>& files, const render::RenderPoolOptions& render_pool);
 
     std::atomic<bool> m_stop{false};
     mutable std::mutex m_mutex;
@@ -46,4 +46,4 @@ private:
     std::thread m_thread;
 };
 
-}  // namespace terravox
+}  // namespace terravox::preview

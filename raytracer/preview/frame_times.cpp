@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-namespace terravox {
+namespace terravox::preview {
 namespace {
 
-constexpr std::size_t kMost =
+constexpr std::size_t kMax =
     1'000'000;  // hours of frames; what comes later is like what came before
 
 nlohmann::json quantiles(std::vector<float> values) {
@@ -29,7 +29,7 @@ nlohmann::json quantiles(std::vector<float> values) {
 void FrameTimes::note(std::vector<float>& to, double seconds) {
     if (&to == &m_frames)
         m_recent_s = m_recent_s == 0 ? seconds : 0.9 * m_recent_s + 0.1 * seconds;
-    if (to.size() < kMost)
+    if (to.size() < kMax)
         to.push_back(static_cast<float>(seconds));
 }
 
@@ -39,4 +39,4 @@ nlohmann::json FrameTimes::report() const {
             {"stops", quantiles(m_stops)}};
 }
 
-}  // namespace terravox
+}  // namespace terravox::preview

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace terravox {
+namespace terravox::preview {
 
 /// How smooth the window was: what the report says of it.
 class FrameTimes {
@@ -27,4 +27,4 @@ private:
     double m_recent_s = 0;
 };
 
-}  // namespace terravox
+}  // namespace terravox::preview

@@ -4,16 +4,17 @@
 #include <iterator>
 #include <utility>
 
-namespace terravox {
+namespace terravox::preview {
 
 bool HoleWatch::look(const std::set<voxel::BoxKey>& holes,
                      std::optional<Clock::time_point> idle_since, Clock::time_point now) {
     if (m_asked) {
         if (!m_came)
             return false;
-        const BlockPin pin = m_blocks.find(*std::exchange(m_asked, std::nullopt));
+        const blocks::BlockPin pin = m_blocks.find(*std::exchange(m_asked, std::nullopt));
         const bool there = pin && !pin->hole;
-        m_since = now, m_wait = there ? kFirst : std::min(m_wait * 2, kMost);
+        m_since = now;
+        m_wait = there ? kFirst : std::min(m_wait * 2, kMax);
         return there;
     }
     if (!idle_since)
@@ -30,4 +31,4 @@ bool HoleWatch::look(const std::set<voxel::BoxKey>& holes,
     return false;
 }
 
-}  // namespace terravox
+}  // namespace terravox::preview

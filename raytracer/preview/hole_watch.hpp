@@ -8,15 +8,15 @@
 
 #include "raytracer/blocks/block_manager.hpp"
 
-namespace terravox {
+namespace terravox::preview {
 
 /// Asks again, now and then, for one of the boxes that a picture lacks, and more and more seldom: a
 /// server may be back. Used by one thread.
-class HoleWatch final : public BlockListener {
+class HoleWatch final : public blocks::BlockListener {
 public:
     using Clock = std::chrono::steady_clock;
 
-    explicit HoleWatch(BlockManager& blocks) : m_blocks(blocks) {}
+    explicit HoleWatch(blocks::BlockManager& blocks) : m_blocks(blocks) {}
     ~HoleWatch() override { m_blocks.forget(*this); }
     HoleWatch(const HoleWatch&) = delete;
     HoleWatch& operator=(const HoleWatch&) = delete;
@@ -31,10 +31,10 @@ public:
 
     bool block_came(const voxel::BoxKey&, std::uint64_t) noexcept override { return m_came = true; }
 
-    static constexpr std::chrono::seconds kFirst{10}, kMost{640};
+    static constexpr std::chrono::seconds kFirst{10}, kMax{640};
 
 private:
-    BlockManager& m_blocks;
+    blocks::BlockManager& m_blocks;
     std::chrono::seconds m_wait = kFirst;
     Clock::time_point m_since;
     std::optional<voxel::BoxKey> m_asked;
@@ -42,4 +42,4 @@ private:
     std::atomic<bool> m_came{false};
 };
 
-}  // namespace terravox
+}  // namespace terravox::preview

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace terravox {
+namespace terravox::preview {
 namespace {
 
 template <typename Input>
@@ -72,4 +72,4 @@ std::vector<InputEvent> InputQueue::next_frame() {
     return frame;
 }
 
-}  // namespace terravox
+}  // namespace terravox::preview

@@ -4,7 +4,7 @@
 #include <variant>
 #include <vector>
 
-namespace terravox {
+namespace terravox::preview {
 
 /// Key and button numbers are those of the window system; the queue only compares them.
 struct KeyInput {
@@ -54,4 +54,4 @@ private:
     int m_buttons_down = 0;  ///< at the end of the last frame
 };
 
-}  // namespace terravox
+}  // namespace terravox::preview

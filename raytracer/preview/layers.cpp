@@ -5,15 +5,15 @@
 
 #include "raytracer/output/develop.hpp"
 
-namespace terravox {
+namespace terravox::preview {
 namespace {
 
-constexpr Colour kNothing{0.06f, 0.06f, 0.07f};  // where a ray meets nothing
+constexpr voxel::Colour kNothing{0.06f, 0.06f, 0.07f};  // where a ray meets nothing
 
 /// Colours that can be told apart, whatever the number: hues by the golden ratio, which come near
 /// each other where numbers are a Fibonacci number apart; brightness and saturation differ there.
 /// Ref: Knuth, The Art of Computer Programming 3, 6.4.
-Colour hue(std::uint32_t number) noexcept {
+voxel::Colour hue(std::uint32_t number) noexcept {
     constexpr double kGolden = 0.6180339887498949;
     constexpr std::array kBrightness{0.95, 0.6, 0.78};
     constexpr std::array kPale{0.05, 0.33};
@@ -26,7 +26,7 @@ Colour hue(std::uint32_t number) noexcept {
     return {channel(0), channel(4), channel(2)};
 }
 
-Colour plain(float v) noexcept {
+voxel::Colour plain(float v) noexcept {
     return {v, v, v};
 }
 
@@ -35,24 +35,26 @@ Colour plain(float v) noexcept {
 struct DepthRange {
     float near_m, far_m;
 };
-DepthRange depths_of(const View& view) noexcept {
+DepthRange depths_of(const shade::View& view) noexcept {
     const voxel::VoxelBounds& b = view.cut.bounds();
-    const Vec3 eye = view.camera.position();
+    const core::Vec3 eye = view.camera.position();
     double near2 = 0, far2 = 0;
     const auto axis = [&](double at, double low, double high) {
         const double out = std::max({low - at, at - high, 0.0}),
                      through = std::max(std::abs(at - low), std::abs(at - high));
-        near2 += out * out, far2 += through * through;
+        near2 += out * out;
+        far2 += through * through;
     };
-    axis(eye.x, b.min[0], b.max[0]), axis(eye.y, b.min[1], b.max[1]),
-        axis(eye.z, b.min[2], b.max[2]);
+    axis(eye.x, b.min[0], b.max[0]);
+    axis(eye.y, b.min[1], b.max[1]);
+    axis(eye.z, b.min[2], b.max[2]);
     const double near_m = std::max(std::sqrt(near2) * view.voxel_m, 1.0);
     return {static_cast<float>(near_m),
             static_cast<float>(std::max(std::sqrt(far2) * view.voxel_m, 2 * near_m))};
 }
 
 /// From near, white, to far, nearly black; each grey step is a factor.
-Colour of_depth(float metres, const DepthRange& range) noexcept {
+voxel::Colour of_depth(float metres, const DepthRange& range) noexcept {
     if (!std::isfinite(metres))
         return kNothing;
     const float share = std::clamp(std::log(std::max(metres, range.near_m) / range.near_m) /
@@ -61,13 +63,13 @@ Colour of_depth(float metres, const DepthRange& range) noexcept {
     return plain(1 - 0.85f * share);
 }
 
-Colour of_normal(const std::array<float, 3>& n) noexcept {
+voxel::Colour of_normal(const std::array<float, 3>& n) noexcept {
     return {0.5f + 0.5f * n[0], 0.5f + 0.5f * n[1], 0.5f + 0.5f * n[2]};
 }
 
-Colour of_matte(const Matte& matte) noexcept {
-    Colour out;
-    for (std::size_t i = 0; i < Matte::kMost && matte.share[i] > 0; ++i)
+voxel::Colour of_matte(const tiles::Matte& matte) noexcept {
+    voxel::Colour out;
+    for (std::size_t i = 0; i < tiles::Matte::kMax && matte.share[i] > 0; ++i)
         out = out + hue(matte.object[i]) * matte.share[i];
     return out;
 }
@@ -77,22 +79,23 @@ float ratio(float of, float to) noexcept {
 }
 
 /// What a layer says of a pixel, as shown on a screen, but for layers of light.
-Colour value_of(Layer layer, const PixelSample& pixel, const LayerSample& l,
-                const DepthRange& depths) noexcept {
+voxel::Colour value_of(Layer layer, const tiles::PixelSample& pixel, const tiles::LayerSample& l,
+                       const DepthRange& depths) noexcept {
     switch (layer) {
         case Layer::kDepth: return of_depth(pixel.depth_m, depths);
         case Layer::kNormal: return pixel.alpha > 0 ? of_normal(l.normal) : kNothing;
         case Layer::kAlbedo:
-            return {linear_to_srgb(l.albedo.r), linear_to_srgb(l.albedo.g),
-                    linear_to_srgb(l.albedo.b)};
+            return {voxel::linear_to_srgb(l.albedo.r), voxel::linear_to_srgb(l.albedo.g),
+                    voxel::linear_to_srgb(l.albedo.b)};
         case Layer::kMaterial: return pixel.alpha > 0 ? of_matte(l.materials) : kNothing;
         case Layer::kSunlight: return pixel.alpha > 0 ? plain(l.sun) : kNothing;
         case Layer::kSquares: return pixel.alpha > 0 ? of_matte(l.squares) : kNothing;
         case Layer::kOcclusion:
-            return pixel.alpha > 0
-                       ? plain(linear_to_srgb(std::min(
-                             ratio(luminance(l.direct), luminance(l.albedo) * pixel.alpha), 1.0f)))
-                       : kNothing;
+            return pixel.alpha > 0 ? plain(voxel::linear_to_srgb(
+                                         std::min(ratio(voxel::luminance(l.direct),
+                                                        voxel::luminance(l.albedo) * pixel.alpha),
+                                                  1.0f)))
+                                   : kNothing;
         default: return pixel.colour;  // a probe's: as it is to be seen
     }
 }
@@ -116,21 +119,21 @@ FilmKind kind_of(Layer layer) noexcept {
 
 }  // namespace
 
-Scene scene_for(Layer layer, Scene scene) {
+scene::Scene scene_for(Layer layer, scene::Scene scene) {
     const FilmKind kind = kind_of(layer);
     scene.output.layers = kind == FilmKind::kLayers || kind == FilmKind::kEvenLight
-                              ? PictureLayers::kAll
-                              : PictureLayers::kBeauty;
+                              ? core::PictureLayers::kAll
+                              : core::PictureLayers::kBeauty;
     scene.output.denoise = false;
     if (kind == FilmKind::kEvenLight) {
         // What comes of an even sky to a surface is its ambient occlusion, times what the surface
         // sends back.
-        scene.sky.model = SkyModel::kUniform;
+        scene.sky.model = core::SkyModel::kUniform;
         scene.sky.colour.reset();
         scene.sky.strength = 1;
         scene.sky.visibility_km = 0;
         scene.sun.strength = 0;
-        scene.quality.integrator = Integrator::kDirect;
+        scene.quality.integrator = core::Integrator::kDirect;
         scene.quality.ambient_occlusion = true;
         scene.quality.ao_strength = 1;
         scene.quality.ao_rays = std::max(scene.quality.ao_rays, 4);
@@ -153,30 +156,32 @@ bool same_film(Layer a, Layer b) noexcept {
 void ScreenPicture::resize(int width, int height) {
     if (width == width_px && height == height_px)
         return;
-    width_px = width, height_px = height;
+    width_px = width;
+    height_px = height;
     rgb.assign(static_cast<std::size_t>(width) * static_cast<std::size_t>(height) * 3, 40);
 }
 
-void show(const Film& film, const View& view, const Scene::Output& output, Layer layer,
-          const RenderTile& tile, ScreenPicture& to) {
+void show(const output::Film& film, const shade::View& view, const scene::Scene::Output& output,
+          Layer layer, const tiles::RenderTile& tile, ScreenPicture& to) {
     // The view's exposure holds the adaptation to its daylight beside what the person asks for.
-    const Developer develop(view.exposure_ev - view.scene.output.exposure_ev + output.exposure_ev,
-                            output.tone);
+    const output::Developer develop(
+        view.exposure_ev - view.scene.output.exposure_ev + output.exposure_ev, output.tone);
     const DepthRange depths = depths_of(view);
-    static const LayerSample none;
+    static const tiles::LayerSample none;
     const auto place = [&](int x, int y) {
         return &to.rgb[(static_cast<std::size_t>(y) * static_cast<std::size_t>(to.width_px) +
                         static_cast<std::size_t>(x)) *
                        3];
     };
     tile.each_pixel([&](int x, int y) {
-        const PixelSample& pixel = film.at(x, y);
-        const LayerSample& layers = film.has_layers() ? film.layers_at(x, y) : none;
-        const Colour c = !is_light(layer) ? value_of(layer, pixel, layers, depths)
-                                          : develop(layer == Layer::kBeauty   ? pixel.colour
-                                                    : layer == Layer::kDirect ? layers.direct
-                                                                              : layers.indirect);
-        const auto bytes = dithered_bytes(c, x, y);
+        const tiles::PixelSample& pixel = film.at(x, y);
+        const tiles::LayerSample& layers = film.has_layers() ? film.layers_at(x, y) : none;
+        const voxel::Colour c = !is_light(layer)
+                                    ? value_of(layer, pixel, layers, depths)
+                                    : develop(layer == Layer::kBeauty   ? pixel.colour
+                                              : layer == Layer::kDirect ? layers.direct
+                                                                        : layers.indirect);
+        const auto bytes = output::dithered_bytes(c, x, y);
         const int width = std::min(tile.step, to.width_px - x),
                   height = std::min(tile.step, to.height_px - y);
         std::uint8_t* row = place(x, y);
@@ -188,15 +193,15 @@ void show(const Film& film, const View& view, const Scene::Output& output, Layer
 }
 
 voxel::Rgb8 colour_of_material(voxel::Material material) noexcept {
-    const Colour c = hue(static_cast<std::uint32_t>(material));
+    const voxel::Colour c = hue(static_cast<std::uint32_t>(material));
     const auto byte = [](float v) {
         return static_cast<std::uint8_t>(std::lround(std::clamp(v, 0.0f, 1.0f) * 255));
     };
     return {byte(c.r), byte(c.g), byte(c.b)};
 }
 
-Colour colour_of_level(int level) noexcept {
-    return level == 0 ? Colour{0.92f, 0.92f, 0.92f} : hue(static_cast<std::uint32_t>(level));
+voxel::Colour colour_of_level(int level) noexcept {
+    return level == 0 ? voxel::Colour{0.92f, 0.92f, 0.92f} : hue(static_cast<std::uint32_t>(level));
 }
 
-}  // namespace terravox
+}  // namespace terravox::preview

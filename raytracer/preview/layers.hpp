@@ -9,7 +9,7 @@
 #include "raytracer/output/film.hpp"
 #include "raytracer/shade/view.hpp"
 
-namespace terravox {
+namespace terravox::preview {
 
 /// What of a picture is looked at.
 enum class Layer : std::uint8_t {
@@ -58,7 +58,7 @@ inline constexpr std::array<LayerFacts, 13> kLayers{{
 }
 
 /// What has to be rendered for a layer, instead of the picture of the scene.
-[[nodiscard]] Scene scene_for(Layer layer, Scene scene);
+[[nodiscard]] scene::Scene scene_for(Layer layer, scene::Scene scene);
 /// Layers that come from walking rays rather than from shading: a ProbeProcessor makes them.
 [[nodiscard]] constexpr bool is_probe(Layer layer) noexcept {
     return layer == Layer::kLevels || layer == Layer::kSteps || layer == Layer::kCache;
@@ -80,12 +80,12 @@ struct ScreenPicture {
 
 /// Shows the pixels of a tile of a film, coarse ones as squares.
 /// @param output exposure and tone; the view may be of others @param to as large as the film
-void show(const Film& film, const View& view, const Scene::Output& output, Layer layer,
-          const RenderTile& tile, ScreenPicture& to);
+void show(const output::Film& film, const shade::View& view, const scene::Scene::Output& output,
+          Layer layer, const tiles::RenderTile& tile, ScreenPicture& to);
 
 /// The colour that Layer::kMaterial shows a material in.
 [[nodiscard]] voxel::Rgb8 colour_of_material(voxel::Material material) noexcept;
 /// The colour that Layer::kLevels shows a level in.
-[[nodiscard]] Colour colour_of_level(int level) noexcept;
+[[nodiscard]] voxel::Colour colour_of_level(int level) noexcept;
 
-}  // namespace terravox
+}  // namespace terravox::preview

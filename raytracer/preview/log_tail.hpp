@@ -6,7 +6,7 @@
 #include <string>
 #include <utility>
 
-namespace terravox {
+namespace terravox::preview {
 
 /// Keeps the newest warning or error of the log, for who cannot see it: workers that are lost,
 /// boxes that cannot be had. Thread-safe.
@@ -29,4 +29,4 @@ private:
     std::string m_line;
 };
 
-}  // namespace terravox
+}  // namespace terravox::preview

@@ -5,14 +5,14 @@
 #include "raytracer/preview/layers.hpp"
 #include "raytracer/preview/progressive.hpp"
 
-namespace terravox {
+namespace terravox::preview {
 
 /// The world straight from above, north up, in a small picture that is made in time that is left
 /// over.
 class MiniMap {
 public:
     /// @param edge_px of the longer side @throws Error for a world that cannot be drawn
-    MiniMap(BlockManager& blocks, const Scene& scene, int edge_px);
+    MiniMap(blocks::BlockManager& blocks, const scene::Scene& scene, int edge_px);
     /// From the start: other boxes may be there now. @throws Error
     void begin();
     /// Goes on until then. @throws Error
@@ -33,10 +33,10 @@ public:
 
 private:
     double m_west, m_north, m_width, m_height;  ///< level-0 voxels
-    Scene m_scene;
+    scene::Scene m_scene;
     ScreenPicture m_screen;
     std::uint64_t m_version = 0;
     Progressive m_picture;
 };
 
-}  // namespace terravox
+}  // namespace terravox::preview

@@ -4,10 +4,10 @@
 #include <optional>
 #include <set>
 
-#include "raytracer/preview/desk.hpp"
+#include "raytracer/preview/editor_state.hpp"
 #include "raytracer/preview/window.hpp"
 
-namespace terravox {
+namespace terravox::preview {
 
 /// Moves the viewpoint by mouse, keys and gamepad, and tells clicks from drags. Positions: pixels
 /// of the window.
@@ -15,7 +15,7 @@ class Navigator {
 public:
     /// After ImGui has begun the frame. @param seconds since the last @return the viewpoint has
     /// moved
-    bool handle(Desk& desk, const Gamepad& pad, double seconds);
+    bool handle(EditorState& editor_state, const Gamepad& pad, double seconds);
 
     struct Click {
         double x = 0, y = 0;
@@ -27,11 +27,11 @@ public:
     [[nodiscard]] bool moving() const noexcept { return m_moving; }
 
 private:
-    bool drag(Desk& desk);
-    bool keys(Desk& desk, double seconds);
-    bool pad(Desk& desk, const Gamepad& pad, double seconds);
-    [[nodiscard]] double reach(const Desk& desk) const noexcept;
-    bool closer(Desk& desk, double factor);
+    bool drag(EditorState& editor_state);
+    bool keys(EditorState& editor_state, double seconds);
+    bool pad(EditorState& editor_state, const Gamepad& pad, double seconds);
+    [[nodiscard]] double reach(const EditorState& editor_state) const noexcept;
+    bool closer(EditorState& editor_state, double factor);
 
     std::optional<Click> m_click;
     std::set<int> m_commands;  ///< keys that are down for something else
@@ -39,4 +39,4 @@ private:
     bool m_pressed = false, m_dragged = false, m_moving = false;
 };
 
-}  // namespace terravox
+}  // namespace terravox::preview

@@ -4,21 +4,25 @@
 
 #include "common/util/error.hpp"
 
-namespace terravox {
+namespace terravox::preview {
 
-Opening::Opening(WorldOptions from, const Scene& scene)
+Opening::Opening(worlds::WorldOptions from, const scene::Scene& scene)
     : m_thread([this, from = std::move(from), scene](const std::stop_token& stop) {
-          std::shared_ptr<LoadedWorld> world;
+          std::shared_ptr<render::LoadedWorld> world;
           std::string failure;
           try {
-              world = std::make_shared<LoadedWorld>(from, scene, stop);
+              world = std::make_shared<render::LoadedWorld>(from, scene, stop);
               if (world->world->info().bounds.empty())
-                  throw Error("show the world '" + world->world->info().title + "': it is empty");
+                  throw util::Error("show the world '" + world->world->info().title +
+                                    "': it is empty");
           } catch (const std::exception& e) {
-              world.reset(), failure = e.what();
+              world.reset();
+              failure = e.what();
           }
           const std::lock_guard lock(m_mutex);
-          m_world = std::move(world), m_failure = std::move(failure), m_done = true;
+          m_world = std::move(world);
+          m_failure = std::move(failure);
+          m_done = true;
       }) {}
 
 Opening::~Opening() {
@@ -26,7 +30,7 @@ Opening::~Opening() {
     m_thread.join();
 }
 
-std::shared_ptr<LoadedWorld> Opening::take() {
+std::shared_ptr<render::LoadedWorld> Opening::take() {
     const std::lock_guard lock(m_mutex);
     return std::exchange(m_world, nullptr);
 }
@@ -41,4 +45,4 @@ bool Opening::runs() const {
     return !m_done;
 }
 
-}  // namespace terravox
+}  // namespace terravox::preview

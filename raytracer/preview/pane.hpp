@@ -4,7 +4,7 @@
 #include <array>
 #include <cmath>
 
-namespace terravox {
+namespace terravox::preview {
 
 /// The part of the window that the picture is shown in, pixels; y down.
 struct Pane {
@@ -34,4 +34,4 @@ struct Pane {
     return {left + (width - w) / 2, (height - h) / 2, w, h};
 }
 
-}  // namespace terravox
+}  // namespace terravox::preview

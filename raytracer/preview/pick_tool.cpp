@@ -7,32 +7,35 @@
 #include <cmath>
 #include <numbers>
 
-namespace terravox {
+namespace terravox::preview {
 
 Measured measure(const Picked& from, const Picked& to, double voxel_m) noexcept {
-    const Vec3 way = (to.point - from.point) * voxel_m;
+    const core::Vec3 way = (to.point - from.point) * voxel_m;
     Measured out;
-    out.level_m = std::hypot(way.x, way.z), out.height_m = way.y, out.length_m = length(way);
+    out.level_m = std::hypot(way.x, way.z);
+    out.height_m = way.y;
+    out.length_m = core::length(way);
     out.heading_deg = std::atan2(way.x, -way.z) * 180 / std::numbers::pi;
     if (out.heading_deg < 0)
         out.heading_deg += 360;
     return out;
 }
 
-void PickTool::click(const Desk& desk, const Navigator::Click& click, const Ray& ray,
-                     const std::shared_ptr<const View>& view) {
-    m_picker.ask(click.twice     ? Picker::Use::kFocus
-                 : desk.measures ? Picker::Use::kMeasure
-                                 : Picker::Use::kRead,
+void PickTool::click(const EditorState& editor_state, const Navigator::Click& click,
+                     const core::Ray& ray, const std::shared_ptr<const shade::View>& view) {
+    m_picker.ask(click.twice             ? Picker::Use::kFocus
+                 : editor_state.measures ? Picker::Use::kMeasure
+                                         : Picker::Use::kRead,
                  view, ray);
 }
 
-void PickTool::go(const Desk& desk, double x, double z, const std::shared_ptr<const View>& view) {
-    m_go = {x, desk.viewpoint.target.y, z};
-    m_picker.ask(Picker::Use::kGo, view, plumb_line(desk.info(), x, z));
+void PickTool::go(const EditorState& editor_state, double x, double z,
+                  const std::shared_ptr<const shade::View>& view) {
+    m_go = {x, editor_state.viewpoint.target.y, z};
+    m_picker.ask(Picker::Use::kGo, view, plumb_line(editor_state.info(), x, z));
 }
 
-bool PickTool::update(Desk& desk) {
+bool PickTool::update(EditorState& editor_state) {
     const auto answer = m_picker.take();
     if (!answer)
         return false;
@@ -42,22 +45,23 @@ bool PickTool::update(Desk& desk) {
         case Use::kRead:
             m_read = picked;
             if (!picked) {
-                desk.say("nothing there: the ray leaves the world");
+                editor_state.say("nothing there: the ray leaves the world");
                 return false;
             }
-            m_facts = facts_of(*picked, desk.info());
+            m_facts = facts_of(*picked, editor_state.info());
             for (const PickedFact& fact : m_facts)
                 spdlog::debug("picked {}: {}", fact.name, fact.value);
             return false;
         case Use::kMeasure:
             if (!picked)
-                desk.say("nothing there to measure: the ray leaves the world");
-            else if (!m_first || m_second)
-                m_first = picked, m_second.reset();
-            else
+                editor_state.say("nothing there to measure: the ray leaves the world");
+            else if (!m_first || m_second) {
+                m_first = picked;
+                m_second.reset();
+            } else
                 m_second = picked;
             if (m_second) {
-                const Measured m = measure(*m_first, *m_second, desk.info().voxel_m);
+                const Measured m = measure(*m_first, *m_second, editor_state.info().voxel_m);
                 spdlog::debug("measured {:.2f} m on the map, {:.2f} m up, {:.2f} m in all",
                               m.level_m, m.height_m, m.length_m);
             }
@@ -65,15 +69,15 @@ bool PickTool::update(Desk& desk) {
         case Use::kFocus:
             if (!picked)
                 return false;
-            desk.viewpoint.face(picked->point);
+            editor_state.viewpoint.face(picked->point);
             break;
-        case Use::kGo: desk.viewpoint.go_to(picked ? picked->point : m_go); break;
+        case Use::kGo: editor_state.viewpoint.go_to(picked ? picked->point : m_go); break;
     }
-    desk.moved();
+    editor_state.moved();
     return true;
 }
 
-void PickTool::draw_marks(const View& view, const Pane& pane) const {
+void PickTool::draw_marks(const shade::View& view, const Pane& pane) const {
     constexpr ImU32 kDark = IM_COL32(0, 0, 0, 200), kReading = IM_COL32(90, 220, 255, 255),
                     kMeasuring = IM_COL32(255, 210, 60, 255);
     ImDrawList& above = *ImGui::GetBackgroundDrawList();
@@ -87,17 +91,24 @@ void PickTool::draw_marks(const View& view, const Pane& pane) const {
         return ImVec2{static_cast<float>(pane.x + (*at)[0]), static_cast<float>(pane.y + (*at)[1])};
     };
     const auto from = place_of(m_first), to = place_of(m_second);
-    if (from && to)
-        above.AddLine(*from, *to, kDark, 4), above.AddLine(*from, *to, kMeasuring, 2);
+    if (from && to) {
+        above.AddLine(*from, *to, kDark, 4);
+        above.AddLine(*from, *to, kMeasuring, 2);
+    }
     const auto mark = [&](const std::optional<ImVec2>& at, ImU32 colour) {
-        if (at)
-            above.AddCircle(*at, 6, kDark, 0, 4), above.AddCircle(*at, 6, colour, 0, 2);
+        if (at) {
+            above.AddCircle(*at, 6, kDark, 0, 4);
+            above.AddCircle(*at, 6, colour, 0, 2);
+        }
     };
-    mark(place_of(m_read), kReading), mark(from, kMeasuring), mark(to, kMeasuring);
+    mark(place_of(m_read), kReading);
+    mark(from, kMeasuring);
+    mark(to, kMeasuring);
     above.PopClipRect();
 }
 
-void PickTool::draw(Desk& desk, const View& view, const Pane& pane, std::array<int, 2> window_px) {
+void PickTool::draw(EditorState& editor_state, const shade::View& view, const Pane& pane,
+                    std::array<int, 2> window_px) {
     draw_marks(view, pane);
     if (!m_read && !m_first && !m_picker.busy())
         return;
@@ -106,7 +117,7 @@ void PickTool::draw(Desk& desk, const View& view, const Pane& pane, std::array<i
                             {1, 0});
     ImGui::SetNextWindowSize({font * 26, 0});
     bool open = true;
-    ImGui::Begin(desk.measures ? "Distance" : "Voxel", &open,
+    ImGui::Begin(editor_state.measures ? "Distance" : "Voxel", &open,
                  ImGuiWindowFlags_NoFocusOnAppearing | ImGuiWindowFlags_NoNav |
                      ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoResize);
     if (m_picker.busy())
@@ -121,19 +132,22 @@ void PickTool::draw(Desk& desk, const View& view, const Pane& pane, std::array<i
         std::snprintf(out.data(), out.size(), "%.2f m", m);
         return std::string(out.data());
     };
-    if (desk.measures) {
+    if (editor_state.measures) {
         if (m_first && m_second) {
-            const Measured m = measure(*m_first, *m_second, desk.info().voxel_m);
-            row("on the map", metres(m.level_m)), row("height", metres(m.height_m)),
-                row("in all", metres(m.length_m));
+            const Measured m = measure(*m_first, *m_second, editor_state.info().voxel_m);
+            row("on the map", metres(m.level_m));
+            row("height", metres(m.height_m));
+            row("in all", metres(m.length_m));
             row("towards", std::to_string(std::lround(m.heading_deg)) + "\u00b0");
         } else if (m_first) {
             ImGui::TextUnformatted("click on the other end");
         }
     } else if (m_read) {
         std::string all;
-        for (const PickedFact& fact : m_facts)
-            row(fact.name, fact.value), all += fact.name + ": " + fact.value + "\n";
+        for (const PickedFact& fact : m_facts) {
+            row(fact.name, fact.value);
+            all += fact.name + ": " + fact.value + "\n";
+        }
         if (m_read->attr.has_colour() && !m_read->hole) {
             const voxel::Rgb8 c = m_read->attr.colour;
             ImGui::SameLine();
@@ -143,15 +157,17 @@ void PickTool::draw(Desk& desk, const View& view, const Pane& pane, std::array<i
         if (ImGui::Button("Copy"))
             ImGui::SetClipboardText(all.c_str());
         ImGui::SameLine();
-        if (ImGui::Button("Look at it"))
-            desk.viewpoint.face(m_read->point), desk.moved();
+        if (ImGui::Button("Look at it")) {
+            editor_state.viewpoint.face(m_read->point);
+            editor_state.moved();
+        }
         ImGui::SameLine();
         if (ImGui::Button("Focus lens"))
-            desk.scene.camera.focus_m = std::clamp(m_read->distance_m, 0.001, 1e7);
+            editor_state.scene.camera.focus_m = std::clamp(m_read->distance_m, 0.001, 1e7);
     }
     ImGui::End();
     if (!open)
         clear();
 }
 
-}  // namespace terravox
+}  // namespace terravox::preview

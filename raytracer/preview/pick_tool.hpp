@@ -3,12 +3,12 @@
 #include <array>
 #include <optional>
 
-#include "raytracer/preview/desk.hpp"
+#include "raytracer/preview/editor_state.hpp"
 #include "raytracer/preview/navigator.hpp"
 #include "raytracer/preview/pane.hpp"
 #include "raytracer/preview/picker.hpp"
 
-namespace terravox {
+namespace terravox::preview {
 
 /// A distance between two voxels.
 struct Measured {
@@ -22,27 +22,33 @@ struct Measured {
 /// What clicks on the picture do: read a voxel, look at it, measure between two.
 class PickTool {
 public:
-    explicit PickTool(BlockManager& blocks) : m_picker(blocks) {}
+    explicit PickTool(blocks::BlockManager& blocks) : m_picker(blocks) {}
 
     /// @param ray through the click @param view of the picture that is seen
-    void click(const Desk& desk, const Navigator::Click& click, const Ray& ray,
-               const std::shared_ptr<const View>& view);
+    void click(const EditorState& editor_state, const Navigator::Click& click, const core::Ray& ray,
+               const std::shared_ptr<const shade::View>& view);
     /// The ground at a place on the map, to go there. @param x, z level-0 voxels
-    void go(const Desk& desk, double x, double z, const std::shared_ptr<const View>& view);
+    void go(const EditorState& editor_state, double x, double z,
+            const std::shared_ptr<const shade::View>& view);
     /// What has come of clicks. @return the viewpoint has moved
-    bool update(Desk& desk);
+    bool update(EditorState& editor_state);
     [[nodiscard]] bool busy() const { return m_picker.busy(); }
-    void clear() noexcept { m_read.reset(), m_first.reset(), m_second.reset(); }
+    void clear() noexcept {
+        m_read.reset();
+        m_first.reset();
+        m_second.reset();
+    }
     /// Its window, and marks above the picture.
-    void draw(Desk& desk, const View& view, const Pane& pane, std::array<int, 2> window_px);
+    void draw(EditorState& editor_state, const shade::View& view, const Pane& pane,
+              std::array<int, 2> window_px);
 
 private:
-    void draw_marks(const View& view, const Pane& pane) const;
+    void draw_marks(const shade::View& view, const Pane& pane) const;
 
     Picker m_picker;
     std::optional<Picked> m_read, m_first, m_second;
     std::vector<PickedFact> m_facts;  ///< of m_read
-    Vec3 m_go;                        ///< where there may be no ground
+    core::Vec3 m_go;                  ///< where there may be no ground
 };
 
-}  // namespace terravox
+}  // namespace terravox::preview

@@ -9,7 +9,7 @@
 #include "raytracer/tiles/square_grid.hpp"
 #include "raytracer/walk/walker.hpp"
 
-namespace terravox {
+namespace terravox::preview {
 namespace {
 
 // Ref: ASPRS, "LAS Specification 1.4 - R15", table 17.
@@ -50,7 +50,7 @@ std::vector<PickedFact> facts_of(const Picked& picked, const voxel::WorldInfo& w
     std::vector<PickedFact> out;
     out.push_back({"voxel", text("%d, %d, %d", picked.voxel.x, picked.voxel.y, picked.voxel.z) +
                                 (picked.level > 0 ? text(" of level %d", picked.level) : "")});
-    const Vec3 p = picked.point;
+    const core::Vec3 p = picked.point;
     const double easting = p.x * world.crs_units_per_voxel,
                  northing = -p.z * world.crs_units_per_voxel, height_m = p.y * world.voxel_m;
     if (!world.crs.empty()) {
@@ -59,7 +59,7 @@ std::vector<PickedFact> facts_of(const Picked& picked, const voxel::WorldInfo& w
             const geo::LatLon at =
                 geo::to_lat_lon(geo::Crs::from_wkt(world.crs_wkt), easting, northing);
             out.push_back({"lat, lon", text("%.7f, %.7f", at.lat_deg, at.lon_deg)});
-        } catch (const Error&) {
+        } catch (const util::Error&) {
             out.push_back({"lat, lon", "not defined here"});
         }
     } else {
@@ -81,7 +81,7 @@ std::vector<PickedFact> facts_of(const Picked& picked, const voxel::WorldInfo& w
              (standard ? " (ASPRS: " +
                              std::string(kStandardClasses[static_cast<std::size_t>(code)]) + ")"
                        : "")});
-    const SquareGrid squares(world);
+    const tiles::SquareGrid squares(world);
     out.push_back({"square", squares.name_of(squares.index_of(p.x, p.z))});
     const voxel::Rgb8 c = picked.attr.colour;
     out.push_back(
@@ -89,7 +89,7 @@ std::vector<PickedFact> facts_of(const Picked& picked, const voxel::WorldInfo& w
     return out;
 }
 
-Picker::Picker(BlockManager& blocks)
+Picker::Picker(blocks::BlockManager& blocks)
     : m_blocks(blocks), m_thread(thread::start_thread("what is pointed at", [this] { run(); })) {}
 
 Picker::~Picker() {
@@ -101,7 +101,7 @@ Picker::~Picker() {
     m_thread.join();
 }
 
-void Picker::ask(Use use, std::shared_ptr<const View> view, const Ray& ray) {
+void Picker::ask(Use use, std::shared_ptr<const shade::View> view, const core::Ray& ray) {
     {
         const std::lock_guard lock(m_mutex);
         m_question = Question{use, std::move(view), ray};
@@ -129,16 +129,17 @@ void Picker::run() {
         const Question question = *std::exchange(m_question, std::nullopt);
         m_busy = true;
         lock.unlock();
-        BlockReader reader(m_blocks);
-        Walker walker(reader, question.view->cut);
+        walk::BlockReader reader(m_blocks);
+        walk::Walker walker(reader, question.view->cut);
         Answer answer{question.use, {}};
         if (const auto hit = walker.first_hit(question.ray))
-            answer.picked = Picked{hit->voxel,
-                                   hit->level,
-                                   question.ray.origin + question.ray.direction * hit->t,
-                                   hit->t * length(question.ray.direction) * question.view->voxel_m,
-                                   hit->hole,
-                                   hit->attr};
+            answer.picked =
+                Picked{hit->voxel,
+                       hit->level,
+                       question.ray.origin + question.ray.direction * hit->t,
+                       hit->t * core::length(question.ray.direction) * question.view->voxel_m,
+                       hit->hole,
+                       hit->attr};
         lock.lock();
         m_busy = false;
         if (!m_question)
@@ -146,8 +147,8 @@ void Picker::run() {
     }
 }
 
-Ray plumb_line(const voxel::WorldInfo& world, double x, double z) noexcept {
+core::Ray plumb_line(const voxel::WorldInfo& world, double x, double z) noexcept {
     return {{x, world.bounds.max[1] + 1.0, z}, {0, -1, 0}};
 }
 
-}  // namespace terravox
+}  // namespace terravox::preview

@@ -12,13 +12,13 @@
 #include "raytracer/shade/view.hpp"
 #include "raytracer/walk/walk.hpp"
 
-namespace terravox {
+namespace terravox::preview {
 
 /// A voxel that somebody has pointed at.
 struct Picked {
-    VoxelCoord voxel;  ///< of `level`
+    core::VoxelCoord voxel;  ///< of `level`
     int level = 0;
-    Vec3 point;  ///< where the ray meets it, level-0 voxels
+    core::Vec3 point;  ///< where the ray meets it, level-0 voxels
     double distance_m = 0;
     bool hole = false;  ///< not a voxel: its box could not be had
     voxel::VoxelAttr attr;
@@ -43,23 +43,23 @@ public:
 
     /// @param blocks outlives the picker; its world must have been stopped before the picker goes,
     /// or the box it waits for must come
-    explicit Picker(BlockManager& blocks);
+    explicit Picker(blocks::BlockManager& blocks);
     ~Picker();
 
     /// @param view whose levels count
-    void ask(Use use, std::shared_ptr<const View> view, const Ray& ray);
+    void ask(Use use, std::shared_ptr<const shade::View> view, const core::Ray& ray);
     [[nodiscard]] std::optional<Answer> take();
     [[nodiscard]] bool busy() const;
 
 private:
     struct Question {
         Use use;
-        std::shared_ptr<const View> view;
-        Ray ray;
+        std::shared_ptr<const shade::View> view;
+        core::Ray ray;
     };
     void run();
 
-    BlockManager& m_blocks;
+    blocks::BlockManager& m_blocks;
     mutable std::mutex m_mutex;
     std::condition_variable m_wake;
     std::optional<Question> m_question;
@@ -69,6 +69,6 @@ private:
 };
 
 /// Straight down from above the world, at a place on the map. @param x, z level-0 voxels
-[[nodiscard]] Ray plumb_line(const voxel::WorldInfo& world, double x, double z) noexcept;
+[[nodiscard]] core::Ray plumb_line(const voxel::WorldInfo& world, double x, double z) noexcept;
 
-}  // namespace terravox
+}  // namespace terravox::preview

@@ -4,73 +4,76 @@
 #include <cmath>
 #include <utility>
 
-namespace terravox {
+namespace terravox::preview {
 namespace {
 
 constexpr std::size_t kPixelsAtOnce = 256;  // between two looks at the clock
-constexpr Colour kSky{0.06f, 0.06f, 0.07f}, kMissing{1.0f, 0.55f, 0.1f}, kHole{1.0f, 0.0f, 0.8f};
+constexpr voxel::Colour kSky{0.06f, 0.06f, 0.07f}, kMissing{1.0f, 0.55f, 0.1f},
+    kHole{1.0f, 0.0f, 0.8f};
 
 /// Brighter from above, so that shapes can be made out.
-float light_on(Face face) noexcept {
+float light_on(core::Face face) noexcept {
     switch (face) {
-        case Face::kTop: return 1;
-        case Face::kWest:
-        case Face::kEast: return 0.75f;
-        case Face::kNorth:
-        case Face::kSouth: return 0.6f;
+        case core::Face::kTop: return 1;
+        case core::Face::kWest:
+        case core::Face::kEast: return 0.75f;
+        case core::Face::kNorth:
+        case core::Face::kSouth: return 0.6f;
         default: return 0.45f;
     }
 }
 
 /// Blue, green, yellow, red, for [0, 1].
-Colour heat(double share) noexcept {
+voxel::Colour heat(double share) noexcept {
     const double h = 4 * std::clamp(share, 0.0, 1.0);
     const auto ramp = [](double v) { return static_cast<float>(std::clamp(v, 0.0, 1.0)); };
     return {ramp(h - 1.5), ramp(h < 2.5 ? h - 0.3 : 4 - h), ramp(1.6 - h)};
 }
 
-Colour of_steps(std::uint64_t steps) noexcept {
-    constexpr double kMost_log2 = 10;
-    return heat(std::log2(static_cast<double>(steps) + 1) / kMost_log2);
+voxel::Colour of_steps(std::uint64_t steps) noexcept {
+    constexpr double kMax_log2 = 10;
+    return heat(std::log2(static_cast<double>(steps) + 1) / kMax_log2);
 }
 
-Colour chequer(const Hit& hit) noexcept {
+voxel::Colour chequer(const walk::Hit& hit) noexcept {
     const int shift = 6, high = 8;
     const bool odd =
         (((hit.voxel.x >> shift) + (hit.voxel.y >> high) + (hit.voxel.z >> shift)) & 1) != 0;
-    return odd ? Colour{0.35f, 0.75f, 0.45f} : Colour{0.25f, 0.55f, 0.75f};
+    return odd ? voxel::Colour{0.35f, 0.75f, 0.45f} : voxel::Colour{0.25f, 0.55f, 0.75f};
 }
 
 }  // namespace
 
-ProbeProcessor::ProbeProcessor(const View& view, BlockManager& blocks, Layer layer)
+ProbeProcessor::ProbeProcessor(const shade::View& view, blocks::BlockManager& blocks, Layer layer)
     : m_view(view),
       m_blocks(blocks),
       m_layer(layer),
       m_reader(blocks),
       m_walk(m_reader, view.cut) {}
 
-Colour ProbeProcessor::probe(double px, double py, PixelSample& sample) {
-    sample.alpha = 0, sample.depth_m = std::numeric_limits<float>::infinity();
+voxel::Colour ProbeProcessor::probe(double px, double py, tiles::PixelSample& sample) {
+    sample.alpha = 0;
+    sample.depth_m = std::numeric_limits<float>::infinity();
     const auto ray = m_view.camera.ray(px, py, 0.5, 0.5);
     if (!ray)
         return kSky;
-    RayState state(*ray);
+    core::RayState state(*ray);
     if (!state.enter(m_view.cut.entry_bounds()))
         return kSky;
     const std::uint64_t before = m_walk.counts().steps;
-    Hit hit;
-    const WalkEnd end = m_walk.first_hit(state, StopAt::kSolid, kFar, hit);
+    walk::Hit hit;
+    const walk::WalkEnd end = m_walk.first_hit(state, walk::StopAt::kSolid, core::kFar, hit);
     const std::uint64_t steps = m_walk.counts().steps - before;
-    if (end == WalkEnd::kWaits) {
+    if (end == walk::WalkEnd::kWaits) {
         m_missing.insert(m_walk.missing());
         return kMissing;
     }
     if (m_layer == Layer::kSteps)
         return of_steps(steps);
-    if (end == WalkEnd::kMiss)
+    if (end == walk::WalkEnd::kMiss)
         return kSky;
-    sample.alpha = 1, sample.depth_m = static_cast<float>(hit.t * m_view.voxel_m);
+    sample.alpha = 1;
+    sample.depth_m = static_cast<float>(hit.t * m_view.voxel_m);
     if (hit.hole)
         return kHole;
     return (m_layer == Layer::kLevels ? colour_of_level(hit.level) : chequer(hit)) *
@@ -85,14 +88,15 @@ bool ProbeProcessor::go_on(std::chrono::steady_clock::time_point until) {
             m_under_way = {};
             m_under_way.tile = m_waiting.front();
             m_waiting.pop_front();
-            m_pixels.clear(), m_next = 0;
+            m_pixels.clear();
+            m_next = 0;
             m_under_way.tile.each_pixel([this](int x, int y) { m_pixels.emplace_back(x, y); });
             m_under_way.samples.resize(m_pixels.size());
             m_begun = true;
         }
         const std::size_t end = std::min(m_next + kPixelsAtOnce, m_pixels.size());
         for (; m_next < end; ++m_next) {
-            PixelSample& sample = m_under_way.samples[m_next];
+            tiles::PixelSample& sample = m_under_way.samples[m_next];
             sample.colour =
                 probe(m_pixels[m_next].first + 0.5, m_pixels[m_next].second + 0.5, sample);
         }
@@ -112,10 +116,10 @@ bool ProbeProcessor::wait(std::chrono::milliseconds most) {
     return m_result || m_closed || go_on(std::chrono::steady_clock::now() + most);
 }
 
-std::optional<TileResult> ProbeProcessor::take() {
+std::optional<tiles::TileResult> ProbeProcessor::take() {
     while (!m_result && !m_closed && go_on(std::chrono::steady_clock::time_point::max())) {
     }
     return std::exchange(m_result, std::nullopt);
 }
 
-}  // namespace terravox
+}  // namespace terravox::preview

@@ -6,10 +6,10 @@
 #include "raytracer/processors/processor_pool.hpp"
 #include "raytracer/tiles/tile_plan.hpp"
 
-namespace terravox {
+namespace terravox::preview {
 namespace {
 
-constexpr std::chrono::milliseconds kLeast{
+constexpr std::chrono::milliseconds kMin{
     1};  // of a call: a picture whose slices are all too short must come to its end, too
 constexpr int kTilePixels = 16;  // along an edge, of those that a pass traces: smaller tiles take
                                  // more to hand out than to trace
@@ -22,21 +22,23 @@ void Progressive::stop() noexcept {
     m_stop_s = std::chrono::duration<double>(Clock::now() - begin).count();
 }
 
-void Progressive::start(const Scene& scene, int first_step) {
+void Progressive::start(const scene::Scene& scene, int first_step) {
     stop();
     m_whole = false;
-    m_view = std::make_shared<const View>(m_views.make(scene, m_blocks));
+    m_view = std::make_shared<const shade::View>(m_views.make(scene, m_blocks));
     const auto [width, height] = scene.output.size_px;
     if (!m_film || m_film->width_px() != width || m_film->height_px() != height ||
         m_film->has_layers() != m_view->wants_layers())
-        m_film = std::make_unique<Film>(width, height, m_view->wants_layers());
+        m_film = std::make_unique<output::Film>(width, height, m_view->wants_layers());
     m_first_step = first_step;
-    m_samples = 0, m_rays = 0;
-    m_holes.clear(), m_changes.clear();
+    m_samples = 0;
+    m_rays = 0;
+    m_holes.clear();
+    m_changes.clear();
     m_first_s = m_all_s = 0;
     m_start = Clock::now();
     plan();
-    foresee_boxes(*m_view, m_blocks);
+    render::prefetch_visible(*m_view, m_blocks);
     m_processor = m_begin(*m_view);
     m_pass = 0;
     next_pass();
@@ -49,10 +51,10 @@ void Progressive::plan() {
     for (int step = m_first_step; step >= 1; step /= 2) {
         // A tile of a coarse pass is larger, so that there is something to do in it.
         auto tiles =
-            plan_tiles(width, height, step, std::max(q.tile.in_picture(width), step * kTilePixels),
-                       q.tile_order)
+            tiles::plan_tiles(width, height, step,
+                              std::max(q.tile.in_picture(width), step * kTilePixels), q.tile_order)
                 .front();
-        for (RenderTile& tile : tiles) {
+        for (tiles::RenderTile& tile : tiles) {
             tile.pass = static_cast<std::uint32_t>(m_passes.size());
             tile.refines = step != m_first_step;
             tile.samples = 1;
@@ -74,9 +76,11 @@ void Progressive::next_pass() {
     const std::uint32_t more =
         std::min(m_samples, static_cast<std::uint32_t>(q.samples) - m_samples);
     m_tiles.clear();
-    for (RenderTile tile : m_passes.back()) {
-        tile.step = 1, tile.refines = false;
-        tile.first_sample = m_samples, tile.samples = more;
+    for (tiles::RenderTile tile : m_passes.back()) {
+        tile.step = 1;
+        tile.refines = false;
+        tile.first_sample = m_samples;
+        tile.samples = more;
         if (q.noise == 0 || m_samples < static_cast<std::uint32_t>(q.min_samples) ||
             m_film->error_above(tile, q.noise))
             m_tiles.push_back(tile);
@@ -111,13 +115,13 @@ void Progressive::work(Clock::time_point until) {
                 std::chrono::duration_cast<std::chrono::milliseconds>(until - Clock::now());
             if (left.count() <= 0 && !first)
                 return;
-            if (!m_processor->wait(std::max(left, kLeast)))
+            if (!m_processor->wait(std::max(left, kMin)))
                 continue;
             (void)m_processor
-                ->take_doubted();  // they come again, and take the place of what is there
+                ->take_invalidated();  // they come again, and take the place of what is there
             const auto result = m_processor->take();
             if (!result)
-                throw Error("render: the processor ended before the picture was finished");
+                throw util::Error("render: the processor ended before the picture was finished");
             add(*result);
         }
     } catch (...) {
@@ -127,7 +131,7 @@ void Progressive::work(Clock::time_point until) {
     }
 }
 
-void Progressive::add(const TileResult& result) {
+void Progressive::add(const tiles::TileResult& result) {
     m_film->add(result);
     m_done.insert(result.tile.index);
     m_rays += result.counts.all_rays();
@@ -141,14 +145,15 @@ Progressive::Status Progressive::status() const {
         return out;
     const auto& tiles = m_tiles;
     out.step = tiles.empty() ? 1 : tiles.front().step;
-    out.samples = m_samples,
+    out.samples = m_samples;
     out.of_samples = static_cast<std::uint32_t>(m_view->scene.quality.samples);
     out.share =
         tiles.empty() ? 1 : static_cast<double>(m_done.size()) / static_cast<double>(tiles.size());
     out.first_s = m_first_s;
     out.seconds = busy() ? seconds() : m_all_s;
-    out.rays = m_rays, out.holes = m_holes.size();
+    out.rays = m_rays;
+    out.holes = m_holes.size();
     return out;
 }
 
-}  // namespace terravox
+}  // namespace terravox::preview

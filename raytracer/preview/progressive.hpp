@@ -11,7 +11,7 @@
 #include "raytracer/render/render.hpp"
 #include "raytracer/shade/view_maker.hpp"
 
-namespace terravox {
+namespace terravox::preview {
 
 /// A picture that refines itself, in slices of somebody's time: passes coarse to fine with one
 /// sample of each pixel, then more samples. A new one begins at once; what was under way for the
@@ -21,15 +21,16 @@ public:
     using Clock = std::chrono::steady_clock;
     /// Who renders a picture of this view. The next is asked for when nobody owns the last any
     /// more.
-    using Begin = std::function<std::shared_ptr<TileProcessor>(const View&)>;
+    using Begin = std::function<std::shared_ptr<processors::TileProcessor>(const shade::View&)>;
 
-    Progressive(BlockManager& blocks, Begin begin) : m_blocks(blocks), m_begin(std::move(begin)) {}
+    Progressive(blocks::BlockManager& blocks, Begin begin)
+        : m_blocks(blocks), m_begin(std::move(begin)) {}
     ~Progressive() { stop(); }
 
     /// What is seen stays until tiles of the new picture take its place. @param first_step edge of
     /// the first pass's pixels, a power of two
     /// @throws UsageError for a scene that cannot be; then there is no picture under way
-    void start(const Scene& scene, int first_step);
+    void start(const scene::Scene& scene, int first_step);
     void stop() noexcept;
 
     /// Goes on until then, a millisecond at the least, or until the picture is finished: traces,
@@ -42,12 +43,14 @@ public:
         return m_whole;
     }  ///< each pixel is of this picture, if coarse
     /// Nothing before the first start().
-    [[nodiscard]] const Film* film() const noexcept { return m_film.get(); }
-    [[nodiscard]] const std::shared_ptr<const View>& view() const noexcept { return m_view; }
+    [[nodiscard]] const output::Film* film() const noexcept { return m_film.get(); }
+    [[nodiscard]] const std::shared_ptr<const shade::View>& view() const noexcept { return m_view; }
 
     /// Tiles that have come into the film since the last call. Their coarse pixels may reach beyond
     /// them.
-    [[nodiscard]] std::vector<RenderTile> take_changes() { return std::exchange(m_changes, {}); }
+    [[nodiscard]] std::vector<tiles::RenderTile> take_changes() {
+        return std::exchange(m_changes, {});
+    }
 
     struct Status {
         int step = 0;                               ///< of the pass under way
@@ -68,22 +71,23 @@ public:
 private:
     void plan();
     void next_pass();
-    void add(const TileResult& result);
+    void add(const tiles::TileResult& result);
     [[nodiscard]] double seconds() const noexcept {
         return std::chrono::duration<double>(Clock::now() - m_start).count();
     }
 
-    BlockManager& m_blocks;
+    blocks::BlockManager& m_blocks;
     const Begin m_begin;
-    ViewMaker m_views;
-    std::shared_ptr<const View> m_view;
-    std::unique_ptr<Film> m_film;
-    std::shared_ptr<TileProcessor> m_processor;  ///< of a picture under way; goes before the view
-    std::vector<std::vector<RenderTile>> m_passes;
+    shade::ViewMaker m_views;
+    std::shared_ptr<const shade::View> m_view;
+    std::unique_ptr<output::Film> m_film;
+    std::shared_ptr<processors::TileProcessor>
+        m_processor;  ///< of a picture under way; goes before the view
+    std::vector<std::vector<tiles::RenderTile>> m_passes;
     std::size_t m_pass = 0, m_submitted = 0;
-    std::vector<RenderTile> m_tiles;  ///< of the pass
-    std::set<std::uint32_t> m_done;   ///< of those
-    std::vector<RenderTile> m_changes;
+    std::vector<tiles::RenderTile> m_tiles;  ///< of the pass
+    std::set<std::uint32_t> m_done;          ///< of those
+    std::vector<tiles::RenderTile> m_changes;
     bool m_whole = false;
     int m_first_step = 1;
     std::uint32_t m_samples = 0;  ///< of each pixel, of passes that are done
@@ -93,4 +97,4 @@ private:
     double m_first_s = 0, m_all_s = 0, m_stop_s = 0;
 };
 
-}  // namespace terravox
+}  // namespace terravox::preview

@@ -3,20 +3,20 @@
 #include "raytracer/scene/camera.hpp"
 #include "raytracer/scene/scene.hpp"
 
-namespace terravox {
+namespace terravox::preview {
 
 /// Where a person stands in a world, and the point that they look at: what mouse, keys and gamepad
 /// move. Level-0 voxels.
 struct Viewpoint {
-    Vec3 position, target;
+    core::Vec3 position, target;
 
     /// What a camera shows, with the point where its middle ray meets the height `ground_y`.
-    [[nodiscard]] static Viewpoint of(const Camera& camera, double ground_y);
+    [[nodiscard]] static Viewpoint of(const scene::Camera& camera, double ground_y);
     /// Into the fields of a scene: in the world's CRS, in voxels where it has none, rounded to
     /// millimetres.
-    void apply(Scene& scene, const voxel::WorldInfo& world) const;
+    void apply(scene::Scene& scene, const voxel::WorldInfo& world) const;
 
-    [[nodiscard]] double distance() const noexcept { return length(target - position); }
+    [[nodiscard]] double distance() const noexcept { return core::length(target - position); }
     [[nodiscard]] double heading_deg()
         const noexcept;  ///< of the line of sight, clockwise from north, [0, 360)
     [[nodiscard]] double down_deg() const noexcept;  ///< how steeply it goes down, [-90, 90]
@@ -32,9 +32,9 @@ struct Viewpoint {
     /// Towards the target, which stays. @param factor of the distance
     void approach(double factor) noexcept;
     /// The target moves there, and the person with it.
-    void go_to(Vec3 point) noexcept;
+    void go_to(core::Vec3 point) noexcept;
     /// The person stays, and looks there; from then on it is what they circle.
-    void face(Vec3 point) noexcept;
+    void face(core::Vec3 point) noexcept;
 
     static constexpr double kNearest = 2, kFarthest = 1e6;  ///< of the target, voxels
     friend bool operator==(const Viewpoint&, const Viewpoint&) = default;
@@ -45,7 +45,8 @@ private:
 
 /// Where a camera shows a point, pixels from the upper left corner. @return nullopt behind it, and
 /// for panoramas and fisheyes
-[[nodiscard]] std::optional<std::array<double, 2>> pixel_of(const Camera& camera, Vec3 point,
-                                                            int width_px, int height_px) noexcept;
+[[nodiscard]] std::optional<std::array<double, 2>> pixel_of(const scene::Camera& camera,
+                                                            core::Vec3 point, int width_px,
+                                                            int height_px) noexcept;
 
-}  // namespace terravox
+}  // namespace terravox::preview

@@ -16,10 +16,10 @@
 
 #include "common/util/error.hpp"
 
-namespace terravox {
+namespace terravox::preview {
 namespace {
 
-constexpr double kMostScale = 4;
+constexpr double kMaxScale = 4;
 constexpr float kText_px = 13;  // the size that the built-in font is drawn for
 
 std::string glfw_reason() {
@@ -60,7 +60,8 @@ void Texture::set(const ScreenPicture& picture, int first_row, int end_row) {
     if (m_width != picture.width_px || m_height != picture.height_px) {
         glTexImage2D(GL_TEXTURE_2D, 0, GL_RGB8, picture.width_px, picture.height_px, 0, GL_RGB,
                      GL_UNSIGNED_BYTE, picture.rgb.data());
-        m_width = picture.width_px, m_height = picture.height_px;
+        m_width = picture.width_px;
+        m_height = picture.height_px;
         return;
     }
     const std::size_t offset =
@@ -72,7 +73,7 @@ void Texture::set(const ScreenPicture& picture, int first_row, int end_row) {
 Window::Window(int width_px, int height_px, const char* title, double scale)
     : m_asked_scale(scale) {
     if (glfwInit() == GLFW_FALSE)
-        throw Error("open the preview window: " + glfw_reason() + kInstead);
+        throw util::Error("open the preview window: " + glfw_reason() + kInstead);
     glfwWindowHint(GLFW_CONTEXT_VERSION_MAJOR, 3);
     glfwWindowHint(GLFW_CONTEXT_VERSION_MINOR, 3);
     glfwWindowHint(GLFW_OPENGL_PROFILE, GLFW_OPENGL_CORE_PROFILE);
@@ -81,8 +82,8 @@ Window::Window(int width_px, int height_px, const char* title, double scale)
     if (m_window == nullptr) {
         const std::string reason = glfw_reason();
         glfwTerminate();
-        throw Error("open the preview window: " + reason +
-                    "; OpenGL 3.3 is needed, Mesa's llvmpipe will do" + kInstead);
+        throw util::Error("open the preview window: " + reason +
+                          "; OpenGL 3.3 is needed, Mesa's llvmpipe will do" + kInstead);
     }
     glfwMakeContextCurrent(m_window);
     // The picture's work is timed by the clock: a swap that waits would take from it.
@@ -135,7 +136,9 @@ std::pair<int, int> Window::size_px() const noexcept {
 void Window::restyle() {
     ImGuiStyle style;
     m_light ? ImGui::StyleColorsLight(&style) : ImGui::StyleColorsDark(&style);
-    style.WindowRounding = 4, style.FrameRounding = 3, style.GrabRounding = 3;
+    style.WindowRounding = 4;
+    style.FrameRounding = 3;
+    style.GrabRounding = 3;
     style.Colors[ImGuiCol_WindowBg].w = 0.94f;
     style.ScaleAllSizes(static_cast<float>(m_scale));
     ImGui::GetStyle() = style;
@@ -215,7 +218,7 @@ void Window::begin_frame(double wait_s) {
     m_scale =
         m_asked_scale > 0
             ? m_asked_scale
-            : std::clamp(std::round(static_cast<double>(std::max(x, y)) * 4) / 4, 1.0, kMostScale);
+            : std::clamp(std::round(static_cast<double>(std::max(x, y)) * 4) / 4, 1.0, kMaxScale);
     ImGui_ImplOpenGL3_NewFrame();
     if (m_styled != std::pair(m_scale, m_light))
         restyle();
@@ -296,4 +299,4 @@ void Window::end_frame(const Pane& pane) {
     glfwSwapBuffers(m_window);
 }
 
-}  // namespace terravox
+}  // namespace terravox::preview

@@ -13,7 +13,7 @@
 
 struct GLFWwindow;
 
-namespace terravox {
+namespace terravox::preview {
 
 /// A picture in the memory of the graphics driver. Lives no longer than the window.
 class Texture {
@@ -97,4 +97,4 @@ private:
     std::array<bool, 5> m_buttons_down{};
 };
 
-}  // namespace terravox
+}  // namespace terravox::preview

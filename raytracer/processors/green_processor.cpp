@@ -1,14 +1,14 @@
 #include "raytracer/processors/green_processor.hpp"
 
-namespace terravox {
+namespace terravox::processors {
 namespace {
 
 // A wave of the usual size takes up to 8 ms, one of these up to 3 ms, and the picture no longer.
-constexpr std::size_t kWaveRays = TileJob::kWaveRays / 4;
+constexpr std::size_t kWaveRays = trace::TileJob::kWaveRays / 4;
 
 }  // namespace
 
-GreenProcessor::GreenProcessor(const View& view, BlockManager& blocks)
+GreenProcessor::GreenProcessor(const shade::View& view, blocks::BlockManager& blocks)
     : m_blocks(blocks), m_tools(view, blocks, blocks.limit_bytes() / 8) {}
 
 GreenProcessor::~GreenProcessor() {
@@ -16,7 +16,7 @@ GreenProcessor::~GreenProcessor() {
     m_blocks.forget(*this);
 }
 
-void GreenProcessor::submit(RenderTile tile) {
+void GreenProcessor::submit(tiles::RenderTile tile) {
     const std::lock_guard lock(m_mutex);
     if (m_closed)
         return;
@@ -25,24 +25,24 @@ void GreenProcessor::submit(RenderTile tile) {
 }
 
 bool GreenProcessor::wait(std::chrono::milliseconds most) {
-    return work_until(Halt::Clock::now() + most);
+    return work_until(trace::StopCondition::Clock::now() + most);
 }
 
-std::optional<TileResult> GreenProcessor::take() {
-    (void)work_until(Halt::Clock::time_point::max());
+std::optional<tiles::TileResult> GreenProcessor::take() {
+    (void)work_until(trace::StopCondition::Clock::time_point::max());
     const std::lock_guard lock(m_mutex);
     if (m_failure)
         std::rethrow_exception(m_failure);
     return m_jobs.take();
 }
 
-std::vector<RenderTile> GreenProcessor::take_back() {
+std::vector<tiles::RenderTile> GreenProcessor::take_back() {
     const std::lock_guard lock(m_mutex);
     m_change.notify_all();
     return m_jobs.take_back();
 }
 
-void GreenProcessor::withdraw(const RenderTile& tile) noexcept {
+void GreenProcessor::withdraw(const tiles::RenderTile& tile) noexcept {
     std::optional<std::uint64_t> ended;
     {
         const std::lock_guard lock(m_mutex);
@@ -75,19 +75,19 @@ bool GreenProcessor::block_came(const voxel::BoxKey& key, std::uint64_t ticket) 
     return goes_on.has_value();
 }
 
-bool GreenProcessor::work_until(Halt::Clock::time_point end) {
+bool GreenProcessor::work_until(trace::StopCondition::Clock::time_point end) {
     std::unique_lock lock(m_mutex);
     bool first = true;
     while (!has_answer()) {
         if (m_jobs.can_go_on()) {
-            if (!first && Halt::Clock::now() >= end)
+            if (!first && trace::StopCondition::Clock::now() >= end)
                 return false;
             trace(lock, end);
             first = false;
             continue;
         }
         const auto something = [&] { return has_answer() || m_jobs.can_go_on(); };
-        if (end == Halt::Clock::time_point::max())
+        if (end == trace::StopCondition::Clock::time_point::max())
             m_change.wait(lock, something);
         else if (!m_change.wait_until(lock, end, something))
             return false;
@@ -95,7 +95,8 @@ bool GreenProcessor::work_until(Halt::Clock::time_point end) {
     return true;
 }
 
-void GreenProcessor::trace(std::unique_lock<std::mutex>& lock, Halt::Clock::time_point end) {
+void GreenProcessor::trace(std::unique_lock<std::mutex>& lock,
+                           trace::StopCondition::Clock::time_point end) {
     try {
         go_on(lock, m_jobs.next(kWaveRays), end);
     } catch (...) {
@@ -109,10 +110,11 @@ void GreenProcessor::trace(std::unique_lock<std::mutex>& lock, Halt::Clock::time
 }
 
 void GreenProcessor::go_on(std::unique_lock<std::mutex>& lock, const TileJobs::Turn& turn,
-                           Halt::Clock::time_point end) {
+                           trace::StopCondition::Clock::time_point end) {
     lock.unlock();
-    const bool finished = turn.job.job.run(m_tools, Halt(m_cancelled, turn.job.dropped, end));
-    std::optional<TileResult> result;
+    const bool finished =
+        turn.job.job.run(m_tools, trace::StopCondition(m_cancelled, turn.job.dropped, end));
+    std::optional<tiles::TileResult> result;
     if (finished)
         result = turn.job.job.take_result();
     const std::vector<voxel::BoxKey> missing = turn.job.job.take_missing();
@@ -134,4 +136,4 @@ void GreenProcessor::go_on(std::unique_lock<std::mutex>& lock, const TileJobs::T
     lock.lock();
 }
 
-}  // namespace terravox
+}  // namespace terravox::processors

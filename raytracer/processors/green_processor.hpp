@@ -8,7 +8,7 @@
 #include "raytracer/processors/processor.hpp"
 #include "raytracer/processors/tile_jobs.hpp"
 
-namespace terravox {
+namespace terravox::processors {
 
 /// Tiles on the stack of whoever waits for them: for programs without threads to spare, and for a
 /// window whose main thread traces between two events. wait(most) traces for that long, a slice,
@@ -24,17 +24,17 @@ namespace terravox {
 /// was paused is the first to go on, then come those whose boxes came, then new tiles. `m_change`
 /// wakes who waits with nothing to trace: a tile, a box, or the end. The block manager calls with
 /// its own lock held: never call it under m_mutex.
-class GreenProcessor final : public TileProcessor, private BlockListener {
+class GreenProcessor final : public TileProcessor, private blocks::BlockListener {
 public:
     /// @param view, blocks outlive the processor
-    GreenProcessor(const View& view, BlockManager& blocks);
+    GreenProcessor(const shade::View& view, blocks::BlockManager& blocks);
     ~GreenProcessor() override;
     [[nodiscard]] int capacity() const noexcept override { return kJobs + 1; }
-    void submit(RenderTile tile) override;
+    void submit(tiles::RenderTile tile) override;
     [[nodiscard]] bool wait(std::chrono::milliseconds most) override;
-    std::optional<TileResult> take() override;
-    [[nodiscard]] std::vector<RenderTile> take_back() override;
-    void withdraw(const RenderTile& tile) noexcept override;
+    std::optional<tiles::TileResult> take() override;
+    [[nodiscard]] std::vector<tiles::RenderTile> take_back() override;
+    void withdraw(const tiles::RenderTile& tile) noexcept override;
     void close() noexcept override;
     void cancel() noexcept override;
 
@@ -45,14 +45,14 @@ private:
     [[nodiscard]] bool has_answer() const noexcept {
         return m_jobs.has_result() || m_failure || m_cancelled || (m_closed && m_jobs.idle());
     }
-    [[nodiscard]] bool work_until(Halt::Clock::time_point end);
-    void trace(std::unique_lock<std::mutex>& lock, Halt::Clock::time_point end);
+    [[nodiscard]] bool work_until(trace::StopCondition::Clock::time_point end);
+    void trace(std::unique_lock<std::mutex>& lock, trace::StopCondition::Clock::time_point end);
     void go_on(std::unique_lock<std::mutex>& lock, const TileJobs::Turn& turn,
-               Halt::Clock::time_point end);
+               trace::StopCondition::Clock::time_point end);
     bool block_came(const voxel::BoxKey& key, std::uint64_t ticket) noexcept override;
 
-    BlockManager& m_blocks;
-    TracerTools m_tools;
+    blocks::BlockManager& m_blocks;
+    trace::TracerTools m_tools;
     std::mutex m_mutex;
     std::condition_variable m_change;
     TileJobs m_jobs{kJobs};
@@ -61,4 +61,4 @@ private:
     std::atomic<bool> m_cancelled{false};
 };
 
-}  // namespace terravox
+}  // namespace terravox::processors

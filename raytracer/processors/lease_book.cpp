@@ -6,20 +6,20 @@
 
 #include "raytracer/tiles/tile_codec.hpp"
 
-namespace terravox {
+namespace terravox::processors {
 namespace {
 
-int rows_of(const RenderTile& band) noexcept {
+int rows_of(const tiles::RenderTile& band) noexcept {
     return band.y1 - band.y0;
 }
 
 /// Where a band of about so many pixels ends: a multiple of the least number of rows, so that
 /// blocks of pixels stay whole.
-int end_row(const RenderTile& band, std::size_t pixels) noexcept {
+int end_row(const tiles::RenderTile& band, std::size_t pixels) noexcept {
     const std::size_t all = LeaseBook::pixels_of(band);
     if (pixels >= all)
         return band.y1;
-    const int grain = LeaseBook::kLeastRows * band.step;
+    const int grain = LeaseBook::kMinRows * band.step;
     const auto rows =
         static_cast<int>(static_cast<double>(rows_of(band)) * static_cast<double>(pixels) /
                          static_cast<double>(std::max<std::size_t>(all, 1)));
@@ -29,7 +29,7 @@ int end_row(const RenderTile& band, std::size_t pixels) noexcept {
 
 }  // namespace
 
-std::size_t LeaseBook::pixels_of(const RenderTile& band) noexcept {
+std::size_t LeaseBook::pixels_of(const tiles::RenderTile& band) noexcept {
     const auto multiples = [](int begin, int end, int of) {
         return static_cast<std::size_t>(std::max((end + of - 1) / of - (begin + of - 1) / of, 0));
     };
@@ -50,9 +50,9 @@ void LeaseBook::new_pass() {
     m_pending_again = m_open_checks = m_pending_pixels = m_leased_pixels = 0;
 }
 
-void LeaseBook::add(const RenderTile& tile) {
+void LeaseBook::add(const tiles::RenderTile& tile) {
     forget_done();
-    const auto same_pass = [&](const RenderTile& t) {
+    const auto same_pass = [&](const tiles::RenderTile& t) {
         return t.pass == tile.pass && t.first_sample == tile.first_sample;
     };
     if (m_unfinished == 0 && !m_slots.empty() &&
@@ -60,13 +60,14 @@ void LeaseBook::add(const RenderTile& tile) {
         new_pass();
     Slot& slot = m_slots[tile.index];
     slot = {};
-    slot.tile = tile, slot.rows_left = rows_of(tile);
+    slot.tile = tile;
+    slot.rows_left = rows_of(tile);
     m_pending.push_back({tile, 0});
     m_pending_pixels += pixels_of(tile);
     ++m_unfinished;
 }
 
-RenderTile LeaseBook::begin(Member member, UnitId id, Time now) {
+tiles::RenderTile LeaseBook::begin(Member member, UnitId id, Time now) {
     Unit& unit = m_units.at(id);
     if (unit.copies++ == 0 && !unit.is_check)
         m_leased_pixels += pixels_of(unit.band);
@@ -91,7 +92,7 @@ void LeaseBook::forget_done() {
         m_pending.begin(), m_pending.end(), [](const Pending& p) { return p.unit != 0; }));
 }
 
-std::optional<RenderTile> LeaseBook::lease(Member member, std::size_t pixels, Time now) {
+std::optional<tiles::RenderTile> LeaseBook::lease(Member member, std::size_t pixels, Time now) {
     forget_done();
     for (auto it = m_pending.begin(); it != m_pending.end(); ++it) {
         if (it->unit != 0) {
@@ -106,7 +107,7 @@ std::optional<RenderTile> LeaseBook::lease(Member member, std::size_t pixels, Ti
             m_pending.erase(it);
             return begin(member, id, now);
         }
-        RenderTile band = it->band;
+        tiles::RenderTile band = it->band;
         band.y1 = end_row(band, pixels);
         m_pending_pixels -= pixels_of(it->band);
         if (band.y1 < it->band.y1) {
@@ -122,14 +123,14 @@ std::optional<RenderTile> LeaseBook::lease(Member member, std::size_t pixels, Ti
     return std::nullopt;
 }
 
-RenderTile LeaseBook::lease_again(Member member, const RenderTile& of, Time now) {
+tiles::RenderTile LeaseBook::lease_again(Member member, const tiles::RenderTile& of, Time now) {
     const auto found = std::find_if(m_units.begin(), m_units.end(), [&](const auto& u) {
         return !u.second.done && !u.second.is_check && u.second.copies > 0 && u.second.band == of;
     });
     return begin(member, found->first, now);
 }
 
-std::optional<RenderTile> LeaseBook::lease_check(Member member, Time now) {
+std::optional<tiles::RenderTile> LeaseBook::lease_check(Member member, Time now) {
     if (m_checks.empty())
         return std::nullopt;
     const UnitId id = m_checks.front();
@@ -137,7 +138,7 @@ std::optional<RenderTile> LeaseBook::lease_check(Member member, Time now) {
     return begin(member, id, now);
 }
 
-void LeaseBook::set_deadline(Member member, const RenderTile& band, Time deadline) {
+void LeaseBook::set_deadline(Member member, const tiles::RenderTile& band, Time deadline) {
     for (Lease& lease : m_leases[member])
         if (m_units.at(lease.unit).band == band)
             lease.deadline = deadline;
@@ -146,7 +147,7 @@ void LeaseBook::set_deadline(Member member, const RenderTile& band, Time deadlin
 // Of two leases of the same band, one that is still wanted: the other was withdrawn, and its answer
 // may never come.
 std::vector<LeaseBook::Lease>::iterator LeaseBook::lease_of(std::vector<Lease>& leases,
-                                                            const RenderTile& band) {
+                                                            const tiles::RenderTile& band) {
     const auto first = std::find_if(leases.begin(), leases.end(), [&](const Lease& l) {
         return m_units.at(l.unit).band == band;
     });
@@ -166,14 +167,14 @@ void LeaseBook::end_lease(Member member, std::size_t place) {
         m_units.erase(id);
 }
 
-std::optional<TileResult> LeaseBook::add_part(Member member, TileResult&& result) {
+std::optional<tiles::TileResult> LeaseBook::add_part(Member member, tiles::TileResult&& result) {
     Slot& slot = m_slots.at(result.tile.index);
     const int first = result.tile.y0;
     slot.rows_left -= rows_of(result.tile);
     slot.parts[first] = {member, std::move(result)};
     if (slot.rows_left > 0)
         return std::nullopt;
-    TileResult whole;
+    tiles::TileResult whole;
     if (slot.parts.size() == 1) {
         whole = std::move(slot.parts.begin()->second.result);
     } else {
@@ -195,7 +196,7 @@ std::optional<TileResult> LeaseBook::add_part(Member member, TileResult&& result
     return whole;
 }
 
-LeaseBook::Taken LeaseBook::take(Member member, TileResult&& result) {
+LeaseBook::Taken LeaseBook::take(Member member, tiles::TileResult&& result) {
     Taken out;
     out.pixels = pixels_of(result.tile);
     const auto own = m_leases.find(member);
@@ -210,7 +211,7 @@ LeaseBook::Taken LeaseBook::take(Member member, TileResult&& result) {
         // Settled before: whose band it is was found out otherwise.
         if (unit.done)
             out.answer = Answer::kLate;
-        else if (hash_of_pixels(result) == unit.hash)
+        else if (tiles::hash_of_pixels(result) == unit.hash)
             out.answer = Answer::kChecked;
         else
             out.answer =
@@ -222,15 +223,19 @@ LeaseBook::Taken LeaseBook::take(Member member, TileResult&& result) {
         return out;
     }
     if (unit.done) {
-        out.hash = hash_of_pixels(result);
+        out.hash = tiles::hash_of_pixels(result);
         out.answer = unit.disowned || out.hash == unit.hash ? Answer::kLate : Answer::kUnequal;
         out.holes = std::move(result.holes);
-        out.other = unit.by, out.other_hash = unit.hash, out.other_holes = unit.holes;
+        out.other = unit.by;
+        out.other_hash = unit.hash;
+        out.other_holes = unit.holes;
         end_lease(member, static_cast<std::size_t>(lease - own->second.begin()));
         return out;
     }
     out.answer = Answer::kFirst;
-    unit.done = true, unit.by = member, unit.hash = hash_of_pixels(result),
+    unit.done = true;
+    unit.by = member;
+    unit.hash = tiles::hash_of_pixels(result);
     unit.holes = result.holes;
     m_leased_pixels -= out.pixels;
     if (unit.copies > 1)
@@ -247,10 +252,14 @@ bool LeaseBook::is_comparable(const Holes& of_member, const Holes& trusted) {
     return std::includes(of_member.begin(), of_member.end(), trusted.begin(), trusted.end());
 }
 
-void LeaseBook::check(Member member, const RenderTile& band, std::uint64_t hash, Holes holes) {
+void LeaseBook::check(Member member, const tiles::RenderTile& band, std::uint64_t hash,
+                      Holes holes) {
     const UnitId id = m_next_unit++;
     Unit& unit = m_units[id];
-    unit.band = band, unit.is_check = true, unit.by = member, unit.hash = hash,
+    unit.band = band;
+    unit.is_check = true;
+    unit.by = member;
+    unit.hash = hash;
     unit.holes = std::move(holes);
     m_checks.push_back(id);
     ++m_open_checks;
@@ -292,7 +301,7 @@ std::size_t LeaseBook::give_back(Member member) {
     return open;
 }
 
-void LeaseBook::give_back(Member member, const RenderTile& band) {
+void LeaseBook::give_back(Member member, const tiles::RenderTile& band) {
     auto& own = m_leases[member];
     const auto lease = lease_of(own, band);
     if (lease == own.end())
@@ -323,7 +332,7 @@ std::vector<LeaseBook::Member> LeaseBook::expire(Time now) {
     return late;
 }
 
-std::vector<std::uint32_t> LeaseBook::disown(Member member) {
+std::vector<std::uint32_t> LeaseBook::revoke(Member member) {
     give_back(member);
     std::vector<std::uint32_t> whole_ones;
     for (auto& [index, slot] : m_slots) {
@@ -342,7 +351,7 @@ std::vector<std::uint32_t> LeaseBook::disown(Member member) {
                 ++it;
                 continue;
             }
-            const RenderTile band = it->second.result.tile;
+            const tiles::RenderTile band = it->second.result.tile;
             slot.rows_left += rows_of(band);
             m_pending.push_front({band, 0});
             m_pending_pixels += pixels_of(band);
@@ -395,11 +404,11 @@ LeaseBook::Load LeaseBook::load_of(Member member) const {
     return out;
 }
 
-bool LeaseBook::has(Member member, const RenderTile& band) const {
+bool LeaseBook::has(Member member, const tiles::RenderTile& band) const {
     const auto own = m_leases.find(member);
     return own != m_leases.end() &&
            std::any_of(own->second.begin(), own->second.end(),
                        [&](const Lease& l) { return m_units.at(l.unit).band == band; });
 }
 
-}  // namespace terravox
+}  // namespace terravox::processors

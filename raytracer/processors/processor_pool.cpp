@@ -11,7 +11,7 @@
 #include "common/thread/start_threads.hpp"
 #include "raytracer/tiles/tile_codec.hpp"
 
-namespace terravox {
+namespace terravox::processors {
 namespace {
 
 using std::chrono::milliseconds;
@@ -19,12 +19,12 @@ using std::chrono::milliseconds;
 constexpr double kWindow_s =
     0.3;  // work under way at a member: what its results take to come and go many times over
 constexpr double kForget_s = 4;  // half of what a speed remembers
-constexpr std::size_t kLeastBand =
+constexpr std::size_t kMinBand =
     1024;  // pixels: below, a band costs more on its way than it is worth
-constexpr std::size_t kMostBand = 65'536;  // with layers some 13 MB, which a frame holds
-constexpr std::size_t kMostReady = 1024;   // tiles that nobody has taken yet
-constexpr std::size_t kFirstBand = 4096;   // of a thread of this process
-constexpr std::size_t kMostFailures = 3;   // a band that so many members cannot trace nobody can
+constexpr std::size_t kMaxBand = 65'536;  // with layers some 13 MB, which a frame holds
+constexpr std::size_t kMaxReady = 1024;   // tiles that nobody has taken yet
+constexpr std::size_t kFirstBand = 4096;  // of a thread of this process
+constexpr std::size_t kMaxFailures = 3;   // a band that so many members cannot trace nobody can
 constexpr milliseconds kTick{100};
 constexpr milliseconds kSlice{10};
 
@@ -32,7 +32,7 @@ double seconds(std::chrono::steady_clock::duration d) noexcept {
     return std::chrono::duration<double>(d).count();
 }
 
-bool share_rows(const RenderTile& a, const RenderTile& b) noexcept {
+bool share_rows(const tiles::RenderTile& a, const tiles::RenderTile& b) noexcept {
     return a.index == b.index && a.y0 < b.y1 && b.y0 < a.y1;
 }
 
@@ -100,14 +100,14 @@ void ProcessorPool::remove(MemberId id, const std::string& why) {
     left(id, why, false);
 }
 
-void ProcessorPool::drain(MemberId id, const std::vector<RenderTile>& given_back) {
+void ProcessorPool::drain(MemberId id, const std::vector<tiles::RenderTile>& given_back) {
     {
         const std::lock_guard lock(m_mutex);
         const auto found = m_members.find(id);
         if (found == m_members.end())
             return;
         found->second->draining = true;
-        for (const RenderTile& band : given_back)
+        for (const tiles::RenderTile& band : given_back)
             m_book.give_back(id, band);
         m_counts.given_back += given_back.size();
     }
@@ -123,7 +123,7 @@ void ProcessorPool::pause(MemberId id, bool on) {
     feed();
 }
 
-void ProcessorPool::submit(RenderTile tile) {
+void ProcessorPool::submit(tiles::RenderTile tile) {
     {
         const std::lock_guard lock(m_mutex);
         if (m_closed)
@@ -131,7 +131,8 @@ void ProcessorPool::submit(RenderTile tile) {
         const std::uint64_t key = std::uint64_t{tile.pass} << 32 | tile.first_sample;
         // What is to be mended is in the mean of an earlier pass by now.
         if (m_pass_key != key && m_again_left > 0 && !m_failure)
-            m_failure = std::make_exception_ptr(Spoiled("render: a worker was not to be trusted"));
+            m_failure = std::make_exception_ptr(
+                PictureInvalidated("render: a worker was not to be trusted"));
         if (m_failure)
             return;
         if (std::exchange(m_pass_key, key) != key)
@@ -171,7 +172,7 @@ bool ProcessorPool::wait(milliseconds most) {
     return has_answer();
 }
 
-std::optional<TileResult> ProcessorPool::take() {
+std::optional<tiles::TileResult> ProcessorPool::take() {
     while (!wait(kTick)) {
     }
     const std::lock_guard lock(m_mutex);
@@ -179,16 +180,18 @@ std::optional<TileResult> ProcessorPool::take() {
         std::rethrow_exception(m_failure);
     if (m_cancelled || !can_hand_out())
         return std::nullopt;
-    TileResult result = std::move(m_ready.front());
+    tiles::TileResult result = std::move(m_ready.front());
     m_ready.pop_front();
     if (m_handed.insert(result.tile.index).second)
         --m_first_left;
-    else
-        --m_again_left, ++m_counts.mended;
+    else {
+        --m_again_left;
+        ++m_counts.mended;
+    }
     return result;
 }
 
-std::vector<std::uint32_t> ProcessorPool::take_doubted() {
+std::vector<std::uint32_t> ProcessorPool::take_invalidated() {
     const std::lock_guard lock(m_mutex);
     return std::exchange(m_doubted, {});
 }
@@ -216,7 +219,7 @@ void ProcessorPool::cancel() noexcept {
 void ProcessorPool::pump(MemberId id, std::shared_ptr<TileProcessor> processor) {
     std::string why;
     bool expelled = false;
-    std::optional<RenderTile> failed;
+    std::optional<tiles::RenderTile> failed;
     try {
         while (auto result = processor->take())
             if (!accept(id, std::move(*result)))
@@ -224,10 +227,12 @@ void ProcessorPool::pump(MemberId id, std::shared_ptr<TileProcessor> processor) 
         why = "it ended";
     } catch (const LostProcessor& e) {
         why = e.what();
-    } catch (const FalseProcessor& e) {
-        why = e.what(), expelled = true;
+    } catch (const UntrustedProcessor& e) {
+        why = e.what();
+        expelled = true;
     } catch (const FailingProcessor& e) {
-        why = e.what(), failed = e.band;
+        why = e.what();
+        failed = e.band;
     } catch (...) {
         const std::lock_guard lock(m_mutex);
         if (!m_failure)
@@ -271,22 +276,25 @@ bool ProcessorPool::to_check(State& member) {
 }
 
 // The rows of a band that are made again: as few as keep blocks of pixels whole, anywhere.
-RenderTile ProcessorPool::rows_to_check(RenderTile band) {
-    const int grain = LeaseBook::kLeastRows * band.step, begin = band.y0 / grain,
+tiles::RenderTile ProcessorPool::rows_to_check(tiles::RenderTile band) {
+    const int grain = LeaseBook::kMinRows * band.step, begin = band.y0 / grain,
               parts = (band.y1 + grain - 1) / grain - begin;
     const int chosen =
         begin + static_cast<int>(next_random() % static_cast<std::uint64_t>(std::max(parts, 1)));
-    band.y0 = std::max(band.y0, chosen * grain), band.y1 = std::min(band.y1, (chosen + 1) * grain);
+    band.y0 = std::max(band.y0, chosen * grain);
+    band.y1 = std::min(band.y1, (chosen + 1) * grain);
     return band;
 }
 
 // Ref: Marsaglia, "Xorshift RNGs", 2003.
 std::uint64_t ProcessorPool::next_random() noexcept {
-    m_random ^= m_random << 13, m_random ^= m_random >> 7, m_random ^= m_random << 17;
+    m_random ^= m_random << 13;
+    m_random ^= m_random >> 7;
+    m_random ^= m_random << 17;
     return m_random;
 }
 
-bool ProcessorPool::accept(MemberId id, TileResult&& result) {
+bool ProcessorPool::accept(MemberId id, tiles::TileResult&& result) {
     std::vector<Withdrawal> withdrawals;
     std::string doubt;
     MemberId doubted = 0;
@@ -298,10 +306,10 @@ bool ProcessorPool::accept(MemberId id, TileResult&& result) {
         if (found == m_members.end())
             return false;
         State& member = *found->second;
-        const RenderTile band = result.tile;
+        const tiles::RenderTile band = result.tile;
         const bool checks = to_check(member);
-        const RenderTile checked = checks ? rows_to_check(band) : band;
-        const std::uint64_t hash = checks ? hash_of_pixels(result, checked) : 0;
+        const tiles::RenderTile checked = checks ? rows_to_check(band) : band;
+        const std::uint64_t hash = checks ? tiles::hash_of_pixels(result, checked) : 0;
         LeaseBook::Holes holes = checks ? result.holes : LeaseBook::Holes();
         const auto now = Clock::now();
         count_time(member, now);
@@ -321,7 +329,9 @@ bool ProcessorPool::accept(MemberId id, TileResult&& result) {
         }
         switch (taken.answer) {
             case Answer::kFirst:
-                ++member.bands, ++member.answers, member.pixels += taken.pixels;
+                ++member.bands;
+                ++member.answers;
+                member.pixels += taken.pixels;
                 if (checks)
                     m_book.check(id, checked, hash, std::move(holes));
                 for (const MemberId other : taken.withdraw)
@@ -414,7 +424,7 @@ bool ProcessorPool::traces_here() const noexcept {
 }
 
 // Bands are cut anew when they go to others, so it is rows that are compared.
-void ProcessorPool::note_failure(MemberId id, const State& member, const RenderTile& band,
+void ProcessorPool::note_failure(MemberId id, const State& member, const tiles::RenderTile& band,
                                  const std::string& why) {
     if (band.step == 0)
         return;  // the picture as a whole: others say more of each band
@@ -426,12 +436,12 @@ void ProcessorPool::note_failure(MemberId id, const State& member, const RenderT
     for (const Failure& f : m_failures)
         if (share_rows(f.band, band))
             different.insert(f.who);
-    if (different.size() < kMostFailures || traces_here() || m_failure)
+    if (different.size() < kMaxFailures || traces_here() || m_failure)
         return;
     m_failure = std::make_exception_ptr(
-        Error("render: " + std::to_string(different.size()) + " workers failed at rows " +
-              std::to_string(band.y0) + " to " + std::to_string(band.y1) + " of tile " +
-              std::to_string(band.index) + "; the last said: " + why));
+        util::Error("render: " + std::to_string(different.size()) + " workers failed at rows " +
+                    std::to_string(band.y0) + " to " + std::to_string(band.y1) + " of tile " +
+                    std::to_string(band.index) + "; the last said: " + why));
 }
 
 // All that were there have failed. Whether it is they or the picture, this process finds out.
@@ -439,8 +449,8 @@ void ProcessorPool::stand_in(std::unique_lock<std::mutex>& lock, const std::stri
     if (m_failure || m_cancelled || m_stands_in)
         return;
     if (!m_settings.make_checker) {
-        m_failure =
-            std::make_exception_ptr(Error("render: all workers failed; the last said: " + why));
+        m_failure = std::make_exception_ptr(
+            util::Error("render: all workers failed; the last said: " + why));
         return;
     }
     m_stands_in = true;
@@ -456,7 +466,7 @@ void ProcessorPool::stand_in(std::unique_lock<std::mutex>& lock, const std::stri
 }
 
 void ProcessorPool::left(MemberId id, const std::string& why, bool expelled,
-                         const RenderTile* failed) {
+                         const tiles::RenderTile* failed) {
     std::shared_ptr<TileProcessor> processor;
     {
         std::unique_lock lock(m_mutex);
@@ -476,21 +486,27 @@ void ProcessorPool::left(MemberId id, const std::string& why, bool expelled,
             const bool merged =
                 (m_pass_key & 0xffffffffU) != 0;  // samples are in the mean of earlier ones already
             // Of those that were not handed out the new one takes the old one's place.
-            for (const std::uint32_t index : m_book.disown(id))
-                if (std::erase_if(m_ready,
-                                  [&](const TileResult& r) { return r.tile.index == index; }) == 0)
-                    ++m_again_left, m_doubted.push_back(index);
+            for (const std::uint32_t index : m_book.revoke(id))
+                if (std::erase_if(m_ready, [&](const tiles::TileResult& r) {
+                        return r.tile.index == index;
+                    }) == 0) {
+                    ++m_again_left;
+                    m_doubted.push_back(index);
+                }
             if ((m_book.spoiled_earlier(id) || (merged && m_again_left > 0)) && !m_failure)
                 m_failure = std::make_exception_ptr(
-                    Spoiled("render: a worker is not to be trusted (" + why + ")"));
+                    PictureInvalidated("render: a worker is not to be trusted (" + why + ")"));
         } else {
             const std::size_t bands = m_book.give_back(id);
-            m_given_back += bands, m_counts.given_back += bands;
+            m_given_back += bands;
+            m_counts.given_back += bands;
         }
         m_alone = std::none_of(m_members.begin(), m_members.end(),
                                [](const auto& m) { return !m.second->checks_only; });
-        if (m_alone)
-            m_alone_since = Clock::now(), m_told = {};
+        if (m_alone) {
+            m_alone_since = Clock::now();
+            m_told = {};
+        }
         if (failed != nullptr && m_alone)
             stand_in(lock, why);
         m_done.notify_all();
@@ -515,7 +531,7 @@ std::size_t ProcessorPool::wanted_pixels(const State& member) const {
     const double speed = member.speed();
     // Threads of this process lay tiles aside that wait for boxes: they have use for more. What a
     // worker holds is lost with it.
-    const std::size_t least = threads * (member.is.trusted ? kFirstBand * 6 : kLeastBand * 2);
+    const std::size_t least = threads * (member.is.trusted ? kFirstBand * 6 : kMinBand * 2);
     if (speed <= 0)
         return least;
     const double latency_s = member.is.latency_s ? member.is.latency_s() : 0;
@@ -523,13 +539,13 @@ std::size_t ProcessorPool::wanted_pixels(const State& member) const {
     // Half of its share of what is left to do: the other half stays for who turns out to be faster.
     const auto left = static_cast<double>(m_book.pending_pixels() + m_book.leased_pixels());
     const double share = std::max(left * speed / std::max(all_speeds(), speed) / 2,
-                                  static_cast<double>(threads * kLeastBand));
+                                  static_cast<double>(threads * kMinBand));
     return static_cast<std::size_t>(
         std::min(member.is.trusted ? std::max(hidden, static_cast<double>(least)) : hidden, share));
 }
 
-void ProcessorPool::lease_to(MemberId id, State& member, const RenderTile& band,
-                             Clock::time_point now, std::vector<Handing>& out) {
+void ProcessorPool::lease_to(MemberId id, State& member, const tiles::RenderTile& band,
+                             Clock::time_point now, std::vector<Dispatch>& out) {
     if (!std::exchange(member.busy, true))
         member.mark = now;
     if (!member.is.trusted) {
@@ -539,7 +555,7 @@ void ProcessorPool::lease_to(MemberId id, State& member, const RenderTile& band,
         m_book.set_deadline(
             id, band,
             now + std::max<Clock::duration>(
-                      m_settings.least_deadline,
+                      m_settings.min_deadline,
                       std::chrono::duration_cast<Clock::duration>(
                           std::chrono::duration<double>(std::min(expected_s, 86400.0)))));
     }
@@ -550,7 +566,7 @@ void ProcessorPool::lease_to(MemberId id, State& member, const RenderTile& band,
 }
 
 bool ProcessorPool::give_again(MemberId id, State& member, Clock::time_point now,
-                               std::vector<Handing>& out) {
+                               std::vector<Dispatch>& out) {
     const LeaseBook::Open* best = nullptr;
     double best_left_s = 0;
     const auto open = m_book.open_leases();
@@ -569,8 +585,10 @@ bool ProcessorPool::give_again(MemberId id, State& member, Clock::time_point now
         // An owner that will have it done about as soon is left alone.
         if (std::max(left_s, seconds(now - lease.given)) < 1.5 * own_s + 0.02)
             continue;
-        if (best == nullptr || left_s > best_left_s)
-            best = &lease, best_left_s = left_s;
+        if (best == nullptr || left_s > best_left_s) {
+            best = &lease;
+            best_left_s = left_s;
+        }
     }
     if (best == nullptr)
         return false;
@@ -580,25 +598,25 @@ bool ProcessorPool::give_again(MemberId id, State& member, Clock::time_point now
 }
 
 void ProcessorPool::plan_member(MemberId id, State& member, Clock::time_point now,
-                                std::vector<Handing>& out) {
-    const auto most_leases = static_cast<std::size_t>(std::max(member.is.processor->capacity(), 1));
+                                std::vector<Dispatch>& out) {
+    const auto max_leases = static_cast<std::size_t>(std::max(member.is.processor->capacity(), 1));
     if (member.is.trusted)
-        while (m_book.checks_wait() && m_book.load_of(id).leases < most_leases)
+        while (m_book.checks_wait() && m_book.load_of(id).leases < max_leases)
             if (auto band = m_book.lease_check(id, now))
                 lease_to(id, member, *band, now, out);
     // Who takes tiles is slower than all who make them: they wait, and memory stays bounded.
-    if (!takes_work(member) || m_ready.size() > kMostReady)
+    if (!takes_work(member) || m_ready.size() > kMaxReady)
         return;
     const auto threads = static_cast<std::size_t>(std::max(member.is.threads, 1));
     const std::size_t wanted = wanted_pixels(member);
     while (true) {
         const auto load = m_book.load_of(id);
         // One more than it has threads hides the way, however small they are.
-        if (load.leases >= most_leases || (load.pixels >= wanted && load.leases > threads) ||
+        if (load.leases >= max_leases || (load.pixels >= wanted && load.leases > threads) ||
             (member.doubtful && load.leases > 0))
             return;
         // Several for each thread, so that none waits for the others at the end.
-        const std::size_t size = std::clamp(wanted / (threads * 2), kLeastBand, kMostBand);
+        const std::size_t size = std::clamp(wanted / (threads * 2), kMinBand, kMaxBand);
         if (auto band = m_book.lease(id, size, now))
             lease_to(id, member, *band, now, out);
         else if (load.leases >= threads || !give_again(id, member, now, out))
@@ -608,8 +626,8 @@ void ProcessorPool::plan_member(MemberId id, State& member, Clock::time_point no
 
 // What somebody has lost is given at once to who will have it done first, however much that one
 // has: it need not wait for answers.
-void ProcessorPool::hand_on(std::size_t bands, Clock::time_point now, std::vector<Handing>& out) {
-    for (; bands > 0 && m_ready.size() <= kMostReady; --bands) {
+void ProcessorPool::reassign(std::size_t bands, Clock::time_point now, std::vector<Dispatch>& out) {
+    for (; bands > 0 && m_ready.size() <= kMaxReady; --bands) {
         MemberId best = 0;
         double best_s = 0;
         for (const auto& [id, member] : m_members) {
@@ -618,12 +636,14 @@ void ProcessorPool::hand_on(std::size_t bands, Clock::time_point now, std::vecto
                 member->speed() <= 0)
                 continue;
             const double s = static_cast<double>(m_book.load_of(id).pixels) / member->speed();
-            if (best == 0 || s < best_s)
-                best = id, best_s = s;
+            if (best == 0 || s < best_s) {
+                best = id;
+                best_s = s;
+            }
         }
         if (best == 0)
             return;
-        const auto band = m_book.lease(best, kMostBand, now);
+        const auto band = m_book.lease(best, kMaxBand, now);
         if (!band)
             return;
         lease_to(best, *m_members.at(best), *band, now, out);
@@ -632,17 +652,17 @@ void ProcessorPool::hand_on(std::size_t bands, Clock::time_point now, std::vecto
 
 // What members have use for, handed to them.
 void ProcessorPool::feed() {
-    std::vector<Handing> handings;
+    std::vector<Dispatch> handings;
     {
         const std::lock_guard lock(m_mutex);
         if (m_cancelled || m_failure)
             return;
         const auto now = Clock::now();
-        hand_on(std::exchange(m_given_back, 0), now, handings);
+        reassign(std::exchange(m_given_back, 0), now, handings);
         for (auto& [id, member] : m_members)
             plan_member(id, *member, now, handings);
     }
-    for (Handing& h : handings)
+    for (Dispatch& h : handings)
         h.to->submit(h.band);
 }
 
@@ -650,7 +670,8 @@ void ProcessorPool::count_time(State& member, Clock::time_point now) {
     if (!member.busy)
         return;
     const double passed = seconds(now - member.mark), keep = std::exp2(-passed / kForget_s);
-    member.recent_pixels *= keep, member.recent_s = member.recent_s * keep + passed;
+    member.recent_pixels *= keep;
+    member.recent_s = member.recent_s * keep + passed;
     member.busy_s += passed;
     member.mark = now;
 }
@@ -679,8 +700,8 @@ void ProcessorPool::tick(std::unique_lock<std::mutex>& lock) {
         const auto alone = now - m_alone_since;
         if (m_settings.give_up && alone > *m_settings.give_up && !m_failure)
             m_failure = std::make_exception_ptr(
-                GivenUp("render: no worker for " +
-                        std::to_string(static_cast<int>(seconds(alone))) + " s"));
+                NoProcessorsLeft("render: no worker for " +
+                                 std::to_string(static_cast<int>(seconds(alone))) + " s"));
         else if (alone > std::chrono::seconds(1) && now - m_told > std::chrono::seconds(10)) {
             m_told = now;
             const std::size_t tiles = m_first_left + m_again_left;
@@ -729,4 +750,4 @@ ProcessorPool::Counts ProcessorPool::counts() const {
     return m_counts;
 }
 
-}  // namespace terravox
+}  // namespace terravox::processors

@@ -18,38 +18,39 @@
 #include "raytracer/processors/lease_book.hpp"
 #include "raytracer/processors/processor.hpp"
 
-namespace terravox {
+namespace terravox::processors {
 
 /// take() of a member whose worker is gone: what it had goes to others.
-class LostProcessor : public Error {
+class LostProcessor : public util::Error {
 public:
-    using Error::Error;
+    using util::Error::Error;
 };
 /// take() of a member that has sent what it should not: nothing of what it sent is kept.
-class FalseProcessor : public Error {
+class UntrustedProcessor : public util::Error {
 public:
-    using Error::Error;
+    using util::Error::Error;
 };
 /// take() of a member that cannot trace a band; others may.
-class FailingProcessor : public Error {
+class FailingProcessor : public util::Error {
 public:
-    FailingProcessor(const std::string& message, const RenderTile& at) : Error(message), band(at) {}
-    RenderTile band;
+    FailingProcessor(const std::string& message, const tiles::RenderTile& at)
+        : util::Error(message), band(at) {}
+    tiles::RenderTile band;
 };
 /// No member for as long as was to be waited.
-class GivenUp : public Error {
+class NoProcessorsLeft : public util::Error {
 public:
-    using Error::Error;
+    using util::Error::Error;
 };
 /// A member was not to be trusted, and what it did cannot be taken out of the picture any more: it
 /// must begin anew.
-class Spoiled : public Error {
+class PictureInvalidated : public util::Error {
 public:
-    using Error::Error;
+    using util::Error::Error;
 };
 
 struct PoolSettings {
-    std::chrono::milliseconds least_deadline{
+    std::chrono::milliseconds min_deadline{
         10'000};  ///< of a lease; else three times what the member should take
     std::optional<std::chrono::milliseconds>
         give_up;             ///< how long to wait without any member; none: for ever
@@ -111,17 +112,17 @@ public:
     void remove(MemberId id, const std::string& why);
     /// It gets nothing more; what it has it may finish. @param given_back tiles of what it has that
     /// it will not begin
-    void drain(MemberId id, const std::vector<RenderTile>& given_back);
+    void drain(MemberId id, const std::vector<tiles::RenderTile>& given_back);
     /// It gets nothing while this is so.
     void pause(MemberId id, bool on);
 
     [[nodiscard]] int capacity() const noexcept override;
-    void submit(RenderTile tile) override;
+    void submit(tiles::RenderTile tile) override;
     [[nodiscard]] bool wait(std::chrono::milliseconds most) override;
-    /// @throws what a trusted member or make_checker threw; GivenUp, Spoiled; Error when three
-    /// different members failed at the same rows
-    std::optional<TileResult> take() override;
-    [[nodiscard]] std::vector<std::uint32_t> take_doubted() override;
+    /// @throws what a trusted member or make_checker threw; NoProcessorsLeft, PictureInvalidated;
+    /// Error when three different members failed at the same rows
+    std::optional<tiles::TileResult> take() override;
+    [[nodiscard]] std::vector<std::uint32_t> take_invalidated() override;
     void close() noexcept override;
     void cancel() noexcept override;
 
@@ -163,35 +164,35 @@ private:
     };
     /// Rows that a member could not trace.
     struct Failure {
-        RenderTile band;
+        tiles::RenderTile band;
         std::string who;
     };
     /// A band on its way to a processor.
-    struct Handing {
+    struct Dispatch {
         std::shared_ptr<TileProcessor> to;
-        RenderTile band;
+        tiles::RenderTile band;
     };
     struct Withdrawal {
         std::shared_ptr<TileProcessor> from;
-        RenderTile band;
+        tiles::RenderTile band;
     };
     MemberId begin_member(std::unique_ptr<State> state);
     void pump(MemberId id, std::shared_ptr<TileProcessor> processor);
     void run_green(Clock::time_point until);
-    [[nodiscard]] bool accept(MemberId id, TileResult&& result);
+    [[nodiscard]] bool accept(MemberId id, tiles::TileResult&& result);
     void left(MemberId id, const std::string& why, bool expelled,
-              const RenderTile* failed = nullptr);
+              const tiles::RenderTile* failed = nullptr);
     void feed();
-    void plan_member(MemberId id, State& member, Clock::time_point now, std::vector<Handing>& out);
+    void plan_member(MemberId id, State& member, Clock::time_point now, std::vector<Dispatch>& out);
     [[nodiscard]] std::size_t wanted_pixels(const State& member) const;
-    bool give_again(MemberId id, State& member, Clock::time_point now, std::vector<Handing>& out);
-    void lease_to(MemberId id, State& member, const RenderTile& band, Clock::time_point now,
-                  std::vector<Handing>& out);
-    void hand_on(std::size_t bands, Clock::time_point now, std::vector<Handing>& out);
+    bool give_again(MemberId id, State& member, Clock::time_point now, std::vector<Dispatch>& out);
+    void lease_to(MemberId id, State& member, const tiles::RenderTile& band, Clock::time_point now,
+                  std::vector<Dispatch>& out);
+    void reassign(std::size_t bands, Clock::time_point now, std::vector<Dispatch>& out);
     void count_time(State& member, Clock::time_point now);
     void tick(std::unique_lock<std::mutex>& lock);
     void need_checker(std::unique_lock<std::mutex>& lock);
-    void note_failure(MemberId id, const State& member, const RenderTile& band,
+    void note_failure(MemberId id, const State& member, const tiles::RenderTile& band,
                       const std::string& why);
     void stand_in(std::unique_lock<std::mutex>& lock, const std::string& why);
     [[nodiscard]] bool takes_work(const State& member) const noexcept;
@@ -200,7 +201,7 @@ private:
     [[nodiscard]] bool has_answer() const noexcept;
     [[nodiscard]] double all_speeds() const noexcept;
     [[nodiscard]] bool to_check(State& member);
-    [[nodiscard]] RenderTile rows_to_check(RenderTile band);
+    [[nodiscard]] tiles::RenderTile rows_to_check(tiles::RenderTile band);
     [[nodiscard]] std::uint64_t next_random() noexcept;
 
     const PoolSettings m_settings;
@@ -209,7 +210,7 @@ private:
     LeaseBook m_book;
     std::map<MemberId, std::unique_ptr<State>> m_members;
     std::vector<std::unique_ptr<State>> m_leaving;  ///< whose threads are to be joined
-    std::deque<TileResult> m_ready;
+    std::deque<tiles::TileResult> m_ready;
     std::vector<std::uint32_t> m_doubted;
     std::unordered_set<std::uint32_t> m_handed;  ///< tiles of this pass that have been handed out
     std::uint64_t m_pass_key = 0;
@@ -227,4 +228,4 @@ private:
     bool m_stands_in = false;  ///< the processor of make_checker traces whatever is to do
 };
 
-}  // namespace terravox
+}  // namespace terravox::processors

@@ -4,24 +4,24 @@
 
 #include "common/thread/start_threads.hpp"
 
-namespace terravox {
+namespace terravox::processors {
 namespace {
 
 // Tiles under way lie beside the boxes in memory: of many threads they must not take more than
 // those.
-std::size_t most_jobs(std::size_t limit_bytes, std::size_t threads) noexcept {
+std::size_t max_jobs(std::size_t limit_bytes, std::size_t threads) noexcept {
     constexpr std::size_t kShare = std::size_t{8} << 20;
     return std::clamp(limit_bytes / kShare, threads, threads * ThreadProcessor::kJobsPerThread);
 }
 
 }  // namespace
 
-ThreadProcessor::ThreadProcessor(const View& view, BlockManager& blocks, int threads)
+ThreadProcessor::ThreadProcessor(const shade::View& view, blocks::BlockManager& blocks, int threads)
     : m_view(view),
       m_blocks(blocks),
-      m_most_waiting(static_cast<std::size_t>(tiles_in_flight(threads))),
+      m_max_waiting(static_cast<std::size_t>(tiles_in_flight(threads))),
       m_thread_count(threads),
-      m_jobs(most_jobs(blocks.limit_bytes(), static_cast<std::size_t>(threads))),
+      m_jobs(max_jobs(blocks.limit_bytes(), static_cast<std::size_t>(threads))),
       m_running(threads) {
     thread::start_threads(
         m_threads, static_cast<std::size_t>(threads), [this] { run(); }, [this] { cancel(); });
@@ -34,9 +34,9 @@ ThreadProcessor::~ThreadProcessor() {
     m_blocks.forget(*this);
 }
 
-void ThreadProcessor::submit(RenderTile tile) {
+void ThreadProcessor::submit(tiles::RenderTile tile) {
     std::unique_lock lock(m_mutex);
-    m_room.wait(lock, [&] { return m_closed || m_jobs.waiting() < m_most_waiting; });
+    m_room.wait(lock, [&] { return m_closed || m_jobs.waiting() < m_max_waiting; });
     if (m_closed)
         return;
     m_jobs.submit(tile);
@@ -48,7 +48,7 @@ bool ThreadProcessor::wait(std::chrono::milliseconds most) {
     return m_done.wait_for(lock, most, [&] { return has_answer(); });
 }
 
-std::optional<TileResult> ThreadProcessor::take() {
+std::optional<tiles::TileResult> ThreadProcessor::take() {
     std::unique_lock lock(m_mutex);
     m_done.wait(lock, [&] { return has_answer(); });
     if (m_failure)
@@ -56,14 +56,14 @@ std::optional<TileResult> ThreadProcessor::take() {
     return m_jobs.take();
 }
 
-std::vector<RenderTile> ThreadProcessor::take_back() {
+std::vector<tiles::RenderTile> ThreadProcessor::take_back() {
     const std::lock_guard lock(m_mutex);
     m_work.notify_all();
     m_room.notify_all();
     return m_jobs.take_back();
 }
 
-void ThreadProcessor::withdraw(const RenderTile& tile) noexcept {
+void ThreadProcessor::withdraw(const tiles::RenderTile& tile) noexcept {
     std::optional<std::uint64_t> ended;
     {
         const std::lock_guard lock(m_mutex);
@@ -101,8 +101,9 @@ bool ThreadProcessor::block_came(const voxel::BoxKey& key, std::uint64_t ticket)
 
 void ThreadProcessor::run() {
     try {
-        TracerTools tools(m_view, m_blocks,
-                          m_blocks.limit_bytes() / 8 / static_cast<std::size_t>(m_thread_count));
+        trace::TracerTools tools(
+            m_view, m_blocks,
+            m_blocks.limit_bytes() / 8 / static_cast<std::size_t>(m_thread_count));
         trace_tiles(tools);
     } catch (...) {
         const std::lock_guard lock(m_mutex);
@@ -118,14 +119,14 @@ void ThreadProcessor::run() {
     m_done.notify_all();
 }
 
-void ThreadProcessor::trace_tiles(TracerTools& tools) {
+void ThreadProcessor::trace_tiles(trace::TracerTools& tools) {
     std::unique_lock lock(m_mutex);
     while (true) {
         m_work.wait(
             lock, [&] { return m_cancelled || m_jobs.can_go_on() || (m_closed && m_jobs.idle()); });
         if (m_cancelled || !m_jobs.can_go_on())
             return;
-        const TileJobs::Turn turn = m_jobs.next(TileJob::kWaveRays);
+        const TileJobs::Turn turn = m_jobs.next(trace::TileJob::kWaveRays);
         m_room.notify_one();
         lock.unlock();
         go_on(tools, turn);
@@ -133,12 +134,13 @@ void ThreadProcessor::trace_tiles(TracerTools& tools) {
     }
 }
 
-void ThreadProcessor::go_on(TracerTools& tools, const TileJobs::Turn& turn) {
-    const bool finished = turn.job.job.run(tools, Halt(m_cancelled, turn.job.dropped));
+void ThreadProcessor::go_on(trace::TracerTools& tools, const TileJobs::Turn& turn) {
+    const bool finished =
+        turn.job.job.run(tools, trace::StopCondition(m_cancelled, turn.job.dropped));
     if (m_cancelled)
         return;
     if (finished) {
-        TileResult result = turn.job.job.take_result();
+        tiles::TileResult result = turn.job.job.take_result();
         const std::lock_guard lock(m_mutex);
         m_jobs.finish(turn, std::move(result));
         m_done.notify_one();
@@ -159,4 +161,4 @@ void ThreadProcessor::go_on(TracerTools& tools, const TileJobs::Turn& turn) {
         m_blocks.wait_for(key, *this, turn.ticket);
 }
 
-}  // namespace terravox
+}  // namespace terravox::processors

@@ -10,7 +10,7 @@
 #include "raytracer/processors/processor.hpp"
 #include "raytracer/processors/tile_jobs.hpp"
 
-namespace terravox {
+namespace terravox::processors {
 
 /// Tiles on threads of this process.
 ///
@@ -19,17 +19,17 @@ namespace terravox {
 /// boxes; then it takes the next. `m_work` wakes threads, `m_room` wakes submitters, `m_done` wakes
 /// takers (a result, a failure, or all threads ended). The block manager calls with its own lock
 /// held: never call it under m_mutex.
-class ThreadProcessor final : public TileProcessor, private BlockListener {
+class ThreadProcessor final : public TileProcessor, private blocks::BlockListener {
 public:
     /// @param threads at least 1; @param view, blocks outlive the processor
-    ThreadProcessor(const View& view, BlockManager& blocks, int threads);
+    ThreadProcessor(const shade::View& view, blocks::BlockManager& blocks, int threads);
     ~ThreadProcessor() override;
     [[nodiscard]] int capacity() const noexcept override { return tiles_in_flight(m_thread_count); }
-    void submit(RenderTile tile) override;
+    void submit(tiles::RenderTile tile) override;
     [[nodiscard]] bool wait(std::chrono::milliseconds most) override;
-    std::optional<TileResult> take() override;
-    [[nodiscard]] std::vector<RenderTile> take_back() override;
-    void withdraw(const RenderTile& tile) noexcept override;
+    std::optional<tiles::TileResult> take() override;
+    [[nodiscard]] std::vector<tiles::RenderTile> take_back() override;
+    void withdraw(const tiles::RenderTile& tile) noexcept override;
     void close() noexcept override;
     void cancel() noexcept override;
 
@@ -46,13 +46,13 @@ private:
         return m_jobs.has_result() || m_failure || m_running == 0;
     }
     void run();
-    void trace_tiles(TracerTools& tools);
-    void go_on(TracerTools& tools, const TileJobs::Turn& turn);
+    void trace_tiles(trace::TracerTools& tools);
+    void go_on(trace::TracerTools& tools, const TileJobs::Turn& turn);
     bool block_came(const voxel::BoxKey& key, std::uint64_t ticket) noexcept override;
 
-    const View& m_view;
-    BlockManager& m_blocks;
-    const std::size_t m_most_waiting;
+    const shade::View& m_view;
+    blocks::BlockManager& m_blocks;
+    const std::size_t m_max_waiting;
     const int m_thread_count;
     std::mutex m_mutex;
     std::condition_variable m_work, m_room, m_done;
@@ -64,4 +64,4 @@ private:
     std::vector<std::thread> m_threads;
 };
 
-}  // namespace terravox
+}  // namespace terravox::processors

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-namespace terravox {
+namespace terravox::processors {
 
 TileJobs::Turn TileJobs::next(std::size_t wave_rays) {
     std::uint64_t ticket = 0;
@@ -23,7 +23,8 @@ TileJobs::Turn TileJobs::next(std::size_t wave_rays) {
         job->job.start(job->tile, wave_rays);
         job->dropped = false;
     }
-    job->running = true, job->queued = false;
+    job->running = true;
+    job->queued = false;
     for (const voxel::BoxKey& key : job->came)
         job->job.box_came(key);
     job->came.clear();
@@ -46,7 +47,7 @@ bool TileJobs::rest(const Turn& turn, bool waits) {
     return true;
 }
 
-void TileJobs::finish(const Turn& turn, TileResult&& result) {
+void TileJobs::finish(const Turn& turn, tiles::TileResult&& result) {
     if (!turn.job.dropped)
         m_results.push_back(std::move(result));
     end(turn.ticket);
@@ -72,7 +73,7 @@ std::optional<bool> TileJobs::box_came(const voxel::BoxKey& key, std::uint64_t t
     return true;
 }
 
-std::optional<std::uint64_t> TileJobs::drop(const RenderTile& tile) {
+std::optional<std::uint64_t> TileJobs::drop(const tiles::RenderTile& tile) {
     if (const auto waiting = std::find(m_waiting.begin(), m_waiting.end(), tile);
         waiting != m_waiting.end()) {
         m_waiting.erase(waiting);
@@ -92,12 +93,12 @@ std::optional<std::uint64_t> TileJobs::drop(const RenderTile& tile) {
     return std::nullopt;
 }
 
-std::optional<TileResult> TileJobs::take() {
+std::optional<tiles::TileResult> TileJobs::take() {
     if (m_results.empty())
         return std::nullopt;
-    TileResult result = std::move(m_results.front());
+    tiles::TileResult result = std::move(m_results.front());
     m_results.pop_front();
     return result;
 }
 
-}  // namespace terravox
+}  // namespace terravox::processors

@@ -11,7 +11,7 @@
 
 #include "raytracer/trace/tile_job.hpp"
 
-namespace terravox {
+namespace terravox::processors {
 
 /// Tiles of a processor of this process: submitted, begun, ready to go on since boxes came, and
 /// their results. It locks nothing: the processor's mutex guards it, and is not held while a job
@@ -19,12 +19,12 @@ namespace terravox {
 class TileJobs {
 public:
     struct Job {
-        TileJob job;
+        trace::TileJob job;
         std::atomic<bool> dropped{false};  ///< its result is not needed any more
 
     private:
         friend class TileJobs;
-        RenderTile tile;
+        tiles::RenderTile tile;
         std::vector<voxel::BoxKey> came;
         bool running = true, queued = false;
     };
@@ -35,13 +35,13 @@ public:
     };
 
     /// @param most begun at once, about 2 MiB each
-    explicit TileJobs(std::size_t most) : m_most(most) {}
+    explicit TileJobs(std::size_t most) : m_max(most) {}
 
-    void submit(const RenderTile& tile) { m_waiting.push_back(tile); }
+    void submit(const tiles::RenderTile& tile) { m_waiting.push_back(tile); }
     [[nodiscard]] std::size_t waiting() const noexcept { return m_waiting.size(); }
     /// Whether next() has something.
     [[nodiscard]] bool can_go_on() const noexcept {
-        return !m_ready.empty() || (!m_waiting.empty() && m_jobs.size() < m_most);
+        return !m_ready.empty() || (!m_waiting.empty() && m_jobs.size() < m_max);
     }
     [[nodiscard]] bool idle() const noexcept { return m_waiting.empty() && m_jobs.empty(); }
     /// What to trace now: a job that is ready, else one that begins. @param wave_rays of one that
@@ -52,31 +52,31 @@ public:
     /// @return false: it was dropped meanwhile, and has ended
     [[nodiscard]] bool rest(const Turn& turn, bool waits);
     /// The job is finished: @param result becomes the next of the results
-    void finish(const Turn& turn, TileResult&& result);
+    void finish(const Turn& turn, tiles::TileResult&& result);
     /// @return whether a job can go on by this; nullopt: none has that ticket any more
     std::optional<bool> box_came(const voxel::BoxKey& key, std::uint64_t ticket);
     /// As TileProcessor::withdraw: waiting, it never begins; begun, it ends without a result as
     /// soon as it can.
     /// @return the ticket of a job that has ended by this: nothing must come for it any more
-    std::optional<std::uint64_t> drop(const RenderTile& tile);
+    std::optional<std::uint64_t> drop(const tiles::RenderTile& tile);
     void drop_waiting() noexcept { m_waiting.clear(); }
-    [[nodiscard]] std::vector<RenderTile> take_back() {
+    [[nodiscard]] std::vector<tiles::RenderTile> take_back() {
         const auto waiting = std::exchange(m_waiting, {});
         return {waiting.begin(), waiting.end()};
     }
     [[nodiscard]] bool has_result() const noexcept { return !m_results.empty(); }
-    [[nodiscard]] std::optional<TileResult> take();
+    [[nodiscard]] std::optional<tiles::TileResult> take();
 
 private:
     void end(std::uint64_t ticket);
 
-    const std::size_t m_most;
-    std::deque<RenderTile> m_waiting;
+    const std::size_t m_max;
+    std::deque<tiles::RenderTile> m_waiting;
     std::unordered_map<std::uint64_t, std::unique_ptr<Job>> m_jobs;  ///< begun, by ticket
     std::vector<std::unique_ptr<Job>> m_idle;  ///< done, with megabytes of arrays for the next tile
     std::deque<std::uint64_t> m_ready;
     std::uint64_t m_next_ticket = 0;
-    std::deque<TileResult> m_results;
+    std::deque<tiles::TileResult> m_results;
 };
 
-}  // namespace terravox
+}  // namespace terravox::processors

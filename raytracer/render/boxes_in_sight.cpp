@@ -6,81 +6,83 @@
 #include <queue>
 #include <tuple>
 
-namespace terravox {
+namespace terravox::render {
 namespace {
 
 /// What a camera may see of the world; more rather than less. A lens that blurs is left out: what
 /// it adds is loaded when a ray asks.
 class Sight {
 public:
-    Sight(const Camera& camera, int width_px, int height_px)
+    Sight(const scene::Camera& camera, int width_px, int height_px)
         : m_eye(camera.position()), m_forward(camera.forward()), m_projection(camera.projection()) {
-        if (m_projection == Projection::kFisheye)
+        if (m_projection == scene::Projection::kFisheye)
             m_half_angle = camera.half_angle_rad();
-        if (m_projection == Projection::kPerspective)
+        if (m_projection == scene::Projection::kPerspective)
             add_sides_from_eye(camera, width_px, height_px);
-        if (m_projection == Projection::kOrthographic)
+        if (m_projection == scene::Projection::kOrthographic)
             add_parallel_sides(camera);
     }
     /// Whether a block may be in sight.
-    [[nodiscard]] bool may_see(const Vec3& low, const Vec3& high) const noexcept {
-        if (m_projection == Projection::kPanorama)
+    [[nodiscard]] bool may_see(const core::Vec3& low, const core::Vec3& high) const noexcept {
+        if (m_projection == scene::Projection::kPanorama)
             return true;
-        if (m_projection == Projection::kFisheye)
+        if (m_projection == scene::Projection::kFisheye)
             return in_cone(low, high);
         return std::all_of(m_sides.begin(), m_sides.end(), [&](const Side& side) {
-            const Vec3& n = side.inwards;
-            const Vec3 farthest{n.x > 0 ? high.x : low.x, n.y > 0 ? high.y : low.y,
-                                n.z > 0 ? high.z : low.z};
-            return dot(n, farthest - side.point) >= 0;
+            const core::Vec3& n = side.inwards;
+            const core::Vec3 farthest{n.x > 0 ? high.x : low.x, n.y > 0 ? high.y : low.y,
+                                      n.z > 0 ? high.z : low.z};
+            return core::dot(n, farthest - side.point) >= 0;
         });
     }
     /// Grows with the distance of a block from where rays start.
-    [[nodiscard]] double order(const Vec3& low, const Vec3& high) const noexcept {
-        if (m_projection == Projection::kOrthographic) {
-            const Vec3 nearest{m_forward.x > 0 ? low.x : high.x, m_forward.y > 0 ? low.y : high.y,
-                               m_forward.z > 0 ? low.z : high.z};
-            return dot(m_forward, nearest - m_eye);
+    [[nodiscard]] double order(const core::Vec3& low, const core::Vec3& high) const noexcept {
+        if (m_projection == scene::Projection::kOrthographic) {
+            const core::Vec3 nearest{m_forward.x > 0 ? low.x : high.x,
+                                     m_forward.y > 0 ? low.y : high.y,
+                                     m_forward.z > 0 ? low.z : high.z};
+            return core::dot(m_forward, nearest - m_eye);
         }
-        const Vec3 nearest{std::clamp(m_eye.x, low.x, high.x), std::clamp(m_eye.y, low.y, high.y),
-                           std::clamp(m_eye.z, low.z, high.z)};
-        return dot(nearest - m_eye, nearest - m_eye);
+        const core::Vec3 nearest{std::clamp(m_eye.x, low.x, high.x),
+                                 std::clamp(m_eye.y, low.y, high.y),
+                                 std::clamp(m_eye.z, low.z, high.z)};
+        return core::dot(nearest - m_eye, nearest - m_eye);
     }
 
 private:
     struct Side {
-        Vec3 point, inwards;
+        core::Vec3 point, inwards;
     };
     // Planes through the eye and two corners of the picture.
-    void add_sides_from_eye(const Camera& camera, double w, double h) {
-        const std::array<Vec3, 4> corners = {camera.ray(0, 0).direction, camera.ray(w, 0).direction,
-                                             camera.ray(w, h).direction,
-                                             camera.ray(0, h).direction};
+    void add_sides_from_eye(const scene::Camera& camera, double w, double h) {
+        const std::array<core::Vec3, 4> corners = {
+            camera.ray(0, 0).direction, camera.ray(w, 0).direction, camera.ray(w, h).direction,
+            camera.ray(0, h).direction};
         for (std::size_t i = 0; i < 4; ++i) {
-            const Vec3 n = cross(corners[i], corners[(i + 1) % 4]);
-            m_sides[i] = {m_eye, dot(n, m_forward) < 0 ? -n : n};
+            const core::Vec3 n = core::cross(corners[i], corners[(i + 1) % 4]);
+            m_sides[i] = {m_eye, core::dot(n, m_forward) < 0 ? -n : n};
         }
     }
-    void add_parallel_sides(const Camera& camera) {
-        const Camera::Basis b = camera.basis();
-        const Vec3 right = b.right * (b.width / b.height);
+    void add_parallel_sides(const scene::Camera& camera) {
+        const scene::Camera::Basis b = camera.basis();
+        const core::Vec3 right = b.right * (b.width / b.height);
         m_sides = {{{m_eye - right, right},
                     {m_eye + right, -right},
                     {m_eye - b.up, b.up},
                     {m_eye + b.up, -b.up}}};
     }
     // By the sphere around the block: it reaches asin(radius / distance) beyond its middle.
-    [[nodiscard]] bool in_cone(const Vec3& low, const Vec3& high) const noexcept {
-        const Vec3 middle = (low + high) * 0.5, to = middle - m_eye;
-        const double radius = length(high - middle), distance = length(to);
+    [[nodiscard]] bool in_cone(const core::Vec3& low, const core::Vec3& high) const noexcept {
+        const core::Vec3 middle = (low + high) * 0.5, to = middle - m_eye;
+        const double radius = core::length(high - middle), distance = core::length(to);
         if (distance <= radius)
             return true;
-        return std::acos(std::clamp(dot(to, m_forward) / distance, -1.0, 1.0)) <=
+        return std::acos(std::clamp(core::dot(to, m_forward) / distance, -1.0, 1.0)) <=
                m_half_angle + std::asin(radius / distance) + 1e-9;
     }
 
-    Vec3 m_eye, m_forward;
-    Projection m_projection;
+    core::Vec3 m_eye, m_forward;
+    scene::Projection m_projection;
     double m_half_angle = 0;
     std::array<Side, 4> m_sides;
 };
@@ -98,8 +100,8 @@ struct Column {
 
 }  // namespace
 
-std::vector<voxel::BoxKey> boxes_in_sight(const Camera& camera, int width_px, int height_px,
-                                          const LevelCut& cut, std::size_t most) {
+std::vector<voxel::BoxKey> boxes_in_sight(const scene::Camera& camera, int width_px, int height_px,
+                                          const walk::LevelCut& cut, std::size_t most) {
     std::vector<voxel::BoxKey> out;
     if (cut.bounds().empty())
         return out;
@@ -107,13 +109,14 @@ std::vector<voxel::BoxKey> boxes_in_sight(const Camera& camera, int width_px, in
     const voxel::VoxelBounds& all = cut.entry_bounds();
     std::priority_queue<Column> queue;
     const auto consider = [&](int level, std::int32_t bx, std::int32_t bz) {
-        const double side = static_cast<double>(std::int64_t{1} << (LevelCut::kSideBits + level));
-        const Vec3 low{std::max(bx * side, static_cast<double>(all.min[0])),
-                       static_cast<double>(all.min[1]),
-                       std::max(bz * side, static_cast<double>(all.min[2]))};
-        const Vec3 high{std::min((bx + 1) * side, static_cast<double>(all.max[0])),
-                        static_cast<double>(all.max[1]),
-                        std::min((bz + 1) * side, static_cast<double>(all.max[2]))};
+        const double side =
+            static_cast<double>(std::int64_t{1} << (walk::LevelCut::kSideBits + level));
+        const core::Vec3 low{std::max(bx * side, static_cast<double>(all.min[0])),
+                             static_cast<double>(all.min[1]),
+                             std::max(bz * side, static_cast<double>(all.min[2]))};
+        const core::Vec3 high{std::min((bx + 1) * side, static_cast<double>(all.max[0])),
+                              static_cast<double>(all.max[1]),
+                              std::min((bz + 1) * side, static_cast<double>(all.max[2]))};
         if (low.x >= high.x || low.z >= high.z || !sight.may_see(low, high))
             return;
         queue.push({sight.order(low, high), level, bx, bz});
@@ -143,4 +146,4 @@ std::vector<voxel::BoxKey> boxes_in_sight(const Camera& camera, int width_px, in
     return out;
 }
 
-}  // namespace terravox
+}  // namespace terravox::render

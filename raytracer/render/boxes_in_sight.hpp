@@ -5,12 +5,12 @@
 #include "raytracer/scene/camera.hpp"
 #include "raytracer/walk/level_cut.hpp"
 
-namespace terravox {
+namespace terravox::render {
 
 /// The boxes of a cut that a camera may see, hidden or not, nearest first.
 /// @param width_px, height_px of the picture @param most at most so many
-[[nodiscard]] std::vector<voxel::BoxKey> boxes_in_sight(const Camera& camera, int width_px,
-                                                        int height_px, const LevelCut& cut,
+[[nodiscard]] std::vector<voxel::BoxKey> boxes_in_sight(const scene::Camera& camera, int width_px,
+                                                        int height_px, const walk::LevelCut& cut,
                                                         std::size_t most);
 
-}  // namespace terravox
+}  // namespace terravox::render

@@ -14,7 +14,7 @@
 #include "raytracer/scene/scene_io.hpp"
 #include "raytracer/shade/view_maker.hpp"
 
-namespace terravox {
+namespace terravox::render {
 namespace {
 
 bool is_exr(const std::string& file) {
@@ -26,24 +26,24 @@ bool is_exr(const std::string& file) {
 
 /// Layers are for EXR files, as where the picture is rendered in one go: the others name none in
 /// their metadata, and spare the memory.
-Scene scene_of(const PictureKey& key, const std::vector<std::string>& files) {
-    Scene scene;
-    parse_scene(key.scene, "of the checkpoint", scene);
+scene::Scene scene_of(const farm::PictureKey& key, const std::vector<std::string>& files) {
+    scene::Scene scene;
+    scene::parse_scene(key.scene, "of the checkpoint", scene);
     if (std::none_of(files.begin(), files.end(), is_exr))
-        scene.output.layers = PictureLayers::kBeauty;
+        scene.output.layers = core::PictureLayers::kBeauty;
     return scene;
 }
 
-StreamShape shape_of(const PictureKey& key, const Scene& scene) {
+output::StreamShape shape_of(const farm::PictureKey& key, const scene::Scene& scene) {
     return {key.grid.width_px, key.grid.height_px, key.grid.tile_px,
-            scene.output.layers != PictureLayers::kBeauty || scene.output.denoise};
+            scene.output.layers != core::PictureLayers::kBeauty || scene.output.denoise};
 }
 
-bool streams(const StreamShape& shape, const PictureOptions& options) {
-    return must_stream(shape, (std::uint64_t{options.memory_mib} << 20) / 2);
+bool streams(const output::StreamShape& shape, const PictureOptions& options) {
+    return output::must_stream(shape, (std::uint64_t{options.memory_mib} << 20) / 2);
 }
 
-void count(const TileResult& tile, RenderStatistics& s) {
+void count(const tiles::TileResult& tile, RenderStatistics& s) {
     ++s.counts.tiles;
     s.counts.trace.add(tile.counts);
     s.counts.holes.insert(tile.holes.begin(), tile.holes.end());
@@ -51,45 +51,46 @@ void count(const TileResult& tile, RenderStatistics& s) {
 
 }  // namespace
 
-void check_joined_pictures(const PictureKey& key, const std::vector<std::string>& files,
+void check_joined_pictures(const farm::PictureKey& key, const std::vector<std::string>& files,
                            const PictureOptions& options) {
-    const Scene scene = scene_of(key, files);
+    const scene::Scene scene = scene_of(key, files);
     for (const std::string& file : files)
-        check_image_target(file);
+        output::check_image_target(file);
     if (scene.output.denoise)
-        check_can_denoise();
-    const StreamShape shape = shape_of(key, scene);
+        output::check_can_denoise();
+    const output::StreamShape shape = shape_of(key, scene);
     if (!streams(shape, options))
         return;
     if (scene.output.denoise)
-        throw UsageError("merge into " + std::to_string(shape.width_px) + "x" +
-                         std::to_string(shape.height_px) +
-                         " pixels: more than the memory limit holds, and output.denoise = true; "
-                         "allowed: --memory-mib " +
-                         std::to_string(memory_to_keep_mib(shape)) + " and more");
+        throw util::UsageError(
+            "merge into " + std::to_string(shape.width_px) + "x" + std::to_string(shape.height_px) +
+            " pixels: more than the memory limit holds, and output.denoise = true; "
+            "allowed: --memory-mib " +
+            std::to_string(output::memory_to_keep_mib(shape)) + " and more");
     for (const std::string& file : files)
-        check_can_stream(file, shape);
+        output::check_can_stream(file, shape);
 }
 
-RenderStatistics write_joined_pictures(const JoinedTiles& tiles,
+RenderStatistics write_joined_pictures(const farm::JoinedTiles& tiles,
                                        const std::vector<std::string>& files,
                                        const PictureOptions& options) {
-    const PictureKey& key = tiles.key();
-    const Scene scene = scene_of(key, files);
-    const StreamShape shape = shape_of(key, scene);
+    const farm::PictureKey& key = tiles.key();
+    const scene::Scene scene = scene_of(key, files);
+    const output::StreamShape shape = shape_of(key, scene);
     const voxel::WorldInfo world = voxel::world_from_json(key.world, "the checkpoint");
     // No ray is traced: nothing asks for the look of a material.
-    const View view = make_view(scene, world, nullptr);
+    const shade::View view = shade::make_view(scene, world, nullptr);
     RenderStatistics s;
-    s.threads = options.threads, s.damage = tiles.damage();
+    s.threads = options.threads;
+    s.damage = tiles.damage();
     s.counts.samples = static_cast<std::uint32_t>(scene.quality.samples);
 
     if (streams(shape, options)) {
-        std::vector<std::unique_ptr<TileStream>> streams;
+        std::vector<std::unique_ptr<output::TileStream>> streams;
         for (const std::string& file : files)
-            streams.push_back(
-                std::make_unique<TileStream>(file, shape, picture_info(view, world, s, false)));
-        tiles.each([&](TileResult&& tile) {
+            streams.push_back(std::make_unique<output::TileStream>(
+                file, shape, picture_info(view, world, s, false)));
+        tiles.each([&](tiles::TileResult&& tile) {
             for (const auto& stream : streams)
                 stream->add(tile);
             count(tile, s);
@@ -98,17 +99,17 @@ RenderStatistics write_joined_pictures(const JoinedTiles& tiles,
             stream->finish(s.counts.holes.size());
         return s;
     }
-    Film film(shape.width_px, shape.height_px, shape.with_layers);
-    tiles.each([&](TileResult&& tile) {
+    output::Film film(shape.width_px, shape.height_px, shape.with_layers);
+    tiles.each([&](tiles::TileResult&& tile) {
         film.add(tile);
         count(tile, s);
     });
     if (scene.output.denoise)
-        denoise(film, options.threads);
+        output::denoise(film, options.threads);
     thread::parallel_for(files.size(), options.threads, [&](std::size_t i) {
-        write_image(film, files[i], picture_info(view, world, s, false));
+        output::write_image(film, files[i], picture_info(view, world, s, false));
     });
     return s;
 }
 
-}  // namespace terravox
+}  // namespace terravox::render

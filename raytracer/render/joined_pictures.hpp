@@ -8,7 +8,7 @@
 #include "raytracer/farm/checkpoint/joined_tiles.hpp"
 #include "raytracer/render/statistics.hpp"
 
-namespace terravox {
+namespace terravox::render {
 
 struct PictureOptions {
     std::size_t memory_mib = 2048;  ///< pictures whose film would take more than half of it go tile
@@ -17,7 +17,7 @@ struct PictureOptions {
 };
 
 /// Refuses what cannot be written before anything is. @throws UsageError, Error
-void check_joined_pictures(const PictureKey& key, const std::vector<std::string>& files,
+void check_joined_pictures(const farm::PictureKey& key, const std::vector<std::string>& files,
                            const PictureOptions& options);
 
 /// Writes the pictures that a coordinator with all the tiles would have written: EXR files of the
@@ -25,8 +25,8 @@ void check_joined_pictures(const PictureKey& key, const std::vector<std::string>
 /// boxes) is not known, and not stored.
 /// @param tiles with none missing @return counts, holes and damage of the picture @throws Error,
 /// UsageError
-RenderStatistics write_joined_pictures(const JoinedTiles& tiles,
+RenderStatistics write_joined_pictures(const farm::JoinedTiles& tiles,
                                        const std::vector<std::string>& files,
                                        const PictureOptions& options);
 
-}  // namespace terravox
+}  // namespace terravox::render

@@ -5,13 +5,13 @@
 #include "voxelserver/worlds/open/world_kinds.hpp"
 #include "voxelserver/worlds/remote/http_origin.hpp"
 
-namespace terravox {
+namespace terravox::render {
 namespace {
 
 /// Where workers may have boxes from themselves. A server on this machine is none that they can
 /// reach.
-BoxSource box_source(const WorldOptions& world, const std::stop_token& stop) {
-    BoxSource out;
+farm::BoxSource box_source(const worlds::WorldOptions& world, const std::stop_token& stop) {
+    farm::BoxSource out;
     const std::string& input = world.inputs.front();
     switch (worlds::kind_of(input).farm_access) {
         case worlds::FarmAccess::kFromCoordinator: break;
@@ -22,8 +22,10 @@ BoxSource box_source(const WorldOptions& world, const std::stop_token& stop) {
         }
         case worlds::FarmAccess::kByAddress: {
             // By where it leads, not by how it is written: workers elsewhere would ask themselves.
-            const AddressRanges ranges = ranges_of_host(HttpOrigin::of(input), stop);
-            if (!ranges.holds(AddressRange::kLoopback) && !ranges.holds(AddressRange::kNoMachine))
+            const remote::AddressRanges ranges =
+                remote::ranges_of_host(remote::HttpOrigin::of(input), stop);
+            if (!ranges.holds(remote::AddressRange::kLoopback) &&
+                !ranges.holds(remote::AddressRange::kNoMachine))
                 out.server = input;
             break;
         }
@@ -33,12 +35,14 @@ BoxSource box_source(const WorldOptions& world, const std::stop_token& stop) {
 
 }  // namespace
 
-LoadedWorld::LoadedWorld(const WorldOptions& from, const Scene& scene, const std::stop_token& stop)
+LoadedWorld::LoadedWorld(const worlds::WorldOptions& from, const scene::Scene& scene,
+                         const std::stop_token& stop)
     : inputs(from.inputs),
       orthophotos(from.orthophotos),
       source(box_source(from, stop)),
-      world(open_world(from, times, stop)),
-      blocks(*world, static_cast<std::size_t>(scene.processing.memory_mib) << 20,
-             world->worth_asking(thread::thread_count(scene.processing.threads.value_or(0)))) {}
+      world(worlds::open_world(from, times, stop)),
+      blocks(
+          *world, static_cast<std::size_t>(scene.processing.memory_mib) << 20,
+          world->useful_concurrency(thread::thread_count(scene.processing.threads.value_or(0)))) {}
 
-}  // namespace terravox
+}  // namespace terravox::render

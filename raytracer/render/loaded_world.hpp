@@ -12,20 +12,21 @@
 #include "raytracer/scene/scene.hpp"
 #include "voxelserver/worlds/kind/world_options.hpp"
 
-namespace terravox {
+namespace terravox::render {
 
 /// A world with its boxes in memory, and what it was opened from: for pictures one after the other,
 /// or side by side.
 struct LoadedWorld {
     /// @param scene world and processing count @param stop as open_world @throws Error, UsageError
-    LoadedWorld(const WorldOptions& from, const Scene& scene, const std::stop_token& stop = {});
+    LoadedWorld(const worlds::WorldOptions& from, const scene::Scene& scene,
+                const std::stop_token& stop = {});
 
     const std::vector<std::string> inputs;
     const std::vector<std::filesystem::path> orthophotos;
-    const BoxSource source;  ///< where workers may have boxes from
-    util::StageTimes times;  ///< outlives the world, which writes to it
+    const farm::BoxSource source;  ///< where workers may have boxes from
+    util::StageTimes times;        ///< outlives the world, which writes to it
     const std::unique_ptr<voxel::World> world;
-    BlockManager blocks;
+    blocks::BlockManager blocks;
 };
 
-}  // namespace terravox
+}  // namespace terravox::render

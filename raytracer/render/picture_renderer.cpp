@@ -15,20 +15,20 @@
 #include "raytracer/output/tile_stream.hpp"
 #include "raytracer/processors/thread_processor.hpp"
 
-namespace terravox {
+namespace terravox::render {
 namespace {
 
 std::atomic<bool> g_stop{false};
 
-StreamShape shape_of(const Scene& scene) {
+output::StreamShape shape_of(const scene::Scene& scene) {
     const auto [width, height] = scene.output.size_px;
     return {width, height, scene.quality.tile.in_picture(width),
-            scene.output.layers != PictureLayers::kBeauty || scene.output.denoise};
+            scene.output.layers != core::PictureLayers::kBeauty || scene.output.denoise};
 }
 
-bool streams(const Scene& scene) {
-    return must_stream(shape_of(scene),
-                       (static_cast<std::uint64_t>(scene.processing.memory_mib) << 20) / 2);
+bool streams(const scene::Scene& scene) {
+    return output::must_stream(shape_of(scene),
+                               (static_cast<std::uint64_t>(scene.processing.memory_mib) << 20) / 2);
 }
 
 bool is_exr(const std::string& file) {
@@ -40,110 +40,117 @@ bool is_exr(const std::string& file) {
 
 /// Tiles on their way to a file may take the memory that is spared the film, and no more. No
 /// picture depends on their size.
-TileSize tiles_that_fit(const Scene& scene) {
+scene::TileSize tiles_that_fit(const scene::Scene& scene) {
     constexpr int kSmallEnough_px = 64, kTiffTiles = 16;
-    const StreamShape shape = shape_of(scene);
-    const auto in_flight = static_cast<std::uint64_t>(ThreadProcessor::tiles_in_flight(
+    const output::StreamShape shape = shape_of(scene);
+    const auto in_flight = static_cast<std::uint64_t>(processors::ThreadProcessor::tiles_in_flight(
         thread::thread_count(scene.processing.threads.value_or(0))));
     const auto bytes = [&](int edge_px) {
-        return Film::bytes(edge_px, edge_px, shape.with_layers) * in_flight;
+        return output::Film::bytes(edge_px, edge_px, shape.with_layers) * in_flight;
     };
     int edge_px = shape.tile_px;
     while (edge_px > kSmallEnough_px &&
            bytes(edge_px) > (static_cast<std::uint64_t>(scene.processing.memory_mib) << 20) / 2)
         edge_px = std::max(edge_px / 2 / kTiffTiles * kTiffTiles, kSmallEnough_px);
-    return edge_px == shape.tile_px ? scene.quality.tile : TileSize{edge_px, 0};
+    return edge_px == shape.tile_px ? scene.quality.tile : scene::TileSize{edge_px, 0};
 }
 
 /// What is asked for, less what would take memory for nothing. Layers go into EXR files alone: for
 /// others they would take seven times the memory, and be thrown away.
-Scene thrifty(Scene scene, const std::vector<std::string>& files, bool fit = true) {
+scene::Scene drop_unneeded_layers(scene::Scene scene, const std::vector<std::string>& files,
+                                  bool fit = true) {
     if (std::none_of(files.begin(), files.end(), is_exr))
-        scene.output.layers = PictureLayers::kBeauty;
+        scene.output.layers = core::PictureLayers::kBeauty;
     if (fit && streams(scene))
         scene.quality.tile = tiles_that_fit(scene);
     return scene;
 }
 
 /// Tiles to several files.
-class Streams final : public TileSink {
+class Streams final : public output::TileSink {
 public:
-    void add(const TileResult& result) override {
+    void add(const tiles::TileResult& result) override {
         for (const auto& stream : m_streams)
             stream->add(result);
     }
-    void to(std::unique_ptr<TileStream> stream) { m_streams.push_back(std::move(stream)); }
+    void to(std::unique_ptr<output::TileStream> stream) { m_streams.push_back(std::move(stream)); }
     void finish(std::uint64_t holes) {
         for (const auto& stream : m_streams)
             stream->finish(holes);
     }
 
 private:
-    std::vector<std::unique_ptr<TileStream>> m_streams;
+    std::vector<std::unique_ptr<output::TileStream>> m_streams;
 };
 
 }  // namespace
 
-PictureRenderer::PictureRenderer(const WorldOptions& world, const CrewOptions& crew,
-                                 const Scene& base, bool quiet)
-    : PictureRenderer(std::make_shared<LoadedWorld>(world, base), crew, base, quiet, g_stop) {
+PictureRenderer::PictureRenderer(const worlds::WorldOptions& world,
+                                 const RenderPoolOptions& render_pool, const scene::Scene& base,
+                                 bool quiet)
+    : PictureRenderer(std::make_shared<LoadedWorld>(world, base), render_pool, base, quiet,
+                      g_stop) {
     // Before this, a signal just ends the program: nothing is half done, and a world may take
     // minutes to open.
     std::signal(SIGINT, [](int) { g_stop = true; });
     std::signal(SIGTERM, [](int) { g_stop = true; });
 }
 
-PictureRenderer::PictureRenderer(std::shared_ptr<LoadedWorld> world, const CrewOptions& crew,
-                                 const Scene& base, bool quiet, const std::atomic<bool>& stop)
+PictureRenderer::PictureRenderer(std::shared_ptr<LoadedWorld> world,
+                                 const RenderPoolOptions& render_pool, const scene::Scene& base,
+                                 bool quiet, const std::atomic<bool>& stop)
     : m_loaded(std::move(world)),
       m_quiet(quiet),
       m_threads(thread::thread_count(base.processing.threads.value_or(0))),
       m_stop(stop),
-      m_crew(std::make_unique<Crew>(crew, m_loaded->blocks, m_loaded->source)) {}
+      m_render_pool(std::make_unique<RenderPool>(render_pool, m_loaded->blocks, m_loaded->source)) {
+}
 
 PictureRenderer::~PictureRenderer() = default;
 
-void PictureRenderer::check(const Scene& asked, const std::vector<std::string>& files) {
-    const Scene scene = thrifty(asked, files);
+void PictureRenderer::check(const scene::Scene& asked, const std::vector<std::string>& files) {
+    const scene::Scene scene = drop_unneeded_layers(asked, files);
     for (const std::string& file : files)
-        check_image_target(file);
+        output::check_image_target(file);
     if (scene.output.denoise)
-        check_can_denoise();
+        output::check_can_denoise();
     if (!streams(scene))
         return;
     const auto [width, height] = scene.output.size_px;
     const std::string attempt =
         "render " + std::to_string(width) + "x" + std::to_string(height) +
         " pixels: more than the memory limit holds, so they go straight into the file; ";
-    const std::string memory =
-        ", or --memory-mib " + std::to_string(memory_to_keep_mib(shape_of(scene))) + " and more";
+    const std::string memory = ", or --memory-mib " +
+                               std::to_string(output::memory_to_keep_mib(shape_of(scene))) +
+                               " and more";
     if (scene.output.denoise)
-        throw UsageError(attempt + "output.denoise = true; allowed: false" + memory);
+        throw util::UsageError(attempt + "output.denoise = true; allowed: false" + memory);
     if (scene.quality.time_s > 0)
-        throw UsageError(attempt + "quality.time_s is set; allowed: 0" + memory);
+        throw util::UsageError(attempt + "quality.time_s is set; allowed: 0" + memory);
     for (const std::string& file : files)
-        check_can_stream(file, shape_of(scene));
+        output::check_can_stream(file, shape_of(scene));
 }
 
-RenderStatistics PictureRenderer::render(const Scene& asked, const std::vector<std::string>& files,
+RenderStatistics PictureRenderer::render(const scene::Scene& asked,
+                                         const std::vector<std::string>& files,
                                          const KeepOptions& keep,
                                          std::chrono::steady_clock::time_point start) {
     RenderStatistics statistics;
     statistics.threads = m_threads;
-    Scene scene = thrifty(asked, files, !keep.part);
+    scene::Scene scene = drop_unneeded_layers(asked, files, !keep.part);
     m_part = keep.part;
     // Parts and checkpoints know whole tiles. Coarse passes are for who looks on. Each ends with
     // workers that wait for the last.
     const bool keeps = keep.resume || keep.part ||
-                       (m_crew->is_farm() && keep.on_farms && scene.quality.time_s == 0);
-    if (keeps || m_crew->is_farm())
+                       (m_render_pool->is_farm() && keep.on_farms && scene.quality.time_s == 0);
+    if (keeps || m_render_pool->is_farm())
         scene.quality.coarse_step = 1;
-    m_view = std::make_unique<View>(m_views.make(scene, m_loaded->blocks));
+    m_view = std::make_unique<shade::View>(m_views.make(scene, m_loaded->blocks));
     if (const std::string why = out_of_sight(*m_view, m_loaded->world->info());
         !why.empty() && !std::exchange(m_warned, true))
         spdlog::warn("{}", why);
-    if (m_crew->traces_here())
-        foresee_boxes(*m_view, m_loaded->blocks);
+    if (m_render_pool->traces_here())
+        prefetch_visible(*m_view, m_loaded->blocks);
     m_checkpoint.reset();
     if (keeps)
         open_checkpoint(scene, files, keep);
@@ -162,30 +169,31 @@ RenderStatistics PictureRenderer::render(const Scene& asked, const std::vector<s
     return statistics;
 }
 
-void PictureRenderer::open_checkpoint(const Scene& scene, const std::vector<std::string>& files,
+void PictureRenderer::open_checkpoint(const scene::Scene& scene,
+                                      const std::vector<std::string>& files,
                                       const KeepOptions& keep) {
-    check_can_checkpoint(scene);
-    const auto path = checkpoint_path(files.front(), keep.part);
-    const auto existing =
-        keep.resume || keep.part ? Checkpoint::Existing::kGoOn : Checkpoint::Existing::kRefuse;
-    auto inputs = name_inputs(m_loaded->inputs, m_loaded->orthophotos, scene);
+    farm::check_can_checkpoint(scene);
+    const auto path = farm::checkpoint_path(files.front(), keep.part);
+    const auto existing = keep.resume || keep.part ? farm::Checkpoint::Existing::kGoOn
+                                                   : farm::Checkpoint::Existing::kRefuse;
+    auto inputs = farm::name_inputs(m_loaded->inputs, m_loaded->orthophotos, scene);
     if (const std::string edition = m_loaded->world->edition(); !edition.empty())
         inputs.push_back("state of the archive: " + edition);
-    m_checkpoint = std::make_unique<Checkpoint>(
-        path, key_of(scene, m_loaded->world->info(), std::move(inputs)), existing);
+    m_checkpoint = std::make_unique<farm::Checkpoint>(
+        path, farm::key_of(scene, m_loaded->world->info(), std::move(inputs)), existing);
     if (m_checkpoint->count() > 0 && !m_quiet)
         spdlog::info("{} tiles are in {} already", m_checkpoint->count(), path.string());
 }
 
 void PictureRenderer::render_part(RenderStatistics& statistics,
                                   std::chrono::steady_clock::time_point start) {
-    struct Nowhere final : TileSink {
-        void add(const TileResult&) override {}
+    struct Nowhere final : output::TileSink {
+        void add(const tiles::TileResult&) override {}
         [[nodiscard]] bool replaces() const noexcept override { return true; }
     } nowhere;
     const util::StageTimes::Clock timed(m_loaded->times, "ray tracing (clock)");
-    render_with_crew(
-        [&](TileProcessor& processor) {
+    render_with_pool(
+        [&](processors::TileProcessor& processor) {
             statistics.counts = render_stream(job(processor, start), nowhere);
         },
         statistics);
@@ -207,50 +215,51 @@ void PictureRenderer::finish(RenderStatistics& statistics,
         std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
-RenderJob PictureRenderer::job(TileProcessor& processor,
+RenderJob PictureRenderer::job(processors::TileProcessor& processor,
                                std::chrono::steady_clock::time_point start) {
     RenderJob out{*m_view, processor, m_quiet, &m_stop};
     out.start = start;
-    out.checkpoint = m_checkpoint.get(), out.part = m_part;
+    out.checkpoint = m_checkpoint.get();
+    out.part = m_part;
     out.check_world = [this] { m_loaded->blocks.check_world(); };
     out.damage = [this] { return m_loaded->world->damage(); };
     out.on_progress = [this](std::uint64_t done, std::uint64_t of) {
-        m_crew->set_progress(done, of);
+        m_render_pool->set_progress(done, of);
         if (m_told)
             m_told(done, of);
     };
-    if (m_crew->is_farm()) {
-        out.details = [this] { return m_crew->table(); };
+    if (m_render_pool->is_farm()) {
+        out.details = [this] { return m_render_pool->table(); };
     }
     return out;
 }
 
-void PictureRenderer::render_with_crew(const std::function<void(TileProcessor&)>& work,
+void PictureRenderer::render_with_pool(const std::function<void(processors::TileProcessor&)>& work,
                                        RenderStatistics& statistics) {
     while (true) {
         try {
-            const auto processor = m_crew->begin(*m_view);
+            const auto processor = m_render_pool->begin(*m_view);
             work(*processor);
             processor->close();
             break;
-        } catch (const Spoiled& e) {
+        } catch (const processors::PictureInvalidated& e) {
             spdlog::error("{}; the picture begins anew", e.what());
         }
     }
-    for (const Crew::Hand& hand : m_crew->hands())
-        statistics.hands.push_back(hand.status);
-    statistics.pool = m_crew->counts();
+    for (const RenderPool::Participant& participant : m_render_pool->participants())
+        statistics.participants.push_back(participant.status);
+    statistics.pool = m_render_pool->counts();
 }
 
 void PictureRenderer::render_to_film(RenderStatistics& statistics,
                                      const std::vector<std::string>& files,
                                      std::chrono::steady_clock::time_point start) {
-    const Scene& scene = m_view->scene;
-    Film film(scene.output.size_px[0], scene.output.size_px[1], m_view->wants_layers());
+    const scene::Scene& scene = m_view->scene;
+    output::Film film(scene.output.size_px[0], scene.output.size_px[1], m_view->wants_layers());
     {
         const util::StageTimes::Clock timed(m_loaded->times, "ray tracing (clock)");
-        render_with_crew(
-            [&](TileProcessor& processor) {
+        render_with_pool(
+            [&](processors::TileProcessor& processor) {
                 statistics.counts = render_film(job(processor, start), film);
             },
             statistics);
@@ -258,12 +267,13 @@ void PictureRenderer::render_to_film(RenderStatistics& statistics,
     finish(statistics, start);
     if (scene.output.denoise) {
         const util::StageTimes::Scope timed(m_loaded->times, "denoise");
-        denoise(film, m_threads);
+        output::denoise(film, m_threads);
     }
     const util::StageTimes::Scope timed(m_loaded->times, "write pictures");
     thread::parallel_for(files.size(), m_threads, [&](std::size_t i) {
-        write_image(film, files[i],
-                    picture_info(*m_view, m_loaded->world->info(), statistics, is_exr(files[i])));
+        output::write_image(
+            film, files[i],
+            picture_info(*m_view, m_loaded->world->info(), statistics, is_exr(files[i])));
     });
 }
 
@@ -274,19 +284,20 @@ void PictureRenderer::render_to_files(RenderStatistics& statistics,
     const auto samples = static_cast<std::uint32_t>(
         m_view->scene.quality.samples);  // known before: it goes into the file first
     statistics.counts.samples = samples;
-    const PictureInfo info = picture_info(*m_view, m_loaded->world->info(), statistics, false);
-    render_with_crew(
-        [&](TileProcessor& processor) {
+    const output::PictureInfo info =
+        picture_info(*m_view, m_loaded->world->info(), statistics, false);
+    render_with_pool(
+        [&](processors::TileProcessor& processor) {
             Streams sinks;
             for (const std::string& file : files)
-                sinks.to(std::make_unique<TileStream>(file, shape_of(m_view->scene), info));
+                sinks.to(std::make_unique<output::TileStream>(file, shape_of(m_view->scene), info));
             statistics.counts = render_stream(job(processor, start), sinks);
             if (statistics.counts.missing > 0)
-                throw Error("render: " + std::to_string(statistics.counts.missing) +
-                            " tiles are missing; no picture was written");
+                throw util::Error("render: " + std::to_string(statistics.counts.missing) +
+                                  " tiles are missing; no picture was written");
             sinks.finish(statistics.counts.holes.size());
         },
         statistics);
 }
 
-}  // namespace terravox
+}  // namespace terravox::render

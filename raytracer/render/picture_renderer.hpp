@@ -7,12 +7,12 @@
 #include <vector>
 
 #include "common/util/stage_times.hpp"
-#include "raytracer/render/crew.hpp"
 #include "raytracer/render/loaded_world.hpp"
+#include "raytracer/render/render_pool.hpp"
 #include "raytracer/render/statistics.hpp"
 #include "raytracer/shade/view_maker.hpp"
 
-namespace terravox {
+namespace terravox::render {
 
 /// What a picture is kept in while it is made.
 struct KeepOptions {
@@ -20,22 +20,22 @@ struct KeepOptions {
         false;  ///< finished tiles are kept, and those that are there are not rendered again
     bool on_farms =
         false;  ///< they are kept where workers render, too, as long as there are none yet
-    std::optional<Part> part;  ///< only these tiles, into their checkpoint and no picture
+    std::optional<farm::Part> part;  ///< only these tiles, into their checkpoint and no picture
 };
 
 /// A world, opened once, and pictures of it in files. Not thread-safe. From its making on, SIGINT
 /// and SIGTERM end a picture early instead of the program, where it has opened the world itself.
 class PictureRenderer {
 public:
-    /// @param base what holds for all pictures: world and processing @param crew who renders @param
-    /// quiet say nothing but errors
+    /// @param base what holds for all pictures: world and processing @param render_pool who renders
+    /// @param quiet say nothing but errors
     /// @throws Error, UsageError
-    PictureRenderer(const WorldOptions& world, const CrewOptions& crew, const Scene& base,
-                    bool quiet);
+    PictureRenderer(const worlds::WorldOptions& world, const RenderPoolOptions& render_pool,
+                    const scene::Scene& base, bool quiet);
     /// Of a world that is open, and whose boxes others may use meanwhile. Signals are left alone.
     /// @param stop ends a picture early; outlives this
-    PictureRenderer(std::shared_ptr<LoadedWorld> world, const CrewOptions& crew, const Scene& base,
-                    bool quiet, const std::atomic<bool>& stop);
+    PictureRenderer(std::shared_ptr<LoadedWorld> world, const RenderPoolOptions& render_pool,
+                    const scene::Scene& base, bool quiet, const std::atomic<bool>& stop);
     ~PictureRenderer();
     /// Is told of each tile, on the thread that renders.
     void on_progress(std::function<void(std::uint64_t done, std::uint64_t of)> told) {
@@ -43,23 +43,24 @@ public:
     }
 
     /// Refuses, before any work is done, what cannot be written. @throws UsageError, Error
-    static void check(const Scene& scene, const std::vector<std::string>& files);
+    static void check(const scene::Scene& scene, const std::vector<std::string>& files);
     /// Renders a scene and writes it to all files. Where the film would not fit into half of the
     /// memory for boxes, tiles go straight into the files. Layers are kept for EXR files alone.
     /// Warns when the world is out of sight, once.
     /// @param start from which quality.time_s counts @throws Error, UsageError
     RenderStatistics render(
-        const Scene& scene, const std::vector<std::string>& files, const KeepOptions& keep = {},
+        const scene::Scene& scene, const std::vector<std::string>& files,
+        const KeepOptions& keep = {},
         std::chrono::steady_clock::time_point start = std::chrono::steady_clock::now());
 
     [[nodiscard]] util::StageTimes& times() noexcept { return m_loaded->times; }
     /// The view of the last picture.
-    [[nodiscard]] const View& view() const noexcept { return *m_view; }
+    [[nodiscard]] const shade::View& view() const noexcept { return *m_view; }
 
 private:
-    [[nodiscard]] RenderJob job(TileProcessor& processor,
+    [[nodiscard]] RenderJob job(processors::TileProcessor& processor,
                                 std::chrono::steady_clock::time_point start);
-    void render_with_crew(const std::function<void(TileProcessor&)>& work,
+    void render_with_pool(const std::function<void(processors::TileProcessor&)>& work,
                           RenderStatistics& statistics);
     void render_to_film(RenderStatistics& statistics, const std::vector<std::string>& files,
                         std::chrono::steady_clock::time_point start);
@@ -67,7 +68,7 @@ private:
                          std::chrono::steady_clock::time_point start);
     void finish(RenderStatistics& statistics, std::chrono::steady_clock::time_point start) const;
 
-    void open_checkpoint(const Scene& scene, const std::vector<std::string>& files,
+    void open_checkpoint(const scene::Scene& scene, const std::vector<std::string>& files,
                          const KeepOptions& keep);
     void render_part(RenderStatistics& statistics, std::chrono::steady_clock::time_point start);
 
@@ -76,12 +77,12 @@ private:
     int m_threads;
     const std::atomic<bool>& m_stop;
     std::function<void(std::uint64_t, std::uint64_t)> m_told;
-    ViewMaker m_views;
-    std::unique_ptr<Crew> m_crew;
-    std::unique_ptr<View> m_view;
-    std::unique_ptr<Checkpoint> m_checkpoint;
-    std::optional<Part> m_part;
+    shade::ViewMaker m_views;
+    std::unique_ptr<RenderPool> m_render_pool;
+    std::unique_ptr<shade::View> m_view;
+    std::unique_ptr<farm::Checkpoint> m_checkpoint;
+    std::optional<farm::Part> m_part;
     bool m_warned = false;  ///< that the world is out of sight: once for all frames
 };
 
-}  // namespace terravox
+}  // namespace terravox::render

@@ -13,10 +13,10 @@
 #include "raytracer/render/boxes_in_sight.hpp"
 #include "raytracer/tiles/tile_plan.hpp"
 
-namespace terravox {
+namespace terravox::render {
 namespace {
 
-constexpr std::size_t kMostForeseen = 65'536;
+constexpr std::size_t kMaxForeseen = 65'536;
 constexpr std::chrono::milliseconds kStopPeriod{50};
 
 bool stopped(const RenderJob& job) noexcept {
@@ -26,11 +26,11 @@ bool stopped(const RenderJob& job) noexcept {
 /// Sends tiles through the processor to where they go.
 class PassRunner {
 public:
-    PassRunner(const RenderJob& job, TileSink& sink, Progress& progress)
+    PassRunner(const RenderJob& job, output::TileSink& sink, output::Progress& progress)
         : m_job(job), m_sink(sink), m_progress(progress) {}
 
     /// @return false: nobody is left to render, and it was not to be waited for longer
-    bool run(const std::vector<RenderTile>& tiles) {
+    bool run(const std::vector<tiles::RenderTile>& tiles) {
         std::size_t submitted = 0;
         std::unordered_set<std::uint32_t> done;
         while (done.size() < tiles.size()) {
@@ -42,16 +42,17 @@ public:
                 m_progress.look(m_job.details);
             if (stopped(m_job)) {
                 m_job.processor.cancel();
-                throw Error("render: interrupted; no picture was written" + kept());
+                throw util::Error("render: interrupted; no picture was written" + kept());
             }
             try {
                 forget_doubted(tiles);
                 const auto result = m_job.processor.take();
                 if (!result)
-                    throw Error("render: the processor ended before the picture was finished");
+                    throw util::Error(
+                        "render: the processor ended before the picture was finished");
                 check_world();  // a hole is known there before a tile can be finished that has it
                 add(*result, done.insert(result->tile.index).second);
-            } catch (const GivenUp& e) {
+            } catch (const processors::NoProcessorsLeft& e) {
                 check_world();
                 spdlog::error("{}", e.what());
                 m_counts.missing += tiles.size() - done.size() +
@@ -62,23 +63,23 @@ public:
         return true;
     }
     /// What is in the checkpoint goes into the picture. @return the tiles that are left to render
-    std::vector<RenderTile> resume(std::vector<RenderTile> tiles) {
+    std::vector<tiles::RenderTile> resume(std::vector<tiles::RenderTile> tiles) {
         if (m_job.part) {
             const int edge_px =
                 m_job.view.scene.quality.tile.in_picture(m_job.view.scene.output.size_px[0]);
-            std::erase_if(tiles, [&](const RenderTile& t) {
+            std::erase_if(tiles, [&](const tiles::RenderTile& t) {
                 return !m_job.part->has(static_cast<std::uint32_t>(t.x0 / edge_px),
                                         static_cast<std::uint32_t>(t.y0 / edge_px));
             });
         }
         if (m_job.checkpoint == nullptr)
             return tiles;
-        m_job.checkpoint->each([&](TileResult&& result) {
+        m_job.checkpoint->each([&](tiles::TileResult&& result) {
             m_sink.add(result);
             ++m_counts.resumed;
             m_counts.holes.insert(result.holes.begin(), result.holes.end());
         });
-        std::erase_if(tiles, [&](const RenderTile& t) { return m_job.checkpoint->has(t); });
+        std::erase_if(tiles, [&](const tiles::RenderTile& t) { return m_job.checkpoint->has(t); });
         return tiles;
     }
     [[nodiscard]] RenderCounts& counts() noexcept {
@@ -98,9 +99,9 @@ private:
         }
     }
     // At once: who is killed now must not go on with them.
-    void forget_doubted(const std::vector<RenderTile>& tiles) {
-        for (const std::uint32_t index : m_job.processor.take_doubted())
-            for (const RenderTile& t : tiles)
+    void forget_doubted(const std::vector<tiles::RenderTile>& tiles) {
+        for (const std::uint32_t index : m_job.processor.take_invalidated())
+            for (const tiles::RenderTile& t : tiles)
                 if (t.index == index && m_doubted.insert(index).second &&
                     m_job.checkpoint != nullptr)
                     m_job.checkpoint->forget(t);
@@ -111,9 +112,10 @@ private:
                    : "; " + std::to_string(m_job.checkpoint->count()) + " tiles are kept in " +
                          m_job.checkpoint->path().string() + ", --resume goes on with them";
     }
-    void add(const TileResult& result, bool first) {
+    void add(const tiles::TileResult& result, bool first) {
         if (!first && !m_sink.replaces())
-            throw Spoiled("render: a tile that is in the picture already was not right");
+            throw processors::PictureInvalidated(
+                "render: a tile that is in the picture already was not right");
         if (m_job.checkpoint != nullptr) {
             if (m_job.damage)
                 m_job.checkpoint->note_damage(m_job.damage());
@@ -137,26 +139,26 @@ private:
     }
 
     const RenderJob& m_job;
-    TileSink& m_sink;
-    Progress& m_progress;
+    output::TileSink& m_sink;
+    output::Progress& m_progress;
     RenderCounts m_counts;
     std::set<std::uint32_t> m_doubted;  ///< tiles that are in the picture, and are to be mended
     std::map<std::pair<std::uint32_t, std::uint32_t>, std::set<voxel::BoxKey>>
         m_holes;  ///< by pass and tile; of later samples as of the first
 };
 
-std::uint64_t pixels_of(const std::vector<RenderTile>& tiles) {
+std::uint64_t pixels_of(const std::vector<tiles::RenderTile>& tiles) {
     std::uint64_t out = 0;
-    for (const RenderTile& t : tiles)
-        out += LeaseBook::pixels_of(t);
+    for (const tiles::RenderTile& t : tiles)
+        out += processors::LeaseBook::pixels_of(t);
     return out;
 }
 
 /// More samples for the whole picture, as many again as it has, as long as there is time; tiles
 /// whose noise is low enough are left out.
 /// @return samples of a pixel at the end
-std::uint32_t add_samples(const RenderJob& job, const std::vector<RenderTile>& tiles,
-                          const Film& film, std::uint32_t samples, PassRunner& runner) {
+std::uint32_t add_samples(const RenderJob& job, const std::vector<tiles::RenderTile>& tiles,
+                          const output::Film& film, std::uint32_t samples, PassRunner& runner) {
     const auto& q = job.view.scene.quality;
     const auto seconds = [start = job.start] {
         return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
@@ -170,9 +172,10 @@ std::uint32_t add_samples(const RenderJob& job, const std::vector<RenderTile>& t
             std::min({affordable, samples, static_cast<std::uint32_t>(q.samples) - samples});
         if (more == 0)
             break;
-        std::vector<RenderTile> noisy;
-        for (RenderTile tile : tiles) {
-            tile.first_sample = samples, tile.samples = more;
+        std::vector<tiles::RenderTile> noisy;
+        for (tiles::RenderTile tile : tiles) {
+            tile.first_sample = samples;
+            tile.samples = more;
             // Two samples may agree by chance.
             if (q.noise == 0 || samples < static_cast<std::uint32_t>(q.min_samples) ||
                 film.error_above(tile, q.noise))
@@ -188,12 +191,12 @@ std::uint32_t add_samples(const RenderJob& job, const std::vector<RenderTile>& t
 
 }  // namespace
 
-RenderCounts render_stream(const RenderJob& job, TileSink& sink) {
+RenderCounts render_stream(const RenderJob& job, output::TileSink& sink) {
     const auto& scene = job.view.scene;
     const auto [width, height] = scene.output.size_px;
-    const auto passes = plan_tiles(width, height, 1, scene.quality.tile.in_picture(width),
-                                   scene.quality.tile_order);
-    Progress progress(passes.front().size(), pixels_of(passes.front()), job.quiet);
+    const auto passes = tiles::plan_tiles(width, height, 1, scene.quality.tile.in_picture(width),
+                                          scene.quality.tile_order);
+    output::Progress progress(passes.front().size(), pixels_of(passes.front()), job.quiet);
     PassRunner runner(job, sink, progress);
     const auto tiles = runner.resume(passes.front());
     progress.leave_out(passes.front().size() - tiles.size(),
@@ -204,21 +207,21 @@ RenderCounts render_stream(const RenderJob& job, TileSink& sink) {
     return std::move(runner.counts());
 }
 
-RenderCounts render_film(const RenderJob& job, Film& film) {
+RenderCounts render_film(const RenderJob& job, output::Film& film) {
     const auto& q = job.view.scene.quality;
-    auto passes = plan_tiles(film.width_px(), film.height_px(), q.coarse_step,
-                             q.tile.in_picture(film.width_px()), q.tile_order);
+    auto passes = tiles::plan_tiles(film.width_px(), film.height_px(), q.coarse_step,
+                                    q.tile.in_picture(film.width_px()), q.tile_order);
     std::uint64_t pixels = 0;
     for (const auto& tiles : passes)
         pixels += pixels_of(tiles);
-    Progress progress(passes.size() * passes.front().size(), pixels, job.quiet, q.time_s);
+    output::Progress progress(passes.size() * passes.front().size(), pixels, job.quiet, q.time_s);
     PassRunner runner(job, film, progress);
     const bool in_time = q.time_s > 0;
     constexpr int kFirstSamples = 2;
     const auto first =
         static_cast<std::uint32_t>(in_time ? std::min(kFirstSamples, q.samples) : q.samples);
     for (auto& tiles : passes) {
-        for (RenderTile& tile : tiles)
+        for (tiles::RenderTile& tile : tiles)
             tile.samples = first;
         if (job.checkpoint != nullptr) {
             const std::size_t before = tiles.size();
@@ -230,8 +233,8 @@ RenderCounts render_film(const RenderJob& job, Film& film) {
             break;
     }
     if (in_time && runner.counts().missing == 0) {
-        const auto whole = plan_tiles(film.width_px(), film.height_px(), 1,
-                                      q.tile.in_picture(film.width_px()), q.tile_order);
+        const auto whole = tiles::plan_tiles(film.width_px(), film.height_px(), 1,
+                                             q.tile.in_picture(film.width_px()), q.tile_order);
         runner.counts().samples = add_samples(job, whole.front(), film, first, runner);
     } else {
         runner.counts().samples = first;
@@ -244,11 +247,12 @@ namespace {
 
 /// A place as a person would look for it on the map: easting and northing in units of the CRS,
 /// height in metres; without a CRS voxels.
-std::string place_of(Vec3 at, const voxel::WorldInfo& world) {
+std::string place_of(core::Vec3 at, const voxel::WorldInfo& world) {
     const bool placed = !world.crs.empty();
-    const Vec3 p = placed ? Vec3{at.x * world.crs_units_per_voxel,
-                                 -at.z * world.crs_units_per_voxel, at.y * world.voxel_m}
-                          : at;
+    const core::Vec3 p = placed
+                             ? core::Vec3{at.x * world.crs_units_per_voxel,
+                                          -at.z * world.crs_units_per_voxel, at.y * world.voxel_m}
+                             : at;
     const auto whole = [](double v) {
         return std::to_string(static_cast<std::int64_t>(std::floor(v + 0.5)));
     };
@@ -257,7 +261,7 @@ std::string place_of(Vec3 at, const voxel::WorldInfo& world) {
 }
 
 /// Whether a place lies farther from the world, on the map, than the world is wide.
-bool far_off(Vec3 at, const voxel::VoxelBounds& b) noexcept {
+bool far_off(core::Vec3 at, const voxel::VoxelBounds& b) noexcept {
     const double x = std::max({b.min[0] - at.x, at.x - b.max[0], 0.0}),
                  z = std::max({b.min[2] - at.z, at.z - b.max[2], 0.0});
     return std::hypot(x, z) > std::hypot(static_cast<double>(b.max[0]) - b.min[0],
@@ -266,21 +270,21 @@ bool far_off(Vec3 at, const voxel::VoxelBounds& b) noexcept {
 
 }  // namespace
 
-std::string out_of_sight(const View& view, const voxel::WorldInfo& world) {
+std::string out_of_sight(const shade::View& view, const voxel::WorldInfo& world) {
     const auto& camera = view.scene.camera;
     const auto [width, height] = view.scene.output.size_px;
     const bool seen = !boxes_in_sight(view.camera, width, height, view.cut, 1).empty();
-    std::optional<Vec3> target;
+    std::optional<core::Vec3> target;
     if (camera.target)
-        target = to_voxels(*camera.target, camera.space, world);
+        target = scene::to_voxels(*camera.target, camera.space, world);
     if (seen && !(target && far_off(*target, world.bounds)))
         return {};
     const auto& b = world.bounds;
     // The world's lower left corner on the map is its south-west: z grows to the south.
-    const Vec3 low{static_cast<double>(b.min[0]), static_cast<double>(b.min[1]),
-                   static_cast<double>(b.max[2])};
-    const Vec3 high{static_cast<double>(b.max[0]), static_cast<double>(b.max[1]),
-                    static_cast<double>(b.min[2])};
+    const core::Vec3 low{static_cast<double>(b.min[0]), static_cast<double>(b.min[1]),
+                         static_cast<double>(b.max[2])};
+    const core::Vec3 high{static_cast<double>(b.max[0]), static_cast<double>(b.max[1]),
+                          static_cast<double>(b.min[2])};
     std::string out = camera.look.empty() ? "the camera" : "the view '" + camera.look + "'";
     out += seen ? " looks at what is far from the world" : " shows nothing of the world";
     out += ": it stands at " + place_of(view.camera.position(), world);
@@ -290,9 +294,9 @@ std::string out_of_sight(const View& view, const voxel::WorldInfo& world) {
            place_of(high, world) + (world.crs.empty() ? ", voxels" : " in " + world.crs);
 }
 
-void foresee_boxes(const View& view, BlockManager& blocks) {
+void prefetch_visible(const shade::View& view, blocks::BlockManager& blocks) {
     const auto [width, height] = view.scene.output.size_px;
-    blocks.prefetch(boxes_in_sight(view.camera, width, height, view.cut, kMostForeseen));
+    blocks.prefetch(boxes_in_sight(view.camera, width, height, view.cut, kMaxForeseen));
 }
 
-}  // namespace terravox
+}  // namespace terravox::render

@@ -12,23 +12,23 @@
 #include "raytracer/scene/scene_io.hpp"
 #include "raytracer/walk/traced_ray.hpp"
 
-namespace terravox {
+namespace terravox::render {
 namespace {
 
 double mebibytes(std::size_t bytes) noexcept {
     return static_cast<double>(bytes) / (1 << 20);
 }
 
-double per_ray(const TraceCounts& c, std::uint64_t n) noexcept {
+double per_ray(const tiles::TraceCounts& c, std::uint64_t n) noexcept {
     return static_cast<double>(n) / static_cast<double>(std::max<std::uint64_t>(c.all_rays(), 1));
 }
 
-double hit_rate(const BlockStats& b) noexcept {
+double hit_rate(const blocks::BlockStats& b) noexcept {
     return static_cast<double>(b.hits) /
            static_cast<double>(std::max<std::uint64_t>(b.hits + b.misses, 1));
 }
 
-nlohmann::json levels_of(const BlockStats& blocks) {
+nlohmann::json levels_of(const blocks::BlockStats& blocks) {
     nlohmann::json out = nlohmann::json::array();
     for (std::size_t l = 0; l < blocks.levels.size(); ++l) {
         const auto& level = blocks.levels[l];
@@ -43,27 +43,28 @@ nlohmann::json levels_of(const BlockStats& blocks) {
     return out;
 }
 
-nlohmann::json rays_of(const TraceCounts& counts) {
+nlohmann::json rays_of(const tiles::TraceCounts& counts) {
     nlohmann::json out;
-    for (std::size_t k = 0; k < kRayKinds; ++k)
-        out[name_of(static_cast<RayKind>(k))] = counts.rays[k];
+    for (std::size_t k = 0; k < walk::kRayKinds; ++k)
+        out[walk::name_of(static_cast<walk::RayKind>(k))] = counts.rays[k];
     return out;
 }
 
-nlohmann::json seconds_of(const TraceCounts& counts) {
+nlohmann::json seconds_of(const tiles::TraceCounts& counts) {
     nlohmann::json out;
-    for (std::size_t i = 0; i < kTraceStages; ++i)
-        out[name_of(static_cast<TraceStage>(i))] = counts.seconds[i];
+    for (std::size_t i = 0; i < tiles::kTraceStages; ++i)
+        out[tiles::name_of(static_cast<tiles::TraceStage>(i))] = counts.seconds[i];
     return out;
 }
 
-void print_shares(const TraceCounts& counts) {
+void print_shares(const tiles::TraceCounts& counts) {
     const double all = std::accumulate(counts.seconds.begin(), counts.seconds.end(), 0.0);
     if (!(all > 0))
         return;
     std::printf("tracing:");
-    for (std::size_t i = 0; i < kTraceStages; ++i)
-        std::printf("%s %s %.0f %%", i == 0 ? "" : ",", name_of(static_cast<TraceStage>(i)),
+    for (std::size_t i = 0; i < tiles::kTraceStages; ++i)
+        std::printf("%s %s %.0f %%", i == 0 ? "" : ",",
+                    tiles::name_of(static_cast<tiles::TraceStage>(i)),
                     100 * counts.seconds[i] / all);
     std::printf("\n");
 }
@@ -78,21 +79,21 @@ std::uint64_t peak_rss_bytes() noexcept {
 
 namespace {
 
-nlohmann::json crew_of(const RenderStatistics& s) {
-    nlohmann::json hands = nlohmann::json::array();
-    for (const ProcessorPool::Status& h : s.hands)
-        hands.push_back({{"name", h.name},
-                         {"kind", h.kind},
-                         {"state", h.state},
-                         {"threads", h.threads},
-                         {"bands", h.bands},
-                         {"pixels", h.pixels},
-                         {"pixels_per_s", h.pixels_per_s},
-                         {"latency_s", h.latency_s},
-                         {"busy_share", h.busy_share}});
-    const ProcessorPool::Counts& c = s.pool;
+nlohmann::json render_pool_of(const RenderStatistics& s) {
+    nlohmann::json participants = nlohmann::json::array();
+    for (const processors::ProcessorPool::Status& h : s.participants)
+        participants.push_back({{"name", h.name},
+                                {"kind", h.kind},
+                                {"state", h.state},
+                                {"threads", h.threads},
+                                {"bands", h.bands},
+                                {"pixels", h.pixels},
+                                {"pixels_per_s", h.pixels_per_s},
+                                {"latency_s", h.latency_s},
+                                {"busy_share", h.busy_share}});
+    const processors::ProcessorPool::Counts& c = s.pool;
     return {
-        {"processors", hands},        {"late_answers", c.late},    {"unasked_answers", c.unasked},
+        {"processors", participants}, {"late_answers", c.late},    {"unasked_answers", c.unasked},
         {"checked", c.checked},       {"expelled", c.expelled},    {"lost", c.lost},
         {"given_back", c.given_back}, {"second_leases", c.second}, {"mended", c.mended}};
 }
@@ -100,12 +101,12 @@ nlohmann::json crew_of(const RenderStatistics& s) {
 }  // namespace
 
 nlohmann::json report_of(const RenderStatistics& s, const util::StageTimes& times,
-                         const View& view) {
+                         const shade::View& view) {
     nlohmann::json stages = nlohmann::json::array();
     for (const auto& stage : times.stages())
         stages.push_back(
             {{"name", stage.name}, {"seconds", stage.seconds}, {"count", stage.count}});
-    const TraceCounts& t = s.counts.trace;
+    const tiles::TraceCounts& t = s.counts.trace;
     nlohmann::json out = {{"software", std::string("terravox ") + kVersion},
                           {"seconds", s.seconds},
                           {"threads", s.threads},
@@ -130,9 +131,10 @@ nlohmann::json report_of(const RenderStatistics& s, const util::StageTimes& time
                             {"limit_bytes", s.limit_bytes},
                             {"peak_bytes", s.blocks.peak_bytes}}},
                           {"peak_rss_bytes", s.peak_rss_bytes}};
-    out["tiles_resumed"] = s.counts.resumed, out["tiles_missing"] = s.counts.missing;
-    if (!s.hands.empty())
-        out["farm"] = crew_of(s);
+    out["tiles_resumed"] = s.counts.resumed;
+    out["tiles_missing"] = s.counts.missing;
+    if (!s.participants.empty())
+        out["farm"] = render_pool_of(s);
     return out;
 }
 
@@ -143,10 +145,10 @@ void print_statistics(const RenderStatistics& s, const util::StageTimes& times) 
         std::printf("%-22s %9.3f %7llu\n", stage.name.c_str(), stage.seconds,
                     static_cast<unsigned long long>(stage.count));
     std::printf("%-22s %9.3f\n", "whole (clock)", s.seconds);
-    const TraceCounts& t = s.counts.trace;
+    const tiles::TraceCounts& t = s.counts.trace;
     std::printf("%.2f million rays (", static_cast<double>(t.all_rays()) / 1e6);
-    for (std::size_t k = 0; k < kRayKinds; ++k)
-        std::printf("%s%s %.2f", k == 0 ? "" : ", ", name_of(static_cast<RayKind>(k)),
+    for (std::size_t k = 0; k < walk::kRayKinds; ++k)
+        std::printf("%s%s %.2f", k == 0 ? "" : ", ", walk::name_of(static_cast<walk::RayKind>(k)),
                     static_cast<double>(t.rays[k]) / 1e6);
     std::printf("), %.1f steps a ray, %.0f %% spared, %d threads\n", per_ray(t, t.steps),
                 100 * per_ray(t, t.spared), s.threads);
@@ -170,17 +172,17 @@ void print_statistics(const RenderStatistics& s, const util::StageTimes& times) 
 
 namespace {
 
-ImageMetadata metadata_of(const View& view, const voxel::WorldInfo& world,
-                          const RenderStatistics& s) {
+output::ImageMetadata metadata_of(const shade::View& view, const voxel::WorldInfo& world,
+                                  const RenderStatistics& s) {
     const auto text = [](double v) { return std::to_string(v); };
-    const auto texts = [&](Vec3 v) { return text(v.x) + " " + text(v.y) + " " + text(v.z); };
-    const Vec3 to_sun = view.sky.to_sun();
-    ImageMetadata out = {
+    const auto texts = [&](core::Vec3 v) { return text(v.x) + " " + text(v.y) + " " + text(v.z); };
+    const core::Vec3 to_sun = view.sky.to_sun();
+    output::ImageMetadata out = {
         {"Software", std::string("terravox ") + kVersion},
         {"ImageDescription", world.title},
         {"terravox:voxel_m", text(world.voxel_m)},
         {"terravox:camera", texts(view.camera.position())},
-        {"terravox:projection", std::string(word_of(view.scene.camera.projection))},
+        {"terravox:projection", std::string(core::word_of(view.scene.camera.projection))},
         {"terravox:origin", texts(view.origin)},
         {"terravox:to_sun", texts(to_sun)},
         {"terravox:detail", text(view.scene.quality.detail)},
@@ -198,8 +200,8 @@ ImageMetadata metadata_of(const View& view, const voxel::WorldInfo& world,
     return out;
 }
 
-ImageMetadata run_of(const RenderStatistics& s) {
-    const TraceCounts& t = s.counts.trace;
+output::ImageMetadata run_of(const RenderStatistics& s) {
+    const tiles::TraceCounts& t = s.counts.trace;
     return {{"terravox:seconds", std::to_string(s.seconds)},
             {"terravox:rays", rays_of(t).dump()},
             {"terravox:steps_per_ray", std::to_string(per_ray(t, t.steps))},
@@ -219,15 +221,16 @@ std::array<float, 16> single(const std::array<double, 16>& m) noexcept {
 
 }  // namespace
 
-PictureInfo picture_info(const View& view, const voxel::WorldInfo& world,
-                         const RenderStatistics& statistics, bool with_run) {
+output::PictureInfo picture_info(const shade::View& view, const voxel::WorldInfo& world,
+                                 const RenderStatistics& statistics, bool with_run) {
     const auto& output = view.scene.output;
-    PictureInfo out;
-    out.exposure_ev = view.exposure_ev, out.tone = output.tone;
+    output::PictureInfo out;
+    out.exposure_ev = view.exposure_ev;
+    out.tone = output.tone;
     if (output.credit)
         out.credit = world.attribution;
     out.metadata = metadata_of(view, world, statistics);
-    out.metadata.emplace_back("terravox:scene", to_toml(what_shows(view.scene)));
+    out.metadata.emplace_back("terravox:scene", scene::to_toml(scene::what_shows(view.scene)));
     if (!world.crs_wkt.empty())
         out.metadata.emplace_back("terravox:crs_wkt", world.crs_wkt);
     if (with_run)
@@ -236,16 +239,16 @@ PictureInfo picture_info(const View& view, const voxel::WorldInfo& world,
     out.world_to_camera = single(view.camera.world_to_camera());
     if (const auto ndc = view.camera.world_to_ndc())
         out.world_to_ndc = single(*ndc);
-    out.layers = output.layers != PictureLayers::kBeauty;
-    constexpr std::uint32_t kMostNames =
+    out.layers = output.layers != core::PictureLayers::kBeauty;
+    constexpr std::uint32_t kMaxNames =
         10'000;  // they all go into the manifest of the squares' matte
     if (out.layers)
-        for (std::uint32_t i = 0; i < std::min(view.squares.count(), kMostNames); ++i)
+        for (std::uint32_t i = 0; i < std::min(view.squares.count(), kMaxNames); ++i)
             out.square_names.push_back(view.squares.name_of(i));
     if (const auto transform = view.camera.geotransform(world))
-        out.geo = GeoPlacement{*transform, world.crs_wkt};
+        out.geo = output::GeoPlacement{*transform, world.crs_wkt};
     out.tiff_samples = output.tiff;
     return out;
 }
 
-}  // namespace terravox
+}  // namespace terravox::render

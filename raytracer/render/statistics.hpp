@@ -9,19 +9,19 @@
 #include "raytracer/processors/processor_pool.hpp"
 #include "raytracer/render/render.hpp"
 
-namespace terravox {
+namespace terravox::render {
 
 /// What a rendered picture took: printed, written as a report, and stored in the picture.
 struct RenderStatistics {
     RenderCounts counts;
-    BlockStats blocks;
+    blocks::BlockStats blocks;
     std::size_t limit_bytes = 0;       ///< for boxes
     std::uint64_t peak_rss_bytes = 0;  ///< of the whole process; 0: not known
     double seconds = 0;
     int threads = 1;
-    std::vector<ProcessorPool::Status>
-        hands;  ///< who rendered; empty: threads of this process alone
-    ProcessorPool::Counts pool;
+    std::vector<processors::ProcessorPool::Status>
+        participants;  ///< who rendered; empty: threads of this process alone
+    processors::ProcessorPool::Counts pool;
     std::vector<std::string> damage;  ///< of the world's data, as World::damage()
 
     [[nodiscard]] bool has_holes() const noexcept {
@@ -33,13 +33,14 @@ struct RenderStatistics {
 [[nodiscard]] std::uint64_t peak_rss_bytes() noexcept;
 
 [[nodiscard]] nlohmann::json report_of(const RenderStatistics& statistics,
-                                       const util::StageTimes& times, const View& view);
+                                       const util::StageTimes& times, const shade::View& view);
 /// A few lines for a person.
 void print_statistics(const RenderStatistics& statistics, const util::StageTimes& times);
 /// All that is stored in a picture beside its light. The same for each run that makes the same
 /// picture, but for `with_run`: what this run took, for formats that are kept for work (EXR), not
 /// for those that are compared byte by byte.
-[[nodiscard]] PictureInfo picture_info(const View& view, const voxel::WorldInfo& world,
-                                       const RenderStatistics& statistics, bool with_run);
+[[nodiscard]] output::PictureInfo picture_info(const shade::View& view,
+                                               const voxel::WorldInfo& world,
+                                               const RenderStatistics& statistics, bool with_run);
 
-}  // namespace terravox
+}  // namespace terravox::render

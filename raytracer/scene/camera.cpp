@@ -7,15 +7,16 @@
 #include "raytracer/scene/camera_axes.hpp"
 #include "raytracer/scene/trig.hpp"
 
-namespace terravox {
+namespace terravox::scene {
 
 constexpr double kPi = std::numbers::pi;
 
-Axes axes_of(Vec3 forward) noexcept {
+Axes axes_of(core::Vec3 forward) noexcept {
     // Straight down or up: north is up in the picture.
-    const Vec3 pole = std::abs(forward.y) > 0.99999 ? Vec3{0, 0, -1} : Vec3{0, 1, 0};
-    const Vec3 right = normalized(cross(forward, pole));
-    return {forward, right, cross(right, forward)};
+    const core::Vec3 pole =
+        std::abs(forward.y) > 0.99999 ? core::Vec3{0, 0, -1} : core::Vec3{0, 1, 0};
+    const core::Vec3 right = core::normalized(core::cross(forward, pole));
+    return {forward, right, core::cross(right, forward)};
 }
 
 Axes rolled(const Axes& axes, double roll_deg) noexcept {
@@ -32,13 +33,17 @@ double half_of_fov(double fov_deg) noexcept {
     return std::tan(fov_deg * trig::kRadPerDeg / 2);
 }
 
-Camera::Camera(Vec3 position, Vec3 target, double fov_deg, int width_px, int height_px)
+Camera::Camera(core::Vec3 position, core::Vec3 target, double fov_deg, int width_px, int height_px)
     : Camera([&] {
-          const Axes axes = axes_of(normalized(target - position));
+          const Axes axes = axes_of(core::normalized(target - position));
           CameraShape shape;
-          shape.position = position, shape.forward = axes.forward, shape.right = axes.right,
+          shape.position = position;
+          shape.forward = axes.forward;
+          shape.right = axes.right;
           shape.up = axes.up;
-          shape.half = half_of_fov(fov_deg), shape.width_px = width_px, shape.height_px = height_px;
+          shape.half = half_of_fov(fov_deg);
+          shape.width_px = width_px;
+          shape.height_px = height_px;
           return shape;
       }()) {}
 
@@ -55,10 +60,12 @@ Camera::Camera(const CameraShape& s)
     switch (m_projection) {
         case Projection::kPerspective:
         case Projection::kOrthographic: {
-            m_right = m_right * s.half, m_up = m_up * s.half;
+            m_right = m_right * s.half;
+            m_up = m_up * s.half;
             (m_projection == Projection::kPerspective ? m_pixel_rad : m_pixel_voxels) =
-                2 * length(m_up) / m_height;
-            m_lens_radius = s.lens_radius, m_focus = s.focus;
+                2 * core::length(m_up) / m_height;
+            m_lens_radius = s.lens_radius;
+            m_focus = s.focus;
             if (m_projection == Projection::kOrthographic)
                 m_lens_scale = 1 + s.back / s.focus;
             break;
@@ -77,14 +84,14 @@ bool Camera::sees(double px, double py) const noexcept {
     return x * x + y * y <= radius * radius;
 }
 
-Vec3 Camera::panorama_direction(double px, double py) const noexcept {
+core::Vec3 Camera::panorama_direction(double px, double py) const noexcept {
     const double azimuth = (2 * px - m_width) / m_width * kPi,
                  altitude = (m_height - 2 * py) / m_width * kPi;
     return (m_forward * trig::cos(azimuth) + m_right * trig::sin(azimuth)) * trig::cos(altitude) +
            m_up * trig::sin(altitude);
 }
 
-Vec3 Camera::fisheye_direction(double px, double py) const noexcept {
+core::Vec3 Camera::fisheye_direction(double px, double py) const noexcept {
     const double x = 2 * px - m_width, y = m_height - 2 * py, r = std::sqrt(x * x + y * y);
     if (r == 0)
         return m_forward;
@@ -92,31 +99,35 @@ Vec3 Camera::fisheye_direction(double px, double py) const noexcept {
     return m_forward * trig::cos(angle) + (m_right * (x / r) + m_up * (y / r)) * trig::sin(angle);
 }
 
-Ray Camera::ray(double px, double py) const noexcept {
+core::Ray Camera::ray(double px, double py) const noexcept {
     switch (m_projection) {
         case Projection::kPerspective:
-            return {m_position, normalized(m_forward + m_right * across(px) + m_up * upward(py))};
+            return {m_position,
+                    core::normalized(m_forward + m_right * across(px) + m_up * upward(py))};
         case Projection::kOrthographic:
             return {m_position + m_right * across(px) + m_up * upward(py), m_forward};
-        case Projection::kPanorama: return {m_position, normalized(panorama_direction(px, py))};
+        case Projection::kPanorama:
+            return {m_position, core::normalized(panorama_direction(px, py))};
         case Projection::kFisheye: break;
     }
-    return {m_position, normalized(fisheye_direction(px, py))};
+    return {m_position, core::normalized(fisheye_direction(px, py))};
 }
 
-std::optional<Ray> Camera::ray(double px, double py, double lens_u, double lens_v) const noexcept {
+std::optional<core::Ray> Camera::ray(double px, double py, double lens_u,
+                                     double lens_v) const noexcept {
     if (!sees(px, py))
         return std::nullopt;
     if (m_lens_radius == 0)
         return ray(px, py);
     const auto [x, y] = concentric_disc(lens_u, lens_v);
-    const Vec3 on_lens = (m_right * x + m_up * y) * (m_lens_radius / m_half);
+    const core::Vec3 on_lens = (m_right * x + m_up * y) * (m_lens_radius / m_half);
     if (m_projection == Projection::kPerspective)
-        return Ray{
+        return core::Ray{
             m_position + on_lens,
-            normalized((m_forward + m_right * across(px) + m_up * upward(py)) * m_focus - on_lens)};
-    return Ray{m_position + m_right * across(px) + m_up * upward(py) + on_lens * m_lens_scale,
-               normalized(m_forward * m_focus - on_lens)};
+            core::normalized((m_forward + m_right * across(px) + m_up * upward(py)) * m_focus -
+                             on_lens)};
+    return core::Ray{m_position + m_right * across(px) + m_up * upward(py) + on_lens * m_lens_scale,
+                     core::normalized(m_forward * m_focus - on_lens)};
 }
 
 std::array<double, 2> concentric_disc(double u, double v) noexcept {
@@ -131,4 +142,4 @@ std::array<double, 2> concentric_disc(double u, double v) noexcept {
     return {b * trig::sin(angle), b * trig::cos(angle)};
 }
 
-}  // namespace terravox
+}  // namespace terravox::scene

@@ -9,7 +9,7 @@
 #include "raytracer/core/ray.hpp"
 #include "raytracer/scene/scene.hpp"
 
-namespace terravox {
+namespace terravox::scene {
 
 /// How space comes into the picture. An isometric camera is an orthographic one that looks down its
 /// own way.
@@ -25,8 +25,8 @@ enum class Projection : std::uint8_t {
 /// What a camera is made of, in level-0 voxels. Nothing is checked here: make_camera() does.
 struct CameraShape {
     Projection projection = Projection::kPerspective;
-    Vec3 position;
-    Vec3 forward{0, 0, -1}, right{1, 0, 0},
+    core::Vec3 position;
+    core::Vec3 forward{0, 0, -1}, right{1, 0, 0},
         up{0, 1, 0};  ///< of unit length, at right angles; of a panorama up is (0, 1, 0)
     /// perspective: tangent of half the vertical field of view; orthographic: half of what the
     /// height covers; fisheye: half the field of view, radians
@@ -43,18 +43,18 @@ struct CameraShape {
 class Camera {
 public:
     /// A perspective camera without a lens: everything is sharp. @param fov_deg vertical
-    Camera(Vec3 position, Vec3 target, double fov_deg, int width_px, int height_px);
+    Camera(core::Vec3 position, core::Vec3 target, double fov_deg, int width_px, int height_px);
     explicit Camera(const CameraShape& shape);
 
     /// The ray through picture coordinates and the middle of the lens: px in [0, width], py in [0,
     /// height], y down; direction of unit length. Where sees() says no it has a direction all the
     /// same, which means nothing.
-    [[nodiscard]] Ray ray(double px, double py) const noexcept;
+    [[nodiscard]] core::Ray ray(double px, double py) const noexcept;
     /// Through a point of the lens; all rays of a picture point meet on the plane of focus.
     /// @param lens_u, lens_v in [0, 1): evenly spread, they fill the lens evenly @return nullopt:
     /// nothing is seen there
-    [[nodiscard]] std::optional<Ray> ray(double px, double py, double lens_u,
-                                         double lens_v) const noexcept;
+    [[nodiscard]] std::optional<core::Ray> ray(double px, double py, double lens_u,
+                                               double lens_v) const noexcept;
     /// False outside a fisheye's circle, and above and below the poles of a panorama that is higher
     /// than half its width.
     [[nodiscard]] bool sees(double px, double py) const noexcept;
@@ -68,7 +68,7 @@ public:
     /// What ray() of a pinhole computes with: the direction is that of (forward + right * u) + up *
     /// v, u = (2 px - width) / height, v = (height - 2 py) / height, times one over its length.
     struct Basis {
-        Vec3 position, forward, right, up;
+        core::Vec3 position, forward, right, up;
         double width, height;
     };
     [[nodiscard]] Basis basis() const noexcept {
@@ -77,9 +77,9 @@ public:
 
     [[nodiscard]] Projection projection() const noexcept { return m_projection; }
     /// Where rays come from; of an orthographic camera the middle of the plane that they start on.
-    [[nodiscard]] Vec3 position() const noexcept { return m_position; }
+    [[nodiscard]] core::Vec3 position() const noexcept { return m_position; }
     /// Where the middle of the picture looks, of unit length.
-    [[nodiscard]] Vec3 forward() const noexcept { return m_forward; }
+    [[nodiscard]] core::Vec3 forward() const noexcept { return m_forward; }
     /// Angle that the pixel in the middle of the picture covers; 0 for parallel rays.
     [[nodiscard]] double pixel_rad() const noexcept { return m_pixel_rad; }
     /// What a pixel covers at a distance from where its ray starts, level-0 voxels across.
@@ -113,10 +113,10 @@ public:
 private:
     [[nodiscard]] double across(double px) const noexcept { return (2 * px - m_width) / m_height; }
     [[nodiscard]] double upward(double py) const noexcept { return (m_height - 2 * py) / m_height; }
-    [[nodiscard]] Vec3 panorama_direction(double px, double py) const noexcept;
-    [[nodiscard]] Vec3 fisheye_direction(double px, double py) const noexcept;
+    [[nodiscard]] core::Vec3 panorama_direction(double px, double py) const noexcept;
+    [[nodiscard]] core::Vec3 fisheye_direction(double px, double py) const noexcept;
 
-    Vec3 m_position, m_forward, m_right,
+    core::Vec3 m_position, m_forward, m_right,
         m_up;  // perspective and orthographic: right and up span one picture height / 2
     double m_width, m_height;
     Projection m_projection = Projection::kPerspective;
@@ -141,7 +141,7 @@ private:
                                  const voxel::VoxelBounds& subject);
 
 /// A point in one of the spaces of Scene::Camera::space to level-0 voxels. @throws UsageError
-[[nodiscard]] Vec3 to_voxels(const std::array<double, 3>& point, CoordinateSpace space,
-                             const voxel::WorldInfo& world);
+[[nodiscard]] core::Vec3 to_voxels(const std::array<double, 3>& point, core::CoordinateSpace space,
+                                   const voxel::WorldInfo& world);
 
-}  // namespace terravox
+}  // namespace terravox::scene

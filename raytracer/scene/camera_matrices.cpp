@@ -2,7 +2,7 @@
 
 #include "raytracer/scene/camera.hpp"
 
-namespace terravox {
+namespace terravox::scene {
 
 std::array<std::int64_t, 3> Camera::picture_origin() const noexcept {
     const auto whole = [](double v) { return static_cast<std::int64_t>(std::floor(v)); };
@@ -11,16 +11,16 @@ std::array<std::int64_t, 3> Camera::picture_origin() const noexcept {
 
 std::array<double, 16> Camera::world_to_camera() const noexcept {
     const auto origin = picture_origin();
-    const Vec3 eye =
-        (m_position - Vec3{static_cast<double>(origin[0]), static_cast<double>(origin[1]),
-                           static_cast<double>(origin[2])}) *
+    const core::Vec3 eye =
+        (m_position - core::Vec3{static_cast<double>(origin[0]), static_cast<double>(origin[1]),
+                                 static_cast<double>(origin[2])}) *
         m_voxel_m;
-    const Vec3 columns[3] = {normalized(m_right), normalized(m_up), -m_forward};
+    const core::Vec3 columns[3] = {core::normalized(m_right), core::normalized(m_up), -m_forward};
     std::array<double, 16> m{};
     for (std::size_t column = 0; column < 3; ++column) {
         for (std::size_t row = 0; row < 3; ++row)
             m[row * 4 + column] = columns[column][static_cast<int>(row)];
-        m[12 + column] = -dot(eye, columns[column]);
+        m[12 + column] = -core::dot(eye, columns[column]);
     }
     m[15] = 1;
     return m;
@@ -31,7 +31,7 @@ std::optional<std::array<double, 16>> Camera::world_to_ndc() const noexcept {
     if (!perspective && m_projection != Projection::kOrthographic)
         return std::nullopt;
     const auto camera = world_to_camera();
-    const double half_y = length(m_up) * (perspective ? 1 : m_voxel_m),
+    const double half_y = core::length(m_up) * (perspective ? 1 : m_voxel_m),
                  half_x = half_y * m_width / m_height;
     std::array<double, 16> m{};
     for (std::size_t row = 0; row < 4; ++row) {
@@ -59,4 +59,4 @@ std::optional<std::array<double, 6>> Camera::geotransform(
                                  unit * m_up.z * step};
 }
 
-}  // namespace terravox
+}  // namespace terravox::scene

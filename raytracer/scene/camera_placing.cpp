@@ -9,26 +9,26 @@
 #include "raytracer/scene/camera_axes.hpp"
 #include "raytracer/scene/trig.hpp"
 
-namespace terravox {
+namespace terravox::scene {
 namespace {
 
 constexpr double kFarthest =
     1e9;  // voxels: beyond, a ray's positions are coarser than what it looks at
-constexpr double kMostFov_deg = 170;
+constexpr double kMaxFov_deg = 170;
 
 // The shortest digits that say the same number; without an exponent as long as a person can read it
 // so.
 std::string text_of(double v) {
-    constexpr double kMostPlain = 1e15;
+    constexpr double kMaxPlain = 1e15;
     std::array<char, 64> text{};
     const auto format =
-        std::abs(v) < kMostPlain ? std::chars_format::fixed : std::chars_format::general;
+        std::abs(v) < kMaxPlain ? std::chars_format::fixed : std::chars_format::general;
     const auto end = std::to_chars(text.data(), text.data() + text.size(), v, format);
     return end.ec == std::errc{} ? std::string(text.data(), end.ptr) : std::to_string(v);
 }
 
 [[noreturn]] void refuse(const std::string& what) {
-    throw UsageError("place the camera: " + what);
+    throw util::UsageError("place the camera: " + what);
 }
 
 void check_range(const char* field, double value, double min, double max, const std::string& of) {
@@ -46,27 +46,29 @@ struct Block {
                static_cast<double>(b.max[2])},
           middle{(b.min[0] + b.max[0]) / 2.0, (b.min[1] + b.max[1]) / 2.0,
                  (b.min[2] + b.max[2]) / 2.0} {}
-    [[nodiscard]] Vec3 corner(int i) const noexcept {
+    [[nodiscard]] core::Vec3 corner(int i) const noexcept {
         return {(i & 1) != 0 ? high.x : low.x, (i & 2) != 0 ? high.y : low.y,
                 (i & 4) != 0 ? high.z : low.z};
     }
-    Vec3 low, high, middle;
+    core::Vec3 low, high, middle;
 };
 
 /// The camera on a given line of sight that sees all eight corners of a block, as near as possible.
 /// In camera axes each side of the picture is a plane through the camera; the corner that is
 /// farthest out fixes it. The pair of left and right planes gives one distance, top and bottom
 /// another; the farther one frames both.
-Vec3 frame_position(const Block& block, const Axes& axes, double tan_x, double tan_y) {
+core::Vec3 frame_position(const Block& block, const Axes& axes, double tan_x, double tan_y) {
     constexpr double kBig = 1e30;
     double low_x = kBig, high_x = -kBig, low_y = kBig, high_y = -kBig, nearest = kBig;
     for (int i = 0; i < 8; ++i) {
-        const Vec3 corner = block.corner(i) - block.middle;
-        const double d = dot(corner, axes.forward), x = dot(corner, axes.right),
-                     y = dot(corner, axes.up);
+        const core::Vec3 corner = block.corner(i) - block.middle;
+        const double d = core::dot(corner, axes.forward), x = core::dot(corner, axes.right),
+                     y = core::dot(corner, axes.up);
         // Camera at (cx, cy, -depth): |x - cx| <= tan_x (d + depth).
-        low_x = std::min(low_x, x + tan_x * d), high_x = std::max(high_x, x - tan_x * d);
-        low_y = std::min(low_y, y + tan_y * d), high_y = std::max(high_y, y - tan_y * d);
+        low_x = std::min(low_x, x + tan_x * d);
+        high_x = std::max(high_x, x - tan_x * d);
+        low_y = std::min(low_y, y + tan_y * d);
+        high_y = std::max(high_y, y - tan_y * d);
         nearest = std::min(nearest, d);
     }
     const double depth =
@@ -76,19 +78,19 @@ Vec3 frame_position(const Block& block, const Axes& axes, double tan_x, double t
 }
 
 /// The camera stands at the azimuth, so it looks the other way. North is -z.
-Vec3 forward_of(double azimuth_deg, double sin_down, double cos_down) {
+core::Vec3 forward_of(double azimuth_deg, double sin_down, double cos_down) {
     const double azimuth = azimuth_deg * trig::kRadPerDeg;
     return {-std::sin(azimuth) * cos_down, -sin_down, std::cos(azimuth) * cos_down};
 }
 
 /// One camera on its way from the fields of a scene to a shape.
-Projection shape_of(CameraProjection projection) noexcept {
+Projection shape_of(core::CameraProjection projection) noexcept {
     switch (projection) {
-        case CameraProjection::kPerspective: return Projection::kPerspective;
-        case CameraProjection::kOrthographic:
-        case CameraProjection::kIsometric: return Projection::kOrthographic;
-        case CameraProjection::kPanorama: return Projection::kPanorama;
-        case CameraProjection::kFisheye: return Projection::kFisheye;
+        case core::CameraProjection::kPerspective: return Projection::kPerspective;
+        case core::CameraProjection::kOrthographic:
+        case core::CameraProjection::kIsometric: return Projection::kOrthographic;
+        case core::CameraProjection::kPanorama: return Projection::kPanorama;
+        case core::CameraProjection::kFisheye: return Projection::kFisheye;
     }
     return Projection::kPerspective;
 }
@@ -101,15 +103,17 @@ public:
           m_block(subject),
           m_width(scene.output.size_px[0]),
           m_height(scene.output.size_px[1]) {
-        m_isometric = m_camera.projection == CameraProjection::kIsometric;
+        m_isometric = m_camera.projection == core::CameraProjection::kIsometric;
         m_shape.projection = shape_of(m_camera.projection);
-        m_shape.width_px = m_width, m_shape.height_px = m_height, m_shape.voxel_m = world.voxel_m;
+        m_shape.width_px = m_width;
+        m_shape.height_px = m_height;
+        m_shape.voxel_m = world.voxel_m;
         check();
         if (m_camera.position)
             m_position = placed("position", *m_camera.position);
         if (m_camera.target)
             m_target = placed("target", *m_camera.target);
-        if (m_position && m_target && !(length(*m_target - *m_position) > 1e-9))
+        if (m_position && m_target && !(core::length(*m_target - *m_position) > 1e-9))
             refuse("camera.position and camera.target are the same point");
     }
 
@@ -135,7 +139,7 @@ private:
             refuse("output.size = " + std::to_string(m_width) + "x" + std::to_string(m_height) +
                    "; allowed: 1x1 and more");
         if (perspective)
-            check_range("fov_deg", c.fov_deg, 1, kMostFov_deg, " for a perspective");
+            check_range("fov_deg", c.fov_deg, 1, kMaxFov_deg, " for a perspective");
         if (m_shape.projection == Projection::kFisheye)
             check_range("fov_deg", c.fov_deg, 1, 360, " for a fisheye");
         check_range("roll_deg", c.roll_deg, -360, 360, "");
@@ -150,25 +154,25 @@ private:
         check_range("aperture_m", c.aperture_m, 0, 10000, "");
         if (c.aperture_m > 0 && !perspective && !parallel)
             refuse("camera.aperture_m = " + text_of(c.aperture_m) + "; allowed for a " +
-                   std::string(word_of(c.projection)) + ": 0, it has no lens");
+                   std::string(core::word_of(c.projection)) + ": 0, it has no lens");
         if (c.roll_deg != 0 && m_shape.projection == Projection::kPanorama)
             refuse("camera.roll_deg = " + text_of(c.roll_deg) +
                    "; allowed for a panorama: 0, it stands upright");
     }
 
-    [[nodiscard]] Vec3 placed(const char* field, const std::array<double, 3>& point) const {
+    [[nodiscard]] core::Vec3 placed(const char* field, const std::array<double, 3>& point) const {
         const auto numbers = [&](double a, double b, double c) {
             return std::string("camera.") + field + " = (" + text_of(a) + ", " + text_of(b) + ", " +
                    text_of(c) + ")";
         };
         if (!std::all_of(point.begin(), point.end(), [](double v) { return std::isfinite(v); }))
             refuse(numbers(point[0], point[1], point[2]) + "; allowed: finite numbers");
-        const Vec3 v = [&] {
+        const core::Vec3 v = [&] {
             try {
                 return to_voxels(point, m_camera.space, m_world);
-            } catch (const UsageError&) {
+            } catch (const util::UsageError&) {
                 throw;
-            } catch (const Error&) {
+            } catch (const util::Error&) {
                 refuse(numbers(point[0], point[1], point[2]) + " is no place that " + m_world.crs +
                        " can tell; allowed: latitude, longitude and height near the world");
             }
@@ -177,11 +181,11 @@ private:
             if (!(std::abs(c) < kFarthest))
                 refuse(numbers(point[0], point[1], point[2]) +
                        " lies beyond 10^9 voxels; allowed: nearer to the middle of its " +
-                       std::string(word_of(m_camera.space)) + " space");
+                       std::string(core::word_of(m_camera.space)) + " space");
         return v;
     }
 
-    [[nodiscard]] Vec3 framing_forward() const {
+    [[nodiscard]] core::Vec3 framing_forward() const {
         if (m_isometric)
             return forward_of(m_camera.azimuth_deg, std::sqrt(1.0 / 3), std::sqrt(2.0 / 3));
         const double down = m_camera.down_deg * trig::kRadPerDeg;
@@ -189,7 +193,9 @@ private:
     }
 
     void look_along(const Axes& axes) {
-        m_shape.forward = axes.forward, m_shape.right = axes.right, m_shape.up = axes.up;
+        m_shape.forward = axes.forward;
+        m_shape.right = axes.right;
+        m_shape.up = axes.up;
     }
 
     /// @param sharp distance of the plane of focus where none is asked for, voxels
@@ -202,36 +208,39 @@ private:
     [[nodiscard]] Camera perspective() {
         const double half = half_of_fov(m_camera.fov_deg);
         if (!m_position) {
-            const Vec3 forward = framing_forward();
+            const core::Vec3 forward = framing_forward();
             const double tan_y = half * (1 - 2 * m_camera.margin);
-            Vec3 position = frame_position(m_block, rolled(axes_of(forward), m_camera.roll_deg),
-                                           tan_y * m_width / m_height, tan_y);
-            position = position + forward * (dot(m_block.middle - position, forward) *
+            core::Vec3 position =
+                frame_position(m_block, rolled(axes_of(forward), m_camera.roll_deg),
+                               tan_y * m_width / m_height, tan_y);
+            position = position + forward * (core::dot(m_block.middle - position, forward) *
                                              (1 - 1 / m_camera.zoom));
-            set_lens(dot(m_block.middle - position, forward));
-            m_position = position, m_target = position + forward;
+            set_lens(core::dot(m_block.middle - position, forward));
+            m_position = position;
+            m_target = position + forward;
         } else
-            set_lens(length(*m_target - *m_position));
-        m_shape.position = *m_position, m_shape.half = half;
-        look_along(rolled(axes_of(normalized(*m_target - *m_position)), m_camera.roll_deg));
+            set_lens(core::length(*m_target - *m_position));
+        m_shape.position = *m_position;
+        m_shape.half = half;
+        look_along(rolled(axes_of(core::normalized(*m_target - *m_position)), m_camera.roll_deg));
         return Camera(m_shape);
     }
 
     [[nodiscard]] Camera orthographic() {
-        Vec3 forward =
-            m_position && !m_isometric ? normalized(*m_target - *m_position) : framing_forward();
+        core::Vec3 forward = m_position && !m_isometric ? core::normalized(*m_target - *m_position)
+                                                        : framing_forward();
         // Straight down is exactly so: a map.
         if (std::abs(forward.x) + std::abs(forward.z) < 1e-9)
             forward = {0, forward.y < 0 ? -1.0 : 1.0, 0};
         const Axes axes = rolled(axes_of(forward), m_camera.roll_deg);
         look_along(axes);
-        const Vec3 about = m_target ? *m_target : m_block.middle;
+        const core::Vec3 about = m_target ? *m_target : m_block.middle;
         double half_x = 0, half_y = 0, nearest = 1e30;
         for (int i = 0; i < 8; ++i) {
-            const Vec3 corner = m_block.corner(i) - about;
-            half_x = std::max(half_x, std::abs(dot(corner, axes.right))),
-            half_y = std::max(half_y, std::abs(dot(corner, axes.up)));
-            nearest = std::min(nearest, dot(corner, forward));
+            const core::Vec3 corner = m_block.corner(i) - about;
+            half_x = std::max(half_x, std::abs(core::dot(corner, axes.right)));
+            half_y = std::max(half_y, std::abs(core::dot(corner, axes.up)));
+            nearest = std::min(nearest, core::dot(corner, forward));
         }
         const double fits = std::max({half_y, half_x * m_height / m_width, 0.5}) /
                             (1 - 2 * m_camera.margin) / m_camera.zoom;
@@ -242,18 +251,19 @@ private:
             nearest - 2.0 * static_cast<double>(std::int64_t{1} << (m_world.levels - 1)), -1.0);
         m_shape.position = about + forward * start;
         const bool stands = m_position && !m_isometric;
-        set_lens(stands ? length(*m_target - *m_position) : -start);
-        m_shape.back = stands ? dot(*m_position - m_shape.position, forward) : 0;
+        set_lens(stands ? core::length(*m_target - *m_position) : -start);
+        m_shape.back = stands ? core::dot(*m_position - m_shape.position, forward) : 0;
         return Camera(m_shape);
     }
 
     [[nodiscard]] Camera panorama() {
-        const Vec3 sight = m_position ? *m_target - *m_position : framing_forward();
+        const core::Vec3 sight = m_position ? *m_target - *m_position : framing_forward();
         const double flat = std::sqrt(sight.x * sight.x + sight.z * sight.z);
         // Straight up or down: towards the north.
-        const Vec3 forward =
-            flat > 1e-9 * length(sight) ? Vec3{sight.x / flat, 0, sight.z / flat} : Vec3{0, 0, -1};
-        look_along({forward, cross(forward, {0, 1, 0}), {0, 1, 0}});
+        const core::Vec3 forward = flat > 1e-9 * core::length(sight)
+                                       ? core::Vec3{sight.x / flat, 0, sight.z / flat}
+                                       : core::Vec3{0, 0, -1};
+        look_along({forward, core::cross(forward, {0, 1, 0}), {0, 1, 0}});
         if (m_position)
             m_shape.position = *m_position;
         else {
@@ -266,18 +276,19 @@ private:
     }
 
     [[nodiscard]] Camera fisheye() {
-        constexpr double kMostFraming_deg =
+        constexpr double kMaxFraming_deg =
             85;  // wider, and the camera would stand in what it frames
         m_shape.half = m_camera.fov_deg / 2 * trig::kRadPerDeg;
-        const Vec3 forward = m_position ? normalized(*m_target - *m_position) : framing_forward();
+        const core::Vec3 forward =
+            m_position ? core::normalized(*m_target - *m_position) : framing_forward();
         look_along(rolled(axes_of(forward), m_camera.roll_deg));
         const double angle =
-            std::min(m_camera.fov_deg / 2 * (1 - 2 * m_camera.margin), kMostFraming_deg) *
+            std::min(m_camera.fov_deg / 2 * (1 - 2 * m_camera.margin), kMaxFraming_deg) *
             trig::kRadPerDeg;
-        m_shape.position = m_position
-                               ? *m_position
-                               : m_block.middle - forward * (length(m_block.high - m_block.middle) /
-                                                             std::sin(angle) / m_camera.zoom);
+        m_shape.position =
+            m_position ? *m_position
+                       : m_block.middle - forward * (core::length(m_block.high - m_block.middle) /
+                                                     std::sin(angle) / m_camera.zoom);
         return Camera(m_shape);
     }
 
@@ -286,27 +297,29 @@ private:
     Block m_block;
     int m_width, m_height;
     bool m_isometric = false;
-    std::optional<Vec3> m_position, m_target;
+    std::optional<core::Vec3> m_position, m_target;
     CameraShape m_shape;
 };
 
 }  // namespace
 
-Vec3 to_voxels(const std::array<double, 3>& p, CoordinateSpace space,
-               const voxel::WorldInfo& world) {
-    if (space == CoordinateSpace::kVoxel)
+core::Vec3 to_voxels(const std::array<double, 3>& p, core::CoordinateSpace space,
+                     const voxel::WorldInfo& world) {
+    if (space == core::CoordinateSpace::kVoxel)
         return {p[0], p[1], p[2]};
     if (world.crs.empty())
-        throw UsageError("place the camera: camera.space = '" + std::string(word_of(space)) +
-                         "', but this world has no place on Earth; allowed: voxel");
+        throw util::UsageError("place the camera: camera.space = '" +
+                               std::string(core::word_of(space)) +
+                               "', but this world has no place on Earth; allowed: voxel");
     double easting = p[0], northing = p[1];
-    if (space == CoordinateSpace::kLatLon) {
+    if (space == core::CoordinateSpace::kLatLon) {
         if (!(std::abs(p[0]) <= 90))
             refuse("latitude = " + text_of(p[0]) +
                    "; allowed: -90 to 90, and the longitude after it");
         if (!(std::abs(p[1]) <= 360))
             refuse("longitude = " + text_of(p[1]) + "; allowed: -360 to 360");
-        easting = p[1], northing = p[0];
+        easting = p[1];
+        northing = p[0];
         geo::Transform(geo::Crs::from_text("EPSG:4326"), geo::Crs::from_wkt(world.crs_wkt))
             .apply({&easting, 1}, {&northing, 1});
     }
@@ -319,4 +332,4 @@ Camera make_camera(const Scene& scene, const voxel::WorldInfo& world,
     return Placing(scene, world, subject).camera();
 }
 
-}  // namespace terravox
+}  // namespace terravox::scene

@@ -4,7 +4,7 @@
 #include <numeric>
 #include <utility>
 
-namespace terravox {
+namespace terravox::scene {
 namespace {
 
 // U+00C0 to U+017F: Latin-1 has its small letters 32 later, Latin Extended-A one later, where
@@ -40,8 +40,8 @@ std::string folded(const std::string& name) {
                  (static_cast<unsigned char>(name[i + 1]) & 0xC0) == 0x80) {
             const unsigned letter =
                 small_letter((byte & 0x1FU) << 6 | (static_cast<unsigned char>(name[++i]) & 0x3FU));
-            add(static_cast<char>(0xC0 | letter >> 6)),
-                add(static_cast<char>(0x80 | (letter & 0x3F)));
+            add(static_cast<char>(0xC0 | letter >> 6));
+            add(static_cast<char>(0x80 | (letter & 0x3F)));
         } else
             add(name[i]);
     }
@@ -85,4 +85,4 @@ std::vector<std::string> near_names(const std::string& asked, const std::vector<
     return out;
 }
 
-}  // namespace terravox
+}  // namespace terravox::scene

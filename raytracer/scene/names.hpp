@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-namespace terravox {
+namespace terravox::scene {
 
 /// A name as it is compared: lower case (ASCII, and the Latin letters of two bytes in UTF-8), words
 /// apart by one blank.
@@ -20,4 +20,4 @@ namespace terravox {
                                                   const std::vector<std::string>& names,
                                                   std::size_t most = 5);
 
-}  // namespace terravox
+}  // namespace terravox::scene

@@ -9,7 +9,7 @@
 #include "raytracer/scene/tile_size.hpp"
 #include "voxelserver/worlds/kind/procedural_settings.hpp"
 
-namespace terravox {
+namespace terravox::scene {
 
 /// Everything about a picture but the world it is taken of. One TOML file, and every field a flag
 /// (scene_fields.hpp names them, with units and ranges). Version 1.
@@ -17,7 +17,7 @@ struct Scene {
     struct Camera {
         std::string look;  ///< a named view of config/views, which the fields given beside it
                            ///< change; empty: none
-        CameraProjection projection = CameraProjection::kPerspective;
+        core::CameraProjection projection = core::CameraProjection::kPerspective;
         double fov_deg = 40;  ///< vertical; of a fisheye: across the picture's shorter side
         std::optional<double> height_m;  ///< orthographic and isometric: what the picture's height
                                          ///< covers; default: frames the world
@@ -33,8 +33,8 @@ struct Scene {
         double margin = 0.04;  ///< free border around the framed world, share of the picture
         double zoom = 1;       ///< above 1: nearer than the frame asks
         std::optional<std::array<double, 3>> position, target;
-        CoordinateSpace space = CoordinateSpace::kCrs;  ///< of position and target
-        bool inside_rock = false;                       ///< allow a camera inside a solid voxel
+        core::CoordinateSpace space = core::CoordinateSpace::kCrs;  ///< of position and target
+        bool inside_rock = false;  ///< allow a camera inside a solid voxel
         friend bool operator==(const Camera&, const Camera&) = default;
     } camera;
     struct Sun {
@@ -51,7 +51,7 @@ struct Scene {
         friend bool operator==(const Sun&, const Sun&) = default;
     } sun;
     struct Sky {
-        SkyModel model = SkyModel::kAtmosphere;
+        core::SkyModel model = core::SkyModel::kAtmosphere;
         std::optional<std::array<double, 3>>
             colour;              ///< of the uniform sky, linear R, G, B; default 1, 1, 1
         double turbidity = 2.5;  ///< of the air: 2 very clear, 3 clear, 6 hazy
@@ -68,16 +68,16 @@ struct Scene {
         double exposure_ev = 0;    ///< on top of what adaptation gives
         double adaptation = 0.75;  ///< share of the daylight's want that the exposure makes up: 0
                                    ///< as at noon, 1 as bright as by day
-        ToneCurve tone = ToneCurve::kPhotographic;  ///< of 8-bit pictures
-        PictureLayers layers = PictureLayers::kBeauty;
-        TiffSamples tiff = TiffSamples::kAuto;
+        core::ToneCurve tone = core::ToneCurve::kPhotographic;  ///< of 8-bit pictures
+        core::PictureLayers layers = core::PictureLayers::kBeauty;
+        core::TiffSamples tiff = core::TiffSamples::kAuto;
         bool denoise = false;
         bool credit =
             false;  ///< a line with the data's attribution at the lower edge of 8-bit pictures
         friend bool operator==(const Output&, const Output&) = default;
     } output;
     struct Quality {
-        Integrator integrator = Integrator::kDirect;
+        core::Integrator integrator = core::Integrator::kDirect;
         int samples = 4;       ///< per pixel; with noise: at most
         double noise = 0;      ///< a pixel is done when its mean is known this well, share of its
                                ///< brightness; 0: all samples everywhere
@@ -93,7 +93,7 @@ struct Scene {
         int coarse_step =
             8;  ///< the first pass traces one of step x step pixels; 1 = a single pass
         TileSize tile;
-        TileOrder tile_order = TileOrder::kSpiral;
+        core::TileOrder tile_order = core::TileOrder::kSpiral;
         bool shadows = true, ambient_occlusion = true, reflections = true, refraction = true;
         int ao_rays =
             0;  ///< ambient-occlusion rays for each hit; 0: corners are darkened without rays
@@ -102,15 +102,15 @@ struct Scene {
                                 ///< a path; empty: config/materials.toml
         bool textures = true;   ///< what is drawn on the faces of voxels
         bool cut_outs = true;   ///< holes between leaves
-        VoxelColour colour = VoxelColour::kMix;
+        core::VoxelColour colour = core::VoxelColour::kMix;
         double colour_mix = 0.85;  ///< share of the true colour for mix
         friend bool operator==(const Quality&, const Quality&) = default;
     } quality;
     struct Processing {
         std::optional<int>
             threads;  ///< of this machine; default: one for each core; 0: none, workers render
-        int memory_mib = 2048;     ///< boxes in memory
-        int box_patience_s = 300;  ///< after which a box of a voxel server is given up
+        int memory_mib = 2048;    ///< boxes in memory
+        int box_timeout_s = 300;  ///< after which a box of a voxel server is given up
         friend bool operator==(const Processing&, const Processing&) = default;
     } processing;
     struct World {
@@ -123,8 +123,8 @@ struct Scene {
             base_m;  ///< rasters of heights: rock down to here; default: a little below the lowest
         friend bool operator==(const World&, const World&) = default;
     } world;
-    generated::Settings generated;  ///< but for seed and voxel_m, which come from elsewhere
+    procedural::Settings generated;  ///< but for seed and voxel_m, which come from elsewhere
     friend bool operator==(const Scene&, const Scene&) = default;
 };
 
-}  // namespace terravox
+}  // namespace terravox::scene

@@ -7,7 +7,7 @@
 #include "raytracer/core/scene_words.hpp"
 #include "raytracer/scene/scene.hpp"
 
-namespace terravox {
+namespace terravox::scene {
 
 /// What may stand in a field of a scene.
 struct FieldRule {
@@ -15,14 +15,15 @@ struct FieldRule {
     double min = -std::numeric_limits<double>::infinity(),
            max = std::numeric_limits<double>::infinity();  ///< closed, for numbers
     std::vector<std::string_view> words = {};              ///< allowed words, for text; empty = any
-    std::string_view alias = {};  ///< a shorter flag beside --section-field
+    std::string_view alias = {};   ///< a shorter flag in addition to --section-field
+    std::string_view former = {};  ///< its path before it was renamed: read with a warning, for now
 };
 
 /// What a field that holds one of an enumeration's words may say.
-template <WordEnum Enum>
+template <core::WordEnum Enum>
 [[nodiscard]] std::vector<std::string_view> texts_of() {
     std::vector<std::string_view> out;
-    for (const Word<Enum>& word : words_of(Enum{}))
+    for (const core::Word<Enum>& word : core::words_of(Enum{}))
         out.push_back(word.text);
     return out;
 }
@@ -35,7 +36,7 @@ void visit_fields(SceneType& s, Visit&& visit) {
     visit("camera.look", s.camera.look,
           FieldRule{"a named view of config/views, or a path", 0, 0, {}, "--look"});
     visit("camera.projection", s.camera.projection,
-          FieldRule{"how space comes into the picture", 0, 0, texts_of<CameraProjection>(),
+          FieldRule{"how space comes into the picture", 0, 0, texts_of<core::CameraProjection>(),
                     "--projection"});
     visit("camera.fov_deg", s.camera.fov_deg,
           FieldRule{
@@ -70,7 +71,7 @@ void visit_fields(SceneType& s, Visit&& visit) {
         "camera.space", s.camera.space,
         FieldRule{
             "of position and target: crs = E,N,height_m; latlon = lat,lon,height_m; voxel = x,y,z",
-            0, 0, texts_of<CoordinateSpace>()});
+            0, 0, texts_of<core::CoordinateSpace>()});
     visit("camera.inside_rock", s.camera.inside_rock,
           FieldRule{"allow a camera inside a solid voxel"});
     visit("sun.date", s.sun.date, FieldRule{"YYYY-MM-DD"});
@@ -93,7 +94,7 @@ void visit_fields(SceneType& s, Visit&& visit) {
               "r,g,b of a white surface that faces the sun, linear, instead of the atmosphere's", 0,
               1e6});
     visit("sky.model", s.sky.model,
-          FieldRule{"where its light comes from", 0, 0, texts_of<SkyModel>()});
+          FieldRule{"where its light comes from", 0, 0, texts_of<core::SkyModel>()});
     visit("sky.colour", s.sky.colour,
           FieldRule{"r,g,b of the uniform sky, linear; default 1,1,1", 0, 1e6});
     visit("sky.turbidity", s.sky.turbidity,
@@ -118,21 +119,21 @@ void visit_fields(SceneType& s, Visit&& visit) {
             "how far the exposure follows dusk and night: 0 = as at noon, 1 = as bright as by day",
             0, 1});
     visit("output.tone", s.output.tone,
-          FieldRule{"tone curve of 8-bit pictures", 0, 0, texts_of<ToneCurve>(), "--tone"});
+          FieldRule{"tone curve of 8-bit pictures", 0, 0, texts_of<core::ToneCurve>(), "--tone"});
     visit("output.layers", s.output.layers,
-          FieldRule{"of EXR files", 0, 0, texts_of<PictureLayers>(), "--layers"});
+          FieldRule{"of EXR files", 0, 0, texts_of<core::PictureLayers>(), "--layers"});
     visit(
         "output.tiff", s.output.tiff,
         FieldRule{
             "samples of TIFF files; auto: bytes of maps (straight down, orthographic), else floats",
-            0, 0, texts_of<TiffSamples>()});
+            0, 0, texts_of<core::TiffSamples>()});
     visit("output.denoise", s.output.denoise,
           FieldRule{"through Intel Open Image Denoise", 0, 0, {}, "--denoise"});
     visit("output.credit", s.output.credit,
           FieldRule{"a line with the data's attribution in 8-bit pictures", 0, 0, {}, "--credit"});
     visit("quality.integrator", s.quality.integrator,
           FieldRule{"direct: sun, sky, mirrors, water; path: all light, with bounces", 0, 0,
-                    texts_of<Integrator>(), "--integrator"});
+                    texts_of<core::Integrator>(), "--integrator"});
     visit("quality.samples", s.quality.samples,
           FieldRule{"samples per pixel; with noise or time: at most", 1, 65536, {}, "--samples"});
     visit("quality.noise", s.quality.noise,
@@ -179,7 +180,7 @@ void visit_fields(SceneType& s, Visit&& visit) {
                     {},
                     "--tile"});
     visit("quality.tile_order", s.quality.tile_order,
-          FieldRule{"order of the tiles", 0, 0, texts_of<TileOrder>()});
+          FieldRule{"order of the tiles", 0, 0, texts_of<core::TileOrder>()});
     visit("quality.shadows", s.quality.shadows, FieldRule{"shadow rays towards the sun"});
     visit("quality.ambient_occlusion", s.quality.ambient_occlusion, FieldRule{"darker corners"});
     visit("quality.reflections", s.quality.reflections, FieldRule{"mirrors: water, window panes"});
@@ -204,8 +205,9 @@ void visit_fields(SceneType& s, Visit&& visit) {
     visit("quality.textures", s.quality.textures,
           FieldRule{"what is drawn on the faces of voxels"});
     visit("quality.cut_outs", s.quality.cut_outs, FieldRule{"holes between leaves"});
-    visit("quality.colour", s.quality.colour,
-          FieldRule{"of voxels with a true colour", 0, 0, texts_of<VoxelColour>(), "--colour"});
+    visit(
+        "quality.colour", s.quality.colour,
+        FieldRule{"of voxels with a true colour", 0, 0, texts_of<core::VoxelColour>(), "--colour"});
     visit("quality.colour_mix", s.quality.colour_mix,
           FieldRule{"share of the true colour for mix", 0, 1});
     visit("processing.threads", s.processing.threads,
@@ -216,8 +218,13 @@ void visit_fields(SceneType& s, Visit&& visit) {
                     "--threads"});
     visit("processing.memory_mib", s.processing.memory_mib,
           FieldRule{"limit for boxes in memory, MiB", 1, 1048576, {}, "--memory-mib"});
-    visit("processing.box_patience_s", s.processing.box_patience_s,
-          FieldRule{"how long to try for a box of a voxel server, seconds", 1, 86400});
+    visit("processing.box_timeout_s", s.processing.box_timeout_s,
+          FieldRule{"how long to try for a box of a voxel server, seconds",
+                    1,
+                    86400,
+                    {},
+                    {},
+                    "processing.box_patience_s"});
     visit("world.crs", s.world.crs,
           FieldRule{"coordinate reference system of LiDAR files and rasters, instead of their own",
                     0,
@@ -281,4 +288,4 @@ void visit_fields(SceneType& s, Visit&& visit) {
     visit("generated.trees", s.generated.trees, FieldRule{"trees, bushes and grass"});
 }
 
-}  // namespace terravox
+}  // namespace terravox::scene

@@ -1,5 +1,6 @@
 #include "raytracer/scene/scene_io.hpp"
 
+#include <spdlog/spdlog.h>
 #include <toml++/toml.h>
 
 #include <algorithm>
@@ -13,7 +14,7 @@
 #include "raytracer/scene/scene_fields.hpp"
 #include "raytracer/scene/scene_table.hpp"
 
-namespace terravox {
+namespace terravox::scene {
 namespace {
 
 using Triple = std::array<double, 3>;
@@ -66,9 +67,9 @@ public:
             fail("'" + value + "'", allowed(m_rule));
         field = value;
     }
-    template <WordEnum Enum>
+    template <core::WordEnum Enum>
     void put(const std::string& value, Enum& field) const {
-        const std::optional<Enum> known = from_word<Enum>(value);
+        const std::optional<Enum> known = core::from_word<Enum>(value);
         if (!known)
             fail("'" + value + "'", allowed(m_rule));
         field = *known;
@@ -98,7 +99,7 @@ public:
         field = *size;
     }
     [[noreturn]] void fail(const std::string& value, const std::string& range) const {
-        throw UsageError(m_where + " = " + value + "; allowed: " + range);
+        throw util::UsageError(m_where + " = " + value + "; allowed: " + range);
     }
 
 private:
@@ -155,7 +156,7 @@ void put_text(const Setter& s, const std::string& text, Size& f) {
 void put_text(const Setter& s, const std::string& text, TileSize& f) {
     s.put(text, f);
 }
-template <WordEnum Enum>
+template <core::WordEnum Enum>
 void put_text(const Setter& s, const std::string& text, Enum& f) {
     s.put(text, f);
 }
@@ -204,7 +205,7 @@ void put_node(const Setter& s, const toml::node& node, TileSize& f) {
                std::string("a whole number, or text: ") + TileSize::kAllowed);
     s.put(node.is_integer() ? std::to_string(**node.as_integer()) : **node.as_string(), f);
 }
-template <WordEnum Enum>
+template <core::WordEnum Enum>
 void put_node(const Setter& s, const toml::node& node, Enum& f) {
     if (!node.is_string())
         s.fail("a value of another kind", "text in quotes");
@@ -231,9 +232,9 @@ void write(std::ostream& out, bool v) {
 void write(std::ostream& out, const std::string& v) {
     out << toml::value<std::string>(v);
 }
-template <WordEnum Enum>
+template <core::WordEnum Enum>
 void write(std::ostream& out, Enum v) {
-    write(out, std::string(word_of(v)));
+    write(out, std::string(core::word_of(v)));
 }
 void write(std::ostream& out, const Size& v) {
     out << '"' << v[0] << 'x' << v[1] << '"';
@@ -265,9 +266,9 @@ std::string flag_text(bool v) {
 std::string flag_text(const std::string& v) {
     return v;
 }
-template <WordEnum Enum>
+template <core::WordEnum Enum>
 std::string flag_text(Enum v) {
-    return std::string(word_of(v));
+    return std::string(core::word_of(v));
 }
 std::string flag_text(const Size& v) {
     return std::to_string(v[0]) + "x" + std::to_string(v[1]);
@@ -284,23 +285,38 @@ std::string flag_text(const Triple& v) {
 void read_scene_table(const toml::table& root, const std::string& attempt, Scene& scene) {
     std::set<std::string> known, sections;
     visit_fields(scene, [&](std::string_view path, auto& field, const FieldRule& rule) {
-        known.emplace(path), sections.emplace(path.substr(0, path.find('.')));
+        known.emplace(path);
+        sections.emplace(path.substr(0, path.find('.')));
         const auto node = root.at_path(path);
         if (node)
             put_node(Setter(attempt + ": " + std::string(path), rule), *node.node(), field);
+        if (rule.former.empty())
+            return;
+        known.emplace(rule.former);
+        const auto former = root.at_path(rule.former);
+        if (!former)
+            return;
+        if (node)
+            throw util::UsageError(attempt + ": " + std::string(path) + " and " +
+                                   std::string(rule.former) +
+                                   ", which is its former name; allowed: one of them");
+        put_node(Setter(attempt + ": " + std::string(rule.former), rule), *former.node(), field);
+        spdlog::warn("{}: {} is called {} now; a later version will refuse the former name",
+                     attempt, rule.former, path);
     });
     for (const auto& [section, node] : root) {
         const auto* table = node.as_table();
         if (table == nullptr)
-            throw UsageError(attempt + ": unknown field '" + std::string(section.str()) + "'");
+            throw util::UsageError(attempt + ": unknown field '" + std::string(section.str()) +
+                                   "'");
         for (const auto& [key, value] : *table)
             if (const std::string path = std::string(section.str()) + "." + std::string(key.str());
                 !known.contains(path))
-                throw UsageError(attempt + ": unknown field '" + path +
-                                 "'; docs/formats/scene.md lists all fields");
+                throw util::UsageError(attempt + ": unknown field '" + path +
+                                       "'; docs/formats/scene.md lists all fields");
         if (!sections.contains(std::string(section.str())))
-            throw UsageError(attempt + ": unknown section '" + std::string(section.str()) +
-                             "'; docs/formats/scene.md lists all sections");
+            throw util::UsageError(attempt + ": unknown section '" + std::string(section.str()) +
+                                   "'; docs/formats/scene.md lists all sections");
     }
 }
 
@@ -317,15 +333,15 @@ std::vector<std::string> scene_paths(const toml::table& sections) {
 namespace {
 
 std::function<void(const std::string&)> refusing(const std::string& attempt) {
-    return [attempt](const std::string& what) { throw UsageError(attempt + ": " + what); };
+    return [attempt](const std::string& what) { throw util::UsageError(attempt + ": " + what); };
 }
 
 void read_scene_root(toml::table root, const std::string& attempt, Scene& scene) {
     const auto version = root["version"].value<int>();
     if (root.contains("version") && version != kSceneVersion)
-        throw UsageError(attempt + ": version = " +
-                         (version ? std::to_string(*version) : "a value of another kind") +
-                         "; allowed: " + std::to_string(kSceneVersion));
+        throw util::UsageError(attempt + ": version = " +
+                               (version ? std::to_string(*version) : "a value of another kind") +
+                               "; allowed: " + std::to_string(kSceneVersion));
     root.erase("version");
     read_scene_table(root, attempt, scene);
 }
@@ -351,7 +367,7 @@ void set_field(Scene& scene, const std::string& path, const std::string& text) {
         put_text(Setter("set " + path, rule), text, field);
     });
     if (!found)
-        throw UsageError("set " + path + ": no such field of a scene");
+        throw util::UsageError("set " + path + ": no such field of a scene");
 }
 
 std::string to_toml(const Scene& scene) {
@@ -410,7 +426,8 @@ Scene what_shows(Scene scene) {
     const Scene plain;
     scene.processing = plain.processing;
     scene.world.memory_mib = plain.world.memory_mib;
-    scene.quality.tile = plain.quality.tile, scene.quality.tile_order = plain.quality.tile_order,
+    scene.quality.tile = plain.quality.tile;
+    scene.quality.tile_order = plain.quality.tile_order;
     scene.quality.coarse_step = plain.quality.coarse_step;
     return scene;
 }
@@ -433,9 +450,11 @@ std::vector<SceneFlag> scene_flags() {
             write(preset, field);
         if (!preset.str().empty() && preset.str() != "''" && preset.str() != "\"\"")
             help += ", default " + preset.str();
-        out.push_back({names, std::string(path), help, std::is_same_v<Field, bool>});
+        out.push_back({names, std::string(path), help,
+                       rule.former.empty() ? std::string{} : flag_of(rule.former),
+                       std::is_same_v<Field, bool>});
     });
     return out;
 }
 
-}  // namespace terravox
+}  // namespace terravox::scene

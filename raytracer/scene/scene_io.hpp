@@ -9,7 +9,7 @@
 
 #include "raytracer/scene/scene.hpp"
 
-namespace terravox {
+namespace terravox::scene {
 
 inline constexpr int kSceneVersion = 1;
 
@@ -47,8 +47,9 @@ struct FieldText {
 /// A flag of the command line for each field: its names ("--camera-fov-deg,--fov"), path, and help.
 struct SceneFlag {
     std::string names, path, help;
+    std::string former;      ///< its name before it was renamed, or empty
     bool is_switch = false;  ///< yes or no
 };
 [[nodiscard]] std::vector<SceneFlag> scene_flags();
 
-}  // namespace terravox
+}  // namespace terravox::scene

@@ -7,7 +7,7 @@
 
 #include "raytracer/scene/scene.hpp"
 
-namespace terravox {
+namespace terravox::scene {
 
 /// Reads the sections of a scene out of a table over `scene`: fields that it does not name stay as
 /// they are.
@@ -18,4 +18,4 @@ void read_scene_table(const toml::table& sections, const std::string& attempt, S
 /// "section.field" of everything that stands in the sections of a table, sorted.
 [[nodiscard]] std::vector<std::string> scene_paths(const toml::table& sections);
 
-}  // namespace terravox
+}  // namespace terravox::scene

@@ -5,7 +5,7 @@
 #include <charconv>
 #include <cmath>
 
-namespace terravox {
+namespace terravox::scene {
 namespace {
 
 template <class Number>
@@ -23,12 +23,12 @@ std::optional<Number> number_in(const std::string& text, std::size_t length) {
 std::optional<TileSize> TileSize::parse(const std::string& text) {
     if (text.ends_with('%')) {
         const auto percent = number_in<double>(text, text.size() - 1);
-        if (!percent || !(*percent >= kLeast_percent && *percent <= kMost_percent))
+        if (!percent || !(*percent >= kMin_percent && *percent <= kMax_percent))
             return std::nullopt;
         return TileSize{TileSize{}.px, *percent};
     }
     const auto px = number_in<int>(text, text.size());
-    if (!px || *px < 1 || *px > kMost_px)
+    if (!px || *px < 1 || *px > kMax_px)
         return std::nullopt;
     return TileSize{*px, 0};
 }
@@ -46,7 +46,7 @@ int TileSize::in_picture(int width_px) const noexcept {
     if (percent == 0)
         return px;
     return static_cast<int>(
-        std::clamp(std::floor(width_px * percent / 100 + 0.5), 1.0, static_cast<double>(kMost_px)));
+        std::clamp(std::floor(width_px * percent / 100 + 0.5), 1.0, static_cast<double>(kMax_px)));
 }
 
-}  // namespace terravox
+}  // namespace terravox::scene

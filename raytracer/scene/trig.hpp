@@ -2,7 +2,7 @@
 
 #include "common/util/det_math.hpp"
 
-namespace terravox::trig {
+namespace terravox::scene::trig {
 
 /// The one place where cameras and animations take their angle functions from. Their values reach
 /// pixels.
@@ -18,4 +18,4 @@ namespace terravox::trig {
 
 inline constexpr double kRadPerDeg = det::kPi / 180;
 
-}  // namespace terravox::trig
+}  // namespace terravox::scene::trig

@@ -9,7 +9,7 @@
 #include "raytracer/scene/scene_io.hpp"
 #include "raytracer/scene/scene_table.hpp"
 
-namespace terravox {
+namespace terravox::scene {
 namespace {
 
 constexpr int kViewsVersion = 1;
@@ -22,8 +22,9 @@ std::string text_in(const toml::table& table, const char* key, const std::string
     const auto text =
         node == nullptr ? std::optional<std::string>{} : node->value_exact<std::string>();
     if (!text || (needed && folded(*text).empty()))
-        throw UsageError(attempt + ": " + key + " = " + (node == nullptr ? "nothing" : "no name") +
-                         "; allowed: text in quotes");
+        throw util::UsageError(attempt + ": " + key + " = " +
+                               (node == nullptr ? "nothing" : "no name") +
+                               "; allowed: text in quotes");
     return *text;
 }
 
@@ -31,21 +32,22 @@ NamedView read_view(const toml::node& node, const std::filesystem::path& file,
                     std::string attempt) {
     const auto* table = node.as_table();
     if (table == nullptr)
-        throw UsageError(attempt + ": view = a value of another kind; allowed: [[view]]");
+        throw util::UsageError(attempt + ": view = a value of another kind; allowed: [[view]]");
     NamedView out;
-    out.file = file, out.fields = *table;
+    out.file = file;
+    out.fields = *table;
     out.name = text_in(*table, "name", attempt, true);
     attempt += ": view '" + out.name + "'";
-    out.title = text_in(*table, "title", attempt, false),
+    out.title = text_in(*table, "title", attempt, false);
     out.area = text_in(*table, "area", attempt, false);
     if (const auto* aliases = table->get("aliases")) {
         if (!aliases->is_array())
-            throw UsageError(attempt +
-                             ": aliases = a value of another kind; allowed: a list of texts");
+            throw util::UsageError(attempt +
+                                   ": aliases = a value of another kind; allowed: a list of texts");
         for (const auto& alias : *aliases->as_array()) {
             const auto text = alias.value_exact<std::string>();
             if (!text || folded(*text).empty())
-                throw UsageError(
+                throw util::UsageError(
                     attempt +
                     ": aliases = a list with other things than names; allowed: a list of texts");
             out.aliases.push_back(*text);
@@ -56,8 +58,8 @@ NamedView read_view(const toml::node& node, const std::filesystem::path& file,
     Scene checked;
     read_scene_table(out.fields, attempt, checked);
     if (!checked.camera.look.empty())
-        throw UsageError(attempt + ": camera.look = '" + checked.camera.look +
-                         "'; allowed: none, a view does not build upon another");
+        throw util::UsageError(attempt + ": camera.look = '" + checked.camera.look +
+                               "'; allowed: none, a view does not build upon another");
     return out;
 }
 
@@ -70,22 +72,24 @@ std::string joined(const std::vector<std::string>& names) {
 
 [[noreturn]] void refuse_look(const std::string& look, const std::vector<NamedView>& views,
                               const std::filesystem::path& folder) {
-    constexpr std::size_t kMost = 30;
+    constexpr std::size_t kMax = 30;
     std::vector<std::string> names, all;
     for (const NamedView& view : views) {
         all.push_back(view.name);
-        names.push_back(view.name),
-            names.insert(names.end(), view.aliases.begin(), view.aliases.end());
+        names.push_back(view.name);
+        names.insert(names.end(), view.aliases.begin(), view.aliases.end());
     }
     const std::string attempt = "place the camera: camera.look = '" + look + "' names no view";
     if (all.empty())
-        throw UsageError(attempt + "; there is none in " + folder.string());
+        throw util::UsageError(attempt + "; there is none in " + folder.string());
     if (const auto near = near_names(look, names); !near.empty())
-        throw UsageError(attempt + "; near: " + joined(near));
+        throw util::UsageError(attempt + "; near: " + joined(near));
     std::sort(all.begin(), all.end());
-    if (all.size() > kMost)
-        all.resize(kMost), all.emplace_back("...");
-    throw UsageError(attempt + "; allowed: " + joined(all));
+    if (all.size() > kMax) {
+        all.resize(kMax);
+        all.emplace_back("...");
+    }
+    throw util::UsageError(attempt + "; allowed: " + joined(all));
 }
 
 bool is_called(const NamedView& view, const std::string& wanted) {
@@ -99,19 +103,19 @@ bool is_called(const NamedView& view, const std::string& wanted) {
 std::vector<NamedView> read_views(const std::filesystem::path& file) {
     const std::string attempt = "read the views " + file.string();
     const toml::table root = util::read_toml(
-        file, [&](const std::string& what) { throw UsageError(attempt + ": " + what); });
+        file, [&](const std::string& what) { throw util::UsageError(attempt + ": " + what); });
     std::vector<NamedView> out;
     for (const auto& [key, node] : root) {
         if (key.str() == "version") {
             if (node.value_exact<std::int64_t>() != kViewsVersion)
-                throw UsageError(
+                throw util::UsageError(
                     attempt + ": version = another one; allowed: " + std::to_string(kViewsVersion));
         } else if (key.str() == "view" && node.is_array()) {
             for (const auto& view : *node.as_array())
                 out.push_back(read_view(view, file, attempt));
         } else
-            throw UsageError(attempt + ": unknown field '" + std::string(key.str()) +
-                             "'; allowed: version, [[view]]");
+            throw util::UsageError(attempt + ": unknown field '" + std::string(key.str()) +
+                                   "'; allowed: version, [[view]]");
     }
     return out;
 }
@@ -134,8 +138,9 @@ NamedView find_view(const std::string& look, const std::filesystem::path& folder
     if (look.ends_with(".toml") || look.find('/') != std::string::npos) {
         std::vector<NamedView> views = read_views(look);
         if (views.size() != 1)
-            throw UsageError("place the camera: camera.look = '" + look + "' holds " +
-                             std::to_string(views.size()) + " views; allowed: a file with one");
+            throw util::UsageError("place the camera: camera.look = '" + look + "' holds " +
+                                   std::to_string(views.size()) +
+                                   " views; allowed: a file with one");
         return std::move(views.front());
     }
     std::vector<NamedView> views = read_view_folder(folder);
@@ -145,9 +150,10 @@ NamedView find_view(const std::string& look, const std::filesystem::path& folder
         if (!is_called(view, wanted))
             continue;
         if (found != nullptr)
-            throw UsageError("place the camera: camera.look = '" + look + "' names two views, '" +
-                             found->name + "' in " + found->file.string() + " and '" + view.name +
-                             "' in " + view.file.string());
+            throw util::UsageError("place the camera: camera.look = '" + look +
+                                   "' names two views, '" + found->name + "' in " +
+                                   found->file.string() + " and '" + view.name + "' in " +
+                                   view.file.string());
         found = &view;
     }
     if (found == nullptr)
@@ -186,4 +192,4 @@ Scene compose_scene(const std::vector<SceneLayer>& layers, const std::filesystem
     return over(std::move(seen));
 }
 
-}  // namespace terravox
+}  // namespace terravox::scene

@@ -10,7 +10,7 @@
 
 #include "raytracer/scene/scene.hpp"
 
-namespace terravox {
+namespace terravox::scene {
 
 /// A part of a scene that has a name: where to stand to see something.
 struct NamedView {
@@ -50,4 +50,4 @@ using SceneLayer = std::function<void(Scene&)>;
 [[nodiscard]] Scene compose_scene(const std::vector<SceneLayer>& layers,
                                   const std::filesystem::path& views = {});
 
-}  // namespace terravox
+}  // namespace terravox::scene

@@ -1,9 +1,9 @@
 #include "raytracer/scene/world_options_of.hpp"
 
-namespace terravox {
+namespace terravox::scene {
 
-WorldOptions world_options_of(const Scene& scene) {
-    WorldOptions out;
+worlds::WorldOptions world_options_of(const Scene& scene) {
+    worlds::WorldOptions out;
     out.crs = scene.world.crs;
     out.classes = scene.world.classes;
     out.vertical_unit = scene.world.vertical_unit;
@@ -15,8 +15,8 @@ WorldOptions world_options_of(const Scene& scene) {
     out.generated = scene.generated;
     out.memory_bytes = static_cast<std::size_t>(scene.world.memory_mib) << 20;
     out.threads = scene.processing.threads.value_or(0);
-    out.box_timeout = std::chrono::seconds(scene.processing.box_patience_s);
+    out.box_timeout = std::chrono::seconds(scene.processing.box_timeout_s);
     return out;
 }
 
-}  // namespace terravox
+}  // namespace terravox::scene

@@ -3,10 +3,10 @@
 #include "raytracer/scene/scene.hpp"
 #include "voxelserver/worlds/kind/world_options.hpp"
 
-namespace terravox {
+namespace terravox::scene {
 
 /// The options of a world that a scene file holds: its sections `world`, `generated` and
 /// `processing`. Inputs, orthophotos and the cache folder are no part of a scene and stay empty.
-[[nodiscard]] WorldOptions world_options_of(const Scene& scene);
+[[nodiscard]] worlds::WorldOptions world_options_of(const Scene& scene);
 
-}  // namespace terravox
+}  // namespace terravox::scene

@@ -4,37 +4,38 @@
 
 #include "raytracer/shade/optics.hpp"
 
-namespace terravox {
+namespace terravox::shade {
 
-bool DirectShading::needs_surroundings(const TracedRay& ray) const noexcept {
+bool DirectShading::needs_surroundings(const walk::TracedRay& ray) const noexcept {
     if (!allows_surroundings(ray) || is_transparent(m_view, ray.hit.attr.material))
         return false;
     return (m_view.scene.quality.ambient_occlusion && m_view.scene.quality.ao_rays == 0) ||
            shows_slope(m_view, ray.hit);
 }
 
-void DirectShading::leave(const TracedRay& ray, Colour weight, SampleSum& sum) const {
+void DirectShading::leave(const walk::TracedRay& ray, voxel::Colour weight, SampleSum& sum) const {
     add(ray,
         weight * (m_view.sky.radiance(ray.ray.direction) + m_view.sky.sun_disc(ray.ray.direction)),
         sum);
 }
 
-void DirectShading::light_up(const Meeting& m) const {
+void DirectShading::shade_opaque(const Interaction& m) const {
     const auto& q = m_view.scene.quality;
     const Surface& s = m.surface;
     add(m.ray, m.weight * s.emission, m.sum);
-    Colour weight = m.weight;
+    voxel::Colour weight = m.weight;
     if (s.polish > 0 && q.reflections && static_cast<int>(m.ray.depth) < q.bounces) {
-        constexpr float kLeast = 0.004f;  // of a sample's light, below which nobody sees it
-        const float mirrored = s.polish * static_cast<float>(fresnel(
-                                              std::min(1.0, -dot(s.direction, s.normal)), s.index));
-        if (mirrored * std::max({weight.r, weight.g, weight.b}) > kLeast) {
+        constexpr float kMin = 0.004f;  // of a sample's light, below which nobody sees it
+        const float mirrored =
+            s.polish *
+            static_cast<float>(fresnel(std::min(1.0, -core::dot(s.direction, s.normal)), s.index));
+        if (mirrored * std::max({weight.r, weight.g, weight.b}) > kMin) {
             send_mirror(m, weight * mirrored);
             weight = weight * (1 - mirrored);
         }
     }
-    const Colour matt = weight * s.albedo;
-    const Colour sky = matt * m_view.sky.ambient(s.normal) * through_medium(m, {0, 1, 0});
+    const voxel::Colour matt = weight * s.albedo;
+    const voxel::Colour sky = matt * m_view.sky.ambient(s.normal) * through_medium(m, {0, 1, 0});
     if (!q.ambient_occlusion)
         add(m.ray, sky, m.sum);
     else if (q.ao_rays == 0)
@@ -44,7 +45,7 @@ void DirectShading::light_up(const Meeting& m) const {
     send_sun(m, matt);
 }
 
-void DirectShading::send_ambient(const Meeting& m, Colour light) const {
+void DirectShading::send_ambient(const Interaction& m, voxel::Colour light) const {
     const auto& q = m_view.scene.quality;
     const auto strength = static_cast<float>(q.ao_strength);
     add(m.ray, light * (1 - strength), m.sum);
@@ -52,10 +53,10 @@ void DirectShading::send_ambient(const Meeting& m, Colour light) const {
     const int count = m.ray.depth == 0 ? q.ao_rays : 1;
     for (int i = 0; i < count; ++i) {
         const auto branch = static_cast<std::uint32_t>(kAmbientRays + i);
-        const Vec3 direction = cosine_direction(
+        const core::Vec3 direction = cosine_direction(
             m.surface.normal, m.sum.numbers.part(i, count).pair(number_of(m.ray, kAmbientRays)));
-        TracedRay out = sent(m, direction, RayKind::kAmbient,
-                             light * (strength / static_cast<float>(count)), branch);
+        walk::TracedRay out = sent(m, direction, walk::RayKind::kAmbient,
+                                   light * (strength / static_cast<float>(count)), branch);
         out.direct = m.ray.direct;
         out.t_max = q.ao_range_m / m_view.voxel_m;
         if (m.ray.medium != voxel::Material::kAir)
@@ -64,4 +65,4 @@ void DirectShading::send_ambient(const Meeting& m, Colour light) const {
     }
 }
 
-}  // namespace terravox
+}  // namespace terravox::shade

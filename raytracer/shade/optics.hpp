@@ -7,7 +7,7 @@
 #include "raytracer/core/ray.hpp"
 #include "raytracer/shade/sampler.hpp"
 
-namespace terravox {
+namespace terravox::shade {
 
 /// Directions are of unit length; normals look to where light comes from.
 
@@ -25,39 +25,40 @@ namespace terravox {
     return (s * s + p * p) / 2;
 }
 
-[[nodiscard]] inline Vec3 reflect(Vec3 d, Vec3 n) noexcept {
-    return d - n * (2 * dot(d, n));
+[[nodiscard]] inline core::Vec3 reflect(core::Vec3 d, core::Vec3 n) noexcept {
+    return d - n * (2 * core::dot(d, n));
 }
 
 /// Snell's law. @return nullopt: total reflection
-[[nodiscard]] inline std::optional<Vec3> refract(Vec3 d, Vec3 n, double index) noexcept {
-    const double eta = 1 / index, c = -dot(d, n), k = 1 - eta * eta * (1 - c * c);
+[[nodiscard]] inline std::optional<core::Vec3> refract(core::Vec3 d, core::Vec3 n,
+                                                       double index) noexcept {
+    const double eta = 1 / index, c = -core::dot(d, n), k = 1 - eta * eta * (1 - c * c);
     if (k <= 0)
         return std::nullopt;
-    return normalized(d * eta + n * (eta * c - std::sqrt(k)));
+    return core::normalized(d * eta + n * (eta * c - std::sqrt(k)));
 }
 
 /// Two directions that make a right-handed frame with n.
 /// Ref: Duff et al., "Building an Orthonormal Basis, Revisited", JCGT 6(1), 2017.
 struct Frame {
-    explicit Frame(Vec3 n) noexcept : normal(n) {
+    explicit Frame(core::Vec3 n) noexcept : normal(n) {
         const double sign = std::copysign(1.0, n.z), a = -1 / (sign + n.z), b = n.x * n.y * a;
         tangent = {1 + sign * n.x * n.x * a, sign * b, -sign * n.x};
         bitangent = {b, sign + n.y * n.y * a, -n.y};
     }
-    [[nodiscard]] Vec3 to_world(double x, double y, double z) const noexcept {
+    [[nodiscard]] core::Vec3 to_world(double x, double y, double z) const noexcept {
         return tangent * x + bitangent * y + normal * z;
     }
-    Vec3 normal, tangent, bitangent;
+    core::Vec3 normal, tangent, bitangent;
 };
 
 /// A direction about n with density cos / pi.
-[[nodiscard]] Vec3 cosine_direction(Vec3 n, Sampler::Pair at) noexcept;
+[[nodiscard]] core::Vec3 cosine_direction(core::Vec3 n, Sampler::Pair at) noexcept;
 
 /// The normal of a facet of a rough face, about n, with the density of visible area as a flat look
 /// sees it (D cos).
 /// @param roughness [0, 1]; its square is GGX's alpha
 /// Ref: Walter et al., "Microfacet Models for Refraction through Rough Surfaces", EGSR 2007.
-[[nodiscard]] Vec3 facet_normal(Vec3 n, double roughness, Sampler::Pair at) noexcept;
+[[nodiscard]] core::Vec3 facet_normal(core::Vec3 n, double roughness, Sampler::Pair at) noexcept;
 
-}  // namespace terravox
+}  // namespace terravox::shade

@@ -5,45 +5,46 @@
 
 #include "raytracer/shade/optics.hpp"
 
-namespace terravox {
+namespace terravox::shade {
 namespace {
 
 constexpr double kInversePi = std::numbers::inv_pi;
 
 }  // namespace
 
-bool PathShading::needs_surroundings(const TracedRay& ray) const noexcept {
-    return ray.kind != RayKind::kBounce && allows_surroundings(ray) && shows_slope(m_view, ray.hit);
+bool PathShading::needs_surroundings(const walk::TracedRay& ray) const noexcept {
+    return ray.kind != walk::RayKind::kBounce && allows_surroundings(ray) &&
+           shows_slope(m_view, ray.hit);
 }
 
 // A bounce that leaves has its direction by the matt face; the sky could have been asked for the
 // same direction.
-void PathShading::leave(const TracedRay& ray, Colour weight, SampleSum& sum) const {
-    const Sky& sky = m_view.sky;
-    Colour light = sky.radiance(ray.ray.direction);
+void PathShading::leave(const walk::TracedRay& ray, voxel::Colour weight, SampleSum& sum) const {
+    const sky::Sky& sky = m_view.sky;
+    voxel::Colour light = sky.radiance(ray.ray.direction);
     // The sun has been asked for directly, but by way of mirrors; through water, too, from its bed.
     if (ray.density == 0 && !ray.sun_asked)
         light = light + sky.sun_disc(ray.ray.direction);
     if (const auto own = static_cast<double>(ray.density); own > 0 && sky.uneven())
         light = light * static_cast<float>(own / (own + sky.pdf(ray.ray.direction)));
     // What comes to the first hit by a bounce has come from the sky without a detour.
-    add(ray.direct || (ray.kind == RayKind::kBounce && ray.depth == 1), weight * light, sum);
+    add(ray.direct || (ray.kind == walk::RayKind::kBounce && ray.depth == 1), weight * light, sum);
 }
 
-void PathShading::light_up(const Meeting& m) const {
+void PathShading::shade_opaque(const Interaction& m) const {
     const auto& q = m_view.scene.quality;
     const Surface& s = m.surface;
     add(m.ray, m.weight * s.emission, m.sum);
     if (s.polish > 0 && q.reflections) {
         const double mirrored = static_cast<double>(s.polish) *
-                                fresnel(std::min(1.0, -dot(s.direction, s.normal)), s.index);
+                                fresnel(std::min(1.0, -core::dot(s.direction, s.normal)), s.index);
         if (m.sum.numbers.number(number_of(m.ray, kChoice)) < mirrored) {
             if (static_cast<int>(m.ray.depth) < q.bounces)
                 send_mirror(m, m.weight);
             return;
         }
     }
-    const Colour matt = m.weight * s.albedo;
+    const voxel::Colour matt = m.weight * s.albedo;
     send_sun(m, matt);
     if (m_view.sky.uneven() && m.ray.medium == voxel::Material::kAir)
         send_sky(m, matt);
@@ -54,33 +55,33 @@ void PathShading::light_up(const Meeting& m) const {
 }
 
 // The last face has no bounce that would meet the sky.
-void PathShading::send_even_sky(const Meeting& m, Colour weight) const {
-    const Vec3 direction =
+void PathShading::send_even_sky(const Interaction& m, voxel::Colour weight) const {
+    const core::Vec3 direction =
         cosine_direction(m.surface.normal, m.sum.numbers.pair(number_of(m.ray, kDirection)));
-    const Colour light = weight * m_view.sky.radiance(direction);
-    if (!(luminance(light) > 0))
+    const voxel::Colour light = weight * m_view.sky.radiance(direction);
+    if (!(voxel::luminance(light) > 0))
         return;
-    TracedRay out = sent(m, direction, RayKind::kSky, light, kSkyPoint);
+    walk::TracedRay out = sent(m, direction, walk::RayKind::kSky, light, kSkyPoint);
     out.direct = m.ray.depth == 0;
     m.next.push_back(out);
 }
 
-void PathShading::send_sky(const Meeting& m, Colour weight) const {
+void PathShading::send_sky(const Interaction& m, voxel::Colour weight) const {
     const auto at = m.sum.numbers.pair(number_of(m.ray, kSkyPoint));
-    const SkySample to = m_view.sky.sample(at.u, at.v);
-    const double facing = dot(m.surface.normal, to.direction);
+    const sky::SkySample to = m_view.sky.sample(at.u, at.v);
+    const double facing = core::dot(m.surface.normal, to.direction);
     if (!(facing > 0) || !(to.pdf > 0))
         return;
     const double of_bounce =
         static_cast<int>(m.ray.depth) < m_view.scene.quality.bounces ? facing * kInversePi : 0;
-    const Colour light = weight * m_view.sky.radiance(to.direction) *
-                         static_cast<float>(facing * kInversePi / (to.pdf + of_bounce));
-    TracedRay out = sent(m, to.direction, RayKind::kSky, light, kSkyPoint);
+    const voxel::Colour light = weight * m_view.sky.radiance(to.direction) *
+                                static_cast<float>(facing * kInversePi / (to.pdf + of_bounce));
+    walk::TracedRay out = sent(m, to.direction, walk::RayKind::kSky, light, kSkyPoint);
     out.direct = m.ray.depth == 0;
     m.next.push_back(out);
 }
 
-void PathShading::bounce(const Meeting& m, Colour weight) const {
+void PathShading::bounce(const Interaction& m, voxel::Colour weight) const {
     // Russian roulette: dim paths end, those that go on stand for them.
     constexpr int kSafeDepth = 2;
     if (static_cast<int>(m.ray.depth) >= kSafeDepth) {
@@ -90,12 +91,12 @@ void PathShading::bounce(const Meeting& m, Colour weight) const {
             return;
         weight = weight * (1 / goes_on);
     }
-    const Vec3 direction =
+    const core::Vec3 direction =
         cosine_direction(m.surface.normal, m.sum.numbers.pair(number_of(m.ray, kDirection)));
-    TracedRay out = sent(m, direction, RayKind::kBounce, weight, kDirection);
+    walk::TracedRay out = sent(m, direction, walk::RayKind::kBounce, weight, kDirection);
     out.sun_asked = m.ray.medium != voxel::Material::kAir;
-    out.density = static_cast<float>(dot(direction, m.surface.normal) * kInversePi);
+    out.density = static_cast<float>(core::dot(direction, m.surface.normal) * kInversePi);
     m.next.push_back(out);
 }
 
-}  // namespace terravox
+}  // namespace terravox::shade

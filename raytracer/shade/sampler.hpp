@@ -5,7 +5,7 @@
 
 #include "raytracer/core/random.hpp"
 
-namespace terravox {
+namespace terravox::shade {
 
 /// Numbers for one sample of one pixel: a function of pixel, sample and dimension alone, so that
 /// nobody's order matters. In each dimension (a pair of numbers) the samples of a pixel, taken from
@@ -19,15 +19,16 @@ public:
     Sampler() = default;
     /// @param seed another one gives a picture with other noise
     Sampler(int x, int y, std::uint32_t sample, int seed = 0) noexcept
-        : m_pixel(hash64(hash64(static_cast<std::uint64_t>(static_cast<std::uint32_t>(y)) << 32 |
-                                static_cast<std::uint32_t>(x)) +
-                         static_cast<std::uint32_t>(seed))),
+        : m_pixel(core::hash64(
+              core::hash64(static_cast<std::uint64_t>(static_cast<std::uint32_t>(y)) << 32 |
+                           static_cast<std::uint32_t>(x)) +
+              static_cast<std::uint32_t>(seed))),
           m_sample(sample) {}
 
     [[nodiscard]] Pair pair(std::uint32_t dimension) const noexcept {
-        const std::uint64_t seed = hash64(m_pixel, dimension);
+        const std::uint64_t seed = core::hash64(m_pixel, dimension);
         const std::uint32_t index = scramble(m_sample, static_cast<std::uint32_t>(seed));
-        const std::uint64_t more = hash64(seed);
+        const std::uint64_t more = core::hash64(seed);
         return {unit(reversed_scramble(index, static_cast<std::uint32_t>(more))),
                 unit(scramble(second_dimension(index), static_cast<std::uint32_t>(more >> 32)))};
     }
@@ -39,7 +40,7 @@ public:
         return out;
     }
     [[nodiscard]] double number(std::uint32_t dimension) const noexcept {
-        const std::uint64_t seed = hash64(m_pixel, dimension);
+        const std::uint64_t seed = core::hash64(m_pixel, dimension);
         return unit(reversed_scramble(scramble(m_sample, static_cast<std::uint32_t>(seed)),
                                       static_cast<std::uint32_t>(seed >> 32)));
     }
@@ -96,4 +97,4 @@ private:
     std::uint32_t m_sample = 0;
 };
 
-}  // namespace terravox
+}  // namespace terravox::shade

@@ -7,16 +7,16 @@
 #include "raytracer/shade/optics.hpp"
 #include "raytracer/shade/path_shading.hpp"
 
-namespace terravox {
+namespace terravox::shade {
 namespace {
 
-constexpr Colour kHoleColour{1.0f, 0.0f,
-                             0.8f};  // nothing in nature looks like it: a hole must be seen
-constexpr Colour kWhole{1, 1, 1};
+constexpr voxel::Colour kHoleColour{1.0f, 0.0f,
+                                    0.8f};  // nothing in nature looks like it: a hole must be seen
+constexpr voxel::Colour kWhole{1, 1, 1};
 constexpr float kDiffuseSpread =
     0.2f;  // what a ray from a matt face stands for, beside its neighbours
 
-Colour decay(Colour per_m, double metres) noexcept {
+voxel::Colour decay(voxel::Colour per_m, double metres) noexcept {
     const auto left = [&](float c) {
         return static_cast<float>(det::exp(-static_cast<double>(c) * metres));
     };
@@ -24,89 +24,92 @@ Colour decay(Colour per_m, double metres) noexcept {
 }
 
 // Leaves show their holes where a pixel is small enough to show them, and are whole farther off.
-bool shows_leaves(const View& view, const Hit& hit, float footprint) noexcept {
-    constexpr float kMostFootprint = 1.0f;
+bool shows_leaves(const View& view, const walk::Hit& hit, float footprint) noexcept {
+    constexpr float kMaxFootprint = 1.0f;
     return view.scene.quality.cut_outs && view.scene.quality.textures && hit.level == 0 &&
-           footprint < kMostFootprint;
+           footprint < kMaxFootprint;
 }
 
-RayState behind(const TracedRay& ray) noexcept {
-    RayState out(ray.ray);
+core::RayState behind(const walk::TracedRay& ray) noexcept {
+    core::RayState out(ray.ray);
     out.start_in(ray.hit.voxel, ray.hit.level);
-    out.t = ray.hit.t, out.face = ray.hit.face;
+    out.t = ray.hit.t;
+    out.face = ray.hit.face;
     return out;
 }
 
 }  // namespace
 
-TracedRay Shading::primary(const Ray& ray, std::uint32_t sample) const noexcept {
-    TracedRay out;
+walk::TracedRay Shading::primary(const core::Ray& ray, std::uint32_t sample) const noexcept {
+    walk::TracedRay out;
     out.ray = ray;
     out.weight = kWhole;
     out.sample = sample;
-    out.footprint = static_cast<float>(m_view.camera.pixel_voxels(0)),
+    out.footprint = static_cast<float>(m_view.camera.pixel_voxels(0));
     out.spread = static_cast<float>(m_view.camera.pixel_rad());
     return out;
 }
 
-bool Shading::allows_surroundings(const TracedRay& ray) const noexcept {
-    return ray.end == WalkEnd::kHit && !ray.asks() && !ray.hit.hole &&
-           ray.hit.face != Face::kNone && ray.hit.attr.material != voxel::Material::kAir;
+bool Shading::allows_surroundings(const walk::TracedRay& ray) const noexcept {
+    return ray.end == walk::WalkEnd::kHit && !ray.asks() && !ray.hit.hole &&
+           ray.hit.face != core::Face::kNone && ray.hit.attr.material != voxel::Material::kAir;
 }
 
-void Shading::add(bool direct, Colour light, SampleSum& sum) const noexcept {
-    Colour& to = direct ? sum.direct : sum.indirect;
-    const float brightest = std::max({light.r, light.g, light.b}), most = m_view.most_indirect;
+void Shading::add(bool direct, voxel::Colour light, SampleSum& sum) const noexcept {
+    voxel::Colour& to = direct ? sum.direct : sum.indirect;
+    const float brightest = std::max({light.r, light.g, light.b}), most = m_view.max_indirect;
     if (!direct && most > 0 && brightest > most)
         light = light * (most / brightest);
     to = to + light;
 }
 
-void Shading::shade(const TracedRay& ray, SampleSum& sum, std::vector<TracedRay>& next) const {
+void Shading::shade(const walk::TracedRay& ray, SampleSum& sum,
+                    std::vector<walk::TracedRay>& next) const {
     if (!ray.asks()) {
         see(ray, sum, next);
         return;
     }
-    if (ray.end == WalkEnd::kHit) {
+    if (ray.end == walk::WalkEnd::kHit) {
         if (!ray.leaves || ray.hit.hole || !has_holes(m_view, ray.hit.attr.material))
             return;
         // A face between leaves sends its rays from among them.
-        if (ray.hit.face == Face::kNone || slips_through(ray, surface_at(m_view, ray), sum))
+        if (ray.hit.face == core::Face::kNone || slips_through(ray, surface_at(m_view, ray), sum))
             pass(ray, next);
         return;
     }
     add(ray, ray.weight, sum);
-    if (ray.kind == RayKind::kShadow && ray.direct)
+    if (ray.kind == walk::RayKind::kShadow && ray.direct)
         sum.sun = 1;
 }
 
-bool Shading::slips_through(const TracedRay& ray, const Surface& surface,
+bool Shading::slips_through(const walk::TracedRay& ray, const Surface& surface,
                             const SampleSum& sum) const noexcept {
     return surface.leaves && surface.opacity < 1 &&
            shows_leaves(m_view, ray.hit, footprint_at(ray)) &&
            static_cast<double>(surface.opacity) <= sum.numbers.number(number_of(ray, kOpacity));
 }
 
-void Shading::see(const TracedRay& ray, SampleSum& sum, std::vector<TracedRay>& next) const {
-    const bool hit = ray.end == WalkEnd::kHit,
-               face_met = hit && !ray.hit.hole && ray.hit.face != Face::kNone;
+void Shading::see(const walk::TracedRay& ray, SampleSum& sum,
+                  std::vector<walk::TracedRay>& next) const {
+    const bool hit = ray.end == walk::WalkEnd::kHit,
+               face_met = hit && !ray.hit.hole && ray.hit.face != core::Face::kNone;
     const Surface surface = face_met ? surface_at(m_view, ray) : Surface{};
     // Before anything is added up: what lies in front of the hole is added where the ray ends.
     if (face_met && slips_through(ray, surface, sum)) {
         pass(ray, next);
         return;
     }
-    Colour weight = ray.weight;
+    voxel::Colour weight = ray.weight;
     if (ray.medium != voxel::Material::kAir) {
         constexpr double kBottomless_m = 1000;
         const Medium medium = medium_of(m_view, ray.medium);
-        const Colour left =
+        const voxel::Colour left =
             decay(medium.absorption_per_m, hit ? ray.hit.t * m_view.voxel_m : kBottomless_m);
-        const Sky& sky = m_view.sky;
-        const Colour glow =
+        const sky::Sky& sky = m_view.sky;
+        const voxel::Colour glow =
             medium.glow * (sky.ambient({0, 1, 0}) +
                            sky.sun_light() * static_cast<float>(std::max(0.0, sky.to_sun().y)));
-        add(ray, weight * glow * Colour{1 - left.r, 1 - left.g, 1 - left.b}, sum);
+        add(ray, weight * glow * voxel::Colour{1 - left.r, 1 - left.g, 1 - left.b}, sum);
         weight = weight * left;
         if (!hit)
             return;
@@ -116,11 +119,11 @@ void Shading::see(const TracedRay& ray, SampleSum& sum, std::vector<TracedRay>& 
     }
     // Distant things take on the colour of the air before them.
     const auto take_air = [&] {
-        if (ray.medium != voxel::Material::kAir || ray.kind == RayKind::kBounce)
+        if (ray.medium != voxel::Material::kAir || ray.kind == walk::RayKind::kBounce)
             return;
         // Parallel rays start wherever the picture's plane stands: there is no air to look through.
-        if (ray.kind == RayKind::kPrimary &&
-            m_view.camera.projection() == Projection::kOrthographic)
+        if (ray.kind == walk::RayKind::kPrimary &&
+            m_view.camera.projection() == scene::Projection::kOrthographic)
             return;
         const auto air = m_view.sky.air(ray.ray.direction, ray.hit.t * m_view.voxel_m);
         add(ray, weight * air.light, sum);
@@ -132,39 +135,43 @@ void Shading::see(const TracedRay& ray, SampleSum& sum, std::vector<TracedRay>& 
         return;
     }
     const bool transparent = is_transparent(m_view, ray.hit.attr.material);
-    if (ray.hit.face == Face::kNone) {
+    if (ray.hit.face == core::Face::kNone) {
         // It starts in a voxel: in water it sees on, between leaves as well, inside rock nothing.
-        if (ray.kind == RayKind::kPrimary && transparent && ray.medium == voxel::Material::kAir)
-            dive(ray, next);
+        if (ray.kind == walk::RayKind::kPrimary && transparent &&
+            ray.medium == voxel::Material::kAir)
+            enter_medium(ray, next);
         else if (has_holes(m_view, ray.hit.attr.material))
             pass(ray, next);
         return;
     }
     take_air();
-    if (ray.kind == RayKind::kPrimary) {
+    if (ray.kind == walk::RayKind::kPrimary) {
         sum.t = ray.hit.t;
-        sum.point = surface.point, sum.normal = surface.smooth_normal;
-        sum.albedo = surface.albedo, sum.material = ray.hit.attr.material;
+        sum.point = surface.point;
+        sum.normal = surface.smooth_normal;
+        sum.albedo = surface.albedo;
+        sum.material = ray.hit.attr.material;
         sum.water = transparent;
     }
-    const Meeting m{ray, surface, weight, sum, next};
+    const Interaction m{ray, surface, weight, sum, next};
     if (transparent || ray.hit.attr.material == voxel::Material::kAir)
         meet_transparent(m);
     else
-        light_up(m);
+        shade_opaque(m);
 }
 
-TracedRay Shading::sent(const Meeting& m, Vec3 direction, RayKind kind, Colour weight,
-                        std::uint32_t branch) const noexcept {
-    TracedRay out;
+walk::TracedRay Shading::sent(const Interaction& m, core::Vec3 direction, walk::RayKind kind,
+                              voxel::Colour weight, std::uint32_t branch) const noexcept {
+    walk::TracedRay out;
     out.ray = {m.surface.point, direction};
-    out.state = RayState(out.ray);
-    out.state.start_in(neighbour(m.ray.hit.voxel, m.ray.hit.face), m.ray.hit.level);
+    out.state = core::RayState(out.ray);
+    out.state.start_in(walk::neighbour(m.ray.hit.voxel, m.ray.hit.face), m.ray.hit.level);
     out.weight = weight;
     out.sample = m.ray.sample;
-    out.stream = static_cast<std::uint32_t>(hash64(m.ray.stream, 0x100 + branch));
+    out.stream = static_cast<std::uint32_t>(core::hash64(m.ray.stream, 0x100 + branch));
     out.footprint = footprint_at(m.ray);
-    out.spread = kind == RayKind::kBounce || kind == RayKind::kSky || kind == RayKind::kAmbient
+    out.spread = kind == walk::RayKind::kBounce || kind == walk::RayKind::kSky ||
+                         kind == walk::RayKind::kAmbient
                      ? kDiffuseSpread
                      : m.ray.spread;
     out.kind = kind;
@@ -173,13 +180,13 @@ TracedRay Shading::sent(const Meeting& m, Vec3 direction, RayKind kind, Colour w
     out.leaves = out.asks() && shows_leaves(m_view, m.ray.hit, out.footprint);
     out.medium = m.ray.medium;
     if (out.medium != voxel::Material::kAir)
-        out.stop = StopAt::end_of(out.medium);
+        out.stop = walk::StopAt::end_of(out.medium);
     return out;
 }
 
 // Ref: Snell's law for the way of the light in the medium, Beer and Lambert's for what is left of
 // it.
-Colour Shading::through_medium(const Meeting& m, Vec3 direction) const noexcept {
+voxel::Colour Shading::through_medium(const Interaction& m, core::Vec3 direction) const noexcept {
     if (m.ray.medium == voxel::Material::kAir)
         return kWhole;
     const Medium medium = medium_of(m_view, m.ray.medium);
@@ -190,20 +197,20 @@ Colour Shading::through_medium(const Meeting& m, Vec3 direction) const noexcept 
            static_cast<float>(1 - fresnel(std::max(direction.y, 0.0), medium.index));
 }
 
-void Shading::send_sun(const Meeting& m, Colour weight) const {
-    const Sky& sky = m_view.sky;
+void Shading::send_sun(const Interaction& m, voxel::Colour weight) const {
+    const sky::Sky& sky = m_view.sky;
     if (!sky.sun_up())
         return;
     const auto at = m.sum.numbers.pair(number_of(m.ray, kSunPoint));
-    const Vec3 direction = sky.sample_sun(at.u, at.v);
-    const double facing = dot(m.surface.normal, direction);
+    const core::Vec3 direction = sky.sample_sun(at.u, at.v);
+    const double facing = core::dot(m.surface.normal, direction);
     if (!(facing > 0) || !(direction.y > 0))
         return;
-    Colour light = weight * sky.sun_light() * static_cast<float>(facing) *
-                   sky.cloud_shadow(m.surface.point * m_view.voxel_m);
+    voxel::Colour light = weight * sky.sun_light() * static_cast<float>(facing) *
+                          sky.cloud_shadow(m.surface.point * m_view.voxel_m);
     if (m.ray.medium != voxel::Material::kAir)
         light = light * through_medium(m, direction);
-    TracedRay out = sent(m, direction, RayKind::kShadow, light, kSunPoint);
+    walk::TracedRay out = sent(m, direction, walk::RayKind::kShadow, light, kSunPoint);
     out.direct = m.ray.depth == 0;
     if (!m_view.scene.quality.shadows) {
         add(out, light, m.sum);
@@ -216,19 +223,20 @@ void Shading::send_sun(const Meeting& m, Colour weight) const {
     m.next.push_back(out);
 }
 
-void Shading::send_mirror(const Meeting& m, Colour weight) const {
+void Shading::send_mirror(const Interaction& m, voxel::Colour weight) const {
     const Surface& s = m.surface;
-    const Vec3 facet = s.roughness > 0 ? facet_normal(s.smooth_normal, s.roughness,
-                                                      m.sum.numbers.pair(number_of(m.ray, kFacet)))
-                                       : s.smooth_normal;
-    Vec3 direction = reflect(s.direction, facet);
+    const core::Vec3 facet = s.roughness > 0
+                                 ? facet_normal(s.smooth_normal, s.roughness,
+                                                m.sum.numbers.pair(number_of(m.ray, kFacet)))
+                                 : s.smooth_normal;
+    core::Vec3 direction = reflect(s.direction, facet);
     // What a tilted facet would throw into the face comes back out of it.
-    if (const double into = dot(direction, s.normal); into < 1e-4)
-        direction = normalized(direction + s.normal * (1e-4 - 2 * std::min(into, 0.0)));
-    m.next.push_back(sent(m, direction, RayKind::kMirror, weight, kFacet));
+    if (const double into = core::dot(direction, s.normal); into < 1e-4)
+        direction = core::normalized(direction + s.normal * (1e-4 - 2 * std::min(into, 0.0)));
+    m.next.push_back(sent(m, direction, walk::RayKind::kMirror, weight, kFacet));
 }
 
-void Shading::meet_transparent(const Meeting& m) const {
+void Shading::meet_transparent(const Interaction& m) const {
     const auto& q = m_view.scene.quality;
     const voxel::Material beyond = m.ray.hit.attr.material == voxel::Material::kAir ||
                                            is_transparent(m_view, m.ray.hit.attr.material)
@@ -236,60 +244,62 @@ void Shading::meet_transparent(const Meeting& m) const {
                                        : voxel::Material::kAir;
     const double index = medium_of(m_view, beyond).index / medium_of(m_view, m.ray.medium).index;
     const Surface& s = m.surface;
-    Vec3 n = s.smooth_normal;
-    if (dot(s.direction, n) > -1e-3)
+    core::Vec3 n = s.smooth_normal;
+    if (core::dot(s.direction, n) > -1e-3)
         n = s.normal;  // seen from its back, a wave is as flat as the face
-    auto thrown_back = static_cast<float>(fresnel(std::min(1.0, -dot(s.direction, n)), index));
-    if (!q.reflections && thrown_back < 1)
-        thrown_back = 0;  // all of it goes in then
+    auto reflectance =
+        static_cast<float>(fresnel(std::min(1.0, -core::dot(s.direction, n)), index));
+    if (!q.reflections && reflectance < 1)
+        reflectance = 0;  // all of it goes in then
     const auto through = q.refraction || m.ray.medium != voxel::Material::kAir
                              ? refract(s.direction, n, index)
                              : std::nullopt;
     const bool both = splits(m.ray);
     const bool may_go_on = static_cast<int>(m.ray.depth) < std::max(q.bounces, 1);
     const bool mirror_only =
-        !both && m.sum.numbers.number(number_of(m.ray, kChoice)) < static_cast<double>(thrown_back);
+        !both && m.sum.numbers.number(number_of(m.ray, kChoice)) < static_cast<double>(reflectance);
     if (may_go_on && q.reflections && (both || mirror_only))
-        send_mirror(m, both ? m.weight * thrown_back : m.weight);
-    if (both ? thrown_back >= 1 : mirror_only)
+        send_mirror(m, both ? m.weight * reflectance : m.weight);
+    if (both ? reflectance >= 1 : mirror_only)
         return;
-    const Colour rest = both ? m.weight * (1 - thrown_back) : m.weight;
+    const voxel::Colour rest = both ? m.weight * (1 - reflectance) : m.weight;
     if (!through || !may_go_on) {
-        light_up({m.ray, s, rest, m.sum, m.next});
+        shade_opaque({m.ray, s, rest, m.sum, m.next});
         return;
     }
-    TracedRay out = sent(m, *through, RayKind::kRefracted, rest, kChoice);
-    out.state = RayState(out.ray);
+    walk::TracedRay out = sent(m, *through, walk::RayKind::kRefracted, rest, kChoice);
+    out.state = core::RayState(out.ray);
     out.state.start_in(m.ray.hit.voxel, m.ray.hit.level);
     out.medium = beyond;
     out.sun_asked = m.ray.sun_asked;
-    out.stop = beyond == voxel::Material::kAir ? StopAt::kSolid : StopAt::end_of(beyond);
+    out.stop =
+        beyond == voxel::Material::kAir ? walk::StopAt::kSolid : walk::StopAt::end_of(beyond);
     m.next.push_back(out);
 }
 
-void Shading::pass(const TracedRay& ray, std::vector<TracedRay>& next) const {
-    TracedRay out = ray;
+void Shading::pass(const walk::TracedRay& ray, std::vector<walk::TracedRay>& next) const {
+    walk::TracedRay out = ray;
     out.state = behind(ray);
     out.state.leap(0);
-    out.stream = static_cast<std::uint32_t>(hash64(ray.stream, 0x10000));
-    out.end = WalkEnd::kWaits;
+    out.stream = static_cast<std::uint32_t>(core::hash64(ray.stream, 0x10000));
+    out.end = walk::WalkEnd::kWaits;
     out.around = {};
     next.push_back(out);
 }
 
-void Shading::dive(const TracedRay& ray, std::vector<TracedRay>& next) const {
-    TracedRay out = ray;
+void Shading::enter_medium(const walk::TracedRay& ray, std::vector<walk::TracedRay>& next) const {
+    walk::TracedRay out = ray;
     out.state = behind(ray);
     out.medium = ray.hit.attr.material;
-    out.stop = StopAt::end_of(out.medium);
-    out.end = WalkEnd::kWaits;
+    out.stop = walk::StopAt::end_of(out.medium);
+    out.end = walk::WalkEnd::kWaits;
     next.push_back(out);
 }
 
 std::unique_ptr<const Shading> make_shading(const View& view) {
-    if (view.scene.quality.integrator == Integrator::kPath)
+    if (view.scene.quality.integrator == core::Integrator::kPath)
         return std::make_unique<PathShading>(view);
     return std::make_unique<DirectShading>(view);
 }
 
-}  // namespace terravox
+}  // namespace terravox::shade

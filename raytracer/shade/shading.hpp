@@ -7,16 +7,16 @@
 #include "raytracer/shade/sampler.hpp"
 #include "raytracer/shade/surface.hpp"
 
-namespace terravox {
+namespace terravox::shade {
 
 /// What has come together for one sample of a pixel.
 struct SampleSum {
     Sampler numbers;                                     ///< of the sample
-    Colour direct, indirect;                             ///< linear light, to be added
+    voxel::Colour direct, indirect;                      ///< linear light, to be added
     double t = std::numeric_limits<double>::infinity();  ///< of the first hit, level-0 voxels;
                                                          ///< infinity: none
-    Vec3 point, normal;                                  ///< of the first hit
-    Colour albedo;
+    core::Vec3 point, normal;                            ///< of the first hit
+    voxel::Colour albedo;
     float sun = 0;  ///< share of the first hit's sun that is free
     voxel::Material material = voxel::Material::kAir;
     bool water = false;
@@ -33,19 +33,21 @@ public:
     virtual ~Shading() = default;
 
     /// What a primary ray brings. Its state is the caller's.
-    [[nodiscard]] TracedRay primary(const Ray& ray, std::uint32_t sample) const noexcept;
+    [[nodiscard]] walk::TracedRay primary(const core::Ray& ray,
+                                          std::uint32_t sample) const noexcept;
     /// Whether shade() will ask what stands around the ray's hit (TracedRay::around).
-    [[nodiscard]] virtual bool needs_surroundings(const TracedRay& ray) const noexcept = 0;
+    [[nodiscard]] virtual bool needs_surroundings(const walk::TracedRay& ray) const noexcept = 0;
     /// Adds to the sum what the ray has found, and to `next` the rays that this makes necessary.
-    void shade(const TracedRay& ray, SampleSum& sum, std::vector<TracedRay>& next) const;
+    void shade(const walk::TracedRay& ray, SampleSum& sum,
+               std::vector<walk::TracedRay>& next) const;
 
 protected:
-    struct Meeting {
-        const TracedRay& ray;
+    struct Interaction {
+        const walk::TracedRay& ray;
         const Surface& surface;
-        Colour weight;  ///< share of the surface's light that reaches the sample
+        voxel::Colour weight;  ///< share of the surface's light that reaches the sample
         SampleSum& sum;
-        std::vector<TracedRay>& next;
+        std::vector<walk::TracedRay>& next;
     };
     /// Streams of random numbers of one vertex.
     enum Use : std::uint32_t {
@@ -60,47 +62,50 @@ protected:
     };
 
     /// An opaque face.
-    virtual void light_up(const Meeting& m) const = 0;
+    virtual void shade_opaque(const Interaction& m) const = 0;
     /// What a ray that has left the world sees, by weight.
-    virtual void leave(const TracedRay& ray, Colour weight, SampleSum& sum) const = 0;
+    virtual void leave(const walk::TracedRay& ray, voxel::Colour weight, SampleSum& sum) const = 0;
     /// Whether mirrored and refracted rays are both sent (true), or one of them, by chance.
-    [[nodiscard]] virtual bool splits(const TracedRay& ray) const noexcept = 0;
+    [[nodiscard]] virtual bool splits(const walk::TracedRay& ray) const noexcept = 0;
 
-    [[nodiscard]] bool allows_surroundings(const TracedRay& ray) const noexcept;
-    void add(const TracedRay& ray, Colour light, SampleSum& sum) const noexcept {
+    [[nodiscard]] bool allows_surroundings(const walk::TracedRay& ray) const noexcept;
+    void add(const walk::TracedRay& ray, voxel::Colour light, SampleSum& sum) const noexcept {
         add(ray.direct, light, sum);
     }
-    void add(bool direct, Colour light, SampleSum& sum) const noexcept;
+    void add(bool direct, voxel::Colour light, SampleSum& sum) const noexcept;
     /// The ray towards a point of the sun, with the light that it then brings to a matt surface.
-    void send_sun(const Meeting& m, Colour weight) const;
+    void send_sun(const Interaction& m, voxel::Colour weight) const;
     /// The ray that a smooth coat throws back.
-    void send_mirror(const Meeting& m, Colour weight) const;
+    void send_mirror(const Interaction& m, voxel::Colour weight) const;
     /// A ray from the surface, back into where the ray came from. @param branch tells the streams
     /// of one vertex apart
-    [[nodiscard]] TracedRay sent(const Meeting& m, Vec3 direction, RayKind kind, Colour weight,
-                                 std::uint32_t branch) const noexcept;
+    [[nodiscard]] walk::TracedRay sent(const Interaction& m, core::Vec3 direction,
+                                       walk::RayKind kind, voxel::Colour weight,
+                                       std::uint32_t branch) const noexcept;
     /// Share of the light of the sky, or of the sun, that comes down to a bed through what lies
     /// above it. @param direction to the light
-    [[nodiscard]] Colour through_medium(const Meeting& m, Vec3 direction) const noexcept;
-    [[nodiscard]] static std::uint32_t number_of(const TracedRay& ray, std::uint32_t use) noexcept {
-        return static_cast<std::uint32_t>(hash64(ray.stream, use));
+    [[nodiscard]] voxel::Colour through_medium(const Interaction& m,
+                                               core::Vec3 direction) const noexcept;
+    [[nodiscard]] static std::uint32_t number_of(const walk::TracedRay& ray,
+                                                 std::uint32_t use) noexcept {
+        return static_cast<std::uint32_t>(core::hash64(ray.stream, use));
     }
 
     const View& m_view;
 
 private:
-    void see(const TracedRay& ray, SampleSum& sum, std::vector<TracedRay>& next) const;
-    void meet_transparent(const Meeting& m) const;
+    void see(const walk::TracedRay& ray, SampleSum& sum, std::vector<walk::TracedRay>& next) const;
+    void meet_transparent(const Interaction& m) const;
     /// Whether it comes through a hole between the leaves that it has met.
-    [[nodiscard]] bool slips_through(const TracedRay& ray, const Surface& surface,
+    [[nodiscard]] bool slips_through(const walk::TracedRay& ray, const Surface& surface,
                                      const SampleSum& sum) const noexcept;
     /// The ray goes on behind the voxel that it has met.
-    void pass(const TracedRay& ray, std::vector<TracedRay>& next) const;
+    void pass(const walk::TracedRay& ray, std::vector<walk::TracedRay>& next) const;
     /// The ray goes on inside the medium that it starts in.
-    void dive(const TracedRay& ray, std::vector<TracedRay>& next) const;
+    void enter_medium(const walk::TracedRay& ray, std::vector<walk::TracedRay>& next) const;
 };
 
 /// The shading that the scene asks for. @param view outlives it
 [[nodiscard]] std::unique_ptr<const Shading> make_shading(const View& view);
 
-}  // namespace terravox
+}  // namespace terravox::shade

@@ -6,19 +6,19 @@
 #include "common/util/det_math.hpp"
 #include "raytracer/core/random.hpp"
 
-namespace terravox {
+namespace terravox::shade {
 namespace {
 
-std::uint64_t voxel_hash(VoxelCoord v) noexcept {
-    return hash64(static_cast<std::uint32_t>(v.x) |
-                      static_cast<std::uint64_t>(static_cast<std::uint32_t>(v.z)) << 32,
-                  static_cast<std::uint32_t>(v.y));
+std::uint64_t voxel_hash(core::VoxelCoord v) noexcept {
+    return core::hash64(static_cast<std::uint32_t>(v.x) |
+                            static_cast<std::uint64_t>(static_cast<std::uint32_t>(v.z)) << 32,
+                        static_cast<std::uint32_t>(v.y));
 }
 
 /// How far a photo's colour is that of a voxel, and not its neighbour's: a photo that is a metre
 /// off, or leans, shows the lake on its shore, and what stands beside a wall on top of it. Share of
 /// what the scene mixes in.
-float believed(voxel::Material material, Colour photo) noexcept {
+float believed(voxel::Material material, voxel::Colour photo) noexcept {
     using voxel::Material;
     if (material == Material::kWall)
         return 0;
@@ -36,28 +36,30 @@ float believed(voxel::Material material, Colour photo) noexcept {
                           1.0f);
 }
 
-Colour base_colour(const View& view, const Look& look, const Hit& hit) {
+voxel::Colour base_colour(const View& view, const material::Look& look, const walk::Hit& hit) {
     const auto& q = view.scene.quality;
-    Colour colour = look.colour;
-    if (hit.attr.has_colour() && q.colour != VoxelColour::kMaterial) {
-        const Colour photo = to_linear(hit.attr.colour);
-        colour = mix(colour, photo,
-                     q.colour == VoxelColour::kTrue
-                         ? 1.0f
-                         : static_cast<float>(q.colour_mix) * believed(hit.attr.material, photo));
+    voxel::Colour colour = look.colour;
+    if (hit.attr.has_colour() && q.colour != core::VoxelColour::kMaterial) {
+        const voxel::Colour photo = voxel::to_linear(hit.attr.colour);
+        colour =
+            voxel::mix(colour, photo,
+                       q.colour == core::VoxelColour::kTrue
+                           ? 1.0f
+                           : static_cast<float>(q.colour_mix) * believed(hit.attr.material, photo));
     }
     // The mean of the many voxels that a coarse one stands for varies less.
     const auto variation =
         static_cast<float>(static_cast<double>(look.variation) * det::exp2_int(-hit.level));
-    const auto wobble = static_cast<float>(unit_from(voxel_hash(hit.voxel)) - 0.5) * 2 * variation;
+    const auto wobble =
+        static_cast<float>(core::unit_from(voxel_hash(hit.voxel)) - 0.5) * 2 * variation;
     return colour * (1 + wobble);
 }
 
 // A lamp shines in its own colour: the brightest channel is as bright as the material says.
-Colour hue_of(const voxel::VoxelAttr& attr) noexcept {
+voxel::Colour hue_of(const voxel::VoxelAttr& attr) noexcept {
     if (attr.material != voxel::Material::kLamp || !attr.has_colour())
         return {1, 1, 1};
-    const Colour own = to_linear(attr.colour);
+    const voxel::Colour own = voxel::to_linear(attr.colour);
     return own * (1 / std::max({own.r, own.g, own.b, 1e-3f}));
 }
 
@@ -67,24 +69,29 @@ double part_of_voxel(double point, int level, std::int32_t voxel) noexcept {
     return std::clamp(point * det::exp2_int(-level) - voxel, 0.0, kBelowOne);
 }
 
-Texel texel_at(const View& view, const TracedRay& ray, Vec3 point, const Look& look) noexcept {
-    const Hit& hit = ray.hit;
+material::Texel texel_at(const View& view, const walk::TracedRay& ray, core::Vec3 point,
+                         const material::Look& look) noexcept {
+    const walk::Hit& hit = ray.hit;
     if (!view.scene.quality.textures) {
-        Texel plain;
+        material::Texel plain;
         // Windows are drawn; without drawings none is lit.
         if (hit.attr.material == voxel::Material::kWall)
             plain.emission = 0;
         return plain;
     }
-    if (look.kind == Kind::kSolid && look.texture == 0)
+    if (look.kind == material::Kind::kSolid && look.texture == 0)
         return {};
-    const int axis = axis_of(hit.face), a = (axis + 1) % 3, b = (axis + 2) % 3;
-    FacePoint at;
-    at.voxel = hit.voxel, at.level = hit.level, at.face = hit.face;
-    at.u = part_of_voxel(point[a], hit.level, hit.voxel[a]),
+    const int axis = core::axis_of(hit.face), a = (axis + 1) % 3, b = (axis + 2) % 3;
+    material::FacePoint at;
+    at.voxel = hit.voxel;
+    at.level = hit.level;
+    at.face = hit.face;
+    at.u = part_of_voxel(point[a], hit.level, hit.voxel[a]);
     at.v = part_of_voxel(point[b], hit.level, hit.voxel[b]);
     at.footprint = static_cast<double>(footprint_at(ray));
-    at.around = ray.around.bits, at.voxel_m = view.voxel_m, at.night = view.night;
+    at.around = ray.around.bits;
+    at.voxel_m = view.voxel_m;
+    at.night = view.night;
     return view.materials->texel(hit.attr.material, at);
 }
 
@@ -93,45 +100,46 @@ Texel texel_at(const View& view, const TracedRay& ray, Vec3 point, const Look& l
 Medium medium_of(const View& view, voxel::Material material) noexcept {
     if (material == voxel::Material::kAir)
         return {};
-    const Look& look = view.materials->look(material);
+    const material::Look& look = view.materials->look(material);
     return {look.absorption_per_m, look.glow, static_cast<double>(look.index)};
 }
 
 bool is_transparent(const View& view, voxel::Material material) noexcept {
-    const Kind kind = view.materials->look(material).kind;
-    return kind == Kind::kWater || kind == Kind::kGlass;
+    const material::Kind kind = view.materials->look(material).kind;
+    return kind == material::Kind::kWater || kind == material::Kind::kGlass;
 }
 
 bool has_holes(const View& view, voxel::Material material) noexcept {
-    return view.materials->look(material).kind == Kind::kLeaves && view.scene.quality.cut_outs;
+    return view.materials->look(material).kind == material::Kind::kLeaves &&
+           view.scene.quality.cut_outs;
 }
 
-Surface surface_at(const View& view, const TracedRay& ray) {
+Surface surface_at(const View& view, const walk::TracedRay& ray) {
     Surface out;
     out.point = ray.ray.origin + ray.ray.direction * ray.hit.t;
-    out.normal = out.smooth_normal = normal_of(ray.hit.face);
+    out.normal = out.smooth_normal = core::normal_of(ray.hit.face);
     out.direction = ray.ray.direction;
     if (ray.hit.attr.material == voxel::Material::kAir)
         return out;  // out of a medium
-    const Look& look = view.materials->look(ray.hit.attr.material);
-    const Texel texel = texel_at(view, ray, out.point, look);
+    const material::Look& look = view.materials->look(ray.hit.attr.material);
+    const material::Texel texel = texel_at(view, ray, out.point, look);
     out.albedo = base_colour(view, look, ray.hit) * texel.ratio * (1 - texel.own_share) +
                  texel.own * texel.own_share;
     out.emission = look.emission * texel.emission * hue_of(ray.hit.attr);
-    out.leaves = look.kind == Kind::kLeaves && view.scene.quality.cut_outs;
+    out.leaves = look.kind == material::Kind::kLeaves && view.scene.quality.cut_outs;
     out.opacity = out.leaves ? texel.opacity : 1;
-    out.transparent = look.kind == Kind::kWater || look.kind == Kind::kGlass;
+    out.transparent = look.kind == material::Kind::kWater || look.kind == material::Kind::kGlass;
     out.polish = out.transparent ? 0 : look.reflects ? 1 : texel.gloss;
     out.roughness = look.roughness;
     out.index = static_cast<double>(look.index);
-    if (ray.hit.face == Face::kTop && (texel.tilt[0] != 0 || texel.tilt[1] != 0))
-        out.smooth_normal =
-            normalized({static_cast<double>(texel.tilt[0]), 1, static_cast<double>(texel.tilt[1])});
+    if (ray.hit.face == core::Face::kTop && (texel.tilt[0] != 0 || texel.tilt[1] != 0))
+        out.smooth_normal = core::normalized(
+            {static_cast<double>(texel.tilt[0]), 1, static_cast<double>(texel.tilt[1])});
     return out;
 }
 
-bool shows_slope(const View& view, const Hit& hit) noexcept {
-    if (hit.face != Face::kTop || hit.level != 0 || !view.scene.quality.textures)
+bool shows_slope(const View& view, const walk::Hit& hit) noexcept {
+    if (hit.face != core::Face::kTop || hit.level != 0 || !view.scene.quality.textures)
         return false;
     const voxel::Material m = hit.attr.material;
     return m == voxel::Material::kRoof || m == voxel::Material::kOrangeRoof ||
@@ -141,10 +149,10 @@ bool shows_slope(const View& view, const Hit& hit) noexcept {
 // Smoothly over the face.
 // Ref: Lysenko, "Ambient occlusion for Minecraft-like worlds", 2012 (levels from three neighbours
 // of a corner).
-float open_share(const Hit& hit, Vec3 point, std::uint8_t bits) noexcept {
+float open_share(const walk::Hit& hit, core::Vec3 point, std::uint8_t bits) noexcept {
     if (bits == 0)
         return 1;
-    const int axis = axis_of(hit.face), a = (axis + 1) % 3, b = (axis + 2) % 3;
+    const int axis = core::axis_of(hit.face), a = (axis + 1) % 3, b = (axis + 2) % 3;
     const auto solid = [&](int i, int j) {  // 0..2 each, the middle is free
         const int place = 3 * i + j;
         return bits >> (place > 4 ? place - 1 : place) & 1;
@@ -161,4 +169,4 @@ float open_share(const Hit& hit, Vec3 point, std::uint8_t bits) noexcept {
     return static_cast<float>(1 - 0.22 * level);
 }
 
-}  // namespace terravox
+}  // namespace terravox::shade

@@ -3,15 +3,15 @@
 #include "raytracer/shade/view.hpp"
 #include "raytracer/walk/traced_ray.hpp"
 
-namespace terravox {
+namespace terravox::shade {
 
 /// What the face is like that a ray has met.
 struct Surface {
-    Vec3 point;          ///< level-0 voxels
-    Vec3 normal;         ///< of the face, towards where the ray came from
-    Vec3 smooth_normal;  ///< with waves on it
-    Vec3 direction;      ///< of the ray
-    Colour albedo, emission;
+    core::Vec3 point;          ///< level-0 voxels
+    core::Vec3 normal;         ///< of the face, towards where the ray came from
+    core::Vec3 smooth_normal;  ///< with waves on it
+    core::Vec3 direction;      ///< of the ray
+    voxel::Colour albedo, emission;
     float opacity = 1;    ///< leaves: share that stops a ray
     float polish = 0;     ///< share of the face that reflects as a smooth coat
     float roughness = 0;  ///< of that coat
@@ -21,9 +21,9 @@ struct Surface {
 
 /// What light goes through inside transparent materials.
 struct Medium {
-    Colour absorption_per_m;
-    Colour glow;       ///< what bottomless depth sends back, of the light that comes from above
-    double index = 1;  ///< of refraction; 1 for air
+    voxel::Colour absorption_per_m;
+    voxel::Colour glow;  ///< what bottomless depth sends back, of the light that comes from above
+    double index = 1;    ///< of refraction; 1 for air
 };
 [[nodiscard]] Medium medium_of(const View& view, voxel::Material material) noexcept;
 
@@ -33,19 +33,19 @@ struct Medium {
 [[nodiscard]] bool has_holes(const View& view, voxel::Material material) noexcept;
 
 /// The surface at a ray's hit, which is neither a hole nor without a face.
-[[nodiscard]] Surface surface_at(const View& view, const TracedRay& ray);
+[[nodiscard]] Surface surface_at(const View& view, const walk::TracedRay& ray);
 
 /// What a pixel covers at a ray's hit, level-0 voxels.
-[[nodiscard]] inline float footprint_at(const TracedRay& ray) noexcept {
+[[nodiscard]] inline float footprint_at(const walk::TracedRay& ray) noexcept {
     return ray.footprint + ray.spread * static_cast<float>(ray.hit.t);
 }
 
 /// Whether what is drawn on the face depends on what stands around it: a roof's tiles lie along its
 /// slope.
-[[nodiscard]] bool shows_slope(const View& view, const Hit& hit) noexcept;
+[[nodiscard]] bool shows_slope(const View& view, const walk::Hit& hit) noexcept;
 
 /// Share of ambient light at a point of a face whose corners are darkened by what stands around.
 /// @param bits see Surroundings
-[[nodiscard]] float open_share(const Hit& hit, Vec3 point, std::uint8_t bits) noexcept;
+[[nodiscard]] float open_share(const walk::Hit& hit, core::Vec3 point, std::uint8_t bits) noexcept;
 
-}  // namespace terravox
+}  // namespace terravox::shade

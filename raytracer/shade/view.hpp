@@ -9,25 +9,25 @@
 #include "raytracer/tiles/square_grid.hpp"
 #include "raytracer/walk/level_cut.hpp"
 
-namespace terravox {
+namespace terravox::shade {
 
 /// What is common to all rays of a picture. Immutable and shared by all processors.
 struct View {
-    Scene scene;
-    Camera camera;
-    Sky sky;
-    std::shared_ptr<const MaterialTable> materials;
-    LevelCut cut;        ///< which boxes are looked at
+    scene::Scene scene;
+    scene::Camera camera;
+    sky::Sky sky;
+    std::shared_ptr<const material::MaterialTable> materials;
+    walk::LevelCut cut;  ///< which boxes are looked at
     double voxel_m = 1;  ///< edge of a level-0 voxel
-    SquareGrid squares;
-    Vec3 origin;              ///< of the positions in the picture's layers: Camera::picture_origin
-    bool night = false;       ///< windows are lit
-    double exposure_ev = 0;   ///< of 8-bit pictures, with the adaptation to the daylight
-    float most_indirect = 0;  ///< light of one indirect sample; 0: no limit
+    tiles::SquareGrid squares;
+    core::Vec3 origin;       ///< of the positions in the picture's layers: Camera::picture_origin
+    bool night = false;      ///< windows are lit
+    double exposure_ev = 0;  ///< of 8-bit pictures, with the adaptation to the daylight
+    float max_indirect = 0;  ///< light of one indirect sample; 0: no limit
 
     [[nodiscard]] bool wants_layers() const noexcept {
-        return scene.output.layers != PictureLayers::kBeauty || scene.output.denoise;
+        return scene.output.layers != core::PictureLayers::kBeauty || scene.output.denoise;
     }
 };
 
-}  // namespace terravox
+}  // namespace terravox::shade

@@ -11,13 +11,14 @@
 #include "raytracer/sky/sun_of.hpp"
 #include "raytracer/walk/surroundings.hpp"
 
-namespace terravox {
+namespace terravox::shade {
 namespace {
 
 /// Whether a voxel of a level is solid; waits for its box.
-bool solid_at(BlockManager& blocks, const LevelCut& cut, VoxelCoord at, int level) {
-    BlockReader reader(blocks);
-    Surroundings surroundings(reader, cut);
+bool solid_at(blocks::BlockManager& blocks, const walk::LevelCut& cut, core::VoxelCoord at,
+              int level) {
+    walk::BlockReader reader(blocks);
+    walk::Surroundings surroundings(reader, cut);
     bool solid = false;
     while (!surroundings.look(at, level, solid))
         (void)blocks.get(surroundings.missing());
@@ -26,26 +27,25 @@ bool solid_at(BlockManager& blocks, const LevelCut& cut, VoxelCoord at, int leve
 }
 
 /// Stops that make up for a dim sun and sky, by what they send to level ground.
-double adaptation_ev(const Sky& sky, double share) noexcept {
-    constexpr double kFullDay = 1, kDarkest = 1e-6, kMost_ev = 9, kLn2 = 0.693147180559945309417;
+double adaptation_ev(const sky::Sky& sky, double share) noexcept {
+    constexpr double kFullDay = 1, kDarkest = 1e-6, kMax_ev = 9, kLn2 = 0.693147180559945309417;
     const double level = static_cast<double>(
-        luminance(sky.ambient({0, 1, 0}) +
-                  sky.sun_light() * static_cast<float>(std::max(0.0, sky.to_sun().y))));
-    return std::clamp(-share * det::log(std::max(level, kDarkest) / kFullDay) / kLn2, 0.0,
-                      kMost_ev);
+        voxel::luminance(sky.ambient({0, 1, 0}) +
+                         sky.sun_light() * static_cast<float>(std::max(0.0, sky.to_sun().y))));
+    return std::clamp(-share * det::log(std::max(level, kDarkest) / kFullDay) / kLn2, 0.0, kMax_ev);
 }
 
-void check_camera(const View& view, BlockManager& blocks) {
+void check_camera(const View& view, blocks::BlockManager& blocks) {
     if (view.scene.camera.inside_rock)
         return;
     const int level = view.scene.quality.level;
-    const Vec3 p = view.camera.position() * (1.0 / (1 << level));
+    const core::Vec3 p = view.camera.position() * (1.0 / (1 << level));
     for (const double c : {p.x, p.y, p.z})
         if (!(std::abs(c) < 1.0e9))
-            throw UsageError("place the camera: its position lies beyond 10^9 voxels");
-    VoxelCoord at{static_cast<std::int32_t>(std::floor(p.x)),
-                  static_cast<std::int32_t>(std::floor(p.y)),
-                  static_cast<std::int32_t>(std::floor(p.z))};
+            throw util::UsageError("place the camera: its position lies beyond 10^9 voxels");
+    core::VoxelCoord at{static_cast<std::int32_t>(std::floor(p.x)),
+                        static_cast<std::int32_t>(std::floor(p.y)),
+                        static_cast<std::int32_t>(std::floor(p.z))};
     const voxel::VoxelBounds& bounds = view.cut.bounds(level);
     for (int a = 0; a < 3; ++a)
         if (at[a] < bounds.min[static_cast<std::size_t>(a)] ||
@@ -53,73 +53,73 @@ void check_camera(const View& view, BlockManager& blocks) {
             return;
     if (!solid_at(blocks, view.cut, at, level))
         return;
-    const VoxelCoord found = at;
+    const core::VoxelCoord found = at;
     while (at.y < bounds.max[1] && solid_at(blocks, view.cut, at, level))
         ++at.y;
-    throw UsageError("place the camera: voxel (" + std::to_string(found.x) + ", " +
-                     std::to_string(found.y) + ", " + std::to_string(found.z) +
-                     ") is solid; allowed: " +
-                     std::to_string(static_cast<int>(
-                         std::ceil((at.y - found.y) * view.voxel_m * (1 << level)))) +
-                     " m higher, or --camera-inside-rock yes");
+    throw util::UsageError("place the camera: voxel (" + std::to_string(found.x) + ", " +
+                           std::to_string(found.y) + ", " + std::to_string(found.z) +
+                           ") is solid; allowed: " +
+                           std::to_string(static_cast<int>(
+                               std::ceil((at.y - found.y) * view.voxel_m * (1 << level)))) +
+                           " m higher, or --camera-inside-rock yes");
 }
 
 /// @param sky_of makes the sky
 template <class SkyOf>
-View assemble(const Scene& scene, const voxel::WorldInfo& world,
-              std::shared_ptr<const MaterialTable> materials, const SkyOf& sky_of) {
+View assemble(const scene::Scene& scene, const voxel::WorldInfo& world,
+              std::shared_ptr<const material::MaterialTable> materials, const SkyOf& sky_of) {
     const int level = scene.quality.level;
     if (level >= world.levels)
-        throw UsageError("choose the level: quality.level = " + std::to_string(level) +
-                         "; this world has 0 to " + std::to_string(world.levels - 1));
+        throw util::UsageError("choose the level: quality.level = " + std::to_string(level) +
+                               "; this world has 0 to " + std::to_string(world.levels - 1));
     if (world.bounds.empty())
-        throw Error("render the world '" + world.title + "': it is empty");
-    const Camera camera = make_camera(scene, world, world.framed_bounds());
-    const LevelCut cut(world.bounds, camera, scene.quality.detail, level, world.levels - 1);
-    const geo::SunPosition sun = sun_of(scene.sun, world.centre ? &*world.centre : nullptr);
+        throw util::Error("render the world '" + world.title + "': it is empty");
+    const scene::Camera camera = scene::make_camera(scene, world, world.framed_bounds());
+    const walk::LevelCut cut(world.bounds, camera, scene.quality.detail, level, world.levels - 1);
+    const geo::SunPosition sun = sky::sun_of(scene.sun, world.centre ? &*world.centre : nullptr);
     constexpr double kLampsOn_deg = -2;
     const auto origin = camera.picture_origin();
-    View view{
-        scene,
-        camera,
-        sky_of(ViewMaker::SkyAsked{sun, scene.sun, scene.sky, world.bounds.min[1] * world.voxel_m,
-                                   camera.position() * world.voxel_m}),
-        std::move(materials),
-        cut,
-        world.voxel_m,
-        SquareGrid(world),
-        {static_cast<double>(origin[0]), static_cast<double>(origin[1]),
-         static_cast<double>(origin[2])},
-        sun.altitude_deg < kLampsOn_deg};
+    View view{scene,
+              camera,
+              sky_of(ViewMaker::SkyParameters{sun, scene.sun, scene.sky,
+                                              world.bounds.min[1] * world.voxel_m,
+                                              camera.position() * world.voxel_m}),
+              std::move(materials),
+              cut,
+              world.voxel_m,
+              tiles::SquareGrid(world),
+              {static_cast<double>(origin[0]), static_cast<double>(origin[1]),
+               static_cast<double>(origin[2])},
+              sun.altitude_deg < kLampsOn_deg};
     view.exposure_ev = scene.output.exposure_ev + adaptation_ev(view.sky, scene.output.adaptation);
-    if (scene.quality.integrator == Integrator::kPath)
-        view.most_indirect =
+    if (scene.quality.integrator == core::Integrator::kPath)
+        view.max_indirect =
             static_cast<float>(scene.quality.clamp * det::pow(2, -view.exposure_ev));
     return view;
 }
 
-Sky make_sky(const ViewMaker::SkyAsked& asked) {
+sky::Sky make_sky(const ViewMaker::SkyParameters& asked) {
     return {asked.sun, asked.sun_settings, asked.sky_settings, asked.place_height_m, asked.eye_m};
 }
 
 }  // namespace
 
-View make_view(const Scene& scene, const voxel::WorldInfo& world,
-               std::shared_ptr<const MaterialTable> materials) {
+View make_view(const scene::Scene& scene, const voxel::WorldInfo& world,
+               std::shared_ptr<const material::MaterialTable> materials) {
     return assemble(scene, world, std::move(materials), make_sky);
 }
 
-View make_view(const Scene& scene, BlockManager& blocks) {
+View make_view(const scene::Scene& scene, blocks::BlockManager& blocks) {
     return ViewMaker{}.make(scene, blocks);
 }
 
-View ViewMaker::make(const Scene& scene, BlockManager& blocks) {
+View ViewMaker::make(const scene::Scene& scene, blocks::BlockManager& blocks) {
     if (!m_materials || m_named != scene.quality.materials) {
-        m_materials =
-            std::make_shared<MaterialTable>(material::find_materials(scene.quality.materials));
+        m_materials = std::make_shared<material::MaterialTable>(
+            material::find_materials(scene.quality.materials));
         m_named = scene.quality.materials;
     }
-    View view = assemble(scene, blocks.world_info(), m_materials, [this](SkyAsked asked) {
+    View view = assemble(scene, blocks.world_info(), m_materials, [this](SkyParameters asked) {
         if (asked.sky_settings.clouds == 0)
             asked.eye_m = {};
         if (!m_sky || m_sky->first != asked)
@@ -130,4 +130,4 @@ View ViewMaker::make(const Scene& scene, BlockManager& blocks) {
     return view;
 }
 
-}  // namespace terravox
+}  // namespace terravox::shade

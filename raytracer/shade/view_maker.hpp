@@ -8,38 +8,38 @@
 #include "raytracer/blocks/block_manager.hpp"
 #include "raytracer/shade/view.hpp"
 
-namespace terravox {
+namespace terravox::shade {
 
 /// The view that a scene gives of a world. A function of its arguments, on every machine.
 /// @throws UsageError for a level the world does not have, ...; Error for an empty world
-[[nodiscard]] View make_view(const Scene& scene, const voxel::WorldInfo& world,
-                             std::shared_ptr<const MaterialTable> materials);
+[[nodiscard]] View make_view(const scene::Scene& scene, const voxel::WorldInfo& world,
+                             std::shared_ptr<const material::MaterialTable> materials);
 
 /// The same with the materials that the scene names. @throws UsageError for a camera inside rock,
 /// too
-[[nodiscard]] View make_view(const Scene& scene, BlockManager& blocks);
+[[nodiscard]] View make_view(const scene::Scene& scene, blocks::BlockManager& blocks);
 
 /// Views of one world, one after the other. What the next has in common with the last is kept:
 /// materials and sky, which take some ten milliseconds.
 class ViewMaker {
 public:
     /// @throws as make_view
-    [[nodiscard]] View make(const Scene& scene, BlockManager& blocks);
+    [[nodiscard]] View make(const scene::Scene& scene, blocks::BlockManager& blocks);
 
     /// All that a sky depends on.
-    struct SkyAsked {
+    struct SkyParameters {
         geo::SunPosition sun;
-        Scene::Sun sun_settings;
-        Scene::Sky sky_settings;
+        scene::Scene::Sun sun_settings;
+        scene::Scene::Sky sky_settings;
         double place_height_m = 0;
-        Vec3 eye_m;  ///< without clouds it does not count
-        friend bool operator==(const SkyAsked&, const SkyAsked&) = default;
+        core::Vec3 eye_m;  ///< without clouds it does not count
+        friend bool operator==(const SkyParameters&, const SkyParameters&) = default;
     };
 
 private:
     std::string m_named;
-    std::shared_ptr<const MaterialTable> m_materials;  ///< of the file so named
-    std::optional<std::pair<SkyAsked, Sky>> m_sky;
+    std::shared_ptr<const material::MaterialTable> m_materials;  ///< of the file so named
+    std::optional<std::pair<SkyParameters, sky::Sky>> m_sky;
 };
 
-}  // namespace terravox
+}  // namespace terravox::shade

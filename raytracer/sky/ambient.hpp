@@ -6,12 +6,12 @@
 #include "common/voxel/colour.hpp"
 #include "raytracer/core/ray.hpp"
 
-namespace terravox {
+namespace terravox::sky {
 
 /// Light that comes from about one direction.
 struct LightFrom {
-    Vec3 direction;  ///< of unit length
-    Colour radiance;
+    core::Vec3 direction;  ///< of unit length
+    voxel::Colour radiance;
     double solid_angle;  ///< steradians
 };
 
@@ -24,10 +24,10 @@ public:
     AmbientTable() = default;  ///< darkness
     explicit AmbientTable(std::span<const LightFrom> light);
     /// @param normal of any length but 0
-    [[nodiscard]] Colour at(Vec3 normal) const noexcept;
+    [[nodiscard]] voxel::Colour at(core::Vec3 normal) const noexcept;
 
 private:
-    std::vector<Colour> m_nodes;
+    std::vector<voxel::Colour> m_nodes;
 };
 
-}  // namespace terravox
+}  // namespace terravox::sky

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace terravox {
+namespace terravox::sky {
 namespace {
 
 constexpr double kMieAlbedo = 0.92;  // of dust and droplets inland
@@ -42,10 +42,14 @@ public:
         Atmosphere::Densities out;
         const auto add = [&](int di, int dj, double w) {
             const auto& n = m_nodes[place(i + di, j + dj)];
-            out.rayleigh += w * n.rayleigh, out.mie += w * n.mie, out.ozone += w * n.ozone;
+            out.rayleigh += w * n.rayleigh;
+            out.mie += w * n.mie;
+            out.ozone += w * n.ozone;
         };
-        add(0, 0, (1 - a) * (1 - b)), add(0, 1, (1 - a) * b), add(1, 0, a * (1 - b)),
-            add(1, 1, a * b);
+        add(0, 0, (1 - a) * (1 - b));
+        add(0, 1, (1 - a) * b);
+        add(1, 0, a * (1 - b));
+        add(1, 1, a * b);
         return out;
     }
 
@@ -70,8 +74,9 @@ private:
                              step = std::fabs(to - from) * (b * b - a * a);
                 const auto d = Atmosphere::densities(std::sqrt(r * r + s * s + 2 * r * s * sine) -
                                                      Atmosphere::kEarth_m);
-                sum.rayleigh += d.rayleigh * step, sum.mie += d.mie * step,
-                    sum.ozone += d.ozone * step;
+                sum.rayleigh += d.rayleigh * step;
+                sum.mie += d.mie * step;
+                sum.ozone += d.ozone * step;
             }
         };
         part(lowest, end);
@@ -153,4 +158,4 @@ double mie_phase(double c) noexcept {
     return 3 / (8 * det::kPi) * (1 - g2) * (1 + c * c) / ((2 + g2) * d * std::sqrt(d));
 }
 
-}  // namespace terravox
+}  // namespace terravox::sky

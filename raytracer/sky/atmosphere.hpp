@@ -5,7 +5,7 @@
 #include "raytracer/core/ray.hpp"
 #include "raytracer/sky/spectrum.hpp"
 
-namespace terravox {
+namespace terravox::sky {
 
 /// The air of a round Earth: what it scatters and absorbs at a height. Molecules (Rayleigh) and
 /// haze (Mie) thin out exponentially, ozone lies in a layer around 25 km. Heights in metres above
@@ -59,4 +59,4 @@ private:
 /// single-scattering phase function", 1992.
 [[nodiscard]] double mie_phase(double c) noexcept;
 
-}  // namespace terravox
+}  // namespace terravox::sky

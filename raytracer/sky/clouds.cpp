@@ -7,7 +7,7 @@
 #include "common/util/det_math.hpp"
 #include "raytracer/core/random.hpp"
 
-namespace terravox {
+namespace terravox::sky {
 namespace {
 
 constexpr double kLargest_m = 2300;  // distance between the largest features
@@ -20,8 +20,8 @@ double gradient_noise(double x, double y, std::uint64_t octave) noexcept {
     const auto ix = static_cast<std::int64_t>(fx), iy = static_cast<std::int64_t>(fy);
     const auto corner = [&](int i, int j) {
         const std::uint64_t h =
-            hash64(static_cast<std::uint64_t>(ix + i) * 0x9e3779b97f4a7c15 ^
-                   static_cast<std::uint64_t>(iy + j) * 0xc2b2ae3d27d4eb4f ^ octave);
+            core::hash64(static_cast<std::uint64_t>(ix + i) * 0x9e3779b97f4a7c15 ^
+                         static_cast<std::uint64_t>(iy + j) * 0xc2b2ae3d27d4eb4f ^ octave);
         const double gx = static_cast<double>(h >> 40) * 0x1.0p-23 - 1,
                      gy = static_cast<double>(h & 0xffffff) * 0x1.0p-23 - 1;
         return gx * (a - i) + gy * (b - j);
@@ -61,14 +61,16 @@ double Clouds::noise(double x_m, double z_m, int octaves) noexcept {
     // The largest features bend the smaller ones, which makes heaps out of blots.
     const double bend_x = gradient_noise(x * 0.7 + 31.4, y * 0.7, 101),
                  bend_y = gradient_noise(x * 0.7, y * 0.7 - 17.7, 102);
-    x += 0.35 * bend_x, y += 0.35 * bend_y;
+    x += 0.35 * bend_x;
+    y += 0.35 * bend_y;
     for (int octave = 0; octave < octaves; ++octave) {
         const double n = gradient_noise(x, y, static_cast<std::uint64_t>(octave));
         // Small octaves are rounded like the tops of cauliflower.
         sum += weight * (octave < 2 ? n : 0.55 - 1.5 * std::fabs(n) + 0.25 * n);
         weight *= octave == 0 ? 0.6 : 0.52;
         const double turned = 0.8 * x - 0.6 * y;
-        y = (0.6 * x + 0.8 * y) * 2.03 + 5.2, x = turned * 2.03 - 1.7;
+        y = (0.6 * x + 0.8 * y) * 2.03 + 5.2;
+        x = turned * 2.03 - 1.7;
     }
     return sum;
 }
@@ -82,4 +84,4 @@ double Clouds::depth(double x_m, double z_m) const noexcept {
     return any() ? depth_of(noise(x_m, z_m, kOctaves)) : 0;
 }
 
-}  // namespace terravox
+}  // namespace terravox::sky

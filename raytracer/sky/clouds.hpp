@@ -2,7 +2,7 @@
 
 #include "raytracer/core/ray.hpp"
 
-namespace terravox {
+namespace terravox::sky {
 
 /// One layer of cumulus: how thick it is over each place. A function of the place alone, without
 /// end. Immutable, thread-safe. Ref: Perlin, "An image synthesizer", SIGGRAPH 1985 (fractal sums of
@@ -31,4 +31,4 @@ private:
     double m_cover, m_threshold = 0, m_mean_passing = 1;
 };
 
-}  // namespace terravox
+}  // namespace terravox::sky

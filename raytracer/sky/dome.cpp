@@ -6,12 +6,12 @@
 
 #include "raytracer/sky/stars.hpp"
 
-namespace terravox {
+namespace terravox::sky {
 namespace {
 
 // The glow of a moonless night is a ten-thousandth of this; like a lens left open, the picture's
 // night is as bright as the end of dusk.
-constexpr Colour kNight{1.1e-5f, 2.0e-5f, 4.4e-5f};
+constexpr voxel::Colour kNight{1.1e-5f, 2.0e-5f, 4.4e-5f};
 constexpr double kRad = det::kPi / 180;
 
 float smooth(double low, double high, double v) noexcept {
@@ -19,7 +19,7 @@ float smooth(double low, double high, double v) noexcept {
     return static_cast<float>(t * t * (3 - 2 * t));
 }
 
-Colour night(double y) noexcept {
+voxel::Colour night(double y) noexcept {
     const double low = 1 - y;
     return kNight * static_cast<float>(1 + 0.6 * low * low * low);
 }
@@ -29,7 +29,7 @@ Colour night(double y) noexcept {
 double scale_of_pictures() {
     static const double scale = [] {
         constexpr double kNoonLight = 2.4, kTurbidity = 2.5;
-        return kNoonLight / static_cast<double>(luminance(sun_colour(
+        return kNoonLight / static_cast<double>(voxel::luminance(sun_colour(
                                 Atmosphere(kTurbidity).transmittance(0, det::sin(45 * kRad)), 1)));
     }();
     return scale;
@@ -55,7 +55,8 @@ std::shared_ptr<const SkyTable> clear_sky(const ClearSky& asked, double scale) {
     auto made = std::make_shared<const SkyTable>(Scattering(air, asked.altitude_rad),
                                                  asked.height_m, scale);
     const std::lock_guard lock(mutex);
-    last = asked, kept = made;
+    last = asked;
+    kept = made;
     return made;
 }
 
@@ -67,7 +68,8 @@ Dome::Dome(const Sun& sun, const Settings& settings)
       m_haze(settings.turbidity, settings.place_height_m, settings.visibility_km),
       m_clouds(settings.clouds) {
     const double flat = std::sqrt(m_to_sun.x * m_to_sun.x + m_to_sun.z * m_to_sun.z);
-    m_sun_flat = flat > 1e-9 ? Vec3{m_to_sun.x / flat, 0, m_to_sun.z / flat} : Vec3{0, 0, 1};
+    m_sun_flat =
+        flat > 1e-9 ? core::Vec3{m_to_sun.x / flat, 0, m_to_sun.z / flat} : core::Vec3{0, 0, 1};
     const Atmosphere air(settings.turbidity);
     const double scale = scale_of_pictures();
     // The table takes radiance, the sun's light is what a white surface makes of its irradiance: a
@@ -92,42 +94,46 @@ void Dome::light_clouds(const Atmosphere& air, double scale) {
     m_cloud_sun = in_gamut(sun_colour(
         air.sunlight(m_settings.place_height_m + m_settings.cloud_height_m, m_to_sun.y), scale));
     constexpr int kRows = 8, kColumns = 16;
-    Colour mean, flat;
+    voxel::Colour mean, flat;
     for (int i = 0; i < kRows; ++i)
         for (int j = 0; j < kColumns; ++j) {
             const double y = (i + 0.5) / kRows, r = std::sqrt(1 - y * y);
             const auto turn = det::sin_cos(2 * det::kPi * (j + 0.5) / kColumns);
-            const Colour c = clear({r * turn.cos, y, r * turn.sin}) * (1.0f / (kRows * kColumns));
-            mean = mean + c, flat = flat + c * static_cast<float>(2 * y);
+            const voxel::Colour c =
+                clear({r * turn.cos, y, r * turn.sin}) * (1.0f / (kRows * kColumns));
+            mean = mean + c;
+            flat = flat + c * static_cast<float>(2 * y);
         }
     m_cloud_above = mean;
-    const Colour sun = m_sun_light * static_cast<float>(std::max(0.0, m_to_sun.y) * mean_passing());
+    const voxel::Colour sun =
+        m_sun_light * static_cast<float>(std::max(0.0, m_to_sun.y) * mean_passing());
     m_cloud_below = ground_colour() * (flat + sun);
 }
 
-double Dome::azimuth_cosine(Vec3 d, double flat) const noexcept {
+double Dome::azimuth_cosine(core::Vec3 d, double flat) const noexcept {
     return flat > 1e-9 ? (d.x * m_sun_flat.x + d.z * m_sun_flat.z) / flat : 1;
 }
 
-Colour Dome::clear(Vec3 d) const noexcept {
+voxel::Colour Dome::clear(core::Vec3 d) const noexcept {
     const double flat = std::sqrt(d.x * d.x + d.z * d.z);
-    return in_gamut(
-               m_table->at(d.y, azimuth_cosine(d, flat), std::clamp(dot(d, m_to_sun), -1.0, 1.0))) +
+    return in_gamut(m_table->at(d.y, azimuth_cosine(d, flat),
+                                std::clamp(core::dot(d, m_to_sun), -1.0, 1.0))) +
            night(d.y);
 }
 
-Colour Dome::horizon(Vec3 d) const noexcept {
+voxel::Colour Dome::horizon(core::Vec3 d) const noexcept {
     // Not divided by the length of the flat part: towards the zenith and the nadir every azimuth
     // becomes the same. Below the horizon the glow around the sun ends in half the angle: hills and
     // woods shade the haze there.
-    const double sun_cosine = dot(d.y < 0 ? normalized({d.x, 2 * d.y, d.z}) : d, m_to_sun);
+    const double sun_cosine =
+        core::dot(d.y < 0 ? core::normalized({d.x, 2 * d.y, d.z}) : d, m_to_sun);
     return in_gamut(m_table->at(0, std::clamp(azimuth_cosine(d, 1), -1.0, 1.0),
                                 std::clamp(sun_cosine, -1.0, 1.0))) +
            night(0);
 }
 
-Colour Dome::radiance(Vec3 d) const noexcept {
-    Colour c = clear(d);
+voxel::Colour Dome::radiance(core::Vec3 d) const noexcept {
+    voxel::Colour c = clear(d);
     if (m_stars > 0)
         c = c +
             starlight(d) * kNight * (m_stars * static_cast<float>(det::exp(-0.15 / (d.y + 0.03))));
@@ -138,14 +144,14 @@ Colour Dome::radiance(Vec3 d) const noexcept {
     if (depth <= 0)
         return c;
     // The air before the cloud is part of the clear sky; only what is behind it changes.
-    const Colour cloud = cloud_light(at, depth, dot(d, m_to_sun)),
-                 seen = m_haze.transmittance(d, at.distance_m) *
-                        static_cast<float>(1 - det::exp(-depth));
+    const voxel::Colour cloud = cloud_light(at, depth, core::dot(d, m_to_sun)),
+                        seen = m_haze.transmittance(d, at.distance_m) *
+                               static_cast<float>(1 - det::exp(-depth));
     return {c.r + seen.r * (cloud.r - c.r), c.g + seen.g * (cloud.g - c.g),
             c.b + seen.b * (cloud.b - c.b)};
 }
 
-Dome::CloudPlace Dome::cloud_place(Vec3 d) const noexcept {
+Dome::CloudPlace Dome::cloud_place(core::Vec3 d) const noexcept {
     // The layer follows the Earth, so that it ends at a horizon.
     const double ry = Atmosphere::kEarth_m * d.y, h = m_settings.cloud_height_m;
     const double q = h * (2 * Atmosphere::kEarth_m + h), s = q / (ry + std::sqrt(ry * ry + q));
@@ -156,7 +162,8 @@ Dome::CloudPlace Dome::cloud_place(Vec3 d) const noexcept {
 // sun past thinner neighbours are bright; thin ones before the sun glow. Diffuse transmission of a
 // layer that absorbs nothing is about 1 / (1 + 0.13 depth). Ref: Bohren, "Multiple scattering of
 // light and some of its observable consequences", Am. J. Phys. 1987 (two streams).
-Colour Dome::cloud_light(const CloudPlace& at, double depth, double sun_cosine) const noexcept {
+voxel::Colour Dome::cloud_light(const CloudPlace& at, double depth,
+                                double sun_cosine) const noexcept {
     constexpr double kBack = 0.13, kSide_m = 500, kSideDepth = 0.09;
     const double aside =
         m_clouds.coarse_depth(at.x_m + m_sun_flat.x * kSide_m, at.z_m + m_sun_flat.z * kSide_m);
@@ -169,14 +176,14 @@ Colour Dome::cloud_light(const CloudPlace& at, double depth, double sun_cosine) 
            m_cloud_below * static_cast<float>(1 - through);
 }
 
-double Dome::passing(Vec3 d) const noexcept {
+double Dome::passing(core::Vec3 d) const noexcept {
     if (!m_clouds.any())
         return 1;
     const CloudPlace at = cloud_place(d);
     return det::exp(-m_clouds.depth(at.x_m, at.z_m));
 }
 
-double Dome::sun_passing(Vec3 p) const noexcept {
+double Dome::sun_passing(core::Vec3 p) const noexcept {
     const double up = m_settings.place_height_m + m_settings.cloud_height_m - p.y;
     if (!m_clouds.any() || !(up > 0))
         return 1;
@@ -187,15 +194,16 @@ double Dome::sun_passing(Vec3 p) const noexcept {
     return det::exp(-m_clouds.depth(p.x + m_to_sun.x * s, p.z + m_to_sun.z * s));
 }
 
-Colour ground_colour() noexcept {
-    static const Colour colour = [] {
+voxel::Colour ground_colour() noexcept {
+    static const voxel::Colour colour = [] {
         // Of the albedo under the sun's own light, as a share of what white would send.
         Spectrum white;
         white.fill(1);
-        const Colour lit = sun_colour(Atmosphere::ground_albedo(), 1), all = sun_colour(white, 1);
-        return Colour{lit.r / all.r, lit.g / all.g, lit.b / all.b};
+        const voxel::Colour lit = sun_colour(Atmosphere::ground_albedo(), 1),
+                            all = sun_colour(white, 1);
+        return voxel::Colour{lit.r / all.r, lit.g / all.g, lit.b / all.b};
     }();
     return colour;
 }
 
-}  // namespace terravox
+}  // namespace terravox::sky

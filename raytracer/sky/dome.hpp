@@ -8,7 +8,7 @@
 #include "raytracer/sky/sky_table.hpp"
 #include "raytracer/sky/sun.hpp"
 
-namespace terravox {
+namespace terravox::sky {
 
 /// What the upper half of the sky sends: the clear air by day and in twilight, the night's glow and
 /// stars, and clouds before them. The sun's disc is not part of it. Natural light: no strength of a
@@ -18,23 +18,23 @@ public:
     struct Settings {
         double turbidity = 2.5, place_height_m = 0, clouds = 0, cloud_height_m = 1500;
         std::optional<double> visibility_km;  ///< > 0
-        Vec3 eye_m;                           ///< around which the clouds lie
+        core::Vec3 eye_m;                     ///< around which the clouds lie
     };
     Dome(const Sun& sun, const Settings& settings);
 
     /// Of the air alone, for directions on and above the horizon. @param d of unit length, y >= 0
-    [[nodiscard]] Colour clear(Vec3 d) const noexcept;
+    [[nodiscard]] voxel::Colour clear(core::Vec3 d) const noexcept;
     /// Of the air at the horizon below or above a direction; varies smoothly up to the zenith and
     /// nadir, too.
-    [[nodiscard]] Colour horizon(Vec3 d) const noexcept;
+    [[nodiscard]] voxel::Colour horizon(core::Vec3 d) const noexcept;
     /// All of it. @param d of unit length, y >= 0
-    [[nodiscard]] Colour radiance(Vec3 d) const noexcept;
+    [[nodiscard]] voxel::Colour radiance(core::Vec3 d) const noexcept;
     /// Sunlight on a surface that faces the sun, on the ground, under a clear sky.
-    [[nodiscard]] Colour sun_light() const noexcept { return m_sun_light; }
+    [[nodiscard]] voxel::Colour sun_light() const noexcept { return m_sun_light; }
     /// Share of light from a direction that clouds let through. @param d of unit length, y >= 0
-    [[nodiscard]] double passing(Vec3 d) const noexcept;
+    [[nodiscard]] double passing(core::Vec3 d) const noexcept;
     /// Share of sunlight that clouds let through to a point. @param point_m world axes, metres
-    [[nodiscard]] double sun_passing(Vec3 point_m) const noexcept;
+    [[nodiscard]] double sun_passing(core::Vec3 point_m) const noexcept;
     [[nodiscard]] double mean_passing() const noexcept { return m_clouds.mean_passing(); }
     [[nodiscard]] const Haze& haze() const noexcept { return m_haze; }
 
@@ -42,22 +42,22 @@ private:
     struct CloudPlace {
         double distance_m, x_m, z_m;
     };
-    [[nodiscard]] double azimuth_cosine(Vec3 d, double flat) const noexcept;
-    [[nodiscard]] CloudPlace cloud_place(Vec3 d) const noexcept;
-    [[nodiscard]] Colour cloud_light(const CloudPlace& at, double depth,
-                                     double sun_cosine) const noexcept;
+    [[nodiscard]] double azimuth_cosine(core::Vec3 d, double flat) const noexcept;
+    [[nodiscard]] CloudPlace cloud_place(core::Vec3 d) const noexcept;
+    [[nodiscard]] voxel::Colour cloud_light(const CloudPlace& at, double depth,
+                                            double sun_cosine) const noexcept;
     void light_clouds(const Atmosphere& air, double scale);
 
     Settings m_settings;
-    Vec3 m_to_sun, m_sun_flat;  ///< flat: horizontal, of unit length
+    core::Vec3 m_to_sun, m_sun_flat;  ///< flat: horizontal, of unit length
     Haze m_haze;
     Clouds m_clouds;
     std::shared_ptr<const SkyTable> m_table;
-    Colour m_sun_light, m_cloud_sun, m_cloud_above, m_cloud_below;
+    voxel::Colour m_sun_light, m_cloud_sun, m_cloud_above, m_cloud_below;
     float m_stars = 0;
 };
 
 /// Share of light that the open country around the world throws back.
-[[nodiscard]] Colour ground_colour() noexcept;
+[[nodiscard]] voxel::Colour ground_colour() noexcept;
 
-}  // namespace terravox
+}  // namespace terravox::sky

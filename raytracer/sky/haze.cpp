@@ -5,14 +5,14 @@
 
 #include "raytracer/sky/atmosphere.hpp"
 
-namespace terravox {
+namespace terravox::sky {
 namespace {
 
 constexpr double kLog20 = 2.995732273553991;  // 5 % is what is left
 // The bands that come nearest to the primaries: 600 - 630, 540 - 570 and 450 - 480 nm.
 constexpr std::size_t kRed = 7, kGreen = 5, kBlue = 2;
 
-Colour channels(const Spectrum& s, double times) noexcept {
+voxel::Colour channels(const Spectrum& s, double times) noexcept {
     return {static_cast<float>(s[kRed] * times), static_cast<float>(s[kGreen] * times),
             static_cast<float>(s[kBlue] * times)};
 }
@@ -41,7 +41,7 @@ Haze::Haze(double turbidity, double place_height_m, std::optional<double> visibi
     m_mie_per_m = channels(air.mie_extinction(), mie);
 }
 
-Colour Haze::transmittance(Vec3 direction, double metres) const noexcept {
+voxel::Colour Haze::transmittance(core::Vec3 direction, double metres) const noexcept {
     if (!(metres > 0))
         return {1, 1, 1};
     metres = std::min(metres, 1e12);
@@ -56,4 +56,4 @@ Colour Haze::transmittance(Vec3 direction, double metres) const noexcept {
             left(m_rayleigh_per_m.b, m_mie_per_m.b)};
 }
 
-}  // namespace terravox
+}  // namespace terravox::sky

@@ -5,7 +5,7 @@
 #include "common/voxel/colour.hpp"
 #include "raytracer/core/ray.hpp"
 
-namespace terravox {
+namespace terravox::sky {
 
 /// How the air near the ground dims what lies behind it, for the three channels. Immutable,
 /// thread-safe. Ref: Koschmieder, "Theorie der horizontalen Sichtweite", 1924 (visibility).
@@ -18,10 +18,10 @@ public:
     /// Share that arrives of what is sent along a line whose lower end is at the place's height; 1
     /// for 0 metres, 0 for infinity.
     /// @param direction of unit length
-    [[nodiscard]] Colour transmittance(Vec3 direction, double metres) const noexcept;
+    [[nodiscard]] voxel::Colour transmittance(core::Vec3 direction, double metres) const noexcept;
 
 private:
-    Colour m_rayleigh_per_m, m_mie_per_m;
+    voxel::Colour m_rayleigh_per_m, m_mie_per_m;
 };
 
-}  // namespace terravox
+}  // namespace terravox::sky

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace terravox {
+namespace terravox::sky {
 namespace {
 
 constexpr int kHeights = 10, kSines = 14;  // of the table of multiple scattering
@@ -17,16 +17,16 @@ constexpr double kGround_m = Atmosphere::kEarth_m,
 /// integral of transmittance over the step.
 /// @return transmittance of the whole line
 template <class Visit>
-Spectrum march(const Atmosphere& air, double height, Vec3 direction, Vec3 to_sun, double end,
-               int steps, Visit&& visit) {
+Spectrum march(const Atmosphere& air, double height, core::Vec3 direction, core::Vec3 to_sun,
+               double end, int steps, Visit&& visit) {
     Spectrum left;
     left.fill(1);
-    const Vec3 start{0, kGround_m + height, 0};
+    const core::Vec3 start{0, kGround_m + height, 0};
     for (int i = 0; i < steps; ++i) {
         const double a = static_cast<double>(i) / steps, b = static_cast<double>(i + 1) / steps;
         const double from = end * a * a, step = end * b * b - from;
-        const Vec3 at = start + direction * (from + step / 2);
-        const double r = length(at), here = std::max(0.0, r - kGround_m);
+        const core::Vec3 at = start + direction * (from + step / 2);
+        const double r = core::length(at), here = std::max(0.0, r - kGround_m);
         const auto densities = Atmosphere::densities(here);
         const Spectrum extinction = air.extinction(densities);
         Spectrum weight;
@@ -36,7 +36,7 @@ Spectrum march(const Atmosphere& air, double height, Vec3 direction, Vec3 to_sun
             weight[k] = left[k] * step * (depth > 1e-6 ? (1 - through) / depth : 1 - depth / 2);
             left[k] *= through;
         }
-        visit(here, dot(at, to_sun) / r, densities, weight);
+        visit(here, core::dot(at, to_sun) / r, densities, weight);
     }
     return left;
 }
@@ -83,7 +83,7 @@ Spectrum Scattering::gathered(double height_m, double sun_sine) const noexcept {
     constexpr double kAzimuthCosines[] = {0.9238795325112867, 0.3826834323650898,
                                           -0.3826834323650898, -0.9238795325112867};
     constexpr int kSteps = 12;
-    const Vec3 to_sun{std::sqrt(std::max(0.0, 1 - sun_sine * sun_sine)), sun_sine, 0};
+    const core::Vec3 to_sun{std::sqrt(std::max(0.0, 1 - sun_sine * sun_sine)), sun_sine, 0};
     Spectrum twice{}, again{};
     for (int n = 0; n < 8; ++n) {
         const double sine = n < 4 ? kNodes[n] : -kNodes[n - 4], flat = std::sqrt(1 - sine * sine);
@@ -91,7 +91,7 @@ Spectrum Scattering::gathered(double height_m, double sun_sine) const noexcept {
                      end = ground >= 0 ? ground : to_top(height_m, sine);
         for (const double c : kAzimuthCosines) {
             const double share = kWeights[n % 4] / 2 / 4;
-            const Vec3 direction{flat * c, sine, flat * std::sqrt(1 - c * c)};
+            const core::Vec3 direction{flat * c, sine, flat * std::sqrt(1 - c * c)};
             const Spectrum left =
                 march(m_atmosphere, height_m, direction, to_sun, end, kSteps,
                       [&](double h, double s, const auto& d, const Spectrum& weight) {
@@ -106,8 +106,8 @@ Spectrum Scattering::gathered(double height_m, double sun_sine) const noexcept {
                       });
             if (ground < 0)
                 continue;
-            const Vec3 foot = Vec3{0, kGround_m + height_m, 0} + direction * ground;
-            const double facing = dot(foot, to_sun) / kGround_m;
+            const core::Vec3 foot = core::Vec3{0, kGround_m + height_m, 0} + direction * ground;
+            const double facing = core::dot(foot, to_sun) / kGround_m;
             const Spectrum sun = m_atmosphere.sunlight(0, facing);
             for (std::size_t k = 0; k < kBands; ++k)
                 twice[k] += share * left[k] * Atmosphere::ground_albedo()[k] / det::kPi *
@@ -142,7 +142,7 @@ Scattered Scattering::seen(double height_m, double elevation,
     Scattered out;
     const double flat = std::sqrt(std::max(0.0, 1 - elevation * elevation)),
                  across = std::sqrt(std::max(0.0, 1 - azimuth_cosine * azimuth_cosine));
-    const Vec3 direction{flat * azimuth_cosine, elevation, flat * across};
+    const core::Vec3 direction{flat * azimuth_cosine, elevation, flat * across};
     march(m_atmosphere, height_m, direction, m_to_sun, to_top(height_m, elevation), kSteps,
           [&](double h, double s, const auto& d, const Spectrum& weight) {
               const Spectrum sun = m_atmosphere.sunlight(h, s), multiple = multiple_at(h, s);
@@ -157,4 +157,4 @@ Scattered Scattering::seen(double height_m, double elevation,
     return out;
 }
 
-}  // namespace terravox
+}  // namespace terravox::sky

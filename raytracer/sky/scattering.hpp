@@ -2,7 +2,7 @@
 
 #include "raytracer/sky/atmosphere.hpp"
 
-namespace terravox {
+namespace terravox::sky {
 
 /// Light that comes down a line of sight, as shares of the sun's above the air, per steradian:
 /// `rayleigh` and `mie` have been scattered once and still lack their phase functions; `multiple`
@@ -31,9 +31,9 @@ private:
     [[nodiscard]] Spectrum multiple_at(double height_m, double sun_sine) const noexcept;
     [[nodiscard]] Spectrum gathered(double height_m, double sun_sine) const noexcept;
     const Atmosphere& m_atmosphere;
-    Vec3 m_to_sun;  ///< x away from the observer, y up
+    core::Vec3 m_to_sun;  ///< x away from the observer, y up
     double m_first_sine, m_last_sine;
     std::vector<Spectrum> m_multiple;
 };
 
-}  // namespace terravox
+}  // namespace terravox::sky

@@ -8,12 +8,12 @@
 #include "raytracer/scene/scene.hpp"
 #include "raytracer/sky/sky_sampler.hpp"
 
-namespace terravox {
+namespace terravox::sky {
 
 /// The air between the eye and a thing: what the thing sends arrives times `transmittance`, plus
 /// `light`.
 struct Air {
-    Colour transmittance{1, 1, 1}, light;
+    voxel::Colour transmittance{1, 1, 1}, light;
 };
 
 /// Daylight over one place: the sun, the sky with its clouds and stars, and the air before distant
@@ -27,44 +27,45 @@ public:
     /// of the ground that is looked at
     /// @param eye_m the camera in world axes, metres: the clouds it sees are those that cast
     /// shadows; any place will do without clouds
-    Sky(const geo::SunPosition& sun, const Scene::Sun& sun_settings, const Scene::Sky& sky_settings,
-        double place_height_m, Vec3 eye_m = {});
+    Sky(const geo::SunPosition& sun, const scene::Scene::Sun& sun_settings,
+        const scene::Scene::Sky& sky_settings, double place_height_m, core::Vec3 eye_m = {});
 
-    [[nodiscard]] Vec3 to_sun() const noexcept;  ///< to the middle of its disc, of unit length
+    [[nodiscard]] core::Vec3 to_sun()
+        const noexcept;  ///< to the middle of its disc, of unit length
     [[nodiscard]] bool sun_up()
         const noexcept;  ///< whether any of the disc is above a level horizon
     /// On a surface that faces it, on the ground, without clouds; black when it is not up.
     /// Continuous while it sets.
-    [[nodiscard]] Colour sun_light() const noexcept;
+    [[nodiscard]] voxel::Colour sun_light() const noexcept;
     [[nodiscard]] double sun_radius_rad() const noexcept;  ///< 0: a point
     /// A direction of the disc, each solid angle as likely. @param u, v [0, 1)
-    [[nodiscard]] Vec3 sample_sun(double u, double v) const noexcept;
+    [[nodiscard]] core::Vec3 sample_sun(double u, double v) const noexcept;
     /// Radiance of the disc: brightest in the middle, 0 outside; all of it together is sun_light().
     /// @param direction of unit length
-    [[nodiscard]] Colour sun_disc(Vec3 direction) const noexcept;
+    [[nodiscard]] voxel::Colour sun_disc(core::Vec3 direction) const noexcept;
 
     /// What a ray that leaves the world sees, the sun's disc apart. Below the horizon: a plain
     /// without end, lit as everything is, behind its haze; continuous at the horizon. @param
     /// direction of unit length
-    [[nodiscard]] Colour radiance(Vec3 direction) const noexcept;
+    [[nodiscard]] voxel::Colour radiance(core::Vec3 direction) const noexcept;
     /// Light of all of radiance() on a surface: its mean weighed by the cosine. @param normal of
     /// unit length
-    [[nodiscard]] Colour ambient(Vec3 normal) const noexcept;
+    [[nodiscard]] voxel::Colour ambient(core::Vec3 normal) const noexcept;
     /// Whether some of it is brighter than the rest, so that sample() is worth its rays.
     [[nodiscard]] bool uneven() const noexcept;
     /// A direction above the horizon, bright ones more often. @param u, v [0, 1)
     [[nodiscard]] SkySample sample(double u, double v) const noexcept;
     [[nodiscard]] double pdf(
-        Vec3 direction) const noexcept;  ///< of sample(), 1 / sr; 0 below the horizon
+        core::Vec3 direction) const noexcept;  ///< of sample(), 1 / sr; 0 below the horizon
 
     /// @param direction from the eye, of unit length @param metres to the thing, [0, infinity]
-    [[nodiscard]] Air air(Vec3 direction, double metres) const noexcept;
+    [[nodiscard]] Air air(core::Vec3 direction, double metres) const noexcept;
     /// Share of sunlight that clouds let through, [0, 1]. @param point_m world axes, metres
-    [[nodiscard]] float cloud_shadow(Vec3 point_m) const noexcept;
+    [[nodiscard]] float cloud_shadow(core::Vec3 point_m) const noexcept;
 
 private:
     class Parts;
     std::shared_ptr<const Parts> m_parts;
 };
 
-}  // namespace terravox
+}  // namespace terravox::sky

@@ -5,7 +5,7 @@
 
 #include "common/util/det_math.hpp"
 
-namespace terravox {
+namespace terravox::sky {
 namespace {
 
 constexpr double kCell_sr = 2 * det::kPi / (SkySampler::kColumns * SkySampler::kRows);
@@ -56,7 +56,7 @@ SkySample SkySampler::sample(double u, double v) const noexcept {
             m_pdf[static_cast<std::size_t>(row * kColumns + column)]};
 }
 
-double SkySampler::pdf(Vec3 d) const noexcept {
+double SkySampler::pdf(core::Vec3 d) const noexcept {
     if (!(d.y >= 0))
         return 0;
     const int row = std::min(static_cast<int>(std::min(d.y, 1.0) * kRows), kRows - 1);
@@ -66,4 +66,4 @@ double SkySampler::pdf(Vec3 d) const noexcept {
     return m_pdf[static_cast<std::size_t>(row * kColumns + column)];
 }
 
-}  // namespace terravox
+}  // namespace terravox::sky

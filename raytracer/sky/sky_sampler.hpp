@@ -4,11 +4,11 @@
 
 #include "raytracer/core/ray.hpp"
 
-namespace terravox {
+namespace terravox::sky {
 
 struct SkySample {
-    Vec3 direction;  ///< of unit length, y >= 0
-    double pdf = 0;  ///< 1 / sr
+    core::Vec3 direction;  ///< of unit length, y >= 0
+    double pdf = 0;        ///< 1 / sr
 };
 
 /// Chooses directions of the upper hemisphere, bright ones more often: constant over each of 64 x
@@ -22,8 +22,8 @@ public:
     explicit SkySampler(const std::vector<double>& luminance);
 
     [[nodiscard]] SkySample sample(double u, double v) const noexcept;  ///< @param u, v [0, 1)
-    [[nodiscard]] double pdf(
-        Vec3 direction) const noexcept;  ///< @param direction of unit length; 0 below the horizon
+    [[nodiscard]] double pdf(core::Vec3 direction)
+        const noexcept;  ///< @param direction of unit length; 0 below the horizon
 
 private:
     std::vector<double> m_row_ends;   ///< share of all rows up to and with each
@@ -31,4 +31,4 @@ private:
     std::vector<double> m_pdf;        ///< of each cell, 1 / sr
 };
 
-}  // namespace terravox
+}  // namespace terravox::sky

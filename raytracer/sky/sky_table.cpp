@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace terravox {
+namespace terravox::sky {
 namespace {
 
 // Rows stand at elevations of sine (i / last)^2, close together near the horizon; columns at
@@ -17,7 +17,7 @@ double cut(double v) noexcept {
 
 }  // namespace
 
-Colour sun_colour(const Spectrum& share, double scale) noexcept {
+voxel::Colour sun_colour(const Spectrum& share, double scale) noexcept {
     Spectrum light;
     for (std::size_t k = 0; k < kBands; ++k)
         light[k] = share[k] * kSolarIrradiance[k] * scale;
@@ -40,7 +40,8 @@ SkyTable::SkyTable(const Scattering& scattering, double height_m, double scale) 
         }
 }
 
-Colour SkyTable::at(double elevation, double azimuth_cosine, double sun_cosine) const noexcept {
+voxel::Colour SkyTable::at(double elevation, double azimuth_cosine,
+                           double sun_cosine) const noexcept {
     const double u = std::sqrt(cut(elevation)) * (kRows - 1);
     const double v = std::sqrt(cut((1 - azimuth_cosine) / 2)) * (kColumns - 1);
     const int i = std::min(static_cast<int>(u), kRows - 2),
@@ -50,8 +51,8 @@ Colour SkyTable::at(double elevation, double azimuth_cosine, double sun_cosine) 
                mie = static_cast<float>(mie_phase(sun_cosine));
     const auto of = [&](const Node& n) { return n.rayleigh * rayleigh + n.mie * mie + n.multiple; };
     const Node* node = &m_nodes[static_cast<std::size_t>(i * kColumns + j)];
-    return mix(mix(of(node[0]), of(node[1]), b), mix(of(node[kColumns]), of(node[kColumns + 1]), b),
-               a);
+    return voxel::mix(voxel::mix(of(node[0]), of(node[1]), b),
+                      voxel::mix(of(node[kColumns]), of(node[kColumns + 1]), b), a);
 }
 
-}  // namespace terravox
+}  // namespace terravox::sky

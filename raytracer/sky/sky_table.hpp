@@ -4,7 +4,7 @@
 
 #include "raytracer/sky/scattering.hpp"
 
-namespace terravox {
+namespace terravox::sky {
 
 /// The clear sky over one place and one sun, in linear Rec. 709, without phase functions: those
 /// vary fast near the sun and are applied when it is asked. Immutable, thread-safe.
@@ -17,18 +17,18 @@ public:
     /// sun_cosine of the angle to the sun
     /// @return radiance; components may be slightly negative where light is purer than the
     /// primaries
-    [[nodiscard]] Colour at(double elevation, double azimuth_cosine,
-                            double sun_cosine) const noexcept;
+    [[nodiscard]] voxel::Colour at(double elevation, double azimuth_cosine,
+                                   double sun_cosine) const noexcept;
 
 private:
     struct Node {
-        Colour rayleigh, mie, multiple;
+        voxel::Colour rayleigh, mie, multiple;
     };
     std::vector<Node> m_nodes;
 };
 
 /// A spectrum of the sun's light, given as shares of that above the air, as a colour. @param scale
 /// times W / m^2
-[[nodiscard]] Colour sun_colour(const Spectrum& share, double scale) noexcept;
+[[nodiscard]] voxel::Colour sun_colour(const Spectrum& share, double scale) noexcept;
 
-}  // namespace terravox
+}  // namespace terravox::sky

@@ -1,6 +1,6 @@
 #include "raytracer/sky/spectrum.hpp"
 
-namespace terravox {
+namespace terravox::sky {
 namespace {
 
 struct Xyz {
@@ -35,7 +35,9 @@ Weights make_weights() noexcept {
         for (int i = 0; i < kParts; ++i) {
             const Xyz m =
                 matching(wavelength_nm(band) + kBandWidth_nm * ((i + 0.5) / kParts - 0.5));
-            sum.x += m.x, sum.y += m.y, sum.z += m.z;
+            sum.x += m.x;
+            sum.y += m.y;
+            sum.z += m.z;
         }
         const double s = kBandWidth_nm / kParts;
         const auto i = static_cast<std::size_t>(band);
@@ -46,37 +48,44 @@ Weights make_weights() noexcept {
     // A camera set to daylight: the sun's light above the air is white (a plain scaling of the
     // primaries, all are close to it).
     double r = 0, g = 0, b = 0;
-    for (std::size_t i = 0; i < kBands; ++i)
-        r += w.r[i] * kSolarIrradiance[i], g += w.g[i] * kSolarIrradiance[i],
-            b += w.b[i] * kSolarIrradiance[i];
-    for (std::size_t i = 0; i < kBands; ++i)
-        w.r[i] *= g / r, w.b[i] *= g / b;
+    for (std::size_t i = 0; i < kBands; ++i) {
+        r += w.r[i] * kSolarIrradiance[i];
+        g += w.g[i] * kSolarIrradiance[i];
+        b += w.b[i] * kSolarIrradiance[i];
+    }
+    for (std::size_t i = 0; i < kBands; ++i) {
+        w.r[i] *= g / r;
+        w.b[i] *= g / b;
+    }
     return w;
 }
 
 }  // namespace
 
-Colour to_rec709(const Spectrum& s) noexcept {
+voxel::Colour to_rec709(const Spectrum& s) noexcept {
     static const Weights weights = make_weights();
     double r = 0, g = 0, b = 0;
-    for (std::size_t i = 0; i < kBands; ++i)
-        r += s[i] * weights.r[i], g += s[i] * weights.g[i], b += s[i] * weights.b[i];
+    for (std::size_t i = 0; i < kBands; ++i) {
+        r += s[i] * weights.r[i];
+        g += s[i] * weights.g[i];
+        b += s[i] * weights.b[i];
+    }
     return {static_cast<float>(r), static_cast<float>(g), static_cast<float>(b)};
 }
 
-Colour in_gamut(Colour c) noexcept {
+voxel::Colour in_gamut(voxel::Colour c) noexcept {
     // The filters of a camera overlap: no light of a sky leaves one of them in the dark. Without
     // this the glow of a low sun would turn a flat yellow where it is overexposed.
-    constexpr float kLeast = 0.04f;
-    const float grey = luminance(c);
+    constexpr float kMin = 0.04f;
+    const float grey = voxel::luminance(c);
     if (!(grey > 0))
         return {};
     const float least = std::min({c.r, c.g, c.b});
-    if (least >= kLeast * grey)
+    if (least >= kMin * grey)
         return c;
-    const float t = grey * (1 - kLeast) / (grey - least);  // what of the colour is left
+    const float t = grey * (1 - kMin) / (grey - least);  // what of the colour is left
     const auto paled = [&](float v) { return std::max(0.0f, grey + (v - grey) * t); };
     return {paled(c.r), paled(c.g), paled(c.b)};
 }
 
-}  // namespace terravox
+}  // namespace terravox::sky

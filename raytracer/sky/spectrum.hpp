@@ -4,7 +4,7 @@
 
 #include "common/voxel/colour.hpp"
 
-namespace terravox {
+namespace terravox::sky {
 
 inline constexpr int kBands = 11;  ///< of light, each kBandWidth_nm wide
 inline constexpr double kBandWidth_nm = 30;
@@ -32,10 +32,10 @@ inline constexpr Spectrum kOzoneCrossSection_m2 = {1.65e-27, 9.93e-27, 3.64e-26,
 /// Spectral radiance, W / (m^2 sr nm), to linear Rec. 709, balanced so that the sun's light above
 /// the air is white, as a camera set to daylight sees it. Components may be negative for light
 /// purer than the primaries. The unit of the result is about 1 / 683 cd / m^2.
-[[nodiscard]] Colour to_rec709(const Spectrum& s) noexcept;
+[[nodiscard]] voxel::Colour to_rec709(const Spectrum& s) noexcept;
 
 /// The colour, paled just so far that no component is below 4 % of its luminance, which stays.
 /// Black if that is negative or no number.
-[[nodiscard]] Colour in_gamut(Colour c) noexcept;
+[[nodiscard]] voxel::Colour in_gamut(voxel::Colour c) noexcept;
 
-}  // namespace terravox
+}  // namespace terravox::sky

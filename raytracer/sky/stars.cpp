@@ -5,7 +5,7 @@
 
 #include "raytracer/core/random.hpp"
 
-namespace terravox {
+namespace terravox::sky {
 namespace {
 
 constexpr int kCells = 24;          // along an edge of each face of the cube around the observer
@@ -18,7 +18,7 @@ struct Place {
     double u, v;  // [-1, 1]
 };
 
-Place place_of(Vec3 d) noexcept {
+Place place_of(core::Vec3 d) noexcept {
     const double ax = std::fabs(d.x), ay = std::fabs(d.y), az = std::fabs(d.z);
     if (ay >= ax && ay >= az)
         return {d.y > 0 ? 0 : 1, d.x / ay, d.z / ay};
@@ -27,11 +27,11 @@ Place place_of(Vec3 d) noexcept {
     return {d.z > 0 ? 4 : 5, d.x / az, d.y / az};
 }
 
-Vec3 direction_of(const Place& p) noexcept {
+core::Vec3 direction_of(const Place& p) noexcept {
     const double s = p.face % 2 == 0 ? 1 : -1;
-    return normalized(p.face < 2   ? Vec3{p.u, s, p.v}
-                      : p.face < 4 ? Vec3{s, p.u, p.v}
-                                   : Vec3{p.u, p.v, s});
+    return core::normalized(p.face < 2   ? core::Vec3{p.u, s, p.v}
+                            : p.face < 4 ? core::Vec3{s, p.u, p.v}
+                                         : core::Vec3{p.u, p.v, s});
 }
 
 int cell_of(double u) noexcept {
@@ -40,12 +40,12 @@ int cell_of(double u) noexcept {
 
 }  // namespace
 
-Colour starlight(Vec3 d) noexcept {
+voxel::Colour starlight(core::Vec3 d) noexcept {
     const Place at = place_of(d);
     const int i = cell_of(at.u), j = cell_of(at.v);
     std::uint64_t hash =
-        hash64(kSeed, static_cast<std::uint64_t>((at.face * kCells + i) * kCells + j));
-    const auto next = [&] { return unit_from(hash = hash64(hash)); };
+        core::hash64(kSeed, static_cast<std::uint64_t>((at.face * kCells + i) * kCells + j));
+    const auto next = [&] { return core::unit_from(hash = core::hash64(hash)); };
     if (next() >= kShare)
         return {};
     // A star keeps so far from the edge of its cell that no other cell needs to know of it.
@@ -54,8 +54,8 @@ Colour starlight(Vec3 d) noexcept {
         return (cell + 0.5 + kInside * (next() - 0.5)) * 2 / kCells - 1;
     };
     const double u = inside(i), v = inside(j);
-    const Vec3 apart = d - direction_of({at.face, u, v});
-    const double r2 = dot(apart, apart) / (kRadius * kRadius);
+    const core::Vec3 apart = d - direction_of({at.face, u, v});
+    const double r2 = core::dot(apart, apart) / (kRadius * kRadius);
     if (!(r2 < 1))
         return {};
     // Ten stars of half the brightness for each one; the few bright ones are what the eye finds
@@ -63,9 +63,9 @@ Colour starlight(Vec3 d) noexcept {
     const double rank = 1 - next(), brightness = std::min(12 / std::sqrt(rank) - 8, 160.0),
                  warmth = next();
     const double falloff = (1 - r2) * (1 - r2);
-    const Colour tint =
-        mix({0.72f, 0.84f, 1.25f}, {1.25f, 0.98f, 0.72f}, static_cast<float>(warmth * warmth));
+    const voxel::Colour tint = voxel::mix({0.72f, 0.84f, 1.25f}, {1.25f, 0.98f, 0.72f},
+                                          static_cast<float>(warmth * warmth));
     return tint * static_cast<float>(brightness * falloff);
 }
 
-}  // namespace terravox
+}  // namespace terravox::sky

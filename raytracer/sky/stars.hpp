@@ -3,12 +3,12 @@
 #include "common/voxel/colour.hpp"
 #include "raytracer/core/ray.hpp"
 
-namespace terravox {
+namespace terravox::sky {
 
 /// The stars: points of a few hundredths of a degree, the same in every picture; about seven
 /// hundred above any horizon. They stand for a night sky, not for the one of a date. Their light on
 /// things is too little to count.
 /// @param d of unit length @return radiance as a multiple of the night sky's
-[[nodiscard]] Colour starlight(Vec3 d) noexcept;
+[[nodiscard]] voxel::Colour starlight(core::Vec3 d) noexcept;
 
-}  // namespace terravox
+}  // namespace terravox::sky

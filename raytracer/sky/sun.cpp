@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace terravox {
+namespace terravox::sky {
 namespace {
 
 constexpr double kRad = det::kPi / 180, kTrueRadius_rad = 0.2666 * kRad;
@@ -23,9 +23,9 @@ Sun::Sun(const geo::SunPosition& at, double size) {
     const auto altitude = det::sin_cos(m_altitude_rad),
                azimuth = det::sin_cos(at.azimuth_deg * kRad);
     m_direction =
-        normalized({azimuth.sin * altitude.cos, altitude.sin, -azimuth.cos * altitude.cos});
+        core::normalized({azimuth.sin * altitude.cos, altitude.sin, -azimuth.cos * altitude.cos});
     m_right = {azimuth.cos, 0, azimuth.sin};
-    m_up = cross(m_right, m_direction);
+    m_up = core::cross(m_right, m_direction);
     const double half = det::sin(m_radius_rad / 2);
     m_height = 2 * half * half;
     const double radius = m_radius_rad > 0 ? m_radius_rad : kTrueRadius_rad;
@@ -35,7 +35,7 @@ Sun::Sun(const geo::SunPosition& at, double size) {
         m_altitude_rad >= radius ? m_altitude_rad : std::max(0.0, (m_altitude_rad + radius) / 2);
 }
 
-Vec3 Sun::sample(double u, double v) const noexcept {
+core::Vec3 Sun::sample(double u, double v) const noexcept {
     const double down = m_height * u,
                  r = std::sqrt(down *
                                (2 - down));  // 1 - cosine, and sine, of the angle from the centre
@@ -43,15 +43,15 @@ Vec3 Sun::sample(double u, double v) const noexcept {
     return m_direction * (1 - down) + m_right * (r * turn.cos) + m_up * (r * turn.sin);
 }
 
-double Sun::disc(Vec3 d) const noexcept {
+double Sun::disc(core::Vec3 d) const noexcept {
     if (!(m_height > 0) || d.y < 0 || m_share_up <= 0)
         return 0;
-    const Vec3 apart = d - m_direction;
-    const double down = dot(apart, apart) / 2;  // 1 - cosine, with all its digits
+    const core::Vec3 apart = d - m_direction;
+    const double down = core::dot(apart, apart) / 2;  // 1 - cosine, with all its digits
     if (!(down < m_height))
         return 0;
     const double rim = std::sqrt(1 - down / m_height);
     return (1 - kLimb * (1 - rim)) / (1 - kLimb / 3) / (2 * m_height * m_share_up);
 }
 
-}  // namespace terravox
+}  // namespace terravox::sky

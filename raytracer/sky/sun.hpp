@@ -5,7 +5,7 @@
 #include "raytracer/core/ray.hpp"
 #include "raytracer/scene/scene.hpp"
 
-namespace terravox {
+namespace terravox::sky {
 
 /// The sun's disc: where it stands, how much of it is above the horizon, and how its light is
 /// spread over it. Immutable.
@@ -15,7 +15,7 @@ public:
     /// does
     Sun(const geo::SunPosition& at, double size);
 
-    [[nodiscard]] Vec3 direction() const noexcept {
+    [[nodiscard]] core::Vec3 direction() const noexcept {
         return m_direction;
     }  ///< to its centre; x east, y up, z south
     [[nodiscard]] double altitude_rad() const noexcept { return m_altitude_rad; }
@@ -25,17 +25,17 @@ public:
     /// Where the middle of what is seen of it stands, >= 0 while anything is.
     [[nodiscard]] double seen_altitude_rad() const noexcept { return m_seen_altitude_rad; }
     /// A direction of the disc, each solid angle as likely. @param u, v [0, 1)
-    [[nodiscard]] Vec3 sample(double u, double v) const noexcept;
+    [[nodiscard]] core::Vec3 sample(double u, double v) const noexcept;
     /// Radiance towards a direction of unit length, as a multiple of what a white surface sends
     /// that faces the whole disc: limb darkening included, 0 outside the disc and below the
     /// horizon. Ref: Allen, "Astrophysical quantities", 1973 (linear limb darkening, coefficient
     /// 0.6 in yellow light).
-    [[nodiscard]] double disc(Vec3 d) const noexcept;
+    [[nodiscard]] double disc(core::Vec3 d) const noexcept;
 
 private:
-    Vec3 m_direction, m_right, m_up;  ///< right and up span the disc
+    core::Vec3 m_direction, m_right, m_up;  ///< right and up span the disc
     double m_altitude_rad, m_radius_rad, m_share_up, m_seen_altitude_rad,
         m_height = 0;  ///< height: 1 - cosine of the radius
 };
 
-}  // namespace terravox
+}  // namespace terravox::sky

@@ -6,32 +6,33 @@
 #include "common/geo/time_zone.hpp"
 #include "common/util/error.hpp"
 
-namespace terravox {
+namespace terravox::sky {
 namespace {
 
-geo::DateTime clock_of(const Scene::Sun& sun) {
+geo::DateTime clock_of(const scene::Scene::Sun& sun) {
     geo::DateTime time;
     int end = 0;
     if (std::sscanf(sun.date.c_str(), "%4d-%2d-%2d%n", &time.year, &time.month, &time.day, &end) !=
             3 ||
         static_cast<std::size_t>(end) != sun.date.size())
-        throw UsageError("place the sun: sun.date = '" + sun.date + "'; allowed: YYYY-MM-DD");
+        throw util::UsageError("place the sun: sun.date = '" + sun.date + "'; allowed: YYYY-MM-DD");
     if (!geo::is_date(time.year, time.month, time.day))
-        throw UsageError("place the sun: sun.date = '" + sun.date + "' is no day of the calendar");
+        throw util::UsageError("place the sun: sun.date = '" + sun.date +
+                               "' is no day of the calendar");
     if (!(sun.time_h >= 0 && sun.time_h <= 24))
-        throw UsageError("place the sun: sun.time_h = " + std::to_string(sun.time_h) +
-                         "; allowed: 0 to 24");
+        throw util::UsageError("place the sun: sun.time_h = " + std::to_string(sun.time_h) +
+                               "; allowed: 0 to 24");
     time.hour = sun.time_h;
     return time;
 }
 
 }  // namespace
 
-geo::SunPosition sun_of(const Scene::Sun& sun, const geo::LatLon* place) {
+geo::SunPosition sun_of(const scene::Scene::Sun& sun, const geo::LatLon* place) {
     if (sun.altitude_deg.has_value() != sun.azimuth_deg.has_value())
-        throw UsageError(std::string("place the sun: sun.") +
-                         (sun.altitude_deg ? "azimuth_deg" : "altitude_deg") +
-                         " is missing; give both, or none to use date and time");
+        throw util::UsageError(std::string("place the sun: sun.") +
+                               (sun.altitude_deg ? "azimuth_deg" : "altitude_deg") +
+                               " is missing; give both, or none to use date and time");
     if (sun.altitude_deg)
         return {*sun.altitude_deg, *sun.azimuth_deg};
     geo::DateTime time = clock_of(sun);
@@ -44,4 +45,4 @@ geo::SunPosition sun_of(const Scene::Sun& sun, const geo::LatLon* place) {
     return geo::sun_position(time, here);
 }
 
-}  // namespace terravox
+}  // namespace terravox::sky

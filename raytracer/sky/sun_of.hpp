@@ -3,7 +3,7 @@
 #include "common/geo/sun_position.hpp"
 #include "raytracer/scene/scene.hpp"
 
-namespace terravox {
+namespace terravox::sky {
 
 /// The sun of a scene at a place: altitude and azimuth if given, else date, clock time and place.
 /// The clock is that of utc_offset_h, else of the zone, else of the mean solar time of the place's
@@ -11,6 +11,6 @@ namespace terravox {
 /// @param place nullptr for worlds that are nowhere on Earth: latitude 46, longitude 14 then
 /// @throws UsageError for a date or time that cannot be, an unknown zone, or one angle without the
 /// other
-[[nodiscard]] geo::SunPosition sun_of(const Scene::Sun& sun, const geo::LatLon* place);
+[[nodiscard]] geo::SunPosition sun_of(const scene::Scene::Sun& sun, const geo::LatLon* place);
 
-}  // namespace terravox
+}  // namespace terravox::sky

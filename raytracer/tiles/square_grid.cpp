@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <cmath>
 
-namespace terravox {
+namespace terravox::tiles {
 namespace {
 
 // A world whose bounds make no sense must not ask for more numbers than there are.
-constexpr std::int64_t kMostAcross = 1 << 15;
+constexpr std::int64_t kMaxAcross = 1 << 15;
 
 std::int64_t floor_of(double v) noexcept {
     return static_cast<std::int64_t>(std::floor(v));
@@ -17,13 +17,13 @@ std::int64_t floor_of(double v) noexcept {
 
 SquareGrid::SquareGrid(const voxel::WorldInfo& world)
     : m_voxels_per_square(world.crs.empty() ? 1000 : 1000 / world.crs_units_per_voxel) {
-    m_first_column = floor_of(world.bounds.min[0] / m_voxels_per_square),
+    m_first_column = floor_of(world.bounds.min[0] / m_voxels_per_square);
     m_first_row = floor_of(world.bounds.min[2] / m_voxels_per_square);
     const auto count = [&](std::int64_t first, double end) {
         return static_cast<std::uint32_t>(std::clamp<std::int64_t>(
-            floor_of((end - 1) / m_voxels_per_square) - first + 1, 1, kMostAcross));
+            floor_of((end - 1) / m_voxels_per_square) - first + 1, 1, kMaxAcross));
     };
-    m_columns = count(m_first_column, world.bounds.max[0]),
+    m_columns = count(m_first_column, world.bounds.max[0]);
     m_rows = count(m_first_row, world.bounds.max[2]);
 }
 
@@ -41,4 +41,4 @@ std::string SquareGrid::name_of(std::uint32_t index) const {
            std::to_string(-(m_first_row + index / m_columns) - 1);
 }
 
-}  // namespace terravox
+}  // namespace terravox::tiles

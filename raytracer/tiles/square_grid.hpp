@@ -5,7 +5,7 @@
 
 #include "common/voxel/world.hpp"
 
-namespace terravox {
+namespace terravox::tiles {
 
 /// The squares of a kilometre (1000 units of the CRS) that a world's columns lie in, numbered row
 /// by row from the north-west. In worlds without a place on Earth squares of 1000 voxels.
@@ -25,4 +25,4 @@ private:
     std::uint32_t m_columns, m_rows;
 };
 
-}  // namespace terravox
+}  // namespace terravox::tiles

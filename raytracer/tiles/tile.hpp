@@ -9,7 +9,7 @@
 #include "raytracer/tiles/layers.hpp"
 #include "raytracer/tiles/trace_counts.hpp"
 
-namespace terravox {
+namespace terravox::tiles {
 
 /// A rectangle of the picture in one pass, [x0, x1) x [y0, y1) in pixels. Of it, pixels whose
 /// coordinates are multiples of `step` are traced, except those that an earlier pass has traced
@@ -35,7 +35,7 @@ struct RenderTile {
 };
 
 struct PixelSample {
-    Colour colour;              ///< linear
+    voxel::Colour colour;       ///< linear
     float alpha = 0;            ///< share of samples that hit the world
     float depth_m = 0;          ///< mean distance of those samples; infinity where none hit
     std::uint32_t samples = 1;  ///< that it is the mean of
@@ -58,4 +58,4 @@ struct TileResult {
                          ///< not to be trusted
 };
 
-}  // namespace terravox
+}  // namespace terravox::tiles

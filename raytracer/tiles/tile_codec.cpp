@@ -13,7 +13,7 @@
 
 #include "common/util/error.hpp"
 
-namespace terravox {
+namespace terravox::tiles {
 namespace {
 
 static_assert(std::endian::native == std::endian::little,
@@ -29,17 +29,27 @@ enum Flags : std::uint8_t { kRefines = 1, kLayers = 2, kAllFlags = 3 };
 /// Calls field(value) for all that a sample is made of, in the order of the planes.
 template <class Sample, class Field>
 void visit_sample(Sample& s, const Field& field) {
-    field(s.colour.r), field(s.colour.g), field(s.colour.b), field(s.alpha), field(s.depth_m),
-        field(s.samples), field(s.error);
+    field(s.colour.r);
+    field(s.colour.g);
+    field(s.colour.b);
+    field(s.alpha);
+    field(s.depth_m);
+    field(s.samples);
+    field(s.error);
 }
 template <class Layers, class Field>
 void visit_layers(Layers& l, const Field& field) {
-    for (auto* c : {&l.direct, &l.indirect, &l.albedo})
-        field(c->r), field(c->g), field(c->b);
+    for (auto* c : {&l.direct, &l.indirect, &l.albedo}) {
+        field(c->r);
+        field(c->g);
+        field(c->b);
+    }
     for (auto* v : {&l.normal, &l.position})
         for (auto& part : *v)
             field(part);
-    field(l.sun), field(l.water), field(l.material);
+    field(l.sun);
+    field(l.water);
+    field(l.material);
     for (auto* m : {&l.materials, &l.squares}) {
         for (auto& object : m->object)
             field(object);
@@ -51,7 +61,7 @@ void visit_layers(Layers& l, const Field& field) {
 /// Bytes that the fields of one pixel take.
 constexpr std::size_t kSample_bytes = 7 * sizeof(float);
 constexpr std::size_t kLayers_bytes =
-    17 * sizeof(float) + 1 + 2 * Matte::kMost * (sizeof(std::uint32_t) + sizeof(float));
+    17 * sizeof(float) + 1 + 2 * Matte::kMax * (sizeof(std::uint32_t) + sizeof(float));
 
 /// Multiples of `step` in [from, to); none below 0 anywhere.
 std::uint64_t multiples(int from, int to, int step) noexcept {
@@ -89,7 +99,7 @@ std::uint64_t plane_bytes(std::uint64_t pixels, bool with_layers) noexcept {
 
 std::string too_much(const RenderTile& t, std::uint64_t bytes) {
     return std::to_string(bytes) + " bytes of pixels in the rectangle " + place(t) +
-           "; allowed: up to " + std::to_string(kMostTile_bytes);
+           "; allowed: up to " + std::to_string(kMaxTile_bytes);
 }
 
 /// Writes numbers one behind the other.
@@ -122,7 +132,7 @@ public:
     }
     [[nodiscard]] std::span<const std::byte> left() const noexcept { return m_left; }
     [[noreturn]] void fail(const std::string& what) const {
-        throw Error("read the tile " + m_origin + ": " + what);
+        throw util::Error("read the tile " + m_origin + ": " + what);
     }
 
 private:
@@ -133,14 +143,25 @@ private:
 /// The numbers of a tile's rectangle, in their order.
 template <class Tile, class Number>
 void visit_tile(Tile& t, const Number& number) {
-    number(t.index), number(t.pass), number(t.x0), number(t.y0), number(t.x1), number(t.y1),
-        number(t.step), number(t.first_sample), number(t.samples);
+    number(t.index);
+    number(t.pass);
+    number(t.x0);
+    number(t.y0);
+    number(t.x1);
+    number(t.y1);
+    number(t.step);
+    number(t.first_sample);
+    number(t.samples);
 }
 template <class Counts, class Number>
 void visit_counts(Counts& c, const Number& number) {
     for (auto& n : c.rays)
         number(n);
-    number(c.steps), number(c.slabs), number(c.spared), number(c.parked), number(c.hole_rays);
+    number(c.steps);
+    number(c.slabs);
+    number(c.spared);
+    number(c.parked);
+    number(c.hole_rays);
     for (auto& s : c.seconds)
         number(s);
 }
@@ -164,13 +185,14 @@ TileHead read_head(Reader& in) {
     if ((flags & ~kAllFlags) != 0)
         in.fail("flags " + std::to_string(flags) + "; allowed: up to " + std::to_string(kAllFlags));
     visit_tile(head.tile, [&](auto& n) { in.get(n); });
-    head.tile.refines = (flags & kRefines) != 0, head.with_layers = (flags & kLayers) != 0;
+    head.tile.refines = (flags & kRefines) != 0;
+    head.with_layers = (flags & kLayers) != 0;
     in.get(head.holes);
     if (const std::string wrong = wrong_with(head.tile); !wrong.empty())
         in.fail(wrong);
     head.pixels = pixels_of(head.tile);
     if (const std::uint64_t bytes = plane_bytes(head.pixels, head.with_layers);
-        bytes > kMostTile_bytes)
+        bytes > kMaxTile_bytes)
         in.fail(too_much(head.tile, bytes));
     if (head.holes > in.left().size() / kHole_bytes)
         in.fail(std::to_string(head.holes) + " holes in " + std::to_string(in.left().size()) +
@@ -182,7 +204,10 @@ void read_holes(Reader& in, std::uint32_t count, std::set<voxel::BoxKey>& holes)
     for (std::uint32_t i = 0; i < count; ++i) {
         voxel::BoxKey key;
         std::int32_t level = 0;
-        in.get(level), in.get(key.bx), in.get(key.by), in.get(key.bz);
+        in.get(level);
+        in.get(key.bx);
+        in.get(key.by);
+        in.get(key.bz);
         key.level = level;
         if (level < 0 || level > voxel::kMaxLevel)
             in.fail("a hole of level " + std::to_string(level) + "; allowed: 0 to " +
@@ -249,7 +274,7 @@ const auto kVisitLayers = [](auto& l, const auto& field) { visit_layers(l, field
 bool is_share(float v) noexcept {
     return v >= 0 && v <= 1;
 }
-bool is_finite(const Colour& c) noexcept {
+bool is_finite(const voxel::Colour& c) noexcept {
     return std::isfinite(c.r) && std::isfinite(c.g) && std::isfinite(c.b);
 }
 bool is_finite(const std::array<float, 3>& v) noexcept {
@@ -316,7 +341,7 @@ void compress(std::span<const std::byte> planes, std::vector<std::byte>& out) {
         ZSTD_compressCCtx(context_of(ZSTD_createCCtx), out.data() + before, out.size() - before,
                           planes.data(), planes.size(), 1);
     if (ZSTD_isError(size) != 0)
-        throw Error(std::string("compress a tile: ") + ZSTD_getErrorName(size));
+        throw util::Error(std::string("compress a tile: ") + ZSTD_getErrorName(size));
     out.resize(before + size);
 }
 
@@ -351,7 +376,7 @@ std::uint64_t pixel_bytes(const RenderTile& tile, bool with_layers) noexcept {
 std::vector<std::byte> encode_tile(const TileResult& result) {
     const RenderTile& t = result.tile;
     const auto fail = [&](const std::string& what) {
-        throw Error("encode the tile " + std::to_string(t.index) + ": " + what);
+        throw util::Error("encode the tile " + std::to_string(t.index) + ": " + what);
     };
     if (const std::string wrong = wrong_with(t); !wrong.empty())
         fail(wrong);
@@ -362,19 +387,23 @@ std::vector<std::byte> encode_tile(const TileResult& result) {
              std::to_string(result.layers.size()) +
              " of its layers; allowed: " + std::to_string(pixels));
     const std::uint64_t bytes = plane_bytes(pixels, with_layers);
-    if (bytes > kMostTile_bytes)
+    if (bytes > kMaxTile_bytes)
         fail(too_much(t, bytes) + ", so make quality.tile smaller");
 
     Writer out;
     const auto put = [&](auto& n) { out.put(n); };
-    out.put(kVersion), out.put(std::uint64_t{0});
+    out.put(kVersion);
+    out.put(std::uint64_t{0});
     out.put(static_cast<std::uint8_t>((t.refines ? kRefines : 0) | (with_layers ? kLayers : 0)));
     visit_tile(t, put);
     out.put(static_cast<std::uint32_t>(result.holes.size()));
     visit_counts(result.counts, put);
-    for (const voxel::BoxKey& key : result.holes)
-        out.put(static_cast<std::int32_t>(key.level)), out.put(key.bx), out.put(key.by),
-            out.put(key.bz);
+    for (const voxel::BoxKey& key : result.holes) {
+        out.put(static_cast<std::int32_t>(key.level));
+        out.put(key.bx);
+        out.put(key.by);
+        out.put(key.bz);
+    }
 
     std::vector<std::byte> raw(bytes);
     Planes planes(raw.data());
@@ -454,9 +483,12 @@ std::uint64_t hash_of_pixels(const TileResult& result) noexcept {
 
 std::uint64_t hash_of_pixels(const TileResult& result, const RenderTile& rows) noexcept {
     std::size_t begin = 0, end = 0;  // of the samples, which stand row by row
-    result.tile.each_pixel(
-        [&](int, int y) { begin += y < rows.y0 ? 1 : 0, end += y < rows.y1 ? 1 : 0; });
-    begin = std::min(begin, result.samples.size()), end = std::min(end, result.samples.size());
+    result.tile.each_pixel([&](int, int y) {
+        begin += y < rows.y0 ? 1 : 0;
+        end += y < rows.y1 ? 1 : 0;
+    });
+    begin = std::min(begin, result.samples.size());
+    end = std::min(end, result.samples.size());
     PixelHash hash(end - begin);
     const auto add = [&](const auto& field) { hash.add(field); };
     for (std::size_t i = begin; i < end; ++i)
@@ -466,4 +498,4 @@ std::uint64_t hash_of_pixels(const TileResult& result, const RenderTile& rows) n
     return hash.finish();
 }
 
-}  // namespace terravox
+}  // namespace terravox::tiles

@@ -8,10 +8,10 @@
 
 #include "raytracer/tiles/tile.hpp"
 
-namespace terravox {
+namespace terravox::tiles {
 
-inline constexpr std::size_t kMostTile_bytes = std::size_t{1}
-                                               << 30;  ///< of samples and layers, not compressed
+inline constexpr std::size_t kMaxTile_bytes = std::size_t{1}
+                                              << 30;  ///< of samples and layers, not compressed
 
 /// Bytes of a tile's samples and layers, not compressed. @param tile of a rectangle that is none
 /// upside down, step from 1
@@ -20,13 +20,13 @@ inline constexpr std::size_t kMostTile_bytes = std::size_t{1}
 /// A finished tile as bytes, for the wire and for checkpoints: its rectangle, counts, holes,
 /// samples and layers; compressed (zstd) and checksummed (XXH3). The same tile gives the same bytes
 /// on every machine, but for counts.seconds. Thread-safe, as all here.
-/// @throws Error for a tile of more than kMostTile_bytes, or whose samples or layers are not as
+/// @throws Error for a tile of more than kMaxTile_bytes, or whose samples or layers are not as
 /// many as its rectangle asks for
 [[nodiscard]] std::vector<std::byte> encode_tile(const TileResult& result);
 
 /// The inverse, for bytes from anywhere. @param origin names them in messages
 /// @throws Error for damage, for sizes that do not fit the rectangle, for more than
-/// kMostTile_bytes, and for values that no pixel can have (colours that are not finite, shares
+/// kMaxTile_bytes, and for values that no pixel can have (colours that are not finite, shares
 /// beyond [0, 1], negative depths, no samples)
 [[nodiscard]] TileResult decode_tile(std::span<const std::byte> bytes, const std::string& origin);
 
@@ -51,4 +51,4 @@ struct TileHead {
 [[nodiscard]] std::uint64_t hash_of_pixels(const TileResult& result,
                                            const RenderTile& rows) noexcept;
 
-}  // namespace terravox
+}  // namespace terravox::tiles

@@ -6,7 +6,7 @@
 #include <cstdlib>
 #include <utility>
 
-namespace terravox {
+namespace terravox::tiles {
 namespace {
 
 struct Grid {
@@ -80,7 +80,8 @@ std::uint64_t along_hilbert(TileCell cell, int bits) {
         const std::int32_t edge = std::int32_t{1} << bit;
         const bool right = (cell.column & edge) != 0, lower = (cell.row & edge) != 0;
         along = along << 2 | kQuarter[right ? 1 : 0][lower ? 1 : 0];
-        cell.column &= edge - 1, cell.row &= edge - 1;
+        cell.column &= edge - 1;
+        cell.row &= edge - 1;
         if (lower)
             continue;
         if (right)
@@ -97,16 +98,16 @@ std::vector<TileCell> hilbert(const Grid& g) {
 
 }  // namespace
 
-std::vector<TileCell> order_cells(int columns, int rows, TileOrder order) {
+std::vector<TileCell> order_cells(int columns, int rows, core::TileOrder order) {
     const Grid grid{columns, rows};
     switch (order) {
-        case TileOrder::kSpiral: return spiral(grid);
-        case TileOrder::kVertical: return vertical(grid);
-        case TileOrder::kVerticalSplit: return vertical_split(grid);
-        case TileOrder::kHilbert: return hilbert(grid);
-        case TileOrder::kRows: break;
+        case core::TileOrder::kSpiral: return spiral(grid);
+        case core::TileOrder::kVertical: return vertical(grid);
+        case core::TileOrder::kVerticalSplit: return vertical_split(grid);
+        case core::TileOrder::kHilbert: return hilbert(grid);
+        case core::TileOrder::kRows: break;
     }
     return rows_of(grid);
 }
 
-}  // namespace terravox
+}  // namespace terravox::tiles

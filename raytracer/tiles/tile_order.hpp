@@ -5,7 +5,7 @@
 
 #include "raytracer/core/scene_words.hpp"
 
-namespace terravox {
+namespace terravox::tiles {
 
 /// A place in the grid of tiles: column from the left, row from the top.
 struct TileCell {
@@ -22,6 +22,6 @@ struct TileCell {
 ///   kHilbert        along a Hilbert curve over the smallest square of a power of two that holds
 ///                   the grid
 /// @param columns, rows  each 1 to 2^20
-[[nodiscard]] std::vector<TileCell> order_cells(int columns, int rows, TileOrder order);
+[[nodiscard]] std::vector<TileCell> order_cells(int columns, int rows, core::TileOrder order);
 
-}  // namespace terravox
+}  // namespace terravox::tiles

@@ -6,28 +6,28 @@
 #include "common/util/error.hpp"
 #include "raytracer/tiles/tile_order.hpp"
 
-namespace terravox {
+namespace terravox::tiles {
 namespace {
 
 /// Tiles of one pass; more would need more memory than the pictures they are for.
-constexpr std::int64_t kMostTiles = std::int64_t{1} << 20;
+constexpr std::int64_t kMaxTiles = std::int64_t{1} << 20;
 
 void check(int width_px, int height_px, int coarse_step, int tile_px, std::int64_t tiles) {
     if (coarse_step < 1 || !std::has_single_bit(static_cast<unsigned>(coarse_step)))
-        throw UsageError("plan the passes: quality.coarse_step = " + std::to_string(coarse_step) +
-                         "; allowed: 1, 2, 4, 8, 16, 32, 64");
-    if (tiles > kMostTiles)
-        throw UsageError("plan the tiles: " + std::to_string(tiles) + " tiles of " +
-                         std::to_string(tile_px) + " pixels in a picture of " +
-                         std::to_string(width_px) + "x" + std::to_string(height_px) +
-                         "; allowed: up to " + std::to_string(kMostTiles) +
-                         ", so make quality.tile larger");
+        throw util::UsageError("plan the passes: quality.coarse_step = " +
+                               std::to_string(coarse_step) + "; allowed: 1, 2, 4, 8, 16, 32, 64");
+    if (tiles > kMaxTiles)
+        throw util::UsageError("plan the tiles: " + std::to_string(tiles) + " tiles of " +
+                               std::to_string(tile_px) + " pixels in a picture of " +
+                               std::to_string(width_px) + "x" + std::to_string(height_px) +
+                               "; allowed: up to " + std::to_string(kMaxTiles) +
+                               ", so make quality.tile larger");
 }
 
 }  // namespace
 
 std::vector<std::vector<RenderTile>> plan_tiles(int width_px, int height_px, int coarse_step,
-                                                int tile_px, TileOrder order) {
+                                                int tile_px, core::TileOrder order) {
     const int columns = (width_px + tile_px - 1) / tile_px,
               rows = (height_px + tile_px - 1) / tile_px;
     check(width_px, height_px, coarse_step, tile_px, std::int64_t{columns} * rows);
@@ -40,8 +40,9 @@ std::vector<std::vector<RenderTile>> plan_tiles(int width_px, int height_px, int
             RenderTile tile;
             tile.index = static_cast<std::uint32_t>(tiles.size());
             tile.pass = static_cast<std::uint32_t>(passes.size());
-            tile.x0 = c.column * tile_px, tile.y0 = c.row * tile_px;
-            tile.x1 = std::min(tile.x0 + tile_px, width_px),
+            tile.x0 = c.column * tile_px;
+            tile.y0 = c.row * tile_px;
+            tile.x1 = std::min(tile.x0 + tile_px, width_px);
             tile.y1 = std::min(tile.y0 + tile_px, height_px);
             tile.step = step;
             tile.refines = step != coarse_step;
@@ -52,4 +53,4 @@ std::vector<std::vector<RenderTile>> plan_tiles(int width_px, int height_px, int
     return passes;
 }
 
-}  // namespace terravox
+}  // namespace terravox::tiles

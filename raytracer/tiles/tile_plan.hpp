@@ -5,7 +5,7 @@
 #include "raytracer/core/scene_words.hpp"
 #include "raytracer/tiles/tile.hpp"
 
-namespace terravox {
+namespace terravox::tiles {
 
 /// The passes of a picture, coarse to fine: each doubles the resolution, keeps the quarter of the
 /// pixels that is there and traces the other three (paper, Figure 3). The last pass has step 1, so
@@ -16,6 +16,6 @@ namespace terravox {
 /// @throws UsageError for another step, and for more than 2^20 tiles
 [[nodiscard]] std::vector<std::vector<RenderTile>> plan_tiles(int width_px, int height_px,
                                                               int coarse_step, int tile_px,
-                                                              TileOrder order);
+                                                              core::TileOrder order);
 
-}  // namespace terravox
+}  // namespace terravox::tiles

@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 
-namespace terravox {
+namespace terravox::tiles {
 
 /// What a thread does for a tile.
 enum class TraceStage : std::uint8_t {
@@ -46,9 +46,12 @@ struct TraceCounts {
             rays[i] += o.rays[i];
         for (std::size_t i = 0; i < kTraceStages; ++i)
             seconds[i] += o.seconds[i];
-        steps += o.steps, slabs += o.slabs, spared += o.spared, parked += o.parked,
-            hole_rays += o.hole_rays;
+        steps += o.steps;
+        slabs += o.slabs;
+        spared += o.spared;
+        parked += o.parked;
+        hole_rays += o.hole_rays;
     }
 };
 
-}  // namespace terravox
+}  // namespace terravox::tiles

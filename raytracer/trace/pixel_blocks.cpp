@@ -3,23 +3,24 @@
 #include <algorithm>
 #include <bit>
 
-namespace terravox {
+namespace terravox::trace {
 namespace {
 
 struct Cutter {
     const PixelLattice& lattice;
-    const Camera& camera;
-    BeamMarch& beams;
+    const scene::Camera& camera;
+    walk::BeamMarch& beams;
     std::vector<PixelBlock>& out;
 
     // The square of the lattice from (column, row) on, cut to it.
-    void cut(int column, int row, int size, const BeamStart& known) const {
+    void cut(int column, int row, int size, const walk::BeamStart& known) const {
         const int columns = std::min(size, lattice.columns - column),
                   rows = std::min(size, lattice.rows - row);
         if (columns <= 0 || rows <= 0)
             return;
-        const BeamStart start =
-            known.kind == BeamStart::Kind::kMiss ? known : march(column, row, columns, rows, known);
+        const walk::BeamStart start = known.kind == walk::BeamStart::Kind::kMiss
+                                          ? known
+                                          : march(column, row, columns, rows, known);
         if (size <= kPixelBlockSide) {
             out.push_back({column, row, columns, rows, start});
             return;
@@ -29,28 +30,29 @@ struct Cutter {
             cut(column + (quarter & 1) * half, row + (quarter >> 1) * half, half, start);
     }
 
-    [[nodiscard]] BeamStart march(int column, int row, int columns, int rows,
-                                  const BeamStart& known) const {
+    [[nodiscard]] walk::BeamStart march(int column, int row, int columns, int rows,
+                                        const walk::BeamStart& known) const {
         if (!camera.pinhole())
             return known;
         const double x0 = lattice.first_x + column * lattice.step,
                      y0 = lattice.first_y + row * lattice.step;
         const double x1 = x0 + (columns - 1) * lattice.step + 1,
                      y1 = y0 + (rows - 1) * lattice.step + 1;
-        const Vec3 corners[4] = {camera.ray(x0, y0).direction, camera.ray(x1, y0).direction,
-                                 camera.ray(x0, y1).direction, camera.ray(x1, y1).direction};
-        Beam beam;
-        return Beam::make(camera.position(), corners, beam) ? beams.march(beam, known) : known;
+        const core::Vec3 corners[4] = {camera.ray(x0, y0).direction, camera.ray(x1, y0).direction,
+                                       camera.ray(x0, y1).direction, camera.ray(x1, y1).direction};
+        walk::Beam beam;
+        return walk::Beam::make(camera.position(), corners, beam) ? beams.march(beam, known)
+                                                                  : known;
     }
 };
 
 }  // namespace
 
-void add_pixel_blocks(const PixelLattice& lattice, const Camera& camera, BeamMarch& beams,
-                      std::vector<PixelBlock>& out) {
+void add_pixel_blocks(const PixelLattice& lattice, const scene::Camera& camera,
+                      walk::BeamMarch& beams, std::vector<PixelBlock>& out) {
     const int size = std::max({lattice.columns, lattice.rows, 1});
     Cutter{lattice, camera, beams, out}.cut(
         0, 0, static_cast<int>(std::bit_ceil(static_cast<unsigned>(size))), {});
 }
 
-}  // namespace terravox
+}  // namespace terravox::trace

@@ -5,7 +5,7 @@
 #include "raytracer/scene/camera.hpp"
 #include "raytracer/walk/beam.hpp"
 
-namespace terravox {
+namespace terravox::trace {
 
 /// Pixels `step` apart, columns x rows of them, from the pixel (first_x, first_y) on.
 struct PixelLattice {
@@ -15,13 +15,13 @@ struct PixelLattice {
 /// Up to 4 x 4 neighbours of a lattice, and where all rays through them may start.
 struct PixelBlock {
     int column = 0, row = 0, columns = 0, rows = 0;
-    BeamStart start;
+    walk::BeamStart start;
 };
 inline constexpr int kPixelBlockSide = 4;  ///< below that a beam costs more than it spares
 
 /// Cuts a lattice into blocks along a Z-order curve, by beams from large to small: what is known of
 /// a large one spares the small ones.
-void add_pixel_blocks(const PixelLattice& lattice, const Camera& camera, BeamMarch& beams,
-                      std::vector<PixelBlock>& out);
+void add_pixel_blocks(const PixelLattice& lattice, const scene::Camera& camera,
+                      walk::BeamMarch& beams, std::vector<PixelBlock>& out);
 
-}  // namespace terravox
+}  // namespace terravox::trace

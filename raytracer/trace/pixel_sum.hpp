@@ -3,15 +3,15 @@
 #include "raytracer/shade/shading.hpp"
 #include "raytracer/tiles/tile.hpp"
 
-namespace terravox {
+namespace terravox::trace {
 
 /// A pixel summed up over its samples.
 class PixelSum {
 public:
-    void add(const SampleSum& sample) noexcept;
+    void add(const shade::SampleSum& sample) noexcept;
     [[nodiscard]] int count() const noexcept { return m_count; }
     /// Of at least one sample. @param voxel_m edge of a level-0 voxel
-    [[nodiscard]] PixelSample mean(double voxel_m) const noexcept;
+    [[nodiscard]] tiles::PixelSample mean(double voxel_m) const noexcept;
 
 private:
     double m_colour[3] = {}, m_t = 0;
@@ -22,8 +22,8 @@ private:
 /// The first hits of a pixel summed up over its samples.
 class LayerSum {
 public:
-    void add(const SampleSum& sample, const View& view) noexcept;
-    [[nodiscard]] LayerSample mean() const noexcept;
+    void add(const shade::SampleSum& sample, const shade::View& view) noexcept;
+    [[nodiscard]] tiles::LayerSample mean() const noexcept;
 
 private:
     double m_direct[3] = {}, m_indirect[3] = {}, m_albedo[3] = {}, m_normal[3] = {},
@@ -31,7 +31,7 @@ private:
     double m_sun = 0;
     int m_count = 0, m_hits = 0, m_water = 0;
     voxel::Material m_material = voxel::Material::kAir;
-    Matte m_materials, m_squares;
+    tiles::Matte m_materials, m_squares;
 };
 
-}  // namespace terravox
+}  // namespace terravox::trace

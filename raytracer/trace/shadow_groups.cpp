@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace terravox {
+namespace terravox::trace {
 namespace {
 
 constexpr std::size_t kSmallest =
@@ -14,7 +14,7 @@ constexpr std::size_t kSmallest =
 std::uint64_t ShadowGroups::trace(std::span<const ShadowRay> rays, std::size_t size,
                                   std::optional<std::int32_t> known) {
     constexpr std::size_t kParts = 4;
-    Shaft shaft(m_sun, m_radius_rad);
+    walk::Shaft shaft(m_sun, m_radius_rad);
     for (const ShadowRay& ray : rays)
         shaft.add(ray.origin, *ray.state);
     const std::int32_t free_from = m_shafts.free_from(shaft, known);
@@ -27,10 +27,10 @@ std::uint64_t ShadowGroups::trace(std::span<const ShadowRay> rays, std::size_t s
         return spared;
     }
     for (const ShadowRay& ray : rays) {
-        if (ShaftMarch::is_free(shaft, *ray.state, free_from)) {
-            *ray.end = WalkEnd::kMiss;
+        if (walk::ShaftMarch::is_free(shaft, *ray.state, free_from)) {
+            *ray.end = walk::WalkEnd::kMiss;
             ++spared;
-        } else if (m_packets != nullptr && RayPacket::accepts(*ray.state)) {
+        } else if (m_packets != nullptr && walk::RayPacket::accepts(*ray.state)) {
             add(ray, shaft.axis(), free_from);
         }
     }
@@ -40,26 +40,27 @@ std::uint64_t ShadowGroups::trace(std::span<const ShadowRay> rays, std::size_t s
 // Where shafts have freed many, packets are filled up with the next ones: each lane walks for
 // itself.
 void ShadowGroups::add(const ShadowRay& ray, int axis, std::int32_t free_from) {
-    if (m_packet.count == RayPacket::kLanes || !m_packet.fits(*ray.state))
+    if (m_packet.count == walk::RayPacket::kLanes || !m_packet.fits(*ray.state))
         walk();
     m_lanes[m_packet.count] = &ray;
-    m_packet.free_axis = axis, m_packet.free_from[m_packet.count] = free_from;
+    m_packet.free_axis = axis;
+    m_packet.free_from[m_packet.count] = free_from;
     m_packet.add(*ray.state);
 }
 
 void ShadowGroups::walk() {
     if (m_packet.count == 0)
         return;
-    const PacketWalk::Ends ends = m_packets->any_hits(m_packet, (1u << m_packet.count) - 1);
+    const walk::PacketWalk::Ends ends = m_packets->any_hits(m_packet, (1u << m_packet.count) - 1);
     for (int i = 0; i < m_packet.count; ++i) {
         if ((ends.hit >> i & 1) != 0)
-            *m_lanes[i]->end = WalkEnd::kHit;
+            *m_lanes[i]->end = walk::WalkEnd::kHit;
         else if ((ends.missed >> i & 1) != 0)
-            *m_lanes[i]->end = WalkEnd::kMiss;
+            *m_lanes[i]->end = walk::WalkEnd::kMiss;
         else
             m_packet.update(i, *m_lanes[i]->state);
     }
     m_packet = {};
 }
 
-}  // namespace terravox
+}  // namespace terravox::trace

@@ -6,30 +6,31 @@
 #include "raytracer/walk/packet_walk.hpp"
 #include "raytracer/walk/shaft.hpp"
 
-namespace terravox {
+namespace terravox::trace {
 
 /// A ray towards the sun in somebody's array.
 struct ShadowRay {
-    Vec3 origin;      ///< level-0 voxels
-    RayState* state;  ///< placed in the voxel that it starts in
-    WalkEnd* end;     ///< kWaits: not known yet
+    core::Vec3 origin;      ///< level-0 voxels
+    core::RayState* state;  ///< placed in the voxel that it starts in
+    walk::WalkEnd* end;     ///< kWaits: not known yet
 };
 
 /// Answers shadow rays, towards points of the sun, that lie together: by shafts over 256 and 64 of
 /// them, then in packets. One for each thread.
 class ShadowGroups {
 public:
-    static constexpr std::size_t kMost = 256;
+    static constexpr std::size_t kMax = 256;
     /// @param packets null: shafts only
-    ShadowGroups(ShaftMarch& shafts, PacketWalk* packets, Vec3 sun, double sun_radius_rad) noexcept
+    ShadowGroups(walk::ShaftMarch& shafts, walk::PacketWalk* packets, core::Vec3 sun,
+                 double sun_radius_rad) noexcept
         : m_shafts(shafts), m_packets(packets), m_sun(sun), m_radius_rad(sun_radius_rad) {}
 
     /// Sets `end` of those that are known; the others may have gone part of their way and are for
     /// RayWalk.
-    /// @param rays at most kMost, neighbours beside each other @return how many no step was needed
+    /// @param rays at most kMax, neighbours beside each other @return how many no step was needed
     /// for
     std::uint64_t trace(std::span<const ShadowRay> rays) {
-        const std::uint64_t spared = trace(rays, kMost, std::nullopt);
+        const std::uint64_t spared = trace(rays, kMax, std::nullopt);
         walk();
         return spared;
     }
@@ -40,12 +41,12 @@ private:
     /// To the packet. @param free_from plane on `axis` from which on it is free
     void add(const ShadowRay& ray, int axis, std::int32_t free_from);
     void walk();
-    ShaftMarch& m_shafts;
-    PacketWalk* m_packets;
-    Vec3 m_sun;
+    walk::ShaftMarch& m_shafts;
+    walk::PacketWalk* m_packets;
+    core::Vec3 m_sun;
     double m_radius_rad;
-    RayPacket m_packet;  ///< rays that wait until it is full
-    const ShadowRay* m_lanes[RayPacket::kLanes] = {};
+    walk::RayPacket m_packet;  ///< rays that wait until it is full
+    const ShadowRay* m_lanes[walk::RayPacket::kLanes] = {};
 };
 
-}  // namespace terravox
+}  // namespace terravox::trace

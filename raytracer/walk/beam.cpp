@@ -5,41 +5,44 @@
 
 #include "raytracer/walk/slab_march.hpp"
 
-namespace terravox {
+namespace terravox::walk {
 namespace {
 
-constexpr double kMostSlope = 8;          // a beam that leans more is no beam
+constexpr double kMaxSlope = 8;           // a beam that leans more is no beam
 constexpr double kRounding_voxel = 1e-3;  // slopes times distances, in double
-constexpr int kMostFineSlabs = 6;         // of the finest thickness: then single rays are cheaper
+constexpr int kMaxFineSlabs = 6;          // of the finest thickness: then single rays are cheaper
 constexpr std::int32_t kFirstSlab = 4;
 
-int major_axis(Vec3 d) noexcept {
+int major_axis(core::Vec3 d) noexcept {
     const double x = std::abs(d.x), y = std::abs(d.y), z = std::abs(d.z);
     return x >= y ? (x >= z ? 0 : 2) : (y >= z ? 1 : 2);
 }
 
 }  // namespace
 
-bool Beam::make(Vec3 eye, const Vec3 (&corners)[4], Beam& beam) noexcept {
-    const Vec3 middle = corners[0] + corners[1] + corners[2] + corners[3];
+bool Beam::make(core::Vec3 eye, const core::Vec3 (&corners)[4], Beam& beam) noexcept {
+    const core::Vec3 middle = corners[0] + corners[1] + corners[2] + corners[3];
     beam.axis = major_axis(middle);
     beam.forward = middle[beam.axis] > 0;
-    for (int a = 0; a < 3; ++a)
-        beam.eye[a] = eye[a], beam.slope_min[a] = kFar, beam.slope_max[a] = -kFar;
-    for (const Vec3& corner : corners) {
+    for (int a = 0; a < 3; ++a) {
+        beam.eye[a] = eye[a];
+        beam.slope_min[a] = core::kFar;
+        beam.slope_max[a] = -core::kFar;
+    }
+    for (const core::Vec3& corner : corners) {
         const double along = beam.forward ? corner[beam.axis] : -corner[beam.axis];
         for (int a = 0; a < 3; ++a) {
             const double slope = corner[a] / along;
-            if (!(along > 0) || !(std::abs(slope) <= kMostSlope))
+            if (!(along > 0) || !(std::abs(slope) <= kMaxSlope))
                 return false;
-            beam.slope_min[a] = std::min(beam.slope_min[a], slope),
+            beam.slope_min[a] = std::min(beam.slope_min[a], slope);
             beam.slope_max[a] = std::max(beam.slope_max[a], slope);
         }
     }
     return true;
 }
 
-bool BeamStart::place(RayState& ray, const LevelCut& cut) const noexcept {
+bool BeamStart::place(core::RayState& ray, const LevelCut& cut) const noexcept {
     if (kind == Kind::kMiss)
         return false;
     voxel::VoxelBounds bounds = cut.entry_bounds();
@@ -74,23 +77,26 @@ BeamStart BeamMarch::march(const Beam& beam, const BeamStart& from) {
         const double d0 = std::max(0.0, towards * (near - beam.eye[axis])),
                      d1 = std::max(0.0, towards * (far - beam.eye[axis]));
         VoxelRange range;
-        range.low[axis] = std::min(near, far), range.high[axis] = std::max(near, far) - 1;
+        range.low[axis] = std::min(near, far);
+        range.high[axis] = std::max(near, far) - 1;
         for (const int a : {u, w}) {
-            range.low[a] = RayState::floor_to_int(
+            range.low[a] = core::RayState::floor_to_int(
                 beam.eye[a] + std::min(d0 * beam.slope_min[a], d1 * beam.slope_min[a]) -
                 kRounding_voxel);
-            range.high[a] = RayState::floor_to_int(
+            range.high[a] = core::RayState::floor_to_int(
                 beam.eye[a] + std::max(d0 * beam.slope_max[a], d1 * beam.slope_max[a]) +
                 kRounding_voxel);
         }
         ++m_slabs;
         return !m_query.any_solid(range, grain_of_slab(shift));
     };
-    const bool stopped = march_slabs(plane, end, towards, m_query, kMostFineSlabs, free_between);
+    const bool stopped = march_slabs(plane, end, towards, m_query, kMaxFineSlabs, free_between);
     BeamStart out;
-    out.forward = beam.forward, out.axis = static_cast<std::int8_t>(beam.axis), out.plane = plane;
+    out.forward = beam.forward;
+    out.axis = static_cast<std::int8_t>(beam.axis);
+    out.plane = plane;
     out.kind = stopped ? BeamStart::Kind::kPlane : BeamStart::Kind::kMiss;
     return out;
 }
 
-}  // namespace terravox
+}  // namespace terravox::walk

@@ -3,7 +3,7 @@
 #include "raytracer/core/ray_state.hpp"
 #include "raytracer/walk/solid_query.hpp"
 
-namespace terravox {
+namespace terravox::walk {
 
 /// The rays of a rectangle of pixels together: all points that lie, from the eye along a major
 /// axis, within a range of slopes on the two other axes. Level-0 voxels.
@@ -16,7 +16,8 @@ struct Beam {
 
     /// @param corners directions of the rays through the rectangle's corners
     /// @return false when they have no major axis in common
-    [[nodiscard]] static bool make(Vec3 eye, const Vec3 (&corners)[4], Beam& beam) noexcept;
+    [[nodiscard]] static bool make(core::Vec3 eye, const core::Vec3 (&corners)[4],
+                                   Beam& beam) noexcept;
 };
 
 /// How far a beam is free: no ray of it meets anything before it crosses the plane `axis = plane`.
@@ -34,7 +35,7 @@ struct BeamStart {
     /// Places a ray of the beam where it may start. The voxels it then meets are those it would
     /// have met from the eye.
     /// @return false when it never comes to the world
-    [[nodiscard]] bool place(RayState& ray, const LevelCut& cut) const noexcept;
+    [[nodiscard]] bool place(core::RayState& ray, const LevelCut& cut) const noexcept;
 };
 
 /// Marches beams: slab after slab along the major axis, as thick as can be shown free.
@@ -56,4 +57,4 @@ private:
     std::uint64_t m_slabs = 0;
 };
 
-}  // namespace terravox
+}  // namespace terravox::walk

@@ -6,21 +6,22 @@
 
 #include "raytracer/blocks/block_manager.hpp"
 
-namespace terravox {
+namespace terravox::walk {
 
 /// One thread's view of the block manager: remembers, and pins, the boxes met last, so that a walk
 /// takes no lock. Not thread-safe.
 class BlockReader {
 public:
     /// @param budget_bytes of boxes it may pin, held ones included but for the last few
-    explicit BlockReader(BlockManager& blocks, std::size_t budget_bytes = std::size_t{64} << 20)
+    explicit BlockReader(blocks::BlockManager& blocks,
+                         std::size_t budget_bytes = std::size_t{64} << 20)
         : m_blocks(blocks),
           m_budget_bytes(std::min(budget_bytes, blocks.limit_bytes() / 16)),
           m_slots(kSlots) {}
 
     /// @return nullptr when the box is not in memory; valid until the next call, or, while it is
     /// holding, until let_go()
-    [[nodiscard]] const Block* get(const voxel::BoxKey& key) {
+    [[nodiscard]] const blocks::Block* get(const voxel::BoxKey& key) {
         // Neighbours get slots of their own: a ray that goes to and fro between boxes must not
         // fetch them again and again.
         const auto slot_index = static_cast<std::size_t>((key.bx & 15) | (key.bz & 15) << 4 |
@@ -41,24 +42,26 @@ public:
         m_held_bytes = 0;
         m_holding = false;
     }
-    [[nodiscard]] BlockManager& blocks() noexcept { return m_blocks; }
+    [[nodiscard]] blocks::BlockManager& blocks() noexcept { return m_blocks; }
 
 private:
     static constexpr std::size_t kSlots = 1024;
     struct Slot {
         voxel::BoxKey key;
-        BlockPin block;
+        blocks::BlockPin block;
     };
     void drop(Slot& slot) {
         if (!slot.block)
             return;
         m_bytes -= slot.block->memory_bytes();
-        if (m_holding)
-            m_held_bytes += slot.block->memory_bytes(), m_held.push_back(std::move(slot.block));
+        if (m_holding) {
+            m_held_bytes += slot.block->memory_bytes();
+            m_held.push_back(std::move(slot.block));
+        }
         slot.block = nullptr;
     }
-    const Block* fetch(Slot& slot, const voxel::BoxKey& key) {
-        BlockPin block = m_blocks.find(key);
+    const blocks::Block* fetch(Slot& slot, const voxel::BoxKey& key) {
+        blocks::BlockPin block = m_blocks.find(key);
         if (!block)
             return nullptr;
         drop(slot);
@@ -69,12 +72,12 @@ private:
         slot.block = std::move(block);
         return slot.block.get();
     }
-    BlockManager& m_blocks;
+    blocks::BlockManager& m_blocks;
     std::size_t m_budget_bytes, m_bytes = 0;
     std::vector<Slot> m_slots;
     bool m_holding = false;
-    std::vector<BlockPin> m_held;
+    std::vector<blocks::BlockPin> m_held;
     std::size_t m_held_bytes = 0;
 };
 
-}  // namespace terravox
+}  // namespace terravox::walk

@@ -11,7 +11,7 @@
 #include "raytracer/walk/ray_lanes.hpp"
 
 HWY_BEFORE_NAMESPACE();
-namespace terravox::HWY_NAMESPACE {
+namespace terravox::walk::HWY_NAMESPACE {
 
 /// The trees of as many boxes as there are lanes.
 struct LaneTrees {
@@ -54,21 +54,22 @@ HWY_INLINE LaneTrees trees_of(const RayLanes& lanes, int first) {
 
 HWY_INLINE void load(const RayLanes& lanes, int first, Way& way, Walkers& w) {
     for (int a = 0; a < 3; ++a) {
-        way.origin[a] = hn::Load(d, lanes.origin[a] + first),
+        way.origin[a] = hn::Load(d, lanes.origin[a] + first);
         way.direction[a] = hn::Load(d, lanes.direction[a] + first);
-        way.inverse[a] = hn::Load(d, lanes.inverse[a] + first),
+        way.inverse[a] = hn::Load(d, lanes.inverse[a] + first);
         way.estimate[a] = hn::Load(d, lanes.estimate[a] + first);
         way.end[a] = hn::Load(d, lanes.end[a] + first);
         w.voxel[a] = bits_at(lanes.voxel[a], first);
     }
     w.axis = hn::Load(d, lanes.axis + first);
-    w.node = hn::Load(du, lanes.node + first),
-    w.node_detail = hn::Load(du, lanes.node_detail + first),
+    w.node = hn::Load(du, lanes.node + first);
+    w.node_detail = hn::Load(du, lanes.node_detail + first);
     w.node_first = hn::Load(du, lanes.node_first + first);
-    w.node_size = hn::Load(du, lanes.node_size + first),
-    w.brick = hn::Load(du, lanes.brick + first), w.solid = hn::Load(du, lanes.solid + first);
+    w.node_size = hn::Load(du, lanes.node_size + first);
+    w.brick = hn::Load(du, lanes.brick + first);
+    w.solid = hn::Load(du, lanes.solid + first);
     w.size = hn::Load(du, lanes.size + first);
-    w.going = word_lanes_of(lanes.going, first),
+    w.going = word_lanes_of(lanes.going, first);
     w.new_node = w.new_brick = word_lanes_of(lanes.fresh, first);
     w.stopped = hn::Ne(word(0), word(0));
 }
@@ -77,11 +78,12 @@ HWY_INLINE void store(const Walkers& w, int first, RayLanes& lanes) {
     for (int a = 0; a < 3; ++a)
         hn::Store(hn::BitCast(d, w.voxel[a]), d, lanes.voxel[a] + first);
     hn::Store(w.axis, d, lanes.axis + first);
-    hn::Store(w.node, du, lanes.node + first),
-        hn::Store(w.node_detail, du, lanes.node_detail + first),
-        hn::Store(w.node_first, du, lanes.node_first + first);
-    hn::Store(w.node_size, du, lanes.node_size + first),
-        hn::Store(w.brick, du, lanes.brick + first), hn::Store(w.solid, du, lanes.solid + first);
+    hn::Store(w.node, du, lanes.node + first);
+    hn::Store(w.node_detail, du, lanes.node_detail + first);
+    hn::Store(w.node_first, du, lanes.node_first + first);
+    hn::Store(w.node_size, du, lanes.node_size + first);
+    hn::Store(w.brick, du, lanes.brick + first);
+    hn::Store(w.solid, du, lanes.solid + first);
     hn::Store(w.size, du, lanes.size + first);
 }
 
@@ -119,10 +121,12 @@ void advance(RayLanes& lanes, std::uint64_t& steps) noexcept {
             going_on |= bits_of(doubles(w[j].going), first + j * kWidth);
         }
     }
-    lanes.going = going_on, lanes.stopped = stopped, lanes.fresh = 0;
+    lanes.going = going_on;
+    lanes.stopped = stopped;
+    lanes.fresh = 0;
 }
 
-}  // namespace terravox::HWY_NAMESPACE
+}  // namespace terravox::walk::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #endif

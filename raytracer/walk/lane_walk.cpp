@@ -2,7 +2,7 @@
 
 #include "raytracer/walk/ray_packet.hpp"
 
-namespace terravox {
+namespace terravox::walk {
 namespace {
 
 using voxel::child_bit;
@@ -23,7 +23,7 @@ double whole_of_bits(double bits) noexcept {
 }
 
 /// A plane that the ray reaches after t_max, in voxels of its level.
-double plane_after(const RayState& ray, int axis, double t_max) noexcept {
+double plane_after(const core::RayState& ray, int axis, double t_max) noexcept {
     constexpr double kRoom_voxels = 2, kFarAway = 1e9;
     const double at = ray.origin[axis] + ray.direction[axis] * t_max;
     return std::clamp(std::floor(ray.forward[axis] ? at + kRoom_voxels : at - kRoom_voxels),
@@ -104,7 +104,7 @@ void LaneWalk::fill(int lane, std::span<const LaneRay>& rays) {
 // As RayWalk::walk between boxes. False: it has ended, or RayWalk has to go on.
 bool LaneWalk::enter(int lane) {
     const LaneRay& of = *m_rays[static_cast<std::size_t>(lane)];
-    RayState& ray = *of.state;
+    core::RayState& ray = *of.state;
     while (ray.t <= of.t_max) {
         int level = ray.level;
         while ((level = m_cut.level_at(ray.voxel[0] << ray.level, ray.voxel[2] << ray.level,
@@ -116,7 +116,7 @@ bool LaneWalk::enter(int lane) {
             if (ray.forward[a] ? ray.voxel[a] >= bounds.max[i] : ray.voxel[a] < bounds.min[i])
                 return *of.end = WalkEnd::kMiss, false;
         }
-        const Block* block =
+        const blocks::Block* block =
             m_reader.get({level, ray.voxel[0] >> 6, ray.voxel[1] >> 8, ray.voxel[2] >> 6});
         if (block == nullptr || block->hole)
             return false;
@@ -133,7 +133,7 @@ bool LaneWalk::enter(int lane) {
 
 void LaneWalk::load(int lane, const voxel::Box& box) {
     const LaneRay& of = *m_rays[static_cast<std::size_t>(lane)];
-    const RayState& ray = *of.state;
+    const core::RayState& ray = *of.state;
     constexpr int kShift[3] = {6, 8, 6};
     for (int a = 0; a < 3; ++a) {
         const bool forward = ray.forward[a];
@@ -141,10 +141,10 @@ void LaneWalk::load(int lane, const voxel::Box& box) {
         const std::int32_t low = ray.voxel[a] >> kShift[a] << kShift[a],
                            high = low + (1 << kShift[a]);
         double end = forward ? high : -low;
-        if (of.t_max < kFar)
+        if (of.t_max < core::kFar)
             end = std::min(
                 end, forward ? plane_after(ray, a, of.t_max) : -plane_after(ray, a, of.t_max));
-        m_lanes.origin[a][lane] = ray.origin[a] * sign,
+        m_lanes.origin[a][lane] = ray.origin[a] * sign;
         m_lanes.direction[a][lane] = ray.direction[a] * sign;
         m_lanes.inverse[a][lane] = ray.inverse[a] * sign;
         m_lanes.estimate[a][lane] = ray.origin[a] * sign - (0.5 + RayLanes::kSlack_voxel);
@@ -158,17 +158,19 @@ void LaneWalk::load(int lane, const voxel::Box& box) {
         // Mirrored, -1 - y: the bits are all turned over, so the first root is met last.
         const TreeCell& root =
             box.cells()[static_cast<std::size_t>(ray.forward[1] ? i : RayLanes::kRoots - 1 - i)];
-        m_lanes.root[0][i][lane] = root.mask, m_lanes.root[1][i][lane] = root.detail,
+        m_lanes.root[0][i][lane] = root.mask;
+        m_lanes.root[1][i][lane] = root.detail;
         m_lanes.root[2][i][lane] = root.first;
     }
     m_lanes.axis[lane] = -1;
-    m_lanes.going |= 1u << lane, m_lanes.fresh |= 1u << lane;
+    m_lanes.going |= 1u << lane;
+    m_lanes.fresh |= 1u << lane;
     m_boxes[static_cast<std::size_t>(lane)] = &box;
 }
 
 // The ray is where its lane is.
 void LaneWalk::update(int lane) noexcept {
-    RayState& ray = *m_rays[static_cast<std::size_t>(lane)]->state;
+    core::RayState& ray = *m_rays[static_cast<std::size_t>(lane)]->state;
     if (m_lanes.axis[lane] < 0)
         return;
     for (int a = 0; a < 3; ++a) {
@@ -177,14 +179,14 @@ void LaneWalk::update(int lane) noexcept {
     }
     const int axis = static_cast<int>(m_lanes.axis[lane]);
     ray.t = ray.crossing(axis, ray.voxel[axis] + (ray.forward[axis] ? 0.0 : 1.0));
-    ray.face = face_of(axis, !ray.forward[axis]);
+    ray.face = core::face_of(axis, !ray.forward[axis]);
 }
 
 // In a solid voxel: the ray has ended, or RayWalk goes on.
 void LaneWalk::stop(int lane) {
     update(lane);
     const LaneRay& of = *m_rays[static_cast<std::size_t>(lane)];
-    const RayState& ray = *of.state;
+    const core::RayState& ray = *of.state;
     if (of.hit != nullptr) {
         const std::uint64_t index = m_lanes.brick[lane];
         const voxel::Box& box = *m_boxes[static_cast<std::size_t>(lane)];
@@ -201,4 +203,4 @@ void LaneWalk::stop(int lane) {
     *of.end = ray.t <= of.t_max ? WalkEnd::kHit : WalkEnd::kMiss;
 }
 
-}  // namespace terravox
+}  // namespace terravox::walk

@@ -7,13 +7,13 @@
 #include "raytracer/walk/packet_steps.hpp"
 #include "raytracer/walk/walk.hpp"
 
-namespace terravox {
+namespace terravox::walk {
 
 /// A ray in somebody's array, that anything but air stops.
 struct LaneRay {
-    RayState* state;  ///< placed in a voxel
-    WalkEnd* end;     ///< kWaits: not known yet
-    double t_max = kFar;
+    core::RayState* state;  ///< placed in a voxel
+    WalkEnd* end;           ///< kWaits: not known yet
+    double t_max = core::kFar;
     Hit* hit = nullptr;  ///< set where it ends in kHit; null: it only asks
 };
 
@@ -54,4 +54,4 @@ private:
                             : std::nullopt;
 }
 
-}  // namespace terravox
+}  // namespace terravox::walk

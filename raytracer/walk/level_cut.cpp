@@ -2,7 +2,7 @@
 
 #include "raytracer/scene/camera.hpp"
 
-namespace terravox {
+namespace terravox::walk {
 namespace {
 
 int level_for(double pixel_voxels, double detail, int finest, int coarsest) noexcept {
@@ -16,9 +16,9 @@ int level_for(double pixel_voxels, double detail, int finest, int coarsest) noex
     return level;
 }
 
-LevelCut cut_for(const voxel::VoxelBounds& bounds, const Camera& camera, double detail, int finest,
-                 int coarsest) {
-    if (camera.projection() == Projection::kOrthographic)
+LevelCut cut_for(const voxel::VoxelBounds& bounds, const scene::Camera& camera, double detail,
+                 int finest, int coarsest) {
+    if (camera.projection() == scene::Projection::kOrthographic)
         return {bounds, level_for(camera.pixel_voxels(0), detail, finest, coarsest)};
     return {bounds, camera.position(), camera.pixel_rad(), detail, finest, coarsest};
 }
@@ -28,12 +28,12 @@ LevelCut cut_for(const voxel::VoxelBounds& bounds, const Camera& camera, double 
 LevelCut::LevelCut(const voxel::VoxelBounds& bounds, int level)
     : LevelCut(bounds, {}, 0, 0, level, level) {}
 
-LevelCut::LevelCut(const voxel::VoxelBounds& bounds, const Camera& camera, double detail,
+LevelCut::LevelCut(const voxel::VoxelBounds& bounds, const scene::Camera& camera, double detail,
                    int finest, int coarsest)
     : LevelCut(cut_for(bounds, camera, detail, finest, coarsest)) {}
 
-LevelCut::LevelCut(const voxel::VoxelBounds& bounds, Vec3 eye, double pixel_rad, double detail,
-                   int finest, int coarsest)
+LevelCut::LevelCut(const voxel::VoxelBounds& bounds, core::Vec3 eye, double pixel_rad,
+                   double detail, int finest, int coarsest)
     : m_bounds(bounds),
       m_eye(eye),
       m_dy(outside(eye.y, bounds.min[1], bounds.max[1])),
@@ -48,12 +48,13 @@ LevelCut::LevelCut(const voxel::VoxelBounds& bounds, Vec3 eye, double pixel_rad,
         const auto l = static_cast<std::size_t>(level);
         // A ray that leaves the world among fine voxels may meet coarse ones that stick out,
         // farther on: it ends at the same bounds on all levels.
-        for (std::size_t a = 0; a < 3; ++a)
-            m_level_bounds[l].min[a] = m_entry_bounds.min[a] >> level,
+        for (std::size_t a = 0; a < 3; ++a) {
+            m_level_bounds[l].min[a] = m_entry_bounds.min[a] >> level;
             m_level_bounds[l].max[a] = m_entry_bounds.max[a] >> level;
+        }
         const double near = detail > 0 ? static_cast<double>(1 << level) / (detail * pixel_rad) : 0;
         m_near2[l] = near * near;
     }
 }
 
-}  // namespace terravox
+}  // namespace terravox::walk

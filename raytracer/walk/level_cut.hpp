@@ -5,9 +5,11 @@
 #include "common/voxel/world.hpp"
 #include "raytracer/core/ray.hpp"
 
-namespace terravox {
-
+namespace terravox::scene {
 class Camera;
+}  // namespace terravox::scene
+
+namespace terravox::walk {
 
 /// Which level of boxes stands for which part of the world: a quadtree cut over the columns of
 /// boxes, the same for every ray of a picture, so that shadows meet the surface that is seen.
@@ -24,13 +26,13 @@ public:
     /// covers
     /// @param detail pixels that a voxel may cover; 0: `finest` everywhere
     /// @param finest, coarsest levels that may be used
-    LevelCut(const voxel::VoxelBounds& bounds, Vec3 eye, double pixel_rad, double detail,
+    LevelCut(const voxel::VoxelBounds& bounds, core::Vec3 eye, double pixel_rad, double detail,
              int finest, int coarsest);
 
     /// For any camera. Parallel rays see all of the world equally large: one level everywhere, the
     /// coarsest of which a voxel covers no more than `detail` pixels.
-    LevelCut(const voxel::VoxelBounds& bounds, const Camera& camera, double detail, int finest,
-             int coarsest);
+    LevelCut(const voxel::VoxelBounds& bounds, const scene::Camera& camera, double detail,
+             int finest, int coarsest);
 
     /// The level at a level-0 column. @param hint where the search begins; any level gives the same
     /// answer
@@ -58,7 +60,7 @@ public:
     }
     [[nodiscard]] int finest() const noexcept { return m_finest; }
     [[nodiscard]] int coarsest() const noexcept { return m_coarsest; }
-    [[nodiscard]] Vec3 eye() const noexcept { return m_eye; }
+    [[nodiscard]] core::Vec3 eye() const noexcept { return m_eye; }
     /// Of the world, level-0 voxels.
     [[nodiscard]] const voxel::VoxelBounds& bounds() const noexcept { return m_bounds; }
     /// entry_bounds() in voxels of a level that may be used.
@@ -80,9 +82,9 @@ private:
     std::array<voxel::VoxelBounds, voxel::kMaxLevel + 1> m_level_bounds{};
     std::array<double, voxel::kMaxLevel + 1>
         m_near2{};  ///< square of the distance from which on a level is fine enough
-    Vec3 m_eye;
+    core::Vec3 m_eye;
     double m_dy = 0;  ///< from the eye to the world's heights
     int m_finest, m_coarsest;
 };
 
-}  // namespace terravox
+}  // namespace terravox::walk

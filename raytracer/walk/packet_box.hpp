@@ -11,7 +11,7 @@
 #include "raytracer/walk/packet_steps.hpp"
 
 HWY_BEFORE_NAMESPACE();
-namespace terravox::HWY_NAMESPACE {
+namespace terravox::walk::HWY_NAMESPACE {
 
 /// Rays side by side. Axes that they go down are mirrored, v -> -1 - v, so that all go up: a
 /// crossing is the same number to the last bit, and children of cells have the bits of their
@@ -88,8 +88,10 @@ HWY_INLINE SharedTree tree_of(const voxel::TreeCell* cells, const bool (&forward
 template <int kShift, class Tree>
 HWY_INLINE VU child_of(const Walkers& w, const Tree& tree) {
     VU z = w.voxel[2], y = w.voxel[1];
-    if constexpr (kShift == 0)
-        z = hn::ShiftLeft<2>(z), y = hn::ShiftLeft<4>(y);
+    if constexpr (kShift == 0) {
+        z = hn::ShiftLeft<2>(z);
+        y = hn::ShiftLeft<4>(y);
+    }
     if constexpr (kShift == 2)
         y = hn::ShiftLeft<2>(y);
     if constexpr (kShift == 4)
@@ -167,7 +169,8 @@ HWY_INLINE void leap_out(Walkers& w, const Way& way) {
     VU last[3], plane[3];
     VD out[3];
     for (int a = 0; a < 3; ++a) {
-        last[a] = hn::Or(w.voxel[a], w.size), plane[a] = hn::Add(last[a], word(1));
+        last[a] = hn::Or(w.voxel[a], w.size);
+        plane[a] = hn::Add(last[a], word(1));
         out[a] = hn::Mul(hn::Sub(number_from(plane[a]), way.origin[a]), way.inverse[a]);
     }
     const Lanes x_first = hn::And(hn::Le(out[0], out[1]), hn::Le(out[0], out[2])),
@@ -219,7 +222,8 @@ HWY_INLINE void start(const RayPacket& p, int first, std::uint32_t lanes, const 
             end = hn::Min(end, hn::Ceil(hn::Mul(hn::Load(d, p.free_from + first), scale)));
         }
         in = hn::And(in, hn::And(hn::Ge(v, low), hn::Lt(v, end)));
-        w.voxel[a] = bits_from(v), way.end[a] = hn::BitCast(d, bits_from(end));
+        w.voxel[a] = bits_from(v);
+        way.end[a] = hn::BitCast(d, bits_from(end));
     }
     w.going = words(in);
     w.new_node = w.new_brick = w.going;
@@ -276,7 +280,7 @@ std::uint32_t box(RayPacket& p, const voxel::TreeCell* cells, const PacketCell& 
     return stopped;
 }
 
-}  // namespace terravox::HWY_NAMESPACE
+}  // namespace terravox::walk::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #endif

@@ -12,7 +12,7 @@
 #include "raytracer/walk/ray_packet.hpp"
 
 HWY_BEFORE_NAMESPACE();
-namespace terravox::HWY_NAMESPACE {
+namespace terravox::walk::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
 // Eight lanes of 64 bits, or four.
@@ -61,7 +61,7 @@ HWY_INLINE VD number_from(VU bits) {
     return hn::Sub(hn::BitCast(d, bits), hn::Set(d, kWhole));
 }
 
-}  // namespace terravox::HWY_NAMESPACE
+}  // namespace terravox::walk::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #endif

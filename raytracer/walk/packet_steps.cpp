@@ -17,7 +17,7 @@
 #include "raytracer/walk/packet_lanes.hpp"
 
 HWY_BEFORE_NAMESPACE();
-namespace terravox::HWY_NAMESPACE {
+namespace terravox::walk::HWY_NAMESPACE {
 
 std::uint32_t inside(const RayPacket& p, const PacketCell& cell, std::uint32_t active) noexcept {
     std::uint32_t out = 0;
@@ -56,13 +56,14 @@ HWY_INLINE VD position_after(VD origin, VD direction, VD inverse, bool forward, 
 
 // Operation by operation what Camera::ray, RayState and BeamStart::place do for one.
 std::uint32_t primary(RayPacket& p, const PrimaryLanes& wanted) noexcept {
-    const Camera::Basis& c = wanted.camera;
+    const scene::Camera::Basis& c = wanted.camera;
     const VD one = hn::Set(d, 1.0), two = hn::Set(d, 2.0), height = hn::Set(d, c.height),
              width = hn::Set(d, c.width);
     std::uint32_t out = 0;
-    p.level = 0, p.count = RayPacket::kLanes;
+    p.level = 0;
+    p.count = RayPacket::kLanes;
     for (int a = 0; a < 3; ++a)
-        if (!(std::abs(c.position[a]) < RayPacket::kMostOrigin))
+        if (!(std::abs(c.position[a]) < RayPacket::kMaxOrigin))
             return 0;
     for (int first = 0; first < RayPacket::kLanes; first += kWidth) {
         const VD px = hn::Load(d, wanted.px + first), py = hn::Load(d, wanted.py + first);
@@ -83,11 +84,11 @@ std::uint32_t primary(RayPacket& p, const PrimaryLanes& wanted) noexcept {
             inverse[a] = hn::Div(one, direction[a]);
             if (first == 0)
                 p.forward[a] = hn::GetLane(direction[a]) > 0;
-            fit = hn::And(fit, hn::Lt(hn::Abs(inverse[a]), hn::Set(d, RayPacket::kMostInverse)));
+            fit = hn::And(fit, hn::Lt(hn::Abs(inverse[a]), hn::Set(d, RayPacket::kMaxInverse)));
             const Lanes forward = hn::Gt(direction[a], hn::Zero(d));
             fit = hn::And(fit, p.forward[a] ? forward : hn::Not(forward));
-            hn::Store(direction[a], d, p.direction[a] + first),
-                hn::Store(inverse[a], d, p.inverse[a] + first);
+            hn::Store(direction[a], d, p.direction[a] + first);
+            hn::Store(inverse[a], d, p.inverse[a] + first);
         }
         const VD plane = hn::Set(d, wanted.plane), eye = hn::Set(d, c.position[wanted.axis]);
         const VD at = hn::Mul(hn::Sub(plane, eye), inverse[wanted.axis]);
@@ -101,10 +102,12 @@ std::uint32_t primary(RayPacket& p, const PrimaryLanes& wanted) noexcept {
                                        hn::Sub(low, two), hn::Add(high, two));
             }
             fit = hn::And(fit, hn::And(hn::Ge(voxel, low), hn::Le(voxel, high)));
-            hn::Store(origin, d, p.origin[a] + first), hn::Store(voxel, d, p.voxel[a] + first);
+            hn::Store(origin, d, p.origin[a] + first);
+            hn::Store(voxel, d, p.voxel[a] + first);
         }
         fit = hn::And(fit, hn::Gt(at, hn::Zero(d)));
-        hn::Store(at, d, p.t + first), hn::Store(hn::Set(d, wanted.axis), d, p.axis + first);
+        hn::Store(at, d, p.t + first);
+        hn::Store(hn::Set(d, wanted.axis), d, p.axis + first);
         out |= bits_of(fit, first);
     }
     return out;
@@ -118,9 +121,9 @@ void leap(RayPacket& p, const PacketCell& cell, std::uint32_t lanes) noexcept {
         const Lanes on = lanes_of(lanes, first);
         VD origin[3], direction[3], inverse[3], voxel[3], out[3];
         for (int a = 0; a < 3; ++a) {
-            origin[a] = hn::Load(d, p.origin[a] + first),
+            origin[a] = hn::Load(d, p.origin[a] + first);
             direction[a] = hn::Load(d, p.direction[a] + first);
-            inverse[a] = hn::Load(d, p.inverse[a] + first),
+            inverse[a] = hn::Load(d, p.inverse[a] + first);
             voxel[a] = hn::Load(d, p.voxel[a] + first);
             out[a] = hn::Mul(
                 hn::Sub(hn::Set(d, p.forward[a] ? cell.high[a] + 1 : cell.low[a]), origin[a]),
@@ -153,11 +156,11 @@ const PacketSteps* steps() {
     return kWidth >= 4 ? &out : nullptr;
 }
 
-}  // namespace terravox::HWY_NAMESPACE
+}  // namespace terravox::walk::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
-namespace terravox {
+namespace terravox::walk {
 namespace {
 
 HWY_EXPORT(steps);
@@ -173,14 +176,17 @@ const PacketSteps* choose_steps() noexcept {
 
 }  // namespace
 
-PrimaryLanes primary_lanes(const Camera& camera, const BeamStart& start,
+PrimaryLanes primary_lanes(const scene::Camera& camera, const BeamStart& start,
                            const LevelCut& cut) noexcept {
     PrimaryLanes out;
     out.camera = camera.basis();
-    out.axis = start.axis, out.plane = start.plane;
+    out.axis = start.axis;
+    out.plane = start.plane;
     const voxel::VoxelBounds& bounds = cut.entry_bounds();
-    for (std::size_t a = 0; a < 3; ++a)
-        out.low[a] = bounds.min[a], out.high[a] = bounds.max[a] - 1;
+    for (std::size_t a = 0; a < 3; ++a) {
+        out.low[a] = bounds.min[a];
+        out.high[a] = bounds.max[a] - 1;
+    }
     return out;
 }
 
@@ -189,5 +195,5 @@ const PacketSteps* packet_steps() noexcept {
     return out;
 }
 
-}  // namespace terravox
+}  // namespace terravox::walk
 #endif

@@ -8,7 +8,7 @@
 #include "raytracer/walk/ray_lanes.hpp"
 #include "raytracer/walk/ray_packet.hpp"
 
-namespace terravox {
+namespace terravox::walk {
 
 /// An aligned block of voxels, both corners included, in voxels of the packet's level.
 struct PacketCell {
@@ -17,7 +17,7 @@ struct PacketCell {
 
 /// Where the primary rays of a packet go through the picture, and where they start.
 struct PrimaryLanes {
-    Camera::Basis camera;
+    scene::Camera::Basis camera;
     alignas(64) double px[RayPacket::kLanes], py[RayPacket::kLanes];  ///< all are set
     int axis = 0;                      ///< they start where they cross this plane,
     double plane = 0;                  ///< which lies ahead of the eye,
@@ -26,7 +26,7 @@ struct PrimaryLanes {
 
 /// All but the points, for rays of a beam that start at a plane. @param start
 /// BeamStart::Kind::kPlane
-[[nodiscard]] PrimaryLanes primary_lanes(const Camera& camera, const BeamStart& start,
+[[nodiscard]] PrimaryLanes primary_lanes(const scene::Camera& camera, const BeamStart& start,
                                          const LevelCut& cut) noexcept;
 
 /// The steps of a packet in vector instructions. Lanes are bits of a mask.
@@ -54,4 +54,4 @@ struct PacketSteps {
 /// are as fast. TERRAVOX_SIMD=none or avx2 in the environment chooses less than there is.
 [[nodiscard]] const PacketSteps* packet_steps() noexcept;
 
-}  // namespace terravox
+}  // namespace terravox::walk

@@ -2,7 +2,7 @@
 
 #include <bit>
 
-namespace terravox {
+namespace terravox::walk {
 namespace {
 
 using voxel::child_bit;
@@ -13,8 +13,8 @@ using voxel::TreeCell;
 template <bool kAny>
 PacketWalk::Ends PacketWalk::walk(RayPacket& p, std::uint32_t lanes, Hit* hits) {
     Ends ends;
-    voxel::BoxKey own;             // the box that the last cells were in,
-    const Block* block = nullptr;  // valid until the reader is asked for another
+    voxel::BoxKey own;                     // the box that the last cells were in,
+    const blocks::Block* block = nullptr;  // valid until the reader is asked for another
     std::uint32_t active = lanes;
     while (active != 0) {
         const int lane = std::countr_zero(active);
@@ -71,9 +71,9 @@ PacketWalk::Ends PacketWalk::walk(RayPacket& p, std::uint32_t lanes, Hit* hits) 
         } else {
             for (std::uint32_t left = stopped; left != 0; left &= left - 1) {
                 const int i = std::countr_zero(left);
-                const VoxelCoord at{static_cast<std::int32_t>(p.voxel[0][i]),
-                                    static_cast<std::int32_t>(p.voxel[1][i]),
-                                    static_cast<std::int32_t>(p.voxel[2][i])};
+                const core::VoxelCoord at{static_cast<std::int32_t>(p.voxel[0][i]),
+                                          static_cast<std::int32_t>(p.voxel[1][i]),
+                                          static_cast<std::int32_t>(p.voxel[2][i])};
                 const int bit = child_bit(at.x, at.y, at.z);
                 const TreeCell& brick = cells[p.brick[i]];
                 if (p.brick[i] == 0 || (brick.detail >> bit & 1) == 0)
@@ -84,7 +84,7 @@ PacketWalk::Ends PacketWalk::walk(RayPacket& p, std::uint32_t lanes, Hit* hits) 
                 const int axis = static_cast<int>(p.axis[i]);
                 hits[i] = {p.t[i],
                            at,
-                           axis < 0 ? Face::kNone : face_of(axis, !p.forward[axis]),
+                           axis < 0 ? core::Face::kNone : core::face_of(axis, !p.forward[axis]),
                            static_cast<std::int8_t>(p.level),
                            false,
                            attr};
@@ -98,4 +98,4 @@ PacketWalk::Ends PacketWalk::walk(RayPacket& p, std::uint32_t lanes, Hit* hits) 
 template PacketWalk::Ends PacketWalk::walk<false>(RayPacket&, std::uint32_t, Hit*);
 template PacketWalk::Ends PacketWalk::walk<true>(RayPacket&, std::uint32_t, Hit*);
 
-}  // namespace terravox
+}  // namespace terravox::walk

@@ -6,7 +6,7 @@
 #include "raytracer/walk/packet_steps.hpp"
 #include "raytracer/walk/walk.hpp"
 
-namespace terravox {
+namespace terravox::walk {
 
 /// Walks packets: all rays that are in the first one's box go on through it at the same time.
 /// Voxel, face and t are those of RayWalk to the last bit. One for each thread.
@@ -49,4 +49,4 @@ private:
                             : std::nullopt;
 }
 
-}  // namespace terravox
+}  // namespace terravox::walk

@@ -2,7 +2,7 @@
 
 #include <cstdint>
 
-namespace terravox {
+namespace terravox::walk {
 
 /// Rays side by side for vector instructions, each in a box of its own. Axes that a ray goes down
 /// are mirrored, v -> -1 - v, so that all go up. Voxels are whole numbers as the bits of
@@ -36,4 +36,4 @@ struct alignas(64) RayLanes {
         0;  ///< in a solid voxel: `brick` is its cell's index in the box, or 0 for hidden rock
 };
 
-}  // namespace terravox
+}  // namespace terravox::walk

@@ -6,7 +6,7 @@
 
 #include "raytracer/core/ray_state.hpp"
 
-namespace terravox {
+namespace terravox::walk {
 
 /// Up to 16 rays that go the same way on every axis, side by side for vector instructions. In each
 /// lane a RayState, with the voxel as whole doubles. Components of zero, and others whose inverse
@@ -19,34 +19,35 @@ struct alignas(64) RayPacket {
 
     // Of a lane: then a crossing is off by so little that its voxel is found by one step to either
     // side.
-    static constexpr double kMostInverse = 1e9, kMostOrigin = 1e8;
+    static constexpr double kMaxInverse = 1e9, kMaxOrigin = 1e8;
     /// Whether a ray may be a lane.
-    [[nodiscard]] static bool accepts(const RayState& ray) noexcept {
+    [[nodiscard]] static bool accepts(const core::RayState& ray) noexcept {
         for (int a = 0; a < 3; ++a)
-            if (!(std::abs(ray.inverse[a]) < kMostInverse) ||
-                !(std::abs(ray.origin[a]) < kMostOrigin))
+            if (!(std::abs(ray.inverse[a]) < kMaxInverse) ||
+                !(std::abs(ray.origin[a]) < kMaxOrigin))
                 return false;
         return true;
     }
     /// Whether it goes the way of the lanes that are there, on their level.
-    [[nodiscard]] bool fits(const RayState& ray) const noexcept {
+    [[nodiscard]] bool fits(const core::RayState& ray) const noexcept {
         return count == 0 || (ray.level == level && ray.forward[0] == forward[0] &&
                               ray.forward[1] == forward[1] && ray.forward[2] == forward[2]);
     }
     /// Adds a ray that is placed in a voxel; accepts() and fits().
-    void add(const RayState& ray) noexcept {
+    void add(const core::RayState& ray) noexcept {
         if (count == 0) {
             level = ray.level;
             for (int a = 0; a < 3; ++a)
                 forward[a] = ray.forward[a];
         }
         for (int a = 0; a < 3; ++a) {
-            origin[a][count] = ray.origin[a], direction[a][count] = ray.direction[a],
+            origin[a][count] = ray.origin[a];
+            direction[a][count] = ray.direction[a];
             inverse[a][count] = ray.inverse[a];
             voxel[a][count] = ray.voxel[a];
         }
         t[count] = ray.t;
-        axis[count] = ray.face == Face::kNone ? -1 : axis_of(ray.face);
+        axis[count] = ray.face == core::Face::kNone ? -1 : core::axis_of(ray.face);
         ++count;
     }
     /// The packet counts in voxels of a coarser level from now on: RayState::change_level for these
@@ -60,7 +61,9 @@ struct alignas(64) RayPacket {
             for (int i = 0; i < kLanes; ++i) {
                 if ((lanes >> i & 1) == 0)
                     continue;
-                origin[a][i] *= down, direction[a][i] *= down, inverse[a][i] *= up;
+                origin[a][i] *= down;
+                direction[a][i] *= down;
+                inverse[a][i] *= up;
                 voxel[a][i] = std::floor(voxel[a][i] * down);
             }
         level = to;
@@ -73,13 +76,13 @@ struct alignas(64) RayPacket {
         return forward[free_axis] ? v >= at : v + 1 <= at;
     }
     /// Where lane i is now. @param ray what was added as this lane
-    void update(int i, RayState& ray) const noexcept {
+    void update(int i, core::RayState& ray) const noexcept {
         ray.change_scale(left_at[i] < 0 ? level : left_at[i]);
         for (int a = 0; a < 3; ++a)
             ray.voxel[a] = static_cast<std::int32_t>(voxel[a][i]);
         ray.t = t[i];
         const int through = static_cast<int>(axis[i]);
-        ray.face = through < 0 ? Face::kNone : face_of(through, !forward[through]);
+        ray.face = through < 0 ? core::Face::kNone : core::face_of(through, !forward[through]);
     }
 
     // Lanes that no ray was added to hold nothing that is looked at.
@@ -97,4 +100,4 @@ struct alignas(64) RayPacket {
         left_at[kLanes];  ///< level on which a lane was done with; -1: it is that of the packet
 };
 
-}  // namespace terravox
+}  // namespace terravox::walk

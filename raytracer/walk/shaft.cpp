@@ -6,20 +6,23 @@
 
 #include "raytracer/walk/slab_march.hpp"
 
-namespace terravox {
+namespace terravox::walk {
 namespace {
 
 constexpr double kRounding_voxel = 1e-3;
-constexpr int kMostFineSlabs = 4;
+constexpr int kMaxFineSlabs = 4;
 
 }  // namespace
 
-Shaft::Shaft(Vec3 direction, double radius_rad) noexcept {
+Shaft::Shaft(core::Vec3 direction, double radius_rad) noexcept {
     const double x = std::abs(direction.x), y = std::abs(direction.y), z = std::abs(direction.z);
     m_axis = y >= x && y >= z ? 1 : x >= z ? 0 : 2;
     m_forward = direction[m_axis] > 0;
-    for (int a = 0; a < 3; ++a)
-        m_slope[a] = direction[a] / direction[m_axis], m_low[a] = kFar, m_high[a] = -kFar;
+    for (int a = 0; a < 3; ++a) {
+        m_slope[a] = direction[a] / direction[m_axis];
+        m_low[a] = core::kFar;
+        m_high[a] = -core::kFar;
+    }
     // With m the major component, |slope| <= 1 and both components off by at most the radius r: by
     // (r + r |slope|) / (m - r).
     m_spread = radius_rad > 0 ? 2 * radius_rad / (std::abs(direction[m_axis]) - radius_rad) : 0;
@@ -27,10 +30,11 @@ Shaft::Shaft(Vec3 direction, double radius_rad) noexcept {
                         : std::numeric_limits<std::int32_t>::min();
 }
 
-void Shaft::add(const Vec3& origin, const RayState& ray) noexcept {
+void Shaft::add(const core::Vec3& origin, const core::RayState& ray) noexcept {
     for (int a = 0; a < 3; ++a) {
         const double crossing = origin[a] - m_slope[a] * origin[m_axis];
-        m_low[a] = std::min(m_low[a], crossing), m_high[a] = std::max(m_high[a], crossing);
+        m_low[a] = std::min(m_low[a], crossing);
+        m_high[a] = std::max(m_high[a], crossing);
     }
     m_first = m_forward ? std::min(m_first, behind(ray)) : std::max(m_first, behind(ray));
 }
@@ -46,7 +50,8 @@ std::int32_t ShaftMarch::free_from(const Shaft& shaft, std::optional<std::int32_
         const std::int32_t last =
             shaft.m_forward ? std::max(to, shaft.m_first) : std::min(to, shaft.m_first);
         VoxelRange range;
-        range.low[axis] = std::min(from, last), range.high[axis] = std::max(from, last) - 1;
+        range.low[axis] = std::min(from, last);
+        range.high[axis] = std::max(from, last) - 1;
         for (const int a : {u, w}) {
             const double p = shaft.m_slope[a] * from, q = shaft.m_slope[a] * last;
             const double farthest =
@@ -55,14 +60,14 @@ std::int32_t ShaftMarch::free_from(const Shaft& shaft, std::optional<std::int32_
                          shaft.m_first) +
                 1;
             const double room = shaft.m_spread * farthest + kRounding_voxel;
-            range.low[a] = RayState::floor_to_int(shaft.m_low[a] + std::min(p, q) - room);
-            range.high[a] = RayState::floor_to_int(shaft.m_high[a] + std::max(p, q) + room);
+            range.low[a] = core::RayState::floor_to_int(shaft.m_low[a] + std::min(p, q) - room);
+            range.high[a] = core::RayState::floor_to_int(shaft.m_high[a] + std::max(p, q) + room);
         }
         ++m_slabs;
         return !m_query.any_solid(range, grain_of_slab(shift));
     };
-    (void)march_slabs(plane, shaft.m_first, back, m_query, kMostFineSlabs, free_between);
+    (void)march_slabs(plane, shaft.m_first, back, m_query, kMaxFineSlabs, free_between);
     return plane;
 }
 
-}  // namespace terravox
+}  // namespace terravox::walk

@@ -5,7 +5,7 @@
 #include "raytracer/core/ray_state.hpp"
 #include "raytracer/walk/solid_query.hpp"
 
-namespace terravox {
+namespace terravox::walk {
 
 /// Rays of one direction, or of a narrow cone of directions, from origins that lie together: a
 /// block of shadow rays. All points between the highest and the lowest of the lines through the
@@ -13,15 +13,15 @@ namespace terravox {
 class Shaft {
 public:
     /// @param radius_rad of the cone, at most 0.1
-    explicit Shaft(Vec3 direction, double radius_rad = 0) noexcept;
+    explicit Shaft(core::Vec3 direction, double radius_rad = 0) noexcept;
     /// @param ray where it starts
-    void add(const Vec3& origin, const RayState& ray) noexcept;
+    void add(const core::Vec3& origin, const core::RayState& ray) noexcept;
     [[nodiscard]] int axis() const noexcept { return m_axis; }
 
 private:
     friend class ShaftMarch;
     /// The plane of the ray's voxel that lies behind it.
-    [[nodiscard]] std::int32_t behind(const RayState& ray) const noexcept {
+    [[nodiscard]] std::int32_t behind(const core::RayState& ray) const noexcept {
         return (ray.voxel[m_axis] + (m_forward ? 0 : 1)) << ray.level;
     }
     int m_axis;
@@ -41,7 +41,7 @@ public:
     [[nodiscard]] std::int32_t free_from(const Shaft& shaft,
                                          std::optional<std::int32_t> known = std::nullopt);
     /// Whether a ray of the shaft starts at or beyond free_from().
-    [[nodiscard]] static bool is_free(const Shaft& shaft, const RayState& ray,
+    [[nodiscard]] static bool is_free(const Shaft& shaft, const core::RayState& ray,
                                       std::int32_t free_from) noexcept {
         return shaft.m_forward ? shaft.behind(ray) >= free_from : shaft.behind(ray) <= free_from;
     }
@@ -53,4 +53,4 @@ private:
     std::uint64_t m_slabs = 0;
 };
 
-}  // namespace terravox
+}  // namespace terravox::walk

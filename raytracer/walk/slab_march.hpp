@@ -5,28 +5,28 @@
 
 #include "raytracer/walk/solid_query.hpp"
 
-namespace terravox {
+namespace terravox::walk {
 
 /// Moves a plane on as long as the slab before it is free, slab after slab, each aligned and as
 /// thick as can be shown free.
 /// @param plane in: where to begin; out: where it stopped, or `end` or a little beyond
-/// @param towards 1 or -1 @param most_fine slabs of the finest thickness to try
+/// @param towards 1 or -1 @param max_fine slabs of the finest thickness to try
 /// @param free_between bool(near, far, shift): whether the slab between two planes, 2^shift thick,
 /// is free
 /// @return whether something stopped it before the end
 template <class FreeBetween>
 bool march_slabs(std::int32_t& plane, std::int32_t end, int towards, const SolidQuery& query,
-                 int most_fine, const FreeBetween& free_between) {
-    constexpr int kMostShift = 30;
-    int shift = kMostShift, fine = 0;
+                 int max_fine, const FreeBetween& free_between) {
+    constexpr int kMaxShift = 30;
+    int shift = kMaxShift, fine = 0;
     while (towards > 0 ? plane < end : plane > end) {
         const int aligned =
-            plane == 0 ? kMostShift : std::countr_zero(static_cast<std::uint32_t>(plane));
+            plane == 0 ? kMaxShift : std::countr_zero(static_cast<std::uint32_t>(plane));
         shift = std::max(std::min({shift, query.level() + LevelCut::kSideBits, aligned}), 0);
         while (true) {
             // Thinner than a voxel shows nothing more; many of the thinnest cost more than the rays
             // themselves.
-            if (shift <= query.level() && fine++ >= most_fine)
+            if (shift <= query.level() && fine++ >= max_fine)
                 return true;
             const std::int32_t next = plane + towards * (std::int32_t{1} << shift);
             if (free_between(plane, next, shift)) {
@@ -47,4 +47,4 @@ bool march_slabs(std::int32_t& plane, std::int32_t end, int towards, const Solid
     return std::max(shift - 2, 0);
 }
 
-}  // namespace terravox
+}  // namespace terravox::walk

@@ -4,7 +4,7 @@
 #include <array>
 #include <bit>
 
-namespace terravox {
+namespace terravox::walk {
 namespace {
 
 using voxel::TreeCell;
@@ -46,7 +46,7 @@ bool SolidQuery::any_solid(const VoxelRange& wanted, int grain_shift) {
     VoxelRange range;
     for (int a = 0; a < 3; ++a) {
         const auto i = static_cast<std::size_t>(a);
-        range.low[a] = std::max(wanted.low[a], bounds.min[i]),
+        range.low[a] = std::max(wanted.low[a], bounds.min[i]);
         range.high[a] = std::min(wanted.high[a], bounds.max[i] - 1);
         if (range.low[a] > range.high[a])
             return false;
@@ -79,10 +79,12 @@ bool SolidQuery::column(int level, std::int32_t bx, std::int32_t bz, const Voxel
         return false;
     }
     VoxelRange local;
-    for (int a = 0; a < 3; ++a)
-        local.low[a] = range.low[a] >> level, local.high[a] = range.high[a] >> level;
+    for (int a = 0; a < 3; ++a) {
+        local.low[a] = range.low[a] >> level;
+        local.high[a] = range.high[a] >> level;
+    }
     for (std::int32_t by = local.low[1] >> 8; by <= local.high[1] >> 8; ++by) {
-        const Block* block = m_reader.get({level, bx, by, bz});
+        const blocks::Block* block = m_reader.get({level, bx, by, bz});
         if (block == nullptr || block->hole)
             return true;
         if (!block->box)
@@ -132,4 +134,4 @@ bool SolidQuery::box(const voxel::Box& box, const VoxelRange& local, int grain_s
     return false;
 }
 
-}  // namespace terravox
+}  // namespace terravox::walk

@@ -5,7 +5,7 @@
 #include "raytracer/walk/block_reader.hpp"
 #include "raytracer/walk/level_cut.hpp"
 
-namespace terravox {
+namespace terravox::walk {
 
 /// A block of level-0 voxels, both ends included.
 struct VoxelRange {
@@ -34,4 +34,4 @@ private:
     int m_level = 0;
 };
 
-}  // namespace terravox
+}  // namespace terravox::walk

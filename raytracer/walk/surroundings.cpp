@@ -1,8 +1,8 @@
 #include "raytracer/walk/surroundings.hpp"
 
-namespace terravox {
+namespace terravox::walk {
 
-bool Surroundings::look(VoxelCoord v, int level, bool& solid) {
+bool Surroundings::look(core::VoxelCoord v, int level, bool& solid) {
     const int own = m_cut.level_at(v.x << level, v.z << level, level);
     // Where the neighbour is coarser, what it is part of; where it is finer, its middle.
     const auto moved = [&](std::int32_t c) {
@@ -10,7 +10,7 @@ bool Surroundings::look(VoxelCoord v, int level, bool& solid) {
     };
     const std::int32_t x = moved(v.x), y = moved(v.y), z = moved(v.z);
     const voxel::BoxKey key{own, x >> 6, y >> 8, z >> 6};
-    const Block* block = m_reader.get(key);
+    const blocks::Block* block = m_reader.get(key);
     if (block == nullptr) {
         m_missing = key;
         return false;
@@ -22,21 +22,22 @@ bool Surroundings::look(VoxelCoord v, int level, bool& solid) {
 }
 
 bool Surroundings::around(const Hit& hit, Seen& seen) {
-    const VoxelCoord front = neighbour(hit.voxel, hit.face);
-    const int axis = axis_of(hit.face), a = (axis + 1) % 3, b = (axis + 2) % 3;
+    const core::VoxelCoord front = neighbour(hit.voxel, hit.face);
+    const int axis = core::axis_of(hit.face), a = (axis + 1) % 3, b = (axis + 2) % 3;
     // Mostly all eight lie in the box that the ray has just been in.
     const voxel::Box* whole = nullptr;
     const std::int32_t x = front.x & 63, y = front.y & 255, z = front.z & 63;
     const bool amid = x > 0 && x < 63 && y > 0 && y < 255 && z > 0 && z < 63;
     if (amid && m_cut.level_at(front.x << hit.level, front.z << hit.level, hit.level) == hit.level)
-        if (const Block* block =
+        if (const blocks::Block* block =
                 m_reader.get({hit.level, front.x >> 6, front.y >> 8, front.z >> 6}))
             whole = block->box.get();  // null: see look()
     for (; seen.looked < 8; ++seen.looked) {
         const int place =
             seen.looked < 4 ? seen.looked : seen.looked + 1;  // of nine, without the middle
         std::int32_t c[3] = {front.x, front.y, front.z};
-        c[a] += place / 3 - 1, c[b] += place % 3 - 1;
+        c[a] += place / 3 - 1;
+        c[b] += place % 3 - 1;
         bool solid = false;
         if (whole != nullptr)
             solid = whole->solid(c[0] & 63, c[1] & 255, c[2] & 63);
@@ -47,4 +48,4 @@ bool Surroundings::around(const Hit& hit, Seen& seen) {
     return true;
 }
 
-}  // namespace terravox
+}  // namespace terravox::walk

@@ -2,12 +2,12 @@
 
 #include "raytracer/walk/walk.hpp"
 
-namespace terravox {
+namespace terravox::walk {
 
 /// The neighbour of a voxel across one of its faces.
-[[nodiscard]] inline VoxelCoord neighbour(VoxelCoord v, Face face) noexcept {
-    const int s = sign_of(face);
-    switch (axis_of(face)) {
+[[nodiscard]] inline core::VoxelCoord neighbour(core::VoxelCoord v, core::Face face) noexcept {
+    const int s = core::sign_of(face);
+    switch (core::axis_of(face)) {
         case 0: v.x += s; break;
         case 1: v.y += s; break;
         default: v.z += s; break;
@@ -32,7 +32,7 @@ public:
     [[nodiscard]] bool around(const Hit& hit, Seen& seen);
     /// Whether a voxel of a level is solid, in the cut's own boxes. @return false when the box is
     /// not in memory
-    [[nodiscard]] bool look(VoxelCoord voxel, int level, bool& solid);
+    [[nodiscard]] bool look(core::VoxelCoord voxel, int level, bool& solid);
     [[nodiscard]] const voxel::BoxKey& missing() const noexcept { return m_missing; }
     /// Boxes that could not be looked into since the last call.
     [[nodiscard]] std::set<voxel::BoxKey> take_holes() { return std::exchange(m_holes, {}); }
@@ -44,4 +44,4 @@ private:
     std::set<voxel::BoxKey> m_holes;
 };
 
-}  // namespace terravox
+}  // namespace terravox::walk

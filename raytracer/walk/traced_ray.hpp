@@ -5,7 +5,7 @@
 #include "common/voxel/colour.hpp"
 #include "raytracer/walk/surroundings.hpp"
 
-namespace terravox {
+namespace terravox::walk {
 
 enum class RayKind : std::uint8_t {
     kPrimary,
@@ -26,15 +26,15 @@ inline constexpr std::size_t kRayKinds = 7;
 /// A ray of a wave: where it is, what its result is worth, and the result. A plain value: it may
 /// wait for a box and go on later.
 struct TracedRay {
-    RayState state;
-    Ray ray;        ///< as it was sent, level-0 voxels, of unit length
-    Colour weight;  ///< share of what it brings that reaches its sample; of shadow and ambient
-                    ///< rays: the light that comes if nothing is between
-    double t_max = kFar;       ///< of ambient rays
-    std::uint32_t sample = 0;  ///< index within the round
-    std::uint32_t stream = 0;  ///< which random numbers are its own
-    float footprint = 0;       ///< what its pixel covers where it was sent, level-0 voxels
-    float spread = 0;          ///< how much more that is for each voxel on its way
+    core::RayState state;
+    core::Ray ray;              ///< as it was sent, level-0 voxels, of unit length
+    voxel::Colour weight;       ///< share of what it brings that reaches its sample; of shadow and
+                                ///< ambient rays: the light that comes if nothing is between
+    double t_max = core::kFar;  ///< of ambient rays
+    std::uint32_t sample = 0;   ///< index within the round
+    std::uint32_t stream = 0;   ///< which random numbers are its own
+    float footprint = 0;        ///< what its pixel covers where it was sent, level-0 voxels
+    float spread = 0;           ///< how much more that is for each voxel on its way
     float density =
         0;  ///< per steradian, with which its direction was chosen; 0: there was no choice
     RayKind kind = RayKind::kPrimary;
@@ -60,4 +60,4 @@ struct TracedRay {
     }
 };
 
-}  // namespace terravox
+}  // namespace terravox::walk

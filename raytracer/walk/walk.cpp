@@ -2,7 +2,7 @@
 
 #include <cstdlib>
 
-namespace terravox {
+namespace terravox::walk {
 namespace {
 
 using voxel::child_bit;
@@ -26,7 +26,7 @@ voxel::VoxelAttr attr_above(const voxel::Box& box, int x, int y, int z) {
 
 /// The crossings of a ray in a brick: for each axis the next four.
 struct BrickTimes {
-    explicit BrickTimes(const RayState& ray) noexcept {
+    explicit BrickTimes(const core::RayState& ray) noexcept {
         for (int a = 0; a < 3; ++a) {
             step[a] = ray.forward[a] ? 1 : -1;
             const double first = static_cast<double>(ray.voxel[a] + (ray.forward[a] ? 1 : 0));
@@ -42,7 +42,7 @@ struct BrickTimes {
 
 /// Single steps from the ray's voxel to the first one in `mask`, or out of the brick. @return
 /// whether one stopped it
-bool walk_brick(RayState& ray, std::uint64_t mask, std::uint64_t& steps) noexcept {
+bool walk_brick(core::RayState& ray, std::uint64_t mask, std::uint64_t& steps) noexcept {
     const BrickTimes times(ray);
     int i = 0, j = 0, k = 0, bit = child_bit(ray.voxel[0], ray.voxel[1], ray.voxel[2]), axis = -1;
     const int dx = times.step[0], dy = times.step[1] * 16, dz = times.step[2] * 4;
@@ -54,7 +54,9 @@ bool walk_brick(RayState& ray, std::uint64_t mask, std::uint64_t& steps) noexcep
         const double cx = times.at[0][i], cy = times.at[1][j], cz = times.at[2][k];
         const int a0 = static_cast<int>(cx <= cy) & static_cast<int>(cx <= cz),
                   a1 = (a0 ^ 1) & static_cast<int>(cy <= cz), a2 = (a0 | a1) ^ 1;
-        i += a0, j += a1, k += a2;
+        i += a0;
+        j += a1;
+        k += a2;
         bit += (dx & -a0) + (dy & -a1) + (dz & -a2);
         t = std::min(std::min(cx, cy), cz);
         axis = a1 + 2 * a2;
@@ -65,18 +67,21 @@ bool walk_brick(RayState& ray, std::uint64_t mask, std::uint64_t& steps) noexcep
         }
     }
     steps += static_cast<std::uint64_t>(i + j + k);
-    ray.voxel[0] += times.step[0] * i, ray.voxel[1] += times.step[1] * j,
-        ray.voxel[2] += times.step[2] * k;
-    if (axis >= 0)
-        ray.t = t, ray.face = face_of(axis, !ray.forward[axis]);
+    ray.voxel[0] += times.step[0] * i;
+    ray.voxel[1] += times.step[1] * j;
+    ray.voxel[2] += times.step[2] * k;
+    if (axis >= 0) {
+        ray.t = t;
+        ray.face = core::face_of(axis, !ray.forward[axis]);
+    }
     return stopped;
 }
 
 /// Whether a ray meets a voxel of one brick, which lies ahead of it or around it.
-bool meets(const RayState& from, const Occluder& brick, std::uint64_t& steps) noexcept {
+bool meets(const core::RayState& from, const Occluder& brick, std::uint64_t& steps) noexcept {
     if (brick.mask == 0 || brick.level != from.level)
         return false;
-    RayState ray = from;
+    core::RayState ray = from;
     int axis = -1;
     double at = 0;
     for (int a = 0; a < 3; ++a) {
@@ -86,11 +91,13 @@ bool meets(const RayState& from, const Occluder& brick, std::uint64_t& steps) no
         if (!(ray.forward[a] ? v < low : v > high))
             continue;
         const double c = ray.crossing(a, ray.forward[a] ? low : high + 1.0);
-        if (axis < 0 || c >= at)
-            at = c, axis = a;
+        if (axis < 0 || c >= at) {
+            at = c;
+            axis = a;
+        }
     }
     if (axis >= 0) {
-        if (!(at < kFar))
+        if (!(at < core::kFar))
             return false;
         for (int a = 0; a < 3; ++a) {
             const std::int32_t low = brick.low[a], high = low + 3;
@@ -114,7 +121,7 @@ bool meets(const RayState& from, const Occluder& brick, std::uint64_t& steps) no
 // From the ray's voxel, which lies in the box, until something stops it (true) or it has left the
 // box (false).
 template <bool kAny>
-bool RayWalk::walk_box(RayState& ray, const voxel::Box& box, StopAt stop, Hit* hit,
+bool RayWalk::walk_box(core::RayState& ray, const voxel::Box& box, StopAt stop, Hit* hit,
                        Occluder* occluder) {
     const TreeCell* cells = box.cells().data();
     const std::int32_t bx = ray.voxel[0] >> 6, by = ray.voxel[1] >> 8, bz = ray.voxel[2] >> 6;
@@ -125,7 +132,7 @@ bool RayWalk::walk_box(RayState& ray, const voxel::Box& box, StopAt stop, Hit* h
     };
     const auto hidden = [&] {
         if constexpr (!kAny)
-            report(ray.face == Face::kNone
+            report(ray.face == core::Face::kNone
                        ? voxel::VoxelAttr{}
                        : attr_above(box, ray.voxel[0] & 63, ray.voxel[1] & 255, ray.voxel[2] & 63));
         return true;
@@ -189,7 +196,8 @@ bool RayWalk::walk_box(RayState& ray, const voxel::Box& box, StopAt stop, Hit* h
 }
 
 template <bool kAny>
-WalkEnd RayWalk::walk(RayState& ray, StopAt stop, double t_max, Hit* hit, Occluder* occluder) {
+WalkEnd RayWalk::walk(core::RayState& ray, StopAt stop, double t_max, Hit* hit,
+                      Occluder* occluder) {
     // Where there is only air, beyond the world as well: whether that stops the ray.
     const auto in_air = [&] {
         if constexpr (!kAny)
@@ -214,7 +222,7 @@ WalkEnd RayWalk::walk(RayState& ray, StopAt stop, double t_max, Hit* hit, Occlud
                 return in_air() ? WalkEnd::kHit : WalkEnd::kMiss;
         }
         const voxel::BoxKey key{level, ray.voxel[0] >> 6, ray.voxel[1] >> 8, ray.voxel[2] >> 6};
-        const Block* block = m_reader.get(key);
+        const blocks::Block* block = m_reader.get(key);
         if (block == nullptr) {
             m_missing = key;
             return WalkEnd::kWaits;
@@ -245,7 +253,7 @@ WalkEnd RayWalk::walk(RayState& ray, StopAt stop, double t_max, Hit* hit, Occlud
 // Whether a ray goes from where it is to the brick through no box but its own, which is no hole,
 // and the brick's. A hole on its way has to be met, whichever ray has found the brick: what a
 // picture says of its holes must not depend on who traced which tile before.
-bool RayWalk::nothing_between(const RayState& ray, const Occluder& brick) {
+bool RayWalk::nothing_between(const core::RayState& ray, const Occluder& brick) {
     const voxel::BoxKey own{ray.level, ray.voxel[0] >> 6, ray.voxel[1] >> 8, ray.voxel[2] >> 6};
     const int apart = std::abs((brick.low[0] >> 6) - own.bx) +
                       std::abs((brick.low[1] >> 8) - own.by) +
@@ -253,19 +261,20 @@ bool RayWalk::nothing_between(const RayState& ray, const Occluder& brick) {
     if (apart > 1 || m_cut.level_at(ray.voxel[0] << ray.level, ray.voxel[2] << ray.level,
                                     ray.level) != ray.level)
         return false;
-    const Block* block = m_reader.get(own);
+    const blocks::Block* block = m_reader.get(own);
     return block != nullptr && !block->hole;
 }
 
-WalkEnd RayWalk::any_hit(RayState& ray, double t_max, Occluder& occluder) {
+WalkEnd RayWalk::any_hit(core::RayState& ray, double t_max, Occluder& occluder) {
     occluder.hole = false;
     // Only without a limit: what stops the ray beyond it does not count.
-    if (t_max == kFar && meets(ray, occluder, m_counts.steps) && nothing_between(ray, occluder))
+    if (t_max == core::kFar && meets(ray, occluder, m_counts.steps) &&
+        nothing_between(ray, occluder))
         return WalkEnd::kHit;
     return walk<true>(ray, StopAt::kSolid, t_max, nullptr, &occluder);
 }
 
-template WalkEnd RayWalk::walk<false>(RayState&, StopAt, double, Hit*, Occluder*);
-template WalkEnd RayWalk::walk<true>(RayState&, StopAt, double, Hit*, Occluder*);
+template WalkEnd RayWalk::walk<false>(core::RayState&, StopAt, double, Hit*, Occluder*);
+template WalkEnd RayWalk::walk<true>(core::RayState&, StopAt, double, Hit*, Occluder*);
 
-}  // namespace terravox
+}  // namespace terravox::walk

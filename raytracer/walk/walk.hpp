@@ -9,12 +9,13 @@
 #include "raytracer/walk/block_reader.hpp"
 #include "raytracer/walk/level_cut.hpp"
 
-namespace terravox {
+namespace terravox::walk {
 
 struct Hit {
     double t = 0;  ///< multiples of the ray's direction, to the face (0 when the ray starts inside)
-    VoxelCoord voxel;         ///< of `level`
-    Face face = Face::kNone;  ///< the face the ray came through; kNone when it starts inside
+    core::VoxelCoord voxel;  ///< of `level`
+    core::Face face =
+        core::Face::kNone;  ///< the face the ray came through; kNone when it starts inside
     std::int8_t level = 0;
     bool hole = false;  ///< not a voxel: a box that could not be had
     voxel::VoxelAttr attr;
@@ -72,12 +73,12 @@ public:
     RayWalk(BlockReader& reader, const LevelCut& cut) : m_reader(reader), m_cut(cut) {}
 
     /// From where the ray is to the first voxel that stops it with t <= t_max.
-    [[nodiscard]] WalkEnd first_hit(RayState& ray, StopAt stop, double t_max, Hit& hit) {
+    [[nodiscard]] WalkEnd first_hit(core::RayState& ray, StopAt stop, double t_max, Hit& hit) {
         return walk<false>(ray, stop, t_max, &hit, nullptr);
     }
     /// Whether anything solid lies ahead; kHit also for holes. @param occluder in: tried first;
     /// out: what stopped the ray
-    [[nodiscard]] WalkEnd any_hit(RayState& ray, double t_max, Occluder& occluder);
+    [[nodiscard]] WalkEnd any_hit(core::RayState& ray, double t_max, Occluder& occluder);
 
     /// Which box the ray that kWaits needs.
     [[nodiscard]] const voxel::BoxKey& missing() const noexcept { return m_missing; }
@@ -88,11 +89,12 @@ public:
     [[nodiscard]] std::set<voxel::BoxKey> take_holes() { return std::exchange(m_holes, {}); }
 
 private:
-    [[nodiscard]] bool nothing_between(const RayState& ray, const Occluder& brick);
+    [[nodiscard]] bool nothing_between(const core::RayState& ray, const Occluder& brick);
     template <bool kAny>
-    WalkEnd walk(RayState& ray, StopAt stop, double t_max, Hit* hit, Occluder* occluder);
+    WalkEnd walk(core::RayState& ray, StopAt stop, double t_max, Hit* hit, Occluder* occluder);
     template <bool kAny>
-    bool walk_box(RayState& ray, const voxel::Box& box, StopAt stop, Hit* hit, Occluder* occluder);
+    bool walk_box(core::RayState& ray, const voxel::Box& box, StopAt stop, Hit* hit,
+                  Occluder* occluder);
 
     BlockReader& m_reader;
     const LevelCut& m_cut;
@@ -101,4 +103,4 @@ private:
     WalkCounts m_counts;
 };
 
-}  // namespace terravox
+}  // namespace terravox::walk

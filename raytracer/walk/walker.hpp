@@ -4,7 +4,7 @@
 
 #include "raytracer/walk/walk.hpp"
 
-namespace terravox {
+namespace terravox::walk {
 
 /// RayWalk for one ray at a time that waits for boxes: for tests, measurements, and looking at a
 /// single point. Not thread-safe.
@@ -14,22 +14,22 @@ public:
     Walker(BlockReader& reader, const LevelCut& cut) : m_walk(reader, cut) {}
 
     /// The first voxel that stops the ray with t in [0, t_max]. @param ray level-0 voxels
-    [[nodiscard]] std::optional<Hit> first_hit(const Ray& ray, StopAt stop = StopAt::kSolid,
-                                               double t_max = kFar);
+    [[nodiscard]] std::optional<Hit> first_hit(const core::Ray& ray, StopAt stop = StopAt::kSolid,
+                                               double t_max = core::kFar);
 
     /// The same for a ray that starts on a face: `start`, of `its_level`, is the voxel it starts
     /// in, whatever rounding says of its origin.
-    [[nodiscard]] std::optional<Hit> first_hit_from(const Ray& ray, VoxelCoord start,
+    [[nodiscard]] std::optional<Hit> first_hit_from(const core::Ray& ray, core::VoxelCoord start,
                                                     int its_level = 0, StopAt stop = StopAt::kSolid,
-                                                    double t_max = kFar);
+                                                    double t_max = core::kFar);
 
     [[nodiscard]] std::uint64_t rays() const noexcept { return m_rays; }
     [[nodiscard]] std::uint64_t steps() const noexcept { return m_walk.counts().steps; }
 
 private:
-    [[nodiscard]] std::optional<Hit> finish(RayState& ray, StopAt stop, double t_max);
+    [[nodiscard]] std::optional<Hit> finish(core::RayState& ray, StopAt stop, double t_max);
     RayWalk m_walk;
     std::uint64_t m_rays = 0;
 };
 
-}  // namespace terravox
+}  // namespace terravox::walk

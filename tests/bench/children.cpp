@@ -18,7 +18,7 @@
 namespace terravox::bench {
 namespace {
 
-constexpr std::size_t kMostRequest_bytes = 64 * 1024;
+constexpr std::size_t kMaxRequest_bytes = 64 * 1024;
 constexpr int kNotStarted = 127;
 
 double seconds(const timeval& t) noexcept {
@@ -60,7 +60,8 @@ ChildOutcome start_and_wait(const char* output, char** command) {
     out.exit_code = ended < 0             ? kNotStarted
                     : WIFSIGNALED(status) ? 128 + WTERMSIG(status)
                                           : WEXITSTATUS(status);
-    out.user_s = seconds(used.ru_utime), out.system_s = seconds(used.ru_stime);
+    out.user_s = seconds(used.ru_utime);
+    out.system_s = seconds(used.ru_stime);
     out.peak_kib = used.ru_maxrss;
     return out;
 }
@@ -68,7 +69,7 @@ ChildOutcome start_and_wait(const char* output, char** command) {
 /// The helper's life: a request, a program, a reply, until the other side is gone.
 [[noreturn]] void serve(int socket) {
     std::signal(SIGINT, SIG_IGN);  // the program gets its own; its end is still to be told
-    std::array<char, kMostRequest_bytes> request{};
+    std::array<char, kMaxRequest_bytes> request{};
     while (true) {
         const ssize_t bytes = ::recv(socket, request.data(), request.size(), 0);
         if (bytes < 0 && errno == EINTR)
@@ -88,7 +89,7 @@ ChildOutcome start_and_wait(const char* output, char** command) {
 ChildRunner::ChildRunner() {
     int pair[2];
     if (::socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0, pair) != 0)
-        throw Error(std::string("start the helper: ") + std::strerror(errno));
+        throw util::Error(std::string("start the helper: ") + std::strerror(errno));
     m_helper = ::fork();
     if (m_helper == 0) {
         ::close(pair[0]);
@@ -98,7 +99,7 @@ ChildRunner::ChildRunner() {
     m_socket = pair[0];
     if (m_helper < 0) {
         ::close(m_socket);
-        throw Error(std::string("start the helper: ") + std::strerror(errno));
+        throw util::Error(std::string("start the helper: ") + std::strerror(errno));
     }
 }
 
@@ -113,9 +114,9 @@ ChildOutcome ChildRunner::run(const std::vector<std::string>& command,
     std::string request = output.string() + '\0';
     for (const std::string& text : command)
         request += text + '\0';
-    if (request.size() > kMostRequest_bytes)
-        throw Error("run " + command.front() + ": " + std::to_string(request.size()) +
-                    " bytes of arguments; allowed: " + std::to_string(kMostRequest_bytes));
+    if (request.size() > kMaxRequest_bytes)
+        throw util::Error("run " + command.front() + ": " + std::to_string(request.size()) +
+                          " bytes of arguments; allowed: " + std::to_string(kMaxRequest_bytes));
     ChildOutcome out;
     ssize_t got = -1;
     if (::send(m_socket, request.data(), request.size(), MSG_NOSIGNAL) ==
@@ -125,7 +126,7 @@ ChildOutcome ChildRunner::run(const std::vector<std::string>& command,
         while (got < 0 && errno == EINTR);
     }
     if (got != sizeof out)
-        throw Error("run " + command.front() + ": the helper that starts programs is gone");
+        throw util::Error("run " + command.front() + ": the helper that starts programs is gone");
     m_cpu_s += out.user_s + out.system_s;
     return out;
 }

@@ -101,7 +101,7 @@ void write_report(const Report& report, const Arguments& args) {
         std::fputs(to_markdown(report).c_str(), stdout);
 }
 
-ExitCode run(const Arguments& args, ChildRunner& children) {
+util::ExitCode run(const Arguments& args, ChildRunner& children) {
     util::set_up_log("error");
     const test::TemporaryFolder scratch;
     const std::filesystem::path beside =
@@ -112,7 +112,7 @@ ExitCode run(const Arguments& args, ChildRunner& children) {
     const auto entries = select_entries(registered_entries(), args.prefixes, args.list);
     if (args.list) {
         list_entries(entries, context);
-        return ExitCode::kDone;
+        return util::ExitCode::kDone;
     }
     for (const std::string& file : {args.json, args.markdown})
         if (!file.empty())
@@ -123,7 +123,7 @@ ExitCode run(const Arguments& args, ChildRunner& children) {
     write_report(report, args);
     const bool failed = std::any_of(report.results.begin(), report.results.end(),
                                     [](const Result& r) { return r.status == Status::kFailed; });
-    return failed ? ExitCode::kFailed : ExitCode::kDone;
+    return failed ? util::ExitCode::kFailed : util::ExitCode::kDone;
 }
 
 }  // namespace

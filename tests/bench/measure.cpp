@@ -11,7 +11,7 @@ namespace terravox::bench {
 
 double median_of(std::vector<double> values) {
     if (values.empty())
-        throw Error("take the median: of no numbers");
+        throw util::Error("take the median: of no numbers");
     std::sort(values.begin(), values.end());
     const std::size_t half = values.size() / 2;
     return values.size() % 2 == 1 ? values[half] : (values[half - 1] + values[half]) / 2;
@@ -25,7 +25,8 @@ Summary summarize(const std::vector<double>& values) {
         deviations.push_back(std::abs(v - out.median));
     out.mad = median_of(deviations);
     const auto [low, high] = std::minmax_element(values.begin(), values.end());
-    out.min = *low, out.max = *high;
+    out.min = *low;
+    out.max = *high;
     out.count = values.size();
     return out;
 }
@@ -46,8 +47,8 @@ void add_readings(std::vector<Metric>& metrics, const Readings& readings) {
             at = metrics.insert(metrics.end(),
                                 Metric{reading.metric, reading.unit, {}, reading.target});
         if (at->unit != reading.unit)
-            throw Error("collect the metric " + reading.metric + ": in " + reading.unit +
-                        " now, in " + at->unit + " before");
+            throw util::Error("collect the metric " + reading.metric + ": in " + reading.unit +
+                              " now, in " + at->unit + " before");
         at->values.push_back(reading.value);
     }
 }
@@ -64,7 +65,7 @@ Result measure(const Entry& entry, const Context& context, Repeats repeats,
             return out;
         }
         if (stop)
-            throw Error("interrupted");
+            throw util::Error("interrupted");
         const Body body = entry.prepare(context);
         std::optional<NoiseMeter> noise;
         for (int run = -repeats.warmup; run < repeats.runs; ++run) {
@@ -74,7 +75,7 @@ Result measure(const Entry& entry, const Context& context, Repeats repeats,
             if (!stop)
                 body(readings);
             if (stop)
-                throw Error("interrupted");
+                throw util::Error("interrupted");
             if (run >= 0)
                 add_readings(out.metrics, readings);
             out.notes = readings.notes();

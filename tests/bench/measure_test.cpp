@@ -52,7 +52,7 @@ TEST_CASE("median and spread of numbers in any order", "[bench][measure]") {
 }
 
 TEST_CASE("there is no median of nothing", "[bench][measure]") {
-    CHECK_THROWS_AS(median_of({}), Error);
+    CHECK_THROWS_AS(median_of({}), util::Error);
 }
 
 TEST_CASE("runs to warm up are made and not counted", "[bench][measure]") {
@@ -82,14 +82,14 @@ TEST_CASE("a failure is a result, without numbers", "[bench][measure]") {
     int runs = 0;
     Entry entry = counting_entry(runs);
     SECTION("while preparing") {
-        entry.prepare = [](const Context&) -> Body { throw Error("no such thing"); };
+        entry.prepare = [](const Context&) -> Body { throw util::Error("no such thing"); };
     }
     SECTION("in a later run") {
         entry.prepare = [&runs](const Context&) -> Body {
             return [&runs](Readings& readings) {
                 readings.add("run", "times", 1);
                 if (++runs == 3)
-                    throw Error("no such thing");
+                    throw util::Error("no such thing");
             };
         };
     }

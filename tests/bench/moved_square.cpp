@@ -34,18 +34,18 @@ void copy_moved(const std::filesystem::path& from, const std::filesystem::path& 
         return;
     std::filesystem::copy_file(from, to, std::filesystem::copy_options::overwrite_existing, failed);
     if (failed)
-        throw Error("copy " + from.string() + " to " + to.string() + ": " + failed.message());
+        throw util::Error("copy " + from.string() + " to " + to.string() + ": " + failed.message());
     std::fstream file(to, std::ios::binary | std::ios::in | std::ios::out);
     std::array<char, 4> magic{};
     file.read(magic.data(), magic.size());
     if (!file || std::memcmp(magic.data(), "LASF", magic.size()) != 0)
-        throw Error("move " + from.string() + ": not a LAS file");
+        throw util::Error("move " + from.string() + ": not a LAS file");
     for (const std::streamoff at : kEast)
         shift(file, at, east_m);
     for (const std::streamoff at : kNorth)
         shift(file, at, north_m);
     if (!file.flush())
-        throw Error("write " + to.string() + ": the header could not be changed");
+        throw util::Error("write " + to.string() + ": the header could not be changed");
 }
 
 }  // namespace terravox::bench

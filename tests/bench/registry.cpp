@@ -34,7 +34,7 @@ std::vector<Entry> registered_entries() {
     const auto twice = std::adjacent_find(
         out.begin(), out.end(), [](const Entry& a, const Entry& b) { return a.name == b.name; });
     if (twice != out.end())
-        throw Error("list the entries: two are called " + twice->name);
+        throw util::Error("list the entries: two are called " + twice->name);
     return out;
 }
 
@@ -43,8 +43,8 @@ std::vector<Entry> select_entries(const std::vector<Entry>& entries,
     for (const std::string& prefix : prefixes)
         if (std::none_of(entries.begin(), entries.end(),
                          [&](const Entry& e) { return begins_with(e.name, prefix); }))
-            throw UsageError("choose entries: none begins with '" + prefix +
-                             "'; --list shows them");
+            throw util::UsageError("choose entries: none begins with '" + prefix +
+                                   "'; --list shows them");
     std::vector<Entry> out;
     for (const Entry& e : entries) {
         const bool whole = e.only_by_name && !long_too;

@@ -51,7 +51,7 @@ TEST_CASE("a long entry runs only when its whole name is given", "[bench][regist
 }
 
 TEST_CASE("a beginning that no entry has is wrong usage", "[bench][registry]") {
-    CHECK_THROWS_AS(select_entries(registered_entries(), {"boxes", "nothing"}), UsageError);
+    CHECK_THROWS_AS(select_entries(registered_entries(), {"boxes", "nothing"}), util::UsageError);
     CHECK_THROWS_WITH(select_entries(registered_entries(), {"nothing"}),
                       test::contains("'nothing'"));
 }

@@ -82,11 +82,11 @@ nlohmann::json run_script(const Context& context, const std::string& name,
     const ChildOutcome outcome = context.children.run(command, output);
     const std::string said = last_line(output);
     if (outcome.exit_code != 0)
-        throw Error("run tests/bench/" + name + ".py: exit code " +
-                    std::to_string(outcome.exit_code) + ": " + said);
+        throw util::Error("run tests/bench/" + name + ".py: exit code " +
+                          std::to_string(outcome.exit_code) + ": " + said);
     nlohmann::json figures = nlohmann::json::parse(said, nullptr, false);
     if (!figures.is_object())
-        throw Error("run tests/bench/" + name + ".py: no figures: " + said);
+        throw util::Error("run tests/bench/" + name + ".py: no figures: " + said);
     return figures;
 }
 

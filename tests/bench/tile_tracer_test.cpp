@@ -78,9 +78,11 @@ TEST_CASE(
 
 TEST_CASE("the best of two views has the least of each time", "[bench][tiles]") {
     ViewTimes best;
-    best.primary = {2, 1}, best.shadow = {3, 4};
+    best.primary = {2, 1};
+    best.shadow = {3, 4};
     ViewTimes other;
-    other.primary = {1, 2}, other.shadow = {4, 3};
+    other.primary = {1, 2};
+    other.shadow = {4, 3};
     best.keep_best(other);
     CHECK(best.wall_s() == 1 + 3);
     CHECK(best.cpu_s() == 1 + 3);

@@ -15,8 +15,8 @@
 namespace {
 
 constexpr int kBlock_px = 10;
-constexpr double kMostBlockDifference = 0.07;  // of the display's range
-constexpr double kMostBlocks = 0.03;           // share of blocks that may differ by more
+constexpr double kMaxBlockDifference = 0.07;  // of the display's range
+constexpr double kMaxBlocks = 0.03;           // share of blocks that may differ by more
 
 struct Picture {
     int width = 0, height = 0, channels = 0;
@@ -75,10 +75,11 @@ int main(int argc, char** argv) {
             double most = 0;
             for (int c = 0; c < std::min(a.channels, 3); ++c)
                 most = std::max(most, std::abs(block_mean(a, x, y, c) - block_mean(b, x, y, c)));
-            ++blocks, different += most > kMostBlockDifference ? 1 : 0,
-                worst = std::max(worst, most);
+            ++blocks;
+            different += most > kMaxBlockDifference ? 1 : 0;
+            worst = std::max(worst, most);
         }
     std::printf("%d of %d blocks differ by more than %.2f; worst %.3f\n", different, blocks,
-                kMostBlockDifference, worst);
-    return different > kMostBlocks * blocks ? 1 : 0;
+                kMaxBlockDifference, worst);
+    return different > kMaxBlocks * blocks ? 1 : 0;
 }

@@ -524,9 +524,7 @@ class Window(Case):
         self.quit(program)
 
     def test_a_world_that_cannot_be_opened(self):
-        program = self.preview(
-            "http://127.0.0.1:9", "--processing-box-patience-s", "1", first=False
-        )
+        program = self.preview("http://127.0.0.1:9", "--processing-box-timeout-s", "1", first=False)
         program.saw(r"\[error\].*127.0.0.1:9")
         program.saw("place of Try again: ")
         program.saw("place of Close: ")
@@ -545,7 +543,7 @@ class Window(Case):
         server = Server(survey(), port=port)
         self.addCleanup(lambda: server.process.poll() is None and server.kill())
         program = self.preview(
-            server.url, "--samples", "1", "--processing-box-patience-s", "1", "--memory-mib", "1"
+            server.url, "--samples", "1", "--processing-box-timeout-s", "1", "--memory-mib", "1"
         )
         server.kill()
         with self.desktop.held("Left"):

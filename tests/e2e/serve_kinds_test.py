@@ -400,10 +400,10 @@ class Kinds(Case):
             "a dimension of points": ([square(), "--dimension", "nether"], 2, ["--dimension"]),
             "voxels of an archive": ([self.archive, "--voxel", "2"], 2, ["--voxel", "none such"]),
             "a base of noise": ([SEED, "--world-base-m", "3"], 2, ["--world-base-m"]),
-            "patience for a file": (
-                [self.archive, "--processing-box-patience-s", "3"],
+            "a timeout for a file": (
+                [self.archive, "--processing-box-timeout-s", "3"],
                 2,
-                ["--processing-box-patience-s"],
+                ["--processing-box-timeout-s"],
             ),
             "images of a game": ([self.game, "--ortho", survey() / "ortho"], 2, ["--ortho"]),
             "no such dimension": ([self.game, "--dimension", "moon"], 2, ["moon"]),
@@ -418,7 +418,7 @@ class Kinds(Case):
             "no raster": ([folder / "bad.asc"], 2, ["bad.asc"]),
             "noise without end, prepared": ([SEED, "--prepare"], 2, ["columns of boxes"]),
             "nobody listens": (
-                ["http://127.0.0.1:1", "--processing-box-patience-s", "1"],
+                ["http://127.0.0.1:1", "--processing-box-timeout-s", "1"],
                 1,
                 ["127.0.0.1:1"],
             ),
@@ -431,7 +431,7 @@ class Kinds(Case):
 class Far(Case):
     """A server that serves another one's world."""
 
-    PATIENCE = ("--processing-box-patience-s", "1")
+    TIMEOUT = ("--processing-box-timeout-s", "1")
 
     def setUp(self):
         self.archive = temporary_folder() / "noise.tvx"
@@ -441,7 +441,7 @@ class Far(Case):
         port = hold_port()
         far = Server(self.archive, "--cache", "none", port=port)
         cache = temporary_folder()
-        near = Server(far.url, "--cache", cache, *self.PATIENCE)
+        near = Server(far.url, "--cache", cache, *self.TIMEOUT)
         kept, missing = near.box_paths()[:2]
         first = near.get(kept)
         far.kill()
@@ -463,7 +463,7 @@ class Far(Case):
     def test_a_far_server_with_another_world_is_not_mixed_with_the_first(self):
         port = hold_port()
         far = Server(self.archive, "--cache", "none", port=port)
-        near = Server(far.url, "--cache", "none", *self.PATIENCE)
+        near = Server(far.url, "--cache", "none", *self.TIMEOUT)
         kept, missing = near.box_paths()[:2]
         self.assertEqual(near.get(kept)[0], 200)
         far.stop()
@@ -477,10 +477,10 @@ class Far(Case):
     def test_two_servers_that_serve_each_other_end_in_an_error(self):
         port = hold_port()
         first = Server(self.archive, "--cache", "none", "--no-ahead", port=port)
-        second = Server(first.url, "--cache", "none", *self.PATIENCE)
+        second = Server(first.url, "--cache", "none", *self.TIMEOUT)
         paths = second.box_paths()
         first.stop()
-        circle = Server(second.url, "--cache", "none", *self.PATIENCE, port=port)
+        circle = Server(second.url, "--cache", "none", *self.TIMEOUT, port=port)
         status, _, _ = circle.get(paths[0])
         self.assertIn(status, (500, 502))
         self.assertEqual((circle.stop(), second.stop()), (0, 0))

@@ -6,7 +6,7 @@ namespace terravox::fuzz {
 
 void run(Input input) {
     const auto animation = Animation::parse(as_text(input), "the input");
-    expect(animation.frames() <= Animation::kMostFrames,
+    expect(animation.frames() <= Animation::kMaxFrames,
            "no animation has more frames than allowed");
     Scene scene;
     animation.apply_base(scene);

@@ -7,16 +7,16 @@
 namespace terravox::fuzz {
 
 void run(Input input) {
-    constexpr std::size_t kAsked = 4, kMostPayload_bytes = std::size_t{1} << 20;
+    constexpr std::size_t kAsked = 4, kMaxPayload_bytes = std::size_t{1} << 20;
     if (input.empty())
         return;
     const std::size_t part_bytes = std::size_t{1} + input[0];
     const auto bytes = std::as_bytes(input.subspan(1));
     std::size_t taken = 0;
-    BatchStream stream(kAsked, kMostPayload_bytes);
+    BatchStream stream(kAsked, kMaxPayload_bytes);
     const auto take = [&](const BatchRecord& record) {
         ++taken;
-        expect(record.payload.size() <= kMostPayload_bytes, "no record is longer than allowed");
+        expect(record.payload.size() <= kMaxPayload_bytes, "no record is longer than allowed");
         if (record.status == 200)
             allow_errors([&] { (void)voxel::decompress_box(record.payload, "the input"); });
     };

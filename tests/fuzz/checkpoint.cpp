@@ -10,8 +10,8 @@ namespace {
 constexpr std::uint64_t kFileHead_bytes = 24, kTextBytesAt = 12, kTextChecksumAt = 16;
 constexpr std::uint32_t kMarker = 0x9e01c57a;
 constexpr std::uint64_t kCountAt = 12, kPayloadChecksumAt = 16, kChecksumAt = 24;
-constexpr std::uint32_t kMostCells = 64;
-constexpr int kMostTile_px = 64;
+constexpr std::uint32_t kMaxCells = 64;
+constexpr int kMaxTile_px = 64;
 
 void put_checksums(Editable& file) {
     if (!file.holds(0, kFileHead_bytes))
@@ -44,9 +44,9 @@ void run(Input input) {
     const TileJournal journal(OpenFile(as_file(file.input(), "input.tiles"), O_RDONLY, "read"));
     (void)journal.what_is_damaged();
     (void)PictureKey::from_json(journal.key().to_json(), "what was written");
-    if (journal.key().grid.tile_px > kMostTile_px)
+    if (journal.key().grid.tile_px > kMaxTile_px)
         return;
-    for (std::uint32_t cell = 0; cell < std::min(journal.key().grid.cells(), kMostCells); ++cell)
+    for (std::uint32_t cell = 0; cell < std::min(journal.key().grid.cells(), kMaxCells); ++cell)
         if (journal.at(cell).is_there())
             allow_errors([&] { (void)journal.tile(cell); });
 }

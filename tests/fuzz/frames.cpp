@@ -8,7 +8,7 @@
 #include "common/voxel/world_json.hpp"
 #include "raytracer/farm/net/stream.hpp"
 #include "raytracer/farm/wire/hello.hpp"
-#include "raytracer/farm/wire/parcel.hpp"
+#include "raytracer/farm/wire/picture_spec.hpp"
 #include "raytracer/farm/wire/tile_frames.hpp"
 #include "tests/fuzz/tile_bytes.hpp"
 

@@ -7,7 +7,7 @@
 namespace terravox::fuzz {
 namespace {
 
-constexpr std::uint64_t kMostPoints = 1'000'000;
+constexpr std::uint64_t kMaxPoints = 1'000'000;
 
 /// A few bytes may stand for many equal points: that takes time, but says nothing new.
 struct EnoughPoints {};
@@ -18,7 +18,7 @@ void read_points(const lidar::LasInfo& info) {
     try {
         lidar::read_point_batches(info, ranges, [&](std::span<const lidar::RawPoint> batch) {
             count += batch.size();
-            if (count > kMostPoints)
+            if (count > kMaxPoints)
                 throw EnoughPoints();
         });
     } catch (const EnoughPoints&) {

@@ -33,7 +33,9 @@ std::string as_tile_input(const TileResult& tile, bool encoded) {
 void tiles(const fs::path& folder) {
     const Corpus corpus(folder, "tile");
     RenderTile place;
-    place.x0 = 4, place.x1 = 8, place.y1 = 3;
+    place.x0 = 4;
+    place.x1 = 8;
+    place.y1 = 3;
     for (const bool with_layers : {false, true})
         for (const bool encoded : {false, true}) {
             const auto tile = test::tile_of_chance(place, with_layers, 7);
@@ -70,13 +72,17 @@ std::string message(const farm::Frame& frame) {
 void frames(const fs::path& folder) {
     const Corpus corpus(folder, "frames");
     OwnHello own;
-    own.role = farm::WORKER, own.threads = 2, own.capacity = 20, own.name = "worker";
+    own.role = farm::WORKER;
+    own.threads = 2;
+    own.capacity = 20;
+    own.name = "worker";
     farm::Frame hello;
     *hello.mutable_hello() = make_hello(own);
     corpus.add("hello", message(hello));
 
     RenderTile place;
-    place.x1 = 3, place.y1 = 2;
+    place.x1 = 3;
+    place.y1 = 2;
     farm::Frame task;
     task.mutable_task()->set_picture(1);
     *task.mutable_task()->add_tiles() = to_frame(place, 5);

@@ -7,7 +7,7 @@
 namespace terravox::fuzz {
 namespace {
 
-constexpr int kMostChunks = 16;
+constexpr int kMaxChunks = 16;
 
 class MemoryFile final : public minecraft::ByteFile {
 public:
@@ -32,7 +32,7 @@ void run(Input input) {
     minecraft::Inflater inflater;
     std::vector<std::uint8_t> buffer;
     minecraft::ChunkBlocks blocks;
-    int left = kMostChunks;
+    int left = kMaxChunks;
     for (const std::uint32_t location : table) {
         if (location == 0 || left-- == 0)
             continue;

@@ -7,7 +7,7 @@ namespace terravox::fuzz {
 namespace {
 
 /// A coordinator decodes only what it has leased.
-constexpr std::uint64_t kMostPixels = 64 * 64;
+constexpr std::uint64_t kMaxPixels = 64 * 64;
 
 std::vector<std::uint8_t> with_packed_pixels(Input input) {
     const Editable head(input);
@@ -41,7 +41,7 @@ void run(Input input) {
     Editable tile(bytes);
     put_tile_checksum(tile, 0, bytes.size());
     const TileHead head = read_tile_head(tile.bytes(), "the input");
-    if (head.pixels > kMostPixels)
+    if (head.pixels > kMaxPixels)
         return;
     const TileResult result = decode_tile(tile.bytes(), "the input");
     expect(result.samples.size() == head.pixels, "a tile has as many pixels as its head says");

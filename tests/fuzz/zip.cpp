@@ -8,13 +8,13 @@
 namespace terravox::fuzz {
 namespace {
 
-constexpr std::size_t kCache_bytes = std::size_t{16} << 20, kMostWhole_bytes = std::size_t{1} << 20,
-                      kMostRead = 8;
+constexpr std::size_t kCache_bytes = std::size_t{16} << 20, kMaxWhole_bytes = std::size_t{1} << 20,
+                      kMaxRead = 8;
 
 void read_entries(const std::filesystem::path& path) {
     const auto source = minecraft::open_zip(path, kCache_bytes);
     const auto& entries = source->entries();
-    for (std::size_t i = 0; i < std::min(entries.size(), kMostRead); ++i) {
+    for (std::size_t i = 0; i < std::min(entries.size(), kMaxRead); ++i) {
         expect(
             entries[i].path.find("..") == std::string::npos ||
                 std::filesystem::path(entries[i].path).lexically_normal().native().rfind("..", 0) !=
@@ -25,7 +25,7 @@ void read_entries(const std::filesystem::path& path) {
             expect(source->head(i, 100).size() <= 100, "no more is handed out than was asked for");
         });
         allow_errors([&] {
-            expect(source->whole(i, kMostWhole_bytes).size() <= kMostWhole_bytes,
+            expect(source->whole(i, kMaxWhole_bytes).size() <= kMaxWhole_bytes,
                    "no more is handed out than was allowed");
         });
     }
@@ -38,7 +38,7 @@ void read_world(const std::filesystem::path& path) {
         const minecraft::ChunkStore store(world, dimension, 1);
         minecraft::ChunkReader reader(store);
         const auto chunks = store.chunks();
-        for (std::size_t i = 0; i < std::min(chunks.size(), kMostRead); ++i)
+        for (std::size_t i = 0; i < std::min(chunks.size(), kMaxRead); ++i)
             allow_errors([&] { (void)reader.read(chunks[i]); });
     }
 }

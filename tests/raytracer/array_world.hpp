@@ -28,9 +28,10 @@ public:
         m_cells.resize(m_size[0] * m_size[1] * m_size[2]);
         m_info.title = "an array";
         m_info.levels = level + 1;
-        for (std::size_t a = 0; a < 3; ++a)
-            m_info.bounds.min[a] = min[a] * (1 << level),
+        for (std::size_t a = 0; a < 3; ++a) {
+            m_info.bounds.min[a] = min[a] * (1 << level);
             m_info.bounds.max[a] = max[a] * (1 << level);
+        }
         m_bounds = {min, max};
     }
 

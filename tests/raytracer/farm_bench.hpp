@@ -20,12 +20,12 @@ namespace terravox::test {
 /// Deadlines and heartbeats of tests: before anything asks for them.
 inline const bool kShortFarmTimes = ::setenv("TERRAVOX_FARM_TEST", "1", 1) == 0;
 
-inline PoolSettings pool_settings(Job& job) {
-    PoolSettings out;
+inline processors::PoolSettings pool_settings(Job& job) {
+    processors::PoolSettings out;
     out.seed = 77;
-    out.least_deadline = farm_times().least_deadline;
+    out.min_deadline = farm::farm_times().min_deadline;
     out.make_checker = [&job] {
-        return std::make_shared<ThreadProcessor>(job.view, job.blocks, 1);
+        return std::make_shared<processors::ThreadProcessor>(job.view, job.blocks, 1);
     };
     return out;
 }
@@ -35,11 +35,13 @@ class FarmBench {
 public:
     /// @param source where workers are told that they may have boxes from
     explicit FarmBench(Job& job, std::optional<std::chrono::milliseconds> give_up = std::nullopt,
-                       int check_every = 200, BoxSource source = {})
-        : m_job(job), m_farm(FarmOptions{}, job.blocks, std::move(source)) {
-        PoolSettings settings = pool_settings(job);
-        settings.give_up = give_up, settings.check_every = check_every;
-        settings.gone = [this](ProcessorPool::MemberId id, const std::string& why, bool expelled) {
+                       int check_every = 200, farm::BoxSource source = {})
+        : m_job(job), m_farm(farm::FarmOptions{}, job.blocks, std::move(source)) {
+        processors::PoolSettings settings = pool_settings(job);
+        settings.give_up = give_up;
+        settings.check_every = check_every;
+        settings.gone = [this](processors::ProcessorPool::MemberId id, const std::string& why,
+                               bool expelled) {
             {
                 const std::lock_guard lock(m_mutex);
                 if (expelled)
@@ -47,7 +49,7 @@ public:
             }
             m_farm.gone(id, why, expelled);
         };
-        m_pool = std::make_unique<ProcessorPool>(std::move(settings));
+        m_pool = std::make_unique<processors::ProcessorPool>(std::move(settings));
         m_farm.begin(*m_pool, job.view.scene, job.view);
     }
     ~FarmBench() {
@@ -71,13 +73,13 @@ public:
         return std::move(theirs);
     }
     /// A worker of this many threads. @param http servers that it may ask itself @return its number
-    std::size_t add_worker(int threads = 1, HttpAccess http = access_to_nobody()) {
-        WorkerDaemonOptions options;
+    std::size_t add_worker(int threads = 1, remote::HttpAccess http = remote::access_to_nobody()) {
+        farm::WorkerDaemonOptions options;
         options.threads = threads;
         options.http = std::move(http);
         options.name = "worker " + std::to_string(m_daemons.size());
         options.memory_bytes = std::size_t{64} << 20;
-        m_daemons.push_back(std::make_unique<WorkerDaemon>(options));
+        m_daemons.push_back(std::make_unique<farm::WorkerDaemon>(options));
         std::shared_ptr<net::Link> link = plug();
         m_kill.push_back(link);
         m_threads.emplace_back([daemon = m_daemons.back().get(), link] {
@@ -86,26 +88,27 @@ public:
         return m_daemons.size() - 1;
     }
     void kill(std::size_t worker) { m_kill[worker]->abort(); }
-    [[nodiscard]] WorkerDaemon& daemon(std::size_t worker) { return *m_daemons[worker]; }
+    [[nodiscard]] farm::WorkerDaemon& daemon(std::size_t worker) { return *m_daemons[worker]; }
     /// Threads of this process join in.
     void add_threads(int threads) {
-        m_pool->add({"here",
-                     "threads",
-                     threads,
-                     true,
-                     false,
-                     std::make_shared<ThreadProcessor>(m_job.view, m_job.blocks, threads),
-                     {}});
+        m_pool->add(
+            {"here",
+             "threads",
+             threads,
+             true,
+             false,
+             std::make_shared<processors::ThreadProcessor>(m_job.view, m_job.blocks, threads),
+             {}});
     }
 
-    [[nodiscard]] ProcessorPool& pool() { return *m_pool; }
-    [[nodiscard]] Farm& farm() { return m_farm; }
+    [[nodiscard]] processors::ProcessorPool& pool() { return *m_pool; }
+    [[nodiscard]] farm::Farm& farm() { return m_farm; }
     [[nodiscard]] std::vector<std::string> expelled() {
         const std::lock_guard lock(m_mutex);
         return m_expelled;
     }
-    RenderCounts render(Film& film) {
-        return render_film({m_job.view, *m_pool, true, nullptr}, film);
+    render::RenderCounts render(output::Film& film) {
+        return render::render_film({m_job.view, *m_pool, true, nullptr}, film);
     }
 
 private:
@@ -116,9 +119,7 @@ private:
         ~Shared() override { m_link->abort(); }
         bool send(farm::Frame frame) override { return m_link->send(std::move(frame)); }
         std::optional<farm::Frame> receive() override { return m_link->receive(); }
-        void close(std::chrono::milliseconds patience) noexcept override {
-            m_link->close(patience);
-        }
+        void close(std::chrono::milliseconds timeout) noexcept override { m_link->close(timeout); }
         void abort() noexcept override { m_link->abort(); }
         const std::string& peer() const noexcept override { return m_link->peer(); }
         std::string why_ended() const override { return m_link->why_ended(); }
@@ -131,23 +132,23 @@ private:
     Job& m_job;
     std::mutex m_mutex;
     std::vector<std::string> m_expelled;
-    Farm m_farm;
-    std::unique_ptr<ProcessorPool> m_pool;
-    std::vector<std::unique_ptr<WorkerDaemon>> m_daemons;
+    farm::Farm m_farm;
+    std::unique_ptr<processors::ProcessorPool> m_pool;
+    std::vector<std::unique_ptr<farm::WorkerDaemon>> m_daemons;
     std::vector<std::shared_ptr<net::Link>> m_kill;
     std::vector<std::thread> m_threads;
 };
 
 /// One pass, so that all that differs is who renders.
-inline Scene farm_scene(bool layers = false) {
-    Scene scene = small_scene();
+inline scene::Scene farm_scene(bool layers = false) {
+    scene::Scene scene = small_scene();
     scene.quality.coarse_step = 1;
     if (layers)
-        scene.output.layers = PictureLayers::kAll;
+        scene.output.layers = core::PictureLayers::kAll;
     return scene;
 }
 
-inline Film empty_film(const Job& job) {
+inline output::Film empty_film(const Job& job) {
     return {job.view.scene.output.size_px[0], job.view.scene.output.size_px[1],
             job.view.wants_layers()};
 }

@@ -33,39 +33,42 @@ inline std::unique_ptr<ArrayWorld> landscape() {
     return world;
 }
 
-inline Scene small_scene() {
-    Scene scene;
+inline scene::Scene small_scene() {
+    scene::Scene scene;
     scene.output.size_px = {97, 53};
     scene.quality.samples = 2;
     scene.quality.tile = {16};
-    scene.sun.altitude_deg = 30, scene.sun.azimuth_deg = 240;
+    scene.sun.altitude_deg = 30;
+    scene.sun.azimuth_deg = 240;
     return scene;
 }
 
 /// A world opened for rendering with one scene; everything a processor refers to.
 struct Job {
     std::unique_ptr<ArrayWorld> world;
-    BlockManager blocks;
-    View view;
-    explicit Job(const Scene& scene, std::size_t memory_bytes = std::size_t{256} << 20,
+    blocks::BlockManager blocks;
+    shade::View view;
+    explicit Job(const scene::Scene& scene, std::size_t memory_bytes = std::size_t{256} << 20,
                  std::unique_ptr<ArrayWorld> w = landscape())
-        : world(std::move(w)), blocks(*world, memory_bytes), view(make_view(scene, blocks)) {}
+        : world(std::move(w)),
+          blocks(*world, memory_bytes),
+          view(shade::make_view(scene, blocks)) {}
 };
 
-inline Film render(Job& job, int threads) {
+inline output::Film render_scene(Job& job, int threads) {
     const auto [width, height] = job.view.scene.output.size_px;
-    Film film(width, height, job.view.wants_layers());
-    ThreadProcessor processor(job.view, job.blocks, threads);
-    (void)render_film({job.view, processor, true, nullptr}, film);
+    output::Film film(width, height, job.view.wants_layers());
+    processors::ThreadProcessor processor(job.view, job.blocks, threads);
+    (void)render::render_film({job.view, processor, true, nullptr}, film);
     return film;
 }
 
 /// The bytes of all pixels: bit-identical or not.
-inline std::string bytes_of(const Film& film) {
+inline std::string bytes_of(const output::Film& film) {
     std::string out;
     for (int y = 0; y < film.height_px(); ++y)
         for (int x = 0; x < film.width_px(); ++x) {
-            const PixelSample& p = film.at(x, y);
+            const tiles::PixelSample& p = film.at(x, y);
             const auto append = [&](float v) {
                 out.append(reinterpret_cast<const char*>(&v), sizeof v);
             };
@@ -74,15 +77,25 @@ inline std::string bytes_of(const Film& film) {
                 append(v);
             if (!film.has_layers())
                 continue;
-            const LayerSample& l = film.layers_at(x, y);
-            for (const Colour c : {l.direct, l.indirect, l.albedo})
-                append(c.r), append(c.g), append(c.b);
-            for (const auto& v : {l.normal, l.position})
-                append(v[0]), append(v[1]), append(v[2]);
-            append(l.sun), append(l.water), append(static_cast<float>(l.material));
-            for (const Matte& m : {l.materials, l.squares})
-                for (std::size_t i = 0; i < Matte::kMost; ++i)
-                    append(static_cast<float>(m.object[i])), append(m.share[i]);
+            const tiles::LayerSample& l = film.layers_at(x, y);
+            for (const voxel::Colour c : {l.direct, l.indirect, l.albedo}) {
+                append(c.r);
+                append(c.g);
+                append(c.b);
+            }
+            for (const auto& v : {l.normal, l.position}) {
+                append(v[0]);
+                append(v[1]);
+                append(v[2]);
+            }
+            append(l.sun);
+            append(l.water);
+            append(static_cast<float>(l.material));
+            for (const tiles::Matte& m : {l.materials, l.squares})
+                for (std::size_t i = 0; i < tiles::Matte::kMax; ++i) {
+                    append(static_cast<float>(m.object[i]));
+                    append(m.share[i]);
+                }
         }
     return out;
 }

@@ -38,8 +38,10 @@ private:
     static std::unique_ptr<ArrayWorld> coarser(const ArrayWorld& fine, int level) {
         const voxel::VoxelBounds& b = fine.level_bounds();
         ArrayWorld::Coord min{}, max{};
-        for (std::size_t a = 0; a < 3; ++a)
-            min[a] = voxel::floor_div(b.min[a], 2), max[a] = voxel::floor_div(b.max[a] - 1, 2) + 1;
+        for (std::size_t a = 0; a < 3; ++a) {
+            min[a] = voxel::floor_div(b.min[a], 2);
+            max[a] = voxel::floor_div(b.max[a] - 1, 2) + 1;
+        }
         auto out = std::make_unique<ArrayWorld>(min, max, level);
         out->fill_with([&](int x, int y, int z) {
             auto found = voxel::Material::kAir;

@@ -4,7 +4,7 @@
 
 #include "raytracer/core/scene_words.hpp"
 
-namespace terravox {
+namespace terravox::core {
 
 /// So that messages of failed checks show the word.
 template <WordEnum Enum>
@@ -12,4 +12,4 @@ std::ostream& operator<<(std::ostream& out, Enum value) {
     return out << word_of(value);
 }
 
-}  // namespace terravox
+}  // namespace terravox::core

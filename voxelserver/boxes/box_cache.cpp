@@ -14,10 +14,10 @@
 namespace terravox::boxes {
 namespace {
 
-constexpr std::size_t kMostAhead = 256;  // boxes wanted ahead: older wishes are forgotten
+constexpr std::size_t kMaxAhead = 256;  // boxes wanted ahead: older wishes are forgotten
 
 KeptBoxPtr keep(std::uint64_t checksum, std::shared_ptr<const std::string> frame,
-                const voxel::Reach& reach) {
+                const voxel::InputExtent& reach) {
     const std::uint64_t hash = frame ? XXH3_64bits(frame->data(), frame->size()) : 0;
     return std::make_shared<const KeptBox>(KeptBox{checksum, hash, std::move(frame), reach});
 }
@@ -28,7 +28,7 @@ Item item_of(const KeptBox& kept) {
 
 }  // namespace
 
-BoxCache::BoxCache(voxel::TracedWorld& world, util::StageTimes& times,
+BoxCache::BoxCache(voxel::ProvenanceWorld& world, util::StageTimes& times,
                    const BoxCacheOptions& options)
     : m_world(world),
       m_times(times),
@@ -37,11 +37,11 @@ BoxCache::BoxCache(voxel::TracedWorld& world, util::StageTimes& times,
       m_downsample(options.downsample),
       m_ahead_on(options.ahead),
       m_memory(options.memory_bytes),
-      m_disk(options.file.empty() ? nullptr
-                                  : std::make_unique<DiskCache>(options.file, options.disk_bytes,
-                                                                [&world](const voxel::Reach& r) {
-                                                                    return world.fingerprint(r);
-                                                                })) {
+      m_disk(options.file.empty()
+                 ? nullptr
+                 : std::make_unique<DiskCache>(
+                       options.file, options.disk_bytes,
+                       [&world](const voxel::InputExtent& r) { return world.fingerprint(r); })) {
     // Half of the places: what is asked for meanwhile still finds a core.
     if (!options.ahead)
         return;
@@ -83,7 +83,7 @@ KeptBoxPtr BoxCache::known_air(const voxel::BoxKey& key) const {
 KeptBoxPtr BoxCache::get(const voxel::BoxKey& key) {
     if (auto kept = m_memory.hit(key))
         return kept;
-    const Places::Place place(m_places);
+    const Slots::Place place(m_places);
     return get(key, Way::kAsked);
 }
 
@@ -96,7 +96,7 @@ KeptBoxPtr BoxCache::get_ahead(const voxel::BoxKey& key) {
             if (!get_ahead({key.level - 1, 2 * key.bx + (i & 1), 2 * key.by + (i >> 2),
                             2 * key.bz + (i >> 1 & 1)}))
                 return nullptr;
-    const Gate::AheadPass pass(m_gate);
+    const AdmissionControl::PrefetchPermit pass(m_gate);
     return pass ? get(key, Way::kAhead) : nullptr;
 }
 
@@ -137,10 +137,10 @@ KeptBoxPtr BoxCache::from_disk(const voxel::BoxKey& key) {
     return item ? keep(item->tag, item->bytes, item->reach) : nullptr;
 }
 
-voxel::TracedBox BoxCache::build(const voxel::BoxKey& key, Way way) {
+voxel::BoxWithInputs BoxCache::build(const voxel::BoxKey& key, Way way) {
     if (key.level == 0 || !m_downsample)
         return m_world.traced_box(key);
-    voxel::TracedBox out;
+    voxel::BoxWithInputs out;
     out.reach = footprint(key);
     if (m_world.column(key.level, key.bx, key.bz).empty())
         return out;
@@ -152,7 +152,7 @@ voxel::TracedBox BoxCache::build(const voxel::BoxKey& key, Way way) {
         out.reach.add(kept->reach);
         children[static_cast<std::size_t>(i)] = unpacked(*kept, child);
     }
-    std::optional<Gate::Pass> pass;
+    std::optional<AdmissionControl::Pass> pass;
     if (way != Way::kAhead)
         pass.emplace(m_gate);
     const util::StageTimes::Scope timed(m_times, "downsample");
@@ -161,12 +161,12 @@ voxel::TracedBox BoxCache::build(const voxel::BoxKey& key, Way way) {
 }
 
 KeptBoxPtr BoxCache::make(const voxel::BoxKey& key, Way way) {
-    std::optional<Gate::Pass> pass;
+    std::optional<AdmissionControl::Pass> pass;
     if (way != Way::kAhead && (key.level == 0 || !m_downsample))
         pass.emplace(m_gate);  // one that waits for its children must not take a place of theirs
     KeptBoxPtr kept;
     try {
-        voxel::TracedBox made = build(key, way);
+        voxel::BoxWithInputs made = build(key, way);
         made.reach.add(footprint(key));
         std::shared_ptr<const std::string> frame;
         if (made.box) {
@@ -176,7 +176,7 @@ KeptBoxPtr BoxCache::make(const voxel::BoxKey& key, Way way) {
                                                         bytes.size());
         }
         kept = keep(made.box ? made.box->checksum() : 0, std::move(frame), made.reach);
-    } catch (const Busy&) {
+    } catch (const OverloadedError&) {
         throw;
     } catch (...) {
         ++m_failed;
@@ -219,7 +219,7 @@ void BoxCache::want_ahead(const voxel::BoxKey& key) {
         if (next != key && !known_air(next) && !m_memory.holds(next) &&
             m_ahead_set.insert(next).second)
             m_ahead.push_front(next);
-    while (m_ahead.size() > kMostAhead) {
+    while (m_ahead.size() > kMaxAhead) {
         m_ahead_set.erase(m_ahead.back());
         m_ahead.pop_back();
     }
@@ -251,7 +251,9 @@ BoxCache::Stats BoxCache::stats() const {
     Stats out;
     out.memory = m_memory.stats();
     out.gate = m_gate.counts();
-    out.made = m_made, out.made_ahead = m_made_ahead, out.failed = m_failed;
+    out.made = m_made;
+    out.made_ahead = m_made_ahead;
+    out.failed = m_failed;
     const std::lock_guard lock(m_wanting);
     out.ahead_waiting = m_ahead.size();
     return out;

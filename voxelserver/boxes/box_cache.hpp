@@ -15,8 +15,8 @@
 #include "common/util/cache.hpp"
 #include "common/util/stage_times.hpp"
 #include "common/voxel/world.hpp"
+#include "voxelserver/boxes/admission_control.hpp"
 #include "voxelserver/boxes/disk_cache.hpp"
-#include "voxelserver/boxes/gate.hpp"
 #include "voxelserver/boxes/kept_box.hpp"
 
 namespace terravox::boxes {
@@ -43,13 +43,14 @@ struct BoxCacheOptions {
 class BoxCache {
 public:
     /// World and times must outlive the cache.
-    BoxCache(voxel::TracedWorld& world, util::StageTimes& times, const BoxCacheOptions& options);
+    BoxCache(voxel::ProvenanceWorld& world, util::StageTimes& times,
+             const BoxCacheOptions& options);
     ~BoxCache();
     BoxCache(const BoxCache&) = delete;
     BoxCache& operator=(const BoxCache&) = delete;
 
     /// @param key with a level of the world @return never nullptr
-    /// @throws Busy; Error (or whatever the world throws) when the box cannot be made
+    /// @throws OverloadedError; Error (or whatever the world throws) when the box cannot be made
     [[nodiscard]] KeptBoxPtr get(const voxel::BoxKey& key);
     enum class Keep { kNo, kYes };
     /// What is kept: nothing is made. @param keep whether one from disk goes to memory: not for
@@ -70,8 +71,9 @@ public:
     }
 
     /// For those who may wait for boxes in other ways than get().
-    [[nodiscard]] Places& places() noexcept { return m_places; }
-    /// Whoever asks for what is not kept gets Busy from now on, and so does whoever waits in line.
+    [[nodiscard]] Slots& places() noexcept { return m_places; }
+    /// Whoever asks for what is not kept gets OverloadedError from now on, and so does whoever
+    /// waits in line.
     void refuse() { m_gate.refuse(); }
     [[nodiscard]] bool refusing() const { return m_gate.refusing(); }
 
@@ -80,7 +82,7 @@ public:
 
     struct Stats {
         util::CacheStats memory;
-        Gate::Counts gate;
+        AdmissionControl::Counts gate;
         std::size_t ahead_waiting = 0;
         std::uint64_t made = 0, made_ahead = 0, failed = 0;
     };
@@ -88,7 +90,7 @@ public:
     [[nodiscard]] std::size_t limit_bytes() const noexcept { return m_memory.limit_bytes(); }
     [[nodiscard]] std::vector<voxel::BoxKey> in_memory(int level, std::size_t most) const;
     [[nodiscard]] DiskCache* disk() const noexcept { return m_disk.get(); }  ///< nullptr: none
-    [[nodiscard]] voxel::TracedWorld& world() const noexcept { return m_world; }
+    [[nodiscard]] voxel::ProvenanceWorld& world() const noexcept { return m_world; }
 
 private:
     void tell_threads_to_stop();
@@ -97,16 +99,16 @@ private:
     enum class Way { kAsked, kChild, kAhead };
     KeptBoxPtr get(const voxel::BoxKey& key, Way way);
     KeptBoxPtr make(const voxel::BoxKey& key, Way way);
-    voxel::TracedBox build(const voxel::BoxKey& key, Way way);
+    voxel::BoxWithInputs build(const voxel::BoxKey& key, Way way);
     [[nodiscard]] KeptBoxPtr known_air(const voxel::BoxKey& key) const;
     [[nodiscard]] KeptBoxPtr from_disk(const voxel::BoxKey& key);
     void want_ahead(const voxel::BoxKey& key);
     void work_ahead();
 
-    voxel::TracedWorld& m_world;
+    voxel::ProvenanceWorld& m_world;
     util::StageTimes& m_times;
-    Gate m_gate;
-    Places m_places;
+    AdmissionControl m_gate;
+    Slots m_places;
     const bool m_downsample;
     const bool m_ahead_on;
     util::Cache<voxel::BoxKey, KeptBox, voxel::BoxKeyHash> m_memory;

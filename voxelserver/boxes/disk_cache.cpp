@@ -82,7 +82,7 @@ std::uint64_t checksum_of(Kind kind, const voxel::BoxKey& key, const voxel::Fing
     return item.bytes ? XXH3_64bits_withSeed(item.bytes->data(), item.bytes->size(), seed) : seed;
 }
 
-voxel::Reach reach_at(const Statement& row, int column) {
+voxel::InputExtent reach_at(const Statement& row, int column) {
     const auto value = [&](int i) { return static_cast<std::int32_t>(row.integer(column + i)); };
     return {value(0), value(1), value(2), value(3)};
 }
@@ -149,7 +149,9 @@ DiskCache::DiskCache(fs::path file, std::uint64_t limit_bytes, FingerprintOf fin
 
 // It is only a cache.
 void DiskCache::begin_anew() {
-    m_reader.reset(), m_lister.reset(), m_writer.reset();
+    m_reader.reset();
+    m_lister.reset();
+    m_writer.reset();
     try {
         open();
         m_broken = false;
@@ -363,8 +365,12 @@ void DiskCache::evict() {
 
 DiskStats DiskCache::stats() {
     DiskStats out;
-    out.hits = m_hits, out.misses = m_misses, out.writes = m_writes, out.evictions = m_evictions,
-    out.dropped = m_dropped, out.damaged = m_damaged;
+    out.hits = m_hits;
+    out.misses = m_misses;
+    out.writes = m_writes;
+    out.evictions = m_evictions;
+    out.dropped = m_dropped;
+    out.damaged = m_damaged;
     if (m_broken)
         return out;
     try {

@@ -28,7 +28,7 @@ enum class Kind : int { kBox = 0, kMapTile = 1 };
 struct Item {
     std::uint64_t tag = 0;                     ///< the maker's own: it comes back as it was given
     std::shared_ptr<const std::string> bytes;  ///< nullptr is a value, too: known to be empty
-    voxel::Reach reach;
+    voxel::InputExtent reach;
 };
 
 struct DiskStats {
@@ -53,7 +53,7 @@ struct DiskStats {
 /// the writer; none is held while another is taken.
 class DiskCache {
 public:
-    using FingerprintOf = std::function<voxel::Fingerprint(const voxel::Reach&)>;
+    using FingerprintOf = std::function<voxel::Fingerprint(const voxel::InputExtent&)>;
 
     /// @param limit_bytes of the file; its write-ahead log (some MiB) comes on top  @param
     /// fingerprint thread-safe; outlives the cache
@@ -65,8 +65,8 @@ public:
     [[nodiscard]] std::optional<Item> find(Kind kind, const voxel::BoxKey& key);
 
     enum class WhenFull { kDrop, kWait };
-    /// Hands an item to the writer. @param when_full what to do when too much waits to be written;
-    /// dropped items are counted
+    /// Participants an item to the writer. @param when_full what to do when too much waits to be
+    /// written; dropped items are counted
     void put(Kind kind, const voxel::BoxKey& key, const Item& item,
              WhenFull when_full = WhenFull::kDrop);
 

@@ -14,8 +14,8 @@ struct KeptBox {
     std::uint64_t frame_hash =
         0;  ///< of the frame's bytes, which another version of zstd may have made differently
     std::shared_ptr<const std::string>
-        frame;           ///< zstd frame of the box's blob; nullptr: known to be air
-    voxel::Reach reach;  ///< where everything lies that shaped it
+        frame;                 ///< zstd frame of the box's blob; nullptr: known to be air
+    voxel::InputExtent reach;  ///< where everything lies that shaped it
 
     [[nodiscard]] bool air() const noexcept { return frame == nullptr; }
     [[nodiscard]] std::size_t memory_bytes() const noexcept {
@@ -26,7 +26,7 @@ using KeptBoxPtr = std::shared_ptr<const KeptBox>;  ///< never nullptr unless to
 
 /// The box column of level 0 that a box stands on. @return saturated for boxes that no world can
 /// have
-[[nodiscard]] inline voxel::Reach footprint(const voxel::BoxKey& key) noexcept {
+[[nodiscard]] inline voxel::InputExtent footprint(const voxel::BoxKey& key) noexcept {
     const auto scaled = [&](std::int64_t value) {
         constexpr std::int64_t kFarthest = std::int64_t{1} << 30;
         const std::int64_t out = value * (std::int64_t{1} << key.level);

@@ -79,7 +79,7 @@ bool Preparer::make(const voxel::BoxKey& key) {
     while (!m_stop) {
         try {
             return m_cache.get_ahead(key) != nullptr;
-        } catch (const Busy&) {
+        } catch (const OverloadedError&) {
             std::this_thread::sleep_for(kPause);
         }
     }

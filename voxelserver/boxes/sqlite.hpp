@@ -13,14 +13,14 @@
 namespace terravox::boxes {
 
 /// SQLite says no.
-class SqliteError : public Error {
+class SqliteError : public util::Error {
 public:
     enum class Why {
         kOther,
         kDamaged,
         kBusy
     };  ///< kDamaged: no database, or not a sound one; kBusy: another process holds it
-    SqliteError(const std::string& message, Why why) : Error(message), m_why(why) {}
+    SqliteError(const std::string& message, Why why) : util::Error(message), m_why(why) {}
     [[nodiscard]] Why why() const noexcept { return m_why; }
 
 private:

@@ -143,7 +143,9 @@ Region region_of(const voxel::WorldInfo& info, const BoxRequest& request, const 
     const double unit = info.crs_units_per_voxel;
     const double tmz = request.tmz ? *request.tmz : find_origin(info, request.origin, fetch).tmz;
     Region out;
-    out.sx = request.sx, out.sy = request.sy, out.sz = request.sz;
+    out.sx = request.sx;
+    out.sy = request.sy;
+    out.sz = request.sz;
     // At most 2^53 + 2^31 * 2^9: far from overflow.
     out.x = voxel_of(request.origin.tmx, unit) + std::int64_t{request.x} * request.sx;
     out.y = voxel_of(tmz, info.voxel_m) + std::int64_t{request.y} * request.sy;

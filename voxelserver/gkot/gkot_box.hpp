@@ -12,7 +12,7 @@ namespace terravox::gkot {
 /// every world.
 struct Region {
     std::int64_t x = 0, y = 0, z = 0;     ///< its lowest, north-western voxel
-    std::int32_t sx = 0, sy = 0, sz = 0;  ///< in [1, kMostSide], together at most kMostVoxels
+    std::int32_t sx = 0, sy = 0, sz = 0;  ///< in [1, kMaxSide], together at most kMaxVoxels
 };
 
 /// Where the requested box lies. One block is one voxel: a metre in the first system, `voxel_m`

@@ -26,7 +26,8 @@ std::optional<Tops> tops_around(const voxel::VoxelBounds& bounds, std::int64_t x
         const auto y = static_cast<std::int32_t>(top);
         if (!out)
             out = {y, y};
-        out->low = std::min(out->low, y), out->high = std::max(out->high, y);
+        out->low = std::min(out->low, y);
+        out->high = std::max(out->high, y);
     }
     return out;
 }
@@ -42,9 +43,9 @@ void append_number(std::string& out, const char* name, double value) {
 }  // namespace
 
 std::int64_t voxel_of(double value, double unit) noexcept {
-    constexpr double kMost =
+    constexpr double kMax =
         9007199254740992.0;  // 2^53: beyond any world, and whole numbers are still exact
-    return static_cast<std::int64_t>(std::clamp(std::floor(value / unit), -kMost, kMost));
+    return static_cast<std::int64_t>(std::clamp(std::floor(value / unit), -kMax, kMax));
 }
 
 double height_of(std::int64_t y, double voxel_m) noexcept {
@@ -57,7 +58,8 @@ double height_of(std::int64_t y, double voxel_m) noexcept {
 Origin find_origin(const voxel::WorldInfo& info, const OriginRequest& request,
                    const FetchBox& fetch) {
     Origin out;
-    out.tmx = request.tmx, out.tmy = request.tmy;
+    out.tmx = request.tmx;
+    out.tmy = request.tmy;
     if (info.bounds.empty())
         return out;
     const double unit = info.crs_units_per_voxel;

@@ -16,9 +16,9 @@ namespace {
 
 /// As it may stand in a message of one line: cut, in quotes, what is not plain ASCII as \xNN.
 std::string in_quotes(std::string_view value) {
-    constexpr std::size_t kMost = 40;
+    constexpr std::size_t kMax = 40;
     std::string out = "'";
-    for (const char c : value.substr(0, kMost)) {
+    for (const char c : value.substr(0, kMax)) {
         const auto byte = static_cast<unsigned char>(c);
         if (byte >= 0x20 && byte < 0x7f && c != '\'' && c != '\\') {
             out += c;
@@ -28,7 +28,7 @@ std::string in_quotes(std::string_view value) {
         std::snprintf(text, sizeof text, "\\x%02x", byte);
         out += text;
     }
-    return out + (value.size() > kMost ? "...'" : "'");
+    return out + (value.size() > kMax ? "...'" : "'");
 }
 
 /// The parameters of one query that have a meaning, decoded.
@@ -38,9 +38,9 @@ public:
     /// around each
     Parameters(std::string_view query, std::string attempt, std::string_view names)
         : m_attempt(std::move(attempt)) {
-        if (query.size() > kMostQueryBytes)
-            throw UsageError(m_attempt + ": a query of " + std::to_string(query.size()) +
-                             " bytes; allowed: 0 to " + std::to_string(kMostQueryBytes));
+        if (query.size() > kMaxQueryBytes)
+            throw util::UsageError(m_attempt + ": a query of " + std::to_string(query.size()) +
+                                   " bytes; allowed: 0 to " + std::to_string(kMaxQueryBytes));
         while (!query.empty()) {
             const std::string_view part = query.substr(0, query.find('&'));
             query.remove_prefix(std::min(query.size(), part.size() + 1));
@@ -62,8 +62,8 @@ public:
 
     [[noreturn]] void fail(std::string_view name, const std::string& what,
                            const std::string& allowed) const {
-        throw UsageError(m_attempt + ": " + std::string(name) + " " + what +
-                         "; allowed: " + allowed);
+        throw util::UsageError(m_attempt + ": " + std::string(name) + " " + what +
+                               "; allowed: " + allowed);
     }
     [[nodiscard]] bool has(const std::string& name) const { return m_values.contains(name); }
     [[nodiscard]] const std::string& text(const std::string& name,
@@ -107,8 +107,8 @@ private:
             const auto [end, error] =
                 std::from_chars(digits.data(), digits.data() + digits.size(), byte, 16);
             if (digits.size() != 2 || error != std::errc{} || end != digits.data() + 2 || byte == 0)
-                throw UsageError(m_attempt + ": " + in_quotes(part) +
-                                 " is badly encoded; allowed: %01 to %ff");
+                throw util::UsageError(m_attempt + ": " + in_quotes(part) +
+                                       " is badly encoded; allowed: %01 to %ff");
             out += static_cast<char>(byte);
             i += 2;
         }
@@ -120,13 +120,13 @@ private:
 };
 
 OriginRequest origin_of(const Parameters& parameters) {
-    return {parameters.number("tmx", kMostCoordinate), parameters.number("tmy", kMostCoordinate)};
+    return {parameters.number("tmx", kMaxCoordinate), parameters.number("tmy", kMaxCoordinate)};
 }
 
 std::int32_t size_of(const Parameters& parameters, const std::string& name) {
-    const std::string allowed = "a power of two, 1 to " + std::to_string(kMostSide);
+    const std::string allowed = "a power of two, 1 to " + std::to_string(kMaxSide);
     const std::int32_t size = parameters.integer(name, allowed);
-    if (size < 1 || size > kMostSide || !std::has_single_bit(static_cast<std::uint32_t>(size)))
+    if (size < 1 || size > kMaxSide || !std::has_single_bit(static_cast<std::uint32_t>(size)))
         parameters.fail(name, "= " + std::to_string(size), allowed);
     return size;
 }
@@ -150,15 +150,17 @@ BoxRequest parse_box_request(std::string_view query) {
     BoxRequest out;
     out.origin = origin_of(parameters);
     if (parameters.has("tmz"))
-        out.tmz = parameters.number("tmz", kMostHeight_m);
-    out.x = coordinate_of(parameters, "x"), out.y = coordinate_of(parameters, "y"),
+        out.tmz = parameters.number("tmz", kMaxHeight_m);
+    out.x = coordinate_of(parameters, "x");
+    out.y = coordinate_of(parameters, "y");
     out.z = coordinate_of(parameters, "z");
-    out.sx = size_of(parameters, "sx"), out.sy = size_of(parameters, "sy"),
+    out.sx = size_of(parameters, "sx");
+    out.sy = size_of(parameters, "sy");
     out.sz = size_of(parameters, "sz");
     const std::int64_t voxels = std::int64_t{out.sx} * out.sy * out.sz;
-    if (voxels > kMostVoxels)
+    if (voxels > kMaxVoxels)
         parameters.fail("sx * sy * sz", "= " + std::to_string(voxels),
-                        "1 to " + std::to_string(kMostVoxels));
+                        "1 to " + std::to_string(kMaxVoxels));
     return out;
 }
 

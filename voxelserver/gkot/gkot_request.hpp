@@ -6,10 +6,10 @@
 
 namespace terravox::gkot {
 
-inline constexpr int kMostSide = 512;                                ///< of a box, voxels
-inline constexpr std::int64_t kMostVoxels = std::int64_t{16} << 20;  ///< of a box: 64 MiB of words
-inline constexpr double kMostCoordinate = 1e9, kMostHeight_m = 1e6;  ///< of an origin, either sign
-inline constexpr std::size_t kMostQueryBytes = 2048;
+inline constexpr int kMaxSide = 512;                                ///< of a box, voxels
+inline constexpr std::int64_t kMaxVoxels = std::int64_t{16} << 20;  ///< of a box: 64 MiB of words
+inline constexpr double kMaxCoordinate = 1e9, kMaxHeight_m = 1e6;   ///< of an origin, either sign
+inline constexpr std::size_t kMaxQueryBytes = 2048;
 
 /// Where box (0, 0, 0) begins: CRS units (metres in the first system). Decimals count; the first
 /// system cut them to integers.
@@ -25,7 +25,7 @@ struct BoxRequest {
     std::optional<double> tmz;  ///< height of y = 0, metres; nullopt = automatic (gkot_origin.hpp)
     std::int32_t x = 0, y = 0, z = 0;
     std::int32_t sx = 0, sy = 0,
-                 sz = 0;  ///< powers of two in [1, kMostSide], together at most kMostVoxels
+                 sz = 0;  ///< powers of two in [1, kMaxSide], together at most kMaxVoxels
 };
 
 /// The query of /gkot/origin.json: tmx, tmy. Names that are not known are ignored here and below:
@@ -33,7 +33,7 @@ struct BoxRequest {
 /// @param query what follows the '?', percent-encoded as in a URL
 /// @throws UsageError: attempt, parameter, value, allowed range; for parameters that are missing,
 /// there twice, badly encoded, no finite
-///         numbers, or out of range; and for a query longer than kMostQueryBytes
+///         numbers, or out of range; and for a query longer than kMaxQueryBytes
 [[nodiscard]] OriginRequest parse_origin_request(std::string_view query);
 
 /// The query of /gkot/box: format (must be "raw"), tmx, tmy, tmz (may be left out), x, y, z, sx,

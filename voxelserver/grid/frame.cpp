@@ -6,16 +6,16 @@
 
 #include "common/util/error.hpp"
 
-namespace terravox::voxelize {
+namespace terravox::grid {
 
 Frame::Frame(geo::Crs crs, double voxel_m, double centre_e, double centre_n)
     : m_crs(std::move(crs)), m_voxel_m(voxel_m) {
     if (!(voxel_m > 0 && voxel_m <= 1000))
-        throw UsageError("set the voxel size: " + std::to_string(voxel_m) +
-                         " m; allowed: above 0, up to 1000");
+        throw util::UsageError("set the voxel size: " + std::to_string(voxel_m) +
+                               " m; allowed: above 0, up to 1000");
     if (m_crs.geographic())
-        throw UsageError("make voxels in " + m_crs.name() +
-                         ": its units are degrees; give a projected system with --crs");
+        throw util::UsageError("make voxels in " + m_crs.name() +
+                               ": its units are degrees; give a projected system with --crs");
     double metres_per_unit = m_crs.metres_per_unit();
     // Web Mercator's "metres" are longer than metres by 1 / cos(latitude).
     if (m_crs.pseudo_mercator())
@@ -31,4 +31,4 @@ geo::Crs voxel_crs_for(const geo::Crs& file_crs, double centre_x, double centre_
     return geo::Crs::from_text("EPSG:" + std::to_string((centre_y < 0 ? 32700 : 32600) + zone));
 }
 
-}  // namespace terravox::voxelize
+}  // namespace terravox::grid

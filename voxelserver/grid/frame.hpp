@@ -5,7 +5,7 @@
 
 #include "common/geo/crs.hpp"
 
-namespace terravox::voxelize {
+namespace terravox::grid {
 
 /// How coordinates of the world's CRS become voxel coordinates: x = E / voxel, z = -N / voxel, y =
 /// H / voxel, absolute, so that any two requests agree (design: Space). Immutable.
@@ -37,4 +37,4 @@ private:
 /// for degrees.
 [[nodiscard]] geo::Crs voxel_crs_for(const geo::Crs& file_crs, double centre_x, double centre_y);
 
-}  // namespace terravox::voxelize
+}  // namespace terravox::grid

@@ -7,7 +7,7 @@
 #include "common/voxel/box.hpp"
 #include "common/voxel/morton.hpp"
 
-namespace terravox::voxelize {
+namespace terravox::grid {
 
 /// Columns come in patches of 64 x 64, the footprint of a level-0 box.
 inline constexpr int kPatchSize = 64;
@@ -55,4 +55,4 @@ struct PatchRect {
     }
 };
 
-}  // namespace terravox::voxelize
+}  // namespace terravox::grid

@@ -20,9 +20,9 @@ namespace {
 using nlohmann::json;
 using voxel::BoxKey;
 
-constexpr int kMostBatches = 8;  // each has threads of its own
+constexpr int kMaxBatches = 8;  // each has threads of its own
 constexpr std::size_t kLanes = 4;
-constexpr auto kPatience =
+constexpr auto kTimeout =
     std::chrono::seconds(60);  // for a place in line, while other requests take them
 constexpr auto kPause = std::chrono::milliseconds(50);
 
@@ -32,11 +32,11 @@ std::atomic<int> g_batches{0};
 class Counted {
 public:
     Counted() {
-        if (++g_batches <= kMostBatches)
+        if (++g_batches <= kMaxBatches)
             return;
         --g_batches;
-        throw boxes::Busy("make a batch of boxes: " + std::to_string(kMostBatches) +
-                          " batches are being made; ask again later");
+        throw boxes::OverloadedError("make a batch of boxes: " + std::to_string(kMaxBatches) +
+                                     " batches are being made; ask again later");
     }
     ~Counted() { --g_batches; }
     Counted(const Counted&) = delete;
@@ -44,9 +44,9 @@ public:
 };
 
 [[noreturn]] void refuse(const std::string& what) {
-    throw UsageError("read the list of boxes: " + what +
-                     "; allowed: {\"boxes\": [[level, bx, by, bz], ...]}, 1 to " +
-                     std::to_string(kMostBatchBoxes) + " boxes, whole numbers of 32 bits");
+    throw util::UsageError("read the list of boxes: " + what +
+                           "; allowed: {\"boxes\": [[level, bx, by, bz], ...]}, 1 to " +
+                           std::to_string(kMaxBatchBoxes) + " boxes, whole numbers of 32 bits");
 }
 
 std::vector<BoxKey> keys_of(std::string_view body, int levels) {
@@ -54,7 +54,7 @@ std::vector<BoxKey> keys_of(std::string_view body, int levels) {
     if (!in.is_object() || !in.contains("boxes") || !in["boxes"].is_array())
         refuse("not JSON of that form");
     const json& list = in["boxes"];
-    if (list.empty() || list.size() > kMostBatchBoxes)
+    if (list.empty() || list.size() > kMaxBatchBoxes)
         refuse(std::to_string(list.size()) + " boxes");
     std::vector<BoxKey> out;
     for (const json& one : list) {
@@ -98,10 +98,10 @@ std::string record(const BoxKey& key, std::uint32_t status, std::string_view pay
 
 // The line may be full of other people's boxes: a batch waits longer than a single request may.
 boxes::KeptBoxPtr patiently(boxes::BoxCache& cache, const BoxKey& key) {
-    for (const auto give_up = std::chrono::steady_clock::now() + kPatience;;) {
+    for (const auto give_up = std::chrono::steady_clock::now() + kTimeout;;) {
         try {
             return cache.get(key);
-        } catch (const boxes::Busy&) {
+        } catch (const boxes::OverloadedError&) {
             if (cache.refusing() || std::chrono::steady_clock::now() > give_up)
                 throw;
         }
@@ -113,7 +113,7 @@ std::string record_of(boxes::BoxCache& cache, const BoxKey& key) {
     try {
         const auto kept = patiently(cache, key);
         return kept->air() ? record(key, 204, "") : record(key, 200, *kept->frame);
-    } catch (const boxes::Busy& e) {
+    } catch (const boxes::OverloadedError& e) {
         return record(key, 503, e.what());
     } catch (const voxel::UnreachableError& e) {
         spdlog::error("make box {} of a batch: {}", voxel::to_string(key), e.what());
@@ -167,7 +167,7 @@ void send_all(boxes::BoxCache& cache, const std::vector<BoxKey>& keys, const Wri
 
 }  // namespace
 
-Response answer_batch(Service& service, const Asked& asked) {
+Response answer_batch(Service& service, const RouteRequest& asked) {
     const std::string type = asked.request.header("Content-Type");
     if (!same_word(type.substr(0, type.find(';')), "application/json"))
         return problem(
@@ -175,7 +175,7 @@ Response answer_batch(Service& service, const Asked& asked) {
     std::vector<BoxKey> keys;
     try {
         keys = keys_of(asked.request.body, service.world.info().levels);
-    } catch (const UsageError& e) {
+    } catch (const util::UsageError& e) {
         return problem(400, e.what());
     }
     Response out;

@@ -27,7 +27,7 @@ std::optional<std::array<std::int32_t, N>> numbers_of(const PathParts& parts) {
 
 }  // namespace
 
-Response answer_box(Service& service, const Asked& asked) {
+Response answer_box(Service& service, const RouteRequest& asked) {
     const auto numbers = numbers_of<4>(asked.parts);
     if (!numbers)
         return not_numbers(asked.request);
@@ -64,7 +64,7 @@ Response answer_box(Service& service, const Asked& asked) {
     return out;
 }
 
-Response answer_column(Service& service, const Asked& asked) {
+Response answer_column(Service& service, const RouteRequest& asked) {
     const auto numbers = numbers_of<3>(asked.parts);
     if (!numbers)
         return not_numbers(asked.request);

@@ -11,8 +11,8 @@ namespace {
 // than an eighth of the process's memory.
 constexpr int kAtOnce = 1, kInLine = 32;
 constexpr std::size_t kBytesPerVoxel = 8, kShare = 8;
-boxes::Gate& gate() {
-    static boxes::Gate one(kAtOnce, kInLine);
+boxes::AdmissionControl& gate() {
+    static boxes::AdmissionControl one(kAtOnce, kInLine);
     return one;
 }
 
@@ -31,16 +31,16 @@ Response answer(const Parse& parse, const Work& work) {
     decltype(parse()) request;
     try {
         request = parse();
-    } catch (const UsageError& e) {
+    } catch (const util::UsageError& e) {
         return problem(400, e.what());
     }
-    const boxes::Gate::Pass pass(gate());
+    const boxes::AdmissionControl::Pass pass(gate());
     return work(request);
 }
 
 }  // namespace
 
-Response answer_gkot_box(Service& service, const Asked& asked) {
+Response answer_gkot_box(Service& service, const RouteRequest& asked) {
     return answer(
         [&] { return gkot::parse_box_request(asked.request.query); },
         [&](const gkot::BoxRequest& request) {
@@ -58,7 +58,7 @@ Response answer_gkot_box(Service& service, const Asked& asked) {
         });
 }
 
-Response answer_gkot_origin(Service& service, const Asked& asked) {
+Response answer_gkot_origin(Service& service, const RouteRequest& asked) {
     return answer([&] { return gkot::parse_origin_request(asked.request.query); },
                   [&](const gkot::OriginRequest& request) {
                       return reply(200, "application/json",

@@ -6,7 +6,7 @@
 
 namespace terravox::http {
 
-Response answer_map_tile(Service& service, const Asked& asked) {
+Response answer_map_tile(Service& service, const RouteRequest& asked) {
     constexpr std::string_view kEnding = ".png";
     const auto& part = asked.parts.part;
     const auto z = parse_int32(part[1]), x = parse_int32(part[2]),
@@ -18,7 +18,7 @@ Response answer_map_tile(Service& service, const Asked& asked) {
     map::Tile tile;
     try {
         tile = service.map->get(*z, *x, *y);
-    } catch (const UsageError& e) {
+    } catch (const util::UsageError& e) {
         return problem(404, e.what());
     }
     const auto& png = tile.png ? tile.png : MapView::empty_tile();

@@ -14,7 +14,7 @@ namespace {
 
 constexpr std::uint64_t kDrawing =
     1;  // to be raised when the same boxes are drawn as another picture
-constexpr std::size_t kMostColumns = 1'000'000;
+constexpr std::size_t kMaxColumns = 1'000'000;
 
 std::uint64_t look_of(const map::TopColours& colours) {
     std::string facts = std::to_string(kDrawing) + "|" + std::to_string(colours.true_percent) +
@@ -62,7 +62,7 @@ map::Tile MapView::get(int z, std::int32_t x, std::int32_t y) {
         if (const auto kept = disk->find(boxes::Kind::kMapTile, key_of(z, x, y));
             kept && kept->tag == m_look)
             return {kept->bytes, true, kept->reach};
-    const boxes::Places::Place place(m_cache.places());
+    const boxes::Slots::Place place(m_cache.places());
     const map::Tile tile = m_tiles.get(z, x, y);
     // Outside the world there is no end of empty tiles, and no need to keep them.
     if (disk != nullptr && tile.complete && !tile.reach.empty())
@@ -101,7 +101,7 @@ void MapView::note(const voxel::BoxKey& key) {
             if (by != key.by && !m_cache.find({0, key.bx, by, key.bz}, boxes::BoxCache::Keep::kNo))
                 return;
         m_tops.note_made(key.bx, key.bz);
-    } catch (const Error& e) {
+    } catch (const util::Error& e) {
         // A far world's server does not answer: the box is there, and its request must not fail.
         spdlog::debug("show box {} on the map: {}", voxel::to_string(key), e.what());
     }
@@ -110,7 +110,7 @@ void MapView::note(const voxel::BoxKey& key) {
 void MapView::note_kept() {
     try {
         std::map<std::pair<std::int32_t, std::int32_t>, std::int32_t> boxes_of;
-        for (const voxel::BoxKey& key : m_cache.disk()->keys(boxes::Kind::kBox, 0, kMostColumns))
+        for (const voxel::BoxKey& key : m_cache.disk()->keys(boxes::Kind::kBox, 0, kMaxColumns))
             ++boxes_of[{key.bx, key.bz}];
         for (const auto& [place, count] : boxes_of) {
             if (m_stop)

@@ -25,7 +25,7 @@ public:
     MapView(const MapView&) = delete;
     MapView& operator=(const MapView&) = delete;
 
-    /// @throws UsageError for a zoom that the map has not; boxes::Busy; Error
+    /// @throws UsageError for a zoom that the map has not; boxes::OverloadedError; Error
     [[nodiscard]] map::Tile get(int z, std::int32_t x, std::int32_t y);
 
     /// The tile that shows nothing.

@@ -197,8 +197,10 @@ Coding choose_coding(std::string_view accept_encoding) noexcept {
                               weight.find_first_not_of("0.", 2) == std::string_view::npos);
         if (same_word(name, "zstd"))
             zstd = wanted;
-        if (same_word(name, "identity"))
-            identity = wanted, named_identity = true;
+        if (same_word(name, "identity")) {
+            identity = wanted;
+            named_identity = true;
+        }
         if (name == "*" && !wanted && !named_identity)
             identity = false;
     }

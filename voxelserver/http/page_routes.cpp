@@ -27,7 +27,7 @@ Response fixed(std::string_view content_type, std::string_view bytes, const Requ
 
 }  // namespace
 
-Response answer_page(const Asked& asked) {
+Response answer_page(const RouteRequest& asked) {
     const std::string_view name =
         asked.parts.count == 1 ? std::string_view("index.html") : asked.parts.part[1];
     const page::Asset* asset = page::find(name);
@@ -39,7 +39,7 @@ Response answer_page(const Asked& asked) {
         .add("Cross-Origin-Opener-Policy", "same-origin");
 }
 
-Response answer_open_api(const Asked& asked) {
+Response answer_open_api(const RouteRequest& asked) {
     return fixed("application/json", page::open_api(), asked.request);
 }
 

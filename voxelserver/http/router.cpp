@@ -60,7 +60,7 @@ Response not_allowed(const RouteFacts& route, const Request& request) {
 
 }  // namespace
 
-Router::Router(Service service, std::string token, net::HttpNames names)
+Router::Router(Service service, std::string token, sockets::HttpNames names)
     : m_service(std::move(service)),
       m_token(std::move(token)),
       m_names(std::move(names)),
@@ -100,7 +100,7 @@ Response Router::answer(const RouteFacts& route, const Request& request, const P
         if (auto refused = refuse_head(route, request))
             return std::move(*refused);
         return dispatch(route.route, {request, parts, has_token(request)});
-    } catch (const boxes::Busy& e) {
+    } catch (const boxes::OverloadedError& e) {
         return problem(503, e.what()).add("Retry-After", "1");
     } catch (const voxel::UnreachableError& e) {
         // Its address is the business of the person who started the server.
@@ -140,9 +140,9 @@ std::optional<Response> Router::refuse_head(const RouteFacts& route, const Reque
         return and_close(problem(421, "read the request: the host '" + host +
                                           "' is no name of this server; allowed: localhost, a "
                                           "numeric address, or a name given by --public-name"));
-    if (net::from_another_origin({host, request.header("Origin"), request.header("Sec-Fetch-Site"),
-                                  request.header("Sec-Fetch-Mode"),
-                                  request.header("Sec-Fetch-Dest")}))
+    if (sockets::from_another_origin(
+            {host, request.header("Origin"), request.header("Sec-Fetch-Site"),
+             request.header("Sec-Fetch-Mode"), request.header("Sec-Fetch-Dest")}))
         return and_close(problem(403,
                                  "read the request: a web page of another origin makes it; "
                                  "allowed: the server's own page, and programs"));
@@ -152,7 +152,7 @@ std::optional<Response> Router::refuse_head(const RouteFacts& route, const Reque
         return problem(400,
                        "read the request: a Transfer-Encoding, two Content-Lengths, or one that is "
                        "no number; allowed: none, or one number");
-    const std::size_t most = route.post && request.method == "POST" ? route.most_body_bytes : 0;
+    const std::size_t most = route.post && request.method == "POST" ? route.max_body_bytes : 0;
     if (claim.bytes > most)
         return problem(
             413, "read the request: a body of " + std::to_string(claim.bytes) +
@@ -173,7 +173,7 @@ std::optional<Response> Router::refuse_head(const RouteFacts& route, const Reque
 }
 
 // The state is for everybody who watches; the reason names files.
-Response Router::health(const Asked& asked) const {
+Response Router::health(const RouteRequest& asked) const {
     const Health now = m_service.health();
     if (now.state == Health::State::kFailed)
         return problem(503,
@@ -186,7 +186,7 @@ Response Router::health(const Asked& asked) const {
         .add("Cache-Control", "no-store");
 }
 
-Response Router::dispatch(Route route, const Asked& asked) {
+Response Router::dispatch(Route route, const RouteRequest& asked) {
     const std::string wanted = asked.request.header(kEditionHeader);
     if (!wanted.empty() && wanted != m_service.edition)
         return problem(412,

@@ -23,7 +23,7 @@ public:
     /// @param token  "" = anybody may ask
     /// @param names  that requests may name in their header Host
     explicit Router(Service service, std::string token = "",
-                    net::HttpNames names = net::HttpNames());
+                    sockets::HttpNames names = sockets::HttpNames());
 
     /// @throws only when there is no memory even for an error
     [[nodiscard]] Response handle(const Request& request);
@@ -42,14 +42,14 @@ private:
                                   const PathParts& parts);
     [[nodiscard]] std::optional<Response> refuse_head(const RouteFacts& route,
                                                       const Request& request) const;
-    [[nodiscard]] Response health(const Asked& asked) const;
-    [[nodiscard]] Response dispatch(Route route, const Asked& asked);
+    [[nodiscard]] Response health(const RouteRequest& asked) const;
+    [[nodiscard]] Response dispatch(Route route, const RouteRequest& asked);
     [[nodiscard]] Response world(const Request& request) const;
     [[nodiscard]] bool has_token(const Request& request) const;
 
     Service m_service;
     const std::string m_token;
-    const net::HttpNames m_names;
+    const sockets::HttpNames m_names;
     RequestCounts m_counts;
     const std::chrono::steady_clock::time_point m_start = std::chrono::steady_clock::now();
     const std::string m_world_json, m_world_etag;

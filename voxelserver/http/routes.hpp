@@ -38,7 +38,7 @@ struct RouteFacts {
                             ///< docs/openapi.json
     bool post = false;      ///< POST; otherwise GET and HEAD
     bool open = false;      ///< needs no token
-    std::size_t most_body_bytes = 0;
+    std::size_t max_body_bytes = 0;
 };
 [[nodiscard]] std::span<const RouteFacts> routes() noexcept;
 [[nodiscard]] const RouteFacts& facts_of(Route route) noexcept;

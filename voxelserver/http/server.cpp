@@ -25,7 +25,7 @@
 namespace terravox::http {
 namespace {
 
-constexpr const char* kMostHeaderBytes = "16384";
+constexpr const char* kMaxHeaderBytes = "16384";
 constexpr const char* kConnectionQueue = "128";
 constexpr const char* kTlsOldest = "4";  // CivetWeb's number for TLS 1.2
 constexpr std::string_view kLastResortBody =
@@ -44,8 +44,8 @@ std::string endpoint(const std::string& address, int port) {
 }
 
 [[noreturn]] void fail_to_listen(const ServerOptions& o, const std::string& why) {
-    throw Error("listen on " + endpoint(o.bind, o.port) + ": " + why +
-                "; --port chooses another port, 0 any free one");
+    throw util::Error("listen on " + endpoint(o.bind, o.port) + ": " + why +
+                      "; --port chooses another port, 0 any free one");
 }
 
 struct Address {
@@ -55,7 +55,7 @@ struct Address {
 
 Address address_of(const ServerOptions& o) {
     if (o.port < 0 || o.port > 65535)
-        throw UsageError("listen: port " + std::to_string(o.port) + "; allowed: 0 to 65535");
+        throw util::UsageError("listen: port " + std::to_string(o.port) + "; allowed: 0 to 65535");
     Address out;
     if (is_ipv6(o.bind)) {
         auto* a = reinterpret_cast<sockaddr_in6*>(&out.storage);
@@ -64,8 +64,8 @@ Address address_of(const ServerOptions& o) {
         out.length = sizeof *a;
         if (inet_pton(AF_INET6, o.bind.c_str(), &a->sin6_addr) == 1) {
             if (mg_check_feature(MG_FEATURES_IPV6) == 0)
-                throw UsageError("listen on " + o.bind +
-                                 ": this build of CivetWeb has no IPv6; allowed: IPv4");
+                throw util::UsageError("listen on " + o.bind +
+                                       ": this build of CivetWeb has no IPv6; allowed: IPv4");
             return out;
         }
     } else {
@@ -76,9 +76,10 @@ Address address_of(const ServerOptions& o) {
         if (inet_pton(AF_INET, o.bind.c_str(), &a->sin_addr) == 1)
             return out;
     }
-    throw UsageError("listen on '" + o.bind +
-                     "': not an address; allowed: numbers, such as 127.0.0.1 (this machine) or "
-                     "0.0.0.0 (all networks)");
+    throw util::UsageError(
+        "listen on '" + o.bind +
+        "': not an address; allowed: numbers, such as 127.0.0.1 (this machine) or "
+        "0.0.0.0 (all networks)");
 }
 
 // No thread_local of this file has a destructor: to register one, a thread's first reply would wait
@@ -237,9 +238,9 @@ bool read_body(mg_connection* connection, std::uint64_t bytes, std::chrono::mill
 }
 
 // An eighth of the threads, one at least, is kept free of those who do not finish their requests.
-net::SlowClients::Limits limits_of(const ServerOptions& options) {
+sockets::SlowClients::Limits limits_of(const ServerOptions& options) {
     const int threads = std::max(options.request_threads, 1);
-    return {std::max(threads - (threads + 7) / 8, 1), options.patience};
+    return {std::max(threads - (threads + 7) / 8, 1), options.timeout};
 }
 
 // What CivetWeb itself refuses. 1.15 calls a header that is too long, too slow or cut off a
@@ -249,7 +250,7 @@ Response refusal(int status, const char* message) {
     std::string detail =
         std::string("read the request: ") + (message != nullptr ? message : "refused");
     if (status == 400 || status == 413)
-        detail += std::string("; allowed: HTTP/1.1, a header of up to ") + kMostHeaderBytes +
+        detail += std::string("; allowed: HTTP/1.1, a header of up to ") + kMaxHeaderBytes +
                   " bytes, sent without delay";
     return problem(status == 413 ? 431 : status, detail);
 }
@@ -270,9 +271,9 @@ void init_library(bool with_tls) {
 
 void check_can_listen(const ServerOptions& options) {
     if (!options.tls_certificate.empty() && access(options.tls_certificate.c_str(), R_OK) != 0)
-        throw UsageError("read the TLS certificate " + options.tls_certificate + ": " +
-                         std::strerror(errno) +
-                         "; allowed: a PEM file with certificate and private key");
+        throw util::UsageError("read the TLS certificate " + options.tls_certificate + ": " +
+                               std::strerror(errno) +
+                               "; allowed: a PEM file with certificate and private key");
     const Address address = address_of(options);
     const int probe = socket(address.storage.ss_family, SOCK_STREAM | SOCK_CLOEXEC, 0);
     if (probe < 0)
@@ -320,7 +321,7 @@ public:
                                              "connection_queue",
                                              kConnectionQueue,
                                              "max_request_size",
-                                             kMostHeaderBytes,
+                                             kMaxHeaderBytes,
                                              "request_timeout_ms",
                                              request_ms.c_str(),
                                              "keep_alive_timeout_ms",
@@ -339,9 +340,10 @@ public:
         settings.push_back(nullptr);
         m_context = mg_start(&callbacks, this, const_cast<const char**>(settings.data()));
         if (m_context == nullptr && !options.tls_certificate.empty())
-            throw Error("serve with the certificate " + options.tls_certificate + ": " +
-                        (m_last_message.empty() ? "CivetWeb could not start" : m_last_message) +
-                        "; allowed: a PEM file with certificate and private key");
+            throw util::Error(
+                "serve with the certificate " + options.tls_certificate + ": " +
+                (m_last_message.empty() ? "CivetWeb could not start" : m_last_message) +
+                "; allowed: a PEM file with certificate and private key");
         if (m_context == nullptr)
             fail_to_listen(options,
                            m_last_message.empty() ? "CivetWeb could not start" : m_last_message);
@@ -459,7 +461,7 @@ private:
                 running.draining() ? shutting_down() : refuse(info, request);
             if (!refused && body_claim(request).kind == BodyClaim::Kind::kSome)
                 refused = take_body(connection, request, body);
-            std::optional<net::SlowClients::Answering> answering;
+            std::optional<sockets::SlowClients::Answering> answering;
             if (!refused)
                 answering.emplace(m_slow_clients, info.remote_addr, info.remote_port);
             const Response out = refused ? std::move(*refused) : m_router.handle(request);
@@ -576,7 +578,7 @@ private:
     int m_port = 0;
     std::string m_last_message;
     std::atomic<int> m_connections{0};
-    net::SlowClients m_slow_clients;
+    sockets::SlowClients m_slow_clients;
     std::mutex m_mutex;
     std::condition_variable m_finished;
     int m_running = 0;

@@ -20,7 +20,7 @@ struct ServerOptions {
     std::chrono::milliseconds keep_alive_timeout{2'000};  ///< between two requests of a connection
     /// With a client that does not finish its request, when more than seven eighths of the threads
     /// are taken.
-    std::chrono::milliseconds patience{500};
+    std::chrono::milliseconds timeout{500};
     std::chrono::milliseconds drain_timeout{
         10'000};                  ///< for the replies that are under way when stop() is called
     std::string tls_certificate;  ///< PEM file with a certificate, its chain and its private key;

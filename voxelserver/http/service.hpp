@@ -26,7 +26,7 @@ struct Health {
 
 /// What the routes answer from. All of it must outlive the router.
 struct Service {
-    voxel::TracedWorld& world;
+    voxel::ProvenanceWorld& world;
     util::StageTimes& times;
     boxes::BoxCache& boxes;
     SquaresNow squares = [] { return std::vector<SquareEntry>{}; };
@@ -39,7 +39,7 @@ struct Service {
 };
 
 /// A request, as its route sees it.
-struct Asked {
+struct RouteRequest {
     const Request& request;
     const PathParts& parts;
     bool has_token = false;  ///< the request brought the server's token

@@ -20,7 +20,7 @@ struct SquareEntry {
     std::int32_t min_x = 0, min_z = 0, max_x = 0, max_z = 0;  ///< voxels of level 0, half-open
 };
 
-/// Asked for each reply: cheap and thread-safe.
+/// RouteRequest for each reply: cheap and thread-safe.
 using SquaresNow = std::function<std::vector<SquareEntry>()>;
 
 /// GeoJSON in the world's own CRS (named in the member `crs`), not in degrees: the page shows the

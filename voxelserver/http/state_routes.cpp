@@ -10,7 +10,7 @@ namespace {
 
 using nlohmann::json;
 
-constexpr std::size_t kMostKeys = 100'000;  // of each kind in a reply of /v2/cached
+constexpr std::size_t kMaxKeys = 100'000;  // of each kind in a reply of /v2/cached
 
 // As text at once: as values of a JSON library a long list would take fifty times as much.
 std::string boxes_text(const std::vector<voxel::BoxKey>& keys) {
@@ -46,15 +46,15 @@ json requests_json(const RequestCounts& counts) {
 
 }  // namespace
 
-Response answer_cached(Service& service, const Asked& asked) {
+Response answer_cached(Service& service, const RouteRequest& asked) {
     const auto level = parse_int32(asked.parts.part[2]);
     if (!level)
         return not_numbers(asked.request);
     if (const int levels = service.world.info().levels; *level < 0 || *level >= levels)
         return no_such_level(*level, levels);
     boxes::DiskCache* disk = service.boxes.disk();
-    const auto in_memory = service.boxes.in_memory(*level, kMostKeys);
-    const auto on_disk = disk != nullptr ? disk->keys(boxes::Kind::kBox, *level, kMostKeys)
+    const auto in_memory = service.boxes.in_memory(*level, kMaxKeys);
+    const auto on_disk = disk != nullptr ? disk->keys(boxes::Kind::kBox, *level, kMaxKeys)
                                          : std::vector<voxel::BoxKey>{};
     const auto s = service.boxes.stats();
     const std::uint64_t changes =
@@ -63,12 +63,11 @@ Response answer_cached(Service& service, const Asked& asked) {
                       ",\"changes\":" + std::to_string(changes) +
                       ",\"memory\":" + boxes_text(in_memory) + ",\"disk\":" + boxes_text(on_disk);
     out += std::string(",\"truncated\":") +
-           (in_memory.size() == kMostKeys || on_disk.size() == kMostKeys ? "true" : "false") +
-           "}\n";
+           (in_memory.size() == kMaxKeys || on_disk.size() == kMaxKeys ? "true" : "false") + "}\n";
     return json_reply(std::move(out), asked.request);
 }
 
-Response answer_stats(Service& service, const Asked& asked, const RequestCounts& counts,
+Response answer_stats(Service& service, const RouteRequest& asked, const RequestCounts& counts,
                       double uptime_s) {
     json stages = json::array();
     for (const auto& s : service.times.stages())

@@ -6,10 +6,10 @@ namespace terravox::http {
 
 /// GET /v2/cached/{level}: 200 JSON, which boxes of a level are kept in memory and on disk; 400,
 /// 404.
-[[nodiscard]] Response answer_cached(Service& service, const Asked& asked);
+[[nodiscard]] Response answer_cached(Service& service, const RouteRequest& asked);
 
 /// GET /v2/stats: 200 JSON. @param counts of the router  @param uptime_s of it
-[[nodiscard]] Response answer_stats(Service& service, const Asked& asked,
+[[nodiscard]] Response answer_stats(Service& service, const RouteRequest& asked,
                                     const RequestCounts& counts, double uptime_s);
 
 /// GET /metrics: 200, the text format of Prometheus, version 0.0.4. The values live elsewhere: this

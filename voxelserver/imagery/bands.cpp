@@ -60,9 +60,10 @@ BandRoles roles_of(GDALDataset& image, const std::string& file_name) {
         GDALRasterBand& band = *image.GetRasterBand(b);
         const GDALColorInterp meaning = band.GetColorInterpretation();
         const std::string says = lower(band.GetDescription());
-        if (says_near_infrared(band))
-            roles.nir = roles.nir == 0 ? b : roles.nir, infrared_told = true;
-        else if (meaning == GCI_RedBand || says == "red")
+        if (says_near_infrared(band)) {
+            roles.nir = roles.nir == 0 ? b : roles.nir;
+            infrared_told = true;
+        } else if (meaning == GCI_RedBand || says == "red")
             roles.red = roles.red == 0 ? b : roles.red;
         else if (meaning == GCI_GreenBand || says == "green")
             roles.green = roles.green == 0 ? b : roles.green;

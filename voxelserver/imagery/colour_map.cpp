@@ -14,7 +14,7 @@ using voxel::Rgb8;
 
 namespace {
 
-constexpr std::size_t kMostEntries = 512;
+constexpr std::size_t kMaxEntries = 512;
 
 }  // namespace
 
@@ -61,17 +61,19 @@ private:
                 m_map.m_candidates[static_cast<std::size_t>(group)] =
                     file.materials(*table, "[candidates] ", name);
         };
-        set(Group::kGround, "ground"), set(Group::kDryGround, "dry_ground"),
-            set(Group::kBuilding, "building");
-        set(Group::kVegetation, "vegetation"), set(Group::kWater, "water");
+        set(Group::kGround, "ground");
+        set(Group::kDryGround, "dry_ground");
+        set(Group::kBuilding, "building");
+        set(Group::kVegetation, "vegetation");
+        set(Group::kWater, "water");
     }
 
     void read_rules(const PaletteFile& file) {
         const auto rows = file.rows("ndvi");
         if (!rows.empty())
             m_map.m_rules.clear();
-        constexpr std::size_t kMostRules = 16;
-        if (rows.size() > kMostRules)
+        constexpr std::size_t kMaxRules = 16;
+        if (rows.size() > kMaxRules)
             file.fail("[[ndvi]] has " + std::to_string(rows.size()) + " rows; allowed: up to 16");
         for (const toml::table* row : rows) {
             const std::string where =
@@ -94,7 +96,7 @@ private:
         const auto rows = file.rows("entry");
         if (!rows.empty())
             m_entries.clear();
-        if (rows.size() > kMostEntries)
+        if (rows.size() > kMaxEntries)
             file.fail("[[entry]] has " + std::to_string(rows.size()) + " rows; allowed: up to 512");
         for (const toml::table* row : rows) {
             const std::string where = "[[entry]] row " + std::to_string(m_entries.size() + 1) + " ";
@@ -168,13 +170,18 @@ void ColourMap::build_sets(const std::vector<Entry>& entries) {
                     continue;
                 double lightness = 0;
                 const Place p = place_of(e.colour, lightness);
-                set.x.push_back(p.x), set.y.push_back(p.y), set.z.push_back(p.z),
-                    set.material.push_back(e.material);
+                set.x.push_back(p.x);
+                set.y.push_back(p.y);
+                set.z.push_back(p.z);
+                set.material.push_back(e.material);
                 set.materials |= bit_of(e.material);
             }
-            while (set.material.size() % 4 != 0)
-                set.x.push_back(set.x[0]), set.y.push_back(set.y[0]), set.z.push_back(set.z[0]),
-                    set.material.push_back(set.material[0]);
+            while (set.material.size() % 4 != 0) {
+                set.x.push_back(set.x[0]);
+                set.y.push_back(set.y[0]);
+                set.z.push_back(set.z[0]);
+                set.material.push_back(set.material[0]);
+            }
         }
 }
 
@@ -197,7 +204,7 @@ Material ColourMap::nearest(Rgb8 colour, Group group, float index) const noexcep
     const Set& set = set_for(group, index, lightness);
     // Two plain loops, which compilers turn into vector code; one loop that remembers the nearest
     // is three times slower.
-    std::array<std::int32_t, kMostEntries + 3> distances;
+    std::array<std::int32_t, kMaxEntries + 3> distances;
     const std::size_t count = set.material.size();
     std::int32_t least = std::numeric_limits<std::int32_t>::max();
     for (std::size_t i = 0; i < count; ++i) {
@@ -212,16 +219,25 @@ Material ColourMap::nearest(Rgb8 colour, Group group, float index) const noexcep
     return set.material[nearest];
 }
 
-void ColourMap::add_values(store::ByteWriter& out) const {
-    out.add(m_cielab), out.add(m_lightness_weight);
+void ColourMap::add_values(voxel::ByteWriter& out) const {
+    out.add(m_cielab);
+    out.add(m_lightness_weight);
     for (const std::uint32_t c : m_candidates)
         out.add(c);
     out.add(m_rules.size());
-    for (const NdviRule& r : m_rules)
-        out.add(r.above), out.add(r.below), out.add(r.darker_than), out.add(r.only);
+    for (const NdviRule& r : m_rules) {
+        out.add(r.above);
+        out.add(r.below);
+        out.add(r.darker_than);
+        out.add(r.only);
+    }
     for (const auto& by_group : m_sets)
-        for (const Set& s : by_group)
-            out.add_all(s.x), out.add_all(s.y), out.add_all(s.z), out.add_all(s.material);
+        for (const Set& s : by_group) {
+            out.add_all(s.x);
+            out.add_all(s.y);
+            out.add_all(s.z);
+            out.add_all(s.material);
+        }
 }
 
 Material ColourMap::by_ndvi(Group group, float index) const noexcept {

@@ -8,7 +8,7 @@
 
 #include "common/voxel/material.hpp"
 
-namespace terravox::store {
+namespace terravox::voxel {
 class ByteWriter;
 }
 
@@ -55,7 +55,7 @@ public:
     [[nodiscard]] voxel::Material by_ndvi(Group group, float ndvi) const noexcept;
 
     /// All that answers depend on; not notes, names or the order of a file's sections.
-    void add_values(store::ByteWriter& out) const;
+    void add_values(voxel::ByteWriter& out) const;
 
     [[nodiscard]] std::size_t entry_count() const noexcept { return m_entry_count; }
     [[nodiscard]] std::uint32_t candidates(Group group) const noexcept {

@@ -14,7 +14,7 @@ using voxel::Material;
 
 namespace {
 
-constexpr int kMostRadius = 6;  ///< voxels
+constexpr int kMaxRadius = 6;  ///< voxels
 
 /// For each row: how far beyond a patch its result is needed by the rows that read what it writes.
 std::vector<int> reaches_of(const Filters& filters, const std::vector<int>& radii) {
@@ -48,7 +48,8 @@ FilterRow read_row(const PaletteFile& file, const toml::table& row, std::size_t 
     if (out.name.empty())
         file.fail(where + "name is missing; allowed: a text");
     where = "[[filter]] '" + out.name + "' ";
-    out.of = file.materials(row, where, "of"), out.by = file.materials(row, where, "by");
+    out.of = file.materials(row, where, "of");
+    out.by = file.materials(row, where, "by");
     const bool isolated = row.contains("at_most");
     if (out.of == 0 || (out.by == 0 && !isolated))
         file.fail(where + (out.of == 0 ? "of" : "by") +
@@ -71,8 +72,8 @@ FilterRow read_row(const PaletteFile& file, const toml::table& row, std::size_t 
 }
 
 /// Half widths of a disc's rows: the columns whose centres lie within radius + 1/2.
-std::array<int, kMostRadius + 1> disc_of(int radius) {
-    std::array<int, kMostRadius + 1> half{};
+std::array<int, kMaxRadius + 1> disc_of(int radius) {
+    std::array<int, kMaxRadius + 1> half{};
     for (int dz = 0; dz <= radius; ++dz) {
         int& h = half[static_cast<std::size_t>(dz)];
         while ((h + 1) * (h + 1) + dz * dz <= radius * radius + radius)
@@ -100,8 +101,10 @@ public:
         if (!m_any_work)
             return;
         const std::size_t columns = m_width * static_cast<std::size_t>(m_grid.height - 2 * m_inset);
-        m_total.assign(columns, 0), m_best.assign(columns, 0), m_own.assign(columns, 0),
-            m_winner.assign(columns, Material::kAir);
+        m_total.assign(columns, 0);
+        m_best.assign(columns, 0);
+        m_own.assign(columns, 0);
+        m_winner.assign(columns, Material::kAir);
         const std::uint32_t voters = m_row.by | (m_row.to ? bit_of(*m_row.to) : 0);
         if (m_row.at_most_permille >= 0) {
             count_own();
@@ -136,8 +139,10 @@ private:
         m_work.assign(static_cast<std::size_t>(m_grid.height), 0);
         for (int z = m_inset; z < m_grid.height - m_inset; ++z)
             for (int x = m_inset; x < m_grid.width - m_inset; ++x)
-                if (may_change(at(x, z)))
-                    m_work[static_cast<std::size_t>(z)] = 1, m_any_work = true;
+                if (may_change(at(x, z))) {
+                    m_work[static_cast<std::size_t>(z)] = 1;
+                    m_any_work = true;
+                }
         if (!m_any_work)
             return;
         m_votes_for = m_grid.material;
@@ -235,7 +240,7 @@ private:
     const FilterRow& m_row;
     int m_radius, m_inset;
     std::size_t m_width;
-    std::array<int, kMostRadius + 1> m_disc;
+    std::array<int, kMaxRadius + 1> m_disc;
     bool m_any_work = false;
     std::uint32_t m_present = 0;
     std::vector<std::uint8_t> m_work;
@@ -246,21 +251,24 @@ private:
 
 }  // namespace
 
-void add_values(const Filters& filters, store::ByteWriter& out) {
+void add_values(const Filters& filters, voxel::ByteWriter& out) {
     out.add(filters.size());
     for (const FilterRow& f : filters) {
-        out.add(f.of), out.add(f.by), out.add(f.to ? static_cast<int>(*f.to) : -1),
-            out.add(f.radius_m);
-        out.add(f.at_least_permille), out.add(f.at_most_permille);
+        out.add(f.of);
+        out.add(f.by);
+        out.add(f.to ? static_cast<int>(*f.to) : -1);
+        out.add(f.radius_m);
+        out.add(f.at_least_permille);
+        out.add(f.at_most_permille);
     }
 }
 
 Filters load_filters(const std::string& id_or_path) {
-    constexpr std::size_t kMostRows = kMostMargin;  // each looks one voxel far at least
+    constexpr std::size_t kMaxRows = kMaxMargin;  // each looks one voxel far at least
     Filters out;
     for (const PaletteFile& file : read_palette(id_or_path)) {
         const auto rows = file.rows("filter");
-        if (rows.size() > kMostRows)
+        if (rows.size() > kMaxRows)
             file.fail("[[filter]] has " + std::to_string(rows.size()) + " rows; allowed: up to 24");
         if (!rows.empty())
             out.clear();
@@ -274,12 +282,12 @@ std::vector<int> radii_of(const Filters& filters, double voxel_m) {
     std::vector<int> radii;
     for (const FilterRow& row : filters)
         radii.push_back(static_cast<int>(std::clamp(std::floor(row.radius_m / voxel_m + 0.5), 1.0,
-                                                    static_cast<double>(kMostRadius))));
-    while (longest(filters, radii) > kMostMargin) {
+                                                    static_cast<double>(kMaxRadius))));
+    while (longest(filters, radii) > kMaxMargin) {
         const auto widest = std::max_element(radii.rbegin(), radii.rend());
         if (*widest <= 1)
-            throw Error("run the neighbourhood filters: " + std::to_string(filters.size()) +
-                        " rows; allowed: up to 24");
+            throw util::Error("run the neighbourhood filters: " + std::to_string(filters.size()) +
+                              " rows; allowed: up to 24");
         --*widest;
     }
     return radii;
@@ -295,16 +303,16 @@ void apply_filters(Grid& grid, const Filters& filters, double voxel_m) {
     const bool complete =
         grid.material.size() == columns && (grid.flags.empty() || grid.flags.size() == columns);
     if (!complete || grid.width < 2 * grid.margin || grid.height < 2 * grid.margin)
-        throw Error("run the neighbourhood filters: a grid of " + std::to_string(grid.width) +
-                    " x " + std::to_string(grid.height) + " with a margin of " +
-                    std::to_string(grid.margin) + " has " + std::to_string(grid.material.size()) +
-                    " materials");
+        throw util::Error("run the neighbourhood filters: a grid of " + std::to_string(grid.width) +
+                          " x " + std::to_string(grid.height) + " with a margin of " +
+                          std::to_string(grid.margin) + " has " +
+                          std::to_string(grid.material.size()) + " materials");
     const auto radii = radii_of(filters, voxel_m);
     const auto reaches = reaches_of(filters, radii);
     if (const int margin = longest(filters, radii); grid.margin < margin)
-        throw Error("run the neighbourhood filters: the grid's margin is " +
-                    std::to_string(grid.margin) + "; allowed: " + std::to_string(margin) +
-                    " or more");
+        throw util::Error("run the neighbourhood filters: the grid's margin is " +
+                          std::to_string(grid.margin) + "; allowed: " + std::to_string(margin) +
+                          " or more");
     if (columns == 0)
         return;
     std::uint32_t present = 0;

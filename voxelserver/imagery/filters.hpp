@@ -7,7 +7,7 @@
 
 #include "common/voxel/material.hpp"
 
-namespace terravox::store {
+namespace terravox::voxel {
 class ByteWriter;
 }
 
@@ -49,16 +49,16 @@ using Filters = std::vector<FilterRow>;
 [[nodiscard]] Filters load_filters(const std::string& id_or_path);
 
 /// All that results depend on; not names.
-void add_values(const Filters& filters, store::ByteWriter& out);
+void add_values(const Filters& filters, voxel::ByteWriter& out);
 
-inline constexpr int kMostMargin = 24;  ///< voxels
+inline constexpr int kMaxMargin = 24;  ///< voxels
 
 /// The radius of each row in voxels: lround(radius / voxel) in [1, 6], and where the margin would
-/// be wider than kMostMargin the widest rows are narrowed, one voxel at a time, the last of equals
+/// be wider than kMaxMargin the widest rows are narrowed, one voxel at a time, the last of equals
 /// first.
 [[nodiscard]] std::vector<int> radii_of(const Filters& filters, double voxel_m);
 
-/// How far the filters look, in voxels, [0, kMostMargin]: rows that read nothing that an earlier
+/// How far the filters look, in voxels, [0, kMaxMargin]: rows that read nothing that an earlier
 /// row writes run side by side, so it is the longest chain of rows, not the sum of all.
 [[nodiscard]] int margin_of(const Filters& filters, double voxel_m);
 

@@ -13,7 +13,11 @@ static_assert(PixelPlace::kOne == std::int64_t{1} << kShift);
 struct Sum {
     std::uint64_t r = 0, g = 0, b = 0, nir = 0, weight = 0;
     void add(const Pixel& p, std::uint64_t w) noexcept {
-        r += w * p.r, g += w * p.g, b += w * p.b, nir += w * p.nir, weight += w;
+        r += w * p.r;
+        g += w * p.g;
+        b += w * p.b;
+        nir += w * p.nir;
+        weight += w;
     }
     [[nodiscard]] Pixel mean() const noexcept {
         const auto part = [&](std::uint64_t sum) {
@@ -76,7 +80,10 @@ Pixel plain_mean(const View& view, PixelPlace centre, const PixelPlace* offsets,
     for (int i = 0; i < count; ++i) {
         const Pixel& p =
             view.at((centre.u + offsets[i].u) >> kShift, (centre.v + offsets[i].v) >> kShift);
-        r += p.r, g += p.g, b += p.b, nir += p.nir;
+        r += p.r;
+        g += p.g;
+        b += p.b;
+        nir += p.nir;
     }
     const auto n = static_cast<std::uint32_t>(count);
     const auto part = [&](std::uint32_t sum) {
@@ -106,7 +113,8 @@ ColumnPlaces places_of(const PixelMap& map, const ColumnRect& rect) {
               nz = ((rect.z + rect.height - 1) >> 6) - cz0 + 1;
     const auto cells = map.cells(cx0, cz0, nx, nz);
     const auto count = static_cast<std::size_t>(rect.width) * static_cast<std::size_t>(rect.height);
-    out.centres.reserve(count), out.cell.reserve(count);
+    out.centres.reserve(count);
+    out.cell.reserve(count);
     for (std::int32_t z = rect.z; z < rect.z + rect.height; ++z)
         for (std::int32_t x = rect.x; x < rect.x + rect.width; ++x) {
             const auto cell = static_cast<std::uint32_t>(((z >> 6) - cz0) * nx + (x >> 6) - cx0);
@@ -130,16 +138,19 @@ ColumnPlaces places_of(const PixelMap& map, const ColumnRect& rect) {
 PixelWindow window_of(const ColumnPlaces& places, int image_width, int image_height) noexcept {
     std::int64_t reach_u = PixelPlace::kOne,
                  reach_v = PixelPlace::kOne;  // bilinear asks one pixel further
-    for (const PixelPlace& o : places.offsets)
-        reach_u = std::max(reach_u, std::abs(o.u) + 1),
+    for (const PixelPlace& o : places.offsets) {
+        reach_u = std::max(reach_u, std::abs(o.u) + 1);
         reach_v = std::max(reach_v, std::abs(o.v) + 1);
+    }
     const std::int64_t end_u = std::int64_t{image_width} << kShift,
                        end_v = std::int64_t{image_height} << kShift;
     std::int64_t u0 = end_u, u1 = -1, v0 = end_v, v1 = -1;
     for (const PixelPlace& c : places.centres) {
         if (c.u < 0 || c.v < 0 || c.u >= end_u || c.v >= end_v)
             continue;
-        u0 = std::min(u0, c.u), u1 = std::max(u1, c.u), v0 = std::min(v0, c.v),
+        u0 = std::min(u0, c.u);
+        u1 = std::max(u1, c.u);
+        v0 = std::min(v0, c.v);
         v1 = std::max(v1, c.v);
     }
     if (u1 < u0)

@@ -41,7 +41,7 @@ std::mutex& gdal_mutex() {
 }
 
 void Image::fail(const std::string& what) const {
-    throw Error("read the orthophoto " + m_path.string() + ": " + what);
+    throw util::Error("read the orthophoto " + m_path.string() + ": " + what);
 }
 
 Image::Image(const fs::path& path) : m_path(path) {
@@ -61,16 +61,17 @@ void Image::open() {
         fail("an image without pixels");
     // A file may claim one block of any size; GDAL would ask for the memory before it looks at the
     // data.
-    constexpr double kMostBlock_bytes = 512e6;
+    constexpr double kMaxBlock_bytes = 512e6;
     int block_x = 0, block_y = 0;
     GDALRasterBand* band = m_data->GetRasterBand(1);
     band->GetBlockSize(&block_x, &block_y);
     const double bytes = static_cast<double>(block_x) * block_y * m_data->GetRasterCount() *
                          GDALGetDataTypeSizeBytes(band->GetRasterDataType());
-    if (bytes > kMostBlock_bytes)
+    if (bytes > kMaxBlock_bytes)
         fail("its blocks are " + std::to_string(block_x) + " x " + std::to_string(block_y) +
              " pixels; allowed: up to 512 MB");
-    m_width = m_data->GetRasterXSize(), m_height = m_data->GetRasterYSize();
+    m_width = m_data->GetRasterXSize();
+    m_height = m_data->GetRasterYSize();
 }
 
 void Image::learn_georeference() {
@@ -134,7 +135,7 @@ void Image::learn_values() {
 
 void Image::choose_overview(double pixels_per_voxel) {
     constexpr double kEnough = 8,
-                     kLeast = 4;  // pixels to a voxel's edge: more than enough; what must be left
+                     kMin = 4;  // pixels to a voxel's edge: more than enough; what must be left
     if (!(pixels_per_voxel > kEnough) || m_overview >= 0)
         return;
     open();
@@ -146,8 +147,10 @@ void Image::choose_overview(double pixels_per_voxel) {
         if (overview == nullptr || overview->GetXSize() < 1)
             continue;
         const double factor = static_cast<double>(m_width) / overview->GetXSize();
-        if (factor > coarsest && pixels_per_voxel / factor >= kLeast)
-            coarsest = factor, best = i;
+        if (factor > coarsest && pixels_per_voxel / factor >= kMin) {
+            coarsest = factor;
+            best = i;
+        }
     }
     if (best < 0)
         return;
@@ -218,8 +221,10 @@ void Image::read_wide(const PixelWindow& window, Pixels& out) {
         // An index of a palette is no brightness.
         out.values[i].r =
             m_roles.palette ? static_cast<std::uint8_t>(std::min<int>(v[0], 255)) : narrow(v[0]);
-        if (bands >= 3)
-            out.values[i].g = narrow(v[1]), out.values[i].b = narrow(v[2]);
+        if (bands >= 3) {
+            out.values[i].g = narrow(v[1]);
+            out.values[i].b = narrow(v[2]);
+        }
         if (bands >= 4)
             out.values[i].nir = narrow(v[3]);
     }

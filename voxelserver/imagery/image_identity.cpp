@@ -17,9 +17,9 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr int kDeepest = 4;                 // a .vrt of .vrts
-constexpr std::size_t kMostSources = 4096;  // of one .vrt
-constexpr std::size_t kMostVrtBytes = std::size_t{16} << 20;
+constexpr int kDeepest = 4;                // a .vrt of .vrts
+constexpr std::size_t kMaxSources = 4096;  // of one .vrt
+constexpr std::size_t kMaxVrtBytes = std::size_t{16} << 20;
 
 std::string lower(std::string text) {
     std::transform(text.begin(), text.end(), text.begin(),
@@ -33,18 +33,20 @@ std::vector<fs::path> sources_of(const fs::path& vrt) {
     std::error_code failed;
     const std::uintmax_t size = fs::file_size(vrt, failed);
     std::string text(
-        failed ? 0 : static_cast<std::size_t>(std::min<std::uintmax_t>(size, kMostVrtBytes)), '\0');
+        failed ? 0 : static_cast<std::size_t>(std::min<std::uintmax_t>(size, kMaxVrtBytes)), '\0');
     in.read(text.data(), static_cast<std::streamsize>(text.size()));
     text.resize(static_cast<std::size_t>(in.gcount()));
-    return vrt_sources(text, vrt.parent_path(), kMostSources);
+    return vrt_sources(text, vrt.parent_path(), kMaxSources);
 }
 
-void add(store::ByteWriter& out, const fs::path& file, int depth) {
-    out.add(store::file_identity(file, "orthophoto"));
+void add(voxel::ByteWriter& out, const fs::path& file, int depth) {
+    out.add(voxel::file_identity(file, "orthophoto"));
     std::error_code ignored;
     for (const fs::path& other : geo::side_files(file))
-        if (other != file && fs::is_regular_file(other, ignored))
-            out.add(other.extension().string()), out.add(store::file_identity(other, "orthophoto"));
+        if (other != file && fs::is_regular_file(other, ignored)) {
+            out.add(other.extension().string());
+            out.add(voxel::file_identity(other, "orthophoto"));
+        }
     if (lower(file.extension().string()) != ".vrt" || depth >= kDeepest)
         return;
     for (const fs::path& source : sources_of(file))
@@ -55,7 +57,7 @@ void add(store::ByteWriter& out, const fs::path& file, int depth) {
 }  // namespace
 
 voxel::Fingerprint image_identity(const fs::path& file) {
-    store::ByteWriter out;
+    voxel::ByteWriter out;
     add(out, file, 0);
     return out.print();
 }

@@ -21,16 +21,16 @@ struct Orthophotos::Layer {
     PixelMap map;
     long long pixel_mm = 0;
     voxel::Fingerprint identity;
-    Layer(const fs::path& path, const voxelize::Frame& frame)
+    Layer(const fs::path& path, const grid::Frame& frame)
         : image(path), map(frame, image), identity(image_identity(path)) {
-        constexpr double kMost = 4096;
+        constexpr double kMax = 4096;
         image.choose_overview(map.pixels_per_voxel());
         map = PixelMap(frame, image);
         pixel_mm = std::llround(1000 * frame.voxel_m() / map.pixels_per_voxel());
-        if (!(map.pixels_per_voxel() <= kMost))
-            throw Error("read the orthophoto " + path.string() + ": " +
-                        std::to_string(map.pixels_per_voxel()) +
-                        " pixels to a voxel's edge; allowed: up to 4096");
+        if (!(map.pixels_per_voxel() <= kMax))
+            throw util::Error("read the orthophoto " + path.string() + ": " +
+                              std::to_string(map.pixels_per_voxel()) +
+                              " pixels to a voxel's edge; allowed: up to 4096");
         if (!image.crs())
             spdlog::info("orthophoto {}: no CRS in the file; taken to be in {}", path.string(),
                          frame.crs().name());
@@ -40,7 +40,7 @@ struct Orthophotos::Layer {
 /// Keeps the number of open files below what a process may have: the one used longest ago is
 /// closed. Behind gdal_mutex().
 struct Orthophotos::OpenFiles {
-    static constexpr std::size_t kMost = 256;
+    static constexpr std::size_t kMax = 256;
     std::list<Image*> used;  ///< last used first
     void use(Image& image) {
         const auto found = std::find(used.begin(), used.end(), &image);
@@ -48,8 +48,10 @@ struct Orthophotos::OpenFiles {
             used.splice(used.begin(), used, found);
         else
             used.push_front(&image);
-        if (used.size() > kMost)
-            used.back()->close(), used.pop_back();
+        if (used.size() > kMax) {
+            used.back()->close();
+            used.pop_back();
+        }
     }
 };
 
@@ -72,17 +74,22 @@ bool wanted(const Raster& raster, const ColumnRect& part, const ColumnRect& whol
 void allocate(Raster& raster, std::uint8_t has) {
     const auto count =
         static_cast<std::size_t>(raster.width) * static_cast<std::size_t>(raster.height);
-    raster.flags.resize(count), raster.colour.resize(count);
-    if ((has & Raster::kNir) != 0)
-        raster.nir.resize(count), raster.red.resize(count);
+    raster.flags.resize(count);
+    raster.colour.resize(count);
+    if ((has & Raster::kNir) != 0) {
+        raster.nir.resize(count);
+        raster.red.resize(count);
+    }
 }
 
 void put(Raster& raster, std::size_t at, const Pixel& p, std::uint8_t has) {
     const auto news = static_cast<std::uint8_t>(has & ~raster.flags[at]);
     if ((news & Raster::kColour) != 0)
         raster.colour[at] = {p.r, p.g, p.b};
-    if ((news & Raster::kNir) != 0)
-        raster.nir[at] = p.nir, raster.red[at] = p.r;
+    if ((news & Raster::kNir) != 0) {
+        raster.nir[at] = p.nir;
+        raster.red[at] = p.r;
+    }
     raster.flags[at] |= news;
 }
 
@@ -112,7 +119,7 @@ int block_side(double pixels_per_voxel) {
 
 }  // namespace
 
-Orthophotos::Orthophotos(const std::vector<fs::path>& paths, const voxelize::Frame& frame)
+Orthophotos::Orthophotos(const std::vector<fs::path>& paths, const grid::Frame& frame)
     : m_frame(frame), m_open(std::make_unique<OpenFiles>()) {
     const std::lock_guard lock(gdal_mutex());
     geo::start_gdal();
@@ -136,7 +143,7 @@ Orthophotos::~Orthophotos() {
     m_layers.clear();
 }
 
-void Orthophotos::warn_of_outside(const voxelize::ColumnRect& world) const {
+void Orthophotos::warn_of_outside(const grid::ColumnRect& world) const {
     const Layer* shown = nullptr;
     std::size_t outside = 0;
     for (const auto& layer : m_layers) {
@@ -185,13 +192,14 @@ std::vector<Orthophotos::Input> Orthophotos::inputs() const {
 }
 
 Raster Orthophotos::read(std::int32_t x0, std::int32_t z0, int width, int height) const {
-    constexpr int kMostColumns = 65536;
-    if (width < 1 || height < 1 || width > kMostColumns || height > kMostColumns)
-        throw Error("read orthophotos: " + std::to_string(width) + " x " + std::to_string(height) +
-                    " columns; allowed: 1 to 65536 each");
+    constexpr int kMaxColumns = 65536;
+    if (width < 1 || height < 1 || width > kMaxColumns || height > kMaxColumns)
+        throw util::Error("read orthophotos: " + std::to_string(width) + " x " +
+                          std::to_string(height) + " columns; allowed: 1 to 65536 each");
     const ColumnRect whole{x0, z0, width, height};
     Raster raster;
-    raster.width = width, raster.height = height;
+    raster.width = width;
+    raster.height = height;
     Pixels pixels;
     for (const auto& layer : m_layers) {
         const ColumnRect covered = layer->map.covered(whole);

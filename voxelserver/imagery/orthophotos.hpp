@@ -24,14 +24,14 @@ public:
     /// @param paths image files or folders of them
     /// @throws Error naming the file that is missing, no image, without a place on Earth, or has
     /// more than 4096 pixels to a voxel's edge
-    Orthophotos(const std::vector<std::filesystem::path>& paths, const voxelize::Frame& frame);
+    Orthophotos(const std::vector<std::filesystem::path>& paths, const grid::Frame& frame);
     ~Orthophotos();
 
     /// Warns, in one line for all of them, of images that lie beside the world, naming the first,
     /// where it lies, and what was assumed of it. No more than a remark when others do cover it,
     /// and those beside it say themselves where they lie: folders reach farther.
     /// @param world the columns in which there may be points
-    void warn_of_outside(const voxelize::ColumnRect& world) const;
+    void warn_of_outside(const grid::ColumnRect& world) const;
 
     [[nodiscard]] std::size_t count() const noexcept;
     /// The images' paths, the one that wins first.
@@ -40,7 +40,7 @@ public:
     /// What each image is, and the columns outside which nothing depends on it; the one that wins
     /// first.
     struct Input {
-        voxelize::ColumnRect rect;
+        grid::ColumnRect rect;
         voxel::Fingerprint identity{};  ///< image_identity.hpp
     };
     [[nodiscard]] std::vector<Input> inputs() const;
@@ -55,7 +55,7 @@ public:
 private:
     struct Layer;
     struct OpenFiles;
-    const voxelize::Frame m_frame;
+    const grid::Frame m_frame;
     std::vector<std::unique_ptr<Layer>> m_layers;
     std::unique_ptr<OpenFiles> m_open;
 };

@@ -17,7 +17,7 @@ PaletteFile::PaletteFile(fs::path path)
       m_root(util::read_toml(m_path, [this](const std::string& what) { fail(what); })) {}
 
 void PaletteFile::fail(const std::string& what) const {
-    throw UsageError("read the palette " + m_path.string() + ": " + what);
+    throw util::UsageError("read the palette " + m_path.string() + ": " + what);
 }
 
 double PaletteFile::number(const toml::table& table, const std::string& where, const char* field,
@@ -86,22 +86,22 @@ void PaletteFile::allow_only(const toml::table& table, const std::string& where,
 }
 
 std::vector<PaletteFile> read_palette(const std::string& id_or_path) {
-    constexpr std::size_t kMostExtends = 8;
+    constexpr std::size_t kMaxExtends = 8;
     fs::path file = id_or_path;
     if (file.extension() != ".toml") {
         const fs::path folder = util::config_dir() / "palettes";
         file = folder / (id_or_path + ".toml");
         if (id_or_path.empty() || id_or_path.find('/') != std::string::npos || !fs::exists(file))
-            throw UsageError("find the palette '" + id_or_path + "': allowed: " +
-                             util::toml_ids(folder) + ", or a path to a .toml file");
+            throw util::UsageError("find the palette '" + id_or_path + "': allowed: " +
+                                   util::toml_ids(folder) + ", or a path to a .toml file");
     } else if (!fs::exists(file)) {
-        throw UsageError("read the palette " + file.string() + ": no such file");
+        throw util::UsageError("read the palette " + file.string() + ": no such file");
     }
     std::vector<PaletteFile> out;
     for (;;) {
         out.emplace_back(file);
         const PaletteFile& last = out.back();
-        if (out.size() > kMostExtends)
+        if (out.size() > kMaxExtends)
             last.fail("'extends' goes round in a circle");
         last.allow_only(last.root(), "",
                         {"title", "extends", "space", "lightness_weight", "candidates", "ndvi",

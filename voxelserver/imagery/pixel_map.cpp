@@ -35,7 +35,7 @@ std::int64_t fixed(double pixels) noexcept {
 
 }  // namespace
 
-PixelMap::PixelMap(const voxelize::Frame& frame, const Image& image) : m_frame(&frame) {
+PixelMap::PixelMap(const grid::Frame& frame, const Image& image) : m_frame(&frame) {
     const auto& g = image.geo();
     const double det = g[1] * g[5] - g[2] * g[4];
     m_inverse = {(g[2] * g[3] - g[5] * g[0]) / det, g[5] / det,  -g[2] / det,
@@ -46,9 +46,9 @@ PixelMap::PixelMap(const voxelize::Frame& frame, const Image& image) : m_frame(&
         try {
             geo::Transform(*image.crs(), frame.crs()).apply(x, y);
             m_to_image = std::make_unique<geo::Transform>(frame.crs(), *image.crs());
-        } catch (const Error& e) {
-            throw Error("read the orthophoto " + image.path().string() + ": cannot be moved to " +
-                        frame.crs().name() + ": " + e.what());
+        } catch (const util::Error& e) {
+            throw util::Error("read the orthophoto " + image.path().string() +
+                              ": cannot be moved to " + frame.crs().name() + ": " + e.what());
         }
     }
     const auto [west, east] = std::minmax_element(x.begin(), x.end());
@@ -66,7 +66,7 @@ PixelMap::PixelMap(const voxelize::Frame& frame, const Image& image) : m_frame(&
     m_pixels_per_voxel = std::sqrt(std::abs(area)) / kCell;
 }
 
-voxelize::ColumnRect PixelMap::influence() const noexcept {
+grid::ColumnRect PixelMap::influence() const noexcept {
     // A column counts when its centre lies in the image; only the outline in another CRS is not
     // quite known.
     const double room = m_to_image ? m_room : 1;
@@ -96,7 +96,8 @@ void PixelMap::to_pixels(std::vector<double>& e, std::vector<double>& n) const {
     for (std::size_t i = 0; i < e.size(); ++i) {
         const double u = m_inverse[0] + e[i] * m_inverse[1] + n[i] * m_inverse[2],
                      v = m_inverse[3] + e[i] * m_inverse[4] + n[i] * m_inverse[5];
-        e[i] = u, n[i] = v;
+        e[i] = u;
+        n[i] = v;
     }
 }
 

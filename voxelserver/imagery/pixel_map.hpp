@@ -34,7 +34,7 @@ public:
 
     /// The caller holds gdal_mutex(). @throws Error when PROJ knows no way from the frame's CRS to
     /// the image's
-    PixelMap(const voxelize::Frame& frame, const Image& image);
+    PixelMap(const grid::Frame& frame, const Image& image);
 
     /// The image's outline from west to east and from north to south: continuous voxels. Not finite
     /// where PROJ knows no way.
@@ -43,7 +43,7 @@ public:
     };
     [[nodiscard]] const Extent& extent() const noexcept { return m_extent; }
     /// Columns outside which nothing depends on the image.
-    [[nodiscard]] voxelize::ColumnRect influence() const noexcept;
+    [[nodiscard]] grid::ColumnRect influence() const noexcept;
     /// Columns that the image may cover, with room to spare; empty (width 0) for none of `rect`.
     [[nodiscard]] ColumnRect covered(const ColumnRect& rect) const noexcept;
     /// Side of a voxel in pixels.
@@ -63,7 +63,7 @@ public:
 
 private:
     void to_pixels(std::vector<double>& e, std::vector<double>& n) const;
-    const voxelize::Frame* m_frame;
+    const grid::Frame* m_frame;
     std::array<double, 6> m_inverse{};  ///< coordinates of the image's CRS to pixels
     std::unique_ptr<geo::Transform> m_to_image;
     Extent m_extent;

@@ -34,8 +34,8 @@ void check(const SurfaceColumns& c, const Raster& raster) {
     const bool image = raster.empty() || (raster.width == c.width && raster.height == c.height);
     if (!fits(c.group.size()) || !fits(c.material.size()) ||
         !(c.covered.empty() || fits(c.covered.size())) || !points || !image)
-        throw Error("specialize surfaces: lists and image do not have the " +
-                    std::to_string(c.width) + " x " + std::to_string(c.height) + " columns");
+        throw util::Error("specialize surfaces: lists and image do not have the " +
+                          std::to_string(c.width) + " x " + std::to_string(c.height) + " columns");
 }
 
 }  // namespace
@@ -75,15 +75,15 @@ Grid specialize(const SurfaceColumns& columns, const Raster& raster, const Colou
 
 std::vector<std::uint8_t> looks_wet(std::span<const Material> material,
                                     std::span<const std::uint8_t> told, int width, int height,
-                                    int cell, double share, double least_told) {
+                                    int cell, double share, double min_told) {
     const auto count = static_cast<std::size_t>(std::max(width, 0)) *
                        static_cast<std::size_t>(std::max(height, 0));
     if (material.size() != count || (!told.empty() && told.size() != count))
-        throw Error("find wet cells: lists do not have the " + std::to_string(width) + " x " +
-                    std::to_string(height) + " columns");
+        throw util::Error("find wet cells: lists do not have the " + std::to_string(width) + " x " +
+                          std::to_string(height) + " columns");
     if (cell < 1 || cell > 4096)
-        throw Error("find wet cells: cells of " + std::to_string(cell) +
-                    " columns; allowed: 1 to 4096");
+        throw util::Error("find wet cells: cells of " + std::to_string(cell) +
+                          " columns; allowed: 1 to 4096");
     const int across = (width + cell - 1) / cell, down = (height + cell - 1) / cell;
     std::vector<std::uint8_t> out;
     for (int cz = 0; cz < down; ++cz)
@@ -95,9 +95,11 @@ std::vector<std::uint8_t> looks_wet(std::span<const Material> material,
                                    static_cast<std::size_t>(x);
                     const bool tells =
                         material[i] != Material::kAir && (told.empty() || told[i] != 0);
-                    ++all, tell += tells, wet += tells && material[i] == Material::kWater;
+                    ++all;
+                    tell += tells;
+                    wet += tells && material[i] == Material::kWater;
                 }
-            out.push_back(tell > 0 && tell >= least_told * all && wet >= share * tell ? 1 : 0);
+            out.push_back(tell > 0 && tell >= min_told * all && wet >= share * tell ? 1 : 0);
         }
     return out;
 }

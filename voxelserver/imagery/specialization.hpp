@@ -39,13 +39,13 @@ struct SurfaceColumns {
 /// @param material, told  width x height columns each; `told` 0 = the column does not count (no
 /// ground was seen), empty = all count that
 ///        are not kAir
-/// @param cell [1, 4096] columns; the last cells may be narrower  @param least_told share of a
+/// @param cell [1, 4096] columns; the last cells may be narrower  @param min_told share of a
 /// cell's columns that must tell, (0, 1]
 /// @return row by row, ceil(width / cell) x ceil(height / cell); 1 = wet
 /// @throws Error when the sizes disagree
 [[nodiscard]] std::vector<std::uint8_t> looks_wet(std::span<const voxel::Material> material,
                                                   std::span<const std::uint8_t> told, int width,
                                                   int height, int cell, double share = 0.6,
-                                                  double least_told = 0.25);
+                                                  double min_told = 0.25);
 
 }  // namespace terravox::imagery

@@ -39,11 +39,17 @@ void append_utf8(std::string& out, std::uint32_t code) {
     if (code < 0x80) {
         out.push_back(static_cast<char>(code));
     } else if (code < 0x800) {
-        out.push_back(static_cast<char>(0xc0 | code >> 6)), tail(0);
+        out.push_back(static_cast<char>(0xc0 | code >> 6));
+        tail(0);
     } else if (code < 0x10000) {
-        out.push_back(static_cast<char>(0xe0 | code >> 12)), tail(6), tail(0);
+        out.push_back(static_cast<char>(0xe0 | code >> 12));
+        tail(6);
+        tail(0);
     } else {
-        out.push_back(static_cast<char>(0xf0 | code >> 18)), tail(12), tail(6), tail(0);
+        out.push_back(static_cast<char>(0xf0 | code >> 18));
+        tail(12);
+        tail(6);
+        tail(0);
     }
 }
 

@@ -83,7 +83,7 @@ public:
 
 private:
     [[noreturn]] void fail(const std::string& what) const {
-        throw Error("write " + m_shown.string() + ": " + what);
+        throw util::Error("write " + m_shown.string() + ": " + what);
     }
     void require(laszip_I32 failed) const {
         if (failed != 0)
@@ -164,8 +164,8 @@ void add_tail(const pointcloud::FileBytes& from, const Tail& tail, const lidar::
     }
     out.close();
     if (!out)
-        throw Error("write " + shown.string() +
-                    ": the disk did not take the records behind the points");
+        throw util::Error("write " + shown.string() +
+                          ": the disk did not take the records behind the points");
 }
 
 std::uint64_t digest_of(const lidar::LasInfo& info, Writer* copy) {
@@ -183,7 +183,7 @@ void check_same(const lidar::LasInfo& before, const fs::path& path, const fs::pa
                 std::uint64_t wanted) {
     const lidar::LasInfo after = lidar::read_las_info(path);
     const auto fail = [&](const std::string& what) {
-        throw Error("write " + shown.string() + ": read back, " + what + "; it is not kept");
+        throw util::Error("write " + shown.string() + ": read back, " + what + "; it is not kept");
     };
     if (!after.compressed || after.point_format != before.point_format ||
         after.version_minor != before.version_minor)
@@ -203,8 +203,8 @@ void check_same(const lidar::LasInfo& before, const fs::path& path, const fs::pa
 Compressed compress(const fs::path& from, const fs::path& to) {
     std::error_code none;
     if (fs::equivalent(from, to, none))
-        throw UsageError("compress " + from.string() +
-                         ": the result has the same name; allowed: another one");
+        throw util::UsageError("compress " + from.string() +
+                               ": the result has the same name; allowed: another one");
     const lidar::LasInfo info = lidar::read_las_info(from);
     const pointcloud::FileBytes bytes(from);
     if (info.compressed)

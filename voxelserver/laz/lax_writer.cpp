@@ -17,7 +17,7 @@ namespace {
 constexpr std::uint64_t kPointsPerCell = 20'000;  ///< wished for; a chunk has 50,000
 constexpr std::uint32_t kDeepestLevel = 7;        ///< 16,384 cells
 constexpr std::uint64_t kFirstGap = 1000;  ///< points of other cells that an interval may run over
-constexpr std::size_t kMostIntervals = 200'000;
+constexpr std::size_t kMaxIntervals = 200'000;
 
 struct Interval {
     std::uint32_t first = 0, last = 0;  ///< closed
@@ -38,7 +38,7 @@ public:
             return;
         }
         c.intervals.push_back({point, point});
-        if (++m_count > kMostIntervals)
+        if (++m_count > kMaxIntervals)
             merge();
     }
     [[nodiscard]] const std::map<std::uint32_t, Cell>& cells() const noexcept { return m_cells; }
@@ -48,7 +48,7 @@ private:
     // Halves the number at least, or there is one interval a cell: the gap ends at 2^32, more than
     // any two points are apart.
     void merge() {
-        while (m_count > kMostIntervals / 2 && m_gap < std::uint64_t{1} << 32) {
+        while (m_count > kMaxIntervals / 2 && m_gap < std::uint64_t{1} << 32) {
             m_gap *= 2;
             m_count = 0;
             for (auto& [number, cell] : m_cells) {
@@ -126,19 +126,28 @@ private:
 std::string lax_bytes(const Quadtree& tree, const Intervals& found) {
     Bytes out;
     const std::uint32_t version = 0, quadtree = 0, whole_file = 0;
-    out.sign("LASX"), out.put(version);
-    out.sign("LASS"), out.put(quadtree);
-    out.sign("LASQ"), out.put(version);
-    out.put(tree.levels()), out.put(whole_file), out.put(whole_file);
+    out.sign("LASX");
+    out.put(version);
+    out.sign("LASS");
+    out.put(quadtree);
+    out.sign("LASQ");
+    out.put(version);
+    out.put(tree.levels());
+    out.put(whole_file);
+    out.put(whole_file);
     for (const float bound : tree.bounds())
         out.put(bound);
-    out.sign("LASV"), out.put(version);
+    out.sign("LASV");
+    out.put(version);
     out.put(static_cast<std::uint32_t>(found.cells().size()));
     for (const auto& [number, cell] : found.cells()) {
         out.put(static_cast<std::int32_t>(number));
-        out.put(static_cast<std::uint32_t>(cell.intervals.size())), out.put(cell.points);
-        for (const Interval& interval : cell.intervals)
-            out.put(interval.first), out.put(interval.last);
+        out.put(static_cast<std::uint32_t>(cell.intervals.size()));
+        out.put(cell.points);
+        for (const Interval& interval : cell.intervals) {
+            out.put(interval.first);
+            out.put(interval.last);
+        }
     }
     return out.all();
 }

@@ -66,7 +66,7 @@ int run(int argc, char** argv) {
     if (*checking)
         std::printf("%s: %llu points\n", names.from.c_str(),
                     static_cast<unsigned long long>(laz::check(names.from)));
-    return static_cast<int>(ExitCode::kDone);
+    return static_cast<int>(util::ExitCode::kDone);
 }
 
 }  // namespace

@@ -61,9 +61,13 @@ PointDigest::PointDigest(int format)
 
 void PointDigest::add(const laszip_point_struct& p) {
     Packed packed;
-    packed.put(p.X), packed.put(p.Y), packed.put(p.Z), packed.put(p.intensity);
+    packed.put(p.X);
+    packed.put(p.Y);
+    packed.put(p.Z);
+    packed.put(p.intensity);
     put_flags(packed, p, m_extended);
-    packed.put(p.user_data), packed.put(p.point_source_ID);
+    packed.put(p.user_data);
+    packed.put(p.point_source_ID);
     if (m_time)
         packed.put(&p.gps_time, sizeof p.gps_time);
     if (m_colour)

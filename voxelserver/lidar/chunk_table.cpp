@@ -13,7 +13,7 @@ constexpr std::uint64_t kTableHeader = 8;  ///< version and number of chunks
 constexpr std::uint64_t kTableOffset = 8;  ///< bytes before the first chunk: where the table is
 constexpr std::uint64_t kLayersBegin = 4;  ///< number of points, before the sizes of layers
 constexpr std::uint64_t kSizeBytes = 4;
-constexpr std::uint64_t kMostEmptyChunks =
+constexpr std::uint64_t kMaxEmptyChunks =
     65'536;  ///< they take next to no bytes, so the size of the file hardly bounds their number
 
 // Bytes one after the other, read in blocks.
@@ -25,7 +25,8 @@ public:
             m_count = static_cast<std::size_t>(std::clamp<std::uint64_t>(
                 m_file.size() - std::min(m_file.size(), m_at), 1, m_block.size()));
             m_file.read(m_at, {m_block.data(), m_count});
-            m_at += m_count, m_used = 0;
+            m_at += m_count;
+            m_used = 0;
         }
         return m_block[m_used++];
     }
@@ -51,22 +52,22 @@ std::uint64_t find_table(const pointcloud::FileBytes& file, std::uint64_t points
 
 // @return number of chunks: those with points cannot be more than there are bytes for
 std::uint32_t check_claims(const pointcloud::FileBytes& file, const LaszipRecord& record,
-                           std::uint64_t table_at, std::uint64_t most_chunks,
+                           std::uint64_t table_at, std::uint64_t max_chunks,
                            std::uint64_t point_count) {
     const auto version = file.at<std::uint32_t>(table_at),
                chunks = file.at<std::uint32_t>(table_at + 4);
     if (version != 0)
         file.fail("chunk table of version " + std::to_string(version) + "; allowed: 0");
-    if (chunks == 0 || most_chunks == 0 || chunks > most_chunks + kMostEmptyChunks)
+    if (chunks == 0 || max_chunks == 0 || chunks > max_chunks + kMaxEmptyChunks)
         file.fail(std::to_string(chunks) + " chunks; the compressed points hold 1 to " +
-                  std::to_string(most_chunks) + ", and up to " + std::to_string(kMostEmptyChunks) +
+                  std::to_string(max_chunks) + ", and up to " + std::to_string(kMaxEmptyChunks) +
                   " may be empty");
     if (record.chunk_points == 0)
         file.fail("chunks of 0 points");
-    const std::uint64_t most_points = std::uint64_t{chunks} * record.chunk_points;
-    if (record.chunk_points != LaszipRecord::kVariableChunks && point_count > most_points)
+    const std::uint64_t max_points = std::uint64_t{chunks} * record.chunk_points;
+    if (record.chunk_points != LaszipRecord::kVariableChunks && point_count > max_points)
         file.fail(std::to_string(point_count) + " points; its " + std::to_string(chunks) +
-                  " chunks hold at most " + std::to_string(most_points));
+                  " chunks hold at most " + std::to_string(max_points));
     return chunks;
 }
 
@@ -83,13 +84,15 @@ ChunkTable read_chunk_table(const pointcloud::FileBytes& file, const LaszipRecor
                             std::uint64_t points_at, std::uint64_t point_count,
                             std::uint32_t record_bytes) {
     const std::uint64_t table_at = find_table(file, points_at);
-    const std::uint64_t least_bytes =
+    const std::uint64_t min_bytes =
         record_bytes + (record.layers > 0 ? kLayersBegin + kSizeBytes * record.layers : 0);
     const std::uint32_t chunks = check_claims(
-        file, record, table_at, (table_at - points_at - kTableOffset) / least_bytes, point_count);
+        file, record, table_at, (table_at - points_at - kTableOffset) / min_bytes, point_count);
     ChunkTable table;
-    table.record_bytes = record_bytes, table.layers = record.layers;
-    table.first_point.push_back(0), table.first_byte.push_back(points_at + kTableOffset);
+    table.record_bytes = record_bytes;
+    table.layers = record.layers;
+    table.first_point.push_back(0);
+    table.first_byte.push_back(points_at + kTableOffset);
     ByteQueue queue(file, table_at + kTableHeader);
     RangeDecoder decoder([&] { return queue.next(); });
     IntegerDecoder numbers(decoder);
@@ -113,7 +116,7 @@ ChunkTable read_chunk_table(const pointcloud::FileBytes& file, const LaszipRecor
         if (mine < 0 || static_cast<std::uint64_t>(mine) > points_left)
             fail(mine, " points", 0, points_left);
         // LASzip takes a chunk that ends where it begins for damage, and reads nothing of the file.
-        const std::uint64_t least = mine == 0 ? 1 : least_bytes;
+        const std::uint64_t least = mine == 0 ? 1 : min_bytes;
         if (bytes < 0 || static_cast<std::uint64_t>(bytes) < least ||
             static_cast<std::uint64_t>(bytes) > bytes_left)
             fail(bytes, " bytes", least, bytes_left);

@@ -53,7 +53,7 @@ std::optional<geo::Crs> crs_of(const laszip_header_struct& header,
             return geo::Crs::from_wkt(wkt);
         } catch (const geo::ProjUnusableError&) {
             throw;
-        } catch (const Error& e) {
+        } catch (const util::Error& e) {
             // Some writers leave text that is no WKT beside good keys: the keys decide then, or the
             // person does.
             spdlog::info("{}: {}; its GeoTIFF keys decide, or --crs", path.string(), e.what());
@@ -63,7 +63,7 @@ std::optional<geo::Crs> crs_of(const laszip_header_struct& header,
         return geo::Crs::from_geokeys(directory, doubles, ascii);
     } catch (const geo::ProjUnusableError&) {
         throw;
-    } catch (const Error& e) {
+    } catch (const util::Error& e) {
         spdlog::info("{}: {}; --crs sets one", path.string(), e.what());
     }
     return std::nullopt;
@@ -112,8 +112,10 @@ void read_las_points(const LasInfo& info, PointRange range,
             point.y = raw.y * info.scale[1] + info.offset[1];
             point.z = raw.z * info.scale[2] + info.offset[2];
             point.classification = raw.classification;
-            point.return_number = raw.return_number, point.return_count = raw.return_count;
-            point.withheld = raw.withheld, point.overlap = raw.overlap;
+            point.return_number = raw.return_number;
+            point.return_count = raw.return_count;
+            point.withheld = raw.withheld;
+            point.overlap = raw.overlap;
             point.rgb = raw.rgb;
             sink(point);
         }

@@ -14,7 +14,7 @@ namespace {
 // Record lengths of point formats 0-10 without extra bytes. Ref: ASPRS, "LAS Specification 1.4 -
 // R15", 2019.
 constexpr std::array<std::uint32_t, 11> kRecordBytes = {20, 28, 26, 34, 57, 63, 30, 36, 38, 59, 67};
-constexpr std::uint64_t kMostPoints =
+constexpr std::uint64_t kMaxPoints =
     0xFFFFFFFF;  // LASzip seeks with 32 bits; a survey square has less than a tenth of this
 
 struct Layout {
@@ -62,9 +62,9 @@ Layout check_format(const pointcloud::FileBytes& bytes, LasInfo& info) {
         if (count != 0)
             info.point_count = count;
     }
-    if (info.point_count > kMostPoints)
+    if (info.point_count > kMaxPoints)
         bytes.fail(std::to_string(info.point_count) + " points; allowed: up to " +
-                   std::to_string(kMostPoints));
+                   std::to_string(kMaxPoints));
     return {bytes.at<std::uint32_t>(96), record_bytes};
 }
 
@@ -89,8 +89,8 @@ void check_compressed(const pointcloud::FileBytes& bytes, LasInfo& info, const L
     // Damaged files may promise billions of points in a few bytes. The coder gives no symbol less
     // than a few hundredths of a bit: points that are all the same take a byte for 148 of them
     // (format 0; 133 in format 1, 96 in format 6), whatever the length of their record.
-    constexpr std::uint64_t kMostAByte = 200, kAlwaysAllowed = 1'000'000;
-    const std::uint64_t most = (bytes.size() - layout.points_at) * kMostAByte + kAlwaysAllowed;
+    constexpr std::uint64_t kMaxAByte = 200, kAlwaysAllowed = 1'000'000;
+    const std::uint64_t most = (bytes.size() - layout.points_at) * kMaxAByte + kAlwaysAllowed;
     if (info.point_count > most)
         bytes.fail(std::to_string(info.point_count) + " points; the compressed ones hold at most " +
                    std::to_string(most));

@@ -91,7 +91,9 @@ private:
     }
     void copy(RawPoint& to) const noexcept {
         const laszip_point_struct& from = m_reader.point();
-        to.x = from.X, to.y = from.Y, to.z = from.Z;
+        to.x = from.X;
+        to.y = from.Y;
+        to.z = from.Z;
         if (m_extended)
             copy_extended(from, to);
         else if (m_info.compatible) [[unlikely]]
@@ -123,9 +125,9 @@ void read_point_batches(const LasInfo& info, std::span<const PointRange> ranges,
     std::optional<BatchReader> reader;
     for (const PointRange& range : ranges) {
         if (range.end > info.point_count)
-            throw Error("read the point cloud " + info.path.string() + ": points " +
-                        std::to_string(range.begin) + " to " + std::to_string(range.end) +
-                        "; it has " + std::to_string(info.point_count));
+            throw util::Error("read the point cloud " + info.path.string() + ": points " +
+                              std::to_string(range.begin) + " to " + std::to_string(range.end) +
+                              "; it has " + std::to_string(info.point_count));
         if (range.begin >= range.end)
             continue;
         if (!reader)

@@ -7,15 +7,15 @@
 namespace terravox::lidar {
 namespace {
 
-constexpr std::size_t kMostChunks = 64;
-constexpr std::uint64_t kMostDecoded =
+constexpr std::size_t kMaxChunks = 64;
+constexpr std::uint64_t kMaxDecoded =
     100'000;  ///< of a root node, which may be large; some hundredths of a second
 
 // The root node of a COPC holds points of everywhere, some writers' sorted by place. It holds at
 // least as many as wanted.
 std::vector<RawPoint> sample_root(const LasInfo& info, PointRange root, std::size_t about) {
     const PointRange read{
-        root.begin, std::min(root.end, root.begin + std::max<std::uint64_t>(kMostDecoded, about))};
+        root.begin, std::min(root.end, root.begin + std::max<std::uint64_t>(kMaxDecoded, about))};
     const std::uint64_t stride = (read.end - read.begin) / about;
     std::vector<RawPoint> out;
     std::uint64_t at = 0;
@@ -31,7 +31,7 @@ std::vector<PointRange> beginnings(const LasInfo& info, std::size_t about) {
     if (!info.seekable)
         return {{0, std::min<std::uint64_t>(about, info.point_count)}};
     // A plain file has no chunks, so any piece will do.
-    const std::size_t pieces = std::min(kMostChunks, about);
+    const std::size_t pieces = std::min(kMaxChunks, about);
     std::vector<PointRange> out;
     const std::uint64_t chunks =
         info.chunks ? info.chunks->size() : std::min<std::uint64_t>(pieces, info.point_count);

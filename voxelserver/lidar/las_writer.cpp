@@ -29,12 +29,12 @@ void copy_text(laszip_CHAR (&field)[32], const std::string& text) {
 void check(const LasWriterOptions& options, const std::filesystem::path& path) {
     const int format = options.point_format;
     if (format < 0 || format > 8 || kRecordBytes[static_cast<std::size_t>(format)] == 0)
-        throw UsageError("write " + path.string() + ": point format " + std::to_string(format) +
-                         "; allowed: 0-3, 6-8");
+        throw util::UsageError("write " + path.string() + ": point format " +
+                               std::to_string(format) + "; allowed: 0-3, 6-8");
     for (const double scale : options.scale)
         if (!(scale > 0))
-            throw UsageError("write " + path.string() + ": scale " + std::to_string(scale) +
-                             "; allowed: above 0");
+            throw util::UsageError("write " + path.string() + ": scale " + std::to_string(scale) +
+                                   "; allowed: above 0");
 }
 
 }  // namespace
@@ -53,7 +53,7 @@ struct LasWriter::State {
     State(const std::filesystem::path& path, LasWriterOptions o)
         : file(path), options(std::move(o)) {
         if (laszip_create(&laszip) != 0)
-            throw Error("write " + path.string() + ": cannot create a LASzip writer");
+            throw util::Error("write " + path.string() + ": cannot create a LASzip writer");
     }
     ~State() {
         if (laszip == nullptr)
@@ -67,7 +67,7 @@ struct LasWriter::State {
 
     [[nodiscard]] bool extended() const noexcept { return options.point_format >= 6; }
     [[noreturn]] void fail(const std::string& what) const {
-        throw Error("write " + file.target().string() + ": " + what);
+        throw util::Error("write " + file.target().string() + ": " + what);
     }
     void require(laszip_I32 result, const char* what) const {
         if (result == 0)
@@ -93,13 +93,15 @@ void LasWriter::State::fill_header() {
         kGlobalGpsTime | (extended() && !options.wkt.empty() ? kGlobalWkt : 0));
     copy_text(header->system_identifier, options.system_identifier);
     copy_text(header->generating_software, options.generating_software);
-    header->file_creation_day = options.creation_day,
+    header->file_creation_day = options.creation_day;
     header->file_creation_year = options.creation_year;
     header->point_data_format = static_cast<laszip_U8>(options.point_format);
     header->point_data_record_length = kRecordBytes[static_cast<std::size_t>(options.point_format)];
-    header->x_scale_factor = options.scale[0], header->y_scale_factor = options.scale[1],
+    header->x_scale_factor = options.scale[0];
+    header->y_scale_factor = options.scale[1];
     header->z_scale_factor = options.scale[2];
-    header->x_offset = options.offset[0], header->y_offset = options.offset[1],
+    header->x_offset = options.offset[0];
+    header->y_offset = options.offset[1];
     header->z_offset = options.offset[2];
 }
 
@@ -126,14 +128,14 @@ laszip_I32 LasWriter::State::quantised(double value, std::size_t axis) const {
 }
 
 void LasWriter::State::fill_returns(const LasWritePoint& from) const {
-    const int most_returns = extended() ? 15 : 7, most_class = extended() ? 255 : 31;
+    const int max_returns = extended() ? 15 : 7, max_class = extended() ? 255 : 31;
     if (from.return_number < 1 || from.return_number > from.return_count ||
-        from.return_count > most_returns)
+        from.return_count > max_returns)
         fail("return " + std::to_string(from.return_number) + " of " +
-             std::to_string(from.return_count) + "; allowed: 1 to " + std::to_string(most_returns));
-    if (from.classification > most_class)
+             std::to_string(from.return_count) + "; allowed: 1 to " + std::to_string(max_returns));
+    if (from.classification > max_class)
         fail("class " + std::to_string(from.classification) + "; allowed: 0 to " +
-             std::to_string(most_class));
+             std::to_string(max_class));
     const auto legacy = [](int value, int most) {
         return static_cast<laszip_U8>(std::min(value, most));
     };
@@ -182,10 +184,12 @@ LasWriter& LasWriter::operator=(LasWriter&&) noexcept = default;
 void LasWriter::write(const LasWritePoint& from) {
     State& s = *m_state;
     laszip_point_struct& to = *s.point;
-    to.X = s.quantised(from.x, 0), to.Y = s.quantised(from.y, 1), to.Z = s.quantised(from.z, 2);
+    to.X = s.quantised(from.x, 0);
+    to.Y = s.quantised(from.y, 1);
+    to.Z = s.quantised(from.z, 2);
     s.fill_returns(from);
     to.intensity = from.intensity;
-    to.scan_direction_flag = from.forward_scan ? 1 : 0,
+    to.scan_direction_flag = from.forward_scan ? 1 : 0;
     to.edge_of_flight_line = from.line_edge ? 1 : 0;
     to.point_source_ID = from.point_source;
     to.gps_time = from.gps_time_s;

@@ -19,11 +19,11 @@ public:
     LaxFile(const std::filesystem::path& path, const LasInfo& info) : m_path(path), m_info(info) {
         const pointcloud::FileBytes file(path);
         // Each interval holds a point of its own, each cell an interval.
-        const std::uint64_t most_bytes = 64 + info.point_count * 20;
-        if (file.size() > most_bytes)
+        const std::uint64_t max_bytes = 64 + info.point_count * 20;
+        if (file.size() > max_bytes)
             fail(std::to_string(file.size()) + " bytes; an index of " +
                  std::to_string(info.point_count) + " points has at most " +
-                 std::to_string(most_bytes));
+                 std::to_string(max_bytes));
         m_bytes.resize(file.size());
         file.read(0, m_bytes);
     }
@@ -43,7 +43,7 @@ public:
 
 private:
     [[noreturn]] void fail(const std::string& what) const {
-        throw Error("read the spatial index " + m_path.string() + ": " + what);
+        throw util::Error("read the spatial index " + m_path.string() + ": " + what);
     }
     void skip(std::size_t count) {
         if (m_bytes.size() - m_at < count)

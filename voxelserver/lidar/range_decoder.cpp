@@ -6,7 +6,7 @@ namespace terravox::lidar {
 namespace {
 
 constexpr std::uint32_t kSymbolBits = 15, kBitBits = 13, kShortest = 1U << 24;
-constexpr std::uint32_t kMostHighBits =
+constexpr std::uint32_t kMaxHighBits =
     8;  ///< of a correction go through a model, the rest are stored as they are
 
 }  // namespace
@@ -98,8 +98,8 @@ std::uint32_t RangeDecoder::bit(BitModel& model) {
 }
 
 std::uint32_t RangeDecoder::bits(std::uint32_t count) {
-    constexpr std::uint32_t kMostAtOnce = 19;
-    if (count > kMostAtOnce) {
+    constexpr std::uint32_t kMaxAtOnce = 19;
+    if (count > kMaxAtOnce) {
         const std::uint32_t low = bits(16);
         return bits(count - 16) << 16 | low;
     }
@@ -113,7 +113,7 @@ std::uint32_t RangeDecoder::bits(std::uint32_t count) {
 IntegerDecoder::IntegerDecoder(RangeDecoder& decoder)
     : m_decoder(decoder), m_widths{RangeDecoder::SymbolModel(33), RangeDecoder::SymbolModel(33)} {
     for (std::uint32_t width = 1; width < 32; ++width)
-        m_high_bits.emplace_back(1U << std::min(width, kMostHighBits));
+        m_high_bits.emplace_back(1U << std::min(width, kMaxHighBits));
 }
 
 std::uint32_t IntegerDecoder::correction(std::size_t context) {
@@ -125,8 +125,8 @@ std::uint32_t IntegerDecoder::correction(std::size_t context) {
     if (width == 32)
         return 0x80000000U;
     std::uint32_t value = m_decoder.symbol(m_high_bits[width - 1]);
-    if (width > kMostHighBits) {
-        const std::uint32_t low = width - kMostHighBits;
+    if (width > kMaxHighBits) {
+        const std::uint32_t low = width - kMaxHighBits;
         value = value << low | m_decoder.bits(low);
     }
     return value >= 1U << (width - 1) ? value + 1 : value - ((1U << width) - 1);

@@ -94,7 +94,8 @@ std::uint32_t check_parts(const pointcloud::FileBytes& file, const VariableRecor
                       std::to_string(type) + ", " + std::to_string(size) + " bytes, version " +
                       std::to_string(version) + ") is none of point format " +
                       std::to_string(format));
-        layers += layers_of(part, size), bytes += size;
+        layers += layers_of(part, size);
+        bytes += size;
     }
     if (count < wanted.size() || bytes != record_bytes)
         file.fail("LASzip's " + std::to_string(count) + " parts of a point have " +

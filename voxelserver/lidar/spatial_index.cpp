@@ -31,7 +31,7 @@ void check_by_points(const LasInfo& info, const SpatialIndex& index) {
             if (std::none_of(ranges.begin(), ranges.end(), [&](const PointRange& r) {
                     return r.begin <= wanted && wanted < r.end;
                 }))
-                throw Error(
+                throw util::Error(
                     "read " + index.source() + ": by it point " + std::to_string(wanted) + " of " +
                     info.path.string() +
                     " lies elsewhere; one of the two is damaged, or they do not belong together");

@@ -135,8 +135,8 @@ std::shared_ptr<const BoxTop> make_top(std::span<const std::shared_ptr<const Box
     for (const Box* box : order)
         if (box->key().level != 0 || box->key().bx != order[0]->key().bx ||
             box->key().bz != order[0]->key().bz)
-            throw Error("look at a box column from above: box " + to_string(box->key()) +
-                        "; allowed: level 0 and the column of " + to_string(order[0]->key()));
+            throw util::Error("look at a box column from above: box " + to_string(box->key()) +
+                              "; allowed: level 0 and the column of " + to_string(order[0]->key()));
 
     auto out = std::make_shared<BoxTop>();
     Looker looker(colours, *out);

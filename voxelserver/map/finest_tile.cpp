@@ -13,7 +13,7 @@ const ColumnTop kNothing;
 /// The tile's box columns and the ring around them; indices from -1 to kTileBoxes.
 class Patchwork {
 public:
-    Patchwork(TopSource& source, const voxel::Reach& world, std::int32_t x, std::int32_t z,
+    Patchwork(TopSource& source, const voxel::InputExtent& world, std::int32_t x, std::int32_t z,
               bool make, FinestTile& out)
         : m_source(source),
           m_world(world),
@@ -49,7 +49,7 @@ private:
         return static_cast<std::size_t>((dz + 1) * kRingSide + dx + 1);
     }
     TopSource& m_source;
-    const voxel::Reach& m_world;
+    const voxel::InputExtent& m_world;
     const std::int64_t m_bx, m_bz;
     const bool m_make;
     FinestTile& m_out;
@@ -88,7 +88,7 @@ void shade_box(const Patchwork& tops, int box_x, int box_z, std::vector<Rgba8>& 
 
 }  // namespace
 
-FinestTile make_finest_tile(TopSource& source, const voxel::Reach& world, std::int32_t x,
+FinestTile make_finest_tile(TopSource& source, const voxel::InputExtent& world, std::int32_t x,
                             std::int32_t z, bool make) {
     FinestTile out;
     Patchwork tops(source, world, x, z, make, out);

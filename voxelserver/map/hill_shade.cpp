@@ -8,8 +8,8 @@
 namespace terravox::map {
 namespace {
 
-constexpr std::int64_t kMostStep = 5;  ///< voxels between neighbours that still count
-constexpr float kStrength = 0.5f;      ///< 1 = the light of a white landscape, 0 = none
+constexpr std::int64_t kMaxStep = 5;  ///< voxels between neighbours that still count
+constexpr float kStrength = 0.5f;     ///< 1 = the light of a white landscape, 0 = none
 constexpr float kDarkest = 0.6f, kBrightestShade = 1.25f;
 
 }  // namespace
@@ -19,7 +19,7 @@ std::uint32_t hill_shade(const TopWindow& window) noexcept {
         if (window[i]->nothing())
             return 0.0f;
         return static_cast<float>(
-            std::clamp(std::int64_t{window[i]->y} - window[4]->y, -kMostStep, kMostStep));
+            std::clamp(std::int64_t{window[i]->y} - window[4]->y, -kMaxStep, kMaxStep));
     };
     const float to_east =
         ((rise(2) + 2 * rise(5) + rise(8)) - (rise(0) + 2 * rise(3) + rise(6))) / 8;

@@ -12,7 +12,7 @@
 namespace terravox::map {
 namespace {
 
-voxel::Reach box_columns_of(const voxel::WorldInfo& info) {
+voxel::InputExtent box_columns_of(const voxel::WorldInfo& info) {
     if (info.bounds.empty())
         return {};
     const auto range = voxel::boxes_over(info.bounds, 0);
@@ -25,8 +25,9 @@ Rgba8 mean_of(const std::array<Rgba8, 4>& four) {
     std::array<std::uint32_t, 3> sums{};
     for (const Rgba8& p : four) {
         alpha += p.a;
-        sums[0] += to_linear(p.r) * p.a, sums[1] += to_linear(p.g) * p.a,
-            sums[2] += to_linear(p.b) * p.a;
+        sums[0] += to_linear(p.r) * p.a;
+        sums[1] += to_linear(p.g) * p.a;
+        sums[2] += to_linear(p.b) * p.a;
     }
     if (alpha == 0)
         return {};
@@ -70,8 +71,8 @@ bool MapTiles::in_world(int zooms_out, std::int64_t x, std::int64_t z) const noe
 
 Tile MapTiles::get(int z, std::int32_t x, std::int32_t y) {
     if (z < 0 || z >= m_zooms)
-        throw UsageError("map tile of zoom " + std::to_string(z) + "; allowed: 0 to " +
-                         std::to_string(m_zooms - 1));
+        throw util::UsageError("map tile of zoom " + std::to_string(z) + "; allowed: 0 to " +
+                               std::to_string(m_zooms - 1));
     const TileArea area{m_zooms - 1 - z, x, y};
     if (!in_world(area.zooms_out, x, y))
         return {nullptr, true, {}};

@@ -19,7 +19,7 @@ struct Tile {
         png;  ///< nullptr: nothing to be seen in it (all transparent)
     bool complete =
         false;  ///< false: some of it has not been made yet; it may look different later
-    voxel::Reach
+    voxel::InputExtent
         reach;  ///< box columns it was made of, of what was at hand; empty outside the world
 };
 
@@ -36,11 +36,11 @@ struct Tile {
 /// wait only for finer zooms than their own, so they cannot wait in a circle. A complete tile
 /// stays. An incomplete one is kept under the version of its area (TopSource::version) and made
 /// again when that has grown: of an overview only the parts that changed. One call makes at most
-/// kMostTiles pictures; what is left shows as not made, and the next call goes on from there.
+/// kMaxTiles pictures; what is left shows as not made, and the next call goes on from there.
 class MapTiles {
 public:
-    static constexpr int kZoomsMade = 3;    ///< zooms at which what is missing is made
-    static constexpr int kMostTiles = 160;  ///< pictures of all zooms made in one call
+    static constexpr int kZoomsMade = 3;   ///< zooms at which what is missing is made
+    static constexpr int kMaxTiles = 160;  ///< pictures of all zooms made in one call
 
     /// @param source must outlive this @param limit_bytes of both caches; a finest tile weighs 256
     /// KiB and its PNG about 100
@@ -70,12 +70,12 @@ private:
         std::vector<Rgba8> pixels;  ///< 256 x 256, row by row; none: all transparent
         bool complete = true;
         bool cut = false;  ///< the call's share of work was spent: not to be kept
-        voxel::Reach reach;
+        voxel::InputExtent reach;
     };
     using PicturePtr = std::shared_ptr<const Picture>;
     struct Work {
         bool make = false;
-        int tiles_left = kMostTiles;
+        int tiles_left = kMaxTiles;
     };
     // Versions of complete pictures, which stay right for good. Those made of what was at hand have
     // their own, so that whoever looks only at that never waits in the cache for one who makes the
@@ -92,7 +92,7 @@ private:
                                                          std::uint64_t version);
 
     const int m_zooms;
-    const voxel::Reach m_world;  ///< box columns within the world's bounds
+    const voxel::InputExtent m_world;  ///< box columns within the world's bounds
     TopSource& m_source;
     util::Cache<Key, Picture, KeyHash> m_pixels;
     util::Cache<Key, std::string, KeyHash> m_pngs;

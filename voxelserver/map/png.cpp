@@ -9,13 +9,13 @@ namespace terravox::map {
 // libpng's "simplified" interface catches its own long jumps, so none crosses C++ frames, and
 // compresses at zlib's default level, 6.
 std::string png_of(std::span<const Rgba8> pixels, int width, int height) {
-    constexpr int kMostSide = 8192;
+    constexpr int kMaxSide = 8192;
     const auto fail = [&](const std::string& what) -> void {
-        throw Error("write a PNG of " + std::to_string(width) + " x " + std::to_string(height) +
-                    " pixels: " + what);
+        throw util::Error("write a PNG of " + std::to_string(width) + " x " +
+                          std::to_string(height) + " pixels: " + what);
     };
-    if (width < 1 || height < 1 || width > kMostSide || height > kMostSide)
-        fail("allowed: 1 to " + std::to_string(kMostSide) + " a side");
+    if (width < 1 || height < 1 || width > kMaxSide || height > kMaxSide)
+        fail("allowed: 1 to " + std::to_string(kMaxSide) + " a side");
     if (pixels.size() != static_cast<std::size_t>(width) * static_cast<std::size_t>(height))
         fail(std::to_string(pixels.size()) + " pixels were given");
 

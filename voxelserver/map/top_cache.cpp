@@ -34,8 +34,8 @@ Top TopCache::top(std::int32_t bx, std::int32_t bz, bool make) {
         const auto make_it = [&] {
             const auto column = m_fetch(bx, bz, true);
             if (!column)
-                throw Error("make box column " + std::to_string(bx) + "/" + std::to_string(bz) +
-                            ": no boxes came");
+                throw util::Error("make box column " + std::to_string(bx) + "/" +
+                                  std::to_string(bz) + ": no boxes came");
             made_here = true;
             return kept_of(*column);
         };

@@ -13,7 +13,7 @@ namespace terravox::map {
 /// The boxes of level 0 of one box column, and what they were made of.
 struct ColumnBoxes {
     std::vector<std::shared_ptr<const voxel::Box>> boxes;  ///< nullptr: air
-    voxel::Reach reach;                                    ///< empty = the box column alone
+    voxel::InputExtent reach;                              ///< empty = the box column alone
 };
 /// Called from any thread. With make = false: nullopt when not all boxes of the column are at hand.
 /// @throws Error when they cannot be made
@@ -49,7 +49,7 @@ private:
     };
     struct Kept {
         std::shared_ptr<const BoxTop> top;
-        voxel::Reach reach;
+        voxel::InputExtent reach;
     };
     [[nodiscard]] std::shared_ptr<const Kept> kept_of(const ColumnBoxes& column) const;
 

@@ -12,7 +12,7 @@ namespace terravox::map {
 struct Top {
     std::shared_ptr<const BoxTop> top;  ///< nullptr: nothing is there, or nothing is known
     bool known = false;                 ///< false: not made yet; only when `make` was false
-    voxel::Reach reach;                 ///< of its boxes; empty = the box column alone
+    voxel::InputExtent reach;           ///< of its boxes; empty = the box column alone
 };
 
 /// A square of the map's finest tiles, each 4 x 4 box columns (256 x 256 columns): 2^zooms_out

@@ -15,7 +15,8 @@ Function* function_of_module(const char* name) {
     void* library = util::open_beside_program(TERRAVOX_WORLDS_MODULE, "worlds module");
     auto* function = reinterpret_cast<Function*>(dlsym(library, name));
     if (function == nullptr)
-        throw Error("load the worlds module " + worlds_module().string() + ": it has no " + name);
+        throw util::Error("load the worlds module " + worlds_module().string() + ": it has no " +
+                          name);
     return function;
 }
 

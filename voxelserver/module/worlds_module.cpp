@@ -14,8 +14,8 @@ namespace {
 void check_version(const char* version) {
     if (std::string(version) == terravox::kVersion)
         return;
-    throw terravox::Error(std::string("use the worlds module: it is of version ") +
-                          terravox::kVersion + "; allowed: that of the program, " + version);
+    throw terravox::util::Error(std::string("use the worlds module: it is of version ") +
+                                terravox::kVersion + "; allowed: that of the program, " + version);
 }
 
 }  // namespace

@@ -49,7 +49,7 @@ std::optional<geo::Crs> crs_of(const std::filesystem::path& file, const std::str
         return crs_from(comment.empty() ? text_of(beside) : comment);
     } catch (const geo::ProjUnusableError&) {
         throw;
-    } catch (const Error& e) {
+    } catch (const util::Error& e) {
         spdlog::info("{}: {}; --crs sets one", file.string(), e.what());
         return std::nullopt;
     }

@@ -63,7 +63,7 @@ void announce(const worlds::ServedWorld& world, const Options& options, const Pl
     say("stop", "Ctrl-C");
     std::cout << std::flush;
     const std::string& bind = options.server.bind;
-    if (!net::is_loopback(bind) && plan.token.empty())
+    if (!sockets::is_loopback(bind) && plan.token.empty())
         spdlog::warn(
             "whoever reaches {} may ask: --token-file wants a token of them, config/nginx/ is a "
             "front for open networks",

@@ -37,9 +37,9 @@ OpenedForServing open_lidar(const Options& options, const Plan& plan, util::Stag
         lidar.files.assign(inputs.begin(), inputs.end());
     }
     if (lidar.classes.empty())
-        lidar.classes = WorldOptions{}.classes;
-    auto world = std::make_unique<OpeningWorld>(lidar, times,
-                                                OpeningWorld::Means{plan.facts, plan.image_bytes});
+        lidar.classes = worlds::WorldOptions{}.classes;
+    auto world = std::make_unique<DeferredWorld>(
+        lidar, times, DeferredWorld::Means{plan.facts, plan.image_bytes});
     if (out.store) {
         const voxelize::Terms terms = voxelize::terms_of(*out.store);
         world->set_licence(terms.licence, terms.attribution);
@@ -66,7 +66,7 @@ OpenedForServing open_other(const Options& options, const Plan& plan, util::Stag
     OpenedForServing out;
     out.world = opening.get();
     if (stop.stop_requested())
-        throw Error("open the world " + options.world.inputs.front() + ": stopped");
+        throw util::Error("open the world " + options.world.inputs.front() + ": stopped");
     return out;
 }
 

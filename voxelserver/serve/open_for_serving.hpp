@@ -4,7 +4,7 @@
 #include <optional>
 
 #include "common/util/stage_times.hpp"
-#include "voxelserver/serve/opening_world.hpp"
+#include "voxelserver/serve/deferred_world.hpp"
 #include "voxelserver/serve/options.hpp"
 #include "voxelserver/store/grabber_store.hpp"
 #include "voxelserver/worlds/kind/served_world.hpp"
@@ -14,11 +14,11 @@ namespace terravox::serve {
 /// What a server serves.
 struct OpenedForServing {
     std::unique_ptr<worlds::ServedWorld> world;
-    const OpeningWorld* lidar = nullptr;       ///< `world`, where it is LiDAR data or a store
+    const DeferredWorld* lidar = nullptr;      ///< `world`, where it is LiDAR data or a store
     std::optional<store::GrabberStore> store;  ///< of the grabber, where one was given
 };
 
-/// Opens the inputs of `options`: LiDAR data and stores as an OpeningWorld, all other kinds by the
+/// Opens the inputs of `options`: LiDAR data and stores as an DeferredWorld, all other kinds by the
 /// module. Ends soon after a wish to stop (signals.hpp) where another server is slow to answer.
 ///
 /// SIGINT and SIGTERM are to be held by the calling thread, with the handlers installed; it lets

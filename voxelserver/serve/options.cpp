@@ -24,13 +24,13 @@ constexpr int kSpareThreads = 32;
 // the threads have at work.
 constexpr std::size_t kBaseBytes = std::size_t{96} << 20;
 
-constexpr std::size_t kLeastImageBytes = std::size_t{8} << 20;
+constexpr std::size_t kMinImageBytes = std::size_t{8} << 20;
 
 // CLI::Range lets "nan" pass.
 std::chrono::milliseconds milliseconds(double seconds, const char* flag) {
     if (!std::isfinite(seconds))
-        throw UsageError(std::string(flag) +
-                         ": no number of seconds; --help lists what is allowed");
+        throw util::UsageError(std::string(flag) +
+                               ": no number of seconds; --help lists what is allowed");
     return std::chrono::milliseconds(static_cast<std::int64_t>(seconds * 1000));
 }
 
@@ -78,7 +78,7 @@ void add_other_kinds_options(CLI::App& app, Options& o) {
     add_kind_option(app, o, "--world-base-m", o.world.base_m,
                     "of rasters of heights: rock down to here, metres; default: a little below "
                     "the lowest");
-    generated::Settings& noise = o.world.generated;
+    procedural::Settings& noise = o.world.generated;
     add_kind_option(app, o, "--generated-water-level", noise.water_level,
                     "of generated worlds: height of the sea, voxels")
         ->capture_default_str();
@@ -97,13 +97,13 @@ void add_other_kinds_options(CLI::App& app, Options& o) {
     add_kind_option(app, o, "--generated-trees", noise.trees,
                     "of generated worlds: trees, bushes and grass, true or false")
         ->capture_default_str();
-    app.add_option("--processing-box-patience-s", o.box_timeout_s,
+    app.add_option("--processing-box-timeout-s", o.box_timeout_s,
                    "of voxel servers and archives on web servers: how long to try for a box, "
                    "seconds")
         ->capture_default_str()
         ->check(CLI::Range(1, 86400))
         ->each(
-            [&o](const std::string&) { o.kind_flags.emplace_back("--processing-box-patience-s"); });
+            [&o](const std::string&) { o.kind_flags.emplace_back("--processing-box-timeout-s"); });
 }
 
 void add_world_options(CLI::App& app, Options& o) {
@@ -205,8 +205,8 @@ std::string own_token(const Options& o) {
     const bool is_far = std::any_of(o.world.inputs.begin(), o.world.inputs.end(), is_address);
     if (!o.token_file.empty() || !is_bound || !is_far)
         return util::find_server_token(o.token_file);
-    if (!net::is_loopback(o.server.bind))
-        throw UsageError(
+    if (!sockets::is_loopback(o.server.bind))
+        throw util::UsageError(
             std::string("serve on ") + o.server.bind + ": " + util::kServerTokenVariable +
             " is the token of the server in TERRAVOX_SERVER_ORIGIN; allowed: a token of this "
             "server's own, by --token-file");
@@ -217,17 +217,17 @@ std::string own_token(const Options& o) {
 
 Plan finish(Options& o) {
     if (o.store.empty() == o.world.inputs.empty())
-        throw UsageError(
+        throw util::UsageError(
             "open the world: " +
             std::string(o.store.empty() ? "neither inputs nor --store" : "inputs and --store") +
             "; allowed: one of them");
     Plan plan;
     plan.token = own_token(o);
-    plan.names = net::HttpNames(o.server.bind, o.public_names);
+    plan.names = sockets::HttpNames(o.server.bind, o.public_names);
     const std::filesystem::path cache = util::cache_dir(o.cache);
     const std::size_t all = static_cast<std::size_t>(o.memory_mib) << 20;
     plan.image_bytes =
-        std::clamp(all / 16, kLeastImageBytes, static_cast<std::size_t>(geo::kGdalCache_bytes));
+        std::clamp(all / 16, kMinImageBytes, static_cast<std::size_t>(geo::kGdalCache_bytes));
     const std::size_t others = all / 8 + kBaseBytes + plan.image_bytes,
                       kept = std::max(all > others ? all - others : 0, all / 4);
     plan.map_bytes = kept / 16;
@@ -241,10 +241,13 @@ Plan finish(Options& o) {
     plan.boxes.ahead =
         !o.no_ahead && !o.prepare && !o.prepare_only;  // everything is made ahead then
     plan.boxes.disk_bytes = static_cast<std::uint64_t>(o.cache_mib) << 19;
-    if (!cache.empty())
-        plan.boxes.file = cache / "boxes-1.sqlite", plan.facts = cache / "worlds";
+    if (!cache.empty()) {
+        plan.boxes.file = cache / "boxes-1.sqlite";
+        plan.facts = cache / "worlds";
+    }
     if (o.prepare_only && cache.empty())
-        throw UsageError("prepare the world: no cache folder to keep it in; allowed: --cache DIR");
+        throw util::UsageError(
+            "prepare the world: no cache folder to keep it in; allowed: --cache DIR");
     o.world.cache_dir = cache;
     plan.square_bytes = plan.boxes.disk_bytes;
     o.world.box_timeout = std::chrono::seconds(o.box_timeout_s);

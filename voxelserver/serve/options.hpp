@@ -18,7 +18,7 @@ namespace terravox::serve {
 /// The command line of terravox-voxelserver.
 struct Options {
     Options() { world.classes.clear(); }
-    WorldOptions world;  ///< classes: empty = what the store says, or "asprs"
+    worlds::WorldOptions world;  ///< classes: empty = what the store says, or "asprs"
     /// Flags that were given, of those that mean something for some kinds of worlds only.
     std::vector<std::string> kind_flags;
     http::ServerOptions server;
@@ -51,7 +51,7 @@ struct Plan {
     std::size_t map_bytes = 0;       ///< of memory, for the map
     std::size_t image_bytes = 0;     ///< of memory, for what is decoded of images
     std::string token;               ///< "" = none
-    net::HttpNames names;            ///< that the server answers to
+    sockets::HttpNames names;        ///< that the server answers to
     std::filesystem::path facts;     ///< folder for what is known of worlds; empty: nothing is kept
 };
 /// Fills in the world's and the server's options, too. @throws UsageError for flags that do not go

@@ -44,7 +44,7 @@ bool watch(const boxes::Preparer& preparer, bool bar, const Useless& useless) {
     return stop;
 }
 
-ExitCode prepare_only(boxes::BoxCache& cache, const Plan& plan, bool bar) {
+util::ExitCode prepare_only(boxes::BoxCache& cache, const Plan& plan, bool bar) {
     const auto preparer = start_preparing(cache, plan.boxes.makers);
     boxes::DiskCache& disk = *cache.disk();
     const bool stopped = watch(*preparer, bar, [&] { return disk.failing(); });
@@ -54,17 +54,17 @@ ExitCode prepare_only(boxes::BoxCache& cache, const Plan& plan, bool bar) {
     const auto end = preparer->progress();
     disk.flush();
     if (const auto dropped = disk.stats().dropped; disk.failing() || dropped > 0)
-        throw Error(
+        throw util::Error(
             "prepare the world: " +
             (disk.failing() ? std::string("finished boxes") : std::to_string(dropped) + " boxes") +
             " cannot be kept in " + disk.file().string() + "; the next start goes on from there");
     if (stopped)
-        throw Error("prepare the world: stopped after " + std::to_string(end.done) + " of " +
-                    std::to_string(end.total) + " boxes; the next start goes on from there");
+        throw util::Error("prepare the world: stopped after " + std::to_string(end.done) + " of " +
+                          std::to_string(end.total) + " boxes; the next start goes on from there");
     if (const auto d = disk.stats(); d.evictions > 0)
         spdlog::warn("prepare: {} boxes had to go again; --cache-mib gives them more room",
                      d.evictions);
-    return end.failed > 0 ? ExitCode::kHoles : ExitCode::kDone;
+    return end.failed > 0 ? util::ExitCode::kHoles : util::ExitCode::kDone;
 }
 
 http::Health health_of(const worlds::ServedWorld& world) {
@@ -83,10 +83,10 @@ void check_can_prepare(const Options& options, const worlds::ServedWorld& world)
     const std::int64_t columns =
         (std::int64_t{range.max.bx} - range.min.bx) * (std::int64_t{range.max.bz} - range.min.bz);
     if (columns > kMaxColumns)
-        throw UsageError("prepare the world: it has " + std::to_string(columns) +
-                         " columns of boxes; allowed: up to " + std::to_string(kMaxColumns));
+        throw util::UsageError("prepare the world: it has " + std::to_string(columns) +
+                               " columns of boxes; allowed: up to " + std::to_string(kMaxColumns));
     if (options.prepare_only && !world.has_lasting_fingerprint())
-        throw UsageError(
+        throw util::UsageError(
             "prepare the world: its server does not say in which state it is, so that no later "
             "start could use the boxes; allowed: a server that tells an edition, an entity tag or "
             "a date");
@@ -95,7 +95,7 @@ void check_can_prepare(const Options& options, const worlds::ServedWorld& world)
 /// What of the plan depends on the kind of world.
 void fit_to_world(const worlds::ServedWorld& world, Plan& plan) {
     plan.boxes.downsample = !world.makes_all_levels();
-    plan.boxes.makers = world.worth_asking(plan.boxes.makers);
+    plan.boxes.makers = world.useful_concurrency(plan.boxes.makers);
     if (world.is_far())
         plan.boxes.ahead = false;  // another server's time is not for boxes that nobody requested
     if (!world.has_lasting_fingerprint())
@@ -105,13 +105,13 @@ void fit_to_world(const worlds::ServedWorld& world, Plan& plan) {
 /// Names the state of everything that any box is made of.
 std::string edition_of(const worlds::ServedWorld& world) {
     const voxel::BoxRange range = voxel::boxes_over(world.info().bounds, 0);
-    return store::hex_of(
+    return voxel::hex_of(
         world.fingerprint({range.min.bx, range.min.bz, range.max.bx, range.max.bz}));
 }
 
 }  // namespace
 
-ExitCode serve(Options& options) {
+util::ExitCode serve(Options& options) {
     util::set_up_log(options.log_level,
                      options.log_json ? util::LogFormat::kJson : util::LogFormat::kText);
     std::signal(SIGPIPE, SIG_IGN);
@@ -173,7 +173,7 @@ ExitCode serve(Options& options) {
         stop_far();
     });
     stop_far();  // boxes that are being prepared
-    return ExitCode::kDone;
+    return util::ExitCode::kDone;
 }
 
 }  // namespace terravox::serve

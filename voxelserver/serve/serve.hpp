@@ -8,6 +8,6 @@ namespace terravox::serve {
 /// Opens the world and serves it until SIGINT or SIGTERM, or makes all of its boxes
 /// (--prepare-only).
 /// @return kHoles when boxes that were to be prepared cannot be made @throws Error, UsageError
-[[nodiscard]] ExitCode serve(Options& options);
+[[nodiscard]] util::ExitCode serve(Options& options);
 
 }  // namespace terravox::serve

@@ -42,8 +42,10 @@ bool wait_for_stop(std::chrono::milliseconds longest) {
     clock_gettime(CLOCK_REALTIME, &until);
     until.tv_sec += longest.count() / 1000;
     until.tv_nsec += longest.count() % 1000 * 1'000'000;
-    if (until.tv_nsec >= 1'000'000'000)
-        ++until.tv_sec, until.tv_nsec -= 1'000'000'000;
+    if (until.tv_nsec >= 1'000'000'000) {
+        ++until.tv_sec;
+        until.tv_nsec -= 1'000'000'000;
+    }
     int got = 0;
     while ((got = sem_timedwait(&g_stop, &until)) != 0 && errno == EINTR) {
     }

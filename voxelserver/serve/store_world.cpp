@@ -26,17 +26,24 @@ const char* state_name(voxelize::SquareState state) {
 
 http::SquareEntry entry_of(const voxelize::SquareInfo& s) {
     http::SquareEntry out;
-    out.name = s.name, out.state = state_name(s.state), out.file = s.file.filename().string();
+    out.name = s.name;
+    out.state = state_name(s.state);
+    out.file = s.file.filename().string();
     if (!s.error.empty())
         out.error = s.error;
-    out.points = s.points, out.bytes = s.bytes;
-    out.min_x = s.bounds.min_x, out.min_z = s.bounds.min_z, out.max_x = s.bounds.max_x,
+    out.points = s.points;
+    out.bytes = s.bytes;
+    out.min_x = s.bounds.min_x;
+    out.min_z = s.bounds.min_z;
+    out.max_x = s.bounds.max_x;
     out.max_z = s.bounds.max_z;
     return out;
 }
 
 void add_terms(const StoredSquare& from, http::SquareEntry& to) {
-    to.source = from.source, to.licence = from.licence, to.attribution = from.attribution;
+    to.source = from.source;
+    to.licence = from.licence;
+    to.attribution = from.attribution;
 }
 
 // Squares are named E_N by their south-western corner in kilometres, where the store does not say
@@ -55,7 +62,8 @@ std::optional<store::StoredBounds> bounds_of(const StoredSquare& s) {
 http::SquareEntry entry_of(const StoredSquare& s, const store::StoredBounds& bounds,
                            const voxel::WorldInfo& info) {
     http::SquareEntry out;
-    out.name = s.name, out.state = s.state == StoredState::kWanted ? "wanted" : "failed";
+    out.name = s.name;
+    out.state = s.state == StoredState::kWanted ? "wanted" : "failed";
     if (!s.error.empty())
         out.error = s.error;
     if (s.points > 0)
@@ -65,14 +73,16 @@ http::SquareEntry entry_of(const StoredSquare& s, const store::StoredBounds& bou
     const auto voxel = [&](double value) {
         return static_cast<std::int32_t>(std::clamp(value / info.crs_units_per_voxel, -1e9, 1e9));
     };
-    out.min_x = voxel(bounds.min[0]), out.max_x = voxel(bounds.max[0]),
-    out.min_z = voxel(-bounds.max[1]), out.max_z = voxel(-bounds.min[1]);
+    out.min_x = voxel(bounds.min[0]);
+    out.max_x = voxel(bounds.max[0]);
+    out.min_z = voxel(-bounds.max[1]);
+    out.max_z = voxel(-bounds.min[1]);
     return out;
 }
 
 }  // namespace
 
-std::vector<http::SquareEntry> squares_of(const OpeningWorld& world,
+std::vector<http::SquareEntry> squares_of(const DeferredWorld& world,
                                           const std::optional<GrabberStore>& store) {
     std::map<std::string, const StoredSquare*> by_file;
     if (store)

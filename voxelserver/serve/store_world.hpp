@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "voxelserver/http/squares.hpp"
-#include "voxelserver/serve/opening_world.hpp"
+#include "voxelserver/serve/deferred_world.hpp"
 #include "voxelserver/store/grabber_store.hpp"
 
 namespace terravox::serve {
@@ -12,6 +12,6 @@ namespace terravox::serve {
 /// What the interface shows of squares: those of the world, and those that the store has not
 /// fetched.
 [[nodiscard]] std::vector<http::SquareEntry> squares_of(
-    const OpeningWorld& world, const std::optional<store::GrabberStore>& store);
+    const DeferredWorld& world, const std::optional<store::GrabberStore>& store);
 
 }  // namespace terravox::serve

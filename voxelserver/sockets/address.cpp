@@ -4,12 +4,12 @@
 
 #include "common/util/error.hpp"
 
-namespace terravox::net {
+namespace terravox::sockets {
 namespace {
 
 [[noreturn]] void refuse(const std::string& text, const std::string& why) {
-    throw UsageError("read the address '" + text + "': " + why +
-                     "; allowed: HOST:PORT, :PORT, [IPV6]:PORT, port 0 to 65535");
+    throw util::UsageError("read the address '" + text + "': " + why +
+                           "; allowed: HOST:PORT, :PORT, [IPV6]:PORT, port 0 to 65535");
 }
 
 }  // namespace
@@ -63,4 +63,4 @@ std::string Address::text() const {
            std::to_string(port);
 }
 
-}  // namespace terravox::net
+}  // namespace terravox::sockets

@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <string>
 
-namespace terravox::net {
+namespace terravox::sockets {
 
 /// Where to dial or listen.
 struct Address {
@@ -16,4 +16,4 @@ struct Address {
     [[nodiscard]] std::string text() const;
 };
 
-}  // namespace terravox::net
+}  // namespace terravox::sockets

@@ -8,10 +8,10 @@
 
 #include "common/util/error.hpp"
 
-namespace terravox::net {
+namespace terravox::sockets {
 namespace {
 
-constexpr std::size_t kMostNameBytes = 253;  // of a domain name
+constexpr std::size_t kMaxNameBytes = 253;  // of a domain name
 
 char lower(char c) noexcept {
     return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
@@ -31,7 +31,7 @@ bool is_name(std::string_view text) noexcept {
         return is_digit(c) || (lower(c) >= 'a' && lower(c) <= 'z') || c == '-' || c == '.' ||
                c == '_';
     };
-    return !text.empty() && text.size() <= kMostNameBytes && text.front() != '.' &&
+    return !text.empty() && text.size() <= kMaxNameBytes && text.front() != '.' &&
            std::all_of(text.begin(), text.end(), fits);
 }
 
@@ -62,11 +62,11 @@ HttpNames::HttpNames(const std::string& bind, const std::vector<std::string>& na
     : m_names{"localhost"} {
     for (const std::string& name : names) {
         if (!is_name(name))
-            throw UsageError("answer to the host name '" + name +
-                             "'; allowed: a name without a port, such as voxels.example.org");
+            throw util::UsageError("answer to the host name '" + name +
+                                   "'; allowed: a name without a port, such as voxels.example.org");
         m_names.push_back(name);
     }
-    std::array<char, kMostNameBytes + 2> own{};
+    std::array<char, kMaxNameBytes + 2> own{};
     if (!is_loopback(bind) && gethostname(own.data(), own.size() - 1) == 0 && own.front() != '\0')
         m_names.emplace_back(own.data());
     for (std::string& name : m_names)
@@ -103,4 +103,4 @@ bool from_another_origin(const AskingPage& page) noexcept {
     return page.mode != "navigate" || page.destination != "document";
 }
 
-}  // namespace terravox::net
+}  // namespace terravox::sockets

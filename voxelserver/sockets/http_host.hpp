@@ -4,7 +4,7 @@
 #include <string_view>
 #include <vector>
 
-namespace terravox::net {
+namespace terravox::sockets {
 
 /// The names by which an HTTP server lets itself be asked. A web page whose own name was made to
 /// lead to this machine (DNS rebinding) is, for its browser, of the same origin as the server, and
@@ -44,4 +44,4 @@ struct AskingPage {
 /// Fetch Standard, 3.2; W3C, "Fetch Metadata Request Headers", 2021.
 [[nodiscard]] bool from_another_origin(const AskingPage& page) noexcept;
 
-}  // namespace terravox::net
+}  // namespace terravox::sockets

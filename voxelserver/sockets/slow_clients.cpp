@@ -22,7 +22,7 @@
 #include "common/util/error.hpp"
 #include "voxelserver/sockets/socket.hpp"
 
-namespace terravox::net {
+namespace terravox::sockets {
 namespace {
 
 using Clock = std::chrono::steady_clock;
@@ -66,8 +66,8 @@ struct CloseFolder {
 std::vector<Connection> connections_to(int port) {
     const std::unique_ptr<DIR, CloseFolder> folder(::opendir("/proc/self/fd"));
     if (!folder)
-        throw Error(std::string("list the descriptors of this process in /proc/self/fd: ") +
-                    std::strerror(errno));
+        throw util::Error(std::string("list the descriptors of this process in /proc/self/fd: ") +
+                          std::strerror(errno));
     std::vector<Connection> out;
     while (const dirent* entry = ::readdir(folder.get())) {
         const std::string_view name(entry->d_name);
@@ -193,7 +193,7 @@ void SlowClients::look() {
             Known::Facts& facts = m_known->connections[one.name];
             facts.seen = m_known->looks;
             facts.looks = facts.answering > 0 || one.unread ? 0 : facts.looks + 1;
-            if (facts.looks >= kLooks && now - facts.since >= m_limits.patience)
+            if (facts.looks >= kLooks && now - facts.since >= m_limits.timeout)
                 waiting[one.address].emplace_back(facts.since, &one);
         }
         std::erase_if(m_known->connections, [&](const auto& one) {
@@ -228,4 +228,4 @@ void SlowClients::tell(const std::string& address) {
         m_limits.connections, address, m_closed - 1);
 }
 
-}  // namespace terravox::net
+}  // namespace terravox::sockets

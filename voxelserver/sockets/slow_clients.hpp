@@ -7,7 +7,7 @@
 #include <string>
 #include <thread>
 
-namespace terravox::net {
+namespace terravox::sockets {
 
 /// Keeps clients that do not finish their requests from taking all threads of an HTTP server that
 /// gives each connection a thread (CivetWeb). While more connections than a limit are open, those
@@ -26,7 +26,7 @@ class SlowClients {
 public:
     struct Limits {
         int connections = 1;  ///< that may be open before any is closed; at least 1
-        std::chrono::milliseconds patience{500};  ///< with a client, while there are more
+        std::chrono::milliseconds timeout{500};  ///< with a client, while there are more
     };
     explicit SlowClients(const Limits& limits);
     ~SlowClients();  ///< no Answering may be left
@@ -71,4 +71,4 @@ private:
     std::thread m_thread;
 };
 
-}  // namespace terravox::net
+}  // namespace terravox::sockets

@@ -16,7 +16,7 @@
 
 #include "common/util/error.hpp"
 
-namespace terravox::net {
+namespace terravox::sockets {
 namespace {
 
 constexpr int kBacklog = 1024;
@@ -53,14 +53,16 @@ bool wait_for(int fd, short events, Deadline deadline) {
         if (ready > 0)
             return true;
         if (ready < 0 && errno != EINTR)
-            throw Error(std::string("wait for a socket: ") + std::strerror(errno));
+            throw util::Error(std::string("wait for a socket: ") + std::strerror(errno));
     }
 }
 
 Socket listen_at(const Endpoint& endpoint, bool both_families, const std::string& where) {
     Socket socket(
         ::socket(endpoint.storage.ss_family, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0));
-    const auto failed = [&] { return Error("listen at " + where + ": " + std::strerror(errno)); };
+    const auto failed = [&] {
+        return util::Error("listen at " + where + ": " + std::strerror(errno));
+    };
     if (!socket)
         throw failed();
     const int on = 1, only_six = both_families ? 0 : 1;
@@ -78,7 +80,7 @@ std::uint16_t bound_port(int fd) {
     Endpoint bound;
     bound.size_bytes = sizeof bound.storage;
     if (::getsockname(fd, reinterpret_cast<sockaddr*>(&bound.storage), &bound.size_bytes) != 0)
-        throw Error(std::string("ask for the port of a socket: ") + std::strerror(errno));
+        throw util::Error(std::string("ask for the port of a socket: ") + std::strerror(errno));
     return bound.port();
 }
 
@@ -141,8 +143,9 @@ std::vector<Endpoint> resolve(const Address& address, bool to_listen) {
     const int code = ::getaddrinfo(address.host.empty() ? nullptr : address.host.c_str(),
                                    std::to_string(address.port).c_str(), &wanted, &found);
     if (code != 0)
-        throw Error("look up " + (address.host.empty() ? address.text() : address.host) + ": " +
-                    (code == EAI_SYSTEM ? std::strerror(errno) : ::gai_strerror(code)));
+        throw util::Error("look up " + (address.host.empty() ? address.text() : address.host) +
+                          ": " +
+                          (code == EAI_SYSTEM ? std::strerror(errno) : ::gai_strerror(code)));
     const std::unique_ptr<addrinfo, decltype(&::freeaddrinfo)> owner(found, &::freeaddrinfo);
     std::vector<Endpoint> out;
     for (const addrinfo* one = found; one != nullptr; one = one->ai_next) {
@@ -154,7 +157,7 @@ std::vector<Endpoint> resolve(const Address& address, bool to_listen) {
         out.push_back(endpoint);
     }
     if (out.empty())
-        throw Error("look up " + address.host + ": it has no IPv4 or IPv6 address");
+        throw util::Error("look up " + address.host + ": it has no IPv4 or IPv6 address");
     return out;
 }
 
@@ -184,7 +187,7 @@ std::vector<Socket> listen_at(const Address& address) {
 
 Socket connect_to(const Endpoint& endpoint, Deadline deadline) {
     const auto failed = [&](const std::string& why) {
-        return Error("connect to " + endpoint.text() + ": " + why);
+        return util::Error("connect to " + endpoint.text() + ": " + why);
     };
     Socket socket(
         ::socket(endpoint.storage.ss_family, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0));
@@ -223,12 +226,12 @@ void read_exactly(int fd, void* to, std::size_t size_bytes, Deadline deadline) {
             at += got;
             size_bytes -= static_cast<std::size_t>(got);
         } else if (got == 0) {
-            throw Error("it closed the connection");
+            throw util::Error("it closed the connection");
         } else if (errno == EAGAIN || errno == EWOULDBLOCK) {
             if (!wait_for(fd, POLLIN, deadline))
-                throw Error("no answer in time");
+                throw util::Error("no answer in time");
         } else if (errno != EINTR) {
-            throw Error(std::strerror(errno));
+            throw util::Error(std::strerror(errno));
         }
     }
 }
@@ -242,11 +245,11 @@ void write_all(int fd, const void* from, std::size_t size_bytes, Deadline deadli
             size_bytes -= static_cast<std::size_t>(put);
         } else if (errno == EAGAIN || errno == EWOULDBLOCK) {
             if (!wait_for(fd, POLLOUT, deadline))
-                throw Error("no answer in time");
+                throw util::Error("no answer in time");
         } else if (errno != EINTR) {
-            throw Error(std::strerror(errno));
+            throw util::Error(std::strerror(errno));
         }
     }
 }
 
-}  // namespace terravox::net
+}  // namespace terravox::sockets

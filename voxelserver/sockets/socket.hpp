@@ -9,7 +9,7 @@
 
 #include "voxelserver/sockets/address.hpp"
 
-namespace terravox::net {
+namespace terravox::sockets {
 
 /// A file descriptor with an owner.
 class Socket {
@@ -77,4 +77,4 @@ void read_exactly(int fd, void* to, std::size_t size_bytes, Deadline deadline);
 /// @throws Error
 void write_all(int fd, const void* from, std::size_t size_bytes, Deadline deadline);
 
-}  // namespace terravox::net
+}  // namespace terravox::sockets

@@ -2,18 +2,18 @@
 
 #include <algorithm>
 
-namespace terravox::voxelize {
+namespace terravox::store {
 
-std::vector<std::size_t> ChunkIndex::over(const PatchRect& rect) const {
+std::vector<std::size_t> ChunkIndex::over(const grid::PatchRect& rect) const {
     std::vector<std::size_t> out;
     for (std::size_t i = 0; i < m_chunks.size(); ++i)
         if (std::any_of(m_chunks[i].patches.begin(), m_chunks[i].patches.end(),
-                        [&](PatchKey k) { return rect.contains(k); }))
+                        [&](grid::PatchKey k) { return rect.contains(k); }))
             out.push_back(i);
     return out;
 }
 
-std::vector<pointcloud::PointRange> ChunkIndex::ranges_over(const PatchRect& rect) const {
+std::vector<pointcloud::PointRange> ChunkIndex::ranges_over(const grid::PatchRect& rect) const {
     std::vector<pointcloud::PointRange> out;
     for (const std::size_t i : over(rect)) {
         if (!out.empty() && out.back().end == m_chunks[i].points.begin)
@@ -24,4 +24,4 @@ std::vector<pointcloud::PointRange> ChunkIndex::ranges_over(const PatchRect& rec
     return out;
 }
 
-}  // namespace terravox::voxelize
+}  // namespace terravox::store

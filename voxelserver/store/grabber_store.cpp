@@ -14,7 +14,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::size_t kMostRows = 1'000'000, kMostSquares = 100'000;
+constexpr std::size_t kMaxRows = 1'000'000, kMaxSquares = 100'000;
 constexpr std::size_t kLongestText = 4096;
 constexpr std::int64_t kGeoPackage = 0x47504B47;  // "GPKG"
 
@@ -111,8 +111,8 @@ public:
             if (!out.empty() && out.back().source == square.source &&
                 out.back().name == square.name)
                 fail(m_where + "name: " + square.source + "/" + square.name + " twice");
-            if (row >= kMostSquares)
-                fail("more than " + std::to_string(kMostSquares) + " squares that were asked for");
+            if (row >= kMaxSquares)
+                fail("more than " + std::to_string(kMaxSquares) + " squares that were asked for");
             out.push_back(std::move(square));
         }
         return out;
@@ -127,8 +127,8 @@ public:
                   "ORDER BY file_path");
         for (std::size_t row = 0; rows.next(); ++row) {
             m_where = "orthophotos." + std::to_string(row) + ".";
-            if (row >= kMostRows)
-                fail("more than " + std::to_string(kMostRows) + " orthophotos");
+            if (row >= kMaxRows)
+                fail("more than " + std::to_string(kMaxRows) + " orthophotos");
             const std::string path = text(rows, 0, "file_path", true);
             if (!is_place(path, "ortho", 2, {".tif"}))
                 fail(m_where + "file_path = '" + path +
@@ -145,7 +145,7 @@ public:
 
 private:
     [[noreturn]] void fail(const std::string& what) const {
-        throw Error("read the store's list " + m_file.string() + ": " + what);
+        throw util::Error("read the store's list " + m_file.string() + ": " + what);
     }
 
     /// @return empty for NULL, when `required` is not set
@@ -203,11 +203,12 @@ private:
 
     [[nodiscard]] StoredSquare read_square(const Rows& rows) const {
         StoredSquare out;
-        out.source = name(rows, 0, "source"), out.name = name(rows, 1, "name");
+        out.source = name(rows, 0, "source");
+        out.name = name(rows, 1, "name");
         const std::string state = text(rows, 2, "state", true);
-        out.crs = text(rows, 8, "crs", false),
+        out.crs = text(rows, 8, "crs", false);
         out.class_table = text(rows, 9, "class_table", false);
-        out.licence = text(rows, 10, "licence", false),
+        out.licence = text(rows, 10, "licence", false);
         out.attribution = text(rows, 11, "attribution", false);
         out.bounds = bounds(rows);
         if (!rows.is_null(7)) {
@@ -241,13 +242,15 @@ private:
         if (!is_place(path, "lidar", 1, {".laz", ".las"}))
             fail(m_where + "file_path = '" + path +
                  "'; allowed: lidar/<source>/<square>.laz or .las");
-        out.bytes = count(rows, 5, "file_bytes"), out.points = count(rows, 6, "point_count");
+        out.bytes = count(rows, 5, "file_bytes");
+        out.points = count(rows, 6, "point_count");
         const auto length = length_of(m_folder / path);
         out.error.clear();
         out.state = otherwise;
-        if (length == out.bytes)
-            out.state = StoredState::kFetched, out.file = m_folder / path;
-        else if (otherwise == StoredState::kFailed)
+        if (length == out.bytes) {
+            out.state = StoredState::kFetched;
+            out.file = m_folder / path;
+        } else if (otherwise == StoredState::kFailed)
             out.error = !length ? path + " is not there any more; fetch it again"
                                 : path + " has " + std::to_string(*length) + " bytes; it had " +
                                       std::to_string(out.bytes) + " when it was fetched";
@@ -262,7 +265,8 @@ private:
 [[nodiscard]] GrabberStore read_fishnet(const fs::path& folder, bool immutable) {
     FishnetReader reader(folder, immutable);
     GrabberStore out;
-    out.squares = reader.squares(), out.orthophotos = reader.orthophotos();
+    out.squares = reader.squares();
+    out.orthophotos = reader.orthophotos();
     return out;
 }
 
@@ -278,7 +282,7 @@ std::vector<fs::path> GrabberStore::files() const {
 
 GrabberStore read_grabber_store(const fs::path& folder) {
     const auto fail = [&](const std::string& what) {
-        return Error("read the store " + folder.string() + ": " + what);
+        return util::Error("read the store " + folder.string() + ": " + what);
     };
     std::error_code failed;
     if (!fs::is_directory(folder, failed))
@@ -302,7 +306,7 @@ GrabberStore read_grabber_store(const fs::path& folder) {
             GrabberStore out = read_fishnet(folder, true);
             if (log_is_empty())
                 return out;
-        } catch (const Error&) {
+        } catch (const util::Error&) {
             if (log_is_empty())
                 throw;
         }

@@ -12,16 +12,18 @@ namespace {
 
 constexpr int kBusyTimeout_ms = 10'000;         // another process recovers or checkpoints
 constexpr int kLongestValue_bytes = 1'000'000;  // and row: the longest are lists of addresses
-constexpr int kStepsPerLook = 1'000'000, kMostLooks = 2'000;
+constexpr int kStepsPerLook = 1'000'000, kMaxLooks = 2'000;
 
 /// A name in which SQLite's own signs mean nothing.
 std::string uri_of(const std::filesystem::path& file, bool immutable) {
     std::string out = "file:";
     constexpr char kHex[] = "0123456789ABCDEF";
     for (const unsigned char c : std::filesystem::absolute(file).string()) {
-        if (c == '%' || c == '?' || c == '#')
-            out += '%', out += kHex[c >> 4], out += kHex[c & 15];
-        else
+        if (c == '%' || c == '?' || c == '#') {
+            out += '%';
+            out += kHex[c >> 4];
+            out += kHex[c & 15];
+        } else
             out += static_cast<char>(c);
     }
     return out + (immutable ? "?immutable=1" : "");
@@ -40,7 +42,7 @@ int count_down(void* looks) noexcept {
 }  // namespace
 
 ReadOnlyDatabase::ReadOnlyDatabase(const std::filesystem::path& file, bool immutable)
-    : m_file(file.string()), m_looks_left(kMostLooks) {
+    : m_file(file.string()), m_looks_left(kMaxLooks) {
     const int flags =
         SQLITE_OPEN_READONLY | SQLITE_OPEN_URI | SQLITE_OPEN_NOMUTEX | SQLITE_OPEN_PRIVATECACHE;
     if (sqlite3_open_v2(uri_of(file, immutable).c_str(), &m_database, flags, nullptr) !=
@@ -48,7 +50,7 @@ ReadOnlyDatabase::ReadOnlyDatabase(const std::filesystem::path& file, bool immut
         const std::string why =
             m_database != nullptr ? sqlite3_errmsg(m_database) : "out of memory";
         sqlite3_close(m_database);
-        throw Error("read the store's list " + m_file + ": " + one_line(why));
+        throw util::Error("read the store's list " + m_file + ": " + one_line(why));
     }
     sqlite3_busy_timeout(m_database, kBusyTimeout_ms);
     sqlite3_limit(m_database, SQLITE_LIMIT_LENGTH, kLongestValue_bytes);
@@ -66,8 +68,8 @@ void ReadOnlyDatabase::fail() const {
     const char* hint = code == SQLITE_NOTADB || code == SQLITE_CORRUPT
                            ? "; allowed: a sound fishnet.gpkg that the grabber made"
                            : "";
-    throw Error("read the store's list " + m_file + ": " + one_line(sqlite3_errmsg(m_database)) +
-                hint);
+    throw util::Error("read the store's list " + m_file + ": " +
+                      one_line(sqlite3_errmsg(m_database)) + hint);
 }
 
 std::optional<std::int64_t> ReadOnlyDatabase::number(const char* sql) {

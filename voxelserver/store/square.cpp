@@ -11,7 +11,7 @@
 #include "common/util/error.hpp"
 #include "common/util/mapped_file.hpp"
 
-namespace terravox::voxelize {
+namespace terravox::store {
 namespace {
 
 /// What a square made in memory owns.
@@ -33,16 +33,16 @@ bool before(const VoxelPoint& a, const VoxelPoint& b) noexcept {
 
 // Counting sort by column, then each column by height.
 void sort_patch(std::span<VoxelPoint> points, std::vector<VoxelPoint>& scratch) {
-    std::array<std::uint32_t, kPatchColumns + 1> begin{};
+    std::array<std::uint32_t, grid::kPatchColumns + 1> begin{};
     for (const VoxelPoint& p : points)
         ++begin[static_cast<std::size_t>(p.column()) + 1];
-    for (std::size_t i = 0; i < kPatchColumns; ++i)
+    for (std::size_t i = 0; i < grid::kPatchColumns; ++i)
         begin[i + 1] += begin[i];
     scratch.resize(points.size());
     auto next = begin;
     for (const VoxelPoint& p : points)
         scratch[next[static_cast<std::size_t>(p.column())]++] = p;
-    for (std::size_t i = 0; i < kPatchColumns; ++i) {
+    for (std::size_t i = 0; i < grid::kPatchColumns; ++i) {
         const auto from = scratch.begin() + begin[i], to = scratch.begin() + begin[i + 1];
         constexpr std::ptrdiff_t kFew = 16;
         if (to - from > kFew) {
@@ -59,7 +59,10 @@ void sort_patch(std::span<VoxelPoint> points, std::vector<VoxelPoint>& scratch) 
 }  // namespace
 
 void PointCounts::add(const PointCounts& other) noexcept {
-    kept += other.kept, wild += other.wild, withheld += other.withheld, noise += other.noise;
+    kept += other.kept;
+    wild += other.wild;
+    withheld += other.withheld;
+    noise += other.noise;
     for (std::size_t i = 0; i < by_class.size(); ++i)
         by_class[i] += other.by_class[i];
 }
@@ -68,17 +71,18 @@ std::uint64_t checksum_of(std::span<const VoxelPoint> points) noexcept {
     return XXH64(points.data(), points.size_bytes(), 0);
 }
 
-std::span<const VoxelPoint> Square::points(PatchKey patch) const {
+std::span<const VoxelPoint> Square::points(grid::PatchKey patch) const {
     const auto found =
         std::lower_bound(m_patches.begin(), m_patches.end(), patch,
-                         [](const PatchEntry& e, const PatchKey& k) { return e.key < k; });
+                         [](const PatchEntry& e, const grid::PatchKey& k) { return e.key < k; });
     if (found == m_patches.end() || !(found->key == patch))
         return {};
     const auto out = m_points.subspan(found->begin, found->count);
     // A file cut short in place is asked first: to touch a page that is gone would end the program.
     if (!m_checked && (!util::readable(std::as_bytes(out)) || checksum_of(out) != found->checksum))
-        throw Error("read a prepared square: patch " + std::to_string(patch.px) + ", " +
-                    std::to_string(patch.pz) + " is damaged on disk; remove the cache folder");
+        throw util::Error("read a prepared square: patch " + std::to_string(patch.px) + ", " +
+                          std::to_string(patch.pz) +
+                          " is damaged on disk; remove the cache folder");
     return out;
 }
 
@@ -86,13 +90,13 @@ std::shared_ptr<const Square> bin_points(std::vector<PatchedPoints> parts,
                                          const PointCounts& counts, int threads) {
     const auto owned = std::make_shared<Owned>();
     // Step 1: the patches, and how many points each part has in those that it touches.
-    std::vector<PatchKey> keys;
+    std::vector<grid::PatchKey> keys;
     for (const PatchedPoints& part : parts)
         for (const auto& run : part.runs)
             keys.push_back(run.patch);
     std::sort(keys.begin(), keys.end());
     keys.erase(std::unique(keys.begin(), keys.end()), keys.end());
-    std::unordered_map<PatchKey, std::size_t, PatchKeyHash> index_of(keys.size());
+    std::unordered_map<grid::PatchKey, std::size_t, grid::PatchKeyHash> index_of(keys.size());
     for (std::size_t k = 0; k < keys.size(); ++k)
         index_of.emplace(keys[k], k);
     const auto run_end = [](const PatchedPoints& part, std::size_t r) {
@@ -136,4 +140,4 @@ std::shared_ptr<const Square> bin_points(std::vector<PatchedPoints> parts,
     return std::make_shared<Square>(owned, owned->patches, owned->points, counts, bytes, true);
 }
 
-}  // namespace terravox::voxelize
+}  // namespace terravox::store

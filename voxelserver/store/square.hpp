@@ -9,11 +9,11 @@
 #include "voxelserver/grid/patch.hpp"
 #include "voxelserver/store/voxel_point.hpp"
 
-namespace terravox::voxelize {
+namespace terravox::store {
 
 /// Where the points of one patch lie in a square's points. Stored as is in prepared squares.
 struct PatchEntry {
-    PatchKey key;
+    grid::PatchKey key;
     std::uint64_t begin = 0;
     std::uint64_t count = 0;
     std::uint64_t checksum =
@@ -48,7 +48,7 @@ public:
           m_checked(checked) {}
 
     /// @throws Error when the patch's checksum does not match (only a mapped file can be damaged)
-    [[nodiscard]] std::span<const VoxelPoint> points(PatchKey patch) const;
+    [[nodiscard]] std::span<const VoxelPoint> points(grid::PatchKey patch) const;
     [[nodiscard]] std::span<const PatchEntry> patches() const noexcept { return m_patches; }
     [[nodiscard]] std::span<const VoxelPoint> all() const noexcept { return m_points; }
     [[nodiscard]] const PointCounts& counts() const noexcept { return m_counts; }
@@ -71,13 +71,13 @@ private:
 /// patch, so patches are kept as runs.
 struct PatchedPoints {
     struct Run {
-        PatchKey patch;
+        grid::PatchKey patch;
         std::size_t begin = 0;
         std::size_t place = 0;  ///< for binning: the patch's number, then where the run goes
     };
     std::vector<VoxelPoint> points;
     std::vector<Run> runs;  ///< each until the next one's begin
-    void add(PatchKey patch, const VoxelPoint& point) {
+    void add(grid::PatchKey patch, const VoxelPoint& point) {
         if (runs.empty() || !(runs.back().patch == patch))
             runs.push_back({patch, points.size(), 0});
         points.push_back(point);
@@ -90,4 +90,4 @@ struct PatchedPoints {
 [[nodiscard]] std::shared_ptr<const Square> bin_points(std::vector<PatchedPoints> parts,
                                                        const PointCounts& counts, int threads);
 
-}  // namespace terravox::voxelize
+}  // namespace terravox::store

@@ -14,12 +14,7 @@
 namespace terravox::store {
 namespace {
 
-using voxelize::ChunkIndex;
-using voxelize::PatchEntry;
-using voxelize::PatchKey;
-using voxelize::PointCounts;
-using voxelize::Square;
-using voxelize::VoxelPoint;
+using grid::PatchKey;
 
 /// Head of both kinds of file. `count` and `more`: patches and points, or chunks and patches of
 /// chunks.
@@ -61,8 +56,8 @@ void write(const std::filesystem::path& path, Header header, std::span<const std
     put(points.data(), points.size());
     out.close();
     if (!out)
-        throw Error("write the prepared square " + path.string() +
-                    ": the disk is full or not writable");
+        throw util::Error("write the prepared square " + path.string() +
+                          ": the disk is full or not writable");
     // Checksums tell what a crash cut short, so nothing waits for the disk.
     file.commit(util::AtomicFile::Flush::kNo);
 }
@@ -89,7 +84,7 @@ template <class LayoutOf>
 Opened open(const std::filesystem::path& path, const std::array<char, 8>& magic,
             const LayoutOf& layout_of) {
     const auto fail = [&](const std::string& what) {
-        return Error("read the prepared square " + path.string() + ": " + what);
+        return util::Error("read the prepared square " + path.string() + ": " + what);
     };
     Opened out{util::MappedFile::open(path), {}};
     if (!out.file)
@@ -120,12 +115,12 @@ Opened open(const std::filesystem::path& path, const std::array<char, 8>& magic,
 void write_square(const std::filesystem::path& file, const Square& square) {
     Header header;
     header.magic = kSquareMagic;
-    header.count = square.patches().size(), header.more = square.all().size();
+    header.count = square.patches().size();
+    header.more = square.all().size();
     header.counts = square.counts();
     std::vector<PatchEntry> patches(square.patches().begin(), square.patches().end());
     for (PatchEntry& p : patches)
-        p.checksum =
-            voxelize::checksum_of(square.points(p.key));  // one that is mapped and damaged stays so
+        p.checksum = checksum_of(square.points(p.key));  // one that is mapped and damaged stays so
     write(file, header, std::as_bytes(std::span(patches)), std::as_bytes(square.all()));
 }
 
@@ -153,25 +148,27 @@ std::shared_ptr<const Square> map_square(const std::filesystem::path& path) {
     std::uint64_t at = 0;
     for (const PatchEntry& p : patches) {
         if (p.begin != at || p.count > points.size() - at)
-            throw Error("read the prepared square " + path.string() + ": damaged (directory)");
+            throw util::Error("read the prepared square " + path.string() +
+                              ": damaged (directory)");
         at += p.count;
     }
     if (at != points.size())
-        throw Error("read the prepared square " + path.string() + ": damaged (directory)");
+        throw util::Error("read the prepared square " + path.string() + ": damaged (directory)");
     return std::make_shared<Square>(holder, patches, points, opened.header.counts,
                                     opened.file->bytes().size() + patches.size_bytes(), false);
 }
 
 void write_chunks(const std::filesystem::path& file, const ChunkIndex& index) {
     std::vector<ChunkRecord> records;
-    std::vector<PatchKey> patches;
+    std::vector<grid::PatchKey> patches;
     for (const auto& chunk : index.chunks()) {
         records.push_back({chunk.points.begin, chunk.points.end, chunk.patches.size()});
         patches.insert(patches.end(), chunk.patches.begin(), chunk.patches.end());
     }
     Header header;
     header.magic = kChunksMagic;
-    header.count = records.size(), header.more = patches.size();
+    header.count = records.size();
+    header.more = patches.size();
     std::vector<std::byte> tables(std::as_bytes(std::span(records)).begin(),
                                   std::as_bytes(std::span(records)).end());
     tables.insert(tables.end(), std::as_bytes(std::span(patches)).begin(),
@@ -182,14 +179,14 @@ void write_chunks(const std::filesystem::path& file, const ChunkIndex& index) {
 std::optional<ChunkIndex> read_chunks(const std::filesystem::path& path) {
     const auto opened =
         open(path, kChunksMagic, [](const Header& h, std::size_t room) -> std::optional<Layout> {
-            if (h.count > room / sizeof(ChunkRecord) || h.more > room / sizeof(PatchKey))
+            if (h.count > room / sizeof(ChunkRecord) || h.more > room / sizeof(grid::PatchKey))
                 return std::nullopt;
-            return Layout{h.count * sizeof(ChunkRecord) + h.more * sizeof(PatchKey), 0};
+            return Layout{h.count * sizeof(ChunkRecord) + h.more * sizeof(grid::PatchKey), 0};
         });
     if (!opened.file)
         return std::nullopt;
     const auto damaged = [&] {
-        return Error("read the chunk index " + path.string() + ": damaged");
+        return util::Error("read the chunk index " + path.string() + ": damaged");
     };
     const std::byte* at = opened.file->bytes().data() + sizeof(Header);
     const std::byte* patches_at = at + opened.header.count * sizeof(ChunkRecord);
@@ -205,8 +202,8 @@ std::optional<ChunkIndex> read_chunks(const std::filesystem::path& path) {
         chunk.points = {record.begin, record.end};
         chunk.patches.resize(record.patches);
         if (record.patches > 0)
-            std::memcpy(chunk.patches.data(), patches_at, record.patches * sizeof(PatchKey));
-        patches_at += record.patches * sizeof(PatchKey);
+            std::memcpy(chunk.patches.data(), patches_at, record.patches * sizeof(grid::PatchKey));
+        patches_at += record.patches * sizeof(grid::PatchKey);
     }
     if (left != 0)
         throw damaged();

@@ -16,15 +16,15 @@ namespace terravox::store {
 inline constexpr std::uint32_t kSquareFileVersion = 1;
 
 /// Writes a prepared square: header, patch directory, points. @throws Error
-void write_square(const std::filesystem::path& file, const voxelize::Square& square);
+void write_square(const std::filesystem::path& file, const Square& square);
 /// Maps one. The header and the directory are checked at once, the points of a patch when they are
 /// first asked for.
 /// @return nullptr when there is no such file @throws Error for a damaged file or another version
-[[nodiscard]] std::shared_ptr<const voxelize::Square> map_square(const std::filesystem::path& file);
+[[nodiscard]] std::shared_ptr<const Square> map_square(const std::filesystem::path& file);
 
 /// Writes and reads a chunk index. @throws Error as above; read_chunks: nullopt when there is no
 /// such file
-void write_chunks(const std::filesystem::path& file, const voxelize::ChunkIndex& index);
-[[nodiscard]] std::optional<voxelize::ChunkIndex> read_chunks(const std::filesystem::path& file);
+void write_chunks(const std::filesystem::path& file, const ChunkIndex& index);
+[[nodiscard]] std::optional<ChunkIndex> read_chunks(const std::filesystem::path& file);
 
 }  // namespace terravox::store

@@ -58,14 +58,15 @@ std::vector<Kept> files_of(const fs::path& folder) {
 }  // namespace
 
 std::string square_name(const fs::path& source, const std::string& recipe) {
-    ByteWriter facts;
-    facts.add(recipe), facts.add(file_identity(source, "point cloud"));
+    voxel::ByteWriter facts;
+    facts.add(recipe);
+    facts.add(voxel::file_identity(source, "point cloud"));
     // The stem is for people: cut so that no name grows too long, and without the dots that mark
     // unfinished files.
     constexpr std::size_t kStem = 80;
     const std::string stem = source.stem().string();
     return stem.substr(std::min(stem.find_first_not_of('.'), stem.size())).substr(0, kStem) + "-" +
-           hex_of(facts.print());
+           voxel::hex_of(facts.print());
 }
 
 SquareFolder::SquareFolder(fs::path folder, std::uint64_t limit_bytes)
@@ -90,7 +91,7 @@ bool SquareFolder::holds(const std::string& name) const {
     return fs::exists(square_file(name), ignored);
 }
 
-std::shared_ptr<const voxelize::Square> SquareFolder::find(const std::string& name) {
+std::shared_ptr<const Square> SquareFolder::find(const std::string& name) {
     const fs::path file = square_file(name);
     try {
         auto square = map_square(file);
@@ -99,14 +100,14 @@ std::shared_ptr<const voxelize::Square> SquareFolder::find(const std::string& na
             fs::last_write_time(file, fs::file_time_type::clock::now(),
                                 ignored);  // used now: the last to go
         return square;
-    } catch (const Error& e) {
+    } catch (const util::Error& e) {
         spdlog::warn("{}; it is made again", e.what());
         return nullptr;
     }
 }
 
-std::shared_ptr<const voxelize::Square> SquareFolder::put(
-    const std::string& name, std::shared_ptr<const voxelize::Square> square) {
+std::shared_ptr<const Square> SquareFolder::put(const std::string& name,
+                                                std::shared_ptr<const Square> square) {
     {
         const std::lock_guard lock(m_mutex);
         if (m_read_only || square->memory_bytes() > m_limit_bytes)
@@ -118,26 +119,26 @@ std::shared_ptr<const voxelize::Square> SquareFolder::put(
         evict(file);
         if (auto mapped = map_square(file))
             return mapped;
-    } catch (const Error& e) {
+    } catch (const util::Error& e) {
         complain(e.what());
     }
     return square;
 }
 
-std::optional<voxelize::ChunkIndex> SquareFolder::find_index(const std::string& name) {
+std::optional<ChunkIndex> SquareFolder::find_index(const std::string& name) {
     try {
         auto index = read_chunks(index_file(name));
         std::error_code ignored;
         if (index)
             fs::last_write_time(index_file(name), fs::file_time_type::clock::now(), ignored);
         return index;
-    } catch (const Error& e) {
+    } catch (const util::Error& e) {
         spdlog::warn("{}; it is made again", e.what());
         return std::nullopt;
     }
 }
 
-void SquareFolder::put_index(const std::string& name, const voxelize::ChunkIndex& index) {
+void SquareFolder::put_index(const std::string& name, const ChunkIndex& index) {
     {
         const std::lock_guard lock(m_mutex);
         if (m_read_only)
@@ -147,7 +148,7 @@ void SquareFolder::put_index(const std::string& name, const voxelize::ChunkIndex
     try {
         write_chunks(file, index);
         evict(file);
-    } catch (const Error& e) {
+    } catch (const util::Error& e) {
         complain(e.what());
     }
 }

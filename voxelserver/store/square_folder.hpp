@@ -35,13 +35,13 @@ public:
     /// Whether a square of that name seems to be there; find() may still find it damaged.
     [[nodiscard]] bool holds(const std::string& name) const;
     /// @return nullptr when it is not there
-    [[nodiscard]] std::shared_ptr<const voxelize::Square> find(const std::string& name);
+    [[nodiscard]] std::shared_ptr<const Square> find(const std::string& name);
     /// Keeps a square. @return the mapped one, or the one given when it could not be written
-    [[nodiscard]] std::shared_ptr<const voxelize::Square> put(
-        const std::string& name, std::shared_ptr<const voxelize::Square> square);
+    [[nodiscard]] std::shared_ptr<const Square> put(const std::string& name,
+                                                    std::shared_ptr<const Square> square);
 
-    [[nodiscard]] std::optional<voxelize::ChunkIndex> find_index(const std::string& name);
-    void put_index(const std::string& name, const voxelize::ChunkIndex& index);
+    [[nodiscard]] std::optional<ChunkIndex> find_index(const std::string& name);
+    void put_index(const std::string& name, const ChunkIndex& index);
 
 private:
     [[nodiscard]] std::filesystem::path square_file(const std::string& name) const;

@@ -4,7 +4,7 @@
 
 #include "common/voxel/material.hpp"
 
-namespace terravox::voxelize {
+namespace terravox::store {
 
 /// One return in voxel space, in fixed point: x and z count from the first column of its patch, y
 /// is absolute. Because fractions are cut off downwards, `>> bits` is exactly the voxel that the
@@ -25,4 +25,4 @@ struct VoxelPoint {
 };
 static_assert(sizeof(VoxelPoint) == 12);
 
-}  // namespace terravox::voxelize
+}  // namespace terravox::store

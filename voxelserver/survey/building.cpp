@@ -82,8 +82,10 @@ std::vector<Vec2> Building::outline() const {
 Box2 Building::bounds() const noexcept {
     Box2 box{centre.x, centre.y, centre.x, centre.y};
     for (const Vec2 corner : corners()) {
-        box.x0 = std::min(box.x0, corner.x), box.x1 = std::max(box.x1, corner.x);
-        box.y0 = std::min(box.y0, corner.y), box.y1 = std::max(box.y1, corner.y);
+        box.x0 = std::min(box.x0, corner.x);
+        box.x1 = std::max(box.x1, corner.x);
+        box.y0 = std::min(box.y0, corner.y);
+        box.y1 = std::max(box.y1, corner.y);
     }
     return box;
 }

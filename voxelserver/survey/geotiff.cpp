@@ -16,7 +16,7 @@ namespace terravox::survey {
 namespace {
 
 [[noreturn]] void fail(const std::filesystem::path& path) {
-    throw Error("write " + path.string() + ": " + geo::QuietGdal::reason());
+    throw util::Error("write " + path.string() + ": " + geo::QuietGdal::reason());
 }
 
 template <class Value>
@@ -58,8 +58,9 @@ void write(const std::filesystem::path& path, const SquareExtent& extent,
         fail(path);
     const auto missing = geo::missing_of_tiff(file.temporary_path());
     if (missing)
-        throw Error("write " + path.string() +
-                    ": not all could be written (the disk may be full); missing: " + *missing);
+        throw util::Error(
+            "write " + path.string() +
+            ": not all could be written (the disk may be full); missing: " + *missing);
     file.commit();
 }
 
@@ -81,7 +82,7 @@ std::string survey_wkt1() {
     const char* const options[] = {"FORMAT=WKT1_GDAL", "MULTILINE=NO", nullptr};
     const geo::QuietGdal quiet;
     if (crs.ogr().exportToWkt(&text, options) != OGRERR_NONE)
-        throw Error(std::string("describe ") + kSurveyCrs + " as WKT 1: GDAL failed");
+        throw util::Error(std::string("describe ") + kSurveyCrs + " as WKT 1: GDAL failed");
     std::string wkt = text;
     CPLFree(text);
     return wkt;

@@ -21,12 +21,18 @@ Building placed(const Part& part, Vec2 at, Vec2 direction, double base_m, Buildi
     Building building;
     building.centre = at + direction * part.east_m + left_of(direction) * part.north_m;
     building.direction = part.across ? left_of(direction) : direction;
-    building.half_length_m = part.half_length_m, building.half_width_m = part.half_width_m;
-    building.ground_m = base_m, building.eaves_m = base_m + part.eaves_m,
+    building.half_length_m = part.half_length_m;
+    building.half_width_m = part.half_width_m;
+    building.ground_m = base_m;
+    building.eaves_m = base_m + part.eaves_m;
     building.ridge_m = base_m + part.ridge_m;
-    building.roof = part.roof, building.colour = part.colour, building.use = use;
-    if (part.underside_m > 0)
-        building.use = part.slab, building.underside_m = base_m + part.underside_m;
+    building.roof = part.roof;
+    building.colour = part.colour;
+    building.use = use;
+    if (part.underside_m > 0) {
+        building.use = part.slab;
+        building.underside_m = base_m + part.underside_m;
+    }
     return building;
 }
 
@@ -76,7 +82,8 @@ void add_castle(const CastleRock& rock, std::vector<Building>& out) {
         Part wall{0, 0, 0.5 * length(b - a), 1.1, 8.0, 8.0, RoofType::kFlat, RoofColour::kPale};
         out.push_back(placed(wall, rock.centre + (a + b) * 0.5, unit(b - a), rock.top_m,
                              BuildingUse::kCastle));
-        out.back().battlements = true, out.back().ground_m = rock.top_m - 1.5;
+        out.back().battlements = true;
+        out.back().ground_m = rock.top_m - 1.5;
     }
     for (const std::size_t i : {std::size_t{0}, std::size_t{3}, std::size_t{5}, std::size_t{7}}) {
         const Part tower{ring[i].x,       ring[i].y,       4.4, 4.4, 13.5, 21.5,

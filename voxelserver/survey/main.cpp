@@ -16,7 +16,8 @@ void print_table(const std::vector<survey::SquareReport>& reports, double second
         std::printf("%-20s %12llu %10.1f %9.2f\n", report.name.c_str(),
                     static_cast<unsigned long long>(report.points),
                     static_cast<double>(report.bytes) / 1e6, report.seconds);
-        all.points += report.points, all.bytes += report.bytes;
+        all.points += report.points;
+        all.bytes += report.bytes;
     }
     std::printf("%-20s %12llu %10.1f %9.2f\n", "all", static_cast<unsigned long long>(all.points),
                 static_cast<double>(all.bytes) / 1e6, seconds);
@@ -27,7 +28,7 @@ int run(int argc, char** argv) {
     const auto options = survey::parse_options(argc, argv, answer);
     if (!options) {
         std::fputs(answer.c_str(), stdout);
-        return static_cast<int>(ExitCode::kDone);
+        return static_cast<int>(util::ExitCode::kDone);
     }
     const auto start = std::chrono::steady_clock::now();
     const std::size_t count = survey::squares_of(*options).size();
@@ -39,7 +40,7 @@ int run(int argc, char** argv) {
         });
     print_table(reports,
                 std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
-    return static_cast<int>(ExitCode::kDone);
+    return static_cast<int>(util::ExitCode::kDone);
 }
 
 }  // namespace

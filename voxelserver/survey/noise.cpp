@@ -57,7 +57,9 @@ double fractal_2d(std::uint64_t seed, double x, double y, int octaves) noexcept 
     for (int i = 0; i < octaves; ++i) {
         sum +=
             height * noise_2d(seed + static_cast<std::uint64_t>(i) * 0x9E3779B97F4A7C15ULL, x, y);
-        x *= 2.03125, y *= 2.03125, height *= 0.5;
+        x *= 2.03125;
+        y *= 2.03125;
+        height *= 0.5;
     }
     return sum;
 }

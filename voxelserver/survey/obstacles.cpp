@@ -26,7 +26,7 @@ void ObstacleGrid::for_each_cell(const Box2& box, const Visit& visit) const {
 template <class Visit>
 void ObstacleGrid::for_each_obstacle(const SquareModel& model, const Visit& visit) const {
     const auto widened = [](const Box2& box, double height_m) {
-        return box.expanded((height_m + 8.0) * ScanPattern::kMostLean);
+        return box.expanded((height_m + 8.0) * ScanPattern::kMaxLean);
     };
     const auto around = [](Vec2 p, double r) { return Box2{p.x - r, p.y - r, p.x + r, p.y + r}; };
     std::uint32_t i = 0;

@@ -13,7 +13,8 @@ public:
     explicit Canvas(const Box2& box)
         : m_box(box), m_side(static_cast<int>((box.x1 - box.x0) / kOrthophotoPixel_m)) {
         const auto pixels = static_cast<std::size_t>(m_side) * static_cast<std::size_t>(m_side);
-        m_rgb.resize(pixels * 3), m_top.assign(pixels, -1e6F);
+        m_rgb.resize(pixels * 3);
+        m_top.assign(pixels, -1e6F);
     }
     [[nodiscard]] int side() const noexcept { return m_side; }
     [[nodiscard]] Vec2 centre(int column, int row) const noexcept {
@@ -29,8 +30,9 @@ public:
         const auto part = [](double v) {
             return static_cast<std::uint8_t>(std::clamp(v + 0.5, 0.0, 255.0));
         };
-        m_rgb[3 * i] = part(colour.r), m_rgb[3 * i + 1] = part(colour.g),
-                  m_rgb[3 * i + 2] = part(colour.b);
+        m_rgb[3 * i] = part(colour.r);
+        m_rgb[3 * i + 1] = part(colour.g);
+        m_rgb[3 * i + 2] = part(colour.b);
     }
     /// Calls visit(column, row, place) for each pixel with its centre in the box.
     template <class Visit>

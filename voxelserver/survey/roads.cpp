@@ -70,7 +70,8 @@ WaterBelow water_below(const Terrain& terrain, Vec2 p) {
 Road graded(const Terrain& terrain, const std::vector<Vec2>& line, double half_width_m,
             RoadSurface surface) {
     Road road;
-    road.half_width_m = half_width_m, road.surface = surface;
+    road.half_width_m = half_width_m;
+    road.surface = surface;
     std::vector<double> land;
     for (const Vec2 p : line) {
         const auto spot = terrain.at(p);

@@ -33,8 +33,10 @@ Vec2 ScanPattern::place(double across_m, double forward_m) noexcept {
 ScanPattern::Span ScanPattern::strips_over(const Box2& area) const noexcept {
     double low = 1e18, high = -1e18;
     for (const Vec2 c : {Vec2{area.x0, area.y0}, Vec2{area.x1, area.y0}, Vec2{area.x0, area.y1},
-                         Vec2{area.x1, area.y1}})
-        low = std::min(low, dot(c, kAcross)), high = std::max(high, dot(c, kAcross));
+                         Vec2{area.x1, area.y1}}) {
+        low = std::min(low, dot(c, kAcross));
+        high = std::max(high, dot(c, kAcross));
+    }
     return {static_cast<std::int64_t>(std::floor((low - 0.5 * kSwath_m) / kStripDistance_m)),
             static_cast<std::int64_t>(std::floor((high + 0.5 * kSwath_m) / kStripDistance_m)) + 1};
 }
@@ -42,8 +44,10 @@ ScanPattern::Span ScanPattern::strips_over(const Box2& area) const noexcept {
 ScanPattern::Span ScanPattern::lines_over(const Box2& area) const noexcept {
     double low = 1e18, high = -1e18;
     for (const Vec2 c : {Vec2{area.x0, area.y0}, Vec2{area.x1, area.y0}, Vec2{area.x0, area.y1},
-                         Vec2{area.x1, area.y1}})
-        low = std::min(low, dot(c, kForward)), high = std::max(high, dot(c, kForward));
+                         Vec2{area.x1, area.y1}}) {
+        low = std::min(low, dot(c, kForward));
+        high = std::max(high, dot(c, kForward));
+    }
     // Lines wander by at most 8 spacings along the strip.
     return {static_cast<std::int64_t>(std::floor(low / m_spacing_m)) - 9,
             static_cast<std::int64_t>(std::floor(high / m_spacing_m)) + 9};

@@ -30,7 +30,7 @@ public:
     static constexpr double kFlightHeight_m = 1200, kSwath_m = 660, kStripDistance_m = 470;
     static constexpr double kSpeed_m_s = 60;
     /// Greatest lean of any pulse: metres sideways for each metre up.
-    static constexpr double kMostLean = 0.5 * kSwath_m / kFlightHeight_m;
+    static constexpr double kMaxLean = 0.5 * kSwath_m / kFlightHeight_m;
 
     /// Calls visit(pulse) for each pulse that may meet the ground in `area`, strip by strip, scan
     /// line by scan line in the order of the flight. A few pulses just outside of the area are

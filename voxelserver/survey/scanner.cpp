@@ -8,7 +8,7 @@ constexpr double kDropout = 0.004;       ///< pulses without any echo
 constexpr double kNoiseShare = 2.0e-5;   ///< pulses that see a bird or a multipath echo, each
 constexpr double kWallShare = 0.55;      ///< pulses that come back from a wall
 constexpr double kWireReach_m = 0.14;    ///< half the width of the beam plus the wire
-constexpr int kMostCrowns = 4;
+constexpr int kMaxCrowns = 4;
 
 std::uint8_t vegetation_class(double above_m) noexcept {
     return above_m < kMediumFrom_m ? las_class::kLowVegetation
@@ -72,13 +72,13 @@ struct Scanner::Shot {
         double height_m;
         const Tree* tree;
     };
-    std::array<Crown, kMostCrowns> crowns;
+    std::array<Crown, kMaxCrowns> crowns;
     int crown_count = 0;
     double energy = 1;
     Returns out;
 
     void add(double height_m, std::uint8_t classification, double intensity) noexcept {
-        if (out.count == Returns::kMost)
+        if (out.count == Returns::kMax)
             return;
         const double measured = height_m + kRangeNoise_m * random.normal();
         const double shade =
@@ -102,7 +102,8 @@ std::optional<Scanner::Solid> Scanner::hit(const Ray& ray, const Building& b) no
             continue;
         }
         const double z0 = (-half - start) / step, z1 = (half - start) / step;
-        low = std::max(low, std::min(z0, z1)), high = std::min(high, std::max(z0, z1));
+        low = std::max(low, std::min(z0, z1));
+        high = std::min(high, std::max(z0, z1));
     }
     if (low >= high)
         return std::nullopt;
@@ -159,7 +160,7 @@ std::optional<double> Scanner::enter(const Ray& ray, const Tree& tree) noexcept 
     const double middle = tree.ground_m + 0.5 * (tree.height_m + tree.crown_base_m);
     const Vec2 off = ray.at(middle) - tree.at;
     const double reach =
-        tree.radius_m + 0.5 * (tree.height_m - tree.crown_base_m) * ScanPattern::kMostLean;
+        tree.radius_m + 0.5 * (tree.height_m - tree.crown_base_m) * ScanPattern::kMaxLean;
     if (dot(off, off) > reach * reach)
         return std::nullopt;
     double height = middle;
@@ -187,7 +188,7 @@ void Scanner::meet(Shot& shot, const Obstacle& obstacle) const noexcept {
         case ObstacleKind::kTree: {
             const Tree& tree = m_model.trees()[obstacle.index];
             const auto height = enter(shot.ray, tree);
-            if (height && shot.crown_count < kMostCrowns)
+            if (height && shot.crown_count < kMaxCrowns)
                 shot.crowns[static_cast<std::size_t>(shot.crown_count++)] = {*height, &tree};
             break;
         }
@@ -289,7 +290,7 @@ Returns Scanner::shoot(const Pulse& pulse) const noexcept {
     sort_highest_first(shot.out.points.data(), shot.out.count);
     for (int i = 0; i < shot.out.count; ++i) {
         auto& point = shot.out.points[static_cast<std::size_t>(i)];
-        point.return_number = static_cast<std::uint8_t>(i + 1),
+        point.return_number = static_cast<std::uint8_t>(i + 1);
         point.number_of_returns = static_cast<std::uint8_t>(shot.out.count);
     }
     return shot.out;

@@ -31,8 +31,8 @@ struct ScanPoint {
 
 /// What one pulse brings back, first return (the highest) first.
 struct Returns {
-    static constexpr int kMost = 6;
-    std::array<ScanPoint, kMost> points;
+    static constexpr int kMax = 6;
+    std::array<ScanPoint, kMax> points;
     int count = 0;
 };
 

@@ -191,7 +191,8 @@ std::vector<Site> sites_near(std::uint64_t seed, const Box2& area) {
         const River river(seed, m);
         for (auto k = first; k <= last; ++k) {
             Site site = k == 0 && m == 0 ? the_place(seed, river) : a_village(seed, k, river);
-            site.along = k, site.river = m;
+            site.along = k;
+            site.river = m;
             if (area.expanded(kSiteReach_m).contains(site.centre))
                 sites.push_back(std::move(site));
         }

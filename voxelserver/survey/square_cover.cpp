@@ -71,7 +71,9 @@ Cover SquareModel::cover_at(int column, int row, double to_street_m) const {
     if (const auto built = built_cover(p, index(column, row)))
         return *built;
     CoverSite at;
-    at.at = p, at.ground_m = m_ground[index(column, row)], at.to_street_m = to_street_m;
+    at.at = p;
+    at.ground_m = m_ground[index(column, row)];
+    at.to_street_m = to_street_m;
     // One-sided at the rim of the margin, where no neighbour is left.
     const int east = std::min(column + 1, m_side - 1), west = std::max(column - 1, 0);
     const int north = std::min(row + 1, m_side - 1), south = std::max(row - 1, 0);
@@ -81,8 +83,10 @@ Cover SquareModel::cover_at(int column, int row, double to_street_m) const {
     double valley_m = 0, nearest_river = 1e18;
     for (const River& river : m_terrain.rivers()) {
         const double away = std::abs(p.y - static_cast<double>(river.index()) * kRiverSpacing_m);
-        if (away < nearest_river)
-            nearest_river = away, valley_m = river.level_m(p.x);
+        if (away < nearest_river) {
+            nearest_river = away;
+            valley_m = river.level_m(p.x);
+        }
     }
     at.above_valley_m = at.ground_m - valley_m - 6.0;
     for (const Site& site : m_terrain.sites()) {
@@ -97,13 +101,17 @@ Cover SquareModel::cover_at(int column, int row, double to_street_m) const {
 
 TreeGround SquareModel::tree_ground(Vec2 p) const {
     TreeGround land;
-    land.cover = cover(p), land.ground_m = ground_m(p), land.to_obstacle_m = bilinear(m_clear, p);
+    land.cover = cover(p);
+    land.ground_m = ground_m(p);
+    land.to_obstacle_m = bilinear(m_clear, p);
     land.wet = land.ground_m < static_cast<double>(m_water[nearest(p)]) + 0.3;
     for (const River& river : m_terrain.rivers()) {
         const RiverAtX at = river.at(p.x);
         const double bank = std::abs(p.y - at.centre_y) * at.stretch - at.half_width_m;
-        if (bank < land.to_river_m)
-            land.to_river_m = bank, land.above_valley_m = land.ground_m - at.level_m;
+        if (bank < land.to_river_m) {
+            land.to_river_m = bank;
+            land.above_valley_m = land.ground_m - at.level_m;
+        }
     }
     for (const Site& site : m_terrain.sites()) {
         if (site.brook && std::abs(p.x - site.centre.x) < 300.0)

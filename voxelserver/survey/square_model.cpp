@@ -34,9 +34,12 @@ SquareModel::SquareModel(std::uint64_t seed, const SquareExtent& extent, int thr
       m_roads(build_roads(m_terrain, m_area)),
       m_power_line(build_power_line(m_terrain, m_area)) {
     const auto nodes = static_cast<std::size_t>(m_side) * static_cast<std::size_t>(m_side);
-    m_ground.resize(nodes), m_water.resize(nodes), m_cover.resize(nodes), m_gravel.resize(nodes);
-    m_road_edge.assign(nodes, static_cast<float>(kFar_m)),
-        m_clear.assign(nodes, static_cast<float>(kFar_m));
+    m_ground.resize(nodes);
+    m_water.resize(nodes);
+    m_cover.resize(nodes);
+    m_gravel.resize(nodes);
+    m_road_edge.assign(nodes, static_cast<float>(kFar_m));
+    m_clear.assign(nodes, static_cast<float>(kFar_m));
     shape_ground(threads);
     build_road_bed();
     gather_buildings();
@@ -108,7 +111,7 @@ void SquareModel::shape_ground(int threads) {
             const auto spot = m_terrain.at(columns[static_cast<std::size_t>(i)],
                                            m_area.y0 + static_cast<double>(row));
             const auto at = index(i, static_cast<int>(row));
-            m_ground[at] = static_cast<float>(spot.ground_m),
+            m_ground[at] = static_cast<float>(spot.ground_m);
             m_water[at] = static_cast<float>(spot.water_m);
         }
     });
@@ -142,14 +145,15 @@ void SquareModel::build_road_bed() {
                 (a.at + b.at) * 0.5, reach + 0.5 * kRoadStep_m + 1.0, [&](Vec2 p, std::size_t n) {
                     const auto on = nearest_on_segment(p, a.at, b.at);
                     const double edge = on.distance_m - road.half_width_m;
-                    if (edge < m_road_edge[n])
-                        m_road_edge[n] = static_cast<float>(edge),
+                    if (edge < m_road_edge[n]) {
+                        m_road_edge[n] = static_cast<float>(edge);
                         m_gravel[n] = road.surface == RoadSurface::kGravel;
+                    }
                     if (on.distance_m >= reach)
                         return;
                     const double near = 1.0 - on.distance_m / reach, w = near * near * near * near;
-                    weight[n] += static_cast<float>(w),
-                        height[n] += static_cast<float>(w * lerp(a.height_m, b.height_m, on.along));
+                    weight[n] += static_cast<float>(w);
+                    height[n] += static_cast<float>(w * lerp(a.height_m, b.height_m, on.along));
                     share[n] = std::max(
                         share[n],
                         static_cast<float>(1.0 - smoothstep(0.6, kShoulder_m - 0.5, edge)));

@@ -41,13 +41,18 @@ public:
             north >= m_south + m_size)
             return;
         lidar::LasWritePoint out;
-        out.x = static_cast<double>(east) * kScale_m, out.y = static_cast<double>(north) * kScale_m,
+        out.x = static_cast<double>(east) * kScale_m;
+        out.y = static_cast<double>(north) * kScale_m;
         out.z = point.height_m;
-        out.intensity = point.intensity, out.classification = point.classification;
-        out.return_number = point.return_number, out.return_count = point.number_of_returns;
-        out.forward_scan = pulse.forward, out.line_edge = pulse.strip_edge,
+        out.intensity = point.intensity;
+        out.classification = point.classification;
+        out.return_number = point.return_number;
+        out.return_count = point.number_of_returns;
+        out.forward_scan = pulse.forward;
+        out.line_edge = pulse.strip_edge;
         out.scan_angle_deg = pulse.angle_deg;
-        out.point_source = pulse.strip, out.gps_time_s = pulse.time_s;
+        out.point_source = pulse.strip;
+        out.gps_time_s = pulse.time_s;
         m_writer.write(out);
     }
     std::uint64_t close() {
@@ -63,7 +68,8 @@ private:
                           0};
         options.wkt = survey_wkt1();
         options.system_identifier = "made-up airborne survey";
-        options.creation_year = kSurveyYear, options.creation_day = kSurveyDay;
+        options.creation_year = kSurveyYear;
+        options.creation_day = kSurveyDay;
         return options;
     }
     lidar::LasWriter m_writer;

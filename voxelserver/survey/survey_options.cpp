@@ -9,10 +9,10 @@
 namespace terravox::survey {
 namespace {
 
-constexpr double kLeastDensity = 0.1, kMostDensity = 200;
-constexpr int kMostSquares = 100, kLeastSquare_m = 64, kSquareStep_m = 16, kKilometre_m = 1000,
-              kMostThreads = 1024;
-constexpr double kMostOrigin_km = 1000;
+constexpr double kMinDensity = 0.1, kMaxDensity = 200;
+constexpr int kMaxSquares = 100, kMinSquare_m = 64, kSquareStep_m = 16, kKilometre_m = 1000,
+              kMaxThreads = 1024;
+constexpr double kMaxOrigin_km = 1000;
 
 constexpr const char* kAbout =
     "Makes up a place and surveys it from the air: LAZ squares, orthophotos and the truth.\n"
@@ -25,7 +25,7 @@ constexpr const char* kAbout =
 
 [[noreturn]] void refuse(const std::string& option, const std::string& value,
                          const std::string& allowed) {
-    throw UsageError("read the option " + option + ": '" + value + "'; allowed: " + allowed);
+    throw util::UsageError("read the option " + option + ": '" + value + "'; allowed: " + allowed);
 }
 
 template <class Number>
@@ -53,21 +53,21 @@ std::pair<std::string, std::string> halves(const std::string& option, const std:
 }
 
 void read_squares(const std::string& text, SurveyOptions& options) {
-    const std::string allowed = "<east>x<north>, each 1 to " + std::to_string(kMostSquares);
+    const std::string allowed = "<east>x<north>, each 1 to " + std::to_string(kMaxSquares);
     const auto [east, north] = halves("--squares", text, 'x', allowed);
-    options.squares_east = number_of<int>("--squares", east, allowed),
+    options.squares_east = number_of<int>("--squares", east, allowed);
     options.squares_north = number_of<int>("--squares", north, allowed);
-    const auto good = [](int n) { return n >= 1 && n <= kMostSquares; };
+    const auto good = [](int n) { return n >= 1 && n <= kMaxSquares; };
     if (!good(options.squares_east) || !good(options.squares_north))
         refuse("--squares", text, allowed);
 }
 
 void read_square_m(const std::string& text, SurveyOptions& options) {
     const std::string allowed =
-        "1000, or a multiple of 16 from " + std::to_string(kLeastSquare_m) + " to 992";
+        "1000, or a multiple of 16 from " + std::to_string(kMinSquare_m) + " to 992";
     const int side = number_of<int>("--square-m", text, allowed);
     if (side != kKilometre_m &&
-        (side % kSquareStep_m != 0 || side < kLeastSquare_m || side > kKilometre_m))
+        (side % kSquareStep_m != 0 || side < kMinSquare_m || side > kKilometre_m))
         refuse("--square-m", text, allowed);
     options.square_m = side;
 }
@@ -76,7 +76,7 @@ std::int64_t whole_metres(const std::string& text, const std::string& all,
                           const std::string& allowed) {
     const double km = number_of<double>("--origin", text, allowed);
     const double metres = std::floor(km * 1000.0 + 0.5);
-    if (!(km >= 0 && km <= kMostOrigin_km) || std::abs(metres - km * 1000.0) > 1e-3)
+    if (!(km >= 0 && km <= kMaxOrigin_km) || std::abs(metres - km * 1000.0) > 1e-3)
         refuse("--origin", all, allowed);
     return static_cast<std::int64_t>(metres);
 }
@@ -93,7 +93,7 @@ void read_origin(const std::string& text, SurveyOptions& options) {
     }
     const std::string allowed = "<east>,<north> in km, each 0 to 1000 and on a whole metre";
     const auto [east, north] = halves("--origin", text, ',', allowed);
-    options.origin_east_m = whole_metres(east, text, allowed),
+    options.origin_east_m = whole_metres(east, text, allowed);
     options.origin_north_m = whole_metres(north, text, allowed);
 }
 
@@ -102,14 +102,14 @@ SurveyOptions checked(const Texts& texts) {
     options.seed = number_of<std::uint64_t>("--seed", texts.seed, "0 to 18446744073709551615");
     const std::string densities = "0.1 to 200 pulses per square metre";
     options.density = number_of<double>("--density", texts.density, densities);
-    if (!(options.density >= kLeastDensity && options.density <= kMostDensity))
+    if (!(options.density >= kMinDensity && options.density <= kMaxDensity))
         refuse("--density", texts.density, densities);
     read_squares(texts.squares, options);
     read_square_m(texts.square_m, options);
     read_origin(texts.origin, options);
-    const std::string threads = "0 (one for each core) to " + std::to_string(kMostThreads);
+    const std::string threads = "0 (one for each core) to " + std::to_string(kMaxThreads);
     options.threads = number_of<int>("--threads", texts.threads, threads);
-    if (options.threads < 0 || options.threads > kMostThreads)
+    if (options.threads < 0 || options.threads > kMaxThreads)
         refuse("--threads", texts.threads, threads);
     options.folder = texts.folder;
     return options;
@@ -166,7 +166,7 @@ std::optional<SurveyOptions> parse_options(int argc, const char* const* argv, st
         answer = std::string(version.what()) + "\n";
         return std::nullopt;
     } catch (const CLI::ParseError& error) {
-        throw UsageError(std::string(error.what()) + "; --help lists what is allowed");
+        throw util::UsageError(std::string(error.what()) + "; --help lists what is allowed");
     }
     return checked(texts);
 }

@@ -110,8 +110,10 @@ void Terrain::carve_lake(const Lake& lake, Vec2 p, TerrainSpot& spot) const noex
         const double shore = lake.level_m + 0.10 + 0.16 * std::min(off, 4.0) + 0.02 * off;
         spot.ground_m = lerp(shore, spot.ground_m, smoothstep(0.0, kShoreReach_m, off));
     }
-    if (off < kNearWater_m)
-        spot.water_m = lake.level_m, spot.near_lake = true;
+    if (off < kNearWater_m) {
+        spot.water_m = lake.level_m;
+        spot.near_lake = true;
+    }
 }
 
 void Terrain::carve_brook(const Brook& brook, Vec2 p, TerrainSpot& spot) const noexcept {

@@ -31,7 +31,8 @@ public:
     explicit Columns(const SquareModel& model)
         : m_model(model), m_box(model.extent().box()), m_side(model.extent().size_m) {
         const auto count = static_cast<std::size_t>(m_side) * static_cast<std::size_t>(m_side);
-        m_columns.resize(count), m_top.resize(count);
+        m_columns.resize(count);
+        m_top.resize(count);
         for (int row = 0; row < m_side; ++row)
             for (int column = 0; column < m_side; ++column)
                 lay_ground(column, row);
@@ -87,7 +88,8 @@ private:
     void show(std::size_t i, float top_m, TrueKind kind) noexcept {
         if (top_m <= m_top[i])
             return;
-        m_top[i] = top_m, m_columns[i].kind = kind;
+        m_top[i] = top_m;
+        m_columns[i].kind = kind;
     }
 
     void lay_ground(int column, int row) {
@@ -114,8 +116,10 @@ private:
             out.open_building = b.open_beneath() && (first || out.open_building);
             if (b.open_beneath() && (first || static_cast<float>(b.underside_m) < out.underside_m))
                 out.underside_m = static_cast<float>(b.underside_m);
-            if (first || static_cast<float>(*top) > out.roof_m)
-                out.roof_m = static_cast<float>(*top), out.building = number;
+            if (first || static_cast<float>(*top) > out.roof_m) {
+                out.roof_m = static_cast<float>(*top);
+                out.building = number;
+            }
             show(i, static_cast<float>(*top), kind_of(b.colour));
         });
     }

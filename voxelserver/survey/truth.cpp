@@ -56,8 +56,10 @@ Json trees_of(const SquareModel& model, const Box2& box) {
 
 Json line_with_levels(const Brook& brook) {
     Json line = Json::array(), levels = Json::array();
-    for (const auto& vertex : brook.line)
-        line.push_back(position(vertex.at)), levels.push_back(cm(vertex.level_m));
+    for (const auto& vertex : brook.line) {
+        line.push_back(position(vertex.at));
+        levels.push_back(cm(vertex.level_m));
+    }
     return {{"kind", "brook"},
             {"width_m", cm(2.0 * brook.half_width_m)},
             {"line", line},
@@ -70,8 +72,9 @@ std::optional<Json> river_in(const River& river, const Box2& box) {
     for (double x = box.x0 - 20.0; x <= box.x1 + 20.0; x += 10.0) {
         const Vec2 p{x, river.centre_y(x)};
         inside = inside || box.expanded(20.0).contains(p);
-        line.push_back(position(p)), levels.push_back(cm(river.level_m(x))),
-            widths.push_back(cm(2.0 * river.half_width_m(x)));
+        line.push_back(position(p));
+        levels.push_back(cm(river.level_m(x)));
+        widths.push_back(cm(2.0 * river.half_width_m(x)));
     }
     if (!inside)
         return std::nullopt;
@@ -132,9 +135,10 @@ Json landmarks_of(const SquareModel& model, const Box2& box) {
     for (const Site& site : model.terrain().sites()) {
         if (site.castle)
             add("castle", site.castle->centre, site.castle->top_m);
-        if (site.island)
-            add("island", site.island->centre, site.island->top_m),
-                add("island church", site.island->centre, site.island->top_m);
+        if (site.island) {
+            add("island", site.island->centre, site.island->top_m);
+            add("island church", site.island->centre, site.island->top_m);
+        }
         if (box.contains(site.church))
             add("parish church", site.church, model.ground_m(site.church));
     }

@@ -110,7 +110,8 @@ std::vector<Tree> grow_trees(std::uint64_t seed, const Box2& area,
             if (here.wet || !random.chance(likelihood(seed, p, here)))
                 continue;
             Tree tree;
-            tree.at = p, tree.ground_m = here.ground_m,
+            tree.at = p;
+            tree.ground_m = here.ground_m;
             tree.tint = static_cast<std::uint32_t>(random.next());
             tree.kind = kind_of(seed, p, here, random);
             tree = shaped(tree, here, random);

@@ -8,9 +8,9 @@ namespace {
 constexpr double kRoadClearance_m = 2.2;  ///< from a wall to the edge of any road
 constexpr double kNeighbourGap_m =
     1.6;  ///< each footprint is widened by this when houses are kept apart
-constexpr double kMostSlope_m = 4.0;      ///< greatest difference of ground under a house
-constexpr double kMostSlabSlope_m = 1.0;  ///< the same under a balcony or carport
-constexpr double kStorey_m = 3.2;         ///< clear height beneath them: more than one storey
+constexpr double kMaxSlope_m = 4.0;      ///< greatest difference of ground under a house
+constexpr double kMaxSlabSlope_m = 1.0;  ///< the same under a balcony or carport
+constexpr double kStorey_m = 3.2;        ///< clear height beneath them: more than one storey
 constexpr double kJoint_m = 0.02;  ///< between a slab and its house, so that they do not overlap
 
 /// Puts houses where they fit: dry, level enough, clear of roads and of each other.
@@ -30,11 +30,13 @@ public:
             const TerrainSpot spot = m_terrain.at(p);
             if (spot.water_m > kNoWater)
                 return false;
-            low = std::min(low, spot.ground_m), high = std::max(high, spot.ground_m);
+            low = std::min(low, spot.ground_m);
+            high = std::max(high, spot.ground_m);
         }
-        if (high - low > kMostSlope_m)
+        if (high - low > kMaxSlope_m)
             return false;
-        building.ground_m = low, building.eaves_m = high + eaves_m,
+        building.ground_m = low;
+        building.eaves_m = high + eaves_m;
         building.ridge_m = high + ridge_m;
         m_buildings.push_back(building);
         return true;
@@ -43,7 +45,8 @@ public:
     /// highest ground beneath
     bool add_slab(Building slab, std::size_t host, double underside_m, double thickness_m) {
         Building others = slab;
-        others.half_length_m += kNeighbourGap_m, others.half_width_m += kNeighbourGap_m;
+        others.half_length_m += kNeighbourGap_m;
+        others.half_width_m += kNeighbourGap_m;
         for (std::size_t i = 0; i < m_buildings.size(); ++i)
             if (length(m_buildings[i].centre - slab.centre) < 60.0 &&
                 footprints_overlap(m_buildings[i], i == host ? slab : others, 0))
@@ -55,11 +58,13 @@ public:
             const TerrainSpot spot = m_terrain.at(p);
             if (spot.water_m > kNoWater)
                 return false;
-            low = std::min(low, spot.ground_m), high = std::max(high, spot.ground_m);
+            low = std::min(low, spot.ground_m);
+            high = std::max(high, spot.ground_m);
         }
-        if (high - low > kMostSlabSlope_m)
+        if (high - low > kMaxSlabSlope_m)
             return false;
-        slab.ground_m = low, slab.underside_m = high + underside_m;
+        slab.ground_m = low;
+        slab.underside_m = high + underside_m;
         slab.eaves_m = slab.ridge_m = slab.underside_m + thickness_m;
         m_buildings.push_back(slab);
         return true;
@@ -84,7 +89,8 @@ private:
                     continue;
                 Building widened = building;
                 const double margin = road.half_width_m + kRoadClearance_m;
-                widened.half_length_m += margin, widened.half_width_m += margin;
+                widened.half_length_m += margin;
+                widened.half_width_m += margin;
                 widened.roof = RoofType::kFlat;
                 if (widened.top_m(vertex.at))
                     return false;
@@ -118,8 +124,10 @@ void add_house(Random random, Vec2 kerb, Vec2 along, Vec2 outward, Plots& plots)
     const Style style = style_of(random);
     const bool gable_to_street = random.chance(0.35);
     Building house;
-    house.half_length_m = random.range(4.8, 7.4), house.half_width_m = random.range(3.7, 4.9);
-    house.roof = style.roof, house.colour = style.colour,
+    house.half_length_m = random.range(4.8, 7.4);
+    house.half_width_m = random.range(3.7, 4.9);
+    house.roof = style.roof;
+    house.colour = style.colour;
     house.tint = static_cast<std::uint32_t>(random.next());
     const Vec2 turned = unit(along + left_of(along) * random.range(-0.07, 0.07));
     house.direction = gable_to_street ? left_of(turned) : turned;
@@ -132,7 +140,8 @@ void add_house(Random random, Vec2 kerb, Vec2 along, Vec2 outward, Plots& plots)
         return;
     if (style.roof == RoofType::kGable && random.chance(0.35)) {
         Building wing = house;
-        wing.half_length_m = random.range(2.5, 3.8), wing.half_width_m = house.half_width_m * 0.75;
+        wing.half_length_m = random.range(2.5, 3.8);
+        wing.half_width_m = house.half_width_m * 0.75;
         wing.direction = left_of(house.direction);
         const double side = random.chance(0.5) ? 1.0 : -1.0;
         wing.centre = house.centre +
@@ -145,9 +154,11 @@ void add_house(Random random, Vec2 kerb, Vec2 along, Vec2 outward, Plots& plots)
             return;
     }
     Building shed = house;
-    shed.use = BuildingUse::kShed, shed.roof = RoofType::kGable;
+    shed.use = BuildingUse::kShed;
+    shed.roof = RoofType::kGable;
     shed.colour = random.chance(0.5) ? RoofColour::kGrey : RoofColour::kRed;
-    shed.half_length_m = random.range(2.4, 3.6), shed.half_width_m = random.range(1.8, 2.6);
+    shed.half_length_m = random.range(2.4, 3.6);
+    shed.half_width_m = random.range(1.8, 2.6);
     shed.centre = kerb + outward * random.range(19.0, 25.0) + along * random.range(-5.0, 5.0);
     if (random.chance(0.4))
         plots.add(shed, 2.3, 3.9);
@@ -156,14 +167,18 @@ void add_house(Random random, Vec2 kerb, Vec2 along, Vec2 outward, Plots& plots)
 // A farm: a long house and a barn around a yard.
 void add_farm(Random random, Vec2 kerb, Vec2 along, Vec2 outward, Plots& plots) {
     Building barn;
-    barn.use = BuildingUse::kFarm, barn.tint = static_cast<std::uint32_t>(random.next());
-    barn.direction = outward, barn.half_length_m = random.range(9, 13),
+    barn.use = BuildingUse::kFarm;
+    barn.tint = static_cast<std::uint32_t>(random.next());
+    barn.direction = outward;
+    barn.half_length_m = random.range(9, 13);
     barn.half_width_m = random.range(5, 6.5);
     barn.centre = kerb + outward * (barn.half_length_m + 8.0) + along * 14.0;
     barn.colour = random.chance(0.5) ? RoofColour::kGrey : RoofColour::kRed;
     plots.add(barn, 5.0, 9.5);
     Building house = barn;
-    house.direction = along, house.half_length_m = 7.5, house.half_width_m = 4.8,
+    house.direction = along;
+    house.half_length_m = 7.5;
+    house.half_width_m = 4.8;
     house.colour = RoofColour::kRed;
     house.centre = kerb + outward * 12.0 - along * 8.0;
     plots.add(house, 5.6, 9.6);
@@ -181,20 +196,23 @@ void add_overhangs(std::uint64_t seed, std::size_t landmarks, Plots& plots) {
         if (house.use != BuildingUse::kHouse)
             continue;
         Building slab;
-        slab.roof = RoofType::kFlat, slab.colour = RoofColour::kPale,
+        slab.roof = RoofType::kFlat;
+        slab.colour = RoofColour::kPale;
         slab.tint = static_cast<std::uint32_t>(random.next());
         slab.direction = house.direction;
         if (dice < 0.25 && house.eaves_m - house.ground_m > kStorey_m + 1.5) {
             slab.use = BuildingUse::kBalcony;
-            slab.half_length_m = 0.7 * house.half_length_m,
+            slab.half_length_m = 0.7 * house.half_length_m;
             slab.half_width_m = random.range(0.9, 1.3);
             slab.centre =
                 house.centre + left_of(house.direction) *
                                    (side * (house.half_width_m + slab.half_width_m + kJoint_m));
             plots.add_slab(slab, i, kStorey_m, 0.25);
         } else if (dice > 0.7) {
-            slab.use = BuildingUse::kCarport, slab.colour = RoofColour::kGrey;
-            slab.half_length_m = random.range(1.6, 2.8), slab.half_width_m = random.range(2.6, 3.2);
+            slab.use = BuildingUse::kCarport;
+            slab.colour = RoofColour::kGrey;
+            slab.half_length_m = random.range(1.6, 2.8);
+            slab.half_width_m = random.range(2.6, 3.2);
             slab.centre =
                 house.centre +
                 house.direction * (side * (house.half_length_m + slab.half_length_m + kJoint_m));

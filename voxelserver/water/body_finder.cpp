@@ -21,7 +21,7 @@ constexpr std::uint16_t kUnexplored = 0;
 static_assert(64 * 64 / 2 < UINT16_MAX, "parts of a patch that touch nowhere must have numbers");
 
 const WaterOptions& checked(const WaterOptions& o) {
-    const auto fail = [](const std::string& what) { throw Error("find water: " + what); };
+    const auto fail = [](const std::string& what) { throw util::Error("find water: " + what); };
     if (o.cell_voxels < 1 || 64 % o.cell_voxels != 0)
         fail("cells of " + std::to_string(o.cell_voxels) + " voxels; allowed: a divisor of 64");
     if (!(o.voxel_m > 0) || !std::isfinite(o.voxel_m))
@@ -52,7 +52,7 @@ public:
     Impl(CellSource& source, const WaterOptions& options)
         : m_source(source), m_options(checked(options)), m_side(64 / options.cell_voxels) {}
 
-    float level(CellPlace place, voxel::Reach* reach) {
+    float level(CellPlace place, voxel::InputExtent* reach) {
         const Answer answer = answer_for(place);
         if (reach)
             reach->add(answer.reach);
@@ -71,12 +71,12 @@ public:
 private:
     struct Answer {
         float level = kNoLevel;
-        voxel::Reach reach;
+        voxel::InputExtent reach;
     };
     struct Record {
         std::vector<std::uint16_t>
             found_by;  // of each cell: which of the explorations below, from 1; kUnexplored
-        std::vector<voxel::Reach> explorations;
+        std::vector<voxel::InputExtent> explorations;
         std::vector<float> level;  // empty while no water was found
         [[nodiscard]] Answer answer(std::size_t cell) const {
             return {level.empty() ? kNoLevel : level[cell], explorations[found_by[cell] - 1u]};
@@ -113,22 +113,25 @@ private:
 
     Record& record(PatchIndex patch, std::size_t cells) {
         Record& r = m_records[patch];
-        if (r.found_by.empty())
-            r.found_by.assign(cells, kUnexplored),
-                m_bytes += kRecordBytes + cells * sizeof(std::uint16_t);
+        if (r.found_by.empty()) {
+            r.found_by.assign(cells, kUnexplored);
+            m_bytes += kRecordBytes + cells * sizeof(std::uint16_t);
+        }
         return r;
     }
 
     // Found again by another thread it is the same exploration with the same reach.
-    void note(PatchIndex patch, const CellFlags& cells, const voxel::Reach& reach) {
+    void note(PatchIndex patch, const CellFlags& cells, const voxel::InputExtent& reach) {
         Record& r = record(patch, cells.size());
         std::uint16_t number = kUnexplored;
         for (std::size_t k = 0; k < cells.size(); ++k) {
             if (cells[k] == 0 || r.found_by[k] != kUnexplored)
                 continue;
-            if (number == kUnexplored)
-                r.explorations.push_back(reach), m_bytes += sizeof reach,
-                    number = static_cast<std::uint16_t>(r.explorations.size());
+            if (number == kUnexplored) {
+                r.explorations.push_back(reach);
+                m_bytes += sizeof reach;
+                number = static_cast<std::uint16_t>(r.explorations.size());
+            }
             r.found_by[k] = number;
         }
     }
@@ -150,8 +153,8 @@ private:
         Exploration cut(m_source, m_side, m_options.evidence);
         const std::int32_t edge = square_edge(m_options.max_body_patches);
         if (!cut.run(start, {m_options.max_body_patches, edge, nullptr}))
-            throw Error("find water: a square of " + std::to_string(edge) + " patches exceeds " +
-                        std::to_string(m_options.max_body_patches));
+            throw util::Error("find water: a square of " + std::to_string(edge) +
+                              " patches exceeds " + std::to_string(m_options.max_body_patches));
         return remember(cut, kAnywhere, start);
     }
 
@@ -164,7 +167,7 @@ private:
 
     // @return the level of one of its cells, from here: others may make the records forget it at
     // once
-    Answer remember(Exploration& found, const voxel::Reach& reach, CellPlace asked) {
+    Answer remember(Exploration& found, const voxel::InputExtent& reach, CellPlace asked) {
         found.list();
         const double voxel_m = m_options.voxel_m, cell_m = m_options.cell_voxels * voxel_m;
         const std::vector<FoundBody> bodies = judge(found, m_options.evidence, cell_m, voxel_m);
@@ -172,8 +175,10 @@ private:
         for (const FoundBody& b : bodies)
             levels.push_back(body_levels(b.body, {cell_m, voxel_m, m_options.equalize}));
         const std::lock_guard lock(m_known);
-        if (m_bytes > m_options.memory_bytes)
-            m_records.clear(), m_bytes = 0;
+        if (m_bytes > m_options.memory_bytes) {
+            m_records.clear();
+            m_bytes = 0;
+        }
         found.for_each_patch([&](PatchIndex p, const CellFlags& flags) { note(p, flags, reach); });
         for (std::size_t b = 0; b < bodies.size(); ++b)
             write(bodies[b].body.places, levels[b]);
@@ -184,8 +189,10 @@ private:
         PatchIndex patch;
         Record* r = nullptr;
         for (std::size_t k = 0; k < places.size(); ++k) {
-            if (const PatchIndex p = patch_of(places[k]); !r || !(p == patch))
-                patch = p, r = &m_records.find(p)->second;
+            if (const PatchIndex p = patch_of(places[k]); !r || !(p == patch)) {
+                patch = p;
+                r = &m_records.find(p)->second;
+            }
             if (r->level.empty()) {
                 r->level.assign(r->found_by.size(), kNoLevel);
                 m_bytes += r->level.size() * sizeof(float);
@@ -207,7 +214,7 @@ private:
 WaterBodies::WaterBodies(CellSource& source, const WaterOptions& options)
     : m_impl(std::make_unique<Impl>(source, options)) {}
 WaterBodies::~WaterBodies() = default;
-float WaterBodies::level(std::int32_t cx, std::int32_t cz, voxel::Reach* reach) {
+float WaterBodies::level(std::int32_t cx, std::int32_t cz, voxel::InputExtent* reach) {
     return m_impl->level({cx, cz}, reach);
 }
 bool WaterBodies::may_be_water(const WaterCell& cell) const noexcept {
@@ -217,7 +224,7 @@ std::size_t WaterBodies::memory_bytes() const {
     return m_impl->memory_bytes();
 }
 
-float WaterBodies::level_near(std::int32_t cx, std::int32_t cz, voxel::Reach* reach) {
+float WaterBodies::level_near(std::int32_t cx, std::int32_t cz, voxel::InputExtent* reach) {
     constexpr std::array<CellPlace, 9> kOrder{
         {{0, 0}, {-1, 0}, {1, 0}, {0, -1}, {0, 1}, {-1, -1}, {1, -1}, {-1, 1}, {1, 1}}};
     for (const CellPlace step : kOrder)

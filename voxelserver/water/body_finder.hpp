@@ -12,7 +12,7 @@
 namespace terravox::water {
 
 /// Farther than any world goes.
-inline constexpr voxel::Reach kAnywhere{-(1 << 26), -(1 << 26), 1 << 26, 1 << 26};
+inline constexpr voxel::InputExtent kAnywhere{-(1 << 26), -(1 << 26), 1 << 26, 1 << 26};
 
 struct WaterOptions {
     int cell_voxels = 2;   ///< edge of a cell; a divisor of 64
@@ -53,10 +53,12 @@ public:
     ///        and those beside them. Whether a body is so large that it is cut depends on all of
     ///        it: then it becomes kAnywhere. May be null
     /// @return voxels; NaN where there is no water
-    [[nodiscard]] float level(std::int32_t cx, std::int32_t cz, voxel::Reach* reach = nullptr);
+    [[nodiscard]] float level(std::int32_t cx, std::int32_t cz,
+                              voxel::InputExtent* reach = nullptr);
     /// The same; where there is none, that of one of the eight cells around (edges before corners,
     /// west, east, north, south).
-    [[nodiscard]] float level_near(std::int32_t cx, std::int32_t cz, voxel::Reach* reach = nullptr);
+    [[nodiscard]] float level_near(std::int32_t cx, std::int32_t cz,
+                                   voxel::InputExtent* reach = nullptr);
     /// Whether a cell, alone, can be water at all: most of the land need not be asked for.
     [[nodiscard]] bool may_be_water(const WaterCell& cell) const noexcept;
     /// Bytes remembered now.

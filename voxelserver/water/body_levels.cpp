@@ -34,8 +34,10 @@ struct Seen {
 Seen seen_levels(const Body& body) {
     Seen out;
     for (const LevelSample& s : body.samples)
-        if (s.weight > 0)
-            out.levels.push_back({s.level, s.weight}), out.returns += s.weight;
+        if (s.weight > 0) {
+            out.levels.push_back({s.level, s.weight});
+            out.returns += s.weight;
+        }
     std::sort(out.levels.begin(), out.levels.end());
     return out;
 }
@@ -56,8 +58,10 @@ std::vector<float> as_seen(const Body& body, const Adjacency& beside) {
     std::vector<float> out(body.places.size(), kNan);
     std::vector<std::int32_t> queue;
     for (std::size_t i = 0; i < out.size(); ++i)
-        if (body.samples[i].weight > 0)
-            out[i] = body.samples[i].level, queue.push_back(static_cast<std::int32_t>(i));
+        if (body.samples[i].weight > 0) {
+            out[i] = body.samples[i].level;
+            queue.push_back(static_cast<std::int32_t>(i));
+        }
     for (std::size_t head = 0; head < queue.size(); ++head)
         for (const std::int32_t n : beside.around(queue[head])) {
             if (n == Adjacency::kNone || !std::isnan(out[static_cast<std::size_t>(n)]))
@@ -80,7 +84,8 @@ bool has_branch(const RiverSections& sections, const std::vector<SectionSample>&
         if (visited[static_cast<std::size_t>(start)] != 0 || !off(static_cast<std::size_t>(start)))
             continue;
         int count = 0;
-        stack.assign(1, start), visited[static_cast<std::size_t>(start)] = 1;
+        stack.assign(1, start);
+        visited[static_cast<std::size_t>(start)] = 1;
         while (!stack.empty()) {
             const std::int32_t s = stack.back();
             stack.pop_back();
@@ -90,7 +95,8 @@ bool has_branch(const RiverSections& sections, const std::vector<SectionSample>&
                 const auto n = static_cast<std::size_t>(neighbour);
                 if (visited[n] != 0 || (samples[n].weight > 0 && !off(n)))
                     return;
-                visited[n] = 1, stack.push_back(neighbour);
+                visited[n] = 1;
+                stack.push_back(neighbour);
             });
         }
     }

@@ -34,13 +34,16 @@ public:
 
     void run(const std::int32_t* g, int width, std::int32_t reach, float* out) {
         std::ptrdiff_t top = 0;
-        at(m_centre, 0) = 0, at(m_from, 0) = 0;
+        at(m_centre, 0) = 0;
+        at(m_from, 0) = 0;
         for (std::int32_t u = 1; u < width; ++u) {
             while (top >= 0 &&
                    value(g, at(m_from, top), at(m_centre, top)) > value(g, at(m_from, top), u))
                 --top;
             if (top < 0) {
-                top = 0, at(m_centre, 0) = u, at(m_from, 0) = 0;
+                top = 0;
+                at(m_centre, 0) = u;
+                at(m_from, 0) = 0;
                 continue;
             }
             // The first x at which u's parabola is lower.
@@ -49,10 +52,11 @@ public:
                                below = 2 * (u - i);
             const std::int64_t from =
                 (above >= 0 ? above / below : -((-above + below - 1) / below)) + 1;
-            if (from < width)
-                ++top, at(m_centre, top) = u,
-                                    at(m_from, top) =
-                                        static_cast<std::int32_t>(std::max<std::int64_t>(from, 0));
+            if (from < width) {
+                ++top;
+                at(m_centre, top) = u;
+                at(m_from, top) = static_cast<std::int32_t>(std::max<std::int64_t>(from, 0));
+            }
         }
         const std::int64_t most = std::int64_t{reach} * reach;
         for (std::int32_t u = width - 1; u >= 0; --u) {
@@ -76,11 +80,11 @@ private:
 
 void check_shape(const Deepening& s, double voxel_m) {
     if (!(s.slope >= 0 && s.min_depth_m >= 0 && s.max_depth_m >= s.min_depth_m && voxel_m > 0))
-        throw Error("deepen water: slope " + std::to_string(s.slope) + ", depth " +
-                    std::to_string(s.min_depth_m) + " to " + std::to_string(s.max_depth_m) +
-                    " m, voxel " + std::to_string(voxel_m) +
-                    " m; allowed: slope and depths 0 or more, least depth no more than the "
-                    "greatest, voxel above 0");
+        throw util::Error("deepen water: slope " + std::to_string(s.slope) + ", depth " +
+                          std::to_string(s.min_depth_m) + " to " + std::to_string(s.max_depth_m) +
+                          " m, voxel " + std::to_string(voxel_m) +
+                          " m; allowed: slope and depths 0 or more, least depth no more than the "
+                          "greatest, voxel above 0");
 }
 
 }  // namespace
@@ -89,11 +93,12 @@ std::vector<float> shore_distance(const std::vector<std::uint8_t>& mask, int wid
                                   int reach_voxels) {
     if (width < 0 || height < 0 ||
         mask.size() != static_cast<std::size_t>(width) * static_cast<std::size_t>(height))
-        throw Error("deepen water: mask of " + std::to_string(mask.size()) + " columns; expected " +
-                    std::to_string(width) + " x " + std::to_string(height));
+        throw util::Error("deepen water: mask of " + std::to_string(mask.size()) +
+                          " columns; expected " + std::to_string(width) + " x " +
+                          std::to_string(height));
     if (reach_voxels < 1 || reach_voxels > kLongestReach)
-        throw Error("deepen water: reach of " + std::to_string(reach_voxels) +
-                    " voxels; allowed: 1 to " + std::to_string(kLongestReach));
+        throw util::Error("deepen water: reach of " + std::to_string(reach_voxels) +
+                          " voxels; allowed: 1 to " + std::to_string(kLongestReach));
     std::vector<float> out(mask.size());
     if (mask.empty())
         return out;

@@ -7,7 +7,7 @@ namespace terravox::water {
 namespace {
 
 constexpr std::int32_t kNone = Adjacency::kNone;
-constexpr int kMostOutletRounds = 16;
+constexpr int kMaxOutletRounds = 16;
 constexpr double kEndRise_m = 0.1;  // an end so little above the lowest section is where the water
                                     // leaves: noise put the lowest before it
 
@@ -40,8 +40,10 @@ Flood flood(const RiverSections& sections, const std::vector<double>& levels,
     out.ways.parent.assign(levels.size(), kNone);
     std::vector<char> reached(levels.size());
     std::priority_queue<Waiting> queue;
-    for (const std::int32_t o : outlets)
-        queue.push({levels[at(o)], o, kNone}), reached[at(o)] = 1;
+    for (const std::int32_t o : outlets) {
+        queue.push({levels[at(o)], o, kNone});
+        reached[at(o)] = 1;
+    }
     while (!queue.empty()) {
         const Waiting now = queue.top();
         queue.pop();
@@ -145,7 +147,7 @@ Drainage drain(const RiverSections& sections, const std::vector<double>& levels,
     std::vector<std::int32_t> outlets{whole.section()};
     for (int round = 0;; ++round) {
         Flood f = flood(sections, levels, outlets);
-        const std::vector<std::int32_t> more = round < kMostOutletRounds
+        const std::vector<std::int32_t> more = round < kMaxOutletRounds
                                                    ? hollows(sections, levels, f.filled, rim_m)
                                                    : std::vector<std::int32_t>{};
         if (more.empty())
@@ -177,13 +179,16 @@ std::vector<double> isotonic(const Drainage& drainage, const std::vector<double>
             const std::int32_t block = heap.front();
             std::pop_heap(heap.begin(), heap.end(), higher);
             heap.pop_back();
-            sum[at(here)] += sum[at(block)], weight[at(here)] += weight[at(block)];
+            sum[at(here)] += sum[at(block)];
+            weight[at(here)] += weight[at(block)];
             pooled_into[at(block)] = here;
             auto& other = above[at(block)];
             if (other.size() > heap.size())
                 heap.swap(other);
-            for (const std::int32_t b : other)
-                heap.push_back(b), std::push_heap(heap.begin(), heap.end(), higher);
+            for (const std::int32_t b : other) {
+                heap.push_back(b);
+                std::push_heap(heap.begin(), heap.end(), higher);
+            }
             std::vector<std::int32_t>().swap(other);
         }
         if (const std::int32_t p = drainage.parent[at(here)]; p != kNone)

@@ -37,7 +37,9 @@ public:
           m_beside(candidates.places()) {
         for (const CellPlace place : candidates.places())
             m_cells.push_back(candidates.find(place));
-        m_water.assign(m_cells.size(), 0), m_chosen = m_water, m_wet = m_water;
+        m_water.assign(m_cells.size(), 0);
+        m_chosen = m_water;
+        m_wet = m_water;
     }
 
     std::vector<FoundBody> bodies() {
@@ -101,7 +103,7 @@ private:
     }
 
     [[nodiscard]] bool wet_water(const Members& members) {
-        if (area_m2(members) < m_evidence.least_wet_m2)
+        if (area_m2(members) < m_evidence.min_wet_m2)
             return false;
         std::vector<float> levels;
         for (const std::int32_t i : members)
@@ -119,7 +121,7 @@ private:
             return false;
         if (mostly_in_water(members))
             return true;
-        if (area_m2(members) < m_evidence.least_void_m2)
+        if (area_m2(members) < m_evidence.min_void_m2)
             return false;
         return thick(members) && level_shore(members);
     }

@@ -18,9 +18,9 @@ struct Evidence {
     bool by_void = true;  ///< (c) voids within a flat shore
 
     std::uint32_t fewest_returns = 3;  ///< (a) in a body: one stray class code makes no lake
-    double least_wet_m2 = 200;         ///< (b)
+    double min_wet_m2 = 200;           ///< (b)
     double flat_wet_m = 0.4;           ///< (b) most spread of the middle 80 % of levels
-    double least_void_m2 = 150;        ///< (c)
+    double min_void_m2 = 150;          ///< (c)
     double flat_shore_m =
         0.6;  ///< (c) most spread of the shore's low half, and between its four sides
     double ground_share_of_shore =

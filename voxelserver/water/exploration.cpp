@@ -11,10 +11,10 @@ std::shared_ptr<const CellPatch> checked_cells(CellSource& source, PatchIndex pa
     auto cells = source.cells(patch.x, patch.z);
     if (!cells || cells->side != side ||
         cells->cells.size() != static_cast<std::size_t>(side) * static_cast<std::size_t>(side))
-        throw Error("find water: patch " + std::to_string(patch.x) + ", " +
-                    std::to_string(patch.z) + " has " +
-                    (cells ? std::to_string(cells->cells.size()) : "no") + " cells; expected " +
-                    std::to_string(side) + " x " + std::to_string(side));
+        throw util::Error(
+            "find water: patch " + std::to_string(patch.x) + ", " + std::to_string(patch.z) +
+            " has " + (cells ? std::to_string(cells->cells.size()) : "no") + " cells; expected " +
+            std::to_string(side) + " x " + std::to_string(side));
     return cells;
 }
 
@@ -58,7 +58,8 @@ void Exploration::touch(PatchIndex patch, Visited& v, int x, int z) {
         m_exceeded = true;
     if (v.waiting.empty())
         m_queue.push_back(patch);  // it may be in the queue twice: the second time nothing waits
-    v.found[i] = 1, ++v.count;
+    v.found[i] = 1;
+    ++v.count;
     v.waiting.push_back(static_cast<std::int32_t>(i));
 }
 
@@ -113,8 +114,8 @@ void Exploration::list() {
     }
 }
 
-voxel::Reach Exploration::reach() const noexcept {
-    voxel::Reach out;
+voxel::InputExtent Exploration::reach() const noexcept {
+    voxel::InputExtent out;
     for (const auto& [patch, v] : m_visits)
         out.add({patch.x, patch.z, patch.x + 1, patch.z + 1});
     return out;

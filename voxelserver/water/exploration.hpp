@@ -67,7 +67,7 @@ public:
     [[nodiscard]] const WaterCell* find(CellPlace place) const override;
     /// Holds every patch that was looked at; of a finished exploration the same whatever it started
     /// from.
-    [[nodiscard]] voxel::Reach reach() const noexcept;
+    [[nodiscard]] voxel::InputExtent reach() const noexcept;
     /// Calls visit(patch, flags of the cells found in it) for each patch with such cells, in no
     /// promised order.
     template <class Visit>

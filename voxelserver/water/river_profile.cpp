@@ -11,8 +11,8 @@ namespace {
 
 constexpr double kReturnNoise_m = 0.06;   // of a median of one return
 constexpr double kSectionNoise_m = 0.02;  // what more returns do not take away
-constexpr double kMostReturns = 100;
-constexpr double kLeastStep_m =
+constexpr double kMaxReturns = 100;
+constexpr double kMinStep_m =
     0.02;  // change of level from section to section that costs nothing yet
 constexpr double kStartStep_m = 0.05;
 constexpr double kFarther = 0.875;  // of the fall at a section, what comes from further on: a
@@ -28,7 +28,7 @@ std::size_t at(std::int32_t i) {
 }
 
 double certainty(const SectionSample& s) {
-    return s.weight > 0 ? 1 / (kReturnNoise_m * kReturnNoise_m / std::min(s.weight, kMostReturns) +
+    return s.weight > 0 ? 1 / (kReturnNoise_m * kReturnNoise_m / std::min(s.weight, kMaxReturns) +
                                kSectionNoise_m * kSectionNoise_m)
                         : 0;
 }
@@ -46,7 +46,8 @@ std::vector<double> solve(const Drainage& d, const std::vector<SectionSample>& s
         if (p == kNone || !(pull[at(s)] > 0))
             continue;
         const double share = stiff(s) / (pull[at(s)] + stiff(s));
-        pull[at(p)] += pull[at(s)] * share, sum[at(p)] += sum[at(s)] * share;
+        pull[at(p)] += pull[at(s)] * share;
+        sum[at(p)] += sum[at(s)] * share;
     }
     for (const std::int32_t s : d.order) {
         const std::int32_t p = d.parent[at(s)];
@@ -79,11 +80,13 @@ std::vector<double> local_steps(const Drainage& d, const std::vector<double>& le
         away[at(s)] = change[at(s)];
         if (branches[at(s)] > 0)
             away[at(s)] += kFarther * (from_above[at(s)] / branches[at(s)] - change[at(s)]);
-        if (p != kNone)
-            from_above[at(p)] += away[at(s)], branches[at(p)] += 1;
+        if (p != kNone) {
+            from_above[at(p)] += away[at(s)];
+            branches[at(p)] += 1;
+        }
     }
     for (std::size_t i = 0; i < count; ++i)
-        change[i] = std::max({kLeastStep_m, std::abs(towards[i]), std::abs(away[i])});
+        change[i] = std::max({kMinStep_m, std::abs(towards[i]), std::abs(away[i])});
     return change;
 }
 
@@ -160,9 +163,9 @@ private:
         m_mean[at(b)] = (m_mean[at(a)] * m_cells[at(a)] + m_mean[at(b)] * m_cells[at(b)]) /
                         (m_cells[at(a)] + m_cells[at(b)]);
         m_cells[at(b)] += m_cells[at(a)];
-        m_low[at(b)] = std::min(m_low[at(a)], m_low[at(b)]),
+        m_low[at(b)] = std::min(m_low[at(a)], m_low[at(b)]);
         m_high[at(b)] = std::max(m_high[at(a)], m_high[at(b)]);
-        m_first[at(b)] = std::min(m_first[at(a)], m_first[at(b)]),
+        m_first[at(b)] = std::min(m_first[at(a)], m_first[at(b)]);
         m_last[at(b)] = std::max(m_last[at(a)], m_last[at(b)]);
         m_root[at(a)] = b;
     }

@@ -24,8 +24,10 @@ std::int32_t end_of(const Adjacency& beside) {
     seen[0] = 1;
     for (std::size_t head = 0; head < queue.size(); ++head)
         for (const std::int32_t n : beside.around(queue[head]))
-            if (n != kNone && seen[at(n)] == 0)
-                seen[at(n)] = 1, queue.push_back(n);
+            if (n != kNone && seen[at(n)] == 0) {
+                seen[at(n)] = 1;
+                queue.push_back(n);
+            }
     return queue.back();
 }
 
@@ -135,9 +137,10 @@ void link(RiverSections& out, const Adjacency& beside) {
 // @return the section each one goes to (itself: it stays)
 std::vector<std::int32_t> notches(const RiverSections& s) {
     std::vector<std::int32_t> to(at(s.size())), degree(at(s.size()));
-    for (std::int32_t i = 0; i < s.size(); ++i)
-        to[at(i)] = i,
+    for (std::int32_t i = 0; i < s.size(); ++i) {
+        to[at(i)] = i;
         degree[at(i)] = static_cast<std::int32_t>(s.begin[at(i) + 1] - s.begin[at(i)]);
+    }
     for (std::int32_t leaf = 0; leaf < s.size(); ++leaf) {
         if (degree[at(leaf)] != 1 || to[at(leaf)] != leaf)
             continue;
@@ -151,7 +154,8 @@ std::vector<std::int32_t> notches(const RiverSections& s) {
                 if (n != before && to[at(n)] == n)
                     next = n;
             });
-            before = now, now = next;
+            before = now;
+            now = next;
             if (now == kNone)
                 break;
         }
@@ -187,7 +191,8 @@ bool merge_notches(RiverSections& s, const Adjacency& beside) {
     }
     for (std::int32_t& section : s.section_of)
         section = number[at(section)];
-    s.along_m = std::move(along), s.cells = std::move(cells);
+    s.along_m = std::move(along);
+    s.cells = std::move(cells);
     link(s, beside);
     return true;
 }
@@ -202,10 +207,12 @@ RiverSections make_sections(const Adjacency& beside, double cell_m) {
     out.length_m = cell_m * kRing / kStep;
     std::int32_t count = 0;
     out.section_of = ring_parts(beside, ring, count);
-    out.along_m.resize(at(count)), out.cells.resize(at(count));
-    for (std::size_t i = 0; i < ring.size(); ++i)
-        out.along_m[at(out.section_of[i])] = ring[i] * out.length_m,
+    out.along_m.resize(at(count));
+    out.cells.resize(at(count));
+    for (std::size_t i = 0; i < ring.size(); ++i) {
+        out.along_m[at(out.section_of[i])] = ring[i] * out.length_m;
         ++out.cells[at(out.section_of[i])];
+    }
     link(out, beside);
     for (int round = 0; round < kNotchRounds && merge_notches(out, beside); ++round) {
     }

@@ -14,9 +14,12 @@ constexpr std::size_t kFewestCells = 4;
 // Low shores on the four sides of the middle, voxels; sides without a cell are left out.
 std::vector<float> low_sides(const Shore& shore) {
     double x = 0, z = 0;
-    for (const Shore::Cell& c : shore.ground)
-        x += c.place.x, z += c.place.z;
-    x /= static_cast<double>(shore.ground.size()), z /= static_cast<double>(shore.ground.size());
+    for (const Shore::Cell& c : shore.ground) {
+        x += c.place.x;
+        z += c.place.z;
+    }
+    x /= static_cast<double>(shore.ground.size());
+    z /= static_cast<double>(shore.ground.size());
     std::array<std::vector<float>, 4> sides;
     for (const Shore::Cell& c : shore.ground) {
         const double dx = c.place.x - x, dz = c.place.z - z;

@@ -21,11 +21,11 @@ namespace {
 
 using namespace archive;
 
-constexpr std::uint64_t kMostInfo_bytes = 4 << 20, kMostRoot_bytes = std::uint64_t{256} << 20;
-const std::uint64_t kMostLeaf_bytes = ZSTD_compressBound(kLeafEntries * sizeof(Entry));
+constexpr std::uint64_t kMaxInfo_bytes = 4 << 20, kMaxRoot_bytes = std::uint64_t{256} << 20;
+const std::uint64_t kMaxLeaf_bytes = ZSTD_compressBound(kLeafEntries * sizeof(Entry));
 constexpr std::size_t kLeafCache_bytes = std::size_t{64} << 20;
-constexpr std::uint32_t kMostFrame_bytes = 16
-                                           << 20;  // a box with every voxel known is 9 MiB unpacked
+constexpr std::uint32_t kMaxFrame_bytes = 16
+                                          << 20;  // a box with every voxel known is 9 MiB unpacked
 
 class ArchiveWorld final : public World {
 public:
@@ -45,9 +45,9 @@ public:
 
     [[nodiscard]] std::shared_ptr<const Box> box(const BoxKey& key) override {
         if (key.level < 0 || key.level >= m_info.levels)
-            throw UsageError("read a box of " + m_source->name() + ": level " +
-                             std::to_string(key.level) + "; allowed: 0 to " +
-                             std::to_string(m_info.levels - 1));
+            throw util::UsageError("read a box of " + m_source->name() + ": level " +
+                                   std::to_string(key.level) + "; allowed: 0 to " +
+                                   std::to_string(m_info.levels - 1));
         const auto entry = find(key);
         if (!entry)
             return nullptr;
@@ -55,12 +55,13 @@ public:
         std::vector<std::byte> room;
         const auto frame = m_source->read(entry->offset, entry->bytes, room);
         if (entry->kind == Kind::kHole)
-            throw Error("read " + name + ": it could not be had when the archive was made: " +
-                        std::string(reinterpret_cast<const char*>(frame.data()), frame.size()));
+            throw util::Error(
+                "read " + name + ": it could not be had when the archive was made: " +
+                std::string(reinterpret_cast<const char*>(frame.data()), frame.size()));
         auto box = decompress_box(frame, name);
         if (box->key() != key)
-            throw Error("read " + name + ": the archive holds box " + to_string(box->key()) +
-                        " there");
+            throw util::Error("read " + name + ": the archive holds box " + to_string(box->key()) +
+                              " there");
         return box;
     }
 
@@ -76,11 +77,11 @@ public:
     [[nodiscard]] bool may_hold(const BoxRange& boxes) override {
         if (boxes.min.level < 0 || boxes.min.level >= m_info.levels)
             return false;
-        constexpr std::int32_t kHalf = 1 << (kMostUp - 1);
+        constexpr std::int32_t kHalf = 1 << (kMaxUp - 1);
         for (const std::int32_t bx : {-kHalf, 0})
             for (const std::int32_t by : {-kHalf, 0})
                 for (const std::int32_t bz : {-kHalf, 0})
-                    if (names_any({{boxes.min.level, bx, by, bz}, kMostUp - 1}, boxes))
+                    if (names_any({{boxes.min.level, bx, by, bz}, kMaxUp - 1}, boxes))
                         return true;
         return false;
     }
@@ -92,8 +93,8 @@ public:
                 std::to_string(m_damage) + (m_damage == 1 ? " place" : " places")};
     }
     [[nodiscard]] std::string edition() const override { return m_source->edition(); }
-    [[nodiscard]] int worth_asking(int threads) const noexcept override {
-        return m_source->worth_asking(threads);
+    [[nodiscard]] int useful_concurrency(int threads) const noexcept override {
+        return m_source->useful_concurrency(threads);
     }
     void stop() noexcept override { m_source->stop(); }
 
@@ -101,7 +102,7 @@ private:
     using Entries = std::vector<Entry>;
 
     [[noreturn]] void fail(const std::string& what) const {
-        throw Error("open the box archive " + m_source->name() + ": " + what);
+        throw util::Error("open the box archive " + m_source->name() + ": " + what);
     }
 
     [[nodiscard]] Header read_header() {
@@ -121,13 +122,14 @@ private:
         const auto inside = [&](std::uint64_t offset, std::uint64_t count) {
             return offset <= header.file_bytes && count <= header.file_bytes - offset;
         };
-        if (header.info_bytes > kMostInfo_bytes || header.root_bytes > kMostRoot_bytes ||
+        if (header.info_bytes > kMaxInfo_bytes || header.root_bytes > kMaxRoot_bytes ||
             header.root_bytes < sizeof(std::uint64_t) ||
             (header.root_bytes - sizeof(std::uint64_t)) % sizeof(Leaf) != 0 ||
             !inside(header.info_offset, header.info_bytes) ||
             !inside(header.root_offset, header.root_bytes))
             fail("its header leads outside");
-        m_file_bytes = header.file_bytes, m_damage = header.damage;
+        m_file_bytes = header.file_bytes;
+        m_damage = header.damage;
         return header;
     }
 
@@ -166,7 +168,7 @@ private:
         for (std::size_t i = 0; i < root.size(); ++i) {
             const Leaf& leaf = root[i];
             if (leaf.entries == 0 || leaf.entries > kLeafEntries || leaf.offset > m_file_bytes ||
-                leaf.bytes > m_file_bytes - leaf.offset || leaf.bytes > kMostLeaf_bytes ||
+                leaf.bytes > m_file_bytes - leaf.offset || leaf.bytes > kMaxLeaf_bytes ||
                 !in_range(leaf.first) || (i > 0 && !before(root[i - 1].first, leaf.first)))
                 fail("its index is damaged");
             if (!has_room_for(leaf.first))
@@ -184,8 +186,8 @@ private:
                 std::vector<std::byte> room;
                 const auto frame = m_source->read(leaf.offset, leaf.bytes, room);
                 const auto wrong = [&](const std::string& what) {
-                    return Error("read the index of the box archive " + m_source->name() +
-                                 ": leaf " + std::to_string(index) + what);
+                    return util::Error("read the index of the box archive " + m_source->name() +
+                                       ": leaf " + std::to_string(index) + what);
                 };
                 const auto damaged = [&] { return wrong(" is damaged"); };
                 if (XXH64(frame.data(), frame.size(), 0) != leaf.checksum)
@@ -201,8 +203,7 @@ private:
                     throw damaged();
                 for (const Entry& e : *entries) {
                     if (e.offset > m_file_bytes ||
-                        e.bytes >
-                            std::min<std::uint64_t>(kMostFrame_bytes, m_file_bytes - e.offset))
+                        e.bytes > std::min<std::uint64_t>(kMaxFrame_bytes, m_file_bytes - e.offset))
                         throw damaged();
                     if (!has_room_for(e.key))
                         throw wrong(" names box " + to_string(key_of(e.key)) +
@@ -231,7 +232,7 @@ private:
         return *found;
     }
 
-    static constexpr int kMostUp = 21;  ///< 2^21 boxes: what the index can say
+    static constexpr int kMaxUp = 21;  ///< 2^21 boxes: what the index can say
 
     /// 2^up boxes along each axis, from one whose place is a multiple of that: one stretch of the
     /// Morton curve.

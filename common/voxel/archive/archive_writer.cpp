@@ -49,14 +49,15 @@ ArchiveWriter::~ArchiveWriter() {
 }
 
 void ArchiveWriter::fail(const char* what) const {
-    throw Error("write the box archive " + m_file.string() + ": " + what);
+    throw util::Error("write the box archive " + m_file.string() + ": " + what);
 }
 
 // The same bytes as those that are there when it goes on.
 void ArchiveWriter::begin(const std::string& info) {
     std::copy(std::begin(kMagic), std::end(kMagic), m_header.magic);
     m_header.version = kVersion;
-    m_header.info_offset = sizeof(Header), m_header.info_bytes = info.size();
+    m_header.info_offset = sizeof(Header);
+    m_header.info_bytes = info.size();
     m_header.checksum = XXH64(&m_header, offsetof(Header, checksum), 0);
     write(bytes_of(m_header));
     write(std::as_bytes(std::span(info)));
@@ -96,7 +97,8 @@ void ArchiveWriter::write_at(std::uint64_t offset, std::span<const std::byte> by
             continue;
         if (n <= 0)
             fail(n == 0 ? "disk full" : std::strerror(errno));
-        offset += static_cast<std::uint64_t>(n), bytes = bytes.subspan(static_cast<std::size_t>(n));
+        offset += static_cast<std::uint64_t>(n);
+        bytes = bytes.subspan(static_cast<std::size_t>(n));
     }
 }
 
@@ -108,8 +110,8 @@ std::uint64_t ArchiveWriter::flush() {
 
 void ArchiveWriter::add(const BoxKey& key, Kind kind, std::span<const std::byte> frame) {
     if (!in_range(key_of(key)))
-        throw Error("write the box archive " + m_file.string() + ": box " + to_string(key) +
-                    "; allowed: up to 2^20 boxes from the origin");
+        throw util::Error("write the box archive " + m_file.string() + ": box " + to_string(key) +
+                          "; allowed: up to 2^20 boxes from the origin");
     const Record record{key_of(key), static_cast<std::uint32_t>(frame.size()), kind,
                         XXH64(frame.data(), frame.size(), 0)};
     write(bytes_of(record));

@@ -31,7 +31,7 @@ public:
           m_file(::open(path.c_str(),
                         O_RDONLY | O_CLOEXEC | O_NONBLOCK)) {  // a pipe would wait for its writer
         const auto fail = [&](const std::string& what) {
-            return Error("open the box archive " + m_name + ": " + what);
+            return util::Error("open the box archive " + m_name + ": " + what);
         };
         if (m_file < 0)
             throw fail(errno == ENOENT || errno == ENOTDIR ? "no such file" : std::strerror(errno));
@@ -77,8 +77,8 @@ public:
     }
 
 private:
-    [[nodiscard]] Error fail(const std::string& what) const {
-        return Error("read the box archive " + m_name + ": " + what);
+    [[nodiscard]] util::Error fail(const std::string& what) const {
+        return util::Error("read the box archive " + m_name + ": " + what);
     }
     [[nodiscard]] ChangedError changed(const std::string& what) const {
         return ChangedError(fail(what).what());

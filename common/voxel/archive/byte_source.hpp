@@ -27,9 +27,9 @@ public:
                                                           std::vector<std::byte>& room) = 0;
     [[nodiscard]] virtual std::string edition() const { return {}; }  ///< as World::edition
     virtual void stop() noexcept {}                                   ///< as World::stop
-    [[nodiscard]] virtual int worth_asking(int threads) const noexcept {
+    [[nodiscard]] virtual int useful_concurrency(int threads) const noexcept {
         return threads;
-    }  ///< as World::worth_asking
+    }  ///< as World::useful_concurrency
 };
 
 /// A file. Cut short or written to while it is open, it gives a ChangedError and no bytes; replaced

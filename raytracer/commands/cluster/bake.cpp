@@ -6,7 +6,7 @@
 #include <cstdio>
 
 #include "common/util/log.hpp"
-#include "raytracer/commands/cluster/passed_on.hpp"
+#include "raytracer/commands/cluster/forwarded_arguments.hpp"
 #include "voxelserver/voxelize/world/lidar_world.hpp"
 #include "voxelserver/worlds/open/open_world.hpp"
 
@@ -30,28 +30,29 @@ Part parse_part(const std::string& text) {
         if (count.ec == std::errc{} && count.ptr == end && out.index >= 1 && out.index <= out.count)
             return out;
     }
-    throw UsageError("cluster bake: --part " + text + "; allowed: I/N with I from 1 to N");
+    throw util::UsageError("cluster bake: --part " + text + "; allowed: I/N with I from 1 to N");
 }
 
 }  // namespace
 
-ExitCode run_bake(const std::string& command, const std::string& part,
-                  const std::vector<std::string>& words) {
+util::ExitCode prepare_squares(const std::string& command, const std::string& part,
+                               const std::vector<std::string>& words) {
     const auto [index, count] = parse_part(part);
-    const PassedOn passed = PassedOn::read(command, words);
+    const ForwardedArguments passed = ForwardedArguments::read(command, words);
     util::set_up_log(passed.world.log_level);
-    WorldOptions options = passed.world.options(passed.base_scene());
+    worlds::WorldOptions options = passed.world.options(passed.base_scene());
     if (options.cache_dir.empty())
-        throw UsageError("cluster bake: --cache " + passed.world.cache +
-                         "; allowed: a folder, into which squares are prepared");
+        throw util::UsageError("cluster bake: --cache " + passed.world.cache +
+                               "; allowed: a folder, into which squares are prepared");
     util::StageTimes times;
     options.orthophotos.clear();  // they have no part in a prepared square
-    const auto opened = open_world(options, times);
+    const auto opened = worlds::open_world(options, times);
     auto* world = dynamic_cast<voxelize::LidarWorld*>(opened.get());
     if (world == nullptr)
-        throw UsageError("cluster bake: " + passed.world.inputs.front() +
-                         " holds no LiDAR squares; allowed: LAS, LAZ, COPC or PLY files, or the "
-                         "grabber's store");
+        throw util::UsageError(
+            "cluster bake: " + passed.world.inputs.front() +
+            " holds no LiDAR squares; allowed: LAS, LAZ, COPC or PLY files, or the "
+            "grabber's store");
 
     int prepared = 0, there = 0;
     const auto squares = world->squares();
@@ -78,7 +79,7 @@ ExitCode run_bake(const std::string& command, const std::string& part,
                           : after[i].error);
     }
     std::fprintf(stderr, "%d squares prepared, %d were there\n", prepared - failed, there);
-    return failed > 0 ? ExitCode::kHoles : ExitCode::kDone;
+    return failed > 0 ? util::ExitCode::kHoles : util::ExitCode::kDone;
 }
 
 }  // namespace terravox::cluster

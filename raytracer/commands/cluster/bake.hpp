@@ -13,7 +13,7 @@ namespace terravox::cluster {
 /// @param part "I/N": the I-th square (from 1 on) and each N-th after it, in the order of their
 /// paths
 /// @return kHoles when some could not be decoded @throws Error, UsageError
-[[nodiscard]] ExitCode run_bake(const std::string& command, const std::string& part,
-                                const std::vector<std::string>& words);
+[[nodiscard]] util::ExitCode prepare_squares(const std::string& command, const std::string& part,
+                                             const std::vector<std::string>& words);
 
 }  // namespace terravox::cluster

@@ -10,7 +10,7 @@ namespace terravox::cluster {
 
 namespace fs = std::filesystem;
 
-Batch::Batch(const SlurmOptions& options, PassedOn passed)
+Batch::Batch(const SlurmOptions& options, ForwardedArguments passed)
     : m_options(options),
       m_passed(std::move(passed)),
       m_folder(options,
@@ -89,22 +89,24 @@ std::vector<std::string> Batch::submit_bake(Submission& submission) const {
                                                          tasks)};
 }
 
-ExitCode run_batch(const SlurmOptions& options, const std::vector<std::string>& words) {
+util::ExitCode run_batch(const SlurmOptions& options, const std::vector<std::string>& words) {
     if (options.parts > 0) {
-        PassedOn passed = PassedOn::read("render", words);
+        ForwardedArguments passed = ForwardedArguments::read("render", words);
         for (const char* own : {"--part", "--resume", "--listen", "--worker"})
             if (passed.has(own))
-                throw UsageError(std::string("cluster slurm --parts: ") + own +
-                                 " among the arguments of render; allowed: without it, each part "
-                                 "renders by itself");
+                throw util::UsageError(
+                    std::string("cluster slurm --parts: ") + own +
+                    " among the arguments of render; allowed: without it, each part "
+                    "renders by itself");
         return run_parts(options, std::move(passed));
     }
-    PassedOn passed = PassedOn::read("animate", words);
+    ForwardedArguments passed = ForwardedArguments::read("animate", words);
     for (const char* own : {"--first", "--last", "--every", "--again", "--list"})
         if (passed.has(own))
-            throw UsageError(std::string("cluster slurm --batch: ") + own +
-                             " among the arguments of animate; allowed: --frames of cluster slurm, "
-                             "before the animation");
+            throw util::UsageError(
+                std::string("cluster slurm --batch: ") + own +
+                " among the arguments of animate; allowed: --frames of cluster slurm, "
+                "before the animation");
     return run_frames(options, std::move(passed));
 }
 

@@ -12,7 +12,7 @@ namespace terravox::cluster {
 class Batch {
 protected:
     /// Looks at what is rendered; nothing is submitted yet. @throws Error, UsageError
-    Batch(const SlurmOptions& options, PassedOn passed);
+    Batch(const SlurmOptions& options, ForwardedArguments passed);
     ~Batch() = default;
 
     [[nodiscard]] const Slurm* slurm() const {
@@ -30,7 +30,7 @@ protected:
                              const std::vector<int>& tasks) const;
 
     const SlurmOptions& m_options;
-    PassedOn m_passed;
+    ForwardedArguments m_passed;
     JobFolder m_folder;
 
 private:
@@ -41,7 +41,7 @@ private:
     int m_bake_tasks = 0;
 };
 
-[[nodiscard]] ExitCode run_frames(const SlurmOptions& options, PassedOn passed);
-[[nodiscard]] ExitCode run_parts(const SlurmOptions& options, PassedOn passed);
+[[nodiscard]] util::ExitCode run_frames(const SlurmOptions& options, ForwardedArguments passed);
+[[nodiscard]] util::ExitCode run_parts(const SlurmOptions& options, ForwardedArguments passed);
 
 }  // namespace terravox::cluster

@@ -12,7 +12,7 @@
 #include "raytracer/commands/cluster/bake.hpp"
 #include "raytracer/commands/cluster/job.hpp"
 
-namespace terravox {
+namespace terravox::commands {
 namespace {
 
 using namespace cluster;
@@ -59,22 +59,24 @@ void add_frames(CLI::App& command, Arguments& args) {
 /// @throws UsageError
 FrameJob frame_job(const Arguments& args, const std::string& program,
                    const std::vector<std::string>& words) {
-    PassedOn passed = PassedOn::read("animate", words);
+    ForwardedArguments passed = ForwardedArguments::read("animate", words);
     for (const char* own : {"--first", "--last", "--every", "--again", "--list"})
         if (passed.has(own))
-            throw UsageError(std::string("cluster: ") + own +
-                             " among the arguments of animate; allowed: --frames of cluster, "
-                             "before the animation");
+            throw util::UsageError(std::string("cluster: ") + own +
+                                   " among the arguments of animate; allowed: --frames of cluster, "
+                                   "before the animation");
     FrameJob job;
-    job.name = args.name, job.pattern = passed.outputs.front(), job.video = passed.video;
-    (void)FrameNames(job.pattern);
-    const Range all{0, Animation::kMostFrames - 1};
+    job.name = args.name;
+    job.pattern = passed.outputs.front();
+    job.video = passed.video;
+    (void)animate::FrameNames(job.pattern);
+    const Range all{0, animate::Animation::kMaxFrames - 1};
     // With --frames the animation need not lie on this machine.
     job.plan.frames = args.slurm.frames.empty()
-                          ? Range{0, Animation::read(passed.animation).frames() - 1}
+                          ? Range{0, animate::Animation::read(passed.animation).frames() - 1}
                           : parse_range("cluster: --frames", args.slurm.frames, all);
     if (!job.video.empty() && !args.slurm.frames.empty())
-        throw UsageError(
+        throw util::UsageError(
             "cluster: --frames with --video; allowed: all frames, which a video is made of");
     job.plan.per_task = args.slurm.frames_per_task > 0
                             ? args.slurm.frames_per_task
@@ -85,7 +87,8 @@ FrameJob frame_job(const Arguments& args, const std::string& program,
                             {"--threads", std::to_string(args.slurm.needs.cpus)});
     job.animate = {program, "animate"};
     job.animate.insert(job.animate.end(), passed.words.begin(), passed.words.end());
-    job.cpus = args.slurm.needs.cpus, job.memory_mib = args.slurm.needs.memory_mib;
+    job.cpus = args.slurm.needs.cpus;
+    job.memory_mib = args.slurm.needs.memory_mib;
     return job;
 }
 
@@ -160,18 +163,18 @@ CLI::App* add_slurm(CLI::App& cluster, Arguments& args) {
     return command;
 }
 
-ExitCode run_slurm(const Arguments& args, const std::vector<std::string>& words) {
+util::ExitCode run_slurm(const Arguments& args, const std::vector<std::string>& words) {
     const SlurmOptions& o = args.slurm;
     if (!o.batch &&
         (o.parts > 0 || !o.frames.empty() || o.frames_per_task > 0 || !o.bake || !o.wait))
-        throw UsageError(
+        throw util::UsageError(
             "cluster slurm: --parts, --frames, --frames-per-task, --no-bake or --no-wait without "
             "--batch; allowed: with it");
     if (o.batch && (o.coordinator_in_job || o.port > 0 || !o.address.empty()))
-        throw UsageError(
+        throw util::UsageError(
             "cluster slurm: --coordinator, --port or --address with --batch; allowed: without it");
     if (o.parts > 0 && (!o.frames.empty() || o.frames_per_task > 0))
-        throw UsageError(
+        throw util::UsageError(
             "cluster slurm: --parts with --frames or --frames-per-task; allowed: one of them");
     return o.batch ? run_batch(o, words) : run_pool(o, words);
 }
@@ -191,14 +194,14 @@ CLI::App* add_openjd(CLI::App& cluster, Arguments& args) {
     return command;
 }
 
-ExitCode run_openjd(const Arguments& args, const std::vector<std::string>& words) {
+util::ExitCode run_openjd(const Arguments& args, const std::vector<std::string>& words) {
     const std::string program =
         args.slurm.program.empty() ? "terravox-raytracer" : args.slurm.program.string();
     FrameJob job = frame_job(args, program, words);
     // Tasks start in a folder of their session.
     job.work = std::filesystem::current_path().string();
     std::fputs(openjd_job(job).c_str(), stdout);
-    return ExitCode::kDone;
+    return util::ExitCode::kDone;
 }
 
 CLI::App* add_kubernetes(CLI::App& cluster, Arguments& args) {
@@ -226,7 +229,7 @@ CLI::App* add_kubernetes(CLI::App& cluster, Arguments& args) {
     return command;
 }
 
-ExitCode run_kubernetes(Arguments args, const std::vector<std::string>& words) {
+util::ExitCode run_kubernetes(Arguments args, const std::vector<std::string>& words) {
     // A pod says what it needs, or it is the first to go.
     if (args.slurm.needs.cpus == 0)
         args.slurm.needs.cpus = 4;
@@ -237,15 +240,15 @@ ExitCode run_kubernetes(Arguments args, const std::vector<std::string>& words) {
         args.slurm.program.empty() ? "terravox-raytracer" : args.slurm.program.string();
     if (args.slurm.batch) {
         std::fputs(kubernetes_frames(frame_job(args, program, words), args.pods).c_str(), stdout);
-        return ExitCode::kDone;
+        return util::ExitCode::kDone;
     }
     if (!args.slurm.frames.empty() || args.slurm.frames_per_task > 0)
-        throw UsageError(
+        throw util::UsageError(
             "cluster kubernetes: --frames or --frames-per-task without --batch; allowed: with it");
     Command render{program, "render"};
-    const PassedOn passed = PassedOn::read("render", words);
+    const ForwardedArguments passed = ForwardedArguments::read("render", words);
     if (passed.has("--listen"))
-        throw UsageError(
+        throw util::UsageError(
             "cluster kubernetes: --listen among the arguments of render; allowed: without it, the "
             "service has a port of its own");
     render.insert(render.end(), passed.words.begin(), passed.words.end());
@@ -255,7 +258,7 @@ ExitCode run_kubernetes(Arguments args, const std::vector<std::string>& words) {
                                args.slurm.needs.memory_mib, args.pods)
                    .c_str(),
                stdout);
-    return ExitCode::kDone;
+    return util::ExitCode::kDone;
 }
 
 CLI::App* add_bake(CLI::App& cluster, Arguments& args) {
@@ -276,7 +279,7 @@ CLI::App* add_bake(CLI::App& cluster, Arguments& args) {
 
 }  // namespace
 
-std::function<ExitCode()> add_cluster_command(CLI::App& app) {
+std::function<util::ExitCode()> add_cluster_command(CLI::App& app) {
     auto args = std::make_shared<Arguments>();
     CLI::App* group = app.add_subcommand(
         "cluster",
@@ -291,8 +294,8 @@ std::function<ExitCode()> add_cluster_command(CLI::App& app) {
             return run_openjd(*args, words_of(*openjd));
         if (kubernetes->parsed())
             return run_kubernetes(*args, words_of(*kubernetes));
-        return run_bake(args->bake_for, args->bake_part, words_of(*bake));
+        return prepare_squares(args->bake_for, args->bake_part, words_of(*bake));
     };
 }
 
-}  // namespace terravox
+}  // namespace terravox::commands

@@ -8,11 +8,11 @@ namespace CLI {
 class App;
 }
 
-namespace terravox {
+namespace terravox::commands {
 
 /// Adds `cluster` with its commands (slurm, openjd, kubernetes, bake) to the program's. @return
 /// runs the one that was named
 /// @throws (when run) Error, UsageError
-[[nodiscard]] std::function<ExitCode()> add_cluster_command(CLI::App& app);
+[[nodiscard]] std::function<util::ExitCode()> add_cluster_command(CLI::App& app);
 
-}  // namespace terravox
+}  // namespace terravox::commands

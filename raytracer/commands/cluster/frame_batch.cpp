@@ -19,10 +19,10 @@ constexpr const char* kAttempt = "run the batch: ";
 /// Frames of an animation.
 class FrameBatch : Batch {
 public:
-    FrameBatch(const SlurmOptions& options, PassedOn passed)
+    FrameBatch(const SlurmOptions& options, ForwardedArguments passed)
         : Batch(options, std::move(passed)), m_names(m_passed.outputs.front()) {}
 
-    ExitCode run() {
+    util::ExitCode run() {
         plan();
         Submission submission(m_options, m_folder, slurm());
         submission.wait_for_earlier();
@@ -31,20 +31,20 @@ public:
             std::fprintf(stderr, "%zu of %d frames are to be made\n", missing.size(),
                          m_plan.frames.count());
         if (missing.empty() && video_is_made())
-            return ExitCode::kDone;
+            return util::ExitCode::kDone;
         std::map<int, fs::file_time_type> before;
         for (const int frame : missing)
             before[frame] = time_of(frame);
         submit(submission, missing);
         if (m_options.dry_run || !m_options.wait)
-            return ExitCode::kDone;
+            return util::ExitCode::kDone;
         submission.follow();
         return look_at_the_end(before);
     }
 
 private:
     void plan() {
-        const Animation animation = Animation::read(m_passed.animation);
+        const animate::Animation animation = animate::Animation::read(m_passed.animation);
         const Range all{0, animation.frames() - 1};
         m_plan.frames = m_options.frames.empty()
                             ? all
@@ -55,9 +55,9 @@ private:
         if (m_passed.video.empty())
             return;
         if (!(m_plan.frames == all))
-            throw UsageError("cluster slurm: --frames " + m_options.frames +
-                             " with --video; allowed: all frames, which a video is made of");
-        check_video(m_passed.video, m_names);
+            throw util::UsageError("cluster slurm: --frames " + m_options.frames +
+                                   " with --video; allowed: all frames, which a video is made of");
+        animate::check_video(m_passed.video, m_names);
         m_passed.take({"--video"});
     }
 
@@ -72,9 +72,9 @@ private:
             std::string reason = done.reason();
             if (reason.starts_with("terravox: "))
                 reason.erase(0, 10);
-            if (done.status == static_cast<int>(ExitCode::kUsage))
-                throw UsageError(reason);
-            throw Error(reason);
+            if (done.status == static_cast<int>(util::ExitCode::kUsage))
+                throw util::UsageError(reason);
+            throw util::Error(reason);
         }
         std::vector<int> out;
         std::istringstream in(done.out);
@@ -91,8 +91,10 @@ private:
         m_folder.write_script("frames.sbatch",
                               frames_script(m_folder.place(), command("animate"), m_plan));
         Command video;
-        if (!m_passed.video.empty())
-            video = command("animate"), video.insert(video.end(), {"--video", m_passed.video});
+        if (!m_passed.video.empty()) {
+            video = command("animate");
+            video.insert(video.end(), {"--video", m_passed.video});
+        }
         m_folder.write_script(
             "merge.sbatch",
             merge_frames_script(m_folder.place(), m_names.pattern(), m_plan.frames, video));
@@ -125,7 +127,8 @@ private:
         return true;
     }
 
-    [[nodiscard]] ExitCode look_at_the_end(const std::map<int, fs::file_time_type>& before) const {
+    [[nodiscard]] util::ExitCode look_at_the_end(
+        const std::map<int, fs::file_time_type>& before) const {
         const std::vector<int> missing = still_to_make();
         // A frame with holes is written, but counts as not done.
         const auto with_holes = std::count_if(missing.begin(), missing.end(), [&](int frame) {
@@ -133,35 +136,36 @@ private:
             return was != before.end() && time_of(frame) != was->second;
         });
         if (static_cast<std::size_t>(with_holes) != missing.size())
-            throw Error(kAttempt +
-                        std::to_string(missing.size() - static_cast<std::size_t>(with_holes)) +
-                        " frames were not made, the first is " + std::to_string(missing.front()) +
-                        "; " + logs() + " tells why; the same command makes what is missing");
+            throw util::Error(
+                kAttempt + std::to_string(missing.size() - static_cast<std::size_t>(with_holes)) +
+                " frames were not made, the first is " + std::to_string(missing.front()) + "; " +
+                logs() + " tells why; the same command makes what is missing");
         if (with_holes > 0) {
             std::fprintf(stderr, "terravox: %td frames have holes; see %s\n", with_holes,
                          logs().c_str());
-            return ExitCode::kHoles;
+            return util::ExitCode::kHoles;
         }
         if (const auto code = slurm()->exit_code(m_merge); code && *code != 0)
-            throw Error(kAttempt +
-                        std::string("all frames are there, but the job after them failed; see ") +
-                        logs() + "/merge-" + m_merge + ".txt");
+            throw util::Error(
+                kAttempt +
+                std::string("all frames are there, but the job after them failed; see ") + logs() +
+                "/merge-" + m_merge + ".txt");
         if (!m_passed.video.empty() && !fs::exists(m_passed.video))
-            throw Error(kAttempt + std::string("there is no ") + m_passed.video + "; see " +
-                        logs());
+            throw util::Error(kAttempt + std::string("there is no ") + m_passed.video + "; see " +
+                              logs());
         if (!m_options.quiet)
             std::fprintf(stderr, "all %d frames are done\n", m_plan.frames.count());
-        return ExitCode::kDone;
+        return util::ExitCode::kDone;
     }
 
-    const FrameNames m_names;
+    const animate::FrameNames m_names;
     TaskPlan m_plan;
     Slurm::JobId m_merge;
 };
 
 }  // namespace
 
-ExitCode run_frames(const SlurmOptions& options, PassedOn passed) {
+util::ExitCode run_frames(const SlurmOptions& options, ForwardedArguments passed) {
     return FrameBatch(options, std::move(passed)).run();
 }
 

@@ -23,7 +23,7 @@ JobFolder::JobFolder(const SlurmOptions& options, const std::string& picture)
     // Slurm reads % and \\ in the folder of a job as a pattern for the names of logs, and then
     // finds no logs/.
     if (m_path.string().find_first_of("%\\") != std::string::npos)
-        throw UsageError(
+        throw util::UsageError(
             "cluster: the job's folder " + m_path.string() +
             "; allowed: a path without % and \\, which Slurm takes for patterns (--folder)");
     options.needs.check();
@@ -34,7 +34,8 @@ JobFolder::JobFolder(const SlurmOptions& options, const std::string& picture)
     std::error_code failed;
     fs::create_directories(m_path / "logs", failed);
     if (failed)
-        throw Error("make the folder of the job " + m_path.string() + ": " + failed.message());
+        throw util::Error("make the folder of the job " + m_path.string() + ": " +
+                          failed.message());
 }
 
 void JobFolder::write_script(const std::string& name, const std::string& text) const {
@@ -44,7 +45,7 @@ void JobFolder::write_script(const std::string& name, const std::string& text) c
 void JobFolder::write_secret(const std::string& name, const std::string& text) const {
     const fs::path file = m_path / name;
     const auto fail = [&](int code) {
-        throw Error("write " + file.string() + ": " + std::strerror(code));
+        throw util::Error("write " + file.string() + ": " + std::strerror(code));
     };
     if (::unlink(file.c_str()) != 0 && errno != ENOENT)
         fail(errno);
@@ -61,7 +62,8 @@ void JobFolder::write_secret(const std::string& name, const std::string& text) c
 void QueueTeller::tell(const Slurm::Counts& counts) {
     if (m_quiet || (m_told && counts == m_last))
         return;
-    m_told = true, m_last = counts;
+    m_told = true;
+    m_last = counts;
     // Over the bar that the render may be drawing; it draws a new one below.
     std::fprintf(stderr, "%sslurm: %d of %d tasks run, %d wait\n",
                  ::isatty(STDERR_FILENO) != 0 ? "\r\x1b[K" : "", counts.running, m_tasks,

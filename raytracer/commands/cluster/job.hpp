@@ -9,7 +9,7 @@
 #include "common/util/error.hpp"
 #include "raytracer/cluster/slurm.hpp"
 #include "raytracer/cluster/slurm_scripts.hpp"
-#include "raytracer/commands/cluster/passed_on.hpp"
+#include "raytracer/commands/cluster/forwarded_arguments.hpp"
 
 namespace terravox::cluster {
 
@@ -67,13 +67,14 @@ private:
 /// One picture by workers that Slurm starts: this process keeps the coordinator, and cancels the
 /// workers when it ends, however it ends.
 /// @return the picture's exit code @throws Error, UsageError
-[[nodiscard]] ExitCode run_pool(const SlurmOptions& options, const std::vector<std::string>& words);
+[[nodiscard]] util::ExitCode run_pool(const SlurmOptions& options,
+                                      const std::vector<std::string>& words);
 
 /// Frames of an animation, or parts of a picture, as tasks that know nothing of each other. What is
 /// done already is not submitted again.
 /// @return kDone; kHoles when frames have holes; kDone too when it does not wait @throws Error,
 /// UsageError
-[[nodiscard]] ExitCode run_batch(const SlurmOptions& options,
-                                 const std::vector<std::string>& words);
+[[nodiscard]] util::ExitCode run_batch(const SlurmOptions& options,
+                                       const std::vector<std::string>& words);
 
 }  // namespace terravox::cluster

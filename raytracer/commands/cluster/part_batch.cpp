@@ -13,22 +13,23 @@ constexpr const char* kAttempt = "run the batch: ";
 /// Parts of one picture.
 class PartBatch : Batch {
 public:
-    PartBatch(const SlurmOptions& options, PassedOn passed) : Batch(options, std::move(passed)) {}
+    PartBatch(const SlurmOptions& options, ForwardedArguments passed)
+        : Batch(options, std::move(passed)) {}
 
-    ExitCode run() {
+    util::ExitCode run() {
         const std::vector<std::string> outputs = m_passed.outputs;
         m_passed.take({"-o", "--output"});
         auto again = m_passed.words;
         again.insert(again.end(), {"-o", outputs.front()});
-        if (const PassedOn read = PassedOn::read("render", again);
+        if (const ForwardedArguments read = ForwardedArguments::read("render", again);
             read.outputs.size() != 1 || read.world.inputs != m_passed.world.inputs)
-            throw UsageError(
+            throw util::UsageError(
                 "cluster slurm --parts: the pictures cannot be told from the other arguments; "
                 "allowed: -o NAME for each, as words of their own");
-        Scene scene = m_passed.base_scene();
+        scene::Scene scene = m_passed.base_scene();
         scene.quality.coarse_step =
             1;  // what is kept has no coarse passes, whatever the scene says
-        check_can_checkpoint(scene);
+        farm::check_can_checkpoint(scene);
         // The parts' files of tiles lie in the job's folder, not beside the picture.
         const fs::path picture = m_folder.path() / "parts" / fs::path(outputs.front()).filename();
         m_passed.words.insert(m_passed.words.end(), {"-o", picture.string()});
@@ -45,25 +46,25 @@ public:
         // afterany: it knows itself whether tiles are missing, and a part with holes is no failure.
         const Slurm::JobId merging = submission.submit("merge", {"--dependency=afterany" + all}, 1);
         if (m_options.dry_run || !m_options.wait)
-            return ExitCode::kDone;
+            return util::ExitCode::kDone;
         submission.follow();
         const auto code = slurm()->exit_code(merging);
         if (!code)
-            throw Error(kAttempt +
-                        std::string("Slurm has forgotten how the parts were joined; see ") +
-                        logs() + "/merge-" + merging + ".txt");
-        if (*code == static_cast<int>(ExitCode::kHoles))
-            return ExitCode::kHoles;
+            throw util::Error(kAttempt +
+                              std::string("Slurm has forgotten how the parts were joined; see ") +
+                              logs() + "/merge-" + merging + ".txt");
+        if (*code == static_cast<int>(util::ExitCode::kHoles))
+            return util::ExitCode::kHoles;
         if (*code != 0)
-            throw Error(kAttempt + std::string("the parts were not joined; ") + logs() +
-                        " tells why; the same command goes on");
-        return ExitCode::kDone;
+            throw util::Error(kAttempt + std::string("the parts were not joined; ") + logs() +
+                              " tells why; the same command goes on");
+        return util::ExitCode::kDone;
     }
 };
 
 }  // namespace
 
-ExitCode run_parts(const SlurmOptions& options, PassedOn passed) {
+util::ExitCode run_parts(const SlurmOptions& options, ForwardedArguments passed) {
     return PartBatch(options, std::move(passed)).run();
 }
 

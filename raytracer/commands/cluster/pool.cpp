@@ -33,19 +33,20 @@ int free_port() {
     if (socket >= 0)
         ::close(socket);
     if (!found)
-        throw Error(std::string("look for a free port: ") + std::strerror(code));
+        throw util::Error(std::string("look for a free port: ") + std::strerror(code));
     return ntohs(address.sin_port);
 }
 
 std::string host_name() {
     std::array<char, 256> name{};
     if (::gethostname(name.data(), name.size() - 1) != 0)
-        throw Error(std::string("ask for this machine's name: ") + std::strerror(errno));
+        throw util::Error(std::string("ask for this machine's name: ") + std::strerror(errno));
     return name.data();
 }
 
-ExitCode code_of(int status) {
-    return status >= 0 && status <= 3 ? static_cast<ExitCode>(status) : ExitCode::kFailed;
+util::ExitCode code_of(int status) {
+    return status >= 0 && status <= 3 ? static_cast<util::ExitCode>(status)
+                                      : util::ExitCode::kFailed;
 }
 
 /// Jobs that end with their owner, however that ends.
@@ -85,11 +86,11 @@ private:
 /// Follows one run. The coordinator is a child of this process, or a job.
 class Pool {
 public:
-    Pool(const SlurmOptions& options, PassedOn render)
+    Pool(const SlurmOptions& options, ForwardedArguments render)
         : m_options(options),
           m_render(std::move(render)),
           m_folder(options, fs::path(m_render.outputs.front()).stem().string()) {
-        const Scene scene = m_render.base_scene();
+        const scene::Scene scene = m_render.base_scene();
         // The machine one submits from is not for computing, unless its owner says so.
         if (!scene.processing.threads && !options.coordinator_in_job)
             m_render.words.insert(m_render.words.end(), {"--threads", "0"});
@@ -101,7 +102,7 @@ public:
             m_port = options.port > 0 ? options.port : free_port();
     }
 
-    ExitCode run() {
+    util::ExitCode run() {
         write_scripts();
         if (m_options.dry_run)
             return say();
@@ -140,8 +141,8 @@ private:
         m_folder.write_script("pool.sbatch", pool_script(m_folder.place(), pool));
     }
 
-    ExitCode say() const {
-        std::printf("cd %s\n", shell_word(m_folder.path().string()).c_str());
+    util::ExitCode say() const {
+        std::printf("cd %s\n", util::shell_word(m_folder.path().string()).c_str());
         if (m_options.coordinator_in_job)
             std::printf(
                 "sbatch coordinator.sbatch\nsbatch %s --dependency=after:COORDINATOR pool.sbatch\n",
@@ -150,13 +151,13 @@ private:
             std::printf("sbatch %s pool.sbatch\n", array_option().c_str());
             std::string line;
             for (const std::string& word : coordinator())
-                line += (line.empty() ? "" : " ") + shell_word(word);
+                line += (line.empty() ? "" : " ") + util::shell_word(word);
             std::printf("%s\n", line.c_str());
         }
-        return ExitCode::kDone;
+        return util::ExitCode::kDone;
     }
 
-    ExitCode run_here(const Slurm& slurm) {
+    util::ExitCode run_here(const Slurm& slurm) {
         OwnJobs own(slurm);
         Child child(coordinator());
         own.jobs.push_back(slurm.submit(m_folder.path(), "pool.sbatch", {array_option()}));
@@ -168,7 +169,7 @@ private:
                 return code_of(*status);
             if (StopSignals::came()) {
                 child.stop();
-                throw Error(
+                throw util::Error(
                     "render with workers of Slurm: a signal came; the picture is not finished, the "
                     "workers are cancelled");
             }
@@ -188,7 +189,7 @@ private:
         }
     }
 
-    ExitCode run_job(const Slurm& slurm) {
+    util::ExitCode run_job(const Slurm& slurm) {
         std::error_code ignored;
         fs::remove(address_file(), ignored);
         OwnJobs own(slurm);
@@ -212,11 +213,12 @@ private:
             const auto left = slurm.counts({coordinator});
             empty_looks = left && left->all() == 0 ? empty_looks + 1 : 0;
             if (empty_looks == 3)
-                throw Error("render with workers of Slurm: the coordinator's job " + coordinator +
-                            " is over, and Slurm has forgotten how it ended; see " +
-                            (m_folder.path() / "logs").string());
+                throw util::Error("render with workers of Slurm: the coordinator's job " +
+                                  coordinator +
+                                  " is over, and Slurm has forgotten how it ended; see " +
+                                  (m_folder.path() / "logs").string());
             if (StopSignals::wait_ms(m_options.poll_s * 1000))
-                throw Error(
+                throw util::Error(
                     "render with workers of Slurm: a signal came; the picture is not finished, all "
                     "jobs are cancelled");
         }
@@ -229,14 +231,14 @@ private:
             std::fprintf(stderr, "slurm: job %s\n", job.c_str());
     }
 
-    [[nodiscard]] Error no_workers() const {
-        return Error(
+    [[nodiscard]] util::Error no_workers() const {
+        return util::Error(
             "render with workers of Slurm: all workers ended before the picture was finished; " +
             (m_folder.path() / "logs").string() + " tells why");
     }
 
     SlurmOptions m_options;
-    PassedOn m_render;
+    ForwardedArguments m_render;
     JobFolder m_folder;
     bool m_renders_itself = false;
     int m_port = 0;
@@ -244,11 +246,11 @@ private:
 
 }  // namespace
 
-ExitCode run_pool(const SlurmOptions& options, const std::vector<std::string>& words) {
-    PassedOn render = PassedOn::read("render", words);
+util::ExitCode run_pool(const SlurmOptions& options, const std::vector<std::string>& words) {
+    ForwardedArguments render = ForwardedArguments::read("render", words);
     for (const char* own : {"--listen", "--token-file", "--tls-ca", "--tls-cert", "--tls-key"})
         if (render.has(own))
-            throw UsageError(
+            throw util::UsageError(
                 std::string("cluster slurm: ") + own +
                 " among the arguments of render; allowed: without it, each run has a token of its "
                 "own; --port and --address of cluster slurm say where it listens");

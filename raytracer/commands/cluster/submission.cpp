@@ -26,14 +26,14 @@ void Submission::wait_for_earlier() {
         return;
     const auto counts = m_slurm->counts(m_before);
     if (!counts)
-        throw Error(std::string(kAttempt) +
-                    "squeue has no answer; without it nobody knows whether the jobs of " +
-                    file().string() + " are at work");
+        throw util::Error(std::string(kAttempt) +
+                          "squeue has no answer; without it nobody knows whether the jobs of " +
+                          file().string() + " are at work");
     if (counts->all() == 0)
         return;
     if (!m_options.wait)
-        throw Error(std::string(kAttempt) + std::to_string(counts->all()) + " tasks of " +
-                    file().string() + " are at work; wait for them, or scancel them");
+        throw util::Error(std::string(kAttempt) + std::to_string(counts->all()) + " tasks of " +
+                          file().string() + " are at work; wait for them, or scancel them");
     if (!m_options.quiet)
         std::fprintf(stderr, "slurm: %d tasks of an earlier call are at work\n", counts->all());
     follow(m_before, counts->all());
@@ -44,7 +44,7 @@ Slurm::JobId Submission::submit(const std::string& name, const std::vector<std::
     m_tasks += tasks;
     if (m_slurm == nullptr) {
         if (m_tasks == tasks)
-            std::printf("cd %s\n", shell_word(m_folder.path().string()).c_str());
+            std::printf("cd %s\n", util::shell_word(m_folder.path().string()).c_str());
         std::printf("sbatch");
         for (const std::string& option : options)
             std::printf(" %s", option.c_str());
@@ -73,9 +73,9 @@ void Submission::follow(const std::vector<Slurm::JobId>& jobs, int tasks) {
         empty_looks = counts && counts->all() == 0 ? empty_looks + 1 : 0;
         if (empty_looks < 2 && StopSignals::wait_ms(m_options.poll_s * 1000)) {
             const std::string wrong = m_slurm->cancel(jobs);
-            throw Error(std::string(kAttempt) + "a signal came; " +
-                        (wrong.empty() ? "all tasks are cancelled; the same command goes on"
-                                       : "cancel the tasks: " + wrong));
+            throw util::Error(std::string(kAttempt) + "a signal came; " +
+                              (wrong.empty() ? "all tasks are cancelled; the same command goes on"
+                                             : "cancel the tasks: " + wrong));
         }
     }
 }

@@ -15,7 +15,7 @@
 #include "common/util/error.hpp"
 #include "raytracer/tiles/tile_codec.hpp"
 
-namespace terravox {
+namespace terravox::farm {
 namespace {
 
 constexpr std::chrono::seconds kFlushPeriod{1};
@@ -23,7 +23,7 @@ constexpr std::chrono::seconds kFlushPeriod{1};
 const std::string kAttempt = "write the checkpoint";
 
 [[noreturn]] void fail(const std::filesystem::path& path, const std::string& why) {
-    throw Error(kAttempt + " " + path.string() + ": " + why);
+    throw util::Error(kAttempt + " " + path.string() + ": " + why);
 }
 
 /// Whether the name still stands for the open file: another coordinator may have finished, and
@@ -87,7 +87,7 @@ void begin(const OpenFile& file, const std::string& text) {
     try {
         write_all(file, 0, file_head(text), {});
         flush_to_disk(file);
-    } catch (const Error&) {
+    } catch (const util::Error&) {
         ::unlink(file.path().c_str());
         throw;
     }
@@ -103,14 +103,15 @@ std::filesystem::path checkpoint_path(const std::filesystem::path& picture,
     return out += ".tiles";
 }
 
-void check_can_checkpoint(const Scene& scene) {
+void check_can_checkpoint(const scene::Scene& scene) {
     if (scene.quality.time_s > 0)
-        throw UsageError(
+        throw util::UsageError(
             "keep the tiles of an unfinished picture: quality.time_s is set, so that samples "
             "depend on the time; allowed: 0");
     if (scene.quality.coarse_step != 1)
-        throw UsageError("keep the tiles of an unfinished picture: quality.coarse_step = " +
-                         std::to_string(scene.quality.coarse_step) + "; allowed: 1, a single pass");
+        throw util::UsageError("keep the tiles of an unfinished picture: quality.coarse_step = " +
+                               std::to_string(scene.quality.coarse_step) +
+                               "; allowed: 1, a single pass");
 }
 
 Checkpoint::Checkpoint(std::filesystem::path path, const PictureKey& key, Existing existing)
@@ -120,7 +121,7 @@ Checkpoint::Checkpoint(std::filesystem::path path, const PictureKey& key, Existi
     m_end = file.size();
     const bool is_new = m_end == 0;
     if (!is_new && existing == Existing::kRefuse)
-        throw UsageError(
+        throw util::UsageError(
             kAttempt + " " + m_path.string() +
             ": it is there already; allowed: --resume, which goes on with it, or another name");
     const std::string text = key.to_json();
@@ -131,13 +132,15 @@ Checkpoint::Checkpoint(std::filesystem::path path, const PictureKey& key, Existi
     if (const std::string differs =
             difference(m_journal->key(), PictureKey::from_json(text, m_path.string()));
         !differs.empty())
-        throw Error("go on with the checkpoint " + m_path.string() +
-                    ": it is of another picture: " + differs + "; remove it to begin anew");
+        throw util::Error("go on with the checkpoint " + m_path.string() +
+                          ": it is of another picture: " + differs + "; remove it to begin anew");
     m_empty = is_new;
     m_again.resize(key.grid.cells());
     for (std::uint32_t cell = 0; cell < m_again.size(); ++cell)
-        if (m_journal->at(cell).holes > 0)
-            m_again[cell] = true, ++m_with_holes;
+        if (m_journal->at(cell).holes > 0) {
+            m_again[cell] = true;
+            ++m_with_holes;
+        }
     if (const std::string damaged = m_journal->what_is_damaged(); !damaged.empty())
         spdlog::warn("{}; what is lost is rendered again", damaged);
     m_end = m_journal->end();
@@ -156,14 +159,14 @@ Checkpoint::~Checkpoint() {
                 .fd());  // there is nobody to tell any more; what the system has it will write
 }
 
-void Checkpoint::each(const std::function<void(TileResult&&)>& take) {
+void Checkpoint::each(const std::function<void(tiles::TileResult&&)>& take) {
     for (std::uint32_t cell = 0; cell < m_again.size(); ++cell) {
         if (!m_journal->at(cell).is_there() || m_again[cell])
             continue;
-        std::optional<TileResult> tile;
+        std::optional<tiles::TileResult> tile;
         try {
             tile = m_journal->tile(cell);
-        } catch (const Error& e) {
+        } catch (const util::Error& e) {
             spdlog::warn("{}; it is rendered again", e.what());
             m_journal->note({RecordKind::kForgotten, cell}, 0);
             continue;
@@ -172,27 +175,27 @@ void Checkpoint::each(const std::function<void(TileResult&&)>& take) {
     }
 }
 
-bool Checkpoint::has(const RenderTile& tile) const {
+bool Checkpoint::has(const tiles::RenderTile& tile) const {
     const std::uint32_t cell = cell_of(tile);
     return m_journal->at(cell).is_there() && !m_again[cell];
 }
 
-std::uint32_t Checkpoint::cell_of(const RenderTile& tile) const {
+std::uint32_t Checkpoint::cell_of(const tiles::RenderTile& tile) const {
     const auto cell = m_journal->key().grid.cell_of(tile);
     if (!cell)
-        throw Error(kAttempt + " " + m_path.string() + ": the tile at (" + std::to_string(tile.x0) +
-                    ", " + std::to_string(tile.y0) +
-                    ") is no whole tile of a single pass in tiles of " +
-                    std::to_string(m_journal->key().grid.tile_px) + " pixels");
+        throw util::Error(kAttempt + " " + m_path.string() + ": the tile at (" +
+                          std::to_string(tile.x0) + ", " + std::to_string(tile.y0) +
+                          ") is no whole tile of a single pass in tiles of " +
+                          std::to_string(m_journal->key().grid.tile_px) + " pixels");
     return *cell;
 }
 
-void Checkpoint::add(const TileResult& result) {
-    add_encoded(encode_tile(result));
+void Checkpoint::add(const tiles::TileResult& result) {
+    add_encoded(tiles::encode_tile(result));
 }
 
 void Checkpoint::add_encoded(std::span<const std::byte> bytes) {
-    const TileHead head = read_tile_head(bytes, "for " + m_path.string());
+    const tiles::TileHead head = tiles::read_tile_head(bytes, "for " + m_path.string());
     const std::uint32_t cell = cell_of(head.tile);
     if (head.with_layers != m_journal->key().with_layers)
         fail(m_path, std::string("the tile ") + std::to_string(cell) +
@@ -200,17 +203,21 @@ void Checkpoint::add_encoded(std::span<const std::byte> bytes) {
                                            : " lacks the picture's layers"));
     m_journal->note(append(RecordKind::kTile, cell, bytes), head.holes);
     // With holes or without, by now it is what this run could do.
-    if (m_again[cell])
-        m_again[cell] = false, --m_with_holes;
+    if (m_again[cell]) {
+        m_again[cell] = false;
+        --m_with_holes;
+    }
 }
 
-void Checkpoint::forget(const RenderTile& tile) {
+void Checkpoint::forget(const tiles::RenderTile& tile) {
     const std::uint32_t cell = cell_of(tile);
     if (!m_journal->at(cell).is_there())
         return;
     m_journal->note(append(RecordKind::kForgotten, cell, {}), 0);
-    if (m_again[cell])
-        m_again[cell] = false, --m_with_holes;
+    if (m_again[cell]) {
+        m_again[cell] = false;
+        --m_with_holes;
+    }
 }
 
 void Checkpoint::note_damage(const std::vector<std::string>& lines) {
@@ -234,7 +241,8 @@ Record Checkpoint::append(RecordKind kind, std::uint32_t cell, std::span<const s
     const Record record{kind, cell, m_end + head.size(),
                         static_cast<std::uint32_t>(payload.size())};
     m_end += head.size() + payload.size();
-    m_dirty = true, m_empty = false;
+    m_dirty = true;
+    m_empty = false;
     if (std::chrono::steady_clock::now() - m_flushed >= kFlushPeriod)
         flush();
     return record;
@@ -243,13 +251,14 @@ Record Checkpoint::append(RecordKind kind, std::uint32_t cell, std::span<const s
 void Checkpoint::flush() {
     if (m_dirty)
         flush_to_disk(m_journal->file());
-    m_dirty = false, m_flushed = std::chrono::steady_clock::now();
+    m_dirty = false;
+    m_flushed = std::chrono::steady_clock::now();
 }
 
 void Checkpoint::finish() {
     m_open = false;
     if (::unlink(m_path.c_str()) != 0 && errno != ENOENT)
-        throw Error("remove the checkpoint " + m_path.string() + ": " + std::strerror(errno));
+        throw util::Error("remove the checkpoint " + m_path.string() + ": " + std::strerror(errno));
 }
 
 void Checkpoint::close() {
@@ -257,4 +266,4 @@ void Checkpoint::close() {
     m_open = false;
 }
 
-}  // namespace terravox
+}  // namespace terravox::farm

@@ -12,7 +12,7 @@
 #include "raytracer/farm/checkpoint/part.hpp"
 #include "raytracer/farm/checkpoint/tile_journal.hpp"
 
-namespace terravox {
+namespace terravox::farm {
 
 /// Where the tiles of a picture that is not finished are kept: "out.exr.tiles"; of one part
 /// "out.exr.part-2-of-5.tiles".
@@ -21,7 +21,7 @@ namespace terravox {
 
 /// Pictures that can be gone on with: those of a single pass whose samples do not depend on the
 /// time. @throws UsageError naming the field
-void check_can_checkpoint(const Scene& scene);
+void check_can_checkpoint(const scene::Scene& scene);
 
 /// The finished tiles of a picture on the disk, as they come, so that a coordinator that ends in
 /// any way is gone on with. A tile is in the file as soon as add() returns (it outlives the
@@ -51,9 +51,9 @@ public:
     /// Tiles that are done, row by row from the upper left, read from the disk one at a time. Their
     /// RenderTile::index is that of the run that rendered them. To be called before has(): a tile
     /// whose pixels cannot be is warned of, and is not done any more. @throws Error
-    void each(const std::function<void(TileResult&&)>& take);
+    void each(const std::function<void(tiles::TileResult&&)>& take);
     /// @param tile of a plan of a single pass, in any order
-    [[nodiscard]] bool has(const RenderTile& tile) const;
+    [[nodiscard]] bool has(const tiles::RenderTile& tile) const;
     [[nodiscard]] std::uint32_t count() const noexcept {
         return m_journal->count() - m_with_holes;
     }  ///< tiles that are done
@@ -65,11 +65,11 @@ public:
     /// added before stays good.
     /// @throws Error for a disk that is full: the picture ends there, and goes on from there once
     /// there is room
-    void add(const TileResult& result);
+    void add(const tiles::TileResult& result);
     /// The same for bytes that decode_tile has taken.
     void add_encoded(std::span<const std::byte> bytes);
     /// The tile is to be rendered again: whoever rendered it is not to be trusted. @throws Error
-    void forget(const RenderTile& tile);
+    void forget(const tiles::RenderTile& tile);
     /// What of the world's data could not be read so far (voxel::World::damage): lines that are not
     /// there yet. To be called before the tiles that suffer are added. @throws Error
     void note_damage(const std::vector<std::string>& lines);
@@ -86,7 +86,7 @@ public:
 
 private:
     Record append(RecordKind kind, std::uint32_t cell, std::span<const std::byte> payload);
-    [[nodiscard]] std::uint32_t cell_of(const RenderTile& tile) const;
+    [[nodiscard]] std::uint32_t cell_of(const tiles::RenderTile& tile) const;
     void flush();
     const std::filesystem::path m_path;
     std::optional<TileJournal> m_journal;
@@ -97,4 +97,4 @@ private:
     bool m_open = true, m_dirty = false, m_empty = false;
 };
 
-}  // namespace terravox
+}  // namespace terravox::farm

@@ -11,7 +11,7 @@
 #include "common/util/error.hpp"
 #include "raytracer/material/material_file.hpp"
 
-namespace terravox {
+namespace terravox::farm {
 namespace {
 
 namespace fs = std::filesystem;
@@ -25,7 +25,7 @@ bool is_passing(const std::string& name) {
 }
 
 [[noreturn]] void fail(const fs::path& file, const std::string& what) {
-    throw Error("name the inputs of the picture: " + file.string() + ": " + what);
+    throw util::Error("name the inputs of the picture: " + file.string() + ": " + what);
 }
 
 class Contents {
@@ -38,7 +38,8 @@ public:
         std::ifstream in(file, std::ios::binary);
         if (failed || !in)
             fail(file, "cannot be read");
-        take(as.data(), as.size()), take(&size, sizeof size);
+        take(as.data(), as.size());
+        take(&size, sizeof size);
         std::vector<char> sample(std::min(size, kSample_bytes));
         for (const std::uint64_t at : {std::uint64_t{0}, size - sample.size()}) {
             in.seekg(static_cast<std::streamoff>(at));
@@ -95,7 +96,8 @@ std::string name_of(const fs::path& path) {
 }  // namespace
 
 std::vector<std::string> name_inputs(const std::vector<std::string>& inputs,
-                                     const std::vector<fs::path>& orthophotos, const Scene& scene) {
+                                     const std::vector<fs::path>& orthophotos,
+                                     const scene::Scene& scene) {
     std::vector<std::string> out;
     std::error_code ignored;
     for (const std::string& input : inputs)
@@ -115,4 +117,4 @@ std::vector<std::string> name_inputs(const std::vector<std::string>& inputs,
     return out;
 }
 
-}  // namespace terravox
+}  // namespace terravox::farm

@@ -6,7 +6,7 @@
 
 #include "raytracer/scene/scene.hpp"
 
-namespace terravox {
+namespace terravox::farm {
 
 /// Names what a picture is made from by its contents, a line each, so that checkpoints know their
 /// picture again, on another machine as well: the inputs, the orthophotos, and the data files that
@@ -19,6 +19,6 @@ namespace terravox {
 /// @throws Error for a file that cannot be read
 [[nodiscard]] std::vector<std::string> name_inputs(
     const std::vector<std::string>& inputs, const std::vector<std::filesystem::path>& orthophotos,
-    const Scene& scene);
+    const scene::Scene& scene);
 
-}  // namespace terravox
+}  // namespace terravox::farm

@@ -10,15 +10,15 @@
 #include "raytracer/farm/checkpoint/checkpoint.hpp"
 #include "raytracer/tiles/tile_codec.hpp"
 
-namespace terravox {
+namespace terravox::farm {
 namespace {
 
 /// For reading, unless a coordinator writes to it.
 OpenFile opened(const std::filesystem::path& path) {
     OpenFile file(path, O_RDONLY, "join the checkpoint");
     if (::flock(file.fd(), LOCK_SH | LOCK_NB) != 0 && errno == EWOULDBLOCK)
-        throw Error("join the checkpoint " + path.string() +
-                    ": a coordinator is writing to it; merge when it has ended");
+        throw util::Error("join the checkpoint " + path.string() +
+                          ": a coordinator is writing to it; merge when it has ended");
     return file;
 }
 
@@ -26,13 +26,14 @@ OpenFile opened(const std::filesystem::path& path) {
 
 JoinedTiles::JoinedTiles(const std::vector<std::filesystem::path>& files) {
     if (files.empty())
-        throw UsageError("join checkpoints: none named; allowed: one and more");
+        throw util::UsageError("join checkpoints: none named; allowed: one and more");
     for (const auto& path : files) {
         m_journals.emplace_back(opened(path));
         const TileJournal& journal = m_journals.back();
         if (const std::string differs = difference(key(), journal.key()); !differs.empty())
-            throw Error("join the checkpoint " + path.string() + ": of another picture than " +
-                        files.front().string() + ", which is \"there\": " + differs);
+            throw util::Error("join the checkpoint " + path.string() +
+                              ": of another picture than " + files.front().string() +
+                              ", which is \"there\": " + differs);
         if (const std::string damaged = journal.what_is_damaged(); !damaged.empty())
             spdlog::warn("{}", damaged);
         m_damage.insert(journal.damage().begin(), journal.damage().end());
@@ -44,8 +45,10 @@ JoinedTiles::JoinedTiles(const std::vector<std::filesystem::path>& files) {
                 continue;
             if (m_whose[cell] != kNobody)
                 compare(cell, j);
-            else
-                m_whose[cell] = j, ++m_count;
+            else {
+                m_whose[cell] = j;
+                ++m_count;
+            }
         }
 }
 
@@ -57,21 +60,22 @@ void JoinedTiles::compare(std::uint32_t cell, std::uint32_t other) {
             m_whose[cell] = other;
         return;
     }
-    if (hash_of_pixels(own.tile(cell)) == hash_of_pixels(its.tile(cell)))
+    if (tiles::hash_of_pixels(own.tile(cell)) == tiles::hash_of_pixels(its.tile(cell)))
         return;
     const TileGrid& grid = key().grid;
-    throw Error("join the checkpoint " + its.file().path().string() + ": the tile in column " +
-                std::to_string(cell % grid.columns() + 1) + ", row " +
-                std::to_string(cell / grid.columns() + 1) + " shows something else than in " +
-                own.file().path().string() + "; one of the two is wrong");
+    throw util::Error("join the checkpoint " + its.file().path().string() +
+                      ": the tile in column " + std::to_string(cell % grid.columns() + 1) +
+                      ", row " + std::to_string(cell / grid.columns() + 1) +
+                      " shows something else than in " + own.file().path().string() +
+                      "; one of the two is wrong");
 }
 
 std::string JoinedTiles::rows_missing() const {
-    return terravox::rows_missing(key().grid,
-                                  [this](std::uint32_t cell) { return m_whose[cell] != kNobody; });
+    return terravox::farm::rows_missing(
+        key().grid, [this](std::uint32_t cell) { return m_whose[cell] != kNobody; });
 }
 
-void JoinedTiles::each(const std::function<void(TileResult&&)>& take) const {
+void JoinedTiles::each(const std::function<void(tiles::TileResult&&)>& take) const {
     for (std::uint32_t cell = 0; cell < m_whose.size(); ++cell)
         if (m_whose[cell] != kNobody)
             take(m_journals[m_whose[cell]].tile(cell));
@@ -106,4 +110,4 @@ std::string rows_missing(const TileGrid& grid, const std::function<bool(std::uin
     return out;
 }
 
-}  // namespace terravox
+}  // namespace terravox::farm

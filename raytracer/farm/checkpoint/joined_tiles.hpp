@@ -9,7 +9,7 @@
 
 #include "raytracer/farm/checkpoint/tile_journal.hpp"
 
-namespace terravox {
+namespace terravox::farm {
 
 /// The tiles of one picture out of the checkpoints of several coordinators. Not thread-safe.
 class JoinedTiles {
@@ -32,7 +32,7 @@ public:
     }
 
     /// Row by row from the upper left, one in memory at a time. @throws Error
-    void each(const std::function<void(TileResult&&)>& take) const;
+    void each(const std::function<void(tiles::TileResult&&)>& take) const;
     /// All that is there as a checkpoint of its own. @throws Error; UsageError for a file that is
     /// there already
     void write(const std::filesystem::path& file) const;
@@ -50,4 +50,4 @@ private:
 [[nodiscard]] std::string rows_missing(const TileGrid& grid,
                                        const std::function<bool(std::uint32_t)>& is_there);
 
-}  // namespace terravox
+}  // namespace terravox::farm

@@ -3,7 +3,7 @@
 #include <charconv>
 #include <numeric>
 
-namespace terravox {
+namespace terravox::farm {
 namespace {
 
 /// By how many parts a row is shifted against the one above. About the golden section of their
@@ -27,7 +27,7 @@ std::optional<Part> Part::parse(const std::string& text) {
     const auto second = std::from_chars(first.ptr + 1, end, part.count);
     if (second.ec != std::errc{} || second.ptr != end)
         return std::nullopt;
-    if (part.index < 1 || part.index > part.count || part.count > kMostParts)
+    if (part.index < 1 || part.index > part.count || part.count > kMaxParts)
         return std::nullopt;
     return part;
 }
@@ -36,4 +36,4 @@ bool Part::has(std::uint32_t column, std::uint32_t row) const noexcept {
     return (column + std::uint64_t{row} * shift_of(count)) % count == index - 1;
 }
 
-}  // namespace terravox
+}  // namespace terravox::farm

@@ -4,13 +4,13 @@
 #include <optional>
 #include <string>
 
-namespace terravox {
+namespace terravox::farm {
 
 /// One of several coordinators' shares of a picture's tiles: "2/5" is the second of five. Every
 /// tile belongs to one part. Parts are interleaved both ways, so that each has its share of sky,
 /// ground and whatever takes long.
 struct Part {
-    static constexpr std::uint32_t kMostParts = 65'536;
+    static constexpr std::uint32_t kMaxParts = 65'536;
     static constexpr const char* kAllowed = "I/N, part I of N, 1/1 to 65536/65536";
 
     std::uint32_t index = 1, count = 1;  ///< 1 <= index <= count
@@ -22,4 +22,4 @@ struct Part {
     friend bool operator==(const Part&, const Part&) = default;
 };
 
-}  // namespace terravox
+}  // namespace terravox::farm

@@ -10,13 +10,13 @@
 #include "common/voxel/world_json.hpp"
 #include "raytracer/scene/scene_io.hpp"
 
-namespace terravox {
+namespace terravox::farm {
 namespace {
 
 using nlohmann::json;
 using Fields = std::map<std::string, std::string>;
 
-constexpr std::int64_t kLargest_px = 65'536, kMostTiles = std::int64_t{1} << 20;
+constexpr std::int64_t kLargest_px = 65'536, kMaxTiles = std::int64_t{1} << 20;
 
 /// "camera.fov_deg" -> "40.0", without the comments.
 Fields fields_of_scene(const std::string& toml) {
@@ -49,16 +49,16 @@ Fields fields_of_world(const std::string& text) {
 
 /// Of long texts (a CRS) only that they differ can be said on one line.
 std::string shown(const Fields& fields, const std::string& name) {
-    constexpr std::size_t kMostLetters = 60;
+    constexpr std::size_t kMaxLetters = 60;
     const auto found = fields.find(name);
     if (found == fields.end())
         return "not set";
-    return found->second.size() > kMostLetters ? found->second.substr(0, kMostLetters) + "..."
-                                               : found->second;
+    return found->second.size() > kMaxLetters ? found->second.substr(0, kMaxLetters) + "..."
+                                              : found->second;
 }
 
 std::string differing(const Fields& there, const Fields& here) {
-    constexpr int kMostNamed = 3;
+    constexpr int kMaxNamed = 3;
     Fields all = there;
     all.insert(here.begin(), here.end());
     std::string out;
@@ -67,12 +67,12 @@ std::string differing(const Fields& there, const Fields& here) {
         const auto a = there.find(name), b = here.find(name);
         if (a != there.end() && b != here.end() && a->second == b->second)
             continue;
-        if (++differ <= kMostNamed)
+        if (++differ <= kMaxNamed)
             out += (out.empty() ? "" : ", ") + name + " = " + shown(there, name) + " there, " +
                    shown(here, name) + " here";
     }
     return out +
-           (differ > kMostNamed ? ", and " + std::to_string(differ - kMostNamed) + " more" : "");
+           (differ > kMaxNamed ? ", and " + std::to_string(differ - kMaxNamed) + " more" : "");
 }
 
 Fields fields_of_inputs(const std::vector<std::string>& inputs) {
@@ -96,46 +96,47 @@ PictureKey PictureKey::from_json(const std::string& text, const std::string& ori
     PictureKey out;
     try {
         const json in = json::parse(text);
-        out.software = in.at("software").get<std::string>(),
+        out.software = in.at("software").get<std::string>();
         out.build = in.at("build").get<std::string>();
-        out.scene = in.at("scene").get<std::string>(),
+        out.scene = in.at("scene").get<std::string>();
         out.world = in.at("world").get<std::string>();
         out.inputs = in.at("inputs").get<std::vector<std::string>>();
         const auto size = in.at("size_px").get<std::vector<std::int64_t>>();
         const auto tile = in.at("tile_px").get<std::int64_t>();
         out.with_layers = in.at("layers").get<bool>();
         if (size.size() != 2)
-            throw Error("read the checkpoint " + origin + ": a picture of " +
-                        std::to_string(size.size()) + " sizes; allowed: 2, width and height");
+            throw util::Error("read the checkpoint " + origin + ": a picture of " +
+                              std::to_string(size.size()) + " sizes; allowed: 2, width and height");
         for (const std::int64_t edge : size)
             if (edge < 1 || edge > kLargest_px)
-                throw Error("read the checkpoint " + origin + ": a picture of " +
-                            std::to_string(edge) + " pixels; allowed: 1 to 65536");
-        if (tile < 1 || tile > TileSize::kMost_px)
-            throw Error("read the checkpoint " + origin + ": tiles of " + std::to_string(tile) +
-                        " pixels; allowed: 1 to 4096");
+                throw util::Error("read the checkpoint " + origin + ": a picture of " +
+                                  std::to_string(edge) + " pixels; allowed: 1 to 65536");
+        if (tile < 1 || tile > scene::TileSize::kMax_px)
+            throw util::Error("read the checkpoint " + origin + ": tiles of " +
+                              std::to_string(tile) + " pixels; allowed: 1 to 4096");
         out.grid = {static_cast<int>(size[0]), static_cast<int>(size[1]), static_cast<int>(tile)};
     } catch (const json::exception& e) {
-        throw Error("read the checkpoint " + origin +
-                    ": what it is of cannot be understood: " + e.what());
+        throw util::Error("read the checkpoint " + origin +
+                          ": what it is of cannot be understood: " + e.what());
     }
     if (const std::int64_t tiles = std::int64_t{out.grid.columns()} * out.grid.rows();
-        tiles > kMostTiles)
-        throw Error("read the checkpoint " + origin + ": " + std::to_string(tiles) +
-                    " tiles; allowed: up to " + std::to_string(kMostTiles));
+        tiles > kMaxTiles)
+        throw util::Error("read the checkpoint " + origin + ": " + std::to_string(tiles) +
+                          " tiles; allowed: up to " + std::to_string(kMaxTiles));
     return out;
 }
 
-PictureKey key_of(const Scene& scene, const voxel::WorldInfo& world,
+PictureKey key_of(const scene::Scene& scene, const voxel::WorldInfo& world,
                   std::vector<std::string> inputs) {
     PictureKey out;
-    out.software = std::string("terravox ") + kVersion, out.build = kBuild;
-    out.scene = to_toml(what_shows(scene));
+    out.software = std::string("terravox ") + kVersion;
+    out.build = kBuild;
+    out.scene = scene::to_toml(scene::what_shows(scene));
     out.world = voxel::world_to_json(world);
     out.inputs = std::move(inputs);
     const auto [width, height] = scene.output.size_px;
     out.grid = {width, height, scene.quality.tile.in_picture(width)};
-    out.with_layers = scene.output.layers != PictureLayers::kBeauty || scene.output.denoise;
+    out.with_layers = scene.output.layers != core::PictureLayers::kBeauty || scene.output.denoise;
     return out;
 }
 
@@ -165,4 +166,4 @@ std::string difference(const PictureKey& there, const PictureKey& here) {
     return "scene or world written in another way";
 }
 
-}  // namespace terravox
+}  // namespace terravox::farm

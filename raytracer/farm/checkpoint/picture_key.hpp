@@ -7,7 +7,7 @@
 #include "raytracer/farm/checkpoint/tile_grid.hpp"
 #include "raytracer/scene/scene.hpp"
 
-namespace terravox {
+namespace terravox::farm {
 
 /// All that the pixels of a picture, and the tiles that they come in, depend on. Tiles of equal
 /// keys belong together, whoever rendered them; the order of tiles, threads and memory are no part
@@ -31,11 +31,11 @@ struct PictureKey {
 
 /// Of this build. @param scene as it is rendered: with the tiles and layers that it really has
 /// @param inputs of name_inputs
-[[nodiscard]] PictureKey key_of(const Scene& scene, const voxel::WorldInfo& world,
+[[nodiscard]] PictureKey key_of(const scene::Scene& scene, const voxel::WorldInfo& world,
                                 std::vector<std::string> inputs);
 
 /// What a person has to know of two keys that are not equal: "camera.fov_deg = 40.0 there, 50.0
 /// here". Empty for equal ones.
 [[nodiscard]] std::string difference(const PictureKey& there, const PictureKey& here);
 
-}  // namespace terravox
+}  // namespace terravox::farm

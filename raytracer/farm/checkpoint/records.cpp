@@ -13,13 +13,13 @@
 
 #include "common/util/error.hpp"
 
-namespace terravox {
+namespace terravox::farm {
 namespace {
 
 static_assert(std::endian::native == std::endian::little,
               "numbers are written as they lie in memory");
 
-constexpr std::uint32_t kVersion = 1, kMostText_bytes = 16U << 20;
+constexpr std::uint32_t kVersion = 1, kMaxText_bytes = 16U << 20;
 constexpr std::array<char, 8> kMagic = {'T', 'V', 'X', 'T', 'I', 'L', 'E', 'S'};
 constexpr std::uint32_t kMarker =
     0x9e01c57a;  // begins each record; no text, and rare among compressed bytes
@@ -45,7 +45,7 @@ struct RecordHead {
 static_assert(sizeof(RecordHead) == kRecordHead_bytes);
 
 [[noreturn]] void fail(const OpenFile& file, const std::string& what) {
-    throw Error("read the checkpoint " + file.path().string() + ": " + what);
+    throw util::Error("read the checkpoint " + file.path().string() + ": " + what);
 }
 
 template <class T>
@@ -83,11 +83,11 @@ OpenFile::OpenFile(std::filesystem::path path, int flags, const std::string& att
     const int why = errno;
     struct stat facts{};
     if (m_fd < 0)
-        throw Error(attempt + " " + m_path.string() + ": " + std::strerror(why));
+        throw util::Error(attempt + " " + m_path.string() + ": " + std::strerror(why));
     if (::fstat(m_fd, &facts) == 0 && S_ISREG(facts.st_mode))
         return;
     ::close(std::exchange(m_fd, -1));
-    throw Error(attempt + " " + m_path.string() + ": not a plain file");
+    throw util::Error(attempt + " " + m_path.string() + ": not a plain file");
 }
 
 OpenFile::~OpenFile() {
@@ -111,17 +111,17 @@ void OpenFile::read(std::uint64_t offset, std::span<std::byte> to) const {
             fail(*this, std::strerror(errno));
         if (count == 0)
             fail(*this, "cut short at byte " + std::to_string(offset));
-        to = to.subspan(static_cast<std::size_t>(count)),
+        to = to.subspan(static_cast<std::size_t>(count));
         offset += static_cast<std::uint64_t>(count);
     }
 }
 
 std::vector<std::byte> file_head(const std::string& text) {
-    if (text.size() > kMostText_bytes)
-        throw Error("write the head of a checkpoint: " + std::to_string(text.size()) +
-                    " bytes; allowed: up to " + std::to_string(kMostText_bytes));
+    if (text.size() > kMaxText_bytes)
+        throw util::Error("write the head of a checkpoint: " + std::to_string(text.size()) +
+                          " bytes; allowed: up to " + std::to_string(kMaxText_bytes));
     FileHead head;
-    head.text_bytes = static_cast<std::uint32_t>(text.size()),
+    head.text_bytes = static_cast<std::uint32_t>(text.size());
     head.text_checksum = XXH3_64bits(text.data(), text.size());
     std::vector<std::byte> out(sizeof head + text.size());
     std::memcpy(out.data(), &head, sizeof head);
@@ -132,7 +132,8 @@ std::vector<std::byte> file_head(const std::string& text) {
 std::array<std::byte, kRecordHead_bytes> record_head(RecordKind kind, std::uint32_t cell,
                                                      std::span<const std::byte> payload) noexcept {
     RecordHead head;
-    head.kind = static_cast<std::uint32_t>(kind), head.cell = cell,
+    head.kind = static_cast<std::uint32_t>(kind);
+    head.cell = cell;
     head.bytes = static_cast<std::uint32_t>(payload.size());
     head.payload_checksum = XXH3_64bits(payload.data(), payload.size());
     head.checksum = head.own_checksum();
@@ -151,7 +152,7 @@ RecordScan scan_records(const OpenFile& file,
     if (head.version != kVersion)
         fail(file,
              "version " + std::to_string(head.version) + "; allowed: " + std::to_string(kVersion));
-    if (head.text_bytes > kMostText_bytes || head.text_bytes > size - sizeof head)
+    if (head.text_bytes > kMaxText_bytes || head.text_bytes > size - sizeof head)
         fail(file, "its head is damaged");
     RecordScan out;
     out.text.resize(head.text_bytes);
@@ -168,7 +169,8 @@ RecordScan scan_records(const OpenFile& file,
             if (!found)
                 break;
             out.lost_bytes += *found - at;
-            at = *found, next = read_as<RecordHead>(file, at);
+            at = *found;
+            next = read_as<RecordHead>(file, at);
         }
         const Record found{static_cast<RecordKind>(next.kind), next.cell, at + sizeof next,
                            next.bytes};
@@ -185,4 +187,4 @@ RecordScan scan_records(const OpenFile& file,
     return out;
 }
 
-}  // namespace terravox
+}  // namespace terravox::farm

@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-namespace terravox {
+namespace terravox::farm {
 
 /// A file of records that only grows: a head that says of what, then records, each with checksums
 /// of its own (docs/formats/checkpoints.md). What was cut short is the end of the file, what was
@@ -73,4 +73,4 @@ struct RecordScan {
     const OpenFile& file, const std::function<bool(const std::string& text, const Record&,
                                                    std::span<const std::byte> payload)>& record);
 
-}  // namespace terravox
+}  // namespace terravox::farm

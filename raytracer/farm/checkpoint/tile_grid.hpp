@@ -6,7 +6,7 @@
 
 #include "raytracer/tiles/tile.hpp"
 
-namespace terravox {
+namespace terravox::farm {
 
 /// The tiles of a picture of a single pass, numbered row by row from the upper left: their *cells*,
 /// whatever order they are rendered in.
@@ -23,7 +23,7 @@ struct TileGrid {
 
     /// @return nullopt for what is no whole tile of a single pass, or holds other samples than a
     /// pixel's first
-    [[nodiscard]] std::optional<std::uint32_t> cell_of(const RenderTile& t) const noexcept {
+    [[nodiscard]] std::optional<std::uint32_t> cell_of(const tiles::RenderTile& t) const noexcept {
         const bool whole = t.step == 1 && !t.refines && t.first_sample == 0 && t.x0 >= 0 &&
                            t.y0 >= 0 && t.x0 < width_px && t.y0 < height_px &&
                            t.x0 % tile_px == 0 && t.y0 % tile_px == 0 &&
@@ -37,4 +37,4 @@ struct TileGrid {
     friend bool operator==(const TileGrid&, const TileGrid&) = default;
 };
 
-}  // namespace terravox
+}  // namespace terravox::farm

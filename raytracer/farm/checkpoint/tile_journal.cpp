@@ -6,7 +6,7 @@
 #include "common/util/error.hpp"
 #include "raytracer/tiles/tile_codec.hpp"
 
-namespace terravox {
+namespace terravox::farm {
 
 TileJournal::TileJournal(OpenFile file) : m_file(std::move(file)) {
     const auto prepare = [this](const std::string& text) {
@@ -23,7 +23,8 @@ TileJournal::TileJournal(OpenFile file) : m_file(std::move(file)) {
     prepare(scan.text);
     for (const Record& record : scan.spoiled)
         m_spoiled.insert(record.cell);
-    m_lost_bytes = scan.lost_bytes, m_end = scan.end;
+    m_lost_bytes = scan.lost_bytes;
+    m_end = scan.end;
 }
 
 bool TileJournal::take(const Record& record, std::span<const std::byte> payload) {
@@ -40,11 +41,11 @@ bool TileJournal::take(const Record& record, std::span<const std::byte> payload)
     if (record.kind != RecordKind::kTile)
         return false;
     try {
-        const TileHead head = read_tile_head(payload, m_file.path().string());
+        const tiles::TileHead head = tiles::read_tile_head(payload, m_file.path().string());
         if (m_key.grid.cell_of(head.tile) != record.cell || head.with_layers != m_key.with_layers)
             return false;
         note(record, head.holes);
-    } catch (const Error&) {
+    } catch (const util::Error&) {
         return false;  // told as damage, with all the others
     }
     return true;
@@ -71,8 +72,9 @@ std::vector<std::byte> TileJournal::encoded(std::uint32_t cell) const {
     return bytes;
 }
 
-TileResult TileJournal::tile(std::uint32_t cell) const {
-    return decode_tile(encoded(cell), std::to_string(cell) + " of " + m_file.path().string());
+tiles::TileResult TileJournal::tile(std::uint32_t cell) const {
+    return tiles::decode_tile(encoded(cell),
+                              std::to_string(cell) + " of " + m_file.path().string());
 }
 
 std::string TileJournal::what_is_damaged() const {
@@ -89,4 +91,4 @@ std::string TileJournal::what_is_damaged() const {
     return out.empty() ? out : m_file.path().string() + " is damaged: " + out;
 }
 
-}  // namespace terravox
+}  // namespace terravox::farm

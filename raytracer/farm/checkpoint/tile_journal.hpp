@@ -9,7 +9,7 @@
 #include "raytracer/farm/checkpoint/picture_key.hpp"
 #include "raytracer/farm/checkpoint/records.hpp"
 
-namespace terravox {
+namespace terravox::farm {
 
 /// The finished tiles of one picture in a file, as they were when it was opened. Opening reads all
 /// of it once and checks every tile; memory is for where tiles are, not for tiles. Of a tile that
@@ -37,7 +37,7 @@ public:
     /// cannot be read
     [[nodiscard]] std::vector<std::byte> encoded(std::uint32_t cell) const;
     /// @throws Error for damage since it was opened, and for pixels that cannot be
-    [[nodiscard]] TileResult tile(std::uint32_t cell) const;
+    [[nodiscard]] tiles::TileResult tile(std::uint32_t cell) const;
 
     /// For a person: what was found damaged, one line; empty: nothing. A tile that is there all the
     /// same is not counted.
@@ -61,4 +61,4 @@ private:
     std::uint64_t m_lost_bytes = 0, m_end = 0;
 };
 
-}  // namespace terravox
+}  // namespace terravox::farm

@@ -6,13 +6,13 @@
 #include "common/voxel/box_codec.hpp"
 #include "raytracer/farm/wire/tile_frames.hpp"
 
-namespace terravox {
+namespace terravox::farm {
 namespace {
 
-constexpr int kMostServing =
+constexpr int kMaxServing =
     2;  // threads for one asker: one that takes nothing must not have them all
-constexpr std::uint64_t kMostQueued_bytes = std::uint64_t{8}
-                                            << 20;   // far below what makes a sender wait
+constexpr std::uint64_t kMaxQueued_bytes = std::uint64_t{8}
+                                           << 20;    // far below what makes a sender wait
 constexpr std::chrono::milliseconds kLookAgain{50};  // at links that are slow
 
 /// Ends the making of a packed box, so that the cache does not keep what it is not.
@@ -20,8 +20,8 @@ struct IsHole {};
 
 }  // namespace
 
-BoxSupplier::BoxSupplier(BlockManager& blocks, std::uint64_t world_id, std::size_t memory_bytes,
-                         int threads)
+BoxSupplier::BoxSupplier(blocks::BlockManager& blocks, std::uint64_t world_id,
+                         std::size_t memory_bytes, int threads)
     : m_blocks(blocks), m_world_id(world_id), m_packed(memory_bytes) {
     thread::start_threads(
         m_threads, static_cast<std::size_t>(threads), [this] { serve(); }, [this] { stop(); });
@@ -52,7 +52,7 @@ bool BoxSupplier::ask(std::uint64_t asker, const farm::BoxRequest& request, cons
             m_askers.push_back(std::make_shared<Asker>(Asker{asker, way, {}, 0}));
             found = m_askers.end() - 1;
         }
-        if ((*found)->keys.size() + static_cast<std::size_t>(request.keys_size()) > kMostWaiting)
+        if ((*found)->keys.size() + static_cast<std::size_t>(request.keys_size()) > kMaxWaiting)
             return false;
         for (const farm::BoxKey& key : request.keys())
             (*found)->keys.push_back(from_frame(key));
@@ -76,7 +76,7 @@ void BoxSupplier::forget(std::uint64_t asker) {
 std::shared_ptr<const BoxSupplier::Packed> BoxSupplier::packed(const voxel::BoxKey& key) {
     const auto make = [&] {
         auto out = std::make_shared<Packed>();
-        const BlockPin block = m_blocks.get(key);
+        const blocks::BlockPin block = m_blocks.get(key);
         if (block->hole)
             throw IsHole();
         out->air = !block->box;
@@ -97,9 +97,9 @@ BoxSupplier::Askers::iterator BoxSupplier::next(std::unique_lock<std::mutex>& lo
     while (!m_stop) {
         bool slow = false;
         for (auto at = m_askers.begin(); at != m_askers.end(); ++at) {
-            if ((*at)->keys.empty() || (*at)->serving >= kMostServing)
+            if ((*at)->keys.empty() || (*at)->serving >= kMaxServing)
                 continue;
-            if ((*at)->way.queued_bytes() < kMostQueued_bytes)
+            if ((*at)->way.queued_bytes() < kMaxQueued_bytes)
                 return at;
             slow = true;
         }
@@ -148,4 +148,4 @@ void BoxSupplier::serve() {
     }
 }
 
-}  // namespace terravox
+}  // namespace terravox::farm

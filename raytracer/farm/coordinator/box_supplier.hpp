@@ -13,7 +13,7 @@
 #include "raytracer/blocks/block_manager.hpp"
 #include "raytracer/farm/net/farm.pb.h"
 
-namespace terravox {
+namespace terravox::farm {
 
 /// Boxes for workers that cannot read the world themselves: packed once, kept packed as long as
 /// there is room, and sent to whoever asks.
@@ -31,7 +31,7 @@ public:
         };  ///< sent, and not gone out yet
     };
     /// @param memory_bytes for packed boxes
-    BoxSupplier(BlockManager& blocks, std::uint64_t world_id, std::size_t memory_bytes,
+    BoxSupplier(blocks::BlockManager& blocks, std::uint64_t world_id, std::size_t memory_bytes,
                 int threads);
     ~BoxSupplier();
     BoxSupplier(const BoxSupplier&) = delete;
@@ -43,8 +43,8 @@ public:
     /// Nothing is sent to it any more once this returns.
     void forget(std::uint64_t asker);
     [[nodiscard]] std::uint64_t world_id() const noexcept { return m_world_id; }
-    [[nodiscard]] const BlockManager& blocks() const noexcept { return m_blocks; }
-    static constexpr std::size_t kMostWaiting = 65'536;  ///< keys of one asker
+    [[nodiscard]] const blocks::BlockManager& blocks() const noexcept { return m_blocks; }
+    static constexpr std::size_t kMaxWaiting = 65'536;  ///< keys of one asker
 
 private:
     void stop();
@@ -64,7 +64,7 @@ private:
     /// @return nullptr: the box is a hole
     [[nodiscard]] std::shared_ptr<const Packed> packed(const voxel::BoxKey& key);
 
-    BlockManager& m_blocks;
+    blocks::BlockManager& m_blocks;
     const std::uint64_t m_world_id;
     util::Cache<voxel::BoxKey, Packed, voxel::BoxKeyHash> m_packed;
     std::mutex m_mutex;
@@ -74,4 +74,4 @@ private:
     std::vector<std::thread> m_threads;
 };
 
-}  // namespace terravox
+}  // namespace terravox::farm

@@ -11,11 +11,11 @@
 #include "raytracer/farm/wire/tile_frames.hpp"
 #include "voxelserver/sockets/socket.hpp"
 
-namespace terravox {
+namespace terravox::farm {
 namespace {
 
 constexpr int kSupplierThreads = 3;
-constexpr int kMostFalse =
+constexpr int kMaxFalse =
     3;  // workers of one host, under whatever names: after that none of it is let in
 
 std::string host_of(const std::string& peer) {
@@ -26,7 +26,8 @@ std::string host_of(const std::string& peer) {
 /// share a certificate count as one, which only makes the pool more patient.
 std::string who_is(const WorkerLink& worker) {
     const std::string& name = worker.certified_name();
-    return name.empty() ? "host " + net::neighbourhood_of(worker.peer()) : "certificate " + name;
+    return name.empty() ? "host " + sockets::neighbourhood_of(worker.peer())
+                        : "certificate " + name;
 }
 
 // At once, as each waits for its worker to read it; one after the other where there are no threads
@@ -52,7 +53,7 @@ std::uint64_t random_number() {
 
 }  // namespace
 
-Farm::Farm(FarmOptions options, BlockManager& blocks, BoxSource source)
+Farm::Farm(FarmOptions options, blocks::BlockManager& blocks, BoxSource source)
     : m_options(std::move(options)),
       m_blocks(blocks),
       m_source(std::move(source)),
@@ -68,13 +69,13 @@ Farm::Farm(FarmOptions options, BlockManager& blocks, BoxSource source)
             "worker", [this](net::ServiceBrowser::Event event, const net::FoundService& found) {
                 if (event != net::ServiceBrowser::Event::kFound)
                     return;  // a link that works shall go on
-                const net::Address address{found.address, found.port};
+                const sockets::Address address{found.address, found.port};
                 spdlog::info("found worker {} at {}", found.name, address.text());
                 dial(address);
             });
     // The destructor does not run when this throws.
     try {
-        for (const net::Address& address : m_options.dial)
+        for (const sockets::Address& address : m_options.dial)
             dial(address);
         const std::lock_guard lock(m_mutex);
         thread::add_thread(m_threads, "the links of the farm", [this] { watch(); });
@@ -108,7 +109,8 @@ void Farm::finish() noexcept {
         t.join();
 }
 
-void Farm::begin(ProcessorPool& pool, const Scene& scene, const View& view) {
+void Farm::begin(processors::ProcessorPool& pool, const scene::Scene& scene,
+                 const shade::View& view) {
     PictureCall call;
     call.world_id = m_supplier.world_id();
     call.parcel = pack(scene, m_blocks.world_info());
@@ -134,13 +136,13 @@ void Farm::attach(Place& place) {
     if (m_pool == nullptr || place.link->draining())
         return;
     const farm::Hello& hello = place.link->hello();
-    ProcessorPool::Member member{hello.name(),
-                                 "socket",
-                                 static_cast<int>(hello.threads()),
-                                 false,
-                                 false,
-                                 place.link->begin(*m_call),
-                                 [link = place.link] { return link->latency_s(); }};
+    processors::ProcessorPool::Member member{hello.name(),
+                                             "socket",
+                                             static_cast<int>(hello.threads()),
+                                             false,
+                                             false,
+                                             place.link->begin(*m_call),
+                                             [link = place.link] { return link->latency_s(); }};
     member.paused = place.takes_nothing();
     member.who = who_is(*place.link);
     const auto processor = member.processor;
@@ -152,13 +154,14 @@ void Farm::attach(Place& place) {
     }
 }
 
-void Farm::gone(ProcessorPool::MemberId member, const std::string& why, bool expelled) {
+void Farm::gone(processors::ProcessorPool::MemberId member, const std::string& why, bool expelled) {
     std::shared_ptr<WorkerLink> link;
     {
         const std::lock_guard lock(m_mutex);
         for (auto& [id, place] : m_places)
             if (place.member == member) {
-                link = place.link, place.member = 0;
+                link = place.link;
+                place.member = 0;
                 if (expelled)
                     ban(*link, place.dialled);
             }
@@ -182,7 +185,7 @@ bool Farm::is_banned(const std::string& name, const std::string& peer,
         return m_banned.contains(dialled);
     const auto host = m_banned_of_host.find(host_of(peer));
     return host != m_banned_of_host.end() &&
-           (host->second >= kMostFalse || m_banned.contains(name + " of " + host->first));
+           (host->second >= kMaxFalse || m_banned.contains(name + " of " + host->first));
 }
 
 // With the lock held.
@@ -199,7 +202,8 @@ bool Farm::pause(const std::string& worker, bool on) {
     for (auto& [id, place] : m_places) {
         if (!worker.empty() && place.link->hello().name() != worker)
             continue;
-        place.paused = on, found = true;
+        place.paused = on;
+        found = true;
         if (m_pool != nullptr && place.member != 0)
             m_pool->pause(place.member, place.takes_nothing());
     }
@@ -260,8 +264,8 @@ bool Farm::serve(std::unique_ptr<net::Link> link, const std::string& dialled) {
             if (place != m_places.end() && place->second.member != 0 && m_pool != nullptr)
                 act(place->second);
         };
-        WorkerLink::Told told;
-        told.drains = [this, with_place](const std::vector<RenderTile>& given_back) {
+        WorkerLink::Reported told;
+        told.drains = [this, with_place](const std::vector<tiles::RenderTile>& given_back) {
             with_place([&](Place& place) { m_pool->drain(place.member, given_back); });
         };
         told.pauses = [this, with_place](bool) {
@@ -288,12 +292,13 @@ bool Farm::serve(std::unique_ptr<net::Link> link, const std::string& dialled) {
         why = e.what();
         worker->abort();
     }
-    ProcessorPool* pool = nullptr;
-    ProcessorPool::MemberId member = 0;
+    processors::ProcessorPool* pool = nullptr;
+    processors::ProcessorPool::MemberId member = 0;
     {
         const std::lock_guard lock(m_mutex);
         const auto place = m_places.find(id);
-        member = place->second.member, pool = m_pool;
+        member = place->second.member;
+        pool = m_pool;
         m_places.erase(place);
         if (worker->misbehaved())
             ban(*worker, dialled);
@@ -311,7 +316,7 @@ bool Farm::serve(std::unique_ptr<net::Link> link, const std::string& dialled) {
     return !is_banned(worker->hello().name(), worker->peer(), dialled);
 }
 
-void Farm::dial(const net::Address& worker) {
+void Farm::dial(const sockets::Address& worker) {
     const std::lock_guard lock(m_mutex);
     if (m_stop || !m_dialled.try_emplace(worker.text(), m_next_turn).second)
         return;
@@ -359,7 +364,7 @@ std::vector<std::string> Farm::dialled() const {
     return out;
 }
 
-void Farm::dial_again_and_again(const net::Address& address, std::uint64_t turn) {
+void Farm::dial_again_and_again(const sockets::Address& address, std::uint64_t turn) {
     auto pause = farm_times().redial;
     bool told = false;
     const auto stopped_after = [&](std::chrono::milliseconds time) {
@@ -373,7 +378,8 @@ void Farm::dial_again_and_again(const net::Address& address, std::uint64_t turn)
     while (!stopped_after(std::chrono::milliseconds(0))) {
         try {
             auto link = net::dial(address, m_options.credentials, std::chrono::seconds(5));
-            pause = farm_times().redial, told = false;
+            pause = farm_times().redial;
+            told = false;
             if (!serve(std::move(link), address.text()))
                 return;
         } catch (const net::RefusedError& e) {
@@ -385,7 +391,7 @@ void Farm::dial_again_and_again(const net::Address& address, std::uint64_t turn)
         }
         if (stopped_after(pause))
             return;
-        pause = std::min(pause * 2, farm_times().most_redial);
+        pause = std::min(pause * 2, farm_times().max_redial);
     }
 }
 
@@ -430,4 +436,4 @@ std::vector<Farm::Worker> Farm::status() const {
     return out;
 }
 
-}  // namespace terravox
+}  // namespace terravox::farm

@@ -13,15 +13,15 @@
 
 #include "raytracer/farm/coordinator/worker_link.hpp"
 #include "raytracer/farm/net/discovery.hpp"
-#include "raytracer/farm/net/farm_port.hpp"
+#include "raytracer/farm/net/endpoint.hpp"
 #include "raytracer/processors/processor_pool.hpp"
 
-namespace terravox {
+namespace terravox::farm {
 
 struct FarmOptions {
-    std::vector<net::Address> dial;      ///< workers that listen
-    std::optional<net::Address> listen;  ///< for workers that dial in
-    bool discover = false;               ///< workers that announce themselves on this network
+    std::vector<sockets::Address> dial;      ///< workers that listen
+    std::optional<sockets::Address> listen;  ///< for workers that dial in
+    bool discover = false;                   ///< workers that announce themselves on this network
     net::Credentials credentials;
     [[nodiscard]] bool any() const noexcept { return !dial.empty() || listen || discover; }
 };
@@ -36,20 +36,20 @@ struct FarmOptions {
 class Farm {
 public:
     /// @param source where workers may have boxes from @throws Error when it cannot listen
-    Farm(FarmOptions options, BlockManager& blocks, BoxSource source);
+    Farm(FarmOptions options, blocks::BlockManager& blocks, BoxSource source);
     ~Farm();  ///< says goodbye
     Farm(const Farm&) = delete;
     Farm& operator=(const Farm&) = delete;
 
     /// Every worker, there or coming, works for this pool until end(). @param scene, view of the
     /// picture @throws Error
-    void begin(ProcessorPool& pool, const Scene& scene, const View& view);
+    void begin(processors::ProcessorPool& pool, const scene::Scene& scene, const shade::View& view);
     void end();
     /// For PoolSettings::gone.
-    void gone(ProcessorPool::MemberId member, const std::string& why, bool expelled);
+    void gone(processors::ProcessorPool::MemberId member, const std::string& why, bool expelled);
 
     /// A worker that listens there, from now on. @throws Error when there is no thread for it
-    void dial(const net::Address& worker);
+    void dial(const sockets::Address& worker);
     /// It is sent away, and not dialled any more. @param worker as Address::text
     void hang_up(const std::string& worker);
     [[nodiscard]] std::vector<std::string> dialled() const;
@@ -61,7 +61,7 @@ public:
     [[nodiscard]] std::size_t workers() const;
 
     struct Worker {
-        ProcessorPool::MemberId member = 0;  ///< 0: of no pool now
+        processors::ProcessorPool::MemberId member = 0;  ///< 0: of no pool now
         std::string name, peer;
         int threads = 0;
         double latency_s = 0;
@@ -80,7 +80,7 @@ private:
     struct Place {
         std::shared_ptr<WorkerLink> link;
         std::string dialled;  ///< address; empty: it dialled in
-        ProcessorPool::MemberId member = 0;
+        processors::ProcessorPool::MemberId member = 0;
         bool paused = false;  ///< by an observer of ours; the worker may be so for itself
         [[nodiscard]] bool takes_nothing() const { return paused || link->heartbeat().paused(); }
     };
@@ -88,7 +88,7 @@ private:
     void observe(net::Link& link);
     /// @return whether there is such a worker
     bool pause(const std::string& worker, bool on);
-    void dial_again_and_again(const net::Address& address, std::uint64_t turn);
+    void dial_again_and_again(const sockets::Address& address, std::uint64_t turn);
     void watch();
     void attach(Place& place);
     [[nodiscard]] bool is_banned(const std::string& name, const std::string& peer,
@@ -96,14 +96,14 @@ private:
     void ban(const WorkerLink& worker, const std::string& dialled);
 
     const FarmOptions m_options;
-    BlockManager& m_blocks;
+    blocks::BlockManager& m_blocks;
     const BoxSource m_source;
     BoxSupplier m_supplier;
     mutable std::mutex m_mutex;
     std::condition_variable m_wake;
     std::map<std::uint64_t, Place> m_places;
     std::uint64_t m_next_place = 1, m_next_picture = 1;
-    ProcessorPool* m_pool = nullptr;
+    processors::ProcessorPool* m_pool = nullptr;
     std::optional<PictureCall> m_call;
     std::set<std::string>
         m_banned;  ///< addresses that were dialled; of who dialled in, names with their hosts
@@ -118,4 +118,4 @@ private:
     std::unique_ptr<net::ServiceBrowser> m_browser;
 };
 
-}  // namespace terravox
+}  // namespace terravox::farm

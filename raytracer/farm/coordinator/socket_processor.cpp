@@ -7,18 +7,18 @@
 #include "raytracer/processors/processor_pool.hpp"
 #include "raytracer/tiles/tile_codec.hpp"
 
-namespace terravox {
+namespace terravox::farm {
 namespace {
 
 // Answers to leases that were withdrawn or given to others may come late; more than that is no
 // accident.
-constexpr std::size_t kMostStrays = 10'000;
+constexpr std::size_t kMaxStrays = 10'000;
 
 }  // namespace
 
 SocketProcessor::SocketProcessor(std::shared_ptr<net::Link> link, std::string name,
                                  std::uint64_t picture, bool layers, int capacity,
-                                 const BlockManager& blocks)
+                                 const blocks::BlockManager& blocks)
     : m_link(std::move(link)),
       m_name(std::move(name)),
       m_picture(picture),
@@ -26,7 +26,7 @@ SocketProcessor::SocketProcessor(std::shared_ptr<net::Link> link, std::string na
       m_capacity(std::max(capacity, 1)),
       m_blocks(blocks) {}
 
-void SocketProcessor::submit(RenderTile tile) {
+void SocketProcessor::submit(tiles::RenderTile tile) {
     farm::Frame frame;
     farm::Task& task = *frame.mutable_task();
     task.set_picture(m_picture);
@@ -46,7 +46,7 @@ bool SocketProcessor::wait(std::chrono::milliseconds most) {
     return m_done.wait_for(lock, most, [&] { return has_answer(); });
 }
 
-std::optional<TileResult> SocketProcessor::take() {
+std::optional<tiles::TileResult> SocketProcessor::take() {
     std::unique_lock lock(m_mutex);
     m_done.wait(lock, [&] { return has_answer(); });
     // What came before the link ended counts; of who sends what it should not, nothing does.
@@ -54,12 +54,12 @@ std::optional<TileResult> SocketProcessor::take() {
         std::rethrow_exception(m_failure);
     if (m_cancelled || m_results.empty())
         return std::nullopt;
-    TileResult result = std::move(m_results.front());
+    tiles::TileResult result = std::move(m_results.front());
     m_results.pop_front();
     return result;
 }
 
-void SocketProcessor::withdraw(const RenderTile& tile) noexcept {
+void SocketProcessor::withdraw(const tiles::RenderTile& tile) noexcept {
     try {
         farm::Frame frame;
         farm::Stop& stop = *frame.mutable_stop();
@@ -110,59 +110,61 @@ void SocketProcessor::fail(std::exception_ptr failure) {
 }
 
 void SocketProcessor::lost(const std::string& why) {
-    fail(std::make_exception_ptr(LostProcessor(m_name + ": " + why)));
+    fail(std::make_exception_ptr(processors::LostProcessor(m_name + ": " + why)));
 }
 void SocketProcessor::misbehaved(const std::string& what) {
     {
         const std::lock_guard lock(m_mutex);
         m_false = true;
     }
-    fail(std::make_exception_ptr(FalseProcessor(m_name + ": " + what)));
+    fail(std::make_exception_ptr(processors::UntrustedProcessor(m_name + ": " + what)));
 }
 
-TileResult SocketProcessor::decoded(const std::string& bytes, const RenderTile& tile) const {
+tiles::TileResult SocketProcessor::decoded(const std::string& bytes,
+                                           const tiles::RenderTile& tile) const {
     const std::string name = "tile " + std::to_string(tile.index);
     const auto data = std::as_bytes(std::span(bytes));
     // Before any memory is taken for pixels or holes.
-    const TileHead head = read_tile_head(data, name);
+    const tiles::TileHead head = tiles::read_tile_head(data, name);
     if (!(head.tile == tile))
-        throw Error("it sent another tile than " + std::to_string(tile.index));
+        throw util::Error("it sent another tile than " + std::to_string(tile.index));
     if (head.with_layers != m_layers)
-        throw Error("it sent " + name + (m_layers ? " without layers" : " with layers"));
+        throw util::Error("it sent " + name + (m_layers ? " without layers" : " with layers"));
     if (const std::size_t known = m_blocks.hole_count(); head.holes > known)
-        throw Error(name + " has " + std::to_string(head.holes) + " holes; allowed: the " +
-                    std::to_string(known) + " boxes that the coordinator could not have either");
-    TileResult result = decode_tile(data, name);
+        throw util::Error(name + " has " + std::to_string(head.holes) + " holes; allowed: the " +
+                          std::to_string(known) +
+                          " boxes that the coordinator could not have either");
+    tiles::TileResult result = tiles::decode_tile(data, name);
     for (const voxel::BoxKey& key : result.holes)
         if (!m_blocks.is_hole(key))
-            throw Error(name + " has a hole at box " + voxel::to_string(key) +
-                        "; allowed: boxes that the coordinator could not have either");
+            throw util::Error(name + " has a hole at box " + voxel::to_string(key) +
+                              "; allowed: boxes that the coordinator could not have either");
     return result;
 }
 
 void SocketProcessor::done(const farm::Done& done) {
-    RenderTile tile;
+    tiles::RenderTile tile;
     {
         const std::lock_guard lock(m_mutex);
         if (m_cancelled)
             return;
         const auto lease = m_leases.find(done.id());
         if (lease == m_leases.end()) {
-            if (++m_strays <= kMostStrays)
+            if (++m_strays <= kMaxStrays)
                 return;
             m_false = true;
             m_failure = std::make_exception_ptr(
-                FalseProcessor(m_name + ": it sends tiles that nobody asked for"));
+                processors::UntrustedProcessor(m_name + ": it sends tiles that nobody asked for"));
             m_done.notify_all();
             return;
         }
         tile = lease->second;
         m_leases.erase(lease);
     }
-    TileResult result;
+    tiles::TileResult result;
     try {
         result = decoded(done.result(), tile);
-    } catch (const Error& e) {
+    } catch (const util::Error& e) {
         misbehaved(e.what());
         return;
     }
@@ -172,20 +174,20 @@ void SocketProcessor::done(const farm::Done& done) {
 }
 
 void SocketProcessor::failed(const farm::Failed& failed) {
-    std::optional<RenderTile> tile;
+    std::optional<tiles::RenderTile> tile;
     {
         const std::lock_guard lock(m_mutex);
         if (const auto lease = m_leases.find(failed.id()); lease != m_leases.end())
             tile = lease->second;
     }
     const std::string why = m_name + " cannot render: " + failed.reason().substr(0, 400);
-    RenderTile none;
+    tiles::RenderTile none;
     none.step = 0;  // the picture as a whole
-    fail(std::make_exception_ptr(FailingProcessor(why, tile.value_or(none))));
+    fail(std::make_exception_ptr(processors::FailingProcessor(why, tile.value_or(none))));
 }
 
-std::vector<RenderTile> SocketProcessor::tiles_of(const std::vector<std::uint64_t>& ids) {
-    std::vector<RenderTile> out;
+std::vector<tiles::RenderTile> SocketProcessor::tiles_of(const std::vector<std::uint64_t>& ids) {
+    std::vector<tiles::RenderTile> out;
     const std::lock_guard lock(m_mutex);
     for (const std::uint64_t id : ids)
         if (const auto lease = m_leases.find(id); lease != m_leases.end()) {
@@ -195,4 +197,4 @@ std::vector<RenderTile> SocketProcessor::tiles_of(const std::vector<std::uint64_
     return out;
 }
 
-}  // namespace terravox
+}  // namespace terravox::farm

@@ -14,27 +14,27 @@
 #include "raytracer/farm/net/link.hpp"
 #include "raytracer/processors/processor.hpp"
 
-namespace terravox {
+namespace terravox::farm {
 
 /// Tiles of one picture on a worker. The link's reader (WorkerLink) hands it what the worker
 /// answers.
 ///
 /// One mutex guards leases and results; frames are sent without it. take() throws LostProcessor
-/// when the link has ended, FalseProcessor when the worker sent what it should not,
+/// when the link has ended, UntrustedProcessor when the worker sent what it should not,
 /// FailingProcessor when it cannot trace a tile.
-class SocketProcessor final : public TileProcessor {
+class SocketProcessor final : public processors::TileProcessor {
 public:
     /// @param picture its id on the wire
     /// @param layers whether tiles must come with layers
     /// @param blocks this machine's, which outlive the processor: a box is a hole only when they
     /// could not have it either
     SocketProcessor(std::shared_ptr<net::Link> link, std::string name, std::uint64_t picture,
-                    bool layers, int capacity, const BlockManager& blocks);
+                    bool layers, int capacity, const blocks::BlockManager& blocks);
     [[nodiscard]] int capacity() const noexcept override { return m_capacity; }
-    void submit(RenderTile tile) override;
+    void submit(tiles::RenderTile tile) override;
     [[nodiscard]] bool wait(std::chrono::milliseconds most) override;
-    std::optional<TileResult> take() override;
-    void withdraw(const RenderTile& tile) noexcept override;
+    std::optional<tiles::TileResult> take() override;
+    void withdraw(const tiles::RenderTile& tile) noexcept override;
     void close() noexcept override;
     void cancel() noexcept override;
 
@@ -45,7 +45,7 @@ public:
     void lost(const std::string& why);
     void misbehaved(const std::string& what);
     /// Tiles of these leases, as far as there are such.
-    [[nodiscard]] std::vector<RenderTile> tiles_of(const std::vector<std::uint64_t>& ids);
+    [[nodiscard]] std::vector<tiles::RenderTile> tiles_of(const std::vector<std::uint64_t>& ids);
 
 private:
     [[nodiscard]] bool has_answer() const noexcept {
@@ -53,22 +53,23 @@ private:
     }
     void fail(std::exception_ptr failure);
     /// @throws Error for what the worker ought not to have sent
-    [[nodiscard]] TileResult decoded(const std::string& bytes, const RenderTile& tile) const;
+    [[nodiscard]] tiles::TileResult decoded(const std::string& bytes,
+                                            const tiles::RenderTile& tile) const;
 
     const std::shared_ptr<net::Link> m_link;
     const std::string m_name;
     const std::uint64_t m_picture;
     const bool m_layers;
     const int m_capacity;
-    const BlockManager& m_blocks;
+    const blocks::BlockManager& m_blocks;
     std::mutex m_mutex;
     std::condition_variable m_done;
-    std::unordered_map<std::uint64_t, RenderTile> m_leases;
-    std::deque<TileResult> m_results;
+    std::unordered_map<std::uint64_t, tiles::RenderTile> m_leases;
+    std::deque<tiles::TileResult> m_results;
     std::exception_ptr m_failure;
     std::uint64_t m_next_id = 1;
     std::size_t m_strays = 0;  ///< answers that nobody had asked for
     bool m_closed = false, m_cancelled = false, m_false = false;
 };
 
-}  // namespace terravox
+}  // namespace terravox::farm

@@ -4,7 +4,7 @@
 
 #include "raytracer/farm/wire/hello.hpp"
 
-namespace terravox {
+namespace terravox::farm {
 namespace {
 
 std::int64_t now_ns() noexcept {
@@ -19,7 +19,7 @@ std::uint64_t next_asker() {
 }  // namespace
 
 WorkerLink::WorkerLink(std::unique_ptr<net::Link> link, farm::Hello worker, BoxSupplier& boxes,
-                       Told told)
+                       Reported told)
     : m_link(std::move(link)),
       m_hello(std::move(worker)),
       m_certified_name(m_link->certified_name()),
@@ -149,7 +149,7 @@ std::string WorkerLink::take(const farm::Frame& frame) {
             }
             m_told.drains(processor ? processor->tiles_of({frame.drain().given_back().begin(),
                                                            frame.drain().given_back().end()})
-                                    : std::vector<RenderTile>{});
+                                    : std::vector<tiles::RenderTile>{});
             return {};
         }
         case farm::Frame::kBye: m_bye = true; return {};
@@ -190,7 +190,7 @@ std::string WorkerLink::run() {
 }
 
 void WorkerLink::ping() {
-    if (m_link->traffic().queued_bytes > net::kMostBeforePing_bytes)
+    if (m_link->traffic().queued_bytes > net::kMaxBeforePing_bytes)
         return;
     farm::Frame frame;
     frame.mutable_ping()->set_stamp(static_cast<std::uint64_t>(now_ns()));
@@ -225,4 +225,4 @@ farm::Heartbeat WorkerLink::heartbeat() const {
     return m_heartbeat;
 }
 
-}  // namespace terravox
+}  // namespace terravox::farm

@@ -11,9 +11,9 @@
 #include "raytracer/farm/coordinator/box_supplier.hpp"
 #include "raytracer/farm/coordinator/socket_processor.hpp"
 #include "raytracer/farm/net/link.hpp"
-#include "raytracer/farm/wire/parcel.hpp"
+#include "raytracer/farm/wire/picture_spec.hpp"
 
-namespace terravox {
+namespace terravox::farm {
 
 /// Where a worker has a picture's boxes from.
 struct BoxSource {
@@ -26,7 +26,7 @@ struct BoxSource {
 /// What is said to workers of the picture under way.
 struct PictureCall {
     std::uint64_t id = 0, world_id = 0;
-    Parcel parcel;
+    PictureSpec parcel;
     BoxSource source;
     bool layers = false;
 };
@@ -35,11 +35,13 @@ struct PictureCall {
 class WorkerLink {
 public:
     /// What a worker tells of itself. Called on the thread of run().
-    struct Told {
-        std::function<void(const std::vector<RenderTile>& given_back)> drains;  ///< it leaves
+    struct Reported {
+        std::function<void(const std::vector<tiles::RenderTile>& given_back)>
+            drains;                           ///< it leaves
         std::function<void(bool on)> pauses;  ///< somebody there has paused it, or let it go on
     };
-    WorkerLink(std::unique_ptr<net::Link> link, farm::Hello worker, BoxSupplier& boxes, Told told);
+    WorkerLink(std::unique_ptr<net::Link> link, farm::Hello worker, BoxSupplier& boxes,
+               Reported told);
     ~WorkerLink();
 
     /// Tells the worker of a picture. @return what renders its tiles there
@@ -75,7 +77,7 @@ private:
     const std::string m_certified_name;
     BoxSupplier& m_boxes;
     const std::uint64_t m_asker;
-    const Told m_told;
+    const Reported m_told;
     mutable std::mutex m_mutex;
     std::shared_ptr<SocketProcessor> m_processor;
     std::map<std::string, std::string> m_states;  ///< texts of the picture under way, by hash
@@ -88,4 +90,4 @@ private:
     bool m_bye = false, m_over = false;
 };
 
-}  // namespace terravox
+}  // namespace terravox::farm

@@ -37,7 +37,7 @@ public:
     }
     void write(const fs::path& path, const std::string& text, mode_t mode) {
         const auto failed = [&](int code) {
-            return Error("write " + path.string() + ": " + std::strerror(code));
+            return util::Error("write " + path.string() + ": " + std::strerror(code));
         };
         const fs::path temporary = path.parent_path() / ("." + path.filename().string() + ".part-" +
                                                          std::to_string(::getpid()));
@@ -45,7 +45,7 @@ public:
         fs::remove(temporary, ignored);
         int code = 0;
         {
-            const Socket file(
+            const sockets::Socket file(
                 ::open(temporary.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, mode));
             if (!file)
                 throw failed(errno);
@@ -70,7 +70,7 @@ private:
 
 void need(bool ok, const char* what) {
     if (!ok)
-        throw Error(std::string("make a certificate: ") + what + ": " + openssl_reason());
+        throw util::Error(std::string("make a certificate: ") + what + ": " + openssl_reason());
 }
 
 template <class Write>
@@ -156,7 +156,7 @@ void check_name(const std::string& name) {
     if (name.empty() || name.size() > 63 || !letters || name.front() == '.' ||
         name.front() == '-' || name.back() == '.' || name.find("..") != std::string::npos ||
         name == "ca")
-        throw UsageError(
+        throw util::UsageError(
             "make a certificate for '" + name +
             "': no such name; allowed: 1 to 63 small letters, digits, '-' and '.', not \"ca\"");
 }
@@ -168,8 +168,8 @@ Pair read_ca(const fs::path& folder) {
     if (known.empty() || !out.key ||
         X509_check_private_key(known.front().get(), out.key.get()) != 1) {
         ERR_clear_error();
-        throw Error("read the CA in " + folder.string() +
-                    ": ca.pem and ca.key do not belong together");
+        throw util::Error("read the CA in " + folder.string() +
+                          ": ca.pem and ca.key do not belong together");
     }
     out.certificate = std::move(known.front());
     return out;
@@ -178,7 +178,7 @@ Pair read_ca(const fs::path& folder) {
 void add_revoked(X509_CRL* list, X509* certificate, const std::string& file) {
     X509_REVOKED* known = nullptr;
     if (X509_CRL_get0_by_cert(list, &known, certificate) == 1)
-        throw Error("revoke " + file + ": it is revoked already");
+        throw util::Error("revoke " + file + ": it is revoked already");
     std::unique_ptr<X509_REVOKED, FreeBy<X509_REVOKED_free>> entry(X509_REVOKED_new());
     const std::unique_ptr<ASN1_TIME, FreeBy<ASN1_TIME_free>> now(X509_gmtime_adj(nullptr, 0));
     need(entry && now &&
@@ -201,8 +201,8 @@ void revoke_certs(const fs::path& folder, const std::vector<std::string>& names)
         list = crl_of(text_of_pem(path, "list of revoked certificates"));
         if (!list || X509_CRL_verify(list.get(), ca.key.get()) != 1) {
             ERR_clear_error();
-            throw Error("read the revoked certificates " + path.string() +
-                        ": this CA has not signed them");
+            throw util::Error("read the revoked certificates " + path.string() +
+                              ": this CA has not signed them");
         }
     } else {
         list.reset(X509_CRL_new());
@@ -216,13 +216,14 @@ void revoke_certs(const fs::path& folder, const std::vector<std::string>& names)
         const auto chain = certificates_of(text_of_pem(file, "certificate"));
         if (chain.empty() || X509_verify(chain.front().get(), ca.key.get()) != 1) {
             ERR_clear_error();
-            throw Error("revoke " + file.string() + ": the CA in this folder has not signed it");
+            throw util::Error("revoke " + file.string() +
+                              ": the CA in this folder has not signed it");
         }
         add_revoked(list.get(), chain.front().get(), file.string());
     }
     const std::unique_ptr<ASN1_TIME, FreeBy<ASN1_TIME_free>> now(X509_gmtime_adj(nullptr, 0));
     const std::unique_ptr<ASN1_TIME, FreeBy<ASN1_TIME_free>> until(
-        X509_gmtime_adj(nullptr, kMostCertificate_days * kDay_s));
+        X509_gmtime_adj(nullptr, kMaxCertificate_days * kDay_s));
     need(now && until && X509_CRL_set1_lastUpdate(list.get(), now.get()) == 1 &&
              X509_CRL_set1_nextUpdate(list.get(), until.get()) == 1 &&
              X509_CRL_sort(list.get()) == 1 &&
@@ -235,8 +236,8 @@ void revoke_certs(const fs::path& folder, const std::vector<std::string>& names)
 void make_certs(const fs::path& folder, const std::vector<std::string>& names, int days,
                 const std::string& role) {
     if (!role.empty() && role != kWorkerRole && role != kCoordinatorRole)
-        throw UsageError("make certificates of role '" + role + "'; allowed: " +
-                         std::string(kWorkerRole) + ", " + std::string(kCoordinatorRole));
+        throw util::UsageError("make certificates of role '" + role + "'; allowed: " +
+                               std::string(kWorkerRole) + ", " + std::string(kCoordinatorRole));
     const std::vector<std::string> wanted =
         names.empty() ? std::vector<std::string>{"coordinator", "worker"} : names;
     for (const auto& name : wanted)
@@ -244,23 +245,23 @@ void make_certs(const fs::path& folder, const std::vector<std::string>& names, i
     for (std::size_t i = 0; i < wanted.size(); ++i)
         if (std::find(wanted.begin(), wanted.begin() + static_cast<std::ptrdiff_t>(i), wanted[i]) !=
             wanted.begin() + static_cast<std::ptrdiff_t>(i))
-            throw UsageError("make a certificate for '" + wanted[i] +
-                             "': it is named twice; allowed: each name once");
-    if (days < 1 || days > kMostCertificate_days)
-        throw UsageError("make certificates for " + std::to_string(days) + " days; allowed: 1 to " +
-                         std::to_string(kMostCertificate_days));
+            throw util::UsageError("make a certificate for '" + wanted[i] +
+                                   "': it is named twice; allowed: each name once");
+    if (days < 1 || days > kMaxCertificate_days)
+        throw util::UsageError("make certificates for " + std::to_string(days) +
+                               " days; allowed: 1 to " + std::to_string(kMaxCertificate_days));
 
     const fs::path ca_pem = folder / "ca.pem", ca_key = folder / "ca.key";
     const bool has_pem = fs::exists(ca_pem), has_key = fs::exists(ca_key);
     if (has_pem != has_key)
-        throw Error("make certificates in " + folder.string() + ": it has " +
-                    (has_pem ? "ca.pem without ca.key" : "ca.key without ca.pem") +
-                    "; allowed: both, or none");
+        throw util::Error("make certificates in " + folder.string() + ": it has " +
+                          (has_pem ? "ca.pem without ca.key" : "ca.key without ca.pem") +
+                          "; allowed: both, or none");
     for (const auto& name : wanted)
         for (const char* ending : {".pem", ".key"})
             if (const auto path = folder / (name + ending); fs::exists(path))
-                throw Error("make a certificate: " + path.string() +
-                            " is there; allowed: names without files");
+                throw util::Error("make a certificate: " + path.string() +
+                                  " is there; allowed: names without files");
 
     std::error_code failed;
     if (!fs::is_directory(folder)) {
@@ -269,16 +270,16 @@ void make_certs(const fs::path& folder, const std::vector<std::string>& names, i
             fs::permissions(folder, fs::perms::owner_all, failed);
     }
     if (failed)
-        throw Error("make the folder " + folder.string() + ": " + failed.message());
+        throw util::Error("make the folder " + folder.string() + ": " + failed.message());
 
     NewFiles files;
     Pair ca;
     if (has_pem) {
         ca = read_ca(folder);
         if (X509_cmp_current_time(X509_get0_notAfter(ca.certificate.get())) < 0)
-            throw Error("read the CA in " + folder.string() + ": ca.pem has expired");
+            throw util::Error("read the CA in " + folder.string() + ": ca.pem has expired");
     } else {
-        ca = make_pair("Terravox farm CA", {}, kMostCertificate_days, nullptr);
+        ca = make_pair("Terravox farm CA", {}, kMaxCertificate_days, nullptr);
         files.write(ca_key, pem_of(ca.key.get()), kPrivate);
         files.write(ca_pem, pem_of(ca.certificate.get()), kPublic);
     }

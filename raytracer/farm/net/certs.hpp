@@ -6,7 +6,7 @@
 
 namespace terravox::net {
 
-inline constexpr int kMostCertificate_days = 3650;
+inline constexpr int kMaxCertificate_days = 3650;
 
 /// Makes certificates for a farm: a CA of its own where the folder has none (ca.pem, ca.key; valid
 /// for ten years), and for each name NAME.pem and NAME.key. All carry the DNS name "terravox-farm"
@@ -17,7 +17,7 @@ inline constexpr int kMostCertificate_days = 3650;
 /// coordinator, worker
 /// @param role   of all of them: kWorkerRole or kCoordinatorRole; empty: the name "coordinator" is
 /// a coordinator's, all others are workers'
-/// @param days   1 to kMostCertificate_days
+/// @param days   1 to kMaxCertificate_days
 /// @throws UsageError for a name or number that is not allowed; Error when a file of such a name is
 /// there or cannot be written: then this call has made none
 void make_certs(const std::filesystem::path& folder, const std::vector<std::string>& names,

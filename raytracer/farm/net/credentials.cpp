@@ -13,7 +13,7 @@ void free_stack(STACK_OF(X509) * stack) noexcept {
     sk_X509_free(stack);
 }
 
-constexpr std::streamsize kMostPem_bytes = 1 << 20;
+constexpr std::streamsize kMaxPem_bytes = 1 << 20;
 
 /// As the peer will do it: signed by this CA, of today, for both ends, with the farm's name.
 /// @param chain the certificate, and those between it and the CA
@@ -24,7 +24,7 @@ void check_chain(const std::vector<CertificatePtr>& ca, const std::vector<Certif
     const std::unique_ptr<X509_STORE_CTX, FreeBy<X509_STORE_CTX_free>> context(
         X509_STORE_CTX_new());
     const auto failed = [&] {
-        return Error("check the certificate " + path.string() + ": " + openssl_reason());
+        return util::Error("check the certificate " + path.string() + ": " + openssl_reason());
     };
     if (!store || !between || !context)
         throw failed();
@@ -59,14 +59,15 @@ void check_chain(const std::vector<CertificatePtr>& ca, const std::vector<Certif
 
 std::string text_of_pem(const std::filesystem::path& path, const char* what) {
     std::ifstream in(path, std::ios::binary);
-    std::string text(static_cast<std::size_t>(kMostPem_bytes) + 1, '\0');
+    std::string text(static_cast<std::size_t>(kMaxPem_bytes) + 1, '\0');
     if (in)
         in.read(text.data(), static_cast<std::streamsize>(text.size()));
     if (!in.is_open() || in.bad() || (in.gcount() == 0 && !in.eof()))
-        throw Error(std::string("read the ") + what + " " + path.string() + ": it cannot be read");
-    if (in.gcount() > kMostPem_bytes)
-        throw Error(std::string("read the ") + what + " " + path.string() +
-                    ": it is larger than 1 MiB");
+        throw util::Error(std::string("read the ") + what + " " + path.string() +
+                          ": it cannot be read");
+    if (in.gcount() > kMaxPem_bytes)
+        throw util::Error(std::string("read the ") + what + " " + path.string() +
+                          ": it is larger than 1 MiB");
     text.resize(static_cast<std::size_t>(in.gcount()));
     return text;
 }
@@ -77,19 +78,20 @@ void check(const Credentials& credentials) {
     const bool all =
         !credentials.ca.empty() && !credentials.certificate.empty() && !credentials.key.empty();
     if (any && !credentials.token.empty())
-        throw UsageError(
+        throw util::UsageError(
             "use the farm's credentials: both a token and certificates are given; allowed: one of "
             "them");
     if (any && !all)
-        throw UsageError(
+        throw util::UsageError(
             "use the farm's certificates: the CA, a certificate and its key belong together; "
             "allowed: all three, or none");
     if (!any && credentials.token.empty())
-        throw UsageError(
+        throw util::UsageError(
             "use the farm's credentials: there are none; allowed: a token, or certificates");
-    if (!any && credentials.token.size() < kLeastToken)
-        throw Error("use the farm's token: it has " + std::to_string(credentials.token.size()) +
-                    " characters; allowed: at least " + std::to_string(kLeastToken));
+    if (!any && credentials.token.size() < kMinToken)
+        throw util::Error("use the farm's token: it has " +
+                          std::to_string(credentials.token.size()) +
+                          " characters; allowed: at least " + std::to_string(kMinToken));
 }
 
 Pem read_pem(const Credentials& credentials) {
@@ -98,8 +100,8 @@ Pem read_pem(const Credentials& credentials) {
             text_of_pem(credentials.key, "key")};
     const auto no_pem = [](const std::filesystem::path& path, const char* what) {
         ERR_clear_error();
-        return Error("read " + path.string() + ": it holds no " + what + "; allowed: PEM" +
-                     (std::string(what) == "key" ? " without a pass phrase" : ""));
+        return util::Error("read " + path.string() + ": it holds no " + what + "; allowed: PEM" +
+                           (std::string(what) == "key" ? " without a pass phrase" : ""));
     };
     const auto ca = certificates_of(out.ca), chain = certificates_of(out.certificate);
     const auto key = key_of(out.key);
@@ -111,8 +113,9 @@ Pem read_pem(const Credentials& credentials) {
         throw no_pem(credentials.key, "key");
     if (X509_check_private_key(chain.front().get(), key.get()) != 1) {
         ERR_clear_error();
-        throw Error("read the key " + credentials.key.string() +
-                    ": it belongs to another certificate than " + credentials.certificate.string());
+        throw util::Error("read the key " + credentials.key.string() +
+                          ": it belongs to another certificate than " +
+                          credentials.certificate.string());
     }
     check_chain(ca, chain, credentials.certificate);
     return out;

@@ -7,11 +7,11 @@
 #include <string>
 #include <string_view>
 
-#include "raytracer/farm/net/farm_port.hpp"
+#include "raytracer/farm/net/endpoint.hpp"
 
 namespace terravox::net {
 
-inline constexpr std::size_t kLeastToken = 16;  ///< characters
+inline constexpr std::size_t kMinToken = 16;  ///< characters
 inline constexpr std::string_view kFarmName =
     "terravox-farm";  ///< DNS name in each certificate: who has one of this CA belongs to the farm
 

@@ -69,7 +69,7 @@ private:
         try {
             if (!m_ca.empty())
                 set_certified(certified_peer(*m_context.auth_context(), m_ca), m_ca);
-        } catch (const Error& e) {
+        } catch (const util::Error& e) {
             m_status = grpc::Status(grpc::StatusCode::PERMISSION_DENIED, e.what());
             m_taken_changed.notify_all();
             return;
@@ -116,12 +116,12 @@ Attempt join(std::shared_ptr<grpc::Channel> channel, const std::string& peer,
     return {std::move(link), grpc::Status::OK};
 }
 
-std::unique_ptr<Link> dial_with_token(const Endpoint& endpoint, const std::string& token,
+std::unique_ptr<Link> dial_with_token(const sockets::Endpoint& endpoint, const std::string& token,
                                       Clock::time_point deadline) {
-    Socket socket = connect_to(endpoint, deadline);
+    sockets::Socket socket = sockets::connect_to(endpoint, deadline);
     DiallerHandshake handshake(token);
     const auto write = [&](const Bytes& bytes) {
-        write_all(socket.fd(), bytes.data(), bytes.size(), deadline);
+        sockets::write_all(socket.fd(), bytes.data(), bytes.size(), deadline);
     };
     const auto keepalive = Keepalive::of_environment();
     std::array<std::byte, kHello_bytes> hello{};
@@ -129,22 +129,22 @@ std::unique_ptr<Link> dial_with_token(const Endpoint& endpoint, const std::strin
     const std::string attempt = "connect to " + endpoint.text() + ": ";
     try {
         write(handshake.hello());
-        read_exactly(socket.fd(), hello.data(), hello.size(), deadline);
+        sockets::read_exactly(socket.fd(), hello.data(), hello.size(), deadline);
         write(handshake.prove(hello));
-        read_exactly(socket.fd(), answer.data(), answer.size(), deadline);
+        sockets::read_exactly(socket.fd(), answer.data(), answer.size(), deadline);
         handshake.check(answer);
     } catch (const RefusedError& e) {
         throw RefusedError(attempt + e.what());
-    } catch (const Error& e) {
-        throw Error(attempt + e.what());
+    } catch (const util::Error& e) {
+        throw util::Error(attempt + e.what());
     }
-    tune(socket.fd(), keepalive.silence + keepalive.answer);
+    sockets::tune(socket.fd(), keepalive.silence + keepalive.answer);
     auto [link, status] = join(grpc::CreateCustomInsecureChannelFromFd(
                                    "terravox-farm", socket.release(), channel_arguments(keepalive)),
                                endpoint.text(), {}, deadline);
     if (!link)
-        throw Error(attempt +
-                    (status.ok() ? "no answer in time after the handshake" : text_of(status)));
+        throw util::Error(
+            attempt + (status.ok() ? "no answer in time after the handshake" : text_of(status)));
     return std::move(link);
 }
 
@@ -167,7 +167,7 @@ std::pair<std::string, bool> refusal_of(const grpc::Status& status, const std::s
     return {why, false};
 }
 
-std::unique_ptr<Link> dial_with_certificate(const Endpoint& endpoint, const Pem& pem,
+std::unique_ptr<Link> dial_with_certificate(const sockets::Endpoint& endpoint, const Pem& pem,
                                             const std::filesystem::path& ca,
                                             Clock::time_point deadline) {
     auto arguments = channel_arguments(Keepalive::of_environment());
@@ -185,22 +185,22 @@ std::unique_ptr<Link> dial_with_certificate(const Endpoint& endpoint, const Pem&
         return std::move(link);
     const std::string attempt = "connect to " + endpoint.text() + ": ";
     if (status.ok())
-        throw Error(attempt + "no answer in time");
+        throw util::Error(attempt + "no answer in time");
     const auto [why, for_good] = refusal_of(status, endpoint.text());
     if (for_good)
         throw RefusedError(attempt + why);
-    throw Error(attempt + why);
+    throw util::Error(attempt + why);
 }
 
 }  // namespace
 
-std::unique_ptr<Link> dial(const Address& address, const Credentials& credentials,
-                           std::chrono::milliseconds patience) {
+std::unique_ptr<Link> dial(const sockets::Address& address, const Credentials& credentials,
+                           std::chrono::milliseconds timeout) {
     begin_grpc();
     check(credentials);
     const auto pem = credentials.tls() ? std::optional(read_pem(credentials)) : std::nullopt;
-    const auto deadline = Clock::now() + patience;
-    const auto endpoints = resolve(address, false);
+    const auto deadline = Clock::now() + timeout;
+    const auto endpoints = sockets::resolve(address, false);
     std::string why;
     for (std::size_t i = 0; i < endpoints.size(); ++i) {
         // An address of the name that swallows packets leaves time for the others.
@@ -211,11 +211,11 @@ std::unique_ptr<Link> dial(const Address& address, const Credentials& credential
                        : dial_with_token(endpoints[i], credentials.token, until);
         } catch (const RefusedError&) {
             throw;
-        } catch (const Error& e) {
+        } catch (const util::Error& e) {
             why += (why.empty() ? "" : "; ") + std::string(e.what());
         }
     }
-    throw Error(why);
+    throw util::Error(why);
 }
 
 }  // namespace terravox::net

@@ -28,7 +28,7 @@ namespace terravox::net {
 #ifdef TERRAVOX_AVAHI
 namespace {
 
-constexpr std::size_t kMostInstances = 1000;  // Avahi's daemon gives a client 1024 objects
+constexpr std::size_t kMaxInstances = 1000;  // Avahi's daemon gives a client 1024 objects
 
 struct FreePoll {
     void operator()(AvahiThreadedPoll* poll) const noexcept { avahi_threaded_poll_free(poll); }
@@ -125,9 +125,9 @@ std::string host_name() {
 
 // A label of DNS: what tells apart, role and port, must be within it.
 std::string service_name(const std::string& role, std::uint16_t port) {
-    constexpr std::size_t kMost_bytes = AVAHI_LABEL_MAX - 1, kRoomForNumber = 5;
+    constexpr std::size_t kMax_bytes = AVAHI_LABEL_MAX - 1, kRoomForNumber = 5;
     const std::string end = " " + std::to_string(port);
-    return (role + " " + host_name()).substr(0, kMost_bytes - kRoomForNumber - end.size()) + end;
+    return (role + " " + host_name()).substr(0, kMax_bytes - kRoomForNumber - end.size()) + end;
 }
 
 }  // namespace
@@ -138,10 +138,10 @@ public:
         : m_port(port), m_wanted_name(service_name(role, port)) {
         text["role"] = role;
         for (const auto& [key, value] : text) {
-            if (key.size() + value.size() > kMostServiceText_bytes)
-                throw Error("announce the " + role + ": " + key + " has " +
-                            std::to_string(value.size()) + " bytes; allowed: " +
-                            std::to_string(kMostServiceText_bytes) + " with its name");
+            if (key.size() + value.size() > kMaxServiceText_bytes)
+                throw util::Error(
+                    "announce the " + role + ": " + key + " has " + std::to_string(value.size()) +
+                    " bytes; allowed: " + std::to_string(kMaxServiceText_bytes) + " with its name");
             m_text.reset(avahi_string_list_add_pair(m_text.release(), key.c_str(), value.c_str()));
         }
         if (const int error = begin(true); error != 0)
@@ -247,9 +247,9 @@ public:
     }
     ~Impl() override { end(); }
 
-    void settle(std::chrono::milliseconds patience) {
+    void settle(std::chrono::milliseconds timeout) {
         std::unique_lock lock(m_mutex);
-        m_settled.wait_for(lock, patience, [&] { return m_told_all && m_unresolved == 0; });
+        m_settled.wait_for(lock, timeout, [&] { return m_told_all && m_unresolved == 0; });
     }
 
 private:
@@ -317,11 +317,11 @@ private:
         const auto& [name, interface, protocol] = key;
         if (m_instances.contains(key))
             return;
-        if (m_instances.size() >= kMostInstances) {
+        if (m_instances.size() >= kMaxInstances) {
             if (!m_too_many)
                 spdlog::warn(
                     "look for a {} on the network: more than {} services; the others are left out",
-                    m_role, kMostInstances);
+                    m_role, kMaxInstances);
             m_too_many = true;
             return;
         }
@@ -480,7 +480,7 @@ public:
         throw NoDiscoveryError("look for a " + role + " on the network: " + kWithout +
                                "; name the addresses");
     }
-    static void settle(std::chrono::milliseconds /*patience*/) {}
+    static void settle(std::chrono::milliseconds /*timeout*/) {}
 };
 
 #endif
@@ -495,11 +495,11 @@ std::string Announcement::name() const {
 ServiceBrowser::ServiceBrowser(const std::string& role, OnEvent on_event)
     : m_impl(std::make_unique<Impl>(role, std::move(on_event))) {}
 ServiceBrowser::~ServiceBrowser() = default;
-void ServiceBrowser::settle(std::chrono::milliseconds patience) {
-    m_impl->settle(patience);
+void ServiceBrowser::settle(std::chrono::milliseconds timeout) {
+    m_impl->settle(timeout);
 }
 
-std::vector<FoundService> discover(const std::string& role, std::chrono::milliseconds patience) {
+std::vector<FoundService> discover(const std::string& role, std::chrono::milliseconds timeout) {
     std::mutex mutex;
     std::map<std::string, FoundService> found;
     {
@@ -510,7 +510,7 @@ std::vector<FoundService> discover(const std::string& role, std::chrono::millise
             else
                 found.erase(service.name);
         });
-        browser.settle(patience);
+        browser.settle(timeout);
     }
     std::vector<FoundService> out;
     for (auto& [name, service] : found)

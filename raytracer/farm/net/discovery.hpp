@@ -17,7 +17,7 @@ namespace terravox::net {
 /// "software", "build", "role").
 using ServiceText = std::map<std::string, std::string>;
 inline constexpr const char* kServiceType = "_terravox._tcp";
-inline constexpr std::size_t kMostServiceText_bytes = 200;  ///< of a key and its value
+inline constexpr std::size_t kMaxServiceText_bytes = 200;  ///< of a key and its value
 
 /// A program of the farm that was found by multicast DNS. Anybody on the network may claim anything
 /// there: who dials the address still asks for token or certificate. Texts are printable
@@ -33,9 +33,9 @@ struct FoundService {
 
 /// There is no multicast DNS on this machine: no daemon, no system bus, or the program was built
 /// without it.
-class NoDiscoveryError : public Error {
+class NoDiscoveryError : public util::Error {
 public:
-    using Error::Error;
+    using util::Error::Error;
 };
 
 /// Keeps a service published on all networks of this machine for as long as it lives: for who
@@ -77,7 +77,7 @@ public:
 
     /// Waits until those have been told that are there now, as far as one may know, but no longer
     /// than this; that takes about a second.
-    void settle(std::chrono::milliseconds patience);
+    void settle(std::chrono::milliseconds timeout);
 
 private:
     class Impl;
@@ -86,6 +86,6 @@ private:
 
 /// Services of a role that are there now, by name. @throws NoDiscoveryError when Avahi is not there
 [[nodiscard]] std::vector<FoundService> discover(const std::string& role,
-                                                 std::chrono::milliseconds patience);
+                                                 std::chrono::milliseconds timeout);
 
 }  // namespace terravox::net

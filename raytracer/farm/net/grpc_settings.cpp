@@ -44,15 +44,15 @@ Keepalive Keepalive::of_environment() {
     return {};
 }
 
-std::chrono::milliseconds most_stalled_of_environment() {
+std::chrono::milliseconds max_stalled_of_environment() {
     return std::chrono::seconds(in_test() ? 2 : 10);
 }
 
 grpc::ChannelArguments channel_arguments(const Keepalive& keepalive) {
     grpc::ChannelArguments out;
     set_common([&](const char* name, int value) { out.SetInt(name, value); }, keepalive);
-    out.SetMaxReceiveMessageSize(static_cast<int>(kMostFrame_bytes));
-    out.SetMaxSendMessageSize(static_cast<int>(kMostFrame_bytes));
+    out.SetMaxReceiveMessageSize(static_cast<int>(kMaxFrame_bytes));
+    out.SetMaxSendMessageSize(static_cast<int>(kMaxFrame_bytes));
     // One connection for each link, made once, straight to the peer.
     out.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
     out.SetInt(GRPC_ARG_ENABLE_RETRIES, 0);
@@ -65,8 +65,8 @@ void set_up(grpc::ServerBuilder& builder, const Keepalive& keepalive,
             std::chrono::milliseconds handshake) {
     set_common([&](const char* name, int value) { builder.AddChannelArgument(name, value); },
                keepalive);
-    builder.SetMaxReceiveMessageSize(static_cast<int>(kMostFrame_bytes));
-    builder.SetMaxSendMessageSize(static_cast<int>(kMostFrame_bytes));
+    builder.SetMaxReceiveMessageSize(static_cast<int>(kMaxFrame_bytes));
+    builder.SetMaxSendMessageSize(static_cast<int>(kMaxFrame_bytes));
     builder.AddChannelArgument(GRPC_ARG_HTTP2_MAX_PING_STRIKES, 0);
     builder.AddChannelArgument(GRPC_ARG_HTTP2_MIN_RECV_PING_INTERVAL_WITHOUT_DATA_MS, 500);
     // A connection carries one call, and goes with it.

@@ -21,7 +21,7 @@ struct Keepalive {
 
 /// After so long without a byte taken a peer is stuck, whatever it answers to pings.
 /// TERRAVOX_FARM_TEST=1 shortens it, too.
-[[nodiscard]] std::chrono::milliseconds most_stalled_of_environment();
+[[nodiscard]] std::chrono::milliseconds max_stalled_of_environment();
 
 [[nodiscard]] grpc::ChannelArguments channel_arguments(const Keepalive& keepalive);
 void set_up(grpc::ServerBuilder& builder, const Keepalive& keepalive,

@@ -8,7 +8,7 @@
 #include <algorithm>
 #include <cstring>
 
-#include "raytracer/farm/net/farm_port.hpp"
+#include "raytracer/farm/net/endpoint.hpp"
 
 namespace terravox::net {
 namespace {
@@ -30,7 +30,7 @@ Proof proof_of(const std::string& token, std::initializer_list<std::span<const s
                reinterpret_cast<const unsigned char*>(message.data()), message.size(),
                reinterpret_cast<unsigned char*>(out.data()), &size_bytes) == nullptr ||
         size_bytes != out.size())
-        throw Error("prove that the token is known: HMAC-SHA-256 failed");
+        throw util::Error("prove that the token is known: HMAC-SHA-256 failed");
     return out;
 }
 
@@ -70,7 +70,7 @@ Nonce new_nonce() {
     Nonce out{};
     if (::RAND_bytes(reinterpret_cast<unsigned char*>(out.data()), static_cast<int>(out.size())) !=
         1)
-        throw Error("shake hands with a peer: the system's random generator failed");
+        throw util::Error("shake hands with a peer: the system's random generator failed");
     return out;
 }
 
@@ -140,7 +140,7 @@ void DiallerHandshake::check(std::span<const std::byte, kAnswer_bytes> answer) c
             return;
         }
         case Verdict::kWrongToken: throw RefusedError("wrong token");
-        case Verdict::kBusy: throw Error("it has no room for another connection now");
+        case Verdict::kBusy: throw util::Error("it has no room for another connection now");
         case Verdict::kCertificates: throw RefusedError("it takes certificates, and no token");
     }
     throw RefusedError("what answers there is no farm of Terravox");

@@ -12,9 +12,9 @@
 namespace terravox::net {
 
 inline constexpr std::uint32_t kProtocol = 1;
-inline constexpr std::size_t kMostBeforePing_bytes =
+inline constexpr std::size_t kMaxBeforePing_bytes =
     std::size_t{16} << 20;  ///< a ping or a heartbeat that has to wait for more says nothing
-inline constexpr std::size_t kMostFrame_bytes =
+inline constexpr std::size_t kMaxFrame_bytes =
     std::size_t{16} << 20;  ///< a larger frame ends the link on either side
 
 /// One connection between a coordinator and a worker, whoever dialled: frames both ways, in order,
@@ -36,7 +36,7 @@ public:
     [[nodiscard]] virtual std::optional<farm::Frame> receive() = 0;
     /// Ends the link once what is queued has been sent, but no later than after this; send() fails
     /// from now on. Idempotent.
-    virtual void close(std::chrono::milliseconds patience = std::chrono::seconds(2)) noexcept = 0;
+    virtual void close(std::chrono::milliseconds timeout = std::chrono::seconds(2)) noexcept = 0;
     /// Ends it at once: receive() returns. Idempotent.
     virtual void abort() noexcept = 0;
     [[nodiscard]] virtual const std::string& peer()

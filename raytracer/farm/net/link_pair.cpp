@@ -28,7 +28,7 @@ public:
             return std::nullopt;
         farm::Frame frame;
         const bool whole =
-            m_frames.front().size() <= kMostFrame_bytes && frame.ParseFromString(m_frames.front());
+            m_frames.front().size() <= kMaxFrame_bytes && frame.ParseFromString(m_frames.front());
         m_frames.pop_front();
         if (m_frames.empty())
             m_came.notify_all();
@@ -37,11 +37,11 @@ public:
         return frame;
     }
     /// Nothing more goes in; what is in comes out, which is waited for.
-    void end(std::chrono::milliseconds patience) noexcept {
+    void end(std::chrono::milliseconds timeout) noexcept {
         std::unique_lock lock(m_mutex);
         m_ended = true;
         m_came.notify_all();
-        m_came.wait_for(lock, patience, [&] { return m_aborted || m_frames.empty(); });
+        m_came.wait_for(lock, timeout, [&] { return m_aborted || m_frames.empty(); });
     }
     void abort() noexcept {
         const std::lock_guard lock(m_mutex);
@@ -73,9 +73,9 @@ public:
             m_ended = true;
         return frame;
     }
-    void close(std::chrono::milliseconds patience) noexcept override {
+    void close(std::chrono::milliseconds timeout) noexcept override {
         m_closed = true;
-        m_out->end(patience);
+        m_out->end(timeout);
     }
     void abort() noexcept override {
         m_closed = true;

@@ -6,8 +6,8 @@
 #include <list>
 #include <thread>
 
+#include "raytracer/farm/net/auth_acceptor.hpp"
 #include "raytracer/farm/net/credentials.hpp"
-#include "raytracer/farm/net/doorkeeper.hpp"
 #include "raytracer/farm/net/farm.grpc.pb.h"
 #include "raytracer/farm/net/grpc_settings.hpp"
 #include "raytracer/farm/net/peer_certificate.hpp"
@@ -86,7 +86,7 @@ public:
 /// comes, or by stop().
 class Listener::Impl final : private farm::Farm::WithRawCallbackMethod_Join<farm::Farm::Service> {
 public:
-    Impl(const Address& address, const Credentials& credentials, OnLink on_link,
+    Impl(const sockets::Address& address, const Credentials& credentials, OnLink on_link,
          const ListenerLimits& limits)
         : m_on_link(std::move(on_link)), m_tls(credentials.tls()), m_ca(credentials.ca) {
         begin_grpc();
@@ -99,11 +99,12 @@ public:
         builder.RegisterService(this);
         m_server = builder.BuildAndStart();
         if (!m_server)
-            throw Error("listen at " + address.text() + ": gRPC does not start");
+            throw util::Error("listen at " + address.text() + ": gRPC does not start");
         try {
-            m_door.emplace(address, credentials, limits, [this](Socket socket, const std::string&) {
-                hand_over(std::move(socket));
-            });
+            m_door.emplace(address, credentials, limits,
+                           [this](sockets::Socket socket, const std::string&) {
+                               hand_over(std::move(socket));
+                           });
             m_door->start();
         } catch (...) {
             m_server->Shutdown();
@@ -143,7 +144,7 @@ private:
         bool ended = false;
     };
 
-    void hand_over(Socket socket) {
+    void hand_over(sockets::Socket socket) {
         grpc::experimental::ExternalConnectionAcceptor::NewConnectionParameters parameters;
         parameters.fd = socket.release();
         m_acceptor->HandleNewConnection(&parameters);
@@ -160,7 +161,7 @@ private:
         try {
             if (m_tls)
                 certified = certified_peer(*context->auth_context(), m_ca);
-        } catch (const Error& e) {
+        } catch (const util::Error& e) {
             why = e.what();
         }
         if (!why.empty()) {
@@ -223,7 +224,7 @@ private:
     const std::filesystem::path m_ca;
     std::unique_ptr<grpc::experimental::ExternalConnectionAcceptor> m_acceptor;
     std::unique_ptr<grpc::Server> m_server;
-    std::optional<Doorkeeper> m_door;
+    std::optional<AuthAcceptor> m_door;
     std::mutex m_mutex;
     std::condition_variable m_changed;
     std::list<Host> m_hosts;
@@ -231,7 +232,7 @@ private:
     bool m_stopping = false;
 };
 
-Listener::Listener(const Address& address, const Credentials& credentials, OnLink on_link,
+Listener::Listener(const sockets::Address& address, const Credentials& credentials, OnLink on_link,
                    const ListenerLimits& limits)
     : m_impl(std::make_unique<Impl>(address, credentials, std::move(on_link), limits)) {}
 Listener::~Listener() = default;

@@ -25,7 +25,7 @@ bool is_revoked(X509* certificate, const std::filesystem::path& ca) {
     if (!std::filesystem::exists(path, unknown) && !unknown)
         return false;
     const auto failed = [&](const std::string& why) {
-        return Error("read the revoked certificates " + path.string() + ": " + why);
+        return util::Error("read the revoked certificates " + path.string() + ": " + why);
     };
     const auto authority = certificates_of(text_of_pem(ca, "CA certificate"));
     const CrlPtr list = crl_of(text_of_pem(path, "list of revoked certificates"));

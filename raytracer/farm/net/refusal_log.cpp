@@ -12,12 +12,12 @@ RefusalLog::RefusalLog(std::function<void(const std::string&)> say) : m_say(std:
 void RefusalLog::refused(const std::string& who, const std::string& peer, const std::string& why,
                          Clock::time_point now) {
     auto key = std::pair(who, why);
-    if (!m_told.contains(key) && m_told.size() >= kMostKept) {
+    if (!m_told.contains(key) && m_told.size() >= kMaxKept) {
         if (now - m_cleared >= std::chrono::seconds(1)) {
             std::erase_if(m_told, [&](const auto& one) { return now - one.second.when >= kQuiet; });
             m_cleared = now;
         }
-        if (m_told.size() >= kMostKept)
+        if (m_told.size() >= kMaxKept)
             key = {"", why};
     }
     const auto [told, first] = m_told.try_emplace(key);

@@ -10,12 +10,12 @@
 namespace terravox::net {
 
 /// Tells why strangers were refused: each reason once a minute for each address, so that a flood
-/// fills no disk. Remembers at most kMostKept of them; while it is full, others count together as
+/// fills no disk. Remembers at most kMaxKept of them; while it is full, others count together as
 /// "other addresses". Not thread-safe.
 class RefusalLog {
 public:
     using Clock = std::chrono::steady_clock;
-    static constexpr std::size_t kMostKept = 1024;
+    static constexpr std::size_t kMaxKept = 1024;
     static constexpr std::chrono::seconds kQuiet{60};
 
     /// @param say where the lines go; none: the log, as warnings
@@ -25,12 +25,12 @@ public:
                  Clock::time_point now = Clock::now());
 
 private:
-    struct Told {
+    struct Reported {
         Clock::time_point when;
         std::uint64_t since = 0;  ///< refusals that were not told
     };
     std::function<void(const std::string&)> m_say;
-    std::map<std::pair<std::string, std::string>, Told> m_told;
+    std::map<std::pair<std::string, std::string>, Reported> m_told;
     Clock::time_point
         m_cleared{};  ///< of what is old; not for each refusal, which there may be very many of
 };

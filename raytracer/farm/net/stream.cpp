@@ -17,23 +17,23 @@ grpc::ByteBuffer serialized(const farm::Frame& frame, const std::string& peer) {
     grpc::ByteBuffer bytes;
     bool own = false;
     if (!grpc::SerializationTraits<farm::Frame>::Serialize(frame, &bytes, &own).ok())
-        throw Error("send a frame to " + peer + ": it cannot be serialized");
+        throw util::Error("send a frame to " + peer + ": it cannot be serialized");
     return bytes;
 }
 
 std::vector<grpc::ByteBuffer> messages_of(const farm::Frame& frame, std::size_t size_bytes,
                                           const std::string& peer) {
     std::vector<grpc::ByteBuffer> out;
-    if (size_bytes <= Stream::kMostPiece_bytes) {
+    if (size_bytes <= Stream::kMaxPiece_bytes) {
         out.push_back(serialized(frame, peer));
         return out;
     }
     const std::string whole = frame.SerializeAsString();
     if (whole.size() != size_bytes)
-        throw Error("send a frame to " + peer + ": it cannot be serialized");
+        throw util::Error("send a frame to " + peer + ": it cannot be serialized");
     farm::Frame message;
-    for (std::size_t at = 0; at < whole.size(); at += Stream::kMostPiece_bytes) {
-        const auto part_bytes = std::min(Stream::kMostPiece_bytes, whole.size() - at);
+    for (std::size_t at = 0; at < whole.size(); at += Stream::kMaxPiece_bytes) {
+        const auto part_bytes = std::min(Stream::kMaxPiece_bytes, whole.size() - at);
         message.mutable_piece()->set_part(whole.data() + at, part_bytes);
         message.mutable_piece()->set_last(at + part_bytes == whole.size());
         out.push_back(serialized(message, peer));
@@ -44,11 +44,11 @@ std::vector<grpc::ByteBuffer> messages_of(const farm::Frame& frame, std::size_t 
 }  // namespace
 
 Stream::Stream(std::string peer)
-    : m_peer(std::move(peer)), m_most_stalled(most_stalled_of_environment()) {}
+    : m_peer(std::move(peer)), m_max_stalled(max_stalled_of_environment()) {}
 
 bool Stream::send(const farm::Frame& frame) {
     const std::size_t size_bytes = frame.ByteSizeLong();
-    const bool fits = size_bytes <= kMostFrame_bytes;
+    const bool fits = size_bytes <= kMaxFrame_bytes;
     std::vector<grpc::ByteBuffer> messages;
     if (fits)
         messages = messages_of(frame, size_bytes, m_peer);
@@ -56,7 +56,7 @@ bool Stream::send(const farm::Frame& frame) {
     // A peer that takes nothing must not hold up who serves others, too.
     if (!wait_for_room(lock)) {
         finish("it took nothing for " +
-               std::to_string(std::chrono::ceil<std::chrono::seconds>(m_most_stalled).count()) +
+               std::to_string(std::chrono::ceil<std::chrono::seconds>(m_max_stalled).count()) +
                " s");
         abort_locked();
         return false;
@@ -65,7 +65,7 @@ bool Stream::send(const farm::Frame& frame) {
         return false;
     if (!fits) {
         finish("a frame of " + std::to_string(size_bytes) +
-               " bytes was to be sent; allowed: at most " + std::to_string(kMostFrame_bytes));
+               " bytes was to be sent; allowed: at most " + std::to_string(kMaxFrame_bytes));
         abort_locked();
         return false;
     }
@@ -81,8 +81,8 @@ bool Stream::send(const farm::Frame& frame) {
 /// @return false: nothing has gone out for too long
 bool Stream::wait_for_room(std::unique_lock<std::mutex>& lock) {
     const auto began = Clock::now();
-    while (m_out_bytes > kMostQueued_bytes && !m_closing && !m_writes_ended && !m_over) {
-        const auto until = std::max(began, m_last_write) + m_most_stalled;
+    while (m_out_bytes > kMaxQueued_bytes && !m_closing && !m_writes_ended && !m_over) {
+        const auto until = std::max(began, m_last_write) + m_max_stalled;
         if (Clock::now() >= until)
             return false;
         m_changed.wait_until(lock, until);
@@ -105,11 +105,11 @@ std::optional<farm::Frame> Stream::receive() {
         if (!frame.has_piece())
             return frame;
         const auto& piece = frame.piece();
-        if (piece.part().empty() || piece.part().size() > kMostFrame_bytes - whole.size()) {
+        if (piece.part().empty() || piece.part().size() > kMaxFrame_bytes - whole.size()) {
             end_unreadable(piece.part().empty()
                                ? "the other end sent a piece of a frame with nothing in it"
                                : "the other end sent a frame of more than " +
-                                     std::to_string(kMostFrame_bytes) + " bytes");
+                                     std::to_string(kMaxFrame_bytes) + " bytes");
             return std::nullopt;
         }
         whole += piece.part();
@@ -140,8 +140,8 @@ void Stream::end_unreadable(const std::string& why) {
     abort_locked();
 }
 
-void Stream::close(std::chrono::milliseconds patience) noexcept {
-    const auto deadline = std::chrono::steady_clock::now() + patience;
+void Stream::close(std::chrono::milliseconds timeout) noexcept {
+    const auto deadline = std::chrono::steady_clock::now() + timeout;
     std::unique_lock lock(m_mutex);
     if (!m_closing) {
         m_closing = true;
@@ -192,7 +192,7 @@ void Stream::begin() {
 }
 
 void Stream::read_more() {
-    const bool room = m_closing || (m_in_bytes < kMostAhead_bytes && m_in.size() < kMostAhead);
+    const bool room = m_closing || (m_in_bytes < kMaxAhead_bytes && m_in.size() < kMaxAhead);
     if (m_reading || m_reads_ended || m_over || !room)
         return;
     m_reading = true;

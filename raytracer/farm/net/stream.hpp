@@ -22,17 +22,17 @@ namespace terravox::net {
 /// One mutex guards all of it; it is never held while anything waits but in condition variables,
 /// and gRPC never calls back from within the start_ functions, so they are called under it. Frames
 /// go through two queues of messages: a frame is one, a large one several (Piece). Outward: send()
-/// fills it, waits while it is full (kMostQueued_bytes), and one write is under way at a time. gRPC
+/// fills it, waits while it is full (kMaxQueued_bytes), and one write is under way at a time. gRPC
 /// tells when a message has gone out, not how much of it has: pieces are how a slow peer is told
-/// from one that takes nothing. Inward: reads go on ahead of receive() up to kMostAhead_bytes, then
+/// from one that takes nothing. Inward: reads go on ahead of receive() up to kMaxAhead_bytes, then
 /// the peer is slowed down by HTTP/2's flow control. Neither direction waits for the other. The end
 /// of the inward direction is the end of the call: a write that fails only ends the writing, since
 /// the frame that says why (Refusal, Bye) may still be on its way in.
 class Stream {
 public:
-    static constexpr std::size_t kMostQueued_bytes = std::size_t{32} << 20;
-    static constexpr std::size_t kMostPiece_bytes = std::size_t{64} << 10;
-    static constexpr std::size_t kMostAhead_bytes = std::size_t{4} << 20, kMostAhead = 256;
+    static constexpr std::size_t kMaxQueued_bytes = std::size_t{32} << 20;
+    static constexpr std::size_t kMaxPiece_bytes = std::size_t{64} << 10;
+    static constexpr std::size_t kMaxAhead_bytes = std::size_t{4} << 20, kMaxAhead = 256;
 
     explicit Stream(std::string peer);
     Stream(const Stream&) = delete;
@@ -41,7 +41,7 @@ public:
 
     bool send(const farm::Frame& frame);
     [[nodiscard]] std::optional<farm::Frame> receive();
-    void close(std::chrono::milliseconds patience) noexcept;
+    void close(std::chrono::milliseconds timeout) noexcept;
     void abort() noexcept;
     void wait_until_done() noexcept;  ///< gRPC is out of it; comes after the end of the call
     [[nodiscard]] const std::string& peer() const noexcept { return m_peer; }
@@ -90,7 +90,7 @@ private:
     void finish(const std::string& why);
     void abort_locked() noexcept;
 
-    const std::chrono::milliseconds m_most_stalled;
+    const std::chrono::milliseconds m_max_stalled;
 
     mutable std::mutex m_mutex;
     std::condition_variable m_changed;
@@ -119,7 +119,7 @@ public:
     }
     bool send(farm::Frame frame) override { return m_stream->send(frame); }
     std::optional<farm::Frame> receive() override { return m_stream->receive(); }
-    void close(std::chrono::milliseconds patience) noexcept override { m_stream->close(patience); }
+    void close(std::chrono::milliseconds timeout) noexcept override { m_stream->close(timeout); }
     void abort() noexcept override { m_stream->abort(); }
     const std::string& peer() const noexcept override { return m_stream->peer(); }
     std::string certified_role() const override { return m_stream->certified().role; }

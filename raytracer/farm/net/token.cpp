@@ -18,7 +18,7 @@ std::string new_token() {
     static_assert(kLetters.size() == 32);
     std::array<unsigned char, 32> bytes{};
     if (::RAND_bytes(bytes.data(), static_cast<int>(bytes.size())) != 1)
-        throw Error("make a token: the system's random generator failed");
+        throw util::Error("make a token: the system's random generator failed");
     std::string out;
     for (const unsigned char byte : bytes)
         out += kLetters[byte % kLetters.size()];
@@ -31,10 +31,11 @@ std::string find_token(const std::filesystem::path& file) {
         return {};
     for (const char c : token)
         if (c < ' ' || c == 0x7f)
-            throw Error(attempt + ": the token has a control character; allowed: one line of text");
+            throw util::Error(attempt +
+                              ": the token has a control character; allowed: one line of text");
     const std::string weakness = weakness_of(token);
     if (!weakness.empty())
-        throw UsageError(attempt + ": " + weakness);
+        throw util::UsageError(attempt + ": " + weakness);
     return token;
 }
 

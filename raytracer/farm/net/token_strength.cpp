@@ -12,7 +12,7 @@ namespace {
 constexpr double kCopied_bits = 0.3, kRun_bits = 0.5, kWord_bits = 8, kFrequentPair_bits = 1.5,
                  kLetter_bits = 4.7, kCase_bits = 1;
 constexpr double kDigit_bits = 3.3, kYear_bits = 1.5, kSign_bits = 4, kSameSign_bits = 0.5;
-constexpr std::size_t kLeastCopy = 3, kYearDigits = 4;
+constexpr std::size_t kMinCopy = 3, kYearDigits = 4;
 
 /// Pairs of letters that English has most of, in words of all kinds.
 constexpr std::string_view kPairs =
@@ -123,12 +123,14 @@ double letter_bits(std::string_view token, std::size_t at) noexcept {
 
 double estimated_bits(std::string_view token) {
     std::string plain, meant;
-    for (const char c : token)
-        plain += lower(c), meant += as_letter(c);
+    for (const char c : token) {
+        plain += lower(c);
+        meant += as_letter(c);
+    }
     double bits = 0;
     for (std::size_t i = 0; i < token.size();) {
         const char c = token[i];
-        if (const std::size_t copied = copied_from_before(plain, i); copied >= kLeastCopy) {
+        if (const std::size_t copied = copied_from_before(plain, i); copied >= kMinCopy) {
             bits += kCopied_bits * static_cast<double>(copied);
             i += copied;
         } else if (const std::size_t word = word_at(meant, i); word > 0) {
@@ -156,16 +158,16 @@ double estimated_bits(std::string_view token) {
 std::string weakness_of(std::string_view token) {
     static constexpr std::string_view kMakeOne =
         "; `openssl rand -hex 16` makes one, and so does `terravox worker --listen` without any";
-    if (token.size() < kLeastToken)
+    if (token.size() < kMinToken)
         return "the token has " + std::to_string(token.size()) + " characters; allowed: at least " +
-               std::to_string(kLeastToken) + std::string(kMakeOne);
+               std::to_string(kMinToken) + std::string(kMakeOne);
     const double bits = estimated_bits(token);
-    if (bits >= kLeastToken_bits)
+    if (bits >= kMinToken_bits)
         return {};
     std::array<char, 128> text{};
     std::snprintf(text.data(), text.size(),
                   "the token can be guessed (about %.0f bits); allowed: at least %.0f bits", bits,
-                  kLeastToken_bits);
+                  kMinToken_bits);
     return text.data() + std::string(kMakeOne);
 }
 

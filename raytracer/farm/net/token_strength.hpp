@@ -5,7 +5,7 @@
 
 namespace terravox::net {
 
-inline constexpr double kLeastToken_bits = 64;  ///< of estimated_bits()
+inline constexpr double kMinToken_bits = 64;  ///< of estimated_bits()
 
 /// How hard a token is to guess for somebody who has a proof made with it and tries tokens on that
 /// (handshake.hpp): whoever a dialler is made to call gets one. The estimate is the sum over the

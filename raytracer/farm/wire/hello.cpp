@@ -14,7 +14,7 @@
 #include "common/util/printable.hpp"
 #include "common/util/version.hpp"
 
-namespace terravox {
+namespace terravox::farm {
 namespace {
 
 std::string features() {
@@ -35,10 +35,10 @@ std::string features() {
 /// Ends a link that nothing comes from in time. receive() itself has no limit.
 class Alarm {
 public:
-    Alarm(net::Link& link, std::chrono::milliseconds patience)
-        : m_thread(thread::start_thread("the limit of a hello", [this, &link, patience] {
+    Alarm(net::Link& link, std::chrono::milliseconds timeout)
+        : m_thread(thread::start_thread("the limit of a hello", [this, &link, timeout] {
               std::unique_lock lock(m_mutex);
-              if (m_came.wait_for(lock, patience, [&] { return m_off; }))
+              if (m_came.wait_for(lock, timeout, [&] { return m_off; }))
                   return;
               m_rang = true;
               link.abort();
@@ -103,11 +103,11 @@ std::string misfit(const farm::Hello& own, const farm::Hello& other,
     if (other.build() != own.build())
         return differ("build", other.build(),
                       own.build() + "; pictures of different builds may differ");
-    constexpr std::uint32_t kMost = 1 << 20;
-    if (other.role() == farm::WORKER && (other.threads() == 0 || other.threads() > kMost ||
-                                         other.capacity() == 0 || other.capacity() > kMost))
+    constexpr std::uint32_t kMax = 1 << 20;
+    if (other.role() == farm::WORKER && (other.threads() == 0 || other.threads() > kMax ||
+                                         other.capacity() == 0 || other.capacity() > kMax))
         return "a worker of " + std::to_string(other.threads()) + " threads with room for " +
-               std::to_string(other.capacity()) + " tiles; allowed: 1 to " + std::to_string(kMost);
+               std::to_string(other.capacity()) + " tiles; allowed: 1 to " + std::to_string(kMax);
     return {};
 }
 
@@ -133,15 +133,15 @@ farm::Hello make_hello(const OwnHello& own) {
 }
 
 farm::Hello meet(net::Link& link, const farm::Hello& own, std::initializer_list<farm::Role> wanted,
-                 std::chrono::milliseconds patience) {
+                 std::chrono::milliseconds timeout) {
     const std::string attempt = "meet " + link.peer() + ": ";
-    Alarm alarm(link, patience);
+    Alarm alarm(link, timeout);
     farm::Frame first;
     *first.mutable_hello() = own;
     link.send(std::move(first));
     auto frame = link.receive();
     if (alarm.off())
-        throw HelloError(attempt + "no answer within " + std::to_string(patience.count()) + " ms",
+        throw HelloError(attempt + "no answer within " + std::to_string(timeout.count()) + " ms",
                          true);
     if (!frame)
         throw HelloError(attempt + "it hung up" +
@@ -178,4 +178,4 @@ void refuse(net::Link& link, const std::string& reason, bool busy) noexcept {
     }
 }
 
-}  // namespace terravox
+}  // namespace terravox::farm

@@ -6,27 +6,40 @@
 #include "raytracer/farm/net/farm.pb.h"
 #include "raytracer/tiles/tile.hpp"
 
-namespace terravox {
+namespace terravox::farm {
 
-[[nodiscard]] inline farm::Tile to_frame(const RenderTile& t, std::uint64_t id) {
+[[nodiscard]] inline farm::Tile to_frame(const tiles::RenderTile& t, std::uint64_t id) {
     farm::Tile out;
-    out.set_id(id), out.set_index(t.index), out.set_pass(t.pass);
-    out.set_x0(t.x0), out.set_y0(t.y0), out.set_x1(t.x1), out.set_y1(t.y1);
-    out.set_step(t.step), out.set_refines(t.refines), out.set_first_sample(t.first_sample),
-        out.set_samples(t.samples);
+    out.set_id(id);
+    out.set_index(t.index);
+    out.set_pass(t.pass);
+    out.set_x0(t.x0);
+    out.set_y0(t.y0);
+    out.set_x1(t.x1);
+    out.set_y1(t.y1);
+    out.set_step(t.step);
+    out.set_refines(t.refines);
+    out.set_first_sample(t.first_sample);
+    out.set_samples(t.samples);
     return out;
 }
-[[nodiscard]] inline RenderTile from_frame(const farm::Tile& t) {
+[[nodiscard]] inline tiles::RenderTile from_frame(const farm::Tile& t) {
     return {t.index(), t.pass(), t.x0(),      t.y0(),           t.x1(),
             t.y1(),    t.step(), t.refines(), t.first_sample(), t.samples()};
 }
 
 inline void to_frame(const voxel::BoxKey& key, farm::BoxKey& out) {
-    out.set_level(key.level), out.set_bx(key.bx), out.set_by(key.by), out.set_bz(key.bz);
+    out.set_level(key.level);
+    out.set_bx(key.bx);
+    out.set_by(key.by);
+    out.set_bz(key.bz);
 }
 [[nodiscard]] inline voxel::BoxKey from_frame(const farm::BoxKey& k) {
     voxel::BoxKey out;
-    out.level = k.level(), out.bx = k.bx(), out.by = k.by(), out.bz = k.bz();
+    out.level = k.level();
+    out.bx = k.bx();
+    out.by = k.by();
+    out.bz = k.bz();
     return out;
 }
 
@@ -36,9 +49,9 @@ struct FarmTimes {
     std::chrono::milliseconds ping{1000};  ///< from the coordinator; the answer tells the latency
     std::chrono::milliseconds silence{12'000};  ///< after which a peer is given up
     std::chrono::milliseconds heartbeat{2000};  ///< from the worker
-    std::chrono::milliseconds least_deadline{10'000};
-    std::chrono::milliseconds redial{1000}, most_redial{30'000};
+    std::chrono::milliseconds min_deadline{10'000};
+    std::chrono::milliseconds redial{1000}, max_redial{30'000};
 };
 [[nodiscard]] const FarmTimes& farm_times();
 
-}  // namespace terravox
+}  // namespace terravox::farm

@@ -15,7 +15,7 @@
 #include "voxelserver/sockets/http_host.hpp"
 #include "voxelserver/sockets/slow_clients.hpp"
 
-namespace terravox {
+namespace terravox::farm {
 namespace {
 
 /// Ref: Prometheus, "Exposition formats", text format 0.0.4.
@@ -39,10 +39,12 @@ public:
         m_out.append(m_name).append(label).append(" ").append(text.data()).append("\n");
     }
     void counter(const char* name, const char* help, double number) {
-        family(name, "counter", help), value(number);
+        family(name, "counter", help);
+        value(number);
     }
     void gauge(const char* name, const char* help, double number) {
-        family(name, "gauge", help), value(number);
+        family(name, "gauge", help);
+        value(number);
     }
     [[nodiscard]] std::string take() { return std::move(m_out); }
 
@@ -106,12 +108,13 @@ std::string listening_port(const std::string& host, std::uint16_t port) {
     if (inet_pton(AF_INET, host.c_str(), ignored.data()) == 1)
         return host + ":" + std::to_string(port);
     if (inet_pton(AF_INET6, host.c_str(), ignored.data()) != 1)
-        throw UsageError("open the page of metrics on '" + host +
-                         "': not an address; allowed: numbers, such as 127.0.0.1 (this machine) or "
-                         "0.0.0.0 (all networks)");
+        throw util::UsageError(
+            "open the page of metrics on '" + host +
+            "': not an address; allowed: numbers, such as 127.0.0.1 (this machine) or "
+            "0.0.0.0 (all networks)");
     if (mg_check_feature(MG_FEATURES_IPV6) == 0)
-        throw UsageError("open the page of metrics on " + host +
-                         ": this build of CivetWeb has no IPv6; allowed: IPv4");
+        throw util::UsageError("open the page of metrics on " + host +
+                               ": this build of CivetWeb has no IPv6; allowed: IPv4");
     return "[" + host + "]:" + std::to_string(port);
 }
 
@@ -186,9 +189,9 @@ public:
         m_context = mg_start(&callbacks, this, settings.data());
         if (m_context == nullptr) {
             const std::lock_guard lock(m_mutex);
-            throw Error("open the page of metrics on " + listen + ": " +
-                        (m_message.empty() ? "CivetWeb could not start" : m_message) +
-                        "; another port may be free, 0 is any");
+            throw util::Error("open the page of metrics on " + listen + ": " +
+                              (m_message.empty() ? "CivetWeb could not start" : m_message) +
+                              "; another port may be free, 0 is any");
         }
         mg_server_port opened{};
         if (mg_get_server_ports(m_context, 1, &opened) == 1)
@@ -218,8 +221,8 @@ private:
         try {
             const mg_request_info& info = *mg_get_request_info(connection);
             Impl& me = self(connection);
-            const net::SlowClients::Answering answering(me.m_slow_clients, info.remote_addr,
-                                                        info.remote_port);
+            const sockets::SlowClients::Answering answering(me.m_slow_clients, info.remote_addr,
+                                                            info.remote_port);
             const Reply reply = me.answer(info);
             send(connection, reply, std::string_view(info.request_method) == "HEAD");
             return reply.status;
@@ -237,9 +240,9 @@ private:
         if (!m_names.allow(host) && !(host.empty() && std::string_view(info.http_version) == "1.0"))
             return {421, "Misdirected Request",
                     "allowed as Host: localhost, a numeric address, or a name of metrics_names\n"};
-        if (net::from_another_origin({host, header(info, "Origin"), header(info, "Sec-Fetch-Site"),
-                                      header(info, "Sec-Fetch-Mode"),
-                                      header(info, "Sec-Fetch-Dest")}))
+        if (sockets::from_another_origin(
+                {host, header(info, "Origin"), header(info, "Sec-Fetch-Site"),
+                 header(info, "Sec-Fetch-Mode"), header(info, "Sec-Fetch-Dest")}))
             return {403, "Forbidden", "not for web pages of another origin\n"};
         if (path != "/metrics" && path != "/healthz")
             return {404, "Not Found", "no such page; allowed: /metrics, /healthz\n"};
@@ -283,8 +286,8 @@ private:
     static constexpr int kThreads = 4;
 
     const Snapshot m_snapshot;
-    const net::HttpNames m_names;
-    net::SlowClients m_slow_clients;
+    const sockets::HttpNames m_names;
+    sockets::SlowClients m_slow_clients;
     mg_context* m_context = nullptr;
     std::mutex m_mutex;
     std::string m_message;  ///< CivetWeb's last
@@ -298,4 +301,4 @@ std::uint16_t MetricsPage::port() const noexcept {
     return m_impl->port();
 }
 
-}  // namespace terravox
+}  // namespace terravox::farm

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-namespace terravox {
+namespace terravox::farm {
 
 /// What a worker daemon tells of itself. Counts are of its whole life.
 struct WorkerMetrics {
@@ -63,4 +63,4 @@ private:
     std::unique_ptr<Impl> m_impl;
 };
 
-}  // namespace terravox
+}  // namespace terravox::farm

@@ -11,12 +11,12 @@
 #include "common/util/toml_file.hpp"
 #include "raytracer/farm/net/token.hpp"
 
-namespace terravox {
+namespace terravox::farm {
 namespace {
 
-using Addresses = std::vector<net::Address>;
-using OptionalAddress = std::optional<net::Address>;
-using Origins = std::vector<HttpOrigin>;
+using Addresses = std::vector<sockets::Address>;
+using OptionalAddress = std::optional<sockets::Address>;
+using Origins = std::vector<remote::HttpOrigin>;
 
 template <class Field>
 constexpr bool kIsList = std::is_same_v<Field, Addresses> || std::is_same_v<Field, Origins>;
@@ -149,7 +149,7 @@ public:
 
 private:
     [[noreturn]] void refuse(const std::string& value, const std::string& allowed) const {
-        throw UsageError(m_attempt + ": " + m_name + " = " + value + "; allowed: " + allowed);
+        throw util::UsageError(m_attempt + ": " + m_name + " = " + value + "; allowed: " + allowed);
     }
     template <class Field>
     [[nodiscard]] std::string range() const {
@@ -165,15 +165,15 @@ private:
     auto parsed(const Parse& parse) const {
         try {
             return parse();
-        } catch (const UsageError& e) {
-            throw UsageError(m_attempt + ": " + m_name + ": " + e.what());
+        } catch (const util::UsageError& e) {
+            throw util::UsageError(m_attempt + ": " + m_name + ": " + e.what());
         }
     }
-    [[nodiscard]] net::Address address(const std::string& text) const {
-        return parsed([&] { return net::Address::parse(text, m_rule.port); });
+    [[nodiscard]] sockets::Address address(const std::string& text) const {
+        return parsed([&] { return sockets::Address::parse(text, m_rule.port); });
     }
-    [[nodiscard]] HttpOrigin origin(const std::string& text) const {
-        return parsed([&] { return HttpOrigin::parse(text); });
+    [[nodiscard]] remote::HttpOrigin origin(const std::string& text) const {
+        return parsed([&] { return remote::HttpOrigin::parse(text); });
     }
     void add(const std::string& text, Addresses& field) const { field.push_back(address(text)); }
     void add(const std::string& text, Origins& field) const { field.push_back(origin(text)); }
@@ -188,7 +188,7 @@ private:
         if (!text.empty())
             field = address(text);
     }
-    void set_text(const std::string& text, std::optional<HttpOrigin>& field) const {
+    void set_text(const std::string& text, std::optional<remote::HttpOrigin>& field) const {
         field.reset();
         if (!text.empty())
             field = origin(text);
@@ -197,10 +197,10 @@ private:
         field = text.empty() ? std::filesystem::path() : m_folder / text;
     }
     void set_text(const std::string& text, std::string& field) const {
-        constexpr std::size_t kMost = 4096;
-        if (text.size() > kMost)
+        constexpr std::size_t kMax = 4096;
+        if (text.size() > kMax)
             refuse("a text of " + std::to_string(text.size()) + " bytes",
-                   "up to " + std::to_string(kMost));
+                   "up to " + std::to_string(kMax));
         for (const char c : text)
             if (static_cast<unsigned char>(c) < ' ' || c == 0x7f)
                 refuse("a text with a control character", "one line");
@@ -217,7 +217,9 @@ private:
 
 void read_file(const std::filesystem::path& file, WorkerConfig& out) {
     const std::string attempt = "read the worker's configuration " + file.string();
-    const auto fail = [&](const std::string& what) { throw UsageError(attempt + ": " + what); };
+    const auto fail = [&](const std::string& what) {
+        throw util::UsageError(attempt + ": " + what);
+    };
     const toml::table root = util::read_toml(file, fail);
     const auto* version = root.get("version");
     if (version == nullptr)
@@ -259,22 +261,23 @@ void apply_flags(const WorkerArguments& arguments, WorkerConfig& out) {
             });
 }
 
-HttpAccess http_limits_of(const WorkerConfig& c) {
-    return {std::nullopt, HttpAccess::Limits{c.allow_origins, c.allow_private_origins}};
+remote::HttpAccess http_limits_of(const WorkerConfig& c) {
+    return {std::nullopt, remote::HttpAccess::Limits{c.allow_origins, c.allow_private_origins}};
 }
 
 void check_servers(const WorkerConfig& c) {
     const auto fail = [](const std::string& what) {
-        throw UsageError("start the worker: " + what);
+        throw util::UsageError("start the worker: " + what);
     };
     // A name is judged by where it leads when it is asked for; a number leads nowhere else.
-    for (const HttpOrigin& o : c.allow_origins)
-        if (const auto range = range_of_number(o); range && *range != AddressRange::kPublic)
+    for (const remote::HttpOrigin& o : c.allow_origins)
+        if (const auto range = remote::range_of_number(o);
+            range && *range != remote::AddressRange::kPublic)
             fail("allow_origins = '" + o.text() +
                  "', no public address; allowed: there public ones, in allow_private_origins "
                  "others");
-    for (const HttpOrigin& o : c.allow_private_origins)
-        if (range_of_number(o) == AddressRange::kNoMachine)
+    for (const remote::HttpOrigin& o : c.allow_private_origins)
+        if (remote::range_of_number(o) == remote::AddressRange::kNoMachine)
             fail("allow_private_origins = '" + o.text() +
                  "'; allowed: addresses of single machines");
     if (c.server_origin.has_value() == c.server_token_file.empty())
@@ -286,11 +289,11 @@ void check_servers(const WorkerConfig& c) {
 
 void check(const WorkerConfig& c) {
     const auto fail = [](const std::string& what) {
-        throw UsageError("start the worker: " + what);
+        throw util::UsageError("start the worker: " + what);
     };
     if (!c.listen && c.join.empty())
         fail("nobody to work for; allowed: listen (--listen :7878), join (--join HOST:7879)");
-    for (const net::Address& a : c.join)
+    for (const sockets::Address& a : c.join)
         if (a.host.empty() || a.port == 0)
             fail("join = '" + a.text() + "'; allowed: HOST:PORT, port 1 to 65535");
     if (c.announce && !c.listen)
@@ -304,7 +307,7 @@ void check(const WorkerConfig& c) {
     check_servers(c);
 }
 
-bool same(const net::Address& a, const net::Address& b) {
+bool same(const sockets::Address& a, const sockets::Address& b) {
     return a.host == b.host && a.port == b.port;
 }
 bool same(const OptionalAddress& a, const OptionalAddress& b) {
@@ -378,19 +381,21 @@ WorkerConfig load_worker_config(const WorkerArguments& arguments) {
 
 net::Credentials credentials_of(const WorkerConfig& config) {
     net::Credentials out;
-    out.ca = config.tls_ca, out.certificate = config.tls_cert, out.key = config.tls_key;
+    out.ca = config.tls_ca;
+    out.certificate = config.tls_cert;
+    out.key = config.tls_key;
     if (out.tls())
         return out;
     out.token = net::find_token(config.token_file);
     if (out.token.empty())
-        throw UsageError(
+        throw util::UsageError(
             "start the worker: neither token nor certificates; allowed: token_file, "
             "TERRAVOX_FARM_TOKEN, or tls_ca with tls_cert and tls_key");
     return out;
 }
 
-HttpAccess http_access_of(const WorkerConfig& config) {
-    HttpAccess out = http_limits_of(config);
+remote::HttpAccess http_access_of(const WorkerConfig& config) {
+    remote::HttpAccess out = http_limits_of(config);
     if (config.server_origin)
         out.token.emplace(*config.server_origin, util::find_server_token(config.server_token_file));
     return out;
@@ -415,4 +420,4 @@ WorkerConfig reloaded(const WorkerConfig& running, const WorkerConfig& wanted) {
     return out;
 }
 
-}  // namespace terravox
+}  // namespace terravox::farm

@@ -6,34 +6,34 @@
 #include <utility>
 #include <vector>
 
-#include "raytracer/farm/net/farm_port.hpp"
+#include "raytracer/farm/net/endpoint.hpp"
 #include "voxelserver/worlds/remote/http_access.hpp"
 
 namespace CLI {
 class App;
 }
 
-namespace terravox {
+namespace terravox::farm {
 
 /// Everything that a worker daemon is told: by a file (config/worker.toml), and by flags of the
 /// same names over it.
 struct WorkerConfig {
-    std::optional<net::Address> listen;  ///< for coordinators that dial
-    std::vector<net::Address> join;      ///< coordinators that listen
-    bool announce = false;               ///< where it listens, by multicast DNS
-    std::string name;                    ///< for people; empty: host and process
-    int threads = 0;                     ///< of a session; 0: one for each core
-    int memory_mib = 2048;               ///< for boxes, of all sessions
-    int sessions = 1;                    ///< coordinators at once
-    std::filesystem::path token_file;    ///< empty: TERRAVOX_FARM_TOKEN of the environment
+    std::optional<sockets::Address> listen;  ///< for coordinators that dial
+    std::vector<sockets::Address> join;      ///< coordinators that listen
+    bool announce = false;                   ///< where it listens, by multicast DNS
+    std::string name;                        ///< for people; empty: host and process
+    int threads = 0;                         ///< of a session; 0: one for each core
+    int memory_mib = 2048;                   ///< for boxes, of all sessions
+    int sessions = 1;                        ///< coordinators at once
+    std::filesystem::path token_file;        ///< empty: TERRAVOX_FARM_TOKEN of the environment
     std::filesystem::path tls_ca, tls_cert, tls_key;  ///< PEM; all three, or none
-    std::vector<HttpOrigin> allow_origins;  ///< that coordinators may send it to for boxes, where
-                                            ///< they lead to public addresses
-    std::vector<HttpOrigin>
+    std::vector<remote::HttpOrigin> allow_origins;  ///< that coordinators may send it to for boxes,
+                                                    ///< where they lead to public addresses
+    std::vector<remote::HttpOrigin>
         allow_private_origins;  ///< and where they may lead to private and loopback ones
-    std::optional<HttpOrigin> server_origin;  ///< the one that gets the server's token
-    std::filesystem::path server_token_file;  ///< set with server_origin alone
-    std::optional<net::Address> metrics;      ///< of the page of metrics; its host is a number
+    std::optional<remote::HttpOrigin> server_origin;  ///< the one that gets the server's token
+    std::filesystem::path server_token_file;          ///< set with server_origin alone
+    std::optional<sockets::Address> metrics;  ///< of the page of metrics; its host is a number
     std::string metrics_names;                ///< host names of that page, separated by blanks
     double drain_s = 10;                      ///< for tiles under way when it is told to stop
     double idle_s = 0;         ///< it ends when no coordinator has come for so long; 0: never
@@ -62,7 +62,7 @@ void add_worker_options(CLI::App& app, WorkerArguments& arguments);
 
 /// The servers that it may ask, and the token of one of them. The environment has no say. @throws
 /// Error for a token that cannot be had
-[[nodiscard]] HttpAccess http_access_of(const WorkerConfig& config);
+[[nodiscard]] remote::HttpAccess http_access_of(const WorkerConfig& config);
 
 /// How a reload differs from what runs, by names of fields in the order of WorkerConfig.
 struct WorkerConfigChange {
@@ -76,4 +76,4 @@ struct WorkerConfigChange {
 /// before.
 [[nodiscard]] WorkerConfig reloaded(const WorkerConfig& running, const WorkerConfig& wanted);
 
-}  // namespace terravox
+}  // namespace terravox::farm

@@ -12,7 +12,7 @@
 #include "raytracer/farm/wire/tile_frames.hpp"
 #include "raytracer/processors/thread_processor.hpp"
 
-namespace terravox {
+namespace terravox::farm {
 
 using std::chrono::milliseconds;
 
@@ -40,7 +40,7 @@ WorkerDaemon::WorkerDaemon(WorkerDaemonOptions options)
 
 void WorkerDaemon::begin_joining() {
     const std::lock_guard lock(m_mutex);
-    for (const net::Address& address : m_options.join) {
+    for (const sockets::Address& address : m_options.join) {
         if (!m_joining.insert(address.text()).second)
             continue;
         try {
@@ -53,11 +53,11 @@ void WorkerDaemon::begin_joining() {
     }
 }
 
-bool WorkerDaemon::is_wanted(const net::Address& address) const {
+bool WorkerDaemon::is_wanted(const sockets::Address& address) const {
     const std::lock_guard lock(m_mutex);
     return !m_ending &&
            std::any_of(m_options.join.begin(), m_options.join.end(),
-                       [&](const net::Address& a) { return a.text() == address.text(); });
+                       [&](const sockets::Address& a) { return a.text() == address.text(); });
 }
 
 WorkerDaemon::~WorkerDaemon() {
@@ -86,7 +86,7 @@ void WorkerDaemon::run() {
         if (m_finished)
             break;
         if (!m_listener && m_joining.empty() && m_taken == 0)
-            throw Error("work: no coordinator is left to join");
+            throw util::Error("work: no coordinator is left to join");
         if (m_options.idle && m_taken == 0 &&
             std::chrono::steady_clock::now() - m_idle_since > *m_options.idle) {
             spdlog::info("no coordinator for {} s: the worker ends",
@@ -115,7 +115,7 @@ void WorkerDaemon::drain(const std::vector<std::shared_ptr<WorkerSession>>& sess
     for (const auto& session : sessions) {
         try {
             thread::add_thread(threads, "the end of a session",
-                               [&, session] { session->drain(m_options.patience); });
+                               [&, session] { session->drain(m_options.timeout); });
         } catch (const std::exception& e) {
             spdlog::warn("{}; its tiles under way are given up", e.what());
             session->abort();
@@ -133,9 +133,11 @@ bool WorkerDaemon::stopped_after(milliseconds time) {
 void WorkerDaemon::reload(const WorkerDaemonOptions& options) {
     {
         const std::lock_guard lock(m_mutex);
-        m_options.threads = options.threads, m_options.memory_bytes = options.memory_bytes,
+        m_options.threads = options.threads;
+        m_options.memory_bytes = options.memory_bytes;
         m_options.sessions = options.sessions;
-        m_options.patience = options.patience, m_options.idle = options.idle,
+        m_options.timeout = options.timeout;
+        m_options.idle = options.idle;
         m_options.join = options.join;
     }
     begin_joining();
@@ -155,10 +157,12 @@ WorkerSession::End WorkerDaemon::serve(std::unique_ptr<net::Link> link, bool dia
         options.http = m_options.http;
     }
     OwnHello own;
-    own.role = farm::WORKER, own.threads = options.threads, own.memory_bytes = options.memory_bytes,
+    own.role = farm::WORKER;
+    own.threads = options.threads;
+    own.memory_bytes = options.memory_bytes;
     own.name = m_options.name;
-    own.capacity =
-        std::min(options.threads * kTilesOfThread, static_cast<int>(Stage::kMostWaiting) / 4);
+    own.capacity = std::min(options.threads * kTilesOfThread,
+                            static_cast<int>(PictureContext::kMaxWaiting) / 4);
     const std::string peer = link->peer();
     std::shared_ptr<WorkerSession> session;
     bool has_place = false, paused = false;
@@ -171,9 +175,10 @@ WorkerSession::End WorkerDaemon::serve(std::unique_ptr<net::Link> link, bool dia
         {
             const std::lock_guard lock(m_mutex);
             has_place = m_taken < m_options.sessions;
-            if (has_place)
-                ++m_taken, ++m_all_sessions;
-            else
+            if (has_place) {
+                ++m_taken;
+                ++m_all_sessions;
+            } else
                 ++m_busy;
         }
         if (!has_place) {
@@ -185,7 +190,7 @@ WorkerSession::End WorkerDaemon::serve(std::unique_ptr<net::Link> link, bool dia
         }
         spdlog::info("works for {} at {}", hello.name(), peer);
         session = std::make_shared<WorkerSession>(std::move(link), hello.name(), options, m_shared);
-    } catch (const Error& e) {
+    } catch (const util::Error& e) {
         const auto* met = dynamic_cast<const HelloError*>(&e);
         spdlog::warn("{}", e.what());
         const std::lock_guard lock(m_mutex);
@@ -251,7 +256,7 @@ void WorkerDaemon::pause(bool on) {
         session->pause(on);
 }
 
-void WorkerDaemon::join_again_and_again(const net::Address& address) {
+void WorkerDaemon::join_again_and_again(const sockets::Address& address) {
     auto pause = farm_times().redial;
     bool told = false;
     const auto leave = [&] {
@@ -277,16 +282,19 @@ void WorkerDaemon::join_again_and_again(const net::Address& address) {
         }
         if (stopped_after(pause))
             break;
-        pause = std::min(pause * 2, farm_times().most_redial);
+        pause = std::min(pause * 2, farm_times().max_redial);
     }
     leave();
 }
 
 WorkerDaemon::Totals WorkerDaemon::totals() const {
     Totals out;
-    out.tiles = m_shared.tiles, out.pixels = m_shared.pixels, out.rays = m_shared.rays,
+    out.tiles = m_shared.tiles;
+    out.pixels = m_shared.pixels;
+    out.rays = m_shared.rays;
     out.result_bytes = m_shared.result_bytes;
-    out.box_requests = m_shared.box_requests, out.failed = m_shared.failed;
+    out.box_requests = m_shared.box_requests;
+    out.failed = m_shared.failed;
     out.busy_s = static_cast<double>(m_shared.busy_us) / 1e6;
     out.uptime_s =
         std::chrono::duration<double>(std::chrono::steady_clock::now() - m_start).count();
@@ -294,8 +302,11 @@ WorkerDaemon::Totals WorkerDaemon::totals() const {
     {
         const std::lock_guard lock(m_mutex);
         sessions = m_sessions;
-        out.sessions = m_all_sessions, out.busy = m_busy, out.unfit = m_unfit,
-        out.threads = m_options.threads, out.memory_bytes = m_options.memory_bytes,
+        out.sessions = m_all_sessions;
+        out.busy = m_busy;
+        out.unfit = m_unfit;
+        out.threads = m_options.threads;
+        out.memory_bytes = m_options.memory_bytes;
         out.ending = m_ending;
     }
     for (const auto& session : sessions)
@@ -314,14 +325,17 @@ farm::Status WorkerDaemon::status() const {
     out.set_memory_bytes(util::resident_bytes());
     for (const WorkerSession::Status& s : totals.now) {
         farm::Status::Member& m = *out.add_members();
-        m.set_name(s.coordinator), m.set_kind("coordinator"), m.set_peer(s.peer),
-            m.set_state(s.state);
-        m.set_threads(static_cast<std::uint32_t>(totals.threads)), m.set_tiles(s.tiles),
-            m.set_pixels(s.pixels);
-        m.set_memory_bytes(s.box_bytes),
-            m.set_leases(static_cast<std::uint32_t>(s.waiting + s.begun));
+        m.set_name(s.coordinator);
+        m.set_kind("coordinator");
+        m.set_peer(s.peer);
+        m.set_state(s.state);
+        m.set_threads(static_cast<std::uint32_t>(totals.threads));
+        m.set_tiles(s.tiles);
+        m.set_pixels(s.pixels);
+        m.set_memory_bytes(s.box_bytes);
+        m.set_leases(static_cast<std::uint32_t>(s.waiting + s.begun));
     }
     return out;
 }
 
-}  // namespace terravox
+}  // namespace terravox::farm

@@ -11,23 +11,24 @@
 #include <thread>
 #include <vector>
 
-#include "raytracer/farm/net/farm_port.hpp"
+#include "raytracer/farm/net/endpoint.hpp"
 #include "raytracer/farm/worker/worker_session.hpp"
 
-namespace terravox {
+namespace terravox::farm {
 
 struct WorkerDaemonOptions {
-    std::optional<net::Address> listen;
-    std::vector<net::Address> join;
+    std::optional<sockets::Address> listen;
+    std::vector<sockets::Address> join;
     net::Credentials credentials;
     std::string name;                                    ///< for people; empty: host and process
     int threads = 1;                                     ///< of each session
     std::size_t memory_bytes = std::size_t{2048} << 20;  ///< for boxes, of all sessions
-    int sessions = 1;                      ///< coordinators at once; others are told to come again
-    HttpAccess http = access_to_nobody();  ///< servers that it may ask itself; it has all other
-                                           ///< boxes from coordinators
-    std::chrono::milliseconds patience{10'000};  ///< for tiles under way when it ends
-    bool once = false;  ///< it ends when the first coordinator has finished
+    int sessions = 1;  ///< coordinators at once; others are told to come again
+    remote::HttpAccess http =
+        remote::access_to_nobody();  ///< servers that it may ask itself; it has all other
+                                     ///< boxes from coordinators
+    std::chrono::milliseconds timeout{10'000};  ///< for tiles under way when it ends
+    bool once = false;                          ///< it ends when the first coordinator has finished
     std::optional<std::chrono::milliseconds>
         idle;  ///< it ends when no coordinator has come for so long
 };
@@ -72,8 +73,8 @@ private:
     void begin_joining();
     void finish() noexcept;
     void drain(const std::vector<std::shared_ptr<WorkerSession>>& sessions);
-    void join_again_and_again(const net::Address& address);
-    [[nodiscard]] bool is_wanted(const net::Address& address) const;
+    void join_again_and_again(const sockets::Address& address);
+    [[nodiscard]] bool is_wanted(const sockets::Address& address) const;
     [[nodiscard]] farm::Status status() const;
     void observed(net::Link& link);
     void pause(bool on);
@@ -95,4 +96,4 @@ private:
     std::vector<std::thread> m_threads;
 };
 
-}  // namespace terravox
+}  // namespace terravox::farm

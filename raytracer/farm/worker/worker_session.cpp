@@ -12,17 +12,17 @@
 #include "raytracer/farm/wire/tile_frames.hpp"
 #include "raytracer/tiles/tile_codec.hpp"
 
-namespace terravox {
+namespace terravox::farm {
 namespace {
 
 using std::chrono::milliseconds;
 
-constexpr std::size_t kMostStates_bytes = std::size_t{16} << 20;
-constexpr std::size_t kMostText_bytes =
+constexpr std::size_t kMaxStates_bytes = std::size_t{16} << 20;
+constexpr std::size_t kMaxText_bytes =
     std::size_t{1} << 20;  // of a scene, its materials or its world: some kilobytes in fact
-constexpr std::size_t kMostOld = 16;  // pictures that have ended, and whose threads have not
-constexpr int kMostOldWorlds = 1;     // of those, which each keep boxes in memory
-constexpr int kMostEdge_px = 65'536;
+constexpr std::size_t kMaxOld = 16;  // pictures that have ended, and whose threads have not
+constexpr int kMaxOldWorlds = 1;     // of those, which each keep boxes in memory
+constexpr int kMaxEdge_px = 65'536;
 
 std::int64_t now_ns() noexcept {
     return std::chrono::steady_clock::now().time_since_epoch().count();
@@ -30,8 +30,8 @@ std::int64_t now_ns() noexcept {
 
 /// What is wrong with a tile that a coordinator wants; empty: nothing. What the scene's size has to
 /// say is seen to by the tracer, which traces any point of the picture's plane.
-std::string fault_of(const RenderTile& t) {
-    const auto within = [](int a, int b) { return a >= 0 && a < b && b <= kMostEdge_px; };
+std::string fault_of(const tiles::RenderTile& t) {
+    const auto within = [](int a, int b) { return a >= 0 && a < b && b <= kMaxEdge_px; };
     if (!within(t.x0, t.x1) || !within(t.y0, t.y1))
         return "a tile beyond any picture";
     if (t.step < 1 || t.step > 64 || !std::has_single_bit(static_cast<unsigned>(t.step)))
@@ -108,7 +108,7 @@ WorkerSession::End WorkerSession::run(std::string& why) {
 }
 
 std::string WorkerSession::take(const farm::Frame& frame) {
-    std::shared_ptr<Stage> stage;
+    std::shared_ptr<PictureContext> stage;
     {
         const std::lock_guard lock(m_mutex);
         stage = m_stage;
@@ -130,9 +130,9 @@ std::string WorkerSession::take(const farm::Frame& frame) {
         case farm::Frame::kPicture: return begin_picture(frame.picture());
         case farm::Frame::kState: {
             const std::string &text = frame.state().content(), &hash = frame.state().hash();
-            if (text.size() > kMostText_bytes)
+            if (text.size() > kMaxText_bytes)
                 return "a text of " + std::to_string(text.size()) + " bytes; allowed: up to " +
-                       std::to_string(kMostText_bytes);
+                       std::to_string(kMaxText_bytes);
             if (state_hash(text) != hash)
                 return "a text that is not what its hash says";
             // Of a picture that has ended meanwhile.
@@ -144,7 +144,7 @@ std::string WorkerSession::take(const farm::Frame& frame) {
                 std::size_t bytes = text.size();
                 for (const auto& [known, content] : m_shared.states)
                     bytes += content.size();
-                if (bytes > kMostStates_bytes)
+                if (bytes > kMaxStates_bytes)
                     m_shared.states.clear();
                 m_shared.states[hash] = text;
             }
@@ -154,8 +154,10 @@ std::string WorkerSession::take(const farm::Frame& frame) {
         case farm::Frame::kTask: return add_task(frame.task());
         case farm::Frame::kStop:
             if (m_awaited && m_awaited->id() == frame.stop().picture() &&
-                frame.stop().ids_size() == 0)
-                m_awaited.reset(), m_early.clear();
+                frame.stop().ids_size() == 0) {
+                m_awaited.reset();
+                m_early.clear();
+            }
             if (!stage || stage->picture() != frame.stop().picture())
                 return {};
             if (frame.stop().ids_size() == 0)
@@ -174,9 +176,10 @@ std::string WorkerSession::take(const farm::Frame& frame) {
 
 std::string WorkerSession::begin_picture(const farm::Picture& picture) {
     end_stage();
-    m_early.clear(), m_texts.clear();
+    m_early.clear();
+    m_texts.clear();
     m_early_tiles = 0;
-    if (m_old.size() > kMostOld)
+    if (m_old.size() > kMaxOld)
         return "pictures faster than any can end";
     m_awaited = picture;
     for (const std::string* hash : {&picture.scene(), &picture.materials(), &picture.world()}) {
@@ -199,7 +202,7 @@ std::string WorkerSession::begin_picture(const farm::Picture& picture) {
 std::string WorkerSession::begin_stage_if_complete() {
     if (!m_awaited)
         return {};
-    Parcel parcel;
+    PictureSpec parcel;
     {
         const auto get = [&](const std::string& hash, std::string& into) {
             const auto found = m_texts.find(hash);
@@ -218,7 +221,7 @@ std::string WorkerSession::begin_stage_if_complete() {
         voxel::WorldInfo info;
         try {
             info = unpack_world(parcel.world);
-        } catch (const Error& e) {
+        } catch (const util::Error& e) {
             return std::string("a world that is none: ") + e.what();
         }
         if (m_ground)
@@ -226,13 +229,15 @@ std::string WorkerSession::begin_stage_if_complete() {
         const auto is_elsewhere = [&](const auto& old) {
             return &old->ground() != m_ground.get() && !old->is_over();
         };
-        if (std::count_if(m_old.begin(), m_old.end(), is_elsewhere) > kMostOldWorlds)
+        if (std::count_if(m_old.begin(), m_old.end(), is_elsewhere) > kMaxOldWorlds)
             return "worlds faster than any can end";
         m_ground = std::make_shared<WorkerGround>();
-        m_ground->world_id = picture.world_id(), m_ground->world = parcel.world,
-        m_ground->server = picture.server(), m_ground->generated = picture.generated();
+        m_ground->world_id = picture.world_id();
+        m_ground->world = parcel.world;
+        m_ground->server = picture.server();
+        m_ground->generated = picture.generated();
         m_ground->http = m_options.http;
-        m_ground->far = std::make_unique<FarWorld>(
+        m_ground->far = std::make_unique<CoordinatorWorld>(
             std::move(info), picture.world_id(),
             [this](farm::Frame frame) {
                 ++m_shared.box_requests;
@@ -240,16 +245,18 @@ std::string WorkerSession::begin_stage_if_complete() {
             },
             m_shared.shelf);
     }
-    Stage::Answers answers;
-    answers.done = [this, id = picture.id()](std::uint64_t lease, TileResult result) {
-        const std::vector<std::byte> bytes = encode_tile(result);
-        m_shared.pixels += result.samples.size(), m_shared.rays += result.counts.all_rays(),
-            m_shared.result_bytes += bytes.size();
+    PictureContext::Answers answers;
+    answers.done = [this, id = picture.id()](std::uint64_t lease, tiles::TileResult result) {
+        const std::vector<std::byte> bytes = tiles::encode_tile(result);
+        m_shared.pixels += result.samples.size();
+        m_shared.rays += result.counts.all_rays();
+        m_shared.result_bytes += bytes.size();
         double seconds = 0;
         for (const double s : result.counts.seconds)
             seconds += s;
         m_shared.busy_us += static_cast<std::uint64_t>(seconds * 1e6);
-        ++m_shared.tiles, ++m_tiles;
+        ++m_shared.tiles;
+        ++m_tiles;
         m_pixels += result.samples.size();
         farm::Frame frame;
         frame.mutable_done()->set_picture(id);
@@ -267,13 +274,13 @@ std::string WorkerSession::begin_stage_if_complete() {
         frame.mutable_failed()->set_reason(reason);
         (void)m_link->send(std::move(frame));
     };
-    std::shared_ptr<Stage> stage;
+    std::shared_ptr<PictureContext> stage;
     const auto failed = answers.failed;
     try {
-        stage =
-            std::make_shared<Stage>(picture.id(), std::move(parcel), m_ground, m_options.threads,
-                                    m_options.memory_bytes, std::move(answers));
-    } catch (const Error& e) {
+        stage = std::make_shared<PictureContext>(picture.id(), std::move(parcel), m_ground,
+                                                 m_options.threads, m_options.memory_bytes,
+                                                 std::move(answers));
+    } catch (const util::Error& e) {
         m_early.clear();
         failed(0, e.what());
         return {};
@@ -292,22 +299,24 @@ std::string WorkerSession::add_task(const farm::Task& task) {
     std::vector<std::uint64_t> refused;
     if (m_awaited && m_awaited->id() == task.picture()) {
         m_early_tiles += static_cast<std::size_t>(task.tiles_size());
-        if (m_early_tiles > Stage::kMostWaiting || m_early.size() >= Stage::kMostWaiting)
+        if (m_early_tiles > PictureContext::kMaxWaiting ||
+            m_early.size() >= PictureContext::kMaxWaiting)
             return "more tiles than it may";
         m_early.push_back(task);
         return {};
     }
-    std::shared_ptr<Stage> stage;
+    std::shared_ptr<PictureContext> stage;
     {
         const std::lock_guard lock(m_mutex);
         stage = m_stage;
     }
     if (!stage || stage->picture() != task.picture())
         return {};  // of a picture that has ended
-    if (stage->load().waiting + static_cast<std::size_t>(task.tiles_size()) > Stage::kMostWaiting)
+    if (stage->load().waiting + static_cast<std::size_t>(task.tiles_size()) >
+        PictureContext::kMaxWaiting)
         return "more tiles than it may";
     for (const farm::Tile& t : task.tiles()) {
-        const RenderTile tile = from_frame(t);
+        const tiles::RenderTile tile = from_frame(t);
         if (std::string fault = fault_of(tile); !fault.empty())
             return fault;
         if (m_draining)
@@ -320,7 +329,7 @@ std::string WorkerSession::add_task(const farm::Task& task) {
 }
 
 void WorkerSession::end_stage() {
-    std::shared_ptr<Stage> stage;
+    std::shared_ptr<PictureContext> stage;
     {
         const std::lock_guard lock(m_mutex);
         stage = std::exchange(m_stage, nullptr);
@@ -341,11 +350,11 @@ void WorkerSession::give_back(const std::vector<std::uint64_t>& ids) {
     (void)m_link->send(std::move(frame));
 }
 
-void WorkerSession::drain(milliseconds patience) {
-    const auto until = std::chrono::steady_clock::now() + patience;
+void WorkerSession::drain(milliseconds timeout) {
+    const auto until = std::chrono::steady_clock::now() + timeout;
     if (m_draining.exchange(true))
         return;
-    std::shared_ptr<Stage> stage;
+    std::shared_ptr<PictureContext> stage;
     {
         const std::lock_guard lock(m_mutex);
         stage = m_stage;
@@ -357,7 +366,7 @@ void WorkerSession::drain(milliseconds patience) {
             drain.add_given_back(id);
     (void)m_link->send(std::move(frame));
     if (stage && !stage->wait_idle(until))
-        spdlog::warn("tiles under way are given up: they take longer than {} ms", patience.count());
+        spdlog::warn("tiles under way are given up: they take longer than {} ms", timeout.count());
     farm::Frame bye;
     bye.mutable_bye()->set_reason("drained");
     (void)m_link->send(std::move(bye));
@@ -400,7 +409,7 @@ void WorkerSession::beat() {
                           m_link->peer());
             m_link->abort();
         }
-        if (traffic.queued_bytes <= net::kMostBeforePing_bytes) {
+        if (traffic.queued_bytes <= net::kMaxBeforePing_bytes) {
             farm::Frame frame;
             *frame.mutable_heartbeat() = heartbeat();
             (void)m_link->send(std::move(frame));
@@ -411,19 +420,23 @@ void WorkerSession::beat() {
 
 WorkerSession::Status WorkerSession::status() const {
     Status out;
-    std::shared_ptr<Stage> stage;
+    std::shared_ptr<PictureContext> stage;
     {
         const std::lock_guard lock(m_mutex);
         stage = m_stage;
         out.state = m_draining ? "draining" : m_paused ? "paused" : stage ? "working" : "waiting";
     }
-    out.coordinator = m_coordinator, out.peer = m_link->peer();
-    out.tiles = m_tiles, out.pixels = m_pixels;
+    out.coordinator = m_coordinator;
+    out.peer = m_link->peer();
+    out.tiles = m_tiles;
+    out.pixels = m_pixels;
     if (stage) {
-        const Stage::Load load = stage->load();
-        out.waiting = load.waiting, out.begun = load.begun, out.box_bytes = load.box_bytes;
+        const PictureContext::Load load = stage->load();
+        out.waiting = load.waiting;
+        out.begun = load.begun;
+        out.box_bytes = load.box_bytes;
     }
     return out;
 }
 
-}  // namespace terravox
+}  // namespace terravox::farm

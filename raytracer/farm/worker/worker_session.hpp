@@ -14,9 +14,9 @@
 #include <vector>
 
 #include "raytracer/farm/net/link.hpp"
-#include "raytracer/farm/worker/stage.hpp"
+#include "raytracer/farm/worker/picture_context.hpp"
 
-namespace terravox {
+namespace terravox::farm {
 
 /// What all sessions of a daemon share.
 struct WorkerShared {
@@ -31,8 +31,8 @@ struct WorkerShared {
 
 struct SessionOptions {
     int threads = 1;
-    std::size_t memory_bytes = std::size_t{2048} << 20;  ///< for boxes
-    HttpAccess http = access_to_nobody();                ///< servers that it may ask itself
+    std::size_t memory_bytes = std::size_t{2048} << 20;    ///< for boxes
+    remote::HttpAccess http = remote::access_to_nobody();  ///< servers that it may ask itself
 };
 
 /// A worker's end of a link to a coordinator, from the hellos on: renders what it is asked for
@@ -59,7 +59,7 @@ public:
 
     /// Gives back what is not begun, finishes the rest, and ends the link, no later than after
     /// this. From any thread.
-    void drain(std::chrono::milliseconds patience);
+    void drain(std::chrono::milliseconds timeout);
     void abort() noexcept { m_link->abort(); }
     /// Tells the coordinator that it wants no more tiles for now, or does again. From any thread.
     void pause(bool on);
@@ -93,16 +93,17 @@ private:
     std::vector<farm::Task> m_early;             ///< tasks of that one
     std::size_t m_early_tiles = 0;
     std::shared_ptr<WorkerGround> m_ground;
-    std::vector<std::shared_ptr<Stage>> m_old;  ///< cancelled, with threads that may still run
+    std::vector<std::shared_ptr<PictureContext>>
+        m_old;  ///< cancelled, with threads that may still run
     std::optional<End> m_end;
 
     mutable std::mutex m_mutex;
     std::condition_variable m_wake;
-    std::shared_ptr<Stage> m_stage;
+    std::shared_ptr<PictureContext> m_stage;
     std::atomic<std::int64_t> m_heard_ns;
     std::atomic<std::uint64_t> m_tiles{0}, m_pixels{0};
     bool m_over = false;
     std::atomic<bool> m_paused{false}, m_draining{false};
 };
 
-}  // namespace terravox
+}  // namespace terravox::farm

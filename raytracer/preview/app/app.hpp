@@ -4,7 +4,7 @@
 #include <optional>
 #include <string>
 
-#include "raytracer/preview/desk.hpp"
+#include "raytracer/preview/editor_state.hpp"
 #include "raytracer/preview/final_render.hpp"
 #include "raytracer/preview/frame_times.hpp"
 #include "raytracer/preview/hole_watch.hpp"
@@ -20,11 +20,11 @@
 #include "raytracer/preview/probe_processor.hpp"
 #include "raytracer/preview/window.hpp"
 
-namespace terravox {
+namespace terravox::preview {
 
 struct AppOptions {
-    CrewOptions crew;        ///< of the preview
-    CrewOptions final_crew;  ///< of final pictures
+    render::RenderPoolOptions render_pool;        ///< of the preview
+    render::RenderPoolOptions final_render_pool;  ///< of final pictures
     std::string scene_file;
     bool light = false;
     std::shared_ptr<LogTail> log;  ///< what the person is told of it
@@ -37,12 +37,13 @@ struct AppOptions {
 /// changed.
 class App {
 public:
-    App(Window& window, Scene scene, std::shared_ptr<LoadedWorld> world, const AppOptions& options);
+    App(Window& window, scene::Scene scene, std::shared_ptr<render::LoadedWorld> world,
+        const AppOptions& options);
     ~App();
 
     void frame();
     [[nodiscard]] const FrameTimes& times() const noexcept { return m_times; }
-    [[nodiscard]] std::size_t holes() const { return m_desk.world->blocks.hole_count(); }
+    [[nodiscard]] std::size_t holes() const { return m_editor_state.world->blocks.hole_count(); }
     [[nodiscard]] std::uint64_t pictures() const noexcept { return m_pictures; }
 
 private:
@@ -55,38 +56,38 @@ private:
     void draw_panel();
     void hear();
     void restart_if_changed(Clock::time_point now);
-    void start(const Scene& wanted, int first_step, Clock::time_point now);
+    void start(const scene::Scene& wanted, int first_step, Clock::time_point now);
     void work(Clock::time_point until);
     void show_changes();
     void choose_first_step();
-    [[nodiscard]] Scene scene_to_show() const;
-    [[nodiscard]] std::shared_ptr<TileProcessor> begin_picture(const View& view);
+    [[nodiscard]] scene::Scene scene_to_show() const;
+    [[nodiscard]] std::shared_ptr<processors::TileProcessor> begin_picture(const shade::View& view);
     [[nodiscard]] float panel_px() const;
     [[nodiscard]] double wait_s() const;
     [[nodiscard]] bool at_rest() const;
 
     Window& m_window;
-    Desk m_desk;
+    EditorState m_editor_state;
     FinalRender m_final;
-    Crew m_crew;
+    render::RenderPool m_render_pool;
     std::shared_ptr<ProbeProcessor>
         m_probe;  ///< of the picture under way, where a layer of walks is shown
     Progressive m_picture;
-    MapPanel m_map;
+    panels::MapPanel m_map;
     PickTool m_pick;
     HoleWatch m_holes;
     Navigator m_navigator;
-    FilesPanel m_files;
-    PathPanel m_path;
-    PlacesPanel m_places;
-    ProcessorsPanel m_processors;
+    panels::FilesPanel m_files;
+    panels::PathPanel m_path;
+    panels::PlacesPanel m_places;
+    panels::ProcessorsPanel m_processors;
     ScreenPicture m_screen;
     FrameTimes m_times;
 
-    std::optional<Scene> m_shown;  ///< that the picture is of
+    std::optional<scene::Scene> m_shown;  ///< that the picture is of
     Layer m_shown_layer = Layer::kBeauty;
-    Scene::Output m_shown_output;  ///< exposure and tone that the screen has
-    Scene m_last_scene;            ///< in the last frame
+    scene::Scene::Output m_shown_output;  ///< exposure and tone that the screen has
+    scene::Scene m_last_scene;            ///< in the last frame
     std::array<int, 2> m_window_px{};
     Pane m_pane;
     int m_first_step = 8;
@@ -108,4 +109,4 @@ private:
     bool m_far = false;  ///< the world is a server's, or an archive elsewhere
 };
 
-}  // namespace terravox
+}  // namespace terravox::preview

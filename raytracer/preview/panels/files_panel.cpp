@@ -14,7 +14,7 @@
 #include "raytracer/scene/scene_io.hpp"
 #include "raytracer/scene/views.hpp"
 
-namespace terravox {
+namespace terravox::panels {
 namespace {
 
 /// File names with blanks between them.
@@ -35,112 +35,119 @@ void file_row(const char* label, std::string& file) {
 
 }  // namespace
 
-void FilesPanel::save_scene(Desk& desk) const {
+void FilesPanel::save_scene(preview::EditorState& editor_state) const {
     try {
-        util::write_file_atomically(m_scene_file, to_toml(desk.scene));
-        desk.say("saved " + m_scene_file);
-    } catch (const Error& e) {
-        desk.say(e.what(), true);
+        util::write_file_atomically(m_scene_file, scene::to_toml(editor_state.scene));
+        editor_state.say("saved " + m_scene_file);
+    } catch (const util::Error& e) {
+        editor_state.say(e.what(), true);
     }
 }
 
-void FilesPanel::open_scene(Desk& desk, const std::string& file) {
+void FilesPanel::open_scene(preview::EditorState& editor_state, const std::string& file) {
     try {
         // As the command line does, so that a named view counts.
-        const Scene opened = compose_scene({file_layer(file)});
-        desk.take(opened);
+        const scene::Scene opened = scene::compose_scene({scene::file_layer(file)});
+        editor_state.take(opened);
         m_scene_file = file;
-        const Scene usual;
+        const scene::Scene usual;
         const bool says_world = opened.world != usual.world || opened.generated != usual.generated;
-        const bool other_world = says_world && (opened.world != desk.scene.world ||
-                                                opened.generated != desk.scene.generated);
-        desk.say("opened " + file +
-                 (other_world ? "; the world stays as it was opened, whatever the file says of it"
+        const bool other_world = says_world && (opened.world != editor_state.scene.world ||
+                                                opened.generated != editor_state.scene.generated);
+        editor_state.say("opened " + file +
+                         (other_world
+                              ? "; the world stays as it was opened, whatever the file says of it"
                               : ""));
-    } catch (const Error& e) {
-        desk.say(e.what(), true);
+    } catch (const util::Error& e) {
+        editor_state.say(e.what(), true);
     }
 }
 
-void FilesPanel::save_picture(Desk& desk, const Progressive& picture) const {
+void FilesPanel::save_picture(preview::EditorState& editor_state,
+                              const preview::Progressive& picture) const {
     try {
-        const std::string layer = facts_of(desk.layer).name;
-        if (!has_picture(desk.layer))
-            throw Error(
+        const std::string layer = preview::facts_of(editor_state.layer).name;
+        if (!preview::has_picture(editor_state.layer))
+            throw util::Error(
                 "save " + m_picture_file + ": of the layer '" + layer +
                 "' there is only what the window shows; allowed: the others, such as beauty");
         if (!picture.whole())
-            throw Error("save " + m_picture_file + ": there is no whole picture yet");
-        check_image_target(m_picture_file);
-        View view = *picture.view();
-        view.exposure_ev += desk.scene.output.exposure_ev - view.scene.output.exposure_ev;
-        view.scene.output.exposure_ev = desk.scene.output.exposure_ev,
-        view.scene.output.tone = desk.scene.output.tone;
-        view.scene.output.credit = desk.scene.output.credit,
-        view.scene.output.tiff = desk.scene.output.tiff;
-        RenderStatistics statistics;
+            throw util::Error("save " + m_picture_file + ": there is no whole picture yet");
+        output::check_image_target(m_picture_file);
+        shade::View view = *picture.view();
+        view.exposure_ev += editor_state.scene.output.exposure_ev - view.scene.output.exposure_ev;
+        view.scene.output.exposure_ev = editor_state.scene.output.exposure_ev;
+        view.scene.output.tone = editor_state.scene.output.tone;
+        view.scene.output.credit = editor_state.scene.output.credit;
+        view.scene.output.tiff = editor_state.scene.output.tiff;
+        render::RenderStatistics statistics;
         statistics.counts.samples = picture.status().samples;
-        write_image(*picture.film(), m_picture_file,
-                    picture_info(view, desk.info(), statistics, false));
-        desk.say("saved " + m_picture_file + (picture.busy() ? ", as far as it is" : "") +
-                 (desk.layer != Layer::kBeauty
-                      ? ": the picture; of the layer " + layer + " only .exr"
-                      : ""));
-    } catch (const Error& e) {
-        desk.say(e.what(), true);
+        output::write_image(*picture.film(), m_picture_file,
+                            render::picture_info(view, editor_state.info(), statistics, false));
+        editor_state.say("saved " + m_picture_file + (picture.busy() ? ", as far as it is" : "") +
+                         (editor_state.layer != preview::Layer::kBeauty
+                              ? ": the picture; of the layer " + layer + " only .exr"
+                              : ""));
+    } catch (const util::Error& e) {
+        editor_state.say(e.what(), true);
     }
 }
 
-void FilesPanel::start_final(Desk& desk, FinalRender& final_render) const {
+void FilesPanel::start_final(preview::EditorState& editor_state,
+                             preview::FinalRender& final_render) const {
     const auto files = names_in(m_final_files);
     if (files.empty())
-        return desk.say("render the final picture: no file named", true);
+        return editor_state.say("render the final picture: no file named", true);
     if (final_render.runs())
-        return desk.say("render the final picture: one is being rendered; give it up first", true);
-    final_render.start(desk.world, desk.scene, files, m_crew);
+        return editor_state.say("render the final picture: one is being rendered; give it up first",
+                                true);
+    final_render.start(editor_state.world, editor_state.scene, files, m_render_pool);
 }
 
-std::string FilesPanel::command_line(const Desk& desk) const {
-    std::vector<std::string> words = desk.world->inputs;
-    for (const auto& photo : desk.world->orthophotos)
-        words.emplace_back("--ortho"), words.push_back(photo.string());
+std::string FilesPanel::command_line(const preview::EditorState& editor_state) const {
+    std::vector<std::string> words = editor_state.world->inputs;
+    for (const auto& photo : editor_state.world->orthophotos) {
+        words.emplace_back("--ortho");
+        words.push_back(photo.string());
+    }
     const auto files = names_in(m_final_files);
-    return render_command_line(desk.scene, words, files.empty() ? "picture.png" : files.front());
+    return preview::render_command_line(editor_state.scene, words,
+                                        files.empty() ? "picture.png" : files.front());
 }
 
-void FilesPanel::draw(Desk& desk, SceneForm& form, const Progressive& picture,
-                      FinalRender& final_render) {
+void FilesPanel::draw(preview::EditorState& editor_state, SceneForm& form,
+                      const preview::Progressive& picture, preview::FinalRender& final_render) {
     ImGui::TextDisabled("scene file");
     file_row("##scene file", m_scene_file);
     if (widgets::button("Save scene"))
-        save_scene(desk);
+        save_scene(editor_state);
     widgets::tip("Ctrl+S");
     ImGui::SameLine();
     if (widgets::button("Open scene"))
-        open_scene(desk);
+        open_scene(editor_state);
     widgets::tip("Ctrl+O, or drop the file on the window");
     ImGui::SameLine();
     if (widgets::button("Copy command")) {
-        ImGui::SetClipboardText(command_line(desk).c_str());
-        desk.say("the command line is on the clipboard");
+        ImGui::SetClipboardText(command_line(editor_state).c_str());
+        editor_state.say("the command line is on the clipboard");
     }
     widgets::tip("renders this scene without a window (Ctrl+K)");
     ImGui::Separator();
     ImGui::TextDisabled("the picture so far");
     file_row("##picture file", m_picture_file);
     if (widgets::button("Save picture"))
-        save_picture(desk, picture);
+        save_picture(editor_state, picture);
     widgets::tip(".png .jpg .exr .tif (Ctrl+P)");
     ImGui::Separator();
     ImGui::TextDisabled("the final picture");
     form.row("output.size");
     form.rows({"output.layers", "output.denoise", "output.credit"});
     file_row("##final files", m_final_files);
-    const FinalRender::Status status = final_render.status();
+    const preview::FinalRender::Status status = final_render.status();
     const bool runs = final_render.runs();
     if (!runs) {
         if (widgets::button("Render"))
-            start_final(desk, final_render);
+            start_final(editor_state, final_render);
         widgets::tip("beside the window: the same picture as terravox render makes (Ctrl+R)");
     } else if (widgets::button("Give up")) {
         final_render.give_up();
@@ -161,4 +168,4 @@ void FilesPanel::draw(Desk& desk, SceneForm& form, const Progressive& picture,
         ImGui::TextWrapped("%s (%.1f s)", status.message.c_str(), status.seconds);
 }
 
-}  // namespace terravox
+}  // namespace terravox::panels

@@ -3,32 +3,34 @@
 #include <string>
 #include <vector>
 
-#include "raytracer/preview/desk.hpp"
+#include "raytracer/preview/editor_state.hpp"
 #include "raytracer/preview/final_render.hpp"
 #include "raytracer/preview/progressive.hpp"
 
-namespace terravox {
+namespace terravox::panels {
 
 class SceneForm;
 
 /// Scenes and pictures to files and back, and the final picture.
 class FilesPanel {
 public:
-    /// @param scene_file where scenes go at first @param crew who renders final pictures
-    FilesPanel(std::string scene_file, CrewOptions crew)
-        : m_scene_file(std::move(scene_file)), m_crew(std::move(crew)) {}
+    /// @param scene_file where scenes go at first @param render_pool who renders final pictures
+    FilesPanel(std::string scene_file, render::RenderPoolOptions render_pool)
+        : m_scene_file(std::move(scene_file)), m_render_pool(std::move(render_pool)) {}
 
-    void draw(Desk& desk, SceneForm& form, const Progressive& picture, FinalRender& final_render);
-    void save_scene(Desk& desk) const;
-    void open_scene(Desk& desk) { open_scene(desk, m_scene_file); }
-    void open_scene(Desk& desk, const std::string& file);
-    void save_picture(Desk& desk, const Progressive& picture) const;
-    void start_final(Desk& desk, FinalRender& final_render) const;
-    [[nodiscard]] std::string command_line(const Desk& desk) const;
+    void draw(preview::EditorState& editor_state, SceneForm& form,
+              const preview::Progressive& picture, preview::FinalRender& final_render);
+    void save_scene(preview::EditorState& editor_state) const;
+    void open_scene(preview::EditorState& editor_state) { open_scene(editor_state, m_scene_file); }
+    void open_scene(preview::EditorState& editor_state, const std::string& file);
+    void save_picture(preview::EditorState& editor_state,
+                      const preview::Progressive& picture) const;
+    void start_final(preview::EditorState& editor_state, preview::FinalRender& final_render) const;
+    [[nodiscard]] std::string command_line(const preview::EditorState& editor_state) const;
 
 private:
     std::string m_scene_file, m_picture_file = "preview.png", m_final_files = "picture.png";
-    const CrewOptions m_crew;
+    const render::RenderPoolOptions m_render_pool;
 };
 
-}  // namespace terravox
+}  // namespace terravox::panels

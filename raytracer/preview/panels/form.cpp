@@ -12,7 +12,7 @@
 #include "raytracer/preview/panels/widgets.hpp"
 #include "raytracer/scene/scene_io.hpp"
 
-namespace terravox {
+namespace terravox::panels {
 namespace {
 
 struct Unit {
@@ -32,7 +32,7 @@ double meant(float v) {
 }
 
 /// What a text field holds.
-constexpr std::size_t kMostText = 200;
+constexpr std::size_t kMaxText = 200;
 
 std::string format_of(double low, double high, const std::string& unit) {
     const double span = high - low;
@@ -44,7 +44,7 @@ bool is_wide(double low, double high) {
     return low >= 0 && high > 400 * std::max(low, 1.0);
 }
 
-bool number(double& value, const FieldRule& rule, double low, double high,
+bool number(double& value, const scene::FieldRule& rule, double low, double high,
             const std::string& unit) {
     auto v = static_cast<float>(value);
     const bool has_range = std::isfinite(low) && std::isfinite(high);
@@ -62,7 +62,7 @@ bool number(double& value, const FieldRule& rule, double low, double high,
     return true;
 }
 
-bool whole_number(int& value, const FieldRule& rule, double low, double high) {
+bool whole_number(int& value, const scene::FieldRule& rule, double low, double high) {
     const ImGuiSliderFlags flags =
         is_wide(low, high) ? ImGuiSliderFlags_Logarithmic : ImGuiSliderFlags_None;
     if (!ImGui::SliderInt("##v", &value, static_cast<int>(low), static_cast<int>(high), "%d",
@@ -74,11 +74,12 @@ bool whole_number(int& value, const FieldRule& rule, double low, double high) {
 
 }  // namespace
 
-SceneForm::SceneForm(Scene& scene, Scene& usual) : m_scene(scene) {
-    visit_fields(scene, [this](std::string_view path, auto& field, const FieldRule& rule) {
-        m_fields.emplace(path, Field{&field, &field, rule});
-    });
-    visit_fields(usual, [this](std::string_view path, auto& field, const FieldRule&) {
+SceneForm::SceneForm(scene::Scene& scene, scene::Scene& usual) : m_scene(scene) {
+    scene::visit_fields(scene,
+                        [this](std::string_view path, auto& field, const scene::FieldRule& rule) {
+                            m_fields.emplace(path, Field{&field, &field, rule});
+                        });
+    scene::visit_fields(usual, [this](std::string_view path, auto& field, const scene::FieldRule&) {
         m_fields.at(path).usual = &field;
     });
 }
@@ -87,7 +88,8 @@ SceneForm::Label SceneForm::label_of(std::string_view path) {
     std::string name(path.substr(path.find('.') + 1)), unit;
     for (const Unit& u : kUnits)
         if (name.size() > u.ending.size() && name.ends_with(u.ending)) {
-            name.resize(name.size() - u.ending.size()), unit = u.unit;
+            name.resize(name.size() - u.ending.size());
+            unit = u.unit;
             break;
         }
     std::replace(name.begin(), name.end(), '_', ' ');
@@ -97,7 +99,7 @@ SceneForm::Label SceneForm::label_of(std::string_view path) {
 bool SceneForm::row(std::string_view path) {
     const auto found = m_fields.find(path);
     if (found == m_fields.end())
-        throw Error("show the field " + std::string(path) + ": no such field of a scene");
+        throw util::Error("show the field " + std::string(path) + ": no such field of a scene");
     return draw(path, found->second, found->second.rule.min, found->second.rule.max,
                 std::numeric_limits<double>::quiet_NaN());
 }
@@ -105,7 +107,7 @@ bool SceneForm::row(std::string_view path) {
 bool SceneForm::row(std::string_view path, double low, double high, double from) {
     const auto found = m_fields.find(path);
     if (found == m_fields.end())
-        throw Error("show the field " + std::string(path) + ": no such field of a scene");
+        throw util::Error("show the field " + std::string(path) + ": no such field of a scene");
     return draw(path, found->second, low, high, from);
 }
 
@@ -127,13 +129,13 @@ bool SceneForm::draw(std::string_view path, Field& field, double low, double hig
     ImGui::SetNextItemWidth(width * 0.58f - reset_width - ImGui::GetStyle().ItemSpacing.x);
     bool changed = false;
     const auto text_row = [&](const std::string& now) {
-        const auto said = widgets::text_input("##v", now, kMostText);
+        const auto said = widgets::text_input("##v", now, kMaxText);
         if (!said || said->text == now)
             return;
         try {
-            set_field(m_scene, std::string(path), said->text);
+            scene::set_field(m_scene, std::string(path), said->text);
             changed = true;
-        } catch (const Error& e) {
+        } catch (const util::Error& e) {
             m_problem = e.what();
         }
     };
@@ -221,15 +223,15 @@ bool SceneForm::draw(std::string_view path, Field& field, double low, double hig
         void operator()(std::array<int, 2>* v) const {
             text(std::to_string((*v)[0]) + "x" + std::to_string((*v)[1]));
         }
-        void operator()(TileSize* v) const { text(v->text()); }
+        void operator()(scene::TileSize* v) const { text(v->text()); }
     };
     const Drawing drawing{text_row, choose, maybe, field, low, high, from, label, changed};
     std::visit(
         [&](auto* value) {
             using Held = std::remove_pointer_t<decltype(value)>;
-            if constexpr (WordEnum<Held>) {
-                if (const auto word = choose(word_of(*value)))
-                    *value = from_word<Held>(*word).value_or(*value);
+            if constexpr (core::WordEnum<Held>) {
+                if (const auto word = choose(core::word_of(*value)))
+                    *value = core::from_word<Held>(*word).value_or(*value);
             } else {
                 drawing(value);
             }
@@ -249,4 +251,4 @@ bool SceneForm::draw(std::string_view path, Field& field, double low, double hig
     return changed;
 }
 
-}  // namespace terravox
+}  // namespace terravox::panels

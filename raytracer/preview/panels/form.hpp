@@ -8,7 +8,7 @@
 
 #include "raytracer/scene/scene_fields.hpp"
 
-namespace terravox {
+namespace terravox::panels {
 
 /// Rows of a panel, one for each field of a scene: its name, its value with its unit, and a way
 /// back to what it was. What a field is called, where its range ends and what it is for comes from
@@ -16,7 +16,7 @@ namespace terravox {
 class SceneForm {
 public:
     /// @param usual what a reset goes back to; of the same world
-    SceneForm(Scene& scene, Scene& usual);
+    SceneForm(scene::Scene& scene, scene::Scene& usual);
 
     /// @param path "section.field" @return it has changed
     bool row(std::string_view path);
@@ -42,17 +42,18 @@ private:
     using Value =
         std::variant<double*, std::optional<double>*, int*, std::optional<int>*, bool*,
                      std::string*, std::optional<std::array<double, 3>>*, std::array<int, 2>*,
-                     TileSize*, CameraProjection*, CoordinateSpace*, SkyModel*, ToneCurve*,
-                     PictureLayers*, TiffSamples*, Integrator*, TileOrder*, VoxelColour*>;
+                     scene::TileSize*, core::CameraProjection*, core::CoordinateSpace*,
+                     core::SkyModel*, core::ToneCurve*, core::PictureLayers*, core::TiffSamples*,
+                     core::Integrator*, core::TileOrder*, core::VoxelColour*>;
     struct Field {
         Value value, usual;
-        FieldRule rule;
+        scene::FieldRule rule;
     };
     bool draw(std::string_view path, Field& field, double low, double high, double from);
 
-    Scene& m_scene;
+    scene::Scene& m_scene;
     std::map<std::string_view, Field> m_fields;
     std::string m_problem;
 };
 
-}  // namespace terravox
+}  // namespace terravox::panels

@@ -34,14 +34,14 @@ constexpr std::array kLines{
 
 }  // namespace
 
-void draw_help(Desk& desk, std::array<int, 2> window_px) {
-    if (!desk.shows_help)
+void draw_help(preview::EditorState& editor_state, std::array<int, 2> window_px) {
+    if (!editor_state.shows_help)
         return;
     ImGui::SetNextWindowPos(
         {static_cast<float>(window_px[0]) / 2, static_cast<float>(window_px[1]) / 2},
         ImGuiCond_Always, {0.5f, 0.5f});
     ImGui::Begin(
-        "Help", &desk.shows_help,
+        "Help", &editor_state.shows_help,
         ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoCollapse);
     for (const Line& line : kLines) {
         ImGui::TextUnformatted(line.keys);

@@ -2,11 +2,11 @@
 
 #include <array>
 
-#include "raytracer/preview/desk.hpp"
+#include "raytracer/preview/editor_state.hpp"
 
 namespace terravox::panels {
 
 /// What keys and mouse do; closes itself.
-void draw_help(Desk& desk, std::array<int, 2> window_px);
+void draw_help(preview::EditorState& editor_state, std::array<int, 2> window_px);
 
 }  // namespace terravox::panels

@@ -9,32 +9,33 @@
 #include "common/util/error.hpp"
 #include "raytracer/preview/panels/widgets.hpp"
 
-namespace terravox {
+namespace terravox::panels {
 namespace {
 
-constexpr float kMostOfWindow = 0.2f;  // of its width
+constexpr float kMaxOfWindow = 0.2f;  // of its width
 
 }  // namespace
 
-MapPanel::MapPanel(Desk& desk, int edge_px) {
+MapPanel::MapPanel(preview::EditorState& editor_state, int edge_px) {
     try {
-        m_map = std::make_unique<MiniMap>(desk.world->blocks, desk.scene, edge_px);
-    } catch (const Error& e) {
-        desk.say(e.what(), true);
+        m_map = std::make_unique<preview::MiniMap>(editor_state.world->blocks, editor_state.scene,
+                                                   edge_px);
+    } catch (const util::Error& e) {
+        editor_state.say(e.what(), true);
     }
 }
 
-void MapPanel::draw(Desk& desk, PickTool& tool, const std::shared_ptr<const View>& view,
-                    std::array<float, 2> corner) {
-    if (!desk.shows_map || !m_map || m_map->version() == 0)
+void MapPanel::draw(preview::EditorState& editor_state, preview::PickTool& tool,
+                    const std::shared_ptr<const shade::View>& view, std::array<float, 2> corner) {
+    if (!editor_state.shows_map || !m_map || m_map->version() == 0)
         return;
-    const ScreenPicture& screen = m_map->screen();
+    const preview::ScreenPicture& screen = m_map->screen();
     if (m_map->version() != m_version)
         m_texture.set(screen, 0, screen.height_px);
     m_version = m_map->version();
     const float font = ImGui::GetFontSize();
     const float scale =
-        std::min(1.0f, kMostOfWindow * corner[0] /
+        std::min(1.0f, kMaxOfWindow * corner[0] /
                            static_cast<float>(std::max(screen.width_px, screen.height_px)));
     const ImVec2 size{static_cast<float>(screen.width_px) * scale,
                       static_cast<float>(screen.height_px) * scale};
@@ -54,9 +55,9 @@ void MapPanel::draw(Desk& desk, PickTool& tool, const std::shared_ptr<const View
         const ImVec2 mouse = ImGui::GetIO().MousePos;
         const auto [x, z] = m_map->place_of(static_cast<double>((mouse.x - low.x) / size.x),
                                             static_cast<double>((mouse.y - low.y) / size.y));
-        tool.go(desk, x, z, view);
+        tool.go(editor_state, x, z, view);
     }
-    const auto point = [&](Vec3 p) {
+    const auto point = [&](core::Vec3 p) {
         const auto [right, down] = m_map->share_of(p.x, p.z);
         return ImVec2{low.x + static_cast<float>(right) * size.x,
                       low.y + static_cast<float>(down) * size.y};
@@ -65,31 +66,35 @@ void MapPanel::draw(Desk& desk, PickTool& tool, const std::shared_ptr<const View
     list.PushClipRect(low, {low.x + size.x, low.y + size.y}, true);
     constexpr double kRad = std::numbers::pi / 180;
     const double half =
-        view ? std::atan(std::tan(std::min(desk.scene.camera.fov_deg, 170.0) / 2 * kRad) *
+        view ? std::atan(std::tan(std::min(editor_state.scene.camera.fov_deg, 170.0) / 2 * kRad) *
                          view->scene.output.size_px[0] / view->scene.output.size_px[1])
              : 0;
-    const double open = std::clamp(half, 2 * kRad, 85 * kRad), reach = desk.viewpoint.distance();
+    const double open = std::clamp(half, 2 * kRad, 85 * kRad),
+                 reach = editor_state.viewpoint.distance();
     const auto edge = [&](double turn) {
-        const double h = desk.viewpoint.heading_deg() * kRad + turn;
-        return point(desk.viewpoint.position + Vec3{std::sin(h), 0, -std::cos(h)} * reach);
+        const double h = editor_state.viewpoint.heading_deg() * kRad + turn;
+        return point(editor_state.viewpoint.position +
+                     core::Vec3{std::sin(h), 0, -std::cos(h)} * reach);
     };
-    const ImVec2 eye = point(desk.viewpoint.position), left = edge(-open), right = edge(open);
+    const ImVec2 eye = point(editor_state.viewpoint.position), left = edge(-open),
+                 right = edge(open);
     constexpr ImU32 kLine = IM_COL32(255, 230, 80, 220);
     // Only a perspective's rays spread from the eye; of others the way that they look is shown.
-    if (view && view->camera.projection() == Projection::kPerspective) {
+    if (view && view->camera.projection() == scene::Projection::kPerspective) {
         list.AddTriangleFilled(eye, left, right, IM_COL32(255, 230, 80, 70));
         list.AddTriangle(eye, left, right, kLine, 1.5f);
     } else {
-        list.AddLine(eye, point(desk.viewpoint.target), kLine, 1.5f);
+        list.AddLine(eye, point(editor_state.viewpoint.target), kLine, 1.5f);
     }
     // Who stands beyond the map is shown at its edge.
     const ImVec2 shown{std::clamp(eye.x, low.x, low.x + size.x),
                        std::clamp(eye.y, low.y, low.y + size.y)};
     list.AddCircleFilled(shown, font * 0.3f, IM_COL32(255, 90, 60, 255));
-    list.AddCircle(point(desk.viewpoint.target), font * 0.3f, IM_COL32(90, 220, 255, 255), 0, 2);
+    list.AddCircle(point(editor_state.viewpoint.target), font * 0.3f, IM_COL32(90, 220, 255, 255),
+                   0, 2);
     list.PopClipRect();
     ImGui::End();
     ImGui::PopStyleVar();
 }
 
-}  // namespace terravox
+}  // namespace terravox::panels

@@ -3,12 +3,12 @@
 #include <array>
 #include <memory>
 
-#include "raytracer/preview/desk.hpp"
+#include "raytracer/preview/editor_state.hpp"
 #include "raytracer/preview/mini_map.hpp"
 #include "raytracer/preview/pick_tool.hpp"
 #include "raytracer/preview/window.hpp"
 
-namespace terravox {
+namespace terravox::panels {
 
 /// The map in a corner of the window: where one stands, what one looks at and how wide; a click
 /// goes there.
@@ -16,7 +16,7 @@ class MapPanel {
 public:
     /// Of a world that no map can be made of it says so; then nothing is drawn. @param edge_px of
     /// the longer side
-    MapPanel(Desk& desk, int edge_px);
+    MapPanel(preview::EditorState& editor_state, int edge_px);
 
     [[nodiscard]] bool busy() const noexcept { return m_map && m_map->busy(); }
     /// Boxes that were holes may be there now.
@@ -25,15 +25,15 @@ public:
             m_map->begin();
     }
     /// Goes on with the map until then. @throws Error
-    void work(Progressive::Clock::time_point until) { m_map->work(until); }
+    void work(preview::Progressive::Clock::time_point until) { m_map->work(until); }
     /// @param view of the picture that is seen @param corner its lower right one, pixels
-    void draw(Desk& desk, PickTool& tool, const std::shared_ptr<const View>& view,
-              std::array<float, 2> corner);
+    void draw(preview::EditorState& editor_state, preview::PickTool& tool,
+              const std::shared_ptr<const shade::View>& view, std::array<float, 2> corner);
 
 private:
-    std::unique_ptr<MiniMap> m_map;
+    std::unique_ptr<preview::MiniMap> m_map;
     std::uint64_t m_version = 0;  ///< of the map that the texture shows
-    Texture m_texture;
+    preview::Texture m_texture;
 };
 
-}  // namespace terravox
+}  // namespace terravox::panels

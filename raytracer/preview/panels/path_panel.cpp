@@ -11,44 +11,45 @@
 #include "common/util/error.hpp"
 #include "raytracer/preview/panels/widgets.hpp"
 
-namespace terravox {
+namespace terravox::panels {
 
-std::optional<Animation> PathPanel::make(Desk& desk) const {
+std::optional<animate::Animation> PathPanel::make(preview::EditorState& editor_state) const {
     try {
-        return m_path.animation(desk.scene);
-    } catch (const Error& e) {
-        desk.say(e.what(), true);
+        return m_path.animation(editor_state.scene);
+    } catch (const util::Error& e) {
+        editor_state.say(e.what(), true);
         return std::nullopt;
     }
 }
 
-void PathPanel::add_key(Desk& desk) {
-    m_chosen = m_path.put(m_time_s, desk.placed());
+void PathPanel::add_key(preview::EditorState& editor_state) {
+    m_chosen = m_path.put(m_time_s, editor_state.placed());
     std::array<char, 60> said{};
     std::snprintf(said.data(), said.size(), "key frame at %.2f s", m_time_s);
-    desk.say(said.data());
+    editor_state.say(said.data());
     // The next key is mostly a later one.
     constexpr double kNext_s = 3;
     m_time_s += kNext_s;
     m_length_s = std::max(m_length_s, m_time_s);
 }
 
-void PathPanel::toggle(Desk& desk) {
+void PathPanel::toggle(preview::EditorState& editor_state) {
     if (playing()) {
         m_animation.reset();
         return;
     }
     if (m_path.keys().empty())
-        return desk.say("play the flight: it has no key frames", true);
+        return editor_state.say("play the flight: it has no key frames", true);
     if (m_time_s >= m_path.seconds())
         m_time_s = 0;
-    m_animation = make(desk);
-    m_before = desk.placed();
-    desk.history.note(desk.scene);
-    m_began = std::chrono::steady_clock::now(), m_began_s = m_time_s;
+    m_animation = make(editor_state);
+    m_before = editor_state.placed();
+    editor_state.history.note(editor_state.scene);
+    m_began = std::chrono::steady_clock::now();
+    m_began_s = m_time_s;
 }
 
-void PathPanel::play(Desk& desk, bool ready) {
+void PathPanel::play(preview::EditorState& editor_state, bool ready) {
     if (!playing())
         return;
     m_time_s = m_began_s +
@@ -60,42 +61,43 @@ void PathPanel::play(Desk& desk, bool ready) {
     const int frame = std::clamp(static_cast<int>(std::lround(m_time_s * m_animation->fps())), 0,
                                  m_animation->frames() - 1);
     try {
-        desk.show(m_animation->at(frame, m_before));
-    } catch (const Error& e) {
-        desk.say(e.what(), true);
+        editor_state.show(m_animation->at(frame, m_before));
+    } catch (const util::Error& e) {
+        editor_state.say(e.what(), true);
         m_animation.reset();
     }
     if (m_time_s >= m_path.seconds())
         m_animation.reset();
 }
 
-void PathPanel::show(Desk& desk, double time_s) {
+void PathPanel::show(preview::EditorState& editor_state, double time_s) {
     m_time_s = std::max(time_s, 0.0);
     if (m_path.keys().empty())
         return;
     try {
-        const Animation animation = m_path.animation(desk.scene);
-        desk.show(animation.at(std::clamp(static_cast<int>(std::lround(m_time_s * animation.fps())),
-                                          0, animation.frames() - 1),
-                               desk.placed()));
-    } catch (const Error& e) {
-        desk.say(e.what(), true);
+        const animate::Animation animation = m_path.animation(editor_state.scene);
+        editor_state.show(
+            animation.at(std::clamp(static_cast<int>(std::lround(m_time_s * animation.fps())), 0,
+                                    animation.frames() - 1),
+                         editor_state.placed()));
+    } catch (const util::Error& e) {
+        editor_state.say(e.what(), true);
     }
 }
 
-void PathPanel::save(Desk& desk) {
+void PathPanel::save(preview::EditorState& editor_state) {
     try {
-        (void)m_path.animation(desk.scene);
-        util::write_file_atomically(m_file, m_path.to_toml(desk.scene));
-        desk.say("saved " + m_file + "; terravox animate " + m_file +
-                 " WORLD makes pictures of it");
-    } catch (const Error& e) {
-        desk.say(e.what(), true);
+        (void)m_path.animation(editor_state.scene);
+        util::write_file_atomically(m_file, m_path.to_toml(editor_state.scene));
+        editor_state.say("saved " + m_file + "; terravox animate " + m_file +
+                         " WORLD makes pictures of it");
+    } catch (const util::Error& e) {
+        editor_state.say(e.what(), true);
     }
 }
 
 // Keys are diamonds on a line, which can be dragged; a click between them goes there.
-void PathPanel::draw_line(Desk& desk) {
+void PathPanel::draw_line(preview::EditorState& editor_state) {
     const float font = ImGui::GetFontSize(), width = ImGui::GetContentRegionAvail().x,
                 height = font * 2;
     const ImVec2 low = ImGui::GetCursorScreenPos();
@@ -122,7 +124,7 @@ void PathPanel::draw_line(Desk& desk) {
     if (by_mouse && m_chosen && ImGui::IsMouseDragging(ImGuiMouseButton_Left))
         m_path.move(*m_chosen, time_of(mouse));
     else if (by_mouse)
-        show(desk, m_chosen ? m_path.keys()[*m_chosen].time_s : time_of(mouse));
+        show(editor_state, m_chosen ? m_path.keys()[*m_chosen].time_s : time_of(mouse));
     list.AddLine({left, middle}, {left + span, middle}, line, 2);
     const double every_s = m_length_s > 60 ? 10 : m_length_s > 20 ? 5 : 1;
     for (double s = 0; s <= m_length_s + 1e-6; s += every_s)
@@ -139,8 +141,9 @@ void PathPanel::draw_line(Desk& desk) {
     list.AddLine({x_of(m_time_s), low.y}, {x_of(m_time_s), low.y + height}, now, 2);
 }
 
-float PathPanel::draw(Desk& desk, float panel_px, std::array<int, 2> window_px) {
-    if (!desk.shows_path)
+float PathPanel::draw(preview::EditorState& editor_state, float panel_px,
+                      std::array<int, 2> window_px) {
+    if (!editor_state.shows_path)
         return 0;
     const float font = ImGui::GetFontSize();
     const float left = panel_px + font;
@@ -149,16 +152,18 @@ float PathPanel::draw(Desk& desk, float panel_px, std::array<int, 2> window_px) 
     ImGui::SetNextWindowSize(
         {std::max(static_cast<float>(window_px[0]) - left - font, font * 20), 0});
     ImGui::Begin(
-        "Flight", &desk.shows_path,
+        "Flight", &editor_state.shows_path,
         ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoResize | ImGuiWindowFlags_NoFocusOnAppearing);
     if (widgets::button("Add key (K)"))
-        add_key(desk);
+        add_key(editor_state);
     ImGui::SameLine();
     if (widgets::button(playing() ? "Stop (P)" : "Play (P)"))
-        toggle(desk);
+        toggle(editor_state);
     ImGui::SameLine();
-    if (widgets::button("Remove key", m_chosen.has_value()))
-        m_path.remove(*m_chosen), m_chosen.reset();
+    if (widgets::button("Remove key", m_chosen.has_value())) {
+        m_path.remove(*m_chosen);
+        m_chosen.reset();
+    }
     ImGui::SameLine();
     ImGui::Checkbox("ease", &m_path.ease);
     widgets::tip("it begins and ends at rest");
@@ -174,7 +179,7 @@ float PathPanel::draw(Desk& desk, float panel_px, std::array<int, 2> window_px) 
         m_length_s =
             std::clamp(static_cast<double>(length), std::max(1.0, m_path.seconds()), 3600.0);
     widgets::tip("how much time the line shows");
-    draw_line(desk);
+    draw_line(editor_state);
     ImGui::Text("%.2f s", m_time_s);
     ImGui::SameLine();
     ImGui::SetNextItemWidth(ImGui::GetContentRegionAvail().x - font * 8);
@@ -182,10 +187,10 @@ float PathPanel::draw(Desk& desk, float panel_px, std::array<int, 2> window_px) 
         m_file = typed->text;
     ImGui::SameLine();
     if (widgets::button("Save flight", !m_path.keys().empty()))
-        save(desk);
+        save(editor_state);
     const float height = ImGui::GetWindowHeight();
     ImGui::End();
     return height;
 }
 
-}  // namespace terravox
+}  // namespace terravox::panels

@@ -5,37 +5,37 @@
 #include <string>
 
 #include "raytracer/preview/camera_path.hpp"
-#include "raytracer/preview/desk.hpp"
+#include "raytracer/preview/editor_state.hpp"
 
-namespace terravox {
+namespace terravox::panels {
 
 /// A time line with the key frames of a flight: made, moved, played and saved.
 class PathPanel {
 public:
     /// Its window, along the lower edge beside the panel. @return its height, pixels; 0 while it is
     /// not shown
-    float draw(Desk& desk, float panel_px, std::array<int, 2> window_px);
+    float draw(preview::EditorState& editor_state, float panel_px, std::array<int, 2> window_px);
     /// While it plays: the scene of this moment goes to the desk. @param ready the last one has
     /// been seen
-    void play(Desk& desk, bool ready);
-    void add_key(Desk& desk);
-    void toggle(Desk& desk);
+    void play(preview::EditorState& editor_state, bool ready);
+    void add_key(preview::EditorState& editor_state);
+    void toggle(preview::EditorState& editor_state);
     [[nodiscard]] bool playing() const noexcept { return m_animation.has_value(); }
 
 private:
-    void show(Desk& desk, double time_s);
-    void save(Desk& desk);
-    void draw_line(Desk& desk);
-    std::optional<Animation> make(Desk& desk) const;
+    void show(preview::EditorState& editor_state, double time_s);
+    void save(preview::EditorState& editor_state);
+    void draw_line(preview::EditorState& editor_state);
+    std::optional<animate::Animation> make(preview::EditorState& editor_state) const;
 
-    CameraPath m_path;
+    preview::CameraPath m_path;
     double m_time_s = 0, m_length_s = 10;
     std::optional<std::size_t> m_chosen;
     std::string m_file = "flight.toml";
-    std::optional<Animation> m_animation;  ///< that plays
-    Scene m_before;                        ///< what it plays over
+    std::optional<animate::Animation> m_animation;  ///< that plays
+    scene::Scene m_before;                          ///< what it plays over
     std::chrono::steady_clock::time_point m_began;
     double m_began_s = 0;
 };
 
-}  // namespace terravox
+}  // namespace terravox::panels

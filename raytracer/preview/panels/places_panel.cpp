@@ -11,27 +11,29 @@
 #include "raytracer/preview/panels/widgets.hpp"
 #include "raytracer/scene/scene_table.hpp"
 
-namespace terravox {
+namespace terravox::panels {
 namespace {
 
 /// The scene as a view changes it; the rest stays.
-Scene seen_from(const NamedView& view, Scene scene) {
-    scene.camera.position.reset(), scene.camera.target.reset(), scene.camera.height_m.reset();
-    read_scene_table(view.fields, "go to the view " + view.name, scene);
+scene::Scene seen_from(const scene::NamedView& view, scene::Scene scene) {
+    scene.camera.position.reset();
+    scene.camera.target.reset();
+    scene.camera.height_m.reset();
+    scene::read_scene_table(view.fields, "go to the view " + view.name, scene);
     return scene;
 }
 
 /// Whether it shows something of the world: what it looks at lies over it, or next to it.
-bool lies_in(const NamedView& view, const voxel::WorldInfo& world) {
+bool lies_in(const scene::NamedView& view, const voxel::WorldInfo& world) {
     try {
-        const Scene scene = seen_from(view, Scene{});
+        const scene::Scene scene = seen_from(view, scene::Scene{});
         if (!scene.camera.target)
             return false;
-        const Vec3 at = to_voxels(*scene.camera.target, scene.camera.space, world);
+        const core::Vec3 at = scene::to_voxels(*scene.camera.target, scene.camera.space, world);
         const double margin = 1000 / world.voxel_m;
         return at.x > world.bounds.min[0] - margin && at.x < world.bounds.max[0] + margin &&
                at.z > world.bounds.min[2] - margin && at.z < world.bounds.max[2] + margin;
-    } catch (const Error&) {
+    } catch (const util::Error&) {
         return false;
     }
 }
@@ -50,51 +52,54 @@ std::array<double, 2> parse_place(const std::string& text, const voxel::WorldInf
             ++at;
         const auto [next, failed] = std::from_chars(at, end, v[i]);
         if (failed != std::errc{} || !std::isfinite(v[i]))
-            throw UsageError(attempt + "not two numbers; allowed: " + allowed);
+            throw util::UsageError(attempt + "not two numbers; allowed: " + allowed);
         at = next;
     }
     while (at != end && *at == ' ')
         ++at;
     if (at != end)
-        throw UsageError(attempt + "more than two numbers; allowed: " + allowed);
+        throw util::UsageError(attempt + "more than two numbers; allowed: " + allowed);
     if (world.crs.empty())
         return v;
     const bool degrees = std::abs(v[0]) <= 90 && std::abs(v[1]) <= 180;
-    Vec3 there;
+    core::Vec3 there;
     try {
-        there = to_voxels({v[0], v[1], 0},
-                          degrees ? CoordinateSpace::kLatLon : CoordinateSpace::kCrs, world);
-    } catch (const Error&) {
-        throw UsageError(attempt + "no place that " + world.crs + " can tell; allowed: " + allowed);
+        there = scene::to_voxels(
+            {v[0], v[1], 0}, degrees ? core::CoordinateSpace::kLatLon : core::CoordinateSpace::kCrs,
+            world);
+    } catch (const util::Error&) {
+        throw util::UsageError(attempt + "no place that " + world.crs +
+                               " can tell; allowed: " + allowed);
     }
     if (!(std::abs(there.x) < 1e9) || !(std::abs(there.z) < 1e9))
-        throw UsageError(attempt + "beyond 10^9 voxels; allowed: " + allowed);
+        throw util::UsageError(attempt + "beyond 10^9 voxels; allowed: " + allowed);
     return {there.x, there.z};
 }
 
-void PlacesPanel::draw(Desk& desk, PickTool& tool, const std::shared_ptr<const View>& view) {
+void PlacesPanel::draw(preview::EditorState& editor_state, preview::PickTool& tool,
+                       const std::shared_ptr<const shade::View>& view) {
     if (!m_views) {
         m_views.emplace();
         try {
-            for (NamedView& v : read_view_folder(util::config_dir() / "views"))
-                if (lies_in(v, desk.info()))
+            for (scene::NamedView& v : scene::read_view_folder(util::config_dir() / "views"))
+                if (lies_in(v, editor_state.info()))
                     m_views->push_back(std::move(v));
-        } catch (const Error& e) {
-            desk.say(e.what(), true);
+        } catch (const util::Error& e) {
+            editor_state.say(e.what(), true);
         }
     }
-    const auto go_to = [&](const Scene& scene) {
+    const auto go_to = [&](const scene::Scene& scene) {
         try {
-            desk.take(scene);
-        } catch (const Error& e) {
-            desk.say(e.what(), true);
+            editor_state.take(scene);
+        } catch (const util::Error& e) {
+            editor_state.say(e.what(), true);
         }
     };
     if (m_views->empty())
         ImGui::TextDisabled("config/views has no view of this place");
-    for (const NamedView& v : *m_views) {
+    for (const scene::NamedView& v : *m_views) {
         if (widgets::button(v.name.c_str()))
-            go_to(seen_from(v, desk.scene));
+            go_to(seen_from(v, editor_state.scene));
         widgets::tip(v.title);
         const bool last = &v == &m_views->back();
         const float next = last ? 0
@@ -105,25 +110,25 @@ void PlacesPanel::draw(Desk& desk, PickTool& tool, const std::shared_ptr<const V
             ImGui::SameLine();
     }
     ImGui::SetNextItemWidth(ImGui::GetContentRegionAvail().x * 0.7f);
-    const auto typed = widgets::text_input("##place", m_place, 100,
-                                           desk.info().crs.empty() ? "x, z" : "lat, lon or E, N");
+    const auto typed = widgets::text_input(
+        "##place", m_place, 100, editor_state.info().crs.empty() ? "x, z" : "lat, lon or E, N");
     widgets::tell_place("place");
     if (typed)
         m_place = typed->text;
     ImGui::SameLine();
     if ((ImGui::Button("Go") || (typed && typed->entered)) && !m_place.empty() && view) {
         try {
-            const auto [x, z] = parse_place(m_place, desk.info());
-            tool.go(desk, x, z, view);
-        } catch (const Error& e) {
-            desk.say(e.what(), true);
+            const auto [x, z] = parse_place(m_place, editor_state.info());
+            tool.go(editor_state, x, z, view);
+        } catch (const util::Error& e) {
+            editor_state.say(e.what(), true);
         }
     }
-    ImGui::Checkbox("map", &desk.shows_map);
+    ImGui::Checkbox("map", &editor_state.shows_map);
     ImGui::SameLine();
-    if (ImGui::Checkbox("measure (M)", &desk.measures))
+    if (ImGui::Checkbox("measure (M)", &editor_state.measures))
         tool.clear();
     widgets::tip("click on one end, then on the other");
 }
 
-}  // namespace terravox
+}  // namespace terravox::panels

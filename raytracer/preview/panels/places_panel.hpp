@@ -7,16 +7,17 @@
 #include "raytracer/preview/pick_tool.hpp"
 #include "raytracer/scene/views.hpp"
 
-namespace terravox {
+namespace terravox::panels {
 
 /// Where to go: named views, and coordinates.
 class PlacesPanel {
 public:
     /// @param view of the picture that is seen
-    void draw(Desk& desk, PickTool& tool, const std::shared_ptr<const View>& view);
+    void draw(preview::EditorState& editor_state, preview::PickTool& tool,
+              const std::shared_ptr<const shade::View>& view);
 
 private:
-    std::optional<std::vector<NamedView>>
+    std::optional<std::vector<scene::NamedView>>
         m_views;  ///< those that lie in this world; read when they are first shown
     std::string m_place;
 };
@@ -26,4 +27,4 @@ private:
 [[nodiscard]] std::array<double, 2> parse_place(const std::string& text,
                                                 const voxel::WorldInfo& world);
 
-}  // namespace terravox
+}  // namespace terravox::panels

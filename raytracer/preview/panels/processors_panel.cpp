@@ -8,7 +8,7 @@
 #include "common/util/error.hpp"
 #include "raytracer/preview/panels/widgets.hpp"
 
-namespace terravox {
+namespace terravox::panels {
 namespace {
 
 constexpr std::chrono::milliseconds kAskAgain{250};
@@ -17,8 +17,8 @@ constexpr double kSmooth_s = 1;
 }  // namespace
 
 void ProcessorsPanel::note_speeds(double passed_s) {
-    std::map<ProcessorPool::MemberId, Speed> speeds;
-    for (const Crew::Hand& h : m_hands) {
+    std::map<processors::ProcessorPool::MemberId, Speed> speeds;
+    for (const render::RenderPool::Participant& h : m_participants) {
         // Another picture has other members, which count from 0 and may have the numbers of the
         // last.
         const Speed before = m_speeds[h.status.id];
@@ -32,27 +32,29 @@ void ProcessorsPanel::note_speeds(double passed_s) {
     m_speeds = std::move(speeds);
 }
 
-void ProcessorsPanel::draw(Desk& desk, Crew& crew) {
+void ProcessorsPanel::draw(preview::EditorState& editor_state, render::RenderPool& render_pool) {
     const auto now = std::chrono::steady_clock::now();
     if (now - m_asked > kAskAgain) {
         const double passed_s = std::chrono::duration<double>(now - m_asked).count();
-        m_hands = crew.hands(), m_dialled = crew.dialled(), m_asked = now;
+        m_participants = render_pool.participants();
+        m_dialled = render_pool.dialled();
+        m_asked = now;
         note_speeds(passed_s);
     }
-    const bool alone = crew.threads() == 0 && m_dialled.empty();
-    bool green = crew.green();
+    const bool alone = render_pool.threads() == 0 && m_dialled.empty();
+    bool green = render_pool.green();
     ImGui::BeginDisabled(green && alone);
     if (ImGui::Checkbox("green: on the window's own thread", &green))
-        crew.set_green(green);
+        render_pool.set_green(green);
     widgets::tell_place("green");
     ImGui::EndDisabled();
     widgets::tip("rays between two frames, for a slice of time");
-    int threads = crew.threads();
+    int threads = render_pool.threads();
     ImGui::SetNextItemWidth(ImGui::GetContentRegionAvail().x * 0.5f);
     if (ImGui::SliderInt("threads", &threads, 0, 2 * thread::thread_count(0))) {
-        crew.set_threads(std::clamp(threads, 0, 1024));
+        render_pool.set_threads(std::clamp(threads, 0, 1024));
         if (threads == 0 && m_dialled.empty())
-            crew.set_green(true);  // somebody must
+            render_pool.set_green(true);  // somebody must
     }
     widgets::tell_place("threads");
     ImGui::SetNextItemWidth(ImGui::GetContentRegionAvail().x * 0.5f);
@@ -62,18 +64,18 @@ void ProcessorsPanel::draw(Desk& desk, Crew& crew) {
     ImGui::SameLine();
     if (widgets::button("Add worker", !m_address.empty())) {
         try {
-            crew.dial(net::Address::parse(m_address, net::kWorkerPort));
+            render_pool.dial(sockets::Address::parse(m_address, net::kWorkerPort));
             m_address.clear();
-        } catch (const Error& e) {
-            desk.say(e.what(), true);
+        } catch (const util::Error& e) {
+            editor_state.say(e.what(), true);
         }
     }
     for (const std::string& address : m_dialled) {
         ImGui::PushID(address.c_str());
         if (ImGui::SmallButton("x")) {
-            crew.hang_up(address);
-            if (crew.threads() == 0 && m_dialled.size() == 1)
-                crew.set_green(true);
+            render_pool.hang_up(address);
+            if (render_pool.threads() == 0 && m_dialled.size() == 1)
+                render_pool.set_green(true);
         }
         widgets::tip("send it away");
         ImGui::SameLine();
@@ -82,14 +84,15 @@ void ProcessorsPanel::draw(Desk& desk, Crew& crew) {
     }
     constexpr ImGuiTableFlags kTable =
         ImGuiTableFlags_RowBg | ImGuiTableFlags_BordersInnerV | ImGuiTableFlags_SizingStretchProp;
-    if (m_hands.empty() || !ImGui::BeginTable("hands", 6, kTable))
+    if (m_participants.empty() || !ImGui::BeginTable("hands", 6, kTable))
         return;
     for (const char* heading : {"who", "state", "tiles/s", "kpx/s", "ms", "MiB"})
         ImGui::TableSetupColumn(heading);
     ImGui::TableHeadersRow();
-    for (const Crew::Hand& h : m_hands) {
+    for (const render::RenderPool::Participant& h : m_participants) {
         const auto cell = [](const char* format, auto value) {
-            ImGui::TableNextColumn(), ImGui::Text(format, value);
+            ImGui::TableNextColumn();
+            ImGui::Text(format, value);
         };
         const bool far = h.status.kind == std::string_view("socket");
         cell("%s", far ? h.status.name.c_str() : h.status.kind);
@@ -97,12 +100,13 @@ void ProcessorsPanel::draw(Desk& desk, Crew& crew) {
                      std::to_string(h.status.threads) + " threads, " +
                      std::to_string(h.status.bands) + " tiles of this picture, busy " +
                      std::to_string(static_cast<int>(100 * h.status.busy_share)) + " %");
-        cell("%s", h.status.state), cell("%.1f", m_speeds[h.status.id].tiles_per_s),
-            cell("%.0f", h.status.pixels_per_s / 1e3);
-        cell("%.1f", h.status.latency_s * 1e3),
-            cell("%llu", static_cast<unsigned long long>(h.memory_bytes >> 20));
+        cell("%s", h.status.state);
+        cell("%.1f", m_speeds[h.status.id].tiles_per_s);
+        cell("%.0f", h.status.pixels_per_s / 1e3);
+        cell("%.1f", h.status.latency_s * 1e3);
+        cell("%llu", static_cast<unsigned long long>(h.memory_bytes >> 20));
     }
     ImGui::EndTable();
 }
 
-}  // namespace terravox
+}  // namespace terravox::panels

@@ -5,15 +5,15 @@
 #include <string>
 #include <vector>
 
-#include "raytracer/preview/desk.hpp"
-#include "raytracer/render/crew.hpp"
+#include "raytracer/preview/editor_state.hpp"
+#include "raytracer/render/render_pool.hpp"
 
-namespace terravox {
+namespace terravox::panels {
 
 /// Who renders the preview: seen at work, and changed while it runs.
 class ProcessorsPanel {
 public:
-    void draw(Desk& desk, Crew& crew);
+    void draw(preview::EditorState& editor_state, render::RenderPool& render_pool);
 
 private:
     struct Speed {
@@ -22,10 +22,10 @@ private:
     };
     void note_speeds(double passed_s);
     std::string m_address;
-    std::vector<Crew::Hand> m_hands;
-    std::map<ProcessorPool::MemberId, Speed> m_speeds;
+    std::vector<render::RenderPool::Participant> m_participants;
+    std::map<processors::ProcessorPool::MemberId, Speed> m_speeds;
     std::vector<std::string> m_dialled;
     std::chrono::steady_clock::time_point m_asked;
 };
 
-}  // namespace terravox
+}  // namespace terravox::panels

@@ -31,7 +31,7 @@ void draw_materials_legend() {
     ImGui::NewLine();
     for (int i = 1; i < voxel::kMaterialCount; ++i) {
         const auto material = static_cast<voxel::Material>(i);
-        const voxel::Rgb8 c = colour_of_material(material);
+        const voxel::Rgb8 c = preview::colour_of_material(material);
         entry(std::string(voxel::material_name(material)),
               {c.r / 255.0f, c.g / 255.0f, c.b / 255.0f, 1});
     }
@@ -40,16 +40,16 @@ void draw_materials_legend() {
 void draw_levels_legend(int levels) {
     ImGui::NewLine();
     for (int level = 0; level < levels; ++level) {
-        const Colour c = colour_of_level(level);
+        const voxel::Colour c = preview::colour_of_level(level);
         entry(std::to_string(level), {c.r, c.g, c.b, 1});
     }
 }
 
 }  // namespace
 
-void draw_light(Desk& desk, SceneForm& form) {
-    const auto& place = desk.info().centre;
-    const bool placed = desk.scene.sun.altitude_deg && desk.scene.sun.azimuth_deg;
+void draw_light(preview::EditorState& editor_state, SceneForm& form) {
+    const auto& place = editor_state.info().centre;
+    const bool placed = editor_state.scene.sun.altitude_deg && editor_state.scene.sun.azimuth_deg;
     ImGui::BeginDisabled(placed);
     form.row("sun.date");
     form.row("sun.time_h", 0, 24);
@@ -57,10 +57,10 @@ void draw_light(Desk& desk, SceneForm& form) {
     form.row("sun.utc_offset_h");
     ImGui::EndDisabled();
     try {
-        const geo::SunPosition sun = sun_of(desk.scene.sun, place ? &*place : nullptr);
+        const geo::SunPosition sun = sky::sun_of(editor_state.scene.sun, place ? &*place : nullptr);
         ImGui::TextDisabled("sun %.1f\u00b0 high, in %.0f\u00b0", sun.altitude_deg,
                             sun.azimuth_deg);
-    } catch (const Error& e) {
+    } catch (const util::Error& e) {
         ImGui::TextWrapped("%s", e.what());
     }
     if (place)
@@ -72,26 +72,29 @@ void draw_light(Desk& desk, SceneForm& form) {
         if (own) {
             geo::SunPosition sun{45, 225};
             try {
-                sun = sun_of(desk.scene.sun, place ? &*place : nullptr);
-            } catch (const Error&) {
+                sun = sky::sun_of(editor_state.scene.sun, place ? &*place : nullptr);
+            } catch (const util::Error&) {
                 // Its date cannot be: it stands in the south-west then.
             }
-            desk.scene.sun.altitude_deg = sun.altitude_deg,
-            desk.scene.sun.azimuth_deg = sun.azimuth_deg;
+            editor_state.scene.sun.altitude_deg = sun.altitude_deg;
+            editor_state.scene.sun.azimuth_deg = sun.azimuth_deg;
         } else {
-            desk.scene.sun.altitude_deg.reset(), desk.scene.sun.azimuth_deg.reset();
+            editor_state.scene.sun.altitude_deg.reset();
+            editor_state.scene.sun.azimuth_deg.reset();
         }
     }
     // One without the other is no place.
     if (placed) {
         ImGui::SetNextItemWidth(ImGui::GetContentRegionAvail().x * 0.5f);
-        auto altitude = static_cast<float>(*desk.scene.sun.altitude_deg),
-             azimuth = static_cast<float>(*desk.scene.sun.azimuth_deg);
+        auto altitude = static_cast<float>(*editor_state.scene.sun.altitude_deg),
+             azimuth = static_cast<float>(*editor_state.scene.sun.azimuth_deg);
         if (ImGui::SliderFloat("altitude", &altitude, -20, 90, "%.1f\u00b0"))
-            desk.scene.sun.altitude_deg = std::clamp(static_cast<double>(altitude), -90.0, 90.0);
+            editor_state.scene.sun.altitude_deg =
+                std::clamp(static_cast<double>(altitude), -90.0, 90.0);
         ImGui::SetNextItemWidth(ImGui::GetContentRegionAvail().x * 0.5f);
         if (ImGui::SliderFloat("azimuth", &azimuth, 0, 360, "%.0f\u00b0"))
-            desk.scene.sun.azimuth_deg = std::clamp(static_cast<double>(azimuth), -360.0, 360.0);
+            editor_state.scene.sun.azimuth_deg =
+                std::clamp(static_cast<double>(azimuth), -360.0, 360.0);
     }
     form.row("sun.strength", 0, 4);
     form.row("sun.size", 0, 20);
@@ -104,69 +107,70 @@ void draw_light(Desk& desk, SceneForm& form) {
     form.row("sky.model");
 }
 
-void draw_picture(Desk& desk, SceneForm& form) {
+void draw_picture(preview::EditorState& editor_state, SceneForm& form) {
     form.row("output.exposure_ev", -6, 6);
     form.rows({"output.adaptation", "output.tone"});
-    const LayerFacts& facts = facts_of(desk.layer);
+    const preview::LayerFacts& facts = preview::facts_of(editor_state.layer);
     const float width = ImGui::GetContentRegionAvail().x;
     ImGui::AlignTextToFramePadding();
     ImGui::TextUnformatted("layer");
     ImGui::SameLine(width * 0.42f);
     ImGui::SetNextItemWidth(width * 0.58f);
     if (ImGui::BeginCombo("##layer", facts.name)) {
-        for (const LayerFacts& l : kLayers) {
-            if (ImGui::Selectable(l.name, l.layer == desk.layer))
-                desk.layer = l.layer;
+        for (const preview::LayerFacts& l : preview::kLayers) {
+            if (ImGui::Selectable(l.name, l.layer == editor_state.layer))
+                editor_state.layer = l.layer;
             widgets::tip(l.doc);
         }
         ImGui::EndCombo();
     }
     widgets::tip("what of the picture is looked at (F5, F6)");
     widgets::tell_place("layer");
-    if (desk.layer != Layer::kBeauty)
+    if (editor_state.layer != preview::Layer::kBeauty)
         ImGui::TextWrapped("%s", facts.doc);
-    if (desk.layer == Layer::kMaterial)
+    if (editor_state.layer == preview::Layer::kMaterial)
         draw_materials_legend();
-    if (desk.layer == Layer::kLevels)
-        draw_levels_legend(desk.info().levels);
+    if (editor_state.layer == preview::Layer::kLevels)
+        draw_levels_legend(editor_state.info().levels);
     ImGui::AlignTextToFramePadding();
     ImGui::TextUnformatted("resolution");
     ImGui::SameLine(width * 0.42f);
     const float reset_width = ImGui::GetFrameHeight();
     ImGui::SetNextItemWidth(width * 0.58f - reset_width - ImGui::GetStyle().ItemSpacing.x);
-    auto percent = static_cast<int>(desk.resolution * 100 + 0.5);
+    auto percent = static_cast<int>(editor_state.resolution * 100 + 0.5);
     if (ImGui::SliderInt("##resolution", &percent, 10, 100, "%d %%"))
-        desk.resolution = std::clamp(percent, 10, 100) / 100.0;
+        editor_state.resolution = std::clamp(percent, 10, 100) / 100.0;
     widgets::tip("pixels of the preview to those of the window, along an edge");
     ImGui::SameLine(width - reset_width);
     ImGui::PushID("resolution");
-    if (widgets::reset_button(desk.resolution != 1))
-        desk.resolution = 1;
+    if (widgets::reset_button(editor_state.resolution != 1))
+        editor_state.resolution = 1;
     ImGui::PopID();
-    ImGui::Checkbox("all of the window (F8)", &desk.fills);
+    ImGui::Checkbox("all of the window (F8)", &editor_state.fills);
     widgets::tip("else the preview has the shape of the final picture");
 }
 
-void draw_camera(Desk& desk, SceneForm& form) {
+void draw_camera(preview::EditorState& editor_state, SceneForm& form) {
     form.row("camera.projection");
-    const CameraProjection projection = desk.scene.camera.projection;
-    if (is_parallel(projection))
+    const core::CameraProjection projection = editor_state.scene.camera.projection;
+    if (core::is_parallel(projection))
         form.row("camera.height_m", 1, 10'000,
-                 2 * desk.viewpoint.distance() *
-                     std::tan(desk.scene.camera.fov_deg / 360 * std::numbers::pi) *
-                     desk.info().voxel_m);
-    else if (projection != CameraProjection::kPanorama)
-        form.row("camera.fov_deg", 5, projection == CameraProjection::kFisheye ? 360 : 120);
+                 2 * editor_state.viewpoint.distance() *
+                     std::tan(editor_state.scene.camera.fov_deg / 360 * std::numbers::pi) *
+                     editor_state.info().voxel_m);
+    else if (projection != core::CameraProjection::kPanorama)
+        form.row("camera.fov_deg", 5, projection == core::CameraProjection::kFisheye ? 360 : 120);
     form.row("camera.aperture_m", 0, 50);
-    form.row("camera.focus_m", 1, 10'000, desk.viewpoint.distance() * desk.info().voxel_m);
+    form.row("camera.focus_m", 1, 10'000,
+             editor_state.viewpoint.distance() * editor_state.info().voxel_m);
     form.row("camera.roll_deg", -180, 180);
     ImGui::TextDisabled("looks to %.0f\u00b0, %.0f\u00b0 down, from %.0f m",
-                        desk.viewpoint.heading_deg(), desk.viewpoint.down_deg(),
-                        desk.viewpoint.distance() * desk.info().voxel_m);
+                        editor_state.viewpoint.heading_deg(), editor_state.viewpoint.down_deg(),
+                        editor_state.viewpoint.distance() * editor_state.info().voxel_m);
     if (widgets::button("Frame all (Home)"))
-        desk.frame_all();
+        editor_state.frame_all();
     ImGui::SameLine();
-    ImGui::Checkbox("fly (F)", &desk.fly);
+    ImGui::Checkbox("fly (F)", &editor_state.fly);
     widgets::tip(
         "the mouse turns your head, and keys go where you look; else it circles what you look at");
 }

@@ -20,7 +20,7 @@ std::string text(const char* format, Values... values) {
 }
 
 std::string line_of(const StatusFacts& facts) {
-    const Progressive::Status& p = facts.picture;
+    const preview::Progressive::Status& p = facts.picture;
     const int percent = static_cast<int>(p.share * 100);
     std::string out;
     if (p.step > 1)
@@ -42,9 +42,11 @@ std::string line_of(const StatusFacts& facts) {
 
 }  // namespace
 
-void draw_status(const Desk& desk, const StatusFacts& facts, float left_px, float width_px) {
+void draw_status(const preview::EditorState& editor_state, const StatusFacts& facts, float left_px,
+                 float width_px) {
     const double said_s =
-        std::chrono::duration<double>(std::chrono::steady_clock::now() - desk.said_at).count();
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - editor_state.said_at)
+            .count();
     ImGui::SetNextWindowPos({left_px, 0});
     ImGui::SetNextWindowBgAlpha(0.6f);
     constexpr ImGuiWindowFlags kBare = ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoInputs |
@@ -52,13 +54,14 @@ void draw_status(const Desk& desk, const StatusFacts& facts, float left_px, floa
                                        ImGuiWindowFlags_NoFocusOnAppearing;
     ImGui::Begin("##status", nullptr, kBare);
     ImGui::TextUnformatted(line_of(facts).c_str());
-    if (!desk.said.empty() && said_s < (desk.said_bad ? kSaidBad_s : kSaid_s)) {
+    if (!editor_state.said.empty() && said_s < (editor_state.said_bad ? kSaidBad_s : kSaid_s)) {
         const float font = ImGui::GetFontSize();
         const ImVec4 plain = ImGui::GetStyleColorVec4(ImGuiCol_Text),
-                     bad = desk.light ? ImVec4{0.75f, 0.1f, 0, 1} : ImVec4{1, 0.5f, 0.35f, 1};
+                     bad =
+                         editor_state.light ? ImVec4{0.75f, 0.1f, 0, 1} : ImVec4{1, 0.5f, 0.35f, 1};
         ImGui::PushTextWrapPos(std::max(width_px - left_px - font * 2, font * 10));
-        ImGui::PushStyleColor(ImGuiCol_Text, desk.said_bad ? bad : plain);
-        ImGui::TextUnformatted(desk.said.c_str());
+        ImGui::PushStyleColor(ImGuiCol_Text, editor_state.said_bad ? bad : plain);
+        ImGui::TextUnformatted(editor_state.said.c_str());
         ImGui::PopStyleColor();
         ImGui::PopTextWrapPos();
     }

@@ -7,7 +7,7 @@
 #include <map>
 #include <vector>
 
-namespace terravox::widgets {
+namespace terravox::panels::widgets {
 
 void tip(const std::string& text) {
     if (!ImGui::IsItemHovered(ImGuiHoveredFlags_AllowWhenDisabled))
@@ -19,8 +19,8 @@ void tip(const std::string& text) {
     ImGui::EndTooltip();
 }
 
-std::optional<Typed> text_input(const char* label, const std::string& now, std::size_t most,
-                                const char* hint) {
+std::optional<widgets::Typed> text_input(const char* label, const std::string& now,
+                                         std::size_t most, const char* hint) {
     struct Typing {
         std::vector<char> text;
         int frame = 0;  ///< in which it was seen last
@@ -50,13 +50,13 @@ std::optional<Typed> text_input(const char* label, const std::string& now, std::
     const std::string said = text.data();
     if (said == now && !entered)
         return std::nullopt;
-    return Typed{said, entered};
+    return widgets::Typed{said, entered};
 }
 
 bool reset_button(bool enabled) {
     ImGui::BeginDisabled(!enabled);
     const bool pressed = ImGui::Button("x", {ImGui::GetFrameHeight(), 0});
-    tip("reset");
+    widgets::tip("reset");
     ImGui::EndDisabled();
     return pressed;
 }
@@ -77,8 +77,8 @@ bool button(const char* label, bool enabled) {
     ImGui::BeginDisabled(!enabled);
     const bool pressed = ImGui::Button(label);
     ImGui::EndDisabled();
-    tell_place(label);
+    widgets::tell_place(label);
     return pressed;
 }
 
-}  // namespace terravox::widgets
+}  // namespace terravox::panels::widgets

@@ -4,7 +4,7 @@
 #include <string>
 
 /// What several panels are made of.
-namespace terravox::widgets {
+namespace terravox::panels::widgets {
 
 /// Shown when the mouse rests on the item before.
 void tip(const std::string& text);
@@ -15,8 +15,9 @@ struct Typed {
 };
 /// A line of text to type into; what is typed counts when it is entered, or left.
 /// @return what it says now, once somebody has changed or entered it
-[[nodiscard]] std::optional<Typed> text_input(const char* label, const std::string& now,
-                                              std::size_t most = 400, const char* hint = "");
+[[nodiscard]] std::optional<widgets::Typed> text_input(const char* label, const std::string& now,
+                                                       std::size_t most = 400,
+                                                       const char* hint = "");
 
 /// Goes back to what was; grey where there is nothing to go back to.
 [[nodiscard]] bool reset_button(bool enabled);
@@ -27,4 +28,4 @@ void tell_place(const std::string& name);
 /// ImGui::Button, whose place is told.
 [[nodiscard]] bool button(const char* label, bool enabled = true);
 
-}  // namespace terravox::widgets
+}  // namespace terravox::panels::widgets

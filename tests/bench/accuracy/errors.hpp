@@ -27,7 +27,10 @@ private:
 /// How often something held. NaN when it was never asked.
 struct Share {
     std::size_t held = 0, asked = 0;
-    void add(bool holds) noexcept { held += holds ? 1U : 0U, ++asked; }
+    void add(bool holds) noexcept {
+        held += holds ? 1U : 0U;
+        ++asked;
+    }
     [[nodiscard]] double value() const noexcept;
 };
 
@@ -35,7 +38,8 @@ struct Share {
 struct Overlap {
     std::size_t both = 0, either = 0;
     void add(bool found, bool real) noexcept {
-        both += found && real ? 1U : 0U, either += found || real ? 1U : 0U;
+        both += found && real ? 1U : 0U;
+        either += found || real ? 1U : 0U;
     }
     [[nodiscard]] double iou()
         const noexcept;  ///< intersection over union; NaN when both sets are empty

@@ -39,7 +39,9 @@ TEST_CASE("shares and overlaps count what held", "[bench][accuracy]") {
         share.add(holds);
     CHECK(share.value() == Approx(0.75));
     Overlap overlap;
-    overlap.add(true, true), overlap.add(true, false), overlap.add(false, true),
-        overlap.add(false, false);
+    overlap.add(true, true);
+    overlap.add(true, false);
+    overlap.add(false, true);
+    overlap.add(false, false);
     CHECK(overlap.iou() == Approx(1.0 / 3));
 }

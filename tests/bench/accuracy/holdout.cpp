@@ -42,7 +42,8 @@ std::vector<HeldOut> hold_out_ground(const std::vector<std::filesystem::path>& f
         const lidar::LasInfo info = lidar::read_las_info(file);
         lidar::LasWriterOptions options;
         options.point_format = info.has_colour() ? 7 : 6;  // those hold every class
-        options.scale = info.scale, options.offset = info.offset;
+        options.scale = info.scale;
+        options.offset = info.offset;
         lidar::LasWriter writer(folder / file.filename(), options);
         lidar::read_las_points(info, {0, info.point_count}, [&](const pointcloud::Point& p) {
             if (p.classification == kGroundClass &&
@@ -51,8 +52,11 @@ std::vector<HeldOut> hold_out_ground(const std::vector<std::filesystem::path>& f
                 return;
             }
             lidar::LasWritePoint kept;
-            kept.x = p.x, kept.y = p.y, kept.z = p.z;
-            kept.classification = p.classification, kept.rgb = p.rgb;
+            kept.x = p.x;
+            kept.y = p.y;
+            kept.z = p.z;
+            kept.classification = p.classification;
+            kept.rgb = p.rgb;
             kept.return_number = std::max<std::uint8_t>(1, p.return_number);
             kept.return_count = std::max(kept.return_number, p.return_count);
             writer.write(kept);

@@ -21,16 +21,23 @@ double plane_m(double x, double y) {
 /// Ground on a tilted plane, two points a metre, and a bush of class 3 over every tenth.
 void write_plane(const std::filesystem::path& path) {
     lidar::LasWriterOptions options;
-    options.scale = {0.001, 0.001, 0.001}, options.offset = {462000, 101000, 0};
+    options.scale = {0.001, 0.001, 0.001};
+    options.offset = {462000, 101000, 0};
     lidar::LasWriter writer(path, options);
     int i = 0;
     for (double y = 101000.25; y < 101128; y += 0.5)
         for (double x = 462000.25; x < 462128; x += 0.5) {
             lidar::LasWritePoint p;
-            p.x = x, p.y = y, p.z = plane_m(x, y), p.classification = 2;
+            p.x = x;
+            p.y = y;
+            p.z = plane_m(x, y);
+            p.classification = 2;
             writer.write(p);
-            if (++i % 10 == 0)
-                p.z += 1.5, p.classification = 3, writer.write(p);
+            if (++i % 10 == 0) {
+                p.z += 1.5;
+                p.classification = 3;
+                writer.write(p);
+            }
         }
     writer.close();
 }
@@ -82,9 +89,12 @@ TEST_CASE("a moved copy has other places and the same points", "[bench][moved]")
     CHECK(to.min[0] == Approx(from.min[0] + 3000));
     CHECK(to.max[1] == Approx(from.max[1] - 1000));
     double east = 0, north = 0;
-    lidar::read_las_points(to, {0, 1},
-                           [&](const pointcloud::Point& p) { east = p.x, north = p.y; });
+    lidar::read_las_points(to, {0, 1}, [&](const pointcloud::Point& p) {
+        east = p.x;
+        north = p.y;
+    });
     CHECK(east == Approx(465000.25));
     CHECK(north == Approx(100000.25));
-    CHECK_THROWS_AS(copy_moved(folder.path() / "none.laz", folder.path() / "x.laz", 0, 0), Error);
+    CHECK_THROWS_AS(copy_moved(folder.path() / "none.laz", folder.path() / "x.laz", 0, 0),
+                    util::Error);
 }

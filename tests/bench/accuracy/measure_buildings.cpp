@@ -106,7 +106,7 @@ void measure_overhangs(const TruthPlace& truth, const VoxelField& found, Reading
         if (tall_opening(real)) {
             const bool built = found.lowest(i, is_building) != nullptr;
             seen.add(built);
-            open.add(built && opening(i) >= kLeastOpening_m);
+            open.add(built && opening(i) >= kMinOpening_m);
         } else if (real.building != TrueColumn::kNone && !real.open_building) {
             hollow.add(opening(i) > 0);
         }
@@ -133,7 +133,7 @@ void measure_bridges(const TruthPlace& truth, const VoxelField& found, Readings&
         heights.add(found.highest(i, is_deck)->y1 - 0.5 - static_cast<double>(real.deck_m));
         // The deck's own voxel hides a metre of what is below.
         const double below_m = static_cast<double>(std::max(real.ground_m, real.water_m));
-        if (static_cast<double>(real.deck_m) - survey::kParapet_m - below_m >= kLeastOpening_m)
+        if (static_cast<double>(real.deck_m) - survey::kParapet_m - below_m >= kMinOpening_m)
             open.add(!rests_on_something(found, i, *lowest));
     }
     readings.add("bridge deck IoU", "", decks.iou(), at_least(0.8));

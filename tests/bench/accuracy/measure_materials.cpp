@@ -115,7 +115,8 @@ void measure_materials(const TruthPlace& truth, const VoxelField& found, Reading
             missing.add(runs.empty());
             const Material m = runs.empty() ? Material::kAir : runs.back().material;
             ++counts[static_cast<std::size_t>(kind)][static_cast<std::size_t>(m)];
-            wrong.add(!right(kind, m)), wrong_group.add(!right_group(kind, m));
+            wrong.add(!right(kind, m));
+            wrong_group.add(!right_group(kind, m));
             by_kind[static_cast<std::size_t>(kind)].add(!right(kind, m));
             if (alike_around(truth, column, row))
                 wrong_inside.add(!right(kind, m));

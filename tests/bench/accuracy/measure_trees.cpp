@@ -106,12 +106,12 @@ private:
 void measure_trees(const TruthPlace& truth, const VoxelField& found, const CrownWidth& width,
                    Readings& readings) {
     const auto real = truth.trees();
-    const auto seen = find_tree_tops(truth.area, canopy_of(found), width, kLeastTree_m);
+    const auto seen = find_tree_tops(truth.area, canopy_of(found), width, kMinTree_m);
     if (!found.trees().empty())
         readings.add("trees: F1 (detector on the voxels)", "",
-                     match_trees(seen, real, kLeastTree_m).f1());
+                     match_trees(seen, real, kMinTree_m).f1());
     const auto& tops = found.trees().empty() ? seen : found.trees();
-    const TreeMatch match = match_trees(tops, real, kLeastTree_m);
+    const TreeMatch match = match_trees(tops, real, kMinTree_m);
     Errors heights;
     Share floating;
     for (const auto& pair : match.pairs) {

@@ -30,8 +30,10 @@ struct Surface {
         if (run == nullptr)
             return;
         const int y = run->y1 - 1;
-        lowest = std::min(lowest, y), highest = std::max(highest, y);
-        level.add(y + 0.5 - level_m), beyond.add(beyond_voxel(y, level_m));
+        lowest = std::min(lowest, y);
+        highest = std::max(highest, y);
+        level.add(y + 0.5 - level_m);
+        beyond.add(beyond_voxel(y, level_m));
     }
     [[nodiscard]] int unevenness() const { return std::max(0, highest - lowest); }
 };
@@ -51,7 +53,8 @@ void measure_lakes(const TruthPlace& truth, const VoxelField& found, Readings& r
                 length(p - site.lake->centre) > site.lake->reach_m())
                 continue;
             const FoundRun* const run = found.highest(i, is_water);
-            lake.add(run, level_m), all.add(run, level_m);
+            lake.add(run, level_m);
+            all.add(run, level_m);
         }
         if (lake.level.count() == 0)
             continue;

@@ -11,14 +11,14 @@
 /// Heights of voxels are those of their middles.
 namespace terravox::bench {
 
-inline constexpr double kLeastTree_m = 3;  ///< lower plants are no trees
-inline constexpr double kLeastOpening_m =
+inline constexpr double kMinTree_m = 3;  ///< lower plants are no trees
+inline constexpr double kMinOpening_m =
     2;  ///< less air under a slab or deck need not show in voxels of 1 m
 
-/// Under a slab that is high enough above the ground to show. @see kLeastOpening_m
+/// Under a slab that is high enough above the ground to show. @see kMinOpening_m
 [[nodiscard]] inline bool tall_opening(const survey::TrueColumn& c) noexcept {
     return c.open_building &&
-           static_cast<double>(c.underside_m) - static_cast<double>(c.ground_m) >= kLeastOpening_m;
+           static_cast<double>(c.underside_m) - static_cast<double>(c.ground_m) >= kMinOpening_m;
 }
 
 /// A bridge column at whose place the land reaches the deck: the abutments. It is neither deck nor

@@ -20,7 +20,8 @@ const TruthPlace& place() {
     static const TruthPlace truth = [] {
         survey::SurveyOptions options;
         options.square_m = 416;
-        options.origin_east_m = 462480, options.origin_north_m = 101216;
+        options.origin_east_m = 462480;
+        options.origin_north_m = 101216;
         return TruthPlace(options, 2);
     }();
     return truth;
@@ -95,9 +96,10 @@ VoxelField voxels(const Faults& faults) {
         TrueColumn column = place().columns[i];
         if (faults.swollen_buildings && column.building == TrueColumn::kNone)
             for (const std::size_t n : {i + 1, i + static_cast<std::size_t>(area.width)})
-                if (n < area.size() && place().columns[n].building != TrueColumn::kNone)
-                    column.building = place().columns[n].building,
+                if (n < area.size() && place().columns[n].building != TrueColumn::kNone) {
+                    column.building = place().columns[n].building;
                     column.roof_m = place().columns[n].roof_m;
+                }
         runs[i] = column_of(column, i % 2 == 1, faults);
         ground[i] = column.ground_m;
     }

@@ -27,7 +27,10 @@ PointColumns read_point_columns(const std::vector<std::filesystem::path>& files,
                                 const TruthPlace& truth, int threads) {
     PointColumns out;
     const std::size_t n = truth.area.size();
-    out.points.resize(n), out.building.resize(n), out.bridge.resize(n), out.ground.resize(n);
+    out.points.resize(n);
+    out.building.resize(n);
+    out.bridge.resize(n);
+    out.ground.resize(n);
     out.plant_m.assign(n, static_cast<float>(kNoWater));
     std::mutex mutex;
     double squares = 0, count = 0;
@@ -52,10 +55,12 @@ PointColumns read_point_columns(const std::vector<std::filesystem::path>& files,
                 return;
             out.ground[i] = 1;
             const double off = p.z - truth.model.ground_m(at);
-            my_squares += off * off, my_count += 1;
+            my_squares += off * off;
+            my_count += 1;
         });
         const std::lock_guard lock(mutex);
-        squares += my_squares, count += my_count;
+        squares += my_squares;
+        count += my_count;
     });
     out.ground_rmse_m = std::sqrt(squares / std::max(1.0, count));
     return out;
@@ -83,9 +88,9 @@ void add_point_limits(const TruthPlace& truth, const PointColumns& points, const
     readings.add("overhang: columns with ground points beneath", "share", beneath.value());
     const auto trees = truth.trees();
     const TreeMatch by_points =
-        match_trees(find_tree_tops(truth.area, canopy, width, kLeastTree_m), trees, kLeastTree_m);
-    const TreeMatch by_truth = match_trees(
-        find_tree_tops(truth.area, true_canopy, width, kLeastTree_m), trees, kLeastTree_m);
+        match_trees(find_tree_tops(truth.area, canopy, width, kMinTree_m), trees, kMinTree_m);
+    const TreeMatch by_truth =
+        match_trees(find_tree_tops(truth.area, true_canopy, width, kMinTree_m), trees, kMinTree_m);
     readings.add(std::string("trees: F1") + kLimit, "", by_points.f1());
     readings.add("trees: F1 (the same detector on the true canopy)", "", by_truth.f1());
 }

@@ -17,14 +17,19 @@ std::vector<std::filesystem::path> reclass(const std::vector<std::filesystem::pa
         const auto info = lidar::read_las_info(file);
         lidar::LasWriterOptions options;
         options.point_format = info.has_colour() ? 7 : 6;
-        options.scale = info.scale, options.offset = info.offset;
+        options.scale = info.scale;
+        options.offset = info.offset;
         if (info.crs)
             options.wkt = info.crs->wkt();
         lidar::LasWriter writer(out.back(), options);
         lidar::read_las_points(info, {0, info.point_count}, [&](const pointcloud::Point& p) {
             lidar::LasWritePoint copy;
-            copy.x = p.x, copy.y = p.y, copy.z = p.z, copy.rgb = p.rgb;
-            copy.return_number = p.return_number, copy.return_count = p.return_count;
+            copy.x = p.x;
+            copy.y = p.y;
+            copy.z = p.z;
+            copy.rgb = p.rgb;
+            copy.return_number = p.return_number;
+            copy.return_count = p.return_count;
             copy.classification = p.classification == from ? to : p.classification;
             writer.write(copy);
         });

@@ -15,8 +15,10 @@ TEST_CASE("points of one class get another, and nothing else changes", "[bench][
     lidar::LasWriter writer(file, options);
     for (int i = 0; i < 100; ++i) {
         lidar::LasWritePoint p;
-        p.x = i * 0.37, p.y = 50 - i * 0.11, p.z = 400 + i * 0.01;
-        p.classification = static_cast<std::uint8_t>(i % 20),
+        p.x = i * 0.37;
+        p.y = 50 - i * 0.11;
+        p.z = 400 + i * 0.01;
+        p.classification = static_cast<std::uint8_t>(i % 20);
         p.rgb = {static_cast<std::uint16_t>(i * 256), 7, 9};
         writer.write(p);
     }

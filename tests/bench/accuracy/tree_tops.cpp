@@ -24,7 +24,8 @@ std::vector<float> smoothed(const Area& area, const std::vector<float>& canopy_m
                         continue;
                     const float w = kWeights[static_cast<std::size_t>(dc + 1)] *
                                     kWeights[static_cast<std::size_t>(dr + 1)];
-                    sum += w * canopy_m[area.index(column + dc, row + dr)], weight += w;
+                    sum += w * canopy_m[area.index(column + dc, row + dr)];
+                    weight += w;
                 }
             out[area.index(column, row)] = canopy_m[area.index(column, row)] > 0 ? sum / weight : 0;
         }
@@ -61,7 +62,11 @@ CrownWidth fit_crown_width(const std::vector<TreeTop>& trees) {
     double n = 0, x = 0, y = 0, xx = 0, xy = 0;
     for (const TreeTop& tree : trees) {
         const double square = tree.height_m * tree.height_m, width = 2 * tree.radius_m;
-        n += 1, x += square, y += width, xx += square * square, xy += square * width;
+        n += 1;
+        x += square;
+        y += width;
+        xx += square * square;
+        xy += square * width;
     }
     const double spread = n * xx - x * x;
     if (n == 0)
@@ -78,13 +83,13 @@ CrownWidth fit_crown_width(const std::vector<TreeTop>& trees) {
 }
 
 std::vector<TreeTop> find_tree_tops(const Area& area, const std::vector<float>& canopy_m,
-                                    const CrownWidth& width, double least_m) {
+                                    const CrownWidth& width, double min_m) {
     const std::vector<float> around = smoothed(area, canopy_m);
     std::vector<TreeTop> out;
     for (int row = 0; row < area.height; ++row)
         for (int column = 0; column < area.width; ++column) {
             const double top = canopy_m[area.index(column, row)];
-            if (top < least_m ||
+            if (top < min_m ||
                 !highest_within(area, canopy_m, around, column, row, 0.5 * width.window_m(top)))
                 continue;
             out.push_back({column + 0.5, row + 0.5, top, 0});
@@ -106,7 +111,7 @@ double TreeMatch::f1() const noexcept {
 }
 
 TreeMatch match_trees(const std::vector<TreeTop>& found, const std::vector<TreeTop>& real,
-                      double least_m) {
+                      double min_m) {
     std::unordered_map<std::int64_t, std::vector<std::size_t>> cells;
     for (std::size_t i = 0; i < found.size(); ++i)
         cells[cell_of(found[i].east_m, found[i].south_m)].push_back(i);
@@ -139,11 +144,11 @@ TreeMatch match_trees(const std::vector<TreeTop>& found, const std::vector<TreeT
         if (used_found[c.found] != 0 || used_real[c.real] != 0)
             continue;
         used_found[c.found] = used_real[c.real] = 1;
-        if (real[c.real].height_m >= least_m)
+        if (real[c.real].height_m >= min_m)
             out.pairs.push_back({c.found, c.real});
     }
     for (std::size_t k = 0; k < real.size(); ++k)
-        out.missed += used_real[k] == 0 && real[k].height_m >= least_m ? 1U : 0U;
+        out.missed += used_real[k] == 0 && real[k].height_m >= min_m ? 1U : 0U;
     out.invented = static_cast<std::size_t>(std::count(used_found.begin(), used_found.end(), 0));
     return out;
 }

@@ -40,11 +40,11 @@ struct CrownWidth {
 /// Of equal heights, which voxels have many of, the one with the highest surroundings (3 x 3,
 /// binomial) counts, then the north-western one. Not smoothed before: at 1 m that would take away
 /// every fourth top of this survey.
-/// @param canopy_m height above the ground of each column, 0 without plants @param least_m lower
+/// @param canopy_m height above the ground of each column, 0 without plants @param min_m lower
 /// maxima are no trees
 [[nodiscard]] std::vector<TreeTop> find_tree_tops(const Area& area,
                                                   const std::vector<float>& canopy_m,
-                                                  const CrownWidth& width, double least_m);
+                                                  const CrownWidth& width, double min_m);
 
 /// Which found tree is which true one.
 struct TreeMatch {
@@ -58,9 +58,9 @@ struct TreeMatch {
     [[nodiscard]] double recall() const noexcept;
     [[nodiscard]] double f1() const noexcept;
 };
-/// Pairs one to one, nearest first, within 0.6 crown radii + 1 m. True trees below `least_m` may be
+/// Pairs one to one, nearest first, within 0.6 crown radii + 1 m. True trees below `min_m` may be
 /// met (no error) but need not be.
 [[nodiscard]] TreeMatch match_trees(const std::vector<TreeTop>& found,
-                                    const std::vector<TreeTop>& real, double least_m);
+                                    const std::vector<TreeTop>& real, double min_m);
 
 }  // namespace terravox::bench

@@ -18,7 +18,8 @@ Area area_of(const survey::SurveyOptions& o) {
 survey::SurveyOptions accuracy_survey(const std::filesystem::path& folder, int threads) {
     survey::SurveyOptions options;
     options.squares_east = options.squares_north = 2;
-    options.origin_east_m = 461500, options.origin_north_m = 100500;
+    options.origin_east_m = 461500;
+    options.origin_north_m = 100500;
     options.folder = folder;
     options.threads = threads;
     return options;

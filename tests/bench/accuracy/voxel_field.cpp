@@ -48,8 +48,8 @@ void read_column(const Box& box, int x, int z, int base_y, std::vector<FoundRun>
 
 VoxelField::VoxelField(voxelize::LidarWorld& world, const Area& area, int threads) : m_area(area) {
     if (world.info().voxel_m != 1 || world.info().crs_units_per_voxel != 1)
-        throw Error("compare voxels with columns of 1 m: the world's are " +
-                    std::to_string(world.info().voxel_m) + " m");
+        throw util::Error("compare voxels with columns of 1 m: the world's are " +
+                          std::to_string(world.info().voxel_m) + " m");
     m_ground.assign(area.size(), std::numeric_limits<float>::quiet_NaN());
     std::vector<std::vector<FoundRun>> columns(area.size());
     const voxel::VoxelBounds bounds{

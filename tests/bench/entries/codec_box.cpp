@@ -36,7 +36,7 @@ double bare_zstd_s(const Boxes& set) {
                 blob.resize(ZSTD_getFrameContentSize(frame.data(), frame.size()));
                 if (ZSTD_isError(
                         ZSTD_decompress(blob.data(), blob.size(), frame.data(), frame.size())) != 0)
-                    throw Error("decompress a box: zstd failed");
+                    throw util::Error("decompress a box: zstd failed");
             }
     });
 }
@@ -46,13 +46,13 @@ void measure_codec(const Boxes& set, Readings& readings) {
         for (int pass = 0; pass < kPasses; ++pass)
             for (const auto& box : set.boxes)
                 if (voxel::compress(*box).empty())
-                    throw Error("compress a box: nothing came out");
+                    throw util::Error("compress a box: nothing came out");
     });
     const double decompress_s = seconds_of([&] {
         for (int pass = 0; pass < kPasses; ++pass)
             for (const auto& frame : set.frames)
                 if (voxel::decompress_box(frame, "bench")->cells().empty())
-                    throw Error("decompress a box: nothing came out");
+                    throw util::Error("decompress a box: nothing came out");
     });
     const double bare_s = bare_zstd_s(set), megabytes = set.raw_bytes * kPasses / 1e6,
                  count = static_cast<double>(set.boxes.size());

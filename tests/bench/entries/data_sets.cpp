@@ -103,8 +103,8 @@ double DecodeFloor::seconds(int threads) const {
         });
     });
     if (decoded != m_points)
-        throw Error("decode the files: " + std::to_string(decoded) +
-                    " points; their headers promise " + std::to_string(m_points));
+        throw util::Error("decode the files: " + std::to_string(decoded) +
+                          " points; their headers promise " + std::to_string(m_points));
     return out;
 }
 

@@ -14,7 +14,8 @@ void add(QuadMesh& mesh, int axis, int at, int a0, int b0, int a1, int b1) {
     const int a = axis == 0 ? 1 : 0, b = axis == 2 ? 1 : 2;
     for (const auto& corner : corners) {
         float v[3] = {};
-        v[axis] = static_cast<float>(at), v[a] = static_cast<float>(corner[0]),
+        v[axis] = static_cast<float>(at);
+        v[a] = static_cast<float>(corner[0]);
         v[b] = static_cast<float>(corner[1]);
         mesh.corners.insert(mesh.corners.end(), v, v + 3);
     }
@@ -22,8 +23,8 @@ void add(QuadMesh& mesh, int axis, int at, int a0, int b0, int a1, int b1) {
 
 /// Faces of one direction in the row (x, y, *): along z they join to runs, across z each stands
 /// alone.
-void add_row(QuadMesh& mesh, const NeutralScene& scene, int x, int y, Face face) {
-    const int axis = axis_of(face), step = sign_of(face), far = step > 0 ? 1 : 0;
+void add_row(QuadMesh& mesh, const NeutralScene& scene, int x, int y, core::Face face) {
+    const int axis = core::axis_of(face), step = core::sign_of(face), far = step > 0 ? 1 : 0;
     const int dx = axis == 0 ? step : 0, dy = axis == 1 ? step : 0, dz = axis == 2 ? step : 0;
     const auto exposed = [&](int z) {
         return scene.at(x, y, z) != 0 && scene.at(x + dx, y + dy, z + dz) == 0;
@@ -53,8 +54,9 @@ std::vector<QuadMesh> mesh_slabs(const NeutralScene& scene, int threads) {
         const int x0 = static_cast<int>(slab) * kSlab;
         for (int x = x0; x < x0 + kSlab; ++x)
             for (int y = 0; y < NeutralScene::kHeight; ++y)
-                for (const Face face : {Face::kWest, Face::kEast, Face::kBottom, Face::kTop,
-                                        Face::kNorth, Face::kSouth})
+                for (const core::Face face :
+                     {core::Face::kWest, core::Face::kEast, core::Face::kBottom, core::Face::kTop,
+                      core::Face::kNorth, core::Face::kSouth})
                     add_row(slabs[slab], scene, x, y, face);
     });
     return slabs;

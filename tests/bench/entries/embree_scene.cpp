@@ -38,17 +38,21 @@ struct FloatCamera {
         const Vec3 ahead = normalized(view.target - view.position),
                    aside = normalized(cross(ahead, {0, 1, 0}));
         const double half = std::tan(view.fov_deg * std::numbers::pi / 360);
-        forward = Vec3f(ahead), right = Vec3f(aside * (half * kW / kH)),
+        forward = Vec3f(ahead);
+        right = Vec3f(aside * (half * kW / kH));
         up = Vec3f(cross(aside, ahead) * half);
     }
     /// Unit vector through the centre of a pixel.
     void direction(int px, int py, float& x, float& y, float& z) const noexcept {
         const float a = 2 * (static_cast<float>(px) + 0.5F) / kW - 1,
                     b = 1 - 2 * (static_cast<float>(py) + 0.5F) / kH;
-        x = forward.x + right.x * a + up.x * b, y = forward.y + right.y * a + up.y * b,
+        x = forward.x + right.x * a + up.x * b;
+        y = forward.y + right.y * a + up.y * b;
         z = forward.z + right.z * a + up.z * b;
         const float scale = 1 / std::sqrt(x * x + y * y + z * z);
-        x *= scale, y *= scale, z *= scale;
+        x *= scale;
+        y *= scale;
+        z *= scale;
     }
     Vec3f origin, forward, right, up;
 };
@@ -153,9 +157,11 @@ void Embree::trace_primary(int x0, int y0, int) {
             for (int i = 0; i < kPacket; ++i) {
                 m_camera.direction(x + i % kPacketPx, y + i / kPacketPx, rays.ray.dir_x[i],
                                    rays.ray.dir_y[i], rays.ray.dir_z[i]);
-                rays.ray.org_x[i] = m_camera.origin.x, rays.ray.org_y[i] = m_camera.origin.y,
+                rays.ray.org_x[i] = m_camera.origin.x;
+                rays.ray.org_y[i] = m_camera.origin.y;
                 rays.ray.org_z[i] = m_camera.origin.z;
-                rays.ray.tfar[i] = kInfinity, rays.ray.mask[i] = ~0U,
+                rays.ray.tfar[i] = kInfinity;
+                rays.ray.mask[i] = ~0U;
                 rays.hit.geomID[i] = RTC_INVALID_GEOMETRY_ID;
             }
             rtcIntersect16(valid, m_scene.get(), &context, &rays);
@@ -178,10 +184,14 @@ void Embree::trace_shadow(int x0, int y0, int) {
             float dx = 0, dy = 0, dz = 0;
             m_camera.direction(x, y, dx, dy, dz);
             RTCRay ray{};
-            ray.org_x = m_camera.origin.x + dx * depth, ray.org_y = m_camera.origin.y + dy * depth,
+            ray.org_x = m_camera.origin.x + dx * depth;
+            ray.org_y = m_camera.origin.y + dy * depth;
             ray.org_z = m_camera.origin.z + dz * depth;
-            ray.dir_x = sun.x, ray.dir_y = sun.y, ray.dir_z = sun.z;
-            ray.tfar = kInfinity, ray.mask = ~0U;
+            ray.dir_x = sun.x;
+            ray.dir_y = sun.y;
+            ray.dir_z = sun.z;
+            ray.tfar = kInfinity;
+            ray.mask = ~0U;
             rtcOccluded1(m_scene.get(), &context, &ray);
             m_shadowed[pixel(x, y)] = ray.tfar < 0;
         }

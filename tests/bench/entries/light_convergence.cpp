@@ -13,26 +13,38 @@ constexpr std::array kSamples = {4, 16, 64, 256};
 /// A kind of light that is known by samples alone.
 struct Light {
     const char* name;
-    void (*set)(Scene&);
+    void (*set)(scene::Scene&);
 };
 const std::array kLights = {
-    Light{"ambient-occlusion rays", [](Scene& s) { s.quality.ao_rays = 1, s.sun.strength = 0; }},
-    Light{"soft shadows", [](Scene& s) { s.sun.size = 20, s.quality.ambient_occlusion = false; }},
-    Light{"paths", [](Scene& s) { s.quality.integrator = Integrator::kPath; }},
+    Light{"ambient-occlusion rays",
+          [](scene::Scene& s) {
+              s.quality.ao_rays = 1;
+              s.sun.strength = 0;
+          }},
+    Light{"soft shadows",
+          [](scene::Scene& s) {
+              s.sun.size = 20;
+              s.quality.ambient_occlusion = false;
+          }},
+    Light{"paths", [](scene::Scene& s) { s.quality.integrator = core::Integrator::kPath; }},
 };
 
-LinearPicture traced(BlockManager& blocks, const Light& light, int samples, int seed, int threads) {
-    Scene scene;
+LinearPicture traced(blocks::BlockManager& blocks, const Light& light, int samples, int seed,
+                     int threads) {
+    scene::Scene scene;
     scene.output.size_px = {96, 54};
-    scene.sun.altitude_deg = 30, scene.sun.azimuth_deg = 240;
-    scene.quality.coarse_step = 1, scene.quality.samples = samples, scene.quality.seed = seed;
+    scene.sun.altitude_deg = 30;
+    scene.sun.azimuth_deg = 240;
+    scene.quality.coarse_step = 1;
+    scene.quality.samples = samples;
+    scene.quality.seed = seed;
     light.set(scene);
-    return trace_picture(make_view(scene, blocks), blocks, threads).picture;
+    return trace_picture(shade::make_view(scene, blocks), blocks, threads).picture;
 }
 
 void measure(const Context& c, Readings& readings) {
     const auto world = test::landscape();
-    BlockManager blocks(*world, std::size_t{256} << 20);
+    blocks::BlockManager blocks(*world, std::size_t{256} << 20);
     for (const Light& light : kLights) {
         const LinearPicture reference =
             traced(blocks, light, kReferenceSamples, kReferenceSeed, c.threads);

@@ -24,9 +24,9 @@ constexpr std::size_t kBoxMemory_bytes = std::size_t{64} << 20;
 /// What the parts of the box are made of.
 struct Part {
     Material material;
-    Colour albedo, emission;
+    voxel::Colour albedo, emission;
 };
-constexpr Colour kWhite{0.73f, 0.73f, 0.73f}, kDark{};
+constexpr voxel::Colour kWhite{0.73f, 0.73f, 0.73f}, kDark{};
 const std::array kParts = {Part{Material::kConcrete, kWhite, kDark},
                            Part{Material::kOrangeRoof, {0.63f, 0.065f, 0.05f}, kDark},
                            Part{Material::kGrass, {0.14f, 0.45f, 0.091f}, kDark},
@@ -53,15 +53,15 @@ std::unique_ptr<ArrayWorld> room(bool roofed) {
 std::vector<float> faces_of(const ArrayWorld& world, Material material) {
     std::vector<float> out;
     const voxel::VoxelBounds& bounds = world.level_bounds();
-    const auto add = [&](const VoxelCoord& v, Face face) {
-        const int axis = axis_of(face), a = (axis + 1) % 3, b = (axis + 2) % 3;
-        const bool far = sign_of(face) > 0;
+    const auto add = [&](const core::VoxelCoord& v, core::Face face) {
+        const int axis = core::axis_of(face), a = (axis + 1) % 3, b = (axis + 2) % 3;
+        const bool far = core::sign_of(face) > 0;
         constexpr int kAround[4][2] = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
         for (int i = 0; i < 4; ++i) {
             const auto& corner = kAround[far ? i : 3 - i];
             std::array<float, 3> p{};
             p[static_cast<std::size_t>(axis)] = static_cast<float>(v[axis] + (far ? 1 : 0));
-            p[static_cast<std::size_t>(a)] = static_cast<float>(v[a] + corner[0]),
+            p[static_cast<std::size_t>(a)] = static_cast<float>(v[a] + corner[0]);
             p[static_cast<std::size_t>(b)] = static_cast<float>(v[b] + corner[1]);
             out.insert(out.end(), p.begin(), p.end());
         }
@@ -71,9 +71,10 @@ std::vector<float> faces_of(const ArrayWorld& world, Material material) {
             for (std::int32_t z = bounds.min[2]; z < bounds.max[2]; ++z) {
                 if (world.at(x, y, z) != material)
                     continue;
-                for (const Face face : {Face::kWest, Face::kEast, Face::kBottom, Face::kTop,
-                                        Face::kNorth, Face::kSouth}) {
-                    const VoxelCoord beside = neighbour({x, y, z}, face);
+                for (const core::Face face :
+                     {core::Face::kWest, core::Face::kEast, core::Face::kBottom, core::Face::kTop,
+                      core::Face::kNorth, core::Face::kSouth}) {
+                    const core::VoxelCoord beside = walk::neighbour({x, y, z}, face);
                     if (world.at(beside.x, beside.y, beside.z) == Material::kAir)
                         add({x, y, z}, face);
                 }
@@ -82,22 +83,29 @@ std::vector<float> faces_of(const ArrayWorld& world, Material material) {
 }
 
 /// The camera does not see the lamp: at its edges a pixel's share of it would drown all else.
-Scene scene_of(bool roofed) {
-    Scene scene;
+scene::Scene scene_of(bool roofed) {
+    scene::Scene scene;
     scene.output.size_px = {kSide_px, kSide_px};
-    scene.camera.space = CoordinateSpace::kVoxel, scene.camera.position = {{16, 17, 31.5}},
+    scene.camera.space = core::CoordinateSpace::kVoxel;
+    scene.camera.position = {{16, 17, 31.5}};
     scene.camera.target = {{16, 14, 0}};
     scene.camera.fov_deg = 70;
-    scene.sky.model = SkyModel::kUniform;
-    if (roofed)
-        scene.sky.strength = 0, scene.sun.strength = 0;
-    else
-        scene.sky.colour = {{0.35, 0.5, 0.8}}, scene.sun.light = {{2.5, 2.3, 2.0}};
+    scene.sky.model = core::SkyModel::kUniform;
+    if (roofed) {
+        scene.sky.strength = 0;
+        scene.sun.strength = 0;
+    } else {
+        scene.sky.colour = {{0.35, 0.5, 0.8}};
+        scene.sun.light = {{2.5, 2.3, 2.0}};
+    }
     scene.sun.size = kSunRadius;
-    set_sun(scene, normalized({0.35, 1, 0.2}));
-    scene.quality.integrator = Integrator::kPath, scene.quality.samples = kOurSamples / 2,
+    set_sun(scene, core::normalized({0.35, 1, 0.2}));
+    scene.quality.integrator = core::Integrator::kPath;
+    scene.quality.samples = kOurSamples / 2;
     scene.quality.bounces = kBounces;
-    scene.quality.clamp = 0, scene.quality.coarse_step = 1, scene.quality.textures = false;
+    scene.quality.clamp = 0;
+    scene.quality.coarse_step = 1;
+    scene.quality.textures = false;
     return scene;
 }
 
@@ -115,13 +123,13 @@ std::string missing(const Context& c) {
                  : program + " has no mitsuba with numpy (TERRAVOX_PYTHON names another Python)";
 }
 
-std::array<double, 3> numbers(Colour v) {
+std::array<double, 3> numbers(voxel::Colour v) {
     return {static_cast<double>(v.r), static_cast<double>(v.g), static_cast<double>(v.b)};
 }
 
 /// The box by the peer.
-LinearPicture reference(const Context& c, const ArrayWorld& world, const Scene& scene, bool roofed,
-                        Readings& readings) {
+LinearPicture reference(const Context& c, const ArrayWorld& world, const scene::Scene& scene,
+                        bool roofed, Readings& readings) {
     nlohmann::json job = {{"size_px", scene.output.size_px},
                           {"samples", kTheirSamples},
                           {"threads", c.threads},
@@ -151,7 +159,8 @@ LinearPicture reference(const Context& c, const ArrayWorld& world, const Scene& 
         job["sun"] = nullptr;
     const auto picture = c.scratch / "cornell-mitsuba.f32",
                figures = c.scratch / "cornell-figures.json", file = c.scratch / "cornell-job.json";
-    job["picture"] = picture.string(), job["figures"] = figures.string();
+    job["picture"] = picture.string();
+    job["figures"] = figures.string();
     util::write_file_atomically(file, job.dump());
     const nlohmann::json found =
         figures_of(c, {python(), "-B", light_script("cornell_mitsuba.py"), file.string()}, figures);
@@ -161,19 +170,20 @@ LinearPicture reference(const Context& c, const ArrayWorld& world, const Scene& 
 
 void measure(const Context& c, bool roofed, Readings& readings) {
     const auto world = room(roofed);
-    BlockManager blocks(*world, kBoxMemory_bytes);
+    blocks::BlockManager blocks(*world, kBoxMemory_bytes);
     material::Looks looks;
     for (const Part& part : kParts) {
-        Look& look = looks[static_cast<std::size_t>(part.material)];
-        look.colour = part.albedo, look.emission = part.emission;
+        material::Look& look = looks[static_cast<std::size_t>(part.material)];
+        look.colour = part.albedo;
+        look.emission = part.emission;
     }
-    Scene scene = scene_of(roofed);
+    scene::Scene scene = scene_of(roofed);
     std::array<LinearPicture, 2> halves;
     double cpu_s = 0;
     for (int seed = 0; seed < 2; ++seed) {
         scene.quality.seed = seed;
-        View view = make_view(scene, blocks);
-        view.materials = std::make_shared<MaterialTable>(looks);
+        shade::View view = shade::make_view(scene, blocks);
+        view.materials = std::make_shared<material::MaterialTable>(looks);
         TracedPicture traced = trace_picture(view, blocks, c.threads);
         halves[static_cast<std::size_t>(seed)] = std::move(traced.picture);
         cpu_s += traced.cost.cpu_s;

@@ -19,7 +19,7 @@ constexpr std::array<double, 3> kSky = {0.5, 0.7, 1};
 // A sun lamp's strength is the irradiance of what faces it; a white surface sends 1 / pi of that.
 constexpr double kSunIrradiance = 3, kSunRadius_deg = 0.2666;
 constexpr std::array kSeeds = {1, 2};
-constexpr double kMostMeanDifference = 0.03;  // above it the two did not render the same
+constexpr double kMaxMeanDifference = 0.03;  // above it the two did not render the same
 constexpr std::size_t kBoxMemory_bytes = std::size_t{1} << 30;
 
 std::string missing(const Context& c) {
@@ -30,20 +30,24 @@ std::string missing(const Context& c) {
                : "Blender is not installed (Debian package blender)";
 }
 
-Scene scene_of(const NeutralView& view) {
-    Scene scene;
-    scene.camera.space = CoordinateSpace::kVoxel;
-    scene.camera.position = {view.position.x, view.position.y, view.position.z},
+scene::Scene scene_of(const NeutralView& view) {
+    scene::Scene scene;
+    scene.camera.space = core::CoordinateSpace::kVoxel;
+    scene.camera.position = {view.position.x, view.position.y, view.position.z};
     scene.camera.target = {view.target.x, view.target.y, view.target.z};
     scene.camera.fov_deg = view.fov_deg;
     set_sun(scene, neutral_sun());
     constexpr double kWhite = kSunIrradiance / std::numbers::pi;
     scene.sun.light = {kWhite, kWhite, kWhite};
-    scene.sky.model = SkyModel::kUniform, scene.sky.colour = kSky;
+    scene.sky.model = core::SkyModel::kUniform;
+    scene.sky.colour = kSky;
     scene.output.size_px = {NeutralScene::kWidthPx, NeutralScene::kHeightPx};
-    scene.quality.integrator = Integrator::kPath, scene.quality.samples = kSamples,
+    scene.quality.integrator = core::Integrator::kPath;
+    scene.quality.samples = kSamples;
     scene.quality.bounces = kBounces;
-    scene.quality.clamp = 0, scene.quality.coarse_step = 1, scene.quality.textures = false;
+    scene.quality.clamp = 0;
+    scene.quality.coarse_step = 1;
+    scene.quality.textures = false;
     return scene;
 }
 
@@ -63,11 +67,11 @@ struct Bodies {
             file.write(reinterpret_cast<const char*>(slab.corners.data()),
                        static_cast<std::streamsize>(slab.corners.size() * sizeof(float)));
         if (!file.flush())
-            throw Error("write the mesh " + mesh.string());
+            throw util::Error("write the mesh " + mesh.string());
     }
     NeutralScene scene;
     NeutralWorld world;
-    BlockManager blocks;
+    blocks::BlockManager blocks;
     std::filesystem::path mesh;
 };
 
@@ -75,7 +79,7 @@ struct Bodies {
 struct Rendered {
     std::array<LinearPicture, 2> pictures;
     Cost cost;  ///< of one picture: the cheaper of the two, each for itself
-    RenderCounts counts;
+    render::RenderCounts counts;
     [[nodiscard]] double noise() const { return noise_of(pictures[0], pictures[1]); }
     [[nodiscard]] double mean() const noexcept {
         return (mean_of(pictures[0]) + mean_of(pictures[1])) / 2;
@@ -89,18 +93,19 @@ struct Rendered {
 Rendered ours(Bodies& bodies, const NeutralView& view, int threads) {
     Rendered out;
     for (std::size_t i = 0; i < kSeeds.size(); ++i) {
-        Scene scene = scene_of(view);
+        scene::Scene scene = scene_of(view);
         scene.quality.seed = kSeeds[i];
-        View with = make_view(scene, bodies.blocks);
+        shade::View with = shade::make_view(scene, bodies.blocks);
         with.materials = grey_materials(kGrey);
         TracedPicture traced = trace_picture(with, bodies.blocks, threads);
-        out.pictures[i] = std::move(traced.picture), out.counts = traced.counts;
+        out.pictures[i] = std::move(traced.picture);
+        out.counts = traced.counts;
         out.took(traced.cost, i == 0);
     }
     return out;
 }
 
-nlohmann::json vector_of(Vec3 v) {
+nlohmann::json vector_of(core::Vec3 v) {
     return {v.x, v.y, v.z};
 }
 
@@ -108,7 +113,9 @@ nlohmann::json vector_of(Vec3 v) {
 nlohmann::json run_cycles(const Context& c, const Bodies& bodies) {
     nlohmann::json job = {
         {"mesh", bodies.mesh.string()}, {"albedo", kGrey}, {"sky", kSky}, {"bounces", kBounces}};
-    job["samples"] = kSamples, job["threads"] = c.threads, job["seeds"] = kSeeds;
+    job["samples"] = kSamples;
+    job["threads"] = c.threads;
+    job["seeds"] = kSeeds;
     job["sun"] = {{"to", vector_of(neutral_sun())},
                   {"irradiance", kSunIrradiance},
                   {"radius_rad", kSunRadius_deg * std::numbers::pi / 180}};
@@ -119,7 +126,8 @@ nlohmann::json run_cycles(const Context& c, const Bodies& bodies) {
                                 {"target", vector_of(view.target)},
                                 {"fov_deg", view.fov_deg}});
     const auto figures = c.scratch / "cycles-figures.json", file = c.scratch / "cycles-job.json";
-    job["pictures"] = c.scratch.string(), job["figures"] = figures.string();
+    job["pictures"] = c.scratch.string();
+    job["figures"] = figures.string();
     util::write_file_atomically(file, job.dump());
     return figures_of(c,
                       {"blender", "-b", "--python-exit-code", "1", "-P",
@@ -142,13 +150,13 @@ Rendered theirs(const Context& c, const nlohmann::json& figures, const std::stri
 /// How many rays of each kind a sample took.
 std::string rays_of(const std::string& name, const Rendered& our) {
     std::string out = "Rays a sample, " + name + ":";
-    for (std::size_t kind = 0; kind < kRayKinds; ++kind) {
+    for (std::size_t kind = 0; kind < walk::kRayKinds; ++kind) {
         const double rays = static_cast<double>(our.counts.trace.rays[kind]) /
                             (double{kSamples} * NeutralScene::kWidthPx * NeutralScene::kHeightPx);
         std::array<char, 48> text{};
         if (rays > 0)
             std::snprintf(text.data(), text.size(), " %s %.2f,",
-                          name_of(static_cast<RayKind>(kind)), rays);
+                          walk::name_of(static_cast<walk::RayKind>(kind)), rays);
         out += text.data();
     }
     out.back() = '.';
@@ -158,9 +166,9 @@ std::string rays_of(const std::string& name, const Rendered& our) {
 void add_view(const std::string& name, const Rendered& our, const Rendered& their,
               Readings& readings) {
     const double mean_ratio = our.mean() / their.mean();
-    if (!(std::abs(mean_ratio - 1) < kMostMeanDifference))
-        throw Error("compare with Cycles: " + name + ": means of " + std::to_string(our.mean()) +
-                    " and " + std::to_string(their.mean()));
+    if (!(std::abs(mean_ratio - 1) < kMaxMeanDifference))
+        throw util::Error("compare with Cycles: " + name + ": means of " +
+                          std::to_string(our.mean()) + " and " + std::to_string(their.mean()));
     const double our_variance = our.noise() * our.noise(),
                  their_variance = their.noise() * their.noise();
     readings.add(name + ": CPU time", "s", our.cost.cpu_s);

@@ -20,8 +20,8 @@ ChildOutcome run(const Context& c, const std::vector<std::string>& command) {
     const auto said = c.scratch / "light-direct.txt";
     const ChildOutcome outcome = c.children.run(command, said);
     if (outcome.exit_code != 0)
-        throw Error("run " + command.front() + ": exit code " + std::to_string(outcome.exit_code) +
-                    ": " + last_line(said));
+        throw util::Error("run " + command.front() + ": exit code " +
+                          std::to_string(outcome.exit_code) + ": " + last_line(said));
     return outcome;
 }
 
@@ -57,7 +57,7 @@ void add_picture(const std::string& name, const DemoPlace& place,
     std::ifstream file(place.report);
     const auto report = nlohmann::json::parse(file);
     if (const auto holes = report.at("holes").get<int>(); holes != 0)
-        throw Error("render the demo: the picture has " + std::to_string(holes) + " holes");
+        throw util::Error("render the demo: the picture has " + std::to_string(holes) + " holes");
     readings.add(name + ": whole", "s", outcome.wall_s);
     for (const auto& stage : report.at("stages"))
         if (stage.at("name") == "ray tracing (clock)")

@@ -10,10 +10,10 @@
 
 namespace terravox::bench {
 
-LinearPicture picture_of(const Film& film) {
+LinearPicture picture_of(const output::Film& film) {
     LinearPicture out{film.width_px(), film.height_px(), {}};
     out.rgb.reserve(film.samples().size() * 3);
-    for (const PixelSample& pixel : film.samples())
+    for (const tiles::PixelSample& pixel : film.samples())
         out.rgb.insert(out.rgb.end(), {pixel.colour.r, pixel.colour.g, pixel.colour.b});
     return out;
 }
@@ -25,10 +25,11 @@ LinearPicture read_picture(const std::filesystem::path& path, int width_px, int 
     const auto bytes = static_cast<std::streamsize>(out.rgb.size() * sizeof(float));
     if (!file.read(reinterpret_cast<char*>(out.rgb.data()), bytes) ||
         file.peek() != std::ifstream::traits_type::eof())
-        throw Error("read the picture " + path.string() + ": not " + std::to_string(width_px) +
-                    " x " + std::to_string(height_px) + " x 3 numbers");
+        throw util::Error("read the picture " + path.string() + ": not " +
+                          std::to_string(width_px) + " x " + std::to_string(height_px) +
+                          " x 3 numbers");
     if (!std::all_of(out.rgb.begin(), out.rgb.end(), [](float v) { return std::isfinite(v); }))
-        throw Error("read the picture " + path.string() + ": a number is not finite");
+        throw util::Error("read the picture " + path.string() + ": a number is not finite");
     return out;
 }
 
@@ -37,7 +38,7 @@ void write_picture(const std::filesystem::path& path, const LinearPicture& pictu
     if (!file.write(reinterpret_cast<const char*>(picture.rgb.data()),
                     static_cast<std::streamsize>(picture.rgb.size() * sizeof(float)))
              .flush())
-        throw Error("write the picture " + path.string());
+        throw util::Error("write the picture " + path.string());
 }
 
 double mean_of(const LinearPicture& picture) noexcept {
@@ -49,8 +50,8 @@ double mean_of(const LinearPicture& picture) noexcept {
 
 double rms_difference(const LinearPicture& a, const LinearPicture& b) {
     if (a.rgb.size() != b.rgb.size() || a.rgb.empty())
-        throw Error("compare pictures: of " + std::to_string(a.rgb.size()) + " and " +
-                    std::to_string(b.rgb.size()) + " numbers");
+        throw util::Error("compare pictures: of " + std::to_string(a.rgb.size()) + " and " +
+                          std::to_string(b.rgb.size()) + " numbers");
     double sum = 0;
     for (std::size_t i = 0; i < a.rgb.size(); ++i) {
         const double d = static_cast<double>(a.rgb[i]) - static_cast<double>(b.rgb[i]);
@@ -63,30 +64,30 @@ double noise_of(const LinearPicture& one, const LinearPicture& other) {
     return rms_difference(one, other) / std::numbers::sqrt2;
 }
 
-TracedPicture trace_picture(const View& view, BlockManager& blocks, int threads) {
+TracedPicture trace_picture(const shade::View& view, blocks::BlockManager& blocks, int threads) {
     const auto [width, height] = view.scene.output.size_px;
-    Film film(width, height);
+    output::Film film(width, height);
     TracedPicture out;
     out.cost = cost_of([&] {
-        ThreadProcessor processor(view, blocks, threads);
-        out.counts = render_film({view, processor, true, nullptr}, film);
+        processors::ThreadProcessor processor(view, blocks, threads);
+        out.counts = render::render_film({view, processor, true, nullptr}, film);
     });
     if (out.counts.trace.hole_rays != 0)
-        throw Error("trace a picture: " + std::to_string(out.counts.trace.hole_rays) +
-                    " rays met holes");
+        throw util::Error("trace a picture: " + std::to_string(out.counts.trace.hole_rays) +
+                          " rays met holes");
     out.picture = picture_of(film);
     return out;
 }
 
-std::shared_ptr<const MaterialTable> grey_materials(float albedo) {
-    Look grey;
+std::shared_ptr<const material::MaterialTable> grey_materials(float albedo) {
+    material::Look grey;
     grey.colour = {albedo, albedo, albedo};
     material::Looks looks;
     looks.fill(grey);
-    return std::make_shared<MaterialTable>(looks);
+    return std::make_shared<material::MaterialTable>(looks);
 }
 
-void set_sun(Scene& scene, Vec3 to_sun) {
+void set_sun(scene::Scene& scene, core::Vec3 to_sun) {
     constexpr double kDegrees = 180 / std::numbers::pi;
     scene.sun.altitude_deg = std::asin(std::clamp(to_sun.y, -1.0, 1.0)) * kDegrees;
     scene.sun.azimuth_deg = std::atan2(to_sun.x, -to_sun.z) * kDegrees;
@@ -102,12 +103,12 @@ nlohmann::json figures_of(const Context& context, const std::vector<std::string>
     const std::string attempt = "run " + command.front();
     const ChildOutcome outcome = context.children.run(command, said);
     if (outcome.exit_code != 0)
-        throw Error(attempt + ": exit code " + std::to_string(outcome.exit_code) + ": " +
-                    last_line(said));
+        throw util::Error(attempt + ": exit code " + std::to_string(outcome.exit_code) + ": " +
+                          last_line(said));
     std::ifstream file(figures);
     nlohmann::json out = nlohmann::json::parse(file, nullptr, false);
     if (!out.is_object())
-        throw Error(attempt + ": no figures in " + figures.string() + ": " + last_line(said));
+        throw util::Error(attempt + ": no figures in " + figures.string() + ": " + last_line(said));
     return out;
 }
 

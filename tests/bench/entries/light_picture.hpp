@@ -17,7 +17,7 @@ struct LinearPicture {
     int width_px = 0, height_px = 0;
     std::vector<float> rgb;
 };
-[[nodiscard]] LinearPicture picture_of(const Film& film);
+[[nodiscard]] LinearPicture picture_of(const output::Film& film);
 /// Raw float32 in the machine's order. @throws Error when the file has not the size of such a
 /// picture, or a number is not finite
 [[nodiscard]] LinearPicture read_picture(const std::filesystem::path& file, int width_px,
@@ -36,16 +36,17 @@ void write_picture(const std::filesystem::path& file,
 struct TracedPicture {
     LinearPicture picture;
     Cost cost;
-    RenderCounts counts;
+    render::RenderCounts counts;
 };
 /// In a single pass. @throws Error when a ray met a hole
-[[nodiscard]] TracedPicture trace_picture(const View& view, BlockManager& blocks, int threads);
+[[nodiscard]] TracedPicture trace_picture(const shade::View& view, blocks::BlockManager& blocks,
+                                          int threads);
 
 /// All materials the same: matt, of one grey, without drawings. @param albedo linear, [0, 1]
-[[nodiscard]] std::shared_ptr<const MaterialTable> grey_materials(float albedo);
+[[nodiscard]] std::shared_ptr<const material::MaterialTable> grey_materials(float albedo);
 
 /// A direction to the sun as a scene states it.
-void set_sun(Scene& scene, Vec3 to_sun);
+void set_sun(scene::Scene& scene, core::Vec3 to_sun);
 
 /// A script of tests/bench/light by its whole path.
 [[nodiscard]] std::string light_script(const std::string& file);

@@ -95,15 +95,15 @@ NeutralScene::NeutralScene(const Context& c) : m_voxels(std::size_t{kSide} * kSi
                             std::to_string(kSeed), raw.string()},
                            said);
         if (outcome.exit_code != 0)
-            throw Error("make the neutral scene: exit code " + std::to_string(outcome.exit_code) +
-                        ": " + last_line(said));
+            throw util::Error("make the neutral scene: exit code " +
+                              std::to_string(outcome.exit_code) + ": " + last_line(said));
     }
     std::ifstream file(raw, std::ios::binary);
     if (!file.read(reinterpret_cast<char*>(m_voxels.data()),
                    static_cast<std::streamsize>(m_voxels.size())) ||
         file.peek() != std::ifstream::traits_type::eof())
-        throw Error("read the neutral scene " + raw.string() + ": not " +
-                    std::to_string(m_voxels.size()) + " bytes");
+        throw util::Error("read the neutral scene " + raw.string() + ": not " +
+                          std::to_string(m_voxels.size()) + " bytes");
 }
 
 NeutralWorld::NeutralWorld(const NeutralScene& scene, int threads)
@@ -145,8 +145,8 @@ std::array<NeutralView, 3> neutral_views() noexcept {
             NeutralView{"ground", {kN * 0.5, 190, kN * 0.5}, {kN * 0.9, 150, kN * 0.8}, 70}};
 }
 
-Vec3 neutral_sun() noexcept {
-    return normalized({0.5, 0.7, 0.3});
+core::Vec3 neutral_sun() noexcept {
+    return core::normalized({0.5, 0.7, 0.3});
 }
 
 }  // namespace terravox::bench

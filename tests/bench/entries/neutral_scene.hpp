@@ -64,13 +64,13 @@ private:
 /// A camera on the scene; the same for every tracer.
 struct NeutralView {
     const char* name;
-    Vec3 position, target;
+    core::Vec3 position, target;
     double fov_deg;  ///< vertical
-    [[nodiscard]] Camera camera() const {
+    [[nodiscard]] scene::Camera camera() const {
         return {position, target, fov_deg, NeutralScene::kWidthPx, NeutralScene::kHeightPx};
     }
 };
 [[nodiscard]] std::array<NeutralView, 3> neutral_views() noexcept;  ///< bird, oblique and ground
-[[nodiscard]] Vec3 neutral_sun() noexcept;  ///< direction towards it, unit length
+[[nodiscard]] core::Vec3 neutral_sun() noexcept;  ///< direction towards it, unit length
 
 }  // namespace terravox::bench

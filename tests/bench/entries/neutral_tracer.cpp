@@ -34,40 +34,42 @@ void NeutralTracer::begin(const NeutralView& view) {
 void NeutralTracer::trace_primary(int x0, int y0, int thread) {
     Worker& worker = *m_workers[static_cast<std::size_t>(thread)];
     worker.tile_blocks.clear();
-    add_pixel_blocks({x0, y0, 1, kTracedTilePx, kTracedTilePx}, *m_camera, worker.beams,
-                     worker.tile_blocks);
-    for (const PixelBlock& block : worker.tile_blocks)
+    trace::add_pixel_blocks({x0, y0, 1, kTracedTilePx, kTracedTilePx}, *m_camera, worker.beams,
+                            worker.tile_blocks);
+    for (const trace::PixelBlock& block : worker.tile_blocks)
         trace_block(x0 + block.column, y0 + block.row, block, worker);
 }
 
-void NeutralTracer::trace_single(int x, int y, RayState& ray, Worker& worker) {
-    Hit hit;
-    if (worker.walk.first_hit(ray, StopAt::kSolid, kFar, hit) == WalkEnd::kHit)
+void NeutralTracer::trace_single(int x, int y, core::RayState& ray, Worker& worker) {
+    walk::Hit hit;
+    if (worker.walk.first_hit(ray, walk::StopAt::kSolid, core::kFar, hit) == walk::WalkEnd::kHit)
         m_seen[pixel(x, y)] = {hit.t, hit.voxel, hit.face, true, false};
 }
 
 // As TileJob traces its blocks.
-void NeutralTracer::trace_block(int x0, int y0, const PixelBlock& block, Worker& worker) {
-    if (block.start.kind == BeamStart::Kind::kMiss)
+void NeutralTracer::trace_block(int x0, int y0, const trace::PixelBlock& block, Worker& worker) {
+    if (block.start.kind == walk::BeamStart::Kind::kMiss)
         return;
-    RayPacket packet;
-    PacketWalk::Ends ends;
+    walk::RayPacket packet;
+    walk::PacketWalk::Ends ends;
     std::uint32_t placed = 0;
-    Hit hits[RayPacket::kLanes];
-    const auto x_of = [&](int lane) { return x0 + lane % kPixelBlockSide; };
-    const auto y_of = [&](int lane) { return y0 + lane / kPixelBlockSide; };
-    if (worker.packets && block.start.kind == BeamStart::Kind::kPlane) {
-        PrimaryLanes lanes = primary_lanes(*m_camera, block.start, m_cut);
-        for (int i = 0; i < RayPacket::kLanes; ++i)
-            lanes.px[i] = x_of(i) + 0.5, lanes.py[i] = y_of(i) + 0.5;
-        placed = packet_steps()->primary(packet, lanes);
+    walk::Hit hits[walk::RayPacket::kLanes];
+    const auto x_of = [&](int lane) { return x0 + lane % trace::kPixelBlockSide; };
+    const auto y_of = [&](int lane) { return y0 + lane / trace::kPixelBlockSide; };
+    if (worker.packets && block.start.kind == walk::BeamStart::Kind::kPlane) {
+        walk::PrimaryLanes lanes = walk::primary_lanes(*m_camera, block.start, m_cut);
+        for (int i = 0; i < walk::RayPacket::kLanes; ++i) {
+            lanes.px[i] = x_of(i) + 0.5;
+            lanes.py[i] = y_of(i) + 0.5;
+        }
+        placed = walk::packet_steps()->primary(packet, lanes);
         ends = worker.packets->first_hits(packet, placed, hits);
     }
-    for (int i = 0; i < RayPacket::kLanes; ++i) {
+    for (int i = 0; i < walk::RayPacket::kLanes; ++i) {
         if ((ends.hit >> i & 1) != 0) {
             m_seen[pixel(x_of(i), y_of(i))] = {hits[i].t, hits[i].voxel, hits[i].face, true, false};
         } else if ((ends.missed >> i & 1) == 0) {
-            RayState ray(m_camera->ray(x_of(i) + 0.5, y_of(i) + 0.5));
+            core::RayState ray(m_camera->ray(x_of(i) + 0.5, y_of(i) + 0.5));
             if ((placed >> i & 1) != 0)
                 packet.update(i, ray);
             else if (!block.start.place(ray, m_cut))
@@ -78,15 +80,15 @@ void NeutralTracer::trace_block(int x0, int y0, const PixelBlock& block, Worker&
 }
 
 void NeutralTracer::trace_shadow(int x0, int y0, int thread) {
-    static_assert(kTracedTilePx * kTracedTilePx == ShadowGroups::kMost);
+    static_assert(kTracedTilePx * kTracedTilePx == trace::ShadowGroups::kMax);
     Worker& worker = *m_workers[static_cast<std::size_t>(thread)];
-    const Vec3 sun = neutral_sun();
-    RayState states[ShadowGroups::kMost];
-    WalkEnd ends[ShadowGroups::kMost];
-    Seen* of[ShadowGroups::kMost];
-    ShadowRay rays[ShadowGroups::kMost];
+    const core::Vec3 sun = neutral_sun();
+    core::RayState states[trace::ShadowGroups::kMax];
+    walk::WalkEnd ends[trace::ShadowGroups::kMax];
+    Seen* of[trace::ShadowGroups::kMax];
+    trace::ShadowRay rays[trace::ShadowGroups::kMax];
     std::size_t count = 0;
-    const RayState towards_sun(Ray{{}, sun});
+    const core::RayState towards_sun(core::Ray{{}, sun});
     for (int i = 0; i < kTracedTilePx * kTracedTilePx; ++i) {
         // Along a Z-order curve, as the rays of a wave are.
         const auto every_other = [](int bits) {
@@ -94,26 +96,26 @@ void NeutralTracer::trace_shadow(int x0, int y0, int thread) {
         };
         const int x = x0 + every_other(i), y = y0 + every_other(i >> 1);
         Seen& seen = m_seen[pixel(x, y)];
-        if (!seen.hit || seen.face == Face::kNone)
+        if (!seen.hit || seen.face == core::Face::kNone)
             continue;
-        const Ray primary = m_camera->ray(x + 0.5, y + 0.5);
-        const Vec3 from = primary.origin + primary.direction * seen.t;
+        const core::Ray primary = m_camera->ray(x + 0.5, y + 0.5);
+        const core::Vec3 from = primary.origin + primary.direction * seen.t;
         states[count] = towards_sun;
         for (int a = 0; a < 3; ++a)
             states[count].origin[a] = from[a];
-        states[count].start_in(neighbour(seen.voxel, seen.face), 0);
-        ends[count] = WalkEnd::kWaits;
+        states[count].start_in(walk::neighbour(seen.voxel, seen.face), 0);
+        ends[count] = walk::WalkEnd::kWaits;
         rays[count] = {from, &states[count], &ends[count]};
         of[count++] = &seen;
     }
     if (count == 0)
         return;
-    ShadowGroups(worker.shafts, worker.packets ? &*worker.packets : nullptr, sun, 0)
+    trace::ShadowGroups(worker.shafts, worker.packets ? &*worker.packets : nullptr, sun, 0)
         .trace({rays, count});
     for (std::size_t i = 0; i < count; ++i)
-        of[i]->shadowed =
-            (ends[i] == WalkEnd::kWaits ? worker.walk.any_hit(states[i], kFar, worker.occluder)
-                                        : ends[i]) == WalkEnd::kHit;
+        of[i]->shadowed = (ends[i] == walk::WalkEnd::kWaits
+                               ? worker.walk.any_hit(states[i], core::kFar, worker.occluder)
+                               : ends[i]) == walk::WalkEnd::kHit;
 }
 
 std::size_t NeutralTracer::hits() const {

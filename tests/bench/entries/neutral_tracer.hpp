@@ -31,31 +31,31 @@ private:
     /// What a pixel's rays found.
     struct Seen {
         double t = 0;  ///< along the primary ray
-        VoxelCoord voxel;
-        Face face = Face::kNone;
+        core::VoxelCoord voxel;
+        core::Face face = core::Face::kNone;
         bool hit = false, shadowed = false;
     };
     struct Worker {
-        Worker(BlockManager& blocks, const LevelCut& cut)
+        Worker(blocks::BlockManager& blocks, const walk::LevelCut& cut)
             : reader(blocks),
               walk(reader, cut),
-              packets(packet_walk(reader, cut)),
+              packets(walk::packet_walk(reader, cut)),
               beams(reader, cut),
               shafts(reader, cut) {}
-        BlockReader reader;
-        RayWalk walk;
-        std::optional<PacketWalk> packets;
-        BeamMarch beams;
-        ShaftMarch shafts;
-        Occluder occluder;
-        std::vector<PixelBlock> tile_blocks;
+        walk::BlockReader reader;
+        walk::RayWalk walk;
+        std::optional<walk::PacketWalk> packets;
+        walk::BeamMarch beams;
+        walk::ShaftMarch shafts;
+        walk::Occluder occluder;
+        std::vector<trace::PixelBlock> tile_blocks;
     };
-    void trace_block(int x0, int y0, const PixelBlock& block, Worker& worker);
-    void trace_single(int x, int y, RayState& ray, Worker& worker);
-    LevelCut m_cut;
-    BlockManager m_blocks;
+    void trace_block(int x0, int y0, const trace::PixelBlock& block, Worker& worker);
+    void trace_single(int x, int y, core::RayState& ray, Worker& worker);
+    walk::LevelCut m_cut;
+    blocks::BlockManager m_blocks;
     std::vector<std::unique_ptr<Worker>> m_workers;
-    std::optional<Camera> m_camera;
+    std::optional<scene::Camera> m_camera;
     std::vector<Seen> m_seen;  ///< row by row
 };
 

@@ -19,7 +19,7 @@ void add_report(const std::filesystem::path& file, double wall_s, Readings& read
                      stage.at("seconds").get<double>());
     readings.add("rays", "million", report.at("rays").get<double>() / 1e6);
     if (const auto holes = report.at("holes").get<int>(); holes != 0)
-        throw Error("render: the picture has " + std::to_string(holes) + " holes");
+        throw util::Error("render: the picture has " + std::to_string(holes) + " holes");
 }
 
 std::vector<std::string> command_for(const DataSet& set, const Context& c,
@@ -56,8 +56,8 @@ void render_once(const std::vector<std::string>& command, const std::filesystem:
     const auto said = c.scratch / "render.txt";
     const ChildOutcome outcome = c.children.run(command, said);
     if (outcome.exit_code != 0)
-        throw Error("render: exit code " + std::to_string(outcome.exit_code) + ": " +
-                    last_line(said));
+        throw util::Error("render: exit code " + std::to_string(outcome.exit_code) + ": " +
+                          last_line(said));
     readings.add("whole", "s", outcome.wall_s);
     readings.add("whole / LASzip Nt", "x", outcome.wall_s / floor_s);
     readings.add("LASzip Nt", "s", floor_s);

@@ -103,7 +103,8 @@ private:
     }
 
     static void look(LandColumn& c, Material material, Rgb8 colour) noexcept {
-        c.surface = material, c.colour = colour;
+        c.surface = material;
+        c.colour = colour;
     }
 
     /// Parcels with bent borders and rows, some with hedges.

@@ -25,7 +25,8 @@ struct Tops {
     std::array<double, 3> light{};           ///< linear
     std::array<double, kGrains> of_grain{};  ///< columns with such a top
     void add(const Tops& other) noexcept {
-        columns += other.columns, height += other.height;
+        columns += other.columns;
+        height += other.height;
         for (std::size_t i = 0; i < light.size(); ++i)
             light[i] += other.light[i];
         for (std::size_t i = 0; i < of_grain.size(); ++i)
@@ -56,7 +57,7 @@ Tops top_of(const voxel::Box& box, int x, int z, int highest) {
         if (!attr)
             continue;
         out.height = static_cast<double>(y + 1) * (1 << box.key().level);
-        const Colour light = to_linear(attr->colour);
+        const voxel::Colour light = voxel::to_linear(attr->colour);
         out.light = {light.r, light.g, light.b};
         out.of_grain[static_cast<std::size_t>(voxel::grain_of(attr->material))] = 1;
         break;
@@ -107,7 +108,8 @@ void compare(TopMap& level_tops, TopMap& truth, int level, const std::string& wh
         shown.add(level_tops.tops[i]);
         Tops mean = truth.tops[i];
         const double n = mean.columns;
-        mean.columns = 1, mean.height /= n;
+        mean.columns = 1;
+        mean.height /= n;
         for (double& v : mean.light)
             v /= n;
         for (double& v : mean.of_grain)

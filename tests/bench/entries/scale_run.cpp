@@ -34,8 +34,10 @@ public:
     [[nodiscard]] const voxel::WorldInfo& info() const noexcept override { return m_world.info(); }
     [[nodiscard]] std::shared_ptr<const voxel::Box> box(const voxel::BoxKey& key) override {
         auto out = m_world.box(key);
-        if (out)
-            ++boxes, bytes += out->memory_bytes();
+        if (out) {
+            ++boxes;
+            bytes += out->memory_bytes();
+        }
         return out;
     }
     [[nodiscard]] voxel::ColumnExtent column(int level, std::int32_t bx, std::int32_t bz) override {
@@ -59,17 +61,18 @@ double peak_resident_mib() {
     for (std::string line; std::getline(status, line);)
         if (line.starts_with("VmHWM:"))
             return std::strtod(line.c_str() + 6, nullptr) / 1024;
-    throw Error("read the peak memory: /proc/self/status has no VmHWM");
+    throw util::Error("read the peak memory: /proc/self/status has no VmHWM");
 }
 
-Scene scene_from(double x, double y, double z, double to_x, double to_y, double to_z,
-                 double fov_deg) {
-    Scene out;
-    out.camera.space = CoordinateSpace::kVoxel;
+scene::Scene scene_from(double x, double y, double z, double to_x, double to_y, double to_z,
+                        double fov_deg) {
+    scene::Scene out;
+    out.camera.space = core::CoordinateSpace::kVoxel;
     out.camera.position = {x, y, z};
     out.camera.target = {to_x, to_y, to_z};
     out.camera.fov_deg = fov_deg;
-    out.sun.altitude_deg = 36, out.sun.azimuth_deg = 235;
+    out.sun.altitude_deg = 36;
+    out.sun.azimuth_deg = 235;
     out.quality.samples = 1;
     return out;
 }
@@ -107,20 +110,21 @@ std::vector<ScaleView> scale_views() {
             {"ground", scene_from(-399.5, shore, 300.5, -1000, shore, -900, 50)}};
 }
 
-Shot shoot(voxel::World& world, const Scene& scene, std::size_t memory_bytes, int threads) {
+Shot shoot(voxel::World& world, const scene::Scene& scene, std::size_t memory_bytes, int threads) {
     CountedWorld counted(world);
-    Shot out{Film(scene.output.size_px[0], scene.output.size_px[1])};
+    Shot out{output::Film(scene.output.size_px[0], scene.output.size_px[1])};
     forget_peak();
-    RenderCounts counts;
+    render::RenderCounts counts;
     const Cost cost = cost_of([&] {
-        BlockManager blocks(counted, memory_bytes, threads);
-        const View view = make_view(scene, blocks);
-        foresee_boxes(view, blocks);
-        ThreadProcessor processor(view, blocks, threads);
-        counts = render_film({view, processor, true, nullptr}, out.film);
+        blocks::BlockManager blocks(counted, memory_bytes, threads);
+        const shade::View view = shade::make_view(scene, blocks);
+        render::prefetch_visible(view, blocks);
+        processors::ThreadProcessor processor(view, blocks, threads);
+        counts = render::render_film({view, processor, true, nullptr}, out.film);
         out.peak_boxes_mib = static_cast<double>(blocks.stats().peak_bytes) / kMib;
     });
-    out.seconds = cost.wall_s, out.cpu_s = cost.cpu_s;
+    out.seconds = cost.wall_s;
+    out.cpu_s = cost.cpu_s;
     out.peak_mib = peak_resident_mib();
     out.megarays = static_cast<double>(counts.trace.all_rays()) / 1e6;
     out.hole_rays = counts.trace.hole_rays;
@@ -129,22 +133,22 @@ Shot shoot(voxel::World& world, const Scene& scene, std::size_t memory_bytes, in
     return out;
 }
 
-double difference_percent(const Film& film, const Film& reference) {
+double difference_percent(const output::Film& film, const output::Film& reference) {
     double off = 0, sum = 0;
     for (int y = 0; y < film.height_px(); ++y)
         for (int x = 0; x < film.width_px(); ++x) {
-            const Colour a = film.at(x, y).colour, b = reference.at(x, y).colour;
+            const voxel::Colour a = film.at(x, y).colour, b = reference.at(x, y).colour;
             off += std::fabs(a.r - b.r) + std::fabs(a.g - b.g) + std::fabs(a.b - b.b);
             sum += b.r + b.g + b.b;
         }
     return 100 * off / sum;
 }
 
-std::size_t pixels_unlike(const Film& film, const Film& reference) {
+std::size_t pixels_unlike(const output::Film& film, const output::Film& reference) {
     std::size_t out = 0;
     for (int y = 0; y < film.height_px(); ++y)
         for (int x = 0; x < film.width_px(); ++x) {
-            const PixelSample &a = film.at(x, y), &b = reference.at(x, y);
+            const tiles::PixelSample &a = film.at(x, y), &b = reference.at(x, y);
             const bool same = a.colour.r == b.colour.r && a.colour.g == b.colour.g &&
                               a.colour.b == b.colour.b && a.alpha == b.alpha &&
                               a.depth_m == b.depth_m;
@@ -153,12 +157,12 @@ std::size_t pixels_unlike(const Film& film, const Film& reference) {
     return out;
 }
 
-void keep_picture(const Film& film, const std::string& name) {
+void keep_picture(const output::Film& film, const std::string& name) {
     const auto cache = bench_cache();
     if (!cache)
         return;
     std::filesystem::create_directories(*cache / "pictures");
-    write_image(film, *cache / "pictures" / (name + ".png"), PictureInfo{});
+    output::write_image(film, *cache / "pictures" / (name + ".png"), output::PictureInfo{});
 }
 
 }  // namespace terravox::bench

@@ -23,7 +23,7 @@ void prepare_scale_world(ScaleWorld& world, int threads, Readings* readings);
 /// sample a pixel.
 struct ScaleView {
     const char* name;
-    Scene scene;
+    scene::Scene scene;
     bool fills_smallest =
         true;  ///< shows land even in the smallest world, so that its time says something
 };
@@ -33,7 +33,7 @@ struct ScaleView {
 [[nodiscard]] std::vector<ScaleView> scale_views();
 
 struct Shot {
-    Film film;
+    output::Film film;
     double seconds = 0, cpu_s = 0, megarays = 0;
     double peak_boxes_mib = 0;               ///< of boxes in memory
     double peak_mib = 0;                     ///< memory of the process while it rendered
@@ -42,16 +42,16 @@ struct Shot {
 };
 /// One picture from a cold memory. All that this benchmark knows of how pictures are rendered is in
 /// here. @throws Error
-[[nodiscard]] Shot shoot(voxel::World& world, const Scene& scene, std::size_t memory_bytes,
+[[nodiscard]] Shot shoot(voxel::World& world, const scene::Scene& scene, std::size_t memory_bytes,
                          int threads);
 
 /// Mean absolute difference of linear light, as a share of the reference's mean, percent.
-[[nodiscard]] double difference_percent(const Film& film, const Film& reference);
+[[nodiscard]] double difference_percent(const output::Film& film, const output::Film& reference);
 /// Pixels that are not the same to the last bit.
-[[nodiscard]] std::size_t pixels_unlike(const Film& film, const Film& reference);
+[[nodiscard]] std::size_t pixels_unlike(const output::Film& film, const output::Film& reference);
 
 /// Writes "name.png" to $TERRAVOX_BENCH_CACHE/pictures, for a person to look at; without the
 /// variable nothing.
-void keep_picture(const Film& film, const std::string& name);
+void keep_picture(const output::Film& film, const std::string& name);
 
 }  // namespace terravox::bench

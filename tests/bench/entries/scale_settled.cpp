@@ -11,7 +11,7 @@ namespace {
 constexpr std::uint64_t kVillageUse = 0x700, kLotUse = 0x800,
                         kBendUse = 0x900;  // each use of a place has its own hashes
 constexpr std::int32_t kVillageCell = 900, kLotCell = 23, kMargin = 40;
-constexpr int kMostBend = 24;
+constexpr int kMaxBend = 24;
 constexpr double kHouseToRoad = 10.5;
 
 }  // namespace
@@ -35,7 +35,7 @@ SettledLand::SettledLand(const Land& land, std::int32_t x0, std::int32_t z0, int
             if (reaches(here->x, here->z, here->x, here->z, here->radius))
                 m_villages.push_back(*here);
             for (const auto& other : {village(x + 1, z), village(x, z + 1)})
-                if (other && reaches(here->x, here->z, other->x, other->z, kMostBend))
+                if (other && reaches(here->x, here->z, other->x, other->z, kMaxBend))
                     m_roads.push_back(
                         {double(here->x), double(here->z), double(other->x), double(other->z)});
         }
@@ -80,8 +80,8 @@ double SettledLand::road_distance(std::int32_t x, std::int32_t z) const noexcept
     if (m_roads.empty())
         return nearest;
     // The land is bent, not the roads.
-    const double px = x + kMostBend * value_noise(m_land.seed() + kBendUse, x, z, 180);
-    const double pz = z + kMostBend * value_noise(m_land.seed() + kBendUse + 1, x, z, 180);
+    const double px = x + kMaxBend * value_noise(m_land.seed() + kBendUse, x, z, 180);
+    const double pz = z + kMaxBend * value_noise(m_land.seed() + kBendUse + 1, x, z, 180);
     for (const Road& road : m_roads) {
         const double dx = road.x1 - road.x0, dz = road.z1 - road.z0;
         const double along = std::clamp(

@@ -19,16 +19,17 @@ std::string area_of(int side_km) {
 /// Worlds by the length of their edge in km, all boxes kept.
 using Worlds = std::map<int, std::shared_ptr<ScaleWorld>>;
 
-Shot shot_of(ScaleWorld& world, const Scene& scene, std::size_t memory_bytes, int threads) {
+Shot shot_of(ScaleWorld& world, const scene::Scene& scene, std::size_t memory_bytes, int threads) {
     Shot out = shoot(world, scene, memory_bytes, threads);
     if (out.hole_rays != 0)
-        throw Error("trace " + world.info().title + ": " + std::to_string(out.hole_rays) +
-                    " rays met holes");
+        throw util::Error("trace " + world.info().title + ": " + std::to_string(out.hole_rays) +
+                          " rays met holes");
     return out;
 }
 
 /// The fastest of three: other programs only ever make a picture slower.
-Shot best_shot_of(ScaleWorld& world, const Scene& scene, std::size_t memory_bytes, int threads) {
+Shot best_shot_of(ScaleWorld& world, const scene::Scene& scene, std::size_t memory_bytes,
+                  int threads) {
     Shot best = shot_of(world, scene, memory_bytes, threads);
     for (int again = 0; again < 2; ++again)
         if (Shot next = shot_of(world, scene, memory_bytes, threads); next.seconds < best.seconds)
@@ -49,7 +50,9 @@ void add_shot(const std::string& name, const Shot& shot, double limit_mib, Readi
 
 Entry entry_of(const std::string& name, const std::string& measures, const std::string& work) {
     Entry out;
-    out.name = name, out.measures = measures, out.work = work;
+    out.name = name;
+    out.measures = measures;
+    out.work = work;
     out.missing = [](const Context&) { return std::string(); };
     out.exact = out.only_by_name = true;
     return out;
@@ -70,7 +73,7 @@ Entry prepare_entry(const std::vector<int>& sides_km, const std::string& name) {
             const Cost cost = cost_of([&] {
                 for (int i = 0; i < kBoxes; ++i)
                     if (!world->make_finest({0, i % 8 - 4, 0, i / 8 - 4}))
-                        throw Error("make a box of the invented land: it is empty");
+                        throw util::Error("make a box of the invented land: it is empty");
             });
             readings.add("one level-0 box", "CPU ms", cost.cpu_s / kBoxes * 1e3, at_most(4));
             for (const int side_km : sides_km)
@@ -91,7 +94,8 @@ void measure_sizes(const Worlds& worlds, int threads, Readings& readings) {
                          at_most(1));
             keep_picture(shot.film, std::string(view.name) + "-" + std::to_string(side_km) + "km");
             if (smallest_s == 0) {
-                smallest_s = shot.seconds, smallest_cpu_s = shot.cpu_s;
+                smallest_s = shot.seconds;
+                smallest_cpu_s = shot.cpu_s;
             } else if (view.fills_smallest) {
                 const std::string to = " to that of " + area_of(worlds.begin()->first);
                 readings.add(name + ": time" + to, "x", shot.seconds / smallest_s, at_most(2));
@@ -172,19 +176,20 @@ Entry detail_entry(int side_km) {
             constexpr std::size_t kPlenty_bytes = std::size_t{8192} * kMib;
             for (const ScaleView& view : scale_views()) {
                 const auto film_of = [&](double detail, int samples) {
-                    Scene scene = view.scene;
-                    scene.quality.detail = detail, scene.quality.samples = samples;
+                    scene::Scene scene = view.scene;
+                    scene.quality.detail = detail;
+                    scene.quality.samples = samples;
                     return shot_of(*world, scene, kPlenty_bytes, threads).film;
                 };
                 const std::string name = std::string(view.name) + ", ",
                                   many = std::to_string(kManySamples) + " samples";
-                const Film once = film_of(0, 1), best = film_of(0, kManySamples);
+                const output::Film once = film_of(0, 1), best = film_of(0, kManySamples);
                 readings.add(name + "1 sample to " + many, "%", difference_percent(once, best));
                 for (const int detail : {1, 2, 4}) {
                     const std::string which = name + "detail " + std::to_string(detail);
                     readings.add(which + ", 1 sample", "%",
                                  difference_percent(film_of(detail, 1), once));
-                    const Film coarse = film_of(detail, kManySamples);
+                    const output::Film coarse = film_of(detail, kManySamples);
                     readings.add(which + ", " + many, "%", difference_percent(coarse, best),
                                  detail == 1 ? at_most(1) : Target{});
                     keep_picture(coarse,

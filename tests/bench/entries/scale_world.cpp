@@ -77,7 +77,7 @@ std::optional<std::vector<std::byte>> read_bytes(const std::filesystem::path& fi
 ScaleWorld::ScaleWorld(int side_km, const std::filesystem::path& kept_boxes)
     : m_kept(kept_boxes / (std::string("land-") + kVersionOfBoxes + "-" + std::to_string(kSeed))) {
     if (side_km < 1 || side_km > 100)
-        throw Error("make a land of " + std::to_string(side_km) + " km; allowed: 1 to 100");
+        throw util::Error("make a land of " + std::to_string(side_km) + " km; allowed: 1 to 100");
     const std::int32_t half = side_km * 500;
     m_info.title =
         "invented land of " + std::to_string(side_km) + " x " + std::to_string(side_km) + " km";
@@ -106,15 +106,15 @@ std::filesystem::path ScaleWorld::file_of(const BoxKey& key) const {
 
 std::shared_ptr<const Box> ScaleWorld::box(const BoxKey& key) {
     if (key.level < 0 || key.level >= kLevels)
-        throw Error("make the box " + to_string(key) + ": its level; allowed: 0 to " +
-                    std::to_string(kLevels - 1));
+        throw util::Error("make the box " + to_string(key) + ": its level; allowed: 0 to " +
+                          std::to_string(kLevels - 1));
     if (key.by != 0 || column(key.level, key.bx, key.bz).empty())
         return nullptr;
     const auto file = file_of(key);
     if (const auto bytes = read_bytes(file)) {
         try {
             return bytes->empty() ? nullptr : Box::from_blob(*bytes, file.string());
-        } catch (const Error&) {  // cut off or damaged: made again
+        } catch (const util::Error&) {  // cut off or damaged: made again
         }
     }
     auto made = make(key);
@@ -125,7 +125,8 @@ std::shared_ptr<const Box> ScaleWorld::box(const BoxKey& key) {
                      static_cast<std::streamsize>(made->blob().size()));
     stream.close();
     if (!stream)
-        throw Error("keep the box " + to_string(key) + " as " + file.string() + ": writing failed");
+        throw util::Error("keep the box " + to_string(key) + " as " + file.string() +
+                          ": writing failed");
     out.commit(util::AtomicFile::Flush::kNo);
     return made;
 }
@@ -180,7 +181,8 @@ ScaleWorld::Prepared ScaleWorld::prepare(int threads,
                 said(m_info.title + ": level " + std::to_string(level) + ", " +
                      std::to_string(ended) + " of " + std::to_string(count) + " boxes");
         });
-        out.boxes[level] = count, out.bytes[level] = bytes;
+        out.boxes[level] = count;
+        out.bytes[level] = bytes;
     }
     out.made = m_made - made_before;
     return out;

@@ -19,14 +19,14 @@ survey::SquareRaster<std::uint8_t> read_png(const std::filesystem::path& path) {
     const int side = kExtent.size_m;
     if (!image || image->GetRasterXSize() != side || image->GetRasterYSize() != side ||
         image->GetRasterCount() < 3)
-        throw Error("read " + path.string() +
-                    ": not an image of 1000 x 1000 pixels in three bands");
+        throw util::Error("read " + path.string() +
+                          ": not an image of 1000 x 1000 pixels in three bands");
     survey::SquareRaster<std::uint8_t> out{side, 3, {}};
     out.pixels.resize(std::size_t{3} * static_cast<std::size_t>(side) *
                       static_cast<std::size_t>(side));
     if (image->RasterIO(GF_Read, 0, 0, side, side, out.pixels.data(), side, side, GDT_Byte, 3,
                         nullptr, 3, GSpacing{3} * side, 1, nullptr) != CE_None)
-        throw Error("read " + path.string() + ": " + CPLGetLastErrorMsg());
+        throw util::Error("read " + path.string() + ": " + CPLGetLastErrorMsg());
     return out;
 }
 
@@ -52,7 +52,8 @@ voxelize::LidarWorldOptions square_options(const Context& context, int threads) 
     voxelize::LidarWorldOptions options;
     options.files = square().paths(context);
     options.orthophotos = {square_photo(context)};
-    options.classes = square().classes, options.crs = square().crs;
+    options.classes = square().classes;
+    options.crs = square().crs;
     options.threads = threads;
     return options;
 }

@@ -20,15 +20,15 @@ struct Traced {
             for (key.bz = range.min.bz; key.bz < range.max.bz; ++key.bz)
                 for (key.by = range.min.by; key.by < range.max.by; ++key.by)
                     (void)blocks.get(key);
-        full = std::make_unique<View>(make_view(Scene{}, blocks));
-        Scene bare;
+        full = std::make_unique<shade::View>(shade::make_view(scene::Scene{}, blocks));
+        scene::Scene bare;
         bare.quality.samples = 1;
         bare.quality.ambient_occlusion = bare.quality.reflections = false;
-        plain = std::make_unique<View>(make_view(bare, blocks));
+        plain = std::make_unique<shade::View>(shade::make_view(bare, blocks));
     }
     OpenWorld opened;
-    BlockManager blocks;
-    std::unique_ptr<View> full, plain;
+    blocks::BlockManager blocks;
+    std::unique_ptr<shade::View> full, plain;
 };
 
 void add_rates(const std::string& what, double rays, double steps, double seconds,
@@ -39,8 +39,8 @@ void add_rates(const std::string& what, double rays, double steps, double second
 
 /// Rays through pixel centres, no shading, on this thread.
 void trace_primary(Traced& t, Readings& readings) {
-    BlockReader reader(t.blocks);
-    Walker walker(reader, t.plain->cut);
+    walk::BlockReader reader(t.blocks);
+    walk::Walker walker(reader, t.plain->cut);
     const auto [width, height] = t.plain->scene.output.size_px;
     std::size_t hits = 0;
     const double seconds = seconds_of([&] {
@@ -50,22 +50,23 @@ void trace_primary(Traced& t, Readings& readings) {
                     ++hits;
     });
     if (hits == 0)
-        throw Error("trace Delft: no ray hit anything");
+        throw util::Error("trace Delft: no ray hit anything");
     add_rates("primary 1t", static_cast<double>(walker.rays()), static_cast<double>(walker.steps()),
               seconds, readings);
 }
 
-void trace_view(Traced& t, const View& view, int threads, const std::string& what,
+void trace_view(Traced& t, const shade::View& view, int threads, const std::string& what,
                 Readings& readings) {
-    RenderCounts counts;
+    render::RenderCounts counts;
     const auto [width, height] = view.scene.output.size_px;
-    Film film(width, height);
+    output::Film film(width, height);
     const double seconds = seconds_of([&] {
-        ThreadProcessor processor(view, t.blocks, threads);
-        counts = render_film({view, processor, true, nullptr}, film);
+        processors::ThreadProcessor processor(view, t.blocks, threads);
+        counts = render::render_film({view, processor, true, nullptr}, film);
     });
     if (counts.trace.hole_rays != 0)
-        throw Error("trace Delft: " + std::to_string(counts.trace.hole_rays) + " rays met holes");
+        throw util::Error("trace Delft: " + std::to_string(counts.trace.hole_rays) +
+                          " rays met holes");
     add_rates(what, static_cast<double>(counts.trace.all_rays()),
               static_cast<double>(counts.trace.steps), seconds, readings);
 }

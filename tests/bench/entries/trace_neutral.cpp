@@ -12,14 +12,14 @@ constexpr int kRounds =
     3;  // the fastest of them counts: on a shared machine it is nearest to what the tracers can do
 // Shares of the rays that may differ: single precision loses some at edges, and starts shadow rays
 // a little before their face.
-constexpr double kMostPrimaryDifference = 0.001, kMostShadowDifference = 0.01;
+constexpr double kMaxPrimaryDifference = 0.001, kMaxShadowDifference = 0.01;
 
 /// Rates mean nothing when the two did not see the same.
 void check_same(const std::string& name, std::size_t ours, std::size_t theirs, double allowed) {
     const double difference = std::abs(static_cast<double>(ours) - static_cast<double>(theirs));
     if (difference > allowed * static_cast<double>(std::max(ours, theirs)))
-        throw Error("compare with Embree: " + name + ": " + std::to_string(ours) +
-                    " of our rays hit, " + std::to_string(theirs) + " of Embree's");
+        throw util::Error("compare with Embree: " + name + ": " + std::to_string(ours) +
+                          " of our rays hit, " + std::to_string(theirs) + " of Embree's");
 }
 
 /// A view by our tracer on one thread and on all, and by the peer where there is one.
@@ -51,7 +51,7 @@ void add_view(const std::string& name, const Compared& best, bool with_peer, int
               Readings& readings) {
     readings.add(name + ": primary", "Mray/s", best.one.primary_rate());
     if (with_peer) {
-        check_same(name, best.one.hits, best.peer.hits, kMostPrimaryDifference);
+        check_same(name, best.one.hits, best.peer.hits, kMaxPrimaryDifference);
         readings.add(name + ": primary, Embree's packets of 16", "Mray/s",
                      best.peer.primary_rate());
         readings.add(name + ": primary / Embree's packets", "x",
@@ -59,7 +59,7 @@ void add_view(const std::string& name, const Compared& best, bool with_peer, int
     }
     readings.add(name + ": occlusion", "Mray/s", best.one.shadow_rate());
     if (with_peer) {
-        check_same(name + ", shadow", best.one.shadowed, best.peer.shadowed, kMostShadowDifference);
+        check_same(name + ", shadow", best.one.shadowed, best.peer.shadowed, kMaxShadowDifference);
         readings.add(name + ": occlusion, Embree's single rays", "Mray/s", best.peer.shadow_rate());
         readings.add(name + ": occlusion / Embree's single rays", "x",
                      best.one.shadow_rate() / best.peer.shadow_rate(), at_least(2));

@@ -27,7 +27,7 @@ Cost first_box(const voxelize::LidarWorldOptions& options) {
         const auto extent = world->column(0, key.bx, key.bz);
         while (!world->box(key))
             if (++key.by >= extent.by_end)
-                throw Error("make the first box: all of the middle is air");
+                throw util::Error("make the first box: all of the middle is air");
     });
 }
 
@@ -51,7 +51,7 @@ double prepared_box_ms(const voxelize::LidarWorldOptions& options) {
             solid += world->box(key) ? 1U : 0U;
     });
     if (solid == 0)
-        throw Error("make the boxes of the prepared square: all of them are air");
+        throw util::Error("make the boxes of the prepared square: all of them are air");
     return cost.cpu_s * 1e3 / static_cast<double>(solid);
 }
 
@@ -70,10 +70,12 @@ Cases make_cases(const Context& c) {
     fill_cache(out.prepared, true);
     std::error_code ignored;
     if (std::filesystem::is_regular_file(c.data / kCopcSquare, ignored)) {
-        out.copc = out.plain, out.copc.files = {c.data / kCopcSquare},
+        out.copc = out.plain;
+        out.copc.files = {c.data / kCopcSquare};
         out.copc_name = "COPC of the square";
     } else if (std::filesystem::is_regular_file(c.data / kCopcOther, ignored)) {
-        out.copc.files = {c.data / kCopcOther}, out.copc.threads = c.threads,
+        out.copc.files = {c.data / kCopcOther};
+        out.copc.threads = c.threads;
         out.copc_name = std::string("COPC, ") + kCopcOther;
     }
     return out;

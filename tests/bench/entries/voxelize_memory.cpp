@@ -52,7 +52,7 @@ Entry entry_for(int n) {
                                 "--cache-dir", (c.scratch / "stream-cache").string()},
                                output);
             if (run.exit_code != 0)
-                throw Error("stream the boxes: " + last_line(output));
+                throw util::Error("stream the boxes: " + last_line(output));
             const auto said = nlohmann::json::parse(last_line(output));
             const auto points = said.at("points").get<double>();
             readings.add("points", "Mpoint", points / 1e6);

@@ -42,7 +42,7 @@ void measure_threads(const Context& c, const DecodeFloor& floor, int threads,
         });
     }
     if (solid == 0)
-        throw Error("make the boxes of the square: all of them are air");
+        throw util::Error("make the boxes of the square: all of them are air");
     const auto boxes = static_cast<double>(solid);
     readings.add("box columns " + label, "columns", static_cast<double>(columns.size()));
     readings.add("boxes " + label, "boxes", boxes);

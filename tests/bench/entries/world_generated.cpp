@@ -26,8 +26,10 @@ Made make_all(voxel::World& world, int level, int half) {
             const voxel::ColumnExtent extent = world.column(level, bx, bz);
             for (std::int32_t by = extent.by_begin; by < extent.by_end; ++by) {
                 const auto box = world.box({level, bx, by, bz});
-                if (box)
-                    ++out.boxes, out.bytes += box->memory_bytes();
+                if (box) {
+                    ++out.boxes;
+                    out.bytes += box->memory_bytes();
+                }
             }
         }
     out.seconds = cpu_seconds() - start;
@@ -44,7 +46,7 @@ Entry entry() {
     out.prepare = [](const Context&) -> Body {
         return [](Readings& readings) {
             const double start = cpu_seconds();
-            const auto world = generated::open_generated_world({});
+            const auto world = procedural::open_generated_world({});
             readings.add("open", "ms", (cpu_seconds() - start) * 1e3);
             for (const int level : {0, 1, 2, 3, 8}) {
                 const Made made = make_all(*world, level, 8);

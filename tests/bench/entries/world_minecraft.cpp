@@ -27,8 +27,8 @@ double chunks_of(const std::filesystem::path& path) {
     const minecraft::DimensionFacts facts =
         minecraft::describe({path, "overworld", false, 1}).dimensions.at(0);
     if (facts.damaged != 0)
-        throw Error("measure " + path.string() + ": " + std::to_string(facts.damaged) +
-                    " damaged chunks");
+        throw util::Error("measure " + path.string() + ": " + std::to_string(facts.damaged) +
+                          " damaged chunks");
     return static_cast<double>(facts.chunks - facts.empty);
 }
 
@@ -52,7 +52,7 @@ double bare_s(const std::filesystem::path& path) {
                    minecraft::ChunkStore::Reader reader;
                    for (const minecraft::ChunkRef& chunk : store.chunks())
                        if (store.read(chunk, reader).nbt.empty())
-                           throw Error("read a chunk: nothing came out");
+                           throw util::Error("read a chunk: nothing came out");
                }).cpu_s;
     return out / kPasses;
 }

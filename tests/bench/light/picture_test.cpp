@@ -17,7 +17,7 @@ TEST_CASE("pictures are compared over all pixels and channels", "[bench][light]"
     CHECK(rms_difference(a, a) == 0);
     CHECK(rms_difference(a, b) == Approx(std::sqrt(6.0)));
     CHECK(noise_of(a, b) == Approx(std::sqrt(3.0)));
-    CHECK_THROWS_AS(rms_difference(a, LinearPicture{1, 1, {1, 2, 3}}), Error);
+    CHECK_THROWS_AS(rms_difference(a, LinearPicture{1, 1, {1, 2, 3}}), util::Error);
 }
 
 TEST_CASE("a picture comes back from its file, and another file is refused", "[bench][light]") {
@@ -26,19 +26,21 @@ TEST_CASE("a picture comes back from its file, and another file is refused", "[b
     const LinearPicture picture{1, 2, {0, 0.25f, 1e6f, 1, 2, 3}};
     write_picture(file, picture);
     CHECK(read_picture(file, 1, 2).rgb == picture.rgb);
-    CHECK_THROWS_AS(read_picture(file, 1, 1), Error);
-    CHECK_THROWS_AS(read_picture(file, 2, 2), Error);
-    CHECK_THROWS_AS(read_picture(folder.path() / "none.f32", 1, 2), Error);
+    CHECK_THROWS_AS(read_picture(file, 1, 1), util::Error);
+    CHECK_THROWS_AS(read_picture(file, 2, 2), util::Error);
+    CHECK_THROWS_AS(read_picture(folder.path() / "none.f32", 1, 2), util::Error);
     write_picture(file, {1, 1, {0, std::numeric_limits<float>::infinity(), 0}});
-    CHECK_THROWS_AS(read_picture(file, 1, 1), Error);
+    CHECK_THROWS_AS(read_picture(file, 1, 1), util::Error);
 }
 
 TEST_CASE("a scene's sun stands where it was set", "[bench][light]") {
-    for (const Vec3 wanted : {normalized({0.5, 0.7, 0.3}), normalized({-0.2, 0.1, -0.9}),
-                              normalized({-0.6, 0.5, 0.1})}) {
-        Scene scene;
+    for (const core::Vec3 wanted :
+         {core::normalized({0.5, 0.7, 0.3}), core::normalized({-0.2, 0.1, -0.9}),
+          core::normalized({-0.6, 0.5, 0.1})}) {
+        scene::Scene scene;
         set_sun(scene, wanted);
-        const Sky sky({*scene.sun.altitude_deg, *scene.sun.azimuth_deg}, scene.sun, scene.sky, 0);
-        CHECK(dot(sky.to_sun(), wanted) == Approx(1).epsilon(1e-9));
+        const sky::Sky sky({*scene.sun.altitude_deg, *scene.sun.azimuth_deg}, scene.sun, scene.sky,
+                           0);
+        CHECK(core::dot(sky.to_sun(), wanted) == Approx(1).epsilon(1e-9));
     }
 }

@@ -190,7 +190,7 @@ TEST_CASE("text that is no system is refused by that text", "[common][geo][crs]"
         GENERATE("", "Ljubljana", "EPSG:", "EPSG:999999", "EPSG:abc", "+proj=nothing",
                  "PROJCS[\"half", "/etc/passwd", "http://127.0.0.1:1/crs.wkt", "{}", "\x01\xff");
     DYNAMIC_SECTION("'" << text << "'") {
-        CHECK_THROWS_AS(Crs::from_text(text), UsageError);
+        CHECK_THROWS_AS(Crs::from_text(text), util::UsageError);
         CHECK_THROWS_WITH(Crs::from_text(text), contains("'" + std::string(text) + "'") &&
                                                     contains("EPSG:<code>, WKT or a PROJ string"));
     }
@@ -367,8 +367,10 @@ TEST_CASE("coordinates go to another system and back", "[common][geo][crs]") {
         std::mt19937 random(9);
         std::uniform_real_distribution<double> easting(370'000, 630'000), northing(25'000, 200'000);
         std::vector<double> x(200), y(200);
-        for (std::size_t i = 0; i < x.size(); ++i)
-            x[i] = easting(random), y[i] = northing(random);
+        for (std::size_t i = 0; i < x.size(); ++i) {
+            x[i] = easting(random);
+            y[i] = northing(random);
+        }
         auto tx = x, ty = y;
         Transform(here, there).apply(tx, ty);
         Transform(there, here).apply(tx, ty);
@@ -386,10 +388,10 @@ TEST_CASE("a point outside the domain is an error wherever it stands in the list
     INFO("bad point at " << bad);
     double x[3] = {14, 15, 16}, y[3] = {46, 46, 46};
     y[bad] = 1e9;
-    CHECK_THROWS_AS(transform.apply(x, y), Error);
+    CHECK_THROWS_AS(transform.apply(x, y), util::Error);
     double x2[3] = {14, 15, 16}, y2[3] = {46, 46, 46};
     x2[bad] = std::nan("");
-    CHECK_THROWS_AS(transform.apply(x2, y2), Error);
+    CHECK_THROWS_AS(transform.apply(x2, y2), util::Error);
 }
 
 TEST_CASE("lists of different length are an error, empty ones are none", "[common][geo][crs]") {

@@ -116,8 +116,8 @@ TEST_CASE("no text of a coordinate reference system opens a file that it names",
     DYNAMIC_SECTION(c.name) {
         const std::string text = replaced(c.text, "FILE", secret.string());
         const OpenWatch watch(secret);
-        CHECK_THROWS_AS(use(text, true), UsageError);
-        CHECK_THROWS_AS(use(text, false), Error);
+        CHECK_THROWS_AS(use(text, true), util::UsageError);
+        CHECK_THROWS_AS(use(text, false), util::Error);
         CHECK_FALSE(watch.was_opened());
         CHECK_FALSE(fault_of_crs_text(text).empty());
     }
@@ -224,8 +224,8 @@ TEST_CASE("texts that are no system are refused before PROJ sees them",
     }));
     DYNAMIC_SECTION(c.name) {
         CHECK_THAT(fault_of_crs_text(c.text), contains(c.said));
-        CHECK_THROWS_AS(Crs::from_text(c.text), UsageError);
-        CHECK_THROWS_AS(Crs::from_wkt(c.text), Error);
+        CHECK_THROWS_AS(Crs::from_text(c.text), util::UsageError);
+        CHECK_THROWS_AS(Crs::from_wkt(c.text), util::Error);
     }
 }
 

@@ -115,7 +115,7 @@ std::string shown(const fs::path& file) {
         if (const OGRSpatialReference* own = data->GetSpatialRef())
             (void)geo::to_lat_lon(geo::Crs::from_ogr(*own, file.string()), 460'000, 101'000);
         return out;
-    } catch (const Error& e) {
+    } catch (const util::Error& e) {
         return e.what();
     }
 }
@@ -141,7 +141,8 @@ class Listener {
 public:
     Listener() : m_socket(::socket(AF_INET, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0)) {
         sockaddr_in address{};
-        address.sin_family = AF_INET, address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+        address.sin_family = AF_INET;
+        address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
         socklen_t size = sizeof address;
         REQUIRE(::bind(m_socket, reinterpret_cast<const sockaddr*>(&address), size) == 0);
         REQUIRE(::listen(m_socket, 4) == 0);

@@ -42,7 +42,7 @@ TEST_CASE("zones that nobody knows are refused by name", "[common][geo][zone]") 
     for (const std::string zone : {"Mars/Olympus_Mons", "europe/ljubljana", "CET-1",
                                    "../../etc/passwd", "", "Europe/", "Europe"}) {
         INFO("'" << zone << "'");
-        CHECK_THROWS_AS(zone_offset_h(zone, {}), UsageError);
+        CHECK_THROWS_AS(zone_offset_h(zone, {}), util::UsageError);
         CHECK_THROWS_WITH(zone_offset_h(zone, {}),
                           contains("'" + zone + "' is not known; allowed: IANA names"));
     }

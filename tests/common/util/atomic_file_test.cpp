@@ -121,7 +121,7 @@ TEST_CASE("a place that cannot be written to is named before any work is done",
     DYNAMIC_SECTION(c.name) {
         const auto target = folder.path() / c.target;
         const auto entries = entries_in(folder.path());
-        CHECK_THROWS_AS(write_file_atomically(target, bytes_of("x")), Error);
+        CHECK_THROWS_AS(write_file_atomically(target, bytes_of("x")), util::Error);
         CHECK_THROWS_WITH(write_file_atomically(target, bytes_of("x")),
                           contains("write " + target.string()) && contains(c.said));
         CHECK(entries_in(folder.path()) == entries);
@@ -129,13 +129,13 @@ TEST_CASE("a place that cannot be written to is named before any work is done",
 }
 
 TEST_CASE("an empty name is refused", "[common][util][atomic_file]") {
-    CHECK_THROWS_AS(AtomicFile(""), UsageError);
+    CHECK_THROWS_AS(AtomicFile(""), util::UsageError);
 }
 
 TEST_CASE("a folder as the target is a mistake of the person, not of the disk",
           "[common][util][atomic_file]") {
     const TemporaryFolder folder;
-    CHECK_THROWS_AS(check_writable(folder.path()), UsageError);
+    CHECK_THROWS_AS(check_writable(folder.path()), util::UsageError);
     CHECK_NOTHROW(check_writable(folder.path() / "new.png"));
     CHECK(entries_in(folder.path()) == 0);
 }
@@ -144,7 +144,7 @@ TEST_CASE("a commit without a written file fails and names the target",
           "[common][util][atomic_file]") {
     const TemporaryFolder folder;
     AtomicFile file(folder.path() / "picture.png");
-    CHECK_THROWS_AS(file.commit(), Error);
+    CHECK_THROWS_AS(file.commit(), util::Error);
     CHECK_THROWS_WITH(file.commit(), contains("picture"));
     CHECK_FALSE(fs::exists(file.target()));
 }

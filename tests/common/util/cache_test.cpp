@@ -53,7 +53,9 @@ TEST_CASE("the least recently used value goes first", "[common][util][cache]") {
     for (const int key : {1, 2, 3, 1, 4})
         get(cache, key, &made);
     CHECK(made == 4);
-    get(cache, 1, &made), get(cache, 3, &made), get(cache, 4, &made);
+    get(cache, 1, &made);
+    get(cache, 3, &made);
+    get(cache, 4, &made);
     CHECK(made == 4);
     get(cache, 2, &made);
     CHECK(made == 5);

@@ -20,7 +20,7 @@ TEST_CASE("the configuration is found beside the sources, or where TERRAVOX_CONF
     CHECK(util::config_dir() == shipped);
     const test::TemporaryFolder empty;
     ::setenv("TERRAVOX_CONFIG", empty.path().c_str(), 1);
-    CHECK_THROWS_AS(util::config_dir(), UsageError);
+    CHECK_THROWS_AS(util::config_dir(), util::UsageError);
     CHECK_THROWS_WITH(util::config_dir(), test::contains(empty.path().string()));
 
     if (before != nullptr)

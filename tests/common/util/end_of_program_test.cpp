@@ -36,9 +36,10 @@ TEST_CASE("an exception that nobody catches ends the program with one line and e
     };
     const auto none_left = std::make_error_code(std::errc::resource_unavailable_try_again);
     const auto c = GENERATE_COPY(values<Case>({
-        {"an error of ours", [] { throw_in_a_thread(Error("write x.png: disk full")); },
+        {"an error of ours", [] { throw_in_a_thread(util::Error("write x.png: disk full")); },
          "terravox: write x.png: disk full\n"},
-        {"words of a stranger", [] { throw_in_a_thread(Error("read 'a\n\x1b]0;b\xc3\xa9'")); },
+        {"words of a stranger",
+         [] { throw_in_a_thread(util::Error("read 'a\n\x1b]0;b\xc3\xa9'")); },
          "terravox: read 'a?\?]0;b?\?'\n"},
         {"no memory", [] { throw_in_a_thread(std::bad_alloc()); },
          "terravox: out of memory; lower memory limits or a smaller task may help\n"},

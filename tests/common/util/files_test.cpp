@@ -6,10 +6,10 @@
 #include "tests/catch.hpp"
 #include "tests/common/temporary_folder.hpp"
 
-using terravox::UsageError;
 using terravox::test::contains;
 using terravox::test::TemporaryFolder;
 using terravox::util::expand_folders;
+using terravox::util::UsageError;
 
 TEST_CASE("folders become their files, sorted, by ending in any case", "[common][util][files]") {
     const TemporaryFolder folder;

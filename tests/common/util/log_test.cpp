@@ -78,7 +78,7 @@ TEST_CASE("the log takes six levels and names a wrong one", "[common][util][log]
     }
     for (const char* wrong : {"", "loud", "INFO", "warning"}) {
         INFO(wrong);
-        CHECK_THROWS_AS(terravox::util::set_up_log(wrong), terravox::UsageError);
+        CHECK_THROWS_AS(terravox::util::set_up_log(wrong), terravox::util::UsageError);
         CHECK_THROWS_WITH(terravox::util::set_up_log(wrong),
                           contains("'" + std::string(wrong) + "'") && contains("warn, error, off"));
     }

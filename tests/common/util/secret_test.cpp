@@ -66,7 +66,7 @@ TEST_CASE("the old name of both secrets is refused with the new ones, and never 
     const Variables variables{{"TERRAVOX_TOKEN", "the-old-secret"},
                               {util::kFarmTokenVariable, "of the farm"}};
     for (const fs::path& from : {fs::path(), file}) {
-        CHECK_THROWS_AS(util::find_secret(from, util::kFarmTokenVariable), UsageError);
+        CHECK_THROWS_AS(util::find_secret(from, util::kFarmTokenVariable), util::UsageError);
         CHECK_THROWS_WITH(util::find_secret(from, util::kServerTokenVariable),
                           contains("TERRAVOX_TOKEN") && contains("TERRAVOX_FARM_TOKEN") &&
                               contains("TERRAVOX_SERVER_TOKEN") && !contains("the-old-secret"));
@@ -98,7 +98,7 @@ TEST_CASE("a voxel server's token fits a header, or is refused without being tol
             CHECK(util::find_server_token(file) == c.text.substr(0, c.text.find('\n')));
             continue;
         }
-        CHECK_THROWS_AS(util::find_server_token(file), UsageError);
+        CHECK_THROWS_AS(util::find_server_token(file), util::UsageError);
         CHECK_THROWS_WITH(util::find_server_token(file),
                           contains(file.string()) && contains("allowed: 8 to 512 visible ASCII"));
         if (c.text.empty())

@@ -14,9 +14,9 @@ namespace {
 
 /// What bash makes of an array of a script: its words, each with a zero byte behind.
 std::string read_back(const std::vector<std::string>& words) {
-    const Finished done = run_to_end(
-        {"bash", "--norc", "-c",
-         "set -euo pipefail\n" + shell_array("words", words) + "printf '%s\\0' \"${words[@]}\""});
+    const Finished done = run_to_end({"bash", "--norc", "-c",
+                                      "set -euo pipefail\n" + util::shell_array("words", words) +
+                                          "printf '%s\\0' \"${words[@]}\""});
     INFO(done.err);
     REQUIRE(done.status == 0);
     return done.out;
@@ -32,13 +32,13 @@ std::string joined(const std::vector<std::string>& words) {
 }  // namespace
 
 TEST_CASE("a word that no shell changes stays as it is, others are quoted", "[cluster][shell]") {
-    CHECK(shell_word("frames/%04d.exr") == "frames/%04d.exr");
-    CHECK(shell_word("") == "''");
-    CHECK(shell_word("a b") == "'a b'");
-    CHECK(shell_word("it's") == "'it'\\''s'");
-    CHECK(shell_word("~") == "'~'");
-    CHECK(shell_word("a\r\nb") == "$'a\\015\\012b'");
-    CHECK_THROWS_AS(shell_word(std::string_view("a\0b", 3)), UsageError);
+    CHECK(util::shell_word("frames/%04d.exr") == "frames/%04d.exr");
+    CHECK(util::shell_word("") == "''");
+    CHECK(util::shell_word("a b") == "'a b'");
+    CHECK(util::shell_word("it's") == "'it'\\''s'");
+    CHECK(util::shell_word("~") == "'~'");
+    CHECK(util::shell_word("a\r\nb") == "$'a\\015\\012b'");
+    CHECK_THROWS_AS(util::shell_word(std::string_view("a\0b", 3)), util::UsageError);
 }
 
 TEST_CASE("bash reads back what was written, whatever it is", "[cluster][shell]") {
@@ -71,10 +71,10 @@ TEST_CASE("bash reads back random bytes", "[cluster][shell]") {
     CHECK(read_back(words) == joined(words));
     // What Slurm would refuse, or take for another line.
     for (const std::string& word : words)
-        CHECK(shell_word(word).find_first_of("\r\n") == std::string::npos);
+        CHECK(util::shell_word(word).find_first_of("\r\n") == std::string::npos);
 }
 
 TEST_CASE("text in a comment cannot leave it", "[cluster][shell]") {
-    CHECK(comment_text("a\nrm -rf /\r\x7f") == "a?rm -rf /??");
-    CHECK(comment_text(std::string(101, 'x')) == std::string(100, 'x') + " ...");
+    CHECK(util::comment_text("a\nrm -rf /\r\x7f") == "a?rm -rf /??");
+    CHECK(util::comment_text(std::string(101, 'x')) == std::string(100, 'x') + " ...");
 }

@@ -15,11 +15,11 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::size_t kMost_bytes = std::size_t{1} << 20;
+constexpr std::size_t kMax_bytes = std::size_t{1} << 20;
 
 toml::table read(const fs::path& file) {
-    return util::read_toml(file,
-                           [](const std::string& what) { throw UsageError("said: " + what); });
+    return util::read_toml(
+        file, [](const std::string& what) { throw util::UsageError("said: " + what); });
 }
 
 std::string repeated(const std::string& part, int times) {
@@ -49,7 +49,7 @@ TEST_CASE("what is no plain file is no TOML file, and nobody waits for it",
     for (const fs::path& file :
          {folder.path(), fs::path("/"), fs::path("/dev/zero"), fs::path("/dev/null"), pipe}) {
         INFO(file.string());
-        CHECK_THROWS_AS(read(file), UsageError);
+        CHECK_THROWS_AS(read(file), util::UsageError);
         CHECK_THROWS_WITH(read(file), "said: not a plain file");
     }
     CHECK_THROWS_WITH(read(folder.path() / "none.toml"), "said: no such file");
@@ -65,8 +65,8 @@ TEST_CASE("what is wrong is told with its line", "[common][util][toml]") {
 TEST_CASE("a file may be a mebibyte long, and no longer", "[common][util][toml]") {
     const TemporaryFolder folder;
     const auto file = folder.path() / "a.toml";
-    std::ofstream(file) << "a = 1\n#" << std::string(kMost_bytes - 7, '-');
-    REQUIRE(fs::file_size(file) == kMost_bytes);
+    std::ofstream(file) << "a = 1\n#" << std::string(kMax_bytes - 7, '-');
+    REQUIRE(fs::file_size(file) == kMax_bytes);
     CHECK(read(file).size() == 1);
     std::ofstream(file, std::ios::app) << "-";
     CHECK_THROWS_WITH(read(file), contains("1 MiB"));
@@ -98,12 +98,13 @@ TEST_CASE("no nesting of names or values ends the program", "[common][util][toml
         if (c.fits)
             CHECK(read(folder.path() / "a.toml").size() == 1);
         else
-            CHECK_THROWS_AS(read(folder.path() / "a.toml"), UsageError);
+            CHECK_THROWS_AS(read(folder.path() / "a.toml"), util::UsageError);
     }
 }
 
 TEST_CASE("a reader that is told of a fault and goes on is stopped", "[common][util][toml]") {
     const TemporaryFolder folder;
     std::ofstream(folder.path() / "a.toml") << "a = \n";
-    CHECK_THROWS_AS(util::read_toml(folder.path() / "a.toml", [](const std::string&) {}), Error);
+    CHECK_THROWS_AS(util::read_toml(folder.path() / "a.toml", [](const std::string&) {}),
+                    util::Error);
 }

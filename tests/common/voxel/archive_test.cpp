@@ -25,8 +25,10 @@ namespace fs = std::filesystem;
 
 WorldInfo info_of() {
     WorldInfo info;
-    info.title = "archive", info.bounds = {{-5120, -2048, -5120}, {5120, 2048, 5120}},
-    info.levels = 9, info.voxel_m = 0.5;
+    info.title = "archive";
+    info.bounds = {{-5120, -2048, -5120}, {5120, 2048, 5120}};
+    info.levels = 9;
+    info.voxel_m = 0.5;
     return info;
 }
 
@@ -110,7 +112,7 @@ TEST_CASE("an archive gives back every box that was put in, and air for the othe
                 ++air;
             }
     CHECK(air > 500);
-    CHECK_THROWS_AS(world->box({9, 0, 0, 0}), UsageError);
+    CHECK_THROWS_AS(world->box({9, 0, 0, 0}), util::UsageError);
     CHECK(world->column(0, 0, 0).by_begin == -8);
     CHECK(world->column(0, 0, 0).by_end == 8);
     CHECK(world->column(0, 99, 0).empty());
@@ -199,7 +201,7 @@ TEST_CASE("no archive with a flipped bit or a lost end gives wrong boxes",
             for (const BoxKey& key : keys)
                 if (key.level < world->info().levels && !same_box(world->box(key), box_at(key)))
                     return false;
-        } catch (const Error&) {
+        } catch (const util::Error&) {
         }
         return true;
     };
@@ -301,7 +303,7 @@ TEST_CASE(
         const auto before = fs::last_write_time(file);
         write_bytes(file, c.bytes);
         fs::last_write_time(file, before + std::chrono::seconds(1));
-        CHECK_THROWS_AS(world->box(key), Error);
+        CHECK_THROWS_AS(world->box(key), util::Error);
     }
 }
 
@@ -355,7 +357,8 @@ TEST_CASE(
         const test::TemporaryFolder folder;
         const fs::path file = folder.path() / "a.tvx";
         WorldInfo info = info_of();
-        info.bounds = c.bounds, info.levels = c.levels;
+        info.bounds = c.bounds;
+        info.levels = c.levels;
         ArchiveWriter(file, info, 0).finish();
         if (*c.said == '\0')
             CHECK(open(file)->box({0, 0, 0, 0}) == nullptr);

@@ -77,8 +77,10 @@ TEST_CASE("attributes are asked once for each voxel that can be seen, and for no
 TEST_CASE("a box without anything solid is no box", "[common][voxel][box]") {
     CHECK(Scene().build(kKey, attr_of) == nullptr);
     Scene margins_only;
-    for (int i = -1; i < 65; ++i)
-        margins_only.add(i, -1, -1, 257, true), margins_only.add(64, i, -1, 257, true);
+    for (int i = -1; i < 65; ++i) {
+        margins_only.add(i, -1, -1, 257, true);
+        margins_only.add(64, i, -1, 257, true);
+    }
     margins_only.add(5, 5, -1, 0, true);
     margins_only.add(5, 5, 256, 257, true);
     CHECK(margins_only.build(kKey, attr_of) == nullptr);

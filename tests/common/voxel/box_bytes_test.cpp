@@ -69,9 +69,10 @@ struct PlainTree {
         std::vector<TreeCell> cells = roots;
         for (TreeCell& cell : cells)
             cell.first += Box::kRootCount;
-        for (TreeCell middle : middles)
-            middle.first += static_cast<std::uint32_t>(Box::kRootCount + middles.size()),
-                cells.push_back(middle);
+        for (TreeCell middle : middles) {
+            middle.first += static_cast<std::uint32_t>(Box::kRootCount + middles.size());
+            cells.push_back(middle);
+        }
         cells.insert(cells.end(), bricks.begin(), bricks.end());
         return Box::from_arrays(kKey, cells, attrs);
     }

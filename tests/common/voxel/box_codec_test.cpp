@@ -69,7 +69,7 @@ std::string outcome(const Box& original, const Read& read) {
     try {
         const std::shared_ptr<const Box> box = read();
         return same(box->blob(), original.blob()) ? "the same box" : "another box";
-    } catch (const Error& e) {
+    } catch (const util::Error& e) {
         return std::string("refused: ") + e.what();
     }
 }
@@ -114,7 +114,7 @@ TEST_CASE("every cut-off frame is refused", "[common][voxel][codec]") {
     const Bytes frame = compress(*box);
     for (std::size_t size = 0; size < frame.size(); ++size) {
         INFO(size << " of " << frame.size() << " bytes");
-        CHECK_THROWS_AS(decompress_box(std::span(frame).first(size), "test"), Error);
+        CHECK_THROWS_AS(decompress_box(std::span(frame).first(size), "test"), util::Error);
     }
 }
 
@@ -122,16 +122,17 @@ TEST_CASE("every cut-off blob is refused", "[common][voxel][codec]") {
     const auto box = small_scene().build(kKey, attr_of);
     for (std::size_t size = 0; size < box->blob().size(); ++size) {
         INFO(size << " of " << box->blob().size() << " bytes");
-        CHECK_THROWS_AS(Box::from_blob(box->blob().first(size), "test"), Error);
+        CHECK_THROWS_AS(Box::from_blob(box->blob().first(size), "test"), util::Error);
     }
 }
 
 TEST_CASE("a frame or blob with more bytes after its end is refused", "[common][voxel][codec]") {
     const auto box = small_scene().build(kKey, attr_of);
     Bytes frame = compress(*box), blob = copy_of(box->blob());
-    frame.push_back(std::byte{0}), blob.push_back(std::byte{0});
-    CHECK_THROWS_AS(decompress_box(frame, "test"), Error);
-    CHECK_THROWS_AS(Box::from_blob(blob, "test"), Error);
+    frame.push_back(std::byte{0});
+    blob.push_back(std::byte{0});
+    CHECK_THROWS_AS(decompress_box(frame, "test"), util::Error);
+    CHECK_THROWS_AS(Box::from_blob(blob, "test"), util::Error);
 }
 
 TEST_CASE("a damaged blob is refused, whichever bit has flipped", "[common][voxel][codec]") {
@@ -140,7 +141,7 @@ TEST_CASE("a damaged blob is refused, whichever bit has flipped", "[common][voxe
     for (std::size_t bit = 0; bit < blob.size() * 8; bit += bit < kCellsAt * 8 ? 1 : 13) {
         INFO("bit " << bit);
         blob[bit / 8] ^= std::byte{1} << (bit % 8);
-        CHECK_THROWS_AS(Box::from_blob(blob, "test"), Error);
+        CHECK_THROWS_AS(Box::from_blob(blob, "test"), util::Error);
         blob[bit / 8] ^= std::byte{1} << (bit % 8);
     }
 }
@@ -214,7 +215,7 @@ TEST_CASE("a blob that lies under a right checksum is refused by what is wrong",
     }));
     DYNAMIC_SECTION(c.name) {
         const Bytes blob = signed_again(c.blob);
-        CHECK_THROWS_AS(Box::from_blob(blob, "2/1/0/3"), Error);
+        CHECK_THROWS_AS(Box::from_blob(blob, "2/1/0/3"), util::Error);
         CHECK_THROWS_WITH(Box::from_blob(blob, "2/1/0/3"),
                           contains("read the box 2/1/0/3") && contains(c.said));
         CHECK_THROWS_WITH(decompress_box(zstd_frame(blob), "2/1/0/3"),
@@ -242,7 +243,7 @@ TEST_CASE("no random cells under a right checksum can lead a reader outside the 
                         solid += read->solid(x, y, z);
             CHECK(solid <= std::size_t{256} * 16 * 16);
             CHECK((read->top() >= 0 && read->top() <= kBoxSizeY));
-        } catch (const Error&) {
+        } catch (const util::Error&) {
             ++refused;
         }
     }
@@ -279,7 +280,7 @@ TEST_CASE("frames that are no boxes are refused before they cost memory",
         {"a frame of zeros", zstd_frame(Bytes(4096)), "magic"},
     }));
     DYNAMIC_SECTION(c.name) {
-        CHECK_THROWS_AS(decompress_box(c.frame, "0/0/0/0"), Error);
+        CHECK_THROWS_AS(decompress_box(c.frame, "0/0/0/0"), util::Error);
         CHECK_THROWS_WITH(decompress_box(c.frame, "0/0/0/0"),
                           contains("read the box 0/0/0/0") && contains(c.said));
     }

@@ -61,7 +61,8 @@ TEST_CASE("a filled run of a column sets exactly its voxels", "[common][voxel][c
     DYNAMIC_SECTION(c.name) {
         ColumnBits bits;
         PlainColumn plain;
-        bits.fill(c.y0, c.y1), plain.fill(c.y0, c.y1);
+        bits.fill(c.y0, c.y1);
+        plain.fill(c.y0, c.y1);
         check_equal(bits, plain);
     }
 }
@@ -75,7 +76,8 @@ TEST_CASE("random runs add up in a column", "[common][voxel][column]") {
     for (unsigned i = 0; i < runs; ++i) {
         const int y0 = static_cast<int>(random() % 280) - 12,
                   y1 = y0 + static_cast<int>(random() % 80);
-        bits.fill(y0, y1), plain.fill(y0, y1);
+        bits.fill(y0, y1);
+        plain.fill(y0, y1);
     }
     INFO("seed " << seed);
     check_equal(bits, plain);

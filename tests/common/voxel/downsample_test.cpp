@@ -108,8 +108,12 @@ VoxelAttr expected_attr(const Eight& children, const std::vector<std::size_t>& d
                           [&](const auto& a, const auto& b) { return votes(a) < votes(b); });
     double r = 0, g = 0, b = 0, coloured = 0;
     for (const auto& v : voters)
-        if (v.material == out.material && v.has_colour())
-            r += v.colour.r, g += v.colour.g, b += v.colour.b, ++coloured;
+        if (v.material == out.material && v.has_colour()) {
+            r += v.colour.r;
+            g += v.colour.g;
+            b += v.colour.b;
+            ++coloured;
+        }
     if (coloured > 0) {
         const auto mean = [&](double sum) {
             return static_cast<std::uint8_t>(std::floor(sum / coloured + 0.5));
@@ -141,9 +145,10 @@ VoxelAttr random_attr(int x, int y, int z) {
         random() % 16 == 0 ? kRare[random() % kRare.size()] : kOften[random() % kOften.size()];
     attr.source_class =
         static_cast<std::uint8_t>(random() | 1);  // a hidden voxel is the one with 0
-    if (random() % 3 != 0)
-        attr.flags = VoxelAttr::kHasColour,
+    if (random() % 3 != 0) {
+        attr.flags = VoxelAttr::kHasColour;
         attr.colour = {static_cast<std::uint8_t>(random()), static_cast<std::uint8_t>(random()), 9};
+    }
     return attr;
 }
 
@@ -197,7 +202,8 @@ TEST_CASE("eight empty children make no box, and so do too few voxels",
           "[common][voxel][downsample]") {
     CHECK(downsample(kCoarse, {}) == nullptr);
     Scene speck;
-    speck.add(10, 10, 4, 6, true), speck.add(11, 10, 4, 5, true);  // three of eight
+    speck.add(10, 10, 4, 6, true);
+    speck.add(11, 10, 4, 5, true);  // three of eight
     CHECK(downsample(kCoarse, alone(speck.build(kFine, ground))) == nullptr);
     speck.add(11, 10, 5, 6, true);
     CHECK(downsample(kCoarse, alone(speck.build(kFine, ground))) != nullptr);

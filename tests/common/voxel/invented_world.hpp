@@ -15,9 +15,12 @@ public:
     explicit InventedWorld(const voxel::VoxelBounds& bounds,
                            std::size_t limit_bytes = std::size_t{64} << 20)
         : PyramidWorld(limit_bytes) {
-        m_info.title = "invented", m_info.bounds = bounds,
+        m_info.title = "invented";
+        m_info.bounds = bounds;
         m_info.levels = voxel::levels_for(bounds);
-        m_info.crs = "EPSG:3794", m_info.crs_wkt = "a place", m_info.attribution = "nobody";
+        m_info.crs = "EPSG:3794";
+        m_info.crs_wkt = "a place";
+        m_info.attribution = "nobody";
     }
     [[nodiscard]] const voxel::WorldInfo& info() const noexcept override { return m_info; }
 
@@ -54,7 +57,7 @@ protected:
     [[nodiscard]] voxel::FineColumn make_column(std::int32_t bx, std::int32_t bz) override {
         ++made;
         if (bx == fails_at_bx)
-            throw Error("make the column: not today");
+            throw util::Error("make the column: not today");
         if (bx >= breaks_at_bx)
             throw std::runtime_error("the power is off");
         voxel::FineColumn out;

@@ -35,7 +35,8 @@ MaterialGrid terrain(const Height& height) {
     MaterialGrid grid;
     for_columns(0, [&](int x, int z) {
         const int top = height(x, z);
-        grid.fill({x, x + 1}, {0, top}, {z, z + 1}, kSoil), grid.set(x, top - 1, z, kGrass);
+        grid.fill({x, x + 1}, {0, top}, {z, z + 1}, kSoil);
+        grid.set(x, top - 1, z, kGrass);
     });
     return grid;
 }
@@ -189,9 +190,10 @@ TEST_CASE("a town keeps its lanes: houses do not go on growing, level by level",
             for_columns(0, [&](int x, int z) {
                 const double u = (x - cx) * std::cos(a) + (z - cz) * std::sin(a),
                              v = (z - cz) * std::cos(a) - (x - cx) * std::sin(a);
-                if (std::abs(u) <= 4.5 && std::abs(v) <= 3)
-                    grid.fill({x, x + 1}, {20, 27}, {z, z + 1}, kWall),
-                        grid.set(x, 27, z, kOrangeRoof);
+                if (std::abs(u) <= 4.5 && std::abs(v) <= 3) {
+                    grid.fill({x, x + 1}, {20, 27}, {z, z + 1}, kWall);
+                    grid.set(x, 27, z, kOrangeRoof);
+                }
             });
         }
         const auto fine = grid.build();
@@ -220,9 +222,10 @@ TEST_CASE("a lake stays flat, whole and water, whatever its height and depth",
         return far_in(x, z) < 29 ? surface - depth : surface + (far_in(x, z) > 30);
     });
     for_columns(0, [&](int x, int z) {
-        if (far_in(x, z) < 29)
-            grid.fill({x, x + 1}, {surface - depth, surface}, {z, z + 1}, kWater),
-                grid.set(x, surface - depth - 1, z, kSand);
+        if (far_in(x, z) < 29) {
+            grid.fill({x, x + 1}, {surface - depth, surface}, {z, z + 1}, kWater);
+            grid.set(x, surface - depth - 1, z, kSand);
+        }
     });
     for (int level = 1; level <= 4; ++level) {
         const auto box = level_of(grid.build(), level);
@@ -232,7 +235,8 @@ TEST_CASE("a lake stays flat, whole and water, whatever its height and depth",
         for (int x = margin; x < 64 - margin; ++x)
             for (int z = margin; z < 64 - margin; ++z) {
                 const int top = top_of(*box, x >> level, z >> level, solid);
-                holes += top<expected, steps += top> expected;
+                holes += top < expected;
+                steps += top > expected;
                 dry += top > 0 && material_at(*box, x >> level, top - 1, z >> level) != kWater;
             }
         INFO("level " << level);

@@ -99,7 +99,8 @@ inline bool light_reaches(const voxel::Box& box, int side, int height, std::arra
         if (x < 0 || y < 0 || z < 0 || x >= side || y >= height || z >= side || at(x, y, z) != 0 ||
             opaque_at(box, x, y, z))
             return;
-        at(x, y, z) = 1, open.push_back({x, y, z});
+        at(x, y, z) = 1;
+        open.push_back({x, y, z});
     };
     for (int x = 0; x < side; ++x)
         for (int z = 0; z < side; ++z)
@@ -107,8 +108,11 @@ inline bool light_reaches(const voxel::Box& box, int side, int height, std::arra
     while (!open.empty()) {
         const auto [x, y, z] = open.back();
         open.pop_back();
-        for (const int d : {-1, 1})
-            visit(x + d, y, z), visit(x, y + d, z), visit(x, y, z + d);
+        for (const int d : {-1, 1}) {
+            visit(x + d, y, z);
+            visit(x, y + d, z);
+            visit(x, y, z + d);
+        }
     }
     return at(inside[0], inside[1], inside[2]) != 0;
 }

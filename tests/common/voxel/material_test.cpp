@@ -116,7 +116,7 @@ TEST_CASE("a wrong materials file is refused by file, field and value",
     DYNAMIC_SECTION(c.name) {
         const TemporaryFolder folder;
         const auto file = altered(folder, c.from, c.to);
-        CHECK_THROWS_AS(load_palette(file), Error);
+        CHECK_THROWS_AS(load_palette(file), util::Error);
         CHECK_THROWS_WITH(load_palette(file), contains(file.string()));
         for (const auto& part : c.said)
             CHECK_THROWS_WITH(load_palette(file), contains(part));
@@ -124,6 +124,6 @@ TEST_CASE("a wrong materials file is refused by file, field and value",
 }
 
 TEST_CASE("a materials file that does not exist is named", "[common][voxel][material]") {
-    CHECK_THROWS_AS(load_palette("/nowhere/materials.toml"), Error);
+    CHECK_THROWS_AS(load_palette("/nowhere/materials.toml"), util::Error);
     CHECK_THROWS_WITH(load_palette("/nowhere/materials.toml"), contains("/nowhere/materials.toml"));
 }

@@ -99,16 +99,16 @@ TEST_CASE("outside its bounds a pyramid is air, and other levels are refused",
     CHECK(world.column(0, 100, 3).empty());
     CHECK_FALSE(world.column(0, 0, 3).empty());
     CHECK(world.made == 0);
-    CHECK_THROWS_AS(world.box({world.info().levels, 0, 0, 0}), UsageError);
-    CHECK_THROWS_AS(world.box({-1, 0, 0, 0}), UsageError);
+    CHECK_THROWS_AS(world.box({world.info().levels, 0, 0, 0}), util::UsageError);
+    CHECK_THROWS_AS(world.box({-1, 0, 0, 0}), util::UsageError);
 }
 
 TEST_CASE("what cannot be made is an error on every level above it, and is tried again",
           "[common][voxel][pyramid]") {
     InventedWorld world(kBounds);
     world.fails_at_bx = 1;
-    CHECK_THROWS_AS(world.box({0, 1, 0, 3}), Error);
-    CHECK_THROWS_AS(world.box({2, 0, 0, 0}), Error);
+    CHECK_THROWS_AS(world.box({0, 1, 0, 3}), util::Error);
+    CHECK_THROWS_AS(world.box({2, 0, 0, 0}), util::Error);
     CHECK_NOTHROW(world.box({0, 0, 0, 3}));
     world.fails_at_bx = 1 << 20;
     CHECK(world.box({0, 1, 0, 3}) != nullptr);

@@ -15,9 +15,14 @@ namespace {
 
 SideCar example() {
     WorldInfo info;
-    info.title = "Town", info.crs = "EPSG:3794", info.crs_wkt = "PROJCRS[]", info.voxel_m = 0.5,
+    info.title = "Town";
+    info.crs = "EPSG:3794";
+    info.crs_wkt = "PROJCRS[]";
+    info.voxel_m = 0.5;
     info.crs_units_per_voxel = 0.5;
-    info.licence = "CC BY", info.attribution = "those who flew", info.centre = geo::LatLon{46, 14};
+    info.licence = "CC BY";
+    info.attribution = "those who flew";
+    info.centre = geo::LatLon{46, 14};
     SideCar car = side_car_of(info, 2, {512, -16, -1024});
     car.blocks = {{"minecraft:bricks", Material::kRoof}, {"minecraft:stone", Material::kRock}};
     return car;
@@ -70,6 +75,6 @@ TEST_CASE("a wrong side-car is refused by file and value", "[common][voxel][side
         REQUIRE(at != std::string::npos);
         text.replace(at, std::string(c.from).size(), c.to);
         CHECK_THROWS_WITH(side_car_from_json(text, "car.json"), contains(c.said));
-        CHECK_THROWS_AS(side_car_from_json(text, "car.json"), Error);
+        CHECK_THROWS_AS(side_car_from_json(text, "car.json"), util::Error);
     }
 }

@@ -55,7 +55,9 @@ TEST_CASE("a world's description survives the way through JSON, to the last bit"
 TEST_CASE("a world that is nowhere on Earth has no centre on the other side either",
           "[common][voxel][world_json]") {
     WorldInfo in = full();
-    in.centre.reset(), in.crs.clear(), in.crs_wkt.clear();
+    in.centre.reset();
+    in.crs.clear();
+    in.crs_wkt.clear();
     CHECK_FALSE(world_from_json(world_to_json(in), "test").centre);
 }
 
@@ -102,7 +104,7 @@ TEST_CASE("text that is no world is refused, naming where it came from",
          "crs_units_per_voxel"},
     }));
     DYNAMIC_SECTION(c.name) {
-        CHECK_THROWS_AS(world_from_json(c.text, "http://there:1"), Error);
+        CHECK_THROWS_AS(world_from_json(c.text, "http://there:1"), util::Error);
         CHECK_THROWS_WITH(world_from_json(c.text, "http://there:1"),
                           contains("http://there:1") && contains(c.said));
     }
@@ -112,7 +114,7 @@ TEST_CASE("bounds that 32 bits cannot hold are refused and not cut",
           "[common][voxel][world_json]") {
     CHECK_THROWS_AS(
         world_from_json(changed(world_to_json(full()), "462000000", "99999999999999"), "test"),
-        Error);
+        util::Error);
 }
 
 TEST_CASE(
@@ -143,7 +145,8 @@ TEST_CASE(
     }));
     DYNAMIC_SECTION(c.name) {
         WorldInfo info = full();
-        info.bounds = c.bounds, info.levels = c.levels;
+        info.bounds = c.bounds;
+        info.levels = c.levels;
         if (c.allowed)
             CHECK(world_from_json(world_to_json(info), "http://there:1").bounds == c.bounds);
         else

@@ -28,8 +28,8 @@ public:
                "[[view]]\nname = \"End\"\n[view.camera]\nspace = \"latlon\"\nposition = [46.02, "
                "14.04, 700]\ntarget = [46.01, 14, 400]\n";
     }
-    [[nodiscard]] Animation read() const {
-        return Animation::read(m_path, m_folder.path() / "views");
+    [[nodiscard]] animate::Animation read() const {
+        return animate::Animation::read(m_path, m_folder.path() / "views");
     }
     [[nodiscard]] std::string path() const { return m_path.string(); }
 
@@ -68,11 +68,12 @@ fov_deg = 20
 samples = 2
 colour = "material"
 )");
-    const Animation film = file.read();
+    const animate::Animation film = file.read();
     CHECK(film.fps() == 10);
     REQUIRE(film.frames() == 31);
-    Scene base;
-    base.camera.zoom = 3, base.quality.shadows = false;
+    scene::Scene base;
+    base.camera.zoom = 3;
+    base.quality.shadows = false;
     film.apply_base(base);
     CHECK(base.output.size_px == std::array{100, 50});
     CHECK(film.at(0, base).camera.position == Triple{0, 0, 10});
@@ -85,13 +86,13 @@ colour = "material"
     CHECK(film.at(5, base).quality.samples == 9);  // before its first key
     CHECK(film.at(29, base).quality.samples == 9);
     CHECK(film.at(30, base).quality.samples == 2);
-    CHECK(film.at(29, base).quality.colour == VoxelColour::kTrue);
-    CHECK(film.at(30, base).quality.colour == VoxelColour::kMaterial);
+    CHECK(film.at(29, base).quality.colour == core::VoxelColour::kTrue);
+    CHECK(film.at(30, base).quality.colour == core::VoxelColour::kMaterial);
     for (int i = 0; i < film.frames(); ++i) {
-        const Scene scene = film.at(i, base);
+        const scene::Scene scene = film.at(i, base);
         CHECK((scene.camera.zoom == 3 && !scene.quality.shadows &&
                scene.output.size_px == std::array{100, 50}));
-        CHECK(to_toml(film.at(i, base)) == to_toml(scene));  // a pure function
+        CHECK(scene::to_toml(film.at(i, base)) == scene::to_toml(scene));  // a pure function
         if (i == 0)
             continue;
         // No jump, and no sudden bend.
@@ -106,13 +107,13 @@ colour = "material"
 }
 
 TEST_CASE("a key may name a view, and change it", "[raytracer][animate]") {
-    const Animation film =
+    const animate::Animation film =
         File(
             "fps = 2\n[[key]]\ntime_s = 0\ncamera.look = \"start\"\n[[key]]\ntime_s = "
             "4\n[key.camera]\nlook = \"End\"\ntarget = [46.02, 14.0, 450]\n")
             .read();
-    const Scene first = film.at(0, {}), last = film.at(8, {});
-    CHECK(first.camera.space == CoordinateSpace::kLatLon);
+    const scene::Scene first = film.at(0, {}), last = film.at(8, {});
+    CHECK(first.camera.space == core::CoordinateSpace::kLatLon);
     CHECK(first.camera.position == Triple{46, 14, 500});
     CHECK(last.camera.position == Triple{46.02, 14.04, 700});
     CHECK(last.camera.target == Triple{46.02, 14.0, 450});
@@ -122,55 +123,55 @@ TEST_CASE("a key may name a view, and change it", "[raytracer][animate]") {
 
 TEST_CASE("a turntable goes around its target at one distance and height, clockwise, and closes",
           "[raytracer][animate]") {
-    const auto space =
-        GENERATE(CoordinateSpace::kCrs, CoordinateSpace::kVoxel, CoordinateSpace::kLatLon);
-    Scene base;
+    const auto space = GENERATE(core::CoordinateSpace::kCrs, core::CoordinateSpace::kVoxel,
+                                core::CoordinateSpace::kLatLon);
+    scene::Scene base;
     base.camera.space = space;
-    base.camera.target =
-        space == CoordinateSpace::kLatLon ? Triple{46.36, 14.09, 480} : Triple{1000, 2000, 300};
-    base.camera.position = space == CoordinateSpace::kLatLon ? Triple{46.37, 14.09, 700}
-                           : space == CoordinateSpace::kCrs
+    base.camera.target = space == core::CoordinateSpace::kLatLon ? Triple{46.36, 14.09, 480}
+                                                                 : Triple{1000, 2000, 300};
+    base.camera.position = space == core::CoordinateSpace::kLatLon ? Triple{46.37, 14.09, 700}
+                           : space == core::CoordinateSpace::kCrs
                                ? Triple{1000, 2500, 450}
                                : Triple{1000, 2000, -200};  // in the north
-    const Animation film = File("fps = 10\n[turntable]\nseconds = 4\n").read();
+    const animate::Animation film = File("fps = 10\n[turntable]\nseconds = 4\n").read();
     REQUIRE(film.frames() == 40);
     // East and north of the target, metres.
-    const auto around = [&](const Scene& scene) {
+    const auto around = [&](const scene::Scene& scene) {
         const Triple &p = *scene.camera.position, &t = *scene.camera.target;
-        if (space == CoordinateSpace::kLatLon) {
+        if (space == core::CoordinateSpace::kLatLon) {
             const auto local = geo::LocalFrame({t[0], t[1]}, 0).to_local({p[0], p[1]}, 0);
             return std::array{local.east_m, local.north_m};
         }
-        return space == CoordinateSpace::kCrs ? std::array{p[0] - t[0], p[1] - t[1]}
-                                              : std::array{p[0] - t[0], -(p[2] - t[2])};
+        return space == core::CoordinateSpace::kCrs ? std::array{p[0] - t[0], p[1] - t[1]}
+                                                    : std::array{p[0] - t[0], -(p[2] - t[2])};
     };
     const auto start = around(base);
     const double radius = std::hypot(start[0], start[1]);
     for (int i = 0; i < 40; ++i) {
-        const Scene scene = film.at(i, base);
+        const scene::Scene scene = film.at(i, base);
         const auto [east, north] = around(scene);
         INFO(space << ", frame " << i << ": " << east << ", " << north);
         CHECK(std::hypot(east, north) == Approx(radius).epsilon(1e-6));
         CHECK(std::cos(std::atan2(east, north) - i * 9 * std::acos(-1.0) / 180) > 1 - 1e-9);
         CHECK(scene.camera.target == base.camera.target);
-        const std::size_t height = space == CoordinateSpace::kVoxel ? 1 : 2;
+        const std::size_t height = space == core::CoordinateSpace::kVoxel ? 1 : 2;
         CHECK((*scene.camera.position)[height] == (*base.camera.position)[height]);
     }
     CHECK(film.at(0, base).camera.position == base.camera.position);
     SECTION("around another point the target goes along") {
-        const Triple centre =
-            space == CoordinateSpace::kLatLon ? Triple{46.365, 14.091, 0} : Triple{900, 2100, 0};
+        const Triple centre = space == core::CoordinateSpace::kLatLon ? Triple{46.365, 14.091, 0}
+                                                                      : Triple{900, 2100, 0};
         std::string text = "fps = 10\n[turntable]\nturns = -0.5\nseconds = 4\ntarget = [";
         for (const double v : centre)
             text += std::to_string(v) + ", ";
-        const Animation other = File(text + "]\n").read();
+        const animate::Animation other = File(text + "]\n").read();
         REQUIRE(other.frames() == 41);
-        const Scene half = other.at(40, base);
+        const scene::Scene half = other.at(40, base);
         CHECK(around(half)[0] == Approx(-start[0]).margin(radius * 1e-3));
         CHECK(around(half)[1] == Approx(-start[1]).margin(radius * 1e-3));
     }
     SECTION("a camera that frames the world goes around it") {
-        Scene framing;
+        scene::Scene framing;
         framing.camera.azimuth_deg = 350;
         CHECK(film.at(10, framing).camera.azimuth_deg == Approx(80));
         CHECK_FALSE(film.at(10, framing).camera.position);
@@ -178,22 +179,24 @@ TEST_CASE("a turntable goes around its target at one distance and height, clockw
 }
 
 TEST_CASE("a day goes from one clock hour to another", "[raytracer][animate]") {
-    const Animation film = File("fps = 4\nseconds = 5\n[day]\nfrom = 5\nto = 21\n").read();
+    const animate::Animation film = File("fps = 4\nseconds = 5\n[day]\nfrom = 5\nto = 21\n").read();
     REQUIRE(film.frames() == 21);
     for (int i = 0; i <= 20; ++i)
         CHECK(film.at(i, {}).sun.time_h == Approx(5 + 0.8 * i));
     CHECK(film.at(20, {}).sun.time_h <= 21);
-    Scene fixed;
-    fixed.sun.altitude_deg = 30, fixed.sun.azimuth_deg = 100;
+    scene::Scene fixed;
+    fixed.sun.altitude_deg = 30;
+    fixed.sun.azimuth_deg = 100;
     CHECK_THROWS_WITH(film.at(0, fixed), contains("[day] and sun.altitude_deg"));
-    const Animation back = File("[day]\nfrom = 21\nto = 20\nseconds = 2\n").read();
+    const animate::Animation back = File("[day]\nfrom = 21\nto = 20\nseconds = 2\n").read();
     CHECK(back.at(50, {}).sun.time_h == Approx(20));
 }
 
 TEST_CASE("movement may begin and end at rest", "[raytracer][animate]") {
     const std::string keys =
         "fps = 100\n[[key]]\ntime_s = 0\nsun.time_h = 5\n[[key]]\ntime_s = 1\nsun.time_h = 15\n";
-    const Animation plain = File(keys).read(), gentle = File("ease = true\n" + keys).read();
+    const animate::Animation plain = File(keys).read(),
+                             gentle = File("ease = true\n" + keys).read();
     CHECK(plain.at(1, {}).sun.time_h == Approx(5.1));
     CHECK(gentle.at(1, {}).sun.time_h < 5.01);
     CHECK(gentle.at(50, {}).sun.time_h == Approx(10));
@@ -254,7 +257,7 @@ TEST_CASE("an animation that cannot be is refused in one line that names file, k
         std::string said;
         try {
             (void)file.read();
-        } catch (const UsageError& e) {
+        } catch (const util::UsageError& e) {
             said = e.what();
         }
         CHECK_THAT(said, contains(c.said));
@@ -266,10 +269,11 @@ TEST_CASE("an animation that cannot be is refused in one line that names file, k
 
 TEST_CASE("a turntable around a point of its own needs a camera that stands somewhere",
           "[raytracer][animate]") {
-    const Animation film = File("[turntable]\nseconds = 1\ntarget = [1, 2, 3]\n").read();
-    CHECK_THROWS_AS(film.at(0, {}), UsageError);
-    Scene map;
-    map.camera.projection = CameraProjection::kOrthographic;
+    const animate::Animation film = File("[turntable]\nseconds = 1\ntarget = [1, 2, 3]\n").read();
+    CHECK_THROWS_AS(film.at(0, {}), util::UsageError);
+    scene::Scene map;
+    map.camera.projection = core::CameraProjection::kOrthographic;
     CHECK(film.at(3, map).camera.target == Triple{1, 2, 3});
-    CHECK_THROWS_WITH(Animation::read("/nowhere/film.toml"), contains("/nowhere/film.toml"));
+    CHECK_THROWS_WITH(animate::Animation::read("/nowhere/film.toml"),
+                      contains("/nowhere/film.toml"));
 }

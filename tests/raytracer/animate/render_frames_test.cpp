@@ -32,20 +32,21 @@ struct Film {
     Film() {
         std::ofstream(folder.path() / "film.toml")
             << "fps = 4\n[day]\nfrom = 4\nto = 8\nseconds = 1\n";
-        animation = Animation::read(folder.path() / "film.toml");
+        animation = animate::Animation::read(folder.path() / "film.toml");
         options.pattern = (folder.path() / "out/%03d.png").string();
         options.quiet = true;
         fs::create_directory(folder.path() / "out");
     }
-    ExitCode run() {
+    util::ExitCode run() {
         made.clear();
-        return render_frames(
-            animation, base, options, [&](const Scene& scene, const fs::path& picture) {
+        return animate::render_frames(
+            animation, base, options, [&](const scene::Scene& scene, const fs::path& picture) {
                 made.push_back(picture.filename().string());
                 if (picture.filename() == fail_at)
-                    throw Error("the light went out");
+                    throw util::Error("the light went out");
                 std::ofstream(picture) << scene.sun.time_h;
-                return picture.filename() == holes_at ? ExitCode::kHoles : ExitCode::kDone;
+                return picture.filename() == holes_at ? util::ExitCode::kHoles
+                                                      : util::ExitCode::kDone;
             });
     }
     [[nodiscard]] fs::path frame(const std::string& name) const {
@@ -53,9 +54,9 @@ struct Film {
     }
 
     TemporaryFolder folder;
-    Animation animation;
-    Scene base;
-    FrameOptions options;
+    animate::Animation animation;
+    scene::Scene base;
+    animate::FrameOptions options;
     std::string fail_at, holes_at;
     std::vector<std::string> made;
 };
@@ -66,11 +67,11 @@ const Names kAll{"000.png", "001.png", "002.png", "003.png", "004.png"};
 
 TEST_CASE("frames are made in order, and none twice", "[raytracer][animate]") {
     Film film;
-    CHECK(film.run() == ExitCode::kDone);
+    CHECK(film.run() == util::ExitCode::kDone);
     CHECK(film.made == kAll);
     CHECK(text_of(film.frame("000.png")) == "4");
     CHECK(text_of(film.frame("004.png")) == "8");
-    CHECK(film.run() == ExitCode::kDone);
+    CHECK(film.run() == util::ExitCode::kDone);
     CHECK(film.made.empty());
     SECTION("but again when asked to") {
         film.options.again = true;
@@ -96,7 +97,8 @@ TEST_CASE("frames are made in order, and none twice", "[raytracer][animate]") {
         CHECK(film.made.empty());
     }
     SECTION("threads and memory make no other picture") {
-        film.base.processing.threads = 3, film.base.processing.memory_mib = 77;
+        film.base.processing.threads = 3;
+        film.base.processing.memory_mib = 77;
         (void)film.run();
         CHECK(film.made.empty());
     }
@@ -104,7 +106,7 @@ TEST_CASE("frames are made in order, and none twice", "[raytracer][animate]") {
         std::ofstream(film.folder.path() / "film.toml")
             << "fps = 4\n[[key]]\ntime_s = 0.5\nsun.time_h = 6\n[[key]]\ntime_s = 1\nsun.time_h = "
                "8\n";
-        film.animation = Animation::read(film.folder.path() / "film.toml");
+        film.animation = animate::Animation::read(film.folder.path() / "film.toml");
         (void)film.run();
         CHECK(film.made == Names{"000.png", "001.png"});
     }
@@ -118,38 +120,44 @@ TEST_CASE("a run that was cut off goes on where it ended", "[raytracer][animate]
     film.fail_at.clear();
     SECTION("simply") {}
     SECTION("with a list that was cut off in the middle of a line") {
-        std::ofstream(FrameNames(film.options.pattern).ledger(), std::ios::app) << "\n3 00ab";
+        std::ofstream(animate::FrameNames(film.options.pattern).ledger(), std::ios::app)
+            << "\n3 00ab";
     }
     SECTION("with a picture of unknown origin") {
         std::ofstream(film.frame("003.png")) << "?";
     }
-    CHECK(film.run() == ExitCode::kDone);
+    CHECK(film.run() == util::ExitCode::kDone);
     CHECK(film.made == Names{"003.png", "004.png"});
-    CHECK(film.run() == ExitCode::kDone);
+    CHECK(film.run() == util::ExitCode::kDone);
     CHECK(film.made.empty());
 }
 
 TEST_CASE("frames with holes are kept, told, and tried again", "[raytracer][animate]") {
     Film film;
     film.holes_at = "001.png";
-    CHECK(film.run() == ExitCode::kHoles);
+    CHECK(film.run() == util::ExitCode::kHoles);
     CHECK(film.made == kAll);
-    CHECK(film.run() == ExitCode::kHoles);
+    CHECK(film.run() == util::ExitCode::kHoles);
     CHECK(film.made == Names{"001.png"});
     film.holes_at.clear();
-    CHECK(film.run() == ExitCode::kDone);
+    CHECK(film.run() == util::ExitCode::kDone);
 }
 
 TEST_CASE("some of the frames only", "[raytracer][animate]") {
     Film film;
-    film.options.first = 1, film.options.every = 2;
-    CHECK(film.run() == ExitCode::kDone);
+    film.options.first = 1;
+    film.options.every = 2;
+    CHECK(film.run() == util::ExitCode::kDone);
     CHECK(film.made == Names{"001.png", "003.png"});
-    film.options.first = 3, film.options.last = 4, film.options.every = 1;
-    CHECK(film.run() == ExitCode::kDone);
+    film.options.first = 3;
+    film.options.last = 4;
+    film.options.every = 1;
+    CHECK(film.run() == util::ExitCode::kDone);
     CHECK(film.made == Names{"004.png"});
-    film.options.every = 2'000'000'000, film.options.first = 0, film.options.last = -1;
-    CHECK(film.run() == ExitCode::kDone);
+    film.options.every = 2'000'000'000;
+    film.options.first = 0;
+    film.options.last = -1;
+    CHECK(film.run() == util::ExitCode::kDone);
     CHECK(film.made == Names{"000.png"});
 }
 
@@ -157,73 +165,84 @@ TEST_CASE("frames that cannot be are refused before anything is made", "[raytrac
     Film film;
     std::string said;
     SECTION("begins after the end") {
-        film.options.first = 5, said = "first = 5; allowed: 0 to 4";
+        film.options.first = 5;
+        said = "first = 5; allowed: 0 to 4";
     }
     SECTION("begins before the start") {
-        film.options.first = -1, said = "first = -1";
+        film.options.first = -1;
+        said = "first = -1";
     }
     SECTION("ends after the end") {
-        film.options.last = 5, said = "last = 5; allowed: 0 to 4";
+        film.options.last = 5;
+        said = "last = 5; allowed: 0 to 4";
     }
     SECTION("ends before it begins") {
-        film.options.first = 3, film.options.last = 2, said = "last = 2; allowed: 3 to 4";
+        film.options.first = 3;
+        film.options.last = 2;
+        said = "last = 2; allowed: 3 to 4";
     }
     SECTION("every none") {
-        film.options.every = 0, said = "every = 0";
+        film.options.every = 0;
+        said = "every = 0";
     }
     SECTION("no number in the name") {
-        film.options.pattern = "frame.png", said = "-o frame.png; allowed: one %d";
+        film.options.pattern = "frame.png";
+        said = "-o frame.png; allowed: one %d";
     }
     SECTION("a video of a part") {
-        film.options.first = 1, film.options.video = "a.mp4",
+        film.options.first = 1;
+        film.options.video = "a.mp4";
         said = "a video is made of all frames";
     }
     SECTION("a video of another kind") {
-        film.options.video = "a.gif", said = "allowed: .mp4, .mkv, .mov";
+        film.options.video = "a.gif";
+        said = "allowed: .mp4, .mkv, .mov";
     }
     SECTION("a video of float pictures") {
-        film.options.pattern = (film.folder.path() / "%d.exr").string(),
-        film.options.video = "a.mp4", said = "frames in .png or .jpg";
+        film.options.pattern = (film.folder.path() / "%d.exr").string();
+        film.options.video = "a.mp4";
+        said = "frames in .png or .jpg";
     }
     SECTION("a video without a program") {
-        film.options.video = (film.folder.path() / "a.mp4").string(),
-        film.options.ffmpeg = "no-such-program", said = "no-such-program is not installed";
+        film.options.video = (film.folder.path() / "a.mp4").string();
+        film.options.ffmpeg = "no-such-program";
+        said = "no-such-program is not installed";
     }
-    CHECK_THROWS_AS(film.run(), UsageError);
+    CHECK_THROWS_AS(film.run(), util::UsageError);
     CHECK_THROWS_WITH(film.run(), contains(said));
     CHECK(film.made.empty());
 }
 
 TEST_CASE("names of frames have one number", "[raytracer][animate]") {
-    CHECK(FrameNames("a/%04d.png").of(7) == "a/0007.png");
-    CHECK(FrameNames("a/%04d.png").of(123456) == "a/123456.png");
-    CHECK(FrameNames("%d.png").of(7) == "7.png");
-    CHECK(FrameNames("a/b%09dc.jpg").of(0) == "a/b000000000c.jpg");
-    CHECK(FrameNames("a/%04d.png").ledger() == "a/.frames.png.done");
+    CHECK(animate::FrameNames("a/%04d.png").of(7) == "a/0007.png");
+    CHECK(animate::FrameNames("a/%04d.png").of(123456) == "a/123456.png");
+    CHECK(animate::FrameNames("%d.png").of(7) == "7.png");
+    CHECK(animate::FrameNames("a/b%09dc.jpg").of(0) == "a/b000000000c.jpg");
+    CHECK(animate::FrameNames("a/%04d.png").ledger() == "a/.frames.png.done");
     const std::string bad =
         GENERATE("", "a.png", "%s.png", "%04x.png", "%00d.png", "%4d.png", "%04d%04d.png",
                  "%%04d.png", "%.png", "%0", "%", "%d/a.png", "%-4d.png", "%012d.png");
     INFO(bad);
-    CHECK_THROWS_AS(FrameNames(bad), UsageError);
+    CHECK_THROWS_AS(animate::FrameNames(bad), util::UsageError);
 }
 
 TEST_CASE("what is done survives in a list, whatever else stands in it", "[raytracer][animate]") {
     const TemporaryFolder folder;
     const fs::path file = folder.path() / "new/list";
-    CHECK_FALSE(FrameLedger(file).is_done(1, 2));
-    FrameLedger(file).add(1, 0x0123456789abcdef);
-    FrameLedger(file).add(2, 5);
-    FrameLedger(file).add(2, 6);
+    CHECK_FALSE(animate::FrameLedger(file).is_done(1, 2));
+    animate::FrameLedger(file).add(1, 0x0123456789abcdef);
+    animate::FrameLedger(file).add(2, 5);
+    animate::FrameLedger(file).add(2, 6);
     std::ofstream(file, std::ios::app)
         << "7 0000000000000007x\n8 \n9\n\xff\xfe\n10 00000000\n99999999999999999999 "
            "0000000000000001\n11 -000000000000001\n12 0000000000000000";
-    const FrameLedger again(file);
+    const animate::FrameLedger again(file);
     CHECK(again.is_done(1, 0x0123456789abcdef));
     CHECK(again.is_done(2, 6));
     CHECK_FALSE(again.is_done(2, 5));
     for (const int frame : {7, 8, 9, 10, 11})
         CHECK_FALSE(again.is_done(frame, 7));
-    CHECK_THROWS_WITH(FrameLedger(folder.path()), contains("is no list of frames"));
+    CHECK_THROWS_WITH(animate::FrameLedger(folder.path()), contains("is no list of frames"));
 }
 
 TEST_CASE("several processes note their frames in one list", "[raytracer][animate]") {
@@ -236,10 +255,10 @@ TEST_CASE("several processes note their frames in one list", "[raytracer][animat
         REQUIRE(child >= 0);
         if (child == 0) {
             try {
-                FrameLedger own(file);
+                animate::FrameLedger own(file);
                 for (int i = 0; i < kFrames; ++i)
                     own.add(i * kProcesses + process, static_cast<std::uint64_t>(process));
-            } catch (const Error&) {
+            } catch (const util::Error&) {
                 ::_exit(1);
             }
             ::_exit(0);
@@ -251,7 +270,7 @@ TEST_CASE("several processes note their frames in one list", "[raytracer][animat
         REQUIRE(::waitpid(child, &status, 0) == child);
         CHECK(status == 0);
     }
-    const FrameLedger all(file);
+    const animate::FrameLedger all(file);
     int noted = 0;
     for (int frame = 0; frame < kProcesses * kFrames; ++frame)
         noted += all.is_done(frame, static_cast<std::uint64_t>(frame % kProcesses)) ? 1 : 0;
@@ -267,7 +286,7 @@ TEST_CASE("several processes note their frames in one list", "[raytracer][animat
 TEST_CASE("a full disk is told, and the frame counts as not done", "[raytracer][animate]") {
     const TemporaryFolder folder;
     const fs::path file = folder.path() / "list";
-    FrameLedger full(file);
+    animate::FrameLedger full(file);
     fs::create_symlink("/dev/full", file);
     CHECK_THROWS_WITH(full.add(3, 4), contains("note that frame 3 is done: " + file.string() +
                                                " cannot be written"));
@@ -283,7 +302,7 @@ TEST_CASE("of what killed runs have left beside frames, that of living ones stay
                    other = film.frame(".002.part-mine.png");
     for (const fs::path& file : {dead, alive, other})
         std::ofstream(file) << "x";
-    CHECK(film.run() == ExitCode::kDone);
+    CHECK(film.run() == util::ExitCode::kDone);
     CHECK(!fs::exists(dead));
     CHECK(fs::exists(alive));
     CHECK(fs::exists(other));
@@ -296,10 +315,10 @@ TEST_CASE(
     Film film;
     const fs::path materials = film.folder.path() / "mine.toml";
     film.base.quality.materials = materials.string();
-    CHECK_THROWS_AS(film.run(), UsageError);
+    CHECK_THROWS_AS(film.run(), util::UsageError);
     CHECK(film.made.empty());
     std::ofstream(materials) << "rock = { colour = \"#112233\" }\n";
-    CHECK(film.run() == ExitCode::kDone);
+    CHECK(film.run() == util::ExitCode::kDone);
     CHECK(film.made == kAll);
     (void)film.run();
     CHECK(film.made.empty());
@@ -315,9 +334,10 @@ TEST_CASE("a video is made through the program, whole or not at all", "[raytrace
         std::ofstream(program) << "#!/bin/sh\n" << script;
         fs::permissions(program, fs::perms::owner_all);
     };
-    film.options.video = video.string(), film.options.ffmpeg = program.string();
+    film.options.video = video.string();
+    film.options.ffmpeg = program.string();
     install("for last; do :; done\necho \"$@\" > \"$last\"\n");
-    CHECK(film.run() == ExitCode::kDone);
+    CHECK(film.run() == util::ExitCode::kDone);
     const std::string called = text_of(video);
     CHECK_THAT(called,
                contains("-framerate 4 ") && contains("out/%03d.png") && contains("-frames:v 5"));
@@ -326,5 +346,5 @@ TEST_CASE("a video is made through the program, whole or not at all", "[raytrace
     CHECK(text_of(video) == called);
     fs::remove(program);
     CHECK_THROWS_WITH(film.run(), contains("is not installed"));
-    CHECK(find_program("sh") != "");
+    CHECK(animate::find_program("sh") != "");
 }

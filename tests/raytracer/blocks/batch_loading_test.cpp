@@ -86,7 +86,7 @@ private:
     int m_leave = -1;
 };
 
-struct Ear final : BlockListener {
+struct Ear final : blocks::BlockListener {
     bool block_came(const voxel::BoxKey&, std::uint64_t) noexcept override { return ++count > 0; }
     std::atomic<int> count{0};
 };
@@ -116,7 +116,7 @@ TEST_CASE("what many wait for is asked for at once, in the order of the asking",
     REQUIRE(keys.size() > 20);
     world.hold();
     Ear ear;
-    BlockManager blocks(world, kPlenty, 1);
+    blocks::BlockManager blocks(world, kPlenty, 1);
     blocks.wait_for(keys[0], ear, 0);
     until([&] { return world.batches().size() == 1; });
     for (std::size_t i = 1; i < 20; ++i)
@@ -135,7 +135,7 @@ TEST_CASE("a box of a batch is there as soon as it has come", "[raytracer][world
     const Keys keys = keys_of(world);
     world.hold();
     Ear ear;
-    BlockManager blocks(world, kPlenty, 1);
+    blocks::BlockManager blocks(world, kPlenty, 1);
     blocks.prefetch(keys);
     until([&] { return world.batches().size() == 1; });
     CHECK(world.batches()[0] == Keys(keys.begin(), keys.begin() + 8));
@@ -153,7 +153,7 @@ TEST_CASE("a box of a batch is there as soon as it has come", "[raytracer][world
 TEST_CASE("a world that asks for nothing better is asked box by box", "[raytracer][world][batch]") {
     BatchWorld world(1);
     const Keys keys = keys_of(world);
-    BlockManager blocks(world, kPlenty, 3);
+    blocks::BlockManager blocks(world, kPlenty, 3);
     blocks.prefetch(keys);
     until([&] { return blocks.stats().entries == keys.size(); });
     const auto batches = world.batches();
@@ -167,7 +167,7 @@ TEST_CASE("boxes that are only foreseen leave loaders for those that somebody wa
     const Keys keys = keys_of(world);
     world.hold();
     Ear ear;
-    BlockManager blocks(world, kPlenty, 4);
+    blocks::BlockManager blocks(world, kPlenty, 4);
     blocks.prefetch(keys);
     until([&] { return world.batches().size() == 3; });
     blocks.wait_for(keys.back(), ear, 0);
@@ -183,7 +183,7 @@ TEST_CASE("what is queued is shared among the loaders that have nothing to do",
     BatchWorld world(32);
     const Keys keys = keys_of(world);
     world.hold();
-    BlockManager blocks(world, kPlenty, 4);
+    blocks::BlockManager blocks(world, kPlenty, 4);
     blocks.prefetch({keys.begin(), keys.begin() + 12});
     until([&] {
         return world.batches().size() == 3;
@@ -204,7 +204,7 @@ TEST_CASE("a batch is no larger than the memory that is left", "[raytracer][worl
     INFO(limit_bytes);
     BatchWorld world(1000);
     const Keys keys = keys_of(world);
-    BlockManager blocks(world, limit_bytes, 2);
+    blocks::BlockManager blocks(world, limit_bytes, 2);
     blocks.prefetch(keys);
     for (int round = 0; round < 2; ++round)
         for (const auto& key : keys)
@@ -234,7 +234,7 @@ TEST_CASE("boxes that a world fails over, forgets or gives twice hold up no othe
         world.inner().make_hole(keys[3]);
         world.inner().make_hole(keys[4], [] { throw 42; });
         Ear ear;
-        BlockManager blocks(world, kPlenty, 2);
+        blocks::BlockManager blocks(world, kPlenty, 2);
         for (const auto& key : keys)
             blocks.wait_for(key, ear, 0);
         until([&] { return ear.count == static_cast<int>(keys.size()); });
@@ -254,15 +254,15 @@ TEST_CASE(
     "a picture is the same whether boxes come alone or in batches, in any order, with any memory",
     "[raytracer][world][batch][deterministic]") {
     const auto picture = [](voxel::World& world, std::size_t memory_bytes, int loaders) {
-        Scene scene = small_scene();
+        scene::Scene scene = small_scene();
         // With a byte of memory nearly each ray loads its boxes again.
         scene.output.size_px = {49, 27};
-        BlockManager blocks(world, memory_bytes, loaders);
-        const View view = make_view(scene, blocks);
-        foresee_boxes(view, blocks);
-        Film film(scene.output.size_px[0], scene.output.size_px[1]);
-        ThreadProcessor processor(view, blocks, 2);
-        (void)render_film({view, processor, true, nullptr}, film);
+        blocks::BlockManager blocks(world, memory_bytes, loaders);
+        const shade::View view = shade::make_view(scene, blocks);
+        render::prefetch_visible(view, blocks);
+        output::Film film(scene.output.size_px[0], scene.output.size_px[1]);
+        processors::ThreadProcessor processor(view, blocks, 2);
+        (void)render::render_film({view, processor, true, nullptr}, film);
         return bytes_of(film);
     };
     const auto plain = landscape();

@@ -35,17 +35,18 @@ TEST_CASE("a box that cannot be had is a hole, counted once; the others are ther
           "[raytracer][world]") {
     const auto world = landscape();
     world->make_hole({0, 0, 0, -1});
-    BlockManager blocks(*world, kPlenty);
+    blocks::BlockManager blocks(*world, kPlenty);
     const auto range = voxel::boxes_over(world->level_bounds(), 0);
     int holes = 0, boxes = 0;
     for (int round = 0; round < 3; ++round)
         for (int bx = range.min.bx; bx < range.max.bx; ++bx)
             for (int by = range.min.by; by < range.max.by; ++by)
                 for (int bz = range.min.bz; bz < range.max.bz; ++bz) {
-                    const BlockPin block = blocks.get({0, bx, by, bz});
+                    const blocks::BlockPin block = blocks.get({0, bx, by, bz});
                     CHECK(block->hole == (bx == 0 && by == 0 && bz == -1));
                     CHECK_FALSE((block->hole && block->box));
-                    holes += block->hole ? 1 : 0, boxes += block->box ? 1 : 0;
+                    holes += block->hole ? 1 : 0;
+                    boxes += block->box ? 1 : 0;
                 }
     CHECK(blocks.hole_count() == 1);
     CHECK(holes == 3);
@@ -56,7 +57,7 @@ TEST_CASE("a world that has changed is told to whoever asks whether it has", "[r
     const auto world = landscape();
     world->make_hole({0, 0, 0, -1});
     world->make_hole({0, 0, 0, 0}, [] { throw voxel::ChangedError("another one"); });
-    BlockManager blocks(*world, kPlenty);
+    blocks::BlockManager blocks(*world, kPlenty);
     CHECK_FALSE(blocks.get({0, 1, 0, 0})->hole);
     CHECK(blocks.get({0, 0, 0, -1})->hole);
     CHECK_NOTHROW(blocks.check_world());
@@ -72,15 +73,15 @@ TEST_CASE("holes that are forgotten are asked for again, and no sooner", "[raytr
     const voxel::BoxKey broken{0, 0, 0, -1}, other{0, 0, 0, 0};
     const auto world = landscape();
     world->make_hole(broken);
-    BlockManager blocks(*world, memory_bytes);
+    blocks::BlockManager blocks(*world, memory_bytes);
     CHECK(blocks.get(broken)->hole);
     CHECK_FALSE(blocks.get(other)->hole);
     world->mend_hole(broken);
     CHECK(blocks.get(broken)->hole);
-    const BlockPin pinned = blocks.find(broken);
+    const blocks::BlockPin pinned = blocks.find(broken);
     blocks.forget_holes();
     CHECK(blocks.hole_count() == 0);
-    const BlockPin block = blocks.get(broken);
+    const blocks::BlockPin block = blocks.get(broken);
     CHECK_FALSE(block->hole);
     CHECK(block->box);
     if (pinned)
@@ -105,8 +106,8 @@ TEST_CASE(
             std::this_thread::yield();
         throw std::runtime_error("the disk was gone");
     });
-    BlockManager blocks(*world, kPlenty);
-    BlockPin got;
+    blocks::BlockManager blocks(*world, kPlenty);
+    blocks::BlockPin got;
     std::thread waiting([&] { got = blocks.get(late); });
     CHECK(test::eventually([&] { return is_asked.load(); }));
     blocks.forget_holes();
@@ -123,7 +124,7 @@ TEST_CASE("holes are counted once, however often and by however many threads the
     const auto world = landscape();
     world->make_hole({0, 0, 0, 0});
     world->make_hole({0, -1, 0, 0});
-    BlockManager blocks(*world, 1);  // nothing fits: every meeting asks the world again
+    blocks::BlockManager blocks(*world, 1);  // nothing fits: every meeting asks the world again
     std::vector<std::thread> threads;
     for (int t = 0; t < 4; ++t)
         threads.emplace_back([&] {
@@ -139,7 +140,7 @@ TEST_CASE("holes are counted once, however often and by however many threads the
 TEST_CASE("foreseen boxes are made once, so that a walk asks the world for nothing",
           "[raytracer][world]") {
     const auto world = landscape();
-    BlockManager blocks(*world, kPlenty);
+    blocks::BlockManager blocks(*world, kPlenty);
     const auto keys = all_keys(*world);
     blocks.prefetch(keys);
     while (blocks.stats().entries < keys.size())
@@ -153,7 +154,7 @@ TEST_CASE("foreseen boxes are made once, so that a walk asks the world for nothi
 TEST_CASE("foreseen boxes leave a quarter of the memory free", "[raytracer][world]") {
     const auto world = landscape();
     constexpr std::size_t kLittle = 40'000;
-    BlockManager blocks(*world, kLittle, 1);
+    blocks::BlockManager blocks(*world, kLittle, 1);
     const auto keys = all_keys(*world);
     blocks.prefetch(keys);
     while (blocks.stats().bytes < kLittle / 4 * 3)
@@ -166,9 +167,10 @@ TEST_CASE("foreseen boxes leave a quarter of the memory free", "[raytracer][worl
 }
 
 TEST_CASE("who waits for a box is told once, also when it is there already", "[raytracer][world]") {
-    struct Ear final : BlockListener {
+    struct Ear final : blocks::BlockListener {
         bool block_came(const voxel::BoxKey& key, std::uint64_t ticket) noexcept override {
-            heard[key].push_back(ticket), ++count;
+            heard[key].push_back(ticket);
+            ++count;
             return true;
         }
         std::map<voxel::BoxKey, std::vector<std::uint64_t>> heard;  // the manager's lock guards it
@@ -177,7 +179,7 @@ TEST_CASE("who waits for a box is told once, also when it is there already", "[r
     const auto world = landscape();
     world->make_hole({0, -1, 0, 0});
     Ear ear;
-    BlockManager blocks(*world, kPlenty);
+    blocks::BlockManager blocks(*world, kPlenty);
     for (std::uint64_t i = 0; i < 3; ++i)
         blocks.wait_for({0, 0, 0, 0}, ear, i);
     blocks.wait_for({0, -1, 0, 0}, ear, 7);  // a hole has come, too
@@ -195,7 +197,7 @@ TEST_CASE("who waits for a box is told once, also when it is there already", "[r
 
 TEST_CASE("boxes that came for somebody who will not look hold up nobody else",
           "[raytracer][world]") {
-    struct Ear final : BlockListener {
+    struct Ear final : blocks::BlockListener {
         explicit Ear(bool looks) : will_look(looks) {}
         bool block_came(const voxel::BoxKey&, std::uint64_t) noexcept override {
             ++count;
@@ -207,7 +209,7 @@ TEST_CASE("boxes that came for somebody who will not look hold up nobody else",
     const auto world = landscape();
     const bool will_look = GENERATE(true, false);
     Ear ear(will_look);
-    BlockManager blocks(*world, 1);  // a single box that nobody has looked at is too much
+    blocks::BlockManager blocks(*world, 1);  // a single box that nobody has looked at is too much
     blocks.wait_for({0, 0, 0, 0}, ear, 3);
     while (ear.count < 1)
         std::this_thread::yield();
@@ -232,8 +234,8 @@ TEST_CASE("boxes that came for somebody who will not look hold up nobody else",
 
 TEST_CASE("a pinned box is not evicted, whatever comes", "[raytracer][world]") {
     const auto world = landscape();
-    BlockManager blocks(*world, 1);
-    const BlockPin pinned = blocks.get({0, 0, 0, 0});
+    blocks::BlockManager blocks(*world, 1);
+    const blocks::BlockPin pinned = blocks.get({0, 0, 0, 0});
     REQUIRE(pinned->box);
     for (const auto& key : all_keys(*world))
         (void)blocks.get(key);
@@ -247,10 +249,10 @@ TEST_CASE("a pinned box is not evicted, whatever comes", "[raytracer][world]") {
 
 TEST_CASE("what is in sight of a world of any size is found from coarse to fine",
           "[raytracer][world]") {
-    const Camera camera({0, 50, 0}, {100, 40, -80}, 60, 320, 200);
+    const scene::Camera camera({0, 50, 0}, {100, 40, -80}, 60, 320, 200);
     for (const std::int32_t half : {300, 100'000'000}) {
-        const LevelCut cut({{-half, 0, -half}, {half, 200, half}}, 0);
-        const auto keys = boxes_in_sight(camera, 320, 200, cut, 500);
+        const walk::LevelCut cut({{-half, 0, -half}, {half, 200, half}}, 0);
+        const auto keys = render::boxes_in_sight(camera, 320, 200, cut, 500);
         CHECK(keys.size() == (half == 300 ? keys.size() : std::size_t{500}));
         REQUIRE(keys.size() > 10);
         CHECK(keys.front().level == 0);
@@ -266,7 +268,7 @@ TEST_CASE("the limit holds while boxes come and go", "[raytracer][world]") {
     const auto world = landscape();
     const auto keys = all_keys(*world);
     constexpr std::size_t kLimit = 150'000;
-    BlockManager blocks(*world, kLimit);
+    blocks::BlockManager blocks(*world, kLimit);
     for (int round = 0; round < 3; ++round)
         for (const auto& key : keys)
             (void)blocks.get(key);

@@ -92,6 +92,7 @@ TEST_CASE("values are evicted in the order of their last use", "[common][util][c
     for (const int key : {2, 1, 5, 6})
         use(key);
     CHECK(made == std::vector<int>{5, 6});
-    use(4), use(3);
+    use(4);
+    use(3);
     CHECK(made == std::vector<int>{5, 6, 4, 3});
 }

@@ -23,7 +23,7 @@ TEST_CASE("a program's status and words come back whole", "[cluster][child]") {
     CHECK(run_to_end({"bash", "-c", "kill -KILL $$"}).status == 128 + SIGKILL);
     CHECK(run_to_end({"pwd"}, "/").out == "/\n");
     CHECK(run_to_end({"cat"}).out.empty());  // nothing to read
-    CHECK_THROWS_AS(run_to_end({"/nonexistent/program"}), Error);
+    CHECK_THROWS_AS(run_to_end({"/nonexistent/program"}), util::Error);
 }
 
 TEST_CASE("a child is stopped, by force where need be, and does not outlive its owner",
@@ -43,10 +43,10 @@ TEST_CASE("a child is stopped, by force where need be, and does not outlive its 
     CHECK(deaf.stop(std::chrono::milliseconds(100)) == 128 + SIGKILL);
     Child ends({"bash", "-c", "exit 2"});
     CHECK(ends.wait(std::chrono::seconds(30)) == 2);
-    CHECK_THROWS_AS(Child({"/nonexistent/program"}), Error);
+    CHECK_THROWS_AS(Child({"/nonexistent/program"}), util::Error);
     std::ofstream(folder.path() / "no program") << "x";
     std::filesystem::permissions(folder.path() / "no program", std::filesystem::perms::owner_all);
-    CHECK_THROWS_AS(Child({(folder.path() / "no program").string()}), Error);
+    CHECK_THROWS_AS(Child({(folder.path() / "no program").string()}), util::Error);
 }
 
 TEST_CASE("signals are noted only while somebody looks", "[cluster][child]") {

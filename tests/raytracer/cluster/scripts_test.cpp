@@ -27,7 +27,8 @@ struct Stage {
         std::ofstream(program()) << "#!/bin/bash\nprintf '%s\\0' \"$@\" > "
                                  << "\"$(dirname \"$0\")/said\"\n";
         fs::permissions(program(), fs::perms::owner_all);
-        place.program = program(), place.work = work();
+        place.program = program();
+        place.work = work();
     }
     [[nodiscard]] fs::path work() const { return folder.path() / "a work 'folder'"; }
     [[nodiscard]] fs::path program() const { return folder.path() / "the program"; }
@@ -114,7 +115,7 @@ TEST_CASE("what a task needs is asked in the lines that Slurm reads", "[cluster]
 }
 
 TEST_CASE("what would leave its line in a script is refused", "[cluster][scripts]") {
-    const auto refused = [](Needs needs) { CHECK_THROWS_AS(needs.check(), UsageError); };
+    const auto refused = [](Needs needs) { CHECK_THROWS_AS(needs.check(), util::UsageError); };
     refused({1, 1, "a b", "", {}});
     refused({1, 1, "a\nrm", "", {}});
     refused({1, 1, "", "4:00 --x", {}});
@@ -125,7 +126,8 @@ TEST_CASE("what would leave its line in a script is refused", "[cluster][scripts
 
 TEST_CASE("workers join with what the node has", "[cluster][scripts]") {
     Stage stage;
-    stage.place.needs.cpus = 4, stage.place.needs.memory_mib = 2000;
+    stage.place.needs.cpus = 4;
+    stage.place.needs.memory_mib = 2000;
     const std::string token = (stage.folder.path() / kHostile).string();
     CHECK(stage.called(pool_script(stage.place, {"host:7879", "", token}),
                        {"SLURM_ARRAY_TASK_ID=0"}) ==
@@ -177,7 +179,7 @@ TEST_CASE("frames are joined when all are there", "[cluster][scripts]") {
     std::ofstream(frames / "011 of.png") << "x";
     CHECK(stage.called(script, {}) == std::vector<std::string>{"animate", "--video", kHostile});
     CHECK(stage.done.status == 0);
-    CHECK_THROWS_AS(merge_frames_script(stage.place, "a.png", {0, 1}, {}), UsageError);
+    CHECK_THROWS_AS(merge_frames_script(stage.place, "a.png", {0, 1}, {}), util::UsageError);
 }
 
 TEST_CASE("parts go on with their tiles, and are joined", "[cluster][scripts]") {
@@ -190,9 +192,10 @@ TEST_CASE("parts go on with their tiles, and are joined", "[cluster][scripts]") 
     CHECK(stage.called(script, {"SLURM_ARRAY_TASK_ID=1"}, {"3"}).back() == "5/5");
     const auto joined =
         stage.called(merge_parts_script(stage.place, {kHostile, "b.png"}, 2, picture), {});
-    CHECK(joined == std::vector<std::string>{"merge", checkpoint_path(picture, Part{1, 2}).string(),
-                                             checkpoint_path(picture, Part{2, 2}).string(), "-o",
-                                             kHostile, "-o", "b.png"});
+    CHECK(joined == std::vector<std::string>{
+                        "merge", farm::checkpoint_path(picture, farm::Part{1, 2}).string(),
+                        farm::checkpoint_path(picture, farm::Part{2, 2}).string(), "-o", kHostile,
+                        "-o", "b.png"});
 }
 
 TEST_CASE("squares are prepared by the arguments of the frames", "[cluster][scripts]") {
@@ -218,9 +221,9 @@ TEST_CASE("a job template holds scripts that bash runs", "[cluster][openjd]") {
           std::vector<std::string>{"animate", kHostile, "--first", "8", "--last", "9"});
     auto braces = job;
     braces.animate.push_back("{{Task.Param.Task}}");
-    CHECK_THROWS_AS(openjd_job(braces), UsageError);
+    CHECK_THROWS_AS(openjd_job(braces), util::UsageError);
     braces.animate.back() = "\xff";
-    CHECK_THROWS_AS(openjd_job(braces), UsageError);
+    CHECK_THROWS_AS(openjd_job(braces), util::UsageError);
 }
 
 TEST_CASE("pods get arguments that Kubernetes does not change", "[cluster][kubernetes]") {
@@ -266,7 +269,7 @@ TEST_CASE("pods get arguments that Kubernetes does not change", "[cluster][kuber
                   .back()["name"] == "TERRAVOX_FARM_TOKEN");
     CHECK(pool.dump().find("secretKeyRef") != std::string::npos);
     for (const char* name : {"", "Film", "-a", "a_b", "a.b"})
-        CHECK_THROWS_AS(place.check(name), UsageError);
-    CHECK_THROWS_AS((PodPlace{"", "worlds"}.check("a")), UsageError);
-    CHECK_THROWS_AS((PodPlace{"i", "w", "data"}.check("a")), UsageError);
+        CHECK_THROWS_AS(place.check(name), util::UsageError);
+    CHECK_THROWS_AS((PodPlace{"", "worlds"}.check("a")), util::UsageError);
+    CHECK_THROWS_AS((PodPlace{"i", "w", "data"}.check("a")), util::UsageError);
 }

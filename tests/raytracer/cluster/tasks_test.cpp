@@ -35,7 +35,7 @@ TEST_CASE("a range is one number or two", "[cluster][tasks]") {
         GENERATE(values<std::string>({"", "-", "4-", "-4", "9-4", "4-10", "x", "4-9x", "4 9",
                                       "99999999999", "4-99999999999", "1.5", "0x3", "4--9", "+4"}));
     DYNAMIC_SECTION("not '" << wrong << "'") {
-        CHECK_THROWS_AS(parse_range("--frames", wrong, {0, 9}), UsageError);
+        CHECK_THROWS_AS(parse_range("--frames", wrong, {0, 9}), util::UsageError);
         CHECK_THROWS_WITH(parse_range("--frames", wrong, {0, 9}), contains("from 0 to 9"));
     }
 }

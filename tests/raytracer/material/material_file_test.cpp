@@ -21,7 +21,7 @@ std::filesystem::path written(const TemporaryFolder& folder, const std::string& 
     std::ofstream(folder.path() / "materials.toml") << text;
     return folder.path() / "materials.toml";
 }
-const Look& look(const MaterialFile& file, Material material) {
+const material::Look& look(const MaterialFile& file, Material material) {
     return file.looks[static_cast<std::size_t>(material)];
 }
 
@@ -41,14 +41,14 @@ TEST_CASE(
                           material == Material::kPlain;
         CHECK((look(file, material).texture > 0) != bare);
     }
-    const Look& water = look(file, Material::kWater);
-    CHECK(water.kind == Kind::kWater);
+    const material::Look& water = look(file, Material::kWater);
+    CHECK(water.kind == material::Kind::kWater);
     CHECK(water.index == 1.333f);
     CHECK(water.absorption_per_m.r > water.absorption_per_m.g);
     CHECK(water.glow.b > water.glow.r);
     for (const Material m :
          {Material::kLowVegetation, Material::kMediumVegetation, Material::kHighVegetation})
-        CHECK(look(file, m).kind == Kind::kLeaves);
+        CHECK(look(file, m).kind == material::Kind::kLeaves);
     CHECK(look(file, Material::kWall).emission.r > look(file, Material::kWall).emission.b);
 }
 
@@ -68,20 +68,20 @@ glow = [0, 0.5, 1]
 emission = [3, 0, 0.25]
 reflects = true
 )"));
-    const Look& plain = look(file, Material::kRock);
+    const material::Look& plain = look(file, Material::kRock);
     CHECK(plain.colour.r == 1);
     CHECK(plain.variation == 0);
     CHECK(plain.texture == 0);
-    CHECK(plain.kind == Kind::kSolid);
+    CHECK(plain.kind == material::Kind::kSolid);
     CHECK(plain.roughness == 1);
     CHECK(plain.index == 1.5f);
     CHECK(plain.emission.r == 0);
     CHECK_FALSE(plain.reflects);
-    const Look& snow = look(file, Material::kSnow);
+    const material::Look& snow = look(file, Material::kSnow);
     CHECK(snow.colour.r == 0);
     CHECK(snow.variation == 0.25f);
     CHECK(snow.texture == texture_number("snow"));
-    CHECK(snow.kind == Kind::kGlass);
+    CHECK(snow.kind == material::Kind::kGlass);
     CHECK(snow.roughness == 0.5f);
     CHECK(snow.index == 1.31f);
     CHECK(snow.absorption_per_m.g == 2.5f);
@@ -103,9 +103,9 @@ TEST_CASE("a material that the file lacks has the colour of unknown", "[raytrace
     SECTION("which it lacks, too: magenta") {
         const MaterialFile file = read_materials(written(folder, ""));
         CHECK(file.missing.size() == 31);
-        const Colour c = look(file, Material::kWater).colour;
+        const voxel::Colour c = look(file, Material::kWater).colour;
         CHECK((c.r > 2 * c.g && c.b > 2 * c.g));
-        CHECK_NOTHROW(MaterialTable(written(folder, "")));
+        CHECK_NOTHROW(material::MaterialTable(written(folder, "")));
     }
 }
 
@@ -169,7 +169,7 @@ TEST_CASE("a wrong field of a material is refused by file, material, field, valu
     DYNAMIC_SECTION(c.name) {
         const TemporaryFolder folder;
         const auto file = written(folder, c.text + "\n");
-        CHECK_THROWS_AS(read_materials(file), Error);
+        CHECK_THROWS_AS(read_materials(file), util::Error);
         CHECK_THROWS_WITH(read_materials(file), contains(file.string()));
         for (const auto& part : c.said)
             CHECK_THROWS_WITH(read_materials(file), contains(part));
@@ -182,7 +182,7 @@ TEST_CASE("the palette of colours reads the same file", "[raytracer][material]")
     for (int i = 1; i < voxel::kMaterialCount; ++i) {
         const auto material = static_cast<Material>(i);
         INFO(voxel::material_name(material));
-        CHECK(to_linear(palette.of(material).colour).g == look(file, material).colour.g);
+        CHECK(voxel::to_linear(palette.of(material).colour).g == look(file, material).colour.g);
         CHECK(palette.of(material).variation == look(file, material).variation);
     }
 }

@@ -11,22 +11,22 @@ using voxel::Material;
 
 namespace {
 
-const MaterialTable& table() {
-    static const MaterialTable made(std::filesystem::path(TERRAVOX_SOURCE_DIR) /
-                                    "config/materials.toml");
+const material::MaterialTable& table() {
+    static const material::MaterialTable made(std::filesystem::path(TERRAVOX_SOURCE_DIR) /
+                                              "config/materials.toml");
     return made;
 }
 
-FacePoint random_point(std::mt19937_64& random) {
+material::FacePoint random_point(std::mt19937_64& random) {
     const auto below = [&](std::uint64_t n) { return static_cast<int>(random() % n); };
-    FacePoint at;
+    material::FacePoint at;
     const auto coordinate = [&] {
         return static_cast<std::int32_t>(static_cast<std::uint32_t>(random())) >> below(16);
     };
     at.voxel = {coordinate(), coordinate(), coordinate()};
     at.level = below(3) == 0 ? below(21) : 0;
-    at.face = static_cast<Face>(below(6));
-    at.u = static_cast<double>(random() >> 11) * 0x1.0p-53,
+    at.face = static_cast<core::Face>(below(6));
+    at.u = static_cast<double>(random() >> 11) * 0x1.0p-53;
     at.v = static_cast<double>(random() >> 11) * 0x1.0p-53;
     at.footprint = below(4) == 0 ? 0 : std::ldexp(at.u + 0.5, below(20) - 10);
     at.around = static_cast<std::uint8_t>(random());
@@ -47,13 +47,17 @@ WallMean wall_mean(double voxel_m, double footprint, int level, int count) {
     std::mt19937_64 random(17);
     WallMean sum;
     for (int i = 0; i < count; ++i) {
-        FacePoint at = random_point(random);
-        at.face = i % 2 == 0 ? Face::kSouth : Face::kWest;
+        material::FacePoint at = random_point(random);
+        at.face = i % 2 == 0 ? core::Face::kSouth : core::Face::kWest;
         at.voxel = {at.voxel.x % 50'000, at.voxel.y % 50'000, at.voxel.z % 50'000};
-        at.footprint = footprint, at.level = level, at.voxel_m = voxel_m, at.night = true;
-        const Texel t = table().texel(Material::kWall, at);
-        sum.share += static_cast<double>(t.own_share), sum.gloss += static_cast<double>(t.gloss),
-            sum.emission += static_cast<double>(t.emission);
+        at.footprint = footprint;
+        at.level = level;
+        at.voxel_m = voxel_m;
+        at.night = true;
+        const material::Texel t = table().texel(Material::kWall, at);
+        sum.share += static_cast<double>(t.own_share);
+        sum.gloss += static_cast<double>(t.gloss);
+        sum.emission += static_cast<double>(t.emission);
         sum.red += static_cast<double>(t.own.r * t.own_share);
     }
     return {sum.share / count, sum.gloss / count, sum.emission / count, sum.red / count};
@@ -66,8 +70,8 @@ TEST_CASE("whatever is asked, a texel's fields are in their ranges and the same 
     std::mt19937_64 random(5);
     for (int i = 0; i < 200'000; ++i) {
         const auto material = static_cast<Material>(i % 30);  // some beyond the last
-        const FacePoint at = random_point(random);
-        const Texel t = table().texel(material, at), again = table().texel(material, at);
+        const material::FacePoint at = random_point(random);
+        const material::Texel t = table().texel(material, at), again = table().texel(material, at);
         bool good = within(t.tilt[0], -0.2f, 0.2f) && within(t.tilt[1], -0.2f, 0.2f);
         for (const float ratio : {t.ratio.r, t.ratio.g, t.ratio.b})
             good = good && within(ratio, 0.02f, 4);
@@ -93,13 +97,14 @@ TEST_CASE("whatever is asked, a texel's fields are in their ranges and the same 
 
 TEST_CASE("up close texels are blocks of a sixteenth of a face, from afar one colour",
           "[raytracer][material]") {
-    FacePoint at;
-    at.face = Face::kTop;
+    material::FacePoint at;
+    at.face = core::Face::kTop;
     at.voxel = {40, 3, -17};
     int colours = 0;
     float last = -1;
     for (int i = 0; i < 1600; ++i) {
-        at.v = (i + 0.5) / 1600, at.u = 0.4;
+        at.v = (i + 0.5) / 1600;
+        at.u = 0.4;
         const float here = table().texel(Material::kGrass, at).ratio.r;
         colours += here != last;
         last = here;
@@ -115,15 +120,16 @@ TEST_CASE("up close texels are blocks of a sixteenth of a face, from afar one co
 
 TEST_CASE("faces of coarser levels show the mean, and their leaves are denser",
           "[raytracer][material]") {
-    FacePoint at;
-    at.face = Face::kNorth;
-    at.u = 0.3, at.v = 0.8;
+    material::FacePoint at;
+    at.face = core::Face::kNorth;
+    at.u = 0.3;
+    at.v = 0.8;
     float last = 0;
     for (int level = 1; level < 21; ++level) {
         at.level = level;
         INFO("level " << level);
         CHECK(std::abs(table().texel(Material::kRock, at).ratio.g - 1) < 1e-3f);
-        const Texel leaves = table().texel(Material::kHighVegetation, at);
+        const material::Texel leaves = table().texel(Material::kHighVegetation, at);
         CHECK(leaves.opacity >= last);
         if (level == 1)
             CHECK(leaves.opacity == Approx(1 - 0.32 * 0.32).margin(0.02));
@@ -133,16 +139,16 @@ TEST_CASE("faces of coarser levels show the mean, and their leaves are denser",
 }
 
 TEST_CASE("the side of grass is grass above and soil below", "[raytracer][material]") {
-    FacePoint at;
+    material::FacePoint at;
     for (int i = 0; i < 64; ++i) {
         at.voxel = {i, 5, 2 * i};
-        at.face = i % 2 == 0 ? Face::kEast : Face::kSouth;
+        at.face = i % 2 == 0 ? core::Face::kEast : core::Face::kSouth;
         double& up = i % 2 == 0 ? at.u : at.v;
         up = 0.97;
         INFO(i);
         CHECK(table().texel(Material::kGrass, at).own_share == 0);
         up = 0.03;
-        const Texel low = table().texel(Material::kGrass, at);
+        const material::Texel low = table().texel(Material::kGrass, at);
         CHECK(low.own_share == 1);
         CHECK(low.own.r > 1.5f * low.own.b);
     }
@@ -165,15 +171,16 @@ TEST_CASE("the rows of a roof run across its slope", "[raytracer][material]") {
         // The brightness of lines along z and along x: the shadow under each row makes those of
         // rows differ more.
         std::array<double, 16> of_x{}, of_z{};
-        FacePoint at;
-        at.face = Face::kTop;
+        material::FacePoint at;
+        at.face = core::Face::kTop;
         at.around = c.around;
         for (int i = 0; i < 4096; ++i) {
             at.voxel = {i / 256, 9, i / 256 * 3};
-            at.v = (i % 16 + 0.5) / 16, at.u = (i / 16 % 16 + 0.5) / 16;
+            at.v = (i % 16 + 0.5) / 16;
+            at.u = (i / 16 % 16 + 0.5) / 16;
             const double b = static_cast<double>(table().texel(Material::kRoof, at).ratio.r);
-            of_x[static_cast<std::size_t>(i % 16)] += b,
-                of_z[static_cast<std::size_t>(i / 16 % 16)] += b;
+            of_x[static_cast<std::size_t>(i % 16)] += b;
+            of_z[static_cast<std::size_t>(i / 16 % 16)] += b;
         }
         const auto spread = [](const std::array<double, 16>& v) {
             return *std::max_element(v.begin(), v.end()) - *std::min_element(v.begin(), v.end());
@@ -187,11 +194,12 @@ TEST_CASE("strata run through all rock of a height", "[raytracer][material]") {
     // The brightness of each row of texels, over some voxels in one place and as many in another.
     const auto row = [](int y, int step, int x0, int z0) {
         double sum = 0;
-        FacePoint at;
-        at.face = Face::kSouth;
+        material::FacePoint at;
+        at.face = core::Face::kSouth;
         for (int i = 0; i < 256; ++i) {
             at.voxel = {x0 + i / 16, y, z0 + i / 16 * 5};
-            at.u = (i % 16 + 0.5) / 16, at.v = (step + 0.5) / 16;
+            at.u = (i % 16 + 0.5) / 16;
+            at.v = (step + 0.5) / 16;
             sum += static_cast<double>(table().texel(Material::kRock, at).ratio.g);
         }
         return sum / 256 - 1;
@@ -200,7 +208,9 @@ TEST_CASE("strata run through all rock of a height", "[raytracer][material]") {
     for (int y = -20; y < 20; ++y)
         for (int step = 0; step < 16; ++step) {
             const double here = row(y, step, 30, 8), there = row(y, step, 7000, -41);
-            here2 += here * here, there2 += there * there, both += here * there;
+            here2 += here * here;
+            there2 += there * there;
+            both += here * there;
         }
     CHECK(both / std::sqrt(here2 * there2) > 0.8);
 }
@@ -209,8 +219,8 @@ TEST_CASE("walls have windows every three metres whatever a voxel's size",
           "[raytracer][material]") {
     for (const double voxel_m : {0.25, 0.3, 0.5, 0.75, 1.0, 1.25, 1.5, 2.0, 3.0}) {
         INFO("voxel_m " << voxel_m);
-        FacePoint at;
-        at.face = Face::kEast;
+        material::FacePoint at;
+        at.face = core::Face::kEast;
         at.voxel_m = voxel_m;
         // Along 600 m of wall, in the row of voxels of each of ten floors that has most: how often
         // what is drawn begins.
@@ -223,7 +233,8 @@ TEST_CASE("walls have windows every three metres whatever a voxel's size",
                 bool in = false;
                 for (double z = 0; z < 600 / voxel_m; z += 0.05 / voxel_m) {
                     at.voxel = {12, floor * rows + row, static_cast<std::int32_t>(z)};
-                    at.v = z - std::floor(z), at.u = 0.5;
+                    at.v = z - std::floor(z);
+                    at.u = 0.5;
                     const bool now = table().texel(Material::kWall, at).own_share > 0.9f;
                     here += now && !in;
                     in = now;
@@ -254,16 +265,18 @@ TEST_CASE("from afar a wall keeps the mean of its windows, their light and their
 
 TEST_CASE("windows are lit by night alone, and only some", "[raytracer][material]") {
     int glass = 0, lit = 0;
-    FacePoint at;
-    at.face = Face::kSouth;
+    material::FacePoint at;
+    at.face = core::Face::kSouth;
     for (int i = 0; i < 20'000; ++i) {
         at.voxel = {i % 200, i / 200, 4};
-        at.u = 0.35, at.v = 0.5;
+        at.u = 0.35;
+        at.v = 0.5;
         at.night = false;
         CHECK(table().texel(Material::kWall, at).emission == 0);
         at.night = true;
-        const Texel t = table().texel(Material::kWall, at);
-        glass += t.gloss > 0, lit += t.emission > 0;
+        const material::Texel t = table().texel(Material::kWall, at);
+        glass += t.gloss > 0;
+        lit += t.emission > 0;
     }
     CHECK(glass > 800);
     CHECK(lit > glass / 6);
@@ -273,12 +286,15 @@ TEST_CASE("windows are lit by night alone, and only some", "[raytracer][material
 TEST_CASE("water leans smoothly, the same at every size of voxel", "[raytracer][material]") {
     std::mt19937_64 random(3);
     const auto tilt = [](double x_m, double z_m, double voxel_m, int level, double footprint_m) {
-        FacePoint at;
+        material::FacePoint at;
         const double x = x_m / std::ldexp(voxel_m, level), z = z_m / std::ldexp(voxel_m, level);
         at.voxel = {static_cast<std::int32_t>(std::floor(x)), 470,
                     static_cast<std::int32_t>(std::floor(z))};
-        at.v = x - std::floor(x), at.u = z - std::floor(z);
-        at.level = level, at.voxel_m = voxel_m, at.footprint = footprint_m / voxel_m;
+        at.v = x - std::floor(x);
+        at.u = z - std::floor(z);
+        at.level = level;
+        at.voxel_m = voxel_m;
+        at.footprint = footprint_m / voxel_m;
         return table().texel(Material::kWater, at).tilt;
     };
     double most = 0, sum = 0;
@@ -299,7 +315,7 @@ TEST_CASE("water leans smoothly, the same at every size of voxel", "[raytracer][
     CHECK(most > 0.01);
     CHECK(most < 0.12);
     CHECK(std::abs(sum / 20'000) < 0.003);
-    FacePoint side;
-    side.face = Face::kWest;
+    material::FacePoint side;
+    side.face = core::Face::kWest;
     CHECK(table().texel(Material::kWater, side).tilt == std::array<float, 2>{});
 }

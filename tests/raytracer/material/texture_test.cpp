@@ -45,11 +45,13 @@ Sums sums(const TexturePool& pool, const PaintedFace& face, std::uint32_t varian
             const double rest = static_cast<double>(dot.opacity) * share - own;
             const float c[3] = {dot.ratio.r, dot.ratio.g, dot.ratio.b},
                         o[3] = {dot.own.r, dot.own.g, dot.own.b};
-            for (int i = 0; i < 3; ++i)
-                out.ratio[i] += static_cast<double>(c[i]) * rest,
-                    out.own[i] += static_cast<double>(o[i]) * own;
-            out.ratio_weight += rest, out.own_weight += own,
-                out.opacity += static_cast<double>(dot.opacity) * share;
+            for (int i = 0; i < 3; ++i) {
+                out.ratio[i] += static_cast<double>(c[i]) * rest;
+                out.own[i] += static_cast<double>(o[i]) * own;
+            }
+            out.ratio_weight += rest;
+            out.own_weight += own;
+            out.opacity += static_cast<double>(dot.opacity) * share;
         }
     return out;
 }
@@ -123,7 +125,7 @@ TEST_CASE("a texture goes on across its edges: no step there that is not inside,
     // inside as well.
     for_all([](const std::string& name, const PaintedFace& face, const TexturePool& pool) {
         for (std::uint32_t v = 0; v < face.variants; ++v) {
-            double edge = 0, most_inside = 0;
+            double edge = 0, max_inside = 0;
             for (int s = 0; s < kTexels; ++s) {
                 double step = 0;
                 for (int t = 0; t < kTexels; ++t) {
@@ -135,10 +137,10 @@ TEST_CASE("a texture goes on across its edges: no step there that is not inside,
                 if (s == kTexels - 1)
                     edge = step;
                 else
-                    most_inside = std::max(most_inside, step);
+                    max_inside = std::max(max_inside, step);
             }
             INFO(name << ", variant " << v);
-            CHECK(edge <= 1.5 * most_inside + 0.1);
+            CHECK(edge <= 1.5 * max_inside + 0.1);
         }
     });
 }

@@ -24,7 +24,7 @@ TEST_CASE("names are hashed as MurmurHash3 says", "[raytracer][output][cryptomat
                          {"bunny", 0, 0x13851a76},
                          {"default", 0, 0x42c9679f}}) {
         INFO("'" << c.text << "' seed " << c.seed);
-        CHECK(murmur3_32(c.text, c.seed) == c.hash);
+        CHECK(output::murmur3_32(c.text, c.seed) == c.hash);
     }
 }
 
@@ -32,7 +32,7 @@ TEST_CASE("the id of a name is always an ordinary float", "[raytracer][output][c
     int changed = 0;
     for (int i = 0; i < 20'000; ++i) {
         const std::string name = "square " + std::to_string(i);
-        const std::uint32_t hash = murmur3_32(name), id = cryptomatte_id(name);
+        const std::uint32_t hash = output::murmur3_32(name), id = output::cryptomatte_id(name);
         INFO(name);
         const bool ordinary = std::isnormal(std::bit_cast<float>(hash));
         CHECK_FALSE(!std::isnormal(std::bit_cast<float>(id)));
@@ -44,12 +44,17 @@ TEST_CASE("the id of a name is always an ordinary float", "[raytracer][output][c
 
 TEST_CASE("ranks stand by share, things of one name together, and unnamed ones as unknown",
           "[raytracer][output][cryptomatte]") {
-    const Cryptomatte mattes("CryptoSquare", {"462_101", "463_101", "462_101"});
-    Matte matte;
-    matte.add(0, 0.2f), matte.add(1, 0.4f), matte.add(2, 0.1f), matte.add(77, 0.15f),
-        matte.add(1, 0.05f);
+    const output::Cryptomatte mattes("CryptoSquare", {"462_101", "463_101", "462_101"});
+    tiles::Matte matte;
+    matte.add(0, 0.2f);
+    matte.add(1, 0.4f);
+    matte.add(2, 0.1f);
+    matte.add(77, 0.15f);
+    matte.add(1, 0.05f);
     const auto ranks = mattes.ranks_of(matte);
-    const auto id = [](const char* name) { return std::bit_cast<float>(cryptomatte_id(name)); };
+    const auto id = [](const char* name) {
+        return std::bit_cast<float>(output::cryptomatte_id(name));
+    };
     CHECK(ranks[0] == id("463_101"));
     CHECK(ranks[1] == Approx(0.45));
     CHECK(ranks[2] == id("462_101"));
@@ -63,13 +68,13 @@ TEST_CASE("ranks stand by share, things of one name together, and unnamed ones a
 TEST_CASE("the manifest names each id, whatever the names hold",
           "[raytracer][output][cryptomatte]") {
     const std::string odd = "\"Žabnica\"\n\\", broken = "\xff\xfe";
-    const Cryptomatte mattes("CryptoMaterial", {"water", odd, broken});
+    const output::Cryptomatte mattes("CryptoMaterial", {"water", odd, broken});
     std::string manifest;
     for (const auto& [key, value] : mattes.metadata()) {
         // 7 digits of the hash of the type's name.
         CHECK(key.substr(0, 20) == "cryptomatte/" + [] {
             char t[9];
-            std::snprintf(t, sizeof t, "%08x", murmur3_32("CryptoMaterial"));
+            std::snprintf(t, sizeof t, "%08x", output::murmur3_32("CryptoMaterial"));
             return std::string(t, 7);
         }() + "/");
         if (key.ends_with("/manifest"))
@@ -84,7 +89,7 @@ TEST_CASE("the manifest names each id, whatever the names hold",
     const auto json = nlohmann::json::parse(manifest);
     CHECK(json.size() == 4);
     char id[9];
-    std::snprintf(id, sizeof id, "%08x", cryptomatte_id(odd));
+    std::snprintf(id, sizeof id, "%08x", output::cryptomatte_id(odd));
     CHECK(json.at(odd) == id);
     CHECK(json.contains("water"));
     CHECK(json.contains("unknown"));

@@ -18,9 +18,9 @@ namespace {
 
 bool oidn_is_here() {
     try {
-        check_can_denoise();
+        output::check_can_denoise();
         return true;
-    } catch (const UsageError& e) {
+    } catch (const util::UsageError& e) {
         WARN("not tested: " << e.what());
         return false;
     }
@@ -29,17 +29,18 @@ bool oidn_is_here() {
 constexpr int kSize = 128;
 
 /// Two flat fields that meet at the middle column, each with noise.
-Film noisy(bool with_layers) {
+output::Film noisy(bool with_layers) {
     std::mt19937 random(8);
     std::exponential_distribution<float> noise(1);
-    Film film(kSize, kSize, with_layers);
-    TileResult all;
+    output::Film film(kSize, kSize, with_layers);
+    tiles::TileResult all;
     all.tile.x1 = all.tile.y1 = kSize;
     all.tile.each_pixel([&](int x, int) {
         const float light = (x < kSize / 2 ? 0.2f : 3.0f) * noise(random);
         all.samples.push_back({{light, light, light}, 0.75f, 12});
-        LayerSample l;
-        l.albedo = x < kSize / 2 ? Colour{0.1f, 0.1f, 0.1f} : Colour{0.9f, 0.9f, 0.9f},
+        tiles::LayerSample l;
+        l.albedo =
+            x < kSize / 2 ? voxel::Colour{0.1f, 0.1f, 0.1f} : voxel::Colour{0.9f, 0.9f, 0.9f};
         l.normal = {0, 1, 0};
         all.layers.push_back(l);
     });
@@ -48,11 +49,14 @@ Film noisy(bool with_layers) {
 }
 
 /// Mean and relative spread of columns [x0, x1).
-std::array<double, 2> field(const Film& film, int x0, int x1) {
+std::array<double, 2> field(const output::Film& film, int x0, int x1) {
     double sum = 0, squares = 0, n = 0;
     for (int y = 4; y < kSize - 4; ++y)
-        for (int x = x0; x < x1; ++x)
-            sum += film.at(x, y).colour.g, squares += std::pow(film.at(x, y).colour.g, 2), ++n;
+        for (int x = x0; x < x1; ++x) {
+            sum += film.at(x, y).colour.g;
+            squares += std::pow(film.at(x, y).colour.g, 2);
+            ++n;
+        }
     return {sum / n, std::sqrt(std::max(0.0, squares / n - std::pow(sum / n, 2))) / (sum / n)};
 }
 
@@ -62,10 +66,10 @@ TEST_CASE("denoising takes noise out, keeps edges and brightness, and nothing bu
           "[raytracer][output][denoise]") {
     if (!oidn_is_here())
         return;
-    const Film before = noisy(true);
-    Film film = before, again = before;
-    denoise(film, 2);
-    denoise(again, 1);
+    const output::Film before = noisy(true);
+    output::Film film = before, again = before;
+    output::denoise(film, 2);
+    output::denoise(again, 1);
     for (const auto& [x0, x1] : {std::pair{4, 60}, {68, 124}}) {
         const auto [old_mean, old_spread] = field(before, x0, x1);
         const auto [mean, spread] = field(film, x0, x1);
@@ -86,9 +90,9 @@ TEST_CASE("denoising takes noise out, keeps edges and brightness, and nothing bu
 TEST_CASE("light without bound does not spread", "[raytracer][output][denoise]") {
     if (!oidn_is_here())
         return;
-    Film film = noisy(true);
+    output::Film film = noisy(true);
     film.set_colour(20, 20, {std::numeric_limits<float>::infinity(), std::nanf(""), 1});
-    denoise(film, 1);
+    output::denoise(film, 1);
     int bad = 0;
     for (int y = 0; y < kSize; ++y)
         for (int x = 0; x < kSize; ++x)
@@ -99,8 +103,8 @@ TEST_CASE("light without bound does not spread", "[raytracer][output][denoise]")
 }
 
 TEST_CASE("a film without layers is not denoised", "[raytracer][output][denoise]") {
-    Film film = noisy(false);
-    CHECK_THROWS_WITH(denoise(film, 1), contains("no layers"));
+    output::Film film = noisy(false);
+    CHECK_THROWS_WITH(output::denoise(film, 1), contains("no layers"));
 }
 
 TEST_CASE("a library that is not there is said so, with how to get it",
@@ -126,9 +130,9 @@ TEST_CASE("a library that is not there is said so, with how to get it",
 
 TEST_CASE("prints what asking for Open Image Denoise gives", "[.oidn]") {
     try {
-        check_can_denoise();
-        std::puts(OidnLibrary::get().file.c_str());
-    } catch (const UsageError& e) {
+        output::check_can_denoise();
+        std::puts(output::OidnLibrary::get().file.c_str());
+    } catch (const util::UsageError& e) {
         std::printf("usage error: %s\n", e.what());
     }
 }

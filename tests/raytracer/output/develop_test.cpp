@@ -46,7 +46,9 @@ Matrix to_xyz(double inset) {
     for (std::size_t p = 0; p < 3; ++p) {
         const double x = std::lerp(primaries[p][0], white[0], inset),
                      y = std::lerp(primaries[p][1], white[1], inset);
-        m[0][p] = x / y, m[1][p] = 1, m[2][p] = (1 - x - y) / y;
+        m[0][p] = x / y;
+        m[1][p] = 1;
+        m[2][p] = (1 - x - y) / y;
     }
     const Matrix back = inverse(m);
     const std::array<double, 3> white_xyz = {white[0] / white[1], 1,
@@ -99,7 +101,7 @@ std::array<double, 3> agx(std::array<double, 3> c) {
 
 /// Hue in degrees and chroma. Ref: Ottosson, "A perceptual color space for image processing"
 /// (Oklab), 2020.
-std::array<double, 2> hue_of(Colour display) {
+std::array<double, 2> hue_of(voxel::Colour display) {
     const auto linear = [](double v) {
         return v <= 0.04045 ? v / 12.92 : std::pow((v + 0.055) / 1.055, 2.4);
     };
@@ -114,7 +116,7 @@ std::array<double, 2> hue_of(Colour display) {
 
 /// How far the hue wanders while a saturated colour gets from dim to very bright, degrees, the
 /// worst of colours all around.
-double worst_drift(ToneCurve tone) {
+double worst_drift(core::ToneCurve tone) {
     double worst = 0;
     for (int k = 0; k < 36; ++k) {
         const auto part = [&](double at) {
@@ -122,10 +124,10 @@ double worst_drift(ToneCurve tone) {
                 0.03 +
                 0.97 * std::clamp(1.5 - std::abs(std::remainder(k / 6.0 - at, 6.0)), 0.0, 1.0));
         };
-        const Colour base = {part(0), part(2), part(4)};
-        const double first = hue_of(develop(base * 0.25f, 0, tone))[0];
+        const voxel::Colour base = {part(0), part(2), part(4)};
+        const double first = hue_of(output::develop(base * 0.25f, 0, tone))[0];
         for (float bright = 0.25f; bright < 20; bright *= 1.4f) {
-            const auto [hue, chroma] = hue_of(develop(base * bright, 0, tone));
+            const auto [hue, chroma] = hue_of(output::develop(base * bright, 0, tone));
             if (chroma > 0.03)
                 worst = std::max(worst, std::abs(std::remainder(hue - first, 360.0)));
         }
@@ -139,30 +141,30 @@ TEST_CASE(
     "developing keeps black black and greys grey, never leaves [0, 1], and never gets darker with "
     "more light",
     "[raytracer][output]") {
-    const auto tone(GENERATE(ToneCurve::kPhotographic, ToneCurve::kFilmic, ToneCurve::kAgx,
-                             ToneCurve::kLinear));
+    const auto tone(GENERATE(core::ToneCurve::kPhotographic, core::ToneCurve::kFilmic,
+                             core::ToneCurve::kAgx, core::ToneCurve::kLinear));
     INFO(tone);
-    const Developer developed(0, tone);
+    const output::Developer developed(0, tone);
     CHECK(developed({}).r == 0);
     float last = 0;
     int wrong = 0;
     for (float c = 1e-9f; c < 1e9f; c *= 1.0003f) {
-        const Colour d = developed({c, c, c});
+        const voxel::Colour d = developed({c, c, c});
         if (!(d.r >= last && d.r <= 1 && d.g == d.r && d.b == d.r) && ++wrong == 1)
             FAIL_CHECK("first at " << c << ": " << d.r << " " << d.g << " " << d.b << " after "
                                    << last);
         last = d.r;
     }
     CHECK(last == 1);
-    CHECK(developed({0.1f, 0.1f, 0.1f}).r < develop({0.1f, 0.1f, 0.1f}, 1, tone).r);
+    CHECK(developed({0.1f, 0.1f, 0.1f}).r < output::develop({0.1f, 0.1f, 0.1f}, 1, tone).r);
     const float far = std::numeric_limits<float>::infinity(),
                 none = std::numeric_limits<float>::quiet_NaN();
-    for (const Colour odd : {Colour{far, 0, 0},
-                             {none, 1, 1},
-                             {-1, -far, 2},
-                             {1e38f, far, 1e-38f},
-                             {3e38f, 1, -3e38f}}) {
-        const Colour d = developed(odd);
+    for (const voxel::Colour odd : {voxel::Colour{far, 0, 0},
+                                    {none, 1, 1},
+                                    {-1, -far, 2},
+                                    {1e38f, far, 1e-38f},
+                                    {3e38f, 1, -3e38f}}) {
+        const voxel::Colour d = developed(odd);
         INFO(odd.r << " " << odd.g << " " << odd.b << " -> " << d.r << " " << d.g << " " << d.b);
         for (const float v : {d.r, d.g, d.b})
             CHECK((v >= 0 && v <= 1));
@@ -170,18 +172,19 @@ TEST_CASE(
 }
 
 TEST_CASE("an exposure of one stop is twice the light", "[raytracer][output]") {
-    const auto tone(GENERATE(ToneCurve::kPhotographic, ToneCurve::kFilmic, ToneCurve::kAgx,
-                             ToneCurve::kLinear));
+    const auto tone(GENERATE(core::ToneCurve::kPhotographic, core::ToneCurve::kFilmic,
+                             core::ToneCurve::kAgx, core::ToneCurve::kLinear));
     for (const float c : {0.01f, 0.2f, 0.9f})
-        CHECK(develop({c, c, c}, 1, tone).g ==
-              Approx(develop({2 * c, 2 * c, 2 * c}, 0, tone).g).margin(1e-6));
+        CHECK(output::develop({c, c, c}, 1, tone).g ==
+              Approx(output::develop({2 * c, 2 * c, 2 * c}, 0, tone).g).margin(1e-6));
 }
 
 TEST_CASE("tone curves show middle grey and white walls about alike", "[raytracer][output]") {
-    const auto tone = GENERATE(ToneCurve::kPhotographic, ToneCurve::kFilmic, ToneCurve::kAgx);
+    const auto tone =
+        GENERATE(core::ToneCurve::kPhotographic, core::ToneCurve::kFilmic, core::ToneCurve::kAgx);
     INFO(tone);
-    CHECK(develop({0.18f, 0.18f, 0.18f}, 0, tone).g == Approx(0.48).margin(0.03));
-    CHECK(develop({1, 1, 1}, 0, tone).g == Approx(0.81).margin(0.04));
+    CHECK(output::develop({0.18f, 0.18f, 0.18f}, 0, tone).g == Approx(0.48).margin(0.03));
+    CHECK(output::develop({1, 1, 1}, 0, tone).g == Approx(0.81).margin(0.04));
 }
 
 TEST_CASE("curves are what their descriptions say", "[raytracer][output]") {
@@ -191,12 +194,12 @@ TEST_CASE("curves are what their descriptions say", "[raytracer][output]") {
     for (int i = 0; i < 20'000; ++i) {
         const std::array<double, 3> c = {std::exp2(stops(random)), std::exp2(stops(random)),
                                          std::exp2(stops(random))};
-        const Colour light = {static_cast<float>(c[0]), static_cast<float>(c[1]),
-                              static_cast<float>(c[2])};
+        const voxel::Colour light = {static_cast<float>(c[0]), static_cast<float>(c[1]),
+                                     static_cast<float>(c[2])};
         const auto expected = agx(c);
-        const Colour a = develop(light, 0, ToneCurve::kAgx),
-                     p = develop(light, 0, ToneCurve::kPhotographic),
-                     l = develop(light, 0, ToneCurve::kLinear);
+        const voxel::Colour a = output::develop(light, 0, core::ToneCurve::kAgx),
+                            p = output::develop(light, 0, core::ToneCurve::kPhotographic),
+                            l = output::develop(light, 0, core::ToneCurve::kLinear);
         worst_agx = std::max({worst_agx, std::abs(a.r - expected[0]), std::abs(a.g - expected[1]),
                               std::abs(a.b - expected[2])});
         worst_photographic =
@@ -209,13 +212,13 @@ TEST_CASE("curves are what their descriptions say", "[raytracer][output]") {
 }
 
 TEST_CASE("agx lets bright colours pale and keeps their hue", "[raytracer][output]") {
-    const double agx_drift = worst_drift(ToneCurve::kAgx),
-                 photographic_drift = worst_drift(ToneCurve::kPhotographic);
+    const double agx_drift = worst_drift(core::ToneCurve::kAgx),
+                 photographic_drift = worst_drift(core::ToneCurve::kPhotographic);
     CAPTURE(agx_drift, photographic_drift);
     CHECK(agx_drift < 35);
     CHECK(agx_drift < 0.6 * photographic_drift);
-    CHECK(hue_of(develop({20, 0.4f, 0.4f}, 0, ToneCurve::kAgx))[1] <
-          0.5 * hue_of(develop({1, 0.02f, 0.02f}, 0, ToneCurve::kAgx))[1]);
+    CHECK(hue_of(output::develop({20, 0.4f, 0.4f}, 0, core::ToneCurve::kAgx))[1] <
+          0.5 * hue_of(output::develop({1, 0.02f, 0.02f}, 0, core::ToneCurve::kAgx))[1]);
 }
 
 TEST_CASE(
@@ -228,7 +231,7 @@ TEST_CASE(
     int wrong = 0;
     for (int y = 0; y < 200; ++y)
         for (int x = 0; x < 200; ++x) {
-            const auto bytes = dithered_bytes({value, value, value}, x, y);
+            const auto bytes = output::dithered_bytes({value, value, value}, x, y);
             wrong += std::abs(static_cast<float>(bytes[0]) - value * 255) >= 1 ||
                              bytes[0] != bytes[1] || bytes[0] != bytes[2]
                          ? 1
@@ -238,6 +241,6 @@ TEST_CASE(
     CHECK(wrong == 0);
     CHECK(sum / 40'000 == Approx(value * 255).margin(0.01));
     for (int b = 0; b < 256; ++b)
-        CHECK(dithered_bytes({static_cast<float>(b) / 255, 0, 1}, b * 7, b) ==
+        CHECK(output::dithered_bytes({static_cast<float>(b) / 255, 0, 1}, b * 7, b) ==
               std::array<std::uint8_t, 3>{static_cast<std::uint8_t>(b), 0, 255});
 }

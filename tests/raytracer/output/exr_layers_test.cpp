@@ -14,12 +14,13 @@ namespace {
 
 constexpr int kWidth = 61, kHeight = 37;
 
-PictureInfo some_info() {
-    PictureInfo info;
+output::PictureInfo some_info() {
+    output::PictureInfo info;
     info.metadata = {{"Software", "terravox test"},
                      {"terravox:scene", "[camera]\nfov_deg = 40\n# Škofja Loka\n"},
                      {"terravox:crs_wkt", "PROJCS[\"D96/TM\"]"}};
-    info.world_to_camera.emplace(), info.world_to_ndc.emplace();
+    info.world_to_camera.emplace();
+    info.world_to_ndc.emplace();
     for (std::size_t i = 0; i < 16; ++i)
         (*info.world_to_camera)[i] = static_cast<float>(i) * 0.5f,
         (*info.world_to_ndc)[i] = static_cast<float>(i) - 8;
@@ -33,9 +34,9 @@ PictureInfo some_info() {
 TEST_CASE("an EXR with all layers gives back each of them", "[raytracer][output][layers]") {
     const TemporaryFolder folder;
     const auto file = folder.path() / "all.exr";
-    Film film(kWidth, kHeight, true);
+    output::Film film(kWidth, kHeight, true);
     film.add(invented_tile(0, 0, kWidth, kHeight, true));
-    write_image(film, file, some_info());
+    output::write_image(film, file, some_info());
     const Picture back = read_picture(file);
     const ExrHeader header(file);
     CHECK(entries_in(folder.path()) == 1);
@@ -47,28 +48,37 @@ TEST_CASE("an EXR with all layers gives back each of them", "[raytracer][output]
     std::map<std::string, int> wrong;
     for (int y = 0; y < kHeight; ++y)
         for (int x = 0; x < kWidth; ++x) {
-            const PixelSample& p = film.at(x, y);
-            const LayerSample& l = film.layers_at(x, y);
+            const tiles::PixelSample& p = film.at(x, y);
+            const tiles::LayerSample& l = film.layers_at(x, y);
             const auto exact = [&](const char* name, float given) {
                 wrong[name] += same_bits(back.at(x, y, name), given) ? 0 : 1;
             };
             const auto about = [&](const char* name, float given) {
                 wrong[name] += near_half(back.at(x, y, name), given) ? 0 : 1;
             };
-            exact("R", p.colour.r), exact("G", p.colour.g), exact("B", p.colour.b),
-                exact("A", p.alpha), exact("Z", p.depth_m);
-            exact("position.X", l.position[0]), exact("position.Y", l.position[1]),
-                exact("position.Z", l.position[2]);
+            exact("R", p.colour.r);
+            exact("G", p.colour.g);
+            exact("B", p.colour.b);
+            exact("A", p.alpha);
+            exact("Z", p.depth_m);
+            exact("position.X", l.position[0]);
+            exact("position.Y", l.position[1]);
+            exact("position.Z", l.position[2]);
             exact("material.ID", static_cast<float>(l.material));
-            about("albedo.R", l.albedo.r), about("albedo.G", l.albedo.g),
-                about("albedo.B", l.albedo.b);
-            about("direct.R", l.direct.r), about("direct.G", l.direct.g),
-                about("direct.B", l.direct.b);
-            about("indirect.R", l.indirect.r), about("indirect.G", l.indirect.g),
-                about("indirect.B", l.indirect.b);
-            about("normal.X", l.normal[0]), about("normal.Y", l.normal[1]),
-                about("normal.Z", l.normal[2]);
-            about("sun.V", l.sun), about("water.V", l.water);
+            about("albedo.R", l.albedo.r);
+            about("albedo.G", l.albedo.g);
+            about("albedo.B", l.albedo.b);
+            about("direct.R", l.direct.r);
+            about("direct.G", l.direct.g);
+            about("direct.B", l.direct.b);
+            about("indirect.R", l.indirect.r);
+            about("indirect.G", l.indirect.g);
+            about("indirect.B", l.indirect.b);
+            about("normal.X", l.normal[0]);
+            about("normal.Y", l.normal[1]);
+            about("normal.Z", l.normal[2]);
+            about("sun.V", l.sun);
+            about("water.V", l.water);
         }
     for (const auto& [name, count] : wrong) {
         INFO(name);
@@ -87,10 +97,10 @@ TEST_CASE("matrices and texts stand in the header under the names that other pro
           "[raytracer][output][layers]") {
     const TemporaryFolder folder;
     const auto file = folder.path() / "all.exr";
-    Film film(8, 8);
+    output::Film film(8, 8);
     film.add(invented_tile(0, 0, 8, 8, false));
-    const PictureInfo info = some_info();
-    write_image(film, file, info);
+    const output::PictureInfo info = some_info();
+    output::write_image(film, file, info);
     const ExrHeader header(file);
     CHECK(header.matrix("worldToCamera") == *info.world_to_camera);
     CHECK(header.matrix("worldToNDC") == *info.world_to_ndc);
@@ -106,10 +116,10 @@ TEST_CASE("a reader of Cryptomatte cuts out each material and each square with i
     // manifest, add up the shares of the ranks.
     const TemporaryFolder folder;
     const auto file = folder.path() / "all.exr";
-    Film film(kWidth, kHeight, true);
+    output::Film film(kWidth, kHeight, true);
     film.add(invented_tile(0, 0, kWidth, kHeight, true));
-    const PictureInfo info = some_info();
-    write_image(film, file, info);
+    const output::PictureInfo info = some_info();
+    output::write_image(film, file, info);
     const Picture back = read_picture(file);
     const ExrHeader header(file);
     int types = 0;
@@ -149,9 +159,9 @@ TEST_CASE("a reader of Cryptomatte cuts out each material and each square with i
                                  ? names[std::bit_cast<std::uint32_t>(id)]
                                  : "not in the manifest"] += share;
                 }
-                const LayerSample& l = film.layers_at(x, y);
-                const Matte& matte = type == "CryptoSquare" ? l.squares : l.materials;
-                for (std::size_t i = 0; i < Matte::kMost; ++i) {
+                const tiles::LayerSample& l = film.layers_at(x, y);
+                const tiles::Matte& matte = type == "CryptoSquare" ? l.squares : l.materials;
+                for (std::size_t i = 0; i < tiles::Matte::kMax; ++i) {
                     if (!(matte.share[i] > 0))
                         continue;
                     const auto object = matte.object[i];

@@ -36,25 +36,27 @@ Dataset open(const std::filesystem::path& file) {
 std::string wkt_of(const char* name) {
     const auto crs = OSRNewSpatialReference(nullptr);
     char* wkt = nullptr;
-    OSRSetFromUserInput(crs, name), OSRExportToWkt(crs, &wkt);
+    OSRSetFromUserInput(crs, name);
+    OSRExportToWkt(crs, &wkt);
     const std::string out = wkt;
-    CPLFree(wkt), OSRDestroySpatialReference(crs);
+    CPLFree(wkt);
+    OSRDestroySpatialReference(crs);
     return out;
 }
 
-PictureInfo bled_info() {
-    PictureInfo info;
+output::PictureInfo bled_info() {
+    output::PictureInfo info;
     info.metadata = {{"Software", "terravox test"},
                      {"Copyright", "ARSO, CC BY 4.0: Geoportal, Škofja Loka"},
                      {"terravox:holes", "3"}};
-    info.geo = GeoPlacement{{430'000, 0.5, 0, 137'000, 0, -0.5}, wkt_of("EPSG:3794")};
+    info.geo = output::GeoPlacement{{430'000, 0.5, 0, 137'000, 0, -0.5}, wkt_of("EPSG:3794")};
     return info;
 }
 
 /// The right half shows nothing of the world.
-Film half_of(int width, int height) {
-    Film film(width, height);
-    TileResult all = invented_tile(0, 0, width, height, false);
+output::Film half_of(int width, int height) {
+    output::Film film(width, height);
+    tiles::TileResult all = invented_tile(0, 0, width, height, false);
     std::size_t i = 0;
     all.tile.each_pixel([&](int x, int) { all.samples[i++].alpha = 2 * x < width ? 1 : 0; });
     film.add(all);
@@ -78,10 +80,11 @@ TEST_CASE("a GeoTIFF lies where it was taken, with overviews, and is clear where
     const TemporaryFolder folder;
     const auto file = folder.path() / "bled.tif";
     constexpr int kWidth = 1300, kHeight = 700;
-    const Film film = half_of(kWidth, kHeight);
-    PictureInfo info = bled_info();
-    info.exposure_ev = -0.5, info.tone = ToneCurve::kAgx;
-    write_image(film, file, info);
+    const output::Film film = half_of(kWidth, kHeight);
+    output::PictureInfo info = bled_info();
+    info.exposure_ev = -0.5;
+    info.tone = core::ToneCurve::kAgx;
+    output::write_image(film, file, info);
     CHECK(entries_in(folder.path()) == 1);
 
     const Dataset d = open(file);
@@ -127,8 +130,8 @@ TEST_CASE("a GeoTIFF lies where it was taken, with overviews, and is clear where
     for (int y = 0; y < kHeight; ++y)
         for (int x = 0; x < kWidth; ++x) {
             const auto i = static_cast<std::size_t>(y) * kWidth + static_cast<std::size_t>(x);
-            const auto bytes =
-                dithered_bytes(develop(film.at(x, y).colour, info.exposure_ev, info.tone), x, y);
+            const auto bytes = output::dithered_bytes(
+                output::develop(film.at(x, y).colour, info.exposure_ev, info.tone), x, y);
             wrong +=
                 red[i] == bytes[0] && blue[i] == bytes[2] && alpha[i] == (2 * x < kWidth ? 255 : 0)
                     ? 0
@@ -140,10 +143,10 @@ TEST_CASE("a GeoTIFF lies where it was taken, with overviews, and is clear where
 TEST_CASE("a GeoTIFF of floats keeps the light to the last bit", "[raytracer][output][geotiff]") {
     const TemporaryFolder folder;
     const auto file = folder.path() / "bled.tiff";
-    const Film film = half_of(150, 90);
-    PictureInfo info = bled_info();
-    info.tiff_samples = TiffSamples::kFloat;
-    write_image(film, file, info);
+    const output::Film film = half_of(150, 90);
+    output::PictureInfo info = bled_info();
+    info.tiff_samples = core::TiffSamples::kFloat;
+    output::write_image(film, file, info);
     const Dataset d = open(file);
     REQUIRE(GDALGetRasterDataType(GDALGetRasterBand(d.get(), 1)) == GDT_Float32);
     const auto green = band<float>(d.get(), 2, GDT_Float32),
@@ -162,9 +165,9 @@ TEST_CASE("what cannot become a GeoTIFF is said in one line, and an older file s
     const TemporaryFolder folder;
     const auto file = folder.path() / "bled.tif";
     std::ofstream(file) << "older";
-    PictureInfo info = bled_info();
-    const Film film = half_of(400, 300);
-    write_image(film, folder.path() / "whole.tif", info);
+    output::PictureInfo info = bled_info();
+    const output::Film film = half_of(400, 300);
+    output::write_image(film, folder.path() / "whole.tif", info);
     const auto whole = static_cast<rlim_t>(std::filesystem::file_size(folder.path() / "whole.tif"));
     std::filesystem::remove(folder.path() / "whole.tif");
     // GDAL writes the last 64 KiB when it closes the file, and does not say when that fails.
@@ -177,8 +180,8 @@ TEST_CASE("what cannot become a GeoTIFF is said in one line, and an older file s
     if (room)
         disk.emplace(*room);
     try {
-        write_image(film, file, info);
-    } catch (const Error& e) {
+        output::write_image(film, file, info);
+    } catch (const util::Error& e) {
         said = e.what();
     }
     disk.reset();

@@ -17,34 +17,37 @@ namespace fs = std::filesystem;
 namespace {
 
 /// A picture with nothing known but these.
-void write_plain(const Film& film, const std::filesystem::path& file, double exposure_ev,
-                 ToneCurve tone, const ImageMetadata& metadata) {
-    PictureInfo info;
-    info.exposure_ev = exposure_ev, info.tone = tone, info.metadata = metadata;
-    write_image(film, file, info);
+void write_plain(const output::Film& film, const std::filesystem::path& file, double exposure_ev,
+                 core::ToneCurve tone, const output::ImageMetadata& metadata) {
+    output::PictureInfo info;
+    info.exposure_ev = exposure_ev;
+    info.tone = tone;
+    info.metadata = metadata;
+    output::write_image(film, file, info);
 }
 
 constexpr int kWidth = 61, kHeight = 37;
 
-Film film_of(int width, int height) {
+output::Film film_of(int width, int height) {
     std::mt19937 random(21);
     std::uniform_real_distribution<float> value(0, 4);
-    TileResult all;
-    all.tile.x1 = width, all.tile.y1 = height;
+    tiles::TileResult all;
+    all.tile.x1 = width;
+    all.tile.y1 = height;
     for (int i = 0; i < width * height; ++i)
         all.samples.push_back(
             {{value(random), value(random) * 1e-5f, value(random) * 1e4f},
              i % 5 / 4.0f,
              i % 7 == 0 ? std::numeric_limits<float>::infinity() : value(random) * 1000});
-    Film film(width, height);
+    output::Film film(width, height);
     film.add(all);
     return film;
 }
 
-const ImageMetadata kMetadata = {{"Software", "terravox test"},
-                                 {"terravox:holes", "3"},
-                                 {"terravox:camera", "1.5 2.5 3.5"},
-                                 {"Copyright", "ARSO, CC BY 4.0"}};
+const output::ImageMetadata kMetadata = {{"Software", "terravox test"},
+                                         {"terravox:holes", "3"},
+                                         {"terravox:camera", "1.5 2.5 3.5"},
+                                         {"Copyright", "ARSO, CC BY 4.0"}};
 
 }  // namespace
 
@@ -53,8 +56,8 @@ TEST_CASE("EXR and TIFF give back every value to the last bit", "[raytracer][out
     INFO(ending);
     const TemporaryFolder folder;
     const auto file = folder.path() / ("picture" + ending);
-    const Film film = film_of(kWidth, kHeight);
-    write_plain(film, file, 3, ToneCurve::kPhotographic,
+    const output::Film film = film_of(kWidth, kHeight);
+    write_plain(film, file, 3, core::ToneCurve::kPhotographic,
                 kMetadata);  // exposure and tone are for 8-bit pictures
     const Picture back = read_picture(file);
     const bool exr = back.spec.nchannels == 5;
@@ -65,7 +68,7 @@ TEST_CASE("EXR and TIFF give back every value to the last bit", "[raytracer][out
     int wrong = 0;
     for (int y = 0; y < kHeight; ++y)
         for (int x = 0; x < kWidth; ++x) {
-            const PixelSample& p = film.at(x, y);
+            const tiles::PixelSample& p = film.at(x, y);
             wrong += same_bits(back.at(x, y, back.channel("R")), p.colour.r) &&
                              same_bits(back.at(x, y, back.channel("G")), p.colour.g) &&
                              same_bits(back.at(x, y, back.channel("B")), p.colour.b)
@@ -86,10 +89,10 @@ TEST_CASE("PNG holds the developed colours, dithered to the byte below or above"
           "[raytracer][output]") {
     const TemporaryFolder folder;
     const auto file = folder.path() / "picture.png";
-    const auto tone =
-        GENERATE(ToneCurve::kPhotographic, ToneCurve::kFilmic, ToneCurve::kAgx, ToneCurve::kLinear);
+    const auto tone = GENERATE(core::ToneCurve::kPhotographic, core::ToneCurve::kFilmic,
+                               core::ToneCurve::kAgx, core::ToneCurve::kLinear);
     const double exposure = GENERATE(-2.0, 0.0, 1.5);
-    const Film film = film_of(kWidth, kHeight);
+    const output::Film film = film_of(kWidth, kHeight);
     write_plain(film, file, exposure, tone, {});
     const Picture back = read_picture(file);
     REQUIRE(back.spec.nchannels == 3);
@@ -97,7 +100,7 @@ TEST_CASE("PNG holds the developed colours, dithered to the byte below or above"
     double worst = 0;
     for (int y = 0; y < kHeight; ++y)
         for (int x = 0; x < kWidth; ++x) {
-            const Colour c = develop(film.at(x, y).colour, exposure, tone);
+            const voxel::Colour c = output::develop(film.at(x, y).colour, exposure, tone);
             for (int k = 0; k < 3; ++k)
                 worst = std::max(
                     worst, std::abs(static_cast<double>(back.at(x, y, k)) - (k == 0   ? c.r
@@ -112,7 +115,7 @@ TEST_CASE("what a person should know is stored in the picture", "[raytracer][out
     INFO(ending);
     const TemporaryFolder folder;
     const auto file = folder.path() / ("picture" + ending);
-    write_plain(film_of(8, 8), file, 0, ToneCurve::kPhotographic, kMetadata);
+    write_plain(film_of(8, 8), file, 0, core::ToneCurve::kPhotographic, kMetadata);
     const Picture back = read_picture(file);
     CHECK(back.spec.get_string_attribute("Software") == "terravox test");
     CHECK(back.spec.get_string_attribute("Copyright") == "ARSO, CC BY 4.0");
@@ -127,8 +130,8 @@ TEST_CASE("an ending that names no format is refused before any work", "[raytrac
     const std::string name =
         GENERATE("picture", "picture.", "picture.bmp", "picture.png.gz", ".png", "picture.exr ");
     INFO("'" << name << "'");
-    CHECK_THROWS_AS(check_image_target(folder.path() / name), UsageError);
-    CHECK_THROWS_WITH(check_image_target(folder.path() / name),
+    CHECK_THROWS_AS(output::check_image_target(folder.path() / name), util::UsageError);
+    CHECK_THROWS_WITH(output::check_image_target(folder.path() / name),
                       contains("allowed: .png .jpg (8-bit), .exr .tif (float)"));
     CHECK(entries_in(folder.path()) == 0);
 }
@@ -143,10 +146,10 @@ TEST_CASE("a place that cannot be written to leaves nothing behind", "[raytracer
     const auto c = GENERATE(values<Case>(
         {{"a file as the folder", "file/picture.png"}, {"a folder of that name", "picture.png"}}));
     DYNAMIC_SECTION(c.name) {
-        CHECK_THROWS_AS(check_image_target(folder.path() / c.target), Error);
-        CHECK_THROWS_AS(
-            write_plain(film_of(8, 8), folder.path() / c.target, 0, ToneCurve::kPhotographic, {}),
-            Error);
+        CHECK_THROWS_AS(output::check_image_target(folder.path() / c.target), util::Error);
+        CHECK_THROWS_AS(write_plain(film_of(8, 8), folder.path() / c.target, 0,
+                                    core::ToneCurve::kPhotographic, {}),
+                        util::Error);
         CHECK(entries_in(folder.path()) == 2);
     }
 }
@@ -159,9 +162,9 @@ TEST_CASE("an older picture stays whole when a new one cannot be finished", "[ra
     const TemporaryFolder folder;
     const auto file = folder.path() / ("picture" + ending);
     std::ofstream(file) << "older";
-    const Film film = film_of(400, 300);
+    const output::Film film = film_of(400, 300);
     const auto good = folder.path() / ("good" + file.extension().string());
-    write_plain(film, good, 0, ToneCurve::kPhotographic, {});
+    write_plain(film, good, 0, core::ToneCurve::kPhotographic, {});
     const auto whole = static_cast<rlim_t>(std::filesystem::file_size(good));
     std::filesystem::remove(good);
     // The last bytes of a file are written when it is closed, which libraries are careless about.
@@ -171,8 +174,8 @@ TEST_CASE("an older picture stays whole when a new one cannot be finished", "[ra
     {
         const FullDisk full(room);
         try {
-            write_plain(film, file, 0, ToneCurve::kPhotographic, {});
-        } catch (const Error& e) {
+            write_plain(film, file, 0, core::ToneCurve::kPhotographic, {});
+        } catch (const util::Error& e) {
             said = e.what();
         }
     }
@@ -186,11 +189,13 @@ TEST_CASE("an older picture stays whole when a new one cannot be finished", "[ra
 TEST_CASE("a plain TIFF is 8-bit where that is asked for", "[raytracer][output]") {
     const TemporaryFolder folder;
     const auto file = folder.path() / "picture.tif", png = folder.path() / "picture.png";
-    PictureInfo info;
-    info.tiff_samples = TiffSamples::kByte, info.tone = ToneCurve::kAgx, info.exposure_ev = 0.5;
-    const Film film = film_of(kWidth, kHeight);
-    write_image(film, file, info);
-    write_image(film, png, info);
+    output::PictureInfo info;
+    info.tiff_samples = core::TiffSamples::kByte;
+    info.tone = core::ToneCurve::kAgx;
+    info.exposure_ev = 0.5;
+    const output::Film film = film_of(kWidth, kHeight);
+    output::write_image(film, file, info);
+    output::write_image(film, png, info);
     const Picture back = read_picture(file);
     CHECK(back.spec.format == OIIO::TypeDesc::UINT8);
     CHECK(back.pixels == read_picture(png).pixels);
@@ -198,16 +203,21 @@ TEST_CASE("a plain TIFF is 8-bit where that is asked for", "[raytracer][output]"
 
 TEST_CASE("a coarse sample stands for its block until finer ones replace it",
           "[raytracer][output][film]") {
-    Film film(5, 3);
-    TileResult coarse;
-    coarse.tile.x1 = 5, coarse.tile.y1 = 3, coarse.tile.step = 4;
+    output::Film film(5, 3);
+    tiles::TileResult coarse;
+    coarse.tile.x1 = 5;
+    coarse.tile.y1 = 3;
+    coarse.tile.step = 4;
     coarse.samples = {{{1, 0, 0}, 1, 10}, {{2, 0, 0}, 1, 20}};
     film.add(coarse);
     CHECK(film.at(0, 0).colour.r == 1);
     CHECK(film.at(3, 2).colour.r == 1);
     CHECK(film.at(4, 2).colour.r == 2);
-    TileResult finer;
-    finer.tile.x1 = 5, finer.tile.y1 = 3, finer.tile.step = 2, finer.tile.refines = true;
+    tiles::TileResult finer;
+    finer.tile.x1 = 5;
+    finer.tile.y1 = 3;
+    finer.tile.step = 2;
+    finer.tile.refines = true;
     finer.tile.each_pixel([&](int x, int y) {
         finer.samples.push_back({{static_cast<float>(10 + x + 10 * y), 0, 0}, 1, 1});
     });

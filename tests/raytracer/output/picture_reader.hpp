@@ -112,9 +112,12 @@ private:
 
 /// A rectangle of a picture that exists in no other place: what stands at (x, y) is a function of x
 /// and y.
-inline TileResult invented_tile(int x0, int y0, int x1, int y1, bool with_layers) {
-    TileResult out;
-    out.tile.x0 = x0, out.tile.y0 = y0, out.tile.x1 = x1, out.tile.y1 = y1;
+inline tiles::TileResult invented_tile(int x0, int y0, int x1, int y1, bool with_layers) {
+    tiles::TileResult out;
+    out.tile.x0 = x0;
+    out.tile.y0 = y0;
+    out.tile.x1 = x1;
+    out.tile.y1 = y1;
     for (int y = y0; y < y1; ++y)
         for (int x = x0; x < x1; ++x) {
             std::minstd_rand random(static_cast<unsigned>(y * 65536 + x + 1));
@@ -122,18 +125,20 @@ inline TileResult invented_tile(int x0, int y0, int x1, int y1, bool with_layers
             const auto value = [&](float most) {
                 return most * static_cast<float>(random() % 65536) / 65536.0f;
             };
-            PixelSample& p = out.samples.emplace_back();
+            tiles::PixelSample& p = out.samples.emplace_back();
             p.colour = {value(4), value(4e-5f), value(4e4f)};
-            p.alpha = value(1),
+            p.alpha = value(1);
             p.depth_m = random() % 7 == 0 ? std::numeric_limits<float>::infinity() : value(4000);
             if (!with_layers)
                 continue;
-            LayerSample& l = out.layers.emplace_back();
-            l.albedo = {value(1), value(1), value(1)}, l.direct = {value(3), value(3), value(1e6f)},
+            tiles::LayerSample& l = out.layers.emplace_back();
+            l.albedo = {value(1), value(1), value(1)};
+            l.direct = {value(3), value(3), value(1e6f)};
             l.indirect = {value(3), value(3), value(3)};
-            l.normal = {value(2) - 1, value(2) - 1, value(2) - 1},
+            l.normal = {value(2) - 1, value(2) - 1, value(2) - 1};
             l.position = {value(1e6f), value(3000), -value(1e6f)};
-            l.sun = value(1), l.water = value(1),
+            l.sun = value(1);
+            l.water = value(1);
             l.material = static_cast<voxel::Material>(random() % voxel::kMaterialCount);
             for (int n = static_cast<int>(random() % 5); n > 0; --n)
                 l.materials.add(static_cast<std::uint32_t>(random() % voxel::kMaterialCount),

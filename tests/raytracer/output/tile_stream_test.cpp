@@ -20,23 +20,24 @@ namespace fs = std::filesystem;
 
 namespace {
 
-PictureInfo some_info() {
-    PictureInfo info;
+output::PictureInfo some_info() {
+    output::PictureInfo info;
     info.metadata = {{"Software", "terravox test"}, {"Copyright", "ARSO"}};
     info.square_names = {"462_101", "463_101"};
-    info.tone = ToneCurve::kFilmic;
+    info.tone = core::ToneCurve::kFilmic;
     return info;
 }
 
 /// The tiles of a single pass, in an order of chance.
-std::vector<RenderTile> shuffled_tiles(const StreamShape& s, unsigned seed) {
-    auto tiles = plan_tiles(s.width_px, s.height_px, 1, s.tile_px, TileOrder::kRows).front();
+std::vector<tiles::RenderTile> shuffled_tiles(const output::StreamShape& s, unsigned seed) {
+    auto tiles =
+        tiles::plan_tiles(s.width_px, s.height_px, 1, s.tile_px, core::TileOrder::kRows).front();
     std::shuffle(tiles.begin(), tiles.end(), std::mt19937(seed));
     return tiles;
 }
 
-TileResult invented(const RenderTile& t, bool with_layers) {
-    TileResult out = invented_tile(t.x0, t.y0, t.x1, t.y1, with_layers);
+tiles::TileResult invented(const tiles::RenderTile& t, bool with_layers) {
+    tiles::TileResult out = invented_tile(t.x0, t.y0, t.x1, t.y1, with_layers);
     out.tile = t;
     return out;
 }
@@ -58,7 +59,7 @@ TEST_CASE("a streamed EXR holds what a film's would, whatever the order of its t
           "[raytracer][output][stream]") {
     struct Case {
         const char* name;
-        StreamShape shape;
+        output::StreamShape shape;
     };
     const auto c = GENERATE(values<Case>({{"small odd tiles", {203, 101, 33, false}},
                                           {"all layers", {150, 90, 32, true}},
@@ -67,17 +68,18 @@ TEST_CASE("a streamed EXR holds what a film's would, whatever the order of its t
     DYNAMIC_SECTION(c.name) {
         const TemporaryFolder folder;
         const auto whole = folder.path() / "whole.exr", streamed = folder.path() / "streamed.exr";
-        const StreamShape& s = c.shape;
-        Film film(s.width_px, s.height_px, s.with_layers);
-        TileStream stream(streamed, s, some_info());
-        for (const RenderTile& tile : shuffled_tiles(s, 3)) {
-            const TileResult result = invented(tile, s.with_layers);
-            for (TileSink* sink : {static_cast<TileSink*>(&film), static_cast<TileSink*>(&stream)})
+        const output::StreamShape& s = c.shape;
+        output::Film film(s.width_px, s.height_px, s.with_layers);
+        output::TileStream stream(streamed, s, some_info());
+        for (const tiles::RenderTile& tile : shuffled_tiles(s, 3)) {
+            const tiles::TileResult result = invented(tile, s.with_layers);
+            for (output::TileSink* sink :
+                 {static_cast<output::TileSink*>(&film), static_cast<output::TileSink*>(&stream)})
                 sink->add(result);
         }
         CHECK_FALSE(fs::exists(streamed));
         stream.finish(1234);
-        write_image(film, whole, some_info());
+        output::write_image(film, whole, some_info());
         const Picture a = read_picture(whole), b = read_picture(streamed);
         REQUIRE(a.spec.channelnames == b.spec.channelnames);
         CHECK(std::memcmp(a.pixels.data(), b.pixels.data(), a.pixels.size() * sizeof(float)) == 0);
@@ -96,10 +98,10 @@ TEST_CASE(
     struct Case {
         const char* name;
         bool geo;
-        TiffSamples samples;
+        core::TiffSamples samples;
         bool floats;
     };
-    using enum TiffSamples;
+    using enum core::TiffSamples;
     const auto c = GENERATE(values<Case>({{"plain", false, kAuto, true},
                                           {"plain bytes", false, kByte, false},
                                           {"on Earth", true, kAuto, false},
@@ -107,14 +109,14 @@ TEST_CASE(
     DYNAMIC_SECTION(c.name) {
         const TemporaryFolder folder;
         const auto file = folder.path() / "streamed.tif";
-        const StreamShape s{500, 300, 48, false};
-        PictureInfo info = some_info();
+        const output::StreamShape s{500, 300, 48, false};
+        output::PictureInfo info = some_info();
         info.tiff_samples = c.samples;
         if (c.geo)
-            info.geo = GeoPlacement{{430'000, 0.5, 0, 137'000, 0, -0.5},
-                                    geo::Crs::from_text("EPSG:3794").wkt()};
-        TileStream stream(file, s, info);
-        for (const RenderTile& tile : shuffled_tiles(s, 4))
+            info.geo = output::GeoPlacement{{430'000, 0.5, 0, 137'000, 0, -0.5},
+                                            geo::Crs::from_text("EPSG:3794").wkt()};
+        output::TileStream stream(file, s, info);
+        for (const tiles::RenderTile& tile : shuffled_tiles(s, 4))
             stream.add(invented(tile, false));
         stream.finish(7);
         CHECK(entries_in(folder.path()) == 1);
@@ -137,15 +139,15 @@ TEST_CASE(
         REQUIRE(GDALDatasetRasterIOEx(d.get(), GF_Read, 0, 0, s.width_px, s.height_px,
                                       pixels.data(), s.width_px, s.height_px, GDT_Float32, 4,
                                       nullptr, 16, 16 * s.width_px, 4, nullptr) == CE_None);
-        const TileResult all = invented_tile(0, 0, s.width_px, s.height_px, false);
-        const Developer developed(info.exposure_ev, info.tone);
+        const tiles::TileResult all = invented_tile(0, 0, s.width_px, s.height_px, false);
+        const output::Developer developed(info.exposure_ev, info.tone);
         int wrong = 0;
         for (int y = 0; y < s.height_px; ++y)
             for (int x = 0; x < s.width_px; ++x) {
                 const auto i = static_cast<std::size_t>(y) * static_cast<std::size_t>(s.width_px) +
                                static_cast<std::size_t>(x);
-                const PixelSample& p = all.samples[i];
-                const auto bytes = dithered_bytes(developed(p.colour), x, y);
+                const tiles::PixelSample& p = all.samples[i];
+                const auto bytes = output::dithered_bytes(developed(p.colour), x, y);
                 wrong += same_bits(pixels[4 * i + 1],
                                    c.floats ? p.colour.g : static_cast<float>(bytes[1]))
                              ? 0
@@ -164,13 +166,13 @@ TEST_CASE("memory stays flat while a picture streams", "[raytracer][output][stre
     INFO(ending);
     geo::limit_gdal_cache(std::int64_t{16} << 20);
     const TemporaryFolder folder;
-    const StreamShape s{4096, 4096, 64, false};
+    const output::StreamShape s{4096, 4096, 64, false};
     constexpr std::uint64_t kGrowth_bytes = std::uint64_t{48} << 20;  // 3 bytes a pixel
-    REQUIRE(Film::bytes(s.width_px, s.height_px, false) > 6 * kGrowth_bytes);
-    TileStream stream(folder.path() / ("large" + ending), s, some_info());
-    TileResult result = invented_tile(0, 0, 64, 64, false);
+    REQUIRE(output::Film::bytes(s.width_px, s.height_px, false) > 6 * kGrowth_bytes);
+    output::TileStream stream(folder.path() / ("large" + ending), s, some_info());
+    tiles::TileResult result = invented_tile(0, 0, 64, 64, false);
     std::uint64_t first = 0, most = 0;
-    for (const RenderTile& tile : shuffled_tiles(s, 5)) {
+    for (const tiles::RenderTile& tile : shuffled_tiles(s, 5)) {
         result.tile = tile;
         stream.add(result);
         most = std::max(most, own_memory());
@@ -185,40 +187,40 @@ TEST_CASE("memory stays flat while a picture streams", "[raytracer][output][stre
 TEST_CASE("what is wrong with a stream is said, and nothing is left behind",
           "[raytracer][output][stream]") {
     const TemporaryFolder folder;
-    const StreamShape s{100, 60, 32, false};
+    const output::StreamShape s{100, 60, 32, false};
     const auto file = folder.path() / "streamed.exr";
     const auto tiles = shuffled_tiles(s, 6);
     {
-        TileStream stream(file, s, some_info());
+        output::TileStream stream(file, s, some_info());
         stream.add(invented(tiles[0], false));
         CHECK_THROWS_WITH(stream.add(invented(tiles[0], false)), contains("came twice"));
-        RenderTile coarse = tiles[1];
+        tiles::RenderTile coarse = tiles[1];
         coarse.step = 2;
         CHECK_THROWS_WITH(stream.add(invented(coarse, false)), contains("single pass"));
-        RenderTile shifted = tiles[1];
+        tiles::RenderTile shifted = tiles[1];
         ++shifted.x0;
         CHECK_THROWS_WITH(stream.add(invented(shifted, false)), contains("single pass"));
-        TileResult poor = invented(tiles[1], false);
+        tiles::TileResult poor = invented(tiles[1], false);
         poor.samples.pop_back();
-        CHECK_THROWS_AS(stream.add(poor), Error);
+        CHECK_THROWS_AS(stream.add(poor), util::Error);
         CHECK_THROWS_WITH(stream.finish(0), contains("tiles are missing"));
     }
     CHECK(entries_in(folder.path()) == 0);
     const std::string small = GENERATE("picture.png", "picture.jpg", "picture.PNG");
-    CHECK_THROWS_AS(check_can_stream(folder.path() / small, s), UsageError);
-    CHECK_THROWS_WITH(check_can_stream(folder.path() / small, s),
+    CHECK_THROWS_AS(output::check_can_stream(folder.path() / small, s), util::UsageError);
+    CHECK_THROWS_WITH(output::check_can_stream(folder.path() / small, s),
                       contains(".exr .tif") && contains("100x60"));
-    CHECK_THROWS_WITH(TileStream(folder.path() / "a.tif", {100, 60, 33, false}, {}),
+    CHECK_THROWS_WITH(output::TileStream(folder.path() / "a.tif", {100, 60, 33, false}, {}),
                       contains("multiples of 16"));
     CHECK(entries_in(folder.path()) == 0);
 }
 
 TEST_CASE("a picture streams when its film would not fit", "[raytracer][output][stream]") {
-    const StreamShape s{1000, 1000, 64, false}, layered{1000, 1000, 64, true};
-    const std::uint64_t bytes = Film::bytes(1000, 1000, false);
-    CHECK_FALSE(must_stream(s, bytes));
-    CHECK(must_stream(s, bytes - 1));
-    CHECK(must_stream(layered, bytes));
+    const output::StreamShape s{1000, 1000, 64, false}, layered{1000, 1000, 64, true};
+    const std::uint64_t bytes = output::Film::bytes(1000, 1000, false);
+    CHECK_FALSE(output::must_stream(s, bytes));
+    CHECK(output::must_stream(s, bytes - 1));
+    CHECK(output::must_stream(layered, bytes));
 }
 
 TEST_CASE("tiles of the file fill the tiles of the plan", "[raytracer][output][stream]") {
@@ -238,6 +240,6 @@ TEST_CASE("tiles of the file fill the tiles of the plan", "[raytracer][output][s
                          {48, 16, 48},
                          {16, 16, 16}}) {
         INFO(c.tile_px << " by " << c.multiple_of);
-        CHECK(file_tile_px(c.tile_px, c.multiple_of) == c.expected);
+        CHECK(output::file_tile_px(c.tile_px, c.multiple_of) == c.expected);
     }
 }

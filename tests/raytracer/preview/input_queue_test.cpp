@@ -9,30 +9,30 @@ using namespace terravox;
 
 namespace {
 
-using Frame = std::vector<InputEvent>;
+using Frame = std::vector<preview::InputEvent>;
 
-InputEvent press(char key) {
-    return KeyInput{key, 0, 0, true};
+preview::InputEvent press(char key) {
+    return preview::KeyInput{key, 0, 0, true};
 }
-InputEvent release(char key) {
-    return KeyInput{key, 0, 0, false};
+preview::InputEvent release(char key) {
+    return preview::KeyInput{key, 0, 0, false};
 }
-InputEvent types(char character) {
-    return CharacterInput{static_cast<unsigned>(character)};
+preview::InputEvent types(char character) {
+    return preview::CharacterInput{static_cast<unsigned>(character)};
 }
-InputEvent at(double x, double y) {
-    return CursorInput{x, y};
+preview::InputEvent at(double x, double y) {
+    return preview::CursorInput{x, y};
 }
-InputEvent button(int number, bool down) {
-    return ButtonInput{number, down};
+preview::InputEvent button(int number, bool down) {
+    return preview::ButtonInput{number, down};
 }
-InputEvent wheel(double y) {
-    return WheelInput{0, y};
+preview::InputEvent wheel(double y) {
+    return preview::WheelInput{0, y};
 }
 
 std::vector<Frame> frames_of(const Frame& events) {
-    InputQueue queue;
-    for (const InputEvent& event : events)
+    preview::InputQueue queue;
+    for (const preview::InputEvent& event : events)
         queue.push(event);
     std::vector<Frame> out;
     while (!queue.empty()) {
@@ -49,7 +49,7 @@ TEST_CASE("a frame ends where the next event may belong to something else", "[pr
         const char* name;
         std::vector<Frame> frames;
     };
-    const InputEvent click = button(0, true), let_go = button(0, false);
+    const preview::InputEvent click = button(0, true), let_go = button(0, false);
     const auto c = GENERATE_COPY(values<Case>({
         {"keys behind a click wait for the frame after it",
          {{at(5, 5), click}, {let_go}, {press('a'), types('a')}, {release('a')}}},
@@ -94,16 +94,16 @@ TEST_CASE("of positions in a row only the last counts", "[preview][input]") {
 TEST_CASE("no event is lost, and none overtakes another, wherever frames end", "[preview][input]") {
     const auto seed = GENERATE(range(0U, 50U));
     std::minstd_rand random(seed + 1);
-    InputQueue queue;
+    preview::InputQueue queue;
     Frame given, taken;
     std::vector<bool> down(4);
     for (int i = 0; i < 300; ++i) {
         const auto key = static_cast<char>(random() % down.size());
-        const InputEvent event =
-            random() % 3 == 0
-                ? types(static_cast<char>('a' + i % 26))
-                : InputEvent(KeyInput{key, i, 0, !down[static_cast<std::size_t>(key)]});
-        if (std::holds_alternative<KeyInput>(event))
+        const preview::InputEvent event =
+            random() % 3 == 0 ? types(static_cast<char>('a' + i % 26))
+                              : preview::InputEvent(preview::KeyInput{
+                                    key, i, 0, !down[static_cast<std::size_t>(key)]});
+        if (std::holds_alternative<preview::KeyInput>(event))
             down[static_cast<std::size_t>(key)].flip();
         queue.push(event);
         given.push_back(event);

@@ -22,25 +22,27 @@ using terravox::test::small_scene;
 
 namespace {
 
-Progressive::Begin green(BlockManager& blocks) {
-    return [&blocks](const View& view) { return std::make_shared<GreenProcessor>(view, blocks); };
+preview::Progressive::Begin green(blocks::BlockManager& blocks) {
+    return [&blocks](const shade::View& view) {
+        return std::make_shared<processors::GreenProcessor>(view, blocks);
+    };
 }
-Progressive::Begin threads(BlockManager& blocks, int count) {
-    return [&blocks, count](const View& view) {
-        return std::make_shared<ThreadProcessor>(view, blocks, count);
+preview::Progressive::Begin threads(blocks::BlockManager& blocks, int count) {
+    return [&blocks, count](const shade::View& view) {
+        return std::make_shared<processors::ThreadProcessor>(view, blocks, count);
     };
 }
 
-void finish(Progressive& picture) {
+void finish(preview::Progressive& picture) {
     while (picture.busy())
-        picture.work(Progressive::Clock::now() + 50ms);
+        picture.work(preview::Progressive::Clock::now() + 50ms);
 }
 
 // The mean of samples that came one by one is not the same to the last bit.
-void check_like(const Film& is, const Film& wanted) {
+void check_like(const output::Film& is, const output::Film& wanted) {
     for (int y = 0; y < wanted.height_px(); ++y)
         for (int x = 0; x < wanted.width_px(); ++x) {
-            const Colour a = is.at(x, y).colour, b = wanted.at(x, y).colour;
+            const voxel::Colour a = is.at(x, y).colour, b = wanted.at(x, y).colour;
             if (std::abs(a.r - b.r) + std::abs(a.g - b.g) + std::abs(a.b - b.b) >
                 1e-4f * (1 + b.r + b.g + b.b))
                 FAIL("pixel " << x << ", " << y << ": " << a.r << " for " << b.r);
@@ -51,11 +53,11 @@ void check_like(const Film& is, const Film& wanted) {
 
 TEST_CASE("slices come to the picture that is rendered at once", "[preview]") {
     const int step = GENERATE(1, 8, 64), samples = GENERATE(1, 5);
-    Scene scene = small_scene();
+    scene::Scene scene = small_scene();
     scene.quality.samples = samples;
     Job job(scene);
-    Progressive picture(job.blocks,
-                        GENERATE(true, false) ? green(job.blocks) : threads(job.blocks, 2));
+    preview::Progressive picture(
+        job.blocks, GENERATE(true, false) ? green(job.blocks) : threads(job.blocks, 2));
     picture.start(scene, step);
     CHECK(picture.busy());
     CHECK_FALSE(picture.whole());
@@ -65,71 +67,78 @@ TEST_CASE("slices come to the picture that is rendered at once", "[preview]") {
     CHECK(picture.status().first_s > 0);
     for (int y = 0; y < picture.film()->height_px(); ++y)
         REQUIRE(picture.film()->at(3, y).samples == static_cast<std::uint32_t>(samples));
-    check_like(*picture.film(), test::render(job, 2));
+    check_like(*picture.film(), test::render_scene(job, 2));
 }
 
 TEST_CASE("a screen that is shown what has changed, tile by tile, shows the film", "[preview]") {
-    Scene scene = small_scene();
+    scene::Scene scene = small_scene();
     scene.output.size_px = {130, 71};
     scene.quality.samples = GENERATE(1, 3);
     Job job(scene);
-    Progressive picture(job.blocks, green(job.blocks));
+    preview::Progressive picture(job.blocks, green(job.blocks));
     picture.start(scene, GENERATE(1, 4, 16));
-    ScreenPicture screen, wanted;
-    screen.resize(130, 71), wanted.resize(130, 71);
-    const auto show_to = [&](ScreenPicture& to, const RenderTile& tile) {
-        show(*picture.film(), *picture.view(), scene.output, Layer::kBeauty, tile, to);
+    preview::ScreenPicture screen, wanted;
+    screen.resize(130, 71);
+    wanted.resize(130, 71);
+    const auto show_to = [&](preview::ScreenPicture& to, const tiles::RenderTile& tile) {
+        preview::show(*picture.film(), *picture.view(), scene.output, preview::Layer::kBeauty, tile,
+                      to);
     };
     const auto show_changes = [&] {
-        for (const RenderTile& tile : picture.take_changes())
+        for (const tiles::RenderTile& tile : picture.take_changes())
             show_to(screen, tile);
     };
-    RenderTile all;
-    all.x1 = 130, all.y1 = 71;
-    while (!picture.whole())
-        picture.work(Progressive::Clock::now() + 1ms), show_changes();
+    tiles::RenderTile all;
+    all.x1 = 130;
+    all.y1 = 71;
+    while (!picture.whole()) {
+        picture.work(preview::Progressive::Clock::now() + 1ms);
+        show_changes();
+    }
     std::size_t not_shown = 0;  // of the screen's first grey
     for (std::size_t i = 0; i < screen.rgb.size(); i += 3)
         not_shown +=
             screen.rgb[i] == 40 && screen.rgb[i + 1] == 40 && screen.rgb[i + 2] == 40 ? 1 : 0;
     CHECK(not_shown < 50);
-    while (picture.busy())
-        picture.work(Progressive::Clock::now() + 1ms), show_changes();
+    while (picture.busy()) {
+        picture.work(preview::Progressive::Clock::now() + 1ms);
+        show_changes();
+    }
     show_to(wanted, all);
     CHECK(screen.rgb == wanted.rgb);
 }
 
 TEST_CASE("a new picture takes the place of one that is under way, again and again", "[preview]") {
-    Scene scene = small_scene();
+    scene::Scene scene = small_scene();
     scene.quality.samples = 64;
     Job job(scene);
-    Progressive picture(job.blocks, threads(job.blocks, 2));
+    preview::Progressive picture(job.blocks, threads(job.blocks, 2));
     for (int i = 0; i < 40; ++i) {
         scene.sun.azimuth_deg = i * 9.0;
         picture.start(scene, 8);
-        picture.work(Progressive::Clock::now() + std::chrono::milliseconds(i % 7));
+        picture.work(preview::Progressive::Clock::now() + std::chrono::milliseconds(i % 7));
     }
     scene.quality.samples = 2;
     picture.start(scene, 8);
     finish(picture);
     Job alone(scene);
-    check_like(*picture.film(), test::render(alone, 2));
+    check_like(*picture.film(), test::render_scene(alone, 2));
 }
 
 TEST_CASE("a scene that cannot be leaves no picture under way, and the next one can be",
           "[preview]") {
-    Scene scene = small_scene();
+    scene::Scene scene = small_scene();
     Job job(scene);
-    Progressive picture(job.blocks, green(job.blocks));
+    preview::Progressive picture(job.blocks, green(job.blocks));
     picture.start(scene, 8);
-    Scene bad = scene;
+    scene::Scene bad = scene;
     bad.quality.level = 20;
     bad.output.size_px = {3000, 2000};
-    CHECK_THROWS_AS(picture.start(bad, 8), UsageError);
+    CHECK_THROWS_AS(picture.start(bad, 8), util::UsageError);
     CHECK_FALSE(picture.busy());
     CHECK_FALSE(picture.whole());  // the film is of the scene before
     CHECK(picture.film()->width_px() == scene.output.size_px[0]);
-    picture.work(Progressive::Clock::now() + 10ms);
+    picture.work(preview::Progressive::Clock::now() + 10ms);
     picture.start(scene, 8);
     finish(picture);
     CHECK(picture.whole());
@@ -137,14 +146,14 @@ TEST_CASE("a scene that cannot be leaves no picture under way, and the next one 
 
 TEST_CASE("boxes that could not be had are asked for again, more and more seldom, until they come",
           "[preview][world]") {
-    using Clock = HoleWatch::Clock;
+    using Clock = preview::HoleWatch::Clock;
     const auto world = test::landscape();
     const voxel::BoxKey broken{0, 0, 0, 0};
     world->make_hole(broken);
-    BlockManager blocks(*world, GENERATE(std::size_t{1}, std::size_t{64} << 20));
+    blocks::BlockManager blocks(*world, GENERATE(std::size_t{1}, std::size_t{64} << 20));
     REQUIRE(blocks.get(broken)->hole);
     const std::set<voxel::BoxKey> holes{broken};
-    HoleWatch watch(blocks);
+    preview::HoleWatch watch(blocks);
     const Clock::time_point start;
     const auto look = [&](int second) {
         return watch.look(holes, start, start + std::chrono::seconds(second));
@@ -156,7 +165,7 @@ TEST_CASE("boxes that could not be had are asked for again, more and more seldom
     CHECK_FALSE(look(11));
     // Listeners to a box are called in the order in which they asked for it: the watch has its
     // answer once this one has.
-    struct After final : BlockListener {
+    struct After final : blocks::BlockListener {
         bool block_came(const voxel::BoxKey&, std::uint64_t) noexcept override {
             return came = true;
         }
@@ -176,72 +185,76 @@ TEST_CASE("boxes that could not be had are asked for again, more and more seldom
 }
 
 TEST_CASE("members of a pool may come and go while a picture refines", "[preview][sched]") {
-    Scene scene = small_scene();
+    scene::Scene scene = small_scene();
     scene.quality.samples = 4;
     Job job(scene);
-    std::shared_ptr<ProcessorPool> pool;
-    Progressive picture(job.blocks, [&](const View& view) {
-        pool = std::make_shared<ProcessorPool>(PoolSettings{});
+    std::shared_ptr<processors::ProcessorPool> pool;
+    preview::Progressive picture(job.blocks, [&](const shade::View& view) {
+        pool = std::make_shared<processors::ProcessorPool>(processors::PoolSettings{});
         (void)pool->add({"here",
                          "green",
                          1,
                          true,
                          true,
-                         std::make_shared<GreenProcessor>(view, job.blocks),
+                         std::make_shared<processors::GreenProcessor>(view, job.blocks),
                          {}});
-        return std::shared_ptr<TileProcessor>(pool);
+        return std::shared_ptr<processors::TileProcessor>(pool);
     });
     picture.start(scene, 8);
-    ProcessorPool::MemberId member = 0;
+    processors::ProcessorPool::MemberId member = 0;
     for (int i = 0; picture.busy(); ++i) {
-        picture.work(Progressive::Clock::now() + 2ms);
+        picture.work(preview::Progressive::Clock::now() + 2ms);
         if (!picture.busy())
             break;
         if (i % 4 == 0)
-            member = pool->add({"there",
-                                "threads",
-                                2,
-                                true,
-                                false,
-                                std::make_shared<ThreadProcessor>(*picture.view(), job.blocks, 2),
-                                {}});
+            member = pool->add(
+                {"there",
+                 "threads",
+                 2,
+                 true,
+                 false,
+                 std::make_shared<processors::ThreadProcessor>(*picture.view(), job.blocks, 2),
+                 {}});
         if (i % 4 == 2)
             pool->remove(member, "not needed");
     }
     pool.reset();
-    check_like(*picture.film(), test::render(job, 2));
+    check_like(*picture.film(), test::render_scene(job, 2));
 }
 
 TEST_CASE("layers show what they say", "[preview]") {
-    Scene scene = small_scene();
+    scene::Scene scene = small_scene();
     Job job(scene);
-    ScreenPicture screen;
-    const Layer layer = GENERATE(from_range(
-        std::vector<Layer>{Layer::kBeauty, Layer::kDirect, Layer::kDepth, Layer::kNormal,
-                           Layer::kAlbedo, Layer::kMaterial, Layer::kSunlight, Layer::kOcclusion,
-                           Layer::kLevels, Layer::kSteps, Layer::kCache}));
-    const auto facts = std::find_if(kLayers.begin(), kLayers.end(),
-                                    [&](const LayerFacts& l) { return l.layer == layer; });
-    REQUIRE(facts != kLayers.end());
+    preview::ScreenPicture screen;
+    const preview::Layer layer = GENERATE(from_range(std::vector<preview::Layer>{
+        preview::Layer::kBeauty, preview::Layer::kDirect, preview::Layer::kDepth,
+        preview::Layer::kNormal, preview::Layer::kAlbedo, preview::Layer::kMaterial,
+        preview::Layer::kSunlight, preview::Layer::kOcclusion, preview::Layer::kLevels,
+        preview::Layer::kSteps, preview::Layer::kCache}));
+    const auto facts = std::find_if(preview::kLayers.begin(), preview::kLayers.end(),
+                                    [&](const preview::LayerFacts& l) { return l.layer == layer; });
+    REQUIRE(facts != preview::kLayers.end());
     INFO(facts->name);
     // The boxes must be there before somebody looks into them without waiting.
-    const Film plain = test::render(job, 1);
-    Progressive picture(job.blocks, [&](const View& view) -> std::shared_ptr<TileProcessor> {
-        if (is_probe(layer))
-            return std::make_shared<ProbeProcessor>(view, job.blocks, layer);
-        return std::make_shared<GreenProcessor>(view, job.blocks);
-    });
-    picture.start(scene_for(layer, scene), 8);
+    const output::Film plain = test::render_scene(job, 1);
+    preview::Progressive picture(
+        job.blocks, [&](const shade::View& view) -> std::shared_ptr<processors::TileProcessor> {
+            if (preview::is_probe(layer))
+                return std::make_shared<preview::ProbeProcessor>(view, job.blocks, layer);
+            return std::make_shared<processors::GreenProcessor>(view, job.blocks);
+        });
+    picture.start(preview::scene_for(layer, scene), 8);
     finish(picture);
     screen.resize(97, 53);
-    RenderTile all;
-    all.x1 = 97, all.y1 = 53;
-    show(*picture.film(), *picture.view(), scene.output, layer, all, screen);
+    tiles::RenderTile all;
+    all.x1 = 97;
+    all.y1 = 53;
+    preview::show(*picture.film(), *picture.view(), scene.output, layer, all, screen);
     std::set<int> colours;
     for (std::size_t i = 0; i < screen.rgb.size(); i += 3)
         colours.insert(screen.rgb[i] << 16 | screen.rgb[i + 1] << 8 | screen.rgb[i + 2]);
     CHECK(colours.size() > 2);
-    if (layer == Layer::kBeauty)
+    if (layer == preview::Layer::kBeauty)
         return;
     // Where the picture has the world, something of the layer is seen; where it has not, the
     // layer's background.
@@ -251,8 +264,10 @@ TEST_CASE("layers show what they say", "[preview]") {
     for (int y = 0; y < 53; ++y)
         for (int x = 0; x < 97; ++x) {
             const std::uint8_t* c = &screen.rgb[static_cast<std::size_t>(y * 97 + x) * 3];
-            if (plain.at(x, y).alpha == 0 && !has_background)
-                std::copy(c, c + 3, background.begin()), has_background = true;
+            if (plain.at(x, y).alpha == 0 && !has_background) {
+                std::copy(c, c + 3, background.begin());
+                has_background = true;
+            }
             if (plain.at(x, y).alpha < 1)
                 continue;
             ++pixels;
@@ -263,51 +278,51 @@ TEST_CASE("layers show what they say", "[preview]") {
 }
 
 TEST_CASE("a box that is not in memory is shown as such, and comes", "[preview]") {
-    Scene scene = small_scene();
+    scene::Scene scene = small_scene();
     Job job(scene);
-    std::shared_ptr<ProbeProcessor> probe;
-    Progressive picture(job.blocks, [&](const View& view) {
-        probe = std::make_shared<ProbeProcessor>(view, job.blocks, Layer::kCache);
-        return std::shared_ptr<TileProcessor>(probe);
+    std::shared_ptr<preview::ProbeProcessor> probe;
+    preview::Progressive picture(job.blocks, [&](const shade::View& view) {
+        probe = std::make_shared<preview::ProbeProcessor>(view, job.blocks, preview::Layer::kCache);
+        return std::shared_ptr<processors::TileProcessor>(probe);
     });
     CHECK(test::eventually([&] {
-        picture.start(scene_for(Layer::kCache, scene), 8);
+        picture.start(preview::scene_for(preview::Layer::kCache, scene), 8);
         finish(picture);
         return probe->missing() == 0;
     }));
 }
 
 TEST_CASE("which layers need another film", "[preview]") {
-    CHECK(same_film(Layer::kBeauty, Layer::kBeauty));
-    CHECK_FALSE(same_film(Layer::kBeauty, Layer::kDepth));
-    CHECK(same_film(Layer::kDepth, Layer::kBeauty));
-    CHECK(same_film(Layer::kDepth, Layer::kNormal));
-    CHECK_FALSE(same_film(Layer::kNormal, Layer::kOcclusion));
-    CHECK_FALSE(same_film(Layer::kLevels, Layer::kSteps));
-    CHECK_FALSE(same_film(Layer::kCache, Layer::kBeauty));
+    CHECK(preview::same_film(preview::Layer::kBeauty, preview::Layer::kBeauty));
+    CHECK_FALSE(preview::same_film(preview::Layer::kBeauty, preview::Layer::kDepth));
+    CHECK(preview::same_film(preview::Layer::kDepth, preview::Layer::kBeauty));
+    CHECK(preview::same_film(preview::Layer::kDepth, preview::Layer::kNormal));
+    CHECK_FALSE(preview::same_film(preview::Layer::kNormal, preview::Layer::kOcclusion));
+    CHECK_FALSE(preview::same_film(preview::Layer::kLevels, preview::Layer::kSteps));
+    CHECK_FALSE(preview::same_film(preview::Layer::kCache, preview::Layer::kBeauty));
 }
 
 TEST_CASE("a picked voxel is the one that the ray meets", "[preview]") {
-    Scene scene = small_scene();
+    scene::Scene scene = small_scene();
     Job job(scene);
-    Picker picker(job.blocks);
-    const auto view = std::make_shared<const View>(job.view);
-    const auto answer_to = [&](const Ray& ray) {
-        picker.ask(Picker::Use::kRead, view, ray);
-        std::optional<Picker::Answer> answer;
+    preview::Picker picker(job.blocks);
+    const auto view = std::make_shared<const shade::View>(job.view);
+    const auto answer_to = [&](const core::Ray& ray) {
+        picker.ask(preview::Picker::Use::kRead, view, ray);
+        std::optional<preview::Picker::Answer> answer;
         while (!(answer = picker.take()))
             std::this_thread::sleep_for(1ms);
         return answer->picked;
     };
-    const auto roof = answer_to(plumb_line(job.blocks.world_info(), 30.5, 30.5));
+    const auto roof = answer_to(preview::plumb_line(job.blocks.world_info(), 30.5, 30.5));
     REQUIRE(roof);
-    CHECK(roof->voxel == VoxelCoord{30, 22, 30});
+    CHECK(roof->voxel == core::VoxelCoord{30, 22, 30});
     CHECK(roof->attr.material == voxel::Material::kOrangeRoof);
     CHECK(roof->point.y == Approx(23));
     CHECK_FALSE(answer_to({{0, 100, 0}, {0, 1, 0}}));
-    const auto facts = facts_of(*roof, job.blocks.world_info());
+    const auto facts = preview::facts_of(*roof, job.blocks.world_info());
     const auto value = [&](const std::string& name) {
-        for (const PickedFact& f : facts)
+        for (const preview::PickedFact& f : facts)
             if (f.name == name)
                 return f.value;
         return std::string("(none)");
@@ -317,7 +332,8 @@ TEST_CASE("a picked voxel is the one that the ray meets", "[preview]") {
     CHECK(value("material") == "orange_roof");
     // The last question counts.
     for (int i = 0; i < 50; ++i)
-        picker.ask(Picker::Use::kRead, view, plumb_line(job.blocks.world_info(), 30.5, 30.5));
+        picker.ask(preview::Picker::Use::kRead, view,
+                   preview::plumb_line(job.blocks.world_info(), 30.5, 30.5));
     const auto sky = answer_to({{0, 100, 0}, {0, 1, 0}});
     CHECK_FALSE(sky);
 }

@@ -12,16 +12,19 @@ using terravox::test::contains;
 
 namespace {
 
-Scene changed() {
-    Scene out;
-    out.camera.space = CoordinateSpace::kVoxel;
-    out.camera.position = {{-1.5, 80.25, 1e6}}, out.camera.target = {{50, -10, 50.125}};
+scene::Scene changed() {
+    scene::Scene out;
+    out.camera.space = core::CoordinateSpace::kVoxel;
+    out.camera.position = {{-1.5, 80.25, 1e6}};
+    out.camera.target = {{50, -10, 50.125}};
     out.camera.fov_deg = 33.3;
-    out.sun.altitude_deg = -12.5, out.sun.azimuth_deg = 200;
+    out.sun.altitude_deg = -12.5;
+    out.sun.azimuth_deg = 200;
     out.sun.zone = "Europe/Ljubljana";
     out.output.size_px = {333, 222};
-    out.quality.shadows = false, out.quality.tile = {0, 5};
-    out.quality.tile.px = TileSize{}.px;
+    out.quality.shadows = false;
+    out.quality.tile = {0, 5};
+    out.quality.tile.px = scene::TileSize{}.px;
     out.quality.materials = "a folder/it's.toml";
     return out;
 }
@@ -29,21 +32,22 @@ Scene changed() {
 }  // namespace
 
 TEST_CASE("fields as text set the same scene again", "[preview][scene]") {
-    const Scene scene = changed();
-    Scene again;
-    for (const FieldText& field : changed_fields(scene, Scene{})) {
+    const scene::Scene scene = changed();
+    scene::Scene again;
+    for (const scene::FieldText& field : scene::changed_fields(scene, scene::Scene{})) {
         REQUIRE(field.text);
-        set_field(again, field.path, *field.text);
+        scene::set_field(again, field.path, *field.text);
     }
     CHECK(again == scene);
-    CHECK(changed_fields(scene, scene).empty());
-    const auto back = changed_fields(Scene{}, scene);
-    CHECK(std::count_if(back.begin(), back.end(), [](const FieldText& f) { return !f.text; }) == 4);
+    CHECK(scene::changed_fields(scene, scene).empty());
+    const auto back = scene::changed_fields(scene::Scene{}, scene);
+    CHECK(std::count_if(back.begin(), back.end(),
+                        [](const scene::FieldText& f) { return !f.text; }) == 4);
 }
 
 TEST_CASE("the command line names what is not as usual, quoted for a shell", "[preview]") {
     const std::string line =
-        render_command_line(changed(), {"a world.laz", "--ortho", "p.tif"}, "out.png");
+        preview::render_command_line(changed(), {"a world.laz", "--ortho", "p.tif"}, "out.png");
     CHECK(line.starts_with("terravox render 'a world.laz' --ortho p.tif "));
     CHECK_THAT(line, contains(" --camera-position=-1.5,80.25,1000000 "));
     CHECK_THAT(line, contains(" --sun-altitude-deg=-12.5 "));
@@ -55,13 +59,13 @@ TEST_CASE("the command line names what is not as usual, quoted for a shell", "[p
 
 TEST_CASE("undo goes back step by step, redo forward; a new change forgets what was undone",
           "[preview]") {
-    SceneHistory history{Scene{}};
+    preview::SceneHistory history{scene::Scene{}};
     const auto at = [](double time_h) {
-        Scene out;
+        scene::Scene out;
         out.sun.time_h = time_h;
         return out;
     };
-    history.note(Scene{});  // nothing has changed
+    history.note(scene::Scene{});  // nothing has changed
     CHECK_FALSE(history.can_undo());
     for (const double t : {1.0, 2.0, 3.0})
         history.note(at(t));
@@ -72,41 +76,44 @@ TEST_CASE("undo goes back step by step, redo forward; a new change forgets what 
     CHECK_FALSE(history.can_redo());
     CHECK(history.undo().sun.time_h == 2);
     CHECK(history.undo().sun.time_h == 1);
-    CHECK(history.undo() == Scene{});
-    CHECK(history.undo() == Scene{});
-    for (std::size_t i = 0; i < 2 * SceneHistory::kMost; ++i)
+    CHECK(history.undo() == scene::Scene{});
+    CHECK(history.undo() == scene::Scene{});
+    for (std::size_t i = 0; i < 2 * preview::SceneHistory::kMax; ++i)
         history.note(at(static_cast<double>(i % 24) + 0.5));
     std::size_t steps = 0;
-    while (history.can_undo())
-        (void)history.undo(), ++steps;
-    CHECK(steps == SceneHistory::kMost - 1);
+    while (history.can_undo()) {
+        (void)history.undo();
+        ++steps;
+    }
+    CHECK(steps == preview::SceneHistory::kMax - 1);
 }
 
 TEST_CASE("a camera path is an animation that goes through its keys", "[preview][animate]") {
-    Scene base;
-    base.camera.space = CoordinateSpace::kVoxel;
+    scene::Scene base;
+    base.camera.space = core::CoordinateSpace::kVoxel;
     base.quality.samples = 7;
     const auto at = [&](double x, double time_h) {
-        Scene out = base;
-        out.camera.position = {{x, 50, 0}}, out.camera.target = {{x, 0, -50}};
+        scene::Scene out = base;
+        out.camera.position = {{x, 50, 0}};
+        out.camera.target = {{x, 0, -50}};
         out.sun.time_h = time_h;
         return out;
     };
-    CameraPath path;
-    CHECK_THROWS_AS(path.animation(base), UsageError);
+    preview::CameraPath path;
+    CHECK_THROWS_AS(path.animation(base), util::UsageError);
     path.put(2, at(20, 12));
     path.put(0, at(0, 10));
     path.put(4, at(80, 14));
     path.put(2.001, at(30, 12));  // in the place of the one at 2 s
     REQUIRE(path.keys().size() == 3);
     CHECK(path.seconds() == 4);
-    const Animation film = path.animation(base);
+    const animate::Animation film = path.animation(base);
     CHECK(film.frames() == 101);
-    Scene shared;
+    scene::Scene shared;
     film.apply_base(shared);
     CHECK(shared.quality.samples == 7);
-    for (const CameraPath::Key& key : path.keys()) {
-        const Scene scene = film.at(static_cast<int>(key.time_s * 25 + 0.5), shared);
+    for (const preview::CameraPath::Key& key : path.keys()) {
+        const scene::Scene scene = film.at(static_cast<int>(key.time_s * 25 + 0.5), shared);
         for (std::size_t i = 0; i < 3; ++i)
             CHECK((*scene.camera.position)[i] ==
                   Approx((*key.scene.camera.position)[i]).margin(0.05));
@@ -116,9 +123,9 @@ TEST_CASE("a camera path is an animation that goes through its keys", "[preview]
 
 TEST_CASE("a key frame can be moved between those beside it, and none is lost",
           "[preview][animate]") {
-    CameraPath path;
+    preview::CameraPath path;
     for (const double t : {0.0, 1.0, 1.5}) {
-        const std::size_t place = path.put(t, Scene{});
+        const std::size_t place = path.put(t, scene::Scene{});
         CHECK(place == path.keys().size() - 1);
     }
     const auto at = [&](const std::vector<double>& wanted) {
@@ -139,7 +146,8 @@ TEST_CASE("a key frame can be moved between those beside it, and none is lost",
     path.move(2, 7);
     at({0, 0.04, 7});
     path.fps = 1;
-    CHECK(path.put(0.3, Scene{}) == 0);  // takes the place of both that are within half a frame
+    CHECK(path.put(0.3, scene::Scene{}) ==
+          0);  // takes the place of both that are within half a frame
     at({0.3, 7});
     path.remove(1);
     CHECK(path.keys().size() == 1);

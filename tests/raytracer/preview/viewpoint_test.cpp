@@ -13,7 +13,9 @@ namespace {
 voxel::WorldInfo world(const std::string& crs = "") {
     voxel::WorldInfo out;
     out.bounds = {{0, 0, 0}, {100, 50, 100}};
-    out.crs = crs, out.voxel_m = 0.5, out.crs_units_per_voxel = 0.5;
+    out.crs = crs;
+    out.voxel_m = 0.5;
+    out.crs_units_per_voxel = 0.5;
     return out;
 }
 
@@ -23,8 +25,8 @@ TEST_CASE("circling keeps the target and the distance; turning the head keeps th
           "[preview]") {
     const double right = GENERATE(0.0, 30.0, -170.0, 720.0),
                  up = GENERATE(0.0, 20.0, -400.0, 400.0);
-    const Viewpoint start{{10, 60, 10}, {40, 5, -20}};
-    Viewpoint v = start;
+    const preview::Viewpoint start{{10, 60, 10}, {40, 5, -20}};
+    preview::Viewpoint v = start;
     v.orbit(right, up);
     CHECK(v.target == start.target);
     CHECK(v.distance() == Approx(start.distance()));
@@ -40,7 +42,7 @@ TEST_CASE("circling keeps the target and the distance; turning the head keeps th
 }
 
 TEST_CASE("steps go where they say", "[preview]") {
-    Viewpoint v{{0, 10, 0}, {0, 0, -10}};  // to the north, 45 degrees down
+    preview::Viewpoint v{{0, 10, 0}, {0, 0, -10}};  // to the north, 45 degrees down
     SECTION("walking stays level") {
         v.walk(1, 2, 3);
         CHECK(v.position.x == Approx(1));
@@ -56,54 +58,57 @@ TEST_CASE("steps go where they say", "[preview]") {
         v.approach(0.5);
         CHECK(v.distance() == Approx(std::sqrt(200.0) / 2));
         v.approach(1e-9);
-        CHECK(v.distance() == Approx(Viewpoint::kNearest));
+        CHECK(v.distance() == Approx(preview::Viewpoint::kNearest));
     }
     SECTION("going to a place takes the person along") {
         v.go_to({50, 0, 40});
-        CHECK(v.target == Vec3{50, 0, 40});
-        CHECK(v.position == Vec3{50, 10, 50});
+        CHECK(v.target == core::Vec3{50, 0, 40});
+        CHECK(v.position == core::Vec3{50, 10, 50});
     }
     SECTION("what is faced is in the middle") {
         v.face({5, 3, -20});
-        CHECK(v.position == Vec3{0, 10, 0});
-        CHECK(length(v.target - Vec3{5, 3, -20}) < 1e-6);
+        CHECK(v.position == core::Vec3{0, 10, 0});
+        CHECK(core::length(v.target - core::Vec3{5, 3, -20}) < 1e-6);
     }
 }
 
 TEST_CASE("a scene has the viewpoint in the world's own coordinates", "[preview]") {
-    Scene scene;
-    const Viewpoint v{{10, 60, -20}, {40, 5, -90}};
+    scene::Scene scene;
+    const preview::Viewpoint v{{10, 60, -20}, {40, 5, -90}};
     SECTION("of a CRS") {
         v.apply(scene, world("EPSG:3794"));
-        CHECK(scene.camera.space == CoordinateSpace::kCrs);
+        CHECK(scene.camera.space == core::CoordinateSpace::kCrs);
         CHECK(*scene.camera.position == std::array<double, 3>{5, 10, 30});
         CHECK(*scene.camera.target == std::array<double, 3>{20, 45, 2.5});
     }
     SECTION("of none") {
         v.apply(scene, world());
-        CHECK(scene.camera.space == CoordinateSpace::kVoxel);
+        CHECK(scene.camera.space == core::CoordinateSpace::kVoxel);
         CHECK(*scene.camera.position == std::array<double, 3>{10, 60, -20});
-        const Viewpoint back = Viewpoint::of(make_camera(scene, world(), world().bounds), 5);
-        CHECK(length(back.position - v.position) < 1e-3);
-        CHECK(length(back.target - v.target) < 1e-3);
+        const preview::Viewpoint back =
+            preview::Viewpoint::of(scene::make_camera(scene, world(), world().bounds), 5);
+        CHECK(core::length(back.position - v.position) < 1e-3);
+        CHECK(core::length(back.target - v.target) < 1e-3);
     }
 }
 
 TEST_CASE("a point is shown where a ray through its pixel meets it", "[preview]") {
     const auto projection =
-        GENERATE(CameraProjection::kPerspective, CameraProjection::kOrthographic);
-    Scene scene;
-    scene.camera.projection = projection, scene.camera.space = CoordinateSpace::kVoxel;
-    scene.camera.position = {{-30, 80, 140}}, scene.camera.target = {{50, 10, 50}};
+        GENERATE(core::CameraProjection::kPerspective, core::CameraProjection::kOrthographic);
+    scene::Scene scene;
+    scene.camera.projection = projection;
+    scene.camera.space = core::CoordinateSpace::kVoxel;
+    scene.camera.position = {{-30, 80, 140}};
+    scene.camera.target = {{50, 10, 50}};
     scene.output.size_px = {320, 200};
-    const Camera camera = make_camera(scene, world(), world().bounds);
-    const Ray ray = camera.ray(77.25, 141.5);
-    const auto at = pixel_of(camera, ray.origin + ray.direction * 90, 320, 200);
+    const scene::Camera camera = scene::make_camera(scene, world(), world().bounds);
+    const core::Ray ray = camera.ray(77.25, 141.5);
+    const auto at = preview::pixel_of(camera, ray.origin + ray.direction * 90, 320, 200);
     REQUIRE(at);
     CHECK((*at)[0] == Approx(77.25).margin(0.01));
     CHECK((*at)[1] == Approx(141.5).margin(0.01));
-    if (projection == CameraProjection::kPerspective)
-        CHECK_FALSE(pixel_of(camera, ray.origin - ray.direction * 10, 320, 200));
+    if (projection == core::CameraProjection::kPerspective)
+        CHECK_FALSE(preview::pixel_of(camera, ray.origin - ray.direction * 10, 320, 200));
 }
 
 TEST_CASE("the picture has its pane in the middle of what the panel leaves", "[preview]") {
@@ -112,7 +117,7 @@ TEST_CASE("the picture has its pane in the middle of what the panel leaves", "[p
         std::array<int, 2> window;
         int panel;
         std::array<int, 2> shape;
-        Pane pane;
+        preview::Pane pane;
     };
     const auto& c = GENERATE(
         values<Case>({{"as wide as can be", {1280, 720}, 0, {1920, 1080}, {0, 0, 1280, 720}},
@@ -124,7 +129,7 @@ TEST_CASE("the picture has its pane in the middle of what the panel leaves", "[p
                       {"a window of one pixel", {1, 1}, 400, {16, 9}, {0, 0, 1, 1}},
                       {"no window", {0, 0}, 0, {16, 9}, {0, 0, 1, 1}}}));
     INFO(c.name);
-    const Pane pane = pane_in(c.window, c.panel, c.shape);
+    const preview::Pane pane = preview::pane_in(c.window, c.panel, c.shape);
     CHECK(pane.x == c.pane.x);
     CHECK(pane.y == c.pane.y);
     CHECK(pane.width == c.pane.width);
@@ -136,8 +141,8 @@ TEST_CASE("the picture has its pane in the middle of what the panel leaves", "[p
 TEST_CASE("no two materials are shown in colours that look the same", "[preview]") {
     for (int a = 1; a < voxel::kMaterialCount; ++a)
         for (int b = 1; b < a; ++b) {
-            const voxel::Rgb8 p = colour_of_material(static_cast<voxel::Material>(a)),
-                              q = colour_of_material(static_cast<voxel::Material>(b));
+            const voxel::Rgb8 p = preview::colour_of_material(static_cast<voxel::Material>(a)),
+                              q = preview::colour_of_material(static_cast<voxel::Material>(b));
             INFO(a << " and " << b);
             CHECK(std::abs(p.r - q.r) + std::abs(p.g - q.g) + std::abs(p.b - q.b) > 24);
         }

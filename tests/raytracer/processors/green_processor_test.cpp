@@ -21,16 +21,16 @@ using terravox::test::small_scene;
 
 namespace {
 
-std::vector<RenderTile> tiles_of(const Scene& scene) {
+std::vector<tiles::RenderTile> tiles_of(const scene::Scene& scene) {
     const auto [width, height] = scene.output.size_px;
-    return plan_tiles(width, height, 1, scene.quality.tile.in_picture(width),
-                      scene.quality.tile_order)
+    return tiles::plan_tiles(width, height, 1, scene.quality.tile.in_picture(width),
+                             scene.quality.tile_order)
         .front();
 }
 
 struct Outcome {
     std::string bytes;
-    decltype(TraceCounts::rays) rays{};
+    decltype(tiles::TraceCounts::rays) rays{};
     std::uint64_t parked = 0;
     std::size_t tiles = 0;
 };
@@ -38,9 +38,10 @@ struct Outcome {
 // All tiles of the picture, with at most capacity() under way; `next` says when a result is there
 // to be taken.
 template <class Next>
-Outcome picture_of(const View& view, TileProcessor& processor, const Next& next) {
+Outcome picture_of(const shade::View& view, processors::TileProcessor& processor,
+                   const Next& next) {
     const auto [width, height] = view.scene.output.size_px;
-    Film film(width, height, view.wants_layers());
+    output::Film film(width, height, view.wants_layers());
     const auto tiles = tiles_of(view.scene);
     Outcome out;
     std::size_t submitted = 0;
@@ -66,20 +67,24 @@ Outcome picture_of(const View& view, TileProcessor& processor, const Next& next)
     return out;
 }
 
-Scene scene_named(const std::string& name) {
-    Scene scene = small_scene();
-    if (name == "path")
-        scene.quality.integrator = Integrator::kPath, scene.quality.samples = 4;
-    if (name == "occlusion")
-        scene.quality.ambient_occlusion = true, scene.quality.ao_rays = 4;
+scene::Scene scene_named(const std::string& name) {
+    scene::Scene scene = small_scene();
+    if (name == "path") {
+        scene.quality.integrator = core::Integrator::kPath;
+        scene.quality.samples = 4;
+    }
+    if (name == "occlusion") {
+        scene.quality.ambient_occlusion = true;
+        scene.quality.ao_rays = 4;
+    }
     if (name == "layers")
-        scene.output.layers = PictureLayers::kAll;
+        scene.output.layers = core::PictureLayers::kAll;
     if (name == "large tiles")
         scene.quality.tile = {4096};
     return scene;
 }
 
-void wait_patiently(TileProcessor& processor) {
+void wait_patiently(processors::TileProcessor& processor) {
     while (!processor.wait(1h)) {
     }
 }
@@ -91,22 +96,22 @@ TEST_CASE("the pixels of one's own stack are those of threads, in whatever slice
     const std::string name =
         GENERATE(as<std::string>(), "direct", "path", "occlusion", "layers", "large tiles");
     INFO(name);
-    const Scene scene = scene_named(name);
+    const scene::Scene scene = scene_named(name);
     Job job(scene);
-    ThreadProcessor threads(job.view, job.blocks, 2);
+    processors::ThreadProcessor threads(job.view, job.blocks, 2);
     const Outcome expected = picture_of(job.view, threads, wait_patiently);
 
     SECTION("taken without waiting") {
-        GreenProcessor green(job.view, job.blocks);
-        const Outcome got = picture_of(job.view, green, [](TileProcessor&) {});
+        processors::GreenProcessor green(job.view, job.blocks);
+        const Outcome got = picture_of(job.view, green, [](processors::TileProcessor&) {});
         CHECK(got.bytes == expected.bytes);
         CHECK(got.rays == expected.rays);
     }
     SECTION("in slices without any time") {
         Job cold(scene);
-        GreenProcessor green(cold.view, cold.blocks);
+        processors::GreenProcessor green(cold.view, cold.blocks);
         std::size_t slices = 0;
-        const Outcome got = picture_of(cold.view, green, [&](TileProcessor& processor) {
+        const Outcome got = picture_of(cold.view, green, [&](processors::TileProcessor& processor) {
             while (!processor.wait(0ms))
                 ++slices;
         });
@@ -120,7 +125,7 @@ TEST_CASE("the pixels of one's own stack are those of threads, in whatever slice
 TEST_CASE("a tile begun elsewhere waits for its boxes while one's own stack goes on with others",
           "[raytracer][sched]") {
     Job reference(small_scene());
-    GreenProcessor at_rest(reference.view, reference.blocks);
+    processors::GreenProcessor at_rest(reference.view, reference.blocks);
     const Outcome expected = picture_of(reference.view, at_rest, wait_patiently);
 
     auto world = landscape();
@@ -130,12 +135,12 @@ TEST_CASE("a tile begun elsewhere waits for its boxes while one's own stack goes
             std::this_thread::yield();
     });
     Job job(small_scene());
-    BlockManager blocks(*world, std::size_t{256} << 20, 2);
-    GreenProcessor processor(job.view, blocks);
+    blocks::BlockManager blocks(*world, std::size_t{256} << 20, 2);
+    processors::GreenProcessor processor(job.view, blocks);
     const auto tiles = tiles_of(job.view.scene);
     std::size_t taken = 0;
-    Film film(job.view.scene.output.size_px[0], job.view.scene.output.size_px[1]);
-    for (const RenderTile& tile : tiles)
+    output::Film film(job.view.scene.output.size_px[0], job.view.scene.output.size_px[1]);
+    for (const tiles::RenderTile& tile : tiles)
         processor.submit(tile);
     processor.close();
     while (const auto result = processor.take()) {
@@ -150,7 +155,7 @@ TEST_CASE("a tile begun elsewhere waits for its boxes while one's own stack goes
 TEST_CASE("boxes that come late, in disorder, and hardly stay change nothing on one's own stack",
           "[raytracer][sched]") {
     Job reference(small_scene());
-    GreenProcessor at_rest(reference.view, reference.blocks);
+    processors::GreenProcessor at_rest(reference.view, reference.blocks);
     const Outcome expected = picture_of(reference.view, at_rest, wait_patiently);
 
     auto world = landscape();
@@ -163,9 +168,9 @@ TEST_CASE("boxes that come late, in disorder, and hardly stay change nothing on 
                     std::this_thread::sleep_for(std::chrono::microseconds(100 * (asked++ % 7)));
                 });
     Job job(small_scene());
-    BlockManager blocks(*world, 20'000, 3);
-    GreenProcessor processor(job.view, blocks);
-    const Outcome got = picture_of(job.view, processor, [](TileProcessor& p) {
+    blocks::BlockManager blocks(*world, 20'000, 3);
+    processors::GreenProcessor processor(job.view, blocks);
+    const Outcome got = picture_of(job.view, processor, [](processors::TileProcessor& p) {
         while (!p.wait(1ms)) {
         }
     });
@@ -187,9 +192,9 @@ TEST_CASE("a slice ends without an answer while a world is silent", "[raytracer]
                         std::this_thread::yield();
                 });
     Job job(small_scene());
-    BlockManager blocks(*world, std::size_t{256} << 20);
-    GreenProcessor processor(job.view, blocks);
-    for (const RenderTile& tile : tiles_of(job.view.scene))
+    blocks::BlockManager blocks(*world, std::size_t{256} << 20);
+    processors::GreenProcessor processor(job.view, blocks);
+    for (const tiles::RenderTile& tile : tiles_of(job.view.scene))
         processor.submit(tile);
     while (!asked)
         CHECK_FALSE(processor.wait(0ms));
@@ -210,10 +215,10 @@ TEST_CASE("a slice ends without an answer while a world is silent", "[raytracer]
 }
 
 TEST_CASE("cancelling from elsewhere ends a tile that is being traced", "[raytracer][sched]") {
-    Scene scene = small_scene();
+    scene::Scene scene = small_scene();
     scene.quality.samples = std::numeric_limits<int>::max();  // for years
     Job job(scene);
-    GreenProcessor processor(job.view, job.blocks);
+    processors::GreenProcessor processor(job.view, job.blocks);
     processor.submit(tiles_of(scene).front());
     CHECK_FALSE(processor.wait(0ms));
     std::atomic<bool> tracing{false};
@@ -229,11 +234,11 @@ TEST_CASE("cancelling from elsewhere ends a tile that is being traced", "[raytra
 
 TEST_CASE("what a tile throws on one's own stack reaches take() with its type",
           "[raytracer][sched]") {
-    Scene scene = small_scene();
+    scene::Scene scene = small_scene();
     scene.camera.inside_rock = true;
     Job job(scene);
-    GreenProcessor processor(job.view, job.blocks);
-    RenderTile tile;  // of more pixels than any vector can hold
+    processors::GreenProcessor processor(job.view, job.blocks);
+    tiles::RenderTile tile;  // of more pixels than any vector can hold
     tile.x1 = tile.y1 = std::numeric_limits<std::int32_t>::max() - 1;
     processor.submit(tile);
     CHECK(processor.wait(1h));
@@ -246,7 +251,7 @@ TEST_CASE("what a tile throws on one's own stack reaches take() with its type",
 TEST_CASE("closing one's own stack finishes what was accepted, and nothing else",
           "[raytracer][sched]") {
     Job job(small_scene());
-    GreenProcessor processor(job.view, job.blocks);
+    processors::GreenProcessor processor(job.view, job.blocks);
     const auto tiles = tiles_of(job.view.scene);
     REQUIRE(tiles.size() > 4);
     CHECK(processor.capacity() >= 1);
@@ -265,10 +270,10 @@ TEST_CASE("closing one's own stack finishes what was accepted, and nothing else"
 
 TEST_CASE("one thread may submit to another's stack", "[raytracer][sched]") {
     Job job(small_scene());
-    GreenProcessor processor(job.view, job.blocks);
+    processors::GreenProcessor processor(job.view, job.blocks);
     const auto tiles = tiles_of(job.view.scene);
     std::thread submitter([&] {
-        for (const RenderTile& tile : tiles)
+        for (const tiles::RenderTile& tile : tiles)
             processor.submit(tile);
         processor.close();
     });
@@ -283,7 +288,7 @@ TEST_CASE("a tile withdrawn in the middle leaves no result on one's own stack",
           "[raytracer][sched]") {
     Job job(small_scene());
     const auto tiles = tiles_of(job.view.scene);
-    GreenProcessor processor(job.view, job.blocks);
+    processors::GreenProcessor processor(job.view, job.blocks);
     processor.submit(tiles[0]);
     processor.submit(tiles[1]);
     (void)processor.wait(0ms);  // the first has begun

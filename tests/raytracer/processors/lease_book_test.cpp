@@ -9,37 +9,38 @@
 #include "tests/catch.hpp"
 
 using namespace terravox;
-using Answer = LeaseBook::Answer;
-using Time = LeaseBook::Time;
+using Answer = processors::LeaseBook::Answer;
+using Time = processors::LeaseBook::Time;
 
 namespace {
 
 /// The pixels that anybody honest makes of a band: a function of the place.
-TileResult made(const RenderTile& band, float lie = 0) {
-    TileResult out;
+tiles::TileResult made(const tiles::RenderTile& band, float lie = 0) {
+    tiles::TileResult out;
     out.tile = band;
     band.each_pixel([&](int x, int y) {
-        PixelSample s;
+        tiles::PixelSample s;
         s.colour = {static_cast<float>(x), static_cast<float>(y),
                     static_cast<float>(band.first_sample) + lie};
-        s.alpha = 1, s.depth_m = static_cast<float>(x + y);
+        s.alpha = 1;
+        s.depth_m = static_cast<float>(x + y);
         out.samples.push_back(s);
     });
     return out;
 }
 
-bool is_right(const TileResult& whole) {
-    const TileResult wanted = made(whole.tile);
+bool is_right(const tiles::TileResult& whole) {
+    const tiles::TileResult wanted = made(whole.tile);
     return whole.samples.size() == wanted.samples.size() &&
            std::equal(whole.samples.begin(), whole.samples.end(), wanted.samples.begin(),
-                      [](const PixelSample& a, const PixelSample& b) {
+                      [](const tiles::PixelSample& a, const tiles::PixelSample& b) {
                           return a.colour.r == b.colour.r && a.colour.g == b.colour.g &&
                                  a.colour.b == b.colour.b;
                       });
 }
 
-std::vector<RenderTile> plan(int width, int height, int tile) {
-    return plan_tiles(width, height, 1, tile, TileOrder::kRows).front();
+std::vector<tiles::RenderTile> plan(int width, int height, int tile) {
+    return tiles::plan_tiles(width, height, 1, tile, core::TileOrder::kRows).front();
 }
 
 }  // namespace
@@ -51,12 +52,12 @@ TEST_CASE("whatever happens to leases, every tile comes whole and right, and onc
     std::mt19937 random(seed);
     const auto any = [&](int n) { return static_cast<int>(random() % static_cast<unsigned>(n)); };
     const auto tiles = plan(100 + any(200), 60 + any(200), 16 + any(100));
-    LeaseBook book;
-    for (const RenderTile& t : tiles)
+    processors::LeaseBook book;
+    for (const tiles::RenderTile& t : tiles)
         book.add(t);
     struct Held {
-        LeaseBook::Member member;
-        RenderTile band;
+        processors::LeaseBook::Member member;
+        tiles::RenderTile band;
     };
     std::vector<Held> held;
     std::set<std::uint32_t> whole;
@@ -64,7 +65,7 @@ TEST_CASE("whatever happens to leases, every tile comes whole and right, and onc
     for (int step = 0; book.unfinished() > 0; ++step) {
         REQUIRE(step < 200'000);
         now += std::chrono::milliseconds(1 + any(50));
-        const auto member = static_cast<LeaseBook::Member>(1 + any(4));
+        const auto member = static_cast<processors::LeaseBook::Member>(1 + any(4));
         const int what = any(20);
         if (what < 8) {
             if (const auto band =
@@ -112,8 +113,8 @@ TEST_CASE("whatever happens to leases, every tile comes whole and right, and onc
 
 TEST_CASE("a band is about as large as asked for, in whole blocks, and never more than a tile",
           "[raytracer][sched]") {
-    LeaseBook book;
-    const RenderTile tile{0, 0, 64, 64, 128, 120, 1, false, 0, 0};
+    processors::LeaseBook book;
+    const tiles::RenderTile tile{0, 0, 64, 64, 128, 120, 1, false, 0, 0};
     book.add(tile);
     const auto first = book.lease(1, 1000, Time{});
     REQUIRE(first);
@@ -127,16 +128,16 @@ TEST_CASE("a band is about as large as asked for, in whole blocks, and never mor
 
 TEST_CASE("what a disowned member has made is made again, what others made is kept",
           "[raytracer][sched]") {
-    LeaseBook book;
+    processors::LeaseBook book;
     const auto tiles = plan(64, 32, 32);
-    for (const RenderTile& t : tiles)
+    for (const tiles::RenderTile& t : tiles)
         book.add(t);
     const auto by_liar = book.lease(1, 100'000, Time{}), honest = book.lease(2, 100'000, Time{});
     REQUIRE((by_liar && honest));
     CHECK(book.take(1, made(*by_liar, 5)).whole);
     CHECK(book.take(2, made(*honest)).whole);
     CHECK(book.unfinished() == 0);
-    CHECK(book.disown(1) == std::vector{by_liar->index});
+    CHECK(book.revoke(1) == std::vector{by_liar->index});
     CHECK(book.unfinished() == 1);
     const auto again = book.lease(2, 100'000, Time{});
     REQUIRE(again);
@@ -149,15 +150,15 @@ TEST_CASE("what a disowned member has made is made again, what others made is ke
 
 TEST_CASE("who was told to leave a band may be given it again, and its answer counts",
           "[raytracer][sched]") {
-    LeaseBook book;
+    processors::LeaseBook book;
     book.add({0, 0, 0, 0, 32, 32, 1, false, 0, 0});
     const auto band = book.lease(1, 100'000, Time{});
     REQUIRE(band);
     (void)book.lease_again(2, *band, Time{});
     const auto first = book.take(2, made(*band));
     CHECK(first.whole);
-    CHECK(first.withdraw == std::vector<LeaseBook::Member>{1});  // it never answers
-    (void)book.disown(2);
+    CHECK(first.withdraw == std::vector<processors::LeaseBook::Member>{1});  // it never answers
+    (void)book.revoke(2);
     const auto again = book.lease(1, 100'000, Time{});
     REQUIRE(again);
     CHECK(book.take(1, made(*again)).answer == Answer::kFirst);
@@ -166,13 +167,13 @@ TEST_CASE("who was told to leave a band may be given it again, and its answer co
 
 TEST_CASE("a check finds the lie, and an equal answer passes it", "[raytracer][sched]") {
     for (const float lie : {0.0f, 1.0f}) {
-        LeaseBook book;
+        processors::LeaseBook book;
         book.add({0, 0, 0, 0, 32, 32, 1, false, 0, 0});
         const auto band = book.lease(1, 100'000, Time{});
         REQUIRE(band);
-        TileResult result = made(*band, lie);
+        tiles::TileResult result = made(*band, lie);
         CHECK(book.take(1, std::move(result)).answer == Answer::kFirst);
-        book.check(1, *band, hash_of_pixels(made(*band, lie)), {});
+        book.check(1, *band, tiles::hash_of_pixels(made(*band, lie)), {});
         CHECK(book.open_checks() == 1);
         const auto check = book.lease_check(2, Time{});
         REQUIRE(check);
@@ -188,7 +189,7 @@ TEST_CASE("holes excuse what a check of them could not see, and nothing else",
     const voxel::BoxKey a{0, 0, 0, 0}, b{0, 1, 0, 0};
     struct Case {
         const char* name;
-        LeaseBook::Holes reported, met;
+        processors::LeaseBook::Holes reported, met;
         float lie;
         Answer answer;
     };
@@ -202,18 +203,18 @@ TEST_CASE("holes excuse what a check of them could not see, and nothing else",
           Case{"equal all the same", {}, {a}, 0, Answer::kChecked},
           Case{"equal with the same hole", {a}, {a}, 0, Answer::kChecked}}) {
         INFO(c.name);
-        LeaseBook book;
+        processors::LeaseBook book;
         book.add({0, 0, 0, 0, 32, 32, 1, false, 0, 0});
         const auto band = book.lease(1, 100'000, Time{});
         REQUIRE(band);
-        TileResult result = made(*band, c.lie);
+        tiles::TileResult result = made(*band, c.lie);
         result.holes = c.reported;
-        const std::uint64_t hash = hash_of_pixels(result);
+        const std::uint64_t hash = tiles::hash_of_pixels(result);
         CHECK(book.take(1, std::move(result)).answer == Answer::kFirst);
         book.check(1, *band, hash, c.reported);
         const auto check = book.lease_check(2, Time{});
         REQUIRE(check);
-        TileResult again = made(*check);
+        tiles::TileResult again = made(*check);
         again.holes = c.met;
         CHECK(book.take(2, std::move(again)).answer == c.answer);
         CHECK(book.open_checks() == 0);
@@ -222,23 +223,24 @@ TEST_CASE("holes excuse what a check of them could not see, and nothing else",
 
 TEST_CASE("two answers that differ are unequal whatever holes they report", "[raytracer][sched]") {
     const voxel::BoxKey hole{0, 0, 0, 0};
-    LeaseBook book;
+    processors::LeaseBook book;
     book.add({0, 0, 0, 0, 32, 32, 1, false, 0, 0});
     const auto band = book.lease(1, 100'000, Time{});
     REQUIRE(band);
     (void)book.lease_again(2, *band, Time{});
-    TileResult first = made(*band, 1), second = made(*band);
+    tiles::TileResult first = made(*band, 1), second = made(*band);
     first.holes = {hole};
-    const std::uint64_t first_hash = hash_of_pixels(first), second_hash = hash_of_pixels(second);
+    const std::uint64_t first_hash = tiles::hash_of_pixels(first),
+                        second_hash = tiles::hash_of_pixels(second);
     CHECK(book.take(1, std::move(first)).answer == Answer::kFirst);
     const auto taken = book.take(2, std::move(second));
     CHECK(taken.answer == Answer::kUnequal);
     CHECK((taken.other == 1 && taken.other_hash == first_hash && taken.hash == second_hash));
-    CHECK((taken.other_holes == LeaseBook::Holes{hole} && taken.holes.empty()));
+    CHECK((taken.other_holes == processors::LeaseBook::Holes{hole} && taken.holes.empty()));
 }
 
 TEST_CASE("a check of who is disowned meanwhile settles nothing any more", "[raytracer][sched]") {
-    LeaseBook book;
+    processors::LeaseBook book;
     book.add({0, 0, 0, 0, 32, 32, 1, false, 0, 0});
     const auto band = book.lease(1, 100'000, Time{});
     REQUIRE(band);
@@ -246,7 +248,7 @@ TEST_CASE("a check of who is disowned meanwhile settles nothing any more", "[ray
     book.check(1, *band, 77, {});
     const auto check = book.lease_check(2, Time{});
     REQUIRE(check);
-    (void)book.disown(1);
+    (void)book.revoke(1);
     CHECK(book.open_checks() == 0);
     CHECK(book.take(2, made(*check)).answer == Answer::kLate);
     CHECK(book.open_checks() == 0);
@@ -254,11 +256,12 @@ TEST_CASE("a check of who is disowned meanwhile settles nothing any more", "[ray
 }
 
 TEST_CASE("passes follow each other, and who did an earlier one is known", "[raytracer][sched]") {
-    LeaseBook book;
+    processors::LeaseBook book;
     auto tiles = plan(64, 64, 32);
     for (const unsigned first : {0u, 2u, 4u}) {
-        for (RenderTile t : tiles) {
-            t.first_sample = first, t.samples = 2;
+        for (tiles::RenderTile t : tiles) {
+            t.first_sample = first;
+            t.samples = 2;
             book.add(t);
         }
         std::size_t whole = 0;
@@ -276,10 +279,10 @@ TEST_CASE("pixels of a band are those that it visits", "[raytracer][sched]") {
     for (const int step : {1, 2, 4})
         for (const bool refines : {false, true})
             for (int y0 = 0; y0 < 16; y0 += 8) {
-                const RenderTile band{0, 0, 8, y0, 40, 32, step, refines, 0, 0};
+                const tiles::RenderTile band{0, 0, 8, y0, 40, 32, step, refines, 0, 0};
                 std::size_t n = 0;
                 band.each_pixel([&](int, int) { ++n; });
                 INFO("step " << step << ", refines " << refines << ", from row " << y0);
-                CHECK(LeaseBook::pixels_of(band) == n);
+                CHECK(processors::LeaseBook::pixels_of(band) == n);
             }
 }

@@ -15,28 +15,29 @@ using namespace terravox::test;
 
 namespace {
 
-ProcessorPool::Member threads_of(Job& job, int threads) {
-    return {"here", "threads", threads,
-            true,   false,     std::make_shared<ThreadProcessor>(job.view, job.blocks, threads),
+processors::ProcessorPool::Member threads_of(Job& job, int threads) {
+    return {"here",  "threads",
+            threads, true,
+            false,   std::make_shared<processors::ThreadProcessor>(job.view, job.blocks, threads),
             {}};
 }
 /// Cannot trace anything: takes whatever it is given, and fails at the first of it.
-class Failing final : public TileProcessor {
+class Failing final : public processors::TileProcessor {
 public:
     int capacity() const noexcept override { return 1; }  // so that all get the same first
-    void submit(RenderTile tile) override {
+    void submit(tiles::RenderTile tile) override {
         const std::lock_guard lock(m_mutex);
         if (!m_tile)
             m_tile = tile;
         m_changed.notify_all();
     }
     bool wait(std::chrono::milliseconds) override { return true; }
-    std::optional<TileResult> take() override {
+    std::optional<tiles::TileResult> take() override {
         std::unique_lock lock(m_mutex);
         m_changed.wait(lock, [&] { return m_tile || m_over; });
         if (m_over)
             return std::nullopt;
-        throw FailingProcessor("it cannot render: out of memory", *m_tile);
+        throw processors::FailingProcessor("it cannot render: out of memory", *m_tile);
     }
     void close() noexcept override {}
     void cancel() noexcept override {
@@ -48,19 +49,19 @@ public:
 private:
     std::mutex m_mutex;
     std::condition_variable m_changed;
-    std::optional<RenderTile> m_tile;
+    std::optional<tiles::RenderTile> m_tile;
     bool m_over = false;
 };
 
 /// Has one tile at a time, and nothing of it comes until it may go on.
-class Slow final : public TileProcessor {
+class Slow final : public processors::TileProcessor {
 public:
     explicit Slow(Job& job) : m_processor(job.view, job.blocks, 1) {}
     void go_on() { m_may.release(); }
     int capacity() const noexcept override { return 1; }
-    void submit(RenderTile tile) override { m_processor.submit(tile); }
+    void submit(tiles::RenderTile tile) override { m_processor.submit(tile); }
     bool wait(std::chrono::milliseconds) override { return true; }
-    std::optional<TileResult> take() override {
+    std::optional<tiles::TileResult> take() override {
         m_may.acquire();
         m_may.release();
         return m_processor.take();
@@ -72,39 +73,39 @@ public:
     }
 
 private:
-    ThreadProcessor m_processor;
+    processors::ThreadProcessor m_processor;
     std::counting_semaphore<> m_may{0};
 };
 
-ProcessorPool::Member failing(const std::string& who) {
-    ProcessorPool::Member out{"failing", "socket", 1, false, false, std::make_shared<Failing>(),
-                              {}};
+processors::ProcessorPool::Member failing(const std::string& who) {
+    processors::ProcessorPool::Member out{
+        "failing", "socket", 1, false, false, std::make_shared<Failing>(), {}};
     out.who = who;
     return out;
 }
 
 /// A pool where `left` counts the members that are no more.
-PoolSettings counting(Job& job, std::atomic<int>& left) {
-    PoolSettings out = pool_settings(job);
-    out.gone = [&left](ProcessorPool::MemberId, const std::string&, bool) { ++left; };
+processors::PoolSettings counting(Job& job, std::atomic<int>& left) {
+    processors::PoolSettings out = pool_settings(job);
+    out.gone = [&left](processors::ProcessorPool::MemberId, const std::string&, bool) { ++left; };
     return out;
 }
 
 /// One that is there and takes nothing: as long as it may go on, the others are not the last.
-void add_resting(ProcessorPool& pool) {
-    ProcessorPool::Member resting = failing("host of one that rests");
+void add_resting(processors::ProcessorPool& pool) {
+    processors::ProcessorPool::Member resting = failing("host of one that rests");
     resting.paused = true;
     pool.add(std::move(resting));
 }
 
-void submit_all(ProcessorPool& pool) {
-    const auto tiles = plan_tiles(97, 53, 1, 16, TileOrder::kRows).front();
-    for (const RenderTile& t : tiles)
+void submit_all(processors::ProcessorPool& pool) {
+    const auto tiles = tiles::plan_tiles(97, 53, 1, 16, core::TileOrder::kRows).front();
+    for (const tiles::RenderTile& t : tiles)
         pool.submit(t);
 }
 
 /// Adds members that fail, each once the one before is gone.
-void add_in_turn(ProcessorPool& pool, const std::vector<std::string>& who,
+void add_in_turn(processors::ProcessorPool& pool, const std::vector<std::string>& who,
                  const std::atomic<int>& left) {
     for (const std::string& name : who) {
         const int before = left;
@@ -113,8 +114,9 @@ void add_in_turn(ProcessorPool& pool, const std::vector<std::string>& who,
     }
 }
 
-ProcessorPool::Member green_of(Job& job) {
-    return {"here", "green", 1, true, true, std::make_shared<GreenProcessor>(job.view, job.blocks),
+processors::ProcessorPool::Member green_of(Job& job) {
+    return {"here", "green", 1,
+            true,   true,    std::make_shared<processors::GreenProcessor>(job.view, job.blocks),
             {}};
 }
 
@@ -122,45 +124,45 @@ ProcessorPool::Member green_of(Job& job) {
 
 TEST_CASE("any mix of green and thread processors makes the same picture", "[raytracer][sched]") {
     Job alone(farm_scene());
-    const std::string wanted = bytes_of(render(alone, 1));
+    const std::string wanted = bytes_of(render_scene(alone, 1));
     for (const int green : {0, 1, 2})
         for (const int thread_members : {0, 1, 3}) {
             if (green + thread_members == 0)
                 continue;
             INFO(green << " green, " << thread_members << " of threads");
             Job job(farm_scene());
-            ProcessorPool pool(pool_settings(job));
+            processors::ProcessorPool pool(pool_settings(job));
             for (int i = 0; i < green; ++i)
                 pool.add(green_of(job));
             for (int i = 0; i < thread_members; ++i)
                 pool.add(threads_of(job, 1 + i));
-            Film film = empty_film(job);
-            CHECK(render_film({job.view, pool, true, nullptr}, film).tiles == 28);
+            output::Film film = empty_film(job);
+            CHECK(render::render_film({job.view, pool, true, nullptr}, film).tiles == 28);
             CHECK(bytes_of(film) == wanted);
         }
 }
 
 TEST_CASE("a pool takes coarse passes, too, and samples that come later", "[raytracer][sched]") {
-    Scene scene = small_scene();
+    scene::Scene scene = small_scene();
     scene.quality.coarse_step = 8;
     Job alone(scene), job(scene);
-    const std::string wanted = bytes_of(render(alone, 1));
-    ProcessorPool pool(pool_settings(job));
+    const std::string wanted = bytes_of(render_scene(alone, 1));
+    processors::ProcessorPool pool(pool_settings(job));
     pool.add(threads_of(job, 2));
-    Film film = empty_film(job);
-    (void)render_film({job.view, pool, true, nullptr}, film);
+    output::Film film = empty_film(job);
+    (void)render::render_film({job.view, pool, true, nullptr}, film);
     CHECK(bytes_of(film) == wanted);
 }
 
 TEST_CASE("members may be added and removed in the middle", "[raytracer][sched]") {
     Job alone(farm_scene()), job(farm_scene());
-    const std::string wanted = bytes_of(render(alone, 1));
-    ProcessorPool pool(pool_settings(job));
+    const std::string wanted = bytes_of(render_scene(alone, 1));
+    processors::ProcessorPool pool(pool_settings(job));
     auto first = pool.add(threads_of(job, 1));
-    const auto tiles = plan_tiles(97, 53, 1, 16, TileOrder::kRows).front();
-    for (const RenderTile& t : tiles)
+    const auto tiles = tiles::plan_tiles(97, 53, 1, 16, core::TileOrder::kRows).front();
+    for (const tiles::RenderTile& t : tiles)
         pool.submit(t);
-    Film film = empty_film(job);
+    output::Film film = empty_film(job);
     for (std::size_t i = 0; i < tiles.size(); ++i) {
         const auto result = pool.take();
         REQUIRE(result);
@@ -181,34 +183,34 @@ TEST_CASE("what a trusted member throws reaches the taker with its type, and a c
     struct Odd : std::runtime_error {
         using std::runtime_error::runtime_error;
     };
-    class Throwing final : public TileProcessor {
+    class Throwing final : public processors::TileProcessor {
     public:
         int capacity() const noexcept override { return 1; }
-        void submit(RenderTile) override {}
+        void submit(tiles::RenderTile) override {}
         bool wait(std::chrono::milliseconds) override { return true; }
-        std::optional<TileResult> take() override { throw Odd("odd"); }
+        std::optional<tiles::TileResult> take() override { throw Odd("odd"); }
         void close() noexcept override {}
         void cancel() noexcept override {}
     };
     Job job(farm_scene());
     {
-        ProcessorPool pool(pool_settings(job));
+        processors::ProcessorPool pool(pool_settings(job));
         pool.add({"odd", "threads", 1, true, false, std::make_shared<Throwing>(), {}});
-        pool.submit(plan_tiles(97, 53, 1, 16, TileOrder::kRows).front().front());
+        pool.submit(tiles::plan_tiles(97, 53, 1, 16, core::TileOrder::kRows).front().front());
         CHECK_THROWS_AS(pool.take(), Odd);
     }
-    ProcessorPool pool(pool_settings(job));
-    pool.submit(plan_tiles(97, 53, 1, 16, TileOrder::kRows).front().front());
+    processors::ProcessorPool pool(pool_settings(job));
+    pool.submit(tiles::plan_tiles(97, 53, 1, 16, core::TileOrder::kRows).front().front());
     pool.cancel();
     CHECK_FALSE(pool.take());
 }
 
 TEST_CASE("a closed pool is drained, then it is empty", "[raytracer][sched]") {
     Job job(farm_scene());
-    ProcessorPool pool(pool_settings(job));
+    processors::ProcessorPool pool(pool_settings(job));
     pool.add(threads_of(job, 1));
-    const auto tiles = plan_tiles(97, 53, 1, 16, TileOrder::kRows).front();
-    for (const RenderTile& t : tiles)
+    const auto tiles = tiles::plan_tiles(97, 53, 1, 16, core::TileOrder::kRows).front();
+    for (const tiles::RenderTile& t : tiles)
         pool.submit(t);
     pool.close();
     pool.submit(tiles.front());  // too late
@@ -221,27 +223,27 @@ TEST_CASE("a closed pool is drained, then it is empty", "[raytracer][sched]") {
 TEST_CASE("a member that joins and fails again and again counts once", "[raytracer][sched]") {
     Job alone(farm_scene()), job(farm_scene());
     std::atomic<int> left{0};
-    ProcessorPool pool(counting(job, left));
+    processors::ProcessorPool pool(counting(job, left));
     add_resting(pool);
     submit_all(pool);
     add_in_turn(pool, std::vector<std::string>(7, "host a"), left);
     add_in_turn(pool, std::vector<std::string>(7, "host b"), left);
     CHECK_FALSE(pool.wait(std::chrono::milliseconds(0)));  // an error would be an answer
     pool.add(threads_of(job, 1));
-    Film film = empty_film(job);
+    output::Film film = empty_film(job);
     for (int i = 0; i < 28; ++i) {
         const auto result = pool.take();
         REQUIRE(result);
         film.add(*result);
     }
-    CHECK(bytes_of(film) == bytes_of(render(alone, 1)));
+    CHECK(bytes_of(film) == bytes_of(render_scene(alone, 1)));
 }
 
 TEST_CASE("three different members that fail at the same rows end the picture",
           "[raytracer][sched]") {
     Job job(farm_scene());
     std::atomic<int> left{0};
-    ProcessorPool pool(counting(job, left));
+    processors::ProcessorPool pool(counting(job, left));
     add_resting(pool);
     submit_all(pool);
     SECTION("by names") {
@@ -258,52 +260,52 @@ TEST_CASE("three different members that fail end nothing where this process trac
           "[raytracer][sched]") {
     Job alone(farm_scene()), job(farm_scene());
     std::atomic<int> left{0};
-    ProcessorPool pool(counting(job, left));
+    processors::ProcessorPool pool(counting(job, left));
     submit_all(pool);
     const auto slow = std::make_shared<Slow>(job);
     pool.add({"here", "threads", 1, true, false, slow, {}});
     add_in_turn(pool, {"host a", "host b", "host c", "host d"}, left);
     slow->go_on();
-    Film film = empty_film(job);
+    output::Film film = empty_film(job);
     for (int i = 0; i < 28; ++i) {
         const auto result = pool.take();
         REQUIRE(result);
         film.add(*result);
     }
-    CHECK(bytes_of(film) == bytes_of(render(alone, 1)));
+    CHECK(bytes_of(film) == bytes_of(render_scene(alone, 1)));
 }
 
 TEST_CASE("where the last member that was there has failed, this process goes on by itself",
           "[raytracer][sched]") {
     Job alone(farm_scene()), job(farm_scene());
     std::atomic<int> left{0};
-    ProcessorPool pool(counting(job, left));
+    processors::ProcessorPool pool(counting(job, left));
     submit_all(pool);
     add_in_turn(pool, {"host a"}, left);
-    Film film = empty_film(job);
+    output::Film film = empty_film(job);
     for (int i = 0; i < 28; ++i) {
         const auto result = pool.take();
         REQUIRE(result);
         film.add(*result);
     }
-    CHECK(bytes_of(film) == bytes_of(render(alone, 1)));
+    CHECK(bytes_of(film) == bytes_of(render_scene(alone, 1)));
 }
 
 TEST_CASE("what this process cannot trace either ends the picture with its error",
           "[raytracer][sched]") {
     Job job(farm_scene());
     std::atomic<int> left{0};
-    PoolSettings settings = counting(job, left);
+    processors::PoolSettings settings = counting(job, left);
     const char* says = "";
     SECTION("it fails, too") {
-        class Broken final : public TileProcessor {
+        class Broken final : public processors::TileProcessor {
         public:
             int capacity() const noexcept override { return 1; }
-            void submit(RenderTile) override { m_given.release(); }
+            void submit(tiles::RenderTile) override { m_given.release(); }
             bool wait(std::chrono::milliseconds) override { return true; }
-            std::optional<TileResult> take() override {
+            std::optional<tiles::TileResult> take() override {
                 m_given.acquire();
-                throw Error("trace: broken here, too");
+                throw util::Error("trace: broken here, too");
             }
             void close() noexcept override {}
             void cancel() noexcept override { m_given.release(); }
@@ -315,8 +317,8 @@ TEST_CASE("what this process cannot trace either ends the picture with its error
         says = "broken here, too";
     }
     SECTION("it cannot even begin") {
-        settings.make_checker = []() -> std::shared_ptr<TileProcessor> {
-            throw Error("no thread for it");
+        settings.make_checker = []() -> std::shared_ptr<processors::TileProcessor> {
+            throw util::Error("no thread for it");
         };
         says = "no thread for it";
     }
@@ -324,7 +326,7 @@ TEST_CASE("what this process cannot trace either ends the picture with its error
         settings.make_checker = nullptr;
         says = "all workers failed; the last said: it cannot render: out of memory";
     }
-    ProcessorPool pool(std::move(settings));
+    processors::ProcessorPool pool(std::move(settings));
     submit_all(pool);
     add_in_turn(pool, {"host a"}, left);
     CHECK_THROWS_WITH(pool.take(), contains(says));

@@ -19,24 +19,24 @@ using terravox::test::small_scene;
 
 namespace {
 
-std::vector<RenderTile> tiles_of(const Scene& scene) {
+std::vector<tiles::RenderTile> tiles_of(const scene::Scene& scene) {
     const auto [width, height] = scene.output.size_px;
-    return plan_tiles(width, height, 1, scene.quality.tile.in_picture(width),
-                      scene.quality.tile_order)
+    return tiles::plan_tiles(width, height, 1, scene.quality.tile.in_picture(width),
+                             scene.quality.tile_order)
         .front();
 }
 
-std::size_t pixels_in(const RenderTile& tile) {
+std::size_t pixels_in(const tiles::RenderTile& tile) {
     std::size_t n = 0;
     tile.each_pixel([&](int, int) { ++n; });
     return n;
 }
 
-bool equal(const TileResult& a, const TileResult& b) {
+bool equal(const tiles::TileResult& a, const tiles::TileResult& b) {
     if (a.samples.size() != b.samples.size())
         return false;
     for (std::size_t i = 0; i < a.samples.size(); ++i) {
-        const PixelSample &p = a.samples[i], &q = b.samples[i];
+        const tiles::PixelSample &p = a.samples[i], &q = b.samples[i];
         if (p.colour.r != q.colour.r || p.colour.g != q.colour.g || p.colour.b != q.colour.b ||
             p.alpha != q.alpha || p.depth_m != q.depth_m)
             return false;
@@ -44,16 +44,16 @@ bool equal(const TileResult& a, const TileResult& b) {
     return true;
 }
 
-std::map<std::uint32_t, TileResult> all_results(int threads) {
+std::map<std::uint32_t, tiles::TileResult> all_results(int threads) {
     Job job(small_scene());
-    ThreadProcessor processor(job.view, job.blocks, threads);
+    processors::ThreadProcessor processor(job.view, job.blocks, threads);
     const auto tiles = tiles_of(job.view.scene);
     std::thread submitter([&] {
-        for (const RenderTile& tile : tiles)
+        for (const tiles::RenderTile& tile : tiles)
             processor.submit(tile);
         processor.close();
     });
-    std::map<std::uint32_t, TileResult> out;
+    std::map<std::uint32_t, tiles::TileResult> out;
     while (auto result = processor.take()) {
         INFO("tile " << result->tile.index);
         CHECK(result->samples.size() == pixels_in(result->tile));
@@ -96,15 +96,15 @@ TEST_CASE("every tile comes back once, the same for any number of threads", "[ra
 }
 
 TEST_CASE("what a tile's task throws reaches take() with its type", "[raytracer][sched]") {
-    Scene scene = small_scene();
+    scene::Scene scene = small_scene();
     scene.camera.inside_rock = true;
     for (const int threads : {1, 3}) {
         Job job(scene);
-        ThreadProcessor processor(job.view, job.blocks, threads);
+        processors::ThreadProcessor processor(job.view, job.blocks, threads);
         INFO(threads << " threads");
         // More tiles than fit: a submitter must not wait for ever behind a failure.
         for (int i = 0; i < 40; ++i) {
-            RenderTile tile;  // of more pixels than any vector can hold
+            tiles::RenderTile tile;  // of more pixels than any vector can hold
             tile.x1 = tile.y1 = std::numeric_limits<std::int32_t>::max() - 1;
             processor.submit(tile);
         }
@@ -124,17 +124,19 @@ TEST_CASE("a box that throws an error is a hole in the picture and not the end o
     world->make_hole({0, 0, 0, 0});
     world->make_hole({0, -1, 0, 0}, [] { throw 42; });
     Job job(small_scene(), std::size_t{256} << 20, std::move(world));
-    ThreadProcessor processor(job.view, job.blocks, 2);
+    processors::ThreadProcessor processor(job.view, job.blocks, 2);
     const auto tiles = tiles_of(job.view.scene);
     std::thread submitter([&] {
-        for (const RenderTile& tile : tiles)
+        for (const tiles::RenderTile& tile : tiles)
             processor.submit(tile);
         processor.close();
     });
     std::uint64_t hole_rays = 0;
     std::size_t taken = 0;
-    while (const auto result = processor.take())
-        hole_rays += result->counts.hole_rays, ++taken;
+    while (const auto result = processor.take()) {
+        hole_rays += result->counts.hole_rays;
+        ++taken;
+    }
     submitter.join();
     CHECK(taken == tiles.size());
     CHECK(hole_rays > 0);
@@ -143,7 +145,7 @@ TEST_CASE("a box that throws an error is a hole in the picture and not the end o
 
 TEST_CASE("closing finishes the tiles that were accepted", "[raytracer][sched]") {
     Job job(small_scene());
-    ThreadProcessor processor(job.view, job.blocks, 2);
+    processors::ThreadProcessor processor(job.view, job.blocks, 2);
     const auto tiles = tiles_of(job.view.scene);
     REQUIRE(tiles.size() > 4);
     for (std::size_t i = 0; i < 4; ++i)
@@ -171,14 +173,14 @@ TEST_CASE("cancelling drops what has not begun, and wakes a submitter that waits
                     std::this_thread::yield();
                 throw std::runtime_error("late");
             });
-    Scene scene = small_scene();
+    scene::Scene scene = small_scene();
     scene.camera.inside_rock = true;
     Job job(scene, std::size_t{256} << 20);
-    BlockManager blocks(*world, std::size_t{256} << 20);
-    ThreadProcessor processor(job.view, blocks, 1);
+    blocks::BlockManager blocks(*world, std::size_t{256} << 20);
+    processors::ThreadProcessor processor(job.view, blocks, 1);
     const auto tiles = tiles_of(scene);
     std::thread submitter([&] {
-        for (const RenderTile& tile : tiles)
+        for (const tiles::RenderTile& tile : tiles)
             processor.submit(tile);
     });
     while (!asked)
@@ -196,7 +198,7 @@ TEST_CASE("a processor with work waiting can be destroyed", "[raytracer][sched]"
     Job job(small_scene());
     const auto tiles = tiles_of(job.view.scene);
     for (int round = 0; round < 20; ++round) {
-        ThreadProcessor processor(job.view, job.blocks, 1 + round % 3);
+        processors::ThreadProcessor processor(job.view, job.blocks, 1 + round % 3);
         for (std::size_t i = 0; i < 2; ++i)
             processor.submit(tiles[i]);
         if (round % 2 == 0)
@@ -214,13 +216,13 @@ TEST_CASE("tiles that wait for a box do not keep a thread from others", "[raytra
         while (!may_come)
             std::this_thread::yield();
     });
-    Scene scene = small_scene();
+    scene::Scene scene = small_scene();
     Job job(scene);
-    BlockManager blocks(*world, std::size_t{256} << 20, 2);
-    ThreadProcessor processor(job.view, blocks, 1);
+    blocks::BlockManager blocks(*world, std::size_t{256} << 20, 2);
+    processors::ThreadProcessor processor(job.view, blocks, 1);
     const auto tiles = tiles_of(scene);
     std::thread submitter([&] {
-        for (const RenderTile& tile : tiles)
+        for (const tiles::RenderTile& tile : tiles)
             processor.submit(tile);
         processor.close();
     });
@@ -248,11 +250,11 @@ TEST_CASE("a box that comes only after its rays were laid aside again and again 
                     std::this_thread::sleep_for(std::chrono::microseconds(100 * (asked++ % 7)));
                 });
     Job job(small_scene());
-    BlockManager blocks(*world, 20'000, 3);
-    ThreadProcessor processor(job.view, blocks, 3);
+    blocks::BlockManager blocks(*world, 20'000, 3);
+    processors::ThreadProcessor processor(job.view, blocks, 3);
     const auto tiles = tiles_of(job.view.scene);
     std::thread submitter([&] {
-        for (const RenderTile& tile : tiles)
+        for (const tiles::RenderTile& tile : tiles)
             processor.submit(tile);
         processor.close();
     });
@@ -260,7 +262,8 @@ TEST_CASE("a box that comes only after its rays were laid aside again and again 
     std::size_t taken = 0;
     while (const auto result = processor.take()) {
         CHECK(equal(reference.at(result->tile.index), *result));
-        parked += result->counts.parked, ++taken;
+        parked += result->counts.parked;
+        ++taken;
     }
     submitter.join();
     CHECK(taken == tiles.size());
@@ -273,11 +276,11 @@ TEST_CASE("who asks to stop is heard while a world is silent", "[raytracer][sche
     std::atomic<bool> released{false}, stop{false};
     hold_back(*world, released, stop);
     Job job(small_scene());
-    BlockManager blocks(*world, std::size_t{256} << 20);
-    Film film(job.view.scene.output.size_px[0], job.view.scene.output.size_px[1]);
+    blocks::BlockManager blocks(*world, std::size_t{256} << 20);
+    output::Film film(job.view.scene.output.size_px[0], job.view.scene.output.size_px[1]);
     {
-        ThreadProcessor processor(job.view, blocks, 2);
-        CHECK_THROWS_WITH(render_film({job.view, processor, true, &stop}, film),
+        processors::ThreadProcessor processor(job.view, blocks, 2);
+        CHECK_THROWS_WITH(render::render_film({job.view, processor, true, &stop}, film),
                           terravox::test::contains("interrupted"));
     }
     released = true;
@@ -290,19 +293,19 @@ TEST_CASE("a tile that is withdrawn leaves nothing, waiting or begun, and the ot
     std::atomic<bool> may_come{false}, asked{false};
     hold_back(*world, may_come, asked);
     Job job(small_scene());
-    BlockManager blocks(*world, std::size_t{256} << 20, 2);
-    ThreadProcessor processor(job.view, blocks, 1);
+    blocks::BlockManager blocks(*world, std::size_t{256} << 20, 2);
+    processors::ThreadProcessor processor(job.view, blocks, 1);
     auto tiles = tiles_of(job.view.scene);
     const auto room = static_cast<std::size_t>(processor.capacity());
     tiles.resize(std::min(tiles.size(), room));
-    for (const RenderTile& tile : tiles)
+    for (const tiles::RenderTile& tile : tiles)
         processor.submit(tile);
     while (!asked)
         std::this_thread::yield();
     // One that waits for the box, and whatever the thread has not come to yet, or is at.
     for (std::size_t i = 0; i < tiles.size(); i += 2)
         processor.withdraw(tiles[i]);
-    RenderTile unknown;
+    tiles::RenderTile unknown;
     unknown.index = 10'000;
     processor.withdraw(unknown);
     may_come = true;
@@ -325,11 +328,11 @@ TEST_CASE(
     std::atomic<bool> may_come{false}, asked{false};
     hold_back(*world, may_come, asked);
     Job job(small_scene());
-    BlockManager blocks(*world, std::size_t{256} << 20, 2);
+    blocks::BlockManager blocks(*world, std::size_t{256} << 20, 2);
     const auto tiles = tiles_of(job.view.scene);
-    const RenderTile tile = tiles.front();  // the middle: it sees ground
+    const tiles::RenderTile tile = tiles.front();  // the middle: it sees ground
     {
-        ThreadProcessor processor(job.view, blocks, 1);
+        processors::ThreadProcessor processor(job.view, blocks, 1);
         processor.submit(tile);
         while (!asked)
             std::this_thread::yield();
@@ -337,7 +340,7 @@ TEST_CASE(
         processor.close();
         CHECK_FALSE(processor.take());  // without the box: else this would wait for ever
     }
-    ThreadProcessor processor(job.view, blocks, 1);
+    processors::ThreadProcessor processor(job.view, blocks, 1);
     processor.submit(tile);
     processor.withdraw(tile);
     processor.submit(tile);

@@ -15,7 +15,7 @@ using namespace terravox;
 using terravox::test::bytes_of;
 using terravox::test::Job;
 using terravox::test::landscape;
-using terravox::test::render;
+using terravox::test::render_scene;
 using terravox::test::small_scene;
 
 namespace {
@@ -25,25 +25,26 @@ constexpr std::size_t kMiB = std::size_t{1} << 20;
 struct Variant {
     const char* name;
     int threads, tile_px, coarse_step;
-    TileOrder order;
+    core::TileOrder order;
     std::size_t memory_bytes;
 };
 
 const Variant kVariants[] = {
-    {"two threads", 2, 16, 8, TileOrder::kSpiral, 256 * kMiB},
-    {"four threads, large tiles", 4, 64, 8, TileOrder::kRows, 256 * kMiB},
-    {"one tile", 2, 1000, 8, TileOrder::kSpiral, 256 * kMiB},
-    {"a single pass", 2, 16, 1, TileOrder::kVertical, 256 * kMiB},
-    {"many passes", 3, 7, 64, TileOrder::kSpiral, 256 * kMiB},
-    {"one byte of memory", 2, 16, 8, TileOrder::kRows, 1},
-    {"1 MiB of memory", 1, 64, 1, TileOrder::kSpiral, kMiB},
-    {"as at first", 1, 16, 8, TileOrder::kSpiral, 256 * kMiB},
-    {"along a Hilbert curve", 3, 5, 8, TileOrder::kHilbert, 256 * kMiB},
-    {"split columns", 2, 9, 4, TileOrder::kVerticalSplit, 256 * kMiB},
+    {"two threads", 2, 16, 8, core::TileOrder::kSpiral, 256 * kMiB},
+    {"four threads, large tiles", 4, 64, 8, core::TileOrder::kRows, 256 * kMiB},
+    {"one tile", 2, 1000, 8, core::TileOrder::kSpiral, 256 * kMiB},
+    {"a single pass", 2, 16, 1, core::TileOrder::kVertical, 256 * kMiB},
+    {"many passes", 3, 7, 64, core::TileOrder::kSpiral, 256 * kMiB},
+    {"one byte of memory", 2, 16, 8, core::TileOrder::kRows, 1},
+    {"1 MiB of memory", 1, 64, 1, core::TileOrder::kSpiral, kMiB},
+    {"as at first", 1, 16, 8, core::TileOrder::kSpiral, 256 * kMiB},
+    {"along a Hilbert curve", 3, 5, 8, core::TileOrder::kHilbert, 256 * kMiB},
+    {"split columns", 2, 9, 4, core::TileOrder::kVerticalSplit, 256 * kMiB},
 };
 
-Scene with(Scene scene, const Variant& v) {
-    scene.quality.tile = {v.tile_px}, scene.quality.coarse_step = v.coarse_step,
+scene::Scene with(scene::Scene scene, const Variant& v) {
+    scene.quality.tile = {v.tile_px};
+    scene.quality.coarse_step = v.coarse_step;
     scene.quality.tile_order = v.order;
     return scene;
 }
@@ -54,12 +55,12 @@ TEST_CASE("a picture is bit-identical for any threads, tiles, order, passes and 
           "[raytracer][render][deterministic]") {
     const auto reference = [] {
         Job job(small_scene());
-        return bytes_of(render(job, 1));
+        return bytes_of(render_scene(job, 1));
     }();
     for (const Variant& v : kVariants) {
         DYNAMIC_SECTION(v.name) {
             Job job(with(small_scene(), v), v.memory_bytes);
-            CHECK((bytes_of(render(job, v.threads)) == reference));
+            CHECK((bytes_of(render_scene(job, v.threads)) == reference));
             constexpr std::size_t kFewBoxes =
                 400'000;  // those in use stay, even where nothing fits
             CHECK(job.blocks.stats().peak_bytes <= std::max(v.memory_bytes, kFewBoxes));
@@ -73,30 +74,39 @@ TEST_CASE(
     "[raytracer][render][deterministic][light]") {
     struct Kind {
         const char* name;
-        void (*set)(Scene&);
+        void (*set)(scene::Scene&);
     };
     const Kind kinds[] = {
-        {"ambient occlusion", [](Scene& s) { s.quality.ao_rays = 5, s.sun.size = 10; }},
-        {"paths",
-         [](Scene& s) { s.quality.integrator = Integrator::kPath, s.quality.samples = 3; }},
-        {"paths until the noise is low",
-         [](Scene& s) {
-             s.quality.integrator = Integrator::kPath, s.quality.samples = 24,
-             s.quality.noise = 0.1, s.quality.min_samples = 4;
+        {"ambient occlusion",
+         [](scene::Scene& s) {
+             s.quality.ao_rays = 5;
+             s.sun.size = 10;
          }},
-        {"layers", [](Scene& s) { s.output.layers = PictureLayers::kAll; }},
+        {"paths",
+         [](scene::Scene& s) {
+             s.quality.integrator = core::Integrator::kPath;
+             s.quality.samples = 3;
+         }},
+        {"paths until the noise is low",
+         [](scene::Scene& s) {
+             s.quality.integrator = core::Integrator::kPath;
+             s.quality.samples = 24;
+             s.quality.noise = 0.1;
+             s.quality.min_samples = 4;
+         }},
+        {"layers", [](scene::Scene& s) { s.output.layers = core::PictureLayers::kAll; }},
     };
     for (const Kind& kind : kinds) {
-        Scene scene = small_scene();
+        scene::Scene scene = small_scene();
         // Small: with a byte of memory nearly each ray loads its boxes again.
         scene.output.size_px = {31, 19};
         kind.set(scene);
         const auto picture = [&](const Variant& v) {
             Job job(with(scene, v), v.memory_bytes);
-            return bytes_of(render(job, v.threads));
+            return bytes_of(render_scene(job, v.threads));
         };
         const std::string reference =
-            picture({"as at first", 1, 16, 8, TileOrder::kSpiral, 256 * kMiB});
+            picture({"as at first", 1, 16, 8, core::TileOrder::kSpiral, 256 * kMiB});
         for (const std::size_t i : {0u, 2u, 4u, 5u}) {
             INFO(kind.name << ", " << kVariants[i].name);
             CHECK((picture(kVariants[i]) == reference));
@@ -109,19 +119,21 @@ TEST_CASE("a picture over several levels is bit-identical for any threads, tiles
     const double detail = GENERATE(4.0, 20.0);
     const double sun_azimuth_deg =
         GENERATE(240.0, 0.0);  // in the north: rays with a component of exactly zero
-    Scene scene = small_scene();
+    scene::Scene scene = small_scene();
     scene.quality.detail = detail;
-    scene.sun.azimuth_deg = sun_azimuth_deg, scene.sun.altitude_deg = 20;
-    scene.camera.azimuth_deg = sun_azimuth_deg, scene.camera.down_deg = 20;
+    scene.sun.azimuth_deg = sun_azimuth_deg;
+    scene.sun.altitude_deg = 20;
+    scene.camera.azimuth_deg = sun_azimuth_deg;
+    scene.camera.down_deg = 20;
     const auto picture = [&](const Variant& v) {
         terravox::test::PyramidWorld world(landscape(), 4);
-        const Scene s = with(scene, v);
-        BlockManager blocks(world, v.memory_bytes, 2);
-        const View view = make_view(s, blocks);
+        const scene::Scene s = with(scene, v);
+        blocks::BlockManager blocks(world, v.memory_bytes, 2);
+        const shade::View view = shade::make_view(s, blocks);
         const auto [width, height] = s.output.size_px;
-        Film film(width, height);
-        ThreadProcessor processor(view, blocks, v.threads);
-        (void)render_film({view, processor, true, nullptr}, film);
+        output::Film film(width, height);
+        processors::ThreadProcessor processor(view, blocks, v.threads);
+        (void)render::render_film({view, processor, true, nullptr}, film);
         std::size_t levels = 0;
         for (const auto& level : blocks.stats().levels)
             levels += level.loaded > 0 ? 1 : 0;
@@ -138,16 +150,16 @@ TEST_CASE("a picture over several levels is bit-identical for any threads, tiles
 TEST_CASE("fetching boxes ahead does not change the picture",
           "[raytracer][render][deterministic]") {
     Job plain(small_scene()), ahead(small_scene());
-    foresee_boxes(ahead.view, ahead.blocks);
-    CHECK((bytes_of(render(plain, 2)) == bytes_of(render(ahead, 2))));
+    render::prefetch_visible(ahead.view, ahead.blocks);
+    CHECK((bytes_of(render_scene(plain, 2)) == bytes_of(render_scene(ahead, 2))));
 }
 
 TEST_CASE("the picture shows the world: sky above, land below, and light everywhere",
           "[raytracer][render]") {
-    Scene scene = small_scene();
+    scene::Scene scene = small_scene();
     scene.camera.down_deg = 10;
     Job job(scene);
-    const Film film = render(job, 2);
+    const output::Film film = render_scene(job, 2);
     CHECK(film.at(48, 0).alpha == 0);
     CHECK(std::isinf(film.at(48, 0).depth_m));
     CHECK(film.at(48, 30).alpha == 1);
@@ -155,7 +167,7 @@ TEST_CASE("the picture shows the world: sky above, land below, and light everywh
     CHECK(film.at(48, 30).depth_m < 1000);
     for (int y = 0; y < film.height_px(); ++y)
         for (int x = 0; x < film.width_px(); ++x) {
-            const PixelSample& p = film.at(x, y);
+            const tiles::PixelSample& p = film.at(x, y);
             if (!(std::isfinite(p.colour.r) && p.colour.r >= 0 && std::isfinite(p.colour.g) &&
                   p.colour.g >= 0 && std::isfinite(p.colour.b) && p.colour.b >= 0))
                 FAIL_CHECK("pixel " << x << ", " << y << ": " << p.colour.r << " " << p.colour.g
@@ -167,16 +179,17 @@ TEST_CASE("a hole is seen in the picture", "[raytracer][render]") {
     auto world = landscape();
     world->make_hole({0, 0, 0, 0});
     Job holed(small_scene(), 256 * kMiB, std::move(world)), whole(small_scene());
-    CHECK((bytes_of(render(holed, 2)) != bytes_of(render(whole, 2))));
+    CHECK((bytes_of(render_scene(holed, 2)) != bytes_of(render_scene(whole, 2))));
     CHECK(holed.blocks.hole_count() == 1);
-    Film film(holed.view.scene.output.size_px[0], holed.view.scene.output.size_px[1]);
-    RenderStatistics statistics;
+    output::Film film(holed.view.scene.output.size_px[0], holed.view.scene.output.size_px[1]);
+    render::RenderStatistics statistics;
     {
-        ThreadProcessor processor(holed.view, holed.blocks, 2);
-        statistics.counts = render_film({holed.view, processor, true, nullptr}, film);
+        processors::ThreadProcessor processor(holed.view, holed.blocks, 2);
+        statistics.counts = render::render_film({holed.view, processor, true, nullptr}, film);
         CHECK(statistics.counts.holes == std::set<voxel::BoxKey>{{0, 0, 0, 0}});
     }
-    const auto metadata = picture_info(holed.view, holed.world->info(), statistics, false).metadata;
+    const auto metadata =
+        render::picture_info(holed.view, holed.world->info(), statistics, false).metadata;
     CHECK(std::count(metadata.begin(), metadata.end(),
                      std::pair<std::string, std::string>("terravox:holes", "1")) == 1);
 }
@@ -186,35 +199,38 @@ TEST_CASE("a hole that no ray meets is none of the picture's", "[raytracer][rend
     for (int bx = -2; bx < 2; ++bx)
         for (int bz = -2; bz < 2; ++bz)
             world->make_hole({0, bx, -1, bz});  // all below the ground
-    Scene scene = small_scene();
-    scene.camera.space = CoordinateSpace::kVoxel;
-    scene.camera.position = {0.5, 50, 0.5}, scene.camera.target = {10, 90, 10};
+    scene::Scene scene = small_scene();
+    scene.camera.space = core::CoordinateSpace::kVoxel;
+    scene.camera.position = {0.5, 50, 0.5};
+    scene.camera.target = {10, 90, 10};
     Job job(scene, 256 * kMiB, std::move(world));
-    foresee_boxes(job.view, job.blocks);
+    render::prefetch_visible(job.view, job.blocks);
     while (job.blocks.hole_count() == 0)
         std::this_thread::yield();
-    Film film(scene.output.size_px[0], scene.output.size_px[1]);
-    ThreadProcessor processor(job.view, job.blocks, 2);
-    CHECK(render_film({job.view, processor, true, nullptr}, film).holes.empty());
+    output::Film film(scene.output.size_px[0], scene.output.size_px[1]);
+    processors::ThreadProcessor processor(job.view, job.blocks, 2);
+    CHECK(render::render_film({job.view, processor, true, nullptr}, film).holes.empty());
 }
 
 TEST_CASE("a camera in rock is refused with the way out, unless it is asked for",
           "[raytracer][render]") {
-    Scene scene = small_scene();
-    scene.camera.space = CoordinateSpace::kVoxel;
-    scene.camera.position = {60.5, 3.5, 60.5}, scene.camera.target = {0, 0, 0};
-    CHECK_THROWS_AS(Job(scene), UsageError);
+    scene::Scene scene = small_scene();
+    scene.camera.space = core::CoordinateSpace::kVoxel;
+    scene.camera.position = {60.5, 3.5, 60.5};
+    scene.camera.target = {0, 0, 0};
+    CHECK_THROWS_AS(Job(scene), util::UsageError);
     CHECK_THROWS_WITH(Job(scene),
                       terravox::test::contains("voxel (60, 3, 60) is solid") &&
                           terravox::test::contains("m higher, or --camera-inside-rock yes"));
     scene.camera.inside_rock = true;
     CHECK_NOTHROW(Job(scene));
-    scene.camera.inside_rock = false, scene.camera.position = {1e10, 0, 0};
-    CHECK_THROWS_AS(Job(scene), UsageError);
+    scene.camera.inside_rock = false;
+    scene.camera.position = {1e10, 0, 0};
+    CHECK_THROWS_AS(Job(scene), util::UsageError);
 }
 
 TEST_CASE("a level that the world does not have is refused", "[raytracer][render]") {
-    Scene scene = small_scene();
+    scene::Scene scene = small_scene();
     scene.quality.level = 1;
     CHECK_THROWS_WITH(Job(scene),
                       terravox::test::contains("quality.level = 1; this world has 0 to 0"));
@@ -228,26 +244,27 @@ TEST_CASE("Delft is bit-identical for any threads and memory",
         WARN("skipped: " << files.string() << " is not there");
         return;
     }
-    Scene scene = small_scene();
+    scene::Scene scene = small_scene();
     scene.output.size_px = {160, 90};
     scene.quality.samples = 1;
     scene.world.classes = "nl-ahn";
     const auto picture = [&](const Variant& v, int world_mib) {
-        Scene s = with(scene, v);
-        s.world.memory_mib = world_mib, s.processing.threads = v.threads;
+        scene::Scene s = with(scene, v);
+        s.world.memory_mib = world_mib;
+        s.processing.threads = v.threads;
         util::StageTimes times;
-        WorldOptions options = world_options_of(s);
+        worlds::WorldOptions options = scene::world_options_of(s);
         options.inputs = {files.string()};
-        const auto world = open_world(options, times);
-        BlockManager blocks(*world, v.memory_bytes);
-        const View view = make_view(s, blocks);
-        Film film(160, 90);
-        ThreadProcessor processor(view, blocks, v.threads);
-        (void)render_film({view, processor, true, nullptr}, film);
+        const auto world = worlds::open_world(options, times);
+        blocks::BlockManager blocks(*world, v.memory_bytes);
+        const shade::View view = shade::make_view(s, blocks);
+        output::Film film(160, 90);
+        processors::ThreadProcessor processor(view, blocks, v.threads);
+        (void)render::render_film({view, processor, true, nullptr}, film);
         CHECK(blocks.hole_count() == 0);
         return bytes_of(film);
     };
-    const auto reference = picture({"", 1, 64, 8, TileOrder::kSpiral, 512 * kMiB}, 4096);
-    CHECK((picture({"", 2, 1000, 1, TileOrder::kRows, 512 * kMiB}, 1024) == reference));
-    CHECK((picture({"", 4, 16, 8, TileOrder::kVertical, 4 * kMiB}, 128) == reference));
+    const auto reference = picture({"", 1, 64, 8, core::TileOrder::kSpiral, 512 * kMiB}, 4096);
+    CHECK((picture({"", 2, 1000, 1, core::TileOrder::kRows, 512 * kMiB}, 1024) == reference));
+    CHECK((picture({"", 4, 16, 8, core::TileOrder::kVertical, 4 * kMiB}, 128) == reference));
 }

@@ -8,8 +8,9 @@ using terravox::test::small_scene;
 TEST_CASE("the exposure follows dusk and night without a jump, and leaves the day alone",
           "[raytracer][render][light]") {
     const auto exposure = [](double altitude_deg, double adaptation) {
-        Scene scene = small_scene();
-        scene.sun.altitude_deg = altitude_deg, scene.output.adaptation = adaptation,
+        scene::Scene scene = small_scene();
+        scene.sun.altitude_deg = altitude_deg;
+        scene.output.adaptation = adaptation;
         scene.output.exposure_ev = 0.5;
         return Job(scene).view.exposure_ev;
     };

@@ -17,22 +17,23 @@ namespace {
 struct Pixel {
     double x, y, depth;
 };
-Pixel pixel_of(const Camera& camera, Vec3 point, int width, int height) {
+Pixel pixel_of(const scene::Camera& camera, core::Vec3 point, int width, int height) {
     // The picture's axes out of three rays: the middle one, and the rates of change to the right
     // and down.
     const auto flat = [&](double px, double py) {
-        const Vec3 d = camera.ray(px, py).direction;
-        return d * (1 / dot(d, camera.forward()));
+        const core::Vec3 d = camera.ray(px, py).direction;
+        return d * (1 / core::dot(d, camera.forward()));
     };
-    const Vec3 middle = flat(width / 2.0, height / 2.0), right = flat(width, height / 2.0) - middle,
-               down = flat(width / 2.0, height) - middle;
-    const Vec3 to = point - camera.position();
-    const double depth = dot(to, camera.forward());
-    return {width / 2.0 * (1 + dot(to, right) / depth / dot(right, right)),
-            height / 2.0 * (1 + dot(to, down) / depth / dot(down, down)), depth};
+    const core::Vec3 middle = flat(width / 2.0, height / 2.0),
+                     right = flat(width, height / 2.0) - middle,
+                     down = flat(width / 2.0, height) - middle;
+    const core::Vec3 to = point - camera.position();
+    const double depth = core::dot(to, camera.forward());
+    return {width / 2.0 * (1 + core::dot(to, right) / depth / core::dot(right, right)),
+            height / 2.0 * (1 + core::dot(to, down) / depth / core::dot(down, down)), depth};
 }
 
-Vec3 corner(const VoxelBounds& b, int i) {
+core::Vec3 corner(const VoxelBounds& b, int i) {
     return {static_cast<double>((i & 1) != 0 ? b.max[0] : b.min[0]),
             static_cast<double>((i & 2) != 0 ? b.max[1] : b.min[1]),
             static_cast<double>((i & 4) != 0 ? b.max[2] : b.min[2])};
@@ -41,8 +42,10 @@ Vec3 corner(const VoxelBounds& b, int i) {
 voxel::WorldInfo delft() {
     voxel::WorldInfo world;
     const auto crs = geo::Crs::from_text("EPSG:28992");
-    world.crs = crs.name(), world.crs_wkt = crs.wkt();
-    world.voxel_m = 0.5, world.crs_units_per_voxel = 0.5;
+    world.crs = crs.name();
+    world.crs_wkt = crs.wkt();
+    world.voxel_m = 0.5;
+    world.crs_units_per_voxel = 0.5;
     return world;
 }
 
@@ -62,18 +65,22 @@ TEST_CASE(
     const auto size =
         GENERATE(values<std::array<int, 2>>({{1280, 720}, {300, 900}, {1, 1}, {4000, 10}}));
     const double margin = GENERATE(0.0, 0.04, 0.45);
-    Scene scene;
-    scene.camera.down_deg = down, scene.camera.fov_deg = fov, scene.camera.margin = margin,
+    scene::Scene scene;
+    scene.camera.down_deg = down;
+    scene.camera.fov_deg = fov;
+    scene.camera.margin = margin;
     scene.output.size_px = size;
     const VoxelBounds& b = kSubjects[subject];
     for (const double azimuth : {0.0, 33.0, 90.0, 225.0, -360.0}) {
         scene.camera.azimuth_deg = azimuth;
-        const Camera camera = make_camera(scene, {}, b);
+        const scene::Camera camera = scene::make_camera(scene, {}, b);
         double low_x = 1e9, high_x = -1e9, low_y = 1e9, high_y = -1e9, nearest = 1e18;
         for (int i = 0; i < 8; ++i) {
             const Pixel p = pixel_of(camera, corner(b, i), size[0], size[1]);
-            low_x = std::min(low_x, p.x / size[0]), high_x = std::max(high_x, p.x / size[0]);
-            low_y = std::min(low_y, p.y / size[1]), high_y = std::max(high_y, p.y / size[1]),
+            low_x = std::min(low_x, p.x / size[0]);
+            high_x = std::max(high_x, p.x / size[0]);
+            low_y = std::min(low_y, p.y / size[1]);
+            high_y = std::max(high_y, p.y / size[1]);
             nearest = std::min(nearest, p.depth);
         }
         INFO("subject " << subject << ", azimuth " << azimuth << ", down " << down << ", fov "
@@ -98,19 +105,20 @@ TEST_CASE("the framing camera stands where its azimuth says and looks across",
     struct Case {
         const char* name;
         double azimuth;
-        Vec3 from;
+        core::Vec3 from;
     };
     const auto c = GENERATE(values<Case>({{"north", 0, {0, 0, -1}},
                                           {"east", 90, {1, 0, 0}},
                                           {"south", 180, {0, 0, 1}},
                                           {"west", 270, {-1, 0, 0}}}));
     DYNAMIC_SECTION(c.name) {
-        Scene scene;
-        scene.camera.azimuth_deg = c.azimuth, scene.camera.down_deg = 0;
+        scene::Scene scene;
+        scene.camera.azimuth_deg = c.azimuth;
+        scene.camera.down_deg = 0;
         const VoxelBounds b{{-10, -10, -10}, {10, 10, 10}};
-        const Camera camera = make_camera(scene, {}, b);
-        CHECK(dot(camera.position(), c.from) > 10);
-        CHECK(length(camera.forward() + c.from) < 1e-12);
+        const scene::Camera camera = scene::make_camera(scene, {}, b);
+        CHECK(core::dot(camera.position(), c.from) > 10);
+        CHECK(core::length(camera.forward() + c.from) < 1e-12);
         // Up is up: the ray above the middle climbs.
         CHECK(camera.ray(640, 0).direction.y > 0);
         CHECK(camera.ray(640, 720).direction.y < 0);
@@ -118,21 +126,21 @@ TEST_CASE("the framing camera stands where its azimuth says and looks across",
 }
 
 TEST_CASE("straight down, north is up and east is right", "[raytracer][camera]") {
-    Scene scene;
+    scene::Scene scene;
     scene.camera.down_deg = 90;
-    const Camera camera = make_camera(scene, {}, {{0, 0, 0}, {100, 10, 100}});
+    const scene::Camera camera = scene::make_camera(scene, {}, {{0, 0, 0}, {100, 10, 100}});
     CHECK(camera.ray(640, 0).direction.z < -0.05);
     CHECK(camera.ray(1280, 360).direction.x > 0.05);
 }
 
 TEST_CASE("zoom brings the camera nearer along its line of sight", "[raytracer][camera]") {
-    Scene scene;
+    scene::Scene scene;
     const VoxelBounds b{{0, 0, 0}, {100, 20, 100}};
-    const Vec3 middle{50, 10, 50};
+    const core::Vec3 middle{50, 10, 50};
     const auto distance = [&](double zoom) {
         scene.camera.zoom = zoom;
-        return dot(middle - make_camera(scene, {}, b).position(),
-                   make_camera(scene, {}, b).forward());
+        return core::dot(middle - scene::make_camera(scene, {}, b).position(),
+                         scene::make_camera(scene, {}, b).forward());
     };
     CHECK(distance(2) == Approx(distance(1) / 2));
     CHECK(distance(0.5) == Approx(distance(1) * 2));
@@ -143,74 +151,80 @@ TEST_CASE(
     "[raytracer][camera]") {
     const voxel::WorldInfo world = delft();
     const std::array<double, 3> position{84'500.25, 447'350.5, 60}, target{84'600, 447'400, 1.5};
-    Scene scene;
-    scene.camera.position = position, scene.camera.target = target;
-    const Camera by_crs = make_camera(scene, world, {});
+    scene::Scene scene;
+    scene.camera.position = position;
+    scene.camera.target = target;
+    const scene::Camera by_crs = scene::make_camera(scene, world, {});
     CHECK(by_crs.position().x == Approx(169'000.5).epsilon(1e-12));
     CHECK(by_crs.position().y == 120);
     CHECK(by_crs.position().z == Approx(-894'701).epsilon(1e-12));
 
-    scene.camera.space = CoordinateSpace::kVoxel;
-    const auto voxels = [](Vec3 v) { return std::array<double, 3>{v.x, v.y, v.z}; };
-    scene.camera.position = voxels(to_voxels(position, CoordinateSpace::kCrs, world)),
-    scene.camera.target = voxels(to_voxels(target, CoordinateSpace::kCrs, world));
-    const Camera by_voxel = make_camera(scene, world, {});
-    CHECK(length(by_voxel.position() - by_crs.position()) == 0);
-    CHECK(length(by_voxel.forward() - by_crs.forward()) == 0);
+    scene.camera.space = core::CoordinateSpace::kVoxel;
+    const auto voxels = [](core::Vec3 v) { return std::array<double, 3>{v.x, v.y, v.z}; };
+    scene.camera.position = voxels(scene::to_voxels(position, core::CoordinateSpace::kCrs, world));
+    scene.camera.target = voxels(scene::to_voxels(target, core::CoordinateSpace::kCrs, world));
+    const scene::Camera by_voxel = scene::make_camera(scene, world, {});
+    CHECK(core::length(by_voxel.position() - by_crs.position()) == 0);
+    CHECK(core::length(by_voxel.forward() - by_crs.forward()) == 0);
 
-    scene.camera.space = CoordinateSpace::kLatLon;
+    scene.camera.space = core::CoordinateSpace::kLatLon;
     const auto latlon = [&](const std::array<double, 3>& p) {
         const auto at = geo::to_lat_lon(geo::Crs::from_text("EPSG:28992"), p[0], p[1]);
         return std::array<double, 3>{at.lat_deg, at.lon_deg, p[2]};
     };
-    scene.camera.position = latlon(position), scene.camera.target = latlon(target);
-    const Camera by_place = make_camera(scene, world, {});
+    scene.camera.position = latlon(position);
+    scene.camera.target = latlon(target);
+    const scene::Camera by_place = scene::make_camera(scene, world, {});
     // A centimetre: what the way there and back through the datum costs.
-    CHECK(length(by_place.position() - by_crs.position()) * world.voxel_m < 0.01);
+    CHECK(core::length(by_place.position() - by_crs.position()) * world.voxel_m < 0.01);
 }
 
 TEST_CASE("a camera that cannot be placed is refused, naming the field", "[raytracer][camera]") {
     const voxel::WorldInfo nowhere;
     const VoxelBounds b{{0, 0, 0}, {9, 9, 9}};
-    Scene scene;
+    scene::Scene scene;
     SECTION("only a position") {
         scene.camera.position = {1, 2, 3};
-        CHECK_THROWS_AS(make_camera(scene, delft(), b), UsageError);
-        CHECK_THROWS_WITH(make_camera(scene, delft(), b), contains("camera.target is missing"));
+        CHECK_THROWS_AS(scene::make_camera(scene, delft(), b), util::UsageError);
+        CHECK_THROWS_WITH(scene::make_camera(scene, delft(), b),
+                          contains("camera.target is missing"));
     }
     SECTION("only a target") {
         scene.camera.target = {1, 2, 3};
-        CHECK_THROWS_WITH(make_camera(scene, delft(), b), contains("camera.position is missing"));
+        CHECK_THROWS_WITH(scene::make_camera(scene, delft(), b),
+                          contains("camera.position is missing"));
     }
     SECTION("the same point twice") {
         scene.camera.position = scene.camera.target = {1, 2, 3};
-        CHECK_THROWS_WITH(make_camera(scene, delft(), b), contains("the same point"));
+        CHECK_THROWS_WITH(scene::make_camera(scene, delft(), b), contains("the same point"));
     }
     SECTION("a place on Earth in a world that has none") {
-        scene.camera.position = {1, 2, 3}, scene.camera.target = {4, 5, 6};
-        scene.camera.space = GENERATE(CoordinateSpace::kCrs, CoordinateSpace::kLatLon);
-        CHECK_THROWS_AS(make_camera(scene, nowhere, b), UsageError);
-        CHECK_THROWS_WITH(make_camera(scene, nowhere, b),
+        scene.camera.position = {1, 2, 3};
+        scene.camera.target = {4, 5, 6};
+        scene.camera.space = GENERATE(core::CoordinateSpace::kCrs, core::CoordinateSpace::kLatLon);
+        CHECK_THROWS_AS(scene::make_camera(scene, nowhere, b), util::UsageError);
+        CHECK_THROWS_WITH(scene::make_camera(scene, nowhere, b),
                           contains("no place on Earth") && contains("allowed: voxel"));
-        scene.camera.space = CoordinateSpace::kVoxel;
-        CHECK_NOTHROW(make_camera(scene, nowhere, b));
+        scene.camera.space = core::CoordinateSpace::kVoxel;
+        CHECK_NOTHROW(scene::make_camera(scene, nowhere, b));
     }
     SECTION("a latitude beyond the pole") {
-        scene.camera.position = {91, 4, 3}, scene.camera.target = {52, 4, 6},
-        scene.camera.space = CoordinateSpace::kLatLon;
-        CHECK_THROWS_AS(make_camera(scene, delft(), b), Error);
+        scene.camera.position = {91, 4, 3};
+        scene.camera.target = {52, 4, 6};
+        scene.camera.space = core::CoordinateSpace::kLatLon;
+        CHECK_THROWS_AS(scene::make_camera(scene, delft(), b), util::Error);
     }
 }
 
 TEST_CASE("rays have unit length, and pixels are square", "[raytracer][camera]") {
-    const Camera camera({3, 4, 5}, {10, -2, 8}, 60, 640, 360);
+    const scene::Camera camera({3, 4, 5}, {10, -2, 8}, 60, 640, 360);
     for (const double x : {0.0, 320.0, 639.9})
         for (const double y : {0.0, 180.0, 359.9})
-            CHECK(length(camera.ray(x, y).direction) == Approx(1).epsilon(1e-14));
+            CHECK(core::length(camera.ray(x, y).direction) == Approx(1).epsilon(1e-14));
     const double half = std::tan(30 * std::numbers::pi / 180);
     const auto slope = [&](double x, double y) {
-        const Vec3 d = camera.ray(x, y).direction;
-        const double f = dot(d, camera.forward());
+        const core::Vec3 d = camera.ray(x, y).direction;
+        const double f = core::dot(d, camera.forward());
         return std::sqrt(std::max(0.0, 1 / (f * f) - 1));
     };
     CHECK(slope(320, 0) == Approx(half));

@@ -25,8 +25,11 @@ const VoxelBounds kBounds{{-300, -10, 40}, {1200, 250, 800}};
 voxel::WorldInfo slovenia(double voxel_m = 1) {
     voxel::WorldInfo world;
     const auto crs = geo::Crs::from_text("EPSG:3794");
-    world.crs = crs.name(), world.crs_wkt = crs.wkt(), world.bounds = kBounds;
-    world.voxel_m = world.crs_units_per_voxel = voxel_m, world.levels = 6;
+    world.crs = crs.name();
+    world.crs_wkt = crs.wkt();
+    world.bounds = kBounds;
+    world.voxel_m = world.crs_units_per_voxel = voxel_m;
+    world.levels = 6;
     return world;
 }
 
@@ -41,35 +44,37 @@ private:
     std::mt19937_64 m_engine;
 };
 
-Scene scene_of(CameraProjection projection, int width = 640, int height = 360) {
-    Scene scene;
-    scene.camera.projection = projection, scene.output.size_px = {width, height};
+scene::Scene scene_of(core::CameraProjection projection, int width = 640, int height = 360) {
+    scene::Scene scene;
+    scene.camera.projection = projection;
+    scene.output.size_px = {width, height};
     return scene;
 }
 
 /// A camera somewhere about the world that looks somewhere.
-Scene placed(Random& random, CameraProjection projection) {
-    Scene scene = scene_of(projection, 1 + static_cast<int>(random.in(1, 900)),
-                           1 + static_cast<int>(random.in(1, 900)));
-    scene.camera.space = CoordinateSpace::kVoxel;
+scene::Scene placed(Random& random, core::CameraProjection projection) {
+    scene::Scene scene = scene_of(projection, 1 + static_cast<int>(random.in(1, 900)),
+                                  1 + static_cast<int>(random.in(1, 900)));
+    scene.camera.space = core::CoordinateSpace::kVoxel;
     const auto point = [&] {
         return std::array<double, 3>{random.in(-900, 1900), random.in(-300, 900),
                                      random.in(-500, 1500)};
     };
-    scene.camera.position = point(), scene.camera.target = point();
-    scene.camera.fov_deg = random.in(2, projection == CameraProjection::kFisheye ? 360 : 150);
-    if (projection != CameraProjection::kPanorama)
+    scene.camera.position = point();
+    scene.camera.target = point();
+    scene.camera.fov_deg = random.in(2, projection == core::CameraProjection::kFisheye ? 360 : 150);
+    if (projection != core::CameraProjection::kPanorama)
         scene.camera.roll_deg = random.in(-360, 360);
     return scene;
 }
 
-std::string text(Vec3 v) {
+std::string text(core::Vec3 v) {
     return "(" + std::to_string(v.x) + ", " + std::to_string(v.y) + ", " + std::to_string(v.z) +
            ")";
 }
 
-double angle_between(Vec3 a, Vec3 b) {
-    return std::atan2(length(cross(a, b)), dot(a, b));
+double angle_between(core::Vec3 a, core::Vec3 b) {
+    return std::atan2(core::length(core::cross(a, b)), core::dot(a, b));
 }
 
 }  // namespace
@@ -78,39 +83,42 @@ TEST_CASE(
     "every projection: rays have unit length, the middle of the picture looks forward, the way "
     "that was asked for",
     "[raytracer][camera]") {
-    const auto projection = GENERATE(CameraProjection::kPerspective,
-                                     CameraProjection::kOrthographic, CameraProjection::kIsometric,
-                                     CameraProjection::kPanorama, CameraProjection::kFisheye);
+    const auto projection =
+        GENERATE(core::CameraProjection::kPerspective, core::CameraProjection::kOrthographic,
+                 core::CameraProjection::kIsometric, core::CameraProjection::kPanorama,
+                 core::CameraProjection::kFisheye);
     Random random(1);
     for (int run = 0; run < 300; ++run) {
-        const Scene scene = placed(random, projection);
-        const Camera camera = make_camera(scene, slovenia(), kBounds);
+        const scene::Scene scene = placed(random, projection);
+        const scene::Camera camera = scene::make_camera(scene, slovenia(), kBounds);
         const double w = scene.output.size_px[0], h = scene.output.size_px[1];
         INFO(projection << " run " << run << ", " << w << " x " << h << ", fov "
                         << scene.camera.fov_deg << ", forward " << text(camera.forward()));
-        const Ray middle = camera.ray(w / 2, h / 2);
-        REQUIRE(length(middle.direction - camera.forward()) < 1e-14);
-        REQUIRE(length(middle.origin - camera.position()) < 1e-9);
+        const core::Ray middle = camera.ray(w / 2, h / 2);
+        REQUIRE(core::length(middle.direction - camera.forward()) < 1e-14);
+        REQUIRE(core::length(middle.origin - camera.position()) < 1e-9);
         for (int i = 0; i < 20; ++i) {
             const double px = random.in(0, w), py = random.in(0, h);
-            REQUIRE(std::abs(length(camera.ray(px, py).direction) - 1) < 1e-14);
+            REQUIRE(std::abs(core::length(camera.ray(px, py).direction) - 1) < 1e-14);
             const auto through_lens = camera.ray(px, py, random.in(0, 1), random.in(0, 1));
             REQUIRE(through_lens.has_value() == camera.sees(px, py));
             if (through_lens)
-                REQUIRE(length(through_lens->direction - camera.ray(px, py).direction) ==
+                REQUIRE(core::length(through_lens->direction - camera.ray(px, py).direction) ==
                         0);  // no aperture
         }
         const auto &p = *scene.camera.position, &t = *scene.camera.target;
-        const Vec3 sight = normalized({t[0] - p[0], t[1] - p[1], t[2] - p[2]});
-        if (projection == CameraProjection::kPanorama)
-            REQUIRE(length(camera.forward() - normalized({sight.x, 0, sight.z})) < 1e-9);
-        else if (projection != CameraProjection::kIsometric)
-            REQUIRE(length(camera.forward() - sight) < 1e-12);
+        const core::Vec3 sight = core::normalized({t[0] - p[0], t[1] - p[1], t[2] - p[2]});
+        if (projection == core::CameraProjection::kPanorama)
+            REQUIRE(core::length(camera.forward() - core::normalized({sight.x, 0, sight.z})) <
+                    1e-9);
+        else if (projection != core::CameraProjection::kIsometric)
+            REQUIRE(core::length(camera.forward() - sight) < 1e-12);
         // The picture's middle: the target lies behind it.
-        if (projection == CameraProjection::kOrthographic ||
-            projection == CameraProjection::kIsometric)
-            REQUIRE(length(cross(Vec3{t[0], t[1], t[2]} - middle.origin, middle.direction)) < 1e-6);
-        REQUIRE(camera.pinhole() == (projection == CameraProjection::kPerspective));
+        if (projection == core::CameraProjection::kOrthographic ||
+            projection == core::CameraProjection::kIsometric)
+            REQUIRE(core::length(core::cross(core::Vec3{t[0], t[1], t[2]} - middle.origin,
+                                             middle.direction)) < 1e-6);
+        REQUIRE(camera.pinhole() == (projection == core::CameraProjection::kPerspective));
     }
 }
 
@@ -118,34 +126,37 @@ TEST_CASE("the perspective pinhole's rays are those of its basis, to the last bi
           "[raytracer][camera]") {
     Random random(2);
     for (int run = 0; run < 500; ++run) {
-        const Vec3 from{random.in(-1e5, 1e5), random.in(-100, 3000), random.in(-1e5, 1e5)},
+        const core::Vec3 from{random.in(-1e5, 1e5), random.in(-100, 3000), random.in(-1e5, 1e5)},
             to{random.in(-1e5, 1e5), random.in(-100, 3000), random.in(-1e5, 1e5)};
         const int w = 1 + static_cast<int>(random.in(0, 4000)),
                   h = 1 + static_cast<int>(random.in(0, 4000));
         const double fov = random.in(1, 170);
-        const Camera camera(from, to, fov, w, h);
-        Scene scene = scene_of(CameraProjection::kPerspective, w, h);
-        scene.camera.space = CoordinateSpace::kVoxel,
-        scene.camera.position = {from.x, from.y, from.z}, scene.camera.target = {to.x, to.y, to.z},
+        const scene::Camera camera(from, to, fov, w, h);
+        scene::Scene scene = scene_of(core::CameraProjection::kPerspective, w, h);
+        scene.camera.space = core::CoordinateSpace::kVoxel;
+        scene.camera.position = {from.x, from.y, from.z};
+        scene.camera.target = {to.x, to.y, to.z};
         scene.camera.fov_deg = fov;
-        const Camera made = make_camera(scene, {}, kBounds);
-        const Camera::Basis b = camera.basis();
+        const scene::Camera made = scene::make_camera(scene, {}, kBounds);
+        const scene::Camera::Basis b = camera.basis();
         // As it was written when there was no other projection.
-        const Vec3 forward = normalized(to - from),
-                   right = normalized(cross(forward, Vec3{0, 1, 0})), up = cross(right, forward);
+        const core::Vec3 forward = core::normalized(to - from),
+                         right = core::normalized(core::cross(forward, core::Vec3{0, 1, 0})),
+                         up = core::cross(right, forward);
         const double half = std::tan(fov * (kPi / 180) / 2);
         INFO("run " << run << " from " << text(from) << " to " << text(to) << " fov " << fov);
         if (std::abs(forward.y) < 0.9999)
-            REQUIRE((length(b.forward - forward) == 0 && length(b.right - right * half) == 0 &&
-                     length(b.up - up * half) == 0));
-        REQUIRE(camera.pixel_rad() == 2 * length(b.up) / b.height);
+            REQUIRE((core::length(b.forward - forward) == 0 &&
+                     core::length(b.right - right * half) == 0 &&
+                     core::length(b.up - up * half) == 0));
+        REQUIRE(camera.pixel_rad() == 2 * core::length(b.up) / b.height);
         for (int i = 0; i < 10; ++i) {
             const double px = random.in(0, w), py = random.in(0, h),
                          u = (2 * px - b.width) / b.height, v = (b.height - 2 * py) / b.height;
-            const Vec3 d = (b.forward + b.right * u) + b.up * v;
-            const Vec3 wanted = d * (1 / length(d));
-            for (const Camera* c : {&camera, &made}) {
-                const Ray ray = c->ray(px, py);
+            const core::Vec3 d = (b.forward + b.right * u) + b.up * v;
+            const core::Vec3 wanted = d * (1 / core::length(d));
+            for (const scene::Camera* c : {&camera, &made}) {
+                const core::Ray ray = c->ray(px, py);
                 REQUIRE((ray.direction.x == wanted.x && ray.direction.y == wanted.y &&
                          ray.direction.z == wanted.z));
                 REQUIRE(
@@ -158,13 +169,14 @@ TEST_CASE("the perspective pinhole's rays are those of its basis, to the last bi
 TEST_CASE(
     "a panorama goes once around, evenly, upright, and is whole when it is twice as wide as high",
     "[raytracer][camera][panorama]") {
-    Scene scene = scene_of(CameraProjection::kPanorama, 720, 360);
-    scene.camera.space = CoordinateSpace::kVoxel, scene.camera.position = {0, 100, 0},
+    scene::Scene scene = scene_of(core::CameraProjection::kPanorama, 720, 360);
+    scene.camera.space = core::CoordinateSpace::kVoxel;
+    scene.camera.position = {0, 100, 0};
     scene.camera.target = {30, 60, -40};
-    const Camera camera = make_camera(scene, {}, kBounds);
+    const scene::Camera camera = scene::make_camera(scene, {}, kBounds);
     for (int x = 0; x <= 720; x += 5)
         for (int y = 0; y <= 360; y += 5) {
-            const Vec3 d = camera.ray(x, y).direction;
+            const core::Vec3 d = camera.ray(x, y).direction;
             INFO(x << ", " << y << ": " << text(d));
             REQUIRE(camera.sees(x, y));
             REQUIRE(std::asin(std::clamp(d.y, -1.0, 1.0)) ==
@@ -178,21 +190,22 @@ TEST_CASE(
     // Pixels weighted with the area that they cover add up to the whole sphere, and to nothing on
     // either side.
     double area = 0;
-    Vec3 sum;
+    core::Vec3 sum;
     for (int y = 0; y < 360; ++y)
         for (int x = 0; x < 720; ++x) {
-            const Vec3 d = camera.ray(x + 0.5, y + 0.5).direction;
+            const core::Vec3 d = camera.ray(x + 0.5, y + 0.5).direction;
             const double cover = camera.pixel_rad() * camera.pixel_rad() * std::sqrt(1 - d.y * d.y);
-            area += cover, sum = sum + d * cover;
+            area += cover;
+            sum = sum + d * cover;
         }
     CHECK(area == Approx(4 * kPi).epsilon(1e-4));
-    CHECK(length(sum) < 1e-9);
+    CHECK(core::length(sum) < 1e-9);
     SECTION("wider, it is a band around the horizon; higher, there is nothing beyond the poles") {
         scene.output.size_px = {720, 90};
-        const Camera band = make_camera(scene, {}, kBounds);
+        const scene::Camera band = scene::make_camera(scene, {}, kBounds);
         CHECK(std::asin(band.ray(360, 0).direction.y) == Approx(kPi / 8));
         scene.output.size_px = {720, 500};
-        const Camera high = make_camera(scene, {}, kBounds);
+        const scene::Camera high = scene::make_camera(scene, {}, kBounds);
         CHECK_FALSE(high.sees(10, 69.5));
         CHECK(high.sees(10, 70.5));
         CHECK(high.sees(10, 429.5));
@@ -201,7 +214,8 @@ TEST_CASE(
     }
     SECTION("looking straight down it looks north") {
         scene.camera.target = {0, 50, 0};
-        CHECK(length(make_camera(scene, {}, kBounds).forward() - Vec3{0, 0, -1}) == 0);
+        CHECK(core::length(scene::make_camera(scene, {}, kBounds).forward() -
+                           core::Vec3{0, 0, -1}) == 0);
     }
 }
 
@@ -210,10 +224,13 @@ TEST_CASE(
     "[raytracer][camera][fisheye]") {
     const double fov = GENERATE(1.0, 90.0, 180.0, 220.0, 360.0);
     const auto size = GENERATE(values<std::array<int, 2>>({{400, 300}, {300, 400}, {300, 300}}));
-    Scene scene = scene_of(CameraProjection::kFisheye, size[0], size[1]);
-    scene.camera.space = CoordinateSpace::kVoxel, scene.camera.position = {0, 100, 0},
-    scene.camera.target = {30, 60, -40}, scene.camera.fov_deg = fov, scene.camera.roll_deg = 25;
-    const Camera camera = make_camera(scene, {}, kBounds);
+    scene::Scene scene = scene_of(core::CameraProjection::kFisheye, size[0], size[1]);
+    scene.camera.space = core::CoordinateSpace::kVoxel;
+    scene.camera.position = {0, 100, 0};
+    scene.camera.target = {30, 60, -40};
+    scene.camera.fov_deg = fov;
+    scene.camera.roll_deg = 25;
+    const scene::Camera camera = scene::make_camera(scene, {}, kBounds);
     const double radius = 150;
     Random random(3);
     for (int i = 0; i < 500; ++i) {
@@ -225,107 +242,115 @@ TEST_CASE(
             REQUIRE(camera.sees(px, py) == (r < radius));
         if (r >= radius)
             continue;
-        const Vec3 d = camera.ray(px, py).direction;
+        const core::Vec3 d = camera.ray(px, py).direction;
         REQUIRE(angle_between(d, camera.forward()) ==
                 Approx(r / radius * fov / 2 * kPi / 180).margin(1e-7));
     }
     // A small step from the middle goes where the same step of a perspective goes.
-    scene.camera.projection = CameraProjection::kPerspective, scene.camera.fov_deg = 40;
-    const Camera flat = make_camera(scene, {}, kBounds);
-    const auto across = [&](const Camera& c, double dx, double dy) {
-        const Vec3 d = c.ray(size[0] / 2.0 + dx, size[1] / 2.0 + dy).direction - c.forward();
-        return normalized(d - c.forward() * dot(d, c.forward()));
+    scene.camera.projection = core::CameraProjection::kPerspective;
+    scene.camera.fov_deg = 40;
+    const scene::Camera flat = scene::make_camera(scene, {}, kBounds);
+    const auto across = [&](const scene::Camera& c, double dx, double dy) {
+        const core::Vec3 d = c.ray(size[0] / 2.0 + dx, size[1] / 2.0 + dy).direction - c.forward();
+        return core::normalized(d - c.forward() * core::dot(d, c.forward()));
     };
-    CHECK(length(across(camera, 1e-3, 0) - across(flat, 1e-3, 0)) < 1e-4);
-    CHECK(length(across(camera, 0, 1e-3) - across(flat, 0, 1e-3)) < 1e-4);
+    CHECK(core::length(across(camera, 1e-3, 0) - across(flat, 1e-3, 0)) < 1e-4);
+    CHECK(core::length(across(camera, 0, 1e-3) - across(flat, 0, 1e-3)) < 1e-4);
 }
 
 TEST_CASE(
     "orthographic rays are parallel, spaced by the height over the pixels, and start before "
     "everything",
     "[raytracer][camera][orthographic]") {
-    const auto projection = GENERATE(CameraProjection::kOrthographic, CameraProjection::kIsometric);
+    const auto projection =
+        GENERATE(core::CameraProjection::kOrthographic, core::CameraProjection::kIsometric);
     Random random(4);
     for (int run = 0; run < 200; ++run) {
-        Scene scene = placed(random, projection);
+        scene::Scene scene = placed(random, projection);
         const double height_m = random.in(0.5, 2000), voxel_m = random.in(0.1, 3);
         scene.camera.height_m = height_m;
         const voxel::WorldInfo world = slovenia(voxel_m);
-        const Camera camera = make_camera(scene, world, kBounds);
+        const scene::Camera camera = scene::make_camera(scene, world, kBounds);
         INFO(projection << " run " << run << ", forward " << text(camera.forward()) << ", from "
                         << text(camera.position()));
         const double step = height_m / voxel_m / scene.output.size_px[1];
-        const Ray a = camera.ray(3, 5), b = camera.ray(4, 5), c = camera.ray(3, 6);
-        REQUIRE((length(a.direction - b.direction) == 0 && length(a.direction - c.direction) == 0));
-        REQUIRE(length(b.origin - a.origin) == Approx(step).epsilon(1e-6));
-        REQUIRE(length(c.origin - a.origin) == Approx(step).epsilon(1e-6));
-        REQUIRE(std::abs(dot(b.origin - a.origin, c.origin - a.origin)) <
+        const core::Ray a = camera.ray(3, 5), b = camera.ray(4, 5), c = camera.ray(3, 6);
+        REQUIRE((core::length(a.direction - b.direction) == 0 &&
+                 core::length(a.direction - c.direction) == 0));
+        REQUIRE(core::length(b.origin - a.origin) == Approx(step).epsilon(1e-6));
+        REQUIRE(core::length(c.origin - a.origin) == Approx(step).epsilon(1e-6));
+        REQUIRE(std::abs(core::dot(b.origin - a.origin, c.origin - a.origin)) <
                 1e-6 * step * step + 1e-7);
         REQUIRE(camera.pixel_voxels(0) == Approx(step));
         REQUIRE(camera.pixel_voxels(1e5) == Approx(step));
         for (int i = 0; i < 8; ++i) {
-            const Vec3 corner{static_cast<double>((i & 1) != 0 ? kBounds.max[0] : kBounds.min[0]),
-                              static_cast<double>((i & 2) != 0 ? kBounds.max[1] : kBounds.min[1]),
-                              static_cast<double>((i & 4) != 0 ? kBounds.max[2] : kBounds.min[2])};
-            REQUIRE(dot(corner - a.origin, a.direction) > 32);  // the coarsest voxel's edge
+            const core::Vec3 corner{
+                static_cast<double>((i & 1) != 0 ? kBounds.max[0] : kBounds.min[0]),
+                static_cast<double>((i & 2) != 0 ? kBounds.max[1] : kBounds.min[1]),
+                static_cast<double>((i & 4) != 0 ? kBounds.max[2] : kBounds.min[2])};
+            REQUIRE(core::dot(corner - a.origin, a.direction) > 32);  // the coarsest voxel's edge
         }
     }
 }
 
 TEST_CASE("an isometric camera sees the three edges of a cube equally long, 120 degrees apart",
           "[raytracer][camera][orthographic]") {
-    Scene scene = scene_of(CameraProjection::kIsometric);
+    scene::Scene scene = scene_of(core::CameraProjection::kIsometric);
     scene.camera.azimuth_deg = GENERATE(45.0, 135.0, 225.0, -45.0);
-    const Camera camera = make_camera(scene, {}, {{0, 0, 0}, {64, 64, 64}});
+    const scene::Camera camera = scene::make_camera(scene, {}, {{0, 0, 0}, {64, 64, 64}});
     CHECK(std::asin(-camera.forward().y) * 180 / kPi == Approx(35.264389682754654));
-    for (const Vec3 edge : {Vec3{1, 0, 0}, Vec3{0, 1, 0}, Vec3{0, 0, 1}})
-        CHECK(length(edge - camera.forward() * dot(edge, camera.forward())) ==
+    for (const core::Vec3 edge : {core::Vec3{1, 0, 0}, core::Vec3{0, 1, 0}, core::Vec3{0, 0, 1}})
+        CHECK(core::length(edge - camera.forward() * core::dot(edge, camera.forward())) ==
               Approx(std::sqrt(2.0 / 3)));
 }
 
 TEST_CASE(
     "framing cameras of parallel rays and fisheyes see all corners of the world, within the margin",
     "[raytracer][camera]") {
-    const auto projection = GENERATE(CameraProjection::kOrthographic, CameraProjection::kIsometric,
-                                     CameraProjection::kFisheye);
+    const auto projection =
+        GENERATE(core::CameraProjection::kOrthographic, core::CameraProjection::kIsometric,
+                 core::CameraProjection::kFisheye);
     Random random(5);
     for (int run = 0; run < 200; ++run) {
-        Scene scene = scene_of(projection, 1 + static_cast<int>(random.in(0, 900)),
-                               1 + static_cast<int>(random.in(0, 900)));
-        scene.camera.azimuth_deg = random.in(-360, 360), scene.camera.down_deg = random.in(-30, 90),
+        scene::Scene scene = scene_of(projection, 1 + static_cast<int>(random.in(0, 900)),
+                                      1 + static_cast<int>(random.in(0, 900)));
+        scene.camera.azimuth_deg = random.in(-360, 360);
+        scene.camera.down_deg = random.in(-30, 90);
         scene.camera.roll_deg = random.in(-90, 90);
-        scene.camera.fov_deg = random.in(1, 360), scene.camera.margin = random.in(0, 0.4);
-        const Camera camera = make_camera(scene, {}, kBounds);
+        scene.camera.fov_deg = random.in(1, 360);
+        scene.camera.margin = random.in(0, 0.4);
+        const scene::Camera camera = scene::make_camera(scene, {}, kBounds);
         const double w = scene.output.size_px[0], h = scene.output.size_px[1];
         double most = 0;
         for (int i = 0; i < 8; ++i) {
-            const Vec3 corner{static_cast<double>((i & 1) != 0 ? kBounds.max[0] : kBounds.min[0]),
-                              static_cast<double>((i & 2) != 0 ? kBounds.max[1] : kBounds.min[1]),
-                              static_cast<double>((i & 4) != 0 ? kBounds.max[2] : kBounds.min[2])};
-            const Vec3 to = corner - camera.position();
-            if (projection == CameraProjection::kFisheye) {
+            const core::Vec3 corner{
+                static_cast<double>((i & 1) != 0 ? kBounds.max[0] : kBounds.min[0]),
+                static_cast<double>((i & 2) != 0 ? kBounds.max[1] : kBounds.min[1]),
+                static_cast<double>((i & 4) != 0 ? kBounds.max[2] : kBounds.min[2])};
+            const core::Vec3 to = corner - camera.position();
+            if (projection == core::CameraProjection::kFisheye) {
                 most =
                     std::max(most, angle_between(to, camera.forward()) / camera.half_angle_rad());
                 continue;
             }
-            const Vec3 right = camera.ray(w, h / 2).origin - camera.position(),
-                       up = camera.ray(w / 2, 0).origin - camera.position();
-            most = std::max({most, std::abs(dot(to, right)) / dot(right, right),
-                             std::abs(dot(to, up)) / dot(up, up)});
+            const core::Vec3 right = camera.ray(w, h / 2).origin - camera.position(),
+                             up = camera.ray(w / 2, 0).origin - camera.position();
+            most = std::max({most, std::abs(core::dot(to, right)) / core::dot(right, right),
+                             std::abs(core::dot(to, up)) / core::dot(up, up)});
         }
         INFO(projection << " run " << run << ", " << w << " x " << h << ": " << most
                         << " of the picture, margin " << scene.camera.margin << ", fov "
                         << scene.camera.fov_deg);
         REQUIRE(most <= 1 - 2 * scene.camera.margin + 1e-9);
-        if (projection != CameraProjection::kFisheye)
+        if (projection != core::CameraProjection::kFisheye)
             REQUIRE(most >= 1 - 2 * scene.camera.margin - 1e-9);
     }
-    Scene scene = scene_of(projection);
+    scene::Scene scene = scene_of(projection);
     const auto size = [&](double zoom) {
         scene.camera.zoom = zoom;
-        const Camera camera = make_camera(scene, {}, kBounds);
-        return projection == CameraProjection::kFisheye
-                   ? dot(Vec3{450, 120, 420} - camera.position(), camera.forward())
+        const scene::Camera camera = scene::make_camera(scene, {}, kBounds);
+        return projection == core::CameraProjection::kFisheye
+                   ? core::dot(core::Vec3{450, 120, 420} - camera.position(), camera.forward())
                    : camera.pixel_voxels(0);
     };
     CHECK(size(2) == Approx(size(1) / 2));
@@ -333,51 +358,54 @@ TEST_CASE(
 
 TEST_CASE("a panorama that frames the world stands above its middle",
           "[raytracer][camera][panorama]") {
-    const Camera camera = make_camera(scene_of(CameraProjection::kPanorama), {}, kBounds);
+    const scene::Camera camera =
+        scene::make_camera(scene_of(core::CameraProjection::kPanorama), {}, kBounds);
     CHECK((camera.position().x == 450 && camera.position().z == 420 && camera.position().y > 250));
 }
 
 TEST_CASE("rays through all points of the lens meet where it is sharp, and start within it",
           "[raytracer][camera][lens]") {
-    const auto projection = GENERATE(CameraProjection::kPerspective,
-                                     CameraProjection::kOrthographic, CameraProjection::kIsometric);
+    const auto projection =
+        GENERATE(core::CameraProjection::kPerspective, core::CameraProjection::kOrthographic,
+                 core::CameraProjection::kIsometric);
     Random random(6);
     for (int run = 0; run < 200; ++run) {
-        Scene scene = placed(random, projection);
+        scene::Scene scene = placed(random, projection);
         const double voxel_m = random.in(0.2, 2);
         scene.camera.aperture_m = random.in(0.01, 30);
         if (run % 2 == 0)
             scene.camera.focus_m = random.in(1, 3000);
-        const Camera camera = make_camera(scene, slovenia(voxel_m), kBounds);
+        const scene::Camera camera = scene::make_camera(scene, slovenia(voxel_m), kBounds);
         const double px = random.in(0, scene.output.size_px[0]),
                      py = random.in(0, scene.output.size_px[1]);
         INFO(projection << " run " << run << ", aperture " << scene.camera.aperture_m << ", focus "
                         << scene.camera.focus_m.value_or(-1));
         const auto &p = *scene.camera.position, &t = *scene.camera.target;
-        const Vec3 place{p[0], p[1], p[2]}, target{t[0], t[1], t[2]};
+        const core::Vec3 place{p[0], p[1], p[2]}, target{t[0], t[1], t[2]};
         // The distance of the plane of focus from where rays start.
         const double distance =
-            scene.camera.focus_m ? *scene.camera.focus_m / voxel_m : length(target - place);
+            scene.camera.focus_m ? *scene.camera.focus_m / voxel_m : core::length(target - place);
         double depth = distance;
-        if (projection == CameraProjection::kOrthographic)
-            depth += dot(place - camera.position(), camera.forward());
-        if (projection == CameraProjection::kIsometric && !scene.camera.focus_m)
-            depth = dot(target - camera.position(), camera.forward());
-        const Ray middle = camera.ray(px, py);
-        const Vec3 sharp =
-            middle.origin + middle.direction * (depth / dot(middle.direction, camera.forward()));
+        if (projection == core::CameraProjection::kOrthographic)
+            depth += core::dot(place - camera.position(), camera.forward());
+        if (projection == core::CameraProjection::kIsometric && !scene.camera.focus_m)
+            depth = core::dot(target - camera.position(), camera.forward());
+        const core::Ray middle = camera.ray(px, py);
+        const core::Vec3 sharp =
+            middle.origin +
+            middle.direction * (depth / core::dot(middle.direction, camera.forward()));
         REQUIRE_FALSE(camera.pinhole());
         double widest = 0;
         for (int i = 0; i < 30; ++i) {
             const auto ray = camera.ray(px, py, random.in(0, 1), random.in(0, 1));
             REQUIRE(ray);
-            REQUIRE(std::abs(length(ray->direction) - 1) < 1e-14);
-            REQUIRE(length(cross(sharp - ray->origin, ray->direction)) <
-                    1e-8 * (1 + length(sharp - ray->origin)));
-            REQUIRE(std::abs(dot(ray->origin - camera.position(), camera.forward())) <
-                    1e-8 * (1 + length(ray->origin)));
-            if (projection == CameraProjection::kPerspective)
-                widest = std::max(widest, length(ray->origin - middle.origin));
+            REQUIRE(std::abs(core::length(ray->direction) - 1) < 1e-14);
+            REQUIRE(core::length(core::cross(sharp - ray->origin, ray->direction)) <
+                    1e-8 * (1 + core::length(sharp - ray->origin)));
+            REQUIRE(std::abs(core::dot(ray->origin - camera.position(), camera.forward())) <
+                    1e-8 * (1 + core::length(ray->origin)));
+            if (projection == core::CameraProjection::kPerspective)
+                widest = std::max(widest, core::length(ray->origin - middle.origin));
         }
         REQUIRE(widest <= scene.camera.aperture_m / 2 / voxel_m * (1 + 1e-9));
     }
@@ -389,29 +417,34 @@ TEST_CASE("points of the lens fill the disc evenly", "[raytracer][camera][lens]"
     double within_half = 0, sum_x = 0, sum_y = 0;
     for (int i = 0; i < kSide; ++i)
         for (int j = 0; j < kSide; ++j) {
-            const auto [x, y] = concentric_disc((i + 0.5) / kSide, (j + 0.5) / kSide);
+            const auto [x, y] = scene::concentric_disc((i + 0.5) / kSide, (j + 0.5) / kSide);
             REQUIRE(x * x + y * y <= 1);
             ++quadrants[static_cast<std::size_t>((x > 0) + 2 * (y > 0))];
-            within_half += x * x + y * y < 0.25, sum_x += x, sum_y += y;
+            within_half += x * x + y * y < 0.25;
+            sum_x += x;
+            sum_y += y;
         }
     for (const int n : quadrants)
         CHECK(n == kSide * kSide / 4);
     CHECK(within_half / (kSide * kSide) == Approx(0.25).epsilon(0.01));
     CHECK(std::abs(sum_x) + std::abs(sum_y) < 1e-9);
-    CHECK(concentric_disc(0.5, 0.5) == std::array<double, 2>{0, 0});
-    CHECK(concentric_disc(0, 0.5)[0] == Approx(-1));
+    CHECK(scene::concentric_disc(0.5, 0.5) == std::array<double, 2>{0, 0});
+    CHECK(scene::concentric_disc(0, 0.5)[0] == Approx(-1));
 }
 
 TEST_CASE("the camera turns clockwise about its line of sight", "[raytracer][camera]") {
-    const auto projection = GENERATE(CameraProjection::kPerspective,
-                                     CameraProjection::kOrthographic, CameraProjection::kFisheye);
-    Scene scene = scene_of(projection, 400, 400);
-    scene.camera.space = CoordinateSpace::kVoxel, scene.camera.position = {0, 50, 900},
-    scene.camera.target = {0, 50, 0}, scene.camera.roll_deg = 90;
-    const Camera camera = make_camera(scene, {}, kBounds);
+    const auto projection =
+        GENERATE(core::CameraProjection::kPerspective, core::CameraProjection::kOrthographic,
+                 core::CameraProjection::kFisheye);
+    scene::Scene scene = scene_of(projection, 400, 400);
+    scene.camera.space = core::CoordinateSpace::kVoxel;
+    scene.camera.position = {0, 50, 900};
+    scene.camera.target = {0, 50, 0};
+    scene.camera.roll_deg = 90;
+    const scene::Camera camera = scene::make_camera(scene, {}, kBounds);
     // It looks north; its upper edge now is in the east.
-    const Ray up = camera.ray(200, 10), middle = camera.ray(200, 200);
-    const Vec3 way = up.origin - middle.origin + (up.direction - middle.direction);
+    const core::Ray up = camera.ray(200, 10), middle = camera.ray(200, 200);
+    const core::Vec3 way = up.origin - middle.origin + (up.direction - middle.direction);
     CHECK(way.x > 0.1);
     CHECK(std::abs(way.y) < 1e-9 * (1 + way.x));
 }
@@ -424,22 +457,24 @@ TEST_CASE("a map camera's geotransform says where its rays hit",
         voxel::WorldInfo world = slovenia(voxel_m);
         if (run % 3 == 0)
             world.crs_units_per_voxel = voxel_m * 1.44;
-        Scene scene =
-            scene_of(CameraProjection::kOrthographic, 1 + static_cast<int>(random.in(0, 900)),
+        scene::Scene scene =
+            scene_of(core::CameraProjection::kOrthographic, 1 + static_cast<int>(random.in(0, 900)),
                      1 + static_cast<int>(random.in(0, 900)));
-        scene.camera.down_deg = 90, scene.camera.azimuth_deg = random.in(-360, 360),
+        scene.camera.down_deg = 90;
+        scene.camera.azimuth_deg = random.in(-360, 360);
         scene.camera.roll_deg = run % 2 == 0 ? 0 : random.in(-180, 180);
-        if (run % 5 == 0)
-            scene.camera.position = {462'000.25, 101'000.5, 900},
+        if (run % 5 == 0) {
+            scene.camera.position = {462'000.25, 101'000.5, 900};
             scene.camera.target = {462'000.25, 101'000.5, 200};
-        const Camera camera = make_camera(scene, world, kBounds);
+        }
+        const scene::Camera camera = scene::make_camera(scene, world, kBounds);
         const auto g = camera.geotransform(world);
         REQUIRE(g);
         for (int i = 0; i < 20; ++i) {
             const double px = random.in(0, scene.output.size_px[0]),
                          py = random.in(0, scene.output.size_px[1]);
-            const Ray ray = camera.ray(px, py);
-            const Vec3 hit =
+            const core::Ray ray = camera.ray(px, py);
+            const core::Vec3 hit =
                 ray.origin + ray.direction * ((random.in(0, 300) - ray.origin.y) / ray.direction.y);
             INFO("run " << run << " at " << px << ", " << py);
             REQUIRE((*g)[0] + px * (*g)[1] + py * (*g)[2] ==
@@ -452,23 +487,26 @@ TEST_CASE("a map camera's geotransform says where its rays hit",
             REQUIRE(((*g)[1] > 0 && (*g)[2] == 0 && (*g)[4] == 0 && (*g)[5] < 0));
         CHECK_FALSE(camera.geotransform(voxel::WorldInfo{}));
     }
-    Scene scene = scene_of(CameraProjection::kOrthographic);
+    scene::Scene scene = scene_of(core::CameraProjection::kOrthographic);
     scene.camera.down_deg = 89;
-    CHECK_FALSE(make_camera(scene, slovenia(), kBounds).geotransform(slovenia()));
-    CHECK_FALSE(make_camera(scene_of(CameraProjection::kIsometric), slovenia(), kBounds)
-                    .geotransform(slovenia()));
-    scene.camera.down_deg = 90, scene.camera.projection = CameraProjection::kPerspective;
-    CHECK_FALSE(make_camera(scene, slovenia(), kBounds).geotransform(slovenia()));
+    CHECK_FALSE(scene::make_camera(scene, slovenia(), kBounds).geotransform(slovenia()));
+    CHECK_FALSE(
+        scene::make_camera(scene_of(core::CameraProjection::kIsometric), slovenia(), kBounds)
+            .geotransform(slovenia()));
+    scene.camera.down_deg = 90;
+    scene.camera.projection = core::CameraProjection::kPerspective;
+    CHECK_FALSE(scene::make_camera(scene, slovenia(), kBounds).geotransform(slovenia()));
 }
 
 TEST_CASE("matrices take a point on a pixel's ray to that pixel", "[raytracer][camera][matrices]") {
-    const auto projection = GENERATE(CameraProjection::kPerspective,
-                                     CameraProjection::kOrthographic, CameraProjection::kIsometric);
+    const auto projection =
+        GENERATE(core::CameraProjection::kPerspective, core::CameraProjection::kOrthographic,
+                 core::CameraProjection::kIsometric);
     Random random(8);
     for (int run = 0; run < 200; ++run) {
         const double voxel_m = random.in(0.2, 3);
-        const Scene scene = placed(random, projection);
-        const Camera camera = make_camera(scene, slovenia(voxel_m), kBounds);
+        const scene::Scene scene = placed(random, projection);
+        const scene::Camera camera = scene::make_camera(scene, slovenia(voxel_m), kBounds);
         const auto origin = camera.picture_origin();
         const auto to_camera = camera.world_to_camera();
         const auto to_ndc = camera.world_to_ndc();
@@ -483,35 +521,39 @@ TEST_CASE("matrices take a point on a pixel's ray to that pixel", "[raytracer][c
         const double w = scene.output.size_px[0], h = scene.output.size_px[1];
         for (int i = 0; i < 10; ++i) {
             const double px = random.in(0, w), py = random.in(0, h), t = random.in(1, 2000);
-            const Ray ray = camera.ray(px, py);
-            const Vec3 at = ray.origin + ray.direction * t;
+            const core::Ray ray = camera.ray(px, py);
+            const core::Vec3 at = ray.origin + ray.direction * t;
             const std::array<double, 4> world{(at.x - static_cast<double>(origin[0])) * voxel_m,
                                               (at.y - static_cast<double>(origin[1])) * voxel_m,
                                               (at.z - static_cast<double>(origin[2])) * voxel_m, 1};
             const auto seen = times(world, to_camera), ndc = times(world, *to_ndc);
             INFO(projection << " run " << run << " at " << px << ", " << py << ", t " << t);
-            const double depth_m = dot(ray.direction, camera.forward()) * t * voxel_m;
+            const double depth_m = core::dot(ray.direction, camera.forward()) * t * voxel_m;
             REQUIRE(seen[2] == Approx(-depth_m).epsilon(1e-7));
             REQUIRE(seen[3] == 1);
             REQUIRE(std::sqrt(seen[0] * seen[0] + seen[1] * seen[1] + seen[2] * seen[2]) ==
-                    Approx(length(at - camera.position()) * voxel_m).epsilon(1e-7));
+                    Approx(core::length(at - camera.position()) * voxel_m).epsilon(1e-7));
             REQUIRE(ndc[0] / ndc[3] == Approx(px / w).margin(1e-6));
             REQUIRE(ndc[1] / ndc[3] == Approx(py / h).margin(1e-6));
-            REQUIRE(ndc[2] / ndc[3] ==
-                    Approx(projection == CameraProjection::kPerspective ? 1 / depth_m : depth_m)
-                        .epsilon(1e-7));
+            REQUIRE(
+                ndc[2] / ndc[3] ==
+                Approx(projection == core::CameraProjection::kPerspective ? 1 / depth_m : depth_m)
+                    .epsilon(1e-7));
         }
     }
-    CHECK_FALSE(make_camera(scene_of(CameraProjection::kPanorama), {}, kBounds).world_to_ndc());
-    CHECK_FALSE(make_camera(scene_of(CameraProjection::kFisheye), {}, kBounds).world_to_ndc());
+    CHECK_FALSE(scene::make_camera(scene_of(core::CameraProjection::kPanorama), {}, kBounds)
+                    .world_to_ndc());
+    CHECK_FALSE(
+        scene::make_camera(scene_of(core::CameraProjection::kFisheye), {}, kBounds).world_to_ndc());
 }
 
 TEST_CASE("parallel rays see one level everywhere; other cameras coarser ones farther away",
           "[raytracer][camera][levels]") {
-    Scene scene = scene_of(CameraProjection::kOrthographic, 100, 100);
+    scene::Scene scene = scene_of(core::CameraProjection::kOrthographic, 100, 100);
     const auto level_at = [&](double height_m, double detail) {
         scene.camera.height_m = height_m;
-        const LevelCut cut(kBounds, make_camera(scene, slovenia(), kBounds), detail, 0, 5);
+        const walk::LevelCut cut(kBounds, scene::make_camera(scene, slovenia(), kBounds), detail, 0,
+                                 5);
         const int level = cut.level_at(0, 100, 0);
         for (int x = -300; x < 1200; x += 64)
             CHECK(cut.level_at(x, 500, 3) == level);
@@ -524,12 +566,12 @@ TEST_CASE("parallel rays see one level everywhere; other cameras coarser ones fa
     CHECK(level_at(800, 2) == 4);
     CHECK(level_at(800, 0) == 0);  // the finest
     CHECK(level_at(1e6, 1) == 5);  // the coarsest
-    for (const CameraProjection projection :
-         {CameraProjection::kPerspective, CameraProjection::kPanorama,
-          CameraProjection::kFisheye}) {
-        Scene other = scene_of(projection, 100, 50);
-        const Camera camera = make_camera(other, slovenia(), kBounds);
-        const LevelCut cut(kBounds, camera, 1, 0, 5),
+    for (const core::CameraProjection projection :
+         {core::CameraProjection::kPerspective, core::CameraProjection::kPanorama,
+          core::CameraProjection::kFisheye}) {
+        scene::Scene other = scene_of(projection, 100, 50);
+        const scene::Camera camera = scene::make_camera(other, slovenia(), kBounds);
+        const walk::LevelCut cut(kBounds, camera, 1, 0, 5),
             same(kBounds, camera.position(), camera.pixel_rad(), 1, 0, 5);
         for (int x = -300; x < 1200; x += 16)
             for (int z = 40; z < 800; z += 16)
@@ -538,22 +580,23 @@ TEST_CASE("parallel rays see one level everywhere; other cameras coarser ones fa
 }
 
 TEST_CASE("every box that a ray goes through is in sight", "[raytracer][camera][levels]") {
-    const auto projection = GENERATE(CameraProjection::kPerspective,
-                                     CameraProjection::kOrthographic, CameraProjection::kIsometric,
-                                     CameraProjection::kPanorama, CameraProjection::kFisheye);
+    const auto projection =
+        GENERATE(core::CameraProjection::kPerspective, core::CameraProjection::kOrthographic,
+                 core::CameraProjection::kIsometric, core::CameraProjection::kPanorama,
+                 core::CameraProjection::kFisheye);
     Random random(9);
     constexpr VoxelBounds kWide{{-2000, 0, -2000}, {2000, 256, 2000}};
     std::size_t fewest = 100'000;
     for (int run = 0; run < 40; ++run) {
-        Scene scene = placed(random, projection);
+        scene::Scene scene = placed(random, projection);
         if (run % 2 == 0)
             scene.camera.height_m = random.in(50, 900);
-        if (projection == CameraProjection::kFisheye && run % 2 == 0)
+        if (projection == core::CameraProjection::kFisheye && run % 2 == 0)
             scene.camera.fov_deg = random.in(5, 60);
-        const Camera camera = make_camera(scene, {}, kWide);
-        const LevelCut cut(kWide, camera, 0, 0, 0);
-        const auto keys =
-            boxes_in_sight(camera, scene.output.size_px[0], scene.output.size_px[1], cut, 100'000);
+        const scene::Camera camera = scene::make_camera(scene, {}, kWide);
+        const walk::LevelCut cut(kWide, camera, 0, 0, 0);
+        const auto keys = render::boxes_in_sight(camera, scene.output.size_px[0],
+                                                 scene.output.size_px[1], cut, 100'000);
         std::vector<voxel::BoxKey> sorted = keys;
         const auto less = [](const voxel::BoxKey& a, const voxel::BoxKey& b) {
             return a.bx != b.bx ? a.bx < b.bx : a.bz < b.bz;
@@ -565,9 +608,9 @@ TEST_CASE("every box that a ray goes through is in sight", "[raytracer][camera][
                          py = random.in(0, scene.output.size_px[1]);
             if (!camera.sees(px, py))
                 continue;
-            const Ray ray = camera.ray(px, py);
+            const core::Ray ray = camera.ray(px, py);
             for (double t = 0; t < 6000; t += 31) {
-                const Vec3 at = ray.origin + ray.direction * t;
+                const core::Vec3 at = ray.origin + ray.direction * t;
                 if (at.x < -2000 || at.x >= 2000 || at.z < -2000 || at.z >= 2000 || at.y < 0 ||
                     at.y >= 256)
                     continue;
@@ -578,7 +621,7 @@ TEST_CASE("every box that a ray goes through is in sight", "[raytracer][camera][
             }
         }
     }
-    if (projection != CameraProjection::kPanorama)
+    if (projection != core::CameraProjection::kPanorama)
         CHECK(fewest < 2000);  // of 3969 columns: not simply all
 }
 
@@ -586,69 +629,70 @@ TEST_CASE("a camera that cannot be is refused in one line that names field, valu
           "[raytracer][camera]") {
     struct Case {
         const char* name;
-        CameraProjection projection;
-        void (*change)(Scene::Camera&);
+        core::CameraProjection projection;
+        void (*change)(scene::Scene::Camera&);
         std::string said;
     };
     const auto c = GENERATE(values<Case>({
-        {"no field of view", CameraProjection::kPerspective,
-         [](Scene::Camera& s) { s.fov_deg = 0; },
+        {"no field of view", core::CameraProjection::kPerspective,
+         [](scene::Scene::Camera& s) { s.fov_deg = 0; },
          "camera.fov_deg = 0; allowed for a perspective: 1 to 170"},
-        {"a huge field of view", CameraProjection::kPerspective,
-         [](Scene::Camera& s) { s.fov_deg = 1000; }, "camera.fov_deg = 1000; allowed"},
-        {"wider than a plane", CameraProjection::kPerspective,
-         [](Scene::Camera& s) { s.fov_deg = 171; }, "1 to 170"},
-        {"a field of view that is no number", CameraProjection::kPerspective,
-         [](Scene::Camera& s) { s.fov_deg = kNan; }, "camera.fov_deg = nan"},
-        {"more than all around", CameraProjection::kFisheye,
-         [](Scene::Camera& s) { s.fov_deg = 361; }, "allowed for a fisheye: 1 to 360"},
-        {"a position that is no number", CameraProjection::kPerspective,
-         [](Scene::Camera& s) { s.position = {kNan, 0, 0}; },
+        {"a huge field of view", core::CameraProjection::kPerspective,
+         [](scene::Scene::Camera& s) { s.fov_deg = 1000; }, "camera.fov_deg = 1000; allowed"},
+        {"wider than a plane", core::CameraProjection::kPerspective,
+         [](scene::Scene::Camera& s) { s.fov_deg = 171; }, "1 to 170"},
+        {"a field of view that is no number", core::CameraProjection::kPerspective,
+         [](scene::Scene::Camera& s) { s.fov_deg = kNan; }, "camera.fov_deg = nan"},
+        {"more than all around", core::CameraProjection::kFisheye,
+         [](scene::Scene::Camera& s) { s.fov_deg = 361; }, "allowed for a fisheye: 1 to 360"},
+        {"a position that is no number", core::CameraProjection::kPerspective,
+         [](scene::Scene::Camera& s) { s.position = {kNan, 0, 0}; },
          "camera.position = (nan, 0, 0); allowed: finite numbers"},
-        {"an infinite target", CameraProjection::kOrthographic,
-         [](Scene::Camera& s) { s.target = {0, kInf, 0}; }, "camera.target = (0, inf, 0)"},
-        {"a position far out", CameraProjection::kPerspective,
-         [](Scene::Camera& s) { s.position = {1.5e9, 0, 0}; },
+        {"an infinite target", core::CameraProjection::kOrthographic,
+         [](scene::Scene::Camera& s) { s.target = {0, kInf, 0}; }, "camera.target = (0, inf, 0)"},
+        {"a position far out", core::CameraProjection::kPerspective,
+         [](scene::Scene::Camera& s) { s.position = {1.5e9, 0, 0}; },
          "camera.position = (1500000000, 0, 0) lies beyond 10^9 voxels"},
-        {"a target far out", CameraProjection::kFisheye,
-         [](Scene::Camera& s) { s.target = {0, -1e300, 0}; }, "lies beyond 10^9 voxels"},
-        {"the same point twice", CameraProjection::kPanorama,
-         [](Scene::Camera& s) { s.target = s.position; }, "are the same point"},
-        {"a position alone", CameraProjection::kOrthographic,
-         [](Scene::Camera& s) { s.target.reset(); }, "camera.target is missing"},
-        {"a target alone", CameraProjection::kFisheye, [](Scene::Camera& s) { s.position.reset(); },
-         "camera.position is missing"},
-        {"a panorama with a lens", CameraProjection::kPanorama,
-         [](Scene::Camera& s) { s.aperture_m = 1; },
+        {"a target far out", core::CameraProjection::kFisheye,
+         [](scene::Scene::Camera& s) { s.target = {0, -1e300, 0}; }, "lies beyond 10^9 voxels"},
+        {"the same point twice", core::CameraProjection::kPanorama,
+         [](scene::Scene::Camera& s) { s.target = s.position; }, "are the same point"},
+        {"a position alone", core::CameraProjection::kOrthographic,
+         [](scene::Scene::Camera& s) { s.target.reset(); }, "camera.target is missing"},
+        {"a target alone", core::CameraProjection::kFisheye,
+         [](scene::Scene::Camera& s) { s.position.reset(); }, "camera.position is missing"},
+        {"a panorama with a lens", core::CameraProjection::kPanorama,
+         [](scene::Scene::Camera& s) { s.aperture_m = 1; },
          "camera.aperture_m = 1; allowed for a panorama: 0"},
-        {"a fisheye with a lens", CameraProjection::kFisheye,
-         [](Scene::Camera& s) { s.aperture_m = 0.5; },
+        {"a fisheye with a lens", core::CameraProjection::kFisheye,
+         [](scene::Scene::Camera& s) { s.aperture_m = 0.5; },
          "camera.aperture_m = 0.5; allowed for a fisheye: 0"},
-        {"a panorama on its side", CameraProjection::kPanorama,
-         [](Scene::Camera& s) { s.roll_deg = 90; },
+        {"a panorama on its side", core::CameraProjection::kPanorama,
+         [](scene::Scene::Camera& s) { s.roll_deg = 90; },
          "camera.roll_deg = 90; allowed for a panorama: 0"},
-        {"a negative lens", CameraProjection::kPerspective,
-         [](Scene::Camera& s) { s.aperture_m = -1; }, "camera.aperture_m = -1"},
-        {"sharp at nothing", CameraProjection::kPerspective,
-         [](Scene::Camera& s) { s.focus_m = 0; }, "camera.focus_m = 0; allowed: 0.001 to"},
-        {"no height", CameraProjection::kOrthographic, [](Scene::Camera& s) { s.height_m = 0; },
-         "camera.height_m = 0"},
-        {"a height that is no number", CameraProjection::kIsometric,
-         [](Scene::Camera& s) { s.height_m = kNan; }, "camera.height_m = nan"},
-        {"endless roll", CameraProjection::kPerspective,
-         [](Scene::Camera& s) { s.roll_deg = kInf; }, "camera.roll_deg = inf"},
-        {"no zoom", CameraProjection::kOrthographic, [](Scene::Camera& s) { s.zoom = 0; },
-         "camera.zoom = 0"},
+        {"a negative lens", core::CameraProjection::kPerspective,
+         [](scene::Scene::Camera& s) { s.aperture_m = -1; }, "camera.aperture_m = -1"},
+        {"sharp at nothing", core::CameraProjection::kPerspective,
+         [](scene::Scene::Camera& s) { s.focus_m = 0; }, "camera.focus_m = 0; allowed: 0.001 to"},
+        {"no height", core::CameraProjection::kOrthographic,
+         [](scene::Scene::Camera& s) { s.height_m = 0; }, "camera.height_m = 0"},
+        {"a height that is no number", core::CameraProjection::kIsometric,
+         [](scene::Scene::Camera& s) { s.height_m = kNan; }, "camera.height_m = nan"},
+        {"endless roll", core::CameraProjection::kPerspective,
+         [](scene::Scene::Camera& s) { s.roll_deg = kInf; }, "camera.roll_deg = inf"},
+        {"no zoom", core::CameraProjection::kOrthographic,
+         [](scene::Scene::Camera& s) { s.zoom = 0; }, "camera.zoom = 0"},
     }));
     DYNAMIC_SECTION(c.name) {
-        Scene scene = scene_of(c.projection);
-        scene.camera.space = CoordinateSpace::kVoxel, scene.camera.position = {0, 100, 0},
+        scene::Scene scene = scene_of(c.projection);
+        scene.camera.space = core::CoordinateSpace::kVoxel;
+        scene.camera.position = {0, 100, 0};
         scene.camera.target = {30, 60, -40};
         c.change(scene.camera);
         std::string said;
         try {
-            (void)make_camera(scene, slovenia(), kBounds);
-        } catch (const UsageError& e) {
+            (void)scene::make_camera(scene, slovenia(), kBounds);
+        } catch (const util::UsageError& e) {
             said = e.what();
         }
         CHECK_THAT(said, contains("place the camera: ") && contains(c.said));
@@ -658,9 +702,10 @@ TEST_CASE("a camera that cannot be is refused in one line that names field, valu
 
 TEST_CASE("cameras that look straight up or down, and other odd but right ones, have finite rays",
           "[raytracer][camera]") {
-    const auto projection = GENERATE(CameraProjection::kPerspective,
-                                     CameraProjection::kOrthographic, CameraProjection::kIsometric,
-                                     CameraProjection::kPanorama, CameraProjection::kFisheye);
+    const auto projection =
+        GENERATE(core::CameraProjection::kPerspective, core::CameraProjection::kOrthographic,
+                 core::CameraProjection::kIsometric, core::CameraProjection::kPanorama,
+                 core::CameraProjection::kFisheye);
     const auto target = GENERATE(values<std::array<double, 3>>({{10, 600, 20},
                                                                 {10, -600, 20},
                                                                 {10 + 1e-7, -600, 20},
@@ -668,16 +713,17 @@ TEST_CASE("cameras that look straight up or down, and other odd but right ones, 
                                                                 {9e8, 100, -9e8},
                                                                 {10, 100 + 1e-6, 20}}));
     const auto size = GENERATE(values<std::array<int, 2>>({{1, 1}, {65536, 1}, {1, 65536}}));
-    Scene scene = scene_of(projection, size[0], size[1]);
-    scene.camera.space = CoordinateSpace::kVoxel, scene.camera.position = {10, 100, 20},
+    scene::Scene scene = scene_of(projection, size[0], size[1]);
+    scene.camera.space = core::CoordinateSpace::kVoxel;
+    scene.camera.position = {10, 100, 20};
     scene.camera.target = target;
-    const Camera camera = make_camera(scene, slovenia(), kBounds);
+    const scene::Camera camera = scene::make_camera(scene, slovenia(), kBounds);
     for (const double x : {0.0, 0.5, size[0] / 2.0, size[0] - 0.25})
         for (const double y : {0.0, 0.5, size[1] / 2.0, size[1] - 0.25}) {
-            const Ray ray = camera.ray(x, y);
+            const core::Ray ray = camera.ray(x, y);
             INFO(projection << ", target " << target[0] << " " << target[1] << " " << target[2]
                             << ": " << text(ray.direction) << " from " << text(ray.origin));
-            CHECK(length(ray.direction) == Approx(1).epsilon(1e-12));
-            CHECK(std::isfinite(length(ray.origin)));
+            CHECK(core::length(ray.direction) == Approx(1).epsilon(1e-12));
+            CHECK(std::isfinite(core::length(ray.origin)));
         }
 }

@@ -16,14 +16,14 @@ using terravox::test::TemporaryFolder;
 
 namespace {
 
-std::map<std::string, std::string> values_of(const Scene& scene) {
+std::map<std::string, std::string> values_of(const scene::Scene& scene) {
     // The writer is not used here: it is what is tested.
     std::map<std::string, std::string> out;
     const auto text = [](const auto& v) {
         using T = std::decay_t<decltype(v)>;
         if constexpr (std::is_same_v<T, std::string>)
             return v;
-        else if constexpr (std::is_same_v<T, TileSize>)
+        else if constexpr (std::is_same_v<T, scene::TileSize>)
             return v.text();
         else if constexpr (std::is_enum_v<T>)
             return std::to_string(static_cast<int>(v));
@@ -36,17 +36,18 @@ std::map<std::string, std::string> values_of(const Scene& scene) {
             return list;
         }
     };
-    visit_fields(scene, [&](std::string_view path, const auto& field, const FieldRule&) {
-        if constexpr (requires { field.has_value(); })
-            out[std::string(path)] = field ? text(*field) : "unset";
-        else
-            out[std::string(path)] = text(field);
-    });
+    scene::visit_fields(scene,
+                        [&](std::string_view path, const auto& field, const scene::FieldRule&) {
+                            if constexpr (requires { field.has_value(); })
+                                out[std::string(path)] = field ? text(*field) : "unset";
+                            else
+                                out[std::string(path)] = text(field);
+                        });
     return out;
 }
 
 /// A value other than the default, as on the command line, for every field.
-std::string other_value(std::string_view path, const FieldRule& rule, const auto& field) {
+std::string other_value(std::string_view path, const scene::FieldRule& rule, const auto& field) {
     using T = std::decay_t<decltype(field)>;
     if constexpr (std::is_same_v<T, bool>)
         return field ? "no" : "yes";
@@ -55,10 +56,11 @@ std::string other_value(std::string_view path, const FieldRule& rule, const auto
             if (word != field && !word.empty())
                 return std::string(word);
         return path == "sun.date" ? "1999-12-31" : "some \"text\" č \\ '1'";
-    } else if constexpr (WordEnum<T>) {
-        return std::string(word_of(field == words_of(T{})[0].value ? words_of(T{})[1].value
-                                                                   : words_of(T{})[0].value));
-    } else if constexpr (std::is_same_v<T, TileSize>)
+    } else if constexpr (core::WordEnum<T>) {
+        return std::string(core::word_of(field == core::words_of(T{})[0].value
+                                             ? core::words_of(T{})[1].value
+                                             : core::words_of(T{})[0].value));
+    } else if constexpr (std::is_same_v<T, scene::TileSize>)
         return "12.5%";
     else if constexpr (std::is_same_v<T, std::array<int, 2>>)
         return "321x123";
@@ -81,9 +83,9 @@ public:
         std::ofstream(m_path) << text;
     }
     [[nodiscard]] const std::filesystem::path& path() const { return m_path; }
-    [[nodiscard]] Scene read() const {
-        Scene scene;
-        read_scene(m_path, scene);
+    [[nodiscard]] scene::Scene read() const {
+        scene::Scene scene;
+        scene::read_scene(m_path, scene);
         return scene;
     }
 
@@ -95,67 +97,80 @@ private:
 }  // namespace
 
 TEST_CASE("the default scene survives writing and reading", "[raytracer][scene]") {
-    const Scene scene;
-    CHECK(values_of(SceneFile(to_toml(scene)).read()) == values_of(scene));
+    const scene::Scene scene;
+    CHECK(values_of(SceneFile(scene::to_toml(scene)).read()) == values_of(scene));
     CHECK(values_of(SceneFile("").read()) == values_of(scene));
     CHECK(values_of(SceneFile("version = 1\n").read()) == values_of(scene));
 }
 
 TEST_CASE("every field can be set by its flag, and survives writing and reading",
           "[raytracer][scene]") {
-    Scene all;
+    scene::Scene all;
     std::size_t fields = 0;
-    const auto flags = scene_flags();
-    const Scene defaults;
-    visit_fields(defaults, [&](std::string_view path, const auto& field, const FieldRule& rule) {
+    const auto flags = scene::scene_flags();
+    const scene::Scene defaults;
+    scene::visit_fields(defaults, [&](std::string_view path, const auto& field,
+                                      const scene::FieldRule& rule) {
         ++fields;
         INFO(path);
         const std::string text = other_value(path, rule, field);
-        Scene one;
-        REQUIRE_NOTHROW(set_field(one, std::string(path), text));
-        REQUIRE_NOTHROW(set_field(all, std::string(path), text));
+        scene::Scene one;
+        REQUIRE_NOTHROW(scene::set_field(one, std::string(path), text));
+        REQUIRE_NOTHROW(scene::set_field(all, std::string(path), text));
         const auto changed = values_of(one);
         CHECK(changed.at(std::string(path)) != values_of(defaults).at(std::string(path)));
-        CHECK(values_of(SceneFile(to_toml(one)).read()) == changed);
+        CHECK(values_of(SceneFile(scene::to_toml(one)).read()) == changed);
         const auto flag = std::find_if(flags.begin(), flags.end(),
-                                       [&](const SceneFlag& f) { return f.path == path; });
+                                       [&](const scene::SceneFlag& f) { return f.path == path; });
         REQUIRE(flag != flags.end());
         CHECK_THAT(flag->names, contains("--"));
         CHECK(flag->names.find_first_of("._") == std::string::npos);
         CHECK_THAT(flag->help, contains(std::string(rule.doc)));
     });
     CHECK(flags.size() == fields);
-    CHECK(values_of(SceneFile(to_toml(all)).read()) == values_of(all));
+    CHECK(values_of(SceneFile(scene::to_toml(all)).read()) == values_of(all));
 }
 
 TEST_CASE("words and values of scenes lead to each other", "[raytracer][scene]") {
     const auto check = [](auto value) {
         using Enum = decltype(value);
-        const auto words = words_of(value);
+        const auto words = core::words_of(value);
         CHECK(words.size() >= 2);
         for (std::size_t i = 0; i < words.size(); ++i) {
             INFO(words[i].text);
             CHECK(static_cast<std::size_t>(words[i].value) == i);
-            CHECK(from_word<Enum>(word_of(words[i].value)) == words[i].value);
+            CHECK(core::from_word<Enum>(core::word_of(words[i].value)) == words[i].value);
         }
-        CHECK_FALSE(from_word<Enum>("zigzag"));
-        CHECK_FALSE(from_word<Enum>(""));
-        CHECK(word_of(static_cast<Enum>(99)).empty());
+        CHECK_FALSE(core::from_word<Enum>("zigzag"));
+        CHECK_FALSE(core::from_word<Enum>(""));
+        CHECK(core::word_of(static_cast<Enum>(99)).empty());
     };
-    check(CameraProjection{});
-    check(CoordinateSpace{});
-    check(SkyModel{});
-    check(ToneCurve{});
-    check(PictureLayers{});
-    check(TiffSamples{});
-    check(Integrator{});
-    check(TileOrder{});
-    check(VoxelColour{});
+    check(core::CameraProjection{});
+    check(core::CoordinateSpace{});
+    check(core::SkyModel{});
+    check(core::ToneCurve{});
+    check(core::PictureLayers{});
+    check(core::TiffSamples{});
+    check(core::Integrator{});
+    check(core::TileOrder{});
+    check(core::VoxelColour{});
+}
+
+TEST_CASE("a field's former name is still read", "[raytracer][scene]") {
+    const scene::Scene read = SceneFile("[processing]\nbox_patience_s = 7\n").read();
+    CHECK(read.processing.box_timeout_s == 7);
+    const auto flags = scene::scene_flags();
+    const auto flag = std::find_if(flags.begin(), flags.end(), [](const scene::SceneFlag& f) {
+        return f.path == "processing.box_timeout_s";
+    });
+    REQUIRE(flag != flags.end());
+    CHECK(flag->names == "--processing-box-timeout-s");
+    CHECK(flag->former == "--processing-box-patience-s");
 }
 
 TEST_CASE("no two fields share a flag", "[raytracer][scene]") {
     std::set<std::string> seen;
-    for (const SceneFlag& flag : scene_flags())
+    for (const scene::SceneFlag& flag : scene::scene_flags())
         for (std::size_t at = 0; at != std::string::npos;) {
             const auto comma = flag.names.find(',', at);
             const auto name =
@@ -167,20 +182,21 @@ TEST_CASE("no two fields share a flag", "[raytracer][scene]") {
 }
 
 TEST_CASE("numbers survive to the last bit", "[raytracer][scene]") {
-    Scene scene;
-    scene.camera.position = {461'999.123456789012, -1.0 / 3, 5e-324},
+    scene::Scene scene;
+    scene.camera.position = {461'999.123456789012, -1.0 / 3, 5e-324};
     scene.camera.target = {1e22, -0.1, 2864};
     scene.camera.fov_deg = 33.333333333333336;
-    const Scene back = SceneFile(to_toml(scene)).read();
+    const scene::Scene back = SceneFile(scene::to_toml(scene)).read();
     CHECK(back.camera.position == scene.camera.position);
     CHECK(back.camera.target == scene.camera.target);
     CHECK(back.camera.fov_deg == scene.camera.fov_deg);
 }
 
 TEST_CASE("a scene file changes what it names and nothing else", "[raytracer][scene]") {
-    Scene scene;
-    scene.camera.fov_deg = 77, scene.quality.samples = 9;
-    read_scene(SceneFile("[quality]\nsamples = 2\n").path(), scene);
+    scene::Scene scene;
+    scene.camera.fov_deg = 77;
+    scene.quality.samples = 9;
+    scene::read_scene(SceneFile("[quality]\nsamples = 2\n").path(), scene);
     CHECK(scene.camera.fov_deg == 77);
     CHECK(scene.quality.samples == 2);
 }
@@ -188,9 +204,9 @@ TEST_CASE("a scene file changes what it names and nothing else", "[raytracer][sc
 TEST_CASE("sizes are text or lists in a file", "[raytracer][scene]") {
     CHECK(SceneFile("[output]\nsize = \"640x480\"").read().output.size_px == std::array{640, 480});
     CHECK(SceneFile("[output]\nsize = [640, 480]").read().output.size_px == std::array{640, 480});
-    CHECK(SceneFile("[quality]\ntile = 32").read().quality.tile == TileSize{32, 0});
-    CHECK(SceneFile("[quality]\ntile = \"32\"").read().quality.tile == TileSize{32, 0});
-    CHECK(SceneFile("[quality]\ntile = \"2.5%\"").read().quality.tile == TileSize{64, 2.5});
+    CHECK(SceneFile("[quality]\ntile = 32").read().quality.tile == scene::TileSize{32, 0});
+    CHECK(SceneFile("[quality]\ntile = \"32\"").read().quality.tile == scene::TileSize{32, 0});
+    CHECK(SceneFile("[quality]\ntile = \"2.5%\"").read().quality.tile == scene::TileSize{64, 2.5});
     CHECK(SceneFile("[quality]\nsamples = 3.0").read().quality.samples == 3);
     CHECK(SceneFile("[camera]\nfov_deg = 50").read().camera.fov_deg == 50);
 }
@@ -235,8 +251,12 @@ TEST_CASE("a scene file that cannot be is refused, naming file, field, value and
         {"a tile that is too large", "[quality]\ntile = \"100.1%\"", "quality.tile = '100.1%'"},
         {"a tile with a broken number", "[quality]\ntile = 64.5",
          "quality.tile = a value of another kind"},
-        {"no patience", "[processing]\nbox_patience_s = 0",
+        {"no time", "[processing]\nbox_timeout_s = 0",
+         "processing.box_timeout_s = 0; allowed: 1 to 86400"},
+        {"no time by the former name", "[processing]\nbox_patience_s = 0",
          "processing.box_patience_s = 0; allowed: 1 to 86400"},
+        {"both names", "[processing]\nbox_timeout_s = 1\nbox_patience_s = 2",
+         "processing.box_timeout_s and processing.box_patience_s, which is its former name"},
         {"two coordinates", "[camera]\nposition = [1, 2]",
          "camera.position = 2 numbers; allowed: three finite numbers"},
         {"four coordinates", "[camera]\nposition = [1, 2, 3, 4]", "camera.position = 4 numbers"},
@@ -256,12 +276,12 @@ TEST_CASE("a scene file that cannot be is refused, naming file, field, value and
     }));
     DYNAMIC_SECTION(c.name) {
         const SceneFile file(c.text);
-        CHECK_THROWS_AS(file.read(), UsageError);
+        CHECK_THROWS_AS(file.read(), util::UsageError);
         CHECK_THROWS_WITH(file.read(), contains(file.path().string()) && contains(c.said));
         std::string said;
         try {
             (void)file.read();
-        } catch (const Error& e) {
+        } catch (const util::Error& e) {
             said = e.what();
         }
         CHECK(said.find('\n') == std::string::npos);
@@ -277,11 +297,11 @@ TEST_CASE("a version that is no whole number is no version", "[raytracer][scene]
 
 TEST_CASE("a scene file that is not there is named", "[raytracer][scene]") {
     const TemporaryFolder folder;
-    Scene scene;
-    CHECK_THROWS_AS(read_scene(folder.path() / "none.toml", scene), UsageError);
-    CHECK_THROWS_WITH(read_scene(folder.path() / "none.toml", scene),
+    scene::Scene scene;
+    CHECK_THROWS_AS(scene::read_scene(folder.path() / "none.toml", scene), util::UsageError);
+    CHECK_THROWS_WITH(scene::read_scene(folder.path() / "none.toml", scene),
                       contains("none.toml") && contains("no such file"));
-    CHECK_THROWS_AS(read_scene(folder.path(), scene), UsageError);
+    CHECK_THROWS_AS(scene::read_scene(folder.path(), scene), util::UsageError);
 }
 
 TEST_CASE(
@@ -322,15 +342,16 @@ TEST_CASE(
         {"", "1", "no such field"},
     }));
     DYNAMIC_SECTION(c.path << " = '" << c.text << "'") {
-        Scene scene;
-        CHECK_THROWS_AS(set_field(scene, c.path, c.text), UsageError);
-        CHECK_THROWS_WITH(set_field(scene, c.path, c.text), contains(c.path) && contains(c.said));
-        CHECK(values_of(scene) == values_of(Scene{}));
+        scene::Scene scene;
+        CHECK_THROWS_AS(scene::set_field(scene, c.path, c.text), util::UsageError);
+        CHECK_THROWS_WITH(scene::set_field(scene, c.path, c.text),
+                          contains(c.path) && contains(c.said));
+        CHECK(values_of(scene) == values_of(scene::Scene{}));
     }
 }
 
 TEST_CASE("text after the last part of a list is not passed over", "[raytracer][scene]") {
-    Scene scene;
-    CHECK_THROWS_AS(set_field(scene, "output.size", "640x480x"), UsageError);
-    CHECK_THROWS_AS(set_field(scene, "camera.position", "1,2,3,"), UsageError);
+    scene::Scene scene;
+    CHECK_THROWS_AS(scene::set_field(scene, "output.size", "640x480x"), util::UsageError);
+    CHECK_THROWS_AS(scene::set_field(scene, "camera.position", "1,2,3,"), util::UsageError);
 }

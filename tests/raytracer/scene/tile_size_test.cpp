@@ -26,7 +26,7 @@ TEST_CASE("the size of a tile is pixels or a share of the picture's width", "[ra
         {"100%", 65536, 4096},
     }));
     DYNAMIC_SECTION(c.text << " of " << c.width_px) {
-        const auto size = TileSize::parse(c.text);
+        const auto size = scene::TileSize::parse(c.text);
         REQUIRE(size);
         CHECK(size->in_picture(c.width_px) == c.px);
     }
@@ -37,18 +37,18 @@ TEST_CASE("what is no size of a tile is none", "[raytracer][scene]") {
         GENERATE("", "%", "0", "-1", "4097", "64px", " 64", "64 ", "6.4", "0%", "0.09%", "100.1%",
                  "-5%", "nan%", "inf%", "1e999%", "5%%", "5 %", "0x10", "99999999999999");
     INFO("'" << text << "'");
-    CHECK_FALSE(TileSize::parse(text));
+    CHECK_FALSE(scene::TileSize::parse(text));
 }
 
 TEST_CASE("every size of a tile survives being written, and fits its picture",
           "[raytracer][scene]") {
     std::mt19937 random(5);
     for (int run = 0; run < 2000; ++run) {
-        TileSize size{1 + static_cast<int>(random() % 4096), 0};
+        scene::TileSize size{1 + static_cast<int>(random() % 4096), 0};
         if (run % 2 == 0)
             size = {64, 0.1 + 99.9 * (static_cast<double>(random()) / 4294967295.0)};
         INFO(size.text());
-        CHECK(TileSize::parse(size.text()) == size);
+        CHECK(scene::TileSize::parse(size.text()) == size);
         const int width = 1 + static_cast<int>(random() % 65536), px = size.in_picture(width);
         CHECK((px >= 1 && px <= 4096));
         if (size.percent != 0 && px > 1 && px < 4096)

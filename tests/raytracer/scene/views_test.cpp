@@ -44,21 +44,21 @@ name = "Low Bridge"
 
 TEST_CASE("names are compared without case, and with any blank between words",
           "[raytracer][views]") {
-    CHECK(folded("Bled  Island") == folded("bled-island"));
-    CHECK(folded(" BLED_island ") == "bled island");
-    CHECK(folded("KÖLN ČŠŽ ŽABA Đ") == folded("köln čšž žaba đ"));
-    CHECK(folded("Ÿ × ÷") == folded("Ÿ × ÷"));
-    CHECK(folded("\xC3") == "\xC3");  // cut off: as it is
-    CHECK(folded(" - ").empty());
-    CHECK(edit_distance("kitten", "sitting") == 3);
-    CHECK(edit_distance("", "abc") == 3);
-    CHECK(edit_distance("abc", "abc") == 0);
-    CHECK(near_names("bled iland", {"Piran", "Bled island", "Bled castle"}) ==
+    CHECK(scene::folded("Bled  Island") == scene::folded("bled-island"));
+    CHECK(scene::folded(" BLED_island ") == "bled island");
+    CHECK(scene::folded("KÖLN ČŠŽ ŽABA Đ") == scene::folded("köln čšž žaba đ"));
+    CHECK(scene::folded("Ÿ × ÷") == scene::folded("Ÿ × ÷"));
+    CHECK(scene::folded("\xC3") == "\xC3");  // cut off: as it is
+    CHECK(scene::folded(" - ").empty());
+    CHECK(scene::edit_distance("kitten", "sitting") == 3);
+    CHECK(scene::edit_distance("", "abc") == 3);
+    CHECK(scene::edit_distance("abc", "abc") == 0);
+    CHECK(scene::near_names("bled iland", {"Piran", "Bled island", "Bled castle"}) ==
           std::vector<std::string>{"Bled island"});
-    CHECK(near_names("castle", {"Piran", "Bled castle"}) ==
+    CHECK(scene::near_names("castle", {"Piran", "Bled castle"}) ==
           std::vector<std::string>{"Bled castle"});
-    CHECK(near_names("", {"Piran"}).empty());
-    CHECK(near_names(std::string(100'000, 'x'), {"Piran"}).empty());
+    CHECK(scene::near_names("", {"Piran"}).empty());
+    CHECK(scene::near_names(std::string(100'000, 'x'), {"Piran"}).empty());
 }
 
 TEST_CASE("a view is found by name or alias", "[raytracer][views]") {
@@ -67,22 +67,23 @@ TEST_CASE("a view is found by name or alias", "[raytracer][views]") {
     for (const char* look :
          {"High Tower", "high tower", "HIGH-TOWER", "škofja loka", "ŠKOFJA_LOKA", "The Top"}) {
         INFO(look);
-        CHECK(find_view(look, folder.path()).name == "High Tower");
+        CHECK(scene::find_view(look, folder.path()).name == "High Tower");
     }
-    CHECK_THROWS_WITH(find_view("high towr", folder.path()),
+    CHECK_THROWS_WITH(scene::find_view("high towr", folder.path()),
                       contains("camera.look = 'high towr' names no view; near: High Tower"));
-    CHECK_THROWS_WITH(find_view("Atlantis", folder.path()),
+    CHECK_THROWS_WITH(scene::find_view("Atlantis", folder.path()),
                       contains("allowed: High Tower, Low Bridge"));
-    CHECK_THROWS_AS(find_view("Atlantis", folder.path()), UsageError);
-    CHECK_THROWS_WITH(find_view("Atlantis", folder.path() / "none"), contains("there is none in"));
+    CHECK_THROWS_AS(scene::find_view("Atlantis", folder.path()), util::UsageError);
+    CHECK_THROWS_WITH(scene::find_view("Atlantis", folder.path() / "none"),
+                      contains("there is none in"));
     const auto one = write(folder, "one.toml", "[[view]]\nname = \"low bridge\"");
-    CHECK(find_view(one.string(), folder.path()).name == "low bridge");
-    CHECK_THROWS_WITH(find_view("Low Bridge", folder.path()), contains("names two views") &&
-                                                                  contains("one.toml") &&
-                                                                  contains("views.toml"));
-    CHECK_THROWS_WITH(find_view((folder.path() / "views.toml").string(), folder.path()),
+    CHECK(scene::find_view(one.string(), folder.path()).name == "low bridge");
+    CHECK_THROWS_WITH(scene::find_view("Low Bridge", folder.path()), contains("names two views") &&
+                                                                         contains("one.toml") &&
+                                                                         contains("views.toml"));
+    CHECK_THROWS_WITH(scene::find_view((folder.path() / "views.toml").string(), folder.path()),
                       contains("holds 2 views; allowed: a file with one"));
-    CHECK_THROWS_WITH(find_view((folder.path() / "absent.toml").string(), folder.path()),
+    CHECK_THROWS_WITH(scene::find_view((folder.path() / "absent.toml").string(), folder.path()),
                       contains("absent.toml"));
 }
 
@@ -96,17 +97,19 @@ TEST_CASE("a scene comes out of defaults, view, file and flags, the later over t
         write(folder, "scene.toml",
               "[camera]\nlook = \"low bridge\"\nfov_deg = 30\n[sun]\ndate = \"2020-01-01\"");
 
-    const Scene by_flag = compose_scene({fields_layer({{"camera.look", "high tower"}})}, views);
+    const scene::Scene by_flag =
+        scene::compose_scene({scene::fields_layer({{"camera.look", "high tower"}})}, views);
     CHECK(by_flag.camera.position == std::array<double, 3>{1, 2, 3});
     CHECK(by_flag.camera.fov_deg == 20);
     CHECK(by_flag.sun.time_h == 7);
-    CHECK(by_flag.quality.samples == Scene{}.quality.samples);
+    CHECK(by_flag.quality.samples == scene::Scene{}.quality.samples);
 
-    const Scene by_file = compose_scene({file_layer(file)}, views);
+    const scene::Scene by_file = scene::compose_scene({scene::file_layer(file)}, views);
     CHECK_FALSE(by_file.camera.position);
 
-    const Scene all = compose_scene(
-        {file_layer(file), fields_layer({{"camera.look", "high tower"}, {"sun.time_h", "9"}})},
+    const scene::Scene all = scene::compose_scene(
+        {scene::file_layer(file),
+         scene::fields_layer({{"camera.look", "high tower"}, {"sun.time_h", "9"}})},
         views);
     CHECK(all.camera.position ==
           std::array<double, 3>{1, 2, 3});  // the flag's view, not the file's
@@ -114,13 +117,16 @@ TEST_CASE("a scene comes out of defaults, view, file and flags, the later over t
     CHECK(all.sun.time_h == 9);             // the flag over the view
     CHECK(all.sun.date == "2020-01-01");
 
-    const Scene none = compose_scene({file_layer({}), fields_layer({})}, folder.path() / "absent");
-    CHECK(to_toml(none) == to_toml(Scene{}));
-    CHECK_THROWS_WITH(compose_scene({fields_layer({{"camera.look", "nowhere"}})}, views),
-                      contains("names no view"));
+    const scene::Scene none = scene::compose_scene({scene::file_layer({}), scene::fields_layer({})},
+                                                   folder.path() / "absent");
+    CHECK(scene::to_toml(none) == scene::to_toml(scene::Scene{}));
+    CHECK_THROWS_WITH(
+        scene::compose_scene({scene::fields_layer({{"camera.look", "nowhere"}})}, views),
+        contains("names no view"));
     // What is written down says the same again.
-    CHECK(to_toml(compose_scene({file_layer(write(folder, "saved.toml", to_toml(all)))}, views)) ==
-          to_toml(all));
+    CHECK(scene::to_toml(scene::compose_scene(
+              {scene::file_layer(write(folder, "saved.toml", scene::to_toml(all)))}, views)) ==
+          scene::to_toml(all));
 }
 
 TEST_CASE("a file of views that cannot be is refused, naming file, view and field",
@@ -152,43 +158,44 @@ TEST_CASE("a file of views that cannot be is refused, naming file, view and fiel
     DYNAMIC_SECTION(c.name) {
         const TemporaryFolder folder;
         const auto file = write(folder, "bad.toml", c.text);
-        CHECK_THROWS_AS(read_views(file), UsageError);
-        CHECK_THROWS_WITH(read_views(file), contains(file.string()) && contains(c.said));
-        CHECK_THROWS_AS(find_view("a", folder.path()), UsageError);
+        CHECK_THROWS_AS(scene::read_views(file), util::UsageError);
+        CHECK_THROWS_WITH(scene::read_views(file), contains(file.string()) && contains(c.said));
+        CHECK_THROWS_AS(scene::find_view("a", folder.path()), util::UsageError);
     }
 }
 
 TEST_CASE("the views that ship can be told apart, have areas, and cameras that can be placed",
           "[raytracer][views]") {
-    const auto views = read_view_folder(kConfig / "views");
+    const auto views = scene::read_view_folder(kConfig / "views");
     CHECK(views.size() >= 12);
     std::map<std::string, std::string> seen;
-    for (const NamedView& view : views) {
+    for (const scene::NamedView& view : views) {
         INFO(view.name << " in " << view.file);
         std::vector<std::string> names = view.aliases;
         names.push_back(view.name);
         for (const auto& name : names) {
             INFO(name);
-            CHECK(seen.emplace(folded(name), view.name).second);
-            CHECK(find_view(name, kConfig / "views").name == view.name);
+            CHECK(seen.emplace(scene::folded(name), view.name).second);
+            CHECK(scene::find_view(name, kConfig / "views").name == view.name);
         }
         CHECK_FALSE(view.title.empty());
         if (!view.area.empty())
             CHECK(std::filesystem::exists(kConfig / "areas" / (view.area + ".toml")));
-        const Scene scene =
-            compose_scene({fields_layer({{"camera.look", view.name}})}, kConfig / "views");
+        const scene::Scene scene = scene::compose_scene(
+            {scene::fields_layer({{"camera.look", view.name}})}, kConfig / "views");
         REQUIRE((scene.camera.position && scene.camera.target));
         voxel::WorldInfo world;
         const auto crs = geo::Crs::from_text(
-            scene.camera.space == CoordinateSpace::kCrs ? "EPSG:3794" : "EPSG:3857");
-        world.crs = crs.name(), world.crs_wkt = crs.wkt();
-        const Camera camera = make_camera(scene, world, {{0, 0, 0}, {100, 100, 100}});
-        CHECK(std::isfinite(length(camera.position())));
+            scene.camera.space == core::CoordinateSpace::kCrs ? "EPSG:3794" : "EPSG:3857");
+        world.crs = crs.name();
+        world.crs_wkt = crs.wkt();
+        const scene::Camera camera = scene::make_camera(scene, world, {{0, 0, 0}, {100, 100, 100}});
+        CHECK(std::isfinite(core::length(camera.position())));
         // Within a few kilometres, looking down a little or straight.
-        const Vec3 to = to_voxels(*scene.camera.target, scene.camera.space, world) -
-                        to_voxels(*scene.camera.position, scene.camera.space, world);
-        CHECK(length(to) > 100);
-        CHECK(length(to) < 8000);
+        const core::Vec3 to = scene::to_voxels(*scene.camera.target, scene.camera.space, world) -
+                              scene::to_voxels(*scene.camera.position, scene.camera.space, world);
+        CHECK(core::length(to) > 100);
+        CHECK(core::length(to) < 8000);
         CHECK(to.y < 400);
     }
 }

@@ -10,7 +10,7 @@ using namespace terravox;
 
 namespace {
 
-constexpr double kMostRelative = 1e-14;
+constexpr double kMaxRelative = 1e-14;
 double relative(double found, double wanted) {
     return wanted == 0 ? std::abs(found) : std::abs(found - wanted) / std::abs(wanted);
 }
@@ -22,8 +22,10 @@ TEST_CASE("exp, log and pow are those of the C library to 14 digits", "[common][
     std::uniform_real_distribution<double> wide(-690, 690), small(-1, 1);
     double worst = 0, at = 0;
     const auto note = [&](double found, double wanted, double x) {
-        if (const double r = relative(found, wanted); !(r <= worst))
-            worst = r, at = x;
+        if (const double r = relative(found, wanted); !(r <= worst)) {
+            worst = r;
+            at = x;
+        }
     };
     SECTION("exp") {
         for (int i = 0; i < 200'000; ++i) {
@@ -31,7 +33,7 @@ TEST_CASE("exp, log and pow are those of the C library to 14 digits", "[common][
             note(det::exp(x), std::exp(x), x);
         }
         INFO("worst at x = " << at);
-        CHECK(worst < kMostRelative);
+        CHECK(worst < kMaxRelative);
     }
     SECTION("log") {
         for (int i = 0; i < 200'000; ++i) {
@@ -42,7 +44,7 @@ TEST_CASE("exp, log and pow are those of the C library to 14 digits", "[common][
                 note(det::log(x), std::log(x), x);
         }
         INFO("worst at x = " << at);
-        CHECK(worst < kMostRelative);
+        CHECK(worst < kMaxRelative);
         CHECK(det::log(1) == 0);
     }
     SECTION("pow, as colours use it") {
@@ -51,7 +53,7 @@ TEST_CASE("exp, log and pow are those of the C library to 14 digits", "[common][
             note(det::pow(x, y), std::pow(x, y), x);
         }
         INFO("worst at x = " << at);
-        CHECK(worst < kMostRelative);
+        CHECK(worst < kMaxRelative);
     }
 }
 
@@ -60,8 +62,11 @@ TEST_CASE("sine, cosine and their inverses are those of the C library",
     std::mt19937_64 random(12);
     double worst = 0, at_x = 0, at_y = 0;
     const auto note = [&](double found, double wanted, double x, double y = 0) {
-        if (const double r = std::abs(found - wanted); !(r <= worst))
-            worst = r, at_x = x, at_y = y;
+        if (const double r = std::abs(found - wanted); !(r <= worst)) {
+            worst = r;
+            at_x = x;
+            at_y = y;
+        }
     };
     const auto in = [&](double low, double high) {
         return std::uniform_real_distribution<double>(low, high)(random);
@@ -92,11 +97,13 @@ TEST_CASE("angles small enough to matter keep their digits", "[common][util][det
         for (const double r :
              {relative(det::sin(x), std::sin(x)), relative(det::tan(x), std::tan(x)),
               relative(det::atan2(x, 1), std::atan(x))})
-            if (!(r <= worst))
-                worst = r, at = x;
+            if (!(r <= worst)) {
+                worst = r;
+                at = x;
+            }
     }
     INFO("worst at " << at);
-    CHECK(worst < kMostRelative);
+    CHECK(worst < kMaxRelative);
 }
 
 TEST_CASE("the ends of the angles are where they are said to be", "[common][util][det_math]") {
@@ -132,12 +139,12 @@ TEST_CASE("sRGB there and back gives every byte again", "[raytracer][shade][colo
     float last = -1;
     for (int v = 0; v < 256; ++v) {
         INFO(v);
-        const float linear = srgb_to_linear(static_cast<std::uint8_t>(v));
+        const float linear = voxel::srgb_to_linear(static_cast<std::uint8_t>(v));
         CHECK(linear > last);
         last = linear;
-        CHECK(std::lround(linear_to_srgb(linear) * 255) == v);
+        CHECK(std::lround(voxel::linear_to_srgb(linear) * 255) == v);
     }
-    CHECK(linear_to_srgb(-1) == 0);
-    CHECK(linear_to_srgb(std::nanf("")) == 0);
-    CHECK(linear_to_srgb(7) == 1);
+    CHECK(voxel::linear_to_srgb(-1) == 0);
+    CHECK(voxel::linear_to_srgb(std::nanf("")) == 0);
+    CHECK(voxel::linear_to_srgb(7) == 1);
 }

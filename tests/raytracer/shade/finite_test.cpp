@@ -60,43 +60,49 @@ material::Looks strange_looks(Chooser& choose) {
     material::Looks out = material::read_materials(std::filesystem::path(TERRAVOX_SOURCE_DIR) /
                                                    "config/materials.toml")
                               .looks;
-    for (Look& look : out) {
+    for (material::Look& look : out) {
         if (choose.one_in(2))
             continue;
-        look.kind = choose.of({Kind::kSolid, Kind::kLeaves, Kind::kWater, Kind::kGlass});
+        look.kind = choose.of({material::Kind::kSolid, material::Kind::kLeaves,
+                               material::Kind::kWater, material::Kind::kGlass});
         const auto colour = [&](double most) {
             const double r = choose.between(0, most), g = choose.of({0.0, most}),
                          b = choose.between(0, most);
-            return Colour{static_cast<float>(r), static_cast<float>(g), static_cast<float>(b)};
+            return voxel::Colour{static_cast<float>(r), static_cast<float>(g),
+                                 static_cast<float>(b)};
         };
-        look.colour = colour(1), look.variation = choose.of({0.0f, 0.3f, 1.0f});
-        look.roughness = choose.of({0.0f, 1e-4f, 0.3f, 1.0f}),
+        look.colour = colour(1);
+        look.variation = choose.of({0.0f, 0.3f, 1.0f});
+        look.roughness = choose.of({0.0f, 1e-4f, 0.3f, 1.0f});
         look.index = choose.of({1.0f, 1.0001f, 1.333f, 4.0f});
-        look.absorption_per_m = colour(choose.of({0.0, 1.0, 1000.0})), look.glow = colour(1),
+        look.absorption_per_m = colour(choose.of({0.0, 1.0, 1000.0}));
+        look.glow = colour(1);
         look.emission = colour(choose.of({0.0, 1.0, 1000.0}));
         look.reflects = choose.one_in(3);
     }
     return out;
 }
 
-void choose_camera(Chooser& choose, Scene& scene) {
+void choose_camera(Chooser& choose, scene::Scene& scene) {
     auto& camera = scene.camera;
-    camera.projection =
-        choose.of<CameraProjection>({CameraProjection::kPerspective, CameraProjection::kPerspective,
-                                     CameraProjection::kOrthographic, CameraProjection::kIsometric,
-                                     CameraProjection::kPanorama, CameraProjection::kFisheye});
-    camera.fov_deg = camera.projection == CameraProjection::kFisheye
+    camera.projection = choose.of<core::CameraProjection>(
+        {core::CameraProjection::kPerspective, core::CameraProjection::kPerspective,
+         core::CameraProjection::kOrthographic, core::CameraProjection::kIsometric,
+         core::CameraProjection::kPanorama, core::CameraProjection::kFisheye});
+    camera.fov_deg = camera.projection == core::CameraProjection::kFisheye
                          ? choose.of({1.0, 180.0, 360.0})
                          : choose.of({1.0, 40.0, 90.0, 170.0});
-    camera.space = CoordinateSpace::kVoxel, camera.inside_rock = true;
-    const bool flat = camera.projection != CameraProjection::kPanorama &&
-                      camera.projection != CameraProjection::kFisheye;
-    if (flat && choose.one_in(3))
-        camera.aperture_m = choose.of({0.01, 1.0, 8.0}),
+    camera.space = core::CoordinateSpace::kVoxel;
+    camera.inside_rock = true;
+    const bool flat = camera.projection != core::CameraProjection::kPanorama &&
+                      camera.projection != core::CameraProjection::kFisheye;
+    if (flat && choose.one_in(3)) {
+        camera.aperture_m = choose.of({0.01, 1.0, 8.0});
         camera.focus_m = choose.of({0.001, 5.0, 1e6});
-    if (camera.projection != CameraProjection::kPanorama && choose.one_in(4))
+    }
+    if (camera.projection != core::CameraProjection::kPanorama && choose.one_in(4))
         camera.roll_deg = choose.between(-180, 180);
-    camera.azimuth_deg = choose.of({0.0, 90.0, 225.0, 359.0}),
+    camera.azimuth_deg = choose.of({0.0, 90.0, 225.0, 359.0});
     camera.down_deg = choose.of({-30.0, 0.0, 35.0, 90.0});
     if (choose.one_in(4))
         return;
@@ -110,23 +116,25 @@ void choose_camera(Chooser& choose, Scene& scene) {
         target = at;
         target[static_cast<std::size_t>(choose.whole(0, 2))] += choose.of({-7.0, 7.0});
     }
-    if (at != target)
-        camera.position = at, camera.target = target;
+    if (at != target) {
+        camera.position = at;
+        camera.target = target;
+    }
 }
 
-void choose_light(Chooser& choose, Scene& scene) {
+void choose_light(Chooser& choose, scene::Scene& scene) {
     scene.sun.altitude_deg = choose.of({-90.0, -18.0, -4.0, -0.3, -0.001, 0.0, 0.001, 0.26, 5.0,
                                         45.0, 90.0, choose.between(-90, 90)});
     scene.sun.azimuth_deg = choose.of({0.0, 90.0, 180.0, 270.0, choose.between(-360, 360)});
-    scene.sun.size = choose.of({0.0, 1.0, 1.0, 20.0, 100.0}),
+    scene.sun.size = choose.of({0.0, 1.0, 1.0, 20.0, 100.0});
     scene.sun.strength = choose.of({0.0, 1.0, 1.0, 100.0});
     if (choose.one_in(4))
         scene.sun.light = std::array<double, 3>{choose.of({0.0, 1e6}), 1, choose.between(0, 3)};
-    scene.sky.model =
-        choose.of<SkyModel>({SkyModel::kAtmosphere, SkyModel::kAtmosphere, SkyModel::kUniform});
+    scene.sky.model = choose.of<core::SkyModel>(
+        {core::SkyModel::kAtmosphere, core::SkyModel::kAtmosphere, core::SkyModel::kUniform});
     if (choose.one_in(2))
         scene.sky.colour = std::array<double, 3>{choose.of({0.0, 1e6}), 0, choose.between(0, 2)};
-    scene.sky.turbidity = choose.of({1.5, 2.5, 10.0}),
+    scene.sky.turbidity = choose.of({1.5, 2.5, 10.0});
     scene.sky.clouds = choose.of({0.0, 0.0, 0.4, 1.0});
     scene.sky.cloud_height_m = choose.of({100.0, 1500.0, 12000.0});
     scene.sky.strength = choose.of({0.0, 1.0, 1.0, 100.0});
@@ -134,43 +142,49 @@ void choose_light(Chooser& choose, Scene& scene) {
         scene.sky.visibility_km = choose.of({0.0, 1e-3, 10.0, 1e5});
 }
 
-void choose_quality(Chooser& choose, Scene& scene) {
+void choose_quality(Chooser& choose, scene::Scene& scene) {
     auto& q = scene.quality;
-    q.integrator = choose.of({Integrator::kDirect, Integrator::kPath}),
-    q.samples = choose.whole(1, 3), q.seed = choose.whole(0, 1000);
-    q.bounces = choose.of({0, 1, 3, 8, 64}), q.clamp = choose.of({0.0, 1e-3, 16.0});
-    q.ao_rays = choose.of({0, 1, 3}), q.ao_range_m = choose.of({0.01, 4.0, 1e6}),
+    q.integrator = choose.of({core::Integrator::kDirect, core::Integrator::kPath});
+    q.samples = choose.whole(1, 3);
+    q.seed = choose.whole(0, 1000);
+    q.bounces = choose.of({0, 1, 3, 8, 64});
+    q.clamp = choose.of({0.0, 1e-3, 16.0});
+    q.ao_rays = choose.of({0, 1, 3});
+    q.ao_range_m = choose.of({0.01, 4.0, 1e6});
     q.ao_strength = choose.of({0.0, 0.5, 1.0});
     for (bool* flag : {&q.shadows, &q.ambient_occlusion, &q.reflections, &q.refraction, &q.textures,
                        &q.cut_outs})
         *flag = !choose.one_in(4);
-    q.colour = choose.of({VoxelColour::kMaterial, VoxelColour::kTrue, VoxelColour::kMix});
+    q.colour = choose.of(
+        {core::VoxelColour::kMaterial, core::VoxelColour::kTrue, core::VoxelColour::kMix});
     q.coarse_step = choose.of({1, 4});
-    scene.output.exposure_ev = choose.of({-20.0, 0.0, 20.0}),
+    scene.output.exposure_ev = choose.of({-20.0, 0.0, 20.0});
     scene.output.adaptation = choose.of({0.0, 0.75, 1.0});
 }
 
-Scene random_scene(Chooser& choose) {
-    Scene scene;
+scene::Scene random_scene(Chooser& choose) {
+    scene::Scene scene;
     scene.output.size_px = {choose.whole(1, 24), choose.whole(1, 16)};
-    scene.output.layers = PictureLayers::kAll;
-    choose_camera(choose, scene), choose_light(choose, scene), choose_quality(choose, scene);
+    scene.output.layers = core::PictureLayers::kAll;
+    choose_camera(choose, scene);
+    choose_light(choose, scene);
+    choose_quality(choose, scene);
     return scene;
 }
 
-bool is_light(Colour c) {
+bool is_light(voxel::Colour c) {
     return std::isfinite(c.r) && std::isfinite(c.g) && std::isfinite(c.b) && c.r >= 0 && c.g >= 0 &&
            c.b >= 0;
 }
 bool is_share(float v) {
     return v >= 0 && v <= 1.0001f;
 }
-std::string text(Colour c) {
+std::string text(voxel::Colour c) {
     return std::to_string(c.r) + " " + std::to_string(c.g) + " " + std::to_string(c.b);
 }
 
 /// What is wrong with a pixel; empty: nothing.
-std::string fault_of(const PixelSample& p, const LayerSample& l) {
+std::string fault_of(const tiles::PixelSample& p, const tiles::LayerSample& l) {
     if (!is_light(p.colour))
         return "colour " + text(p.colour);
     if (!is_light(l.direct))
@@ -195,7 +209,7 @@ std::string fault_of(const PixelSample& p, const LayerSample& l) {
     for (const float at : l.position)
         if (!std::isfinite(at))
             return "position " + std::to_string(at);
-    for (const Matte* matte : {&l.materials, &l.squares})
+    for (const tiles::Matte* matte : {&l.materials, &l.squares})
         for (const float share : matte->share)
             if (!is_share(share))
                 return "share of a matte " + std::to_string(share);
@@ -203,13 +217,13 @@ std::string fault_of(const PixelSample& p, const LayerSample& l) {
 }
 
 /// The first fault of the picture; empty: none.
-std::string fault_of_picture(const Scene& scene, Chooser& choose) {
+std::string fault_of_picture(const scene::Scene& scene, Chooser& choose) {
     auto world = world_of_everything();
     world->editable_info().voxel_m = choose.of({0.25, 1.0, 1.0, 8.0});
     test::Job job(scene, std::size_t{64} << 20, std::move(world));
     if (choose.one_in(2))
-        job.view.materials = std::make_shared<MaterialTable>(strange_looks(choose));
-    const Film film = test::render(job, 1);
+        job.view.materials = std::make_shared<material::MaterialTable>(strange_looks(choose));
+    const output::Film film = test::render_scene(job, 1);
     for (int y = 0; y < film.height_px(); ++y)
         for (int x = 0; x < film.width_px(); ++x) {
             const std::string fault = fault_of(film.at(x, y), film.layers_at(x, y));
@@ -225,8 +239,8 @@ TEST_CASE("in any scene every value of every layer is a number, and no light is 
           "[raytracer][shade][light][finite]") {
     for (int number = 0; number < kScenes; ++number) {
         Chooser choose(static_cast<std::uint64_t>(number) + 1);
-        const Scene scene = random_scene(choose);
-        INFO("scene " << number << ":\n" << to_toml(scene));
+        const scene::Scene scene = random_scene(choose);
+        INFO("scene " << number << ":\n" << scene::to_toml(scene));
         CHECK(fault_of_picture(scene, choose) == "");
     }
 }

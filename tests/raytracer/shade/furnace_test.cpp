@@ -19,7 +19,7 @@ constexpr int kManyBounces = 250;  // no path of these worlds has more that coun
 using Looks = material::Looks;
 
 Looks matt(float albedo) {
-    Look look;
+    material::Look look;
     look.colour = {albedo, albedo, albedo};
     Looks out;
     out.fill(look);
@@ -27,23 +27,32 @@ Looks matt(float albedo) {
 }
 
 /// A clear pool's water, or ice: it takes nothing from the light.
-Look clear(Kind kind, float index) {
-    Look look;
-    look.kind = kind, look.colour = {1, 1, 1}, look.index = index, look.roughness = 0;
+material::Look clear(material::Kind kind, float index) {
+    material::Look look;
+    look.kind = kind;
+    look.colour = {1, 1, 1};
+    look.index = index;
+    look.roughness = 0;
     return look;
 }
 
-Scene scene_of(Integrator integrator, int samples, std::array<double, 3> eye,
-               std::array<double, 3> target) {
-    Scene scene;
+scene::Scene scene_of(core::Integrator integrator, int samples, std::array<double, 3> eye,
+                      std::array<double, 3> target) {
+    scene::Scene scene;
     scene.output.size_px = {48, 32};
-    scene.camera.space = CoordinateSpace::kVoxel, scene.camera.position = eye,
+    scene.camera.space = core::CoordinateSpace::kVoxel;
+    scene.camera.position = eye;
     scene.camera.target = target;
-    scene.sky.model = SkyModel::kUniform, scene.sun.strength = 0, scene.sun.altitude_deg = 40,
+    scene.sky.model = core::SkyModel::kUniform;
+    scene.sun.strength = 0;
+    scene.sun.altitude_deg = 40;
     scene.sun.azimuth_deg = 130;
-    scene.quality.integrator = integrator, scene.quality.samples = samples,
+    scene.quality.integrator = integrator;
+    scene.quality.samples = samples;
     scene.quality.bounces = kManyBounces;
-    scene.quality.clamp = 0, scene.quality.textures = false, scene.quality.coarse_step = 1;
+    scene.quality.clamp = 0;
+    scene.quality.textures = false;
+    scene.quality.coarse_step = 1;
     return scene;
 }
 
@@ -52,24 +61,26 @@ struct Mean {
     int pixels = 0;
     double least = 1e9, most = 0;
 };
-Mean mean_of(const Film& film) {
+Mean mean_of(const output::Film& film) {
     Mean out;
-    for (const PixelSample& p : film.samples()) {
+    for (const tiles::PixelSample& p : film.samples()) {
         if (p.alpha < 1)
             continue;
-        const auto light = static_cast<double>(luminance(p.colour));
-        out.light += light, ++out.pixels;
-        out.least = std::min(out.least, light), out.most = std::max(out.most, light);
+        const auto light = static_cast<double>(voxel::luminance(p.colour));
+        out.light += light;
+        ++out.pixels;
+        out.least = std::min(out.least, light);
+        out.most = std::max(out.most, light);
     }
     out.light /= std::max(out.pixels, 1);
     return out;
 }
 
-Mean light_of(const Scene& scene, std::unique_ptr<ArrayWorld> world, const Looks& looks) {
+Mean light_of(const scene::Scene& scene, std::unique_ptr<ArrayWorld> world, const Looks& looks) {
     world->editable_info().bounds = world->level_bounds();
     test::Job job(scene, std::size_t{256} << 20, std::move(world));
-    job.view.materials = std::make_shared<MaterialTable>(looks);
-    return mean_of(test::render(job, 2));
+    job.view.materials = std::make_shared<material::MaterialTable>(looks);
+    return mean_of(test::render_scene(job, 2));
 }
 
 /// Pillars of all heights, an overhanging deck, a pit and a tunnel, on a plain; water in a basin,
@@ -99,8 +110,8 @@ std::unique_ptr<ArrayWorld> plane() {
 }
 
 /// Looks at a spot on the plane, steeply.
-Scene spot_scene(Integrator integrator, int samples, double x, double z) {
-    Scene scene = scene_of(integrator, samples, {x + 0.3, 11, z + 0.2}, {x, 0, z});
+scene::Scene spot_scene(core::Integrator integrator, int samples, double x, double z) {
+    scene::Scene scene = scene_of(integrator, samples, {x + 0.3, 11, z + 0.2}, {x, 0, z});
     scene.output.size_px = {4, 4};
     scene.camera.fov_deg = 1;
     return scene;
@@ -120,40 +131,50 @@ TEST_CASE("in a furnace of white things everything is as bright as the sky",
           "[raytracer][shade][light][furnace]") {
     struct Case {
         const char* name;
-        std::function<void(Looks&, Scene&)> set;
+        std::function<void(Looks&, scene::Scene&)> set;
     };
     const auto number = [](Material m) { return static_cast<std::size_t>(m); };
     const Case cases[] = {
-        {"matt", [](Looks&, Scene&) {}},
+        {"matt", [](Looks&, scene::Scene&) {}},
         {"matt, with water that takes nothing",
-         [&](Looks& l, Scene&) { l[number(Material::kWater)] = clear(Kind::kWater, 1.333f); }},
+         [&](Looks& l, scene::Scene&) {
+             l[number(Material::kWater)] = clear(material::Kind::kWater, 1.333f);
+         }},
         {"the same with waves",
-         [&](Looks& l, Scene& s) {
+         [&](Looks& l, scene::Scene& s) {
              s.quality.textures = true;
-             Look water = material::read_materials(std::filesystem::path(TERRAVOX_SOURCE_DIR) /
-                                                   "config/materials.toml")
-                              .looks[number(Material::kWater)];
-             water.absorption_per_m = water.glow = {}, water.colour = {1, 1, 1};
+             material::Look water =
+                 material::read_materials(std::filesystem::path(TERRAVOX_SOURCE_DIR) /
+                                          "config/materials.toml")
+                     .looks[number(Material::kWater)];
+             water.absorption_per_m = water.glow = {};
+             water.colour = {1, 1, 1};
              l[number(Material::kWater)] = water;
          }},
         {"matt, with ice",
-         [&](Looks& l, Scene&) { l[number(Material::kWater)] = clear(Kind::kGlass, 1.31f); }},
+         [&](Looks& l, scene::Scene&) {
+             l[number(Material::kWater)] = clear(material::Kind::kGlass, 1.31f);
+         }},
         {"varnished and rough mirrors",
-         [&](Looks& l, Scene&) {
-             for (const Material m : {Material::kWall, Material::kConcrete})
-                 l[number(m)].reflects = true, l[number(m)].roughness = 0.4f;
-             l[number(Material::kRock)].reflects = true, l[number(Material::kRock)].roughness = 0;
+         [&](Looks& l, scene::Scene&) {
+             for (const Material m : {Material::kWall, Material::kConcrete}) {
+                 l[number(m)].reflects = true;
+                 l[number(m)].roughness = 0.4f;
+             }
+             l[number(Material::kRock)].reflects = true;
+             l[number(Material::kRock)].roughness = 0;
          }},
         {"seen from under water",
-         [&](Looks& l, Scene& s) {
-             l[number(Material::kWater)] = clear(Kind::kWater, 1.333f);
-             s.camera.position = {{-17.3, -4.4, 18.2}}, s.camera.target = {{-10, -4, 40}},
+         [&](Looks& l, scene::Scene& s) {
+             l[number(Material::kWater)] = clear(material::Kind::kWater, 1.333f);
+             s.camera.position = {{-17.3, -4.4, 18.2}};
+             s.camera.target = {{-10, -4, 40}};
              s.camera.inside_rock = true;
          }},
     };
     for (const Case& c : cases) {
         Looks looks = matt(1);
-        Scene scene = scene_of(Integrator::kPath, 16, {-38, 22, 39}, {0, -2, 0});
+        scene::Scene scene = scene_of(core::Integrator::kPath, 16, {-38, 22, 39}, {0, -2, 0});
         scene.camera.fov_deg = 60;
         c.set(looks, scene);
         const Mean found = light_of(scene, furnace_world(), looks);
@@ -168,8 +189,9 @@ TEST_CASE("a furnace is darker where paths end early, and never brighter",
           "[raytracer][shade][light][furnace]") {
     double last = 0;
     for (const int bounces : {0, 1, 3, 8}) {
-        Scene scene = scene_of(Integrator::kPath, 16, {-38, 22, 39}, {0, -2, 0});
-        scene.quality.bounces = bounces, scene.camera.fov_deg = 60;
+        scene::Scene scene = scene_of(core::Integrator::kPath, 16, {-38, 22, 39}, {0, -2, 0});
+        scene.quality.bounces = bounces;
+        scene.camera.fov_deg = 60;
         const Mean found = light_of(scene, furnace_world(), matt(1));
         INFO(bounces << " bounces: " << found.light << ", before " << last);
         CHECK(found.light > last);
@@ -185,14 +207,14 @@ TEST_CASE("in a closed box that glows, light is its own over what is lost at eac
     };
     for (const Case& c : {Case{0.5f, 0.25f}, {0.9f, 0.1f}, {0.2f, 3}}) {
         Looks looks = matt(c.albedo);
-        for (Look& look : looks)
+        for (material::Look& look : looks)
             look.emission = {c.emission, c.emission, c.emission};
         auto world = std::make_unique<ArrayWorld>(ArrayWorld::Coord{-12, -8, -10},
                                                   ArrayWorld::Coord{12, 8, 10});
         world->fill({-12, -8, -10}, {12, 8, 10}, Material::kConcrete);
         world->fill({-10, -6, -8}, {10, 6, 8}, Material::kAir);
         world->fill({-2, -6, -2}, {3, 1, 2}, Material::kConcrete);
-        const Mean found = light_of(scene_of(Integrator::kPath, 64, {-8, 4, 6}, {0, -2, 0}),
+        const Mean found = light_of(scene_of(core::Integrator::kPath, 64, {-8, 4, 6}, {0, -2, 0}),
                                     std::move(world), looks);
         const double expected =
             static_cast<double>(c.emission) / (1 - static_cast<double>(c.albedo));
@@ -206,16 +228,17 @@ TEST_CASE("in a closed box that glows, light is its own over what is lost at eac
 TEST_CASE("a plane under an even sky sends its albedo", "[raytracer][shade][light][furnace]") {
     struct Case {
         const char* name;
-        Integrator integrator;
+        core::Integrator integrator;
         int ao_rays, bounces;
     };
-    for (const Case& c : {Case{"direct", Integrator::kDirect, 0, 6},
-                          {"ambient rays", Integrator::kDirect, 3, 6},
-                          {"paths", Integrator::kPath, 0, 6},
-                          {"paths of one bounce", Integrator::kPath, 0, 1},
-                          {"paths without a bounce", Integrator::kPath, 0, 0}}) {
-        Scene scene = spot_scene(c.integrator, 4, 0, 0);
-        scene.quality.ao_rays = c.ao_rays, scene.quality.bounces = c.bounces;
+    for (const Case& c : {Case{"direct", core::Integrator::kDirect, 0, 6},
+                          {"ambient rays", core::Integrator::kDirect, 3, 6},
+                          {"paths", core::Integrator::kPath, 0, 6},
+                          {"paths of one bounce", core::Integrator::kPath, 0, 1},
+                          {"paths without a bounce", core::Integrator::kPath, 0, 0}}) {
+        scene::Scene scene = spot_scene(c.integrator, 4, 0, 0);
+        scene.quality.ao_rays = c.ao_rays;
+        scene.quality.bounces = c.bounces;
         INFO(c.name);
         const Mean found = light_of(scene, plane(), matt(0.37f));
         CHECK(found.pixels == 16);
@@ -225,11 +248,13 @@ TEST_CASE("a plane under an even sky sends its albedo", "[raytracer][shade][ligh
 
 TEST_CASE("a plane in the sun alone sends its albedo times the sun's sine of altitude",
           "[raytracer][shade][light][furnace]") {
-    for (const Integrator integrator : {Integrator::kDirect, Integrator::kPath})
+    for (const core::Integrator integrator : {core::Integrator::kDirect, core::Integrator::kPath})
         for (const double size : {0.0, 1.0})
             for (const double altitude_deg : {4.0, 30.0, 90.0}) {
-                Scene scene = spot_scene(integrator, 256, 0, 0);
-                scene.sky.strength = 0, scene.sun.strength = 1, scene.sun.size = size,
+                scene::Scene scene = spot_scene(integrator, 256, 0, 0);
+                scene.sky.strength = 0;
+                scene.sun.strength = 1;
+                scene.sun.size = size;
                 scene.sun.altitude_deg = altitude_deg;
                 scene.sun.light = {{1.5, 1.5, 1.5}};
                 const Mean found = light_of(scene, plane(), matt(0.6f));
@@ -244,11 +269,13 @@ TEST_CASE(
     "under the sky of the atmosphere paths bring a plane what its table of ambient light says",
     "[raytracer][shade][light][furnace]") {
     for (const double altitude_deg : {60.0, 8.0}) {
-        Scene scene = spot_scene(Integrator::kPath, 1024, 0, 0);
-        scene.sky.model = SkyModel::kAtmosphere, scene.sky.visibility_km = 0,
+        scene::Scene scene = spot_scene(core::Integrator::kPath, 1024, 0, 0);
+        scene.sky.model = core::SkyModel::kAtmosphere;
+        scene.sky.visibility_km = 0;
         scene.sun.altitude_deg = altitude_deg;
         const Mean path = light_of(scene, plane(), matt(0.5f));
-        scene.quality.integrator = Integrator::kDirect, scene.quality.ambient_occlusion = false,
+        scene.quality.integrator = core::Integrator::kDirect;
+        scene.quality.ambient_occlusion = false;
         scene.quality.samples = 4;
         const Mean table = light_of(scene, plane(), matt(0.5f));
         INFO("altitude " << altitude_deg);
@@ -269,7 +296,8 @@ TEST_CASE("on a floor in a corner of two walls the sky's light is the share that
                    kept_by_wall(distance, kLong - along, kHigh);
         };
         const double kept = kept_by(c.x, c.z) + kept_by(c.z, c.x);
-        for (const Integrator integrator : {Integrator::kDirect, Integrator::kPath}) {
+        for (const core::Integrator integrator :
+             {core::Integrator::kDirect, core::Integrator::kPath}) {
             auto world = std::make_unique<ArrayWorld>(ArrayWorld::Coord{-4, -4, -4},
                                                       ArrayWorld::Coord{40, 16, 40});
             world->fill({-4, -4, -4}, {40, 0, 40}, Material::kGround);
@@ -278,8 +306,9 @@ TEST_CASE("on a floor in a corner of two walls the sky's light is the share that
             Looks looks = matt(0.8f);
             looks[static_cast<std::size_t>(Material::kRock)]
                 .colour = {};  // what the walls throw back is no light of the sky
-            Scene scene = spot_scene(integrator, 1024, c.x, c.z);
-            scene.quality.ao_rays = 4, scene.quality.ao_range_m = 1000;
+            scene::Scene scene = spot_scene(integrator, 1024, c.x, c.z);
+            scene.quality.ao_rays = 4;
+            scene.quality.ao_range_m = 1000;
             const Mean found = light_of(scene, std::move(world), looks);
             INFO(integrator << " at " << c.x << ", " << c.z << ", open " << 1 - kept);
             CHECK(found.light == Approx(0.8 * (1 - kept)).epsilon(0.01));
@@ -297,27 +326,29 @@ TEST_CASE(
                             ((kIndex - 1) / (kIndex + 1));  // of light that comes straight
     const double up = (1 - mirrored) * left(kDepth_m);
     struct Case {
-        Integrator integrator;
+        core::Integrator integrator;
         double altitude_deg;  ///< of the sun; 0: there is none, and the bed glows
     };
-    for (const Case& c : {Case{Integrator::kDirect, 0},
-                          {Integrator::kPath, 0},
-                          {Integrator::kDirect, 60},
-                          {Integrator::kPath, 60},
-                          {Integrator::kDirect, 12},
-                          {Integrator::kPath, 12}}) {
+    for (const Case& c : {Case{core::Integrator::kDirect, 0},
+                          {core::Integrator::kPath, 0},
+                          {core::Integrator::kDirect, 60},
+                          {core::Integrator::kPath, 60},
+                          {core::Integrator::kDirect, 12},
+                          {core::Integrator::kPath, 12}}) {
         Looks looks = matt(static_cast<float>(kAlbedo));
-        Look water = clear(Kind::kWater, static_cast<float>(kIndex));
-        water.absorption_per_m = Colour{1, 1, 1} * static_cast<float>(kAbsorption_per_m);
+        material::Look water = clear(material::Kind::kWater, static_cast<float>(kIndex));
+        water.absorption_per_m = voxel::Colour{1, 1, 1} * static_cast<float>(kAbsorption_per_m);
         looks[static_cast<std::size_t>(Material::kWater)] = water;
         double expected = kGlow * up;
         // One bounce lets light into the water and out of it, and takes none from bed to bed by way
         // of the surface.
-        Scene scene = spot_scene(c.integrator, 256, 0.4, 0.3);
-        scene.quality.bounces = 1, scene.sky.strength = 0,
+        scene::Scene scene = spot_scene(c.integrator, 256, 0.4, 0.3);
+        scene.quality.bounces = 1;
+        scene.sky.strength = 0;
         scene.camera.position = {{0.4, 11, 0.301}};
         if (c.altitude_deg > 0) {
-            scene.sun.strength = 1, scene.sun.altitude_deg = c.altitude_deg,
+            scene.sun.strength = 1;
+            scene.sun.altitude_deg = c.altitude_deg;
             scene.sun.light = {{kSun, kSun, kSun}};
             const double sin = std::sin(c.altitude_deg * std::numbers::pi / 180),
                          sin_in = std::cos(c.altitude_deg * std::numbers::pi / 180) / kIndex;
@@ -328,7 +359,7 @@ TEST_CASE(
                 kAlbedo * kSun * sin * (1 - (s * s + p * p) / 2) * left(kDepth_m / cos_in) * up;
         } else {
             looks[static_cast<std::size_t>(Material::kRock)].emission =
-                Colour{1, 1, 1} * static_cast<float>(kGlow);
+                voxel::Colour{1, 1, 1} * static_cast<float>(kGlow);
         }
         auto world = std::make_unique<ArrayWorld>(ArrayWorld::Coord{-40, -8, -40},
                                                   ArrayWorld::Coord{40, 12, 40});

@@ -7,33 +7,34 @@
 
 using namespace terravox;
 using terravox::test::Job;
-using terravox::test::render;
+using terravox::test::render_scene;
 using terravox::test::small_scene;
 
 namespace {
 
-Scene tiny(Integrator integrator, int samples) {
-    Scene scene = small_scene();
+scene::Scene tiny(core::Integrator integrator, int samples) {
+    scene::Scene scene = small_scene();
     scene.output.size_px = {40, 24};
-    scene.quality.integrator = integrator, scene.quality.samples = samples;
+    scene.quality.integrator = integrator;
+    scene.quality.samples = samples;
     scene.quality.coarse_step = 1;
     return scene;
 }
 
-double rmse(const Film& a, const Film& b) {
+double rmse(const output::Film& a, const output::Film& b) {
     double sum = 0;
     for (int y = 0; y < a.height_px(); ++y)
         for (int x = 0; x < a.width_px(); ++x) {
-            const Colour p = a.at(x, y).colour, q = b.at(x, y).colour;
+            const voxel::Colour p = a.at(x, y).colour, q = b.at(x, y).colour;
             for (const float d : {p.r - q.r, p.g - q.g, p.b - q.b})
                 sum += static_cast<double>(d) * static_cast<double>(d);
         }
     return std::sqrt(sum / (3.0 * a.width_px() * a.height_px()));
 }
 
-Film picture(const Scene& scene) {
+output::Film picture(const scene::Scene& scene) {
     Job job(scene);
-    return render(job, 2);
+    return render_scene(job, 2);
 }
 
 }  // namespace
@@ -43,24 +44,24 @@ TEST_CASE(
     "[raytracer][shade][light]") {
     struct Kind {
         const char* name;
-        void (*set)(Scene&);
+        void (*set)(scene::Scene&);
     };
     const Kind kinds[] = {
-        {"ambient occlusion", [](Scene& s) { s.quality.ao_rays = 1; }},
-        {"a large sun", [](Scene& s) { s.sun.size = 20; }},
-        {"paths", [](Scene& s) { s.quality.integrator = Integrator::kPath; }},
+        {"ambient occlusion", [](scene::Scene& s) { s.quality.ao_rays = 1; }},
+        {"a large sun", [](scene::Scene& s) { s.sun.size = 20; }},
+        {"paths", [](scene::Scene& s) { s.quality.integrator = core::Integrator::kPath; }},
     };
     for (const Kind& kind : kinds) {
-        Scene scene = tiny(Integrator::kDirect, 1024);
+        scene::Scene scene = tiny(core::Integrator::kDirect, 1024);
         kind.set(scene);
-        const Film reference = picture(scene);
+        const output::Film reference = picture(scene);
         double last = 0;
         for (const int samples : {4, 16, 64}) {
             scene.quality.samples = samples;
-            const Film film = picture(scene);
+            const output::Film film = picture(scene);
             for (int y = 0; y < film.height_px(); ++y)
                 for (int x = 0; x < film.width_px(); ++x) {
-                    const PixelSample& p = film.at(x, y);
+                    const tiles::PixelSample& p = film.at(x, y);
                     REQUIRE((std::isfinite(p.colour.r) && std::isfinite(p.colour.g) &&
                              std::isfinite(p.colour.b) && std::isfinite(p.error)));
                     REQUIRE((p.colour.r >= 0 && p.colour.g >= 0 && p.colour.b >= 0));
@@ -78,15 +79,16 @@ TEST_CASE(
 }
 
 TEST_CASE("what a pixel says of its error is about its error", "[raytracer][shade][light]") {
-    const Film reference = picture(tiny(Integrator::kPath, 1024)),
-               film = picture(tiny(Integrator::kPath, 16));
+    const output::Film reference = picture(tiny(core::Integrator::kPath, 1024)),
+                       film = picture(tiny(core::Integrator::kPath, 16));
     double said = 0, found = 0;
     for (int y = 0; y < film.height_px(); ++y)
         for (int x = 0; x < film.width_px(); ++x) {
-            const double d = static_cast<double>(luminance(film.at(x, y).colour) -
-                                                 luminance(reference.at(x, y).colour));
-            found += d * d, said += static_cast<double>(film.at(x, y).error) *
-                                    static_cast<double>(film.at(x, y).error);
+            const double d = static_cast<double>(voxel::luminance(film.at(x, y).colour) -
+                                                 voxel::luminance(reference.at(x, y).colour));
+            found += d * d;
+            said +=
+                static_cast<double>(film.at(x, y).error) * static_cast<double>(film.at(x, y).error);
         }
     // Evenly spread samples do better than the formula for independent ones.
     CHECK(std::sqrt(found) < std::sqrt(said) * 1.1);
@@ -94,35 +96,40 @@ TEST_CASE("what a pixel says of its error is about its error", "[raytracer][shad
 }
 
 TEST_CASE("with a noise to reach, samples go where they are needed", "[raytracer][shade][light]") {
-    Scene scene = tiny(Integrator::kPath, 512);
-    scene.quality.noise = 0.05, scene.quality.min_samples = 8;
-    const Film film = picture(scene), reference = picture(tiny(Integrator::kPath, 1024));
+    scene::Scene scene = tiny(core::Integrator::kPath, 512);
+    scene.quality.noise = 0.05;
+    scene.quality.min_samples = 8;
+    const output::Film film = picture(scene),
+                       reference = picture(tiny(core::Integrator::kPath, 1024));
     std::uint64_t samples = 0;
     std::uint32_t least = 1 << 20, most = 0;
     for (int y = 0; y < film.height_px(); ++y)
         for (int x = 0; x < film.width_px(); ++x) {
-            const PixelSample& p = film.at(x, y);
-            samples += p.samples, least = std::min(least, p.samples),
-                                  most = std::max(most, p.samples);
+            const tiles::PixelSample& p = film.at(x, y);
+            samples += p.samples;
+            least = std::min(least, p.samples);
+            most = std::max(most, p.samples);
             CHECK((p.samples == 512 || p.is_known(0.05)));
         }
     CHECK(least == 8);
     CHECK(most > 32);
-    scene.quality.noise = 0, scene.quality.samples = static_cast<int>(samples / (40 * 24));
+    scene.quality.noise = 0;
+    scene.quality.samples = static_cast<int>(samples / (40 * 24));
     INFO(samples / (40.0 * 24) << " samples a pixel");
     CHECK(rmse(film, reference) < 1.1 * rmse(picture(scene), reference));
 }
 
 TEST_CASE("more samples added later make the mean of all", "[raytracer][shade][light]") {
-    const Scene scene = tiny(Integrator::kPath, 8);
+    const scene::Scene scene = tiny(core::Integrator::kPath, 8);
     Job job(scene);
-    const Film whole = render(job, 1);
-    Film film(40, 24);
+    const output::Film whole = render_scene(job, 1);
+    output::Film film(40, 24);
     {
-        ThreadProcessor processor(job.view, job.blocks, 1);
-        RenderTile tile{0, 0, 0, 0, 40, 24, 1, false, 0, 0};
+        processors::ThreadProcessor processor(job.view, job.blocks, 1);
+        tiles::RenderTile tile{0, 0, 0, 0, 40, 24, 1, false, 0, 0};
         for (const auto& [first, count] : {std::pair{0u, 2u}, {2u, 2u}, {4u, 4u}}) {
-            tile.first_sample = first, tile.samples = count;
+            tile.first_sample = first;
+            tile.samples = count;
             processor.submit(tile);
             film.add(*processor.take());
         }
@@ -142,9 +149,9 @@ TEST_CASE("more samples added later make the mean of all", "[raytracer][shade][l
 
 TEST_CASE("a picture with a time to keep has at least its first samples",
           "[raytracer][shade][light]") {
-    Scene scene = tiny(Integrator::kDirect, 64);
+    scene::Scene scene = tiny(core::Integrator::kDirect, 64);
     scene.quality.time_s = 0.001;
-    const Film film = picture(scene);
+    const output::Film film = picture(scene);
     CHECK(film.at(3, 3).samples >= 2);
     scene.quality.time_s = 1000;
     CHECK(picture(scene).at(3, 3).samples == 64);
@@ -152,7 +159,9 @@ TEST_CASE("a picture with a time to keep has at least its first samples",
 
 TEST_CASE("with a time to keep, too, no pixel is known by fewer samples than were asked for",
           "[raytracer][shade][light]") {
-    Scene scene = tiny(Integrator::kDirect, 64);
-    scene.quality.time_s = 1000, scene.quality.noise = 1, scene.quality.min_samples = 16;
+    scene::Scene scene = tiny(core::Integrator::kDirect, 64);
+    scene.quality.time_s = 1000;
+    scene.quality.noise = 1;
+    scene.quality.min_samples = 16;
     CHECK(picture(scene).at(3, 3).samples >= 16);
 }

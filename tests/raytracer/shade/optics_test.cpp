@@ -9,53 +9,54 @@ using namespace terravox;
 
 namespace {
 
-Vec3 random_direction(std::mt19937& random) {
+core::Vec3 random_direction(std::mt19937& random) {
     std::normal_distribution<double> normal;
-    return normalized({normal(random), normal(random), normal(random)});
+    return core::normalized({normal(random), normal(random), normal(random)});
 }
 
-bool near(Vec3 a, Vec3 b, double most) {
-    return length(a - b) < most;
+bool near(core::Vec3 a, core::Vec3 b, double most) {
+    return core::length(a - b) < most;
 }
 
 }  // namespace
 
 TEST_CASE("Fresnel's share is that of the books", "[raytracer][shade][optics]") {
-    CHECK(fresnel(1, 1.5) == Approx(0.04).epsilon(1e-6));
-    CHECK(fresnel(1, 1 / 1.5) == Approx(0.04).epsilon(1e-6));
-    CHECK(fresnel(1, 1.333) == Approx(0.0203735).epsilon(1e-4));
-    CHECK(fresnel(0, 1.333) == Approx(1).epsilon(1e-12));
-    CHECK(fresnel(0.5, 1.0) == Approx(0).margin(1e-12));
+    CHECK(shade::fresnel(1, 1.5) == Approx(0.04).epsilon(1e-6));
+    CHECK(shade::fresnel(1, 1 / 1.5) == Approx(0.04).epsilon(1e-6));
+    CHECK(shade::fresnel(1, 1.333) == Approx(0.0203735).epsilon(1e-4));
+    CHECK(shade::fresnel(0, 1.333) == Approx(1).epsilon(1e-12));
+    CHECK(shade::fresnel(0.5, 1.0) == Approx(0).margin(1e-12));
     // Brewster's angle: only the s-polarised half is left.
     const double brewster = std::cos(std::atan(1.5)), s = (1.5 * 1.5 - 1) / (1.5 * 1.5 + 1);
-    CHECK(fresnel(brewster, 1.5) == Approx(s * s / 2).epsilon(1e-9));
-    CHECK(fresnel(std::cos(50 * std::numbers::pi / 180), 1 / 1.333) ==
+    CHECK(shade::fresnel(brewster, 1.5) == Approx(s * s / 2).epsilon(1e-9));
+    CHECK(shade::fresnel(std::cos(50 * std::numbers::pi / 180), 1 / 1.333) ==
           1);  // beyond the critical angle of 48.6 degrees
     for (double c = 0.01; c < 1; c += 0.01) {
         const double sin_out = std::sqrt(1 - c * c) / 1.333,
-                     back = fresnel(std::sqrt(1 - sin_out * sin_out), 1 / 1.333);
-        REQUIRE(fresnel(c, 1.333) == Approx(back).epsilon(1e-9));  // the same from both sides
+                     back = shade::fresnel(std::sqrt(1 - sin_out * sin_out), 1 / 1.333);
+        REQUIRE(shade::fresnel(c, 1.333) ==
+                Approx(back).epsilon(1e-9));  // the same from both sides
     }
 }
 
 TEST_CASE("refraction obeys Snell's law and can be undone", "[raytracer][shade][optics]") {
     std::mt19937 random(5);
     for (int i = 0; i < 2000; ++i) {
-        const Vec3 n = random_direction(random);
-        Vec3 d = random_direction(random);
-        if (dot(d, n) > 0)
+        const core::Vec3 n = random_direction(random);
+        core::Vec3 d = random_direction(random);
+        if (core::dot(d, n) > 0)
             d = -d;
         const double index = std::uniform_real_distribution<double>(0.5, 2.5)(random);
-        const auto through = refract(d, n, index);
-        const double sin_in = length(cross(d, n));
+        const auto through = shade::refract(d, n, index);
+        const double sin_in = core::length(core::cross(d, n));
         INFO("case " << i << ", index " << index);
         REQUIRE(through.has_value() == (sin_in / index < 1));
         if (!through)
             continue;
-        REQUIRE(std::abs(length(*through) - 1) < 1e-9);
-        REQUIRE(length(cross(*through, n)) * index == Approx(sin_in).margin(1e-7));
-        REQUIRE(dot(*through, n) < 0);
-        const auto back = refract(-*through, -n, 1 / index);
+        REQUIRE(std::abs(core::length(*through) - 1) < 1e-9);
+        REQUIRE(core::length(core::cross(*through, n)) * index == Approx(sin_in).margin(1e-7));
+        REQUIRE(core::dot(*through, n) < 0);
+        const auto back = shade::refract(-*through, -n, 1 / index);
         REQUIRE(back);
         REQUIRE(near(*back, -d, 1e-6));
     }
@@ -64,15 +65,17 @@ TEST_CASE("refraction obeys Snell's law and can be undone", "[raytracer][shade][
 TEST_CASE("cosine directions have the density they say", "[raytracer][shade][optics]") {
     std::mt19937 random(6);
     for (int i = 0; i < 20; ++i) {
-        const Vec3 n = i < 6 ? normal_of(static_cast<Face>(i)) : random_direction(random);
-        Vec3 mean;
+        const core::Vec3 n =
+            i < 6 ? core::normal_of(static_cast<core::Face>(i)) : random_direction(random);
+        core::Vec3 mean;
         double cos_mean = 0;
         constexpr int kCount = 4096;
         for (std::uint32_t s = 0; s < kCount; ++s) {
-            const Vec3 d = cosine_direction(n, Sampler(i, 3, s).pair(0));
-            REQUIRE(std::abs(length(d) - 1) < 1e-9);
-            REQUIRE(dot(d, n) > 0);
-            mean = mean + d * (1.0 / kCount), cos_mean += dot(d, n) / kCount;
+            const core::Vec3 d = shade::cosine_direction(n, shade::Sampler(i, 3, s).pair(0));
+            REQUIRE(std::abs(core::length(d) - 1) < 1e-9);
+            REQUIRE(core::dot(d, n) > 0);
+            mean = mean + d * (1.0 / kCount);
+            cos_mean += core::dot(d, n) / kCount;
         }
         CHECK(cos_mean == Approx(2.0 / 3).epsilon(0.002));
         CHECK(near(mean, n * (2.0 / 3), 0.005));
@@ -80,17 +83,18 @@ TEST_CASE("cosine directions have the density they say", "[raytracer][shade][opt
 }
 
 TEST_CASE("facets are smooth without roughness and spread with it", "[raytracer][shade][optics]") {
-    const Vec3 n{0, 1, 0};
+    const core::Vec3 n{0, 1, 0};
     double last = -1;
     for (const double roughness : {0.0, 0.1, 0.3, 0.6, 1.0}) {
         double away = 0;
         for (std::uint32_t s = 0; s < 256; ++s) {
-            const Vec3 facet = facet_normal(n, roughness, Sampler(1, 1, s).pair(0));
-            REQUIRE(dot(facet, n) >= 0);
-            away += 1 - dot(facet, n);
+            const core::Vec3 facet =
+                shade::facet_normal(n, roughness, shade::Sampler(1, 1, s).pair(0));
+            REQUIRE(core::dot(facet, n) >= 0);
+            away += 1 - core::dot(facet, n);
         }
         CHECK(away > last);
         last = away;
     }
-    CHECK(near(facet_normal(n, 0, {0.7, 0.3}), n, 1e-12));
+    CHECK(near(shade::facet_normal(n, 0, {0.7, 0.3}), n, 1e-12));
 }

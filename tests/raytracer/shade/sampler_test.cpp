@@ -18,8 +18,9 @@ TEST_CASE("samples of a pixel lie one in each cell of every elementary interval"
                     const int columns = 1 << log2_columns, rows = count / columns;
                     std::set<int> seen;
                     for (int s = 0; s < count; ++s) {
-                        const auto at = Sampler(pixel * 37, pixel, static_cast<std::uint32_t>(s))
-                                            .pair(dimension);
+                        const auto at =
+                            shade::Sampler(pixel * 37, pixel, static_cast<std::uint32_t>(s))
+                                .pair(dimension);
                         REQUIRE((at.u >= 0 && at.u < 1 && at.v >= 0 && at.v < 1));
                         seen.insert(static_cast<int>(at.u * columns) * rows +
                                     static_cast<int>(at.v * rows));
@@ -46,13 +47,14 @@ TEST_CASE("dimensions and pixels do not know of each other", "[raytracer][shade]
         return sum;
     };
     const auto across = [](std::uint32_t dimension) {
-        return [dimension](int i) { return Sampler(i % 80, i / 80, 5).number(dimension); };
+        return [dimension](int i) { return shade::Sampler(i % 80, i / 80, 5).number(dimension); };
     };
     CHECK(chi2(across(1), across(2)) < 130);
-    CHECK(chi2(across(1), [](int i) { return Sampler(i % 80 + 1, i / 80, 5).number(1); }) < 130);
+    CHECK(chi2(across(1), [](int i) { return shade::Sampler(i % 80 + 1, i / 80, 5).number(1); }) <
+          130);
     const auto along = [](std::uint32_t dimension) {
         return [dimension](int i) {
-            return Sampler(3, 4, static_cast<std::uint32_t>(i)).pair(dimension).u;
+            return shade::Sampler(3, 4, static_cast<std::uint32_t>(i)).pair(dimension).u;
         };
     };
     CHECK(chi2(along(1), along(2)) < 130);
@@ -62,6 +64,6 @@ TEST_CASE("the parts of samples are as even as samples", "[raytracer][shade][sam
     std::set<int> seen;
     for (std::uint32_t s = 0; s < 4; ++s)
         for (int i = 0; i < 8; ++i)
-            seen.insert(static_cast<int>(Sampler(9, 9, s).part(i, 8).number(5) * 32));
+            seen.insert(static_cast<int>(shade::Sampler(9, 9, s).part(i, 8).number(5) * 32));
     CHECK(seen.size() == 32);
 }

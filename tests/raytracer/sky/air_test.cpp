@@ -6,17 +6,17 @@ using namespace terravox::test;
 TEST_CASE("air takes nothing near by and all but a twentieth at the stated distance",
           "[raytracer][sky][air]") {
     const double visibility_km = GENERATE(0.05, 1.0, 20.0, 150.0, 400.0);
-    Scene::Sky settings;
+    scene::Scene::Sky settings;
     settings.visibility_km = visibility_km;
-    const Sky sky = sky_at(30, 180, settings);
-    const Vec3 level{0.6, 0, 0.8};
+    const sky::Sky sky = sky_at(30, 180, settings);
+    const core::Vec3 level{0.6, 0, 0.8};
     INFO("visibility " << visibility_km << " km");
     CHECK(sky.air(level, 0).transmittance.g == 1);
     CHECK(brightness(sky.air(level, 0).light) == 0);
     CHECK(sky.air(level, visibility_km * 1000).transmittance.g == Approx(0.05).epsilon(1e-3));
     float last = 1;
     for (double m = 1; m < 1e9; m *= 1.5) {
-        const Air air = sky.air(level, m);
+        const sky::Air air = sky.air(level, m);
         CHECK(air.transmittance.g <= last);
         CHECK(
             air.transmittance.r >=
@@ -28,13 +28,13 @@ TEST_CASE("air takes nothing near by and all but a twentieth at the stated dista
 TEST_CASE("far land and the sky meet at the horizon without a seam", "[raytracer][sky][air]") {
     const double altitude = GENERATE(60.0, 20.0, 2.0, -3.0, -12.0);
     const double clouds = GENERATE(0.0, 0.8);
-    Scene::Sky settings = with_clouds(clouds);
+    scene::Scene::Sky settings = with_clouds(clouds);
     if (GENERATE(false, true))
         settings.visibility_km = 15;
-    const Sky sky = sky_at(altitude, 180, settings);
+    const sky::Sky sky = sky_at(altitude, 180, settings);
     for (double azimuth = 0; azimuth < 360; azimuth += 7.7) {
-        const Colour land = sky.air(direction(0, azimuth), INFINITY).light,
-                     above = sky.radiance(direction(0.001, azimuth));
+        const voxel::Colour land = sky.air(direction(0, azimuth), INFINITY).light,
+                            above = sky.radiance(direction(0.001, azimuth));
         INFO("sun " << altitude << ", azimuth " << azimuth);
         CHECK(brightness(land) == Approx(brightness(above)).epsilon(0.02));
         CHECK(static_cast<double>(land.b) == Approx(static_cast<double>(above.b)).epsilon(0.03));
@@ -42,12 +42,14 @@ TEST_CASE("far land and the sky meet at the horizon without a seam", "[raytracer
 }
 
 TEST_CASE("by turbidity the air is as clear as its haze lets it be", "[raytracer][sky][air]") {
-    const auto left = [](double turbidity, double place_m, Vec3 d) {
-        Scene::Sky settings;
+    const auto left = [](double turbidity, double place_m, core::Vec3 d) {
+        scene::Scene::Sky settings;
         settings.turbidity = turbidity;
-        return Sky({40, 180}, Scene::Sun{}, settings, place_m).air(d, 10'000).transmittance.g;
+        return sky::Sky({40, 180}, scene::Scene::Sun{}, settings, place_m)
+            .air(d, 10'000)
+            .transmittance.g;
     };
-    const Vec3 level{1, 0, 0};
+    const core::Vec3 level{1, 0, 0};
     for (double t = 1.5; t < 10; t += 0.5)
         CHECK(left(t, 0, level) > left(t + 0.5, 0, level));
     CHECK(left(2.5, 2500, level) > left(2.5, 300, level));
@@ -57,10 +59,10 @@ TEST_CASE("by turbidity the air is as clear as its haze lets it be", "[raytracer
 }
 
 TEST_CASE("visibility 0 takes the air before things away, not the sky", "[raytracer][sky][air]") {
-    Scene::Sky settings;
+    scene::Scene::Sky settings;
     settings.visibility_km = 0;
-    const Sky sky = sky_at(40, 180, settings), plain = sky_at(40);
-    for (const Vec3 d : directions(100, 9)) {
+    const sky::Sky sky = sky_at(40, 180, settings), plain = sky_at(40);
+    for (const core::Vec3 d : directions(100, 9)) {
         CHECK(sky.air(d, 1e7).transmittance.b == 1);
         CHECK(brightness(sky.air(d, 1e7).light) == 0);
         CHECK(brightness(sky.radiance(d)) == brightness(plain.radiance(d)));

@@ -7,9 +7,10 @@ using namespace terravox::test;
 
 TEST_CASE("phase functions share out all light, none more", "[raytracer][sky][atmosphere]") {
     double rayleigh = 0, mie = 0, ahead = 0;
-    over_sphere(400'000, -1, [&](Vec3 d, double sr) {
-        rayleigh += rayleigh_phase(d.y) * sr, mie += mie_phase(d.y) * sr,
-            ahead += mie_phase(d.y) * sr * d.y;
+    over_sphere(400'000, -1, [&](core::Vec3 d, double sr) {
+        rayleigh += sky::rayleigh_phase(d.y) * sr;
+        mie += sky::mie_phase(d.y) * sr;
+        ahead += sky::mie_phase(d.y) * sr * d.y;
     });
     CHECK(rayleigh == Approx(1).epsilon(1e-4));
     CHECK(mie == Approx(1).epsilon(1e-3));
@@ -20,8 +21,8 @@ TEST_CASE("the air above is as thick as published", "[raytracer][sky][atmosphere
     // Turbidity 1 is air without haze. Vertical optical depth of molecules at 555 nm: 0.094 (Hansen
     // and Travis 1974); of ozone, 300 Dobson units, in the band at 600 nm: 0.038. The air mass at
     // the horizon is 38 (Kasten and Young 1989), for molecules 34 to 40.
-    const Atmosphere clean(1), hazy(3);
-    const auto depth = [](const Atmosphere& air, double sine, std::size_t band) {
+    const sky::Atmosphere clean(1), hazy(3);
+    const auto depth = [](const sky::Atmosphere& air, double sine, std::size_t band) {
         return -std::log(air.transmittance(0, sine)[band]);
     };
     CHECK(depth(clean, 1, 5) == Approx(0.094 + 0.029).epsilon(0.15));
@@ -38,10 +39,11 @@ TEST_CASE("light that comes down is never more than was sent, and less on a long
         return std::uniform_real_distribution<double>(low, high)(random);
     };
     for (int i = 0; i < 3000; ++i) {
-        const Atmosphere air(in(1.5, 10));
+        const sky::Atmosphere air(in(1.5, 10));
         const double height = in(0, 1) < 0.5 ? in(0, 5000) : in(0, 100'000), sine = in(-0.1, 0.95);
-        const Spectrum low = air.sunlight(height, sine), high = air.sunlight(height, sine + 0.05);
-        for (std::size_t k = 0; k < kBands; ++k) {
+        const sky::Spectrum low = air.sunlight(height, sine),
+                            high = air.sunlight(height, sine + 0.05);
+        for (std::size_t k = 0; k < sky::kBands; ++k) {
             INFO("height " << height << ", sine " << sine << ", band " << k);
             REQUIRE(low[k] >= 0);
             REQUIRE(high[k] <= 1);
@@ -52,19 +54,19 @@ TEST_CASE("light that comes down is never more than was sent, and less on a long
 
 TEST_CASE("the sun's light above the air is white, and paling keeps luminance",
           "[raytracer][sky][spectrum]") {
-    const Colour sun = to_rec709(kSolarIrradiance);
+    const voxel::Colour sun = sky::to_rec709(sky::kSolarIrradiance);
     CHECK(sun.r == Approx(sun.g).epsilon(1e-4));
     CHECK(sun.b == Approx(sun.g).epsilon(1e-4));
     std::mt19937 random(22);
     std::uniform_real_distribution<float> any(-0.3f, 1);
     for (int i = 0; i < 5000; ++i) {
-        const Colour c{any(random), any(random), any(random)}, out = in_gamut(c);
+        const voxel::Colour c{any(random), any(random), any(random)}, out = sky::in_gamut(c);
         INFO(c.r << " " << c.g << " " << c.b);
         REQUIRE(good(out));
-        REQUIRE(luminance(out) == Approx(std::max(0.0f, luminance(c))).margin(1e-6));
+        REQUIRE(voxel::luminance(out) == Approx(std::max(0.0f, voxel::luminance(c))).margin(1e-6));
     }
-    const Colour inside{0.5f, 0.4f, 0.3f};
-    CHECK(in_gamut(inside).b == inside.b);
-    CHECK(brightness(in_gamut({-1, -1, -1})) == 0);
-    CHECK(good(in_gamut({std::nanf(""), 1, 1})));
+    const voxel::Colour inside{0.5f, 0.4f, 0.3f};
+    CHECK(sky::in_gamut(inside).b == inside.b);
+    CHECK(brightness(sky::in_gamut({-1, -1, -1})) == 0);
+    CHECK(good(sky::in_gamut({std::nanf(""), 1, 1})));
 }

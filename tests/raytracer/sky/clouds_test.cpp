@@ -7,7 +7,7 @@ using namespace terravox::test;
 
 TEST_CASE("clouds cover the share of the sky that is asked for", "[raytracer][sky][clouds]") {
     const double cover = GENERATE(0.0, 0.1, 0.4, 0.75, 1.0);
-    const Clouds clouds(cover);
+    const sky::Clouds clouds(cover);
     std::mt19937 random(31);
     std::uniform_real_distribution<double> place(-6e6, 6e6);
     constexpr int kPlaces = 20'000;
@@ -16,8 +16,9 @@ TEST_CASE("clouds cover the share of the sky that is asked for", "[raytracer][sk
     for (int i = 0; i < kPlaces; ++i) {
         const double depth = clouds.depth(place(random), place(random));
         REQUIRE(depth >= 0);
-        REQUIRE(depth <= Clouds::kThickest);
-        covered += depth > 0 ? 1 : 0, passing += std::exp(-depth) / kPlaces;
+        REQUIRE(depth <= sky::Clouds::kThickest);
+        covered += depth > 0 ? 1 : 0;
+        passing += std::exp(-depth) / kPlaces;
     }
     INFO("cover " << cover);
     CHECK(covered / static_cast<double>(kPlaces) == Approx(cover).margin(0.025));
@@ -26,7 +27,7 @@ TEST_CASE("clouds cover the share of the sky that is asked for", "[raytracer][sk
 
 TEST_CASE("clouds are smooth, also far from the origin, and end where numbers do",
           "[raytracer][sky][clouds]") {
-    const Clouds clouds(0.5);
+    const sky::Clouds clouds(0.5);
     std::mt19937 random(32);
     std::uniform_real_distribution<double> place(-6e6, 6e6);
     for (int i = 0; i < 20'000; ++i) {
@@ -42,34 +43,35 @@ TEST_CASE("clouds are smooth, also far from the origin, and end where numbers do
 
 TEST_CASE("a place is in the shadow of the clouds that stand before its sun",
           "[raytracer][sky][clouds]") {
-    Scene scene;
+    scene::Scene scene;
     scene.sky.clouds = 0.5;
     std::mt19937 random(33);
     std::uniform_real_distribution<double> place(-6e6, 6e6);
-    const Sky clear({60, 130}, scene.sun, Scene::Sky{}, 200);
+    const sky::Sky clear({60, 130}, scene.sun, scene::Scene::Sky{}, 200);
     double apart = 0;
     int dark = 0;
     constexpr int kPlaces = 60;
     for (int i = 0; i < kPlaces; ++i) {
-        const Vec3 eye{place(random), 200, place(random)};
-        const Sky sky({60, 130}, scene.sun, scene.sky, 200, eye);
+        const core::Vec3 eye{place(random), 200, place(random)};
+        const sky::Sky sky({60, 130}, scene.sun, scene.sky, 200, eye);
         const double seen =
             brightness(sky.sun_disc(sky.to_sun())) / brightness(clear.sun_disc(clear.to_sun()));
         const double shadow = static_cast<double>(sky.cloud_shadow(eye));
-        apart += std::abs(seen - shadow) / kPlaces, dark += shadow < 0.5 ? 1 : 0;
+        apart += std::abs(seen - shadow) / kPlaces;
+        dark += shadow < 0.5 ? 1 : 0;
     }
     CHECK(apart < 0.01);
     CHECK(dark > kPlaces / 5);
     CHECK(dark < kPlaces * 4 / 5);
-    const Sky sky({60, 130}, scene.sun, scene.sky, 200);
+    const sky::Sky sky({60, 130}, scene.sun, scene.sky, 200);
     for (int i = 0; i < 100; ++i)
         CHECK(sky.cloud_shadow({place(random), 200 + 1500, place(random)}) == 1);
 }
 
 TEST_CASE("clouds brighten a blue sky, dim the ground's sun, and hide the disc",
           "[raytracer][sky][clouds]") {
-    const Sky clear = sky_at(50), broken = sky_at(50, 180, with_clouds(0.5)),
-              grey = sky_at(50, 180, with_clouds(1));
+    const sky::Sky clear = sky_at(50), broken = sky_at(50, 180, with_clouds(0.5)),
+                   grey = sky_at(50, 180, with_clouds(1));
     CHECK(brightness(broken.ambient({0, 1, 0})) > brightness(clear.ambient({0, 1, 0})));
     CHECK(grey.ambient({0, 1, 0}).b / grey.ambient({0, 1, 0}).r <
           clear.ambient({0, 1, 0}).b / clear.ambient({0, 1, 0}).r);

@@ -13,25 +13,27 @@ TEST_CASE("the sky is finite and never negative, whatever the sun, the air and t
         GENERATE(-90.0, -18.0, -6.0, -0.833, 0.0, 0.5, 12.0, 45.0, 89.9999, 90.0);
     const double azimuth = GENERATE(0.0, 225.0, -360.0);
     std::mt19937 random(static_cast<unsigned>(altitude * 7 + azimuth + 1000));
-    Scene scene;
+    scene::Scene scene;
     scene.sky.turbidity = std::uniform_real_distribution<double>(1.5, 10)(random);
-    scene.sky.clouds = azimuth == 0 ? 0 : 0.6, scene.sky.cloud_height_m = azimuth < 0 ? 12000 : 100;
+    scene.sky.clouds = azimuth == 0 ? 0 : 0.6;
+    scene.sky.cloud_height_m = azimuth < 0 ? 12000 : 100;
     const double place_m = std::uniform_real_distribution<double>(-500, 9000)(random);
     INFO("sun at " << altitude << ", " << azimuth << "; turbidity " << scene.sky.turbidity
                    << ", place at " << place_m << " m");
-    const Sky sky({altitude, azimuth}, scene.sun, scene.sky, place_m);
-    std::vector<Vec3> all = directions(1500, 5);
-    all.push_back(sky.to_sun()), all.push_back(-sky.to_sun());
+    const sky::Sky sky({altitude, azimuth}, scene.sun, scene.sky, place_m);
+    std::vector<core::Vec3> all = directions(1500, 5);
+    all.push_back(sky.to_sun());
+    all.push_back(-sky.to_sun());
     CHECK(good(sky.sun_light()));
-    CHECK(std::abs(length(sky.to_sun()) - 1) < 1e-12);
+    CHECK(std::abs(core::length(sky.to_sun()) - 1) < 1e-12);
     int bad = 0;
-    for (const Vec3 d : all) {
+    for (const core::Vec3 d : all) {
         bad += good(sky.radiance(d)) && good(sky.ambient(d)) && good(sky.sun_disc(d)) &&
                        std::isfinite(sky.pdf(d))
                    ? 0
                    : 1;
         for (const double metres : {0.0, 1.0, 1e4, 1e30, static_cast<double>(INFINITY)}) {
-            const Air air = sky.air(d, metres);
+            const sky::Air air = sky.air(d, metres);
             bad += good(air.light) && good(air.transmittance) && air.transmittance.r <= 1 &&
                            air.transmittance.b <= 1
                        ? 0
@@ -46,17 +48,21 @@ TEST_CASE("the sky is finite and never negative, whatever the sun, the air and t
 TEST_CASE("a direction that is none does no harm", "[raytracer][sky]") {
     const double none = std::nan(""), endless = INFINITY;
     for (const double altitude : {40.0, -20.0}) {
-        const Sky sky = sky_at(altitude, 180, with_clouds(0.5));
+        const sky::Sky sky = sky_at(altitude, 180, with_clouds(0.5));
         int asked = 0;
-        for (const Vec3 d : {Vec3{none, none, none},
-                             {0, 0, 0},
-                             {none, 0.5, 0},
-                             {0, none, 1},
-                             {endless, 0.1, 0},
-                             {0, endless, -endless},
-                             {1e300, 1e300, 0}}) {
-            (void)sky.radiance(d), (void)sky.ambient(d), (void)sky.sun_disc(d), (void)sky.pdf(d),
-                (void)sky.air(d, none), (void)sky.cloud_shadow(d);
+        for (const core::Vec3 d : {core::Vec3{none, none, none},
+                                   {0, 0, 0},
+                                   {none, 0.5, 0},
+                                   {0, none, 1},
+                                   {endless, 0.1, 0},
+                                   {0, endless, -endless},
+                                   {1e300, 1e300, 0}}) {
+            (void)sky.radiance(d);
+            (void)sky.ambient(d);
+            (void)sky.sun_disc(d);
+            (void)sky.pdf(d);
+            (void)sky.air(d, none);
+            (void)sky.cloud_shadow(d);
             ++asked;
         }
         CHECK(asked == 7);
@@ -67,37 +73,37 @@ TEST_CASE("the sun stands where its azimuth says: east is +x, south is +z", "[ra
     struct Case {
         const char* name;
         double azimuth;
-        Vec3 to;
+        core::Vec3 to;
     };
     const auto c = GENERATE(values<Case>({{"north", 0, {0, 0, -1}},
                                           {"east", 90, {1, 0, 0}},
                                           {"south", 180, {0, 0, 1}},
                                           {"west", 270, {-1, 0, 0}}}));
     DYNAMIC_SECTION(c.name) {
-        CHECK(length(sky_at(0, c.azimuth).to_sun() - c.to) < 1e-12);
+        CHECK(core::length(sky_at(0, c.azimuth).to_sun() - c.to) < 1e-12);
     }
 }
 
 TEST_CASE("ambient light is what radiance sums to", "[raytracer][sky]") {
     const double altitude = GENERATE(60.0, 20.0, 4.0, -3.0, -15.0), clouds = GENERATE(0.0, 0.5);
-    const Sky sky = sky_at(altitude, 200, with_clouds(clouds));
+    const sky::Sky sky = sky_at(altitude, 200, with_clouds(clouds));
     struct Sum {
-        Vec3 normal;
-        Colour sum;
+        core::Vec3 normal;
+        voxel::Colour sum;
     };
     std::vector<Sum> sums;
-    for (const Vec3 n : directions(24, 8))
-        sums.push_back({normalized(n), {}});
-    over_sphere(120'000, -1, [&](Vec3 d, double sr) {
-        const Colour light = sky.radiance(d);
+    for (const core::Vec3 n : directions(24, 8))
+        sums.push_back({core::normalized(n), {}});
+    over_sphere(120'000, -1, [&](core::Vec3 d, double sr) {
+        const voxel::Colour light = sky.radiance(d);
         for (Sum& s : sums)
-            if (const double c = dot(s.normal, d); c > 0)
+            if (const double c = core::dot(s.normal, d); c > 0)
                 s.sum = s.sum + light * static_cast<float>(c * sr / det::kPi);
     });
     for (const Sum& s : sums) {
         INFO("sun " << altitude << ", clouds " << clouds << ", normal " << s.normal.x << " "
                     << s.normal.y << " " << s.normal.z);
-        const Colour found = sky.ambient(s.normal);
+        const voxel::Colour found = sky.ambient(s.normal);
         CHECK(brightness(found) == Approx(brightness(s.sum)).epsilon(0.02));
         CHECK(static_cast<double>(found.b) == Approx(static_cast<double>(s.sum.b)).epsilon(0.02));
     }
@@ -108,9 +114,9 @@ TEST_CASE(
     "thick",
     "[raytracer][sky]") {
     const auto share = [](double altitude, double turbidity) {
-        Scene::Sky settings;
+        scene::Scene::Sky settings;
         settings.turbidity = turbidity;
-        const Sky sky = sky_at(altitude, 180, settings);
+        const sky::Sky sky = sky_at(altitude, 180, settings);
         const double from_sky = brightness(sky.ambient({0, 1, 0}));
         return from_sky / (from_sky + brightness(sky.sun_light()) * sky.to_sun().y);
     };
@@ -123,7 +129,7 @@ TEST_CASE(
 }
 
 TEST_CASE("the sky is the same on both sides of the sun, and turns with it", "[raytracer][sky]") {
-    const Sky south = sky_at(25, 180), west = sky_at(25, 270);
+    const sky::Sky south = sky_at(25, 180), west = sky_at(25, 270);
     for (double altitude = -60; altitude < 90; altitude += 7.3)
         for (double aside = 0; aside < 180; aside += 11.1) {
             INFO(altitude << " high, " << aside << " from the sun");
@@ -138,7 +144,7 @@ TEST_CASE("the sky is the same on both sides of the sun, and turns with it", "[r
 TEST_CASE("a clear sky has no seam anywhere", "[raytracer][sky]") {
     const double altitude = GENERATE(90.0, 50.0, 10.0, 1.0, -5.0, -9.0),
                  clouds = GENERATE(0.0, 0.7);
-    const Sky sky = sky_at(altitude, 180, with_clouds(clouds));
+    const sky::Sky sky = sky_at(altitude, 180, with_clouds(clouds));
     // Along circles through all azimuths, zenith and horizon, a hundredth of a degree changes
     // little; stars apart, which are points.
     constexpr double kStep_deg = 0.01;
@@ -167,46 +173,52 @@ TEST_CASE("a clear sky has no seam anywhere", "[raytracer][sky]") {
 }
 
 TEST_CASE("colours are those of days and evenings", "[raytracer][sky]") {
-    const Colour noon = sky_at(60).radiance({0, 1, 0}),
-                 horizon = sky_at(60).radiance(direction(2, 0));
+    const voxel::Colour noon = sky_at(60).radiance({0, 1, 0}),
+                        horizon = sky_at(60).radiance(direction(2, 0));
     CHECK(noon.b > 1.5f * noon.r);
     CHECK(brightness(horizon) > 1.3 * brightness(noon));
     CHECK(horizon.b / horizon.r < 0.8f * noon.b / noon.r);
-    const Colour high = sky_at(45).sun_light(), low = sky_at(4).sun_light();
+    const voxel::Colour high = sky_at(45).sun_light(), low = sky_at(4).sun_light();
     CHECK(low.r / low.b > 2 * high.r / high.b);
     CHECK(brightness(sky_at(45).sun_light()) == Approx(2.4).epsilon(0.01));
-    const Colour sunset = sky_at(-1).radiance(direction(1, 180)),
-                 dusk = sky_at(-5).radiance({0, 1, 0});
+    const voxel::Colour sunset = sky_at(-1).radiance(direction(1, 180)),
+                        dusk = sky_at(-5).radiance({0, 1, 0});
     CHECK(sunset.r > 1.5f * sunset.b);
     CHECK(dusk.b > 2 * dusk.r);
 }
 
 TEST_CASE("strengths multiply; without them there is no light", "[raytracer][sky]") {
-    Scene scene;
-    const Sky plain({30, 180}, scene.sun, scene.sky, 0);
-    scene.sky.strength = 2, scene.sun.strength = 0.5;
-    const Sky changed({30, 180}, scene.sun, scene.sky, 0);
-    const Vec3 d = direction(40, 80);
+    scene::Scene scene;
+    const sky::Sky plain({30, 180}, scene.sun, scene.sky, 0);
+    scene.sky.strength = 2;
+    scene.sun.strength = 0.5;
+    const sky::Sky changed({30, 180}, scene.sun, scene.sky, 0);
+    const core::Vec3 d = direction(40, 80);
     CHECK(brightness(changed.radiance(d)) == Approx(2 * brightness(plain.radiance(d))));
     CHECK(brightness(changed.sun_light()) == Approx(0.5 * brightness(plain.sun_light())));
-    scene.sky.strength = 0, scene.sun.strength = 0, scene.sky.clouds = 0.5;
-    const Sky dark({30, 180}, scene.sun, scene.sky, 0);
-    for (const Vec3 any : directions(200, 3))
+    scene.sky.strength = 0;
+    scene.sun.strength = 0;
+    scene.sky.clouds = 0.5;
+    const sky::Sky dark({30, 180}, scene.sun, scene.sky, 0);
+    for (const core::Vec3 any : directions(200, 3))
         CHECK(brightness(dark.radiance(any) + dark.ambient(any) + dark.sun_disc(any) +
                          dark.air(any, 1e4).light) == 0);
 }
 
 TEST_CASE("a uniform sky is one colour all around, without air unless asked for",
           "[raytracer][sky]") {
-    Scene scene;
-    scene.sky.model = SkyModel::kUniform, scene.sky.clouds = 1, scene.sky.strength = 2;
-    const auto is = [](Colour c, Colour wanted) {
+    scene::Scene scene;
+    scene.sky.model = core::SkyModel::kUniform;
+    scene.sky.clouds = 1;
+    scene.sky.strength = 2;
+    const auto is = [](voxel::Colour c, voxel::Colour wanted) {
         return c.r == wanted.r && c.g == wanted.g && c.b == wanted.b;
     };
-    const Sky white({30, 180}, scene.sun, scene.sky, 0);
-    scene.sky.colour = std::array<double, 3>{0.25, 0.5, 1}, scene.sky.visibility_km = 10;
-    const Sky blue({30, 180}, scene.sun, scene.sky, 0);
-    for (const Vec3 d : directions(500, 4)) {
+    const sky::Sky white({30, 180}, scene.sun, scene.sky, 0);
+    scene.sky.colour = std::array<double, 3>{0.25, 0.5, 1};
+    scene.sky.visibility_km = 10;
+    const sky::Sky blue({30, 180}, scene.sun, scene.sky, 0);
+    for (const core::Vec3 d : directions(500, 4)) {
         CHECK((is(white.radiance(d), {2, 2, 2}) && is(white.ambient(d), {2, 2, 2})));
         CHECK((is(white.air(d, 1e6).transmittance, {1, 1, 1}) && is(white.air(d, 1e6).light, {})));
         CHECK((is(blue.radiance(d), {0.5f, 1, 2}) && is(blue.ambient(d), {0.5f, 1, 2})));
@@ -218,14 +230,15 @@ TEST_CASE("a uniform sky is one colour all around, without air unless asked for"
 
 TEST_CASE("the same sky is the same to the last bit, whichever was made before",
           "[raytracer][sky]") {
-    const Sky first = sky_at(17, 100, with_clouds(0.4));
-    const Sky between = sky_at(50);
-    const Sky second = sky_at(17, 100, with_clouds(0.4)), again = sky_at(17, 100, with_clouds(0.4));
+    const sky::Sky first = sky_at(17, 100, with_clouds(0.4));
+    const sky::Sky between = sky_at(50);
+    const sky::Sky second = sky_at(17, 100, with_clouds(0.4)),
+                   again = sky_at(17, 100, with_clouds(0.4));
     CHECK(brightness(between.radiance({0, 1, 0})) != brightness(first.radiance({0, 1, 0})));
-    for (const Vec3 d : directions(3000, 6)) {
-        const Colour a = first.radiance(d) + first.ambient(d),
-                     b = second.radiance(d) + second.ambient(d),
-                     c = again.radiance(d) + again.ambient(d);
+    for (const core::Vec3 d : directions(3000, 6)) {
+        const voxel::Colour a = first.radiance(d) + first.ambient(d),
+                            b = second.radiance(d) + second.ambient(d),
+                            c = again.radiance(d) + again.ambient(d);
         REQUIRE(std::memcmp(&a, &b, sizeof a) == 0);
         REQUIRE(std::memcmp(&a, &c, sizeof a) == 0);
     }

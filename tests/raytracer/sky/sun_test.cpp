@@ -9,32 +9,33 @@ using namespace terravox::test;
 
 TEST_CASE("samples of the sun fill its disc evenly", "[raytracer][sky][sun]") {
     const double size = GENERATE(0.0, 1.0, 30.0);
-    const Sun sun({33, 120}, size);
+    const sky::Sun sun({33, 120}, size);
     const double radius = 0.2666 * size * det::kPi / 180;
     CHECK(sun.radius_rad() == Approx(radius).margin(1e-12));
     int inner = 0;
-    Vec3 mean;
+    core::Vec3 mean;
     constexpr int kSide = 200;
     for (int i = 0; i < kSide; ++i)
         for (int j = 0; j < kSide; ++j) {
-            const Vec3 d = sun.sample((i + 0.5) / kSide, (j + 0.5) / kSide);
-            const double apart = 2 * std::asin(length(d - sun.direction()) / 2);
-            REQUIRE(std::abs(length(d) - 1) < 1e-12);
+            const core::Vec3 d = sun.sample((i + 0.5) / kSide, (j + 0.5) / kSide);
+            const double apart = 2 * std::asin(core::length(d - sun.direction()) / 2);
+            REQUIRE(std::abs(core::length(d) - 1) < 1e-12);
             REQUIRE(apart <= radius * (1 + 1e-9) + 1e-15);
-            inner += apart < radius / 2 ? 1 : 0, mean = mean + d * (1.0 / (kSide * kSide));
+            inner += apart < radius / 2 ? 1 : 0;
+            mean = mean + d * (1.0 / (kSide * kSide));
         }
     // Half the radius holds a quarter of the disc, nearly.
     if (size > 0)
         CHECK(inner == Approx(kSide * kSide / 4).epsilon(0.02));
-    CHECK(length(normalized(mean) - sun.direction()) < 1e-6);
+    CHECK(core::length(core::normalized(mean) - sun.direction()) < 1e-6);
 }
 
 TEST_CASE("the disc's radiance sums to the sun's light, also while it sets",
           "[raytracer][sky][sun]") {
     const double altitude = GENERATE(40.0, 0.5, 0.1, 0.0, -0.15), size = GENERATE(0.5, 1.0, 20.0);
-    Scene scene;
+    scene::Scene scene;
     scene.sun.size = size;
-    const Sky sky({altitude, 10}, scene.sun, scene.sky, 0);
+    const sky::Sky sky({altitude, 10}, scene.sun, scene.sky, 0);
     const double radius = sky.sun_radius_rad(), solid_angle = 2 * det::kPi * (1 - std::cos(radius));
     constexpr int kSide = 500;
     double sum = 0;
@@ -56,21 +57,22 @@ TEST_CASE("the disc's radiance sums to the sun's light, also while it sets",
 }
 
 TEST_CASE("a point has light but no disc", "[raytracer][sky][sun]") {
-    Scene scene;
+    scene::Scene scene;
     scene.sun.size = 0;
-    const Sky sky({40, 10}, scene.sun, scene.sky, 0);
+    const sky::Sky sky({40, 10}, scene.sun, scene.sky, 0);
     CHECK(sky.sun_radius_rad() == 0);
     CHECK(brightness(sky.sun_light()) == brightness(sky_at(40).sun_light()));
     CHECK(brightness(sky.sun_disc(sky.to_sun())) == 0);
-    CHECK(length(sky.sample_sun(0.3, 0.9) - sky.to_sun()) < 1e-15);
+    CHECK(core::length(sky.sample_sun(0.3, 0.9) - sky.to_sun()) < 1e-15);
 }
 
 TEST_CASE("light that a scene asks for replaces the air's, and still sets",
           "[raytracer][sky][sun]") {
-    Scene scene;
-    scene.sun.light = std::array<double, 3>{1, 0.5, 0.25}, scene.sun.strength = 2;
+    scene::Scene scene;
+    scene.sun.light = std::array<double, 3>{1, 0.5, 0.25};
+    scene.sun.strength = 2;
     const auto light = [&](double altitude) {
-        return Sky({altitude, 90}, scene.sun, scene.sky, 0).sun_light();
+        return sky::Sky({altitude, 90}, scene.sun, scene.sky, 0).sun_light();
     };
     CHECK(light(40).r == Approx(2));
     CHECK(light(3).b == Approx(0.5));
@@ -81,66 +83,75 @@ TEST_CASE("light that a scene asks for replaces the air's, and still sets",
 
 TEST_CASE("a zone's clock is that of its summer and winter", "[raytracer][sky][sun]") {
     const geo::LatLon bled{46.3683, 14.1146};
-    Scene::Sun by_zone, by_offset;
+    scene::Scene::Sun by_zone, by_offset;
     by_zone.zone = "Europe/Ljubljana";
     for (const auto& [date, offset_h] : {std::pair{"2026-06-21", 2.0}, {"2026-12-21", 1.0}}) {
-        by_zone.date = by_offset.date = date, by_offset.utc_offset_h = offset_h;
+        by_zone.date = by_offset.date = date;
+        by_offset.utc_offset_h = offset_h;
         INFO(date);
-        CHECK(sun_of(by_zone, &bled).azimuth_deg == sun_of(by_offset, &bled).azimuth_deg);
+        CHECK(sky::sun_of(by_zone, &bled).azimuth_deg == sky::sun_of(by_offset, &bled).azimuth_deg);
     }
-    by_zone.utc_offset_h = 5, by_offset.utc_offset_h = 5;
-    CHECK(sun_of(by_zone, &bled).azimuth_deg == sun_of(by_offset, &bled).azimuth_deg);
-    by_zone.utc_offset_h.reset(), by_zone.zone = "Europe/Bled";
-    CHECK_THROWS_AS(sun_of(by_zone, &bled), UsageError);
-    CHECK_THROWS_WITH(sun_of(by_zone, &bled), contains("'Europe/Bled' is not known"));
+    by_zone.utc_offset_h = 5;
+    by_offset.utc_offset_h = 5;
+    CHECK(sky::sun_of(by_zone, &bled).azimuth_deg == sky::sun_of(by_offset, &bled).azimuth_deg);
+    by_zone.utc_offset_h.reset();
+    by_zone.zone = "Europe/Bled";
+    CHECK_THROWS_AS(sky::sun_of(by_zone, &bled), util::UsageError);
+    CHECK_THROWS_WITH(sky::sun_of(by_zone, &bled), contains("'Europe/Bled' is not known"));
 }
 
 TEST_CASE("a sun that cannot be is refused, naming the field", "[raytracer][sky][sun]") {
     struct Case {
         const char* name;
-        void (*change)(Scene::Sun&);
+        void (*change)(scene::Scene::Sun&);
         std::string said;
     };
     const auto c = GENERATE(values<Case>({
-        {"altitude alone", [](Scene::Sun& s) { s.altitude_deg = 10; },
+        {"altitude alone", [](scene::Scene::Sun& s) { s.altitude_deg = 10; },
          "sun.azimuth_deg is missing"},
-        {"azimuth alone", [](Scene::Sun& s) { s.azimuth_deg = 10; }, "sun.altitude_deg is missing"},
-        {"no date", [](Scene::Sun& s) { s.date = ""; }, "sun.date = ''"},
-        {"a word", [](Scene::Sun& s) { s.date = "midsummer"; },
+        {"azimuth alone", [](scene::Scene::Sun& s) { s.azimuth_deg = 10; },
+         "sun.altitude_deg is missing"},
+        {"no date", [](scene::Scene::Sun& s) { s.date = ""; }, "sun.date = ''"},
+        {"a word", [](scene::Scene::Sun& s) { s.date = "midsummer"; },
          "sun.date = 'midsummer'; allowed: YYYY-MM-DD"},
-        {"31 February", [](Scene::Sun& s) { s.date = "2026-02-31"; }, "sun.date = '2026-02-31'"},
-        {"month 13", [](Scene::Sun& s) { s.date = "2026-13-01"; }, "2026-13-01"},
-        {"month 0", [](Scene::Sun& s) { s.date = "2026-00-01"; }, "2026-00-01"},
-        {"day 32", [](Scene::Sun& s) { s.date = "2026-01-32"; }, "2026-01-32"},
-        {"day 0", [](Scene::Sun& s) { s.date = "2026-01-00"; }, "2026-01-00"},
-        {"text behind", [](Scene::Sun& s) { s.date = "2026-06-21T16"; }, "2026-06-21T16"},
-        {"30 February of another year", [](Scene::Sun& s) { s.date = "2025-02-30"; },
+        {"31 February", [](scene::Scene::Sun& s) { s.date = "2026-02-31"; },
+         "sun.date = '2026-02-31'"},
+        {"month 13", [](scene::Scene::Sun& s) { s.date = "2026-13-01"; }, "2026-13-01"},
+        {"month 0", [](scene::Scene::Sun& s) { s.date = "2026-00-01"; }, "2026-00-01"},
+        {"day 32", [](scene::Scene::Sun& s) { s.date = "2026-01-32"; }, "2026-01-32"},
+        {"day 0", [](scene::Scene::Sun& s) { s.date = "2026-01-00"; }, "2026-01-00"},
+        {"text behind", [](scene::Scene::Sun& s) { s.date = "2026-06-21T16"; }, "2026-06-21T16"},
+        {"30 February of another year", [](scene::Scene::Sun& s) { s.date = "2025-02-30"; },
          "sun.date = '2025-02-30' is no day of the calendar"},
-        {"25 o'clock", [](Scene::Sun& s) { s.time_h = 25; },
+        {"25 o'clock", [](scene::Scene::Sun& s) { s.time_h = 25; },
          "sun.time_h = 25.000000; allowed: 0 to 24"},
-        {"no time at all", [](Scene::Sun& s) { s.time_h = std::nan(""); }, "sun.time_h = nan"},
-        {"slashes", [](Scene::Sun& s) { s.date = "2026/06/21"; }, "2026/06/21"},
+        {"no time at all", [](scene::Scene::Sun& s) { s.time_h = std::nan(""); },
+         "sun.time_h = nan"},
+        {"slashes", [](scene::Scene::Sun& s) { s.date = "2026/06/21"; }, "2026/06/21"},
     }));
     DYNAMIC_SECTION(c.name) {
-        Scene::Sun sun;
+        scene::Scene::Sun sun;
         c.change(sun);
         const geo::LatLon here{46, 14};
-        CHECK_THROWS_AS(sun_of(sun, &here), UsageError);
-        CHECK_THROWS_WITH(sun_of(sun, &here), contains(c.said) && contains("place the sun"));
+        CHECK_THROWS_AS(sky::sun_of(sun, &here), util::UsageError);
+        CHECK_THROWS_WITH(sky::sun_of(sun, &here), contains(c.said) && contains("place the sun"));
     }
 }
 
 TEST_CASE("the sun comes from date, time and place, or from the angles when both are given",
           "[raytracer][sky][sun]") {
-    Scene::Sun sun;
+    scene::Scene::Sun sun;
     const geo::LatLon delft{52.0, 4.37};
-    sun.time_h = 12, sun.utc_offset_h = 0;
-    const auto noon = sun_of(sun, &delft);
+    sun.time_h = 12;
+    sun.utc_offset_h = 0;
+    const auto noon = sky::sun_of(sun, &delft);
     CHECK(noon.altitude_deg == Approx(61.4).margin(0.5));
     CHECK(noon.azimuth_deg == Approx(187).margin(8));
-    sun.utc_offset_h.reset(), sun.time_h = 24;
-    CHECK(sun_of(sun, &delft).altitude_deg < 0);
-    sun.altitude_deg = 5, sun.azimuth_deg = 77;
-    CHECK(sun_of(sun, &delft).altitude_deg == 5);
-    CHECK(sun_of(sun, nullptr).azimuth_deg == 77);
+    sun.utc_offset_h.reset();
+    sun.time_h = 24;
+    CHECK(sky::sun_of(sun, &delft).altitude_deg < 0);
+    sun.altitude_deg = 5;
+    sun.azimuth_deg = 77;
+    CHECK(sky::sun_of(sun, &delft).altitude_deg == 5);
+    CHECK(sky::sun_of(sun, nullptr).azimuth_deg == 77);
 }

@@ -6,11 +6,11 @@ using namespace terravox::test;
 TEST_CASE("the light goes with the sun, evenly and without a jump, down to the glow of the night",
           "[raytracer][sky][twilight]") {
     const double clouds = GENERATE(0.0, 0.4);
-    const Vec3 up{0, 1, 0};
+    const core::Vec3 up{0, 1, 0};
     constexpr double kStep_deg = 0.25;
     double last = 0, last_fall = 0, last_sun = 100;
     for (double altitude = 10; altitude >= -20; altitude -= kStep_deg) {
-        const Sky sky = sky_at(altitude, 250, with_clouds(clouds));
+        const sky::Sky sky = sky_at(altitude, 250, with_clouds(clouds));
         const double now = brightness(sky.ambient(up)), sun = brightness(sky.sun_light());
         INFO("sun at " << altitude << ": " << now << " after " << last);
         CHECK(now > 0);
@@ -23,7 +23,8 @@ TEST_CASE("the light goes with the sun, evenly and without a jump, down to the g
                 CHECK(std::abs(fall - last_fall) < 0.3);
             last_fall = fall;
         }
-        last = now, last_sun = sun;
+        last = now;
+        last_sun = sun;
     }
     CHECK(last < 1e-4);
     CHECK(brightness(sky_at(-25).ambient(up)) ==
@@ -31,21 +32,22 @@ TEST_CASE("the light goes with the sun, evenly and without a jump, down to the g
 }
 
 TEST_CASE("the night has a few hundred stars, which the day hides", "[raytracer][sky][twilight]") {
-    const Sky night = sky_at(-20), day = sky_at(20);
+    const sky::Sky night = sky_at(-20), day = sky_at(20);
     // Directions near enough to each other to meet each star a few times.
     constexpr int kMany = 6'000'000;
     const double glow = brightness(night.radiance({0, 1, 0}));
     int lit = 0;
     double brightest = 0;
-    over_sphere(kMany, 0.1, [&](Vec3 d, double) {
+    over_sphere(kMany, 0.1, [&](core::Vec3 d, double) {
         const double b = brightness(night.radiance(d));
-        lit += b > 3 * glow ? 1 : 0, brightest = std::max(brightest, b);
+        lit += b > 3 * glow ? 1 : 0;
+        brightest = std::max(brightest, b);
     });
     // A star's disc of 0.0011 rad is 3.8e-6 sr of the 5.65 sr looked at: about 4 of the directions.
     CHECK(lit > 4 * 200);
     CHECK(lit < 4 * 2000);
     CHECK(brightest > 20 * glow);
-    for (const Vec3 d : directions(2000, 14))
+    for (const core::Vec3 d : directions(2000, 14))
         if (d.y > 0.2)
             REQUIRE(brightness(day.radiance(d)) < 100 * brightness(day.ambient({0, 1, 0})));
 }

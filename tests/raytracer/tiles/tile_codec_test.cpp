@@ -16,10 +16,17 @@ namespace {
 
 using Bytes = std::vector<std::byte>;
 
-RenderTile rectangle(int x0, int y0, int x1, int y1, int step = 1, bool refines = false) {
-    RenderTile tile;
-    tile.index = 77, tile.pass = 2, tile.first_sample = 3, tile.samples = 9;
-    tile.x0 = x0, tile.y0 = y0, tile.x1 = x1, tile.y1 = y1, tile.step = step,
+tiles::RenderTile rectangle(int x0, int y0, int x1, int y1, int step = 1, bool refines = false) {
+    tiles::RenderTile tile;
+    tile.index = 77;
+    tile.pass = 2;
+    tile.first_sample = 3;
+    tile.samples = 9;
+    tile.x0 = x0;
+    tile.y0 = y0;
+    tile.x1 = x1;
+    tile.y1 = y1;
+    tile.step = step;
     tile.refines = refines;
     return tile;
 }
@@ -31,11 +38,11 @@ Bytes bytes_of(const T& value) {
     return {at, at + sizeof value};
 }
 
-bool same(const PixelSample& a, const PixelSample& b) {
+bool same(const tiles::PixelSample& a, const tiles::PixelSample& b) {
     return bytes_of(a) == bytes_of(b);
 }
-static_assert(sizeof(PixelSample) == 7 * sizeof(float));
-bool same(const LayerSample& a, const LayerSample& b) {
+static_assert(sizeof(tiles::PixelSample) == 7 * sizeof(float));
+bool same(const tiles::LayerSample& a, const tiles::LayerSample& b) {
     return bytes_of(a.direct) == bytes_of(b.direct) &&
            bytes_of(a.indirect) == bytes_of(b.indirect) &&
            bytes_of(a.albedo) == bytes_of(b.albedo) && bytes_of(a.normal) == bytes_of(b.normal) &&
@@ -44,7 +51,7 @@ bool same(const LayerSample& a, const LayerSample& b) {
            bytes_of(a.materials) == bytes_of(b.materials) &&
            bytes_of(a.squares) == bytes_of(b.squares);
 }
-bool same(const TileResult& a, const TileResult& b) {
+bool same(const tiles::TileResult& a, const tiles::TileResult& b) {
     const auto alike = [](const auto& x, const auto& y) {
         return std::equal(x.begin(), x.end(), y.begin(), y.end(),
                           [](const auto& p, const auto& q) { return same(p, q); });
@@ -71,7 +78,7 @@ Bytes forged(Bytes bytes, std::size_t at, T value) {
 TEST_CASE("a tile comes back from its bytes, bit by bit", "[raytracer][tiles][codec]") {
     struct Case {
         const char* name;
-        RenderTile tile;
+        tiles::RenderTile tile;
     };
     const auto c =
         GENERATE(values<Case>({{"one pixel", rectangle(0, 0, 1, 1)},
@@ -84,11 +91,11 @@ TEST_CASE("a tile comes back from its bytes, bit by bit", "[raytracer][tiles][co
     DYNAMIC_SECTION(c.name << (with_layers ? ", layers" : "")) {
         for (unsigned seed = 1; seed <= 20; ++seed) {
             INFO("seed " << seed);
-            const TileResult tile = tile_of_chance(c.tile, with_layers, seed);
-            const Bytes bytes = encode_tile(tile);
-            REQUIRE(same(decode_tile(bytes, "test"), tile));
-            CHECK(encode_tile(tile) == bytes);
-            const TileHead head = read_tile_head(bytes, "test");
+            const tiles::TileResult tile = tile_of_chance(c.tile, with_layers, seed);
+            const Bytes bytes = tiles::encode_tile(tile);
+            REQUIRE(same(tiles::decode_tile(bytes, "test"), tile));
+            CHECK(tiles::encode_tile(tile) == bytes);
+            const tiles::TileHead head = tiles::read_tile_head(bytes, "test");
             CHECK(head.tile == tile.tile);
             CHECK(head.pixels == tile.samples.size());
             CHECK(head.holes == tile.holes.size());
@@ -101,51 +108,51 @@ TEST_CASE("rectangles of chance come back from their bytes", "[raytracer][tiles]
     std::mt19937 random(11);
     for (int run = 0; run < 300; ++run) {
         const int x = static_cast<int>(random() % 5000), y = static_cast<int>(random() % 5000);
-        const RenderTile t = rectangle(x, y, x + 1 + static_cast<int>(random() % 90),
-                                       y + 1 + static_cast<int>(random() % 90), 1 << random() % 7,
-                                       random() % 2 == 0);
+        const tiles::RenderTile t = rectangle(x, y, x + 1 + static_cast<int>(random() % 90),
+                                              y + 1 + static_cast<int>(random() % 90),
+                                              1 << random() % 7, random() % 2 == 0);
         INFO(run << ": " << t.x0 << " " << t.y0 << " " << t.x1 << " " << t.y1 << " step " << t.step
                  << (t.refines ? " refines" : ""));
-        const TileResult tile = tile_of_chance(t, run % 3 == 0, static_cast<unsigned>(run));
-        REQUIRE(same(decode_tile(encode_tile(tile), "test"), tile));
+        const tiles::TileResult tile = tile_of_chance(t, run % 3 == 0, static_cast<unsigned>(run));
+        REQUIRE(same(tiles::decode_tile(tiles::encode_tile(tile), "test"), tile));
     }
 }
 
 TEST_CASE("bytes that were cut short anywhere are refused", "[raytracer][tiles][codec]") {
-    const Bytes bytes = encode_tile(tile_of_chance(rectangle(0, 0, 7, 5), true, 5));
+    const Bytes bytes = tiles::encode_tile(tile_of_chance(rectangle(0, 0, 7, 5), true, 5));
     for (std::size_t size = 0; size < bytes.size(); ++size) {
         INFO(size << " of " << bytes.size());
-        REQUIRE_THROWS_AS(decode_tile(std::span(bytes).first(size), "test"), Error);
-        REQUIRE_THROWS_AS(read_tile_head(std::span(bytes).first(size), "test"), Error);
+        REQUIRE_THROWS_AS(tiles::decode_tile(std::span(bytes).first(size), "test"), util::Error);
+        REQUIRE_THROWS_AS(tiles::read_tile_head(std::span(bytes).first(size), "test"), util::Error);
         if (size > kPlanesAt) {
             const Bytes forged_rest =
                 forged(Bytes(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(size)),
                        kFlagsAt, bytes[kFlagsAt]);
-            REQUIRE_THROWS_AS(decode_tile(forged_rest, "test"), Error);
+            REQUIRE_THROWS_AS(tiles::decode_tile(forged_rest, "test"), util::Error);
         }
     }
     Bytes longer = bytes;
     longer.push_back(std::byte{0});
-    CHECK_THROWS_AS(decode_tile(longer, "test"), Error);
-    CHECK_THROWS_WITH(decode_tile(forged(longer, kFlagsAt, bytes[kFlagsAt]), "test"),
+    CHECK_THROWS_AS(tiles::decode_tile(longer, "test"), util::Error);
+    CHECK_THROWS_WITH(tiles::decode_tile(forged(longer, kFlagsAt, bytes[kFlagsAt]), "test"),
                       contains("not one whole zstd frame"));
 }
 
 TEST_CASE("a single bit that changed anywhere is noticed", "[raytracer][tiles][codec]") {
-    const Bytes bytes = encode_tile(tile_of_chance(rectangle(0, 0, 7, 5), true, 6));
+    const Bytes bytes = tiles::encode_tile(tile_of_chance(rectangle(0, 0, 7, 5), true, 6));
     for (std::size_t bit = 0; bit < 8 * bytes.size(); ++bit) {
         Bytes damaged = bytes;
         damaged[bit / 8] ^= std::byte{1} << static_cast<int>(bit % 8);
         INFO("bit " << bit);
-        REQUIRE_THROWS_AS(decode_tile(damaged, "test"), Error);
+        REQUIRE_THROWS_AS(tiles::decode_tile(damaged, "test"), util::Error);
     }
-    CHECK_THROWS_WITH(decode_tile(Bytes{std::byte{2}, std::byte{0}}, "worker 7"),
+    CHECK_THROWS_WITH(tiles::decode_tile(Bytes{std::byte{2}, std::byte{0}}, "worker 7"),
                       contains("read the tile worker 7: version 2; allowed: 1"));
 }
 
 TEST_CASE("bytes of chance are refused, with a checksum that is right, too",
           "[raytracer][tiles][codec]") {
-    const Bytes bytes = encode_tile(tile_of_chance(rectangle(0, 0, 9, 4), true, 7));
+    const Bytes bytes = tiles::encode_tile(tile_of_chance(rectangle(0, 0, 9, 4), true, 7));
     std::mt19937 random(8);
     int refused = 0;
     for (int run = 0; run < 20'000; ++run) {
@@ -155,8 +162,8 @@ TEST_CASE("bytes of chance are refused, with a checksum that is right, too",
         damaged = forged(damaged, kFlagsAt, damaged[kFlagsAt]);
         try {
             // What is believed must be a tile: it can be encoded.
-            (void)encode_tile(decode_tile(damaged, "test"));
-        } catch (const Error&) {
+            (void)tiles::encode_tile(tiles::decode_tile(damaged, "test"));
+        } catch (const util::Error&) {
             ++refused;
         }
     }
@@ -165,9 +172,9 @@ TEST_CASE("bytes of chance are refused, with a checksum that is right, too",
 
 TEST_CASE("hostile heads are refused before any memory is taken for pixels",
           "[raytracer][tiles][codec]") {
-    constexpr std::int32_t kMost = std::numeric_limits<std::int32_t>::max(),
-                           kLeast = std::numeric_limits<std::int32_t>::min();
-    const Bytes bytes = encode_tile(tile_of_chance(rectangle(16, 32, 24, 40), true, 9));
+    constexpr std::int32_t kMax = std::numeric_limits<std::int32_t>::max(),
+                           kMin = std::numeric_limits<std::int32_t>::min();
+    const Bytes bytes = tiles::encode_tile(tile_of_chance(rectangle(16, 32, 24, 40), true, 9));
     struct Case {
         const char* name;
         std::size_t at;
@@ -178,15 +185,15 @@ TEST_CASE("hostile heads are refused before any memory is taken for pixels",
         GENERATE(values<Case>({{"left beyond right", kX0At, 24, "rectangle"},
                                {"top beyond bottom", kY0At, 41, "rectangle"},
                                {"left of the picture", kX0At, -1, "rectangle"},
-                               {"far left", kX0At, kLeast, "rectangle"},
-                               {"above the picture", kY0At, kLeast, "rectangle"},
-                               {"far right", kX1At, kMost, "rectangle"},
-                               {"far below", kY1At, kMost, "rectangle"},
+                               {"far left", kX0At, kMin, "rectangle"},
+                               {"above the picture", kY0At, kMin, "rectangle"},
+                               {"far right", kX1At, kMax, "rectangle"},
+                               {"far below", kY1At, kMax, "rectangle"},
                                {"no step", kStepAt, 0, "step 0; allowed"},
                                {"a step back", kStepAt, -1, "step -1; allowed"},
                                {"an odd step", kStepAt, 3, "step 3; allowed"},
                                {"the largest step", kStepAt, 1 << 30, "step"},
-                               {"the farthest step", kStepAt, kLeast, "step"},
+                               {"the farthest step", kStepAt, kMin, "step"},
                                {"wider than its pixels", kX1At, 25, "asks for"},
                                {"wide", kX1At, 1 << 20, "bytes of pixels"},
                                {"more than may be", kX1At, 1 << 24, "allowed: up to 1073741824"},
@@ -194,26 +201,27 @@ TEST_CASE("hostile heads are refused before any memory is taken for pixels",
                                {"more holes than there are", kHolesAt, 100'000, "holes in"}}));
     DYNAMIC_SECTION(c.name) {
         const Bytes hostile = forged(bytes, c.at, c.value);
-        CHECK_THROWS_AS(decode_tile(hostile, "test"), Error);
-        CHECK_THROWS_WITH(decode_tile(hostile, "test"), contains(c.said));
+        CHECK_THROWS_AS(tiles::decode_tile(hostile, "test"), util::Error);
+        CHECK_THROWS_WITH(tiles::decode_tile(hostile, "test"), contains(c.said));
     }
-    CHECK_THROWS_WITH(decode_tile(forged(bytes, kFlagsAt, std::uint8_t{0}), "test"),
+    CHECK_THROWS_WITH(tiles::decode_tile(forged(bytes, kFlagsAt, std::uint8_t{0}), "test"),
                       contains("asks for"));
-    CHECK_THROWS_WITH(decode_tile(forged(bytes, kFlagsAt, std::uint8_t{4}), "test"),
+    CHECK_THROWS_WITH(tiles::decode_tile(forged(bytes, kFlagsAt, std::uint8_t{4}), "test"),
                       contains("flags"));
-    CHECK_THROWS_WITH(decode_tile(forged(bytes, kSecondsAt, -1.0), "test"),
+    CHECK_THROWS_WITH(tiles::decode_tile(forged(bytes, kSecondsAt, -1.0), "test"),
                       contains("times below 0"));
 }
 
 TEST_CASE("holes are boxes that there can be, each once", "[raytracer][tiles][codec]") {
-    TileResult tile = tile_of_chance(rectangle(0, 0, 4, 4), false, 10);
+    tiles::TileResult tile = tile_of_chance(rectangle(0, 0, 4, 4), false, 10);
     tile.holes = {{0, 1, 2, 3}, {0, 1, 2, 4}, {20, -1, 0, 1 << 30}};
-    const Bytes bytes = encode_tile(tile);
-    CHECK(decode_tile(bytes, "test").holes == tile.holes);
-    CHECK_THROWS_WITH(decode_tile(forged(bytes, kPlanesAt + 32, 21), "test"),
+    const Bytes bytes = tiles::encode_tile(tile);
+    CHECK(tiles::decode_tile(bytes, "test").holes == tile.holes);
+    CHECK_THROWS_WITH(tiles::decode_tile(forged(bytes, kPlanesAt + 32, 21), "test"),
                       contains("level 21; allowed: 0 to 20"));
-    CHECK_THROWS_WITH(decode_tile(forged(bytes, kPlanesAt, -1), "test"), contains("level -1"));
-    CHECK_THROWS_WITH(decode_tile(forged(bytes, kPlanesAt + 28, 3), "test"),
+    CHECK_THROWS_WITH(tiles::decode_tile(forged(bytes, kPlanesAt, -1), "test"),
+                      contains("level -1"));
+    CHECK_THROWS_WITH(tiles::decode_tile(forged(bytes, kPlanesAt + 28, 3), "test"),
                       contains("not in order"));
 }
 
@@ -222,128 +230,159 @@ TEST_CASE("values that no pixel can have are refused", "[raytracer][tiles][codec
                     kNan = std::numeric_limits<float>::quiet_NaN();
     struct Case {
         const char* name;
-        void (*spoil)(PixelSample&, LayerSample&);
+        void (*spoil)(tiles::PixelSample&, tiles::LayerSample&);
         bool refused = true;
     };
     const auto c = GENERATE(values<Case>({
-        {"untouched", [](PixelSample&, LayerSample&) {}, false},
-        {"infinitely far", [](PixelSample& s, LayerSample&) { s.depth_m = kInfinity; }, false},
-        {"all of it", [](PixelSample& s, LayerSample&) { s.alpha = 1; }, false},
-        {"a colour below 0", [](PixelSample& s, LayerSample&) { s.colour.g = -1; }, false},
-        {"no number", [](PixelSample& s, LayerSample&) { s.colour.r = kNan; }},
-        {"endless light", [](PixelSample& s, LayerSample&) { s.colour.b = kInfinity; }},
-        {"more than all", [](PixelSample& s, LayerSample&) { s.alpha = 1.0001f; }},
-        {"less than none", [](PixelSample& s, LayerSample&) { s.alpha = -0.1f; }},
-        {"behind the eye", [](PixelSample& s, LayerSample&) { s.depth_m = -1; }},
-        {"no depth", [](PixelSample& s, LayerSample&) { s.depth_m = kNan; }},
-        {"no samples", [](PixelSample& s, LayerSample&) { s.samples = 0; }},
-        {"error below 0", [](PixelSample& s, LayerSample&) { s.error = -1; }},
-        {"no error", [](PixelSample& s, LayerSample&) { s.error = kNan; }},
-        {"endless error", [](PixelSample& s, LayerSample&) { s.error = kInfinity; }},
-        {"direct", [](PixelSample&, LayerSample& l) { l.direct.r = kNan; }},
-        {"indirect", [](PixelSample&, LayerSample& l) { l.indirect.g = kInfinity; }},
-        {"albedo", [](PixelSample&, LayerSample& l) { l.albedo.b = kNan; }},
-        {"normal", [](PixelSample&, LayerSample& l) { l.normal[2] = kNan; }},
-        {"position", [](PixelSample&, LayerSample& l) { l.position[0] = -kInfinity; }},
-        {"sun", [](PixelSample&, LayerSample& l) { l.sun = 2; }},
-        {"water", [](PixelSample&, LayerSample& l) { l.water = kNan; }},
-        {"material",
-         [](PixelSample&, LayerSample& l) { l.material = static_cast<voxel::Material>(32); }},
-        {"share of a material", [](PixelSample&, LayerSample& l) { l.materials.share[5] = -0.5f; }},
-        {"a matte's material", [](PixelSample&, LayerSample& l) { l.materials.object[0] = 32; }},
-        {"share of a square", [](PixelSample&, LayerSample& l) { l.squares.share[0] = kInfinity; }},
-        {"any square", [](PixelSample&, LayerSample& l) { l.squares.object[0] = ~0U; }, false},
+        {"untouched", [](tiles::PixelSample&, tiles::LayerSample&) {}, false},
+        {"infinitely far",
+         [](tiles::PixelSample& s, tiles::LayerSample&) { s.depth_m = kInfinity; }, false},
+        {"all of it", [](tiles::PixelSample& s, tiles::LayerSample&) { s.alpha = 1; }, false},
+        {"a colour below 0", [](tiles::PixelSample& s, tiles::LayerSample&) { s.colour.g = -1; },
+         false},
+        {"no number", [](tiles::PixelSample& s, tiles::LayerSample&) { s.colour.r = kNan; }},
+        {"endless light",
+         [](tiles::PixelSample& s, tiles::LayerSample&) { s.colour.b = kInfinity; }},
+        {"more than all", [](tiles::PixelSample& s, tiles::LayerSample&) { s.alpha = 1.0001f; }},
+        {"less than none", [](tiles::PixelSample& s, tiles::LayerSample&) { s.alpha = -0.1f; }},
+        {"behind the eye", [](tiles::PixelSample& s, tiles::LayerSample&) { s.depth_m = -1; }},
+        {"no depth", [](tiles::PixelSample& s, tiles::LayerSample&) { s.depth_m = kNan; }},
+        {"no samples", [](tiles::PixelSample& s, tiles::LayerSample&) { s.samples = 0; }},
+        {"error below 0", [](tiles::PixelSample& s, tiles::LayerSample&) { s.error = -1; }},
+        {"no error", [](tiles::PixelSample& s, tiles::LayerSample&) { s.error = kNan; }},
+        {"endless error", [](tiles::PixelSample& s, tiles::LayerSample&) { s.error = kInfinity; }},
+        {"direct", [](tiles::PixelSample&, tiles::LayerSample& l) { l.direct.r = kNan; }},
+        {"indirect", [](tiles::PixelSample&, tiles::LayerSample& l) { l.indirect.g = kInfinity; }},
+        {"albedo", [](tiles::PixelSample&, tiles::LayerSample& l) { l.albedo.b = kNan; }},
+        {"normal", [](tiles::PixelSample&, tiles::LayerSample& l) { l.normal[2] = kNan; }},
+        {"position",
+         [](tiles::PixelSample&, tiles::LayerSample& l) { l.position[0] = -kInfinity; }},
+        {"sun", [](tiles::PixelSample&, tiles::LayerSample& l) { l.sun = 2; }},
+        {"water", [](tiles::PixelSample&, tiles::LayerSample& l) { l.water = kNan; }},
+        {"material", [](tiles::PixelSample&,
+                        tiles::LayerSample& l) { l.material = static_cast<voxel::Material>(32); }},
+        {"share of a material",
+         [](tiles::PixelSample&, tiles::LayerSample& l) { l.materials.share[5] = -0.5f; }},
+        {"a matte's material",
+         [](tiles::PixelSample&, tiles::LayerSample& l) { l.materials.object[0] = 32; }},
+        {"share of a square",
+         [](tiles::PixelSample&, tiles::LayerSample& l) { l.squares.share[0] = kInfinity; }},
+        {"any square",
+         [](tiles::PixelSample&, tiles::LayerSample& l) { l.squares.object[0] = ~0U; }, false},
     }));
     DYNAMIC_SECTION(c.name) {
-        TileResult tile = tile_of_chance(rectangle(0, 0, 6, 6), true, 12);
+        tiles::TileResult tile = tile_of_chance(rectangle(0, 0, 6, 6), true, 12);
         c.spoil(tile.samples[17], tile.layers[17]);
-        const Bytes bytes = encode_tile(tile);
+        const Bytes bytes = tiles::encode_tile(tile);
         if (c.refused)
-            CHECK_THROWS_AS(decode_tile(bytes, "test"), Error);
+            CHECK_THROWS_AS(tiles::decode_tile(bytes, "test"), util::Error);
         else
-            CHECK(same(decode_tile(bytes, "test"), tile));
+            CHECK(same(tiles::decode_tile(bytes, "test"), tile));
     }
 }
 
 TEST_CASE("a tile that is not whole, or too large, is not encoded", "[raytracer][tiles][codec]") {
-    TileResult tile = tile_of_chance(rectangle(0, 0, 6, 6), true, 13);
+    tiles::TileResult tile = tile_of_chance(rectangle(0, 0, 6, 6), true, 13);
     tile.samples.pop_back();
-    CHECK_THROWS_WITH(encode_tile(tile),
+    CHECK_THROWS_WITH(tiles::encode_tile(tile),
                       contains("encode the tile 77: 35 samples and 36 of its layers; allowed: 36"));
     tile = tile_of_chance(rectangle(0, 0, 6, 6), true, 13);
     tile.layers.pop_back();
-    CHECK_THROWS_AS(encode_tile(tile), Error);
+    CHECK_THROWS_AS(tiles::encode_tile(tile), util::Error);
     tile = {};
     tile.tile = rectangle(5, 0, 5, 6);
-    CHECK_THROWS_WITH(encode_tile(tile), contains("rectangle"));
+    CHECK_THROWS_WITH(tiles::encode_tile(tile), contains("rectangle"));
 }
 
 TEST_CASE("the hash of pixels is that of what they show, and nothing else",
           "[raytracer][tiles][codec]") {
-    const TileResult tile = tile_of_chance(rectangle(0, 0, 40, 30), true, 14);
-    const std::uint64_t hash = hash_of_pixels(tile);
-    TileResult same_pixels = tile;
-    same_pixels.counts = {}, same_pixels.holes.clear(), same_pixels.tile.index = 5;
-    CHECK(hash_of_pixels(same_pixels) == hash);
-    CHECK(hash_of_pixels(decode_tile(encode_tile(tile), "test")) == hash);
+    const tiles::TileResult tile = tile_of_chance(rectangle(0, 0, 40, 30), true, 14);
+    const std::uint64_t hash = tiles::hash_of_pixels(tile);
+    tiles::TileResult same_pixels = tile;
+    same_pixels.counts = {};
+    same_pixels.holes.clear();
+    same_pixels.tile.index = 5;
+    CHECK(tiles::hash_of_pixels(same_pixels) == hash);
+    CHECK(tiles::hash_of_pixels(tiles::decode_tile(tiles::encode_tile(tile), "test")) == hash);
     // Bytes between the fields of a layer do not count.
-    std::vector<std::byte> dirt(sizeof(LayerSample) * tile.layers.size(), std::byte{0xa5});
-    auto* layers = reinterpret_cast<LayerSample*>(dirt.data());
-    TileResult dirty = tile;
+    std::vector<std::byte> dirt(sizeof(tiles::LayerSample) * tile.layers.size(), std::byte{0xa5});
+    auto* layers = reinterpret_cast<tiles::LayerSample*>(dirt.data());
+    tiles::TileResult dirty = tile;
     for (std::size_t i = 0; i < tile.layers.size(); ++i) {
-        const LayerSample& from = tile.layers[i];
-        LayerSample& to = layers[i];
-        to.direct = from.direct, to.indirect = from.indirect, to.albedo = from.albedo,
-        to.normal = from.normal, to.position = from.position, to.sun = from.sun;
-        to.water = from.water, to.material = from.material, to.materials = from.materials,
+        const tiles::LayerSample& from = tile.layers[i];
+        tiles::LayerSample& to = layers[i];
+        to.direct = from.direct;
+        to.indirect = from.indirect;
+        to.albedo = from.albedo;
+        to.normal = from.normal;
+        to.position = from.position;
+        to.sun = from.sun;
+        to.water = from.water;
+        to.material = from.material;
+        to.materials = from.materials;
         to.squares = from.squares;
         std::memcpy(static_cast<void*>(&dirty.layers[i]), &to, sizeof to);
     }
-    CHECK(hash_of_pixels(dirty) == hash);
-    CHECK(encode_tile(dirty) == encode_tile(tile));
+    CHECK(tiles::hash_of_pixels(dirty) == hash);
+    CHECK(tiles::encode_tile(dirty) == tiles::encode_tile(tile));
 
     std::set<std::uint64_t> seen{hash};
     const auto differs = [&](const char* what, auto change) {
-        TileResult other = tile;
+        tiles::TileResult other = tile;
         change(other.samples[700], other.layers[700], other);
         INFO(what);
-        CHECK(seen.insert(hash_of_pixels(other)).second);
+        CHECK(seen.insert(tiles::hash_of_pixels(other)).second);
     };
-    differs("colour", [](PixelSample& s, LayerSample&, TileResult&) {
+    differs("colour", [](tiles::PixelSample& s, tiles::LayerSample&, tiles::TileResult&) {
         s.colour.r = std::nextafter(s.colour.r, 9.0f);
     });
-    differs("alpha", [](PixelSample& s, LayerSample&, TileResult&) { s.alpha += 0.25f; });
-    differs("depth", [](PixelSample& s, LayerSample&, TileResult&) { s.depth_m = 12345; });
-    differs("samples", [](PixelSample& s, LayerSample&, TileResult&) { ++s.samples; });
-    differs("error", [](PixelSample& s, LayerSample&, TileResult&) { s.error += 1; });
-    differs("direct", [](PixelSample&, LayerSample& l, TileResult&) { l.direct.g += 1e10f; });
-    differs("material", [](PixelSample&, LayerSample& l, TileResult&) {
+    differs("alpha", [](tiles::PixelSample& s, tiles::LayerSample&, tiles::TileResult&) {
+        s.alpha += 0.25f;
+    });
+    differs("depth", [](tiles::PixelSample& s, tiles::LayerSample&, tiles::TileResult&) {
+        s.depth_m = 12345;
+    });
+    differs("samples",
+            [](tiles::PixelSample& s, tiles::LayerSample&, tiles::TileResult&) { ++s.samples; });
+    differs("error",
+            [](tiles::PixelSample& s, tiles::LayerSample&, tiles::TileResult&) { s.error += 1; });
+    differs("direct", [](tiles::PixelSample&, tiles::LayerSample& l, tiles::TileResult&) {
+        l.direct.g += 1e10f;
+    });
+    differs("material", [](tiles::PixelSample&, tiles::LayerSample& l, tiles::TileResult&) {
         l.material =
             l.material == voxel::Material::kRock ? voxel::Material::kSoil : voxel::Material::kRock;
     });
-    differs("matte", [](PixelSample&, LayerSample& l, TileResult&) { l.squares.object[5] += 1; });
-    differs("share",
-            [](PixelSample&, LayerSample& l, TileResult&) { l.materials.share[5] += 0.125f; });
-    differs("one less", [](PixelSample&, LayerSample&, TileResult& t) {
-        t.samples.pop_back(), t.layers.pop_back();
+    differs("matte", [](tiles::PixelSample&, tiles::LayerSample& l, tiles::TileResult&) {
+        l.squares.object[5] += 1;
     });
-    differs("no layers", [](PixelSample&, LayerSample&, TileResult& t) { t.layers.clear(); });
-    differs("order",
-            [](PixelSample& s, LayerSample&, TileResult& t) { std::swap(s, t.samples[701]); });
+    differs("share", [](tiles::PixelSample&, tiles::LayerSample& l, tiles::TileResult&) {
+        l.materials.share[5] += 0.125f;
+    });
+    differs("one less", [](tiles::PixelSample&, tiles::LayerSample&, tiles::TileResult& t) {
+        t.samples.pop_back();
+        t.layers.pop_back();
+    });
+    differs("no layers", [](tiles::PixelSample&, tiles::LayerSample&, tiles::TileResult& t) {
+        t.layers.clear();
+    });
+    differs("order", [](tiles::PixelSample& s, tiles::LayerSample&, tiles::TileResult& t) {
+        std::swap(s, t.samples[701]);
+    });
 }
 
 TEST_CASE("pixels alike compress", "[raytracer][tiles][codec]") {
-    TileResult sky;
+    tiles::TileResult sky;
     sky.tile = rectangle(0, 0, 64, 64);
     for (int y = 0; y < 64; ++y)
         for (int x = 0; x < 64; ++x) {
-            PixelSample s;
+            tiles::PixelSample s;
             s.colour = {0.2f + static_cast<float>(x + y) * 1e-5f, 0.4f,
                         0.7f + static_cast<float>(y) * 1e-4f};
             s.depth_m = std::numeric_limits<float>::infinity();
             sky.samples.push_back(s);
         }
-    CHECK(encode_tile(sky).size() < 64 * 64 * sizeof(PixelSample) / 4);
+    CHECK(tiles::encode_tile(sky).size() < 64 * 64 * sizeof(tiles::PixelSample) / 4);
 }
 
 TEST_CASE("the hash of rows is that of a tile of those rows", "[raytracer][tiles][codec]") {
@@ -351,10 +390,12 @@ TEST_CASE("the hash of rows is that of a tile of those rows", "[raytracer][tiles
     const int step = GENERATE(1, 2), y0 = GENERATE(64, 72, 90), y1 = GENERATE(72, 91, 96);
     if (y0 >= y1)
         return;
-    const TileResult whole =
+    const tiles::TileResult whole =
         tile_of_chance(rectangle(32, 64, 61, 96, step, step == 1), with_layers, 5);
-    TileResult rows;
-    rows.tile = whole.tile, rows.tile.y0 = y0, rows.tile.y1 = y1;
+    tiles::TileResult rows;
+    rows.tile = whole.tile;
+    rows.tile.y0 = y0;
+    rows.tile.y1 = y1;
     std::size_t at = 0;
     whole.tile.each_pixel([&](int, int y) {
         if (y >= y0 && y < y1) {
@@ -364,10 +405,10 @@ TEST_CASE("the hash of rows is that of a tile of those rows", "[raytracer][tiles
         }
         ++at;
     });
-    CHECK(hash_of_pixels(whole, rows.tile) == hash_of_pixels(rows));
-    CHECK(hash_of_pixels(whole, whole.tile) == hash_of_pixels(whole));
+    CHECK(tiles::hash_of_pixels(whole, rows.tile) == tiles::hash_of_pixels(rows));
+    CHECK(tiles::hash_of_pixels(whole, whole.tile) == tiles::hash_of_pixels(whole));
     if (rows.samples.empty())
         return;
     ++rows.samples.back().samples;
-    CHECK(hash_of_pixels(whole, rows.tile) != hash_of_pixels(rows));
+    CHECK(tiles::hash_of_pixels(whole, rows.tile) != tiles::hash_of_pixels(rows));
 }

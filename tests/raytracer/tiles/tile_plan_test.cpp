@@ -13,8 +13,9 @@ using terravox::test::contains;
 
 namespace {
 
-constexpr TileOrder kOrders[] = {TileOrder::kSpiral, TileOrder::kVertical,
-                                 TileOrder::kVerticalSplit, TileOrder::kHilbert, TileOrder::kRows};
+constexpr core::TileOrder kOrders[] = {core::TileOrder::kSpiral, core::TileOrder::kVertical,
+                                       core::TileOrder::kVerticalSplit, core::TileOrder::kHilbert,
+                                       core::TileOrder::kRows};
 
 }  // namespace
 
@@ -37,13 +38,13 @@ TEST_CASE("all passes together trace every pixel exactly once", "[raytracer][til
         {"one row", 300, 1, 16, 8},
         {"odd tile, odd size", 99, 101, 7, 32},
     }));
-    const TileOrder order = GENERATE(from_range(std::begin(kOrders), std::end(kOrders)));
+    const core::TileOrder order = GENERATE(from_range(std::begin(kOrders), std::end(kOrders)));
     DYNAMIC_SECTION(c.name << ", " << order) {
         std::vector<int> traced(static_cast<std::size_t>(c.width * c.height));
-        const auto passes = plan_tiles(c.width, c.height, c.coarse, c.tile, order);
+        const auto passes = tiles::plan_tiles(c.width, c.height, c.coarse, c.tile, order);
         int outside = 0;
         for (std::size_t pass = 0; pass < passes.size(); ++pass)
-            for (const RenderTile& tile : passes[pass]) {
+            for (const tiles::RenderTile& tile : passes[pass]) {
                 CHECK(tile.pass == pass);
                 tile.each_pixel([&](int x, int y) {
                     if (x < tile.x0 || y < tile.y0 || x >= tile.x1 || y >= tile.y1 ||
@@ -65,7 +66,7 @@ TEST_CASE("every order of tiles is a permutation of the same tiles, numbered as 
     using Corner = std::pair<int, int>;
     std::set<Corner> corners[std::size(kOrders)];
     for (std::size_t i = 0; i < std::size(kOrders); ++i) {
-        const auto tiles = plan_tiles(333, 200, 1, 32, kOrders[i]).front();
+        const auto tiles = tiles::plan_tiles(333, 200, 1, 32, kOrders[i]).front();
         for (std::size_t k = 0; k < tiles.size(); ++k) {
             CHECK(tiles[k].index == k);
             CHECK(corners[i].insert({tiles[k].x0, tiles[k].y0}).second);
@@ -84,12 +85,12 @@ TEST_CASE("pictures, tiles and passes of any size trace every pixel exactly once
     for (int run = 0; run < 300; ++run) {
         const int width = up_to(150), height = up_to(150), tile = up_to(run % 2 == 0 ? 12 : 200),
                   coarse = 1 << random() % 7;
-        const TileOrder order = kOrders[random() % std::size(kOrders)];
+        const core::TileOrder order = kOrders[random() % std::size(kOrders)];
         INFO(width << "x" << height << ", tile " << tile << ", first step " << coarse << ", "
                    << order);
         std::vector<int> traced(static_cast<std::size_t>(width * height));
-        for (const auto& tiles : plan_tiles(width, height, coarse, tile, order))
-            for (const RenderTile& t : tiles)
+        for (const auto& tiles : tiles::plan_tiles(width, height, coarse, tile, order))
+            for (const tiles::RenderTile& t : tiles)
                 t.each_pixel(
                     [&](int x, int y) { ++traced.at(static_cast<std::size_t>(y * width + x)); });
         CHECK(std::all_of(traced.begin(), traced.end(), [](int n) { return n == 1; }));
@@ -100,18 +101,20 @@ TEST_CASE(
     "more tiles than memory is meant for are refused, and the largest picture in tiles of 64 is "
     "not",
     "[raytracer][tiles]") {
-    CHECK(plan_tiles(65'536, 65'536, 1, 64, TileOrder::kHilbert).front().size() == 1 << 20);
-    CHECK_THROWS_AS(plan_tiles(65'536, 65'536, 1, 1, TileOrder::kRows), UsageError);
-    CHECK_THROWS_WITH(plan_tiles(65'536, 65'536, 1, 63, TileOrder::kRows),
+    CHECK(tiles::plan_tiles(65'536, 65'536, 1, 64, core::TileOrder::kHilbert).front().size() ==
+          1 << 20);
+    CHECK_THROWS_AS(tiles::plan_tiles(65'536, 65'536, 1, 1, core::TileOrder::kRows),
+                    util::UsageError);
+    CHECK_THROWS_WITH(tiles::plan_tiles(65'536, 65'536, 1, 63, core::TileOrder::kRows),
                       contains("65536x65536") && contains("quality.tile larger"));
 }
 
 TEST_CASE("the spiral starts in the middle and moves outwards", "[raytracer][tiles]") {
-    const auto tiles = plan_tiles(7 * 32, 5 * 32, 1, 32, TileOrder::kSpiral).front();
+    const auto tiles = tiles::plan_tiles(7 * 32, 5 * 32, 1, 32, core::TileOrder::kSpiral).front();
     CHECK(tiles.front().x0 == 3 * 32);
     CHECK(tiles.front().y0 == 2 * 32);
     double ring = 0;
-    for (const RenderTile& t : tiles) {
+    for (const tiles::RenderTile& t : tiles) {
         const double here = std::max(std::abs(t.x0 / 32 - 3), std::abs(t.y0 / 32 - 2));
         CHECK(here >= ring);
         ring = here;
@@ -121,8 +124,9 @@ TEST_CASE("the spiral starts in the middle and moves outwards", "[raytracer][til
 TEST_CASE("a first step that is no power of two is refused", "[raytracer][tiles]") {
     for (const int bad : {0, -1, -8, 3, 6, 7, 12, 63}) {
         INFO(bad);
-        CHECK_THROWS_AS(plan_tiles(64, 64, bad, 16, TileOrder::kRows), UsageError);
-        CHECK_THROWS_WITH(plan_tiles(64, 64, bad, 16, TileOrder::kRows),
+        CHECK_THROWS_AS(tiles::plan_tiles(64, 64, bad, 16, core::TileOrder::kRows),
+                        util::UsageError);
+        CHECK_THROWS_WITH(tiles::plan_tiles(64, 64, bad, 16, core::TileOrder::kRows),
                           contains("quality.coarse_step = " + std::to_string(bad)) &&
                               contains("allowed: 1, 2, 4"));
     }

@@ -20,11 +20,13 @@ constexpr std::size_t kPlenty = std::size_t{256} << 20;
 
 /// The valley's eastern slope, seen towards the east; the sun stands low in the west, beyond boxes
 /// that the camera does not see.
-Scene eastern_slope() {
-    Scene scene = small_scene();
-    scene.camera.space = CoordinateSpace::kVoxel;
-    scene.camera.position = {66.5, 40, 0.5}, scene.camera.target = {88, 12, 0.5};
-    scene.sun.azimuth_deg = 265, scene.sun.altitude_deg = 8;
+scene::Scene eastern_slope() {
+    scene::Scene scene = small_scene();
+    scene.camera.space = core::CoordinateSpace::kVoxel;
+    scene.camera.position = {66.5, 40, 0.5};
+    scene.camera.target = {88, 12, 0.5};
+    scene.sun.azimuth_deg = 265;
+    scene.sun.altitude_deg = 8;
     return scene;
 }
 
@@ -37,16 +39,16 @@ std::unique_ptr<ArrayWorld> without_the_middle() {
 }
 
 struct Picture {
-    RenderCounts counts;
+    render::RenderCounts counts;
     std::string bytes;
 };
 
-Picture picture_of(Scene scene, std::unique_ptr<ArrayWorld> world, int threads = 2,
+Picture picture_of(scene::Scene scene, std::unique_ptr<ArrayWorld> world, int threads = 2,
                    std::size_t memory_bytes = kPlenty) {
     Job job(scene, memory_bytes, std::move(world));
-    Film film(scene.output.size_px[0], scene.output.size_px[1]);
-    ThreadProcessor processor(job.view, job.blocks, threads);
-    Picture out{render_film({job.view, processor, true, nullptr}, film), {}};
+    output::Film film(scene.output.size_px[0], scene.output.size_px[1]);
+    processors::ThreadProcessor processor(job.view, job.blocks, threads);
+    Picture out{render::render_film({job.view, processor, true, nullptr}, film), {}};
     out.bytes = bytes_of(film);
     return out;
 }
@@ -63,7 +65,7 @@ TEST_CASE("a hole that only shadow rays meet is one of the picture's", "[raytrac
     CHECK(holed.bytes != whole.bytes);
     CHECK(whole.counts.holes.empty());
     CHECK(whole.counts.trace.hole_rays == 0);
-    Scene bright = eastern_slope();
+    scene::Scene bright = eastern_slope();
     bright.quality.shadows = false;
     const Picture unshadowed = picture_of(bright, without_the_middle());
     CHECK(unshadowed.counts.holes.empty());
@@ -76,17 +78,18 @@ TEST_CASE("what a picture says of its holes does not depend on threads, tiles or
     struct Case {
         const char* name;
         int threads, tile_px;
-        TileOrder order;
+        core::TileOrder order;
         std::size_t memory_bytes;
     };
-    for (const Case& c : {Case{"four threads", 4, 16, TileOrder::kSpiral, kPlenty},
-                          {"small tiles", 2, 5, TileOrder::kHilbert, kPlenty},
-                          {"one tile", 1, 1000, TileOrder::kRows, kPlenty},
-                          {"hardly any memory", 3, 16, TileOrder::kVertical, 1},
-                          {"again", 1, 16, TileOrder::kSpiral, kPlenty}}) {
+    for (const Case& c : {Case{"four threads", 4, 16, core::TileOrder::kSpiral, kPlenty},
+                          {"small tiles", 2, 5, core::TileOrder::kHilbert, kPlenty},
+                          {"one tile", 1, 1000, core::TileOrder::kRows, kPlenty},
+                          {"hardly any memory", 3, 16, core::TileOrder::kVertical, 1},
+                          {"again", 1, 16, core::TileOrder::kSpiral, kPlenty}}) {
         INFO(c.name);
-        Scene scene = eastern_slope();
-        scene.quality.tile = {c.tile_px}, scene.quality.tile_order = c.order;
+        scene::Scene scene = eastern_slope();
+        scene.quality.tile = {c.tile_px};
+        scene.quality.tile_order = c.order;
         const Picture other = picture_of(scene, without_the_middle(), c.threads, c.memory_bytes);
         CHECK(other.counts.holes == reference.counts.holes);
         CHECK(other.counts.trace.hole_rays == reference.counts.trace.hole_rays);
@@ -100,17 +103,17 @@ TEST_CASE("a hole before a brick is met, whichever ray has found the brick",
     world.fill({-40, 0, 0}, {-36, 64, 64}, voxel::Material::kRock);
     world.fill({130, 0, 0}, {131, 1, 1}, voxel::Material::kRock);
     world.make_hole({0, 0, 0, 0});
-    BlockManager blocks(world, kPlenty);
+    blocks::BlockManager blocks(world, kPlenty);
     for (int bx = -1; bx <= 2; ++bx)
         (void)blocks.get({0, bx, 0, 0});
-    const LevelCut cut(world.info().bounds, 0);
-    BlockReader reader(blocks);
-    RayWalk walk(reader, cut);
-    Occluder occluder;
+    const walk::LevelCut cut(world.info().bounds, 0);
+    walk::BlockReader reader(blocks);
+    walk::RayWalk walk(reader, cut);
+    walk::Occluder occluder;
     const auto hits_from = [&](double x) {
-        RayState state(Ray{{x, 10.3, 10.4}, {-1, 0.001, 0.001}});
+        core::RayState state(core::Ray{{x, 10.3, 10.4}, {-1, 0.001, 0.001}});
         REQUIRE(state.enter(cut.entry_bounds()));
-        return walk.any_hit(state, kFar, occluder) == WalkEnd::kHit;
+        return walk.any_hit(state, core::kFar, occluder) == walk::WalkEnd::kHit;
     };
     CHECK(hits_from(-10.5));
     CHECK_FALSE(occluder.hole);

@@ -10,46 +10,48 @@ namespace {
 
 /// A ray, what a single walk finds, and what the lanes find.
 struct Sent {
-    RayState state;
-    double t_max = kFar;
+    core::RayState state;
+    double t_max = core::kFar;
     bool asks = false;
-    std::optional<Hit> wanted;
-    WalkEnd end = WalkEnd::kWaits;
-    Hit hit;
+    std::optional<walk::Hit> wanted;
+    walk::WalkEnd end = walk::WalkEnd::kWaits;
+    walk::Hit hit;
 };
 
 enum class Kind { kAnywhere, kWhole, kLimited };
 
 std::optional<Sent> random_ray(Fixture& f, Random& random, Kind kind) {
-    Ray ray{{real(random, -120, 200), real(random, -25, 110), real(random, -130, 170)},
-            normalized({real(random, -1, 1), real(random, -1, 1), real(random, -1, 1)})};
+    core::Ray ray{
+        {real(random, -120, 200), real(random, -25, 110), real(random, -130, 170)},
+        core::normalized({real(random, -1, 1), real(random, -1, 1), real(random, -1, 1)})};
     if (kind == Kind::kWhole)
         ray = {{std::round(ray.origin.x), std::round(ray.origin.y), std::round(ray.origin.z)},
                {std::round(ray.direction.x * 3), -1, std::round(ray.direction.z * 3) / 2}};
     Sent out;
-    out.state = RayState(ray);
+    out.state = core::RayState(ray);
     if (!out.state.enter(f.cut.entry_bounds()))
         return std::nullopt;
     if (kind == Kind::kLimited)
         out.t_max = out.state.t + real(random, 0, 90);
     out.asks = random() % 2 == 0;
-    RayState single = out.state;
+    core::RayState single = out.state;
     out.wanted = f.finish(single, out.t_max);
     return out;
 }
 
 bool as_alone(Fixture& f, Sent& ray) {
-    std::optional<Hit> found = ray.end == WalkEnd::kHit ? std::optional(ray.hit) : std::nullopt;
-    if (ray.end == WalkEnd::kWaits)
+    std::optional<walk::Hit> found =
+        ray.end == walk::WalkEnd::kHit ? std::optional(ray.hit) : std::nullopt;
+    if (ray.end == walk::WalkEnd::kWaits)
         found = f.finish(ray.state, ray.t_max);
-    if (ray.asks && ray.end != WalkEnd::kWaits)
-        return (ray.end == WalkEnd::kHit) == ray.wanted.has_value();
+    if (ray.asks && ray.end != walk::WalkEnd::kWaits)
+        return (ray.end == walk::WalkEnd::kHit) == ray.wanted.has_value();
     return same(found, ray.wanted);
 }
 
 void check(double detail, std::size_t pinned_bytes, Kind kind, bool boxes_at_hand) {
     Fixture f(detail), other(detail, pinned_bytes);
-    LaneWalk lanes(other.reader, other.cut, *packet_steps());
+    walk::LaneWalk lanes(other.reader, other.cut, *walk::packet_steps());
     Random random(23);
     int wrong = 0, hits = 0, alongside = 0, all = 0;
     for (const int count : {1, 5, 16, 17, 200, 4000}) {
@@ -61,15 +63,17 @@ void check(double detail, std::size_t pinned_bytes, Kind kind, bool boxes_at_han
         // their ends.
         if (boxes_at_hand)
             for (const Sent& ray : rays) {
-                RayState copy = ray.state;
+                core::RayState copy = ray.state;
                 (void)other.finish(copy);
             }
-        std::vector<LaneRay> sent;
+        std::vector<walk::LaneRay> sent;
         for (Sent& ray : rays)
             sent.push_back({&ray.state, &ray.end, ray.t_max, ray.asks ? nullptr : &ray.hit});
         lanes.trace(sent);
         for (Sent& ray : rays) {
-            ++all, hits += ray.wanted ? 1 : 0, alongside += ray.end != WalkEnd::kWaits ? 1 : 0;
+            ++all;
+            hits += ray.wanted ? 1 : 0;
+            alongside += ray.end != walk::WalkEnd::kWaits ? 1 : 0;
             wrong += as_alone(other, ray) ? 0 : 1;
         }
     }
@@ -85,7 +89,7 @@ void check(double detail, std::size_t pinned_bytes, Kind kind, bool boxes_at_han
 
 TEST_CASE("rays side by side find the voxel, face and time that single rays find",
           "[raytracer][lanes]") {
-    if (packet_steps() == nullptr) {
+    if (walk::packet_steps() == nullptr) {
         WARN("skipped: neither AVX2 nor AVX-512");
         return;
     }
@@ -106,7 +110,7 @@ TEST_CASE("rays side by side find the voxel, face and time that single rays find
 }
 
 TEST_CASE("rays side by side keep to a reader's memory", "[raytracer][lanes]") {
-    if (packet_steps() == nullptr)
+    if (walk::packet_steps() == nullptr)
         return;
     for (const std::size_t pinned_bytes :
          {std::size_t{1}, std::size_t{20'000}, std::size_t{200'000}}) {

@@ -21,7 +21,7 @@ constexpr std::size_t kPlenty = std::size_t{1} << 30;
 constexpr int kLevels = 4;
 using Random = std::mt19937_64;
 double real(Random& r, double low, double high) {
-    return low + unit_from(r()) * (high - low);
+    return low + core::unit_from(r()) * (high - low);
 }
 
 /// Hills with towers and floating stones over some twenty columns of boxes.
@@ -29,15 +29,15 @@ std::unique_ptr<PyramidWorld> hills() {
     auto finest = std::make_unique<ArrayWorld>(ArrayWorld::Coord{-150, -20, -140},
                                                ArrayWorld::Coord{170, 90, 150});
     finest->fill_with([](int x, int y, int z) {
-        const int height = static_cast<int>(hash64(static_cast<std::uint64_t>(x >> 3),
-                                                   static_cast<std::uint64_t>(z >> 3)) %
+        const int height = static_cast<int>(core::hash64(static_cast<std::uint64_t>(x >> 3),
+                                                         static_cast<std::uint64_t>(z >> 3)) %
                                             9) +
                            (x * x + z * z) / 1500;
         if (y < height)
             return Material::kGround;
-        const auto h =
-            hash64(static_cast<std::uint64_t>(x >> 2) << 32 ^ static_cast<std::uint32_t>(z >> 2),
-                   static_cast<std::uint64_t>(y >> 4));
+        const auto h = core::hash64(
+            static_cast<std::uint64_t>(x >> 2) << 32 ^ static_cast<std::uint32_t>(z >> 2),
+            static_cast<std::uint64_t>(y >> 4));
         if (h % 61 == 0 && y < 60)
             return Material::kWall;
         return y > 60 && h % 97 == 1 ? Material::kRoof : Material::kAir;
@@ -46,7 +46,7 @@ std::unique_ptr<PyramidWorld> hills() {
 }
 
 /// What is missing would stop beams early and prove nothing.
-void load_all(BlockManager& blocks, const voxel::WorldInfo& info) {
+void load_all(blocks::BlockManager& blocks, const voxel::WorldInfo& info) {
     for (int level = 0; level < kLevels; ++level) {
         const auto range = voxel::boxes_over(info.bounds, level);
         for (auto key = range.min; key.bx < range.max.bx; ++key.bx)
@@ -57,17 +57,17 @@ void load_all(BlockManager& blocks, const voxel::WorldInfo& info) {
 }
 
 struct Fixture {
-    explicit Fixture(Vec3 eye, double detail = 1, double pixel_rad = 0.03)
+    explicit Fixture(core::Vec3 eye, double detail = 1, double pixel_rad = 0.03)
         : world(hills()),
           cut(world->info().bounds, eye, pixel_rad, detail, 0, kLevels - 1),
           blocks(*world, kPlenty),
           reader(blocks),
           walker(reader, cut) {}
     std::unique_ptr<PyramidWorld> world;
-    LevelCut cut;
-    BlockManager blocks;
-    BlockReader reader;
-    Walker walker;
+    walk::LevelCut cut;
+    blocks::BlockManager blocks;
+    walk::BlockReader reader;
+    walk::Walker walker;
 
     /// Whether a level-0 voxel is solid in the boxes of the cut, and on which level that is said.
     [[nodiscard]] bool solid(const std::int32_t (&v)[3], int& level) const {
@@ -76,9 +76,9 @@ struct Fixture {
     }
 
     /// Single steps over level-0 voxels.
-    [[nodiscard]] std::optional<Hit> reference(const Ray& ray) const {
+    [[nodiscard]] std::optional<walk::Hit> reference(const core::Ray& ray) const {
         const voxel::VoxelBounds& b = cut.entry_bounds();
-        RayState s(ray);
+        core::RayState s(ray);
         if (!s.enter(b))
             return std::nullopt;
         while (true) {
@@ -88,8 +88,10 @@ struct Fixture {
                     return std::nullopt;
             int level = 0;
             if (solid(s.voxel, level)) {
-                Hit hit;
-                hit.t = s.t, hit.face = s.face, hit.level = static_cast<std::int8_t>(level);
+                walk::Hit hit;
+                hit.t = s.t;
+                hit.face = s.face;
+                hit.level = static_cast<std::int8_t>(level);
                 hit.voxel = {s.voxel[0] >> level, s.voxel[1] >> level, s.voxel[2] >> level};
                 return hit;
             }
@@ -98,14 +100,14 @@ struct Fixture {
     }
 };
 
-bool same(const std::optional<Hit>& a, const std::optional<Hit>& b) {
+bool same(const std::optional<walk::Hit>& a, const std::optional<walk::Hit>& b) {
     if (a.has_value() != b.has_value())
         return false;
     return !a ||
            (a->t == b->t && a->voxel == b->voxel && a->face == b->face && a->level == b->level);
 }
 
-const Vec3 kEyes[] = {{-130.5, 70.5, -120.25}, {-400.125, 200, 30}, {0, 500, 0}};
+const core::Vec3 kEyes[] = {{-130.5, 70.5, -120.25}, {-400.125, 200, 30}, {0, 500, 0}};
 
 }  // namespace
 
@@ -113,7 +115,7 @@ TEST_CASE(
     "the level of a column does not depend on where the search begins, and grows with the distance",
     "[raytracer][levels]") {
     const voxel::VoxelBounds bounds{{-5000, 0, -5000}, {5000, 300, 5000}};
-    const LevelCut cut(bounds, {100, 50, -300}, 0.01, 1, 0, 6);
+    const walk::LevelCut cut(bounds, {100, 50, -300}, 0.01, 1, 0, 6);
     Random random(5);
     for (int i = 0; i < 5000; ++i) {
         const auto x = static_cast<std::int32_t>(real(random, -6000, 6000)),
@@ -131,20 +133,20 @@ TEST_CASE(
         if (level < 6)
             REQUIRE_FALSE(cut.far_enough(level + 1, x >> (7 + level), z >> (7 + level)));
     }
-    const LevelCut whole(bounds, {100, 50, -300}, 0.01, 0, 2, 6);
+    const walk::LevelCut whole(bounds, {100, 50, -300}, 0.01, 0, 2, 6);
     CHECK(whole.level_at(4000, 4000, 6) == 2);
 }
 
 TEST_CASE("across levels the walker finds what single steps find", "[raytracer][levels]") {
-    for (const Vec3& eye : kEyes) {
+    for (const core::Vec3& eye : kEyes) {
         DYNAMIC_SECTION("eye " << eye.x) {
             Fixture f(eye);
             Random random(11);
             std::array<int, kLevels> met{};
             int wrong = 0;
             for (int i = 0; i < 4000; ++i) {
-                Ray ray{eye, normalized({real(random, -1, 1), real(random, -1, 0.4),
-                                         real(random, -1, 1)})};
+                core::Ray ray{eye, core::normalized({real(random, -1, 1), real(random, -1, 0.4),
+                                                     real(random, -1, 1)})};
                 if (i % 3 == 0)
                     ray.origin = {real(random, -200, 200), real(random, 60, 120),
                                   real(random, -200, 200)};
@@ -165,37 +167,37 @@ TEST_CASE("across levels the walker finds what single steps find", "[raytracer][
 
 TEST_CASE("beams spare their rays only what is empty: every hit stays",
           "[raytracer][levels][beam]") {
-    for (const Vec3& eye : kEyes)
+    for (const core::Vec3& eye : kEyes)
         for (const double detail : {0.0, 1.0}) {
             DYNAMIC_SECTION("eye " << eye.x << ", detail " << detail) {
                 Fixture f(eye, detail);
-                const Camera camera(eye, {20, 10, 5}, 70, 64, 48);
-                BeamMarch beams(f.reader, f.cut);
-                RayWalk walk(f.reader, f.cut);
+                const scene::Camera camera(eye, {20, 10, 5}, 70, 64, 48);
+                walk::BeamMarch beams(f.reader, f.cut);
+                walk::RayWalk walk(f.reader, f.cut);
                 load_all(f.blocks, f.world->info());
                 int wrong = 0, planes = 0, misses = 0;
                 for (int size : {16, 4, 1})
                     for (int y = 0; y < 48; y += size)
                         for (int x = 0; x < 64; x += size) {
-                            const Vec3 corners[4] = {camera.ray(x, y).direction,
-                                                     camera.ray(x + size, y).direction,
-                                                     camera.ray(x, y + size).direction,
-                                                     camera.ray(x + size, y + size).direction};
-                            Beam beam;
-                            if (!Beam::make(eye, corners, beam))
+                            const core::Vec3 corners[4] = {
+                                camera.ray(x, y).direction, camera.ray(x + size, y).direction,
+                                camera.ray(x, y + size).direction,
+                                camera.ray(x + size, y + size).direction};
+                            walk::Beam beam;
+                            if (!walk::Beam::make(eye, corners, beam))
                                 continue;
-                            const BeamStart start = beams.march(beam, {});
-                            planes += start.kind == BeamStart::Kind::kPlane,
-                                misses += start.kind == BeamStart::Kind::kMiss;
+                            const walk::BeamStart start = beams.march(beam, {});
+                            planes += start.kind == walk::BeamStart::Kind::kPlane;
+                            misses += start.kind == walk::BeamStart::Kind::kMiss;
                             for (int i = 0; i < size * size; ++i) {
-                                const Ray ray =
+                                const core::Ray ray =
                                     camera.ray(x + i % size + 0.37, y + i / size + 0.81);
-                                RayState state(ray);
-                                std::optional<Hit> found;
-                                Hit hit;
+                                core::RayState state(ray);
+                                std::optional<walk::Hit> found;
+                                walk::Hit hit;
                                 if (start.place(state, f.cut) &&
-                                    walk.first_hit(state, StopAt::kSolid, kFar, hit) ==
-                                        WalkEnd::kHit)
+                                    walk.first_hit(state, walk::StopAt::kSolid, core::kFar, hit) ==
+                                        walk::WalkEnd::kHit)
                                     found = hit;
                                 if (!same(found, f.reference(ray)))
                                     ++wrong;
@@ -215,49 +217,52 @@ TEST_CASE("beams from eyes among towers, above and beside the world spare only w
         DYNAMIC_SECTION("detail " << detail) {
             Random random(9);
             auto world = hills();
-            BlockManager blocks(*world, kPlenty);
+            blocks::BlockManager blocks(*world, kPlenty);
             load_all(blocks, world->info());
             int wrong = 0, rays = 0;
             for (int cameras = 0; cameras < 60;) {
                 const bool near = cameras % 2 == 0;
-                const Vec3 eye = near ? Vec3{real(random, -140, 160), real(random, 4, 60),
-                                             real(random, -130, 140)}
-                                      : Vec3{real(random, -900, 900), real(random, 20, 300),
-                                             real(random, -900, 900)};
-                if (near &&
-                    world->at(0, RayState::floor_to_int(eye.x), RayState::floor_to_int(eye.y),
-                              RayState::floor_to_int(eye.z)) != Material::kAir)
+                const core::Vec3 eye =
+                    near ? core::Vec3{real(random, -140, 160), real(random, 4, 60),
+                                      real(random, -130, 140)}
+                         : core::Vec3{real(random, -900, 900), real(random, 20, 300),
+                                      real(random, -900, 900)};
+                if (near && world->at(0, core::RayState::floor_to_int(eye.x),
+                                      core::RayState::floor_to_int(eye.y),
+                                      core::RayState::floor_to_int(eye.z)) != Material::kAir)
                     continue;
                 ++cameras;
-                const LevelCut cut(world->info().bounds, eye, 0.01, detail, 0, kLevels - 1);
-                BlockReader reader(blocks);
-                RayWalk walk(reader, cut);
-                BeamMarch beams(reader, cut);
-                const Camera camera(
+                const walk::LevelCut cut(world->info().bounds, eye, 0.01, detail, 0, kLevels - 1);
+                walk::BlockReader reader(blocks);
+                walk::RayWalk walk(reader, cut);
+                walk::BeamMarch beams(reader, cut);
+                const scene::Camera camera(
                     eye, {real(random, -140, 160), real(random, 0, 60), real(random, -130, 140)},
                     real(random, 20, 150), 64, 48);
                 for (const int size : {16, 4})
                     for (int y = 0; y < 48; y += size)
                         for (int x = 0; x < 64; x += size) {
-                            const Vec3 corners[4] = {camera.ray(x, y).direction,
-                                                     camera.ray(x + size, y).direction,
-                                                     camera.ray(x, y + size).direction,
-                                                     camera.ray(x + size, y + size).direction};
-                            Beam beam;
-                            if (!Beam::make(eye, corners, beam))
+                            const core::Vec3 corners[4] = {
+                                camera.ray(x, y).direction, camera.ray(x + size, y).direction,
+                                camera.ray(x, y + size).direction,
+                                camera.ray(x + size, y + size).direction};
+                            walk::Beam beam;
+                            if (!walk::Beam::make(eye, corners, beam))
                                 continue;
-                            const BeamStart start = beams.march(beam, {});
+                            const walk::BeamStart start = beams.march(beam, {});
                             for (int i = 0; i < size * size; ++i) {
-                                const Ray ray =
+                                const core::Ray ray =
                                     camera.ray(x + i % size + 0.37, y + i / size + 0.81);
-                                RayState spared(ray), whole(ray);
-                                Hit a, b;
-                                const bool hit = start.place(spared, cut) &&
-                                                 walk.first_hit(spared, StopAt::kSolid, kFar, a) ==
-                                                     WalkEnd::kHit;
+                                core::RayState spared(ray), whole(ray);
+                                walk::Hit a, b;
+                                const bool hit =
+                                    start.place(spared, cut) &&
+                                    walk.first_hit(spared, walk::StopAt::kSolid, core::kFar, a) ==
+                                        walk::WalkEnd::kHit;
                                 const bool wanted =
                                     whole.enter(cut.entry_bounds()) &&
-                                    walk.first_hit(whole, StopAt::kSolid, kFar, b) == WalkEnd::kHit;
+                                    walk.first_hit(whole, walk::StopAt::kSolid, core::kFar, b) ==
+                                        walk::WalkEnd::kHit;
                                 ++rays;
                                 if (!same(hit ? std::optional(a) : std::nullopt,
                                           wanted ? std::optional(b) : std::nullopt))
@@ -272,27 +277,29 @@ TEST_CASE("beams from eyes among towers, above and beside the world spare only w
 }
 
 TEST_CASE("a shaft says free only of rays that are", "[raytracer][levels][shaft]") {
-    for (const Vec3& direction : {Vec3{0.5, 0.7, 0.3}, Vec3{-0.9, 0.2, 0.1}, Vec3{0.05, 0.1, -0.95},
-                                  Vec3{0, 1, 0}, Vec3{0, 0.6, -0.8}, Vec3{0.7, 0.7, 0}}) {
+    for (const core::Vec3& direction :
+         {core::Vec3{0.5, 0.7, 0.3}, core::Vec3{-0.9, 0.2, 0.1}, core::Vec3{0.05, 0.1, -0.95},
+          core::Vec3{0, 1, 0}, core::Vec3{0, 0.6, -0.8}, core::Vec3{0.7, 0.7, 0}}) {
         DYNAMIC_SECTION("direction " << direction.x << " " << direction.y << " " << direction.z) {
             Fixture f(kEyes[0]);
-            const Vec3 sun = normalized(direction);
-            ShaftMarch shafts(f.reader, f.cut);
+            const core::Vec3 sun = core::normalized(direction);
+            walk::ShaftMarch shafts(f.reader, f.cut);
             Random random(8);
             int free = 0, wrong = 0, asked = 0;
             for (int group = 0; group < 400; ++group) {
-                const Vec3 at{real(random, -140, 160), 85, real(random, -130, 140)};
-                Shaft shaft(sun);
-                std::vector<std::pair<Vec3, RayState>> rays;
+                const core::Vec3 at{real(random, -140, 160), 85, real(random, -130, 140)};
+                walk::Shaft shaft(sun);
+                std::vector<std::pair<core::Vec3, core::RayState>> rays;
                 for (int i = 0; i < 12; ++i) {
-                    const Ray down{at + Vec3{real(random, 0, 3), 0, real(random, 0, 3)},
-                                   {0.001, -1, 0.002}};
+                    const core::Ray down{at + core::Vec3{real(random, 0, 3), 0, real(random, 0, 3)},
+                                         {0.001, -1, 0.002}};
                     const auto hit = f.walker.first_hit(down);
-                    if (!hit || hit->face == Face::kNone || dot(normal_of(hit->face), sun) <= 0)
+                    if (!hit || hit->face == core::Face::kNone ||
+                        core::dot(core::normal_of(hit->face), sun) <= 0)
                         continue;
-                    const Vec3 point = down.origin + down.direction * hit->t;
-                    RayState state(Ray{point, sun});
-                    state.start_in(neighbour(hit->voxel, hit->face), hit->level);
+                    const core::Vec3 point = down.origin + down.direction * hit->t;
+                    core::RayState state(core::Ray{point, sun});
+                    state.start_in(walk::neighbour(hit->voxel, hit->face), hit->level);
                     shaft.add(point, state);
                     rays.emplace_back(point, state);
                 }
@@ -301,7 +308,7 @@ TEST_CASE("a shaft says free only of rays that are", "[raytracer][levels][shaft]
                 const auto from = shafts.free_from(shaft);
                 for (const auto& [point, state] : rays) {
                     ++asked;
-                    if (!ShaftMarch::is_free(shaft, state, from))
+                    if (!walk::ShaftMarch::is_free(shaft, state, from))
                         continue;
                     ++free;
                     const int level = state.level;
@@ -320,17 +327,18 @@ TEST_CASE("a shaft says free only of rays that are", "[raytracer][levels][shaft]
 
 TEST_CASE("an occluder that is remembered changes no answer", "[raytracer][levels]") {
     Fixture f(kEyes[0]);
-    RayWalk walk(f.reader, f.cut);
+    walk::RayWalk walk(f.reader, f.cut);
     Random random(21);
-    Occluder occluder;
+    walk::Occluder occluder;
     int stopped = 0;
     for (int i = 0; i < 6000; ++i) {
-        const Ray ray{{real(random, -140, 160), real(random, 20, 85), real(random, -130, 140)},
-                      normalized({0.4, 0.3 + 0.001 * (i % 7), -0.2})};
-        RayState state(ray);
+        const core::Ray ray{
+            {real(random, -140, 160), real(random, 20, 85), real(random, -130, 140)},
+            core::normalized({0.4, 0.3 + 0.001 * (i % 7), -0.2})};
+        core::RayState state(ray);
         REQUIRE(state.enter(f.cut.entry_bounds()));
         const bool wanted = f.walker.first_hit(ray).has_value();
-        REQUIRE((walk.any_hit(state, kFar, occluder) == WalkEnd::kHit) == wanted);
+        REQUIRE((walk.any_hit(state, core::kFar, occluder) == walk::WalkEnd::kHit) == wanted);
         stopped += wanted ? 1 : 0;
     }
     CHECK(stopped > 500);
@@ -338,7 +346,7 @@ TEST_CASE("an occluder that is remembered changes no answer", "[raytracer][level
 
 TEST_CASE("what stands around a face is seen across levels", "[raytracer][levels]") {
     Fixture f(kEyes[0]);
-    Surroundings surroundings(f.reader, f.cut);
+    walk::Surroundings surroundings(f.reader, f.cut);
     Random random(3);
     for (int i = 0; i < 3000; ++i) {
         const std::int32_t v[3] = {static_cast<std::int32_t>(real(random, -150, 170)),

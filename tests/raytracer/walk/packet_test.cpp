@@ -20,7 +20,7 @@ struct Spread {
 }  // namespace
 
 TEST_CASE("packets find the voxel, face and time that single rays find", "[raytracer][packet]") {
-    if (packet_steps() == nullptr) {
+    if (walk::packet_steps() == nullptr) {
         WARN("skipped: neither AVX2 nor AVX-512");
         return;
     }
@@ -30,32 +30,32 @@ TEST_CASE("packets find the voxel, face and time that single rays find", "[raytr
               Spread{"all over the octant", 60, 0.9}, Spread{"whole coordinates", 8, 0.5}}) {
             DYNAMIC_SECTION(spread.name << ", detail " << detail) {
                 Fixture f(detail);
-                PacketWalk packets(f.reader, f.cut, *packet_steps());
+                walk::PacketWalk packets(f.reader, f.cut, *walk::packet_steps());
                 Random random(17);
                 int wrong = 0, hits = 0, in_packet = 0, rays = 0;
                 const bool whole = std::string(spread.name) == "whole coordinates";
                 for (int round = 0; round < 400; ++round) {
-                    const Vec3 from{real(random, -120, 200), real(random, 30, 110),
-                                    real(random, -130, 170)};
-                    const Vec3 towards{real(random, -1, 1), real(random, -1, 0.3),
-                                       real(random, -1, 1)};
-                    RayPacket packet;
-                    RayState states[RayPacket::kLanes];
-                    std::optional<Hit> wanted[RayPacket::kLanes];
-                    for (int i = 0; i < 24 && packet.count < RayPacket::kLanes; ++i) {
+                    const core::Vec3 from{real(random, -120, 200), real(random, 30, 110),
+                                          real(random, -130, 170)};
+                    const core::Vec3 towards{real(random, -1, 1), real(random, -1, 0.3),
+                                             real(random, -1, 1)};
+                    walk::RayPacket packet;
+                    core::RayState states[walk::RayPacket::kLanes];
+                    std::optional<walk::Hit> wanted[walk::RayPacket::kLanes];
+                    for (int i = 0; i < 24 && packet.count < walk::RayPacket::kLanes; ++i) {
                         const auto off = [&](double by) {
-                            return Vec3{real(random, -by, by), real(random, -by, by),
-                                        real(random, -by, by)};
+                            return core::Vec3{real(random, -by, by), real(random, -by, by),
+                                              real(random, -by, by)};
                         };
-                        Ray ray{from + off(spread.origin), towards + off(spread.direction)};
+                        core::Ray ray{from + off(spread.origin), towards + off(spread.direction)};
                         if (whole)
                             ray = {{std::round(ray.origin.x), std::round(ray.origin.y),
                                     std::round(ray.origin.z)},
                                    {std::round(ray.direction.x * 3) / 3, -1,
                                     std::round(ray.direction.z * 2)}};
-                        RayState state(ray);
-                        if (!state.enter(f.cut.entry_bounds()) || !RayPacket::accepts(state) ||
-                            !packet.fits(state))
+                        core::RayState state(ray);
+                        if (!state.enter(f.cut.entry_bounds()) ||
+                            !walk::RayPacket::accepts(state) || !packet.fits(state))
                             continue;
                         states[packet.count] = state;
                         wanted[packet.count] = f.walker.first_hit(ray);
@@ -63,18 +63,19 @@ TEST_CASE("packets find the voxel, face and time that single rays find", "[raytr
                     }
                     if (packet.count == 0)
                         continue;
-                    RayPacket occlusion = packet;
+                    walk::RayPacket occlusion = packet;
                     const std::uint32_t all = (1u << packet.count) - 1;
-                    Hit found[RayPacket::kLanes];
-                    const PacketWalk::Ends ends = packets.first_hits(packet, all, found),
-                                           stopped = packets.any_hits(occlusion, all);
+                    walk::Hit found[walk::RayPacket::kLanes];
+                    const walk::PacketWalk::Ends ends = packets.first_hits(packet, all, found),
+                                                 stopped = packets.any_hits(occlusion, all);
                     CHECK((ends.hit & ends.missed) == 0);
                     for (int i = 0; i < packet.count; ++i) {
-                        ++rays, hits += wanted[i] ? 1 : 0;
+                        ++rays;
+                        hits += wanted[i] ? 1 : 0;
                         const bool hit = (ends.hit >> i & 1) != 0,
                                    missed = (ends.missed >> i & 1) != 0;
                         in_packet += hit || missed ? 1 : 0;
-                        std::optional<Hit> end = hit ? std::optional(found[i]) : std::nullopt;
+                        std::optional<walk::Hit> end = hit ? std::optional(found[i]) : std::nullopt;
                         if (!hit && !missed) {
                             packet.update(i, states[i]);
                             end = f.finish(states[i]);
@@ -96,26 +97,27 @@ TEST_CASE("packets find the voxel, face and time that single rays find", "[raytr
 
 TEST_CASE("rays that a packet leaves where levels change go on as if alone",
           "[raytracer][packet]") {
-    if (packet_steps() == nullptr)
+    if (walk::packet_steps() == nullptr)
         return;
     for (const double detail : {1.0, 4.0}) {
         DYNAMIC_SECTION("detail " << detail) {
             Fixture f(detail);
-            PacketWalk packets(f.reader, f.cut, *packet_steps());
+            walk::PacketWalk packets(f.reader, f.cut, *walk::packet_steps());
             Random random(4);
             int wrong = 0, alone = 0;
             for (int group = 0; group < 4000; ++group) {
-                RayPacket packet;
-                RayState states[RayPacket::kLanes];
-                std::optional<Hit> wanted[RayPacket::kLanes];
-                const Vec3 towards{real(random, -1, 1), real(random, -0.6, -0.05),
-                                   real(random, -1, 1)};
-                for (int i = 0; i < RayPacket::kLanes; ++i) {
-                    const Ray ray{
+                walk::RayPacket packet;
+                core::RayState states[walk::RayPacket::kLanes];
+                std::optional<walk::Hit> wanted[walk::RayPacket::kLanes];
+                const core::Vec3 towards{real(random, -1, 1), real(random, -0.6, -0.05),
+                                         real(random, -1, 1)};
+                for (int i = 0; i < walk::RayPacket::kLanes; ++i) {
+                    const core::Ray ray{
                         {-80, 60, -90},
-                        normalized(towards + Vec3{0.03 * (i & 3), 0.03 * (i >> 2), 0.01 * i})};
-                    RayState state(ray);
-                    if (!state.enter(f.cut.entry_bounds()) || !RayPacket::accepts(state) ||
+                        core::normalized(towards +
+                                         core::Vec3{0.03 * (i & 3), 0.03 * (i >> 2), 0.01 * i})};
+                    core::RayState state(ray);
+                    if (!state.enter(f.cut.entry_bounds()) || !walk::RayPacket::accepts(state) ||
                         !packet.fits(state))
                         continue;
                     states[packet.count] = state;
@@ -124,11 +126,11 @@ TEST_CASE("rays that a packet leaves where levels change go on as if alone",
                 }
                 if (packet.count == 0)
                     continue;
-                Hit found[RayPacket::kLanes];
-                const PacketWalk::Ends ends =
+                walk::Hit found[walk::RayPacket::kLanes];
+                const walk::PacketWalk::Ends ends =
                     packets.first_hits(packet, (1u << packet.count) - 1, found);
                 for (int i = 0; i < packet.count; ++i) {
-                    std::optional<Hit> end =
+                    std::optional<walk::Hit> end =
                         (ends.hit >> i & 1) != 0 ? std::optional(found[i]) : std::nullopt;
                     if (((ends.hit | ends.missed) >> i & 1) == 0) {
                         ++alone;
@@ -146,37 +148,39 @@ TEST_CASE("rays that a packet leaves where levels change go on as if alone",
 }
 
 TEST_CASE("primary rays made in a packet are those of the camera", "[raytracer][packet]") {
-    if (packet_steps() == nullptr)
+    if (walk::packet_steps() == nullptr)
         return;
     Fixture f(1);
     Random random(4);
     int lanes_seen = 0, wrong = 0;
     for (int round = 0; round < 600; ++round) {
-        const Vec3 eye{real(random, -300, 300), real(random, 20, 300), real(random, -300, 300)},
+        const core::Vec3 eye{real(random, -300, 300), real(random, 20, 300),
+                             real(random, -300, 300)},
             to{real(random, -90, 170), real(random, -20, 80), real(random, -100, 140)};
-        const Camera camera(eye, to, real(random, 10, 110), 640, 360);
+        const scene::Camera camera(eye, to, real(random, 10, 110), 640, 360);
         const double x = real(random, 0, 636), y = real(random, 0, 356);
-        const Vec3 corners[4] = {camera.ray(x, y).direction, camera.ray(x + 4, y).direction,
-                                 camera.ray(x, y + 4).direction,
-                                 camera.ray(x + 4, y + 4).direction};
-        Beam beam;
-        if (!Beam::make(eye, corners, beam))
+        const core::Vec3 corners[4] = {camera.ray(x, y).direction, camera.ray(x + 4, y).direction,
+                                       camera.ray(x, y + 4).direction,
+                                       camera.ray(x + 4, y + 4).direction};
+        walk::Beam beam;
+        if (!walk::Beam::make(eye, corners, beam))
             continue;
-        BeamMarch march(f.reader, f.cut);
-        const BeamStart start = march.march(beam, {});
-        if (start.kind != BeamStart::Kind::kPlane)
+        walk::BeamMarch march(f.reader, f.cut);
+        const walk::BeamStart start = march.march(beam, {});
+        if (start.kind != walk::BeamStart::Kind::kPlane)
             continue;
-        PrimaryLanes lanes = primary_lanes(camera, start, f.cut);
-        for (int i = 0; i < RayPacket::kLanes; ++i)
-            lanes.px[i] = x + i % 4 + real(random, 0, 1),
+        walk::PrimaryLanes lanes = walk::primary_lanes(camera, start, f.cut);
+        for (int i = 0; i < walk::RayPacket::kLanes; ++i) {
+            lanes.px[i] = x + i % 4 + real(random, 0, 1);
             lanes.py[i] = y + i / 4 + real(random, 0, 1);
-        RayPacket packet;
-        const std::uint32_t placed = packet_steps()->primary(packet, lanes);
-        for (int i = 0; i < RayPacket::kLanes; ++i) {
+        }
+        walk::RayPacket packet;
+        const std::uint32_t placed = walk::packet_steps()->primary(packet, lanes);
+        for (int i = 0; i < walk::RayPacket::kLanes; ++i) {
             if ((placed >> i & 1) == 0)
                 continue;
             ++lanes_seen;
-            RayState wanted(camera.ray(lanes.px[i], lanes.py[i])), found = wanted;
+            core::RayState wanted(camera.ray(lanes.px[i], lanes.py[i])), found = wanted;
             if (!start.place(wanted, f.cut))
                 ++wrong;
             packet.update(i, found);
@@ -196,7 +200,7 @@ TEST_CASE("primary rays made in a packet are those of the camera", "[raytracer][
 TEST_CASE("groups of shadow rays answer what single rays answer", "[raytracer][packet]") {
     struct Case {
         const char* name;
-        Vec3 sun;
+        core::Vec3 sun;
         double radius_rad, detail;
     };
     for (const Case& c : {Case{"high sun", {0.3, 0.9, 0.2}, 0, 0},
@@ -207,52 +211,56 @@ TEST_CASE("groups of shadow rays answer what single rays answer", "[raytracer][p
                           Case{"broad sun in the zenith", {0, 1, 0.01}, 0.05, 1}}) {
         DYNAMIC_SECTION(c.name) {
             Fixture f(c.detail);
-            std::optional<PacketWalk> packets = packet_walk(f.reader, f.cut);
-            ShaftMarch shafts(f.reader, f.cut);
-            const Vec3 sun = normalized(c.sun);
-            ShadowGroups groups(shafts, packets ? &*packets : nullptr, sun, c.radius_rad);
+            std::optional<walk::PacketWalk> packets = walk::packet_walk(f.reader, f.cut);
+            walk::ShaftMarch shafts(f.reader, f.cut);
+            const core::Vec3 sun = core::normalized(c.sun);
+            trace::ShadowGroups groups(shafts, packets ? &*packets : nullptr, sun, c.radius_rad);
             Random random(23);
             std::size_t wrong = 0, dark = 0, free = 0;
             for (int group = 0; group < 120; ++group) {
-                const Vec3 eye{-80, 60, -90},
+                const core::Vec3 eye{-80, 60, -90},
                     towards{real(random, -1, 1), real(random, -0.8, -0.1), real(random, -1, 1)};
-                RayState states[ShadowGroups::kMost], alone[ShadowGroups::kMost];
-                WalkEnd ends[ShadowGroups::kMost];
-                ShadowRay rays[ShadowGroups::kMost];
+                core::RayState states[trace::ShadowGroups::kMax], alone[trace::ShadowGroups::kMax];
+                walk::WalkEnd ends[trace::ShadowGroups::kMax];
+                trace::ShadowRay rays[trace::ShadowGroups::kMax];
                 std::size_t count = 0;
-                for (std::size_t i = 0; i < ShadowGroups::kMost; ++i) {
-                    const Ray ray{
-                        eye, normalized(towards + Vec3{real(random, 0, 0.2), real(random, 0, 0.2),
-                                                       real(random, 0, 0.2)})};
-                    const std::optional<Hit> hit = f.walker.first_hit(ray);
-                    if (!hit || hit->face == Face::kNone)
+                for (std::size_t i = 0; i < trace::ShadowGroups::kMax; ++i) {
+                    const core::Ray ray{
+                        eye, core::normalized(towards + core::Vec3{real(random, 0, 0.2),
+                                                                   real(random, 0, 0.2),
+                                                                   real(random, 0, 0.2)})};
+                    const std::optional<walk::Hit> hit = f.walker.first_hit(ray);
+                    if (!hit || hit->face == core::Face::kNone)
                         continue;
-                    const Vec3 from = ray.origin + ray.direction * hit->t;
+                    const core::Vec3 from = ray.origin + ray.direction * hit->t;
                     const double r = c.radius_rad / 2;
-                    states[count] = RayState(
-                        Ray{from, normalized(sun + Vec3{real(random, -r, r), real(random, -r, r),
-                                                        real(random, -r, r)})});
-                    states[count].start_in(neighbour(hit->voxel, hit->face), hit->level);
-                    alone[count] = states[count], ends[count] = WalkEnd::kWaits;
+                    states[count] = core::RayState(core::Ray{
+                        from,
+                        core::normalized(sun + core::Vec3{real(random, -r, r), real(random, -r, r),
+                                                          real(random, -r, r)})});
+                    states[count].start_in(walk::neighbour(hit->voxel, hit->face), hit->level);
+                    alone[count] = states[count];
+                    ends[count] = walk::WalkEnd::kWaits;
                     rays[count] = {from, &states[count], &ends[count]};
                     ++count;
                 }
                 (void)groups.trace({rays, count});
                 for (std::size_t i = 0; i < count; ++i) {
-                    const auto finish = [&](RayState& ray) {
+                    const auto finish = [&](core::RayState& ray) {
                         while (true) {
-                            Occluder none;
-                            const WalkEnd end = f.single.any_hit(ray, kFar, none);
-                            if (end != WalkEnd::kWaits)
+                            walk::Occluder none;
+                            const walk::WalkEnd end = f.single.any_hit(ray, core::kFar, none);
+                            if (end != walk::WalkEnd::kWaits)
                                 return end;
                             (void)f.blocks.get(f.single.missing());
                         }
                     };
-                    const WalkEnd wanted = finish(alone[i]),
-                                  found = ends[i] == WalkEnd::kWaits ? finish(states[i]) : ends[i];
+                    const walk::WalkEnd wanted = finish(alone[i]),
+                                        found = ends[i] == walk::WalkEnd::kWaits ? finish(states[i])
+                                                                                 : ends[i];
                     if (found != wanted)
                         ++wrong;
-                    (wanted == WalkEnd::kHit ? dark : free) += 1;
+                    (wanted == walk::WalkEnd::kHit ? dark : free) += 1;
                 }
             }
             CHECK(wrong == 0);

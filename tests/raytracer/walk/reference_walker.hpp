@@ -12,9 +12,9 @@ namespace terravox::test {
 /// bit. A plane is crossed at (plane - origin) * (1 / direction); of planes crossed at one time x
 /// comes before y before z.
 /// @param start the voxel the ray starts in; without it the one that holds the origin
-inline std::optional<Hit> reference_hit(const ArrayWorld& world, const Ray& ray,
-                                        const std::optional<VoxelCoord>& start, StopAt stop,
-                                        double t_max) {
+inline std::optional<walk::Hit> reference_hit(const ArrayWorld& world, const core::Ray& ray,
+                                              const std::optional<core::VoxelCoord>& start,
+                                              walk::StopAt stop, double t_max) {
     const voxel::VoxelBounds& b = world.level_bounds();
     if (b.empty())
         return std::nullopt;
@@ -30,7 +30,7 @@ inline std::optional<Hit> reference_hit(const ArrayWorld& world, const Ray& ray,
             return std::nullopt;
     const auto level = static_cast<std::int8_t>(world.level());
     double t = 0;
-    Face face = Face::kNone;
+    core::Face face = core::Face::kNone;
     bool been_inside = false;
     while (t <= t_max) {
         bool inside = true, outside = false;
@@ -46,17 +46,17 @@ inline std::optional<Hit> reference_hit(const ArrayWorld& world, const Ray& ray,
         been_inside = been_inside || inside;
         // A medium ends where the world does.
         if (outside)
-            return Hit{
+            return walk::Hit{
                 t, {v[0], v[1], v[2]}, face, level, false, {voxel::Material::kAir, 0, 0, 0, {}, 0}};
         if (inside) {
             if (world.is_hole(v[0], v[1], v[2]))
-                return Hit{t, {v[0], v[1], v[2]}, face, level, true, {}};
+                return walk::Hit{t, {v[0], v[1], v[2]}, face, level, true, {}};
             const auto m = world.at(v[0], v[1], v[2]);
             if ((stop.air_stops || m != voxel::Material::kAir) && m != stop.passed) {
                 voxel::VoxelAttr attr;
                 if (!world.hidden(v[0], v[1], v[2]))
                     attr.material = m;
-                return Hit{t, {v[0], v[1], v[2]}, face, level, false, attr};
+                return walk::Hit{t, {v[0], v[1], v[2]}, face, level, false, attr};
             }
         }
         int axis = -1;
@@ -66,14 +66,16 @@ inline std::optional<Hit> reference_hit(const ArrayWorld& world, const Ray& ray,
                 continue;
             const double plane = ray.direction[a] > 0 ? v[a] + 1.0 : v[a];
             const double c = (plane - ray.origin[a]) * inverse[a];
-            if (axis < 0 || c < next)
-                next = c, axis = a;
+            if (axis < 0 || c < next) {
+                next = c;
+                axis = a;
+            }
         }
         if (axis < 0)
             return std::nullopt;
         v[axis] += ray.direction[axis] > 0 ? 1 : -1;
         t = next;
-        face = face_of(axis, ray.direction[axis] < 0);
+        face = core::face_of(axis, ray.direction[axis] < 0);
     }
     return std::nullopt;
 }

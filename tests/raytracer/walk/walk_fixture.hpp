@@ -13,15 +13,15 @@ namespace terravox::test {
 inline constexpr int kLevels = 4;
 using Random = std::mt19937_64;
 inline double real(Random& r, double low, double high) {
-    return low + unit_from(r()) * (high - low);
+    return low + core::unit_from(r()) * (high - low);
 }
 
 inline std::unique_ptr<PyramidWorld> towers() {
     auto finest = std::make_unique<ArrayWorld>(ArrayWorld::Coord{-90, -20, -100},
                                                ArrayWorld::Coord{170, 80, 140});
     finest->fill_with([](int x, int y, int z) {
-        const std::uint64_t h =
-            hash64(static_cast<std::uint64_t>(x >> 2) << 32 ^ static_cast<std::uint32_t>(z >> 2));
+        const std::uint64_t h = core::hash64(static_cast<std::uint64_t>(x >> 2) << 32 ^
+                                             static_cast<std::uint32_t>(z >> 2));
         const int height = h % 23 == 0 ? static_cast<int>(h >> 20 & 63) : (x * x + z * z) / 900;
         return y < height                    ? voxel::Material::kGround
                : h % 31 == 1 && (y & 7) == 3 ? voxel::Material::kRoof
@@ -39,25 +39,25 @@ struct Fixture {
           walker(reader, cut),
           single(reader, cut) {}
     std::unique_ptr<PyramidWorld> world;
-    LevelCut cut;
-    BlockManager blocks;
-    BlockReader reader;
-    Walker walker;
-    RayWalk single;
+    walk::LevelCut cut;
+    blocks::BlockManager blocks;
+    walk::BlockReader reader;
+    walk::Walker walker;
+    walk::RayWalk single;
 
     /// The end of a ray that others have left: single steps go on, and wait for boxes.
-    std::optional<Hit> finish(RayState& ray, double t_max = kFar) {
-        Hit hit;
+    std::optional<walk::Hit> finish(core::RayState& ray, double t_max = core::kFar) {
+        walk::Hit hit;
         while (true) {
-            const WalkEnd end = single.first_hit(ray, StopAt::kSolid, t_max, hit);
-            if (end != WalkEnd::kWaits)
-                return end == WalkEnd::kHit ? std::optional(hit) : std::nullopt;
+            const walk::WalkEnd end = single.first_hit(ray, walk::StopAt::kSolid, t_max, hit);
+            if (end != walk::WalkEnd::kWaits)
+                return end == walk::WalkEnd::kHit ? std::optional(hit) : std::nullopt;
             (void)blocks.get(single.missing());
         }
     }
 };
 
-inline bool same(const std::optional<Hit>& a, const std::optional<Hit>& b) {
+inline bool same(const std::optional<walk::Hit>& a, const std::optional<walk::Hit>& b) {
     if (a.has_value() != b.has_value())
         return false;
     return !a || (a->t == b->t && a->voxel == b->voxel && a->face == b->face &&

@@ -59,7 +59,7 @@ TEST_CASE("a box above level 0 is the world's own, made of children that are kep
 TEST_CASE("a world that makes all levels is requested for a coarse box itself",
           "[voxelserver][boxes]") {
     /// Its coarse boxes are not its fine ones, downsampled.
-    class OwnLevels final : public voxel::TracedWorld {
+    class OwnLevels final : public voxel::ProvenanceWorld {
     public:
         [[nodiscard]] const voxel::WorldInfo& info() const noexcept override {
             return m_fake.info();
@@ -72,10 +72,10 @@ TEST_CASE("a world that makes all levels is requested for a coarse box itself",
                                                  std::int32_t bz) override {
             return m_fake.column(level, bx, bz);
         }
-        [[nodiscard]] voxel::TracedBox traced_box(const BoxKey& key) override {
+        [[nodiscard]] voxel::BoxWithInputs traced_box(const BoxKey& key) override {
             return {box(key), {}};
         }
-        [[nodiscard]] voxel::Fingerprint fingerprint(const voxel::Reach&) const override {
+        [[nodiscard]] voxel::Fingerprint fingerprint(const voxel::InputExtent&) const override {
             return {1, 2};
         }
         std::vector<BoxKey> requested;
@@ -251,7 +251,7 @@ TEST_CASE("no more callers wait for boxes than have places, and what is kept nee
         waiting.emplace_back([&] { CHECK_FALSE(f.cache.get({0, 0, 0, 0})->air()); });
     while (f.cache.stats().memory.waits == 0)
         std::this_thread::yield();
-    CHECK_THROWS_AS(f.cache.get({0, 0, 0, 0}), boxes::Busy);
+    CHECK_THROWS_AS(f.cache.get({0, 0, 0, 0}), boxes::OverloadedError);
     CHECK_FALSE(f.cache.get({0, 1, 0, 0})->air());
     f.world.release();
     for (auto& t : waiting)
@@ -263,7 +263,8 @@ TEST_CASE("a box of many children stops at the next one when the cache refuses",
           "[voxelserver][boxes]") {
     Fixture f({.makers = 1, .ahead = false});
     f.world.hold();
-    std::thread asking([&] { CHECK_THROWS_AS(f.cache.get({2, 0, -1, 0}), boxes::Busy); });
+    std::thread asking(
+        [&] { CHECK_THROWS_AS(f.cache.get({2, 0, -1, 0}), boxes::OverloadedError); });
     while (f.world.asked == 0)
         std::this_thread::yield();
     f.cache.refuse();

@@ -17,7 +17,7 @@ using boxes::DiskCache;
 using boxes::Item;
 using boxes::Kind;
 using voxel::BoxKey;
-using voxel::Reach;
+using voxel::InputExtent;
 
 namespace {
 
@@ -26,20 +26,23 @@ constexpr std::uint64_t kPlenty = std::uint64_t{64} << 20;
 // The inputs of column (bx, bz) have a version each.
 struct Inputs {
     std::map<std::pair<int, int>, std::uint64_t> versions;
-    voxel::Fingerprint of(const Reach& r) const {
+    voxel::Fingerprint of(const InputExtent& r) const {
         voxel::Fingerprint out{7, 11};
         for (const auto& [column, version] : versions)
             if (column.first >= r.min_bx && column.first < r.max_bx && column.second >= r.min_bz &&
-                column.second < r.max_bz)
-                out[0] += version, out[1] ^= version * 31;
+                column.second < r.max_bz) {
+                out[0] += version;
+                out[1] ^= version * 31;
+            }
         return out;
     }
     DiskCache::FingerprintOf function() const {
-        return [this](const Reach& r) { return of(r); };
+        return [this](const InputExtent& r) { return of(r); };
     }
 };
 
-Item item(const std::string& bytes, const Reach& reach = {0, 0, 1, 1}, std::uint64_t tag = 5) {
+Item item(const std::string& bytes, const InputExtent& reach = {0, 0, 1, 1},
+          std::uint64_t tag = 5) {
     return {tag, std::make_shared<const std::string>(bytes), reach};
 }
 
@@ -72,7 +75,7 @@ TEST_CASE("an item that was put is there for the next process", "[voxelserver][b
     REQUIRE(found);
     CHECK(*found->bytes == "one");
     CHECK(found->tag == 0xfedcba9876543210);
-    CHECK(found->reach == Reach{-5, 2, 9, 12});
+    CHECK(found->reach == InputExtent{-5, 2, 9, 12});
     CHECK(text_of(cache.find(Kind::kMapTile, key)) == "tile");
     CHECK(text_of(cache.find(Kind::kBox, far)) == "air");
     CHECK(text_of(cache.find(Kind::kBox, {3, -5, 2, 1000001})) == "absent");
@@ -255,7 +258,8 @@ TEST_CASE("two caches on one file see each other's items", "[voxelserver][boxes]
         });
     for (auto& t : threads)
         t.join();
-    a.flush(), b.flush();
+    a.flush();
+    b.flush();
     for (int t = 0; t < 4; ++t)
         for (int i = 0; i < 100; ++i)
             CHECK(text_of((t % 2 == 0 ? b : a).find(Kind::kBox, {0, i, t, 0})) ==

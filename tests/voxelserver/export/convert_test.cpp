@@ -13,7 +13,7 @@
 #include "voxelserver/export/core/part.hpp"
 
 using namespace terravox;
-using namespace terravox::convert;
+using namespace terravox::exports;
 using terravox::test::contains;
 using terravox::test::InventedWorld;
 using terravox::test::same_box;
@@ -183,8 +183,11 @@ TEST_CASE("an archive of a part and a level holds that alone, as level 0",
 TEST_CASE("a part is what lies in area, heights and level, and nothing else is allowed",
           "[raytracer][convert][part]") {
     voxel::WorldInfo placed;
-    placed.bounds = {{1000, 0, -5000}, {2000, 300, -4000}}, placed.crs = "EPSG:3794",
-    placed.crs_units_per_voxel = 0.5, placed.voxel_m = 0.5, placed.levels = 4;
+    placed.bounds = {{1000, 0, -5000}, {2000, 300, -4000}};
+    placed.crs = "EPSG:3794";
+    placed.crs_units_per_voxel = 0.5;
+    placed.voxel_m = 0.5;
+    placed.levels = 4;
     CHECK(part_of(placed, {}).bounds == placed.bounds);
     CHECK(part_of(placed, {0, {600, 2100, 700, 2200}, {}}).bounds ==
           voxel::VoxelBounds{{1200, 0, -4400}, {1400, 300, -4200}});
@@ -198,8 +201,9 @@ TEST_CASE("a part is what lies in area, heights and level, and nothing else is a
     CHECK_THROWS_WITH(part_of(placed, {0, {0, 0, 10, 10}, {}}), contains("nothing of the world"));
 
     voxel::WorldInfo endless;
-    endless.bounds = {{-(1 << 24), 0, -(1 << 24)}, {1 << 24, 300, 1 << 24}},
-    endless.framed = {{-256, 0, -256}, {256, 300, 256}}, endless.levels = 19;
+    endless.bounds = {{-(1 << 24), 0, -(1 << 24)}, {1 << 24, 300, 1 << 24}};
+    endless.framed = {{-256, 0, -256}, {256, 300, 256}};
+    endless.levels = 19;
     CHECK(part_of(endless, {}).bounds == endless.framed);
     CHECK(part_of(endless, {0, {1000, 2000, 1100, 2200}, {}}).bounds ==
           voxel::VoxelBounds{{1000, 0, 2000}, {1100, 300, 2200}});

@@ -22,7 +22,7 @@
 namespace {
 
 using namespace terravox;
-using namespace terravox::convert;
+using namespace terravox::exports;
 using nlohmann::json;
 
 json counts_of(const test::PaintedWorld& world) {
@@ -34,7 +34,8 @@ json counts_of(const test::PaintedWorld& world) {
                 const auto own = world.at(x, y, z);
                 if (own == voxel::Material::kAir)
                     continue;
-                ++solid, seen += !world.hidden(x, y, z);
+                ++solid;
+                seen += !world.hidden(x, y, z);
                 for (const auto beside :
                      {world.at(x - 1, y, z), world.at(x + 1, y, z), world.at(x, y - 1, z),
                       world.at(x, y + 1, z), world.at(x, y, z - 1), world.at(x, y, z + 1)})
@@ -74,7 +75,8 @@ json export_all(voxel::World& world, const voxel::VoxelBounds& bounds,
         });
     };
     MeshOptions single, coarse;
-    single.merge = false, coarse.colour_steps = 16;
+    single.merge = false;
+    coarse.colour_steps = 16;
     json out;
     out["vox"] =
         export_one(world, bounds, folder / (name + ".vox"), [](Job& job) { write_vox(job); });
@@ -91,7 +93,7 @@ json export_all(voxel::World& world, const voxel::VoxelBounds& bounds,
 
 void run(int argc, char** argv) {
     if (argc < 2 || argc == 3)
-        throw UsageError("export_shapes FOLDER [EDGE LAZ...]");
+        throw util::UsageError("export_shapes FOLDER [EDGE LAZ...]");
     const std::filesystem::path folder = argv[1];
     json out = json::object();
     if (argc == 2) {
@@ -121,7 +123,7 @@ void run(int argc, char** argv) {
         const int half = std::stoi(argv[2]) / 2;
         for (const std::size_t a : {0u, 2u}) {
             const int middle = (bounds.min[a] + bounds.max[a]) / 2;
-            bounds.min[a] = std::max(bounds.min[a], middle - half),
+            bounds.min[a] = std::max(bounds.min[a], middle - half);
             bounds.max[a] = std::min(bounds.max[a], middle + half);
         }
         out["survey"] = export_all(*world, bounds, folder, "survey");

@@ -19,7 +19,7 @@
 #include "voxelserver/export/vox/vox.hpp"
 
 using namespace terravox;
-using namespace terravox::convert;
+using namespace terravox::exports;
 using terravox::test::contains;
 using voxel::BoxKey;
 namespace fs = std::filesystem;
@@ -30,7 +30,8 @@ constexpr std::int32_t kWide = 1 << 26;  // the farthest that an archive can say
 
 voxel::WorldInfo wide_info(std::int32_t wide = kWide, std::int32_t high = 4096) {
     voxel::WorldInfo info;
-    info.title = "wide", info.bounds = {{-wide, 0, -wide}, {wide, high, wide}};
+    info.title = "wide";
+    info.bounds = {{-wide, 0, -wide}, {wide, high, wide}};
     info.levels = voxel::levels_for(info.bounds);
     return info;
 }
@@ -64,7 +65,7 @@ const std::vector<Writer>& writers() {
         {"a.vox", [](Job& job) { write_vox(job); }, true, true},
         {"a.glb", [](Job& job) { write_mesh(job, MeshFormat::kGlb, {}); }, true, true},
         {"a.ply", [](Job& job) { write_mesh(job, MeshFormat::kPly, {}); }, true, true},
-        {"town", [](Job& job) { write_anvil(job, {}); }, true, true},
+        {"town", [](Job& job) { exports::anvil::write_anvil(job, {}); }, true, true},
     };
     return all;
 }
@@ -141,7 +142,7 @@ TEST_CASE("what is not known to be air is limited", "[convert][wide]") {
     for (const Writer& writer : writers()) {
         DYNAMIC_SECTION(writer.name) {
             const test::TemporaryFolder folder;
-            CHECK_THROWS_AS(convert_to(writer, world, folder.path()), UsageError);
+            CHECK_THROWS_AS(convert_to(writer, world, folder.path()), util::UsageError);
             CHECK(fs::is_empty(folder.path()));
         }
     }

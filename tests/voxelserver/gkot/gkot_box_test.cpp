@@ -38,9 +38,11 @@ TEST_CASE("blocks are the voxels of the world, wherever the region lies", "[gkot
         std::mt19937_64 random(seed);
         for (int round = 0; round < 12; ++round) {
             Region r;
-            r.sx = 1 << random() % 8, r.sy = 1 << random() % 9, r.sz = 1 << random() % 8;
-            r.x = static_cast<int>(random() % 300) - 180,
-            r.y = static_cast<int>(random() % 900) - 500,
+            r.sx = 1 << random() % 8;
+            r.sy = 1 << random() % 9;
+            r.sz = 1 << random() % 8;
+            r.x = static_cast<int>(random() % 300) - 180;
+            r.y = static_cast<int>(random() % 900) - 500;
             r.z = static_cast<int>(random() % 300) - 180;
             INFO("seed " << seed << ", region " << r.x << " " << r.y << " " << r.z << ", sizes "
                          << r.sx << " " << r.sy << " " << r.sz);
@@ -100,7 +102,7 @@ TEST_CASE("regions at the ends of all numbers are air, and nothing is asked for"
 TEST_CASE("a box that cannot be made is an error, not air", "[gkot][box]") {
     BoxGrid grid(1);
     const gkot::FetchBox broken = [](const voxel::BoxKey&) -> std::shared_ptr<const voxel::Box> {
-        throw Error("the square is damaged");
+        throw util::Error("the square is damaged");
     };
     CHECK_THROWS_WITH(gkot::blocks_of(grid.info.bounds, {0, 0, 0, 16, 16, 16}, broken),
                       test::contains("damaged"));

@@ -15,7 +15,8 @@ TEST_CASE("the origin tells the lowest and highest tops around it", "[gkot][orig
             for (int x = 0; x < 64; ++x)
                 for (int y = 255; y >= -256; --y)
                     if (grid.voxel(x, y, z)) {
-                        low = std::min(low, y), high = std::max(high, y);
+                        low = std::min(low, y);
+                        high = std::max(high, y);
                         break;
                     }
         const auto origin = gkot::find_origin(grid.info, {5.5, 30}, grid.fetch());
@@ -72,8 +73,12 @@ TEST_CASE("heights that are told lead back to their voxel", "[gkot][origin]") {
 
 TEST_CASE("numbers of the origin are written so that they read back", "[gkot][origin]") {
     gkot::Origin origin;
-    origin.tmx = 462000.25, origin.tmy = -0.0, origin.tmz = 0.30000000000000004, origin.zmin = -12,
-    origin.zmax = 1e9, origin.zrange = 3;
+    origin.tmx = 462000.25;
+    origin.tmy = -0.0;
+    origin.tmz = 0.30000000000000004;
+    origin.zmin = -12;
+    origin.zmax = 1e9;
+    origin.zrange = 3;
     CHECK(gkot::to_json(origin) == R"({"tmx":462000.25,"tmy":0,"tmz":0.30000000000000004,)"
                                    R"("zmin":-12,"zmax":1000000000,"zrange":3})");
     origin.tmx = -1.7976931348623157e308;  // longer than any origin that can be asked for

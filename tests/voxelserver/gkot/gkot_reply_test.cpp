@@ -16,8 +16,12 @@ gkot::BoxRequest request_of(double tmx, double tmy, double tmz, std::array<std::
     gkot::BoxRequest out;
     out.origin = {tmx, tmy};
     out.tmz = tmz;
-    out.x = box[0], out.y = box[1], out.z = box[2];
-    out.sx = sizes[0], out.sy = sizes[1], out.sz = sizes[2];
+    out.x = box[0];
+    out.y = box[1];
+    out.z = box[2];
+    out.sx = sizes[0];
+    out.sy = sizes[1];
+    out.sz = sizes[2];
     return out;
 }
 
@@ -44,8 +48,10 @@ TEST_CASE("an old client reads the blocks and tops of a reply", "[gkot][reply]")
                     reply.blocks[static_cast<std::size_t>(x + z * 32 + y * 32 * 16)] != expected
                         ? 1
                         : 0;
-                if (attr)
-                    top = y, ++solid;
+                if (attr) {
+                    top = y;
+                    ++solid;
+                }
             }
             wrong += reply.tops[static_cast<std::size_t>(x + z * 32)] != top ? 1 : 0;
             highest = std::max(highest, top);
@@ -93,7 +99,8 @@ TEST_CASE("origins count from voxels by floor, also below zero and with other vo
     }));
     DYNAMIC_SECTION(c.name) {
         voxel::WorldInfo info;
-        info.crs_units_per_voxel = c.units, info.voxel_m = c.voxel_m;
+        info.crs_units_per_voxel = c.units;
+        info.voxel_m = c.voxel_m;
         const auto region =
             gkot::region_of(info, request_of(c.tmx, c.tmy, c.tmz, {0, 0, 0}, {4, 4, 4}), nullptr);
         CHECK(region.x == c.x);

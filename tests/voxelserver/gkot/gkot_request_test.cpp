@@ -87,7 +87,7 @@ TEST_CASE("requests that cannot be are refused by name, value and range", "[gkot
     }));
     DYNAMIC_SECTION(c.name) {
         const std::string query = with(kGood, c.part, c.replacement);
-        CHECK_THROWS_AS(gkot::parse_box_request(query), UsageError);
+        CHECK_THROWS_AS(gkot::parse_box_request(query), util::UsageError);
         CHECK_THROWS_WITH(gkot::parse_box_request(query),
                           test::contains("send a box: ") && test::contains(c.message));
     }
@@ -96,7 +96,7 @@ TEST_CASE("requests that cannot be are refused by name, value and range", "[gkot
 TEST_CASE("a query without end is refused before it is read", "[gkot][request]") {
     CHECK_THROWS_WITH(gkot::parse_box_request(kGood + std::string(3000, '&')),
                       test::contains("allowed: 0 to 2048"));
-    CHECK_THROWS_AS(gkot::parse_origin_request(""), UsageError);
+    CHECK_THROWS_AS(gkot::parse_origin_request(""), util::UsageError);
 }
 
 TEST_CASE("damaged queries are understood or refused, never worse", "[gkot][request]") {
@@ -109,9 +109,9 @@ TEST_CASE("damaged queries are understood or refused, never worse", "[gkot][requ
         INFO("query " << query);
         try {
             const auto r = gkot::parse_box_request(query);
-            REQUIRE(std::int64_t{r.sx} * r.sy * r.sz <= gkot::kMostVoxels);
+            REQUIRE(std::int64_t{r.sx} * r.sy * r.sz <= gkot::kMaxVoxels);
             ++understood;
-        } catch (const UsageError& e) {
+        } catch (const util::UsageError& e) {
             REQUIRE(std::string(e.what()).find('\n') == std::string::npos);
         }
     }

@@ -27,7 +27,9 @@ inline OldReply read_old_reply(const std::string& bytes) {
     };
     const auto number = [&] { return static_cast<std::int32_t>(word()); };
     OldReply out;
-    out.chunk_x = number(), out.chunk_y = number(), out.chunk_z = number(),
+    out.chunk_x = number();
+    out.chunk_y = number();
+    out.chunk_z = number();
     out.max_height = number();
     const std::uint32_t block_count = word();
     if (block_count > bytes.size() / 4)

@@ -160,7 +160,7 @@ TEST_CASE("a list of boxes that is none is refused in one line", "[voxelserver][
         CHECK(f.world.asked == 0);
     }
     std::string many = R"({"boxes": [[0,0,0,0])";
-    for (std::size_t i = 0; i < http::kMostBatchBoxes; ++i)
+    for (std::size_t i = 0; i < http::kMaxBatchBoxes; ++i)
         many += ",[0,0,0,0]";
     CHECK(f.post(many + "]}").status == 400);
     CHECK(f.post(std::string(100'000, '[')).status == 400);

@@ -18,7 +18,7 @@ namespace terravox::test {
 
 /// 2 x 3 x 2 boxes of which the topmost are air, with three levels. Counts what it makes, can fail,
 /// and can be held up.
-class FakeWorld final : public voxel::TracedWorld {
+class FakeWorld final : public voxel::ProvenanceWorld {
 public:
     FakeWorld() {
         m_info.title = "a <fake> \"world\"";
@@ -48,7 +48,7 @@ public:
             m_changed.wait(lock, [&] { return !m_held; });
         }
         if (failing.contains(key))
-            throw Error(fail_with);
+            throw util::Error(fail_with);
         if (key.by >= 1)
             return nullptr;
         voxel::BoxBuilder builder;
@@ -64,7 +64,7 @@ public:
 
     [[nodiscard]] voxel::ColumnExtent column(int level, std::int32_t bx, std::int32_t bz) override {
         if (columns_fail)
-            throw Error("no column today");
+            throw util::Error("no column today");
         const auto range = voxel::boxes_over(m_info.bounds, level);
         if (bx < range.min.bx || bx >= range.max.bx || bz < range.min.bz || bz >= range.max.bz)
             return {};
@@ -72,15 +72,17 @@ public:
     }
 
     /// A box depends on its own box column and the one to the east.
-    [[nodiscard]] voxel::TracedBox traced_box(const voxel::BoxKey& key) override {
+    [[nodiscard]] voxel::BoxWithInputs traced_box(const voxel::BoxKey& key) override {
         return {box(key), {key.bx, key.bz, key.bx + 2, key.bz + 1}};
     }
-    [[nodiscard]] voxel::Fingerprint fingerprint(const voxel::Reach& reach) const override {
+    [[nodiscard]] voxel::Fingerprint fingerprint(const voxel::InputExtent& reach) const override {
         voxel::Fingerprint out{1, 2};
         for (const auto& [column, version] : versions)
             if (column.first >= reach.min_bx && column.first < reach.max_bx &&
-                column.second >= reach.min_bz && column.second < reach.max_bz)
-                out[0] = out[0] * 1000003 + static_cast<std::uint64_t>(version), out[1] ^= out[0];
+                column.second >= reach.min_bz && column.second < reach.max_bz) {
+                out[0] = out[0] * 1000003 + static_cast<std::uint64_t>(version);
+                out[1] ^= out[0];
+            }
         return out;
     }
 

@@ -29,8 +29,8 @@ public:
         address.sin_family = AF_INET;
         address.sin_port = htons(static_cast<std::uint16_t>(port));
         address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-        const timeval patience{300, 0};  // what ends a test that hangs
-        setsockopt(m_socket, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
+        const timeval timeout{300, 0};  // what ends a test that hangs
+        setsockopt(m_socket, SOL_SOCKET, SO_RCVTIMEO, &timeout, sizeof timeout);
         m_connected =
             connect(m_socket, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0;
     }

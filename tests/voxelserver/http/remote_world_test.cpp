@@ -18,7 +18,7 @@ TEST_CASE("the ray tracer's client sees the served world as it is",
     http::ServerOptions options;
     options.port = 0;
     const http::Server server(router, options);
-    const auto remote = open_remote_world(server.url(), times);
+    const auto remote = remote::open_remote_world(server.url(), times);
 
     CHECK(remote->info().title == world.info().title);
     CHECK(remote->info().bounds == world.info().bounds);

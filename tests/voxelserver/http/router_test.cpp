@@ -70,7 +70,7 @@ TEST_CASE("a request that names another edition is refused", "[voxelserver][http
 
 TEST_CASE("a far server that does not answer is a bad gateway, and stays unnamed",
           "[voxelserver][http][router]") {
-    class Unreachable final : public voxel::TracedWorld {
+    class Unreachable final : public voxel::ProvenanceWorld {
     public:
         [[nodiscard]] const voxel::WorldInfo& info() const noexcept override {
             return m_fake.info();
@@ -82,10 +82,10 @@ TEST_CASE("a far server that does not answer is a bad gateway, and stays unnamed
                                                  std::int32_t bz) override {
             return m_fake.column(level, bx, bz);
         }
-        [[nodiscard]] voxel::TracedBox traced_box(const voxel::BoxKey& key) override {
+        [[nodiscard]] voxel::BoxWithInputs traced_box(const voxel::BoxKey& key) override {
             return {box(key), {}};
         }
-        [[nodiscard]] voxel::Fingerprint fingerprint(const voxel::Reach&) const override {
+        [[nodiscard]] voxel::Fingerprint fingerprint(const voxel::InputExtent&) const override {
             return {1, 2};
         }
 
@@ -350,7 +350,7 @@ TEST_CASE("a host name that is none of the server's is refused before all else",
           "[voxelserver][http][router]") {
     Fixture f;
     http::Router router(http::Service{f.world, f.times, f.boxes}, "",
-                        net::HttpNames("127.0.0.1", {"voxels.example.org"}));
+                        sockets::HttpNames("127.0.0.1", {"voxels.example.org"}));
     for (const http::RouteFacts& route : http::routes()) {
         if (route.path.front() != '/')
             continue;
@@ -468,7 +468,8 @@ TEST_CASE("no reply names a folder of this machine", "[voxelserver][http][router
     http::Service service{f.world, f.times, f.boxes};
     service.squares = [] {
         http::SquareEntry s;
-        s.name = "462_101", s.state = "failed",
+        s.name = "462_101";
+        s.state = "failed";
         s.error = "read /home/ann/secret/462_101.laz: cut short";
         return std::vector{s};
     };
@@ -527,8 +528,14 @@ TEST_CASE("the squares are GeoJSON in the world's coordinates", "[voxelserver][h
     http::Service service{f.world, f.times, f.boxes};
     service.squares = [] {
         http::SquareEntry s;
-        s.name = "462_101", s.state = "failed", s.error = "cut \"short\" <b>", s.points = 400,
-        s.min_x = 10, s.max_x = 30, s.min_z = -8, s.max_z = 2;
+        s.name = "462_101";
+        s.state = "failed";
+        s.error = "cut \"short\" <b>";
+        s.points = 400;
+        s.min_x = 10;
+        s.max_x = 30;
+        s.min_z = -8;
+        s.max_z = 2;
         return std::vector{s};
     };
     http::Router router(service);

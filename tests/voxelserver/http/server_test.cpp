@@ -317,7 +317,7 @@ TEST_CASE("more connections than threads are all served, and give way to each ot
     http::ServerOptions options = local();
     options.request_threads = 2;
     // With clients of this test, however busy the machine is.
-    options.patience = std::chrono::hours(1);
+    options.timeout = std::chrono::hours(1);
     Fixture f(options);
     std::vector<std::future<int>> ok;
     for (int i = 0; i < 16; ++i)
@@ -359,11 +359,11 @@ TEST_CASE("a port in use or an address that is none is an error that names it",
     CHECK_THROWS_WITH(
         http::check_can_listen(taken),
         test::contains("127.0.0.1:" + std::to_string(taken.port)) && test::contains("in use"));
-    CHECK_THROWS_AS(http::Server(f.router, taken), Error);
+    CHECK_THROWS_AS(http::Server(f.router, taken), util::Error);
     for (const char* bind : {"localhost", "127.0.0.1,8080", "", "1.2.3", "127.0.0.1s"}) {
         http::ServerOptions bad = local();
         bad.bind = bind;
         INFO(bind);
-        CHECK_THROWS_AS(http::check_can_listen(bad), UsageError);
+        CHECK_THROWS_AS(http::check_can_listen(bad), util::UsageError);
     }
 }

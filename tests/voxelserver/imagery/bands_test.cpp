@@ -77,7 +77,9 @@ TEST_CASE("near infrared is found by what the file says, by its name, or as a fo
     DYNAMIC_SECTION(c.name) {
         const TemporaryFolder folder;
         ImageFile image;
-        image.bands = c.bands, image.descriptions = c.descriptions, image.meanings = c.meanings,
+        image.bands = c.bands;
+        image.descriptions = c.descriptions;
+        image.meanings = c.meanings;
         image.value = by_band;
         if (c.bands == 4 && std::string(c.file) == "rgba.tif")
             image.value = [](int, int, int band) { return band == 3 ? 255 : by_band(0, 0, band); };

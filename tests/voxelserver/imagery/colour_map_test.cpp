@@ -92,7 +92,8 @@ Material nearest_by_trying(Rgb8 colour, std::uint32_t candidates, double& lead) 
         if (d < best) {
             if (m != out)
                 other = best;
-            best = d, out = m;
+            best = d;
+            out = m;
         } else if (m != out)
             other = std::min(other, d);
     }
@@ -262,7 +263,7 @@ TEST_CASE("a bad palette is refused, naming file, field, value and what is allow
         const Palette palette(c.text);
         CHECK_THROWS_WITH(palette.load(), contains("test.toml") && contains(c.message));
     }
-    CHECK_THROWS_AS(ColourMap::load("no-such-palette"), UsageError);
+    CHECK_THROWS_AS(ColourMap::load("no-such-palette"), util::UsageError);
     CHECK_THROWS_WITH(ColourMap::load("no-such-palette"), contains("allowed: default, paper-rgb"));
     CHECK_THROWS_WITH(ColourMap::load("/nowhere/x.toml"), contains("no such file"));
 }

@@ -28,7 +28,7 @@ std::string try_all(const fs::path& file) {
         for (int i = 0; i < 4; ++i)
             (void)photos.read(voxel_x(f, 0) + i % 2 * 150, voxel_z(f, 300) + i / 2 * 150, 150, 150);
         return "read";
-    } catch (const Error& e) {
+    } catch (const util::Error& e) {
         if (std::string(e.what()).find(file.filename().string()) == std::string::npos)
             return std::string("the error does not name the file: ") + e.what();
         if (std::string(e.what()).find('\n') != std::string::npos)
@@ -74,7 +74,8 @@ TEST_CASE("an image that cannot be placed or read is refused, naming it",
     }
     SECTION("one block of 40000 x 40000 pixels") {
         ImageFile image;
-        image.width = image.height = 64, image.options = {"BLOCKYSIZE=64"};
+        image.width = image.height = 64;
+        image.options = {"BLOCKYSIZE=64"};
         write_image(file, image);
         std::string bytes = bytes_of(file);
         // Entries of the directory (12 bytes: tag, type, count, value): ImageWidth, ImageLength,
@@ -84,9 +85,11 @@ TEST_CASE("an image that cannot be placed or read is refused, naming it",
             const auto tag = static_cast<unsigned char>(bytes[i]) |
                              static_cast<unsigned char>(bytes[i + 1]) << 8;
             if ((tag == 256 || tag == 257 || tag == 278) && bytes[i + 2] == 3 &&
-                bytes[i + 3] == 0 && bytes[i + 4] == 1 && bytes[i + 8] == 64)
-                bytes[i + 8] = static_cast<char>(40000 & 255),
-                          bytes[i + 9] = static_cast<char>(40000 >> 8), ++changed;
+                bytes[i + 3] == 0 && bytes[i + 4] == 1 && bytes[i + 8] == 64) {
+                bytes[i + 8] = static_cast<char>(40000 & 255);
+                bytes[i + 9] = static_cast<char>(40000 >> 8);
+                ++changed;
+            }
         }
         REQUIRE(changed == 3);
         put_bytes(file, bytes);
@@ -99,7 +102,8 @@ TEST_CASE("an image cut short or with flipped bytes is read or refused",
     const TemporaryFolder folder;
     const fs::path whole = folder.path() / "whole.tif", file = folder.path() / "damaged.tif";
     ImageFile image;
-    image.width = image.height = 200, image.geo = {kEast0, 1, 0, kNorth0 + 300, 0, -1},
+    image.width = image.height = 200;
+    image.geo = {kEast0, 1, 0, kNorth0 + 300, 0, -1};
     image.value = noise;
     const auto compression = GENERATE(std::string("COMPRESS=DEFLATE"), std::string("COMPRESS=LZW"),
                                       std::string("COMPRESS=NONE"));

@@ -40,7 +40,8 @@ Grid grid_of(const std::vector<std::string>& lines, int margin) {
                                            {'r', Material::kRoad},
                                            {'w', Material::kWater}};
     Grid grid;
-    grid.width = static_cast<int>(lines[0].size()), grid.height = static_cast<int>(lines.size()),
+    grid.width = static_cast<int>(lines[0].size());
+    grid.height = static_cast<int>(lines.size());
     grid.margin = margin;
     for (const auto& line : lines)
         for (const char c : line)
@@ -110,8 +111,10 @@ Grid by_definition(Grid grid, const Filters& filters, double voxel_m) {
                     if ((filter.by & bit_of(m)) == 0 && !(filter.to && m == *filter.to))
                         continue;
                     total += n;
-                    if (filter.to ? m == *filter.to : n > best)
-                        best = n, winner = m;
+                    if (filter.to ? m == *filter.to : n > best) {
+                        best = n;
+                        winner = m;
+                    }
                 }
                 if (best == 0 ||
                     (!filter.to && votes[own] == best && (filter.by & bit_of(own)) != 0))
@@ -128,13 +131,17 @@ Filters random_filters(std::mt19937& numbers) {
     const auto count = 1 + numbers() % 7;
     for (unsigned i = 0; i < count; ++i) {
         FilterRow f;
-        f.name = std::to_string(i), f.of = numbers() & 0x1FFFEU, f.by = numbers() & 0x1FFFEU;
+        f.name = std::to_string(i);
+        f.of = numbers() & 0x1FFFEU;
+        f.by = numbers() & 0x1FFFEU;
         if (numbers() % 2 == 0)
             f.to = kSome[1 + numbers() % (kSome.size() - 1)];
-        f.radius_m = 0.5 + numbers() % 60 * 0.1,
+        f.radius_m = 0.5 + numbers() % 60 * 0.1;
         f.at_least_permille = 200 + static_cast<int>(numbers() % 700);
-        if (numbers() % 4 == 0)
-            f.at_most_permille = static_cast<int>(numbers() % 400), f.to = Material::kGround;
+        if (numbers() % 4 == 0) {
+            f.at_most_permille = static_cast<int>(numbers() % 400);
+            f.to = Material::kGround;
+        }
         filters.push_back(f);
     }
     return filters;
@@ -213,7 +220,7 @@ TEST_CASE("radii follow the voxel and the margin stays bounded",
     CHECK(radii_of({row(all, all, std::nullopt, 3, 500)}, 100) == std::vector<int>{1});
     CHECK(radii_of({row(all, all, std::nullopt, 3, 500)}, 0.25) == std::vector<int>{6});
     const Filters chain(7, row(all, all, std::nullopt, 6, 500));
-    CHECK(margin_of(chain, 1) == kMostMargin);
+    CHECK(margin_of(chain, 1) == kMaxMargin);
     CHECK(radii_of(chain, 1) == std::vector<int>{4, 4, 4, 3, 3, 3, 3});
     const auto roofs = bits({Material::kGreyRoof, Material::kFlatRoof});
     CHECK(margin_of({row(all, all, std::nullopt, 6, 500), row(roofs, roofs, std::nullopt, 5, 500)},
@@ -223,7 +230,7 @@ TEST_CASE("radii follow the voxel and the margin stays bounded",
         const Filters shipped = load_filters("default");
         CHECK(shipped.size() >= 7);
         CHECK(margin_of(shipped, voxel_m) >= 1);
-        CHECK(margin_of(shipped, voxel_m) <= kMostMargin);
+        CHECK(margin_of(shipped, voxel_m) <= kMaxMargin);
     }
 }
 
@@ -276,8 +283,8 @@ TEST_CASE("patches cut out of a landscape agree with the whole",
             for (int z = 0; z < h; ++z)
                 for (int x = 0; x < w; ++x) {
                     const auto at = static_cast<std::size_t>((z0 + z) * side + x0 + x);
-                    part.material.push_back(land.material[at]),
-                        part.flags.push_back(land.flags[at]);
+                    part.material.push_back(land.material[at]);
+                    part.flags.push_back(land.flags[at]);
                 }
             apply_filters(part, filters, voxel_m);
             int wrong = 0;

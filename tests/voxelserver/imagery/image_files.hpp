@@ -21,7 +21,7 @@ namespace terravox::test {
 inline constexpr double kEast0 = 770'000, kNorth0 = 6'277'000;
 inline constexpr const char* kCrs = "EPSG:2154";
 
-inline voxelize::Frame frame(double voxel_m = 1) {
+inline grid::Frame frame(double voxel_m = 1) {
     return {geo::Crs::from_text(kCrs), voxel_m, kEast0, kNorth0};
 }
 
@@ -83,15 +83,19 @@ inline int noise(int x, int y, int band) {
     std::uint32_t h =
         static_cast<std::uint32_t>(x) * 0x9E3779B1U ^ static_cast<std::uint32_t>(y) * 0x85EBCA77U;
     h ^= static_cast<std::uint32_t>(band) * 0xC2B2AE3DU;
-    h ^= h >> 15, h *= 0x2C1B3C6DU, h ^= h >> 12, h *= 0x297A2D39U, h ^= h >> 15;
+    h ^= h >> 15;
+    h *= 0x2C1B3C6DU;
+    h ^= h >> 12;
+    h *= 0x297A2D39U;
+    h ^= h >> 15;
     return static_cast<int>(h & 255U);
 }
 
 /// The absolute voxel of a place.
-inline std::int32_t voxel_x(const voxelize::Frame& f, double east) {
+inline std::int32_t voxel_x(const grid::Frame& f, double east) {
     return static_cast<std::int32_t>(std::floor(f.x(kEast0 + east)));
 }
-inline std::int32_t voxel_z(const voxelize::Frame& f, double north) {
+inline std::int32_t voxel_z(const grid::Frame& f, double north) {
     return static_cast<std::int32_t>(std::floor(f.z(kNorth0 + north)));
 }
 

@@ -67,7 +67,8 @@ TEST_CASE("a coarser image is bilinear between its pixels' centres",
           "[voxelserver][imagery][ortho]") {
     const TemporaryFolder folder;
     ImageFile image;
-    image.width = 3, image.height = 2;
+    image.width = 3;
+    image.height = 2;
     image.geo = {kEast0, 10, 0, kNorth0 + 20, 0, -10};
     image.value = [](int x, int, int) { return 100 * x; };
     write_image(folder.path() / "a.tif", image);
@@ -106,8 +107,8 @@ TEST_CASE(
                order[2].filename() == "a.tif" && order[3].filename() == "d.tif"));
     }
     SECTION("then the name, even from other folders") {
-        std::filesystem::create_directories(path("x")),
-            std::filesystem::create_directories(path("y"));
+        std::filesystem::create_directories(path("x"));
+        std::filesystem::create_directories(path("y"));
         write_image(folder.path() / "y" / "a.tif", plain(1, 10));
         write_image(folder.path() / "x" / "b.tif", plain(1, 20));
         CHECK(at(Orthophotos({path("x"), path("y")}, frame()), 5, 5) == "10,10,10 -");
@@ -132,7 +133,8 @@ TEST_CASE("tiles of a mosaic meet without a gap, whatever their edges",
     const TemporaryFolder folder;
     for (int i = 0; i < 3; ++i) {
         ImageFile image;
-        image.width = 67, image.height = 300;
+        image.width = 67;
+        image.height = 300;
         image.geo = {kEast0 + 0.37 + i * 67 * 0.2, 0.2, 0, kNorth0 + 50, 0, -0.2};
         image.value = [i](int x, int, int) {
             return i * 67 + x;
@@ -172,7 +174,8 @@ TEST_CASE("a nodata value counts only where all colours have it", "[voxelserver]
 TEST_CASE("an image of 12 bits in 16 uses its whole range", "[voxelserver][imagery][ortho]") {
     const TemporaryFolder folder;
     ImageFile image;
-    image.type = GDT_UInt16, image.options = {"NBITS=12"};
+    image.type = GDT_UInt16;
+    image.options = {"NBITS=12"};
     image.value = [](int, int, int band) { return 4095 - band * 1000; };
     write_image(folder.path() / "a.tif", image);
     CHECK(at(Orthophotos({folder.path()}, frame()), 10, 50) == "255,193,130 -");
@@ -224,7 +227,8 @@ TEST_CASE("an image in degrees, in another zone, or upside down lands in its pla
     there.apply({&x0, 1}, {&y0, 1});
     const double step = own.geographic() ? 4e-6 : 0.4;
     ImageFile image;
-    image.width = image.height = 400, image.crs = same ? kCrs : crs;
+    image.width = image.height = 400;
+    image.crs = same ? kCrs : crs;
     image.geo = {x0 - 200 * step,    step, 0, y0 + (same ? -1 : 1) * 200 * step, 0,
                  same ? step : -step};
     image.value = [&](int x, int y, int band) {  // brightness = metres east, north
@@ -260,7 +264,8 @@ TEST_CASE("an image in degrees, in another zone, or upside down lands in its pla
 TEST_CASE("threads that read side by side get what one gets", "[voxelserver][imagery][ortho]") {
     const TemporaryFolder folder;
     ImageFile image;
-    image.width = image.height = 800, image.geo = {kEast0, 0.25, 0, kNorth0 + 200, 0, -0.25},
+    image.width = image.height = 800;
+    image.geo = {kEast0, 0.25, 0, kNorth0 + 200, 0, -0.25};
     image.value = noise;
     write_image(folder.path() / "a.tif", image);
     const auto f = frame();
@@ -288,7 +293,8 @@ TEST_CASE("more files than a process may open at once are read all the same",
     const TemporaryFolder folder;
     for (int i = 0; i < 300; ++i) {
         ImageFile image;
-        image.width = image.height = 2, image.geo = {kEast0 + 2 * i, 1, 0, kNorth0 + 2, 0, -1};
+        image.width = image.height = 2;
+        image.geo = {kEast0 + 2 * i, 1, 0, kNorth0 + 2, 0, -1};
         image.value = [i](int, int, int band) { return band == 0 ? i % 250 : i / 250; };
         write_image(folder.path() / (std::to_string(i) + ".tif"), image);
     }
@@ -309,7 +315,7 @@ TEST_CASE("more files than a process may open at once are read all the same",
 TEST_CASE("images that lie beside the world are warned of, once", "[voxelserver][imagery][ortho]") {
     const TemporaryFolder folder;
     const auto f = frame();
-    const voxelize::ColumnRect world{voxel_x(f, 0), voxel_z(f, 60), voxel_x(f, 60), voxel_z(f, 0)};
+    const grid::ColumnRect world{voxel_x(f, 0), voxel_z(f, 60), voxel_x(f, 60), voxel_z(f, 0)};
     const auto image_at = [&](const char* name, double east, const char* crs) {
         ImageFile image = plain(1, 10);
         image.geo[0] += east;
@@ -323,7 +329,9 @@ TEST_CASE("images that lie beside the world are warned of, once", "[voxelserver]
         return warnings.text();
     };
     SECTION("over the world, even by a metre, with or without a CRS") {
-        image_at("a.tif", 59, kCrs), image_at("b.tif", -59, ""), image_at("c.tif", 0, kCrs);
+        image_at("a.tif", 59, kCrs);
+        image_at("b.tif", -59, "");
+        image_at("c.tif", 0, kCrs);
         CHECK(said().empty());
     }
     SECTION("a metre beside it: where it lies, and where the world") {
@@ -341,13 +349,16 @@ TEST_CASE("images that lie beside the world are warned of, once", "[voxelserver]
                                     "(EPSG:2154, assumed: the file names no CRS)"));
     }
     SECTION("several: one line for all") {
-        image_at("a.tif", 100, kCrs), image_at("b.tif", 200, kCrs), image_at("c.tif", 300, "");
+        image_at("a.tif", 100, kCrs);
+        image_at("b.tif", 200, kCrs);
+        image_at("c.tif", 300, "");
         const std::string text = said();
         CHECK(std::count(text.begin(), text.end(), '\n') == 1);
         CHECK_THAT(text, contains("c.tif (one of 3 such)"));
     }
     SECTION("some of a folder: a remark when they know where they lie") {
-        image_at("a.tif", 0, kCrs), image_at("b.tif", 100, kCrs);
+        image_at("a.tif", 0, kCrs);
+        image_at("b.tif", 100, kCrs);
         CHECK(said().empty());
         image_at("c.tif", 300, "");
         CHECK_THAT(said(), contains("c.tif (one of 2 such)"));

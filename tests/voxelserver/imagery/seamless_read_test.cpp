@@ -37,8 +37,9 @@ TEST_CASE("a column reads the same in whatever rectangle it is asked",
         const double a = c.turned_deg * std::numbers::pi / 180, s = std::sin(a) * c.pixel_m,
                      k = std::cos(a) * c.pixel_m;
         ImageFile image;
-        image.width = static_cast<int>(180 / c.pixel_m),
-        image.height = static_cast<int>(150 / c.pixel_m), image.crs = c.crs;
+        image.width = static_cast<int>(180 / c.pixel_m);
+        image.height = static_cast<int>(150 / c.pixel_m);
+        image.crs = c.crs;
         image.geo = {x0 - 90 * std::cos(a) + 75 * std::sin(a) + 0.123, k,  -s,
                      y0 + 90 * std::sin(a) + 75 * std::cos(a) + 0.077, -s, -k};
         image.options = {"TILED=YES", "BLOCKXSIZE=64", "BLOCKYSIZE=64"};

@@ -29,17 +29,23 @@ Grid specialized(const OneColumn& c) {
         covered{static_cast<std::uint8_t>(c.covered ? 1 : 0)};
     SurfaceColumns columns;
     columns.width = columns.height = 1;
-    columns.group = {&c.group, 1}, columns.material = {&c.own, 1}, columns.covered = covered;
-    if (c.points)
-        columns.point_colour = point, columns.has_point_colour = has_point;
+    columns.group = {&c.group, 1};
+    columns.material = {&c.own, 1};
+    columns.covered = covered;
+    if (c.points) {
+        columns.point_colour = point;
+        columns.has_point_colour = has_point;
+    }
     Raster raster;
     if (c.image || c.nir_red) {
         raster.width = raster.height = 1;
         raster.colour = {c.image.value_or(Rgb8{})};
         raster.flags = {static_cast<std::uint8_t>((c.image ? Raster::kColour : 0) |
                                                   (c.nir_red ? Raster::kNir : 0))};
-        if (c.nir_red)
-            raster.nir = {(*c.nir_red)[0]}, raster.red = {(*c.nir_red)[1]};
+        if (c.nir_red) {
+            raster.nir = {(*c.nir_red)[0]};
+            raster.red = {(*c.nir_red)[1]};
+        }
     }
     return specialize(columns, raster, map);
 }

@@ -43,7 +43,8 @@ std::string with_extended_record(std::string las, const std::string& payload) {
     put(record, 18, std::uint16_t{4242});
     put(record, 20, static_cast<std::uint64_t>(payload.size()));
     las += record + payload;
-    put(las, 235, start), put(las, 243, std::uint32_t{1});
+    put(las, 235, start);
+    put(las, 243, std::uint32_t{1});
     return las;
 }
 
@@ -187,14 +188,14 @@ TEST_CASE("what cannot be compressed is refused, and nothing is left behind",
     for (const Case& c : cases) {
         CAPTURE(c.name);
         write_bytes(las, c.bytes);
-        CHECK_THROWS_AS(laz::compress(las, out), Error);
+        CHECK_THROWS_AS(laz::compress(las, out), util::Error);
         CHECK_FALSE(fs::exists(out));
         CHECK(std::distance(fs::directory_iterator(folder.path()), {}) == 1);
     }
     write_bytes(las, good);
     (void)laz::compress(las, out);
-    CHECK_THROWS_AS(laz::compress(out, folder.path() / "again.laz"), Error);
-    CHECK_THROWS_AS(laz::compress(las, las), UsageError);
+    CHECK_THROWS_AS(laz::compress(out, folder.path() / "again.laz"), util::Error);
+    CHECK_THROWS_AS(laz::compress(las, las), util::UsageError);
     CHECK(file_bytes(las) == good);
 }
 
@@ -206,5 +207,5 @@ TEST_CASE("a point outside the bounds of its header is found", "[voxelserver][la
     std::string bytes = file_bytes(las);
     put(bytes, 179, at<double>(bytes, 179) - 1.0);
     write_bytes(las, bytes);
-    CHECK_THROWS_AS(laz::check(las), Error);
+    CHECK_THROWS_AS(laz::check(las), util::Error);
 }

@@ -39,8 +39,9 @@ void write_points(const fs::path& path, std::size_t count, bool shuffled) {
     for (std::size_t i = 0; i < count; ++i) {
         lidar::LasWritePoint p;
         const std::size_t place = shuffled ? random() % 1'000'000 : i * 1'000'000 / count;
-        p.x = 462'000 + static_cast<double>(place % 1000),
-        p.y = 101'000 + static_cast<double>(place / 1000), p.z = 500;
+        p.x = 462'000 + static_cast<double>(place % 1000);
+        p.y = 101'000 + static_cast<double>(place / 1000);
+        p.z = 500;
         writer.write(p);
     }
     writer.close();
@@ -82,7 +83,7 @@ TEST_CASE("a COPC file and one without points get no index", "[voxelserver][laz]
         CAPTURE(name);
         const fs::path copy = folder.path() / fs::path(name).filename();
         fs::copy_file(data / name, copy);
-        CHECK_THROWS_AS(laz::write_lax(copy), Error);
+        CHECK_THROWS_AS(laz::write_lax(copy), util::Error);
         CHECK_FALSE(fs::exists(lidar::lax_path(copy)));
     }
 }

@@ -47,7 +47,7 @@ std::string complaint(const fs::path& file, const Outcome& outcome) {
 TEST_CASE("a child that crashes, hangs or takes too much is told apart",
           "[voxelserver][lidar][child]") {
     CHECK(in_child([] {}).kind == Outcome::Kind::kDone);
-    CHECK(in_child([] { throw Error("no"); }).text == "no");
+    CHECK(in_child([] { throw util::Error("no"); }).text == "no");
     CHECK(in_child([] { std::raise(SIGSEGV); }).kind == Outcome::Kind::kCrashed);
     CHECK(in_child(
               [] {

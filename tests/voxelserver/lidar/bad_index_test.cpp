@@ -76,7 +76,8 @@ TEST_CASE("a COPC hierarchy that lies is refused, and the points can still be re
          }},
         {"a page of negative size",
          [](Bytes& b) {
-             b.set(b.entry(1, 28), std::int32_t{-1}), b.set(b.entry(1, 24), std::int32_t{-32});
+             b.set(b.entry(1, 28), std::int32_t{-1});
+             b.set(b.entry(1, 24), std::int32_t{-32});
          }},
         {"a root page of nothing", [](Bytes& b) { b.set(kInfoAt + 48, std::uint64_t{0}); }},
         {"a root page of a million gigabytes",

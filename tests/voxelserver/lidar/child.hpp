@@ -49,7 +49,7 @@ Outcome in_child(const Work& work, rlim_t memory_bytes = rlim_t{1} << 30, rlim_t
         try {
             work();
             said = "D";
-        } catch (const Error& e) {
+        } catch (const util::Error& e) {
             said = std::string("E") + e.what();
         } catch (const std::exception& e) {
             said = std::string("O") + e.what();

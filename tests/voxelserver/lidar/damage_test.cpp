@@ -159,15 +159,17 @@ TEST_CASE(
     const fs::path good = folder.path() / "good.laz", changed = folder.path() / "changed.laz";
     {
         lidar::LasWriterOptions options;
-        options.point_format = format, options.scale = {0.01, 0.01, 0.01};
+        options.point_format = format;
+        options.scale = {0.01, 0.01, 0.01};
         lidar::LasWriter writer(good, options);
         std::mt19937 random(14);
         for (int i = 0; i < 120'000; ++i) {
             lidar::LasWritePoint p;
-            p.x = i % 1000, p.y = i / 1000 + 0.01 * static_cast<double>(random() % 100),
+            p.x = i % 1000;
+            p.y = i / 1000 + 0.01 * static_cast<double>(random() % 100);
             p.z = 0.01 * static_cast<double>(random() % 3000);
-            p.return_number = p.return_count = 1,
-            p.classification = static_cast<std::uint8_t>(random() % 7),
+            p.return_number = p.return_count = 1;
+            p.classification = static_cast<std::uint8_t>(random() % 7);
             p.gps_time_s = i * 1e-5 + static_cast<double>(random() % 3);
             writer.write(p);
         }

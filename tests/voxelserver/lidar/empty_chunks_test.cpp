@@ -60,7 +60,8 @@ bool behind(const std::vector<Claim>& code, const std::vector<Claim>& wanted) {
             if (x != y)
                 return x > y;
         }
-        a = code[i], b = wanted[i];
+        a = code[i];
+        b = wanted[i];
     }
     return false;
 }
@@ -134,7 +135,8 @@ std::string copc_of(const fs::path& folder, const std::vector<std::int32_t>& chu
             for (const std::int32_t key : {cell == 0 ? 0 : 1, 0, 0, 0})
                 add(entries, key);
             add(entries, static_cast<std::uint64_t>(begin + points.size()));
-            add(entries, claims.back().bytes), add(entries, count);
+            add(entries, claims.back().bytes);
+            add(entries, count);
             ++cell;
         }
         points += count == 0 ? std::string(static_cast<std::size_t>(padding), 'x') : chunk;
@@ -145,13 +147,15 @@ std::string copc_of(const fs::path& folder, const std::vector<std::int32_t>& chu
         add(info, centre);
     const std::uint64_t table = begin + points.size(),
                         hierarchy = table + 8 + code_of(claims).size();
-    add(info, hierarchy + kExtendedHead), add(info, static_cast<std::uint64_t>(entries.size()));
+    add(info, hierarchy + kExtendedHead);
+    add(info, static_cast<std::uint64_t>(entries.size()));
     info.resize(kInfo);
 
     std::string out = laz.substr(0, kHeader);
     set(out, 96, static_cast<std::uint32_t>(begin - 8));
     set(out, 100, get<std::uint32_t>(out, 100) + 1);
-    set(out, 235, hierarchy), set(out, 243, std::uint32_t{1});
+    set(out, 235, hierarchy);
+    set(out, 243, std::uint32_t{1});
     set(out, 247, static_cast<std::uint64_t>(cell) * kPoints);
     for (int i = 0; i < 15; ++i)
         set(out, 255 + 8 * static_cast<std::size_t>(i),
@@ -160,7 +164,8 @@ std::string copc_of(const fs::path& folder, const std::vector<std::int32_t>& chu
     out += record_head("copc", 1, kInfo, false) + info + records;
     add(out, table);
     out += points;
-    add(out, std::uint32_t{0}), add(out, static_cast<std::uint32_t>(claims.size()));
+    add(out, std::uint32_t{0});
+    add(out, static_cast<std::uint32_t>(claims.size()));
     return out + code_of(claims) + record_head("copc", 1000, entries.size(), true) + entries;
 }
 

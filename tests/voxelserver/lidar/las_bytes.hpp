@@ -43,11 +43,13 @@ inline std::vector<pointcloud::Point> plain_points(const std::filesystem::path& 
             *axes[a] = at(p + 4 * a, std::int32_t{}) * at(131 + 8 * a, 0.0) + at(155 + 8 * a, 0.0);
         const auto returns = at(p + 14, std::uint8_t{});
         if (format >= 6) {
-            out[i].return_number = returns & 15, out[i].return_count = returns >> 4;
+            out[i].return_number = returns & 15;
+            out[i].return_count = returns >> 4;
             out[i].withheld = (at(p + 15, std::uint8_t{}) & 4) != 0;
             out[i].classification = at(p + 16, std::uint8_t{});
         } else {
-            out[i].return_number = returns & 7, out[i].return_count = returns >> 3 & 7;
+            out[i].return_number = returns & 7;
+            out[i].return_count = returns >> 3 & 7;
             out[i].withheld = (at(p + 15, std::uint8_t{}) & 0x80) != 0;
             out[i].classification = at(p + 15, std::uint8_t{}) & 31;
         }
@@ -91,11 +93,11 @@ inline void write_sample(const std::filesystem::path& path, int format, std::siz
     lidar::LasWriter writer(path, options);
     for (std::size_t i = 0; i < count; ++i) {
         lidar::LasWritePoint p;
-        p.x = 462'000 + static_cast<double>(i * 37 % 10'007) / 10,
-        p.y = 101'000 + static_cast<double>(i * 101 % 9'973) / 10,
+        p.x = 462'000 + static_cast<double>(i * 37 % 10'007) / 10;
+        p.y = 101'000 + static_cast<double>(i * 101 % 9'973) / 10;
         p.z = 500 + static_cast<double>(i % 700) / 7;
         p.classification = static_cast<std::uint8_t>(format >= 6 ? i % 256 : i % 32);
-        p.return_count = static_cast<std::uint8_t>(1 + i % 3),
+        p.return_count = static_cast<std::uint8_t>(1 + i % 3);
         p.return_number = static_cast<std::uint8_t>(1 + i % p.return_count);
         p.rgb = {static_cast<std::uint16_t>(i), static_cast<std::uint16_t>(i * 3),
                  static_cast<std::uint16_t>(i * 7)};

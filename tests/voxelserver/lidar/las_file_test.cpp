@@ -126,7 +126,7 @@ TEST_CASE("a file that is no point cloud is refused, naming it", "[voxelserver][
         const auto file = folder.path() / c.file;
         if (std::string(c.name) != "missing")
             write_bytes(file, c.bytes);
-        CHECK_THROWS_AS(read_las_info(file), Error);
+        CHECK_THROWS_AS(read_las_info(file), util::Error);
         CHECK_THROWS_WITH(read_las_info(file), contains(file.string()) && contains(c.said));
     }
     CHECK_THROWS_WITH(read_las_info(folder.path()), contains("not a regular file"));
@@ -168,7 +168,7 @@ TEST_CASE("every uncompressed file of the zoo is read as its bytes say",
         LasInfo info;
         try {
             info = read_las_info(file);
-        } catch (const Error& e) {
+        } catch (const util::Error& e) {
             // Broken files have a test of their own; none of these sets but pdal holds one.
             CHECK(set == "pdal");
             continue;

@@ -125,7 +125,8 @@ TEST_CASE("near infrared is read where the format has it", "[voxelserver][lidar]
         const std::string bytes = file_bytes(folder / c.plain);
         std::uint32_t begin = 0;
         std::uint16_t record = 0;
-        std::memcpy(&begin, bytes.data() + 96, 4), std::memcpy(&record, bytes.data() + 105, 2);
+        std::memcpy(&begin, bytes.data() + 96, 4);
+        std::memcpy(&record, bytes.data() + 105, 2);
         std::size_t different = 0, bright = 0;
         for (std::size_t i = 0; i < raw.size(); ++i) {
             std::uint16_t wanted = 0;

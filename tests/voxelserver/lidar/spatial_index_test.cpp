@@ -94,15 +94,17 @@ void write_with_lax(const fs::path& path, int format, std::size_t count, double 
     laszip_header_struct* header = nullptr;
     laszip_point_struct* point = nullptr;
     REQUIRE(laszip_get_header_pointer(writer, &header) == 0);
-    header->version_major = 1, header->version_minor = format >= 6 ? 4 : 2;
-    header->header_size = format >= 6 ? 375 : 227,
+    header->version_major = 1;
+    header->version_minor = format >= 6 ? 4 : 2;
+    header->header_size = format >= 6 ? 375 : 227;
     header->offset_to_point_data = header->header_size;
-    header->point_data_format = static_cast<laszip_U8>(format),
+    header->point_data_format = static_cast<laszip_U8>(format);
     header->point_data_record_length = format >= 6 ? 30 : 28;
     header->x_scale_factor = header->y_scale_factor = header->z_scale_factor = 0.01;
     header->x_offset = header->y_offset = origin;
     // The index is made over these bounds before any point is seen.
-    header->min_x = header->min_y = origin, header->max_x = header->max_y = origin + 1000;
+    header->min_x = header->min_y = origin;
+    header->max_x = header->max_y = origin + 1000;
     if (format >= 6)
         REQUIRE(laszip_request_native_extension(writer, 1) == 0);
     REQUIRE(laszip_create_spatial_index(writer, 1, 0) == 0);
@@ -129,7 +131,7 @@ TEST_CASE("the points inside random rectangles are found through a COPC hierarch
     // Small files have one node that lies everywhere, and so save nothing.
     struct Case {
         const char* file;
-        double most_share;
+        double max_share;
     };
     const auto c = GENERATE(values<Case>({{"copcjs/ellipsoid.copc.laz", 0.9},
                                           {"laspy/tests/data/simple.copc.laz", 1},
@@ -143,7 +145,7 @@ TEST_CASE("the points inside random rectangles are found through a COPC hierarch
         const auto index = read_spatial_index(info);
         REQUIRE(index);
         CHECK(index->source().find("COPC") != std::string::npos);
-        CHECK(check_rectangles(info, *index, 21) <= c.most_share + 1e-9);
+        CHECK(check_rectangles(info, *index, 21) <= c.max_share + 1e-9);
     }
 }
 

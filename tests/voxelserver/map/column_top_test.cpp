@@ -31,8 +31,10 @@ std::optional<std::pair<std::int32_t, VoxelAttr>> plain_top(const Boxes& boxes, 
 VoxelAttr of(Material material, std::optional<voxel::Rgb8> colour = {}) {
     VoxelAttr out;
     out.material = material;
-    if (colour)
-        out.flags = VoxelAttr::kHasColour, out.colour = *colour;
+    if (colour) {
+        out.flags = VoxelAttr::kHasColour;
+        out.colour = *colour;
+    }
     return out;
 }
 
@@ -127,9 +129,10 @@ TEST_CASE("boxes that do not stand on each other are refused", "[map][top]") {
     const auto build = [](const voxel::BoxKey& key) {
         return test::random_scene(1).build(key, test::attr_of);
     };
-    CHECK_THROWS_AS(map::make_top(Boxes{build({0, 0, 0, 0}), build({0, 1, 1, 0})}, colours), Error);
+    CHECK_THROWS_AS(map::make_top(Boxes{build({0, 0, 0, 0}), build({0, 1, 1, 0})}, colours),
+                    util::Error);
     CHECK_THROWS_AS(map::make_top(Boxes{build({0, 0, 0, 0}), build({0, 0, 1, -1})}, colours),
-                    Error);
+                    util::Error);
     CHECK_THROWS_WITH(map::make_top(Boxes{build({1, 0, 0, 0})}, colours),
                       test::contains("1/0/0/0"));
 }

@@ -13,8 +13,10 @@ namespace {
 std::uint32_t shade_of(const std::array<std::int32_t, 9>& heights) {
     std::array<ColumnTop, 9> tops;
     map::TopWindow window{};
-    for (std::size_t i = 0; i < 9; ++i)
-        tops[i] = {heights[i], {}, Material::kGround}, window[i] = &tops[i];
+    for (std::size_t i = 0; i < 9; ++i) {
+        tops[i] = {heights[i], {}, Material::kGround};
+        window[i] = &tops[i];
+    }
     return map::hill_shade(window);
 }
 
@@ -64,9 +66,10 @@ TEST_CASE(
     "[map][shade]") {
     std::array<ColumnTop, 9> tops;
     map::TopWindow window{};
-    for (std::size_t i = 0; i < 9; ++i)
-        tops[i] = {static_cast<std::int32_t>(i % 3), {90, 120, 60}, Material::kGrass},
+    for (std::size_t i = 0; i < 9; ++i) {
+        tops[i] = {static_cast<std::int32_t>(i % 3), {90, 120, 60}, Material::kGrass};
         window[i] = &tops[i];
+    }
     const map::Rgba8 lit = map::shaded_pixel(window);
     CHECK(lit.r > 90);
     CHECK(lit.a == 255);

@@ -39,7 +39,7 @@ public:
         ++asked;
         const std::lock_guard lock(m_mutex);
         if (failing.contains({bx, bz}) && make)
-            throw Error("the square is damaged");
+            throw util::Error("the square is damaged");
         auto found = m_made.find({bx, bz});
         if (found == m_made.end()) {
             if (!make)

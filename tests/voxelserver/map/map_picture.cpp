@@ -73,7 +73,7 @@ void measure(voxel::World& world, const map::TopColours& colours, std::int32_t t
     map::TopCache source([&](auto bx, auto bz, bool) { return column_of(world, bx, bz); }, colours,
                          3, std::size_t{256} << 20);
     const auto bounds = voxel::boxes_over(world.info().bounds, 0);
-    const voxel::Reach reach{bounds.min.bx, bounds.min.bz, bounds.max.bx, bounds.max.bz};
+    const voxel::InputExtent reach{bounds.min.bx, bounds.min.bz, bounds.max.bx, bounds.max.bz};
     map::FinestTile tile = map::make_finest_tile(source, reach, tile_x, tile_z, true);
     const Watch shading;
     for (int n = 0; n < kTimes; ++n)

@@ -99,9 +99,9 @@ TEST_CASE("coarser tiles are means of four in linear light, weighted by alpha", 
                 const Rgba8 p = fine[static_cast<std::size_t>(fz / 256 * 2 + fx / 256)]
                                     [static_cast<std::size_t>(fz % 256 * 256 + fx % 256)];
                 alpha += p.a;
-                sums[0] += p.a * double(map::to_linear(p.r)),
-                    sums[1] += p.a * double(map::to_linear(p.g)),
-                    sums[2] += p.a * double(map::to_linear(p.b));
+                sums[0] += p.a * double(map::to_linear(p.r));
+                sums[1] += p.a * double(map::to_linear(p.g));
+                sums[2] += p.a * double(map::to_linear(p.b));
             }
             const Rgba8 got = coarse[static_cast<std::size_t>(i)];
             const auto channel = [&](int c) {
@@ -202,7 +202,8 @@ TEST_CASE("an overview is complete when everything has been made", "[map][tiles]
     const auto overview = tiles.get(0, 0, 0);
     CHECK(overview.complete);
     REQUIRE(overview.png);
-    CHECK(overview.reach == voxel::Reach{-1, 3, 9, 20});  // with the column that shading looked at
+    CHECK(overview.reach ==
+          voxel::InputExtent{-1, 3, 9, 20});  // with the column that shading looked at
     MapTiles others(info, land, 0);
     CHECK(*others.get(0, 0, 0).png == *overview.png);
 
@@ -231,7 +232,7 @@ TEST_CASE("one call makes a bounded number of pictures, and the next go on from 
     while (!complete && calls < 100) {
         const int asked = land.asked;
         complete = tiles.get(0, 0, 0).complete;
-        CHECK(land.asked - asked <= MapTiles::kMostTiles * 36);
+        CHECK(land.asked - asked <= MapTiles::kMaxTiles * 36);
         ++calls;
     }
     CHECK(complete);
@@ -254,7 +255,7 @@ TEST_CASE("tiles outside the world are empty and complete, and cost nothing", "[
             }
     CHECK(land.asked == 0);
     for (const int zoom : {-1, 21, INT_MAX, INT_MIN})
-        CHECK_THROWS_AS(tiles.get(zoom, 0, 0), UsageError);
+        CHECK_THROWS_AS(tiles.get(zoom, 0, 0), util::UsageError);
     CHECK_THROWS_WITH(tiles.get(21, 0, 0), test::contains("allowed: 0 to 20"));
 
     MapTiles none({}, land, kRoom);
@@ -279,7 +280,7 @@ TEST_CASE("a world as large as numbers go is looked at with bounded work", "[map
     for (int y = -4; y < 4; ++y)
         for (int x = -4; x < 4; ++x)
             CHECK_FALSE(tiles.get(0, x, y).complete);
-    CHECK(land.asked - asked <= 64 * MapTiles::kMostTiles * 36);
+    CHECK(land.asked - asked <= 64 * MapTiles::kMaxTiles * 36);
     CHECK(tiles.get(20, INT32_MAX / 256, INT32_MAX / 256).complete);
     CHECK(tiles.get(20, INT32_MIN / 256, INT32_MIN / 256).complete);
 }

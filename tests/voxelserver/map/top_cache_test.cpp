@@ -19,7 +19,7 @@ struct Maker {
     std::optional<map::ColumnBoxes> operator()(std::int32_t bx, std::int32_t bz, bool make) {
         ++looked;
         if (broken)
-            throw Error("the square is damaged");
+            throw util::Error("the square is damaged");
         if (!make && !at_hand)
             return std::nullopt;
         if (make)
@@ -45,7 +45,7 @@ TEST_CASE("a column is made once, and only when it shall be made", "[map][top-ca
     const auto top = cache.top(3, -4, true);
     REQUIRE(top.top);
     CHECK(top.known);
-    CHECK(top.reach == voxel::Reach{1, -6, 6, -1});
+    CHECK(top.reach == voxel::InputExtent{1, -6, 6, -1});
     CHECK(cache.top(3, -4, false).top == top.top);
     CHECK(cache.top(3, -4, true).top == top.top);
     CHECK(maker.made == 1);

@@ -31,9 +31,9 @@ Outcome outcome(const Body& body) {
     try {
         body();
         return {};
-    } catch (const UsageError& e) {
+    } catch (const util::UsageError& e) {
         return {static_cast<int>(e.exit_code()), true, e.what()};
-    } catch (const Error& e) {
+    } catch (const util::Error& e) {
         return {static_cast<int>(e.exit_code()), false, e.what()};
     }
 }

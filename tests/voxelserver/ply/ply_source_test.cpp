@@ -229,7 +229,7 @@ TEST_CASE("damaged files, and files that are no point clouds, are refused with t
         const TemporaryFolder folder;
         const auto file = folder.path() / "a.ply";
         write_file(file, c.bytes);
-        CHECK_THROWS_AS(PlySource(file), Error);
+        CHECK_THROWS_AS(PlySource(file), util::Error);
         CHECK_THROWS_WITH(PlySource(file),
                           contains(c.said) && contains(file.string()) && !contains("\n"));
     }
@@ -252,7 +252,7 @@ TEST_CASE("a file that becomes shorter while it is open gives an error", "[voxel
     write_file(file, bytes);
     const PlySource source(file);
     write_file(file, bytes.substr(0, bytes.size() / 2));
-    CHECK_THROWS_AS(read_all(source), Error);
+    CHECK_THROWS_AS(read_all(source), util::Error);
 }
 
 TEST_CASE("the CRS is that of a comment, else of the .prj file", "[voxelserver][ply]") {
@@ -325,7 +325,7 @@ TEST_CASE("any single wrong byte gives points or an error, never anything else",
         try {
             const PlySource source(folder.path() / "a.ply");
             CHECK(read_all(source).size() == source.info().point_count);
-        } catch (const Error&) {  // the right answer to a damaged file
+        } catch (const util::Error&) {  // the right answer to a damaged file
         }
     }
 }

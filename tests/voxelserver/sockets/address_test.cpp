@@ -1,10 +1,10 @@
-#include "raytracer/farm/net/farm_port.hpp"
+#include "raytracer/farm/net/endpoint.hpp"
 #include "raytracer/farm/net/grpc_settings.hpp"
 #include "tests/catch.hpp"
 #include "voxelserver/sockets/socket.hpp"
 
 using namespace terravox;
-using net::Address;
+using sockets::Address;
 using terravox::test::contains;
 
 TEST_CASE("addresses are read", "[common][net][address]") {
@@ -23,7 +23,7 @@ TEST_CASE("addresses are read", "[common][net][address]") {
                          Case{"[::1]", 5, "::1", 5, "[::1]:5"},
                          Case{"a-b.example.org", 9, "a-b.example.org", 9, "a-b.example.org:9"}}) {
         INFO(c.text);
-        const Address address = Address::parse(c.text, c.default_port);
+        const sockets::Address address = sockets::Address::parse(c.text, c.default_port);
         CHECK(address.host == c.host);
         CHECK(address.port == c.port);
         CHECK(address.text() == c.back);
@@ -44,9 +44,9 @@ TEST_CASE("what is no address is told so", "[common][net][address]") {
           Case{"[node7]:80", 1, "no IPv6"}, Case{"http://node7", 1, "no port"},
           Case{"a/b:80", 1, "character"}, Case{"u@node7:80", 1, "character"}}) {
         INFO(c.text);
-        CHECK_THROWS_AS(Address::parse(c.text, c.default_port), UsageError);
+        CHECK_THROWS_AS(sockets::Address::parse(c.text, c.default_port), util::UsageError);
         CHECK_THROWS_WITH(
-            Address::parse(c.text, c.default_port),
+            sockets::Address::parse(c.text, c.default_port),
             contains(c.why) && contains("HOST:PORT") && contains("'" + std::string(c.text) + "'"));
     }
 }
@@ -64,7 +64,7 @@ TEST_CASE("a peer has one name, whoever tells it", "[common][net][address]") {
         CHECK(net::readable_peer(c.of_grpc) == c.name);
     }
     const auto only = [](const char* host) {
-        return net::resolve({.host = host, .port = 51234}, false).front();
+        return sockets::resolve({.host = host, .port = 51234}, false).front();
     };
     CHECK(only("192.0.2.7").text() == "192.0.2.7:51234");
     CHECK(only("::ffff:192.0.2.7").text() == "192.0.2.7:51234");
@@ -73,12 +73,12 @@ TEST_CASE("a peer has one name, whoever tells it", "[common][net][address]") {
     CHECK(only("2001:db8:1:2:3:4:5:6").neighbourhood() == only("2001:db8:1:2::9").neighbourhood());
     CHECK(only("2001:db8:1:2::9").neighbourhood() != only("2001:db8:1:3::9").neighbourhood());
     for (const char* host : {"192.0.2.7", "::ffff:192.0.2.7", "2001:db8:1:2:3:4:5:6"})
-        CHECK(net::neighbourhood_of(only(host).text()) == only(host).neighbourhood());
-    CHECK(net::neighbourhood_of("pair:1") == "pair");
-    CHECK(net::neighbourhood_of("[nonsense]:1") == "[nonsense]");
+        CHECK(sockets::neighbourhood_of(only(host).text()) == only(host).neighbourhood());
+    CHECK(sockets::neighbourhood_of("pair:1") == "pair");
+    CHECK(sockets::neighbourhood_of("[nonsense]:1") == "[nonsense]");
 }
 
 TEST_CASE("a name that nobody knows is an error of its own", "[common][net][address]") {
-    CHECK_THROWS_WITH(net::resolve({.host = "no-such-host.invalid", .port = 1}, false),
+    CHECK_THROWS_WITH(sockets::resolve({.host = "no-such-host.invalid", .port = 1}, false),
                       contains("look up no-such-host.invalid"));
 }

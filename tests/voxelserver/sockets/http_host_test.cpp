@@ -53,7 +53,7 @@ TEST_CASE(
         {"[:::::::::::::::::::::::::::::::::::::::::::::::::::::::::::::::::::::::::::::]", false},
     }));
     DYNAMIC_SECTION("'" << c.host << "'") {
-        CHECK(net::HttpNames("127.0.0.1", {"Voxels.Example.org"}).allow(c.host) == c.allowed);
+        CHECK(sockets::HttpNames("127.0.0.1", {"Voxels.Example.org"}).allow(c.host) == c.allowed);
     }
 }
 
@@ -63,34 +63,34 @@ TEST_CASE("the machine's own name counts where other machines may ask, and not o
     REQUIRE(gethostname(own.data(), own.size() - 1) == 0);
     for (const char* bind : {"0.0.0.0", "192.0.2.7", "::", ""}) {
         INFO(bind);
-        CHECK(net::HttpNames(bind).allow(own.data()));
-        CHECK_FALSE(net::HttpNames(bind).allow("attacker.example"));
+        CHECK(sockets::HttpNames(bind).allow(own.data()));
+        CHECK_FALSE(sockets::HttpNames(bind).allow("attacker.example"));
     }
     if (std::string(own.data()) != "localhost")
         for (const char* bind : {"127.0.0.1", "127.8.8.8", "::1"})
-            CHECK_FALSE(net::HttpNames(bind).allow(own.data()));
+            CHECK_FALSE(sockets::HttpNames(bind).allow(own.data()));
 }
 
 TEST_CASE("what is no host name is refused when it is given", "[common][net][http]") {
     const std::string name =
         GENERATE("", "a b", "http://x", "x:80", "x/", "*", ".x", "[::1]", "x\n");
     INFO(name);
-    CHECK_THROWS_AS(net::HttpNames("127.0.0.1", {name}), UsageError);
-    CHECK_THROWS_AS(net::HttpNames("127.0.0.1", {std::string(254, 'x')}), UsageError);
+    CHECK_THROWS_AS(sockets::HttpNames("127.0.0.1", {name}), util::UsageError);
+    CHECK_THROWS_AS(sockets::HttpNames("127.0.0.1", {std::string(254, 'x')}), util::UsageError);
 }
 
 TEST_CASE("loopback is 127.0.0.0/8 and ::1", "[common][net][http]") {
     for (const char* address : {"127.0.0.1", "127.255.0.9", "::1"})
-        CHECK(net::is_loopback(address));
+        CHECK(sockets::is_loopback(address));
     for (const char* address :
          {"", "0.0.0.0", "::", "128.0.0.1", "localhost", "127.0.0.1x", "127.0.0.1.example"})
-        CHECK_FALSE(net::is_loopback(address));
+        CHECK_FALSE(sockets::is_loopback(address));
 }
 
 TEST_CASE("pages of other origins are known by what their browsers say", "[common][net][http]") {
     struct Case {
         const char* name;
-        net::AskingPage page;
+        sockets::AskingPage page;
         bool foreign;
     };
     const auto c = GENERATE(values<Case>({
@@ -123,6 +123,6 @@ TEST_CASE("pages of other origins are known by what their browsers say", "[commo
         {"a word not known", {"localhost:8888", "", "sideways", "cors", "empty"}, true},
     }));
     DYNAMIC_SECTION(c.name) {
-        CHECK(net::from_another_origin(c.page) == c.foreign);
+        CHECK(sockets::from_another_origin(c.page) == c.foreign);
     }
 }

@@ -15,7 +15,7 @@ constexpr std::size_t kVersionAt = 8;  // bytes from the start of the file: behi
 
 /// Reads everything of a square. @return whether all of it is as it was; @throws Error where it is
 /// not read at all
-bool read_all(const std::filesystem::path& file, const voxelize::Square& wanted) {
+bool read_all(const std::filesystem::path& file, const store::Square& wanted) {
     const SquarePtr found = store::map_square(file);
     return found != nullptr && same_square(wanted, *found);
 }
@@ -56,10 +56,10 @@ TEST_CASE("a prepared square that was cut short, or grew, is refused",
     for (const std::size_t size : cuts(good.size(), header, tables)) {
         INFO("cut to " << size << " of " << good.size() << " bytes");
         write_bytes(file, good.substr(0, size));
-        CHECK_THROWS_AS(store::map_square(file), Error);
+        CHECK_THROWS_AS(store::map_square(file), util::Error);
     }
     write_bytes(file, good + "x");
-    CHECK_THROWS_AS(store::map_square(file), Error);
+    CHECK_THROWS_AS(store::map_square(file), util::Error);
     write_bytes(file, good);
     CHECK(read_all(file, *square));
 }
@@ -70,16 +70,16 @@ TEST_CASE("a chunk index that was cut short, or grew, is refused", "[voxelserver
     store::write_chunks(file, made_index(3, 40));
     const std::string good = bytes_of(file);
     const std::size_t header = [&] {
-        store::write_chunks(folder.path() / "none.chunks", voxelize::ChunkIndex{});
+        store::write_chunks(folder.path() / "none.chunks", store::ChunkIndex{});
         return bytes_of(folder.path() / "none.chunks").size();
     }();
     for (const std::size_t size : cuts(good.size(), header, good.size() - header)) {
         INFO("cut to " << size << " of " << good.size() << " bytes");
         write_bytes(file, good.substr(0, size));
-        CHECK_THROWS_AS(store::read_chunks(file), Error);
+        CHECK_THROWS_AS(store::read_chunks(file), util::Error);
     }
     write_bytes(file, good + std::string(8, '\0'));
-    CHECK_THROWS_AS(store::read_chunks(file), Error);
+    CHECK_THROWS_AS(store::read_chunks(file), util::Error);
 }
 
 TEST_CASE("another version, another kind of file and no such file at all are told apart",
@@ -121,17 +121,17 @@ TEST_CASE("whatever bytes of a prepared square change, no wrong point is read",
         SquarePtr found;
         try {
             found = store::map_square(file);
-        } catch (const Error&) {
+        } catch (const util::Error&) {
             ++at_once;
             continue;
         }
         REQUIRE(found);
         int refused = 0;
         for (const auto& patch : square->patches()) {
-            std::span<const voxelize::VoxelPoint> points;
+            std::span<const store::VoxelPoint> points;
             try {
                 points = found->points(patch.key);
-            } catch (const Error&) {
+            } catch (const util::Error&) {
                 ++refused;
                 continue;
             }
@@ -140,7 +140,7 @@ TEST_CASE("whatever bytes of a prepared square change, no wrong point is read",
         CHECK(refused > 0);
         ++later;
         // Writing it anew must not make the damage look sound.
-        CHECK_THROWS_AS(store::write_square(folder.path() / "copy.square", *found), Error);
+        CHECK_THROWS_AS(store::write_square(folder.path() / "copy.square", *found), util::Error);
         CHECK_FALSE(std::filesystem::exists(folder.path() / "copy.square"));
     }
     CHECK(at_once > 50);
@@ -166,10 +166,10 @@ TEST_CASE(
     }
     int refused = 0, same = 0;
     for (const auto& patch : square->patches()) {
-        std::span<const voxelize::VoxelPoint> points;
+        std::span<const store::VoxelPoint> points;
         try {
             points = mapped->points(patch.key);
-        } catch (const Error& e) {
+        } catch (const util::Error& e) {
             CHECK_THAT(e.what(), contains("damaged on disk"));
             ++refused;
             continue;
@@ -194,6 +194,6 @@ TEST_CASE("whatever bytes of a chunk index change, it is refused", "[voxelserver
         bad[at] ^= static_cast<char>(1 + random() % 255);
         write_bytes(file, bad);
         INFO("round " << round << ", byte " << at);
-        CHECK_THROWS_AS(store::read_chunks(file), Error);
+        CHECK_THROWS_AS(store::read_chunks(file), util::Error);
     }
 }

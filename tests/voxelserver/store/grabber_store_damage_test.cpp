@@ -17,7 +17,7 @@ namespace {
 std::string refusal(const fs::path& folder) {
     try {
         static_cast<void>(store::read_grabber_store(folder));
-    } catch (const Error& e) {
+    } catch (const util::Error& e) {
         const std::string message = e.what();
         CHECK_THAT(message, contains(folder.string()));
         CHECK(message.find('\n') == std::string::npos);
@@ -87,8 +87,8 @@ TEST_CASE("what is no store is refused in one line that names it",
          "file_bytes"},
         {"bytes in words",
          [](Fishnet& f) {
-             f.add_verified("a", "lidar/si-lss/a.laz"),
-                 f.run("UPDATE squares SET file_bytes = 'many'");
+             f.add_verified("a", "lidar/si-lss/a.laz");
+             f.run("UPDATE squares SET file_bytes = 'many'");
          },
          "file_bytes"},
         {"bounds that are no number",
@@ -105,15 +105,16 @@ TEST_CASE("what is no store is refused in one line that names it",
          "name is no text"},
         {"a text of megabytes",
          [](Fishnet& f) {
-             f.add("a", "missing"), f.run("UPDATE squares SET licence = hex(zeroblob(2000000))");
+             f.add("a", "missing");
+             f.run("UPDATE squares SET licence = hex(zeroblob(2000000))");
          },
          "too big"},
         {"a square twice",
          [](Fishnet& f) {
-             f.add("a", "missing"),
-                 f.run(
-                     "INSERT INTO squares (source, grid, name, state, urls, known_at) VALUES "
-                     "('si-lss', 'other', 'a', 'missing', '', '')");
+             f.add("a", "missing");
+             f.run(
+                 "INSERT INTO squares (source, grid, name, state, urls, known_at) VALUES "
+                 "('si-lss', 'other', 'a', 'missing', '', '')");
          },
          "twice"},
         {"more squares than any store",

@@ -148,7 +148,7 @@ TEST_CASE(
     fs::create_directories(folder.path() / "fishnet.gpkg-shm");
     CHECK(store::read_grabber_store(folder.path()).squares.size() == 2);
     write(folder.path() / "fishnet.gpkg-wal", std::string(100, 'x'));
-    CHECK_THROWS_AS(store::read_grabber_store(folder.path()), Error);
+    CHECK_THROWS_AS(store::read_grabber_store(folder.path()), util::Error);
 }
 
 TEST_CASE("a store that is only just being filled is empty", "[voxelserver][store][grabber]") {

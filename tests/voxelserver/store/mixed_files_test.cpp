@@ -28,9 +28,11 @@ void write_field(const fs::path& file, const std::string& crs, int format, doubl
     lidar::LasWriter writer(file, options);
     for (const auto& c : cloud.points()) {
         lidar::LasWritePoint p;
-        p.x = kEast0 + c.east, p.y = kNorth0 + c.north;
+        p.x = kEast0 + c.east;
+        p.y = kNorth0 + c.north;
         place.apply({&p.x, 1}, {&p.y, 1});
-        p.z = c.height / metres_per_height, p.classification = c.source_class;
+        p.z = c.height / metres_per_height;
+        p.classification = c.source_class;
         if (format == 7)
             p.rgb = {20'000, 40'000, 10'000};
         writer.write(p);

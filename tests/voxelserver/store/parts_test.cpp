@@ -32,7 +32,8 @@ void write_shuffled(const lidar::LasInfo& info, const fs::path& to) {
                            [&](const pointcloud::Point& p) { points.push_back(p); });
     std::shuffle(points.begin(), points.end(), std::mt19937(8));
     lidar::LasWriterOptions options;
-    options.point_format = info.point_format, options.scale = info.scale,
+    options.point_format = info.point_format;
+    options.scale = info.scale;
     options.offset = info.offset;
     if (info.crs)
         options.wkt = info.crs->wkt();
@@ -40,9 +41,13 @@ void write_shuffled(const lidar::LasInfo& info, const fs::path& to) {
     for (const pointcloud::Point& p : points) {
         REQUIRE_FALSE((p.withheld || p.overlap));
         lidar::LasWritePoint out;
-        out.x = p.x, out.y = p.y, out.z = p.z, out.classification = p.classification,
+        out.x = p.x;
+        out.y = p.y;
+        out.z = p.z;
+        out.classification = p.classification;
         out.rgb = p.rgb;
-        out.return_number = p.return_number, out.return_count = p.return_count;
+        out.return_number = p.return_number;
+        out.return_count = p.return_count;
         writer.write(out);
     }
     writer.close();
@@ -138,14 +143,14 @@ TEST_CASE("a file that turns out to be damaged is decoded once, however many box
     write_bytes(folder.path() / "damaged.laz", bytes);
     // The first points of that chunk are looked at when the file is opened again. Without its guard
     // LASzip's decoder leaves its tables here.
-    CHECK_THROWS_AS(TimedWorld(options), Error);
+    CHECK_THROWS_AS(TimedWorld(options), util::Error);
     const auto keys = all_keys(world->info(), 0);
     REQUIRE(keys.size() > 20);
     std::set<std::string> reasons;
     for (const auto& key : keys) {
         try {
             (void)world->box(key);
-        } catch (const Error& e) {
+        } catch (const util::Error& e) {
             reasons.insert(e.what());
         }
     }
@@ -154,16 +159,16 @@ TEST_CASE("a file that turns out to be damaged is decoded once, however many box
 }
 
 TEST_CASE("points of many parts that share no patch are binned", "[voxelserver][store][parts]") {
-    std::vector<voxelize::PatchedPoints> parts(200);
+    std::vector<store::PatchedPoints> parts(200);
     // Each part touches patches of its own: a table of all parts by all patches would hold 40
     // million numbers.
     for (std::size_t i = 0; i < parts.size(); ++i)
         for (int k = 0; k < 1000; ++k) {
-            voxelize::VoxelPoint p;
+            store::VoxelPoint p;
             p.y = static_cast<std::int32_t>(i);
             parts[i].add({k, static_cast<std::int32_t>(i)}, p);
         }
-    const auto square = voxelize::bin_points(std::move(parts), {}, 2);
+    const auto square = store::bin_points(std::move(parts), {}, 2);
     REQUIRE(square->patches().size() == 200'000);
     for (const auto& patch : square->patches()) {
         REQUIRE(patch.count == 1);

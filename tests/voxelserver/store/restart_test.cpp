@@ -135,7 +135,8 @@ TEST_CASE("what shapes the points makes squares of another name, what does not u
     }));
     DYNAMIC_SECTION(c.name) {
         auto cached = place.options(), plain = place.options(false);
-        c.change(place, cached), c.change(place, plain);
+        c.change(place, cached);
+        c.change(place, plain);
         const Checksums wanted = TimedWorld(plain).boxes();
         TimedWorld world(cached);
         CHECK((world.boxes() == wanted));

@@ -124,7 +124,7 @@ TEST_CASE("a square that cannot be written is an error that names it", "[voxelse
     write_bytes(folder.path() / "plain", "text");
     CHECK_THROWS_WITH(store::write_square(folder.path() / "plain" / "a.square", *square),
                       contains("a.square"));
-    CHECK_THROWS_AS(store::write_square("/proc/terravox/a.square", *square), Error);
+    CHECK_THROWS_AS(store::write_square("/proc/terravox/a.square", *square), util::Error);
     CHECK_THROWS_AS(store::write_chunks(folder.path() / "plain" / "a.chunks", made_index(1, 3)),
-                    Error);
+                    util::Error);
 }

@@ -178,8 +178,10 @@ TEST_CASE("threads that put and read the same squares in a small folder get whol
                 const std::string name = "s" + std::to_string(which);
                 const SquarePtr got =
                     i % 3 == 0 ? squares.put(name, made[which]) : squares.find(name);
-                if (got)
-                    ++found, wrong += same_square(*got, *made[which]) ? 0 : 1;
+                if (got) {
+                    ++found;
+                    wrong += same_square(*got, *made[which]) ? 0 : 1;
+                }
                 squares.put_index(name, made_index(which, 10));
                 const auto index = squares.find_index(name);
                 if (index)

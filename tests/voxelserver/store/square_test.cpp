@@ -8,13 +8,13 @@
 #include "voxelserver/store/square.hpp"
 
 using namespace terravox;
-using namespace terravox::voxelize;
+using namespace terravox::store;
 
 namespace {
 
 struct Placed {
-    PatchKey patch;
-    VoxelPoint point;
+    grid::PatchKey patch;
+    store::VoxelPoint point;
 };
 
 /// Many points in few columns, so that equal columns, heights, classes and places all occur.
@@ -26,7 +26,7 @@ std::vector<Placed> some_points(unsigned seed, std::size_t count) {
         p.patch = {static_cast<std::int32_t>(random() % 4) - 2,
                    static_cast<std::int32_t>(random() % 4) - 2};
         const bool crowded = random() % 2 == 0;
-        p.point.x = static_cast<std::uint16_t>(crowded ? random() % 4 : random()),
+        p.point.x = static_cast<std::uint16_t>(crowded ? random() % 4 : random());
         p.point.z = static_cast<std::uint16_t>(crowded ? random() % 4 + 60'000 : random());
         p.point.y = static_cast<std::int32_t>(random() % 8) * 1000 - 4000;
         p.point.source_class = static_cast<std::uint8_t>(random() % 3 == 0 ? 201 : 2);
@@ -37,16 +37,16 @@ std::vector<Placed> some_points(unsigned seed, std::size_t count) {
     return out;
 }
 
-std::shared_ptr<const Square> binned(const std::vector<Placed>& points, std::size_t parts,
-                                     unsigned seed, int threads) {
+std::shared_ptr<const store::Square> binned(const std::vector<Placed>& points, std::size_t parts,
+                                            unsigned seed, int threads) {
     std::mt19937 random(seed);
-    std::vector<PatchedPoints> dealt(parts);
+    std::vector<store::PatchedPoints> dealt(parts);
     for (const Placed& p : points)
         dealt[random() % parts].add(p.patch, p.point);
-    return bin_points(std::move(dealt), {}, threads);
+    return store::bin_points(std::move(dealt), {}, threads);
 }
 
-bool same_bytes(const Square& a, const Square& b) {
+bool same_bytes(const store::Square& a, const store::Square& b) {
     return a.all().size() == b.all().size() &&
            std::memcmp(a.all().data(), b.all().data(), a.all().size_bytes()) == 0 &&
            a.patches().size() == b.patches().size() &&
@@ -73,29 +73,31 @@ TEST_CASE("each patch holds its points and no others, by column and rising heigh
           "[voxelserver][voxelize][square]") {
     const auto points = some_points(77, 5'000);
     const auto square = binned(points, 3, 1, 2);
-    CHECK(std::is_sorted(square->patches().begin(), square->patches().end(),
-                         [](const PatchEntry& a, const PatchEntry& b) { return a.key < b.key; }));
+    CHECK(std::is_sorted(
+        square->patches().begin(), square->patches().end(),
+        [](const store::PatchEntry& a, const store::PatchEntry& b) { return a.key < b.key; }));
     std::size_t seen = 0;
     for (std::int32_t pz = -3; pz < 3; ++pz)
         for (std::int32_t px = -3; px < 3; ++px) {
             const auto mine = square->points({px, pz});
             seen += mine.size();
             const auto wanted = std::count_if(points.begin(), points.end(), [&](const Placed& p) {
-                return p.patch == PatchKey{px, pz};
+                return p.patch == grid::PatchKey{px, pz};
             });
             INFO("patch " << px << ", " << pz);
             CHECK(mine.size() == static_cast<std::size_t>(wanted));
-            CHECK(std::is_sorted(
-                mine.begin(), mine.end(), [](const VoxelPoint& a, const VoxelPoint& b) {
-                    return a.column() != b.column() ? a.column() < b.column() : a.y < b.y;
-                }));
+            CHECK(std::is_sorted(mine.begin(), mine.end(),
+                                 [](const store::VoxelPoint& a, const store::VoxelPoint& b) {
+                                     return a.column() != b.column() ? a.column() < b.column()
+                                                                     : a.y < b.y;
+                                 }));
         }
     CHECK(seen == points.size());
 }
 
 TEST_CASE("no points are a square, too", "[voxelserver][voxelize][square]") {
     const std::size_t parts = GENERATE(0, 1, 3);
-    const auto square = bin_points(std::vector<PatchedPoints>(parts), {}, 2);
+    const auto square = store::bin_points(std::vector<store::PatchedPoints>(parts), {}, 2);
     CHECK(square->all().empty());
     CHECK(square->patches().empty());
     CHECK(square->points({0, 0}).empty());
@@ -104,15 +106,15 @@ TEST_CASE("no points are a square, too", "[voxelserver][voxelize][square]") {
 TEST_CASE("a mapped patch whose bytes changed is refused, the others are not",
           "[voxelserver][voxelize][square]") {
     const auto good = binned(some_points(5, 2'000), 1, 1, 1);
-    std::vector<VoxelPoint> bytes(good->all().begin(), good->all().end());
-    std::vector<PatchEntry> entries(good->patches().begin(), good->patches().end());
+    std::vector<store::VoxelPoint> bytes(good->all().begin(), good->all().end());
+    std::vector<store::PatchEntry> entries(good->patches().begin(), good->patches().end());
     for (auto& e : entries)
-        e.checksum = checksum_of(std::span(bytes).subspan(e.begin, e.count));
-    const Square mapped(nullptr, entries, bytes, {}, 0, false);
+        e.checksum = store::checksum_of(std::span(bytes).subspan(e.begin, e.count));
+    const store::Square mapped(nullptr, entries, bytes, {}, 0, false);
     for (const auto& e : entries)
         CHECK(mapped.points(e.key).size() == e.count);
     bytes[entries[3].begin].y ^= 1;
-    CHECK_THROWS_AS(mapped.points(entries[3].key), Error);
+    CHECK_THROWS_AS(mapped.points(entries[3].key), util::Error);
     CHECK_THROWS_WITH(
         mapped.points(entries[3].key),
         test::contains("read a prepared square: patch " + std::to_string(entries[3].key.px) + ", " +
@@ -121,9 +123,18 @@ TEST_CASE("a mapped patch whose bytes changed is refused, the others are not",
 }
 
 TEST_CASE("counts add up", "[voxelserver][voxelize][square]") {
-    PointCounts a, b;
-    a.kept = 1, a.wild = 2, a.withheld = 3, a.noise = 4, a.by_class[0] = 5, a.by_class[255] = 6;
-    b.kept = 10, b.wild = 20, b.withheld = 30, b.noise = 40, b.by_class[0] = 50,
+    store::PointCounts a, b;
+    a.kept = 1;
+    a.wild = 2;
+    a.withheld = 3;
+    a.noise = 4;
+    a.by_class[0] = 5;
+    a.by_class[255] = 6;
+    b.kept = 10;
+    b.wild = 20;
+    b.withheld = 30;
+    b.noise = 40;
+    b.by_class[0] = 50;
     b.by_class[255] = 60;
     a.add(b);
     CHECK((a.kept == 11 && a.wild == 22 && a.withheld == 33 && a.noise == 44 &&

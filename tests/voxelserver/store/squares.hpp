@@ -15,60 +15,65 @@
 
 namespace terravox::test {
 
-using SquarePtr = std::shared_ptr<const voxelize::Square>;
+using SquarePtr = std::shared_ptr<const store::Square>;
 
 /// A square of random points in random patches. The same seed makes the same square.
 inline SquarePtr made_square(unsigned seed, std::size_t points, int patches) {
     std::mt19937 random(seed);
-    voxelize::PatchedPoints part;
-    voxelize::PointCounts counts;
+    store::PatchedPoints part;
+    store::PointCounts counts;
     for (std::size_t i = 0; i < points; ++i) {
-        voxelize::VoxelPoint p;
-        p.x = static_cast<std::uint16_t>(random()), p.z = static_cast<std::uint16_t>(random());
+        store::VoxelPoint p;
+        p.x = static_cast<std::uint16_t>(random());
+        p.z = static_cast<std::uint16_t>(random());
         p.y = static_cast<std::int32_t>(random() % 4'000'000) - 2'000'000;
         p.source_class = static_cast<std::uint8_t>(random());
         p.colour = {static_cast<std::uint8_t>(random()), static_cast<std::uint8_t>(random()),
                     static_cast<std::uint8_t>(random())};
         const int patch = static_cast<int>(random() % static_cast<unsigned>(patches));
         part.add({patch % 5 - 2, patch / 5 - 1}, p);
-        ++counts.kept, ++counts.by_class[p.source_class];
+        ++counts.kept;
+        ++counts.by_class[p.source_class];
     }
-    counts.wild = seed, counts.noise = points / 3, counts.withheld = 7;
-    return voxelize::bin_points({std::move(part)}, counts, 1);
+    counts.wild = seed;
+    counts.noise = points / 3;
+    counts.withheld = 7;
+    return store::bin_points({std::move(part)}, counts, 1);
 }
 
-inline bool same_points(std::span<const voxelize::VoxelPoint> a,
-                        std::span<const voxelize::VoxelPoint> b) {
+inline bool same_points(std::span<const store::VoxelPoint> a,
+                        std::span<const store::VoxelPoint> b) {
     return a.size() == b.size() &&
            (a.empty() || std::memcmp(a.data(), b.data(), a.size_bytes()) == 0);
 }
 
 /// Whether both hold the same points in the same patches. @throws Error for a patch damaged on disk
-inline bool same_square(const voxelize::Square& a, const voxelize::Square& b) {
-    return std::memcmp(&a.counts(), &b.counts(), sizeof(voxelize::PointCounts)) == 0 &&
+inline bool same_square(const store::Square& a, const store::Square& b) {
+    return std::memcmp(&a.counts(), &b.counts(), sizeof(store::PointCounts)) == 0 &&
            std::equal(a.patches().begin(), a.patches().end(), b.patches().begin(),
                       b.patches().end(), [&](const auto& p, const auto& q) {
                           return p.key == q.key && same_points(a.points(p.key), b.points(p.key));
                       });
 }
 
-inline voxelize::ChunkIndex made_index(unsigned seed, std::size_t chunks) {
+inline store::ChunkIndex made_index(unsigned seed, std::size_t chunks) {
     std::mt19937 random(seed);
-    std::vector<voxelize::ChunkIndex::Chunk> out;
+    std::vector<store::ChunkIndex::Chunk> out;
     std::uint64_t at = 0;
     for (std::size_t i = 0; i < chunks; ++i) {
-        voxelize::ChunkIndex::Chunk chunk;
-        chunk.points.begin = at, chunk.points.end = at += 1 + random() % 100'000;
+        store::ChunkIndex::Chunk chunk;
+        chunk.points.begin = at;
+        chunk.points.end = at += 1 + random() % 100'000;
         for (unsigned p = random() % 20; p > 0; --p)
             chunk.patches.push_back(
                 {static_cast<std::int32_t>(random() % 100) - 50, static_cast<std::int32_t>(p)});
         std::sort(chunk.patches.begin(), chunk.patches.end());
         out.push_back(std::move(chunk));
     }
-    return voxelize::ChunkIndex(std::move(out));
+    return store::ChunkIndex(std::move(out));
 }
 
-inline bool same_index(const voxelize::ChunkIndex& a, const voxelize::ChunkIndex& b) {
+inline bool same_index(const store::ChunkIndex& a, const store::ChunkIndex& b) {
     return std::equal(a.chunks().begin(), a.chunks().end(), b.chunks().begin(), b.chunks().end(),
                       [](const auto& p, const auto& q) {
                           return p.points.begin == q.points.begin && p.points.end == q.points.end &&

@@ -27,7 +27,8 @@ inline void write_strip(const std::filesystem::path& file, bool sorted) {
         const bool lake = std::hypot(e - 600, n - 50) < 30,
                    tree = !lake && std::sin(e / 7) * std::sin(n / 6) > 0.8 && unit() < 0.5;
         lidar::LasWritePoint p;
-        p.x = kEast0 + e, p.y = kNorth0 + n;
+        p.x = kEast0 + e;
+        p.y = kNorth0 + n;
         p.z = lake
                   ? 148
                   : 155 + 6 * std::sin(e / 41) + 4 * std::cos(n / 19) + (tree ? 3 + 5 * unit() : 0);
@@ -52,7 +53,8 @@ struct Strip {
 
 private:
     Strip() {
-        write_strip(sorted, true), write_strip(mixed, false);
+        write_strip(sorted, true);
+        write_strip(mixed, false);
         TimedWorld world(OpenWorld::with(sorted));
         boxes = world.boxes();
         stretches = world.count("point load");

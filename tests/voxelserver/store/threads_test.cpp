@@ -76,8 +76,10 @@ TEST_CASE("eight threads with little memory get the boxes that one gets with muc
     DYNAMIC_SECTION(c.name) {
         auto options = OpenWorld::with(folder.path() / "data");
         options.memory_bytes = c.memory_bytes;
-        if (c.cached)
-            options.cache_dir = folder.path() / "cache", options.cache_bytes = c.cache_bytes;
+        if (c.cached) {
+            options.cache_dir = folder.path() / "cache";
+            options.cache_bytes = c.cache_bytes;
+        }
         for (int round = 0; round < 2; ++round) {
             TimedWorld world(options);
             CHECK(ask(world, wanted, 8) == 0);
@@ -139,7 +141,7 @@ TEST_CASE("when a file goes bad while eight threads wait for it, all are told an
             for (const auto& key : order) {
                 try {
                     (void)world->box(key);
-                } catch (const Error&) {
+                } catch (const util::Error&) {
                     ++told;
                 } catch (...) {
                     ++other;

@@ -14,14 +14,19 @@ TEST_CASE("points come back as they were written", "[las_writer]") {
     const TemporaryFolder folder("las");
     const auto path = folder.path() / (std::string("points") + extension);
     LasWriterOptions options;
-    options.point_format = format, options.offset = {460000, 100000, 0};
+    options.point_format = format;
+    options.offset = {460000, 100000, 0};
     LasWriter writer(path, options);
     for (int i = 0; i < 100; ++i) {
         LasWritePoint point;
-        point.x = 462000.25 + i, point.y = 101000.5 - i, point.z = 500.01 + 0.5 * i;
-        point.classification = static_cast<std::uint8_t>(i % 20), point.return_count = 3,
+        point.x = 462000.25 + i;
+        point.y = 101000.5 - i;
+        point.z = 500.01 + 0.5 * i;
+        point.classification = static_cast<std::uint8_t>(i % 20);
+        point.return_count = 3;
         point.return_number = static_cast<std::uint8_t>(1 + i % 3);
-        point.point_source = 12, point.gps_time_s = 1000.5 + i;
+        point.point_source = 12;
+        point.gps_time_s = 1000.5 + i;
         writer.write(point);
     }
     CHECK(writer.point_count() == 100);
@@ -79,14 +84,15 @@ TEST_CASE("what a LAS file cannot hold is refused", "[las_writer]") {
     const TemporaryFolder folder("las-bad");
     LasWriterOptions options;
     options.point_format = 4;
-    CHECK_THROWS_AS(LasWriter(folder.path() / "a.laz", options), UsageError);
+    CHECK_THROWS_AS(LasWriter(folder.path() / "a.laz", options), util::UsageError);
     options.point_format = 6;
     LasWriter writer(folder.path() / "a.laz", options);
     LasWritePoint point;
     point.x = 1e12;
     CHECK_THROWS_WITH(writer.write(point), terravox::test::contains("does not fit"));
     point = {};
-    point.return_number = 3, point.return_count = 2;
+    point.return_number = 3;
+    point.return_count = 2;
     CHECK_THROWS_WITH(writer.write(point), terravox::test::contains("return 3 of 2"));
     options.point_format = 1;
     LasWriter old(folder.path() / "b.las", options);

@@ -50,16 +50,16 @@ TEST_CASE("values out of range are usage errors that name option, value and rang
         try {
             parsed({joined.c_str(), "-o", "x"});
             FAIL("accepted");
-        } catch (const UsageError& error) {
+        } catch (const util::UsageError& error) {
             CHECK(std::string(error.what()).find(c.option) != std::string::npos);
-            CHECK(error.exit_code() == ExitCode::kUsage);
+            CHECK(error.exit_code() == util::ExitCode::kUsage);
         }
     }
 }
 
 TEST_CASE("unknown flags and a missing folder are usage errors", "[survey][options]") {
-    CHECK_THROWS_AS(parsed({"--colour", "-o", "x"}), UsageError);
-    CHECK_THROWS_AS(parsed({"--seed", "3"}), UsageError);
+    CHECK_THROWS_AS(parsed({"--colour", "-o", "x"}), util::UsageError);
+    CHECK_THROWS_AS(parsed({"--seed", "3"}), util::UsageError);
 }
 
 TEST_CASE("the command line of the manual is understood", "[survey][options]") {

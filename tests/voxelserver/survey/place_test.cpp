@@ -68,9 +68,9 @@ TEST_CASE("the place has what its description promises, for any seed", "[survey]
 
     int houses = 0, castle = 0, church = 0;
     for (const Building& building : model.buildings()) {
-        houses += building.use == BuildingUse::kHouse,
-            castle += building.use == BuildingUse::kCastle,
-            church += building.use == BuildingUse::kChurch;
+        houses += building.use == BuildingUse::kHouse;
+        castle += building.use == BuildingUse::kCastle;
+        church += building.use == BuildingUse::kChurch;
         CHECK(building.eaves_m > building.ground_m + 1.5);
         CHECK(building.ridge_m >= building.eaves_m);
         CHECK_FALSE(

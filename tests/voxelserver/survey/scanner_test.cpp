@@ -73,7 +73,7 @@ TEST_CASE("water is mostly void", "[survey][scan]") {
 
 TEST_CASE("returns of a pulse are numbered from the top", "[survey][scan]") {
     const SquareModel model(7, {462300, 101780, 128}, 1);  // forest
-    std::array<int, Returns::kMost + 1> by_count{};
+    std::array<int, Returns::kMax + 1> by_count{};
     int wrong = 0;
     scan(model, 4.0, [&](const Pulse&, const Returns& returns) {
         ++by_count[static_cast<std::size_t>(returns.count)];

@@ -25,9 +25,12 @@ const auto kQuiet = [](const SquareReport&, std::size_t) {};
 TEST_CASE("a survey is the same to the byte for any number of threads", "[survey]") {
     const TemporaryFolder one("survey-one"), two("survey-two");
     auto options = small_survey(one.path());
-    options.square_m = 128, options.squares_east = 2, options.threads = 1;
+    options.square_m = 128;
+    options.squares_east = 2;
+    options.threads = 1;
     const auto reports = run_survey(options, kQuiet);
-    options.folder = two.path(), options.threads = 2;
+    options.folder = two.path();
+    options.threads = 2;
     run_survey(options, kQuiet);
     REQUIRE(reports.size() == 2);
     for (const auto& report : reports)
@@ -43,7 +46,8 @@ TEST_CASE("another seed gives another place", "[survey]") {
     auto options = small_survey(one.path());
     options.square_m = 128;
     const auto reports = run_survey(options, kQuiet);
-    options.folder = two.path(), options.seed = 8;
+    options.folder = two.path();
+    options.seed = 8;
     run_survey(options, kQuiet);
     for (const auto& file : files_of(reports.front().name))
         CHECK(bytes_of(one.path() / file) != bytes_of(two.path() / file));
@@ -52,9 +56,12 @@ TEST_CASE("another seed gives another place", "[survey]") {
 TEST_CASE("a square does not depend on which survey it belongs to", "[survey]") {
     const TemporaryFolder alone("alone"), among("among");
     auto options = small_survey(among.path());
-    options.square_m = 128, options.squares_east = 2;
+    options.square_m = 128;
+    options.squares_east = 2;
     const auto reports = run_survey(options, kQuiet);
-    options.folder = alone.path(), options.squares_east = 1, options.origin_east_m += 128;
+    options.folder = alone.path();
+    options.squares_east = 1;
+    options.origin_east_m += 128;
     run_survey(options, kQuiet);
     for (const auto& file : files_of(reports.back().name))
         CHECK(bytes_of(alone.path() / file) == bytes_of(among.path() / file));
@@ -141,8 +148,10 @@ TEST_CASE("the files of a square say what they are", "[survey]") {
             const double off = point.z - truth[std::min<std::size_t>(row, 255) * 256 + column];
             if (std::abs(off) > 1.5)
                 ++far;  // only cliffs change as much within half a pixel
-            else
-                squares += off * off, ++count;
+            else {
+                squares += off * off;
+                ++count;
+            }
         }
         REQUIRE(count > 10000);
         CHECK(std::sqrt(squares / static_cast<double>(count)) < 0.25);

@@ -84,7 +84,8 @@ inline SurveyOptions small_survey(const std::filesystem::path& folder) {
     SurveyOptions options;
     options.density = 1.0;
     options.square_m = 256;
-    options.origin_east_m = 462400, options.origin_north_m = 101240;
+    options.origin_east_m = 462400;
+    options.origin_north_m = 101240;
     options.folder = folder;
     return options;
 }

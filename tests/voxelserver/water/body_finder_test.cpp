@@ -299,22 +299,23 @@ TEST_CASE("the finder refuses options and sources it cannot work with", "[water]
     CHECK_THROWS_WITH(other_size.level(0, 0), terravox::test::contains("1024 cells") &&
                                                   terravox::test::contains("16 x 16"));
     options.voxel_m = std::numeric_limits<double>::quiet_NaN();
-    CHECK_THROWS_AS(WaterBodies(source, options), Error);
-    options.voxel_m = 1, options.max_body_patches = 3;
-    CHECK_THROWS_AS(WaterBodies(source, options), Error);
+    CHECK_THROWS_AS(WaterBodies(source, options), util::Error);
+    options.voxel_m = 1;
+    options.max_body_patches = 3;
+    CHECK_THROWS_AS(WaterBodies(source, options), util::Error);
 
     int left = 3;  // a source that fails once: the next question is answered
     FunctionSource failing(kSide, [&](std::int32_t x, std::int32_t) {
         if (x >= 32 && left > 0)
-            --left, throw Error("read points: no");
+            --left, throw util::Error("read points: no");
         return x < 40 ? water_at(2) : ground_at(9);
     });
     WaterOptions small;
     small.max_body_patches = 16;
     WaterBodies bodies(failing, small);
-    CHECK_THROWS_AS(bodies.level(3, 3), Error);
+    CHECK_THROWS_AS(bodies.level(3, 3), util::Error);
     CHECK(bodies.memory_bytes() == 0);
     while (left > 0)
-        CHECK_THROWS_AS(bodies.level(3, 3), Error);
+        CHECK_THROWS_AS(bodies.level(3, 3), util::Error);
     CHECK(bodies.level(3, 3) == 2);
 }

@@ -232,8 +232,10 @@ TEST_CASE("a river that divides falls in both arms", "[water][levels]") {
 
 TEST_CASE("few returns never lift a lake above its low shore", "[water][levels]") {
     Body body;
-    for (int i = 0; i < 30; ++i)
-        body.places.push_back({i, 0}), body.samples.push_back({});
+    for (int i = 0; i < 30; ++i) {
+        body.places.push_back({i, 0});
+        body.samples.push_back({});
+    }
     struct Case {
         const char* name;
         std::vector<LevelSample> seen;
@@ -258,8 +260,10 @@ TEST_CASE("few returns never lift a lake above its low shore", "[water][levels]"
 
 TEST_CASE("nothing seen and no shore: no level", "[water][levels]") {
     Body body;
-    for (int i = 0; i < 30; ++i)
-        body.places.push_back({i, 0}), body.samples.push_back({});
+    for (int i = 0; i < 30; ++i) {
+        body.places.push_back({i, 0});
+        body.samples.push_back({});
+    }
     for (const float level : body_levels(body, {}))
         CHECK(std::isnan(level));
     CHECK(body_levels({}, {}).empty());
@@ -267,9 +271,12 @@ TEST_CASE("nothing seen and no shore: no level", "[water][levels]") {
 
 TEST_CASE("without equalization cells keep what was seen in them", "[water][levels]") {
     Body body;
-    for (int i = 0; i < 6; ++i)
-        body.places.push_back({i, 0}), body.samples.push_back({});
-    body.samples[1] = {3, 1}, body.samples[5] = {4, 2};
+    for (int i = 0; i < 6; ++i) {
+        body.places.push_back({i, 0});
+        body.samples.push_back({});
+    }
+    body.samples[1] = {3, 1};
+    body.samples[5] = {4, 2};
     CHECK(body_levels(body, {2, 1, false}) == std::vector<float>{3, 3, 3, 3, 4, 4});
 }
 

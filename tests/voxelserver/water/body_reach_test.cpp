@@ -25,10 +25,13 @@ public:
             for (std::int32_t x = px * kSide; x < (px + 1) * kSide; ++x) {
                 WaterCell c;
                 c.covered = std::abs(px) <= 12 && std::abs(pz) <= 12;
-                if (c.covered && m_wet(x, z))
-                    c.water = 5, c.water_points = 4;
-                else if (c.covered)
-                    c.ground = 7, c.ground_points = 16;
+                if (c.covered && m_wet(x, z)) {
+                    c.water = 5;
+                    c.water_points = 4;
+                } else if (c.covered) {
+                    c.ground = 7;
+                    c.ground_points = 16;
+                }
                 out->cells.push_back(c);
             }
         return out;
@@ -38,9 +41,10 @@ private:
     Wet m_wet;
 };
 
-WaterOptions options(std::size_t most_patches = 16384) {
+WaterOptions options(std::size_t max_patches = 16384) {
     WaterOptions out;
-    out.cell_voxels = 64 / kSide, out.max_body_patches = most_patches;
+    out.cell_voxels = 64 / kSide;
+    out.max_body_patches = max_patches;
     return out;
 }
 
@@ -52,7 +56,7 @@ TEST_CASE("a level reaches as far as its body and one patch beyond where the bod
         const char* name;
         Made::Wet wet;
         std::int32_t cx, cz;
-        voxel::Reach reach;
+        voxel::InputExtent reach;
     };
     const auto c = GENERATE(values<Case>({
         {"dry land: its own patch",
@@ -95,7 +99,7 @@ TEST_CASE("a level reaches as far as its body and one patch beyond where the bod
         Made made(c.wet);
         WaterBodies bodies(made, options());
         for (int i = 0; i < 2; ++i) {  // found, then remembered
-            voxel::Reach reach;
+            voxel::InputExtent reach;
             static_cast<void>(bodies.level(c.cx, c.cz, &reach));
             INFO(reach.min_bx << ", " << reach.min_bz << " to " << reach.max_bx << ", "
                               << reach.max_bz);
@@ -132,7 +136,7 @@ TEST_CASE("reaches do not depend on what was asked before, nor on what is rememb
             WaterBodies bodies(made, o);
             auto order = places;
             std::shuffle(order.begin(), order.end(), std::mt19937(seed));
-            std::map<std::pair<std::int32_t, std::int32_t>, voxel::Reach> out;
+            std::map<std::pair<std::int32_t, std::int32_t>, voxel::InputExtent> out;
             for (const CellPlace p : order)
                 static_cast<void>(bodies.level_near(p.x, p.z, &out[{p.x, p.z}]));
             return out;
@@ -154,7 +158,7 @@ TEST_CASE("reaches do not depend on what was asked before, nor on what is rememb
 TEST_CASE("a body that is cut reaches everywhere", "[voxelserver][water][reach]") {
     Made made([](std::int32_t x, std::int32_t z) { return std::abs(x) < 90 && std::abs(z) < 90; });
     WaterBodies bodies(made, options(16));
-    voxel::Reach reach;
+    voxel::InputExtent reach;
     CHECK(bodies.level(0, 0, &reach) == 5);
     CHECK(reach == kAnywhere);
 }

@@ -99,11 +99,11 @@ TEST_CASE("deepening refuses what it cannot mean", "[water][deepening]") {
     CHECK(shore_distance({}, 0, 5, 3).empty());
     CHECK_THROWS_WITH(shore_distance(mask, 2, 2, 3),
                       test::contains("6 columns") && test::contains("2 x 2"));
-    CHECK_THROWS_AS(shore_distance(mask, -2, -3, 3), Error);
+    CHECK_THROWS_AS(shore_distance(mask, -2, -3, 3), util::Error);
     CHECK_THROWS_WITH(shore_distance(mask, 3, 2, 0), test::contains("1 to 1024"));
-    CHECK_THROWS_AS(depths_m(mask, 3, 2, 1, {-1, 0, 1, 4}), Error);
-    CHECK_THROWS_AS(depths_m(mask, 3, 2, 1, {0.3, 2, 1, 4}), Error);
-    CHECK_THROWS_AS(depths_m(mask, 3, 2, 0, {0.3, 0, 1, 4}), Error);
+    CHECK_THROWS_AS(depths_m(mask, 3, 2, 1, {-1, 0, 1, 4}), util::Error);
+    CHECK_THROWS_AS(depths_m(mask, 3, 2, 1, {0.3, 2, 1, 4}), util::Error);
+    CHECK_THROWS_AS(depths_m(mask, 3, 2, 0, {0.3, 0, 1, 4}), util::Error);
     CHECK(depths_m(mask, 3, 2, 1, {0.3, 0, 9, 4}) ==
           std::vector<float>(6, depth_m(4, 1, {0.3, 0, 9, 4})));  // no shore within reach
 }

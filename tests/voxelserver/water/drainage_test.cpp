@@ -59,8 +59,10 @@ TEST_CASE("isotonic levels never fall upstream and nothing allowed is nearer to 
     const std::int32_t size = 2 + static_cast<std::int32_t>(random() % 30);
     const RiverSections sections = random_graph(random, size);
     std::vector<double> y, w;
-    for (std::int32_t s = 0; s < size; ++s)
-        y.push_back(random() % 1000 / 100.0), w.push_back(1 + random() % 9);
+    for (std::int32_t s = 0; s < size; ++s) {
+        y.push_back(random() % 1000 / 100.0);
+        w.push_back(1 + random() % 9);
+    }
     const Drainage d = breadth_first(sections, 0);
     const std::vector<double> x = isotonic(d, y, w);
     INFO("seed " << seed);

@@ -197,7 +197,8 @@ TEST_CASE("water by class needs three returns and takes the voids around them",
 TEST_CASE("a cell is open when water returns outnumber others by more than two to one",
           "[water][evidence]") {
     WaterCell c = water_at(3, 5);
-    c.ground_points = 1, c.other_points = 1;
+    c.ground_points = 1;
+    c.other_points = 1;
     CHECK(is_open(c));
     c.water_points = 4;
     CHECK_FALSE(is_open(c));

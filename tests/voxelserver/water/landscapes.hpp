@@ -22,12 +22,14 @@ inline WaterCell nothing_seen() {
 }
 inline WaterCell ground_at(float height, std::uint16_t points = 20) {
     WaterCell c = nothing_seen();
-    c.ground = height, c.ground_points = points;
+    c.ground = height;
+    c.ground_points = points;
     return c;
 }
 inline WaterCell water_at(float height, std::uint16_t points = 3) {
     WaterCell c = nothing_seen();
-    c.water = height, c.water_points = points;
+    c.water = height;
+    c.water_points = points;
     return c;
 }
 inline WaterCell thing() {
@@ -117,8 +119,10 @@ public:
     }
     /// A lake: one level, whatever was there.
     void lake(Place centre, double radius, double level) {
-        each(centre, radius,
-             [&](std::size_t i, double) { m_truth[i] = static_cast<float>(level), m_near[i] = 0; });
+        each(centre, radius, [&](std::size_t i, double) {
+            m_truth[i] = static_cast<float>(level);
+            m_near[i] = 0;
+        });
     }
     void island(Place centre, double radius) {
         each(centre, radius, [&](std::size_t i, double) { m_truth[i] = kNoLevel; });
@@ -174,8 +178,10 @@ private:
     }
     void brush(Place centre, double radius, double level) {
         each(centre, radius, [&](std::size_t i, double d) {
-            if (d < m_near[i])
-                m_near[i] = d, m_truth[i] = static_cast<float>(level);
+            if (d < m_near[i]) {
+                m_near[i] = d;
+                m_truth[i] = static_cast<float>(level);
+            }
         });
     }
 

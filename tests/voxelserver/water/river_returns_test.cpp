@@ -74,15 +74,17 @@ private:
             const auto s = static_cast<std::size_t>(section);
             if (d.parent[s] != Adjacency::kNone)
                 below[s] = below[parent(s)];
-            if (m_seen[s].weight > 0)
-                m_excess[s] = std::max(0.0, below[s] - m_seen[s].level_m),
+            if (m_seen[s].weight > 0) {
+                m_excess[s] = std::max(0.0, below[s] - m_seen[s].level_m);
                 below[s] = std::max(below[s], m_seen[s].level_m);
+            }
         }
         for (std::size_t k = d.order.size(); k-- > 0;) {
             const auto s = static_cast<std::size_t>(d.order[k]);
-            if (m_seen[s].weight > 0)
-                m_excess[s] = std::max(m_excess[s], m_seen[s].level_m - above[s]),
+            if (m_seen[s].weight > 0) {
+                m_excess[s] = std::max(m_excess[s], m_seen[s].level_m - above[s]);
                 above[s] = std::min(above[s], m_seen[s].level_m);
+            }
             if (d.parent[s] != Adjacency::kNone)
                 above[parent(s)] = std::min(above[parent(s)], above[s]);
         }
@@ -130,7 +132,8 @@ TEST_CASE(
                 continue;
             const double error =
                 static_cast<double>(levels[i]) - static_cast<double>(land.truth(p.x, p.z));
-            squares += error * error, ++cells;
+            squares += error * error;
+            ++cells;
         }
         REQUIRE(cells > 60);
         INFO("RMSE " << std::sqrt(squares / cells) << " m over " << cells << " cells");

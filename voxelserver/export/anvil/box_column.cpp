@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <optional>
 
-namespace terravox::convert::anvil {
+namespace terravox::exports::anvil {
 namespace {
 
 /// One past the highest voxel of a column of the part.
@@ -82,4 +82,4 @@ std::array<std::int32_t, 3> spawn_of(Job& job, const Place& place) {
     return block(x, bounds.max[1], z);
 }
 
-}  // namespace terravox::convert::anvil
+}  // namespace terravox::exports::anvil

@@ -9,7 +9,7 @@
 #include "voxelserver/export/anvil/section.hpp"
 #include "voxelserver/export/core/job.hpp"
 
-namespace terravox::convert::anvil {
+namespace terravox::exports::anvil {
 
 /// The boxes above one patch of the part, as 4 x 4 chunks. Not thread-safe.
 class BoxColumn {
@@ -41,4 +41,4 @@ private:
 /// and farther away) where there is one.
 [[nodiscard]] std::array<std::int32_t, 3> spawn_of(Job& job, const Place& place);
 
-}  // namespace terravox::convert::anvil
+}  // namespace terravox::exports::anvil

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <bit>
 
-namespace terravox::convert::anvil {
+namespace terravox::exports::anvil {
 
 using voxel::Material;
 
@@ -30,7 +30,8 @@ public:
 private:
     void flush() {
         m_longs.push_back(m_word);
-        m_word = 0, m_used = 0;
+        m_word = 0;
+        m_used = 0;
     }
     const int m_bits;
     int m_used = 0;
@@ -48,8 +49,10 @@ std::string_view biome_of(std::span<const Material, 16> tops) noexcept {
     std::array<int, voxel::kMaterialCount> count{};
     int columns = 0;
     for (const Material m : tops)
-        if (m != Material::kAir)
-            ++count[static_cast<std::size_t>(m)], ++columns;
+        if (m != Material::kAir) {
+            ++count[static_cast<std::size_t>(m)];
+            ++columns;
+        }
     const auto share = [&](std::initializer_list<Material> of) {
         int n = 0;
         for (const Material m : of)
@@ -115,8 +118,10 @@ std::uint64_t ChunkWriter::look_at(const std::vector<Section>& sections) {
         if (section.air())
             continue;
         for (std::size_t i = 0; i < Section::kBlocks; ++i)
-            if (const BlockId id = section.at(i); id != 0)
-                ++solid, m_top[i & 255] = m_blocks.all()[id].material;
+            if (const BlockId id = section.at(i); id != 0) {
+                ++solid;
+                m_top[i & 255] = m_blocks.all()[id].material;
+            }
     }
     return solid;
 }
@@ -226,11 +231,13 @@ std::string ChunkWriter::chunk(std::int32_t x, std::int32_t z, std::vector<Secti
     m_nbt.begin("Heightmaps");
     m_nbt.end();
     m_nbt.begin("structures");
-    for (const char* empty : {"References", "starts"})
-        m_nbt.begin(empty), m_nbt.end();
+    for (const char* empty : {"References", "starts"}) {
+        m_nbt.begin(empty);
+        m_nbt.end();
+    }
     m_nbt.end();
     m_nbt.end();
     return m_nbt.bytes();
 }
 
-}  // namespace terravox::convert::anvil
+}  // namespace terravox::exports::anvil

@@ -9,7 +9,7 @@
 #include "voxelserver/export/anvil/place.hpp"
 #include "voxelserver/export/anvil/section.hpp"
 
-namespace terravox::convert::anvil {
+namespace terravox::exports::anvil {
 
 inline constexpr std::int32_t kDataVersion =
     3955;  ///< of Minecraft 1.21.1; later versions bring it up to date when they open the world
@@ -51,4 +51,4 @@ private:
 /// @param tops highest blocks of 4 x 4 columns, kAir for empty ones
 [[nodiscard]] std::string_view biome_of(std::span<const voxel::Material, 16> tops) noexcept;
 
-}  // namespace terravox::convert::anvil
+}  // namespace terravox::exports::anvil

@@ -6,7 +6,7 @@
 #include "common/util/error.hpp"
 #include "common/util/toml_file.hpp"
 
-namespace terravox::convert::anvil {
+namespace terravox::exports::anvil {
 
 using voxel::Material;
 
@@ -22,8 +22,10 @@ BlockId ExportBlocks::painted(Material material, voxel::Rgb8 colour) const noexc
     BlockId best = choice.plain;
     std::int32_t nearest = std::numeric_limits<std::int32_t>::max();
     for (const BlockId id : choice.paint)
-        if (const std::int32_t d = colour_distance(colour, m_all[id].colour); d < nearest)
-            nearest = d, best = id;
+        if (const std::int32_t d = colour_distance(colour, m_all[id].colour); d < nearest) {
+            nearest = d;
+            best = id;
+        }
     return best;
 }
 
@@ -58,7 +60,7 @@ public:
 
 private:
     [[noreturn]] void fail(const std::string& what) const {
-        throw UsageError("read the blocks to export " + m_file.string() + ": " + what);
+        throw util::UsageError("read the blocks to export " + m_file.string() + ": " + what);
     }
 
     // Blocks are numbered as they are met: by the names of materials.
@@ -142,4 +144,4 @@ ExportBlocks ExportBlocks::load(const std::filesystem::path& folder,
     return ExportBlocksReader(folder / "export.toml", colours).read();
 }
 
-}  // namespace terravox::convert::anvil
+}  // namespace terravox::exports::anvil

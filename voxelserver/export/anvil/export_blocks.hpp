@@ -10,7 +10,7 @@
 #include "common/voxel/box.hpp"
 #include "voxelserver/worlds/minecraft/blocks/block_table.hpp"
 
-namespace terravox::convert::anvil {
+namespace terravox::exports::anvil {
 
 /// A block as it is written: its name and what it says of itself.
 struct ExportBlock {
@@ -61,4 +61,4 @@ private:
 /// How far two colours are apart for the eye, roughly; whole numbers, so the same on every machine.
 [[nodiscard]] std::int32_t colour_distance(voxel::Rgb8 a, voxel::Rgb8 b) noexcept;
 
-}  // namespace terravox::convert::anvil
+}  // namespace terravox::exports::anvil

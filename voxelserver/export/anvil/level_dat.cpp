@@ -6,7 +6,7 @@
 #include "voxelserver/export/anvil/chunk_writer.hpp"
 #include "voxelserver/export/anvil/nbt_writer.hpp"
 
-namespace terravox::convert::anvil {
+namespace terravox::exports::anvil {
 namespace {
 
 constexpr std::int64_t kNoon = 6000;  // ticks
@@ -184,4 +184,4 @@ std::string pack_mcmeta() {
     return nlohmann::json({{"pack", pack}}).dump(2) + "\n";
 }
 
-}  // namespace terravox::convert::anvil
+}  // namespace terravox::exports::anvil

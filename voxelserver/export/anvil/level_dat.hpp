@@ -6,7 +6,7 @@
 
 #include "voxelserver/export/anvil/place.hpp"
 
-namespace terravox::convert::anvil {
+namespace terravox::exports::anvil {
 
 inline constexpr const char* kPackName =
     "terravox-height";  ///< of the data pack that allows high worlds
@@ -20,4 +20,4 @@ inline constexpr const char* kPackName =
 [[nodiscard]] std::string dimension_type(const Place& place);
 [[nodiscard]] std::string pack_mcmeta();
 
-}  // namespace terravox::convert::anvil
+}  // namespace terravox::exports::anvil

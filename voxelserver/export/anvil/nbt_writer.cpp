@@ -3,10 +3,10 @@
 #include <bit>
 #include <type_traits>
 
-namespace terravox::convert::anvil {
+namespace terravox::exports::anvil {
 namespace {
 
-constexpr std::size_t kMostString_bytes = 65'535;
+constexpr std::size_t kMaxString_bytes = 65'535;
 
 /// The length of the UTF-8 sequence that `text` begins with, 0 when it is none.
 std::size_t sequence_length(std::string_view text) noexcept {
@@ -55,7 +55,7 @@ std::string java_utf8(std::string_view text) {
         } else {
             one = text.substr(0, length);
         }
-        if (out.size() + one.size() > kMostString_bytes)
+        if (out.size() + one.size() > kMaxString_bytes)
             break;
         out += one;
         text.remove_prefix(length == 0 ? 1 : length);
@@ -80,22 +80,28 @@ void NbtWriter::list(std::string_view name, NbtTag of, std::int32_t count) {
     big_endian(count);
 }
 void NbtWriter::put_byte(std::string_view name, std::int8_t value) {
-    tag(NbtTag::kByte, name), big_endian(value);
+    tag(NbtTag::kByte, name);
+    big_endian(value);
 }
 void NbtWriter::put_int(std::string_view name, std::int32_t value) {
-    tag(NbtTag::kInt, name), big_endian(value);
+    tag(NbtTag::kInt, name);
+    big_endian(value);
 }
 void NbtWriter::put_long(std::string_view name, std::int64_t value) {
-    tag(NbtTag::kLong, name), big_endian(value);
+    tag(NbtTag::kLong, name);
+    big_endian(value);
 }
 void NbtWriter::put_float(std::string_view name, float value) {
-    tag(NbtTag::kFloat, name), big_endian(std::bit_cast<std::int32_t>(value));
+    tag(NbtTag::kFloat, name);
+    big_endian(std::bit_cast<std::int32_t>(value));
 }
 void NbtWriter::put_double(std::string_view name, double value) {
-    tag(NbtTag::kDouble, name), big_endian(std::bit_cast<std::int64_t>(value));
+    tag(NbtTag::kDouble, name);
+    big_endian(std::bit_cast<std::int64_t>(value));
 }
 void NbtWriter::put_string(std::string_view name, std::string_view value) {
-    tag(NbtTag::kString, name), value_string(value);
+    tag(NbtTag::kString, name);
+    value_string(value);
 }
 void NbtWriter::put_longs(std::string_view name, std::span<const std::uint64_t> values) {
     tag(NbtTag::kLongArray, name);
@@ -109,4 +115,4 @@ void NbtWriter::value_string(std::string_view value) {
     m_out += text;
 }
 
-}  // namespace terravox::convert::anvil
+}  // namespace terravox::exports::anvil

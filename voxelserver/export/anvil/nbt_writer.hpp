@@ -5,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-namespace terravox::convert::anvil {
+namespace terravox::exports::anvil {
 
 enum class NbtTag : std::uint8_t {
     kEnd = 0,
@@ -54,4 +54,4 @@ private:
 /// UTF-8 as '?'. At most 65,535 bytes: the rest is cut off.
 [[nodiscard]] std::string java_utf8(std::string_view text);
 
-}  // namespace terravox::convert::anvil
+}  // namespace terravox::exports::anvil

@@ -4,7 +4,7 @@
 
 #include "common/util/error.hpp"
 
-namespace terravox::convert::anvil {
+namespace terravox::exports::anvil {
 namespace {
 
 constexpr std::int64_t kLowest = -2032, kEnd = 2032;  // what a dimension may reach
@@ -23,16 +23,18 @@ std::int64_t ceil_to(std::int64_t value, std::int64_t step) noexcept {
 
 /// @return the least level at which a part of `size` voxels of `level` fits into `most`
 int fitting_level(int level, std::int64_t size, std::int64_t most) noexcept {
-    while (size > most)
-        size = (size + 1) / 2, ++level;
+    while (size > most) {
+        size = (size + 1) / 2;
+        ++level;
+    }
     return level;
 }
 
 [[noreturn]] void refuse(const char* dimension, std::int64_t size, std::int64_t most, int level) {
-    throw UsageError("write a world for Minecraft: " + std::to_string(size) + " voxels " +
-                     dimension + "; allowed: up to " + std::to_string(most) +
-                     " blocks, that is --level " + std::to_string(level) +
-                     " or coarser, or a part of it");
+    throw util::UsageError("write a world for Minecraft: " + std::to_string(size) + " voxels " +
+                           dimension + "; allowed: up to " + std::to_string(most) +
+                           " blocks, that is --level " + std::to_string(level) +
+                           " or coarser, or a part of it");
 }
 
 void place_heights(const Part& part, Place& place) {
@@ -72,4 +74,4 @@ Place place_of(const Part& part) {
     return place;
 }
 
-}  // namespace terravox::convert::anvil
+}  // namespace terravox::exports::anvil

@@ -5,7 +5,7 @@
 
 #include "voxelserver/export/core/job.hpp"
 
-namespace terravox::convert::anvil {
+namespace terravox::exports::anvil {
 
 inline constexpr int kSectionSize = 16;  ///< edge of a section, blocks; chunks are as wide
 inline constexpr int kRegionSize = 512;  ///< blocks of a region file along x and z
@@ -28,4 +28,4 @@ struct Place {
 /// would fit
 [[nodiscard]] Place place_of(const Part& part);
 
-}  // namespace terravox::convert::anvil
+}  // namespace terravox::exports::anvil

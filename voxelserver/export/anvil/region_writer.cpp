@@ -8,10 +8,10 @@
 #include "common/util/atomic_file.hpp"
 #include "common/util/error.hpp"
 
-namespace terravox::convert::anvil {
+namespace terravox::exports::anvil {
 namespace {
 
-constexpr std::size_t kSector_bytes = 4096, kMostSectors = 255, kChunkHeader_bytes = 5;
+constexpr std::size_t kSector_bytes = 4096, kMaxSectors = 255, kChunkHeader_bytes = 5;
 constexpr int kChunksAlong = 32;
 constexpr char kZlib = 2, kExternal = static_cast<char>(0x80);
 
@@ -39,7 +39,7 @@ struct Compressor::Impl {
 
 Compressor::Compressor() : m_impl(std::make_unique<Impl>()) {
     if (m_impl->deflate == nullptr)
-        throw Error("compress chunks: out of memory");
+        throw util::Error("compress chunks: out of memory");
 }
 Compressor::~Compressor() = default;
 
@@ -66,7 +66,7 @@ std::uint64_t write_region(const std::filesystem::path& folder, std::int32_t rx,
     // gives the same bytes).
     std::string out(2 * kSector_bytes, '\0');
     for (const PackedChunk& chunk : chunks) {
-        const bool external = sectors_of(chunk.zlib.size() + kChunkHeader_bytes) > kMostSectors;
+        const bool external = sectors_of(chunk.zlib.size() + kChunkHeader_bytes) > kMaxSectors;
         if (external) {
             util::write_file_atomically(
                 folder / ("c." + std::to_string(chunk.x) + "." + std::to_string(chunk.z) + ".mcc"),
@@ -89,4 +89,4 @@ std::uint64_t write_region(const std::filesystem::path& folder, std::int32_t rx,
     return written + out.size();
 }
 
-}  // namespace terravox::convert::anvil
+}  // namespace terravox::exports::anvil

@@ -9,7 +9,7 @@
 #include <string_view>
 #include <vector>
 
-namespace terravox::convert::anvil {
+namespace terravox::exports::anvil {
 
 /// Compresses as the game does. Not thread-safe; what comes out depends on what goes in alone.
 class Compressor {
@@ -39,4 +39,4 @@ struct PackedChunk {
 std::uint64_t write_region(const std::filesystem::path& folder, std::int32_t rx, std::int32_t rz,
                            std::vector<PackedChunk> chunks);
 
-}  // namespace terravox::convert::anvil
+}  // namespace terravox::exports::anvil

@@ -2,7 +2,7 @@
 
 #include <bit>
 
-namespace terravox::convert::anvil {
+namespace terravox::exports::anvil {
 
 using voxel::Material;
 using voxel::TreeCell;
@@ -11,7 +11,8 @@ BlockId SectionReader::block_of(const voxel::VoxelAttr& attr) {
     if (!m_true || !attr.has_colour())
         return m_blocks.plain(attr.material);
     if (attr.material != m_last_material || attr.colour != m_last_colour) {
-        m_last_material = attr.material, m_last_colour = attr.colour;
+        m_last_material = attr.material;
+        m_last_colour = attr.colour;
         m_last = m_blocks.painted(attr.material, attr.colour);
     }
     return m_last;
@@ -69,4 +70,4 @@ void SectionReader::cut(const voxel::BoxKey& key, int cx, int cy, int cz, Sectio
                     out.blocks[Section::index(x, y, z)] = 0;
 }
 
-}  // namespace terravox::convert::anvil
+}  // namespace terravox::exports::anvil

@@ -7,14 +7,17 @@
 #include "voxelserver/export/anvil/export_blocks.hpp"
 #include "voxelserver/export/anvil/place.hpp"
 
-namespace terravox::convert::anvil {
+namespace terravox::exports::anvil {
 
 /// 16 x 16 x 16 blocks, in the order of the format: x fastest, then z, then y.
 struct Section {
     static constexpr std::size_t kBlocks = 4096;
     bool uniform = true;  ///< all are blocks[0]
     std::array<BlockId, kBlocks> blocks{};
-    void fill(BlockId id) noexcept { uniform = true, blocks[0] = id; }
+    void fill(BlockId id) noexcept {
+        uniform = true;
+        blocks[0] = id;
+    }
     [[nodiscard]] BlockId at(std::size_t i) const noexcept {
         return uniform ? blocks[0] : blocks[i];
     }
@@ -48,4 +51,4 @@ private:
     BlockId m_last = 0;
 };
 
-}  // namespace terravox::convert::anvil
+}  // namespace terravox::exports::anvil

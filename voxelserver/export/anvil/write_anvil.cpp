@@ -14,7 +14,7 @@
 #include "voxelserver/export/anvil/region_writer.hpp"
 #include "voxelserver/export/core/journal.hpp"
 
-namespace terravox::convert {
+namespace terravox::exports::anvil {
 
 namespace fs = std::filesystem;
 namespace {
@@ -103,8 +103,9 @@ private:
         if (!fs::exists(m_job.out, ignored))
             return;
         const auto fail = [&](const char* why) {
-            throw UsageError("write a world for Minecraft to " + m_job.out.string() + ": " + why +
-                             "; allowed: a new or empty folder, or the same conversion cut off");
+            throw util::UsageError(
+                "write a world for Minecraft to " + m_job.out.string() + ": " + why +
+                "; allowed: a new or empty folder, or the same conversion cut off");
         };
         if (!fs::is_directory(m_job.out, ignored))
             fail("is a file");
@@ -124,9 +125,9 @@ private:
         std::error_code ignored;
         fs::remove(m_job.out / "region", ignored);  // where they are empty
         fs::remove(m_job.out, ignored);
-        throw Error("write a world for Minecraft to " + m_job.out.string() +
-                    ": the part holds nothing solid" + (m_job.holes().empty() ? "" : " but holes") +
-                    "; nothing was written");
+        throw util::Error("write a world for Minecraft to " + m_job.out.string() +
+                          ": the part holds nothing solid" +
+                          (m_job.holes().empty() ? "" : " but holes") + "; nothing was written");
     }
 
     // A world's bounds may be higher than what stands there: a world that needs no data pack is
@@ -265,4 +266,4 @@ void write_anvil(Job& job, const AnvilOptions& options) {
     Export(job, options).write();
 }
 
-}  // namespace terravox::convert
+}  // namespace terravox::exports::anvil

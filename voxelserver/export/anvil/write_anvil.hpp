@@ -5,7 +5,7 @@
 
 #include "voxelserver/export/core/job.hpp"
 
-namespace terravox::convert {
+namespace terravox::exports::anvil {
 
 struct AnvilOptions {
     std::filesystem::path
@@ -23,4 +23,4 @@ struct AnvilOptions {
 /// when something cannot be written
 void write_anvil(Job& job, const AnvilOptions& options);
 
-}  // namespace terravox::convert
+}  // namespace terravox::exports::anvil

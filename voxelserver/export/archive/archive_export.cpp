@@ -20,7 +20,7 @@
 #include "common/voxel/pyramid_world.hpp"
 #include "voxelserver/export/core/journal.hpp"
 
-namespace terravox::convert {
+namespace terravox::exports {
 namespace {
 
 using voxel::Box;
@@ -35,7 +35,8 @@ voxel::WorldInfo info_of(const Part& part, const voxel::WorldInfo& world) {
     const auto scale = static_cast<double>(std::int64_t{1} << part.level);
     voxel::WorldInfo info = world;
     info.bounds = part.bounds;
-    info.voxel_m *= scale, info.crs_units_per_voxel *= scale;
+    info.voxel_m *= scale;
+    info.crs_units_per_voxel *= scale;
     info.levels = voxel::levels_for(info.bounds);
     info.framed = {};
     return info;
@@ -63,7 +64,7 @@ std::shared_ptr<const Box> cut(const std::shared_ptr<const Box>& box,
     std::array<int, 3> low{}, high{};
     bool whole = true;
     for (std::size_t a = 0; a < 3; ++a) {
-        low[a] = std::clamp(limits.min[a] - at[a], 0, size[a]),
+        low[a] = std::clamp(limits.min[a] - at[a], 0, size[a]);
         high[a] = std::clamp(limits.max[a] - at[a], 0, size[a]);
         whole = whole && low[a] == 0 && high[a] == size[a];
     }
@@ -213,7 +214,7 @@ private:
                 m_job.count_voxels(m_journal.voxels_before());
                 spdlog::info("going on with {}.part", m_job.out.string());
                 return;
-            } catch (const Error& e) {
+            } catch (const util::Error& e) {
                 spdlog::warn("{}; beginning anew", e.what());
                 m_journal.forget();
             }
@@ -330,4 +331,4 @@ void write_archive(Job& job) {
     Exporter(job).run();
 }
 
-}  // namespace terravox::convert
+}  // namespace terravox::exports

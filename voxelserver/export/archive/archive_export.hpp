@@ -2,7 +2,7 @@
 
 #include "voxelserver/export/core/job.hpp"
 
-namespace terravox::convert {
+namespace terravox::exports {
 
 /// Columns of boxes that are made together: 2^kSubtreeLevel boxes across.
 inline constexpr int kSubtreeLevel = 3;
@@ -16,4 +16,4 @@ inline constexpr int kSubtreeLevel = 3;
 /// @throws Error
 void write_archive(Job& job);
 
-}  // namespace terravox::convert
+}  // namespace terravox::exports

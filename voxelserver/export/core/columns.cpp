@@ -4,7 +4,7 @@
 
 #include "common/util/error.hpp"
 
-namespace terravox::convert {
+namespace terravox::exports {
 
 struct Columns::Squares {
     std::size_t min_column, min_row, max_column, max_row;
@@ -43,12 +43,12 @@ void Columns::find(const Squares& squares, const MayHold& may_hold) {
     if (squares.across() == 0 || squares.down() == 0 || !may_hold(block_of(squares)))
         return;
     if (squares.across() == 1 && squares.down() == 1) {
-        if (m_squares.size() == kMostSquares)
-            throw UsageError("convert: the part has more than " + std::to_string(kMostSquares) +
-                             " squares of " + std::to_string(m_edge) + " x " +
-                             std::to_string(m_edge) +
-                             " columns of boxes in which something may stand; allowed: a smaller"
-                             " --area, or a coarser --level");
+        if (m_squares.size() == kMaxSquares)
+            throw util::UsageError(
+                "convert: the part has more than " + std::to_string(kMaxSquares) + " squares of " +
+                std::to_string(m_edge) + " x " + std::to_string(m_edge) +
+                " columns of boxes in which something may stand; allowed: a smaller"
+                " --area, or a coarser --level");
         m_squares.push_back({static_cast<std::uint32_t>(squares.min_row),
                              static_cast<std::uint32_t>(squares.min_column), 0});
         return;
@@ -83,4 +83,4 @@ std::vector<ColumnBlock> Columns::squares() const {
     return out;
 }
 
-}  // namespace terravox::convert
+}  // namespace terravox::exports

@@ -8,7 +8,7 @@
 
 #include "common/voxel/world.hpp"
 
-namespace terravox::convert {
+namespace terravox::exports {
 
 /// A rectangle of columns of boxes, half-open.
 struct ColumnBlock {
@@ -32,9 +32,9 @@ public:
     /// Whether anything may stand in a rectangle of columns: cheap, and wrong only by yes.
     using MayHold = std::function<bool(const ColumnBlock&)>;
 
-    static constexpr std::size_t kMostSquares = std::size_t{1} << 24;
+    static constexpr std::size_t kMaxSquares = std::size_t{1} << 24;
 
-    /// @throws UsageError for more than kMostSquares squares in which something may stand
+    /// @throws UsageError for more than kMaxSquares squares in which something may stand
     Columns(const ColumnBlock& of, std::size_t edge, const MayHold& may_hold);
 
     [[nodiscard]] std::size_t count() const noexcept { return m_count; }
@@ -67,4 +67,4 @@ private:
     std::vector<Square> m_squares;
 };
 
-}  // namespace terravox::convert
+}  // namespace terravox::exports

@@ -6,7 +6,7 @@
 
 #include "common/util/error.hpp"
 
-namespace terravox::convert {
+namespace terravox::exports {
 namespace {
 
 struct Known {
@@ -35,9 +35,10 @@ Format format_of(const std::string& name, const std::filesystem::path& out) {
     for (const Known& k : kKnown)
         if (name.empty() ? k.ending == ending : k.name == name)
             return k.format;
-    throw UsageError(name.empty() ? "convert to " + out.string() + ": it ends in '" + ending +
-                                        "'; allowed: " + formats() + ", or say which with --to"
-                                  : "convert: --to " + name + "; allowed: " + formats());
+    throw util::UsageError(name.empty()
+                               ? "convert to " + out.string() + ": it ends in '" + ending +
+                                     "'; allowed: " + formats() + ", or say which with --to"
+                               : "convert: --to " + name + "; allowed: " + formats());
 }
 
 std::string_view name_of(Format format) noexcept {
@@ -46,4 +47,4 @@ std::string_view name_of(Format format) noexcept {
         ->name;
 }
 
-}  // namespace terravox::convert
+}  // namespace terravox::exports

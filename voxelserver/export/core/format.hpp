@@ -5,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-namespace terravox::convert {
+namespace terravox::exports {
 
 /// What a world can be converted to.
 enum class Format : std::uint8_t { kArchive, kAnvil, kVox, kVdb, kGlb, kPly };
@@ -17,4 +17,4 @@ enum class Format : std::uint8_t { kArchive, kAnvil, kVox, kVdb, kGlb, kPly };
 [[nodiscard]] Format format_of(const std::string& name, const std::filesystem::path& out);
 [[nodiscard]] std::string_view name_of(Format format) noexcept;
 
-}  // namespace terravox::convert
+}  // namespace terravox::exports

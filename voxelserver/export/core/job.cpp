@@ -6,7 +6,7 @@
 
 #include "common/util/error.hpp"
 
-namespace terravox::convert {
+namespace terravox::exports {
 
 voxel::BoxOutcome Job::outcome(std::int32_t bx, std::int32_t by, std::int32_t bz) {
     const voxel::BoxKey key{part.level, bx, by, bz};
@@ -15,7 +15,7 @@ voxel::BoxOutcome Job::outcome(std::int32_t bx, std::int32_t by, std::int32_t bz
         got.box = m_world.box(key);
     } catch (const voxel::ChangedError&) {
         throw;
-    } catch (const Error& e) {
+    } catch (const util::Error& e) {
         hole(key, e.what());
         got.failure = std::current_exception();
     }
@@ -30,7 +30,7 @@ voxel::ColumnExtent Job::column(std::int32_t bx, std::int32_t bz) {
         extent = {std::max(extent.by_begin, told.by_begin), std::min(extent.by_end, told.by_end)};
     } catch (const voxel::ChangedError&) {
         throw;
-    } catch (const Error& e) {
+    } catch (const util::Error& e) {
         spdlog::debug("{}", e.what());  // its boxes say it again, and count
     }
     return extent;
@@ -38,9 +38,9 @@ voxel::ColumnExtent Job::column(std::int32_t bx, std::int32_t bz) {
 
 bool Job::may_hold(const ColumnBlock& columns) {
     voxel::BoxRange range = part.boxes();
-    range.min.bx = std::max(range.min.bx, columns.min_bx),
+    range.min.bx = std::max(range.min.bx, columns.min_bx);
     range.min.bz = std::max(range.min.bz, columns.min_bz);
-    range.max.bx = std::min(range.max.bx, columns.max_bx),
+    range.max.bx = std::min(range.max.bx, columns.max_bx);
     range.max.bz = std::min(range.max.bz, columns.max_bz);
     if (range.min.bx >= range.max.bx || range.min.bz >= range.max.bz)
         return false;
@@ -48,7 +48,7 @@ bool Job::may_hold(const ColumnBlock& columns) {
         return m_world.may_hold(range);
     } catch (const voxel::ChangedError&) {
         throw;
-    } catch (const Error& e) {
+    } catch (const util::Error& e) {
         spdlog::debug("{}", e.what());  // its boxes say it again, and count
         return true;
     }
@@ -63,9 +63,9 @@ Columns Job::columns(std::size_t edge) {
 
 void Job::hole(const voxel::BoxKey& key, const char* what) {
     const std::lock_guard lock(m_mutex);
-    constexpr std::size_t kMostTold = 20;
+    constexpr std::size_t kMaxTold = 20;
     if (m_holes.insert(key).second)
-        spdlog::log(m_holes.size() <= kMostTold ? spdlog::level::err : spdlog::level::debug, "{}",
+        spdlog::log(m_holes.size() <= kMaxTold ? spdlog::level::err : spdlog::level::debug, "{}",
                     what);
 }
 
@@ -86,4 +86,4 @@ std::vector<voxel::BoxKey> Job::holes() const {
     return {m_holes.begin(), m_holes.end()};
 }
 
-}  // namespace terravox::convert
+}  // namespace terravox::exports

@@ -15,7 +15,7 @@
 #include "voxelserver/export/core/columns.hpp"
 #include "voxelserver/export/core/meter.hpp"
 
-namespace terravox::convert {
+namespace terravox::exports {
 
 /// A part of a world that is to be written in another format.
 struct Part {
@@ -99,7 +99,7 @@ public:
     [[nodiscard]] std::uint64_t voxels() const noexcept { return m_voxels; }
     [[nodiscard]] std::vector<std::filesystem::path> files() const;
     [[nodiscard]] std::vector<voxel::BoxKey> holes() const;
-    /// Places in which the world's data are damaged, as far as known.
+    /// Slots in which the world's data are damaged, as far as known.
     [[nodiscard]] std::size_t damage() const { return m_world.damage().size(); }
 
 private:
@@ -111,4 +111,4 @@ private:
     std::set<voxel::BoxKey> m_holes;
 };
 
-}  // namespace terravox::convert
+}  // namespace terravox::exports

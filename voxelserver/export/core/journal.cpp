@@ -11,7 +11,7 @@
 
 #include "common/util/error.hpp"
 
-namespace terravox::convert {
+namespace terravox::exports {
 
 Journal::Journal(std::filesystem::path file, const std::string& what)
     : m_path(std::move(file)), m_what(what) {
@@ -28,7 +28,9 @@ Journal::Journal(std::filesystem::path file, const std::string& what)
             if (!(words >> voxels >> end >> name >> last) || last != ";" ||
                 !m_names.insert(name).second)
                 continue;
-            m_voxels_before += voxels, ++m_files_before, m_end_before = std::max(m_end_before, end);
+            m_voxels_before += voxels;
+            ++m_files_before;
+            m_end_before = std::max(m_end_before, end);
         }
     }
     open(goes_on);
@@ -42,11 +44,12 @@ Journal::~Journal() {
 void Journal::lock() {
     m_lock = ::open(m_path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
     if (m_lock < 0)
-        throw Error("write the journal " + m_path.string() + ": " + std::strerror(errno));
+        throw util::Error("write the journal " + m_path.string() + ": " + std::strerror(errno));
     if (::flock(m_lock, LOCK_EX | LOCK_NB) == 0)
         return;
     ::close(m_lock);
-    throw Error("write the journal " + m_path.string() + ": another conversion is writing there");
+    throw util::Error("write the journal " + m_path.string() +
+                      ": another conversion is writing there");
 }
 
 void Journal::open(bool goes_on) {
@@ -54,7 +57,7 @@ void Journal::open(bool goes_on) {
     // A line break first: the last line may have been cut off.
     m_out << (goes_on ? "" : m_what) << '\n' << std::flush;
     if (!m_out)
-        throw Error("write the journal " + m_path.string() + ": cannot be written");
+        throw util::Error("write the journal " + m_path.string() + ": cannot be written");
 }
 
 bool Journal::has(const std::string& name) const {
@@ -67,13 +70,15 @@ void Journal::add(const std::string& name, std::uint64_t voxels, std::uint64_t e
     m_names.insert(name);
     m_out << voxels << ' ' << end << ' ' << name << " ;\n" << std::flush;
     if (!m_out)
-        throw Error("write the journal " + m_path.string() + ": disk full, or cannot be written");
+        throw util::Error("write the journal " + m_path.string() +
+                          ": disk full, or cannot be written");
 }
 
 void Journal::forget() {
     const std::lock_guard lock(m_mutex);
     m_names.clear();
-    m_voxels_before = m_end_before = 0, m_files_before = 0;
+    m_voxels_before = m_end_before = 0;
+    m_files_before = 0;
     m_out.close();
     open(false);
 }
@@ -85,4 +90,4 @@ void Journal::remove() {
     std::filesystem::remove(m_path, ignored);
 }
 
-}  // namespace terravox::convert
+}  // namespace terravox::exports

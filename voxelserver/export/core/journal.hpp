@@ -7,7 +7,7 @@
 #include <set>
 #include <string>
 
-namespace terravox::convert {
+namespace terravox::exports {
 
 /// What of a conversion into many files is done, so that one that was cut off goes on where it was:
 /// a text file with one name a line, below a line that says what is being converted. One whose
@@ -48,4 +48,4 @@ private:
         -1;  ///< the file again, locked: two conversions to one place would spoil each other
 };
 
-}  // namespace terravox::convert
+}  // namespace terravox::exports

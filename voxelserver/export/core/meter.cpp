@@ -6,7 +6,7 @@
 #include <cstdio>
 #include <utility>
 
-namespace terravox::convert {
+namespace terravox::exports {
 namespace {
 
 constexpr double kTerminalEvery_s = 0.1, kPlainEvery_s = 5;
@@ -63,4 +63,4 @@ void Meter::show(bool last) {
     std::fflush(stderr);
 }
 
-}  // namespace terravox::convert
+}  // namespace terravox::exports

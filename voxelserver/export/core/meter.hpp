@@ -5,7 +5,7 @@
 #include <mutex>
 #include <string>
 
-namespace terravox::convert {
+namespace terravox::exports {
 
 /// Tells a person how far a conversion is: a bar on a terminal, a plain line now and then
 /// elsewhere. Writes to standard error. Thread-safe.
@@ -31,4 +31,4 @@ private:
     std::chrono::steady_clock::time_point m_last;
 };
 
-}  // namespace terravox::convert
+}  // namespace terravox::exports

@@ -5,7 +5,7 @@
 
 #include "common/util/error.hpp"
 
-namespace terravox::convert {
+namespace terravox::exports {
 namespace {
 
 std::int32_t voxel_at(double value, double per_voxel, bool upper) {
@@ -19,7 +19,7 @@ std::int32_t voxel_at(double value, double per_voxel, bool upper) {
 
 Part part_of(const voxel::WorldInfo& world, const Selection& s) {
     const auto refuse = [](const std::string& what) -> void {
-        throw UsageError("choose the part: " + what);
+        throw util::UsageError("choose the part: " + what);
     };
     const auto text = [](const std::vector<double>& numbers) {
         std::string out;
@@ -38,17 +38,17 @@ Part part_of(const voxel::WorldInfo& world, const Selection& s) {
                    "world without a CRS");
         const bool placed = !world.crs.empty();
         const double unit = placed ? world.crs_units_per_voxel : 1;
-        b.min[0] = std::max(b.min[0], voxel_at(s.area[0], unit, false)),
+        b.min[0] = std::max(b.min[0], voxel_at(s.area[0], unit, false));
         b.max[0] = std::min(b.max[0], voxel_at(s.area[2], unit, true));
         // Northings grow to the north, z to the south.
-        b.min[2] = std::max(b.min[2], voxel_at(placed ? -s.area[3] : s.area[1], unit, false)),
+        b.min[2] = std::max(b.min[2], voxel_at(placed ? -s.area[3] : s.area[1], unit, false));
         b.max[2] = std::min(b.max[2], voxel_at(placed ? -s.area[1] : s.area[3], unit, true));
     }
     if (!s.heights.empty()) {
         if (s.heights[0] >= s.heights[1])
             refuse("--heights " + text(s.heights) +
                    " is empty or upside down; allowed: lowest,highest in metres");
-        b.min[1] = std::max(b.min[1], voxel_at(s.heights[0], world.voxel_m, false)),
+        b.min[1] = std::max(b.min[1], voxel_at(s.heights[0], world.voxel_m, false));
         b.max[1] = std::min(b.max[1], voxel_at(s.heights[1], world.voxel_m, true));
     }
     if (b.empty()) {
@@ -61,17 +61,19 @@ Part part_of(const voxel::WorldInfo& world, const Selection& s) {
                text({all.min[1] * world.voxel_m, all.max[1] * world.voxel_m}));
     }
     Part part{s.level, b};
-    for (std::size_t a = 0; a < 3; ++a)
-        part.bounds.min[a] = b.min[a] >> s.level, part.bounds.max[a] = (b.max[a] - 1) >> s.level,
+    for (std::size_t a = 0; a < 3; ++a) {
+        part.bounds.min[a] = b.min[a] >> s.level;
+        part.bounds.max[a] = (b.max[a] - 1) >> s.level;
         ++part.bounds.max[a];
+    }
     // In each column of boxes all of them are asked for.
-    constexpr std::int32_t kMostHigh = 4096;
+    constexpr std::int32_t kMaxHigh = 4096;
     const voxel::BoxRange boxes = part.boxes();
-    if (const std::int32_t high = boxes.max.by - boxes.min.by; high > kMostHigh)
+    if (const std::int32_t high = boxes.max.by - boxes.min.by; high > kMaxHigh)
         refuse(std::to_string(high) + " boxes of " + std::to_string(voxel::kBoxSizeY) +
-               " voxels high; allowed: up to " + std::to_string(kMostHigh) +
+               " voxels high; allowed: up to " + std::to_string(kMaxHigh) +
                ", by --heights or a coarser --level");
     return part;
 }
 
-}  // namespace terravox::convert
+}  // namespace terravox::exports

@@ -6,7 +6,7 @@
 
 #include "voxelserver/export/core/job.hpp"
 
-namespace terravox::convert {
+namespace terravox::exports {
 
 /// What of a world a person asks for.
 struct Selection {
@@ -22,4 +22,4 @@ struct Selection {
 /// is left, and for more than 4096 boxes above each other
 [[nodiscard]] Part part_of(const voxel::WorldInfo& world, const Selection& selection);
 
-}  // namespace terravox::convert
+}  // namespace terravox::exports

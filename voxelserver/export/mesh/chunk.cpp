@@ -4,7 +4,7 @@
 
 #include "voxelserver/export/shape/each_voxel.hpp"
 
-namespace terravox::convert {
+namespace terravox::exports {
 
 using voxel::VoxelBounds;
 
@@ -31,7 +31,7 @@ bool Chunk::fill(const Neighbourhood& boxes, int storey, const VoxelBounds& boun
     std::array<int, 3> lo{}, hi{};
     for (std::size_t a = 0; a < 3; ++a) {
         const int shift = a == 1 ? storey * kEdge : 0;
-        lo[a] = std::clamp(bounds.min[a] - shift, 0, kEdge),
+        lo[a] = std::clamp(bounds.min[a] - shift, 0, kEdge);
         hi[a] = std::clamp(bounds.max[a] - shift, 0, kEdge);
     }
     const auto inside = [&](int x, int y, int z) {
@@ -88,4 +88,4 @@ void Chunk::fill_margin(const Neighbourhood& boxes, int storey, const VoxelBound
         }
 }
 
-}  // namespace terravox::convert
+}  // namespace terravox::exports

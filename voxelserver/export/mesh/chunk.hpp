@@ -9,7 +9,7 @@
 #include "common/voxel/box.hpp"
 #include "common/voxel/world.hpp"
 
-namespace terravox::convert {
+namespace terravox::exports {
 
 /// Material and colour of a voxel in one number: material << 24 | r << 16 | g << 8 | b; 0 = air.
 using Look = std::uint32_t;
@@ -78,4 +78,4 @@ private:
     std::uint64_t m_seen = 0;
 };
 
-}  // namespace terravox::convert
+}  // namespace terravox::exports

@@ -5,7 +5,7 @@
 
 #include "voxelserver/export/shape/placing.hpp"
 
-namespace terravox::convert {
+namespace terravox::exports {
 namespace {
 
 /// Numbers the corners of quads of one box so that equal ones have one number. Open addressing:
@@ -45,8 +45,10 @@ void add_quads(const std::vector<Quad>& quads, const std::array<std::int32_t, 3>
     IndexedQuads* part = nullptr;
     voxel::Material current = voxel::Material::kAir;
     for (const Quad& quad : quads) {
-        if (!part || material_of(quad.look) != current)
-            current = material_of(quad.look), part = &parts[current];
+        if (!part || material_of(quad.look) != current) {
+            current = material_of(quad.look);
+            part = &parts[current];
+        }
         std::array<std::uint32_t, 4> indices{};
         const auto corners = corners_of(quad);
         for (std::size_t i = 0; i < 4; ++i) {
@@ -92,9 +94,12 @@ Neighbourhood ColumnMesher::around(std::int32_t bx, std::int32_t by, std::int32_
     out.self = box(bx, by, bz);
     if (!out.self)
         return out;
-    out.west = box(bx - 1, by, bz), out.east = box(bx + 1, by, bz);
-    out.below = box(bx, by - 1, bz), out.above = box(bx, by + 1, bz);
-    out.north = box(bx, by, bz - 1), out.south = box(bx, by, bz + 1);
+    out.west = box(bx - 1, by, bz);
+    out.east = box(bx + 1, by, bz);
+    out.below = box(bx, by - 1, bz);
+    out.above = box(bx, by + 1, bz);
+    out.north = box(bx, by, bz - 1);
+    out.south = box(bx, by, bz + 1);
     return out;
 }
 
@@ -141,4 +146,4 @@ ColumnMesh ColumnMesher::make(std::int32_t bx, std::int32_t bz) {
     return out;
 }
 
-}  // namespace terravox::convert
+}  // namespace terravox::exports

@@ -10,7 +10,7 @@
 #include "voxelserver/export/mesh/faces.hpp"
 #include "voxelserver/export/mesh/mesh.hpp"
 
-namespace terravox::convert {
+namespace terravox::exports {
 
 struct MeshVertex {
     std::array<std::int32_t, 3> at{};  ///< voxels from origin_of(part); x east, y up, z south
@@ -53,4 +53,4 @@ private:
         m_boxes;  ///< each box is asked for by itself and by six neighbours
 };
 
-}  // namespace terravox::convert
+}  // namespace terravox::exports

@@ -2,7 +2,7 @@
 
 #include <bit>
 
-namespace terravox::convert {
+namespace terravox::exports {
 namespace {
 
 constexpr int kEdge = Chunk::kEdge;
@@ -19,7 +19,8 @@ constexpr Direction direction_of(Facing f) noexcept {
 // Where a face lies: the voxel that (slice, u, v) names.
 std::array<int, 3> voxel_at(const Direction& d, int slice, int u, int v) noexcept {
     std::array<int, 3> out{};
-    out[static_cast<std::size_t>(d.axis)] = slice, out[static_cast<std::size_t>(d.u)] = u,
+    out[static_cast<std::size_t>(d.axis)] = slice;
+    out[static_cast<std::size_t>(d.u)] = u;
     out[static_cast<std::size_t>(d.v)] = v;
     return out;
 }
@@ -126,4 +127,4 @@ void FaceFinder::collect(const Chunk& chunk, Facing facing, bool merge, std::vec
     }
 }
 
-}  // namespace terravox::convert
+}  // namespace terravox::exports

@@ -6,7 +6,7 @@
 
 #include "voxelserver/export/mesh/chunk.hpp"
 
-namespace terravox::convert {
+namespace terravox::exports {
 
 /// Which way a face looks.
 enum class Facing : std::uint8_t { kWest, kEast, kDown, kUp, kNorth, kSouth };
@@ -47,4 +47,4 @@ private:
         std::vector<Rows>(Chunk::kEdge);  ///< [slice][v], bit u: what is left to be taken
 };
 
-}  // namespace terravox::convert
+}  // namespace terravox::exports

@@ -9,7 +9,7 @@
 #include "voxelserver/export/mesh/mesh_writer.hpp"
 #include "voxelserver/export/shape/placing.hpp"
 
-namespace terravox::convert {
+namespace terravox::exports {
 namespace {
 
 using nlohmann::json;
@@ -27,7 +27,7 @@ constexpr int kArrayBuffer = 34962, kElementArrayBuffer = 34963, kUnsignedShort 
 constexpr std::uint64_t kHeadBytes = 64 << 10;  // more than the JSON text takes
 
 std::uint16_t linear_16(std::uint8_t srgb) noexcept {
-    return static_cast<std::uint16_t>(srgb_to_linear(srgb) * 65535.f + 0.5f);
+    return static_cast<std::uint16_t>(voxel::srgb_to_linear(srgb) * 65535.f + 0.5f);
 }
 
 struct Transparency {
@@ -55,7 +55,8 @@ json material_json(Material m, const voxel::Palette& palette) {
         out["alphaMode"] = "BLEND";
     if (voxel::traits_of(m).glow > 0) {
         const voxel::Rgb8 c = palette.of(m).colour;
-        out["emissiveFactor"] = {srgb_to_linear(c.r), srgb_to_linear(c.g), srgb_to_linear(c.b)};
+        out["emissiveFactor"] = {voxel::srgb_to_linear(c.r), voxel::srgb_to_linear(c.g),
+                                 voxel::srgb_to_linear(c.b)};
     }
     return out;
 }
@@ -74,19 +75,19 @@ class GlbWriter : public MeshWriter {
 public:
     GlbWriter(const Job& job, const MeshOptions& options)
         : m_job(job),
-          m_most_bytes(std::min<std::uint64_t>(options.most_glb_bytes,
-                                               std::numeric_limits<std::uint32_t>::max())) {}
+          m_max_bytes(std::min<std::uint64_t>(options.max_glb_bytes,
+                                              std::numeric_limits<std::uint32_t>::max())) {}
 
     void add(const ColumnMesh& mesh) override {
         for (const auto& [material, part] : mesh.parts) {
             m_bytes += part.vertices.size() * sizeof(GlbVertex) +
                        part.quads.size() * 6 * sizeof(std::uint32_t);
-            if (m_bytes + kHeadBytes > m_most_bytes)
-                throw Error("write " + m_job.out.string() + ": more than " +
-                            std::to_string(m_most_bytes) +
-                            " bytes, the most that a glTF file can have; nothing was written "
-                            "(smaller: a part, a coarser level, fewer steps of colours, " +
-                            "the colours of materials)");
+            if (m_bytes + kHeadBytes > m_max_bytes)
+                throw util::Error("write " + m_job.out.string() + ": more than " +
+                                  std::to_string(m_max_bytes) +
+                                  " bytes, the most that a glTF file can have; nothing was written "
+                                  "(smaller: a part, a coarser level, fewer steps of colours, " +
+                                  "the colours of materials)");
             add(part, m_parts.try_emplace(material, m_job.out).first->second);
         }
     }
@@ -97,17 +98,19 @@ public:
         std::string text = head().dump(-1, ' ', false, json::error_handler_t::replace);
         text.append((4 - text.size() % 4) % 4, ' ');
         const std::uint64_t total = 12 + 8 + text.size() + 8 + m_bytes;
-        if (total > m_most_bytes)
-            throw Error("write " + m_job.out.string() + ": " + std::to_string(total) +
-                        " bytes; allowed: up to " + std::to_string(m_most_bytes));
+        if (total > m_max_bytes)
+            throw util::Error("write " + m_job.out.string() + ": " + std::to_string(total) +
+                              " bytes; allowed: up to " + std::to_string(m_max_bytes));
         for (const std::uint32_t word : {kMagic, 2u, static_cast<std::uint32_t>(total),
                                          static_cast<std::uint32_t>(text.size()), kJsonChunk})
             to.put_value(word);
         to.put(text);
         for (const std::uint32_t word : {static_cast<std::uint32_t>(m_bytes), kBinChunk})
             to.put_value(word);
-        for (auto& [material, part] : m_parts)
-            part.vertices.copy_to(to), part.indices.copy_to(to);
+        for (auto& [material, part] : m_parts) {
+            part.vertices.copy_to(to);
+            part.indices.copy_to(to);
+        }
     }
 
 private:
@@ -123,9 +126,10 @@ private:
                 out.at[a] = static_cast<float>(v.at[a] * voxel_m);
             if (to.vertex_count == 0 && vertices.empty())
                 to.min = to.max = out.at;
-            for (std::size_t a = 0; a < 3; ++a)
-                to.min[a] = std::min(to.min[a], out.at[a]),
+            for (std::size_t a = 0; a < 3; ++a) {
+                to.min[a] = std::min(to.min[a], out.at[a]);
                 to.max[a] = std::max(to.max[a], out.at[a]);
+            }
             vertices.push_back(out);
         }
         std::vector<std::uint32_t> indices;
@@ -135,7 +139,8 @@ private:
                 indices.push_back(first + q[corner]);
         to.vertices.put(std::as_bytes(std::span(vertices)));
         to.indices.put(std::as_bytes(std::span(indices)));
-        to.vertex_count += vertices.size(), to.index_count += indices.size();
+        to.vertex_count += vertices.size();
+        to.index_count += indices.size();
     }
 
     [[nodiscard]] json head() const {
@@ -183,24 +188,28 @@ private:
         json extras = json::object();
         for (const auto& [name, value] : facts_of(m_job, "x east, y up, z south; metres"))
             extras[name] = value;
-        extras["offset"] = origin_of(m_job.part), extras["voxel_m"] = m_job.voxel_m();
+        extras["offset"] = origin_of(m_job.part);
+        extras["voxel_m"] = m_job.voxel_m();
         const std::string title = m_job.world().title.empty() ? "terravox" : m_job.world().title;
         json asset = {{"version", "2.0"}, {"generator", std::string("terravox ") + kVersion}};
         if (!m_job.world().attribution.empty())
             asset["copyright"] = m_job.world().attribution;
         json out = json::object();
-        out["asset"] = asset, out["scene"] = 0;
+        out["asset"] = asset;
+        out["scene"] = 0;
         out["scenes"] = json::array({json::object({{"nodes", json::array({0})}})});
         out["nodes"] =
             json::array({json::object({{"mesh", 0}, {"name", title}, {"extras", extras}})});
         out["meshes"] = json::array({json::object({{"name", title}, {"primitives", primitives}})});
-        out["materials"] = materials, out["accessors"] = accessors, out["bufferViews"] = views;
+        out["materials"] = materials;
+        out["accessors"] = accessors;
+        out["bufferViews"] = views;
         out["buffers"] = json::array({json::object({{"byteLength", m_bytes}})});
         return out;
     }
 
     const Job& m_job;
-    const std::uint64_t m_most_bytes;
+    const std::uint64_t m_max_bytes;
     std::map<Material, Primitive> m_parts;
     std::uint64_t m_bytes = 0;  ///< of all vertices and indices
 };
@@ -211,4 +220,4 @@ std::unique_ptr<MeshWriter> make_glb_writer(const Job& job, const MeshOptions& o
     return std::make_unique<GlbWriter>(job, options);
 }
 
-}  // namespace terravox::convert
+}  // namespace terravox::exports

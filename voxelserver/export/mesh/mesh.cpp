@@ -9,7 +9,7 @@
 #include "voxelserver/export/mesh/mesh_writer.hpp"
 #include "voxelserver/export/shape/placing.hpp"
 
-namespace terravox::convert {
+namespace terravox::exports {
 namespace {
 
 // Columns in squares: with a few boxes of each in memory, those along the edges of a square alone
@@ -23,18 +23,18 @@ constexpr std::size_t kBytesOfThread = std::size_t{32} << 20;
 
 void write_mesh(Job& job, MeshFormat format, const MeshOptions& options) {
     if (options.colour_steps != 0 && (options.colour_steps < 2 || options.colour_steps > 255))
-        throw UsageError("write " + job.out.string() +
-                         ": colour steps = " + std::to_string(options.colour_steps) +
-                         "; allowed: 2 to 255, or 0 for all");
+        throw util::UsageError("write " + job.out.string() +
+                               ": colour steps = " + std::to_string(options.colour_steps) +
+                               "; allowed: 2 to 255, or 0 for all");
     util::AtomicFile file(job.out);
     const auto writer =
         format == MeshFormat::kGlb ? make_glb_writer(job, options) : make_ply_writer(job);
     ColumnMesher mesher(job, options);
     const Columns columns = job.columns(kSquareEdge);
-    const auto most_threads = static_cast<int>(std::max<std::size_t>(
+    const auto max_threads = static_cast<int>(std::max<std::size_t>(
         1, std::min<std::size_t>(1024, job.memory_bytes / 2 / kBytesOfThread)));
     thread::in_order(
-        columns.count(), std::min(thread::thread_count(job.threads), most_threads),
+        columns.count(), std::min(thread::thread_count(job.threads), max_threads),
         [&](std::size_t i) {
             const auto at = columns.at(i);
             return mesher.make(at.bx, at.bz);
@@ -52,4 +52,4 @@ void write_mesh(Job& job, MeshFormat format, const MeshOptions& options) {
     finish_file(job, file);
 }
 
-}  // namespace terravox::convert
+}  // namespace terravox::exports

@@ -4,7 +4,7 @@
 
 #include "voxelserver/export/core/job.hpp"
 
-namespace terravox::convert {
+namespace terravox::exports {
 
 enum class MeshFormat : std::uint8_t {
     kGlb,  ///< glTF 2.0 in one binary file: y up, metres; a primitive for each material, colours as
@@ -21,8 +21,8 @@ struct MeshOptions {
     /// Steps of each colour channel, 2 to 255, or 0 for colours as they are: fewer steps, larger
     /// faces.
     int colour_steps = 0;
-    std::uint64_t most_glb_bytes = 0xFFFF'FFFFu;  ///< of a glTF file; never more than these 4 GiB,
-                                                  ///< for its lengths have 32 bits
+    std::uint64_t max_glb_bytes = 0xFFFF'FFFFu;  ///< of a glTF file; never more than these 4 GiB,
+                                                 ///< for its lengths have 32 bits
 };
 
 /// The faces of a part that something can be seen through: towards air, and towards voxels of
@@ -33,4 +33,4 @@ struct MeshOptions {
 /// too large, or cannot be written
 void write_mesh(Job& job, MeshFormat format, const MeshOptions& options = {});
 
-}  // namespace terravox::convert
+}  // namespace terravox::exports

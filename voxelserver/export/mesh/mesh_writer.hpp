@@ -5,7 +5,7 @@
 #include "voxelserver/export/mesh/column_mesh.hpp"
 #include "voxelserver/export/shape/byte_file.hpp"
 
-namespace terravox::convert {
+namespace terravox::exports {
 
 /// Takes meshes of columns one after the other, in the order of the file, and writes the file at
 /// the end: its head needs to know how much there is. Not thread-safe.
@@ -22,4 +22,4 @@ public:
                                                           const MeshOptions& options);
 [[nodiscard]] std::unique_ptr<MeshWriter> make_ply_writer(const Job& job);
 
-}  // namespace terravox::convert
+}  // namespace terravox::exports

@@ -5,7 +5,7 @@
 #include "voxelserver/export/mesh/mesh_writer.hpp"
 #include "voxelserver/export/shape/placing.hpp"
 
-namespace terravox::convert {
+namespace terravox::exports {
 namespace {
 
 // As they lie in the file: no gaps.
@@ -20,7 +20,7 @@ struct __attribute__((packed)) PlyFace {
 static_assert(sizeof(PlyVertex) == 16 && sizeof(PlyFace) == 17);
 
 // Readers take an index for a signed number of 32 bits.
-constexpr std::uint64_t kMostVertices = std::numeric_limits<std::int32_t>::max();
+constexpr std::uint64_t kMaxVertices = std::numeric_limits<std::int32_t>::max();
 
 /// Ref: Turk, "The PLY Polygon File Format", 1994.
 class PlyWriter : public MeshWriter {
@@ -34,10 +34,11 @@ public:
         const double voxel_m = m_job.voxel_m();
         for (const auto& [material, part] : mesh.parts) {
             const auto first = static_cast<std::uint32_t>(m_vertex_count);
-            m_vertex_count += part.vertices.size(), m_face_count += part.quads.size();
-            if (m_vertex_count > kMostVertices)
-                throw Error(
-                    "write " + m_job.out.string() + ": more than " + std::to_string(kMostVertices) +
+            m_vertex_count += part.vertices.size();
+            m_face_count += part.quads.size();
+            if (m_vertex_count > kMaxVertices)
+                throw util::Error(
+                    "write " + m_job.out.string() + ": more than " + std::to_string(kMaxVertices) +
                     " vertices, the most that readers of the format take; nothing was written");
             std::vector<PlyVertex> vertices;
             vertices.reserve(part.vertices.size());
@@ -89,4 +90,4 @@ std::unique_ptr<MeshWriter> make_ply_writer(const Job& job) {
     return std::make_unique<PlyWriter>(job);
 }
 
-}  // namespace terravox::convert
+}  // namespace terravox::exports

@@ -11,7 +11,7 @@
 #include "common/util/atomic_file.hpp"
 #include "common/util/error.hpp"
 
-namespace terravox::convert {
+namespace terravox::exports {
 namespace {
 
 constexpr std::size_t kBufferBytes = std::size_t{1} << 18;
@@ -41,7 +41,7 @@ ByteFile ByteFile::spool_for(const std::filesystem::path& target) {
 }
 
 void ByteFile::fail() const {
-    throw Error("write " + m_named + ": " + std::strerror(errno));
+    throw util::Error("write " + m_named + ": " + std::strerror(errno));
 }
 
 void ByteFile::put(std::span<const std::byte> bytes) {
@@ -74,4 +74,4 @@ void ByteFile::close() {
         fail();
 }
 
-}  // namespace terravox::convert
+}  // namespace terravox::exports

@@ -11,7 +11,7 @@
 #include <type_traits>
 #include <vector>
 
-namespace terravox::convert {
+namespace terravox::exports {
 
 static_assert(std::endian::native == std::endian::little,
               "all formats written here are little-endian: a big-endian port needs a swap");
@@ -56,4 +56,4 @@ private:
     std::uint64_t m_bytes = 0;
 };
 
-}  // namespace terravox::convert
+}  // namespace terravox::exports

@@ -4,7 +4,7 @@
 
 #include "common/voxel/box.hpp"
 
-namespace terravox::convert {
+namespace terravox::exports {
 
 /// As each_voxel, of one cell. @param x, y, z its lowest corner @param edge of its children: 16, 4
 /// or 1 voxels
@@ -35,4 +35,4 @@ void each_voxel(const voxel::Box& box, const Seen& seen, const Hidden& hidden) {
                       seen, hidden);
 }
 
-}  // namespace terravox::convert
+}  // namespace terravox::exports

@@ -6,7 +6,7 @@
 #include "common/util/error.hpp"
 #include "common/voxel/side_car.hpp"
 
-namespace terravox::convert {
+namespace terravox::exports {
 namespace {
 
 // The shortest text that reads back as the same number would depend on the library; 15 digits do
@@ -59,8 +59,8 @@ void finish_file(Job& job, util::AtomicFile& file) {
     try {
         voxel::write_side_car(side_car.temporary_path(),
                               voxel::side_car_of(job.world(), job.part.level, origin_of(job.part)));
-    } catch (const Error& e) {
-        throw Error("write " + side_car.target().string() + ": " + e.what());
+    } catch (const util::Error& e) {
+        throw util::Error("write " + side_car.target().string() + ": " + e.what());
     }
     file.commit();
     side_car.commit();
@@ -69,8 +69,8 @@ void finish_file(Job& job, util::AtomicFile& file) {
 }
 
 void fail_for_nothing(const Job& job) {
-    throw Error("write " + job.out.string() + ": the part holds nothing solid" +
-                (job.holes().empty() ? "" : " but holes") + "; nothing was written");
+    throw util::Error("write " + job.out.string() + ": the part holds nothing solid" +
+                      (job.holes().empty() ? "" : " but holes") + "; nothing was written");
 }
 
-}  // namespace terravox::convert
+}  // namespace terravox::exports

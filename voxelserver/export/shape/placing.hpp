@@ -10,7 +10,7 @@
 #include "common/util/atomic_file.hpp"
 #include "voxelserver/export/core/job.hpp"
 
-namespace terravox::convert {
+namespace terravox::exports {
 
 /// The voxel whose lowest north-western corner is the origin of a shape's file: the middle of the
 /// part, at its bottom. Numbers stay small there (32-bit floats), and the shape stands on the grid
@@ -31,4 +31,4 @@ void finish_file(Job& job, util::AtomicFile& file);
 /// For a part without a single voxel to write. @throws Error, always
 [[noreturn]] void fail_for_nothing(const Job& job);
 
-}  // namespace terravox::convert
+}  // namespace terravox::exports

@@ -11,7 +11,7 @@
 #include "voxelserver/export/shape/placing.hpp"
 #include "voxelserver/export/vdb/vdb_grids.hpp"
 
-namespace terravox::convert {
+namespace terravox::exports {
 namespace {
 
 // What a column takes in grids, rounded up: 2 MiB in a wooded town. Where that is too little,
@@ -57,8 +57,10 @@ private:
     void write(const ColumnBlock& block) {
         const std::int32_t width = block.max_bx - block.min_bx, depth = block.max_bz - block.min_bz;
         if (const auto trees = make(block, width > 1 || depth > 1)) {
-            if (!trees->empty())
-                write_vdb_file(m_job, m_frame, *trees, name_of(block)), ++m_files;
+            if (!trees->empty()) {
+                write_vdb_file(m_job, m_frame, *trees, name_of(block));
+                ++m_files;
+            }
             m_job.count_voxels(trees->voxels);
             m_job.meter.add(static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(depth));
             return;
@@ -126,4 +128,4 @@ void write_vdb(Job& job, const VdbOptions& options) {
     Blocks(job, options).write_all();
 }
 
-}  // namespace terravox::convert
+}  // namespace terravox::exports

@@ -4,7 +4,7 @@
 
 #include "voxelserver/export/core/job.hpp"
 
-namespace terravox::convert {
+namespace terravox::exports {
 
 /// Which axis of the file is up.
 enum class VdbUp : std::uint8_t {
@@ -27,4 +27,4 @@ struct VdbOptions {
 /// @throws Error when nothing is solid, or a file cannot be written
 void write_vdb(Job& job, const VdbOptions& options = {});
 
-}  // namespace terravox::convert
+}  // namespace terravox::exports

@@ -12,7 +12,7 @@
 #include "voxelserver/export/shape/each_voxel.hpp"
 #include "voxelserver/export/shape/placing.hpp"
 
-namespace terravox::convert {
+namespace terravox::exports {
 namespace {
 
 constexpr std::int32_t kNodeEdge = 128;  // of the nodes above leaves
@@ -50,7 +50,8 @@ private:
         const voxel::Rgb8 c = m_job.colour_of(attr);
         m_density.setValueOn(at, 1.f);
         m_material.setValueOn(at, static_cast<std::int32_t>(attr.material));
-        m_colour.setValueOn(at, {srgb_to_linear(c.r), srgb_to_linear(c.g), srgb_to_linear(c.b)});
+        m_colour.setValueOn(at, {voxel::srgb_to_linear(c.r), voxel::srgb_to_linear(c.g),
+                                 voxel::srgb_to_linear(c.b)});
         ++m_to.voxels;
     }
 
@@ -101,8 +102,8 @@ void name_by_content(const std::filesystem::path& file, std::uint64_t a, std::ui
     io.seekg(kAt).read(name, kDigits);
     for (const std::size_t dash : {8u, 13u, 18u, 23u})
         if (!io || name[dash] != '-')
-            throw Error("write " + file.string() +
-                        ": the header of the file is not what this program knows");
+            throw util::Error("write " + file.string() +
+                              ": the header of the file is not what this program knows");
     std::snprintf(name, sizeof name, "%08x-%04x-%04x-%04x-%012llx", static_cast<unsigned>(a >> 32),
                   static_cast<unsigned>(a >> 16 & 0xFFFF),
                   static_cast<unsigned>(0x8000 | (a & 0xFFF)),
@@ -111,7 +112,7 @@ void name_by_content(const std::filesystem::path& file, std::uint64_t a, std::ui
     io.seekp(kAt).write(name, kDigits);
     io.close();
     if (!io)
-        throw Error("write " + file.string() + ": disk full, or cannot be written");
+        throw util::Error("write " + file.string() + ": disk full, or cannot be written");
 }
 
 /// Writes what openvdb::io::File writes, to a stream of ours: its own is not asked whether the disk
@@ -194,13 +195,13 @@ void write_vdb_file(Job& job, const VdbFrame& frame, const VdbTrees& trees,
         Archive().write(out, grids, about_file);
         out.close();
         if (!out)
-            throw Error("write " + file.string() + ": disk full, or cannot be written");
+            throw util::Error("write " + file.string() + ": disk full, or cannot be written");
     } catch (const openvdb::Exception& e) {
-        throw Error("write " + file.string() + ": " + e.what());
+        throw util::Error("write " + file.string() + ": " + e.what());
     }
     name_by_content(target.temporary_path(), trees.checksum,
                     trees.voxels * 0x9E37'79B9'7F4A'7C15ULL);
     finish_file(job, target);
 }
 
-}  // namespace terravox::convert
+}  // namespace terravox::exports

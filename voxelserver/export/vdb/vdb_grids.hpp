@@ -11,7 +11,7 @@
 #include "voxelserver/export/core/columns.hpp"
 #include "voxelserver/export/vdb/vdb.hpp"
 
-namespace terravox::convert {
+namespace terravox::exports {
 
 /// The three trees of one column of boxes, or of many.
 struct VdbTrees {
@@ -61,4 +61,4 @@ private:
 void write_vdb_file(Job& job, const VdbFrame& frame, const VdbTrees& trees,
                     const std::filesystem::path& file);
 
-}  // namespace terravox::convert
+}  // namespace terravox::exports

@@ -2,12 +2,15 @@
 
 #include <algorithm>
 
-namespace terravox::convert {
+namespace terravox::exports {
 
 void ColourCounts::add(voxel::Rgb8 c) {
     Sum& sum = m_sums[key_of(c)];
-    ++sum.count, sum.r += c.r, sum.g += c.g, sum.b += c.b;
-    while (m_sums.size() > kMostCells)
+    ++sum.count;
+    sum.r += c.r;
+    sum.g += c.g;
+    sum.b += c.b;
+    while (m_sums.size() > kMaxCells)
         coarsen();
 }
 
@@ -16,7 +19,10 @@ void ColourCounts::coarsen() {
     std::unordered_map<std::uint32_t, Sum> next;
     for (const auto& [key, sum] : m_sums) {
         Sum& to = next[key >> 1 & 0x7F7F7F];
-        to.count += sum.count, to.r += sum.r, to.g += sum.g, to.b += sum.b;
+        to.count += sum.count;
+        to.r += sum.r;
+        to.g += sum.g;
+        to.b += sum.b;
     }
     m_sums = std::move(next);
 }
@@ -34,4 +40,4 @@ std::vector<ColourCounts::Cell> ColourCounts::cells() const {
     return out;
 }
 
-}  // namespace terravox::convert
+}  // namespace terravox::exports

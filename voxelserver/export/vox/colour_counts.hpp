@@ -7,13 +7,13 @@
 
 #include "common/voxel/material.hpp"
 
-namespace terravox::convert {
+namespace terravox::exports {
 
 /// Counts colours in bounded memory: exactly as long as there are few, then by ever larger cells of
 /// colours that are alike. What comes out does not depend on the order of counting.
 class ColourCounts {
 public:
-    static constexpr std::size_t kMostCells = std::size_t{1} << 16;
+    static constexpr std::size_t kMaxCells = std::size_t{1} << 16;
 
     struct Cell {
         std::uint32_t key = 0;  ///< key_of() of its colours
@@ -41,4 +41,4 @@ private:
     std::unordered_map<std::uint32_t, Sum> m_sums;
 };
 
-}  // namespace terravox::convert
+}  // namespace terravox::exports

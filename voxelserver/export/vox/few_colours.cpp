@@ -7,7 +7,7 @@
 #include "common/util/det_math.hpp"
 #include "common/voxel/colour.hpp"
 
-namespace terravox::convert {
+namespace terravox::exports {
 namespace {
 
 using Lab = std::array<double, 3>;
@@ -19,7 +19,8 @@ double cube_root(double x) noexcept {
 }
 
 Lab lab_of(voxel::Rgb8 c) noexcept {
-    const double r = srgb_to_linear(c.r), g = srgb_to_linear(c.g), b = srgb_to_linear(c.b);
+    const double r = voxel::srgb_to_linear(c.r), g = voxel::srgb_to_linear(c.g),
+                 b = voxel::srgb_to_linear(c.b);
     const double l = cube_root(0.4122214708 * r + 0.5363325363 * g + 0.0514459929 * b);
     const double m = cube_root(0.2119034982 * r + 0.6806995451 * g + 0.1073969566 * b);
     const double s = cube_root(0.0883024619 * r + 0.2817188376 * g + 0.6299787005 * b);
@@ -120,8 +121,10 @@ std::uint8_t nearest(const Lab& to, const std::vector<Lab>& of) noexcept {
     std::size_t best = 0;
     double least = distance2(to, of[0]);
     for (std::size_t k = 1; k < of.size(); ++k)
-        if (const double d = distance2(to, of[k]); d < least)
-            least = d, best = k;
+        if (const double d = distance2(to, of[k]); d < least) {
+            least = d;
+            best = k;
+        }
     return static_cast<std::uint8_t>(best);
 }
 
@@ -131,14 +134,17 @@ FewColours few_colours(std::span<const ColourCounts::Cell> cells, std::size_t mo
     FewColours out;
     out.of_cell.resize(cells.size());
     if (cells.size() <= most) {
-        for (std::size_t i = 0; i < cells.size(); ++i)
-            out.colours.push_back(cells[i].mean), out.of_cell[i] = static_cast<std::uint8_t>(i);
+        for (std::size_t i = 0; i < cells.size(); ++i) {
+            out.colours.push_back(cells[i].mean);
+            out.of_cell[i] = static_cast<std::uint8_t>(i);
+        }
         return out;
     }
     Points points;
-    for (const auto& cell : cells)
-        points.labs.push_back(lab_of(cell.mean)),
-            points.weights.push_back(static_cast<double>(cell.count));
+    for (const auto& cell : cells) {
+        points.labs.push_back(lab_of(cell.mean));
+        points.weights.push_back(static_cast<double>(cell.count));
+    }
     std::vector<Lab> means = median_cut(points, most);
     for (int round = 0;; ++round) {
         for (std::size_t i = 0; i < cells.size(); ++i)
@@ -162,4 +168,4 @@ FewColours few_colours(std::span<const ColourCounts::Cell> cells, std::size_t mo
     return out;
 }
 
-}  // namespace terravox::convert
+}  // namespace terravox::exports

@@ -7,7 +7,7 @@
 
 #include "voxelserver/export/vox/colour_counts.hpp"
 
-namespace terravox::convert {
+namespace terravox::exports {
 
 /// A few colours that stand for many.
 struct FewColours {
@@ -24,4 +24,4 @@ struct FewColours {
 /// @param most 1 to 255; at least one cell
 [[nodiscard]] FewColours few_colours(std::span<const ColourCounts::Cell> cells, std::size_t most);
 
-}  // namespace terravox::convert
+}  // namespace terravox::exports

@@ -13,13 +13,13 @@
 #include "voxelserver/export/shape/placing.hpp"
 #include "voxelserver/export/vox/vox_spool.hpp"
 
-namespace terravox::convert {
+namespace terravox::exports {
 namespace {
 
 using voxel::Material;
 using Texts = std::initializer_list<std::pair<std::string, std::string>>;
 constexpr std::uint32_t kVersion = 200;
-constexpr std::array<std::int64_t, 3> kMostShown = {2000, 2000, 1000};
+constexpr std::array<std::int64_t, 3> kMaxShown = {2000, 2000, 1000};
 
 /// The content of a chunk, grown value by value. Ref: ephtracy, "MagicaVoxel .vox File Format" and
 /// its extension, 2016 on.
@@ -134,12 +134,11 @@ void warn_if_too_wide(const Job& job) {
     const auto size = [&](std::size_t axis) {
         return std::int64_t{job.part.bounds.max[axis]} - job.part.bounds.min[axis];
     };
-    if (size(0) > kMostShown[0] || size(2) > kMostShown[1] || size(1) > kMostShown[2])
+    if (size(0) > kMaxShown[0] || size(2) > kMaxShown[1] || size(1) > kMaxShown[2])
         spdlog::warn(
             "{}: {} x {} x {} voxels (height last); MagicaVoxel itself shows no more than {} x {} "
             "x {}",
-            job.out.string(), size(0), size(2), size(1), kMostShown[0], kMostShown[1],
-            kMostShown[2]);
+            job.out.string(), size(0), size(2), size(1), kMaxShown[0], kMaxShown[1], kMaxShown[2]);
 }
 
 void write_model(ByteFile& to, VoxSpool& spool, const VoxModel& model, const VoxPalette& palette) {
@@ -163,11 +162,12 @@ void write_model(ByteFile& to, VoxSpool& spool, const VoxModel& model, const Vox
 
 void write_vox(Job& job, const VoxOptions& options) {
     const std::uint64_t most =
-        std::min<std::uint64_t>(options.most_bytes, std::numeric_limits<std::int32_t>::max());
+        std::min<std::uint64_t>(options.max_bytes, std::numeric_limits<std::int32_t>::max());
     const auto fail = [&] {
-        throw Error("write " + job.out.string() + ": more than " + std::to_string(most) +
-                    " bytes, the most that the format allows (some " + std::to_string(most / 4) +
-                    " voxels); nothing was written (smaller: a part, or a coarser level)");
+        throw util::Error("write " + job.out.string() + ": more than " + std::to_string(most) +
+                          " bytes, the most that the format allows (some " +
+                          std::to_string(most / 4) +
+                          " voxels); nothing was written (smaller: a part, or a coarser level)");
     };
     util::AtomicFile file(job.out);
     warn_if_too_wide(job);
@@ -196,4 +196,4 @@ void write_vox(Job& job, const VoxOptions& options) {
     finish_file(job, file);
 }
 
-}  // namespace terravox::convert
+}  // namespace terravox::exports

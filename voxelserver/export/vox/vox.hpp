@@ -4,11 +4,11 @@
 
 #include "voxelserver/export/core/job.hpp"
 
-namespace terravox::convert {
+namespace terravox::exports {
 
 struct VoxOptions {
-    std::uint64_t most_bytes = 0x7FFF'FFFFu;  ///< of the file; never more than these 2 GiB, for its
-                                              ///< lengths are signed numbers of 32 bits
+    std::uint64_t max_bytes = 0x7FFF'FFFFu;  ///< of the file; never more than these 2 GiB, for its
+                                             ///< lengths are signed numbers of 32 bits
 };
 
 /// MagicaVoxel's format, version 200: the voxels of a part that can be seen, in models of up to 256
@@ -21,4 +21,4 @@ struct VoxOptions {
 /// written), or cannot be written
 void write_vox(Job& job, const VoxOptions& options = {});
 
-}  // namespace terravox::convert
+}  // namespace terravox::exports

@@ -4,7 +4,7 @@
 
 #include "voxelserver/export/vox/few_colours.hpp"
 
-namespace terravox::convert {
+namespace terravox::exports {
 
 using voxel::Material;
 
@@ -38,9 +38,9 @@ std::vector<VoxColour> VoxPalette::choose() {
     // Special materials first: the others take what is left, which is 144 at least.
     for (auto& [material, group] : m_groups)
         if (special_in_vox(material))
-            take(group, material, kMostOfSpecial, out);
+            take(group, material, kMaxOfSpecial, out);
     if (const auto rest = m_groups.find(Material::kAir); rest != m_groups.end())
-        take(rest->second, Material::kAir, kMost - out.size(), out);
+        take(rest->second, Material::kAir, kMax - out.size(), out);
     return out;
 }
 
@@ -51,4 +51,4 @@ std::uint8_t VoxPalette::index_of(Material material, voxel::Rgb8 colour, bool ow
     return group.index_of_cell.at(group.counts.key_of(colour));
 }
 
-}  // namespace terravox::convert
+}  // namespace terravox::exports

@@ -9,7 +9,7 @@
 #include "common/voxel/box.hpp"
 #include "voxelserver/export/vox/colour_counts.hpp"
 
-namespace terravox::convert {
+namespace terravox::exports {
 
 /// A colour of a MagicaVoxel file and what it stands for.
 struct VoxColour {
@@ -41,7 +41,7 @@ public:
                                         bool own) const;
 
 private:
-    static constexpr std::size_t kMost = 255, kMostOfSpecial = 16;
+    static constexpr std::size_t kMax = 255, kMaxOfSpecial = 16;
     struct Group {
         ColourCounts counts;
         std::unordered_map<std::uint32_t, std::uint8_t> index_of_cell;
@@ -59,4 +59,4 @@ private:
     std::map<voxel::Material, Group> m_groups;
 };
 
-}  // namespace terravox::convert
+}  // namespace terravox::exports

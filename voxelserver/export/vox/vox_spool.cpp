@@ -6,7 +6,7 @@
 #include "voxelserver/export/shape/each_voxel.hpp"
 #include "voxelserver/export/shape/placing.hpp"
 
-namespace terravox::convert {
+namespace terravox::exports {
 namespace {
 
 constexpr std::size_t kModelEdge =
@@ -14,7 +14,7 @@ constexpr std::size_t kModelEdge =
 
 }  // namespace
 
-VoxSpool::VoxSpool(Job& job, VoxPalette& palette, std::uint64_t most_voxels,
+VoxSpool::VoxSpool(Job& job, VoxPalette& palette, std::uint64_t max_voxels,
                    const std::function<void()>& fail_too_many)
     : m_file(ByteFile::spool_for(job.out)) {
     const Columns columns = job.columns(kModelEdge);
@@ -23,13 +23,16 @@ VoxSpool::VoxSpool(Job& job, VoxPalette& palette, std::uint64_t most_voxels,
         columns.count(), job.threads,
         [&](std::size_t i) { return make_column(job, columns.at(i)); },
         [&](std::size_t i, const std::vector<MadeBox>& made) {
-            if (const std::size_t now = columns.at(i).square; now != square)
-                end_square(), square = now;
+            if (const std::size_t now = columns.at(i).square; now != square) {
+                end_square();
+                square = now;
+            }
             for (const MadeBox& m : made) {
                 SpooledBox box = m.box;
-                box.first = m_voxels, box.count = m.voxels.size();
+                box.first = m_voxels;
+                box.count = m.voxels.size();
                 m_voxels += box.count;
-                if (m_voxels > most_voxels)
+                if (m_voxels > max_voxels)
                     fail_too_many();
                 m_file.put(std::as_bytes(std::span(m.voxels)));
                 for (const SpooledVoxel& v : m.voxels)
@@ -66,9 +69,10 @@ std::vector<VoxSpool::MadeBox> VoxSpool::make_column(Job& job, const Columns::At
                     static_cast<std::uint8_t>(x),
                     static_cast<std::uint8_t>(voxel::kBoxSizeZ - 1 - z),
                     static_cast<std::uint8_t>(y)};
-                for (std::size_t a = 0; a < 3; ++a)
-                    made.box.min[a] = std::min(made.box.min[a], p[a]),
+                for (std::size_t a = 0; a < 3; ++a) {
+                    made.box.min[a] = std::min(made.box.min[a], p[a]);
                     made.box.max[a] = std::max(made.box.max[a], p[a]);
+                }
                 made.voxels.push_back({p[0], p[1], p[2], attr.material, job.colour_of(attr),
                                        attr.has_colour() && job.colours == Colours::kTrue});
             },
@@ -87,7 +91,7 @@ void VoxSpool::end_square() {
             model.voxels += box.count;
             for (std::size_t a = 0; a < 3; ++a) {
                 const std::int32_t lo = box.low[a] + box.min[a], hi = box.low[a] + box.max[a];
-                min[a] = i == 0 ? lo : std::min(min[a], lo),
+                min[a] = i == 0 ? lo : std::min(min[a], lo);
                 max[a] = i == 0 ? hi : std::max(max[a], hi);
             }
         }
@@ -110,4 +114,4 @@ void VoxSpool::each(const SpooledBox& box, const std::function<void(const Spoole
     }
 }
 
-}  // namespace terravox::convert
+}  // namespace terravox::exports

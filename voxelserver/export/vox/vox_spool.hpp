@@ -11,7 +11,7 @@
 #include "voxelserver/export/shape/byte_file.hpp"
 #include "voxelserver/export/vox/vox_palette.hpp"
 
-namespace terravox::convert {
+namespace terravox::exports {
 
 /// A voxel as it is spooled. Coordinates are the file's (x east, y north, z up), counted in its
 /// box.
@@ -41,8 +41,8 @@ struct VoxModel {
 /// Not thread-safe.
 class VoxSpool {
 public:
-    /// Reads the whole part. @param most_voxels beyond which it gives up @throws Error
-    VoxSpool(Job& job, VoxPalette& palette, std::uint64_t most_voxels,
+    /// Reads the whole part. @param max_voxels beyond which it gives up @throws Error
+    VoxSpool(Job& job, VoxPalette& palette, std::uint64_t max_voxels,
              const std::function<void()>& fail_too_many);
     [[nodiscard]] const std::vector<VoxModel>& models() const noexcept { return m_models; }
     /// Reads one box back, piece by piece.
@@ -63,4 +63,4 @@ private:
     std::vector<VoxModel> m_models;
 };
 
-}  // namespace terravox::convert
+}  // namespace terravox::exports

@@ -34,7 +34,7 @@ struct Seen {
     bool has_colour;
     voxel::Rgb8 colour;
     [[nodiscard]] float height() const noexcept {
-        return static_cast<float>(y) * (1.0f / (1 << VoxelPoint::kHeightBits));
+        return static_cast<float>(y) * (1.0f / (1 << store::VoxelPoint::kHeightBits));
     }
 };
 
@@ -44,7 +44,10 @@ struct ColourMean {
     void add(const Seen& s) noexcept {
         if (!s.has_colour)
             return;
-        r += s.colour.r, g += s.colour.g, b += s.colour.b, ++count;
+        r += s.colour.r;
+        g += s.colour.g;
+        b += s.colour.b;
+        ++count;
     }
     template <class Target>
     void put(Target& target) const noexcept {
@@ -92,15 +95,16 @@ std::uint16_t saturated(std::size_t count) noexcept {
 
 void sum_up_objects(std::span<const Seen> points, std::vector<ObjectVoxel>& out) {
     for (std::size_t begin = 0; begin < points.size();) {
-        const std::int32_t y = points[begin].y >> VoxelPoint::kHeightBits;
+        const std::int32_t y = points[begin].y >> store::VoxelPoint::kHeightBits;
         std::size_t end = begin + 1;
-        while (end < points.size() && points[end].y >> VoxelPoint::kHeightBits == y)
+        while (end < points.size() && points[end].y >> store::VoxelPoint::kHeightBits == y)
             ++end;
         ObjectVoxel voxel;
         voxel.y = y;
         const auto group = points.subspan(begin, end - begin);
         voxel.source_class = commonest_class(group);
-        voxel.fraction = static_cast<std::uint8_t>(group.back().y >> (VoxelPoint::kHeightBits - 8));
+        voxel.fraction =
+            static_cast<std::uint8_t>(group.back().y >> (store::VoxelPoint::kHeightBits - 8));
         ColourMean colour;
         for (const Seen& s : group)
             colour.add(s);
@@ -127,7 +131,7 @@ public:
         for (auto& g : m_points)
             g.clear();
     }
-    void add(const VoxelPoint& p, bool has_colour) {
+    void add(const store::VoxelPoint& p, bool has_colour) {
         m_points[m_group[p.source_class]].push_back(
             {p.y, p.x, p.z, p.source_class, has_colour, p.colour});
     }
@@ -162,12 +166,14 @@ float nearly_lowest(std::vector<float>& along) {
 // Where the edge of a roof cuts through a column, its ground points lie beside the building points:
 // a line parts them. Beneath a canopy none does.
 bool over(std::span<const Seen> roof, std::span<const Seen> ground) {
-    constexpr float kOne = 1 << VoxelPoint::kPlanBits,
+    constexpr float kOne = 1 << store::VoxelPoint::kPlanBits,
                     kBlur = 0.25f;  // voxels: what the points' own places may be off
     const auto centre = [](std::span<const Seen> points) {
         std::uint64_t x = 0, z = 0;  // exact, so that order cannot matter
-        for (const Seen& s : points)
-            x += s.x, z += s.z;
+        for (const Seen& s : points) {
+            x += s.x;
+            z += s.z;
+        }
         const auto n = static_cast<float>(points.size());
         return std::pair{static_cast<float>(x) / n, static_cast<float>(z) / n};
     };
@@ -187,27 +193,32 @@ bool over(std::span<const Seen> roof, std::span<const Seen> ground) {
 void sum_up(const ColumnSorter& points, Column& column, std::vector<ObjectVoxel>& objects,
             CellSums& cell) {
     if (const auto g = points[kGroundGroup]; !g.empty()) {
-        column.ground = surface_of(g, median(g)), column.ground_points = saturated(g.size());
+        column.ground = surface_of(g, median(g));
+        column.ground_points = saturated(g.size());
         cell.ground_points += static_cast<std::uint32_t>(g.size());
         for (const Seen& s : g)
             cell.ground += s.height();
     }
     if (const auto g = points[kWaterGroup]; !g.empty()) {
-        column.water = surface_of(g, median(g)), column.water_points = saturated(g.size());
+        column.water = surface_of(g, median(g));
+        column.water_points = saturated(g.size());
         cell.water_points += static_cast<std::uint32_t>(g.size());
         for (const Seen& s : g)
             cell.water += s.height();
     }
     if (const auto g = points[kRoofGroup]; !g.empty()) {
-        column.roof = surface_of(g, g.back().height()), column.roof_points = saturated(g.size());
+        column.roof = surface_of(g, g.back().height());
+        column.roof_points = saturated(g.size());
         column.roof_low = g.front().height();
         cell.other_points += static_cast<std::uint32_t>(g.size());
         column.roof_over_ground = column.ground.seen() &&
                                   column.roof_low - column.ground.height > 1 &&
                                   over(g, points[kGroundGroup]);
     }
-    if (const auto g = points[kDeckGroup]; !g.empty())
-        column.deck = surface_of(g, median(g)), column.deck_points = saturated(g.size());
+    if (const auto g = points[kDeckGroup]; !g.empty()) {
+        column.deck = surface_of(g, median(g));
+        column.deck_points = saturated(g.size());
+    }
     if (const auto g = points[kObjectGroup]; !g.empty()) {
         sum_up_objects(g, objects);
         cell.other_points += static_cast<std::uint32_t>(g.size());
@@ -217,7 +228,7 @@ void sum_up(const ColumnSorter& points, Column& column, std::vector<ObjectVoxel>
 void finish_cells(std::span<const CellSums> sums, water::CellPatch& cells) {
     for (std::size_t i = 0; i < sums.size(); ++i) {
         water::WaterCell& cell = cells.cells[i];
-        cell.water_points = saturated(sums[i].water_points),
+        cell.water_points = saturated(sums[i].water_points);
         cell.ground_points = saturated(sums[i].ground_points);
         cell.other_points = saturated(sums[i].other_points);
         if (sums[i].water_points > 0)
@@ -232,14 +243,14 @@ void finish_cells(std::span<const CellSums> sums, water::CellPatch& cells) {
 std::shared_ptr<PatchColumns> init_columns(std::span<const PatchPoints> sources,
                                            const ClassTable& classes, int cell_voxels) {
     auto patch = std::make_shared<PatchColumns>();
-    patch->cells.side = kPatchSize / cell_voxels;
+    patch->cells.side = grid::kPatchSize / cell_voxels;
     patch->cells.cells.resize(static_cast<std::size_t>(patch->cells.side) *
                               static_cast<std::size_t>(patch->cells.side));
     patch->ground_height.fill(kNoHeight);
     std::vector<CellSums> sums(patch->cells.cells.size());
     ColumnSorter sorter(classes);
     std::vector<std::size_t> next(sources.size());
-    for (int i = 0; i < kPatchColumns; ++i) {
+    for (int i = 0; i < grid::kPatchColumns; ++i) {
         Column& column = patch->columns[static_cast<std::size_t>(i)];
         patch->objects_begin[static_cast<std::size_t>(i)] =
             static_cast<std::uint32_t>(patch->objects.size());
@@ -248,7 +259,7 @@ std::shared_ptr<PatchColumns> init_columns(std::span<const PatchPoints> sources,
         for (std::size_t s = 0; s < sources.size(); ++s)
             for (; next[s] < sources[s].points.size() && sources[s].points[next[s]].column() == i;
                  ++next[s]) {
-                const VoxelPoint& p = sources[s].points[next[s]];
+                const store::VoxelPoint& p = sources[s].points[next[s]];
                 sorter.add(p, sources[s].has_colour);
                 patch->lowest =
                     any || patch->any ? std::min(patch->lowest, p.height()) : p.height();
@@ -257,7 +268,7 @@ std::shared_ptr<PatchColumns> init_columns(std::span<const PatchPoints> sources,
         if (!any)
             continue;
         patch->any = true;
-        const int x = i % kPatchSize, z = i / kPatchSize;
+        const int x = i % grid::kPatchSize, z = i / grid::kPatchSize;
         patch->occupied[static_cast<std::size_t>(z)] |= std::uint64_t{1} << x;
         sorter.sort();
         sum_up(
@@ -270,10 +281,10 @@ std::shared_ptr<PatchColumns> init_columns(std::span<const PatchPoints> sources,
         if (column.water.seen() && column.water_points >= column.ground_points)
             patch->wet[static_cast<std::size_t>(z)] |= std::uint64_t{1} << x;
         patch->ground_height[static_cast<std::size_t>(i)] = column.ground.height;
-        patch->any_roof = patch->any_roof || column.roof.seen(),
+        patch->any_roof = patch->any_roof || column.roof.seen();
         patch->any_deck = patch->any_deck || column.deck.seen();
     }
-    patch->objects_begin[kPatchColumns] = static_cast<std::uint32_t>(patch->objects.size());
+    patch->objects_begin[grid::kPatchColumns] = static_cast<std::uint32_t>(patch->objects.size());
     patch->any_objects = !patch->objects.empty();
     finish_cells(sums, patch->cells);
     patch->objects.shrink_to_fit();

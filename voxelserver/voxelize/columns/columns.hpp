@@ -59,25 +59,25 @@ struct Column {
 
 /// The 64 x 64 columns of a patch, index = z * 64 + x (local). Immutable.
 struct PatchColumns {
-    std::array<Column, kPatchColumns> columns;
+    std::array<Column, grid::kPatchColumns> columns;
     std::vector<ObjectVoxel> objects;
-    std::array<std::uint32_t, kPatchColumns + 1>
+    std::array<std::uint32_t, grid::kPatchColumns + 1>
         objects_begin{};  ///< of column i: [objects_begin[i], objects_begin[i + 1]), by rising y
     // What steps ask of many columns around, small enough to stay in the processor's cache:
-    std::array<std::uint64_t, kPatchSize> occupied{},
+    std::array<std::uint64_t, grid::kPatchSize> occupied{},
         built{};  ///< bit x of row z: the column holds any point; is built_upon()
-    std::array<std::uint64_t, kPatchSize> ground{},
+    std::array<std::uint64_t, grid::kPatchSize> ground{},
         wet{};  ///< ground was seen; water was, and at least as often as ground
-    std::array<float, kPatchColumns> ground_height;  ///< of each column's ground
+    std::array<float, grid::kPatchColumns> ground_height;  ///< of each column's ground
     bool any_roof = false, any_deck = false, any_objects = false;
     water::CellPatch cells;    ///< `covered` and `looks_wet` are for others to say
     float lowest = kNoHeight;  ///< of any point
     bool any = false;
     [[nodiscard]] const Column& at(int x, int z) const noexcept {
-        return columns[static_cast<std::size_t>(z * kPatchSize + x)];
+        return columns[static_cast<std::size_t>(z * grid::kPatchSize + x)];
     }
     [[nodiscard]] std::span<const ObjectVoxel> objects_at(int x, int z) const noexcept {
-        const auto i = static_cast<std::size_t>(z * kPatchSize + x);
+        const auto i = static_cast<std::size_t>(z * grid::kPatchSize + x);
         return std::span(objects).subspan(objects_begin[i],
                                           objects_begin[i + 1] - objects_begin[i]);
     }
@@ -90,7 +90,7 @@ struct PatchColumns {
 /// The points of one square that fall into a patch, by column and rising height as Square keeps
 /// them.
 struct PatchPoints {
-    std::span<const VoxelPoint> points;
+    std::span<const store::VoxelPoint> points;
     bool has_colour = false;
 };
 

@@ -15,21 +15,22 @@ namespace {
 // keeps the rest for boxes. What they leave, a sixth, is what decoding a square takes beside it.
 constexpr std::size_t kSquaresShare = 3, kPartsShare = 8, kColumnsShare = 6;
 // What one box needs at once: with less, every step would decode again.
-constexpr std::size_t kLeastParts = std::size_t{8} << 20, kLeastColumns = std::size_t{16} << 20;
+constexpr std::size_t kMinParts = std::size_t{8} << 20, kMinColumns = std::size_t{16} << 20;
 
 // Whether a file can be kept whole, and be binned beside that in half as much: small voxels have
 // more patches than points.
 bool fits(const SquareSource& source, std::size_t limit_bytes) {
-    constexpr double kPatchBytes = sizeof(PatchEntry), kBinningBytes = 64, kRunBytes = 32,
+    constexpr double kPatchBytes = sizeof(store::PatchEntry), kBinningBytes = 64, kRunBytes = 32,
                      kAround = 16384;
     const double points = static_cast<double>(source.info.point_count);
     const double width = static_cast<double>(source.bounds.max_x) - source.bounds.min_x,
                  depth = static_cast<double>(source.bounds.max_z) - source.bounds.min_z;
-    const double patches = std::min((width / kPatchSize + 3) * (depth / kPatchSize + 3), points);
+    const double patches =
+        std::min((width / grid::kPatchSize + 3) * (depth / grid::kPatchSize + 3), points);
     const double spacing = std::sqrt(width * depth / std::max(points, 1.0)),
-                 run = std::max(1.0, kPatchSize / (2 * spacing + 1e-3));
+                 run = std::max(1.0, grid::kPatchSize / (2 * spacing + 1e-3));
     const double limit = static_cast<double>(limit_bytes);
-    return points * sizeof(VoxelPoint) + patches * kPatchBytes + kAround < limit &&
+    return points * sizeof(store::VoxelPoint) + patches * kPatchBytes + kAround < limit &&
            patches * kBinningBytes + points / run * kRunBytes < limit / 2;
 }
 
@@ -37,15 +38,15 @@ bool fits(const SquareSource& source, std::size_t limit_bytes) {
 int water_cell_voxels(double voxel_m, double density) {
     constexpr double kSmallest_m = 2, kPointsPerCell = 16;
     int cell = 1;
-    while (cell < kPatchSize &&
+    while (cell < grid::kPatchSize &&
            (cell * voxel_m < kSmallest_m || density * cell * cell < kPointsPerCell))
         cell *= 2;
     return cell;
 }
 
 /// Everything but the file that the points of a prepared square depend on.
-std::string recipe_of(const SquareSource& source, const Frame& frame, const ClassTable& classes,
-                      const Settings& settings) {
+std::string recipe_of(const SquareSource& source, const grid::Frame& frame,
+                      const ClassTable& classes, const Settings& settings) {
     std::string out = "points 2|" + frame.crs().wkt() + "|" + source.info.crs->wkt() + "|";
     for (const double v : {frame.units_per_voxel(), frame.voxel_m(), source.vertical_metres,
                            source.lowest, source.highest})
@@ -61,18 +62,18 @@ std::string recipe_of(const SquareSource& source, const Frame& frame, const Clas
 
 // Looks at the points of all patches: a square that a crash or a bad disk has damaged is made
 // again, not used for a while.
-bool intact(const Square& square) {
+bool intact(const store::Square& square) {
     try {
-        for (const PatchEntry& patch : square.patches())
+        for (const store::PatchEntry& patch : square.patches())
             static_cast<void>(square.points(patch.key));
-    } catch (const Error& e) {
+    } catch (const util::Error& e) {
         spdlog::warn("{}; it is made again", e.what());
         return false;
     }
     return true;
 }
 
-std::string unknown_classes(const PointCounts& counts, const ClassTable& classes) {
+std::string unknown_classes(const store::PointCounts& counts, const ClassTable& classes) {
     constexpr int kNamed = 8;
     std::string out;
     int found = 0;
@@ -101,7 +102,7 @@ PointSet::PointSet(const LidarWorldOptions& options, const Settings& settings,
       m_cell_voxels(water_cell_voxels(options.voxel_m, m_sources.density)),
       m_shares(share_out(options.memory_bytes, m_sources)),
       m_squares(m_shares.squares),
-      m_columns(std::max(options.memory_bytes / kColumnsShare, kLeastColumns)) {
+      m_columns(std::max(options.memory_bytes / kColumnsShare, kMinColumns)) {
     const auto empty = init_columns({}, m_classes, m_cell_voxels);
     for (water::WaterCell& cell : empty->cells.cells)
         cell.covered = true;
@@ -115,14 +116,14 @@ PointSet::PointSet(const LidarWorldOptions& options, const Settings& settings,
         files.push_back(entry->file);
     m_parts = std::make_unique<PointParts>(
         std::move(files), context(), m_folder.get(), m_shares.parts, m_threads,
-        [this](std::size_t file, const PointCounts& met, bool whole) {
+        [this](std::size_t file, const store::PointCounts& met, bool whole) {
             whole ? report(file, met) : report_part(file, met);
         });
 }
 
 // What is not needed for whole squares goes to parts.
 PointSet::Shares PointSet::share_out(std::size_t memory_bytes, const Sources& sources) {
-    Shares out{memory_bytes / kSquaresShare, std::max(memory_bytes / kPartsShare, kLeastParts)};
+    Shares out{memory_bytes / kSquaresShare, std::max(memory_bytes / kPartsShare, kMinParts)};
     const auto fitting = std::count_if(sources.files.begin(), sources.files.end(),
                                        [&](const SquareSource& s) { return fits(s, out.squares); });
     if (fitting == static_cast<std::ptrdiff_t>(sources.files.size()))
@@ -143,9 +144,9 @@ void PointSet::plan_files() {
         const double width = static_cast<double>(source.bounds.max_x) - source.bounds.min_x,
                      depth = static_cast<double>(source.bounds.max_z) - source.bounds.min_z;
         const double patch_bytes = static_cast<double>(source.info.point_count) *
-                                       sizeof(VoxelPoint) / std::max(width * depth, 1.0) *
-                                       kPatchColumns +
-                                   2 * sizeof(PatchEntry);
+                                       sizeof(store::VoxelPoint) / std::max(width * depth, 1.0) *
+                                       grid::kPatchColumns +
+                                   2 * sizeof(store::PatchEntry);
         // A block and the patch around it take a quarter of their share at most, unless a single
         // patch is larger.
         if (!file.kept_whole)
@@ -157,11 +158,11 @@ void PointSet::plan_files() {
     }
 }
 
-Grid<char, Window::kMargin> PointSet::in_bounds(PatchKey middle) const {
+Grid<char, Window::kMargin> PointSet::in_bounds(grid::PatchKey middle) const {
     using Area = Grid<char, Window::kMargin>;
     Area out(0);
     for (const SquareSource& s : m_sources.files)
-        for (const ColumnRect& island : s.islands) {
+        for (const grid::ColumnRect& island : s.islands) {
             const int x0 = std::max(island.min_x - middle.x0(), Area::kFirst),
                       x1 = std::min(island.max_x - middle.x0(), Area::kLast);
             const int z0 = std::max(island.min_z - middle.z0(), Area::kFirst),
@@ -172,9 +173,9 @@ Grid<char, Window::kMargin> PointSet::in_bounds(PatchKey middle) const {
     return out;
 }
 
-bool PointSet::surrounds(const ColumnRect& rect) const noexcept {
+bool PointSet::surrounds(const grid::ColumnRect& rect) const noexcept {
     return std::any_of(m_sources.files.begin(), m_sources.files.end(), [&](const SquareSource& s) {
-        return std::any_of(s.islands.begin(), s.islands.end(), [&](const ColumnRect& island) {
+        return std::any_of(s.islands.begin(), s.islands.end(), [&](const grid::ColumnRect& island) {
             return rect.min_x >= island.min_x && rect.max_x <= island.max_x &&
                    rect.min_z >= island.min_z && rect.max_z <= island.max_z;
         });
@@ -186,22 +187,22 @@ bool PointSet::in_bounds(std::int32_t x, std::int32_t z) const noexcept {
                        [&](const SquareSource& s) { return s.on_island(x, z); });
 }
 
-PointCounts PointSet::counts() const {
+store::PointCounts PointSet::counts() const {
     const std::lock_guard lock(m_counts_mutex);
     return m_counts;
 }
 
-Window PointSet::window(PatchKey middle) {
+Window PointSet::window(grid::PatchKey middle) {
     Window out;
     out.middle = middle;
     const auto key_of = [&](std::size_t i) {
-        return PatchKey{middle.px + static_cast<int>(i % 3) - 1,
-                        middle.pz + static_cast<int>(i / 3) - 1};
+        return grid::PatchKey{middle.px + static_cast<int>(i % 3) - 1,
+                              middle.pz + static_cast<int>(i / 3) - 1};
     };
     // Where parts are decoded, one part serves all that are missing.
-    PatchRect missing{{middle.px + 2, middle.pz + 2}, {middle.px - 1, middle.pz - 1}};
+    grid::PatchRect missing{{middle.px + 2, middle.pz + 2}, {middle.px - 1, middle.pz - 1}};
     for (std::size_t i = 0; i < out.patches.size(); ++i) {
-        const PatchKey key = key_of(i);
+        const grid::PatchKey key = key_of(i);
         if ((out.patches[i] = m_columns.find(key)))
             continue;
         missing.min = {std::min(missing.min.px, key.px), std::min(missing.min.pz, key.pz)};
@@ -214,20 +215,20 @@ Window PointSet::window(PatchKey middle) {
     return out;
 }
 
-std::shared_ptr<const PatchColumns> PointSet::columns(PatchKey key) {
+std::shared_ptr<const PatchColumns> PointSet::columns(grid::PatchKey key) {
     Held held;
     return columns(key, {key, {key.px + 1, key.pz + 1}}, held);
 }
 
-std::shared_ptr<const PatchColumns> PointSet::columns(PatchKey key, const PatchRect& wanted,
-                                                      Held& held) {
+std::shared_ptr<const PatchColumns> PointSet::columns(grid::PatchKey key,
+                                                      const grid::PatchRect& wanted, Held& held) {
     return m_columns.get(
         key,
         [&]() -> std::shared_ptr<const PatchColumns> {
             std::vector<PatchPoints> points;
             // A margin of one voxel: a transformed or rounded point may lie just outside its file's
             // bounds.
-            const ColumnRect rect = columns_of(key).grown(1);
+            const grid::ColumnRect rect = grid::columns_of(key).grown(1);
             for (std::size_t i = 0; i < m_sources.files.size(); ++i) {
                 if (!m_sources.files[i].bounds.overlaps(rect))
                     continue;
@@ -240,7 +241,7 @@ std::shared_ptr<const PatchColumns> PointSet::columns(PatchKey key, const PatchR
             }
             const util::StageTimes::Scope timed(m_times, "column init");
             // Wide extents of nothing (a stray header, the sea) share one patch.
-            if (points.empty() && surrounds(columns_of(key)))
+            if (points.empty() && surrounds(grid::columns_of(key)))
                 return m_empty;
             auto out = init_columns(points, m_classes, m_cell_voxels);
             for (int z = 0; z < out->cells.side; ++z)
@@ -259,7 +260,8 @@ std::pair<SquareState, std::string> PointSet::state_of(std::size_t file) const {
     bool in_memory = false;
     {
         const std::lock_guard lock(m_counts_mutex);
-        error = entry.last_error, in_memory = !entry.in_memory.expired();
+        error = entry.last_error;
+        in_memory = !entry.in_memory.expired();
     }
     if (in_memory || (m_folder && m_folder->holds(entry.file.name)))
         return {SquareState::kPrepared, {}};
@@ -270,17 +272,17 @@ std::pair<SquareState, std::string> PointSet::state_of(std::size_t file) const {
             {}};
 }
 
-Squares PointSet::squares_around(std::size_t file, const PatchRect& wanted) {
+Squares PointSet::squares_around(std::size_t file, const grid::PatchRect& wanted) {
     try {
         return read_around(file, wanted);
-    } catch (const Error& e) {
+    } catch (const util::Error& e) {
         const std::lock_guard lock(m_counts_mutex);
         m_entries[file]->last_error = e.what();
         throw;
     }
 }
 
-Squares PointSet::read_around(std::size_t file, const PatchRect& wanted) {
+Squares PointSet::read_around(std::size_t file, const grid::PatchRect& wanted) {
     const PartedFile& parted = m_entries[file]->file;
     if (!parted.kept_whole)
         return m_parts->around(file, wanted);
@@ -291,11 +293,11 @@ Squares PointSet::read_around(std::size_t file, const PatchRect& wanted) {
     return m_parts->around(file, wanted);
 }
 
-std::shared_ptr<const Square> PointSet::whole(std::size_t file) {
+std::shared_ptr<const store::Square> PointSet::whole(std::size_t file) {
     Entry& entry = *m_entries[file];
     auto found = m_squares.get(
         file,
-        [&]() -> std::shared_ptr<const Square> {
+        [&]() -> std::shared_ptr<const store::Square> {
             if (m_folder)
                 if (auto square = m_folder->find(entry.file.name);
                     square && (entry.looked_through || intact(*square))) {
@@ -306,11 +308,11 @@ std::shared_ptr<const Square> PointSet::whole(std::size_t file) {
             // One at a time: each takes all threads, and as much memory again as the square will.
             const std::lock_guard loading(m_loading);
             if (!entry.failed.empty())
-                throw Error(entry.failed);
+                throw util::Error(entry.failed);
             LoadedSquare loaded = [&] {
                 try {
                     return load_square(m_sources.files[file], context(), m_threads);
-                } catch (const Error& e) {
+                } catch (const util::Error& e) {
                     entry.failed = e.what();
                     throw;
                 }
@@ -330,7 +332,7 @@ std::shared_ptr<const Square> PointSet::whole(std::size_t file) {
     return found;
 }
 
-void PointSet::report(std::size_t file, const PointCounts& counts) {
+void PointSet::report(std::size_t file, const store::PointCounts& counts) {
     std::call_once(m_entries[file]->reported, [&] {
         const std::string path = m_sources.files[file].info.path.string();
         if (counts.wild > 0)
@@ -347,7 +349,7 @@ void PointSet::report(std::size_t file, const PointCounts& counts) {
 
 // Parts come in the order of the boxes asked for, and some twice: so each thing is said once, and
 // not how often it was met.
-void PointSet::report_part(std::size_t file, const PointCounts& counts) {
+void PointSet::report_part(std::size_t file, const store::PointCounts& counts) {
     const std::lock_guard lock(m_counts_mutex);
     Entry& entry = *m_entries[file];
     const std::string path = m_sources.files[file].info.path.string();

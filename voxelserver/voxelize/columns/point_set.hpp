@@ -35,19 +35,19 @@ public:
     }  ///< edge of a water cell
 
     /// The columns of a patch. Never nullptr. @throws Error for a damaged file
-    [[nodiscard]] std::shared_ptr<const PatchColumns> columns(PatchKey key);
+    [[nodiscard]] std::shared_ptr<const PatchColumns> columns(grid::PatchKey key);
     /// The same for a patch and its eight neighbours.
-    [[nodiscard]] Window window(PatchKey middle);
+    [[nodiscard]] Window window(grid::PatchKey middle);
 
     /// Which columns of a patch's window lie inside the stated bounds of some file: elsewhere there
     /// is nothing, not even rock.
-    [[nodiscard]] Grid<char, Window::kMargin> in_bounds(PatchKey middle) const;
+    [[nodiscard]] Grid<char, Window::kMargin> in_bounds(grid::PatchKey middle) const;
 
     /// How far a file has come, and why it failed.
     [[nodiscard]] std::pair<SquareState, std::string> state_of(std::size_t file) const;
 
     /// Of all squares that have been decoded whole so far.
-    [[nodiscard]] PointCounts counts() const;
+    [[nodiscard]] store::PointCounts counts() const;
 
 private:
     /// A file with what is known of it so far.
@@ -58,8 +58,9 @@ private:
         std::once_flag reported;
         bool told_wild = false;  ///< guarded by m_counts_mutex, as is the next
         std::bitset<256> told_class;
-        std::weak_ptr<const Square> in_memory;  ///< guarded by m_counts_mutex, as is the next
-        std::string last_error;                 ///< of reading it whole or in parts
+        std::weak_ptr<const store::Square>
+            in_memory;           ///< guarded by m_counts_mutex, as is the next
+        std::string last_error;  ///< of reading it whole or in parts
         std::atomic<bool> looked_through{
             false};  ///< its prepared square on disk was found whole in this run
     };
@@ -68,11 +69,12 @@ private:
     /// there even when no cache can hold them.
     using Held = std::map<std::size_t, Squares>;
     /// @param wanted all patches that the caller is about to ask for
-    [[nodiscard]] std::shared_ptr<const PatchColumns> columns(PatchKey key, const PatchRect& wanted,
+    [[nodiscard]] std::shared_ptr<const PatchColumns> columns(grid::PatchKey key,
+                                                              const grid::PatchRect& wanted,
                                                               Held& held);
-    [[nodiscard]] Squares squares_around(std::size_t file, const PatchRect& wanted);
-    [[nodiscard]] Squares read_around(std::size_t file, const PatchRect& wanted);
-    [[nodiscard]] std::shared_ptr<const Square> whole(std::size_t file);
+    [[nodiscard]] Squares squares_around(std::size_t file, const grid::PatchRect& wanted);
+    [[nodiscard]] Squares read_around(std::size_t file, const grid::PatchRect& wanted);
+    [[nodiscard]] std::shared_ptr<const store::Square> whole(std::size_t file);
     /// How memory is dealt out between squares and parts, bytes.
     struct Shares {
         std::size_t squares, parts;
@@ -81,9 +83,9 @@ private:
     void plan_files();
     [[nodiscard]] bool in_bounds(std::int32_t x, std::int32_t z) const noexcept;
     [[nodiscard]] bool surrounds(
-        const ColumnRect& rect) const noexcept;  ///< some file's bounds hold all of it
-    void report(std::size_t file, const PointCounts& counts);
-    void report_part(std::size_t file, const PointCounts& counts);
+        const grid::ColumnRect& rect) const noexcept;  ///< some file's bounds hold all of it
+    void report(std::size_t file, const store::PointCounts& counts);
+    void report_part(std::size_t file, const store::PointCounts& counts);
     [[nodiscard]] LoadContext context() const {
         return {m_sources.frame, m_classes, m_settings, m_times};
     }
@@ -98,12 +100,12 @@ private:
     std::unique_ptr<store::SquareFolder> m_folder;
     std::vector<std::unique_ptr<Entry>> m_entries;
     std::shared_ptr<const PatchColumns> m_empty;  ///< a patch inside the bounds without a point
-    util::Cache<std::size_t, Square> m_squares;
+    util::Cache<std::size_t, store::Square> m_squares;
     std::unique_ptr<PointParts> m_parts;
-    util::Cache<PatchKey, PatchColumns, PatchKeyHash> m_columns;
+    util::Cache<grid::PatchKey, PatchColumns, grid::PatchKeyHash> m_columns;
     std::mutex m_loading;  ///< held while a whole square is decoded
     mutable std::mutex m_counts_mutex;
-    PointCounts m_counts;
+    store::PointCounts m_counts;
 };
 
 }  // namespace terravox::voxelize

@@ -12,8 +12,8 @@ namespace terravox::voxelize {
 /// A patch with its eight neighbours: every step may read a margin of up to 64 columns, so that no
 /// step can see a patch's edge. Coordinates are local to the middle patch: x, z in [-64, 128).
 struct Window {
-    static constexpr int kMargin = kPatchSize;
-    PatchKey middle;
+    static constexpr int kMargin = grid::kPatchSize;
+    grid::PatchKey middle;
     std::array<std::shared_ptr<const PatchColumns>, 9> patches;  ///< index = (dz + 1) * 3 + dx + 1
 
     [[nodiscard]] const PatchColumns& patch_at(int x, int z) const noexcept {
@@ -27,7 +27,7 @@ struct Window {
     }
     [[nodiscard]] float ground_height(int x, int z) const noexcept {
         return patch_at(x, z)
-            .ground_height[static_cast<std::size_t>((z & 63) * kPatchSize + (x & 63))];
+            .ground_height[static_cast<std::size_t>((z & 63) * grid::kPatchSize + (x & 63))];
     }
     [[nodiscard]] bool built(int x, int z) const noexcept {
         return (patch_at(x, z).built[static_cast<std::size_t>(z & 63)] >> (x & 63) & 1) != 0;
@@ -44,8 +44,8 @@ struct Window {
 template <class T, int Margin>
 class Grid {
 public:
-    static constexpr int kMargin = Margin, kSide = kPatchSize + 2 * Margin, kFirst = -Margin,
-                         kLast = kPatchSize + Margin;
+    static constexpr int kMargin = Margin, kSide = grid::kPatchSize + 2 * Margin, kFirst = -Margin,
+                         kLast = grid::kPatchSize + Margin;
     explicit Grid(const T& value = T{}) : m_values(kSide * kSide, value) {}
     [[nodiscard]] T& at(int x, int z) noexcept {
         return m_values[static_cast<std::size_t>((z + kMargin) * kSide + x + kMargin)];

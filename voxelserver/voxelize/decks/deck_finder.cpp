@@ -17,7 +17,7 @@ constexpr int kLanding =
 constexpr int kHidden = 6;  // columns along a deck that tell nothing: plants, cars, gaps
 constexpr int kUncut =
     14;  // columns of a deck of things where nothing is low beside it: banks reach up to it
-constexpr int kMostSteps = 3 * DeckReach::kAlong;
+constexpr int kMaxSteps = 3 * DeckReach::kAlong;
 constexpr int kDropped = 2;  // columns along a deck that lie low: it has ended in the air
 constexpr float kBend =
     0.3F;  // how fast the direction of a deck may turn, share of the new one per column
@@ -25,7 +25,7 @@ constexpr int kDecksAround = 5;  // of eight: a gap
 
 enum class End { kLand, kDead, kBeyond };
 
-/// Follows a deck from one column to one of its ends. Places are counted from that column, so that
+/// Follows a deck from one column to one of its ends. Slots are counted from that column, so that
 /// every patch rounds alike.
 class DeckWalk {
 public:
@@ -43,8 +43,9 @@ public:
     }
 
     [[nodiscard]] End end() {
-        for (int steps = 0; steps < kMostSteps; ++steps) {
-            m_at[0] += m_along[0], m_at[1] += m_along[1];
+        for (int steps = 0; steps < kMaxSteps; ++steps) {
+            m_at[0] += m_along[0];
+            m_at[1] += m_along[1];
             const int dx = nearest(m_at[0]), dz = nearest(m_at[1]);
             if (std::max(std::abs(dx), std::abs(dz)) > DeckReach::kAlong)
                 return End::kBeyond;
@@ -70,13 +71,15 @@ private:
                 m_at = {static_cast<float>(dx), static_cast<float>(dz)};
                 turn(*section);
                 centre(*section);
-                m_height = section->height, m_landing = m_hidden = m_dropped = m_uncut = 0;
+                m_height = section->height;
+                m_landing = m_hidden = m_dropped = m_uncut = 0;
                 m_over_water = m_over_water || section->over_water;
                 return std::nullopt;
             }
         }
         if (level && s.kind == LandKind::kGround) {
-            m_height = s.height, m_hidden = m_dropped = 0;
+            m_height = s.height;
+            m_hidden = m_dropped = 0;
             if (++m_landing >= kLanding)
                 return End::kLand;
             return std::nullopt;
@@ -105,7 +108,8 @@ private:
         const float off = static_cast<float>(section.behind - section.before) * 0.5F;
         // Only across the way ahead: a cut that lies askew must not carry it back.
         const float across = nx * -m_along[1] + nz * m_along[0];
-        m_at[0] += off * across * -m_along[1], m_at[1] += off * across * m_along[0];
+        m_at[0] += off * across * -m_along[1];
+        m_at[1] += off * across * m_along[0];
     }
 
     DeckSections& m_sections;
@@ -136,8 +140,10 @@ public:
             if (found == nullptr)
                 return;
             const DeckSection section = *found;  // the walk finds more, and those move
-            if (leads_from_land_to_land(x, z, section))
-                put(x, z, section), any = true;
+            if (leads_from_land_to_land(x, z, section)) {
+                put(x, z, section);
+                any = true;
+            }
         });
         if (!any)
             return nullptr;
@@ -164,7 +170,8 @@ private:
     void put(int x, int z, const DeckSection& section) {
         FoundDeck& out = m_work.at(x, z);
         out.deck = surface(x, z, section.height);
-        out.below = section.below, out.over_water = section.over_water,
+        out.below = section.below;
+        out.over_water = section.over_water;
         out.of_things = section.of_things;
     }
 
@@ -173,9 +180,11 @@ private:
             return ground;
         Surface out;
         out.height = height;
-        if (const auto objects = m_window.objects(x, z); !objects.empty())
-            out.source_class = objects.front().source_class,
-            out.has_colour = objects.front().has_colour, out.colour = objects.front().colour;
+        if (const auto objects = m_window.objects(x, z); !objects.empty()) {
+            out.source_class = objects.front().source_class;
+            out.has_colour = objects.front().has_colour;
+            out.colour = objects.front().colour;
+        }
         return out;
     }
 
@@ -235,8 +244,10 @@ private:
                              });
             if (around.size() >= kDecksAround)
                 here = **middle;
-            else if (!own.ground.seen() && !own.water.seen())
-                here.below = (*middle)->below, here.over_water = false;
+            else if (!own.ground.seen() && !own.water.seen()) {
+                here.below = (*middle)->below;
+                here.over_water = false;
+            }
         });
         return out;
     }

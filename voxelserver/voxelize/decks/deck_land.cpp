@@ -35,8 +35,11 @@ float DeckLand::body_level(int x, int z) {
     const std::int32_t cell = m_water->cell_voxels;
     const std::int32_t cx = voxel::floor_div(m_window.middle.x0() + x, cell),
                        cz = voxel::floor_div(m_window.middle.z0() + z, cell);
-    if (cx != m_cell_x || cz != m_cell_z)
-        m_cell_x = cx, m_cell_z = cz, m_cell_level = m_water->level_near(cx, cz);
+    if (cx != m_cell_x || cz != m_cell_z) {
+        m_cell_x = cx;
+        m_cell_z = cz;
+        m_cell_level = m_water->level_near(cx, cz);
+    }
     return m_cell_level;
 }
 

@@ -17,7 +17,7 @@ int columns(double metres, double voxel_m, int least, int most) {
 }  // namespace
 
 DeckLimits::DeckLimits(const Settings::Bridges& settings, double voxel_m)
-    : drop(static_cast<float>(settings.least_drop_m / voxel_m)),
+    : drop(static_cast<float>(settings.min_drop_m / voxel_m)),
       above_water(static_cast<float>(settings.above_water_m / voxel_m)),
       above_land(static_cast<float>(settings.above_land_m / voxel_m)),
       level(static_cast<float>(0.5 / voxel_m)),
@@ -37,8 +37,10 @@ const DeckSection* DeckSections::at(int x, int z) {
     std::int32_t& index = m_index.at(x, z);
     if (index == kUnasked) {
         index = kNone;
-        if (const auto found = cut(x, z))
-            index = static_cast<std::int32_t>(m_sections.size()), m_sections.push_back(*found);
+        if (const auto found = cut(x, z)) {
+            index = static_cast<std::int32_t>(m_sections.size());
+            m_sections.push_back(*found);
+        }
     }
     return index == kNone ? nullptr : &m_sections[static_cast<std::size_t>(index)];
 }
@@ -58,13 +60,16 @@ std::optional<DeckSection> DeckSections::cut(int x, int z) {
             continue;
         const auto b = opposite(ahead, static_cast<int>(d));
         DeckSection out;
-        out.height = own.height, out.direction = static_cast<std::int8_t>(d),
+        out.height = own.height;
+        out.direction = static_cast<std::int8_t>(d);
         out.of_things = ahead.things;
         if (!b || !joins(*a, *b, out))
             continue;
         const int cost = out.width() + kAskew * b->askew;
-        if (!best || cost < best_cost)
-            best = out, best_cost = cost;
+        if (!best || cost < best_cost) {
+            best = out;
+            best_cost = cost;
+        }
     }
     return best;
 }
@@ -78,7 +83,8 @@ std::optional<DeckSections::Side> DeckSections::opposite(Look look, int directio
         const auto& [dx, dz] =
             kDeckDirections[static_cast<std::size_t>((turned + kCount) % kCount)];
         const float sign = turned < 0 || turned >= kCount ? -1.0F : 1.0F;  // past half a turn
-        look.dx = sign * dx, look.dz = sign * dz;
+        look.dx = sign * dx;
+        look.dz = sign * dz;
         if (auto found = side(look)) {
             found->askew = std::abs(turn);
             return found;
@@ -88,7 +94,8 @@ std::optional<DeckSections::Side> DeckSections::opposite(Look look, int directio
 }
 
 bool DeckSections::joins(const Side& a, const Side& b, DeckSection& out) const {
-    out.before = static_cast<std::int8_t>(a.edge), out.behind = static_cast<std::int8_t>(b.edge);
+    out.before = static_cast<std::int8_t>(a.edge);
+    out.behind = static_cast<std::int8_t>(b.edge);
     if (out.width() > m_limits.widest || std::abs(a.level - b.level) > m_limits.same)
         return false;
     const auto to_a = static_cast<float>(a.edge + 1), to_b = static_cast<float>(b.edge + 1);
@@ -122,9 +129,12 @@ std::optional<DeckSections::Edge> DeckSections::edge(const Look& look) {
             const bool higher = s.height > look.height + tolerance;
             if (higher && (s.height > look.height + m_limits.parapet || ++raised > m_limits.edge))
                 return std::nullopt;
-            if (!higher)
-                raised = 0, before = s.height;
-            last = k, unknown = 0;
+            if (!higher) {
+                raised = 0;
+                before = s.height;
+            }
+            last = k;
+            unknown = 0;
         }
     }
     return std::nullopt;

@@ -14,9 +14,9 @@ constexpr double kSkewed = 1.4142136;  // longest cut along rows or lines, which
                                        // a deck that lies across them
 constexpr double kSkewedDiagonal = 0.7653669;  // the same along diagonals, which lie no more
                                                // than 22.5 degrees askew, in steps of 1.41 columns
-constexpr int kMostChord = 31, kMostMargin = DeckSeeds::kMargin + kMostChord + kFall;
-static_assert(kMostMargin + 2 <= Window::kMargin);
-constexpr int kSide = kPatchSize + 2 * kMostMargin;
+constexpr int kMaxChord = 31, kMaxMargin = DeckSeeds::kMargin + kMaxChord + kFall;
+static_assert(kMaxMargin + 2 <= Window::kMargin);
+constexpr int kSide = grid::kPatchSize + 2 * kMaxMargin;
 constexpr float kLow = -1e9F;     // water and voids: lower than any land
 constexpr float kUnknown = 1e9F;  // no lower than anything
 
@@ -42,13 +42,14 @@ bool any(const Bits& b) noexcept {
     return (b[0] | b[1] | b[2]) != 0;
 }
 
-using Rows = std::array<Bits, 3 * kPatchSize>;  // index z + 64
+using Rows = std::array<Bits, 3 * grid::kPatchSize>;  // index z + 64
 
-Rows rows_of(const Window& window, std::array<std::uint64_t, kPatchSize> PatchColumns::* what) {
+Rows rows_of(const Window& window,
+             std::array<std::uint64_t, grid::kPatchSize> PatchColumns::* what) {
     Rows out;
     for (std::size_t i = 0; i < out.size(); ++i)
         for (std::size_t w = 0; w < 3; ++w)
-            out[i][w] = (*window.patches[i / kPatchSize * 3 + w].*what)[i % kPatchSize];
+            out[i][w] = (*window.patches[i / grid::kPatchSize * 3 + w].*what)[i % grid::kPatchSize];
     return out;
 }
 
@@ -72,10 +73,10 @@ class SeedFinder {
 public:
     SeedFinder(const Window& window, const DeckLimits& limits)
         : m_drop(limits.drop),
-          m_chord(std::min(kMostChord, static_cast<int>(std::lround(limits.widest * kSkewed)) + 1)),
+          m_chord(std::min(kMaxChord, static_cast<int>(std::lround(limits.widest * kSkewed)) + 1)),
           m_diagonal(static_cast<int>(std::lround(limits.widest * kSkewedDiagonal)) + 1),
           m_first(-DeckSeeds::kMargin - m_chord - kFall),
-          m_last(kPatchSize - m_first) {
+          m_last(grid::kPatchSize - m_first) {
         read_heights(window);
         const Rows occupied = rows_of(window, &PatchColumns::occupied),
                    wet = rows_of(window, &PatchColumns::wet);
@@ -87,7 +88,7 @@ public:
             m_thing[i] = occupied[i] & ~built[i] & ~wet[i] & ~ground[i];
         }
         for (int z = m_first; z < m_last; ++z) {
-            const Bits& row = m_low[static_cast<std::size_t>(z + kPatchSize)];
+            const Bits& row = m_low[static_cast<std::size_t>(z + grid::kPatchSize)];
             if (any(row))
                 set(row, &at(m_first, z), kLow);
         }
@@ -99,7 +100,8 @@ public:
         if (!rows && !lines)
             return std::nullopt;
         // Near the ends of a deck that lies askew, neither row nor line leads across it.
-        along_lines(1, m_diagonal, &drops, drops), along_lines(-1, m_diagonal, &drops, drops);
+        along_lines(1, m_diagonal, &drops, drops);
+        along_lines(-1, m_diagonal, &drops, drops);
         if (!m_any)
             return std::nullopt;
         return std::move(m_seeds);
@@ -118,9 +120,9 @@ private:
         m_heights.assign(static_cast<std::size_t>(kSide * kSide), kUnknown);
         for (int z = m_first; z < m_last; ++z)
             for (const auto& [from, to] :
-                 {std::pair{m_first, 0}, {0, kPatchSize}, {kPatchSize, m_last}})
+                 {std::pair{m_first, 0}, {0, grid::kPatchSize}, {grid::kPatchSize, m_last}})
                 copy_known(&window.patch_at(from, z).ground_height[static_cast<std::size_t>(
-                               (z & 63) * kPatchSize + (from & 63))],
+                               (z & 63) * grid::kPatchSize + (from & 63))],
                            to - from, &at(from, z));
     }
     static void copy_known(const float* from, int count, float* to) noexcept {
@@ -150,7 +152,7 @@ private:
         for (std::size_t w = 0; w < 3; ++w)
             for (std::uint64_t left = bits[w]; left != 0; left &= left - 1) {
                 const int i =
-                    static_cast<int>(w) * 64 + std::countr_zero(left) - kPatchSize - m_first;
+                    static_cast<int>(w) * 64 + std::countr_zero(left) - grid::kPatchSize - m_first;
                 if (i >= 0 && i < count())
                     values[i] = value;
             }
@@ -193,8 +195,8 @@ private:
             Flags before{}, behind{};
             const float* row = &at(m_first, z);
             find_falls(row, 1, before, behind);
-            const Bits &low = m_low[static_cast<std::size_t>(z + kPatchSize)],
-                       &thing = m_thing[static_cast<std::size_t>(z + kPatchSize)];
+            const Bits &low = m_low[static_cast<std::size_t>(z + grid::kPatchSize)],
+                       &thing = m_thing[static_cast<std::size_t>(z + grid::kPatchSize)];
             if (any(low) && any(thing)) {
                 set(thing & (east(low, 1) | east(low, 2) | east(low, 3)), before.data(),
                     std::uint8_t{1});
@@ -233,10 +235,10 @@ private:
             Flags before{}, behind{};
             const float* row = &at(m_first, z);
             find_falls(row, kSide + step, before, behind);
-            const auto i = static_cast<std::size_t>(z + kPatchSize);
+            const auto i = static_cast<std::size_t>(z + grid::kPatchSize);
             if (any(m_thing[i])) {
                 const auto shifted = [&](int rows) {
-                    const Bits& low = m_low[static_cast<std::size_t>(z + kPatchSize + rows)];
+                    const Bits& low = m_low[static_cast<std::size_t>(z + grid::kPatchSize + rows)];
                     const int by = rows * step;  // the bit that lies there, brought here
                     return by == 0 ? low : by > 0 ? west(low, by) : east(low, -by);
                 };
@@ -246,8 +248,10 @@ private:
                     std::uint8_t{1});
             }
             if (among != nullptr)
-                for (std::size_t k = 0; k < before.size(); ++k)
-                    before[k] &= (*among)[at_row + k], behind[k] &= (*among)[at_row + k];
+                for (std::size_t k = 0; k < before.size(); ++k) {
+                    before[k] &= (*among)[at_row + k];
+                    behind[k] &= (*among)[at_row + k];
+                }
             if (none(before) && none(behind))
                 continue;
             any_drop = true;
@@ -293,7 +297,8 @@ private:
         if (x < DeckSeeds::kFirst || x >= DeckSeeds::kLast || z < DeckSeeds::kFirst ||
             z >= DeckSeeds::kLast)
             return;
-        m_seeds.at(x, z) = 1, m_any = true;
+        m_seeds.at(x, z) = 1;
+        m_any = true;
     }
 
     float m_drop;

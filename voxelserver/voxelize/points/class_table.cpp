@@ -38,10 +38,10 @@ void allow_only(const toml::table& table, const std::string& where,
 
 void apply(const fs::path& file, ClassTable& table, int depth) {
     const auto fail = [&](const std::string& what) {
-        throw UsageError("read the class table " + file.string() + ": " + what);
+        throw util::UsageError("read the class table " + file.string() + ": " + what);
     };
-    constexpr int kMostExtends = 8;
-    if (depth > kMostExtends)
+    constexpr int kMaxExtends = 8;
+    if (depth > kMaxExtends)
         fail("'extends' goes round in a circle");
     const toml::table root = util::read_toml(file, fail);
     allow_only(root, "", {"title", "extends", "crs", "class"}, fail);
@@ -107,10 +107,10 @@ ClassTable load_class_table(const std::string& id_or_path) {
         const fs::path folder = util::config_dir() / "classes";
         file = folder / (id_or_path + ".toml");
         if (id_or_path.empty() || id_or_path.find('/') != std::string::npos || !fs::exists(file))
-            throw UsageError("find the class table '" + id_or_path + "': allowed: " +
-                             util::toml_ids(folder) + ", or a path to a .toml file");
+            throw util::UsageError("find the class table '" + id_or_path + "': allowed: " +
+                                   util::toml_ids(folder) + ", or a path to a .toml file");
     } else if (!fs::exists(file)) {
-        throw UsageError("read the class table " + file.string() + ": no such file");
+        throw util::UsageError("read the class table " + file.string() + ": no such file");
     }
     apply(file, table, 0);
     return table;

@@ -34,8 +34,8 @@ const char* authority_of(const PointCloudInfo& info) {
 }
 
 [[noreturn]] void refuse(const PointCloudInfo& info, const std::string& why) {
-    throw Error("place the point cloud " + info.path.string() + ": " + authority_of(info) + " " +
-                text_of(info.min, info.max) + ", " + why + "; the header needs repair");
+    throw util::Error("place the point cloud " + info.path.string() + ": " + authority_of(info) +
+                      " " + text_of(info.min, info.max) + ", " + why + "; the header needs repair");
 }
 
 Place place_of(const Point& p) {
@@ -89,7 +89,7 @@ bool looks_empty(const PointSource& source, const PointCloudInfo& info,
 // Between a river's banks is the river: only what lies far apart is apart.
 std::vector<PlanRect> islands_of(const std::vector<PointCluster>& clusters, double unit) {
     constexpr double kApart_m = 5000;
-    constexpr std::size_t kMost = 64;  // more parts than that are one survey
+    constexpr std::size_t kMax = 64;  // more parts than that are one survey
     const double apart = kApart_m / unit;
     std::vector<PlanRect> out;
     const auto join = [](PlanRect& to, const PlanRect& from) {
@@ -111,7 +111,7 @@ std::vector<PlanRect> islands_of(const std::vector<PointCluster>& clusters, doub
             }
         }
         out.push_back(rect);
-        if (out.size() > kMost) {
+        if (out.size() > kMax) {
             for (const PointCluster& all : clusters)
                 join(out.front(), {all.min[0], all.min[1], all.max[0], all.max[1]});
             return {out.front()};
@@ -149,8 +149,10 @@ std::vector<PlanRect> settle_extent(const PointSource& source, PointCloudInfo& i
     drop_strays(clusters, unit);
     Place min = clusters.front().min, max = clusters.front().max;
     for (const PointCluster& c : clusters)
-        for (std::size_t a = 0; a < 3; ++a)
-            min[a] = std::min(min[a], c.min[a]), max[a] = std::max(max[a], c.max[a]);
+        for (std::size_t a = 0; a < 3; ++a) {
+            min[a] = std::min(min[a], c.min[a]);
+            max[a] = std::max(max[a], c.max[a]);
+        }
     // Bounds may well be those of a whole square that was seen in part.
     constexpr double kMuch_m = 1000;
     bool wrong = beyond > 0 || clusters.size() < all;
@@ -161,7 +163,8 @@ std::vector<PlanRect> settle_extent(const PointSource& source, PointCloudInfo& i
         spdlog::warn("{}: {} {}, but all points but strays lie in {}; these bounds are used",
                      info.path.string(), authority_of(info), text_of(info.min, info.max),
                      text_of(min, max));
-        info.min = min, info.max = max;
+        info.min = min;
+        info.max = max;
     }
     auto islands = islands_of(clusters, unit);
     return wrong || islands.size() > 1 ? islands : stated;

@@ -9,7 +9,7 @@ namespace terravox::voxelize {
 
 std::vector<std::filesystem::path> lidar_files(const LidarWorldOptions& options) {
     if (options.files.empty())
-        throw UsageError("open the LiDAR data: no file or folder given");
+        throw util::UsageError("open the LiDAR data: no file or folder given");
     auto files = pointcloud::expand_point_files(options.files);
     std::sort(files.begin(), files.end());
     return files;

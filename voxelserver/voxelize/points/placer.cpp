@@ -10,8 +10,8 @@
 namespace terravox::voxelize {
 namespace {
 
-constexpr std::int64_t kPlanOne = 1 << VoxelPoint::kPlanBits;
-constexpr int kPatchShift = VoxelPoint::kPlanBits + 6;
+constexpr std::int64_t kPlanOne = 1 << store::VoxelPoint::kPlanBits;
+constexpr int kPatchShift = store::VoxelPoint::kPlanBits + 6;
 
 double seconds_since(std::chrono::steady_clock::time_point start) {
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
@@ -36,7 +36,7 @@ double on_grid(const pointcloud::PointCloudInfo& info, std::size_t axis, double 
 
 }  // namespace
 
-Placer::Placer(const SquareSource& source, const Frame& frame, const ClassTable& classes,
+Placer::Placer(const SquareSource& source, const grid::Frame& frame, const ClassTable& classes,
                const Settings::Points& filters)
     : m_source(source), m_frame(frame), m_classes(classes), m_filters(filters) {
     if (source.transform)
@@ -53,8 +53,9 @@ Placer::Placer(const SquareSource& source, const Frame& frame, const ClassTable&
     }
 }
 
-void Placer::place(std::span<const pointcloud::Point> batch, const std::optional<PatchRect>& wanted,
-                   PatchedPoints& out, PointCounts& counts) {
+void Placer::place(std::span<const pointcloud::Point> batch,
+                   const std::optional<grid::PatchRect>& wanted, store::PatchedPoints& out,
+                   store::PointCounts& counts) {
     const auto start = std::chrono::steady_clock::now();
     transform(batch, counts);
     const auto middle = std::chrono::steady_clock::now();
@@ -63,12 +64,15 @@ void Placer::place(std::span<const pointcloud::Point> batch, const std::optional
     m_quantization_s += seconds_since(middle);
 }
 
-void Placer::transform(std::span<const pointcloud::Point> batch, PointCounts& counts) {
-    m_kept.clear(), m_x.clear(), m_y.clear();
+void Placer::transform(std::span<const pointcloud::Point> batch, store::PointCounts& counts) {
+    m_kept.clear();
+    m_x.clear();
+    m_y.clear();
     for (std::uint32_t i = 0; i < batch.size(); ++i) {
         const pointcloud::Point& p = batch[i];
-        if (const Fate fate = fate_of(p, m_filters, m_classes); fate != Fate::kKept) {
-            ++(fate == Fate::kNoise ? counts.noise : counts.withheld);
+        if (const FilterResult fate = fate_of(p, m_filters, m_classes);
+            fate != FilterResult::kKept) {
+            ++(fate == FilterResult::kNoise ? counts.noise : counts.withheld);
             continue;
         }
         if (p.x < m_min[0] || p.x > m_max[0] || p.y < m_min[1] || p.y > m_max[1] ||
@@ -85,13 +89,14 @@ void Placer::transform(std::span<const pointcloud::Point> batch, PointCounts& co
 }
 
 void Placer::quantize(std::span<const pointcloud::Point> batch,
-                      const std::optional<PatchRect>& wanted, PatchedPoints& out,
-                      PointCounts& counts) {
+                      const std::optional<grid::PatchRect>& wanted, store::PatchedPoints& out,
+                      store::PointCounts& counts) {
     for (std::size_t k = 0; k < m_kept.size(); ++k) {
         const pointcloud::Point& p = batch[m_kept[k]];
         const double x = m_frame.x(m_x[k]) * static_cast<double>(kPlanOne),
                      z = m_frame.z(m_y[k]) * static_cast<double>(kPlanOne);
-        const double y = m_frame.y(p.z * m_source.vertical_metres) * (1 << VoxelPoint::kHeightBits);
+        const double y =
+            m_frame.y(p.z * m_source.vertical_metres) * (1 << store::VoxelPoint::kHeightBits);
         constexpr double kFarthest = 1.0e9 * static_cast<double>(kPlanOne);  // voxels are 32-bit
         if (!(std::abs(x) < kFarthest && std::abs(z) < kFarthest && std::abs(y) < 2147483000.0)) {
             ++counts.wild;
@@ -100,18 +105,19 @@ void Placer::quantize(std::span<const pointcloud::Point> batch,
         const std::int64_t ix = floor_to_int(x), iz = floor_to_int(z);
         // Strays between two parts of a file far apart: the box of both holds them.
         const auto column = [](std::int64_t v) {
-            return static_cast<std::int32_t>(v >> VoxelPoint::kPlanBits);
+            return static_cast<std::int32_t>(v >> store::VoxelPoint::kPlanBits);
         };
         if (m_source.islands.size() > 1 && !m_source.on_island(column(ix), column(iz))) {
             ++counts.wild;
             continue;
         }
-        const PatchKey patch{static_cast<std::int32_t>(ix >> kPatchShift),
-                             static_cast<std::int32_t>(iz >> kPatchShift)};
+        const grid::PatchKey patch{static_cast<std::int32_t>(ix >> kPatchShift),
+                                   static_cast<std::int32_t>(iz >> kPatchShift)};
         if (wanted && !wanted->contains(patch))
             continue;
-        VoxelPoint point;
-        point.x = static_cast<std::uint16_t>(ix), point.z = static_cast<std::uint16_t>(iz);
+        store::VoxelPoint point;
+        point.x = static_cast<std::uint16_t>(ix);
+        point.z = static_cast<std::uint16_t>(iz);
         point.y = static_cast<std::int32_t>(floor_to_int(y));
         point.source_class = p.classification;
         if (m_source.has_colour) {

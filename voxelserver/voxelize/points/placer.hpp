@@ -22,11 +22,11 @@ struct SquareSource {
     /// Of the points, with a CRS; min and max hold all that are kept, whatever the header says
     /// (extent.hpp).
     pointcloud::PointCloudInfo info;
-    double vertical_metres = 1;       ///< metres per unit of the file's heights
-    bool transform = false;           ///< the file's CRS differs from the frame's
-    ColumnRect bounds;                ///< of info's min and max
-    std::vector<ColumnRect> islands;  ///< parts of the bounds, kilometres apart, outside which
-                                      ///< there is nothing; mostly one, the bounds
+    double vertical_metres = 1;             ///< metres per unit of the file's heights
+    bool transform = false;                 ///< the file's CRS differs from the frame's
+    grid::ColumnRect bounds;                ///< of info's min and max
+    std::vector<grid::ColumnRect> islands;  ///< parts of the bounds, kilometres apart, outside
+                                            ///< which there is nothing; mostly one, the bounds
     double lowest = 0,
            highest = 0;  ///< heights beyond are wild, file units; within info's min and max
     bool has_colour = false;
@@ -37,42 +37,46 @@ struct SquareSource {
     std::shared_ptr<const pointcloud::SpatialIndex> spatial_index;
 
     [[nodiscard]] bool on_island(std::int32_t x, std::int32_t z) const noexcept {
-        return std::any_of(islands.begin(), islands.end(), [&](const ColumnRect& r) {
+        return std::any_of(islands.begin(), islands.end(), [&](const grid::ColumnRect& r) {
             return x >= r.min_x && x < r.max_x && z >= r.min_z && z < r.max_z;
         });
     }
 };
 
 /// What the filters and the class table say of a return.
-enum class Fate { kKept, kWithheld, kNoise };
-[[nodiscard]] inline Fate fate_of(const pointcloud::Point& p, const Settings::Points& filters,
-                                  const ClassTable& classes) noexcept {
+enum class FilterResult { kKept, kWithheld, kNoise };
+[[nodiscard]] inline FilterResult fate_of(const pointcloud::Point& p,
+                                          const Settings::Points& filters,
+                                          const ClassTable& classes) noexcept {
     if ((p.withheld && filters.drop_withheld) || (p.overlap && filters.drop_overlap))
-        return Fate::kWithheld;
-    return classes.meaning[p.classification].role == Role::kDrop ? Fate::kNoise : Fate::kKept;
+        return FilterResult::kWithheld;
+    return classes.meaning[p.classification].role == Role::kDrop ? FilterResult::kNoise
+                                                                 : FilterResult::kKept;
 }
 
 /// Steps "transformation" and "quantization": turns returns as a file stores them into voxel
 /// points, and leaves out what is none. One for each thread.
 class Placer {
 public:
-    Placer(const SquareSource& source, const Frame& frame, const ClassTable& classes,
+    Placer(const SquareSource& source, const grid::Frame& frame, const ClassTable& classes,
            const Settings::Points& filters);
 
     /// @param wanted only points of these patches; nullopt = all
-    void place(std::span<const pointcloud::Point> batch, const std::optional<PatchRect>& wanted,
-               PatchedPoints& out, PointCounts& counts);
+    void place(std::span<const pointcloud::Point> batch,
+               const std::optional<grid::PatchRect>& wanted, store::PatchedPoints& out,
+               store::PointCounts& counts);
 
     [[nodiscard]] double transformation_s() const noexcept { return m_transformation_s; }
     [[nodiscard]] double quantization_s() const noexcept { return m_quantization_s; }
 
 private:
-    void transform(std::span<const pointcloud::Point> batch, PointCounts& counts);
-    void quantize(std::span<const pointcloud::Point> batch, const std::optional<PatchRect>& wanted,
-                  PatchedPoints& out, PointCounts& counts);
+    void transform(std::span<const pointcloud::Point> batch, store::PointCounts& counts);
+    void quantize(std::span<const pointcloud::Point> batch,
+                  const std::optional<grid::PatchRect>& wanted, store::PatchedPoints& out,
+                  store::PointCounts& counts);
 
     const SquareSource& m_source;
-    const Frame& m_frame;
+    const grid::Frame& m_frame;
     const ClassTable& m_classes;
     const Settings::Points m_filters;
     std::optional<geo::Transform> m_transform;

@@ -14,8 +14,8 @@ namespace terravox::voxelize {
 namespace {
 
 constexpr double kCell_m = 256;
-constexpr int kReach = 4;                      // cells: clusters are a kilometre apart or more
-constexpr std::size_t kMostCells = 1'000'000;  // 65,000 square kilometres; some tens of MB
+constexpr int kReach = 4;                     // cells: clusters are a kilometre apart or more
+constexpr std::size_t kMaxCells = 1'000'000;  // 65,000 square kilometres; some tens of MB
 constexpr std::uint64_t kPointsPerTask = 200'000;
 
 using Cells = std::unordered_map<std::uint64_t, PointCluster>;
@@ -32,17 +32,19 @@ void add(PointCluster& to, const PointCluster& from) noexcept {
         return;
     }
     to.count += from.count;
-    for (std::size_t a = 0; a < 3; ++a)
-        to.min[a] = std::min(to.min[a], from.min[a]), to.max[a] = std::max(to.max[a], from.max[a]);
+    for (std::size_t a = 0; a < 3; ++a) {
+        to.min[a] = std::min(to.min[a], from.min[a]);
+        to.max[a] = std::max(to.max[a], from.max[a]);
+    }
 }
 
 void add_all(Cells& to, const Cells& from, const pointcloud::PointSource& source) {
     for (const auto& [key, cell] : from)
         add(to[key], cell);
-    if (to.size() > kMostCells)
-        throw Error("place the point cloud " + source.info().path.string() +
-                    ": its points are strewn over more than " + std::to_string(kMostCells) +
-                    " squares of 256 m");
+    if (to.size() > kMaxCells)
+        throw util::Error("place the point cloud " + source.info().path.string() +
+                          ": its points are strewn over more than " + std::to_string(kMaxCells) +
+                          " squares of 256 m");
 }
 
 // Neighbours in a file are neighbours in space: the cell is mostly that of the point before.
@@ -62,8 +64,10 @@ Cells cells_of(const pointcloud::PointSource& source, const pointcloud::PointRan
                     std::clamp(std::floor(v / cell_units), -kFarthest, kFarthest));
             };
             const std::uint64_t key = key_of(index(at[0]), index(at[1]));
-            if (last == nullptr || key != last_key)
-                last = &out[key], last_key = key;
+            if (last == nullptr || key != last_key) {
+                last = &out[key];
+                last_key = key;
+            }
             add(*last, {1, at, at});
         }
     });

@@ -14,21 +14,21 @@ constexpr std::uint64_t kPointsPerTask = 50'000;  // a usual chunk: the finest t
                                                   // can be had in, and threads end together
 
 struct Part {
-    PatchedPoints points;
-    PointCounts counts;
+    store::PatchedPoints points;
+    store::PointCounts counts;
 };
 
 // Points of a file that has been replaced meanwhile are not those of this world: what is made of
 // them would be kept under the old file's name.
 void check_unchanged(const SquareSource& source) {
     if (source.identity != voxel::Fingerprint{} &&
-        store::file_identity(source.info.path, "point cloud") != source.identity)
-        throw Error("read the point cloud " + source.info.path.string() +
-                    ": it has changed since it was opened; start again");
+        voxel::file_identity(source.info.path, "point cloud") != source.identity)
+        throw util::Error("read the point cloud " + source.info.path.string() +
+                          ": it has changed since it was opened; start again");
 }
 
 Part load_part(const SquareSource& source, std::span<const pointcloud::PointRange> ranges,
-               const std::optional<PatchRect>& wanted, const LoadContext& context) {
+               const std::optional<grid::PatchRect>& wanted, const LoadContext& context) {
     Part part;
     Placer placer(source, context.frame, context.classes, context.settings.points);
     util::StageTimes::Scope timed(context.times, "point load");
@@ -43,7 +43,7 @@ Part load_part(const SquareSource& source, std::span<const pointcloud::PointRang
         source.points->read(ranges, [&](std::span<const pointcloud::Point> batch) {
             placer.place(batch, wanted, part.points, part.counts);
         });
-    } catch (const Error&) {
+    } catch (const util::Error&) {
         check_unchanged(source);  // that is then the reason
         throw;
     }
@@ -53,8 +53,8 @@ Part load_part(const SquareSource& source, std::span<const pointcloud::PointRang
     return part;
 }
 
-std::vector<PatchKey> patches_of(const PatchedPoints& points) {
-    std::vector<PatchKey> out;
+std::vector<grid::PatchKey> patches_of(const store::PatchedPoints& points) {
+    std::vector<grid::PatchKey> out;
     for (const auto& run : points.runs)
         out.push_back(run.patch);
     std::sort(out.begin(), out.end());
@@ -62,15 +62,17 @@ std::vector<PatchKey> patches_of(const PatchedPoints& points) {
     return out;
 }
 
-std::shared_ptr<const Square> bin(std::vector<Part> parts, const LoadContext& context,
-                                  int threads) {
+std::shared_ptr<const store::Square> bin(std::vector<Part> parts, const LoadContext& context,
+                                         int threads) {
     const util::StageTimes::Scope timed(context.times, "binning");
-    PointCounts counts;
-    std::vector<PatchedPoints> points;
+    store::PointCounts counts;
+    std::vector<store::PatchedPoints> points;
     points.reserve(parts.size());
-    for (Part& part : parts)
-        counts.add(part.counts), points.push_back(std::move(part.points));
-    return bin_points(std::move(points), counts, threads);
+    for (Part& part : parts) {
+        counts.add(part.counts);
+        points.push_back(std::move(part.points));
+    }
+    return store::bin_points(std::move(points), counts, threads);
 }
 
 // Long ranges are cut at chunk borders so that all threads have something to do.
@@ -93,18 +95,18 @@ std::vector<pointcloud::PointRange> cut(const pointcloud::PointSource& points,
 LoadedSquare load_square(const SquareSource& source, const LoadContext& context, int threads) {
     const auto ranges = source.points->parts(kPointsPerTask);
     std::vector<Part> parts(ranges.size());
-    std::vector<ChunkIndex::Chunk> chunks(ranges.size());
+    std::vector<store::ChunkIndex::Chunk> chunks(ranges.size());
     thread::parallel_for(ranges.size(), threads, [&](std::size_t i) {
         parts[i] = load_part(source, std::span(&ranges[i], 1), std::nullopt, context);
         chunks[i] = {ranges[i], patches_of(parts[i].points)};
     });
-    return {bin(std::move(parts), context, threads), ChunkIndex(std::move(chunks))};
+    return {bin(std::move(parts), context, threads), store::ChunkIndex(std::move(chunks))};
 }
 
-std::shared_ptr<const Square> load_patches(const SquareSource& source,
-                                           std::span<const pointcloud::PointRange> ranges,
-                                           const PatchRect& wanted, const LoadContext& context,
-                                           int threads) {
+std::shared_ptr<const store::Square> load_patches(const SquareSource& source,
+                                                  std::span<const pointcloud::PointRange> ranges,
+                                                  const grid::PatchRect& wanted,
+                                                  const LoadContext& context, int threads) {
     // Each task takes neighbouring ranges: opening a reader costs as much as decoding some thousand
     // points.
     const auto pieces = cut(*source.points, ranges);
@@ -115,7 +117,8 @@ std::shared_ptr<const Square> load_patches(const SquareSource& source,
         if (points < kPointsPerTask && i + 1 < pieces.size())
             continue;
         tasks.emplace_back(begin, i + 1);
-        begin = i + 1, points = 0;
+        begin = i + 1;
+        points = 0;
     }
     std::vector<Part> parts(tasks.size());
     thread::parallel_for(tasks.size(), threads, [&](std::size_t i) {
@@ -126,37 +129,38 @@ std::shared_ptr<const Square> load_patches(const SquareSource& source,
     return bin(std::move(parts), context, threads);
 }
 
-std::shared_ptr<const Square> load_range(const SquareSource& source,
-                                         const pointcloud::PointRange& range,
-                                         const LoadContext& context) {
+std::shared_ptr<const store::Square> load_range(const SquareSource& source,
+                                                const pointcloud::PointRange& range,
+                                                const LoadContext& context) {
     std::vector<Part> parts;
     parts.push_back(load_part(source, std::span(&range, 1), std::nullopt, context));
     return bin(std::move(parts), context, 1);
 }
 
-ChunkIndex scan_chunks(const SquareSource& source, const LoadContext& context, int threads,
-                       PointCounts& counts) {
+store::ChunkIndex scan_chunks(const SquareSource& source, const LoadContext& context, int threads,
+                              store::PointCounts& counts) {
     const auto ranges = source.points->parts(kPointsPerTask);
-    std::vector<ChunkIndex::Chunk> chunks(ranges.size());
-    std::vector<PointCounts> met(ranges.size());
+    std::vector<store::ChunkIndex::Chunk> chunks(ranges.size());
+    std::vector<store::PointCounts> met(ranges.size());
     thread::parallel_for(ranges.size(), threads, [&](std::size_t i) {
         const util::StageTimes::Scope timed(context.times, "point load");
         Placer placer(source, context.frame, context.classes, context.settings.points);
         // A file without chunks is one range: what is kept of it must not grow with its points.
-        std::set<PatchKey> patches;
-        PatchedPoints batch_points;
+        std::set<grid::PatchKey> patches;
+        store::PatchedPoints batch_points;
         source.points->read(std::span(&ranges[i], 1),
                             [&](std::span<const pointcloud::Point> batch) {
                                 placer.place(batch, std::nullopt, batch_points, met[i]);
                                 for (const auto& run : batch_points.runs)
                                     patches.insert(run.patch);
-                                batch_points.points.clear(), batch_points.runs.clear();
+                                batch_points.points.clear();
+                                batch_points.runs.clear();
                             });
         chunks[i] = {ranges[i], {patches.begin(), patches.end()}};
     });
-    for (const PointCounts& c : met)
+    for (const store::PointCounts& c : met)
         counts.add(c);
-    return ChunkIndex(std::move(chunks));
+    return store::ChunkIndex(std::move(chunks));
 }
 
 }  // namespace terravox::voxelize

@@ -8,7 +8,7 @@ namespace terravox::voxelize {
 
 /// What reading needs beside the file.
 struct LoadContext {
-    const Frame& frame;
+    const grid::Frame& frame;
     const ClassTable& classes;
     const Settings& settings;
     util::StageTimes& times;
@@ -16,8 +16,8 @@ struct LoadContext {
 
 /// A file decoded whole.
 struct LoadedSquare {
-    std::shared_ptr<const Square> square;
-    ChunkIndex index;
+    std::shared_ptr<const store::Square> square;
+    store::ChunkIndex index;
 };
 
 /// Steps "point load", "transformation", "quantization" and "binning" of a whole file, several
@@ -28,18 +28,18 @@ struct LoadedSquare {
                                        int threads);
 
 /// The same for the points of some patches. @param ranges hold all of them (from an index)
-[[nodiscard]] std::shared_ptr<const Square> load_patches(
+[[nodiscard]] std::shared_ptr<const store::Square> load_patches(
     const SquareSource& source, std::span<const pointcloud::PointRange> ranges,
-    const PatchRect& wanted, const LoadContext& context, int threads);
+    const grid::PatchRect& wanted, const LoadContext& context, int threads);
 
 /// One range alone, on the calling thread.
-[[nodiscard]] std::shared_ptr<const Square> load_range(const SquareSource& source,
-                                                       const pointcloud::PointRange& range,
-                                                       const LoadContext& context);
+[[nodiscard]] std::shared_ptr<const store::Square> load_range(const SquareSource& source,
+                                                              const pointcloud::PointRange& range,
+                                                              const LoadContext& context);
 
 /// Decodes a file only to learn what lies where: for files too large to be kept whole. @param
 /// counts what was met
-[[nodiscard]] ChunkIndex scan_chunks(const SquareSource& source, const LoadContext& context,
-                                     int threads, PointCounts& counts);
+[[nodiscard]] store::ChunkIndex scan_chunks(const SquareSource& source, const LoadContext& context,
+                                            int threads, store::PointCounts& counts);
 
 }  // namespace terravox::voxelize

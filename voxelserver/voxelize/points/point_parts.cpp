@@ -30,7 +30,7 @@ PointParts::PointParts(std::vector<PartedFile> files, const LoadContext& context
         m_states.push_back(std::make_unique<State>());
 }
 
-bool PointParts::are_enough(std::size_t file, const PatchRect& wanted) {
+bool PointParts::are_enough(std::size_t file, const grid::PatchRect& wanted) {
     if (m_files[file].source->spatial_index == nullptr && chunk_index(file, false) == nullptr)
         return false;
     const std::uint64_t most = m_files[file].source->info.point_count / 2,
@@ -38,7 +38,7 @@ bool PointParts::are_enough(std::size_t file, const PatchRect& wanted) {
     return before <= most && before + points_to_decode(file, wanted) <= most;
 }
 
-Squares PointParts::around(std::size_t file, const PatchRect& wanted) {
+Squares PointParts::around(std::size_t file, const grid::PatchRect& wanted) {
     if (by_chunk(file))
         return load_chunks(file, wanted);
     return {block(block_of(file, wanted))};
@@ -54,17 +54,19 @@ bool PointParts::by_chunk(std::size_t file) {
         state.by_chunk = index == nullptr || index->by_chunk();
         if (!state.by_chunk || parted.kept_whole)
             return;
-        const ColumnRect& bounds = parted.source->bounds;
-        const PatchKey middle{voxel::floor_div((bounds.min_x + bounds.max_x) / 2, kPatchSize),
-                              voxel::floor_div((bounds.min_z + bounds.max_z) / 2, kPatchSize)};
-        const PatchRect around{{middle.px - 1, middle.pz - 1}, {middle.px + 2, middle.pz + 2}};
-        state.by_chunk =
-            2 * count_of(chunks_over(file, around)) * sizeof(VoxelPoint) <= m_parts.limit_bytes();
+        const grid::ColumnRect& bounds = parted.source->bounds;
+        const grid::PatchKey middle{
+            voxel::floor_div((bounds.min_x + bounds.max_x) / 2, grid::kPatchSize),
+            voxel::floor_div((bounds.min_z + bounds.max_z) / 2, grid::kPatchSize)};
+        const grid::PatchRect around{{middle.px - 1, middle.pz - 1},
+                                     {middle.px + 2, middle.pz + 2}};
+        state.by_chunk = 2 * count_of(chunks_over(file, around)) * sizeof(store::VoxelPoint) <=
+                         m_parts.limit_bytes();
     });
     return state.by_chunk;
 }
 
-std::uint64_t PointParts::points_to_decode(std::size_t file, const PatchRect& wanted) {
+std::uint64_t PointParts::points_to_decode(std::size_t file, const grid::PatchRect& wanted) {
     if (by_chunk(file)) {
         std::uint64_t out = 0;
         for (const pointcloud::PointRange& chunk : chunks_over(file, wanted))
@@ -76,7 +78,7 @@ std::uint64_t PointParts::points_to_decode(std::size_t file, const PatchRect& wa
     return m_parts.find(key) != nullptr ? 0 : count_of(ranges_over(file, patches_of(key)));
 }
 
-Squares PointParts::load_chunks(std::size_t file, const PatchRect& wanted) {
+Squares PointParts::load_chunks(std::size_t file, const grid::PatchRect& wanted) {
     const auto chunks = chunks_over(file, wanted);
     Squares out(chunks.size());
     thread::parallel_for(chunks.size(), m_threads, [&](std::size_t i) {
@@ -93,7 +95,8 @@ Squares PointParts::load_chunks(std::size_t file, const PatchRect& wanted) {
     return out;
 }
 
-PointParts::PartKey PointParts::block_of(std::size_t file, const PatchRect& wanted) const noexcept {
+PointParts::PartKey PointParts::block_of(std::size_t file,
+                                         const grid::PatchRect& wanted) const noexcept {
     const int edge = m_files[file].block_patches;
     return {file,
             {voxel::floor_div((wanted.min.px + wanted.max.px - 1) / 2, edge),
@@ -101,17 +104,17 @@ PointParts::PartKey PointParts::block_of(std::size_t file, const PatchRect& want
 }
 
 // A block and the patches around it.
-PatchRect PointParts::patches_of(const PartKey& block) const noexcept {
+grid::PatchRect PointParts::patches_of(const PartKey& block) const noexcept {
     const int edge = m_files[block.file].block_patches;
     return {{block.part.px * edge - 1, block.part.pz * edge - 1},
             {(block.part.px + 1) * edge + 1, (block.part.pz + 1) * edge + 1}};
 }
 
-std::shared_ptr<const Square> PointParts::block(const PartKey& key) {
+std::shared_ptr<const store::Square> PointParts::block(const PartKey& key) {
     return m_parts.get(
         key,
         [&] {
-            const PatchRect rect = patches_of(key);
+            const grid::PatchRect rect = patches_of(key);
             const auto ranges = ranges_over(key.file, rect);
             m_states[key.file]->decoded += count_of(ranges);
             auto square =
@@ -123,7 +126,7 @@ std::shared_ptr<const Square> PointParts::block(const PartKey& key) {
 }
 
 std::vector<pointcloud::PointRange> PointParts::chunks_over(std::size_t file,
-                                                            const PatchRect& wanted) {
+                                                            const grid::PatchRect& wanted) {
     if (const auto& index = m_files[file].source->spatial_index) {
         const Extent extent = extent_of(wanted);
         return index->cells_over(extent.min_x, extent.min_y, extent.max_x, extent.max_y);
@@ -136,7 +139,7 @@ std::vector<pointcloud::PointRange> PointParts::chunks_over(std::size_t file,
 }
 
 std::vector<pointcloud::PointRange> PointParts::ranges_over(std::size_t file,
-                                                            const PatchRect& wanted) {
+                                                            const grid::PatchRect& wanted) {
     const auto& index = m_files[file].source->spatial_index;
     if (index == nullptr)
         return chunk_index(file, true)->ranges_over(wanted);
@@ -145,37 +148,37 @@ std::vector<pointcloud::PointRange> PointParts::ranges_over(std::size_t file,
 }
 
 // One voxel more on every side: fixed point cuts off downwards.
-PointParts::Extent PointParts::extent_of(const PatchRect& rect) const noexcept {
-    const Frame& frame = m_context.frame;
+PointParts::Extent PointParts::extent_of(const grid::PatchRect& rect) const noexcept {
+    const grid::Frame& frame = m_context.frame;
     return {frame.easting(rect.min.x0() - 1), frame.northing(rect.max.z0() + 1),
             frame.easting(rect.max.x0() + 1), frame.northing(rect.min.z0() - 1)};
 }
 
-void PointParts::learn(std::size_t file, ChunkIndex index) {
+void PointParts::learn(std::size_t file, store::ChunkIndex index) {
     if (m_folder)
         m_folder->put_index(m_files[file].name, index);
     const std::lock_guard lock(m_states[file]->index_mutex);
-    m_states[file]->chunks = std::make_shared<ChunkIndex>(std::move(index));
+    m_states[file]->chunks = std::make_shared<store::ChunkIndex>(std::move(index));
     m_states[file]->learnt = true;
 }
 
-std::shared_ptr<const ChunkIndex> PointParts::chunk_index(std::size_t file, bool scan) {
+std::shared_ptr<const store::ChunkIndex> PointParts::chunk_index(std::size_t file, bool scan) {
     State& state = *m_states[file];
     const PartedFile& parted = m_files[file];
     const std::lock_guard lock(state.index_mutex);
     if (state.chunks == nullptr && m_folder)
         if (auto found = m_folder->find_index(parted.name))
-            state.chunks = std::make_shared<ChunkIndex>(std::move(*found));
+            state.chunks = std::make_shared<store::ChunkIndex>(std::move(*found));
     if (state.chunks == nullptr && scan) {
         if (!state.failed.empty())
-            throw Error(state.failed);
+            throw util::Error(state.failed);
         spdlog::info("{}: too large to be kept whole; its points are looked through once",
                      parted.source->info.path.string());
-        PointCounts counts;
+        store::PointCounts counts;
         try {
-            state.chunks = std::make_shared<ChunkIndex>(
+            state.chunks = std::make_shared<store::ChunkIndex>(
                 scan_chunks(*parted.source, m_context, m_threads, counts));
-        } catch (const Error& e) {
+        } catch (const util::Error& e) {
             state.failed = e.what();
             throw;
         }

@@ -16,7 +16,7 @@ namespace terravox::voxelize {
 
 /// Squares that together hold all points of some patches: one that holds a whole file, or parts of
 /// it.
-using Squares = std::vector<std::shared_ptr<const Square>>;
+using Squares = std::vector<std::shared_ptr<const store::Square>>;
 
 /// A file of a world, and how it is to be kept.
 struct PartedFile {
@@ -35,7 +35,7 @@ struct PartedFile {
 /// that could not be looked through is not tried again.
 class PointParts {
 public:
-    using Report = std::function<void(std::size_t file, const PointCounts& met, bool whole)>;
+    using Report = std::function<void(std::size_t file, const store::PointCounts& met, bool whole)>;
     /// @param folder may be null; @param report is told what was met in each part, or in the whole
     /// file when it was looked through
     PointParts(std::vector<PartedFile> files, const LoadContext& context,
@@ -43,22 +43,22 @@ public:
 
     /// Whether parts are worth it: something tells where the points lie, and with these less than
     /// half of the file will have been decoded.
-    [[nodiscard]] bool are_enough(std::size_t file, const PatchRect& wanted);
+    [[nodiscard]] bool are_enough(std::size_t file, const grid::PatchRect& wanted);
     /// @throws Error for a damaged file
-    [[nodiscard]] Squares around(std::size_t file, const PatchRect& wanted);
+    [[nodiscard]] Squares around(std::size_t file, const grid::PatchRect& wanted);
     /// Whether it is known which parts of the file hold what, without looking through it first.
     /// Never waits.
     [[nodiscard]] bool knows(std::size_t file) const noexcept {
         return m_files[file].source->spatial_index != nullptr || m_states[file]->learnt;
     }
     /// What was learnt by decoding the whole.
-    void learn(std::size_t file, ChunkIndex index);
+    void learn(std::size_t file, store::ChunkIndex index);
 
 private:
     struct State {
         std::atomic<std::uint64_t> decoded{0};  ///< points, in parts
         std::mutex index_mutex;                 ///< guards chunks, and that only one thread scans
-        std::shared_ptr<const ChunkIndex> chunks;
+        std::shared_ptr<const store::ChunkIndex> chunks;
         std::atomic<bool> learnt{false};  ///< chunks are there
         std::string failed;               ///< why the file could not be looked through
         std::once_flag chosen;            ///< guards by_chunk
@@ -67,12 +67,12 @@ private:
     /// A chunk by its first point, or a block by its place.
     struct PartKey {
         std::size_t file;
-        PatchKey part;
+        grid::PatchKey part;
         friend bool operator==(const PartKey&, const PartKey&) = default;
     };
     struct PartKeyHash {
         std::size_t operator()(const PartKey& k) const noexcept {
-            return PatchKeyHash{}(k.part) * 1000003 + k.file;
+            return grid::PatchKeyHash{}(k.part) * 1000003 + k.file;
         }
     };
     [[nodiscard]] static PartKey chunk_key(std::size_t file,
@@ -83,21 +83,21 @@ private:
     }
 
     [[nodiscard]] bool by_chunk(std::size_t file);
-    [[nodiscard]] PartKey block_of(std::size_t file, const PatchRect& wanted) const noexcept;
-    [[nodiscard]] PatchRect patches_of(const PartKey& block) const noexcept;
-    [[nodiscard]] std::uint64_t points_to_decode(std::size_t file, const PatchRect& wanted);
+    [[nodiscard]] PartKey block_of(std::size_t file, const grid::PatchRect& wanted) const noexcept;
+    [[nodiscard]] grid::PatchRect patches_of(const PartKey& block) const noexcept;
+    [[nodiscard]] std::uint64_t points_to_decode(std::size_t file, const grid::PatchRect& wanted);
     [[nodiscard]] std::vector<pointcloud::PointRange> chunks_over(std::size_t file,
-                                                                  const PatchRect& wanted);
-    [[nodiscard]] Squares load_chunks(std::size_t file, const PatchRect& wanted);
-    [[nodiscard]] std::shared_ptr<const Square> block(const PartKey& key);
+                                                                  const grid::PatchRect& wanted);
+    [[nodiscard]] Squares load_chunks(std::size_t file, const grid::PatchRect& wanted);
+    [[nodiscard]] std::shared_ptr<const store::Square> block(const PartKey& key);
     [[nodiscard]] std::vector<pointcloud::PointRange> ranges_over(std::size_t file,
-                                                                  const PatchRect& wanted);
+                                                                  const grid::PatchRect& wanted);
     /// In the frame's CRS.
     struct Extent {
         double min_x, min_y, max_x, max_y;
     };
-    [[nodiscard]] Extent extent_of(const PatchRect& rect) const noexcept;
-    [[nodiscard]] std::shared_ptr<const ChunkIndex> chunk_index(std::size_t file, bool scan);
+    [[nodiscard]] Extent extent_of(const grid::PatchRect& rect) const noexcept;
+    [[nodiscard]] std::shared_ptr<const store::ChunkIndex> chunk_index(std::size_t file, bool scan);
 
     const std::vector<PartedFile> m_files;
     const LoadContext m_context;
@@ -105,7 +105,7 @@ private:
     const int m_threads;
     const Report m_report;
     std::vector<std::unique_ptr<State>> m_states;
-    util::Cache<PartKey, Square, PartKeyHash> m_parts;
+    util::Cache<PartKey, store::Square, PartKeyHash> m_parts;
 };
 
 }  // namespace terravox::voxelize

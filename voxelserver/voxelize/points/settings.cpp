@@ -57,7 +57,7 @@ std::vector<Field> fields_of(Settings& s) {
         number("bridges", "thickness_m", s.bridges.thickness_m, 0.1, 20),
         flag("bridges", "recognise", s.bridges.recognise),
         number("bridges", "widest_m", s.bridges.widest_m, 1, 15),
-        number("bridges", "least_drop_m", s.bridges.least_drop_m, 0.5, 20),
+        number("bridges", "least_drop_m", s.bridges.min_drop_m, 0.5, 20),
         number("bridges", "above_water_m", s.bridges.above_water_m, 0.5, 50),
         number("bridges", "above_land_m", s.bridges.above_land_m, 0.5, 50),
         number("ground", "soil_m", s.ground.soil_m, 0, 100),
@@ -111,7 +111,7 @@ const Field& find_field(const std::vector<Field>& fields, const std::string& sec
         allowed += (allowed.empty() ? "" : ", ") + f.name;
     }
     fail(section + "." + key + " is unknown; allowed in [" + section + "]: " + allowed);
-    throw Error("read the voxelization settings: an unknown field was not refused");
+    throw util::Error("read the voxelization settings: an unknown field was not refused");
 }
 
 void read_value(const Field& field, const std::string& path, const toml::node& value,
@@ -153,7 +153,7 @@ void read_root(const toml::table& root, const std::vector<Field>& fields, const 
 
 voxel::Fingerprint print_of(const Settings& settings) {
     Settings copy = settings;  // fields are found to be set
-    store::ByteWriter out;
+    voxel::ByteWriter out;
     for (const Field& f : fields_of(copy)) {
         if (f.text != nullptr)
             continue;
@@ -170,7 +170,7 @@ voxel::Fingerprint print_of(const Settings& settings) {
 Settings load_settings(const std::filesystem::path& given, std::string_view steps) {
     const std::filesystem::path file = given.empty() ? util::config_dir() / "voxelize.toml" : given;
     const auto fail = [&](const std::string& what) {
-        throw UsageError("read the voxelization settings " + file.string() + ": " + what);
+        throw util::UsageError("read the voxelization settings " + file.string() + ": " + what);
     };
     Settings out;
     read_root(util::read_toml(file, fail), fields_of(out), fail);

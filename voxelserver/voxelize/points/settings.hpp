@@ -32,7 +32,7 @@ struct Settings {
         double thickness_m = 1.0;
         bool recognise = true;       ///< decks that no class names (deck_finder.hpp)
         double widest_m = 15.0;      ///< across such a deck
-        double least_drop_m = 1.2;   ///< at both of its edges
+        double min_drop_m = 1.2;     ///< at both of its edges
         double above_water_m = 1.4;  ///< of such a deck, at least
         double above_land_m = 2.5;   ///< the same, where there is no water near
     } bridges;
@@ -56,7 +56,7 @@ struct Settings {
     std::string palette = "default";  ///< id in config/palettes, or a file
 };
 
-/// The values of all fields but the palette, whose own values count (input_prints.hpp).
+/// The values of all fields but the palette, whose own values count (input_fingerprints.hpp).
 [[nodiscard]] voxel::Fingerprint print_of(const Settings& settings);
 
 /// Reads a settings file over the defaults, and switches steps over what it says.

@@ -25,7 +25,7 @@ double vertical_metres(const geo::Crs& crs, const std::optional<std::string>& un
             return 0.3048;
         if (*unit == "us-ft")
             return 1200.0 / 3937.0;
-        throw UsageError("set the vertical unit: '" + *unit + "'; allowed: m, ft, us-ft");
+        throw util::UsageError("set the vertical unit: '" + *unit + "'; allowed: m, ft, us-ft");
     }
     // Without a vertical system, surveys in feet are in feet upwards too.
     return crs.vertical_metres_per_unit().value_or(crs.metres_per_unit());
@@ -36,7 +36,7 @@ std::vector<SquareSource> open_files(const LidarWorldOptions& options) {
     std::vector<SquareSource> files(paths.size());
     thread::parallel_for(paths.size(), options.threads, [&](std::size_t i) {
         files[i].points = pointcloud::open_point_source(paths[i]);
-        files[i].identity = store::file_identity(paths[i], "point cloud");
+        files[i].identity = voxel::file_identity(paths[i], "point cloud");
         files[i].info = files[i].points->info();
     });
     std::erase_if(files, [](const SquareSource& file) {
@@ -45,8 +45,8 @@ std::vector<SquareSource> open_files(const LidarWorldOptions& options) {
         return file.info.point_count == 0;
     });
     if (files.empty())
-        throw Error("open the LiDAR data: none of the " + std::to_string(paths.size()) +
-                    " files holds a point");
+        throw util::Error("open the LiDAR data: none of the " + std::to_string(paths.size()) +
+                          " files holds a point");
     return files;
 }
 
@@ -72,26 +72,33 @@ void settle_crs(std::vector<SquareSource>& files, const LidarWorldOptions& optio
         if (!info.crs)
             info.crs = fallback;
         if (!info.crs)
-            throw UsageError("place the point cloud " + info.path.string() +
-                             ": the file carries no coordinate reference system and class table '" +
-                             classes.id + "' names none; give one with --crs EPSG:<code>");
+            throw util::UsageError(
+                "place the point cloud " + info.path.string() +
+                ": the file carries no coordinate reference system and class table '" + classes.id +
+                "' names none; give one with --crs EPSG:<code>");
     }
 }
 
 // The columns that a rectangle of a file's coordinates covers.
-ColumnRect columns_over(const PlanRect& rect, const SquareSource& source, const Frame& frame) {
+grid::ColumnRect columns_over(const PlanRect& rect, const SquareSource& source,
+                              const grid::Frame& frame) {
     // Along the edges too: a straight line of one system is an arc in another.
     constexpr int kPieces = 20;
     std::vector<double> x, y;
-    const auto add = [&](double at_x, double at_y) { x.push_back(at_x), y.push_back(at_y); };
+    const auto add = [&](double at_x, double at_y) {
+        x.push_back(at_x);
+        y.push_back(at_y);
+    };
     for (int i = 0; i <= kPieces; ++i) {
         const double part = static_cast<double>(i) / kPieces;
         const double along_x =
             i == kPieces ? rect.max_x : rect.min_x + part * (rect.max_x - rect.min_x);
         const double along_y =
             i == kPieces ? rect.max_y : rect.min_y + part * (rect.max_y - rect.min_y);
-        add(along_x, rect.min_y), add(along_x, rect.max_y), add(rect.min_x, along_y),
-            add(rect.max_x, along_y);
+        add(along_x, rect.min_y);
+        add(along_x, rect.max_y);
+        add(rect.min_x, along_y);
+        add(rect.max_x, along_y);
     }
     if (source.transform)
         geo::Transform(*source.info.crs, frame.crs()).apply(x, y);
@@ -102,14 +109,14 @@ ColumnRect columns_over(const PlanRect& rect, const SquareSource& source, const 
     constexpr double kFarthest = 1.0e9;
     if (!(std::abs(west) < kFarthest && std::abs(east) < kFarthest && std::abs(north) < kFarthest &&
           std::abs(south) < kFarthest))
-        throw Error("place the point cloud " + source.info.path.string() +
-                    ": coordinates beyond 32-bit voxels of " + std::to_string(frame.voxel_m()) +
-                    " m");
+        throw util::Error("place the point cloud " + source.info.path.string() +
+                          ": coordinates beyond 32-bit voxels of " +
+                          std::to_string(frame.voxel_m()) + " m");
     return {static_cast<std::int32_t>(west), static_cast<std::int32_t>(north),
             static_cast<std::int32_t>(east), static_cast<std::int32_t>(south)};
 }
 
-ColumnRect around(const ColumnRect& a, const ColumnRect& b) noexcept {
+grid::ColumnRect around(const grid::ColumnRect& a, const grid::ColumnRect& b) noexcept {
     return {std::min(a.min_x, b.min_x), std::min(a.min_z, b.min_z), std::max(a.max_x, b.max_x),
             std::max(a.max_z, b.max_z)};
 }
@@ -125,7 +132,7 @@ void check_apart(const Sources& sources) {
     for (const bool along_x : {true, false}) {
         std::vector<Stretch> stretches;
         for (const SquareSource& s : sources.files)
-            for (const ColumnRect& r : s.islands)
+            for (const grid::ColumnRect& r : s.islands)
                 stretches.push_back(along_x ? Stretch{r.min_x, r.max_x, &s.info.path}
                                             : Stretch{r.min_z, r.max_z, &s.info.path});
         std::stable_sort(stretches.begin(), stretches.end(),
@@ -135,7 +142,7 @@ void check_apart(const Sources& sources) {
             const double apart_m =
                 static_cast<double>(s.begin - farthest.end) * sources.frame.voxel_m();
             if (apart_m > kFarthest_m)
-                throw UsageError(fmt::format(
+                throw util::UsageError(fmt::format(
                     "put the LiDAR data into one world: {} and {} lie {:.0f} km apart with nothing "
                     "between; allowed: up to {:.0f} km",
                     farthest.path->string(), s.path->string(), apart_m / 1000, kFarthest_m / 1000));
@@ -157,7 +164,7 @@ Sample look_at(SquareSource& source, const ClassTable& classes, const Settings::
                int threads) {
     constexpr std::size_t kAbout = 4096;
     const KeepsPoint keeps = [&](const pointcloud::Point& p) {
-        return fate_of(p, filters, classes) == Fate::kKept;
+        return fate_of(p, filters, classes) == FilterResult::kKept;
     };
     std::vector<pointcloud::Point> sample = source.points->sample(kAbout);
     Sample out;
@@ -172,7 +179,8 @@ Sample look_at(SquareSource& source, const ClassTable& classes, const Settings::
     std::erase_if(sample, [&](const pointcloud::Point& p) { return !keeps(p); });
     pointcloud::PointCloudInfo& info = source.info;
     out.islands = settle_extent(*source.points, info, sample, keeps, threads);
-    out.low = info.min[2], out.high = info.max[2];
+    out.low = info.min[2];
+    out.high = info.max[2];
     if (sample.empty())
         return out;
     std::vector<double> heights;
@@ -198,15 +206,16 @@ Sources open_sources(const LidarWorldOptions& options, const ClassTable& classes
     const pointcloud::PointCloudInfo& first = files.front().info;
     const double mid_x = (first.min[0] + first.max[0]) / 2,
                  mid_y = (first.min[1] + first.max[1]) / 2;
-    Sources out{Frame(voxel_crs_for(*first.crs, mid_x, mid_y), options.voxel_m, mid_x, mid_y),
-                std::move(files),
-                {},
-                0,
-                0,
-                0,
-                0,
-                false,
-                0};
+    Sources out{
+        grid::Frame(grid::voxel_crs_for(*first.crs, mid_x, mid_y), options.voxel_m, mid_x, mid_y),
+        std::move(files),
+        {},
+        0,
+        0,
+        0,
+        0,
+        false,
+        0};
     thread::parallel_for(out.files.size(), options.threads, [&](std::size_t i) {
         SquareSource& source = out.files[i];
         source.transform = !source.info.crs->same_horizontal(out.frame.crs());
@@ -214,7 +223,7 @@ Sources open_sources(const LidarWorldOptions& options, const ClassTable& classes
         for (const PlanRect& island : samples[i].islands)
             source.islands.push_back(columns_over(island, source, out.frame));
         source.bounds = source.islands.front();
-        for (const ColumnRect& island : source.islands)
+        for (const grid::ColumnRect& island : source.islands)
             source.bounds = around(source.bounds, island);
         // Mountains rise a kilometre within a square; what is farther from nearly all other points
         // is no place on it.
@@ -234,19 +243,20 @@ Sources open_sources(const LidarWorldOptions& options, const ClassTable& classes
         const auto voxels = [&](double height) { return out.frame.y(height * s.vertical_metres); };
         // Single low returns (noise that nobody marked) must not dig the base of the model.
         constexpr double kBelowMost_m = 50;
-        lowest = std::min(lowest, voxels(s.lowest)), highest = std::max(highest, voxels(s.highest));
+        lowest = std::min(lowest, voxels(s.lowest));
+        highest = std::max(highest, voxels(s.highest));
         floor = std::min(
             floor, voxels(std::max(s.lowest, samples[i].low - kBelowMost_m / s.vertical_metres)));
-        for (const ColumnRect& r : s.islands)
+        for (const grid::ColumnRect& r : s.islands)
             area += static_cast<double>(r.max_x - r.min_x) * static_cast<double>(r.max_z - r.min_z);
         out.has_water_class = out.has_water_class || samples[i].water;
         out.point_count += s.info.point_count;
     }
     check_apart(out);
-    constexpr double kMostY = 500'000;  // fixed point holds 524,287
-    if (!(lowest > -kMostY && highest < kMostY))
-        throw Error("place the LiDAR data: heights from " + std::to_string(lowest) + " to " +
-                    std::to_string(highest) + " voxels; allowed: -500,000 to 500,000");
+    constexpr double kMaxY = 500'000;  // fixed point holds 524,287
+    if (!(lowest > -kMaxY && highest < kMaxY))
+        throw util::Error("place the LiDAR data: heights from " + std::to_string(lowest) + " to " +
+                          std::to_string(highest) + " voxels; allowed: -500,000 to 500,000");
     out.floor_y = static_cast<std::int32_t>(
         std::floor(floor - settings.ground.depth_m / out.frame.voxel_m()));
     out.lowest_y = std::min(static_cast<std::int32_t>(std::floor(lowest)), out.floor_y);

@@ -9,10 +9,10 @@ namespace terravox::voxelize {
 
 /// All files of a world, placed in one frame. Immutable once made.
 struct Sources {
-    Frame frame;
+    grid::Frame frame;
     std::vector<SquareSource>
-        files;          ///< by path: voxels must not depend on the order of the arguments
-    ColumnRect bounds;  ///< of all files together
+        files;                ///< by path: voxels must not depend on the order of the arguments
+    grid::ColumnRect bounds;  ///< of all files together
     std::int32_t lowest_y = 0, highest_y = 0;  ///< no kept point lies outside [lowest_y, highest_y)
     std::int32_t floor_y = 0;                  ///< the terrain is solid from here up
     std::uint64_t point_count = 0;             ///< as the headers say

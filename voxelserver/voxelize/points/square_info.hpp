@@ -19,7 +19,7 @@ enum class SquareState : std::uint8_t {
 struct SquareInfo {
     std::string name;  ///< the file's, without folder and ending
     std::filesystem::path file;
-    ColumnRect bounds;         ///< voxels
+    grid::ColumnRect bounds;   ///< voxels
     std::uint64_t points = 0;  ///< as the header says
     std::uint64_t bytes = 0;
     SquareState state = SquareState::kFetched;

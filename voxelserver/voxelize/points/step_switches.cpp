@@ -27,9 +27,9 @@ void switch_all(bool on, Settings::Steps& steps) {
     std::string allowed = std::string(kAll) + ", " + std::string(kNone);
     for (const StepSwitch& step : kStepSwitches)
         allowed += ", " + key_of(step);
-    throw UsageError("choose the steps of voxelization: '" + std::string(word) +
-                     "' is no step; allowed: " + allowed +
-                     ", each step also with - before it to leave it out");
+    throw util::UsageError("choose the steps of voxelization: '" + std::string(word) +
+                           "' is no step; allowed: " + allowed +
+                           ", each step also with - before it to leave it out");
 }
 
 /// Switches what one word names. @return whether the word is allowed

@@ -61,7 +61,8 @@ public:
             around.begin(), middle, around.begin() + static_cast<std::ptrdiff_t>(count),
             [](const Near& a, const Near& b) { return a.roof->height < b.roof->height; });
         out.top = *middle->roof;
-        out.look_dx = middle->dx, out.look_dz = middle->dz;
+        out.look_dx = middle->dx;
+        out.look_dz = middle->dz;
         out.bottom = underside(x, z, out.top.height);
         return out;
     }

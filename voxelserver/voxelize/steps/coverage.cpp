@@ -26,7 +26,7 @@ struct Row {
     }
 };
 using Rows = std::vector<Row>;
-constexpr std::size_t kRows = 3 * kPatchSize;
+constexpr std::size_t kRows = 3 * grid::kPatchSize;
 
 // Calls widen(step) until the steps add up to the radius, doubling them: each one widens what the
 // others have widened.
@@ -42,7 +42,8 @@ void dilate(Rows& rows, int radius) {
     for (Row& row : rows) {
         Row east = row, west = row;
         in_doubling_steps(radius, [&](int step) {
-            east |= east.shifted_east(step), west |= west.shifted_west(step);
+            east |= east.shifted_east(step);
+            west |= west.shifted_west(step);
         });
         row |= east;
         row |= west;
@@ -55,15 +56,17 @@ void dilate(Rows& rows, int radius) {
         for (std::size_t i = 0; i + s < kRows; ++i)
             north[i] |= north[i + s];
     });
-    for (std::size_t i = 0; i < kRows; ++i)
-        rows[i] |= south[i], rows[i] |= north[i];
+    for (std::size_t i = 0; i < kRows; ++i) {
+        rows[i] |= south[i];
+        rows[i] |= north[i];
+    }
 }
 
 // How far beyond the outermost return the land still counts as seen: a water cell is so large that
 // an empty one is no bad luck.
 int rim_of(const Window& window, int radius) {
-    constexpr int kLeast = 2;  // a header that ends on whole metres
-    return std::min(std::max(kPatchSize / std::max(window.patches[4]->cells.side, 1), kLeast),
+    constexpr int kMin = 2;  // a header that ends on whole metres
+    return std::min(std::max(grid::kPatchSize / std::max(window.patches[4]->cells.side, 1), kMin),
                     radius);
 }
 
@@ -72,11 +75,11 @@ int rim_of(const Window& window, int radius) {
 Margined<char> find_coverage(const Window& window, const Grid<char, Window::kMargin>& in_bounds,
                              int radius) {
     Rows seen(kRows), inside(kRows);
-    for (int z = -kPatchSize; z < 2 * kPatchSize; ++z) {
-        const auto r = static_cast<std::size_t>(z + kPatchSize);
+    for (int z = -grid::kPatchSize; z < 2 * grid::kPatchSize; ++z) {
+        const auto r = static_cast<std::size_t>(z + grid::kPatchSize);
         for (std::size_t w = 0; w < 3; ++w) {
-            const int x0 = static_cast<int>(w) * kPatchSize - kPatchSize;
-            for (int x = 0; x < kPatchSize; ++x)
+            const int x0 = static_cast<int>(w) * grid::kPatchSize - grid::kPatchSize;
+            for (int x = 0; x < grid::kPatchSize; ++x)
                 inside[r].words[w] |= std::uint64_t{in_bounds.at(x0 + x, z) != 0} << x;
             seen[r].words[w] = window.patch_at(x0, z).occupied[static_cast<std::size_t>(z & 63)] &
                                inside[r].words[w];
@@ -96,8 +99,8 @@ Margined<char> find_coverage(const Window& window, const Grid<char, Window::kMar
     dilate(outside, radius - rim_of(window, radius));
     Margined<char> out(0);
     Margined<char>::each([&](int x, int z) {
-        const auto bit = static_cast<std::size_t>(x + kPatchSize),
-                   r = static_cast<std::size_t>(z + kPatchSize);
+        const auto bit = static_cast<std::size_t>(x + grid::kPatchSize),
+                   r = static_cast<std::size_t>(z + grid::kPatchSize);
         const bool hole =
             ((seen[r].words[bit / 64] | outside[r].words[bit / 64]) >> (bit % 64) & 1) != 0;
         out.at(x, z) = !hole && in_bounds.at(x, z) != 0 ? 1 : 0;

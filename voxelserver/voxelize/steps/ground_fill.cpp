@@ -27,10 +27,11 @@ public:
     GroundFiller(const Window& window, const AskWideGround& wide) : m_window(window), m_wide(wide) {
         // Row by row, in the three stretches that lie in one patch each.
         for (int z = Seen::kFirst; z < Seen::kLast; ++z)
-            for (const auto& [from, to] :
-                 {std::pair{Seen::kFirst, 0}, {0, kPatchSize}, {kPatchSize, Seen::kLast}})
+            for (const auto& [from, to] : {std::pair{Seen::kFirst, 0},
+                                           {0, grid::kPatchSize},
+                                           {grid::kPatchSize, Seen::kLast}})
                 std::copy_n(&window.patch_at(from, z).ground_height[static_cast<std::size_t>(
-                                (z & 63) * kPatchSize + (from & 63))],
+                                (z & 63) * grid::kPatchSize + (from & 63))],
                             to - from, &m_seen.at(from, z));
     }
 
@@ -92,7 +93,9 @@ private:
             const float height = here[p.offset];
             if (height != height)
                 continue;
-            sum += p.weight * height, weights += p.weight, ++count;
+            sum += p.weight * height;
+            weights += p.weight;
+            ++count;
             sides |= p.side;
         }
         return enough() ? sum / weights : kNoHeight;
@@ -117,7 +120,9 @@ private:
             const float steps = static_cast<float>(step),
                         w = (d % 4 < 2 ? 1.0f : 0.5f) /
                             (steps * steps);  // diagonal steps are longer
-            sum += w * here[step * stride], weights += w, hit |= 1u << d;
+            sum += w * here[step * stride];
+            weights += w;
+            hit |= 1u << d;
         }
         const bool between = (hit & hit >> 4 & 15u) != 0;  // of two opposite directions both
         return between ? sum / weights : kNoHeight;
@@ -129,8 +134,8 @@ private:
         m_looked = true;
         std::vector<ScatteredHeights::Sample> edges;
         constexpr int kFar = GroundHeights::kMargin + kReach;
-        for (int z = -kFar; z < kPatchSize + kFar; ++z)
-            for (int x = -kFar; x < kPatchSize + kFar; ++x) {
+        for (int z = -kFar; z < grid::kPatchSize + kFar; ++z)
+            for (int x = -kFar; x < grid::kPatchSize + kFar; ++x) {
                 const float* here = &m_seen.at(x, z);
                 // A sum with a NaN is NaN: all four neighbours at once.
                 const float around = here[-1] + here[1] + here[-Seen::kSide] + here[Seen::kSide];

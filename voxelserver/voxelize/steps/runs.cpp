@@ -17,9 +17,9 @@ std::int32_t floor_y(float height) {
     return static_cast<std::int32_t>(std::floor(height));
 }
 std::int32_t rounded(double metres, double voxel_m) {
-    constexpr double kMost =
+    constexpr double kMax =
         1'000'000;  // no world is as high; more would not fit where it is added to a height
-    return static_cast<std::int32_t>(std::lround(std::min(metres / voxel_m, kMost)));
+    return static_cast<std::int32_t>(std::lround(std::min(metres / voxel_m, kMax)));
 }
 std::int32_t in_voxels(double metres, double voxel_m) {
     return std::max(1, rounded(metres, voxel_m));
@@ -30,8 +30,10 @@ VoxelAttr attr_of(Material material, const Look& s) {
     VoxelAttr attr;
     attr.material = material;
     attr.source_class = s.source_class;
-    if (s.has_colour)
-        attr.colour = s.colour, attr.flags = VoxelAttr::kHasColour;
+    if (s.has_colour) {
+        attr.colour = s.colour;
+        attr.flags = VoxelAttr::kHasColour;
+    }
     return attr;
 }
 
@@ -47,14 +49,14 @@ public:
         out.m_begin.assign(kSide * kSide + 1, 0);
         bool any = false;
         std::size_t i = 0;
-        for (int z = -1; z <= kPatchSize; ++z)
-            for (int x = -1; x <= kPatchSize; ++x, ++i) {
+        for (int z = -1; z <= grid::kPatchSize; ++z)
+            for (int x = -1; x <= grid::kPatchSize; ++x, ++i) {
                 m_runs.clear();
                 if (m_in.covered.at(x, z) != 0)
                     column(x, z);
                 out.m_runs.insert(out.m_runs.end(), m_runs.begin(), m_runs.end());
                 out.m_begin[i + 1] = static_cast<std::uint32_t>(out.m_runs.size());
-                const bool inner = x >= 0 && z >= 0 && x < kPatchSize && z < kPatchSize;
+                const bool inner = x >= 0 && z >= 0 && x < grid::kPatchSize && z < grid::kPatchSize;
                 if (!inner || m_runs.empty())
                     continue;
                 out.m_min_y = any ? std::min(out.m_min_y, m_runs.front().y0) : m_runs.front().y0;
@@ -142,9 +144,9 @@ private:
                 drop = std::max(drop, here - there);
         if (drop * m_in.voxel_m > m_in.settings.ground.cliff_m)
             return 0;
-        constexpr std::int32_t kMost = INT16_MAX;  // 100 m of soil are more in voxels of 3 mm
+        constexpr std::int32_t kMax = INT16_MAX;  // 100 m of soil are more in voxels of 3 mm
         return static_cast<std::int16_t>(
-            std::min(in_voxels(m_in.settings.ground.soil_m, m_in.voxel_m), kMost));
+            std::min(in_voxels(m_in.settings.ground.soil_m, m_in.voxel_m), kMax));
     }
 
     void building(const Roof& roof, std::int32_t ground_top, int x, int z) {
@@ -158,7 +160,7 @@ private:
         }
         VoxelAttr wall = attr;
         wall.material = Material::kWall;
-        wall.flags = 0,
+        wall.flags = 0;
         wall.colour = {};  // seen from above, a point's colour is the roof's, not the wall's
         const std::int32_t skin = roof_bottom(roof_y, x, z);
         std::int32_t foot = ground_top + 1;
@@ -220,7 +222,8 @@ private:
     void push_plant(std::int32_t y0, std::int32_t y1, const VoxelAttr& attr) {
         if (m_trunk && m_runs.back().y1 < y0) {
             VoxelAttr trunk;
-            trunk.material = Material::kTrunk, trunk.source_class = *m_trunk;
+            trunk.material = Material::kTrunk;
+            trunk.source_class = *m_trunk;
             push(m_runs.back().y1, y0, trunk);
         }
         push(y0, y1, attr);

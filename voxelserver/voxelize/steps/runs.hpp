@@ -24,7 +24,7 @@ struct Run {
 /// z in [-1, 65).
 class PatchRuns {
 public:
-    static constexpr int kSide = kPatchSize + 2;
+    static constexpr int kSide = grid::kPatchSize + 2;
     [[nodiscard]] std::span<const Run> column(int x, int z) const noexcept {
         const auto i = static_cast<std::size_t>((z + 1) * kSide + x + 1);
         return std::span(m_runs).subspan(m_begin[i], m_begin[i + 1] - m_begin[i]);

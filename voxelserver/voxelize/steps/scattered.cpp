@@ -46,7 +46,8 @@ float ScatteredHeights::at(float x, float z, float reach) const {
         if (d == 0)
             return h;
         const float w = (radius - d) / (radius * d);
-        sum += w * w * h, weights += w * w;
+        sum += w * w * h;
+        weights += w * w;
     }
     return weights > 0 ? sum / weights : mean_within(x, z, squared[count - 1]);
 }

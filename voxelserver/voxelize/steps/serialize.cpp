@@ -37,8 +37,10 @@ VoxelAttr attr_at(std::span<const Run> runs, std::int32_t y, const voxel::Rgb8* 
         return out;
     }
     out = run->attr;
-    if (seen_from_above != nullptr && shows(*run, run + 1 == runs.end()))
-        out.colour = *seen_from_above, out.flags |= VoxelAttr::kHasColour;
+    if (seen_from_above != nullptr && shows(*run, run + 1 == runs.end())) {
+        out.colour = *seen_from_above;
+        out.flags |= VoxelAttr::kHasColour;
+    }
     return out;
 }
 
@@ -50,8 +52,8 @@ std::shared_ptr<const voxel::Box> serialize(const voxel::BoxKey& key, const Patc
     if (runs.max_y() <= base || runs.min_y() >= base + voxel::kBoxSizeY)
         return nullptr;
     voxel::BoxBuilder builder;
-    for (int z = -1; z <= kPatchSize; ++z)
-        for (int x = -1; x <= kPatchSize; ++x)
+    for (int z = -1; z <= grid::kPatchSize; ++z)
+        for (int x = -1; x <= grid::kPatchSize; ++x)
             for (const Run& run : runs.column(x, z)) {
                 if (run.y1 < base || run.y0 > base + voxel::kBoxSizeY)
                     continue;

@@ -12,17 +12,17 @@ using voxel::Material;
 
 /// The lists that specialization works on, made from the columns of a patch.
 struct Lists {
-    std::vector<Group> group = std::vector<Group>(kPatchColumns, Group::kNone);
-    std::vector<Material> material = std::vector<Material>(kPatchColumns, Material::kAir);
-    std::vector<std::uint8_t> covered = std::vector<std::uint8_t>(kPatchColumns),
+    std::vector<Group> group = std::vector<Group>(grid::kPatchColumns, Group::kNone);
+    std::vector<Material> material = std::vector<Material>(grid::kPatchColumns, Material::kAir);
+    std::vector<std::uint8_t> covered = std::vector<std::uint8_t>(grid::kPatchColumns),
                               has_colour = covered;
-    std::vector<voxel::Rgb8> colour = std::vector<voxel::Rgb8>(kPatchColumns);
+    std::vector<voxel::Rgb8> colour = std::vector<voxel::Rgb8>(grid::kPatchColumns);
     bool any_colour = false;
 
     [[nodiscard]] imagery::SurfaceColumns view() const {
         imagery::SurfaceColumns out;
-        out.width = kPatchSize;
-        out.height = kPatchSize;
+        out.width = grid::kPatchSize;
+        out.height = grid::kPatchSize;
         out.group = group;
         out.material = material;
         out.covered = covered;
@@ -49,7 +49,7 @@ bool hidden(const PatchColumns& columns, std::size_t i, double voxel_m) noexcept
 Lists lists_of(const PatchColumns& columns, const ClassTable& classes, Group ground,
                double voxel_m) {
     Lists out;
-    for (std::size_t i = 0; i < kPatchColumns; ++i) {
+    for (std::size_t i = 0; i < grid::kPatchColumns; ++i) {
         const Column& c = columns.columns[i];
         const Surface* seen = &c.ground;
         Material otherwise = Material::kGround;
@@ -100,7 +100,7 @@ SurfaceStep::SurfaceStep(const imagery::Orthophotos* images, const ClassTable& c
                     settings.steps.water_equalization;
 }
 
-std::shared_ptr<const PatchLook> SurfaceStep::patch_look(PatchKey key,
+std::shared_ptr<const PatchLook> SurfaceStep::patch_look(grid::PatchKey key,
                                                          const PatchColumns& columns) {
     return m_looks.get(
         key,
@@ -108,7 +108,8 @@ std::shared_ptr<const PatchLook> SurfaceStep::patch_look(PatchKey key,
             auto out = std::make_shared<PatchLook>();
             if (m_images != nullptr) {
                 const util::StageTimes::Scope timed(m_times, "orthophoto load");
-                out->raster = m_images->read(key.x0(), key.z0(), kPatchSize, kPatchSize);
+                out->raster =
+                    m_images->read(key.x0(), key.z0(), grid::kPatchSize, grid::kPatchSize);
             }
             if (!m_map || !columns.any)
                 return out;
@@ -135,20 +136,21 @@ PatchLooks SurfaceStep::looks(const Window& window) {
 // Row by row, in the three stretches that lie in one patch each.
 imagery::Grid SurfaceStep::joined(const PatchLooks& looks) const {
     imagery::Grid grid;
-    grid.width = kPatchSize + 2 * m_margin;
+    grid.width = grid::kPatchSize + 2 * m_margin;
     grid.height = grid.width;
     grid.margin = m_margin - Margined<Material>::kMargin;  // what is left after the filters
     const auto side = static_cast<std::size_t>(grid.width);
     grid.material.assign(side * side, Material::kAir);
     grid.flags.assign(side * side, 0);
-    for (int z = -m_margin; z < kPatchSize + m_margin; ++z)
-        for (const auto& [from, to] :
-             {std::pair{-m_margin, 0}, {0, kPatchSize}, {kPatchSize, kPatchSize + m_margin}}) {
+    for (int z = -m_margin; z < grid::kPatchSize + m_margin; ++z)
+        for (const auto& [from, to] : {std::pair{-m_margin, 0},
+                                       {0, grid::kPatchSize},
+                                       {grid::kPatchSize, grid::kPatchSize + m_margin}}) {
             const imagery::Grid& source =
                 looks[static_cast<std::size_t>(((z >> 6) + 1) * 3 + (from >> 6) + 1)]->surface;
             if (source.material.empty())
                 continue;
-            const auto first = (z & 63) * kPatchSize + (from & 63);
+            const auto first = (z & 63) * grid::kPatchSize + (from & 63);
             const auto at = (z + m_margin) * grid.width + from + m_margin;
             std::copy_n(source.material.begin() + first, to - from, grid.material.begin() + at);
             if (!source.flags.empty())
@@ -180,19 +182,19 @@ SurfaceLook SurfaceStep::surface(const Window& window, const PatchLooks& looks) 
     return out;
 }
 
-void SurfaceStep::mark_wet(PatchKey key, const PatchColumns& columns, int cell_voxels,
+void SurfaceStep::mark_wet(grid::PatchKey key, const PatchColumns& columns, int cell_voxels,
                            water::CellPatch& cells) {
     const auto look = patch_look(key, columns);
     if (look->raster.empty() || look->surface.material.empty())
         return;
-    std::vector<std::uint8_t> shown(kPatchColumns);
+    std::vector<std::uint8_t> shown(grid::kPatchColumns);
     for (std::size_t i = 0; i < shown.size(); ++i)
         shown[i] = (look->raster.flags[i] & imagery::Raster::kColour) != 0 &&
                            columns.columns[i].ground.seen()
                        ? 1
                        : 0;
-    const auto wet =
-        imagery::looks_wet(look->surface.material, shown, kPatchSize, kPatchSize, cell_voxels);
+    const auto wet = imagery::looks_wet(look->surface.material, shown, grid::kPatchSize,
+                                        grid::kPatchSize, cell_voxels);
     for (std::size_t i = 0; i < wet.size(); ++i)
         cells.cells[i].looks_wet = wet[i] != 0;
 }

@@ -38,7 +38,7 @@ struct SurfaceLook {
     [[nodiscard]] const voxel::Rgb8* colour(int x, int z) const noexcept {
         if (!own || own->raster.empty())
             return nullptr;
-        const auto i = static_cast<std::size_t>(z * kPatchSize + x);
+        const auto i = static_cast<std::size_t>(z * grid::kPatchSize + x);
         return (own->raster.flags[i] & imagery::Raster::kColour) != 0 ? &own->raster.colour[i]
                                                                       : nullptr;
     }
@@ -67,11 +67,11 @@ public:
     /// Whether cells are to be looked at for water at all.
     [[nodiscard]] bool finds_water() const noexcept { return m_finds_water; }
     /// Sets `looks_wet` of the cells of a patch, from its own columns alone.
-    void mark_wet(PatchKey key, const PatchColumns& columns, int cell_voxels,
+    void mark_wet(grid::PatchKey key, const PatchColumns& columns, int cell_voxels,
                   water::CellPatch& cells);
 
 private:
-    [[nodiscard]] std::shared_ptr<const PatchLook> patch_look(PatchKey key,
+    [[nodiscard]] std::shared_ptr<const PatchLook> patch_look(grid::PatchKey key,
                                                               const PatchColumns& columns);
     [[nodiscard]] imagery::Grid joined(const PatchLooks& looks) const;
 
@@ -84,7 +84,7 @@ private:
     imagery::Filters m_filters;
     int m_margin = 2;
     bool m_finds_water = false;
-    util::Cache<PatchKey, PatchLook, PatchKeyHash> m_looks;
+    util::Cache<grid::PatchKey, PatchLook, grid::PatchKeyHash> m_looks;
 };
 
 }  // namespace terravox::voxelize

@@ -13,7 +13,7 @@ namespace terravox::voxelize {
 namespace {
 
 constexpr int kCrownsAround = 5;  // of eight: a gap between points
-constexpr int kMostWindow = 5;    // columns: what the margin allows
+constexpr int kMaxWindow = 5;     // columns: what the margin allows
 constexpr int kDeepest = 2;  // columns: farther from a plateau's edge all of it counts alike; more
                              // would part what lies within sight
 constexpr double kWindowShare =
@@ -22,7 +22,7 @@ constexpr double kCrownShare = 0.5;  // of a tree's height: crowns are seldom lo
 using Canopy = Grid<Crown, GroundHeights::kMargin>;
 using Closed = Grid<Crown, GroundHeights::kMargin - 1>;
 using Heights = Grid<float, Closed::kMargin>;
-static_assert(Heights::kMargin >= Margined<Crown>::kMargin + kMostWindow);
+static_assert(Heights::kMargin >= Margined<Crown>::kMargin + kMaxWindow);
 
 // Which columns are the tops of trees, by heights above the ground: on a slope the crown uphill
 // would hide every one below it.
@@ -46,7 +46,7 @@ public:
         const double width_m =
             2.51503 + 0.00901 * height_m * height_m;  // Popescu & Wynne, all kinds of trees
         const double radius =
-            std::clamp(width_m * kWindowShare / m_voxel_m, 1.0, static_cast<double>(kMostWindow));
+            std::clamp(width_m * kWindowShare / m_voxel_m, 1.0, static_cast<double>(kMaxWindow));
         const int reach = static_cast<int>(radius);
         const float own = m_heights.at(x, z);
         bool equal = false;
@@ -80,7 +80,7 @@ private:
     // Whether the equally high column at (dx, dz) from here surely ranks before this one.
     [[nodiscard]] bool before(int x, int z, int own_depth, int dx, int dz) const {
         const int least = depth(
-            x + dx, z + dz, std::min(kDeepest, kMostWindow - std::max(std::abs(dx), std::abs(dz))));
+            x + dx, z + dz, std::min(kDeepest, kMaxWindow - std::max(std::abs(dx), std::abs(dz))));
         return least > own_depth || (least == own_depth && (dz < 0 || (dz == 0 && dx < 0)));
     }
 
@@ -100,7 +100,7 @@ private:
     // Spreads over the plateau from (x, z), as far as the widest window: by a column that ranks
     // before, or by a higher one beside the plateau.
     [[nodiscard]] bool hidden_by_plateau(int x, int z) const {
-        constexpr int kSide = 2 * kMostWindow + 1;
+        constexpr int kSide = 2 * kMaxWindow + 1;
         struct Offset {
             int dx, dz;
         };
@@ -109,7 +109,7 @@ private:
         std::size_t count = 0;
         const auto meet = [&](int dx, int dz) {
             bool& known =
-                met[static_cast<std::size_t>((dz + kMostWindow) * kSide + dx + kMostWindow)];
+                met[static_cast<std::size_t>((dz + kMaxWindow) * kSide + dx + kMaxWindow)];
             if (!known)
                 to_visit[count++] = {dx, dz};
             known = true;
@@ -121,10 +121,10 @@ private:
             const Offset at = to_visit[i];
             if (i > 0 && before(x, z, own_depth, at.dx, at.dz))
                 return true;
-            for (int dz = std::max(at.dz - 1, -kMostWindow); dz <= std::min(at.dz + 1, kMostWindow);
+            for (int dz = std::max(at.dz - 1, -kMaxWindow); dz <= std::min(at.dz + 1, kMaxWindow);
                  ++dz)
-                for (int dx = std::max(at.dx - 1, -kMostWindow);
-                     dx <= std::min(at.dx + 1, kMostWindow); ++dx) {
+                for (int dx = std::max(at.dx - 1, -kMaxWindow);
+                     dx <= std::min(at.dx + 1, kMaxWindow); ++dx) {
                     const float next = m_heights.at(x + dx, z + dz);
                     if (next > own && i > 0)
                         return true;
@@ -150,7 +150,8 @@ public:
           m_drop_isolated(settings.points.drop_isolated),
           m_voxel_m(voxel_m) {
         Canopy::each([&](int x, int z) {
-            m_canopy.at(x, z) = crown_of(x, z), m_any = m_any || m_canopy.at(x, z).seen();
+            m_canopy.at(x, z) = crown_of(x, z);
+            m_any = m_any || m_canopy.at(x, z).seen();
         });
         if (!m_any)
             return;

@@ -99,8 +99,9 @@ void deepen_water(const Window& window, WaterAccess* water, const Settings::Wate
     using Mask = Grid<std::uint8_t, Margined<float>::kMargin + kShoreReach>;
     Mask mask;
     Mask::each([&](int x, int z) {
-        const bool known = x >= -WaterColumns::kMargin && x < kPatchSize + WaterColumns::kMargin &&
-                           z >= -WaterColumns::kMargin && z < kPatchSize + WaterColumns::kMargin;
+        const bool known =
+            x >= -WaterColumns::kMargin && x < grid::kPatchSize + WaterColumns::kMargin &&
+            z >= -WaterColumns::kMargin && z < grid::kPatchSize + WaterColumns::kMargin;
         mask.at(x, z) = known ? columns.is_water(x, z) : !std::isnan(filler.level(x, z));
     });
     const water::Deepening shape{settings.slope, settings.min_depth_m, settings.max_depth_m,

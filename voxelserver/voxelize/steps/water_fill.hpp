@@ -15,7 +15,8 @@ struct WaterAccess {
     water::CellSource& cells;
     water::WaterBodies& bodies;
     int cell_voxels = 1;
-    voxel::Reach reach{};  ///< of all that was asked for here; cells of the window not counted
+    voxel::InputExtent
+        reach{};  ///< of all that was asked for here; cells of the window not counted
 
     [[nodiscard]] float level(std::int32_t cx, std::int32_t cz) {
         return bodies.level(cx, cz, &reach);

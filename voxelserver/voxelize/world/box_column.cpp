@@ -14,8 +14,8 @@ struct CoverageCounts {
 
 CoverageCounts count_coverage(const Land& land) {
     CoverageCounts out;
-    for (int z = 0; z < kPatchSize; ++z)
-        for (int x = 0; x < kPatchSize; ++x)
+    for (int z = 0; z < grid::kPatchSize; ++z)
+        for (int x = 0; x < grid::kPatchSize; ++x)
             if (land.in_bounds.at(x, z) != 0)
                 ++(land.covered.value().at(x, z) != 0 ? out.covered : out.holes);
     return out;
@@ -23,7 +23,7 @@ CoverageCounts count_coverage(const Land& land) {
 
 }  // namespace
 
-void BoxColumnMaker::count_holes(PatchKey patch, std::uint64_t holes) {
+void BoxColumnMaker::count_holes(grid::PatchKey patch, std::uint64_t holes) {
     if (holes == 0)
         return;
     const std::lock_guard lock(m_holes_mutex);
@@ -31,7 +31,7 @@ void BoxColumnMaker::count_holes(PatchKey patch, std::uint64_t holes) {
         m_hole_columns += holes;
 }
 
-BoxColumn BoxColumnMaker::make(PatchKey patch) {
+BoxColumn BoxColumnMaker::make(grid::PatchKey patch) {
     Land land(m_context, patch);
     run_steps(land, part::kCoverage | part::kGround, m_times);
     const CoverageCounts counts = count_coverage(land);
@@ -45,12 +45,12 @@ BoxColumn BoxColumnMaker::make(PatchKey patch) {
     return out;
 }
 
-std::vector<Tree> BoxColumnMaker::trees(PatchKey patch) {
+std::vector<Tree> BoxColumnMaker::trees(grid::PatchKey patch) {
     Land land(m_context, patch);
     run_steps(land, part::kCoverage | part::kGround | part::kCrowns, m_times);
     std::vector<Tree> out;
-    for (int z = 0; z < kPatchSize; ++z)
-        for (int x = 0; x < kPatchSize; ++x)
+    for (int z = 0; z < grid::kPatchSize; ++z)
+        for (int x = 0; x < grid::kPatchSize; ++x)
             if (const Crown& crown = land.crowns->at(x, z);
                 crown.seen() && crown.trunk && land.covered->at(x, z) != 0)
                 out.push_back(
@@ -58,13 +58,13 @@ std::vector<Tree> BoxColumnMaker::trees(PatchKey patch) {
     return out;
 }
 
-std::vector<float> BoxColumnMaker::ground_heights(PatchKey patch) {
+std::vector<float> BoxColumnMaker::ground_heights(grid::PatchKey patch) {
     Land land(m_context, patch);
     run_steps(land, part::kWater | part::kCoverage | part::kGround, m_times);
     std::vector<float> out;
-    out.reserve(kPatchColumns);
-    for (int z = 0; z < kPatchSize; ++z)
-        for (int x = 0; x < kPatchSize; ++x)
+    out.reserve(grid::kPatchColumns);
+    for (int z = 0; z < grid::kPatchSize; ++z)
+        for (int x = 0; x < grid::kPatchSize; ++x)
             out.push_back(land.covered->at(x, z) != 0 && !land.water->is_water(x, z)
                               ? land.ground->at(x, z)
                               : kNoHeight);

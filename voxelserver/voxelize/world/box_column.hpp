@@ -12,7 +12,7 @@ namespace terravox::voxelize {
 
 /// The boxes of one column of boxes. They share every step but the last.
 struct BoxColumn : Boxes {
-    voxel::Reach reach;  ///< of every patch that was looked at
+    voxel::InputExtent reach;  ///< of every patch that was looked at
     [[nodiscard]] std::size_t memory_bytes() const noexcept {
         std::size_t sum = sizeof *this;
         for (const auto& b : boxes)
@@ -29,23 +29,23 @@ public:
                    std::size_t memory_bytes, util::StageTimes& times)
         : m_context(points, images, settings, memory_bytes, times), m_times(times) {}
 
-    [[nodiscard]] BoxColumn make(PatchKey patch);
+    [[nodiscard]] BoxColumn make(grid::PatchKey patch);
     /// Heights of the ground, index z * 64 + x; NaN where there is none.
-    [[nodiscard]] std::vector<float> ground_heights(PatchKey patch);
-    [[nodiscard]] std::vector<Tree> trees(PatchKey patch);
+    [[nodiscard]] std::vector<float> ground_heights(grid::PatchKey patch);
+    [[nodiscard]] std::vector<Tree> trees(grid::PatchKey patch);
     /// Columns inside some file's bounds in which nothing is, of the patches made so far; each
     /// counts once.
     [[nodiscard]] std::uint64_t hole_columns() const noexcept { return m_hole_columns; }
 
 private:
-    void count_holes(PatchKey patch, std::uint64_t holes);
+    void count_holes(grid::PatchKey patch, std::uint64_t holes);
 
     StepContext m_context;
     util::StageTimes& m_times;
     std::atomic<std::uint64_t> m_hole_columns{0};
     std::mutex m_holes_mutex;  ///< guards m_with_holes
     /// Patches that are counted already: one is made again when no cache has kept it.
-    std::unordered_set<PatchKey, PatchKeyHash> m_with_holes;
+    std::unordered_set<grid::PatchKey, grid::PatchKeyHash> m_with_holes;
 };
 
 }  // namespace terravox::voxelize

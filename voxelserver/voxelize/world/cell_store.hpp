@@ -16,7 +16,7 @@ public:
 
     [[nodiscard]] std::shared_ptr<const water::CellPatch> cells(std::int32_t px,
                                                                 std::int32_t pz) override {
-        const PatchKey key{px, pz};
+        const grid::PatchKey key{px, pz};
         return m_cells.get(
             key,
             [&] {
@@ -34,7 +34,7 @@ public:
 private:
     PointSet& m_points;
     SurfaceStep& m_surface;
-    util::Cache<PatchKey, water::CellPatch, PatchKeyHash> m_cells;
+    util::Cache<grid::PatchKey, water::CellPatch, grid::PatchKeyHash> m_cells;
 };
 
 }  // namespace terravox::voxelize

@@ -2,13 +2,13 @@
 
 #include <algorithm>
 
-#include "voxelserver/voxelize/world/input_prints.hpp"
+#include "voxelserver/voxelize/world/input_fingerprints.hpp"
 
 namespace terravox::voxelize {
 namespace {
 
 // Without it, the surroundings of a gap would be made for every column.
-constexpr std::size_t kLeastWide = std::size_t{1} << 20;
+constexpr std::size_t kMinWide = std::size_t{1} << 20;
 
 water::WaterOptions water_options(const Settings& settings, int cell_voxels, double voxel_m,
                                   std::size_t memory_bytes) {
@@ -33,9 +33,9 @@ StepContext::StepContext(PointSet& given, const imagery::Orthophotos* images,
               memory_bytes / 4, times),
       cells(given, surface, memory_bytes / 4),
       bodies(cells, water_options(chosen, given.cell_voxels(), voxel_m, memory_bytes / 4)),
-      wide_ground(given, std::max(memory_bytes / 4, kLeastWide)) {}
+      wide_ground(given, std::max(memory_bytes / 4, kMinWide)) {}
 
-Land::Land(StepContext& context, PatchKey patch)
+Land::Land(StepContext& context, grid::PatchKey patch)
     : shared(context),
       window(context.points.window(patch)),
       in_bounds(context.points.in_bounds(patch)),

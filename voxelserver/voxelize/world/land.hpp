@@ -57,14 +57,14 @@ struct Land {
     /// Half of a void that is still a gap between points; at most 31 voxels.
     static constexpr double kWidestGap_m = 31;
 
-    Land(StepContext& shared, PatchKey patch);
+    Land(StepContext& shared, grid::PatchKey patch);
 
     /// The water bodies for steps that follow them, or nullptr where they are switched off.
     [[nodiscard]] WaterAccess* water_bodies() noexcept {
         return shared.settings.steps.water_equalization ? &water_access : nullptr;
     }
     /// Of every patch that was looked at so far.
-    [[nodiscard]] voxel::Reach& reach() noexcept { return water_access.reach; }
+    [[nodiscard]] voxel::InputExtent& reach() noexcept { return water_access.reach; }
 
     StepContext& shared;
     Window window;

@@ -9,7 +9,7 @@
 #include "common/util/error.hpp"
 #include "common/voxel/downsample.hpp"
 #include "voxelserver/voxelize/world/box_column.hpp"
-#include "voxelserver/voxelize/world/prints_of.hpp"
+#include "voxelserver/voxelize/world/fingerprints_of.hpp"
 #include "voxelserver/voxelize/world/world_facts.hpp"
 
 namespace terravox::voxelize {
@@ -17,8 +17,8 @@ namespace {
 
 using voxel::Box;
 using voxel::BoxKey;
-using voxel::Reach;
-using voxel::TracedBox;
+using voxel::BoxWithInputs;
+using voxel::InputExtent;
 
 // How the world's memory is shared out; PointSet takes the rest (point_set.cpp).
 constexpr std::size_t kColumnsShare = 10, kCoarseShare = 20, kMakerShare = 20;
@@ -76,7 +76,7 @@ public:
 
     [[nodiscard]] const WorldFacts& facts() const noexcept override { return m_facts; }
 
-    [[nodiscard]] voxel::Fingerprint fingerprint(const Reach& reach) const override {
+    [[nodiscard]] voxel::Fingerprint fingerprint(const InputExtent& reach) const override {
         return m_facts.fingerprint(reach);
     }
 
@@ -84,7 +84,7 @@ public:
         return traced_box(key).box;
     }
 
-    [[nodiscard]] TracedBox traced_box(const BoxKey& key) override {
+    [[nodiscard]] BoxWithInputs traced_box(const BoxKey& key) override {
         m_facts.check_level(key.level);
         if (!m_facts.touches_land(key.level, key.bx, key.bz))
             return {nullptr, footprint(key)};
@@ -108,7 +108,7 @@ public:
 private:
     void gather_facts(const LidarWorldOptions& options) {
         const Sources& sources = m_points.sources();
-        const Frame& frame = sources.frame;
+        const grid::Frame& frame = sources.frame;
         voxel::WorldInfo& info = m_facts.info;
         info.title = options.files.front().stem().string();
         info.bounds.min = {sources.bounds.min_x, sources.lowest_y, sources.bounds.min_z};
@@ -138,12 +138,12 @@ private:
         }
         m_facts.orthophotos = m_images ? m_images->count() : 0;
         m_facts.water_cell_m = m_points.cell_voxels() * frame.voxel_m();
-        m_facts.prints = prints_of(sources, m_images.get(), m_points.classes(), m_settings,
-                                   m_points.cell_voxels());
+        m_facts.prints = fingerprints_of(sources, m_images.get(), m_points.classes(), m_settings,
+                                         m_points.cell_voxels());
     }
 
     // What lies under a box: where nothing is, a file may come to lie.
-    [[nodiscard]] static Reach footprint(const BoxKey& key) noexcept {
+    [[nodiscard]] static InputExtent footprint(const BoxKey& key) noexcept {
         const auto edge = [&](std::int64_t b) {
             return static_cast<std::int32_t>(std::clamp<std::int64_t>(
                 b << key.level, water::kAnywhere.min_bx, water::kAnywhere.max_bx));
@@ -154,27 +154,27 @@ private:
 
     // Children above and below the world are air because those between are all that can be: they
     // need not be asked what they depend on.
-    [[nodiscard]] TracedBox child(const BoxKey& key) {
+    [[nodiscard]] BoxWithInputs child(const BoxKey& key) {
         return voxel::boxes_over(m_facts.info.bounds, key.level).contains(key)
                    ? traced_box(key)
-                   : TracedBox{nullptr, footprint(key)};
+                   : BoxWithInputs{nullptr, footprint(key)};
     }
 
-    TracedBox coarse_box(const BoxKey& key) {
+    BoxWithInputs coarse_box(const BoxKey& key) {
         return *m_coarse.get(
             key,
             [&] {
-                TracedBox out{nullptr, footprint(key)};
+                BoxWithInputs out{nullptr, footprint(key)};
                 std::array<std::shared_ptr<const Box>, 8> children;
                 for (int i = 0; i < 8; ++i) {
-                    TracedBox made = child({key.level - 1, 2 * key.bx + (i & 1),
-                                            2 * key.by + (i >> 2), 2 * key.bz + (i >> 1 & 1)});
+                    BoxWithInputs made = child({key.level - 1, 2 * key.bx + (i & 1),
+                                                2 * key.by + (i >> 2), 2 * key.bz + (i >> 1 & 1)});
                     out.reach.add(made.reach);
                     children[static_cast<std::size_t>(i)] = std::move(made.box);
                 }
                 const util::StageTimes::Scope scope(m_times, "downsample");
                 out.box = voxel::downsample(key, children);
-                return std::make_shared<const TracedBox>(std::move(out));
+                return std::make_shared<const BoxWithInputs>(std::move(out));
             },
             [](const auto& b) {
                 return sizeof *b + (b->box ? b->box->memory_bytes() : std::size_t{0});
@@ -188,7 +188,7 @@ private:
     BoxColumnMaker m_maker;
     WorldFacts m_facts;
     util::Cache<BoxKey, BoxColumn, voxel::BoxKeyHash> m_columns;
-    util::Cache<BoxKey, TracedBox, voxel::BoxKeyHash> m_coarse;
+    util::Cache<BoxKey, BoxWithInputs, voxel::BoxKeyHash> m_coarse;
 };
 
 }  // namespace

@@ -31,7 +31,7 @@ struct WorldFacts;
 /// A box's reach holds every patch that was looked at for it: its own and the eight around; those
 /// of the bodies of water that were asked for (a body so large that it is cut reaches everywhere),
 /// and the surroundings of wide gaps. It does not depend on what was asked before.
-class LidarWorld : public voxel::TracedWorld {
+class LidarWorld : public voxel::ProvenanceWorld {
 public:
     [[nodiscard]] virtual LidarWorldStats stats() const = 0;
 

@@ -127,7 +127,7 @@ void fill_columns(Land& land) {
 void cut_boxes(Land& land) {
     const PatchRuns& runs = land.runs.value();
     const SurfaceLook& surface = land.surface.value();
-    const PatchKey patch = land.window.middle;
+    const grid::PatchKey patch = land.window.middle;
     Boxes& out = land.boxes.emplace();
     if (runs.min_y() >= runs.max_y())
         return;

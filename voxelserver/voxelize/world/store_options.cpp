@@ -19,10 +19,10 @@ std::string common_value(const GrabberStore& store, std::string StoredSquare::* 
         if (s.state == StoredState::kFetched && !(s.*field).empty())
             values.insert(s.*field);
     if (values.size() > 1)
-        throw UsageError(std::string("open the store: its squares have ") +
-                         std::to_string(values.size()) + " different " + what + ", such as '" +
-                         *values.begin() + "' and '" + *values.rbegin() +
-                         "'; allowed: one, or say which with " + flag);
+        throw util::UsageError(std::string("open the store: its squares have ") +
+                               std::to_string(values.size()) + " different " + what +
+                               ", such as '" + *values.begin() + "' and '" + *values.rbegin() +
+                               "'; allowed: one, or say which with " + flag);
     return values.empty() ? "" : *values.begin();
 }
 
@@ -40,7 +40,7 @@ std::string all_of(const GrabberStore& store, std::string StoredSquare::* field)
 void take_from_store(const GrabberStore& store, LidarWorldOptions& options) {
     options.files = store.files();
     if (options.files.empty())
-        throw UsageError(
+        throw util::UsageError(
             "open the store: it has no square yet; fetch some with terravox grab fetch");
     if (options.classes.empty())
         options.classes =

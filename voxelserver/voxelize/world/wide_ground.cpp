@@ -3,7 +3,7 @@
 #include <cmath>
 #include <optional>
 
-#include "voxelserver/voxelize/world/input_prints.hpp"
+#include "voxelserver/voxelize/world/input_fingerprints.hpp"
 
 namespace terravox::voxelize {
 
@@ -22,7 +22,7 @@ struct WideGround::Around {
     }
 };
 
-std::shared_ptr<const WideGround::Around> WideGround::make(PatchKey patch) {
+std::shared_ptr<const WideGround::Around> WideGround::make(grid::PatchKey patch) {
     auto out = std::make_shared<Around>();
     const int cell = m_points.cell_voxels();
     constexpr std::size_t kEnough = 16;  // cells, for an interpolation from several sides
@@ -31,19 +31,21 @@ std::shared_ptr<const WideGround::Around> WideGround::make(PatchKey patch) {
         samples.clear();
         for (int dz = -rings; dz <= rings; ++dz)
             for (int dx = -rings; dx <= rings; ++dx) {
-                const PatchKey key{patch.px + dx, patch.pz + dz};
+                const grid::PatchKey key{patch.px + dx, patch.pz + dz};
                 const auto columns = m_points.columns(key);
                 const water::CellPatch& cells = columns->cells;
                 for (int z = 0; z < cells.side; ++z)
                     for (int x = 0; x < cells.side; ++x)
                         if (const float h = cells.at(x, z).ground; !std::isnan(h))
-                            samples.push_back({static_cast<float>(dx * kPatchSize + x * cell) +
-                                                   static_cast<float>(cell) / 2,
-                                               static_cast<float>(dz * kPatchSize + z * cell) +
-                                                   static_cast<float>(cell) / 2,
-                                               h});
+                            samples.push_back(
+                                {static_cast<float>(dx * grid::kPatchSize + x * cell) +
+                                     static_cast<float>(cell) / 2,
+                                 static_cast<float>(dz * grid::kPatchSize + z * cell) +
+                                     static_cast<float>(cell) / 2,
+                                 h});
             }
-        out->reach = static_cast<float>((rings + 1) * kPatchSize) * 1.5f, out->rings = rings;
+        out->reach = static_cast<float>((rings + 1) * grid::kPatchSize) * 1.5f;
+        out->rings = rings;
         if (samples.size() >= kEnough)
             break;
     }
@@ -59,11 +61,11 @@ std::shared_ptr<const WideGround::Around> WideGround::make(PatchKey patch) {
 }
 
 // The lowest return of a patch and its neighbours: single patches may hold nothing but treetops.
-float WideGround::lowest_near(PatchKey patch) {
+float WideGround::lowest_near(grid::PatchKey patch) {
     float lowest = kNoHeight;
     for (int dz = -1; dz <= 1; ++dz)
         for (int dx = -1; dx <= 1; ++dx) {
-            const PatchKey key{patch.px + dx, patch.pz + dz};
+            const grid::PatchKey key{patch.px + dx, patch.pz + dz};
             const float h = m_points.columns(key)->lowest;
             if (!std::isnan(h) && !(lowest <= h))
                 lowest = h;
@@ -71,8 +73,9 @@ float WideGround::lowest_near(PatchKey patch) {
     return lowest;
 }
 
-float WideGround::at(std::int32_t x, std::int32_t z, voxel::Reach& reach) {
-    const PatchKey patch{voxel::floor_div(x, kPatchSize), voxel::floor_div(z, kPatchSize)};
+float WideGround::at(std::int32_t x, std::int32_t z, voxel::InputExtent& reach) {
+    const grid::PatchKey patch{voxel::floor_div(x, grid::kPatchSize),
+                               voxel::floor_div(z, grid::kPatchSize)};
     const auto around = m_around.get(
         patch, [&] { return make(patch); }, [](const auto& a) { return a->memory_bytes(); });
     reach.add(reach_of(patch, around->rings));
@@ -81,8 +84,9 @@ float WideGround::at(std::int32_t x, std::int32_t z, voxel::Reach& reach) {
     if (around->ground)
         return around->ground->at(local_x, local_z, around->reach);
     // Bilinear between the patches' centres, of those that hold anything.
-    const float u = local_x / kPatchSize + 0.5f,
-                v = local_z / kPatchSize + 0.5f;  // 0.5 .. 1.5 within the patch; centres at 0, 1, 2
+    const float u = local_x / grid::kPatchSize + 0.5f,
+                v = local_z / grid::kPatchSize +
+                    0.5f;  // 0.5 .. 1.5 within the patch; centres at 0, 1, 2
     const int i = u < 1 ? 0 : 1, k = v < 1 ? 0 : 1;
     const float fu = u - static_cast<float>(i), fv = v - static_cast<float>(k);
     float sum = 0, weights = 0;
@@ -91,8 +95,10 @@ float WideGround::at(std::int32_t x, std::int32_t z, voxel::Reach& reach) {
                                     {0, 1, (1 - fu) * fv},
                                     {1, 1, fu * fv}}) {
         const float h = around->lowest[static_cast<std::size_t>((k + dz) * 3 + i + dx)];
-        if (!std::isnan(h))
-            sum += w * h, weights += w;
+        if (!std::isnan(h)) {
+            sum += w * h;
+            weights += w;
+        }
     }
     return weights > 0 ? sum / weights : kNoHeight;
 }

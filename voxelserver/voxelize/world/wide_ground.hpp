@@ -17,14 +17,14 @@ public:
     /// @param x, z absolute voxels @param reach grows by the patches that were looked at
     /// @return height in voxels; where there is no ground for half a kilometre, the lowest returns
     /// around; NaN where there are none
-    [[nodiscard]] float at(std::int32_t x, std::int32_t z, voxel::Reach& reach);
+    [[nodiscard]] float at(std::int32_t x, std::int32_t z, voxel::InputExtent& reach);
 
 private:
     struct Around;
-    [[nodiscard]] std::shared_ptr<const Around> make(PatchKey patch);
-    [[nodiscard]] float lowest_near(PatchKey patch);
+    [[nodiscard]] std::shared_ptr<const Around> make(grid::PatchKey patch);
+    [[nodiscard]] float lowest_near(grid::PatchKey patch);
     PointSet& m_points;
-    util::Cache<PatchKey, Around, PatchKeyHash> m_around;
+    util::Cache<grid::PatchKey, Around, grid::PatchKeyHash> m_around;
 };
 
 }  // namespace terravox::voxelize

@@ -8,63 +8,82 @@
 namespace terravox::voxelize {
 namespace {
 
-using store::ByteReader;
-using store::ByteWriter;
+using voxel::ByteReader;
+using voxel::ByteWriter;
 using voxel::Fingerprint;
 
 constexpr std::size_t kRectBytes = 16, kInputBytes = kRectBytes + 16 + 1,
                       kSquareBytes = 2 * 8 + kRectBytes + 2 * 8;
 
-void put(ByteWriter& out, const ColumnRect& r) {
-    out.add(r.min_x), out.add(r.min_z), out.add(r.max_x), out.add(r.max_z);
+void put(voxel::ByteWriter& out, const grid::ColumnRect& r) {
+    out.add(r.min_x);
+    out.add(r.min_z);
+    out.add(r.max_x);
+    out.add(r.max_z);
 }
 
-ColumnRect rect(ByteReader& in) {
-    ColumnRect r;
-    r.min_x = in.get<std::int32_t>(), r.min_z = in.get<std::int32_t>(),
-    r.max_x = in.get<std::int32_t>(), r.max_z = in.get<std::int32_t>();
+grid::ColumnRect rect(voxel::ByteReader& in) {
+    grid::ColumnRect r;
+    r.min_x = in.get<std::int32_t>();
+    r.min_z = in.get<std::int32_t>();
+    r.max_x = in.get<std::int32_t>();
+    r.max_z = in.get<std::int32_t>();
     return r;
 }
 
-void put(ByteWriter& out, const std::vector<InputPrints::Input>& inputs) {
+void put(voxel::ByteWriter& out, const std::vector<InputFingerprints::Input>& inputs) {
     out.add(static_cast<std::uint64_t>(inputs.size()));
-    for (const auto& i : inputs)
-        put(out, i.rect), out.add(i.print), out.add(static_cast<std::uint8_t>(i.coloured));
+    for (const auto& i : inputs) {
+        put(out, i.rect);
+        out.add(i.print);
+        out.add(static_cast<std::uint8_t>(i.coloured));
+    }
 }
 
-std::vector<InputPrints::Input> inputs(ByteReader& in) {
-    std::vector<InputPrints::Input> out(in.count(kInputBytes));
-    for (auto& i : out)
-        i.rect = rect(in), i.print = in.print(), i.coloured = in.get<std::uint8_t>() != 0;
+std::vector<InputFingerprints::Input> inputs(voxel::ByteReader& in) {
+    std::vector<InputFingerprints::Input> out(in.count(kInputBytes));
+    for (auto& i : out) {
+        i.rect = rect(in);
+        i.print = in.print();
+        i.coloured = in.get<std::uint8_t>() != 0;
+    }
     return out;
 }
 
-void put(ByteWriter& out, const voxel::WorldInfo& info) {
+void put(voxel::ByteWriter& out, const voxel::WorldInfo& info) {
     out.add(info.title);
     for (const auto& corner : {info.bounds.min, info.bounds.max})
         for (const std::int32_t v : corner)
             out.add(v);
-    out.add(info.voxel_m), out.add(static_cast<std::int32_t>(info.levels)), out.add(info.crs),
-        out.add(info.crs_wkt), out.add(info.crs_units_per_voxel);
+    out.add(info.voxel_m);
+    out.add(static_cast<std::int32_t>(info.levels));
+    out.add(info.crs);
+    out.add(info.crs_wkt);
+    out.add(info.crs_units_per_voxel);
     out.add(static_cast<std::uint8_t>(info.centre.has_value()));
-    out.add(info.centre ? info.centre->lat_deg : 0),
-        out.add(info.centre ? info.centre->lon_deg : 0);
-    out.add(info.licence), out.add(info.attribution);
+    out.add(info.centre ? info.centre->lat_deg : 0);
+    out.add(info.centre ? info.centre->lon_deg : 0);
+    out.add(info.licence);
+    out.add(info.attribution);
 }
 
-voxel::WorldInfo world_info(ByteReader& in) {
+voxel::WorldInfo world_info(voxel::ByteReader& in) {
     voxel::WorldInfo out;
     out.title = in.text();
     for (auto* corner : {&out.bounds.min, &out.bounds.max})
         for (std::int32_t& v : *corner)
             v = in.get<std::int32_t>();
-    out.voxel_m = in.get<double>(), out.levels = in.get<std::int32_t>();
-    out.crs = in.text(), out.crs_wkt = in.text(), out.crs_units_per_voxel = in.get<double>();
+    out.voxel_m = in.get<double>();
+    out.levels = in.get<std::int32_t>();
+    out.crs = in.text();
+    out.crs_wkt = in.text();
+    out.crs_units_per_voxel = in.get<double>();
     const bool placed = in.get<std::uint8_t>() != 0;
     const auto lat = in.get<double>(), lon = in.get<double>();
     if (placed)
         out.centre = geo::LatLon{lat, lon};
-    out.licence = in.text(), out.attribution = in.text();
+    out.licence = in.text();
+    out.attribution = in.text();
     return out;
 }
 
@@ -73,8 +92,8 @@ voxel::WorldInfo world_info(ByteReader& in) {
 void WorldFacts::check_level(int level) const {
     if (level >= 0 && level < info.levels)
         return;
-    throw UsageError("make a box: level " + std::to_string(level) + "; allowed: 0 to " +
-                     std::to_string(info.levels - 1));
+    throw util::UsageError("make a box: level " + std::to_string(level) + "; allowed: 0 to " +
+                           std::to_string(info.levels - 1));
 }
 
 // Between files far apart is nothing: without this, a coarse box would be looked for down to each
@@ -83,7 +102,7 @@ bool WorldFacts::touches_land(int level, std::int32_t bx, std::int32_t bz) const
     const std::int64_t edge_x = std::int64_t{voxel::kBoxSizeX} << level,
                        edge_z = std::int64_t{voxel::kBoxSizeZ} << level;
     const std::int64_t x = bx * edge_x, z = bz * edge_z;
-    return std::any_of(islands.begin(), islands.end(), [&](const ColumnRect& r) {
+    return std::any_of(islands.begin(), islands.end(), [&](const grid::ColumnRect& r) {
         return x < r.max_x && r.min_x < x + edge_x && z < r.max_z && r.min_z < z + edge_z;
     });
 }
@@ -99,30 +118,38 @@ voxel::ColumnExtent WorldFacts::column(int level, std::int32_t bx, std::int32_t 
 }
 
 std::string to_bytes(const WorldFacts& facts) {
-    ByteWriter out;
+    voxel::ByteWriter out;
     put(out, facts.info);
     out.add(static_cast<std::uint64_t>(facts.islands.size()));
-    for (const ColumnRect& r : facts.islands)
+    for (const grid::ColumnRect& r : facts.islands)
         put(out, r);
     out.add(static_cast<std::uint64_t>(facts.squares.size()));
-    for (const SquareInfo& s : facts.squares)
-        out.add(s.name), out.add(s.file.string()), put(out, s.bounds), out.add(s.points),
-            out.add(s.bytes);
-    out.add(facts.orthophotos), out.add(facts.water_cell_m);
-    out.add(facts.prints.everywhere), out.add(facts.prints.palette);
-    put(out, facts.prints.points), put(out, facts.prints.images);
-    ByteWriter whole;
-    whole.add(out.print()), whole.add(kBoxRecipe);
+    for (const SquareInfo& s : facts.squares) {
+        out.add(s.name);
+        out.add(s.file.string());
+        put(out, s.bounds);
+        out.add(s.points);
+        out.add(s.bytes);
+    }
+    out.add(facts.orthophotos);
+    out.add(facts.water_cell_m);
+    out.add(facts.prints.everywhere);
+    out.add(facts.prints.palette);
+    put(out, facts.prints.points);
+    put(out, facts.prints.images);
+    voxel::ByteWriter whole;
+    whole.add(out.print());
+    whole.add(kBoxRecipe);
     return std::string(kFactsMagic) + whole.bytes() + out.bytes();
 }
 
 WorldFacts facts_from_bytes(std::string_view bytes) {
     const auto fail = [](const std::string& what) {
-        return Error("read the facts of a world: " + what);
+        return util::Error("read the facts of a world: " + what);
     };
     if (!bytes.starts_with(kFactsMagic))
         throw fail("another version, or no facts");
-    ByteReader head(bytes.substr(kFactsMagic.size()));
+    voxel::ByteReader head(bytes.substr(kFactsMagic.size()));
     const Fingerprint said = head.print();
     const auto recipe = head.get<std::uint32_t>();
     if (!head.ok())
@@ -132,21 +159,28 @@ WorldFacts facts_from_bytes(std::string_view bytes) {
                    "; allowed: " + std::to_string(kBoxRecipe));
     const std::string_view body =
         bytes.substr(kFactsMagic.size() + 2 * sizeof(std::uint64_t) + sizeof recipe);
-    if (store::print_of(body) != said)
+    if (voxel::print_of(body) != said)
         throw fail("damaged (checksum)");
-    ByteReader in(body);
+    voxel::ByteReader in(body);
     WorldFacts out;
     out.info = world_info(in);
     out.islands.resize(in.count(kRectBytes));
-    for (ColumnRect& r : out.islands)
+    for (grid::ColumnRect& r : out.islands)
         r = rect(in);
     out.squares.resize(in.count(kSquareBytes));
-    for (SquareInfo& s : out.squares)
-        s.name = in.text(), s.file = in.text(), s.bounds = rect(in),
-        s.points = in.get<std::uint64_t>(), s.bytes = in.get<std::uint64_t>();
-    out.orthophotos = in.get<std::uint64_t>(), out.water_cell_m = in.get<double>();
-    out.prints.everywhere = in.print(), out.prints.palette = in.print();
-    out.prints.points = inputs(in), out.prints.images = inputs(in);
+    for (SquareInfo& s : out.squares) {
+        s.name = in.text();
+        s.file = in.text();
+        s.bounds = rect(in);
+        s.points = in.get<std::uint64_t>();
+        s.bytes = in.get<std::uint64_t>();
+    }
+    out.orthophotos = in.get<std::uint64_t>();
+    out.water_cell_m = in.get<double>();
+    out.prints.everywhere = in.print();
+    out.prints.palette = in.print();
+    out.prints.points = inputs(in);
+    out.prints.images = inputs(in);
     // A checksum keeps damage away, not malice: what would lead arithmetic astray is refused.
     if (!in.finished() || out.info.levels < 1 || out.info.levels > voxel::kMaxLevel)
         throw fail("damaged");

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "voxelserver/voxelize/points/square_info.hpp"
-#include "voxelserver/voxelize/world/input_prints.hpp"
+#include "voxelserver/voxelize/world/input_fingerprints.hpp"
 
 namespace terravox::voxelize {
 
@@ -15,16 +15,16 @@ namespace terravox::voxelize {
 /// The opened world answers from the same facts. Plain data; const functions may be called at once.
 struct WorldFacts {
     voxel::WorldInfo info;
-    std::vector<ColumnRect> islands;  ///< elsewhere is nothing
-    std::vector<SquareInfo> squares;  ///< by path; all of them in the state kFetched
-    std::uint64_t orthophotos = 0;    ///< how many
+    std::vector<grid::ColumnRect> islands;  ///< elsewhere is nothing
+    std::vector<SquareInfo> squares;        ///< by path; all of them in the state kFetched
+    std::uint64_t orthophotos = 0;          ///< how many
     double water_cell_m = 0;
-    InputPrints prints;
+    InputFingerprints prints;
 
     /// As World::column(). @throws UsageError for a level that the world has not
     [[nodiscard]] voxel::ColumnExtent column(int level, std::int32_t bx, std::int32_t bz) const;
-    /// As TracedWorld::fingerprint().
-    [[nodiscard]] voxel::Fingerprint fingerprint(const voxel::Reach& reach) const {
+    /// As ProvenanceWorld::fingerprint().
+    [[nodiscard]] voxel::Fingerprint fingerprint(const voxel::InputExtent& reach) const {
         return prints.fingerprint(reach);
     }
     /// Whether there may be anything in the columns of a box.

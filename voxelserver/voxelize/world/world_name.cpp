@@ -12,18 +12,18 @@
 #include "voxelserver/voxelize/points/class_table.hpp"
 #include "voxelserver/voxelize/points/lidar_files.hpp"
 #include "voxelserver/voxelize/points/settings.hpp"
-#include "voxelserver/voxelize/world/input_prints.hpp"
+#include "voxelserver/voxelize/world/input_fingerprints.hpp"
 #include "voxelserver/voxelize/world/world_facts.hpp"
 
 namespace terravox::voxelize {
 
 std::string world_name(const LidarWorldOptions& options, const std::filesystem::path& opener) {
-    store::ByteWriter out;
+    voxel::ByteWriter out;
     out.add(kFactsMagic);
     out.add(kBoxRecipe);
     out.add(std::string_view(GDAL_RELEASE_NAME));
     if (!opener.empty())
-        out.add(store::file_identity(opener, "worlds module"));
+        out.add(voxel::file_identity(opener, "worlds module"));
     const Settings settings = load_settings(options.settings, options.steps);
     const ClassTable classes = load_class_table(options.classes);
     out.add(print_of(settings));
@@ -41,9 +41,9 @@ std::string world_name(const LidarWorldOptions& options, const std::filesystem::
     out.add(files.size());
     for (const auto& file : files) {
         out.add(file.string());
-        out.add(store::file_identity(file, "point cloud"));
+        out.add(voxel::file_identity(file, "point cloud"));
         if (const auto beside = pointcloud::side_file_of(file))
-            out.add(store::file_identity(*beside, "side file"));
+            out.add(voxel::file_identity(*beside, "side file"));
     }
     if (!options.orthophotos.empty()) {
         auto images = imagery::orthophoto_files(options.orthophotos);
@@ -53,7 +53,7 @@ std::string world_name(const LidarWorldOptions& options, const std::filesystem::
             out.add(imagery::image_identity(image));
         }
     }
-    return store::hex_of(out.print());
+    return voxel::hex_of(out.print());
 }
 
 }  // namespace terravox::voxelize

@@ -3,7 +3,7 @@
 #include "common/voxel/archive/archive_world.hpp"
 #include "common/voxel/archive/byte_source.hpp"
 #include "common/voxel/file_identity.hpp"
-#include "voxelserver/worlds/archive/far_archive.hpp"
+#include "voxelserver/worlds/archive/remote_archive.hpp"
 #include "voxelserver/worlds/remote/http_access.hpp"
 
 namespace terravox::worlds {
@@ -19,7 +19,7 @@ bool is_address_of_archive(const std::string& input) {
 }
 
 voxel::Fingerprint state_of_file(const WorldOptions& options) {
-    return store::file_identity(options.inputs.front(), "box archive");
+    return voxel::file_identity(options.inputs.front(), "box archive");
 }
 
 std::unique_ptr<voxel::World> open_file(const OpenRequest& request) {
@@ -27,8 +27,8 @@ std::unique_ptr<voxel::World> open_file(const OpenRequest& request) {
 }
 
 std::unique_ptr<voxel::World> open_remote(const OpenRequest& request) {
-    return voxel::open_archive(far_archive(request.input(), request.options.box_timeout,
-                                           request.stop, access_of_environment()));
+    return voxel::open_archive(remote_archive(request.input(), request.options.box_timeout,
+                                              request.stop, remote::access_of_environment()));
 }
 
 }  // namespace
@@ -46,7 +46,7 @@ constinit const WorldKind kRemoteArchiveKind{
     .input = {},
     .recognises = is_address_of_archive,
     .open = open_remote,
-    .flags = "--processing-box-patience-s",
+    .flags = "--processing-box-timeout-s",
     .is_path = false,
     .farm_access = FarmAccess::kByAddress,
 };

@@ -4,7 +4,7 @@
 #include <charconv>
 #include <string_view>
 
-namespace terravox {
+namespace terravox::worlds {
 namespace {
 
 constexpr std::string_view kWeak = "W/";
@@ -20,7 +20,7 @@ std::string_view opaque(const std::string& etag) noexcept {
 
 bool is_etag(const std::string& text) noexcept {
     constexpr std::size_t kQuotes = 2;
-    if (text.size() > FileState::kMostEtag_bytes)
+    if (text.size() > FileState::kMaxEtag_bytes)
         return false;
     const std::string_view tag = opaque(text);
     if (tag.size() < kQuotes || tag.front() != '"' || tag.back() != '"')
@@ -59,7 +59,7 @@ std::optional<std::uint64_t> whole_size(std::string_view range) noexcept {
 
 }  // namespace
 
-FileState FileState::of(const HttpReply& reply) {
+FileState FileState::of(const remote::HttpReply& reply) {
     FileState out;
     if (is_etag(reply.etag))
         out.etag = reply.etag;
@@ -95,4 +95,4 @@ std::string FileState::text() const {
     return out;
 }
 
-}  // namespace terravox
+}  // namespace terravox::worlds

@@ -6,20 +6,20 @@
 
 #include "voxelserver/worlds/remote/http_client.hpp"
 
-namespace terravox {
+namespace terravox::worlds {
 
 /// What tells one state of a web server's file from the next: the validators of its replies, and
 /// the file's size. Ref: RFC 9110, 8.8 and 13.1; RFC 9112.
 struct FileState {
-    static constexpr std::size_t kMostEtag_bytes = 512;
+    static constexpr std::size_t kMaxEtag_bytes = 512;
 
     std::string etag;                    ///< with its quotes, "W/" before a weak one; empty: none
     std::string last_modified;           ///< as the server wrote it; empty: none
     std::optional<std::uint64_t> bytes;  ///< of the whole file
 
     /// As a reply tells it. What is not of the form that RFC 9110 gives to it, or longer than
-    /// kMostEtag_bytes, counts as not told.
-    [[nodiscard]] static FileState of(const HttpReply& reply);
+    /// kMaxEtag_bytes, counts as not told.
+    [[nodiscard]] static FileState of(const remote::HttpReply& reply);
 
     /// The header with which a server answers 412 instead of bytes of another state: If-Match with
     /// a strong entity tag, else If-Unmodified-Since; empty where there is neither.
@@ -32,4 +32,4 @@ struct FileState {
     [[nodiscard]] std::string text() const;
 };
 
-}  // namespace terravox
+}  // namespace terravox::worlds

@@ -12,7 +12,7 @@
 #include "common/geo/raster_file.hpp"
 #include "common/util/error.hpp"
 
-namespace terravox::relief {
+namespace terravox::heightmap {
 namespace {
 
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
@@ -54,7 +54,7 @@ std::optional<double> unit_of(std::string name) {
 }  // namespace
 
 void HeightFile::fail(const std::string& what) const {
-    throw Error("read the heights of " + m_reading.path.string() + ": " + what);
+    throw util::Error("read the heights of " + m_reading.path.string() + ": " + what);
 }
 
 HeightFile::HeightFile(const Reading& reading) : m_reading(reading) {
@@ -107,10 +107,10 @@ void HeightFile::learn() {
         fail("its values are colours, no heights");
     // A file may claim one block of any size; GDAL would ask for the memory before it looks at the
     // data.
-    constexpr double kMostBlock_bytes = 512e6;
+    constexpr double kMaxBlock_bytes = 512e6;
     int block_x = 0, block_y = 0;
     m_source->GetRasterBand(1)->GetBlockSize(&block_x, &block_y);
-    if (static_cast<double>(block_x) * block_y * 8 > kMostBlock_bytes)
+    if (static_cast<double>(block_x) * block_y * 8 > kMaxBlock_bytes)
         fail("its blocks are " + std::to_string(block_x) + " x " + std::to_string(block_y) +
              " cells; allowed: up to 512 MB; rewrite it with gdal_translate -co TILED=YES");
     if (m_data->GetGeoTransform(m_geo.data()) != CE_None)
@@ -120,9 +120,9 @@ void HeightFile::learn() {
         !(std::abs(area) > 0))
         fail("its cells have no size on Earth (area " + std::to_string(area) +
              "; allowed: above 0)");
-    constexpr double kMostAspect = 16;
+    constexpr double kMaxAspect = 16;
     const double aspect = std::abs(m_geo[1] / m_geo[5]);
-    if (north_up() && !(aspect <= kMostAspect && aspect >= 1 / kMostAspect))
+    if (north_up() && !(aspect <= kMaxAspect && aspect >= 1 / kMaxAspect))
         fail("its cells are " + std::to_string(aspect) +
              " times as wide as high; allowed: 1/16 to 16");
     if (m_reading.warped_to)
@@ -143,7 +143,7 @@ double HeightFile::vertical_unit_m() const {
         return m_crs->vertical_metres_per_unit().value_or(1);
     try {
         return geo::Crs::from_ogr(*own, path().string()).vertical_metres_per_unit().value_or(1);
-    } catch (const Error&) {
+    } catch (const util::Error&) {
         if (!m_reading.crs)
             throw;
         return m_reading.crs->vertical_metres_per_unit().value_or(1);
@@ -167,7 +167,8 @@ void HeightFile::learn_values() {
     m_scale = known != 0 ? scale : 1;
     const double offset = own->GetOffset(&known);
     m_offset = known != 0 ? offset : 0;
-    m_scale *= unit, m_offset *= unit;
+    m_scale *= unit;
+    m_offset *= unit;
     if (!std::isfinite(m_scale) || !std::isfinite(m_offset) || m_scale == 0)
         fail("scale of heights = " + std::to_string(m_scale) + "; allowed: a number that is not 0");
     const double nodata = m_band->GetNoDataValue(&known);
@@ -185,11 +186,15 @@ std::string HeightFile::copyright() const {
 
 HeightFile::Grid HeightFile::grid_for(double side) const noexcept {
     Grid out;
-    out.width = m_data->GetRasterXSize(), out.height = m_data->GetRasterYSize();
-    out.x0 = m_geo[0], out.y0 = m_geo[3], out.dx = m_geo[1], out.dy = m_geo[5];
+    out.width = m_data->GetRasterXSize();
+    out.height = m_data->GetRasterYSize();
+    out.x0 = m_geo[0];
+    out.y0 = m_geo[3];
+    out.dx = m_geo[1];
+    out.dy = m_geo[5];
     const double span_x = out.dx * out.width, span_y = out.dy * out.height;
     constexpr double kSlack = 1 + 1e-6,
-                     kLeast =
+                     kMin =
                          2;  // cells of an overview to a side: they need not lie as the voxels do
     const auto fits = [&](double dx, double dy) {
         return std::max(std::abs(dx), std::abs(dy)) <= side * kSlack;
@@ -200,26 +205,37 @@ HeightFile::Grid HeightFile::grid_for(double side) const noexcept {
         if (overview == nullptr || overview->GetXSize() < 1 || overview->GetYSize() < 1 ||
             overview->GetXSize() >= finest)
             continue;
-        if (!fits(kLeast * span_x / overview->GetXSize(), kLeast * span_y / overview->GetYSize()))
+        if (!fits(kMin * span_x / overview->GetXSize(), kMin * span_y / overview->GetYSize()))
             continue;
-        out.overview = i, finest = overview->GetXSize();
+        out.overview = i;
+        finest = overview->GetXSize();
     }
     if (out.overview >= 0) {
         GDALRasterBand* overview = m_band->GetOverview(out.overview);
-        out.width = overview->GetXSize(), out.height = overview->GetYSize(),
-        out.dx = span_x / out.width, out.dy = span_y / out.height;
+        out.width = overview->GetXSize();
+        out.height = overview->GetYSize();
+        out.dx = span_x / out.width;
+        out.dy = span_y / out.height;
     }
     // Of many cells to a side, some: 8 to 16 are enough for a mean.
     constexpr int kEnough = 8;
-    while (fits(out.dx * 2 * kEnough, out.dy * 2 * kEnough) && out.width >= 2 && out.height >= 2)
-        out.stride *= 2, out.width /= 2, out.height /= 2, out.dx *= 2, out.dy *= 2;
+    while (fits(out.dx * 2 * kEnough, out.dy * 2 * kEnough) && out.width >= 2 && out.height >= 2) {
+        out.stride *= 2;
+        out.width /= 2;
+        out.height /= 2;
+        out.dx *= 2;
+        out.dy *= 2;
+    }
     return out;
 }
 
 Cells HeightFile::read(const Grid& grid, int x, int y, int width, int height) {
     const geo::QuietGdal quiet;
     Cells out;
-    out.x = x, out.y = y, out.width = width, out.height = height;
+    out.x = x;
+    out.y = y;
+    out.width = width;
+    out.height = height;
     out.metres.resize(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
     GDALRasterBand* band = grid.overview >= 0 ? m_band->GetOverview(grid.overview) : m_band;
     const int s = grid.stride;
@@ -262,15 +278,16 @@ void HeightFile::extend(std::optional<Range>& range, const Grid& grid, int x, in
             continue;
         if (!range)
             range = Range{v, v};
-        range->low_m = std::min(range->low_m, v), range->high_m = std::max(range->high_m, v);
+        range->low_m = std::min(range->low_m, v);
+        range->high_m = std::max(range->high_m, v);
     }
 }
 
 // The finest overview, or the cells themselves, with so many cells at most.
-std::optional<HeightFile::Grid> HeightFile::grid_of(double most_cells) const noexcept {
+std::optional<HeightFile::Grid> HeightFile::grid_of(double max_cells) const noexcept {
     Grid grid = grid_for(0);
     const double span_x = grid.dx * grid.width, span_y = grid.dy * grid.height;
-    if (static_cast<double>(grid.width) * grid.height <= most_cells)
+    if (static_cast<double>(grid.width) * grid.height <= max_cells)
         return grid;
     double finest = 0;
     for (int i = 0; i < m_band->GetOverviewCount(); ++i) {
@@ -278,28 +295,31 @@ std::optional<HeightFile::Grid> HeightFile::grid_of(double most_cells) const noe
         const double cells = overview != nullptr
                                  ? static_cast<double>(overview->GetXSize()) * overview->GetYSize()
                                  : 0;
-        if (cells <= finest || cells > most_cells)
+        if (cells <= finest || cells > max_cells)
             continue;
-        finest = cells, grid.overview = i, grid.width = overview->GetXSize(),
+        finest = cells;
+        grid.overview = i;
+        grid.width = overview->GetXSize();
         grid.height = overview->GetYSize();
     }
     if (grid.overview < 0)
         return std::nullopt;
-    grid.dx = span_x / grid.width, grid.dy = span_y / grid.height;
+    grid.dx = span_x / grid.width;
+    grid.dy = span_y / grid.height;
     return grid;
 }
 
-std::optional<HeightFile::Range> HeightFile::rough_range(double most_cells) {
+std::optional<HeightFile::Range> HeightFile::rough_range(double max_cells) {
     std::optional<Range> out;
-    std::optional<Error> damage;
+    std::optional<util::Error> damage;
     const auto look = [&](const Grid& grid, int x, int y, int width, int height) {
         try {
             extend(out, grid, x, y, width, height);
-        } catch (const Error& e) {
+        } catch (const util::Error& e) {
             damage = e;  // boxes that need it will fail; others need not
         }
     };
-    const auto whole = grid_of(most_cells);
+    const auto whole = grid_of(max_cells);
     constexpr int kRows = 256;
     if (whole)
         for (int y = 0; y < whole->height; y += kRows)
@@ -312,10 +332,10 @@ std::optional<HeightFile::Range> HeightFile::rough_range(double most_cells) {
         m_band->GetBlockSize(&block_x, &block_y);
         const std::int64_t across = (cells.width + block_x - 1) / block_x,
                            down = (cells.height + block_y - 1) / block_y, blocks = across * down;
-        const double most_blocks =
-            std::max(most_cells / (static_cast<double>(block_x) * block_y), 4.0);
+        const double max_blocks =
+            std::max(max_cells / (static_cast<double>(block_x) * block_y), 4.0);
         const std::int64_t step =
-            static_cast<std::int64_t>(static_cast<double>(blocks) / most_blocks) |
+            static_cast<std::int64_t>(static_cast<double>(blocks) / max_blocks) |
             1;  // odd: not always the same column of blocks
         for (std::int64_t i = 0; i < blocks; i += step) {
             const int x = static_cast<int>(i % across) * block_x,
@@ -325,7 +345,7 @@ std::optional<HeightFile::Range> HeightFile::rough_range(double most_cells) {
         }
     }
     if (!out && damage)
-        throw Error(*damage);
+        throw util::Error(*damage);
     if (out)
         out->exact = exact && !damage;
     return out;
@@ -344,4 +364,4 @@ double HeightFile::cell_m() const noexcept {
            (m_crs->geographic() ? kDegree_m : m_crs->metres_per_unit());
 }
 
-}  // namespace terravox::relief
+}  // namespace terravox::heightmap

@@ -11,7 +11,7 @@
 
 #include "common/geo/crs.hpp"
 
-namespace terravox::relief {
+namespace terravox::heightmap {
 
 /// How a raster of heights is to be read.
 struct Reading {
@@ -67,10 +67,10 @@ public:
         double low_m = 0, high_m = 0;
         bool exact = true;  ///< false: of a part of its blocks, or of an overview
     };
-    /// @param most_cells that may be looked at, about @return nullopt: no heights in what was
+    /// @param max_cells that may be looked at, about @return nullopt: no heights in what was
     /// looked at
     /// @throws Error when all that was looked at is damaged
-    [[nodiscard]] std::optional<Range> rough_range(double most_cells);
+    [[nodiscard]] std::optional<Range> rough_range(double max_cells);
 
     /// Outline in units of crs().
     struct Outline {
@@ -88,7 +88,7 @@ private:
     void learn_values();
     [[nodiscard]] double vertical_unit_m() const;  ///< as the systems tell it
     void to_metres(std::vector<double>& values) const noexcept;
-    [[nodiscard]] std::optional<Grid> grid_of(double most_cells) const noexcept;
+    [[nodiscard]] std::optional<Grid> grid_of(double max_cells) const noexcept;
     void extend(std::optional<Range>& range, const Grid& grid, int x, int y, int width, int height);
 
     Reading m_reading;
@@ -102,4 +102,4 @@ private:
     bool m_float_nodata = false, m_masked = false;
 };
 
-}  // namespace terravox::relief
+}  // namespace terravox::heightmap

@@ -4,31 +4,33 @@
 #include <cmath>
 #include <limits>
 
-namespace terravox::relief {
+namespace terravox::heightmap {
 
 /// A set of files for one caller, given back in the end.
 class HeightGrid::Lease {
 public:
     explicit Lease(HeightGrid& grid) : m_grid(grid) {
         const std::lock_guard lock(grid.m_mutex);
-        if (!grid.m_idle.empty())
-            m_files = std::move(grid.m_idle.back()), grid.m_idle.pop_back();
+        if (!grid.m_idle.empty()) {
+            m_files = std::move(grid.m_idle.back());
+            grid.m_idle.pop_back();
+        }
     }
     ~Lease() {
         const std::lock_guard lock(m_grid.m_mutex);
-        if (m_grid.m_idle.size() < m_grid.m_most_idle)
+        if (m_grid.m_idle.size() < m_grid.m_max_idle)
             m_grid.m_idle.push_back(std::move(m_files));
     }
     Lease(const Lease&) = delete;
     Lease& operator=(const Lease&) = delete;
     HeightFile& file(std::size_t i) {
-        constexpr std::size_t kMostOpen = 16;
+        constexpr std::size_t kMaxOpen = 16;
         const auto found = std::find_if(m_files.begin(), m_files.end(),
                                         [&](const auto& f) { return f.first == i; });
         if (found != m_files.end())
             std::rotate(found, found + 1, m_files.end());
         else {
-            if (m_files.size() >= kMostOpen)
+            if (m_files.size() >= kMaxOpen)
                 m_files.erase(m_files.begin());
             m_files.emplace_back(i, std::make_unique<HeightFile>(m_grid.m_files[i].reading));
         }
@@ -55,8 +57,10 @@ struct HeightGrid::Sum {
     [[nodiscard]] double northing(double j) const noexcept { return -(z + j) * side; }
     void add(std::size_t at, double value_m, double share, bool is_known) noexcept {
         const double left = std::min(share, 1 - weight[at]);
-        if (left > 0)
-            metres[at] += left * value_m, weight[at] += left;
+        if (left > 0) {
+            metres[at] += left * value_m;
+            weight[at] += left;
+        }
         if (is_known)
             known[at] = 1;
     }
@@ -76,10 +80,10 @@ Range cut(double a, double b, int size) noexcept {
 
 }  // namespace
 
-HeightGrid::HeightGrid(std::vector<File> files, voxelize::Frame frame, int threads)
+HeightGrid::HeightGrid(std::vector<File> files, grid::Frame frame, int threads)
     : m_files(std::move(files)),
       m_frame(std::move(frame)),
-      m_most_idle(static_cast<std::size_t>(std::max(threads, 1))) {}
+      m_max_idle(static_cast<std::size_t>(std::max(threads, 1))) {}
 
 ColumnHeights HeightGrid::read(int level, std::int32_t x, std::int32_t z, int width, int height) {
     const double scale = static_cast<double>(std::int64_t{1} << level),
@@ -149,8 +153,10 @@ void HeightGrid::add_between(HeightFile& file, const HeightFile::Grid& grid, Sum
             for (int k = 0; k < 4; ++k) {
                 const double w = ((k & 1) != 0 ? fu : 1 - fu) * ((k & 2) != 0 ? fv : 1 - fv),
                              h = value(x0 + (k & 1), y0 + (k >> 1));
-                if (w > 0 && !std::isnan(h))
-                    total += w * h, weight += w;
+                if (w > 0 && !std::isnan(h)) {
+                    total += w * h;
+                    weight += w;
+                }
             }
             if (weight <= 0)
                 continue;
@@ -188,8 +194,10 @@ void HeightGrid::add_means(HeightFile& file, const HeightFile::Grid& grid, doubl
                     const double h = cells.at(cx, cy),
                                  area = tall * (std::min(x_b, cx + 1.0) -
                                                 std::max(x_a, static_cast<double>(cx)));
-                    if (area > 0 && !std::isnan(h))
-                        total += area * h, weight += area;
+                    if (area > 0 && !std::isnan(h)) {
+                        total += area * h;
+                        weight += area;
+                    }
                 }
             }
             if (weight <= 0)
@@ -202,4 +210,4 @@ void HeightGrid::add_means(HeightFile& file, const HeightFile::Grid& grid, doubl
     }
 }
 
-}  // namespace terravox::relief
+}  // namespace terravox::heightmap

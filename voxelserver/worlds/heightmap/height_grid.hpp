@@ -9,7 +9,7 @@
 #include "voxelserver/grid/frame.hpp"
 #include "voxelserver/worlds/heightmap/height_file.hpp"
 
-namespace terravox::relief {
+namespace terravox::heightmap {
 
 /// Heights of columns of voxels of a level, in voxels of that level from the height 0 up; NaN where
 /// there is nothing. Row by row.
@@ -36,7 +36,7 @@ public:
         HeightFile::Outline outline;
     };
     /// @param files in the frame's CRS, north or south up; the one that counts first is first
-    HeightGrid(std::vector<File> files, voxelize::Frame frame, int threads);
+    HeightGrid(std::vector<File> files, grid::Frame frame, int threads);
 
     /// @throws Error naming the damaged file
     [[nodiscard]] ColumnHeights read(int level, std::int32_t x, std::int32_t z, int width,
@@ -51,10 +51,10 @@ private:
     void add_means(HeightFile& file, const HeightFile::Grid& grid, double side, Sum& sum) const;
 
     const std::vector<File> m_files;
-    const voxelize::Frame m_frame;
-    const std::size_t m_most_idle;
+    const grid::Frame m_frame;
+    const std::size_t m_max_idle;
     std::mutex m_mutex;
     std::vector<Open> m_idle;  ///< sets of files that nobody reads now
 };
 
-}  // namespace terravox::relief
+}  // namespace terravox::heightmap

@@ -18,8 +18,8 @@ namespace fs = std::filesystem;
 bool is_raster_or_folder_of_them(const std::string& input) {
     std::error_code failed;
     if (!fs::is_directory(input, failed))
-        return relief::is_height_raster(input);
-    return util::any_file(input, relief::is_height_raster);
+        return heightmap::is_height_raster(input);
+    return util::any_file(input, heightmap::is_height_raster);
 }
 
 /// Metres to a unit of height; nullopt: what the raster says.
@@ -33,7 +33,7 @@ std::optional<double> height_unit_m(const std::string& unit) {
     return std::nullopt;
 }
 
-std::vector<fs::path> rasters_of(const WorldOptions& options) {
+std::vector<fs::path> rasters_of(const worlds::WorldOptions& options) {
     return util::expand_folders({options.inputs.begin(), options.inputs.end()},
                                 {".tif", ".tiff", ".asc", ".img", ".vrt", ".dem", ".hgt", ".bil",
                                  ".dt2", ".dt1", ".grd", ".nc", ".xyz", ".txt"},
@@ -41,13 +41,13 @@ std::vector<fs::path> rasters_of(const WorldOptions& options) {
 }
 
 /// With names, since of overlapping rasters the earlier one by name counts.
-voxel::Fingerprint state_of_rasters(const WorldOptions& options) {
+voxel::Fingerprint state_of_rasters(const worlds::WorldOptions& options) {
     std::vector<fs::path> files = rasters_of(options);
     if (!options.orthophotos.empty()) {
         const std::vector<fs::path> images = imagery::orthophoto_files(options.orthophotos);
         files.insert(files.end(), images.begin(), images.end());
     }
-    store::ByteWriter out;
+    voxel::ByteWriter out;
     for (const fs::path& file : files) {
         out.add(file.string());
         out.add(imagery::image_identity(file));
@@ -56,8 +56,8 @@ voxel::Fingerprint state_of_rasters(const WorldOptions& options) {
 }
 
 std::unique_ptr<voxel::World> open_heightmap(const OpenRequest& request) {
-    const WorldOptions& from = request.options;
-    relief::ReliefOptions options;
+    const worlds::WorldOptions& from = request.options;
+    heightmap::ReliefOptions options;
     options.rasters = rasters_of(from);
     options.orthophotos = from.orthophotos;
     options.voxel_m = from.voxel_m;
@@ -67,7 +67,7 @@ std::unique_ptr<voxel::World> open_heightmap(const OpenRequest& request) {
     options.base_m = from.base_m;
     options.memory_bytes = from.memory_bytes;
     options.threads = thread::thread_count(from.threads);
-    return relief::open_relief_world(options);
+    return heightmap::open_relief_world(options);
 }
 
 }  // namespace

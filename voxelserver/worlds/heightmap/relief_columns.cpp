@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace terravox::relief {
+namespace terravox::heightmap {
 
 using voxel::Material;
 using voxel::VoxelAttr;
@@ -40,7 +40,8 @@ ReliefColumns::ReliefColumns(int level, const ColumnHeights& heights,
                 continue;
             const auto top = static_cast<std::int32_t>(std::floor(here + up));
             m_tops[static_cast<std::size_t>((z + 1) * kSide + x + 1)] = top;
-            m_highest = std::max(m_highest, top), m_lowest = std::min(m_lowest, top);
+            m_highest = std::max(m_highest, top);
+            m_lowest = std::min(m_lowest, top);
             if (x < 0 || z < 0 || x >= voxel::kBoxSizeX || z >= voxel::kBoxSizeZ)
                 continue;
             const auto at = static_cast<std::size_t>(z * voxel::kBoxSizeX + x);
@@ -60,7 +61,8 @@ VoxelAttr ReliefColumns::look(double slope, const imagery::Raster& colours,
                                    : Material::kGrass;
     if (colours.empty() || (colours.flags[at] & imagery::Raster::kColour) == 0)
         return out;
-    out.colour = colours.colour[at], out.flags = VoxelAttr::kHasColour;
+    out.colour = colours.colour[at];
+    out.flags = VoxelAttr::kHasColour;
     // Grass is what is green; what is not may be anything.
     const voxel::Rgb8 c = out.colour;
     if (out.material == Material::kGrass && !(c.g >= c.r && c.g > c.b))
@@ -75,8 +77,10 @@ VoxelAttr ReliefColumns::attr(int x, int z, std::int32_t depth) const noexcept {
     if (depth == 0)
         return out;
     if (depth > kTurf || out.material == Material::kRock) {
-        if (depth > kTurf)
-            out.flags = 0, out.colour = {};
+        if (depth > kTurf) {
+            out.flags = 0;
+            out.colour = {};
+        }
         out.material = Material::kRock;
     } else if (out.material == Material::kGrass) {
         out.material = out.has_colour() ? Material::kGround : Material::kSoil;
@@ -84,4 +88,4 @@ VoxelAttr ReliefColumns::attr(int x, int z, std::int32_t depth) const noexcept {
     return out;
 }
 
-}  // namespace terravox::relief
+}  // namespace terravox::heightmap

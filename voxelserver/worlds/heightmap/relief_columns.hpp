@@ -9,7 +9,7 @@
 #include "voxelserver/imagery/raster.hpp"
 #include "voxelserver/worlds/heightmap/height_grid.hpp"
 
-namespace terravox::relief {
+namespace terravox::heightmap {
 
 /// What the columns of one stack of boxes are: one past the highest voxel with a margin of one, and
 /// the looks of those that are its own.
@@ -47,4 +47,4 @@ private:
     std::int32_t m_highest = kNothing, m_lowest = std::numeric_limits<std::int32_t>::max();
 };
 
-}  // namespace terravox::relief
+}  // namespace terravox::heightmap

@@ -17,7 +17,7 @@
 #include "voxelserver/worlds/heightmap/height_grid.hpp"
 #include "voxelserver/worlds/heightmap/relief_columns.hpp"
 
-namespace terravox::relief {
+namespace terravox::heightmap {
 namespace {
 
 namespace fs = std::filesystem;
@@ -48,7 +48,8 @@ struct Found {
 
 std::vector<Found> find_rasters(const ReliefOptions& options) {
     if (options.rasters.empty())
-        throw UsageError("open a relief: no raster given; allowed: one or more rasters of heights");
+        throw util::UsageError(
+            "open a relief: no raster given; allowed: one or more rasters of heights");
     std::vector<Found> found;
     for (const fs::path& path : options.rasters) {
         const Reading reading{path, crs_of(options), std::nullopt, options.height_unit_m};
@@ -76,11 +77,10 @@ std::vector<Found> find_rasters(const ReliefOptions& options) {
 /// Looks at all rasters: those in another system than the first, in degrees, or turned, will be
 /// warped as they are read.
 Survey survey(const ReliefOptions& options) {
-    constexpr double kMostCells = 16e6;  // to look at for the lowest and highest: a second
+    constexpr double kMaxCells = 16e6;  // to look at for the lowest and highest: a second
     const std::vector<Found> found = find_rasters(options);
     const Found& first = found.front();
-    Survey out{
-        {}, {}, {}, voxelize::voxel_crs_for(first.crs, first.middle[0], first.middle[1]), {}};
+    Survey out{{}, {}, {}, grid::voxel_crs_for(first.crs, first.middle[0], first.middle[1]), {}};
     bool any = false;
     for (const Found& f : found) {
         HeightGrid::File file{f.reading, {}};
@@ -88,13 +88,13 @@ Survey survey(const ReliefOptions& options) {
             file.reading.warped_to = out.crs;
         HeightFile opened(file.reading);
         file.outline = opened.outline();
-        const auto range = opened.rough_range(kMostCells / static_cast<double>(found.size()));
+        const auto range = opened.rough_range(kMaxCells / static_cast<double>(found.size()));
         if (out.attribution.empty())
             out.attribution = opened.copyright();
         if (!range) {
             if (found.size() == 1)
-                throw Error("open the relief " + f.reading.path.string() +
-                            ": no heights in it, none between -12000 m and 10000 m");
+                throw util::Error("open the relief " + f.reading.path.string() +
+                                  ": no heights in it, none between -12000 m and 10000 m");
             spdlog::warn("relief {}: no heights in it", f.reading.path.string());
             continue;
         }
@@ -104,8 +104,10 @@ Survey survey(const ReliefOptions& options) {
                 f.reading.path.string());
         out.files.push_back(file);
         const HeightFile::Outline& o = file.outline;
-        if (!any)
-            out.outline = o, out.range = *range;
+        if (!any) {
+            out.outline = o;
+            out.range = *range;
+        }
         out.outline = {std::min(out.outline.west, o.west), std::min(out.outline.south, o.south),
                        std::max(out.outline.east, o.east), std::max(out.outline.north, o.north)};
         out.range = {std::min(out.range.low_m, range->low_m),
@@ -113,8 +115,8 @@ Survey survey(const ReliefOptions& options) {
         any = true;
     }
     if (!any)
-        throw Error("open the relief: no heights in any of " + std::to_string(found.size()) +
-                    " rasters");
+        throw util::Error("open the relief: no heights in any of " + std::to_string(found.size()) +
+                          " rasters");
     return out;
 }
 
@@ -138,7 +140,7 @@ public:
     [[nodiscard]] std::shared_ptr<const Box> box(const BoxKey& key) override {
         check_level(key.level);
         if (m_stopped)
-            throw Error("make box " + to_string(key) + ": interrupted");
+            throw util::Error("make box " + to_string(key) + ": interrupted");
         if (!boxes_over(m_info.bounds, key.level).contains(key))
             return nullptr;
         const auto columns = m_columns.get(
@@ -160,18 +162,18 @@ public:
 private:
     void check_level(int level) const {
         if (level < 0 || level >= m_info.levels)
-            throw UsageError("make a box: level " + std::to_string(level) + "; allowed: 0 to " +
-                             std::to_string(m_info.levels - 1));
+            throw util::UsageError("make a box: level " + std::to_string(level) +
+                                   "; allowed: 0 to " + std::to_string(m_info.levels - 1));
     }
 
     void describe(const Survey& found) {
         const HeightFile::Outline& o = found.outline;
         const auto voxel_at = [&](double v, const char* what) {
-            constexpr double kMost = 1 << 29;  // room for coarse voxels that stick out
-            if (!(std::abs(v) < kMost))
-                throw Error("open the relief " + found.files.front().reading.path.string() +
-                            ": its " + what + " is " + std::to_string(v) +
-                            " voxels; allowed: within +-2^29");
+            constexpr double kMax = 1 << 29;  // room for coarse voxels that stick out
+            if (!(std::abs(v) < kMax))
+                throw util::Error("open the relief " + found.files.front().reading.path.string() +
+                                  ": its " + what + " is " + std::to_string(v) +
+                                  " voxels; allowed: within +-2^29");
             return static_cast<std::int32_t>(std::floor(v));
         };
         const std::int32_t low = voxel_at(m_frame.y(found.range.low_m), "lowest height"),
@@ -185,14 +187,18 @@ private:
                              voxel_at(m_frame.z(o.north), "northern edge")};
         m_info.bounds.max = {voxel_at(std::ceil(m_frame.x(o.east)), "eastern edge"), high + room,
                              voxel_at(std::ceil(m_frame.z(o.south)), "southern edge")};
-        if (room > 0)
-            m_info.framed = m_info.bounds, m_info.framed.min[1] = std::min(m_base, low - kThinnest),
+        if (room > 0) {
+            m_info.framed = m_info.bounds;
+            m_info.framed.min[1] = std::min(m_base, low - kThinnest);
             m_info.framed.max[1] = high;
+        }
         m_info.title = found.files.front().reading.path.stem().string();
         if (found.files.size() > 1)
             m_info.title += " and " + std::to_string(found.files.size() - 1) + " more";
-        m_info.voxel_m = m_frame.voxel_m(), m_info.crs_units_per_voxel = m_frame.units_per_voxel();
-        m_info.crs = m_frame.crs().name(), m_info.crs_wkt = m_frame.crs().wkt(),
+        m_info.voxel_m = m_frame.voxel_m();
+        m_info.crs_units_per_voxel = m_frame.units_per_voxel();
+        m_info.crs = m_frame.crs().name();
+        m_info.crs_wkt = m_frame.crs().wkt();
         m_info.attribution = found.attribution;
         m_info.centre = geo::to_lat_lon(m_frame.crs(), m_middle[0], m_middle[1]);
         const std::int64_t widest =
@@ -211,8 +217,8 @@ private:
         const std::lock_guard lock(m_photos_mutex);
         auto& at = m_photos[static_cast<std::size_t>(level)];
         if (!at) {
-            const voxelize::Frame frame(m_frame.crs(), std::ldexp(m_frame.voxel_m(), level),
-                                        m_middle[0], m_middle[1]);
+            const grid::Frame frame(m_frame.crs(), std::ldexp(m_frame.voxel_m(), level),
+                                    m_middle[0], m_middle[1]);
             at = std::make_unique<imagery::Orthophotos>(m_options.orthophotos, frame);
         }
         return *at;
@@ -246,10 +252,10 @@ private:
         const auto metres = [&](std::int64_t y) {
             return std::to_string(static_cast<double>(y) * m_info.voxel_m);
         };
-        throw Error("make boxes " + to_string(BoxKey{level, bx, 0, bz}) + ": heights up to " +
-                    metres(high) + " m and down to " + metres(low) +
-                    " m; told by its overviews: " + metres(m_info.bounds.min[1]) + " to " +
-                    metres(m_info.bounds.max[1]) + "; make them anew with gdaladdo");
+        throw util::Error("make boxes " + to_string(BoxKey{level, bx, 0, bz}) + ": heights up to " +
+                          metres(high) + " m and down to " + metres(low) +
+                          " m; told by its overviews: " + metres(m_info.bounds.min[1]) + " to " +
+                          metres(m_info.bounds.max[1]) + "; make them anew with gdaladdo");
     }
 
     [[nodiscard]] std::shared_ptr<const Box> make_box(const BoxKey& key,
@@ -277,7 +283,7 @@ private:
 
     const ReliefOptions m_options;
     const std::array<double, 2> m_middle;  ///< easting, northing: where the frame's scale is true
-    const voxelize::Frame m_frame;
+    const grid::Frame m_frame;
     HeightGrid m_grid;
     voxel::WorldInfo m_info;
     std::int32_t m_base = 0;
@@ -291,14 +297,15 @@ private:
 
 std::unique_ptr<voxel::World> open_relief_world(const ReliefOptions& options) {
     if (!(options.voxel_m > 0 && options.voxel_m <= 1000))
-        throw UsageError("open a relief: voxel_m = " + std::to_string(options.voxel_m) +
-                         "; allowed: above 0, up to 1000");
+        throw util::UsageError("open a relief: voxel_m = " + std::to_string(options.voxel_m) +
+                               "; allowed: above 0, up to 1000");
     if (options.height_unit_m && !(*options.height_unit_m > 0 && *options.height_unit_m <= 1000))
-        throw UsageError("open a relief: height_unit_m = " +
-                         std::to_string(*options.height_unit_m) + "; allowed: above 0, up to 1000");
+        throw util::UsageError(
+            "open a relief: height_unit_m = " + std::to_string(*options.height_unit_m) +
+            "; allowed: above 0, up to 1000");
     if (options.base_m && !(std::abs(*options.base_m) <= 1e5))
-        throw UsageError("open a relief: base_m = " + std::to_string(*options.base_m) +
-                         "; allowed: -100000 to 100000");
+        throw util::UsageError("open a relief: base_m = " + std::to_string(*options.base_m) +
+                               "; allowed: -100000 to 100000");
     return std::make_unique<ReliefWorld>(options, survey(options));
 }
 
@@ -319,4 +326,4 @@ bool is_height_raster(const std::filesystem::path& path) noexcept {
     }
 }
 
-}  // namespace terravox::relief
+}  // namespace terravox::heightmap

@@ -9,7 +9,7 @@
 
 #include "common/voxel/world.hpp"
 
-namespace terravox::relief {
+namespace terravox::heightmap {
 
 struct ReliefOptions {
     /// Rasters of heights (common/geo/raster_gate.hpp). Where several have heights, the finer one
@@ -44,4 +44,4 @@ struct ReliefOptions {
 /// header only; false for what cannot be read.
 [[nodiscard]] bool is_height_raster(const std::filesystem::path& path) noexcept;
 
-}  // namespace terravox::relief
+}  // namespace terravox::heightmap

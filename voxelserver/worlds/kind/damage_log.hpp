@@ -9,15 +9,15 @@
 namespace terravox::worlds {
 
 /// What of a world was found damaged: each line once, sorted, in whatever order threads found them.
-/// Thread-safe. Keeps kMostLines, and counts what comes after.
+/// Thread-safe. Keeps kMaxLines, and counts what comes after.
 class DamageLog {
 public:
-    static constexpr std::size_t kMostLines = 10'000;
+    static constexpr std::size_t kMaxLines = 10'000;
 
     /// @return whether the line is new
     bool add(std::string line) {
         const std::lock_guard lock(m_mutex);
-        if (m_lines.size() >= kMostLines) {
+        if (m_lines.size() >= kMaxLines) {
             if (!m_lines.contains(line))
                 ++m_more;  // the same one may count twice here
             return false;
@@ -28,7 +28,7 @@ public:
         const std::lock_guard lock(m_mutex);
         std::vector<std::string> out(m_lines.begin(), m_lines.end());
         if (m_more > 0)
-            out.push_back("and more than these " + std::to_string(kMostLines));
+            out.push_back("and more than these " + std::to_string(kMaxLines));
         return out;
     }
 

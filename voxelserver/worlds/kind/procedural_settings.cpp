@@ -5,7 +5,7 @@
 
 #include "common/util/error.hpp"
 
-namespace terravox::generated {
+namespace terravox::procedural {
 namespace {
 
 std::string text_of(double v) {
@@ -17,8 +17,8 @@ std::string text_of(double v) {
 void check_range(const char* field, double value, double min, double max) {
     if (value >= min && value <= max)
         return;
-    throw UsageError(std::string("generate the world: ") + field + " = " + text_of(value) +
-                     "; allowed: " + text_of(min) + " to " + text_of(max));
+    throw util::UsageError(std::string("generate the world: ") + field + " = " + text_of(value) +
+                           "; allowed: " + text_of(min) + " to " + text_of(max));
 }
 
 }  // namespace
@@ -30,9 +30,9 @@ void check(const Settings& s) {
     check_range("frequency", s.frequency, 1e-5, 0.1);
     check_range("smoothness", s.smoothness, 0, 1);
     if (!(s.voxel_m > 0))
-        throw UsageError("generate the world: voxel_m = " + text_of(s.voxel_m) +
-                         "; allowed: above 0, up to 1000");
+        throw util::UsageError("generate the world: voxel_m = " + text_of(s.voxel_m) +
+                               "; allowed: above 0, up to 1000");
     check_range("voxel_m", s.voxel_m, 0, 1000);
 }
 
-}  // namespace terravox::generated
+}  // namespace terravox::procedural

@@ -2,7 +2,7 @@
 
 #include <cstdint>
 
-namespace terravox::generated {
+namespace terravox::procedural {
 
 /// What a generated world is made by: equal settings, equal voxels, on every machine. Heights and
 /// lengths are voxels of level 0.
@@ -28,4 +28,4 @@ struct Settings {
 /// @throws UsageError naming field, value and what is allowed
 void check(const Settings& settings);
 
-}  // namespace terravox::generated
+}  // namespace terravox::procedural

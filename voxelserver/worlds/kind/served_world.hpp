@@ -8,7 +8,7 @@ namespace terravox::worlds {
 
 /// A world as a server needs it: boxes that may be kept from one process to the next, and what
 /// there is to say of its state. Thread-safe, like every World.
-class ServedWorld : public voxel::TracedWorld {
+class ServedWorld : public voxel::ProvenanceWorld {
 public:
     /// What is served, for the person who starts the server: "a Minecraft world".
     [[nodiscard]] virtual std::string summary() const = 0;

@@ -10,8 +10,9 @@ void check_flags(const std::string& input, std::string_view noun, std::string_vi
     for (const std::string& flag : given) {
         if (padded.find(" " + flag + " ") != std::string::npos)
             continue;
-        throw UsageError("open the world " + input + ": " + flag + " with " + std::string(noun) +
-                         "; allowed: " + (suitable.empty() ? "none such" : std::string(suitable)));
+        throw util::UsageError(
+            "open the world " + input + ": " + flag + " with " + std::string(noun) +
+            "; allowed: " + (suitable.empty() ? "none such" : std::string(suitable)));
     }
 }
 

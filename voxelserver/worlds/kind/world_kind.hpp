@@ -62,7 +62,7 @@ struct WorldKind {
     /// Names the state of all files that opening and making boxes reads: another one once any of
     /// them changes. Costs a look at each file. @throws Error when one cannot be read
     /// Null: the opened world names its state itself (World::edition()), or is LiDAR data
-    /// (voxelize::InputPrints).
+    /// (voxelize::InputFingerprints).
     voxel::Fingerprint (*state)(const WorldOptions& options) = nullptr;
     /// Flags of `terravox serve` that mean something for this kind and not for every one, separated
     /// by spaces. --ortho is takes_orthophotos.

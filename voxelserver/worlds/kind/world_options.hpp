@@ -9,7 +9,7 @@
 
 #include "voxelserver/worlds/kind/procedural_settings.hpp"
 
-namespace terravox {
+namespace terravox::worlds {
 
 /// What a world is opened from, whatever its kind, and with which settings. A kind of world ignores
 /// the settings that do not concern it.
@@ -31,7 +31,7 @@ struct WorldOptions {
     std::optional<double> base_m;
     /// Of procedural worlds. Its voxel_m is not used, the one above is; a seed in the input
     /// replaces its seed.
-    generated::Settings generated;
+    procedural::Settings generated;
 
     std::size_t memory_bytes = std::size_t{4} << 30;  ///< decoded squares, chunks and columns
     int threads = 0;                                  ///< 0: one for each core
@@ -39,4 +39,4 @@ struct WorldOptions {
     std::chrono::seconds box_timeout{300};  ///< for each box of a voxel server or remote archive
 };
 
-}  // namespace terravox
+}  // namespace terravox::worlds

@@ -14,16 +14,16 @@ namespace {
 
 constexpr std::size_t kBatch = 64;  // blocks that one thread reads after each other
 
-/// Places spread evenly over all that are added: every place, then every second, fourth and so on.
+/// Slots spread evenly over all that are added: every place, then every second, fourth and so on.
 class Sample {
 public:
-    explicit Sample(std::size_t most) : m_most(most) {}
+    explicit Sample(std::size_t most) : m_max(most) {}
 
     void add(const BlockPlace& place) {
         if (m_added++ % m_stride != 0)
             return;
         m_places.push_back(place);
-        if (m_places.size() <= m_most)
+        if (m_places.size() <= m_max)
             return;
         m_stride *= 2;
         for (std::size_t i = 0; 2 * i < m_places.size(); ++i)
@@ -34,7 +34,7 @@ public:
     [[nodiscard]] const std::vector<BlockPlace>& places() const noexcept { return m_places; }
 
 private:
-    std::size_t m_most;
+    std::size_t m_max;
     std::uint64_t m_added = 0;
     std::uint64_t m_stride = 1;
     std::vector<BlockPlace> m_places;
@@ -87,7 +87,7 @@ std::vector<Facts> look_at(MapDatabase& database, NodeLooks& looks, worlds::Dama
         for (std::size_t i = batch * kBatch; i < end; ++i) {
             try {
                 out[i] = facts_of(database, looks, reader, places[i]);
-            } catch (const Error& e) {
+            } catch (const util::Error& e) {
                 damage.add(name_of(places[i]) + ": " + e.what());
             }
         }

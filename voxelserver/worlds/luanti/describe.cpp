@@ -113,8 +113,8 @@ std::string json_of(const Facts& facts) {
 worlds::Description describe(const worlds::DescribeRequest& request,
                              const minecraft::BlockTable& nodes) {
     if (request.with_blocks)
-        throw UsageError("world info --blocks: " + request.input +
-                         " is a Luanti world; allowed: a Minecraft world");
+        throw util::UsageError("world info --blocks: " + request.input +
+                               " is a Luanti world; allowed: a Minecraft world");
     Facts facts;
     facts.path = request.input;
     facts.files = find_world_files(request.input);

@@ -40,16 +40,16 @@ std::unique_ptr<voxel::World> open_luanti(const OpenRequest& request) {
 }
 
 // A world that a server plays in writes to the file of the log beside the map first.
-voxel::Fingerprint state_of_files(const WorldOptions& options) {
+voxel::Fingerprint state_of_files(const worlds::WorldOptions& options) {
     const luanti::WorldFiles files = luanti::find_world_files(options.inputs.front());
     std::filesystem::path log = files.map;
     log += "-wal";
-    store::ByteWriter out;
+    voxel::ByteWriter out;
     out.add(files.title);
     std::error_code failed;
     for (const auto& file : {files.map, log, node_table()})
         if (file != log || std::filesystem::exists(log, failed))
-            out.add(store::file_identity(file, "Luanti world"));
+            out.add(voxel::file_identity(file, "Luanti world"));
     return out.print();
 }
 

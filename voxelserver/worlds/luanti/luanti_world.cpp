@@ -36,11 +36,12 @@ public:
         BlockSurvey survey =
             survey_blocks(m_database, m_looks, m_damage, options.threads, options.look_through);
         if (survey.blocks == 0 && m_damage.lines().empty())
-            throw UsageError(opening(options) + "it has no map blocks; allowed: at least one");
+            throw util::UsageError(opening(options) +
+                                   "it has no map blocks; allowed: at least one");
         if (survey.damaged == survey.looked_at)
-            throw Error(opening(options) +
-                        "none of its map blocks can be read; the first reason: " +
-                        m_damage.lines().front());
+            throw util::Error(opening(options) +
+                              "none of its map blocks can be read; the first reason: " +
+                              m_damage.lines().front());
         m_info.title = m_files.title;
         m_info.bounds = survey.bounds;
         m_info.framed = survey.framed;
@@ -112,7 +113,7 @@ private:
         try {
             const std::vector<std::uint8_t> blob = m_database.read(place);
             return blob.empty() ? nullptr : node_block_of(reader.read(blob), m_looks);
-        } catch (const Error& e) {
+        } catch (const util::Error& e) {
             m_damage.add(name_of(place) + ": " + e.what());
             return nullptr;
         }
@@ -132,11 +133,12 @@ private:
 std::unique_ptr<voxel::World> open_luanti_world(const LuantiWorldOptions& options,
                                                 const minecraft::BlockTable& nodes) {
     if (options.memory_bytes < kMinMemoryBytes)
-        throw UsageError(opening(options) + std::to_string(options.memory_bytes >> 20) +
-                         " MiB of memory; allowed: at least " +
-                         std::to_string(kMinMemoryBytes >> 20));
+        throw util::UsageError(opening(options) + std::to_string(options.memory_bytes >> 20) +
+                               " MiB of memory; allowed: at least " +
+                               std::to_string(kMinMemoryBytes >> 20));
     if (options.look_through == 0)
-        throw UsageError(opening(options) + "looks through 0 map blocks; allowed: at least 1");
+        throw util::UsageError(opening(options) +
+                               "looks through 0 map blocks; allowed: at least 1");
     return std::make_unique<LuantiWorld>(options, nodes);
 }
 

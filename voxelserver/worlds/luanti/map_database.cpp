@@ -112,8 +112,8 @@ void MapDatabase::configure() {
 }
 
 void MapDatabase::fail() const {
-    throw Error("read the map " + m_file + ": " +
-                (m_database != nullptr ? sqlite3_errmsg(m_database) : "out of memory"));
+    throw util::Error("read the map " + m_file + ": " +
+                      (m_database != nullptr ? sqlite3_errmsg(m_database) : "out of memory"));
 }
 
 MapDatabase::Statement MapDatabase::prepare(const char* sql) {
@@ -151,9 +151,10 @@ void MapDatabase::find_schema() {
     m_encoded = is_key("pos");
     if (!is_key_of_column.contains("data") ||
         !(m_encoded || (is_key("x") && is_key("y") && is_key("z"))))
-        throw Error("read the map " + m_file +
-                    ": no blocks of a known form; allowed: a table 'blocks' with data and the "
-                    "primary key pos, or x, y, z");
+        throw util::Error(
+            "read the map " + m_file +
+            ": no blocks of a known form; allowed: a table 'blocks' with data and the "
+            "primary key pos, or x, y, z");
     m_select = prepare(m_encoded ? "SELECT data FROM blocks WHERE pos = ?1"
                                  : "SELECT data FROM blocks WHERE x = ?1 AND y = ?2 AND z = ?3");
 }
@@ -188,7 +189,7 @@ std::vector<std::uint8_t> MapDatabase::read(const BlockPlace& place) {
     const auto* first = static_cast<const std::uint8_t*>(sqlite3_column_blob(select, 0));
     const int size = sqlite3_column_bytes(select, 0);
     if (sqlite3_column_type(select, 0) != SQLITE_BLOB || size == 0)
-        throw Error("no bytes are stored");
+        throw util::Error("no bytes are stored");
     return {first, first + size};
 }
 

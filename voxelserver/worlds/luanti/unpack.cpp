@@ -16,8 +16,8 @@ constexpr std::size_t kFirstBytes = std::size_t{64} << 10;
 constexpr int kMaxWindowLog = 24;
 
 [[noreturn]] void fail_too_large() {
-    throw Error("decompresses to more than " + std::to_string(Unpacker::kLimitBytes >> 20) +
-                " MiB; allowed: up to that");
+    throw util::Error("decompresses to more than " + std::to_string(Unpacker::kLimitBytes >> 20) +
+                      " MiB; allowed: up to that");
 }
 
 }  // namespace
@@ -29,7 +29,7 @@ struct Unpacker::Contexts {
     Contexts() {
         if (deflate == nullptr || zstd == nullptr) {
             release();
-            throw Error("decompress map blocks: no memory");
+            throw util::Error("decompress map blocks: no memory");
         }
         ZSTD_DCtx_setParameter(zstd, ZSTD_d_windowLogMax, kMaxWindowLog);
     }
@@ -57,7 +57,7 @@ Unpacker::Stream Unpacker::zlib(std::span<const std::uint8_t> packed) {
         if (result == LIBDEFLATE_SUCCESS)
             return {std::span(m_buffer).first(written), read};
         if (result != LIBDEFLATE_INSUFFICIENT_SPACE)
-            throw Error("broken zlib data");
+            throw util::Error("broken zlib data");
         if (m_buffer.size() >= kLimitBytes)
             fail_too_large();
         m_buffer.resize(std::min(kLimitBytes, 4 * m_buffer.size()));
@@ -71,12 +71,12 @@ std::span<const std::uint8_t> Unpacker::zstd(std::span<const std::uint8_t> packe
     for (;;) {
         const std::size_t left = ZSTD_decompressStream(m_contexts->zstd, &out, &in);
         if (ZSTD_isError(left) != 0)
-            throw Error(std::string("broken zstd data: ") + ZSTD_getErrorName(left));
+            throw util::Error(std::string("broken zstd data: ") + ZSTD_getErrorName(left));
         if (left == 0)
             return std::span(m_buffer).first(out.pos);
         if (out.pos < out.size) {
             if (in.pos == in.size)
-                throw Error("broken zstd data: it ends within its frame");
+                throw util::Error("broken zstd data: it ends within its frame");
             continue;
         }
         if (m_buffer.size() >= kLimitBytes)

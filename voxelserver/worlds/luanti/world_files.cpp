@@ -32,10 +32,10 @@ Settings read_settings(const fs::path& file) {
     in.read(text.data(), static_cast<std::streamsize>(text.size()));
     text.resize(static_cast<std::size_t>(in.gcount()));
     if (text.size() > kMaxSettingsBytes)
-        throw Error("read the world's settings " + file.string() +
-                    ": more than 1 MiB; allowed: up to that");
+        throw util::Error("read the world's settings " + file.string() +
+                          ": more than 1 MiB; allowed: up to that");
     if (!in.eof())
-        throw Error("read the world's settings " + file.string() + ": it cannot be read");
+        throw util::Error("read the world's settings " + file.string() + ": it cannot be read");
     Settings out;
     for (std::string_view left = text; !left.empty();) {
         const auto end = left.find('\n');
@@ -53,8 +53,8 @@ void check(const fs::path& folder, const Settings& settings, const char* key,
     const auto found = settings.find(key);
     if (found == settings.end() || found->second == allowed)
         return;
-    throw UsageError("open the Luanti world " + folder.string() + ": " + key + " = " +
-                     found->second + " in its world.mt; allowed: " + allowed);
+    throw util::UsageError("open the Luanti world " + folder.string() + ": " + key + " = " +
+                           found->second + " in its world.mt; allowed: " + allowed);
 }
 
 std::string value_of(const Settings& settings, std::string_view key) {
@@ -98,8 +98,8 @@ WorldFiles find_world_files(const fs::path& path) {
     if (out.title.empty())
         out.title = name_of_folder(folder);
     if (!fs::is_regular_file(out.map, failed))
-        throw UsageError("open the Luanti world " + folder.string() +
-                         ": no map.sqlite; allowed: a world that the game has saved");
+        throw util::UsageError("open the Luanti world " + folder.string() +
+                               ": no map.sqlite; allowed: a world that the game has saved");
     return out;
 }
 

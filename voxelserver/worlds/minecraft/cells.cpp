@@ -59,7 +59,8 @@ void unpack_straddling(const NbtLongs& data, unsigned bits, std::uint16_t* cells
     for (std::size_t i = 0; i < kCells; ++i) {
         std::uint64_t value = word;
         if (left < bits) {
-            word = big_endian_long(at), at += 8;
+            word = big_endian_long(at);
+            at += 8;
             value |= word << left;
             word = bits - left == 64 ? 0 : word >> (bits - left);
             left += 64;
@@ -85,8 +86,8 @@ std::size_t padded_longs(unsigned bits) noexcept {
 void unpack_cells(const NbtLongs& data, std::uint32_t palette_size,
                   std::optional<std::int64_t> data_version, ChunkSection& out) {
     if (palette_size == 0 || palette_size > kCells)
-        throw Error(at_section(out) + "a palette of " + std::to_string(palette_size) +
-                    " blocks; allowed: 1 to 4096");
+        throw util::Error(at_section(out) + "a palette of " + std::to_string(palette_size) +
+                          " blocks; allowed: 1 to 4096");
     out.numeric = false;
     out.uniform = palette_size == 1;
     if (out.uniform) {
@@ -103,23 +104,23 @@ void unpack_cells(const NbtLongs& data, std::uint32_t palette_size,
         unpack_straddling(data, static_cast<unsigned>(wide),
                           out.cells.data());  // a writer may use more bits than it needs
     } else {
-        throw Error(at_section(out) + std::to_string(data.count) +
-                    " longs of indices for a palette of " + std::to_string(palette_size) +
-                    " blocks; allowed: " +
-                    std::to_string(padded ? padded_longs(bits) : std::size_t{64} * bits));
+        throw util::Error(at_section(out) + std::to_string(data.count) +
+                          " longs of indices for a palette of " + std::to_string(palette_size) +
+                          " blocks; allowed: " +
+                          std::to_string(padded ? padded_longs(bits) : std::size_t{64} * bits));
     }
     const std::uint16_t largest = *std::max_element(out.cells.begin(), out.cells.end());
     if (largest >= palette_size)
-        throw Error(at_section(out) + "index " + std::to_string(largest) + " into a palette of " +
-                    std::to_string(palette_size) + " blocks");
+        throw util::Error(at_section(out) + "index " + std::to_string(largest) +
+                          " into a palette of " + std::to_string(palette_size) + " blocks");
 }
 
 void numeric_cells(std::span<const std::uint8_t> blocks, std::span<const std::uint8_t> add,
                    std::span<const std::uint8_t> data, ChunkSection& out) {
     const auto check = [&](const char* name, std::size_t size, std::size_t allowed) {
         if (size != allowed)
-            throw Error(at_section(out) + name + " of " + std::to_string(size) +
-                        " bytes; allowed: " + std::to_string(allowed));
+            throw util::Error(at_section(out) + name + " of " + std::to_string(size) +
+                              " bytes; allowed: " + std::to_string(allowed));
     };
     check("Blocks", blocks.size(), kCells);
     if (!add.empty())

@@ -11,7 +11,7 @@ namespace {
 
 constexpr std::int64_t kFirstOfAnyHeight =
     2685;  // snapshot 20w49a of 1.17: before it, blocks lie from y = 0 to 255
-constexpr std::size_t kMostSections = 1024;  // a list of more is no chunk's
+constexpr std::size_t kMaxSections = 1024;  // a list of more is no chunk's
 
 bool is_integer(NbtType type) noexcept {
     return type >= NbtType::kByte && type <= NbtType::kLong;
@@ -88,9 +88,9 @@ void read_sections(NbtReader& in, ChunkBlocks& out, RawChunk& raw) {
         return;
     if (list.type != NbtType::kCompound)
         throw NbtError("sections that are no compounds");
-    if (list.count > kMostSections)
+    if (list.count > kMaxSections)
         throw NbtError(std::to_string(list.count) + " sections; allowed: up to " +
-                       std::to_string(kMostSections));
+                       std::to_string(kMaxSections));
     for (std::uint32_t i = 0; i < list.count; ++i)
         read_section(in, out, raw.sections.emplace_back(), false);
 }
@@ -112,9 +112,10 @@ void read_chunk(NbtReader& in, ChunkBlocks& out, RawChunk& raw, bool within_leve
             out.status = in.string();
         else if ((name == "sections" || name == "Sections") && field.type == NbtType::kList)
             read_sections(in, out, raw);
-        else if (name == "Blocks" && field.type == NbtType::kBytes)
-            raw.blocks = in.byte_array(), raw.has_columns = true;
-        else if (name == "Data" && field.type == NbtType::kBytes)
+        else if (name == "Blocks" && field.type == NbtType::kBytes) {
+            raw.blocks = in.byte_array();
+            raw.has_columns = true;
+        } else if (name == "Data" && field.type == NbtType::kBytes)
             raw.data = in.byte_array();
         else
             in.skip(field.type);
@@ -154,7 +155,8 @@ void unpack_section(const RawSection& raw, ChunkBlocks& out) {
         return;
     ChunkSection& section = out.add_section();
     section.y = static_cast<std::int32_t>(*raw.y);
-    section.palette_begin = raw.palette_begin, section.palette_size = raw.palette_size;
+    section.palette_begin = raw.palette_begin;
+    section.palette_size = raw.palette_size;
     if (raw.has_palette)
         unpack_cells(raw.indices, raw.palette_size, out.data_version, section);
     else
@@ -163,9 +165,10 @@ void unpack_section(const RawSection& raw, ChunkBlocks& out) {
 
 void unpack_columns(const RawChunk& raw, ChunkBlocks& out) {
     if (raw.blocks.size() != kColumnBlocks)
-        throw Error("Blocks of " + std::to_string(raw.blocks.size()) + " bytes; allowed: 32768");
+        throw util::Error("Blocks of " + std::to_string(raw.blocks.size()) +
+                          " bytes; allowed: 32768");
     if (!raw.data.empty() && raw.data.size() != kColumnBlocks / 2)
-        throw Error("Data of " + std::to_string(raw.data.size()) + " bytes; allowed: 16384");
+        throw util::Error("Data of " + std::to_string(raw.data.size()) + " bytes; allowed: 16384");
     out.alpha = true;
     for (int section = 0; section < 8; ++section) {
         ChunkSection& to = out.add_section();
@@ -189,12 +192,12 @@ void decode_chunk(std::span<const std::uint8_t> nbt, ChunkBlocks& out) {
     in.enter_root();
     read_chunk(in, out, raw, false);
     if (!raw.has_sections && !raw.has_columns && !raw.x)
-        throw Error("it is no chunk: neither sections nor Blocks nor xPos are in it");
+        throw util::Error("it is no chunk: neither sections nor Blocks nor xPos are in it");
     if (raw.x && raw.z) {
         const auto fits = [](std::int64_t v) { return v >= INT32_MIN && v <= INT32_MAX; };
         if (!fits(*raw.x) || !fits(*raw.z))
-            throw Error("it says that it is chunk " + std::to_string(*raw.x) + ", " +
-                        std::to_string(*raw.z));
+            throw util::Error("it says that it is chunk " + std::to_string(*raw.x) + ", " +
+                              std::to_string(*raw.z));
         out.place =
             ChunkPlace{static_cast<std::int32_t>(*raw.x), static_cast<std::int32_t>(*raw.z)};
     }

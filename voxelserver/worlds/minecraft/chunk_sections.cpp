@@ -9,14 +9,20 @@ ChunkSection& ChunkBlocks::add_section() {
     if (m_count == m_sections.size())
         m_sections.resize(std::max(kUsual, 2 * m_count));
     ChunkSection& out = m_sections[m_count++];
-    out.y = 0, out.numeric = out.uniform = false, out.palette_begin = out.palette_size = 0;
+    out.y = 0;
+    out.numeric = out.uniform = false;
+    out.palette_begin = out.palette_size = 0;
     return out;
 }
 
 void ChunkBlocks::clear() noexcept {
-    place.reset(), data_version.reset();
-    status = {}, finished = true, alpha = false;
-    palette.clear(), oddities.clear();
+    place.reset();
+    data_version.reset();
+    status = {};
+    finished = true;
+    alpha = false;
+    palette.clear();
+    oddities.clear();
     m_count = 0;
 }
 

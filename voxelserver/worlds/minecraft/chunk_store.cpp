@@ -56,7 +56,7 @@ ChunkStore::Indexed ChunkStore::index_file(std::uint32_t file) {
                     {{at.x * 32 + (slot & 31), at.z * 32 + (slot >> 5)}, file, location});
         if (!at.placed)
             place_region(file, out.chunks);
-    } catch (const Error& e) {
+    } catch (const util::Error& e) {
         out.damage = path_of(file) + ": " + e.what();
     }
     return out;
@@ -69,7 +69,7 @@ void ChunkStore::place_region(std::uint32_t file, std::vector<ChunkRef>& chunks)
     for (const ChunkRef& chunk : chunks) {
         try {
             decode_chunk(read(chunk, reader).nbt, blocks);
-        } catch (const Error&) {
+        } catch (const util::Error&) {
             continue;  // told of when it is read for its blocks
         }
         if (!blocks.place || !within_world(*blocks.place))
@@ -82,8 +82,10 @@ void ChunkStore::place_region(std::uint32_t file, std::vector<ChunkRef>& chunks)
     for (ChunkRef& chunk : chunks) {
         if (stands_alone(m_files[file].kind))
             chunk.place = {m_files[file].x, m_files[file].z};
-        else
-            chunk.place.x += m_files[file].x * 32, chunk.place.z += m_files[file].z * 32;
+        else {
+            chunk.place.x += m_files[file].x * 32;
+            chunk.place.z += m_files[file].z * 32;
+        }
     }
 }
 
@@ -100,7 +102,7 @@ ChunkStore::Bytes ChunkStore::read(const ChunkRef& chunk, Reader& reader) const 
     if (stands_alone(file.kind)) {
         reader.buffer = m_source.whole(file.entry, Inflater::kLimitBytes);
         if (reader.buffer.empty())
-            throw Error("an empty file");
+            throw util::Error("an empty file");
         const Compression compression = guess_compression(reader.buffer);
         return {reader.inflater.unpack(compression, reader.buffer), compression};
     }
@@ -119,7 +121,7 @@ ChunkStore::Bytes ChunkStore::read_external(const ChunkRef& chunk, Compression c
         "c." + std::to_string(chunk.place.x) + "." + std::to_string(chunk.place.z) + ".mcc";
     const auto entry = m_source.find(joined(folder_of(path_of(chunk.file)), name));
     if (!entry)
-        throw Error("it is kept in " + name + ", which is not there");
+        throw util::Error("it is kept in " + name + ", which is not there");
     reader.buffer = m_source.whole(*entry, Inflater::kLimitBytes);
     return {reader.inflater.unpack(compression, reader.buffer), compression};
 }

@@ -34,11 +34,11 @@ struct Tools {
     ChunkReader reader;
     VoxelMaker maker;
     std::vector<voxel::VoxelAttr> looks{};
-    Tools(const ChunkStore& store, LookBook& book) : reader(store), maker(book) {}
+    Tools(const ChunkStore& store, BlockAppearanceCache& book) : reader(store), maker(book) {}
 };
 
 // Whether a section may hold anything, without a look at each of its voxels.
-bool may_hold(Tools& tools, LookBook& book, const ChunkBlocks& blocks,
+bool may_hold(Tools& tools, BlockAppearanceCache& book, const ChunkBlocks& blocks,
               const ChunkSection& section) {
     if (section.numeric)
         return !tools.maker.make(blocks, section).air();
@@ -79,7 +79,8 @@ bool widen_by(Tools& tools, const ChunkBlocks& blocks, const ChunkSection& secti
 
 // Only sections that may widen the heights are looked at voxel by voxel. What is returned does not
 // depend on what other threads have found.
-bool look_at(Tools& tools, LookBook& book, const ChunkBlocks& blocks, Heights& heights) {
+bool look_at(Tools& tools, BlockAppearanceCache& book, const ChunkBlocks& blocks,
+             Heights& heights) {
     const auto sections = blocks.sections();
     if (std::none_of(sections.rbegin(), sections.rend(),
                      [&](const ChunkSection& s) { return may_hold(tools, book, blocks, s); }))
@@ -102,8 +103,8 @@ void look_at_sections(const ChunkBlocks& blocks, Heights& heights) noexcept {
 
 }  // namespace
 
-ChunkSurvey survey_chunks(const ChunkStore& store, LookBook& book, worlds::DamageLog& damage,
-                          int threads, std::size_t most) {
+ChunkSurvey survey_chunks(const ChunkStore& store, BlockAppearanceCache& book,
+                          worlds::DamageLog& damage, int threads, std::size_t most) {
     const auto chunks = store.chunks();
     const std::size_t count = std::min(chunks.size(), most);
     ChunkSurvey out;
@@ -128,7 +129,7 @@ ChunkSurvey survey_chunks(const ChunkStore& store, LookBook& book, worlds::Damag
                                  if (!out.complete)
                                      look_at_sections(blocks, heights);
                                  ++readable;
-                             } catch (const Error& e) {
+                             } catch (const util::Error& e) {
                                  damage.add(store.name_of(chunk) + ": " + e.what());
                              }
                          }
@@ -140,8 +141,10 @@ ChunkSurvey survey_chunks(const ChunkStore& store, LookBook& book, worlds::Damag
             out.places.push_back(chunks[i].place);
     if (!out.complete)
         heights.widen(-64, 320);
-    if (heights.lo() < heights.hi())
-        out.min_y = heights.lo(), out.max_y = heights.hi();
+    if (heights.lo() < heights.hi()) {
+        out.min_y = heights.lo();
+        out.max_y = heights.hi();
+    }
     return out;
 }
 

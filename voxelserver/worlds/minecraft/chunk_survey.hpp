@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "voxelserver/worlds/kind/damage_log.hpp"
+#include "voxelserver/worlds/minecraft/block_appearance_cache.hpp"
 #include "voxelserver/worlds/minecraft/chunk_store.hpp"
-#include "voxelserver/worlds/minecraft/look_book.hpp"
 
 namespace terravox::minecraft {
 
@@ -21,7 +21,7 @@ struct ChunkSurvey {
 /// Looks through the chunks, or, where there are more than `most`, through as many spread evenly
 /// over them: then the heights are those of all the sections that these have, and of the game's own
 /// worlds. What is damaged goes to `damage`. @param threads 0 = one for each core
-[[nodiscard]] ChunkSurvey survey_chunks(const ChunkStore& store, LookBook& book,
+[[nodiscard]] ChunkSurvey survey_chunks(const ChunkStore& store, BlockAppearanceCache& book,
                                         worlds::DamageLog& damage, int threads, std::size_t most);
 
 }  // namespace terravox::minecraft

@@ -77,9 +77,10 @@ void add_column(BoxBuilder& builder, const Stack& stack, int x, int z, std::size
     int y = -16;
     for (const VoxelSection* section : stack) {
         unsigned solid = 0, seen_through = 0;
-        if (section != nullptr && section->bits)
-            solid = section->bits->opaque[column], seen_through = section->bits->clear[column];
-        else if (section != nullptr)
+        if (section != nullptr && section->bits) {
+            solid = section->bits->opaque[column];
+            seen_through = section->bits->clear[column];
+        } else if (section != nullptr)
             (uniform_opaque(*section) ? solid : seen_through) = 0xFFFF;
         opaque.add(y, solid);
         if (with_clear)

@@ -35,7 +35,7 @@ void DiskFile::measure() {
     const int failure = errno;
     if (m_descriptor >= 0)
         ::close(m_descriptor);
-    throw Error("open " + m_name + ": " + std::strerror(failure));
+    throw util::Error("open " + m_name + ": " + std::strerror(failure));
 }
 
 void DiskFile::read(std::uint64_t offset, std::span<std::uint8_t> out) const {
@@ -45,9 +45,9 @@ void DiskFile::read(std::uint64_t offset, std::span<std::uint8_t> out) const {
         if (got < 0 && errno == EINTR)
             continue;
         if (got < 0)
-            throw Error("read " + m_name + ": " + std::strerror(errno));
+            throw util::Error("read " + m_name + ": " + std::strerror(errno));
         if (got == 0)
-            throw Error("read " + m_name + ": it ends at byte " + std::to_string(offset));
+            throw util::Error("read " + m_name + ": it ends at byte " + std::to_string(offset));
         offset += static_cast<std::uint64_t>(got);
         out = out.subspan(static_cast<std::size_t>(got));
     }

@@ -14,8 +14,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-Error cannot_look_at(const fs::path& path, const std::error_code& why) {
-    return Error("look at the Minecraft world's file " + path.string() + ": " + why.message());
+util::Error cannot_look_at(const fs::path& path, const std::error_code& why) {
+    return util::Error("look at the Minecraft world's file " + path.string() + ": " +
+                       why.message());
 }
 
 /// Entities and points of interest lie in regions, too, but no block does.
@@ -33,7 +34,7 @@ bool holds_blocks(const fs::path& file) {
     return name.starts_with("c.") && ending == ".dat";
 }
 
-void add_file(store::ByteWriter& out, const std::string& name, const fs::path& file) {
+void add_file(voxel::ByteWriter& out, const std::string& name, const fs::path& file) {
     std::error_code failed;
     const std::uintmax_t size = fs::file_size(file, failed);
     if (failed)
@@ -47,7 +48,7 @@ void add_file(store::ByteWriter& out, const std::string& name, const fs::path& f
 }
 
 template <class Wanted>
-void add_folder(store::ByteWriter& out, const fs::path& folder, const Wanted& wanted) {
+void add_folder(voxel::ByteWriter& out, const fs::path& folder, const Wanted& wanted) {
     std::vector<fs::path> files;
     std::error_code failed;
     fs::recursive_directory_iterator at(folder, fs::directory_options::skip_permission_denied,
@@ -66,7 +67,7 @@ void add_folder(store::ByteWriter& out, const fs::path& folder, const Wanted& wa
 }  // namespace
 
 voxel::Fingerprint file_state(const fs::path& world, const fs::path& blocks) {
-    store::ByteWriter out;
+    voxel::ByteWriter out;
     std::error_code failed;
     if (fs::is_directory(world, failed))
         add_folder(out, world, holds_blocks);

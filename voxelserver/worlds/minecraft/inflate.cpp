@@ -84,8 +84,10 @@ std::span<const std::uint8_t> Inflater::unpack(Compression compression,
                                                std::span<const std::uint8_t> packed) {
     // One huge chunk does not hold its memory for good.
     constexpr std::size_t kKeptBytes = std::size_t{4} << 20;
-    if (m_capacity > kKeptBytes)
-        m_buffer.reset(), m_capacity = 0;
+    if (m_capacity > kKeptBytes) {
+        m_buffer.reset();
+        m_capacity = 0;
+    }
     switch (compression) {
         case Compression::kGzip:
         case Compression::kZlib: return unpack_deflate(compression, packed);

@@ -11,9 +11,9 @@
 namespace terravox::minecraft {
 
 /// Packed bytes are damaged, or unpack to more than is allowed.
-class InflateError : public Error {
+class InflateError : public util::Error {
 public:
-    using Error::Error;
+    using util::Error::Error;
 };
 
 /// How a chunk is packed: the number in a region file.

@@ -7,9 +7,9 @@
 #include "common/thread/parallel.hpp"
 #include "common/util/error.hpp"
 #include "voxelserver/worlds/kind/damage_log.hpp"
+#include "voxelserver/worlds/minecraft/block_appearance_cache.hpp"
 #include "voxelserver/worlds/minecraft/chunk_reader.hpp"
 #include "voxelserver/worlds/minecraft/game_versions.hpp"
-#include "voxelserver/worlds/minecraft/look_book.hpp"
 #include "voxelserver/worlds/minecraft/nbt.hpp"
 #include "voxelserver/worlds/minecraft/world_folder.hpp"
 
@@ -54,7 +54,7 @@ public:
             ++m_facts.states[utf8_of(blocks.status)];
             ++m_facts.compressions[compression_name(m_reader.compression())];
             ++m_facts.versions[version_of(chunk, blocks)];
-        } catch (const Error& e) {
+        } catch (const util::Error& e) {
             ++m_facts.damaged;
             damage.add(m_store.name_of(chunk) + ": " + e.what());
         }
@@ -64,11 +64,15 @@ public:
             for (const auto& [key, count] : from)
                 to[key] += count;
         };
-        out.chunks += m_facts.chunks, out.finished += m_facts.finished,
-            out.unfinished += m_facts.unfinished;
-        out.damaged += m_facts.damaged, out.empty += m_facts.empty;
-        sum(out.states, m_facts.states), sum(out.versions, m_facts.versions),
-            sum(out.compressions, m_facts.compressions), sum(out.blocks, m_names);
+        out.chunks += m_facts.chunks;
+        out.finished += m_facts.finished;
+        out.unfinished += m_facts.unfinished;
+        out.damaged += m_facts.damaged;
+        out.empty += m_facts.empty;
+        sum(out.states, m_facts.states);
+        sum(out.versions, m_facts.versions);
+        sum(out.compressions, m_facts.compressions);
+        sum(out.blocks, m_names);
         for (std::size_t number = 0; number < m_numbers.size(); ++number)
             if (m_numbers[number] != 0 && number >= 16)
                 out.blocks[std::to_string(number >> 4) + ":" + std::to_string(number & 15)] +=
@@ -98,8 +102,10 @@ private:
             // The layers that hold anything.
             int lowest = 16, highest = -1;
             for (int y = 0; y < 16; ++y)
-                if (layer_holds(section, y))
-                    lowest = std::min(lowest, y), highest = y;
+                if (layer_holds(section, y)) {
+                    lowest = std::min(lowest, y);
+                    highest = y;
+                }
             if (highest < 0)
                 continue;
             if (lo == hi)
@@ -209,7 +215,9 @@ std::string format_of(const std::vector<DimensionFacts>& dimensions) {
 WorldFacts describe(const DescribeOptions& options) {
     const WorldFolder world(options.path, kCacheBytes);
     WorldFacts out;
-    out.path = options.path.string(), out.root = world.root(), out.level = world.level(),
+    out.path = options.path.string();
+    out.root = world.root();
+    out.level = world.level();
     out.damage = world.damage();
     if (!options.dimension.empty())
         out.dimensions.push_back(facts_of(world, world.dimension(options.dimension), options));

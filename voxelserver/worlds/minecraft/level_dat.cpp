@@ -68,8 +68,11 @@ void read_data(NbtReader& in, LevelDat& level) {
         } else {
             bool taken = false;
             for (std::size_t a = 0; a < 3; ++a)
-                if (field.name == kSpawn[a] && whole_number(field.type))
-                    spawn[a] = in.integer(field.type), ++spawn_fields, taken = true;
+                if (field.name == kSpawn[a] && whole_number(field.type)) {
+                    spawn[a] = in.integer(field.type);
+                    ++spawn_fields;
+                    taken = true;
+                }
             if (!taken)
                 in.skip(field.type);
         }
@@ -94,8 +97,8 @@ LevelDat read_level_dat(std::span<const std::uint8_t> file, const std::string& o
                 in.skip(field.type);
         }
         return level;
-    } catch (const Error& e) {
-        throw Error("read " + origin + ": " + e.what());
+    } catch (const util::Error& e) {
+        throw util::Error("read " + origin + ": " + e.what());
     }
 }
 

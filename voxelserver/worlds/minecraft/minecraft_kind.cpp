@@ -15,7 +15,7 @@ bool is_minecraft(const std::string& input) {
     return minecraft::looks_like_minecraft(input);
 }
 
-voxel::Fingerprint state_of_files(const WorldOptions& options) {
+voxel::Fingerprint state_of_files(const worlds::WorldOptions& options) {
     return minecraft::file_state(options.inputs.front(), util::config_dir() / "blocks");
 }
 

@@ -21,7 +21,7 @@ using voxel::BoxKey;
 using voxel::FineColumn;
 using voxel::floor_div;
 
-constexpr std::size_t kLeastMemoryBytes = std::size_t{16} << 20;
+constexpr std::size_t kMinMemoryBytes = std::size_t{16} << 20;
 constexpr std::int32_t kChunksAcross = voxel::kBoxSizeX / 16;
 
 // How messages begin.
@@ -36,8 +36,8 @@ voxel::SideCar side_car_in(const WorldFolder& folder) {
     voxel::SideCar car = voxel::side_car_from_json(*folder.side_car(), origin);
     for (const std::int32_t offset : car.offset)
         if (offset % 16 != 0)
-            throw Error("read the side-car " + origin + ": offset " + std::to_string(offset) +
-                        "; allowed for a Minecraft world: multiples of 16");
+            throw util::Error("read the side-car " + origin + ": offset " + std::to_string(offset) +
+                              "; allowed for a Minecraft world: multiples of 16");
     return car;
 }
 
@@ -64,10 +64,12 @@ public:
         const ChunkSurvey survey =
             survey_chunks(m_store, m_book, m_damage, options.threads, options.look_through);
         if (m_store.chunks().empty() && m_store.damage().empty())
-            throw UsageError(opening(options) + "no chunks in its dimension " + options.dimension);
+            throw util::UsageError(opening(options) + "no chunks in its dimension " +
+                                   options.dimension);
         if (survey.readable == 0)
-            throw Error(opening(options) + "none of its chunks can be read; the first reason: " +
-                        m_damage.lines().front());
+            throw util::Error(
+                opening(options) +
+                "none of its chunks can be read; the first reason: " + m_damage.lines().front());
         set_info(survey);
         set_columns(survey);
     }
@@ -100,14 +102,18 @@ private:
     struct Tools {
         ChunkReader reader;
         VoxelMaker maker;
-        Tools(const ChunkStore& store, LookBook& book) : reader(store), maker(book) {}
+        Tools(const ChunkStore& store, BlockAppearanceCache& book) : reader(store), maker(book) {}
     };
 
     void set_info(const ChunkSurvey& survey) {
         m_info.title = m_car.title.empty() ? m_folder.title() : m_car.title;
-        m_info.voxel_m = m_car.voxel_m, m_info.crs_units_per_voxel = m_car.crs_units_per_voxel;
-        m_info.crs = m_car.crs, m_info.crs_wkt = m_car.crs_wkt, m_info.centre = m_car.centre;
-        m_info.licence = m_car.licence, m_info.attribution = m_car.attribution;
+        m_info.voxel_m = m_car.voxel_m;
+        m_info.crs_units_per_voxel = m_car.crs_units_per_voxel;
+        m_info.crs = m_car.crs;
+        m_info.crs_wkt = m_car.crs_wkt;
+        m_info.centre = m_car.centre;
+        m_info.licence = m_car.licence;
+        m_info.attribution = m_car.attribution;
         if (survey.places.empty() || survey.min_y >= survey.max_y)
             return;
         ChunkArea all{survey.places.front(), survey.places.front()};
@@ -159,7 +165,7 @@ private:
                                         return nullptr;
                                     tell_if_outside(ref, made);
                                     return std::make_shared<const VoxelChunk>(std::move(made));
-                                } catch (const Error& e) {
+                                } catch (const util::Error& e) {
                                     m_damage.add(m_store.name_of(ref) + ": " + e.what());
                                     return nullptr;
                                 }
@@ -183,7 +189,7 @@ private:
     WorldFolder m_folder;
     voxel::SideCar m_car;
     ChunkStore m_store;
-    LookBook m_book;
+    BlockAppearanceCache m_book;
     worlds::DamageLog m_damage;
     voxel::WorldInfo m_info;
     std::vector<Columns> m_columns;  ///< by level: those that may hold anything
@@ -195,11 +201,11 @@ private:
 
 std::unique_ptr<voxel::World> open_minecraft_world(const MinecraftWorldOptions& options,
                                                    const BlockTable& blocks) {
-    if (options.memory_bytes < kLeastMemoryBytes)
-        throw UsageError(opening(options) + std::to_string(options.memory_bytes >> 20) +
-                         " MiB of memory; allowed: 16 at least");
+    if (options.memory_bytes < kMinMemoryBytes)
+        throw util::UsageError(opening(options) + std::to_string(options.memory_bytes >> 20) +
+                               " MiB of memory; allowed: 16 at least");
     if (options.look_through == 0)
-        throw UsageError(opening(options) + "looks through 0 chunks; allowed: 1 at least");
+        throw util::UsageError(opening(options) + "looks through 0 chunks; allowed: 1 at least");
     return std::make_unique<MinecraftWorld>(options, blocks);
 }
 

@@ -152,8 +152,10 @@ void NbtReader::skip(NbtType type) {
             if (type == NbtType::kList) {
                 const NbtList head = list();
                 opened = {head.type, head.count};
-                if (const std::uint64_t each = fixed_size(head.type); each != 0)
-                    take(each * head.count), opened.left = 0;
+                if (const std::uint64_t each = fixed_size(head.type); each != 0) {
+                    take(each * head.count);
+                    opened.left = 0;
+                }
             } else if (type != NbtType::kCompound) {
                 fail("type " + number_of(type));
             }
@@ -219,8 +221,10 @@ void append_utf8(std::string& out, std::uint32_t c) {
         return push(0xC0 | c >> 6), push(0x80 | (c & 0x3F));
     if (c < 0x10000)
         return push(0xE0 | c >> 12), push(0x80 | (c >> 6 & 0x3F)), push(0x80 | (c & 0x3F));
-    push(0xF0 | c >> 18), push(0x80 | (c >> 12 & 0x3F)), push(0x80 | (c >> 6 & 0x3F)),
-        push(0x80 | (c & 0x3F));
+    push(0xF0 | c >> 18);
+    push(0x80 | (c >> 12 & 0x3F));
+    push(0x80 | (c >> 6 & 0x3F));
+    push(0x80 | (c & 0x3F));
 }
 
 }  // namespace
@@ -233,8 +237,10 @@ std::string utf8_of(std::string_view modified) {
         if (c >= 0xD800 && c < 0xDC00 && i < modified.size()) {
             std::size_t after = i;
             const std::uint32_t low = code_unit(modified, after).value_or(0);
-            if (low >= 0xDC00 && low < 0xE000)
-                c = 0x10000 + ((c & 0x3FF) << 10 | (low & 0x3FF)), i = after;
+            if (low >= 0xDC00 && low < 0xE000) {
+                c = 0x10000 + ((c & 0x3FF) << 10 | (low & 0x3FF));
+                i = after;
+            }
         }
         append_utf8(out, c < 0x20 || c == 0x7F || (c >= 0xD800 && c < 0xE000) ? '?' : c);
     }

@@ -11,9 +11,9 @@
 namespace terravox::minecraft {
 
 /// Bytes are not the NBT that they should be.
-class NbtError : public Error {
+class NbtError : public util::Error {
 public:
-    using Error::Error;
+    using util::Error::Error;
 };
 
 enum class NbtType : std::uint8_t {

@@ -90,7 +90,9 @@ std::optional<PlacedFile> placed_file(std::string_view path) noexcept {
     const std::string_view name = name_of(path), folder = folder_of(path);
     PlacedFile out;
     if (const auto chunk = place_of(name, 'c', "dat", 36)) {
-        out.kind = FileKind::kAlpha, out.x = chunk->x, out.z = chunk->z;
+        out.kind = FileKind::kAlpha;
+        out.x = chunk->x;
+        out.z = chunk->z;
         const std::string_view outer = folder_of(folder);
         const bool tree =
             is_alpha_folder(name_of(folder), chunk->z) && is_alpha_folder(name_of(outer), chunk->x);
@@ -103,7 +105,9 @@ std::optional<PlacedFile> placed_file(std::string_view path) noexcept {
     const auto region = anvil ? anvil : place_of(name, 'r', "mcr", 10);
     if (!region)
         return std::nullopt;
-    out.kind = anvil ? FileKind::kAnvil : FileKind::kMcRegion, out.x = region->x, out.z = region->z;
+    out.kind = anvil ? FileKind::kAnvil : FileKind::kMcRegion;
+    out.x = region->x;
+    out.z = region->z;
     place_in_world(out, name_of(folder) == "region" ? folder_of(folder) : folder);
     if (farther(*region, kFarthestRegion))
         out.refused = "its region lies farther out than 65536 regions";

@@ -10,13 +10,13 @@ namespace fs = std::filesystem;
 // A look at the names in a folder and in those below it; a large folder of something else is soon
 // left alone.
 bool holds_minecraft(const fs::path& folder) {
-    constexpr int kDeepest = 3, kMostNames = 20'000;
+    constexpr int kDeepest = 3, kMaxNames = 20'000;
     int names = 0;
     std::error_code failed;
     fs::recursive_directory_iterator at(folder, fs::directory_options::skip_permission_denied,
                                         failed),
         end;
-    for (; !failed && at != end && names < kMostNames; at.increment(failed), ++names) {
+    for (; !failed && at != end && names < kMaxNames; at.increment(failed), ++names) {
         if (at.depth() >= kDeepest)
             at.disable_recursion_pending();
         const std::string name = at->path().filename().string();

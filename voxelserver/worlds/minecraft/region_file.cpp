@@ -8,7 +8,7 @@ namespace terravox::minecraft {
 namespace {
 
 constexpr std::uint8_t kExternal = 0x80;
-constexpr std::uint64_t kMostSectors = 255;
+constexpr std::uint64_t kMaxSectors = 255;
 constexpr std::size_t kChunkHeadBytes = 5;  // length, without itself; compression
 
 std::uint32_t big_endian(const std::uint8_t* bytes) noexcept {
@@ -20,10 +20,10 @@ std::uint32_t big_endian(const std::uint8_t* bytes) noexcept {
 
 RegionTable read_region_table(std::span<const std::uint8_t> head) {
     if (head.empty())
-        throw Error("an empty file");
+        throw util::Error("an empty file");
     if (head.size() < kRegionHeadBytes)
-        throw Error(std::to_string(head.size()) + " bytes; a region has " +
-                    std::to_string(kRegionHeadBytes) + " at least");
+        throw util::Error(std::to_string(head.size()) + " bytes; a region has " +
+                          std::to_string(kRegionHeadBytes) + " at least");
     RegionTable table;
     for (std::size_t i = 0; i < table.size(); ++i)
         table[i] = big_endian(&head[4 * i]);
@@ -35,11 +35,12 @@ PackedChunk read_packed(const ByteFile& region, std::uint32_t location,
     const std::uint64_t first = location >> 8, sectors = location & 0xFF,
                         begin = first * kSectorBytes;
     if (first < 2 || sectors == 0)
-        throw Error("it lies at sector " + std::to_string(first) + ", " + std::to_string(sectors) +
-                    " long; allowed: from 2 on, 1 at least");
+        throw util::Error("it lies at sector " + std::to_string(first) + ", " +
+                          std::to_string(sectors) + " long; allowed: from 2 on, 1 at least");
     if (begin + kChunkHeadBytes > region.size())
-        throw Error("it lies at byte " + std::to_string(begin) + ", past the end of the file (" +
-                    std::to_string(region.size()) + " bytes)");
+        throw util::Error("it lies at byte " + std::to_string(begin) +
+                          ", past the end of the file (" + std::to_string(region.size()) +
+                          " bytes)");
     // One read takes nearly all chunks; what the sectors hold behind the chunk costs less than a
     // second read.
     buffer.resize(
@@ -48,22 +49,22 @@ PackedChunk read_packed(const ByteFile& region, std::uint32_t location,
     const std::uint64_t length = big_endian(buffer.data());
     const std::uint8_t kind = buffer[4];
     if (length == 0)
-        throw Error("it has a length of 0");
+        throw util::Error("it has a length of 0");
     if (length + 4 > buffer.size()) {
         // Some versions let a chunk grow beyond the number of sectors that the table can hold; the
         // file says how long it really is.
-        if (sectors != kMostSectors || length + 4 > region.size() - begin ||
+        if (sectors != kMaxSectors || length + 4 > region.size() - begin ||
             length > Inflater::kLimitBytes)
-            throw Error("it has a length of " + std::to_string(length) + " in " +
-                        std::to_string(buffer.size()) + " bytes of sectors");
+            throw util::Error("it has a length of " + std::to_string(length) + " in " +
+                              std::to_string(buffer.size()) + " bytes of sectors");
         buffer.resize(static_cast<std::size_t>(length + 4));
         region.read(begin, buffer);
     }
     const int number = kind & ~kExternal;
     if (number < static_cast<int>(Compression::kGzip) ||
         number > static_cast<int>(Compression::kLz4))
-        throw Error("it is packed by method " + std::to_string(number) +
-                    "; allowed: 1 (gzip), 2 (zlib), 3 (none), 4 (lz4)");
+        throw util::Error("it is packed by method " + std::to_string(number) +
+                          "; allowed: 1 (gzip), 2 (zlib), 3 (none), 4 (lz4)");
     PackedChunk out{static_cast<Compression>(number), (kind & kExternal) != 0, {}};
     if (!out.external)
         out.bytes = std::span<const std::uint8_t>(buffer).subspan(

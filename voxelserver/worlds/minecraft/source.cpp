@@ -50,7 +50,7 @@ private:
         if (!failed)
             return;
         if (folder.depth == 0)
-            throw Error("read the folder " + folder.path.string() + ": " + failed.message());
+            throw util::Error("read the folder " + folder.path.string() + ": " + failed.message());
         refused.push_back(folder.name + ": " + failed.message());
     }
     void add(const fs::directory_entry& entry, const Folder& folder) {
@@ -65,10 +65,10 @@ private:
                 refused.push_back(name + ": deeper than " + std::to_string(kDeepest) + " folders");
         } else if (entry.is_regular_file(failed)) {
             entries.push_back({name, entry.file_size(failed)});
-            if (entries.size() > FileSource::kMostEntries)
-                throw UsageError("read the folder " + m_root.string() + ": more than " +
-                                 std::to_string(FileSource::kMostEntries) +
-                                 " files; allowed: a world's folder");
+            if (entries.size() > FileSource::kMaxEntries)
+                throw util::UsageError("read the folder " + m_root.string() + ": more than " +
+                                       std::to_string(FileSource::kMaxEntries) +
+                                       " files; allowed: a world's folder");
         }
     }
 
@@ -139,12 +139,12 @@ std::shared_ptr<const ByteFile> FileSource::open(std::size_t entry) {
     {
         const std::lock_guard lock(m_failed_mutex);
         if (const auto failed = m_failed.find(entry); failed != m_failed.end())
-            throw Error(failed->second);
+            throw util::Error(failed->second);
     }
     try {
         const auto make = [&] { return std::make_shared<const Opened>(open_anew(entry)); };
         return m_open.get(entry, make, [](const auto& made) { return made->weight_bytes; })->file;
-    } catch (const Error& e) {
+    } catch (const util::Error& e) {
         const std::lock_guard lock(m_failed_mutex);
         m_failed.emplace(entry, e.what());
         throw;
@@ -154,8 +154,8 @@ std::shared_ptr<const ByteFile> FileSource::open(std::size_t entry) {
 std::vector<std::uint8_t> FileSource::whole(std::size_t entry, std::size_t most) {
     std::vector<std::uint8_t> out = head(entry, most + 1);
     if (out.size() > most)
-        throw Error("read " + m_entries[entry].path + ": more than " + std::to_string(most) +
-                    " bytes, the most that is allowed");
+        throw util::Error("read " + m_entries[entry].path + ": more than " + std::to_string(most) +
+                          " bytes, the most that is allowed");
     return out;
 }
 
@@ -163,19 +163,19 @@ std::unique_ptr<FileSource> open_source(const fs::path& path, std::size_t cache_
     std::error_code failed;
     const fs::file_status status = fs::status(path, failed);
     if (!fs::exists(status))
-        throw UsageError("open the Minecraft world " + path.string() +
-                         ": there is no such file or folder");
+        throw util::UsageError("open the Minecraft world " + path.string() +
+                               ": there is no such file or folder");
     try {
         if (fs::is_directory(status))
             return std::make_unique<FolderSource>(path, cache_bytes);
         if (!fs::is_regular_file(status))
-            throw UsageError("open the Minecraft world " + path.string() +
-                             ": neither a file nor a folder");
+            throw util::UsageError("open the Minecraft world " + path.string() +
+                                   ": neither a file nor a folder");
         if (is_zip(path))
             return open_zip(path, cache_bytes);
         return std::make_unique<FolderSource>(path, fs::file_size(path), cache_bytes);
     } catch (const fs::filesystem_error& e) {
-        throw Error("open the Minecraft world " + path.string() + ": " + e.code().message());
+        throw util::Error("open the Minecraft world " + path.string() + ": " + e.code().message());
     }
 }
 

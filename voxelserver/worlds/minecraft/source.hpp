@@ -32,8 +32,8 @@ public:
 /// named to lead outside (absolute, with `..`) are refused.
 class FileSource {
 public:
-    static constexpr std::uint64_t kMostEntries = std::uint64_t{1} << 22;
-    static constexpr std::uint64_t kMostFileBytes =
+    static constexpr std::uint64_t kMaxEntries = std::uint64_t{1} << 22;
+    static constexpr std::uint64_t kMaxFileBytes =
         (std::uint64_t{1} << 30) + 8192;  ///< what a region of 1024 chunks of 1 MiB takes
 
     struct Entry {
@@ -50,7 +50,7 @@ public:
     [[nodiscard]] const std::vector<Entry>& entries() const noexcept { return m_entries; }
     [[nodiscard]] std::optional<std::size_t> find(std::string_view path) const noexcept;
     /// @throws Error when it cannot be opened or unpacked, e.g. because it unpacks to more than
-    /// kMostFileBytes
+    /// kMaxFileBytes
     [[nodiscard]] std::shared_ptr<const ByteFile> open(std::size_t entry);
     /// The first bytes, up to `most`; of packed files, no more than these is unpacked. @throws
     /// Error

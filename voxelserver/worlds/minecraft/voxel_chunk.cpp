@@ -62,8 +62,10 @@ std::uint16_t VoxelMaker::look_index(const VoxelAttr& look, VoxelSection& out) c
 }
 
 void VoxelMaker::look_up_numbers(const ChunkSection& section, VoxelSection& out) {
-    if (++m_stamp == 0)
-        std::fill(m_stamps.begin(), m_stamps.end(), 0u), m_stamp = 1;
+    if (++m_stamp == 0) {
+        std::fill(m_stamps.begin(), m_stamps.end(), 0u);
+        m_stamp = 1;
+    }
     int last = -1;  // runs are long: most cells are like the one before
     for (const std::uint16_t number : section.cells) {
         if (number == last)
@@ -82,7 +84,8 @@ VoxelSection VoxelMaker::make(const ChunkBlocks& blocks, const ChunkSection& sec
     if (section.numeric) {
         look_up_numbers(section, out);
     } else {
-        m_attrs.resize(section.palette_size), m_looks.resize(section.palette_size);
+        m_attrs.resize(section.palette_size);
+        m_looks.resize(section.palette_size);
         m_book.of(std::span(blocks.palette).subspan(section.palette_begin, section.palette_size),
                   m_attrs);
         for (std::size_t i = 0; i < m_attrs.size(); ++i)

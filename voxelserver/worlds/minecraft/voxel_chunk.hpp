@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "common/voxel/box.hpp"
+#include "voxelserver/worlds/minecraft/block_appearance_cache.hpp"
 #include "voxelserver/worlds/minecraft/chunk.hpp"
-#include "voxelserver/worlds/minecraft/look_book.hpp"
 
 namespace terravox::minecraft {
 
@@ -46,7 +46,8 @@ struct VoxelChunk {
 /// Turns blocks into voxels. Not thread-safe: one for each thread, over one book.
 class VoxelMaker {
 public:
-    explicit VoxelMaker(LookBook& book) : m_book(book), m_number_looks(65536), m_stamps(65536) {}
+    explicit VoxelMaker(BlockAppearanceCache& book)
+        : m_book(book), m_number_looks(65536), m_stamps(65536) {}
     /// @throws NbtError for a palette entry that is none
     [[nodiscard]] VoxelChunk make(const ChunkBlocks& blocks);
     [[nodiscard]] VoxelSection make(const ChunkBlocks& blocks, const ChunkSection& section);
@@ -55,7 +56,7 @@ private:
     std::uint16_t look_index(const voxel::VoxelAttr& look, VoxelSection& out) const;
     void look_up_numbers(const ChunkSection& section, VoxelSection& out);
 
-    LookBook& m_book;
+    BlockAppearanceCache& m_book;
     std::vector<voxel::VoxelAttr> m_attrs;
     std::vector<std::uint16_t> m_looks;         ///< of each palette entry
     std::vector<std::uint16_t> m_number_looks;  ///< of each number that has the current stamp

@@ -12,7 +12,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::string_view kLevelFile = "level.dat", kSideCarFile = "terravox.json";
-constexpr std::size_t kMostSmallFileBytes = std::size_t{16} << 20;  // level.dat and the side-car
+constexpr std::size_t kMaxSmallFileBytes = std::size_t{16} << 20;  // level.dat and the side-car
 
 int depth_of(std::string_view folder) noexcept {
     return folder.empty() ? 0 : 1 + static_cast<int>(std::count(folder.begin(), folder.end(), '/'));
@@ -38,9 +38,9 @@ std::string shallowest(const std::set<std::string>& folders, const fs::path& pat
     std::string names;
     for (std::size_t i = 0; i < std::min(kNamed, there.size()); ++i)
         names += (i == 0 ? "" : ", ") + there[i];
-    throw UsageError("open the Minecraft world " + path.string() + ": it holds " +
-                     std::to_string(there.size()) + " worlds (" + names +
-                     (there.size() > kNamed ? ", ..." : "") + "); allowed: one");
+    throw util::UsageError("open the Minecraft world " + path.string() + ": it holds " +
+                           std::to_string(there.size()) + " worlds (" + names +
+                           (there.size() > kNamed ? ", ..." : "") + "); allowed: one");
 }
 
 fs::path folder_when_level_file(const fs::path& path) {
@@ -78,9 +78,12 @@ void WorldFolder::add_single_file() {
     const std::string& name = m_source->entries().front().path;
     ChunkFile file;
     file.placed = false;
-    if (const auto placed = placed_file(name); placed && placed->refused.empty())
-        file.kind = placed->kind, file.x = placed->x, file.z = placed->z, file.placed = true;
-    else if (!name.ends_with(".mca") && !name.ends_with(".mcr"))
+    if (const auto placed = placed_file(name); placed && placed->refused.empty()) {
+        file.kind = placed->kind;
+        file.x = placed->x;
+        file.z = placed->z;
+        file.placed = true;
+    } else if (!name.ends_with(".mca") && !name.ends_with(".mcr"))
         file.kind = FileKind::kChunk;
     else
         file.kind = name.ends_with(".mca") ? FileKind::kAnvil : FileKind::kMcRegion;
@@ -98,9 +101,10 @@ void WorldFolder::find_root() {
             with_chunks.emplace(placed->root);
     }
     if (with_level.empty() && with_chunks.empty())
-        throw UsageError("open the Minecraft world " + m_path.string() +
-                         ": no level.dat and no chunks are there; allowed: a world's folder or ZIP "
-                         "file, .mca, .mcr or c.X.Z.dat files");
+        throw util::UsageError(
+            "open the Minecraft world " + m_path.string() +
+            ": no level.dat and no chunks are there; allowed: a world's folder or ZIP "
+            "file, .mca, .mcr or c.X.Z.dat files");
     m_root = shallowest(with_level.empty() ? with_chunks : with_level, m_path);
 }
 
@@ -160,18 +164,18 @@ void WorldFolder::read_level() {
     if (const auto entry = m_source->find(joined(m_root, kLevelFile))) {
         const std::string& name = m_source->entries()[*entry].path;
         try {
-            m_level = read_level_dat(m_source->whole(*entry, kMostSmallFileBytes), name);
-        } catch (const Error& e) {
+            m_level = read_level_dat(m_source->whole(*entry, kMaxSmallFileBytes), name);
+        } catch (const util::Error& e) {
             m_damage.push_back(e.what());
         }
     }
     if (const auto entry = m_source->find(joined(m_root, kSideCarFile))) {
-        const auto bytes = m_source->whole(*entry, kMostSmallFileBytes);
+        const auto bytes = m_source->whole(*entry, kMaxSmallFileBytes);
         m_side_car.emplace(bytes.begin(), bytes.end());
     }
     if (m_dimensions.empty() && m_source->find(joined(m_root, "db/CURRENT")))
-        throw UsageError("open the Minecraft world " + m_path.string() +
-                         ": it is of the Bedrock edition; allowed: the Java edition");
+        throw util::UsageError("open the Minecraft world " + m_path.string() +
+                               ": it is of the Bedrock edition; allowed: the Java edition");
 }
 
 std::string WorldFolder::title() const {
@@ -191,9 +195,9 @@ const DimensionFolder& WorldFolder::dimension(std::string_view name) const {
             return dimension;
         names += (names.empty() ? "" : ", ") + dimension.name;
     }
-    throw UsageError("open the Minecraft world " + m_path.string() + ": no dimension '" +
-                     std::string(name) +
-                     "'; allowed: " + (names.empty() ? "none is there" : names));
+    throw util::UsageError("open the Minecraft world " + m_path.string() + ": no dimension '" +
+                           std::string(name) +
+                           "'; allowed: " + (names.empty() ? "none is there" : names));
 }
 
 }  // namespace terravox::minecraft

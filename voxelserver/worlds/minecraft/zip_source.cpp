@@ -19,7 +19,7 @@ namespace {
 
 // Unpacked files beyond this go to disk, and only they may be a bomb: a region's chunks are packed
 // already, so that it hardly packs again. Many bytes from few are none of ours.
-constexpr std::uint64_t kLargeBytes = std::uint64_t{64} << 20, kMostRatio = 200;
+constexpr std::uint64_t kLargeBytes = std::uint64_t{64} << 20, kMaxRatio = 200;
 constexpr std::size_t kStepBytes = std::size_t{1} << 20;
 constexpr std::size_t kTemporaryFileWeight = std::size_t{16} << 20;
 
@@ -30,7 +30,8 @@ public:
     std::uint64_t size() const noexcept override { return m_bytes.size(); }
     void read(std::uint64_t offset, std::span<std::uint8_t> out) const override {
         if (offset > m_bytes.size() || out.size() > m_bytes.size() - offset)
-            throw Error("read " + m_name + ": it ends at byte " + std::to_string(m_bytes.size()));
+            throw util::Error("read " + m_name + ": it ends at byte " +
+                              std::to_string(m_bytes.size()));
         if (!out.empty())
             std::memcpy(out.data(), m_bytes.data() + offset, out.size());
     }
@@ -48,7 +49,7 @@ public:
             (std::filesystem::temp_directory_path() / "terravox-region-XXXXXX").string();
         m_descriptor = ::mkstemp(name.data());
         if (m_descriptor < 0)
-            throw Error("make a temporary file " + name + ": " + std::strerror(errno));
+            throw util::Error("make a temporary file " + name + ": " + std::strerror(errno));
         ::unlink(name.c_str());
     }
     ~TemporaryFile() {
@@ -63,7 +64,7 @@ public:
             if (put < 0 && errno == EINTR)
                 continue;
             if (put < 0)
-                throw Error(std::string("write a temporary file: ") + std::strerror(errno));
+                throw util::Error(std::string("write a temporary file: ") + std::strerror(errno));
             bytes = bytes.subspan(static_cast<std::size_t>(put));
         }
     }
@@ -155,14 +156,15 @@ private:
         zip_error_init_with_code(&error, code);
         const std::string why = zip_error_strerror(&error);
         zip_error_fini(&error);
-        throw Error("open the ZIP file " + m_path.string() + ": " + why);
+        throw util::Error("open the ZIP file " + m_path.string() + ": " + why);
     }
 
     void list(zip_t& zip) {
         const zip_int64_t count = zip_get_num_entries(&zip, 0);
-        if (count > static_cast<zip_int64_t>(kMostEntries))
-            throw Error("open the ZIP file " + m_path.string() + ": " + std::to_string(count) +
-                        " files; allowed: up to " + std::to_string(kMostEntries));
+        if (count > static_cast<zip_int64_t>(kMaxEntries))
+            throw util::Error("open the ZIP file " + m_path.string() + ": " +
+                              std::to_string(count) + " files; allowed: up to " +
+                              std::to_string(kMaxEntries));
         std::vector<Entry> entries;
         std::vector<std::string> refused;
         for (zip_int64_t i = 0; i < count; ++i) {
@@ -186,12 +188,12 @@ private:
         set_entries(std::move(entries), std::move(refused));
     }
 
-    // Hands over the bytes piece by piece, until take() says that it has enough.
+    // Participants over the bytes piece by piece, until take() says that it has enough.
     template <class Take>
     void unpack(std::size_t entry, std::size_t step_bytes, const Take& take) {
         const std::string& path = m_entries[entry].path;
         const auto fail = [&](const std::string& why) {
-            throw Error("unpack " + path + " of " + m_path.string() + ": " + why);
+            throw util::Error("unpack " + path + " of " + m_path.string() + ": " + why);
         };
         Zip zip = borrow();
         const auto index = static_cast<zip_uint64_t>(m_index.at(path));
@@ -209,12 +211,12 @@ private:
             if (got == 0)
                 break;
             total += static_cast<std::uint64_t>(got);
-            if (total > kMostFileBytes)
-                fail("more than " + std::to_string(kMostFileBytes >> 20) +
+            if (total > kMaxFileBytes)
+                fail("more than " + std::to_string(kMaxFileBytes >> 20) +
                      " MiB, the most that is allowed");
             if (total > kLargeBytes && (status.valid & ZIP_STAT_COMP_SIZE) != 0 &&
-                total / kMostRatio > status.comp_size)
-                fail("more than " + std::to_string(kMostRatio) +
+                total / kMaxRatio > status.comp_size)
+                fail("more than " + std::to_string(kMaxRatio) +
                      " times its packed size; allowed: less");
             if (!take(std::span<const std::uint8_t>(step.data(), static_cast<std::size_t>(got))))
                 break;

@@ -8,7 +8,7 @@
 namespace terravox::minecraft {
 
 /// The files of a ZIP file. @throws Error when it is none, or holds more than
-/// FileSource::kMostEntries
+/// FileSource::kMaxEntries
 [[nodiscard]] std::unique_ptr<FileSource> open_zip(const std::filesystem::path& path,
                                                    std::size_t cache_bytes);
 

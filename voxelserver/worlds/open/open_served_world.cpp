@@ -21,7 +21,7 @@ namespace {
 
 using voxel::Fingerprint;
 
-void add_options(store::ByteWriter& out, const WorldOptions& options) {
+void add_options(voxel::ByteWriter& out, const WorldOptions& options) {
     out.add(static_cast<std::uint64_t>(options.inputs.size()));
     for (const std::string& input : options.inputs)
         out.add(input);
@@ -34,7 +34,7 @@ void add_options(store::ByteWriter& out, const WorldOptions& options) {
     out.add(options.dimension);
     out.add(options.base_m.has_value());
     out.add(options.base_m.value_or(0));
-    const generated::Settings& noise = options.generated;
+    const procedural::Settings& noise = options.generated;
     out.add(noise.seed);
     out.add(noise.water_level);
     out.add(noise.world_height);
@@ -66,12 +66,12 @@ public:
             m_fingerprint = random_fingerprint();
             return;
         }
-        store::ByteWriter out;
+        voxel::ByteWriter out;
         out.add(kind.noun);
         add_options(out, m_options);
         if (kind.state != nullptr) {
             out.add(m_files_before);
-            out.add(store::file_identity(request.maker, "program"));
+            out.add(voxel::file_identity(request.maker, "program"));
         }
         out.add(edition);
         m_fingerprint = out.print();
@@ -84,10 +84,10 @@ public:
         check_files();
         return out;
     }
-    [[nodiscard]] voxel::TracedBox traced_box(const voxel::BoxKey& key) override {
+    [[nodiscard]] voxel::BoxWithInputs traced_box(const voxel::BoxKey& key) override {
         return {box(key), {}};
     }
-    [[nodiscard]] Fingerprint fingerprint(const voxel::Reach& /*reach*/) const override {
+    [[nodiscard]] Fingerprint fingerprint(const voxel::InputExtent& /*reach*/) const override {
         return m_fingerprint;
     }
     /// Of another machine's world the extents of columns are kept: a box is put into cache and map
@@ -107,8 +107,8 @@ public:
     [[nodiscard]] bool may_hold(const voxel::BoxRange& boxes) override {
         return m_world->may_hold(boxes);
     }
-    [[nodiscard]] int worth_asking(int threads) const noexcept override {
-        return m_world->worth_asking(threads);
+    [[nodiscard]] int useful_concurrency(int threads) const noexcept override {
+        return m_world->useful_concurrency(threads);
     }
     [[nodiscard]] std::vector<std::string> damage() const override { return m_world->damage(); }
     [[nodiscard]] std::string edition() const override { return m_world->edition(); }
@@ -137,7 +137,7 @@ private:
         } catch (const voxel::ChangedError&) {
             m_changed = true;
             throw voxel::ChangedError(changed());
-        } catch (const Error& e) {
+        } catch (const util::Error& e) {
             if (is_far())
                 throw voxel::UnreachableError(e.what());
             check_files();  // a file may be unreadable because it is another one now
@@ -152,7 +152,7 @@ private:
         std::optional<Fingerprint> now;
         try {
             now = m_kind.state(m_options);
-        } catch (const Error&) {
+        } catch (const util::Error&) {
             // A file is gone: that is a change, too.
         }
         if (now == m_files_before)
@@ -179,12 +179,12 @@ std::unique_ptr<ServedWorld> open_served_world(const ServeRequest& request, util
                                                const std::stop_token& stop) {
     const WorldOptions& options = request.options;
     if (options.inputs.empty())
-        throw UsageError("open the world: nothing given; allowed: " + allowed_inputs());
+        throw util::UsageError("open the world: nothing given; allowed: " + allowed_inputs());
     const std::string& first = options.inputs.front();
     const WorldKind& kind = kind_of(first);
     if (kind.has_squares)
-        throw UsageError("open the world: " + first + " is " + std::string(kind.noun) +
-                         ", another input is not; allowed: inputs of one kind");
+        throw util::UsageError("open the world: " + first + " is " + std::string(kind.noun) +
+                               ", another input is not; allowed: inputs of one kind");
     check_flags(first, kind.noun, kind.flags, request.flags);
     return std::make_unique<WholeWorld>(request, kind, times, stop);
 }

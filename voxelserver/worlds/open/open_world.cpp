@@ -4,12 +4,12 @@
 
 #include "common/util/error.hpp"
 #include "common/voxel/archive/archive_world.hpp"
-#include "voxelserver/worlds/archive/far_archive.hpp"
+#include "voxelserver/worlds/archive/remote_archive.hpp"
 #include "voxelserver/worlds/open/world_kinds.hpp"
 #include "voxelserver/worlds/remote/remote_kind.hpp"
 #include "voxelserver/worlds/remote/remote_world.hpp"
 
-namespace terravox {
+namespace terravox::worlds {
 namespace {
 
 using worlds::WorldKind;
@@ -18,7 +18,8 @@ using worlds::WorldKind;
 const WorldKind& checked_kind(const WorldOptions& options) {
     const auto& inputs = options.inputs;
     if (inputs.empty()) {
-        throw UsageError("open the world: nothing given; allowed: " + worlds::allowed_inputs());
+        throw util::UsageError("open the world: nothing given; allowed: " +
+                               worlds::allowed_inputs());
     }
     const std::string& first = inputs.front();
     const WorldKind& kind = worlds::kind_of(first);
@@ -26,18 +27,21 @@ const WorldKind& checked_kind(const WorldOptions& options) {
     for (const std::string& input : inputs) {
         const WorldKind& other = worlds::kind_of(input);
         if (&other != &kind) {
-            throw UsageError("open the world: " + first + " is " + noun + ", " + input + " is " +
-                             std::string(other.noun) + "; allowed: inputs of one kind");
+            throw util::UsageError("open the world: " + first + " is " + noun + ", " + input +
+                                   " is " + std::string(other.noun) +
+                                   "; allowed: inputs of one kind");
         }
     }
     if (inputs.size() > 1 && !kind.takes_several) {
-        throw UsageError("open the world: " + std::to_string(inputs.size()) + " inputs, of which " +
-                         first + " is " + noun + "; allowed: one of these");
+        throw util::UsageError("open the world: " + std::to_string(inputs.size()) +
+                               " inputs, of which " + first + " is " + noun +
+                               "; allowed: one of these");
     }
     if (!options.orthophotos.empty() && !kind.takes_orthophotos) {
-        const bool is_server = &kind == &worlds::kServerKind;
-        throw UsageError("open the world " + first + ": --ortho with " + noun +
-                         (is_server ? "; it belongs to the server's own command line"
+        const bool is_server = &kind == &kServerKind;
+        throw util::UsageError("open the world " + first + ": --ortho with " + noun +
+                               (is_server
+                                    ? "; it belongs to the server's own command line"
                                     : "; allowed: with LiDAR data, stores and rasters of heights"));
     }
     return kind;
@@ -45,13 +49,13 @@ const WorldKind& checked_kind(const WorldOptions& options) {
 
 }  // namespace
 
-std::unique_ptr<voxel::World> open_address(const std::string& url, const HttpAccess& access,
+std::unique_ptr<voxel::World> open_address(const std::string& url, const remote::HttpAccess& access,
                                            util::StageTimes& times,
-                                           std::chrono::milliseconds patience,
+                                           std::chrono::milliseconds timeout,
                                            const std::stop_token& stop) {
     if (names_archive(url))
-        return voxel::open_archive(far_archive(url, patience, stop, access));
-    return open_remote_world(url, times, patience, stop, access);
+        return voxel::open_archive(remote_archive(url, timeout, stop, access));
+    return remote::open_remote_world(url, times, timeout, stop, access);
 }
 
 std::unique_ptr<voxel::World> open_world(const WorldOptions& options, util::StageTimes& times,
@@ -59,4 +63,4 @@ std::unique_ptr<voxel::World> open_world(const WorldOptions& options, util::Stag
     return checked_kind(options).open({options, times, stop});
 }
 
-}  // namespace terravox
+}  // namespace terravox::worlds

@@ -10,7 +10,7 @@
 #include "voxelserver/worlds/kind/world_options.hpp"
 #include "voxelserver/worlds/remote/http_access.hpp"
 
-namespace terravox {
+namespace terravox::worlds {
 
 /// Opens what the inputs of `options` name (world_kinds.hpp).
 /// @param times receives the time of every step; outlives the world
@@ -24,12 +24,12 @@ namespace terravox {
                                                        const std::stop_token& stop = {});
 
 /// Opens the address of a voxel server or of a box archive.
-/// @param access whom it may ask, and what it shows there @param patience for each request
+/// @param access whom it may ask, and what it shows there @param timeout for each request
 /// @throws UsageError for what is no such address; Error when it cannot be opened
 [[nodiscard]] std::unique_ptr<voxel::World> open_address(const std::string& url,
-                                                         const HttpAccess& access,
+                                                         const remote::HttpAccess& access,
                                                          util::StageTimes& times,
-                                                         std::chrono::milliseconds patience,
+                                                         std::chrono::milliseconds timeout,
                                                          const std::stop_token& stop = {});
 
-}  // namespace terravox
+}  // namespace terravox::worlds

@@ -51,12 +51,14 @@ const WorldKind& kind_of(const std::string& input) {
     }
     const std::string allowed = "; allowed: " + allowed_inputs();
     if (!fs::exists(status)) {
-        throw UsageError("open the world: " + input + " does not exist" + allowed);
+        throw util::UsageError("open the world: " + input + " does not exist" + allowed);
     }
     if (fs::is_directory(status)) {
-        throw UsageError("open the world: nothing in the folder " + input + " is known" + allowed);
+        throw util::UsageError("open the world: nothing in the folder " + input + " is known" +
+                               allowed);
     }
-    throw UsageError("open the world: the file " + input + " is nothing that is known" + allowed);
+    throw util::UsageError("open the world: the file " + input + " is nothing that is known" +
+                           allowed);
 }
 
 }  // namespace terravox::worlds

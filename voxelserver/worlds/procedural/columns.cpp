@@ -9,7 +9,7 @@
 #include "voxelserver/worlds/procedural/region_lattice.hpp"
 #include "voxelserver/worlds/procedural/simplex.hpp"
 
-namespace terravox::generated {
+namespace terravox::procedural {
 
 namespace {
 
@@ -49,18 +49,22 @@ VoxelAttr Columns::attr(int x, std::int32_t y, int z) const noexcept {
     if (y < c.top) {
         const std::int32_t depth = c.top - 1 - y;
         if (depth == 0 && c.material != Material::kRock) {
-            out.material = c.material, out.colour = c.colour;
+            out.material = c.material;
+            out.colour = c.colour;
         } else if (depth > 0 && depth <= c.under_depth && c.under != Material::kRock) {
-            out.material = c.under, out.colour = c.under_colour;
+            out.material = c.under;
+            out.colour = c.under_colour;
         } else {
-            out.material = Material::kRock, out.colour = rock_colour(c, x, y, z);
+            out.material = Material::kRock;
+            out.colour = rock_colour(c, x, y, z);
         }
         return out;
     }
     if (y < c.water) {
         const bool top = y == c.water - 1;
         if (top && c.snow) {
-            out.material = Material::kSnow, out.colour = rgb(0xe4ecf2);
+            out.material = Material::kSnow;
+            out.colour = rgb(0xe4ecf2);
         } else {
             out.material = top && c.ice ? Material::kIce : Material::kWater;
             out.flags = 0;
@@ -117,8 +121,8 @@ public:
     CoarseRegions(const Terrain& terrain, int level, std::int32_t x0, std::int32_t z0)
         : m_terrain(terrain) {
         constexpr int kRoom = 12,
-                      kMostLattice = 4;  // fine columns about the box that are asked for; level
-        if (level > kMostLattice)
+                      kMaxLattice = 4;  // fine columns about the box that are asked for; level
+        if (level > kMaxLattice)
             return;
         const std::int32_t margin = (1 << level) + kRoom;
         m_lattice.emplace(terrain, (x0 << level) - margin, (z0 << level) - margin,
@@ -138,7 +142,9 @@ ColumnMaker::ColumnMaker(const Settings& settings)
 
 Columns ColumnMaker::empty(int level, std::int32_t bx, std::int32_t bz) const {
     Columns out;
-    out.m_level = level, out.m_x0 = bx * voxel::kBoxSizeX, out.m_z0 = bz * voxel::kBoxSizeZ;
+    out.m_level = level;
+    out.m_x0 = bx * voxel::kBoxSizeX;
+    out.m_z0 = bz * voxel::kBoxSizeZ;
     out.m_rock_seed = seed_of(m_terrain.settings().seed, 103);
     out.m_columns.resize(Columns::kSide * Columns::kSide);
     return out;
@@ -169,10 +175,12 @@ void ColumnMaker::set_ground(Column& column, const Place& place, const Skin& ski
         column.top = std::min(column.top, surface - 1);
         column.water = surface;
     }
-    column.material = skin.material, column.under = skin.under, column.colour = skin.colour,
+    column.material = skin.material;
+    column.under = skin.under;
+    column.colour = skin.colour;
     column.under_colour = skin.under_colour;
     column.under_depth = static_cast<std::uint8_t>(skin.under_depth >> level);
-    column.temperature = static_cast<float>(place.temperature),
+    column.temperature = static_cast<float>(place.temperature);
     column.moisture = static_cast<float>(place.moisture);
     column.ice = wet && Surface::freezes(place);
     column.snow = column.ice && Surface::snowed_under(place);
@@ -278,9 +286,11 @@ Columns ColumnMaker::make_coarse(int level, std::int32_t bx, std::int32_t bz) co
                     static_cast<std::int32_t>(std::floor((heights.smooth + kMiddle) / voxel));
                 if (y >= column.top)
                     out.add_run(x, z, column.top, y + 1, false, *crown);
-                else
-                    column.wooded = true, column.material = crown->material,
+                else {
+                    column.wooded = true;
+                    column.material = crown->material;
                     column.colour = crown->colour;
+                }
             }
         }
     if (level < kPlantLevels && m_terrain.settings().trees)
@@ -315,4 +325,4 @@ void ColumnMaker::plant_coarse(Columns& out, const CoarseRegions& regions, std::
         }
 }
 
-}  // namespace terravox::generated
+}  // namespace terravox::procedural

@@ -9,7 +9,7 @@
 #include "common/voxel/box.hpp"
 #include "voxelserver/worlds/procedural/vegetation.hpp"
 
-namespace terravox::generated {
+namespace terravox::procedural {
 
 /// One column of voxels of a level; y in voxels of that level.
 struct Column {
@@ -107,4 +107,4 @@ private:
     Vegetation m_vegetation;
 };
 
-}  // namespace terravox::generated
+}  // namespace terravox::procedural

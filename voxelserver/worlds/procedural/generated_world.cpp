@@ -10,7 +10,7 @@
 #include "common/voxel/box_builder.hpp"
 #include "voxelserver/worlds/procedural/columns.hpp"
 
-namespace terravox::generated {
+namespace terravox::procedural {
 namespace {
 
 using voxel::Box;
@@ -27,10 +27,10 @@ public:
 
     [[nodiscard]] std::shared_ptr<const Box> box(const BoxKey& key) override {
         if (key.level < 0 || key.level >= m_info.levels)
-            throw UsageError("make a box: level " + std::to_string(key.level) + "; allowed: 0 to " +
-                             std::to_string(m_info.levels - 1));
+            throw util::UsageError("make a box: level " + std::to_string(key.level) +
+                                   "; allowed: 0 to " + std::to_string(m_info.levels - 1));
         if (m_stopped)
-            throw Error("make box " + to_string(key) + ": interrupted");
+            throw util::Error("make box " + to_string(key) + ": interrupted");
         const voxel::BoxRange range = boxes_over(m_info.bounds, key.level);
         if (!range.contains(key))
             return nullptr;
@@ -45,8 +45,8 @@ public:
 
     [[nodiscard]] voxel::ColumnExtent column(int level, std::int32_t bx, std::int32_t bz) override {
         if (level < 0 || level >= m_info.levels)
-            throw UsageError("look for boxes: level " + std::to_string(level) + "; allowed: 0 to " +
-                             std::to_string(m_info.levels - 1));
+            throw util::UsageError("look for boxes: level " + std::to_string(level) +
+                                   "; allowed: 0 to " + std::to_string(m_info.levels - 1));
         const voxel::BoxRange range = boxes_over(m_info.bounds, level);
         if (!range.contains({level, bx, range.min.by, bz}))
             return {};
@@ -118,4 +118,4 @@ std::unique_ptr<voxel::World> open_generated_world(const Settings& settings) {
     return std::make_unique<GeneratedWorld>(settings);
 }
 
-}  // namespace terravox::generated
+}  // namespace terravox::procedural

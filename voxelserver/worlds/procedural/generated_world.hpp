@@ -5,7 +5,7 @@
 #include "common/voxel/world.hpp"
 #include "voxelserver/worlds/kind/procedural_settings.hpp"
 
-namespace terravox::generated {
+namespace terravox::procedural {
 
 /// A world of simplex noise: seas, rivers, hills and mountains in several climates, with trees.
 ///
@@ -19,4 +19,4 @@ namespace terravox::generated {
 /// Error after stop()
 [[nodiscard]] std::unique_ptr<voxel::World> open_generated_world(const Settings& settings);
 
-}  // namespace terravox::generated
+}  // namespace terravox::procedural

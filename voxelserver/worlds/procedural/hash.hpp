@@ -2,7 +2,7 @@
 
 #include <cstdint>
 
-namespace terravox::generated {
+namespace terravox::procedural {
 
 /// A bijection that spreads every bit over the whole word.
 /// Ref: the finaliser of SplitMix64: Steele, Lea & Flood, "Fast Splittable Pseudorandom Number
@@ -31,4 +31,4 @@ namespace terravox::generated {
     return static_cast<double>(hash >> (12 * part) & 0xFFF) * 0x1p-12;
 }
 
-}  // namespace terravox::generated
+}  // namespace terravox::procedural

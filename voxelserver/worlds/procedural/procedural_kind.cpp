@@ -19,12 +19,12 @@ bool is_generated(const std::string& input) {
 }
 
 /// It reads no file: its text and options say all.
-voxel::Fingerprint state_of_nothing(const WorldOptions& /*options*/) {
+voxel::Fingerprint state_of_nothing(const worlds::WorldOptions& /*options*/) {
     return {};
 }
 
 std::unique_ptr<voxel::World> open_generated(const OpenRequest& request) {
-    generated::Settings settings = request.options.generated;
+    procedural::Settings settings = request.options.generated;
     settings.voxel_m = request.options.voxel_m;
     const std::string& input = request.input();
     if (const auto colon = input.find(':'); colon != std::string::npos) {
@@ -32,11 +32,11 @@ std::unique_ptr<voxel::World> open_generated(const OpenRequest& request) {
         const char* const end = seed.data() + seed.size();
         const auto read = std::from_chars(seed.data(), end, settings.seed);
         if (seed.empty() || read.ec != std::errc{} || read.ptr != end) {
-            throw UsageError("open the world " + input + ": the seed is '" + seed +
-                             "'; allowed: 0 to 18446744073709551615");
+            throw util::UsageError("open the world " + input + ": the seed is '" + seed +
+                                   "'; allowed: 0 to 18446744073709551615");
         }
     }
-    return generated::open_generated_world(settings);
+    return procedural::open_generated_world(settings);
 }
 
 }  // namespace

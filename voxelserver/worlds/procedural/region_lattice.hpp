@@ -7,7 +7,7 @@
 #include "common/voxel/world.hpp"
 #include "voxelserver/worlds/procedural/terrain.hpp"
 
-namespace terravox::generated {
+namespace terravox::procedural {
 
 /// What changes slowly, known at the nodes of a lattice that lies the same for whoever makes it,
 /// and bilinear between: some twenty times as fast.
@@ -51,4 +51,4 @@ private:
     std::vector<Region> m_nodes;
 };
 
-}  // namespace terravox::generated
+}  // namespace terravox::procedural

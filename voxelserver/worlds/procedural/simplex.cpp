@@ -2,7 +2,7 @@
 
 #include <array>
 
-namespace terravox::generated {
+namespace terravox::procedural {
 namespace {
 
 std::int64_t floor_of(double v) noexcept {
@@ -128,4 +128,4 @@ double simplex(std::uint64_t seed, double x, double y, double z) noexcept {
     return kScale * sum;
 }
 
-}  // namespace terravox::generated
+}  // namespace terravox::procedural

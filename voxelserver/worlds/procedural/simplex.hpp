@@ -2,7 +2,7 @@
 
 #include <cstdint>
 
-namespace terravox::generated {
+namespace terravox::procedural {
 
 /// Simplex noise: smooth, in [-1, 1], mean 0, features about one unit wide, no grid to be seen. A
 /// function of its arguments only, with the same bits on every machine of IEEE arithmetic: + - *
@@ -11,4 +11,4 @@ namespace terravox::generated {
 [[nodiscard]] double simplex(std::uint64_t seed, double x, double y) noexcept;
 [[nodiscard]] double simplex(std::uint64_t seed, double x, double y, double z) noexcept;
 
-}  // namespace terravox::generated
+}  // namespace terravox::procedural

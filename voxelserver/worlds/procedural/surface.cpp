@@ -7,7 +7,7 @@
 #include "voxelserver/worlds/procedural/hash.hpp"
 #include "voxelserver/worlds/procedural/simplex.hpp"
 
-namespace terravox::generated {
+namespace terravox::procedural {
 
 using voxel::Material;
 using voxel::Rgb8;
@@ -106,4 +106,4 @@ Skin Surface::skin(const Place& p) const noexcept {
     return {Material::kGrass, Material::kSoil, grass_colour(p), soil, 3};
 }
 
-}  // namespace terravox::generated
+}  // namespace terravox::procedural

@@ -5,7 +5,7 @@
 #include "common/voxel/material.hpp"
 #include "voxelserver/worlds/procedural/terrain.hpp"
 
-namespace terravox::generated {
+namespace terravox::procedural {
 
 /// One place of the land.
 struct Place {
@@ -69,4 +69,4 @@ private:
     return {channel(a.r, b.r), channel(a.g, b.g), channel(a.b, b.b)};
 }
 
-}  // namespace terravox::generated
+}  // namespace terravox::procedural

@@ -6,7 +6,7 @@
 #include "voxelserver/worlds/procedural/hash.hpp"
 #include "voxelserver/worlds/procedural/simplex.hpp"
 
-namespace terravox::generated {
+namespace terravox::procedural {
 namespace {
 
 enum Field {
@@ -29,7 +29,10 @@ double octaves(std::uint64_t seed, double x, double z, int count) noexcept {
     double sum = 0, height = 1, all = 0;
     for (int i = 0; i < count; ++i) {
         sum += height * simplex(seed + static_cast<std::uint64_t>(i) * 0x9E3779B97F4A7C15ULL, x, z);
-        all += height, height *= 0.5, x *= 2, z *= 2;
+        all += height;
+        height *= 0.5;
+        x *= 2;
+        z *= 2;
     }
     return sum / all;
 }
@@ -62,11 +65,13 @@ Terrain::Terrain(const Settings& settings) : m_settings(settings) {
 
 Region Terrain::region(double x, double z) const noexcept {
     const double f = m_settings.frequency;
-    x = (x + m_origin_x) * f, z = (z + m_origin_z) * f;
+    x = (x + m_origin_x) * f;
+    z = (z + m_origin_z) * f;
     Region out;
     const double bend_x = simplex(m_seeds[kWarpX], x * 0.5, z * 0.5),
                  bend_z = simplex(m_seeds[kWarpZ], x * 0.5, z * 0.5);
-    out.warp_x = bend_x * 0.22 / f, out.warp_z = bend_z * 0.22 / f;
+    out.warp_x = bend_x * 0.22 / f;
+    out.warp_z = bend_z * 0.22 / f;
     const double wide_x = x + bend_x * 0.35, wide_z = z + bend_z * 0.35;
     const double continent = octaves(m_seeds[kContinent], wide_x / 5, wide_z / 5, 4) * 1.5 + 0.12;
     out.land = shore_profile(continent);
@@ -92,8 +97,13 @@ double Terrain::hills(double x, double z, double voxel, double& smooth) const no
     for (int i = 0; i < m_settings.harmonics; ++i) {
         const double n =
             simplex(m_seeds[kHills] + static_cast<std::uint64_t>(i) * 0x9E3779B97F4A7C15ULL, x, z);
-        sum += height * n, smooth += height * n * kept_of(length, voxel);
-        all += height, height *= m_settings.smoothness, length /= 2, x *= 2, z *= 2;
+        sum += height * n;
+        smooth += height * n * kept_of(length, voxel);
+        all += height;
+        height *= m_settings.smoothness;
+        length /= 2;
+        x *= 2;
+        z *= 2;
         if (height < 1e-4)
             break;
     }
@@ -110,10 +120,14 @@ double Terrain::ridges(double x, double z, double voxel, double& smooth) const n
         const double n =
             simplex(m_seeds[kRidges] + static_cast<std::uint64_t>(i) * 0x9E3779B97F4A7C15ULL, x, z);
         const double flank = 1 - std::sqrt(n * n + kCrest * kCrest), ridge = flank * flank;
-        sum += height * weight * ridge,
-            smooth += height * weight * mixed(kMean, ridge, kept_of(length, voxel));
+        sum += height * weight * ridge;
+        smooth += height * weight * mixed(kMean, ridge, kept_of(length, voxel));
         weight = std::min(weight * ridge * 2.2, 1.0);  // valleys stay smooth
-        all += height, height *= m_settings.smoothness, length /= 2, x *= 2, z *= 2;
+        all += height;
+        height *= m_settings.smoothness;
+        length /= 2;
+        x *= 2;
+        z *= 2;
         if (height < 1e-4)
             break;
     }
@@ -161,7 +175,8 @@ Terrain::Heights Terrain::heights(const Region& region, double x, double z,
     if (voxel > 1)
         out.smooth = height(hill_smooth, ridge_smooth, crags * kept_of(0.09 / f, voxel));
     const auto bounded = [&](double v) { return std::clamp(v, lowest() + 1, highest() - 1); };
-    out.full = bounded(out.full), out.smooth = bounded(out.smooth);
+    out.full = bounded(out.full);
+    out.smooth = bounded(out.smooth);
     return out;
 }
 
@@ -197,9 +212,12 @@ double Terrain::beauty() const noexcept {
         const Region r = region(x, z);
         const double e =
             (heights(r, x, z, 1).full - m_settings.water_level) / m_settings.world_height;
-        water += e < 0, high += e > 0.4, low += e > 0 && e < 0.15;
-        wood += e > 0.02 && e < 0.4 && r.moisture > 0.5, cold += r.temperature - 0.5 * e < 0.22,
-            desert += r.temperature > 0.66 && r.moisture < 0.45;
+        water += e < 0;
+        high += e > 0.4;
+        low += e > 0 && e < 0.15;
+        wood += e > 0.02 && e < 0.4 && r.moisture > 0.5;
+        cold += r.temperature - 0.5 * e < 0.22;
+        desert += r.temperature > 0.66 && r.moisture < 0.45;
         if (e > 0.3)
             behind += (x - z) / kFrame;  // a camera frames the world from the south-west
     });
@@ -221,10 +239,14 @@ void Terrain::find_origin() {
         m_origin_z =
             kStep * static_cast<double>(static_cast<std::int64_t>(h >> 16 & 0xFFFF) - 0x8000);
         const double found = beauty();
-        if (found > best)
-            best = found, x = m_origin_x, z = m_origin_z;
+        if (found > best) {
+            best = found;
+            x = m_origin_x;
+            z = m_origin_z;
+        }
     }
-    m_origin_x = x, m_origin_z = z;
+    m_origin_x = x;
+    m_origin_z = z;
 }
 
-}  // namespace terravox::generated
+}  // namespace terravox::procedural

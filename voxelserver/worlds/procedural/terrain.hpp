@@ -4,7 +4,7 @@
 
 #include "voxelserver/worlds/kind/procedural_settings.hpp"
 
-namespace terravox::generated {
+namespace terravox::procedural {
 
 /// What changes slowly from place to place: it decides how hills and mountains are put together.
 /// All about [-1, 1] unless stated.
@@ -44,17 +44,17 @@ public:
     [[nodiscard]] const Settings& settings() const noexcept { return m_settings; }
     /// No ground is higher or lower, voxels.
     [[nodiscard]] double highest() const noexcept {
-        return m_settings.water_level + m_settings.world_height * kMost;
+        return m_settings.water_level + m_settings.world_height * kMax;
     }
     [[nodiscard]] double lowest() const noexcept {
-        return m_settings.water_level - m_settings.world_height * kLeast - 8;
+        return m_settings.water_level - m_settings.world_height * kMin - 8;
     }
 
     /// Of the columns [-half, half) about the origin: the highest ground, coarsely.
     [[nodiscard]] double highest_about_origin(double half) const noexcept;
 
 private:
-    static constexpr double kMost = 1.5, kLeast = 0.75;
+    static constexpr double kMax = 1.5, kMin = 0.75;
     [[nodiscard]] double hills(double x, double z, double voxel, double& smooth) const noexcept;
     [[nodiscard]] double ridges(double x, double z, double voxel, double& smooth) const noexcept;
     void find_origin();
@@ -75,4 +75,4 @@ private:
     return a + (b - a) * share;
 }
 
-}  // namespace terravox::generated
+}  // namespace terravox::procedural

@@ -5,7 +5,7 @@
 
 #include "voxelserver/worlds/procedural/hash.hpp"
 
-namespace terravox::generated {
+namespace terravox::procedural {
 namespace {
 
 // Sizes of one plant, from its hash.
@@ -26,28 +26,42 @@ Size size_of(const Tree& t) noexcept {
     switch (t.kind) {
         case TreeKind::kOak: {
             const bool big = pick(h, 0, 0, 7) == 0;
-            s.trunk = pick(h, 1, 3, 3) + (big ? 2 : 0), s.radius = big ? 4 : pick(h, 2, 2, 2),
+            s.trunk = pick(h, 1, 3, 3) + (big ? 2 : 0);
+            s.radius = big ? 4 : pick(h, 2, 2, 2);
             s.half = big ? 3 : pick(h, 3, 2, 2);
             s.middle = s.trunk + s.half - 1;
             break;
         }
         case TreeKind::kBirch:
-            s.trunk = pick(h, 1, 4, 3), s.radius = 2, s.half = pick(h, 3, 2, 2),
+            s.trunk = pick(h, 1, 4, 3);
+            s.radius = 2;
+            s.half = pick(h, 3, 2, 2);
             s.middle = s.trunk + s.half - 1;
             break;
         case TreeKind::kConifer:
-            s.top = pick(h, 1, 7, 8), s.radius = s.top > 10 ? 3 : 2, s.trunk = s.top - 3;
+            s.top = pick(h, 1, 7, 8);
+            s.radius = s.top > 10 ? 3 : 2;
+            s.trunk = s.top - 3;
             return s;
         case TreeKind::kPalm:
-            s.trunk = pick(h, 1, 5, 4), s.radius = 3, s.top = s.trunk + 1;
+            s.trunk = pick(h, 1, 5, 4);
+            s.radius = 3;
+            s.top = s.trunk + 1;
             return s;
         case TreeKind::kAcacia:
-            s.trunk = pick(h, 1, 4, 3), s.radius = pick(h, 2, 3, 2), s.top = s.trunk + 2;
+            s.trunk = pick(h, 1, 4, 3);
+            s.radius = pick(h, 2, 3, 2);
+            s.top = s.trunk + 2;
             return s;
         case TreeKind::kCactus:
-            s.trunk = s.top = pick(h, 1, 2, 3), s.radius = s.trunk > 3 ? 1 : 0;
+            s.trunk = s.top = pick(h, 1, 2, 3);
+            s.radius = s.trunk > 3 ? 1 : 0;
             return s;
-        case TreeKind::kBush: s.radius = 1, s.top = pick(h, 1, 1, 2), s.trunk = 0; return s;
+        case TreeKind::kBush:
+            s.radius = 1;
+            s.top = pick(h, 1, 1, 2);
+            s.trunk = 0;
+            return s;
     }
     s.top = s.middle + s.half + 1;
     return s;
@@ -135,4 +149,4 @@ TreeRuns tree_runs(const Tree& tree, int dx, int dz) noexcept {
     return out;
 }
 
-}  // namespace terravox::generated
+}  // namespace terravox::procedural

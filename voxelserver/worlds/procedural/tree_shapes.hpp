@@ -5,7 +5,7 @@
 
 #include "common/voxel/box.hpp"
 
-namespace terravox::generated {
+namespace terravox::procedural {
 
 enum class TreeKind : std::uint8_t { kOak, kBirch, kConifer, kPalm, kAcacia, kCactus, kBush };
 
@@ -36,4 +36,4 @@ inline constexpr int kTreeHeight = 18;  ///< no plant is higher
 /// What of a plant stands in one column. @param dx, dz from its trunk
 [[nodiscard]] TreeRuns tree_runs(const Tree& tree, int dx, int dz) noexcept;
 
-}  // namespace terravox::generated
+}  // namespace terravox::procedural

@@ -6,7 +6,7 @@
 #include "voxelserver/worlds/procedural/hash.hpp"
 #include "voxelserver/worlds/procedural/simplex.hpp"
 
-namespace terravox::generated {
+namespace terravox::procedural {
 
 using voxel::Material;
 using voxel::Rgb8;
@@ -16,7 +16,9 @@ namespace {
 
 VoxelAttr coloured(Material material, Rgb8 colour) noexcept {
     VoxelAttr out;
-    out.material = material, out.flags = VoxelAttr::kHasColour, out.colour = colour;
+    out.material = material;
+    out.flags = VoxelAttr::kHasColour;
+    out.colour = colour;
     return out;
 }
 
@@ -73,7 +75,10 @@ Vegetation::Growth Vegetation::growth(const Spot& spot, const Place& p,
 
 Tree Vegetation::dressed(const Spot& spot, TreeKind kind, const Place& p) const noexcept {
     Tree out;
-    out.x = spot.x, out.z = spot.z, out.kind = kind, out.hash = mix(spot.hash);
+    out.x = spot.x;
+    out.z = spot.z;
+    out.kind = kind;
+    out.hash = mix(spot.hash);
     const double own = unit_of(out.hash, 4), wet = smooth_step(0.4, 0.75, p.moisture);
     Rgb8 trunk = rgb(0x5b4632), leaves{};
     switch (kind) {
@@ -83,18 +88,22 @@ Tree Vegetation::dressed(const Spot& spot, TreeKind kind, const Place& p) const 
                 leaves = mixed(rgb(0xb9822e), rgb(0xa3592a), own);
             break;
         case TreeKind::kBirch:
-            leaves = mixed(rgb(0x86a845), rgb(0x6f9440), own), trunk = rgb(0xd6d2c6);
+            leaves = mixed(rgb(0x86a845), rgb(0x6f9440), own);
+            trunk = rgb(0xd6d2c6);
             break;
         case TreeKind::kConifer:
-            leaves = mixed(rgb(0x35603c), rgb(0x274d38), own), trunk = rgb(0x4a3826);
+            leaves = mixed(rgb(0x35603c), rgb(0x274d38), own);
+            trunk = rgb(0x4a3826);
             leaves = mixed(leaves, rgb(0xdfe8ea),
                            0.5 * smooth_step(0.23, 0.17, p.temperature));  // under snow
             break;
         case TreeKind::kPalm:
-            leaves = mixed(rgb(0x74a03c), rgb(0x5d8c34), own), trunk = rgb(0x8a6f4c);
+            leaves = mixed(rgb(0x74a03c), rgb(0x5d8c34), own);
+            trunk = rgb(0x8a6f4c);
             break;
         case TreeKind::kAcacia:
-            leaves = mixed(rgb(0x8b9a42), rgb(0x72863a), own), trunk = rgb(0x6f5a48);
+            leaves = mixed(rgb(0x8b9a42), rgb(0x72863a), own);
+            trunk = rgb(0x6f5a48);
             break;
         case TreeKind::kCactus: trunk = mixed(rgb(0x4f7f3c), rgb(0x5f8c48), own); break;
         case TreeKind::kBush:
@@ -158,4 +167,4 @@ std::optional<VoxelAttr> Vegetation::tuft(const Place& p, const Skin& skin) cons
     return coloured(Material::kLowVegetation, flower ? kFlowers[p.hash >> 50 & 3] : grass);
 }
 
-}  // namespace terravox::generated
+}  // namespace terravox::procedural

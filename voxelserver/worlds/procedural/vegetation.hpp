@@ -5,7 +5,7 @@
 #include "voxelserver/worlds/procedural/surface.hpp"
 #include "voxelserver/worlds/procedural/tree_shapes.hpp"
 
-namespace terravox::generated {
+namespace terravox::procedural {
 
 /// Which plants stand where. One may stand in each cell of a grid of columns, anywhere in it, so
 /// that what reaches into a box is known from the cells about it, whichever box is made first.
@@ -65,4 +65,4 @@ private:
     double m_water, m_world;
 };
 
-}  // namespace terravox::generated
+}  // namespace terravox::procedural

@@ -7,7 +7,7 @@
 #include <cstring>
 #include <span>
 
-namespace terravox {
+namespace terravox::remote {
 namespace {
 
 struct Block {
@@ -91,4 +91,4 @@ std::string text_of(const sockaddr& address) {
     return text.data();
 }
 
-}  // namespace terravox
+}  // namespace terravox::remote

@@ -6,7 +6,7 @@
 #include <initializer_list>
 #include <string>
 
-namespace terravox {
+namespace terravox::remote {
 
 /// Where the number of a machine leads.
 enum class AddressRange : std::uint8_t {
@@ -45,4 +45,4 @@ inline constexpr AddressRanges kAnyRange{AddressRange::kPublic, AddressRange::kP
 /// "127.0.0.1", "::1".
 [[nodiscard]] std::string text_of(const sockaddr& address);
 
-}  // namespace terravox
+}  // namespace terravox::remote

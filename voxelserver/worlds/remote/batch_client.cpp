@@ -6,15 +6,15 @@
 
 #include "common/voxel/box_codec.hpp"
 
-namespace terravox {
+namespace terravox::remote {
 namespace {
 
 using std::chrono::seconds;
 
 constexpr int kTriesInVain =
     2;  // in a row that bring nothing: then one box must not hold up the others any longer
-constexpr seconds kShortestPause{5}, kLongestPause{60}, kMostStalled{120};
-constexpr std::size_t kMostBox_bytes = std::size_t{64} << 20;
+constexpr seconds kShortestPause{5}, kLongestPause{60}, kMaxStalled{120};
+constexpr std::size_t kMaxBox_bytes = std::size_t{64} << 20;
 
 /// @return nullopt for a box that is to be asked for by itself
 std::optional<voxel::BoxOutcome> read(const BatchRecord& record) {
@@ -28,7 +28,7 @@ std::optional<voxel::BoxOutcome> read(const BatchRecord& record) {
         if (box->key() != record.key)
             return std::nullopt;
         return voxel::BoxOutcome{std::move(box), nullptr};
-    } catch (const Error&) {
+    } catch (const util::Error&) {
         return std::nullopt;
     }
 }
@@ -36,7 +36,7 @@ std::optional<voxel::BoxOutcome> read(const BatchRecord& record) {
 }  // namespace
 
 void BatchClient::ask(std::vector<voxel::BoxKey>& missing, const voxel::TakeBox& take) {
-    Retry retry(m_client.now(), m_patience);
+    Retry retry(m_client.now(), m_timeout);
     for (int tries = 0; tries < kTriesInVain && missing.size() > 1 && welcome();) {
         const std::size_t before = missing.size();
         std::optional<FailedTry> failed;
@@ -47,7 +47,7 @@ void BatchClient::ask(std::vector<voxel::BoxKey>& missing, const voxel::TakeBox&
             failed.emplace(Trouble::kLost, e.what());
         } catch (const FailedTry& f) {
             failed = f;
-        } catch (const Error&) {
+        } catch (const util::Error&) {
             return;  // stopped, or a certificate: each box will tell
         }
         tries = missing.size() < before ? 1 : tries + 1;
@@ -64,7 +64,7 @@ void BatchClient::ask(std::vector<voxel::BoxKey>& missing, const voxel::TakeBox&
             return;
         try {
             m_client.wait(m_url, *wait);
-        } catch (const Error&) {
+        } catch (const util::Error&) {
             return;  // stopped
         }
     }
@@ -74,16 +74,16 @@ void BatchClient::ask(std::vector<voxel::BoxKey>& missing, const voxel::TakeBox&
 // Error as HttpClient
 void BatchClient::ask_once(std::vector<voxel::BoxKey>& missing, const voxel::TakeBox& take) {
     const util::StageTimes::Scope timed(m_times, "box transmission");
-    const auto stalled = std::chrono::ceil<seconds>(
-        std::min<std::chrono::milliseconds>(m_patience / 4, kMostStalled));
-    const HttpLimits limits{m_patience, std::max(stalled, seconds{1}),
-                            missing.size() * kMostBox_bytes};
-    BatchStream stream(missing.size(), kMostBox_bytes);
+    const auto stalled =
+        std::chrono::ceil<seconds>(std::min<std::chrono::milliseconds>(m_timeout / 4, kMaxStalled));
+    const HttpLimits limits{m_timeout, std::max(stalled, seconds{1}),
+                            missing.size() * kMaxBox_bytes};
+    BatchStream stream(missing.size(), kMaxBox_bytes);
     std::vector<voxel::BoxKey> open(missing);
     const auto one = [&](const BatchRecord& record) {
         if (std::erase(open, record.key) == 0)
-            throw Error("read a batch of boxes: box " + voxel::to_string(record.key) +
-                        " was not asked for, or came twice");
+            throw util::Error("read a batch of boxes: box " + voxel::to_string(record.key) +
+                              " was not asked for, or came twice");
         if (auto outcome = read(record)) {
             std::erase(missing, record.key);
             take(record.key, std::move(*outcome));
@@ -92,7 +92,7 @@ void BatchClient::ask_once(std::vector<voxel::BoxKey>& missing, const voxel::Tak
     const auto part_of = [&](std::span<const std::byte> part) {
         try {
             stream.feed(part, one);
-        } catch (const Error& e) {
+        } catch (const util::Error& e) {
             throw FailedTry(Trouble::kDamaged, "fetch " + m_url + ": " + e.what());
         }
     };
@@ -116,4 +116,4 @@ void BatchClient::check(const HttpReply& reply, const BatchStream& stream) {
                  std::memory_order_relaxed);
 }
 
-}  // namespace terravox
+}  // namespace terravox::remote

@@ -2,11 +2,11 @@
 
 #include "common/util/error.hpp"
 
-namespace terravox {
+namespace terravox::remote {
 namespace {
 
 [[noreturn]] void refuse(const std::string& what) {
-    throw Error("read a batch of boxes: " + what);
+    throw util::Error("read a batch of boxes: " + what);
 }
 
 }  // namespace
@@ -41,9 +41,9 @@ void BatchStream::feed(std::span<const std::byte> part,
         };
         const std::size_t length = word(at, 5);
         // Before it is waited for: the number is anybody's.
-        if (length > m_most_payload_bytes)
+        if (length > m_max_payload_bytes)
             refuse("a record of " + std::to_string(length) + " bytes; allowed: up to " +
-                   std::to_string(m_most_payload_bytes));
+                   std::to_string(m_max_payload_bytes));
         if (m_bytes.size() - at - kHead_bytes < length)
             break;
         const BatchRecord record{{number(0), number(1), number(2), number(3)},
@@ -71,4 +71,4 @@ void BatchStream::last_record(const BatchRecord& record) {
     m_whole = true;
 }
 
-}  // namespace terravox
+}  // namespace terravox::remote

@@ -9,7 +9,7 @@
 
 #include "common/voxel/box.hpp"
 
-namespace terravox {
+namespace terravox::remote {
 
 inline constexpr const char* kBatchMediaType = "application/vnd.terravox.boxes";
 
@@ -28,9 +28,9 @@ struct BatchRecord {
 /// Not thread-safe.
 class BatchStream {
 public:
-    /// @param asked how many boxes the server was asked for @param most_payload_bytes of a record
-    BatchStream(std::size_t asked, std::size_t most_payload_bytes) noexcept
-        : m_asked(asked), m_most_payload_bytes(most_payload_bytes) {}
+    /// @param asked how many boxes the server was asked for @param max_payload_bytes of a record
+    BatchStream(std::size_t asked, std::size_t max_payload_bytes) noexcept
+        : m_asked(asked), m_max_payload_bytes(max_payload_bytes) {}
 
     /// Calls take for each record that has come whole, but the last one, which only says that it is
     /// the last.
@@ -45,9 +45,9 @@ private:
     [[nodiscard]] std::uint32_t word(std::size_t at, std::size_t index) const noexcept;
     void last_record(const BatchRecord& record);
 
-    std::size_t m_asked, m_most_payload_bytes, m_taken = 0;
+    std::size_t m_asked, m_max_payload_bytes, m_taken = 0;
     std::vector<std::byte> m_bytes;  ///< begins with a record
     bool m_whole = false;
 };
 
-}  // namespace terravox
+}  // namespace terravox::remote

@@ -5,7 +5,7 @@
 #include <random>
 #include <string_view>
 
-namespace terravox {
+namespace terravox::remote {
 
 std::optional<Trouble> trouble_of(long status) noexcept {
     switch (status) {
@@ -41,4 +41,4 @@ double chance() {
     return std::uniform_real_distribution<double>(0, 1)(random);
 }
 
-}  // namespace terravox
+}  // namespace terravox::remote

@@ -8,13 +8,13 @@
 #include "voxelserver/worlds/remote/http_client.hpp"
 #include "voxelserver/worlds/remote/retry.hpp"
 
-namespace terravox {
+namespace terravox::remote {
 
 /// Why a try failed that another one may mend.
-struct FailedTry : Error {
+struct FailedTry : util::Error {
     FailedTry(Trouble what, const std::string& why,
               std::optional<std::chrono::seconds> later = std::nullopt)
-        : Error(why), trouble(what), retry_after(later) {}
+        : util::Error(why), trouble(what), retry_after(later) {}
     Trouble trouble;
     std::optional<std::chrono::seconds> retry_after;  ///< as the server wishes
 };
@@ -28,4 +28,4 @@ struct FailedTry : Error {
 /// A random number in [0, 1), for Retry. Only waits depend on it, never a picture. Thread-safe.
 [[nodiscard]] double chance();
 
-}  // namespace terravox
+}  // namespace terravox::remote

@@ -7,7 +7,7 @@
 #include "common/util/error.hpp"
 #include "common/util/secret.hpp"
 
-namespace terravox {
+namespace terravox::remote {
 namespace {
 
 constexpr const char* kOriginVariable = "TERRAVOX_SERVER_ORIGIN";
@@ -28,7 +28,7 @@ bool is_loopback(const HttpOrigin& origin) {
 BoundToken::BoundToken(HttpOrigin origin, std::string text)
     : m_origin(std::move(origin)), m_text(std::move(text)) {
     if (!m_origin.tls && !is_loopback(m_origin))
-        throw UsageError(
+        throw util::UsageError(
             "bind a token to " + m_origin.text() +
             ": it would go over the network in clear text; allowed: https, or http to localhost");
 }
@@ -66,14 +66,14 @@ HttpAccess access_of_environment() {
     const std::string attempt =
         std::string("read the environment variable ") + kOriginVariable + ": ";
     if (token.empty())
-        throw UsageError(attempt + util::kServerTokenVariable +
-                         " is not set; allowed: both, or neither");
+        throw util::UsageError(attempt + util::kServerTokenVariable +
+                               " is not set; allowed: both, or neither");
     try {
         out.token.emplace(HttpOrigin::parse(origin), std::move(token));
-    } catch (const UsageError& e) {
-        throw UsageError(attempt + e.what());
+    } catch (const util::UsageError& e) {
+        throw util::UsageError(attempt + e.what());
     }
     return out;
 }
 
-}  // namespace terravox
+}  // namespace terravox::remote

@@ -7,7 +7,7 @@
 #include "voxelserver/worlds/remote/address_range.hpp"
 #include "voxelserver/worlds/remote/http_origin.hpp"
 
-namespace terravox {
+namespace terravox::remote {
 
 /// A token that a person has bound to one origin: it is sent nowhere else.
 class BoundToken {
@@ -52,4 +52,4 @@ struct HttpAccess {
 /// util::find_server_token()
 [[nodiscard]] HttpAccess access_of_environment();
 
-}  // namespace terravox
+}  // namespace terravox::remote

@@ -11,20 +11,20 @@
 
 #include "common/util/version.hpp"
 
-namespace terravox {
+namespace terravox::remote {
 namespace {
 
 constexpr long kConnectTimeout_ms = 10'000;
 constexpr long kStalledBelow_bytes_per_s = 100;  // a server that drips is as good as none
-constexpr std::size_t kMostHeader_bytes = 256 << 10;
-constexpr std::size_t kMostProblem_bytes = std::size_t{1}
-                                           << 20;  // instead of a body that is taken part by part
+constexpr std::size_t kMaxHeader_bytes = 256 << 10;
+constexpr std::size_t kMaxProblem_bytes = std::size_t{1}
+                                          << 20;  // instead of a body that is taken part by part
 
 /// What the callbacks fill and heed.
 struct Transfer {
     CURL* handle = nullptr;
     HttpReply reply;
-    std::size_t most_bytes = 0, header_bytes = 0, body_bytes = 0;
+    std::size_t max_bytes = 0, header_bytes = 0, body_bytes = 0;
     bool too_long = false;
     const std::atomic<bool>* stopped = nullptr;
     const TakePart* take = nullptr;  ///< of the body, where status and type are the wanted ones
@@ -61,8 +61,8 @@ void take_part(Transfer& transfer, std::span<const std::byte> part) {
         read_head(transfer.handle, reply);  // once: with the first part
     if (transfer.take != nullptr && reply.status == 200 && reply.content_type == *transfer.type)
         return (*transfer.take)(part);
-    if (transfer.take != nullptr && part.size() > kMostProblem_bytes - reply.body.size())
-        throw LostError("read a reply: more than " + std::to_string(kMostProblem_bytes) +
+    if (transfer.take != nullptr && part.size() > kMaxProblem_bytes - reply.body.size())
+        throw LostError("read a reply: more than " + std::to_string(kMaxProblem_bytes) +
                         " bytes that nobody asked for");
     reply.body.insert(reply.body.end(), part.begin(), part.end());
 }
@@ -71,7 +71,7 @@ void take_part(Transfer& transfer, std::span<const std::byte> part) {
 std::size_t take_body(char* data, std::size_t size, std::size_t count, void* into) noexcept {
     auto& transfer = *static_cast<Transfer*>(into);
     const std::size_t bytes = size * count;
-    transfer.too_long = bytes > transfer.most_bytes - transfer.body_bytes;
+    transfer.too_long = bytes > transfer.max_bytes - transfer.body_bytes;
     // Why a server refuses may be longer than what was asked for: the rest of that is of no
     // interest.
     long status = 0;
@@ -98,7 +98,7 @@ std::size_t take_body(char* data, std::size_t size, std::size_t count, void* int
 std::size_t count_header(char*, std::size_t size, std::size_t count, void* into) noexcept {
     auto& transfer = *static_cast<Transfer*>(into);
     transfer.header_bytes += size * count;
-    transfer.too_long = transfer.header_bytes > kMostHeader_bytes;
+    transfer.too_long = transfer.header_bytes > kMaxHeader_bytes;
     return transfer.too_long ? 0 : size * count;
 }
 // Here, and not before: a name may lead elsewhere each time that it is asked for.
@@ -243,12 +243,14 @@ HttpReply HttpClient::ask(const Question& question, const HttpLimits& limits) {
     Transfer transfer;
     transfer.ranges = m_access.ranges(origin);
     if (transfer.ranges.empty())
-        throw Error("fetch " + url + ": " + origin.text() +
-                    " may not be asked from here; allowed: " + m_access.allowed());
+        throw util::Error("fetch " + url + ": " + origin.text() +
+                          " may not be asked from here; allowed: " + m_access.allowed());
     const Handle handle(*this);
-    transfer.handle = handle.get(), transfer.most_bytes = limits.bytes,
+    transfer.handle = handle.get();
+    transfer.max_bytes = limits.bytes;
     transfer.stopped = &m_stopped;
-    transfer.take = question.take, transfer.type = question.type;
+    transfer.take = question.take;
+    transfer.type = question.type;
     curl_slist* headers = question.json != nullptr ? m_post_headers : m_headers;
     const bool part_only = question.part != nullptr && !question.part->range.empty();
     std::optional<OneMoreLine> condition;
@@ -285,14 +287,14 @@ HttpReply HttpClient::ask(const Question& question, const HttpLimits& limits) {
         throw LostError("fetch " + url + ": more than " + std::to_string(limits.bytes) +
                         " bytes, or a head of more than 256 KiB");
     if (failed == CURLE_COULDNT_CONNECT && transfer.refused.ss_family != AF_UNSPEC)
-        throw Error("fetch " + url + ": it leads to " +
-                    text_of(reinterpret_cast<const sockaddr&>(transfer.refused)) +
-                    ", which may not be asked from here; allowed: " + m_access.allowed());
+        throw util::Error("fetch " + url + ": it leads to " +
+                          text_of(reinterpret_cast<const sockaddr&>(transfer.refused)) +
+                          ", which may not be asked from here; allowed: " + m_access.allowed());
     if (failed != CURLE_OK) {
         const std::string what = "fetch " + url + ": " + curl_easy_strerror(failed);
         if (worth_another_try(failed))
             throw LostError(what);
-        throw Error(what);
+        throw util::Error(what);
     }
     read_head(handle.get(), transfer.reply);
     return std::move(transfer.reply);
@@ -329,7 +331,7 @@ CURL* HttpClient::take() {
     }
     CURL* handle = curl_easy_init();
     if (handle == nullptr)
-        throw Error("fetch from the voxel server: libcurl could not start");
+        throw util::Error("fetch from the voxel server: libcurl could not start");
     return handle;
 }
 
@@ -342,4 +344,4 @@ void HttpClient::give_back(CURL* handle) noexcept {
     }
 }
 
-}  // namespace terravox
+}  // namespace terravox::remote

@@ -19,7 +19,7 @@
 using CURL = void;
 struct curl_slist;
 
-namespace terravox {
+namespace terravox::remote {
 
 /// A reply that came whole.
 struct HttpReply {
@@ -33,16 +33,16 @@ struct HttpReply {
 };
 
 /// No whole reply came; another try may fare better.
-class LostError : public Error {
+class LostError : public util::Error {
 public:
-    using Error::Error;
+    using util::Error::Error;
 };
 
 /// Instead of a part of a file all of it came, or more of it than one request may take.
-class WholeFileError : public Error {
+class WholeFileError : public util::Error {
 public:
     WholeFileError(const std::string& message, HttpReply with)
-        : Error(message), m_head(std::move(with)) {}
+        : util::Error(message), m_head(std::move(with)) {}
     [[nodiscard]] const HttpReply& head() const noexcept { return m_head; }  ///< without a body
 
 private:
@@ -106,8 +106,8 @@ private:
     [[nodiscard]] HttpReply ask(const Question& question, const HttpLimits& limits);
     CURL* take();
     void give_back(CURL* handle) noexcept;
-    [[nodiscard]] static Error stopped(const std::string& url) {
-        return Error("fetch " + url + ": stopped");
+    [[nodiscard]] static util::Error stopped(const std::string& url) {
+        return util::Error("fetch " + url + ": stopped");
     }
 
     const HttpAccess m_access;
@@ -122,4 +122,4 @@ private:
     std::condition_variable m_wake;
 };
 
-}  // namespace terravox
+}  // namespace terravox::remote

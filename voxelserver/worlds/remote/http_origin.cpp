@@ -11,10 +11,10 @@
 #include "common/thread/call_until_stopped.hpp"
 #include "common/util/error.hpp"
 
-namespace terravox {
+namespace terravox::remote {
 namespace {
 
-constexpr std::size_t kMost_bytes = 2048;
+constexpr std::size_t kMax_bytes = 2048;
 
 struct FreeUrl {
     void operator()(CURLU* url) const noexcept { curl_url_cleanup(url); }
@@ -40,7 +40,7 @@ std::string authority_of(const std::string& url) {
 std::string fault_of(const std::string& text, HttpOrigin& origin, std::string& path) {
     if (!text.starts_with("http://") && !text.starts_with("https://"))
         return "not an address";
-    if (text.size() > kMost_bytes)
+    if (text.size() > kMax_bytes)
         return "an address of " + std::to_string(text.size()) + " bytes";
     // As text: libcurl does not tell an empty query from none.
     if (authority_of(text).find('@') != std::string::npos)
@@ -96,8 +96,8 @@ HttpOrigin HttpOrigin::of(const std::string& url) {
     HttpOrigin out;
     std::string path;
     if (const std::string fault = fault_of(url, out, path); !fault.empty())
-        throw UsageError("open the world '" + shown_url(url) + "': " + fault +
-                         "; allowed: http(s)://host[:port][/path], up to 2048 bytes");
+        throw util::UsageError("open the world '" + shown_url(url) + "': " + fault +
+                               "; allowed: http(s)://host[:port][/path], up to 2048 bytes");
     return out;
 }
 
@@ -108,8 +108,8 @@ HttpOrigin HttpOrigin::parse(const std::string& text) {
     if (fault.empty() && path != "/")
         fault = "an address with a path in it";
     if (!fault.empty())
-        throw UsageError("read the origin '" + shown_url(text) + "': " + fault +
-                         "; allowed: http(s)://host[:port]");
+        throw util::UsageError("read the origin '" + shown_url(text) + "': " + fault +
+                               "; allowed: http(s)://host[:port]");
     return out;
 }
 
@@ -118,7 +118,7 @@ std::string HttpOrigin::text() const {
 }
 
 std::string shown_url(const std::string& url) {
-    std::string out = url.substr(0, std::min(url.find_first_of("?#"), kMost_bytes));
+    std::string out = url.substr(0, std::min(url.find_first_of("?#"), kMax_bytes));
     const auto scheme = out.find("://");
     if (scheme == std::string::npos)
         return out;
@@ -140,11 +140,11 @@ AddressRanges ranges_of_host(const HttpOrigin& origin, const std::stop_token& st
     // A name service may take minutes to say that it does not answer.
     const auto ranges = thread::call_until_stopped([origin] { return resolve(origin, 0); }, stop);
     if (!ranges)
-        throw Error("look up " + origin.host + ": stopped");
+        throw util::Error("look up " + origin.host + ": stopped");
     AddressRanges out;
     for (const AddressRange range : *ranges)
         out.add(range);
     return out;
 }
 
-}  // namespace terravox
+}  // namespace terravox::remote

@@ -7,7 +7,7 @@
 
 #include "voxelserver/worlds/remote/address_range.hpp"
 
-namespace terravox {
+namespace terravox::remote {
 
 /// Scheme, host and port of an address: what a secret or a permission is bound to. Two addresses
 /// that differ in nothing but path have one. Ref: Barth, "The Web Origin Concept", RFC 6454, 2011.
@@ -40,4 +40,4 @@ struct HttpOrigin {
 [[nodiscard]] AddressRanges ranges_of_host(const HttpOrigin& origin,
                                            const std::stop_token& stop = {});
 
-}  // namespace terravox
+}  // namespace terravox::remote

@@ -11,8 +11,8 @@ bool is_address(const std::string& input) {
 }
 
 std::unique_ptr<voxel::World> open_server(const OpenRequest& request) {
-    return open_remote_world(request.input(), request.times, request.options.box_timeout,
-                             request.stop, access_of_environment());
+    return remote::open_remote_world(request.input(), request.times, request.options.box_timeout,
+                                     request.stop, remote::access_of_environment());
 }
 
 }  // namespace
@@ -22,7 +22,7 @@ constinit const WorldKind kServerKind{
     .input = "the http:// address of a voxel server or box archive",
     .recognises = is_address,
     .open = open_server,
-    .flags = "--processing-box-patience-s",
+    .flags = "--processing-box-timeout-s",
     .is_path = false,
     .farm_access = FarmAccess::kByAddress,
 };

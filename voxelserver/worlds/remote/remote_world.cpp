@@ -10,15 +10,15 @@
 #include "common/voxel/box_codec.hpp"
 #include "common/voxel/world_json.hpp"
 #include "voxelserver/worlds/remote/batch_client.hpp"
-#include "voxelserver/worlds/remote/patient_client.hpp"
+#include "voxelserver/worlds/remote/retrying_client.hpp"
 
-namespace terravox {
+namespace terravox::remote {
 namespace {
 
 using std::chrono::milliseconds;
 
-constexpr std::size_t kMostBox_bytes = std::size_t{64} << 20;
-constexpr std::size_t kMostText_bytes = std::size_t{4} << 20;
+constexpr std::size_t kMaxBox_bytes = std::size_t{64} << 20;
+constexpr std::size_t kMaxText_bytes = std::size_t{4} << 20;
 constexpr milliseconds kOpeningPatience{60'000};
 constexpr int kLoaders = 8;
 constexpr int kBatch =
@@ -37,20 +37,19 @@ bool is_edition(const std::string& text) noexcept {
 
 class RemoteWorld final : public voxel::World {
 public:
-    RemoteWorld(std::string url, util::StageTimes& times, milliseconds box_patience,
+    RemoteWorld(std::string url, util::StageTimes& times, milliseconds box_timeout,
                 const std::stop_token& stop, const HttpAccess& access, RetryClock& clock)
         : m_url(checked(std::move(url))),
           m_times(times),
-          m_client(box_patience, access, clock),
-          m_batches(m_client.http(), times, m_url, m_client.patience()),
+          m_client(box_timeout, access, clock),
+          m_batches(m_client.http(), times, m_url, m_client.timeout()),
           m_ending(stop, [this] { m_client.stop(); }) {
-        const auto text = m_client.ask(m_url + "/v2/world", kMostText_bytes, {},
-                                       std::min(m_client.patience(), kOpeningPatience),
-                                       [this](const std::string&, const HttpReply& reply) {
-                                           m_edition =
-                                               is_edition(reply.edition) ? reply.edition : "";
-                                           return std::string(text_of(reply));
-                                       });
+        const auto text = m_client.ask(
+            m_url + "/v2/world", kMaxText_bytes, {}, std::min(m_client.timeout(), kOpeningPatience),
+            [this](const std::string&, const HttpReply& reply) {
+                m_edition = is_edition(reply.edition) ? reply.edition : "";
+                return std::string(text_of(reply));
+            });
         if (!m_edition.empty())
             m_client.http().add_header("Terravox-Edition: " + m_edition);
         m_info = voxel::world_from_json(
@@ -61,8 +60,8 @@ public:
 
     [[nodiscard]] std::shared_ptr<const voxel::Box> box(const voxel::BoxKey& key) override {
         const util::StageTimes::Scope timed(m_times, "box transmission");
-        return m_client.ask(m_url + "/v2/boxes/" + voxel::to_string(key), kMostBox_bytes, {},
-                            m_client.patience(),
+        return m_client.ask(m_url + "/v2/boxes/" + voxel::to_string(key), kMaxBox_bytes, {},
+                            m_client.timeout(),
                             [&](const std::string& url, const HttpReply& reply) {
                                 return read_box(key, url, reply);
                             });
@@ -70,15 +69,15 @@ public:
 
     void boxes(std::span<const voxel::BoxKey> keys, const voxel::TakeBox& take) override {
         std::vector<voxel::BoxKey> missing(keys.begin(), keys.end());
-        if (m_client.hopeful())
+        if (m_client.is_reachable())
             m_batches.ask(missing, [&](const voxel::BoxKey& key, voxel::BoxOutcome outcome) {
-                m_client.something_came();
+                m_client.on_reply();
                 take(key, std::move(outcome));
             });
         World::boxes(missing, take);
     }
     [[nodiscard]] int preferred_batch() const noexcept override { return kBatch; }
-    [[nodiscard]] int worth_asking(int threads) const noexcept override {
+    [[nodiscard]] int useful_concurrency(int threads) const noexcept override {
         return std::max(kLoaders, threads);
     }
 
@@ -86,13 +85,13 @@ public:
         const std::string place =
             std::to_string(level) + "/" + std::to_string(bx) + "/" + std::to_string(bz);
         return m_client.ask(
-            m_url + "/v2/columns/" + place, kMostText_bytes, {}, m_client.patience(),
+            m_url + "/v2/columns/" + place, kMaxText_bytes, {}, m_client.timeout(),
             [](const std::string& url, const HttpReply& reply) {
                 const auto json = nlohmann::json::parse(text_of(reply), nullptr, false);
                 voxel::ColumnExtent out;
                 if (!read_whole(json, "by_begin", out.by_begin) ||
                     !read_whole(json, "by_end", out.by_end))
-                    throw Error("fetch " + url + ": not the reply of a voxel server");
+                    throw util::Error("fetch " + url + ": not the reply of a voxel server");
                 return out;
             });
     }
@@ -114,16 +113,17 @@ private:
         if (reply.status == 204)
             return nullptr;  // the server knows that it is air
         if (reply.content_type != voxel::kBoxMediaType)
-            throw Error("fetch " + url + ": the reply is of type '" + reply.content_type +
-                        "'; allowed: " + voxel::kBoxMediaType);
+            throw util::Error("fetch " + url + ": the reply is of type '" + reply.content_type +
+                              "'; allowed: " + voxel::kBoxMediaType);
         const bool packed = reply.content_encoding == "zstd";
         if (!packed && !reply.content_encoding.empty() && reply.content_encoding != "identity")
-            throw Error("fetch " + url + ": the reply is encoded as '" + reply.content_encoding +
-                        "'; allowed: zstd, identity");
+            throw util::Error("fetch " + url + ": the reply is encoded as '" +
+                              reply.content_encoding + "'; allowed: zstd, identity");
         auto box = packed ? voxel::decompress_box(reply.body, url)
                           : voxel::Box::from_blob(reply.body, url);
         if (box->key() != key)
-            throw Error("fetch " + url + ": the server sent box " + voxel::to_string(box->key()));
+            throw util::Error("fetch " + url + ": the server sent box " +
+                              voxel::to_string(box->key()));
         return box;
     }
 
@@ -137,7 +137,7 @@ private:
 
     const std::string m_url;
     util::StageTimes& m_times;
-    PatientClient m_client;
+    RetryingClient m_client;
     BatchClient m_batches;
     voxel::WorldInfo m_info;
     std::string m_edition;  ///< by the first reply; empty: the server tells none
@@ -147,10 +147,10 @@ private:
 }  // namespace
 
 std::unique_ptr<voxel::World> open_remote_world(const std::string& url, util::StageTimes& times,
-                                                milliseconds box_patience,
+                                                milliseconds box_timeout,
                                                 const std::stop_token& stop,
                                                 const HttpAccess& access, RetryClock& clock) {
-    return std::make_unique<RemoteWorld>(url, times, box_patience, stop, access, clock);
+    return std::make_unique<RemoteWorld>(url, times, box_timeout, stop, access, clock);
 }
 
-}  // namespace terravox
+}  // namespace terravox::remote

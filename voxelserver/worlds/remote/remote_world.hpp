@@ -10,28 +10,28 @@
 #include "voxelserver/worlds/remote/http_access.hpp"
 #include "voxelserver/worlds/remote/retry_clock.hpp"
 
-namespace terravox {
+namespace terravox::remote {
 
 /// The world of a voxel server (docs/formats/http.md). Connections are kept alive, one for each
 /// thread that asks.
 ///
-/// The server may be late, silent, restarting or damaged: box() and column() ask with patience
-/// (voxelserver/worlds/remote/patient_client.hpp). boxes() asks for many in one request; what does
-/// not come that way is asked for like box(), one after the other, each with its own patience
-/// (voxelserver/worlds/remote/batch_client.hpp).
-/// Where the server tells an edition (docs/formats/http.md), every request names that of the first
-/// reply: once the server has another one, boxes and columns throw voxel::ChangedError.
-/// stop() ends what is under way within about a second; so does `stop`, opening included.
+/// The server may be late, silent, restarting or damaged: box() and column() retry until the
+/// timeout (voxelserver/worlds/remote/retrying_client.hpp). boxes() asks for many in one request;
+/// what does not come that way is asked for like box(), one after the other, each with its own
+/// timeout (voxelserver/worlds/remote/batch_client.hpp). Where the server tells an edition
+/// (docs/formats/http.md), every request names that of the first reply: once the server has another
+/// one, boxes and columns throw voxel::ChangedError. stop() ends what is under way within about a
+/// second; so does `stop`, opening included.
 /// @param url as HttpOrigin::of()
-/// @param box_patience at least 1 ms; opening waits that long too, but no longer than a minute
+/// @param box_timeout at least 1 ms; opening waits that long too, but no longer than a minute
 /// @param access whom it may ask, and what it shows there
-/// @param clock of box_patience and of the waits between tries, must outlive the world
+/// @param clock of box_timeout and of the waits between tries, must outlive the world
 /// @throws UsageError for a malformed address; Error when the server cannot be reached or speaks
 /// another version
 [[nodiscard]] std::unique_ptr<voxel::World> open_remote_world(
     const std::string& url, util::StageTimes& times,
-    std::chrono::milliseconds box_patience = std::chrono::seconds(300),
+    std::chrono::milliseconds box_timeout = std::chrono::seconds(300),
     const std::stop_token& stop = {}, const HttpAccess& access = {},
     RetryClock& clock = RetryClock::steady());
 
-}  // namespace terravox
+}  // namespace terravox::remote

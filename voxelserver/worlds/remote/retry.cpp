@@ -2,21 +2,21 @@
 
 #include <algorithm>
 
-namespace terravox {
+namespace terravox::remote {
 namespace {
 
 constexpr Retry::Milliseconds kFirstWait{100};
 constexpr Retry::Milliseconds kLongestOwnWait{10'000};  // where the server asks for nothing
 constexpr int kGrowth = 3;
 
-int most_tries(Trouble trouble) noexcept {
+int max_tries(Trouble trouble) noexcept {
     switch (trouble) {
         case Trouble::kLost: return 5;
         case Trouble::kFailed: return 3;
         case Trouble::kDamaged: return 4;
         case Trouble::kBusy: break;
     }
-    return 1 << 30;  // the patience ends it
+    return 1 << 30;  // the timeout ends it
 }
 
 Retry::Milliseconds own_wait(int tries) noexcept {
@@ -36,7 +36,7 @@ std::optional<Retry::Milliseconds> Retry::wait_after(
     Trouble trouble, Clock::time_point now, std::optional<std::chrono::seconds> retry_after,
     double chance) noexcept {
     ++m_tries;
-    if (m_tries >= most_tries(trouble) || (!m_hopeful && trouble != Trouble::kBusy))
+    if (m_tries >= max_tries(trouble) || (!m_is_reachable && trouble != Trouble::kBusy))
         return std::nullopt;
     const auto spread = [&](Milliseconds wait, double least, double most) {
         return Milliseconds(static_cast<Milliseconds::rep>(static_cast<double>(wait.count()) *
@@ -54,4 +54,4 @@ std::optional<Retry::Milliseconds> Retry::wait_after(
     return wait;
 }
 
-}  // namespace terravox
+}  // namespace terravox::remote

@@ -3,7 +3,7 @@
 #include <chrono>
 #include <optional>
 
-namespace terravox {
+namespace terravox::remote {
 
 /// Why a try for a box failed, where another try may fare better.
 enum class Trouble {
@@ -16,26 +16,26 @@ enum class Trouble {
 
 /// When to try again for one box, and when to give it up. Not thread-safe: one for each request.
 ///
-/// Busy servers are tried until the patience ends, as often as they ask; other troubles a few times
-/// each. Waits grow and are spread at random, so that loaders that failed together do not come back
-/// together. Time comes from outside.
+/// OverloadedError servers are tried until the timeout ends, as often as they ask; other troubles
+/// a few times each. Waits grow and are spread at random, so that loaders that failed together do
+/// not come back together. Time comes from outside.
 class Retry {
 public:
     using Clock = std::chrono::steady_clock;
     using Milliseconds = std::chrono::milliseconds;
     static constexpr Milliseconds kLongestWait{60'000};
 
-    /// @param patience from `now` to the end of the last try @param hopeful false: nothing has come
+    /// @param timeout from `now` to the end of the last try @param hopeful false: nothing has come
     /// for long; only a busy server is tried twice
-    Retry(Clock::time_point now, Milliseconds patience, bool hopeful = true) noexcept
-        : m_end(now + patience), m_hopeful(hopeful) {}
+    Retry(Clock::time_point now, Milliseconds timeout, bool is_reachable = true) noexcept
+        : m_end(now + timeout), m_is_reachable(is_reachable) {}
 
     /// How long the next try may take, at least 1 ms.
     [[nodiscard]] Milliseconds time_left(Clock::time_point now) const noexcept;
     /// After a failed try. @param retry_after what the server asks for; up to kLongestWait counts
     /// @param chance random, [0, 1)
     /// @return how long to wait before the next try; nullopt: give up, now or because the wait
-    /// would outlast the patience
+    /// would outlast the timeout
     [[nodiscard]] std::optional<Milliseconds> wait_after(
         Trouble trouble, Clock::time_point now, std::optional<std::chrono::seconds> retry_after,
         double chance) noexcept;
@@ -43,8 +43,8 @@ public:
 
 private:
     Clock::time_point m_end;
-    bool m_hopeful;
+    bool m_is_reachable;
     int m_tries = 0;
 };
 
-}  // namespace terravox
+}  // namespace terravox::remote

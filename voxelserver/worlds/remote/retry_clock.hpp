@@ -2,7 +2,7 @@
 
 #include <chrono>
 
-namespace terravox {
+namespace terravox::remote {
 
 /// The time that deadlines of retries are counted in, and the length of the waits between two
 /// tries. The default is the steady clock. Tests put a clock in its place that moves on by a wait
@@ -30,4 +30,4 @@ public:
     }
 };
 
-}  // namespace terravox
+}  // namespace terravox::remote

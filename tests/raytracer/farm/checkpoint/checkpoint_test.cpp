@@ -17,22 +17,22 @@
 using namespace terravox;
 using namespace terravox::test;
 namespace fs = std::filesystem;
-using enum Checkpoint::Existing;
+using enum farm::Checkpoint::Existing;
 
 namespace {
 
 using Hashes = std::vector<std::uint64_t>;
 
-Hashes hashes(Checkpoint& checkpoint) {
+Hashes hashes(farm::Checkpoint& checkpoint) {
     Hashes out;
-    checkpoint.each([&](TileResult&& tile) { out.push_back(hash_of_pixels(tile)); });
+    checkpoint.each([&](tiles::TileResult&& tile) { out.push_back(tiles::hash_of_pixels(tile)); });
     return out;
 }
 
-Hashes hashes(const std::vector<TileResult>& tiles) {
+Hashes hashes(const std::vector<tiles::TileResult>& tiles) {
     Hashes out;
-    for (const TileResult& tile : tiles)
-        out.push_back(hash_of_pixels(tile));
+    for (const tiles::TileResult& tile : tiles)
+        out.push_back(tiles::hash_of_pixels(tile));
     return out;
 }
 
@@ -46,9 +46,10 @@ void write(const fs::path& file, const std::string& bytes) {
 }
 
 /// A checkpoint with these tiles, closed.
-void make(const fs::path& file, const std::vector<TileResult>& tiles, bool with_layers = false) {
-    Checkpoint checkpoint(file, small_key(with_layers), kRefuse);
-    for (const TileResult& tile : tiles)
+void make(const fs::path& file, const std::vector<tiles::TileResult>& tiles,
+          bool with_layers = false) {
+    farm::Checkpoint checkpoint(file, small_key(with_layers), kRefuse);
+    for (const tiles::TileResult& tile : tiles)
         checkpoint.add(tile);
     checkpoint.close();
 }
@@ -56,7 +57,7 @@ void make(const fs::path& file, const std::vector<TileResult>& tiles, bool with_
 std::string message(const std::function<void()>& what) {
     try {
         what();
-    } catch (const Error& e) {
+    } catch (const util::Error& e) {
         return e.what();
     }
     return "nothing";
@@ -70,9 +71,9 @@ TEST_CASE("tiles come back from a checkpoint in the order of the picture",
     const TemporaryFolder folder;
     const auto file = folder.path() / "a.exr.tiles";
     const auto tiles = small_tiles(with_layers),
-               spiral = small_tiles(with_layers, 1, TileOrder::kSpiral);
+               spiral = small_tiles(with_layers, 1, core::TileOrder::kSpiral);
     {
-        Checkpoint checkpoint(file, small_key(with_layers), kGoOn);
+        farm::Checkpoint checkpoint(file, small_key(with_layers), kGoOn);
         for (std::size_t i = 0; i < 5; ++i) {
             CHECK_FALSE(checkpoint.has(spiral[i].tile));
             checkpoint.add(spiral[i]);
@@ -80,14 +81,14 @@ TEST_CASE("tiles come back from a checkpoint in the order of the picture",
             CHECK(checkpoint.count() == i + 1);
         }
     }
-    Checkpoint checkpoint(file, small_key(with_layers), kGoOn);
+    farm::Checkpoint checkpoint(file, small_key(with_layers), kGoOn);
     CHECK(checkpoint.count() == 5);
     int there = 0;
-    for (const TileResult& tile : tiles)
+    for (const tiles::TileResult& tile : tiles)
         there += checkpoint.has(tile.tile) ? 1 : 0;
     CHECK(there == 5);
     for (std::size_t i = 5; i < 9; ++i)
-        checkpoint.add_encoded(encode_tile(spiral[i]));
+        checkpoint.add_encoded(tiles::encode_tile(spiral[i]));
     CHECK(hashes(checkpoint) == hashes(tiles));
     checkpoint.finish();
     CHECK_FALSE(fs::exists(file));
@@ -99,19 +100,21 @@ TEST_CASE("the last of several results of a tile counts, and none once it is for
     const auto file = folder.path() / "a.tiles";
     const auto tiles = small_tiles(), others = small_tiles(false, 99);
     {
-        Checkpoint checkpoint(file, small_key(), kGoOn);
+        farm::Checkpoint checkpoint(file, small_key(), kGoOn);
         for (const std::size_t i : {3U, 4U, 5U})
             checkpoint.add(tiles[i]);
         checkpoint.add(others[4]);
         checkpoint.forget(tiles[5].tile);
         checkpoint.forget(tiles[8].tile);
         CHECK(checkpoint.count() == 2);
-        CHECK(hashes(checkpoint) == Hashes{hash_of_pixels(tiles[3]), hash_of_pixels(others[4])});
+        CHECK(hashes(checkpoint) ==
+              Hashes{tiles::hash_of_pixels(tiles[3]), tiles::hash_of_pixels(others[4])});
     }
-    Checkpoint checkpoint(file, small_key(), kGoOn);
+    farm::Checkpoint checkpoint(file, small_key(), kGoOn);
     CHECK(checkpoint.count() == 2);
     CHECK_FALSE(checkpoint.has(tiles[5].tile));
-    CHECK(hashes(checkpoint) == Hashes{hash_of_pixels(tiles[3]), hash_of_pixels(others[4])});
+    CHECK(hashes(checkpoint) ==
+          Hashes{tiles::hash_of_pixels(tiles[3]), tiles::hash_of_pixels(others[4])});
     checkpoint.add(tiles[5]);
     CHECK(checkpoint.has(tiles[5].tile));
 }
@@ -122,22 +125,23 @@ TEST_CASE("tiles with holes are rendered again", "[raytracer][checkpoint]") {
     auto tiles = small_tiles();
     tiles[2].holes = {{0, 1, 2, 3}};
     {
-        Checkpoint checkpoint(file, small_key(), kGoOn);
-        checkpoint.add(tiles[1]), checkpoint.add(tiles[2]);
+        farm::Checkpoint checkpoint(file, small_key(), kGoOn);
+        checkpoint.add(tiles[1]);
+        checkpoint.add(tiles[2]);
         CHECK(checkpoint.has(tiles[2].tile));  // it is what this run could do
     }
     {
-        Checkpoint checkpoint(file, small_key(), kGoOn);
+        farm::Checkpoint checkpoint(file, small_key(), kGoOn);
         CHECK(checkpoint.count() == 1);
         CHECK(checkpoint.with_holes() == 1);
         CHECK_FALSE(checkpoint.has(tiles[2].tile));
-        CHECK(hashes(checkpoint) == Hashes{hash_of_pixels(tiles[1])});
+        CHECK(hashes(checkpoint) == Hashes{tiles::hash_of_pixels(tiles[1])});
         tiles[2].holes.clear();
         checkpoint.add(tiles[2]);
         CHECK(checkpoint.count() == 2);
         CHECK(checkpoint.with_holes() == 0);
     }
-    Checkpoint checkpoint(file, small_key(), kGoOn);
+    farm::Checkpoint checkpoint(file, small_key(), kGoOn);
     CHECK(checkpoint.count() == 2);
     CHECK(checkpoint.has(tiles[2].tile));
 }
@@ -146,13 +150,13 @@ TEST_CASE("damage of the world's data is kept, each line once", "[raytracer][che
     const TemporaryFolder folder;
     const auto file = folder.path() / "a.tiles";
     {
-        Checkpoint checkpoint(file, small_key(), kGoOn);
+        farm::Checkpoint checkpoint(file, small_key(), kGoOn);
         checkpoint.note_damage({"b.laz: damaged", "a.laz: cut short"});
         const auto size = fs::file_size(file);
         checkpoint.note_damage({"a.laz: cut short"});
         CHECK(fs::file_size(file) == size);
     }
-    Checkpoint checkpoint(file, small_key(), kGoOn);
+    farm::Checkpoint checkpoint(file, small_key(), kGoOn);
     checkpoint.note_damage({"c.laz: of\nanother world"});
     CHECK(checkpoint.damage() == std::vector<std::string>{"a.laz: cut short", "b.laz: damaged",
                                                           "c.laz: of another world"});
@@ -165,9 +169,11 @@ TEST_CASE("a checkpoint that was cut short anywhere goes on with all that was wh
     const auto tiles = small_tiles();
     std::vector<std::size_t> ends;
     {
-        Checkpoint checkpoint(file, small_key(), kGoOn);
-        for (std::size_t i = 0; i < 3; ++i)
-            ends.push_back(fs::file_size(file)), checkpoint.add(tiles[i]);
+        farm::Checkpoint checkpoint(file, small_key(), kGoOn);
+        for (std::size_t i = 0; i < 3; ++i) {
+            ends.push_back(fs::file_size(file));
+            checkpoint.add(tiles[i]);
+        }
         ends.push_back(fs::file_size(file));
     }
     const std::string bytes = bytes_of(file);
@@ -180,17 +186,17 @@ TEST_CASE("a checkpoint that was cut short anywhere goes on with all that was wh
         INFO(size << " bytes");
         write(file, bytes.substr(0, size));
         {
-            Checkpoint checkpoint(file, small_key(), kGoOn);
+            farm::Checkpoint checkpoint(file, small_key(), kGoOn);
             const auto whole = static_cast<std::size_t>(std::count_if(
                 ends.begin() + 1, ends.end(), [size](std::size_t end) { return end <= size; }));
             REQUIRE(checkpoint.count() == whole);
             CHECK(fs::file_size(file) == ends[whole]);
-            for (const TileResult& tile : tiles)
+            for (const tiles::TileResult& tile : tiles)
                 if (!checkpoint.has(tile.tile))
                     checkpoint.add(tile);
             checkpoint.close();
         }
-        Checkpoint again(file, small_key(), kGoOn);
+        farm::Checkpoint again(file, small_key(), kGoOn);
         REQUIRE(hashes(again) == hashes(tiles));
     }
 }
@@ -202,7 +208,7 @@ TEST_CASE("a checkpoint that is damaged anywhere loses what was hit, and can be 
     const auto tiles = small_tiles();
     make(file, {tiles.begin(), tiles.begin() + 4});
     const std::string bytes = bytes_of(file);
-    const std::size_t head = file_head(small_key().to_json()).size();
+    const std::size_t head = farm::file_head(small_key().to_json()).size();
     std::mt19937 random(7);
     for (int run = 0; run < 60; ++run) {
         const std::size_t at = head + random() % (bytes.size() - head);
@@ -211,30 +217,30 @@ TEST_CASE("a checkpoint that is damaged anywhere loses what was hit, and can be 
         damaged[at] = static_cast<char>(damaged[at] ^ static_cast<char>(1 + random() % 255));
         write(file, damaged);
         {
-            Checkpoint checkpoint(file, small_key(), kGoOn);
+            farm::Checkpoint checkpoint(file, small_key(), kGoOn);
             REQUIRE(checkpoint.count() == 3);
-            for (const TileResult& tile : tiles)
+            for (const tiles::TileResult& tile : tiles)
                 if (!checkpoint.has(tile.tile))
                     checkpoint.add(tile);
         }
-        Checkpoint again(file, small_key(), kGoOn);
+        farm::Checkpoint again(file, small_key(), kGoOn);
         REQUIRE(hashes(again) == hashes(tiles));
     }
     write(file, bytes.substr(0, 20));
-    CHECK_THAT(message([&] { Checkpoint(file, small_key(), kGoOn); }),
+    CHECK_THAT(message([&] { farm::Checkpoint(file, small_key(), kGoOn); }),
                contains("no checkpoint of a picture"));
     write(file, "a text of mine, which is not to be overwritten");
-    CHECK_THROWS_AS(Checkpoint(file, small_key(), kGoOn), Error);
+    CHECK_THROWS_AS(farm::Checkpoint(file, small_key(), kGoOn), util::Error);
     CHECK(bytes_of(file) == "a text of mine, which is not to be overwritten");
 }
 
 TEST_CASE("a tile whose pixels cannot be is rendered again", "[raytracer][checkpoint]") {
     const TemporaryFolder folder;
     auto tiles = small_tiles();
-    const auto good = hash_of_pixels(tiles[0]);
+    const auto good = tiles::hash_of_pixels(tiles[0]);
     tiles[1].samples[5].colour.r = std::numeric_limits<float>::quiet_NaN();
     make(folder.path() / "a.tiles", {tiles[0], tiles[1]});
-    Checkpoint checkpoint(folder.path() / "a.tiles", small_key(), kGoOn);
+    farm::Checkpoint checkpoint(folder.path() / "a.tiles", small_key(), kGoOn);
     CHECK(hashes(checkpoint) == Hashes{good});
     CHECK_FALSE(checkpoint.has(tiles[1].tile));
     CHECK(checkpoint.count() == 1);
@@ -245,27 +251,29 @@ TEST_CASE("another picture's checkpoint is refused, and left as it is", "[raytra
     const auto file = folder.path() / "a.tiles";
     make(file, {small_tiles()[0]});
     const std::string bytes = bytes_of(file);
-    Scene other = small_picture();
+    scene::Scene other = small_picture();
     other.camera.fov_deg = 55;
     const auto info = landscape()->info();
-    CHECK_THAT(message([&] { Checkpoint(file, key_of(other, info, {"test"}), kGoOn); }),
+    CHECK_THAT(message([&] { farm::Checkpoint(file, farm::key_of(other, info, {"test"}), kGoOn); }),
                contains("go on with the checkpoint") &&
                    contains("it is of another picture: camera.fov_deg = 40.0 there, 55.0 here"));
-    CHECK_THAT(message([&] { Checkpoint(file, key_of(small_picture(), info, {"else"}), kGoOn); }),
+    CHECK_THAT(message([&] {
+                   farm::Checkpoint(file, farm::key_of(small_picture(), info, {"else"}), kGoOn);
+               }),
                contains("input 1 = test there, else here"));
-    PictureKey other_build = small_key();
+    farm::PictureKey other_build = small_key();
     other_build.build = "0123";
-    CHECK_THAT(message([&] { Checkpoint(file, other_build, kGoOn); }),
+    CHECK_THAT(message([&] { farm::Checkpoint(file, other_build, kGoOn); }),
                contains("this is terravox") && contains("build 0123"));
-    CHECK_THROWS_AS(Checkpoint(file, small_key(), kRefuse), UsageError);
+    CHECK_THROWS_AS(farm::Checkpoint(file, small_key(), kRefuse), util::UsageError);
     CHECK(bytes_of(file) == bytes);
     // Names need not be text.
-    PictureKey strange = small_key();
+    farm::PictureKey strange = small_key();
     strange.inputs = {"\xff\xfe.laz: 1 file"};
     make(folder.path() / "b.tiles", {});
     const auto twice = folder.path() / "c.tiles";
     for (int i = 0; i < 2; ++i) {
-        Checkpoint checkpoint(twice, strange, kGoOn);
+        farm::Checkpoint checkpoint(twice, strange, kGoOn);
         checkpoint.add(small_tiles()[0]);
         CHECK(checkpoint.count() == 1);
     }
@@ -273,20 +281,28 @@ TEST_CASE("another picture's checkpoint is refused, and left as it is", "[raytra
 
 TEST_CASE("what is no whole first tile of the picture is not taken", "[raytracer][checkpoint]") {
     const TemporaryFolder folder;
-    Checkpoint checkpoint(folder.path() / "a.tiles", small_key(), kGoOn);
-    const auto taken = [&](const std::function<void(RenderTile&)>& change) {
-        RenderTile tile = small_tiles()[4].tile;
+    farm::Checkpoint checkpoint(folder.path() / "a.tiles", small_key(), kGoOn);
+    const auto taken = [&](const std::function<void(tiles::RenderTile&)>& change) {
+        tiles::RenderTile tile = small_tiles()[4].tile;
         change(tile);
         return message([&] { checkpoint.add(tile_of_chance(tile, false, 1)); });
     };
-    CHECK(taken([](RenderTile&) {}) == "nothing");
-    CHECK_THAT(taken([](RenderTile& t) { t.step = 2; }),
+    CHECK(taken([](tiles::RenderTile&) {}) == "nothing");
+    CHECK_THAT(taken([](tiles::RenderTile& t) { t.step = 2; }),
                contains("no whole tile of a single pass"));
-    CHECK_THAT(taken([](RenderTile& t) { t.refines = true; }), contains("no whole tile"));
-    CHECK_THAT(taken([](RenderTile& t) { t.first_sample = 2; }), contains("no whole tile"));
-    CHECK_THAT(taken([](RenderTile& t) { t.y1 -= 8; }), contains("no whole tile"));
-    CHECK_THAT(taken([](RenderTile& t) { t.x0 += 1, t.x1 += 1; }), contains("no whole tile"));
-    CHECK_THAT(taken([](RenderTile& t) { t.x0 += 160, t.x1 += 160; }), contains("no whole tile"));
+    CHECK_THAT(taken([](tiles::RenderTile& t) { t.refines = true; }), contains("no whole tile"));
+    CHECK_THAT(taken([](tiles::RenderTile& t) { t.first_sample = 2; }), contains("no whole tile"));
+    CHECK_THAT(taken([](tiles::RenderTile& t) { t.y1 -= 8; }), contains("no whole tile"));
+    CHECK_THAT(taken([](tiles::RenderTile& t) {
+                   t.x0 += 1;
+                   t.x1 += 1;
+               }),
+               contains("no whole tile"));
+    CHECK_THAT(taken([](tiles::RenderTile& t) {
+                   t.x0 += 160;
+                   t.x1 += 160;
+               }),
+               contains("no whole tile"));
     CHECK_THAT(message([&] { checkpoint.add(small_tiles(true)[0]); }),
                contains("has layers; the picture has none"));
     CHECK(checkpoint.count() == 1);
@@ -298,13 +314,13 @@ TEST_CASE("one coordinator at a time writes to a checkpoint", "[raytracer][check
     const TemporaryFolder folder;
     const auto file = folder.path() / "a.tiles";
     {
-        Checkpoint first(file, small_key(), kGoOn);
+        farm::Checkpoint first(file, small_key(), kGoOn);
         first.add(small_tiles()[0]);
-        CHECK_THAT(message([&] { Checkpoint(file, small_key(), kGoOn); }),
+        CHECK_THAT(message([&] { farm::Checkpoint(file, small_key(), kGoOn); }),
                    contains("a.tiles: another coordinator is writing to it"));
         first.add(small_tiles()[1]);
     }
-    CHECK(Checkpoint(file, small_key(), kGoOn).count() == 2);
+    CHECK(farm::Checkpoint(file, small_key(), kGoOn).count() == 2);
 }
 
 TEST_CASE("a checkpoint in which there is nothing does not stay, unless it is to",
@@ -312,12 +328,12 @@ TEST_CASE("a checkpoint in which there is nothing does not stay, unless it is to
     const TemporaryFolder folder;
     const auto file = folder.path() / "deeper" / "a.tiles";
     {
-        const Checkpoint checkpoint(file, small_key(), kGoOn);
+        const farm::Checkpoint checkpoint(file, small_key(), kGoOn);
     }
     CHECK_FALSE(fs::exists(file));
     make(file, {});
     CHECK(fs::exists(file));
-    CHECK(Checkpoint(file, small_key(), kGoOn).count() == 0);
+    CHECK(farm::Checkpoint(file, small_key(), kGoOn).count() == 0);
 }
 
 TEST_CASE("a disk that is full is told, and all that was added before is there",
@@ -338,7 +354,7 @@ TEST_CASE("a disk that is full is told, and all that was added before is there",
         std::size_t added = 0;
         ::setrlimit(RLIMIT_FSIZE, &limit);
         const std::string said = message([&] {
-            Checkpoint checkpoint(file, small_key(), kGoOn);
+            farm::Checkpoint checkpoint(file, small_key(), kGoOn);
             for (; added < 9; ++added)
                 checkpoint.add(tiles[added]);
         });
@@ -349,7 +365,7 @@ TEST_CASE("a disk that is full is told, and all that was added before is there",
             continue;
         }
         CHECK(added == (room == three ? 3 : 2));
-        Checkpoint checkpoint(file, small_key(), kGoOn);
+        farm::Checkpoint checkpoint(file, small_key(), kGoOn);
         CHECK(hashes(checkpoint) ==
               hashes({tiles.begin(), tiles.begin() + static_cast<std::ptrdiff_t>(added)}));
     }
@@ -371,9 +387,9 @@ TEST_CASE("a coordinator that is killed at any time loses no tile that it had ad
         REQUIRE(::pipe(may_go) == 0);
         const pid_t child = ::fork();
         if (child == 0) {
-            Checkpoint checkpoint(file, small_key(), kGoOn);
+            farm::Checkpoint checkpoint(file, small_key(), kGoOn);
             for (int round = 0;; ++round)
-                for (const TileResult& tile : tiles) {
+                for (const tiles::TileResult& tile : tiles) {
                     char go = 0;
                     if (::read(may_go[0], &go, 1) != 1)
                         ::_exit(1);
@@ -398,7 +414,7 @@ TEST_CASE("a coordinator that is killed at any time loses no tile that it had ad
         ::waitpid(child, nullptr, 0);
         ::close(told[0]);
         ::close(may_go[1]);
-        Checkpoint checkpoint(file, small_key(), kGoOn);
+        farm::Checkpoint checkpoint(file, small_key(), kGoOn);
         const auto there = hashes(checkpoint);
         INFO(there.size() << " tiles are there");
         CHECK(there.size() >= std::min<std::size_t>(until, 9));
@@ -410,13 +426,14 @@ TEST_CASE("a coordinator that is killed at any time loses no tile that it had ad
 TEST_CASE(
     "checkpoints are named after their pictures, and are for pictures that can be gone on with",
     "[raytracer][checkpoint]") {
-    CHECK(checkpoint_path("a/out.exr") == "a/out.exr.tiles");
-    CHECK(checkpoint_path("a/out.exr", Part{2, 5}) == "a/out.exr.part-2-of-5.tiles");
-    Scene scene = small_picture();
-    CHECK_NOTHROW(check_can_checkpoint(scene));
+    CHECK(farm::checkpoint_path("a/out.exr") == "a/out.exr.tiles");
+    CHECK(farm::checkpoint_path("a/out.exr", farm::Part{2, 5}) == "a/out.exr.part-2-of-5.tiles");
+    scene::Scene scene = small_picture();
+    CHECK_NOTHROW(farm::check_can_checkpoint(scene));
     scene.quality.time_s = 5;
-    CHECK_THROWS_AS(check_can_checkpoint(scene), UsageError);
-    scene.quality.time_s = 0, scene.quality.coarse_step = 8;
-    CHECK_THAT(message([&] { check_can_checkpoint(scene); }),
+    CHECK_THROWS_AS(farm::check_can_checkpoint(scene), util::UsageError);
+    scene.quality.time_s = 0;
+    scene.quality.coarse_step = 8;
+    CHECK_THAT(message([&] { farm::check_can_checkpoint(scene); }),
                contains("coarse_step = 8; allowed: 1"));
 }

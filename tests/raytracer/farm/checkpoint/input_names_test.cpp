@@ -26,7 +26,7 @@ void make_survey(const fs::path& folder) {
 }
 
 std::string name_of(const fs::path& input) {
-    return name_inputs({input.string()}, {}, {}).front();
+    return farm::name_inputs({input.string()}, {}, {}).front();
 }
 
 }  // namespace
@@ -34,16 +34,17 @@ std::string name_of(const fs::path& input) {
 TEST_CASE("inputs are named by what is in them, not by where they lie",
           "[raytracer][checkpoint][inputs]") {
     const TemporaryFolder here, there;
-    make_survey(here.path() / "survey"), make_survey(there.path() / "survey");
+    make_survey(here.path() / "survey");
+    make_survey(there.path() / "survey");
     const std::string name = name_of(here.path() / "survey");
     CHECK_THAT(name, contains("survey: 3 files, 100001 bytes, "));
     CHECK(name_of(there.path() / "survey") == name);
     CHECK(name_of((there.path() / "survey").string() + "/") == name);
     fs::last_write_time(there.path() / "survey" / "a.laz",
                         fs::file_time_type::clock::now() - std::chrono::hours(9));
-    write(there.path() / "survey" / ".hidden" / "x", "x"),
-        write(there.path() / "survey" / "session.lock", "x"),
-        write(there.path() / "survey" / "store.gpkg-wal", "x");
+    write(there.path() / "survey" / ".hidden" / "x", "x");
+    write(there.path() / "survey" / "session.lock", "x");
+    write(there.path() / "survey" / "store.gpkg-wal", "x");
     CHECK(name_of(there.path() / "survey") == name);
 }
 
@@ -76,21 +77,21 @@ TEST_CASE("inputs that changed have another name", "[raytracer][checkpoint][inpu
 TEST_CASE("all that shapes a picture is named, in order", "[raytracer][checkpoint][inputs]") {
     const TemporaryFolder folder;
     write(folder.path() / "photo.tif", "photo");
-    const auto names =
-        name_inputs({"generated:7", "http://127.0.0.1:8080"}, {folder.path() / "photo.tif"}, {});
+    const auto names = farm::name_inputs({"generated:7", "http://127.0.0.1:8080"},
+                                         {folder.path() / "photo.tif"}, {});
     REQUIRE(names.size() == 4);
     CHECK(names[0] == "generated:7");
     CHECK(names[1] == "http://127.0.0.1:8080");
     CHECK_THAT(names[2], contains("orthophoto photo.tif: 1 file, 5 bytes, "));
     CHECK_THAT(names[3], contains("configuration: "));
-    Scene clay;
+    scene::Scene clay;
     clay.quality.materials = "clay";
-    CHECK(name_inputs({}, {}, clay) != name_inputs({}, {}, {}));
-    Scene own;
+    CHECK(farm::name_inputs({}, {}, clay) != farm::name_inputs({}, {}, {}));
+    scene::Scene own;
     own.world.settings = (folder.path() / "own.toml").string();
     write(own.world.settings, "# 1");
-    const auto before = name_inputs({}, {}, own);
-    CHECK(before == name_inputs({}, {}, own));
+    const auto before = farm::name_inputs({}, {}, own);
+    CHECK(before == farm::name_inputs({}, {}, own));
     write(own.world.settings, "# 2");
-    CHECK(before != name_inputs({}, {}, own));
+    CHECK(before != farm::name_inputs({}, {}, own));
 }

@@ -13,7 +13,7 @@
 using namespace terravox;
 using namespace terravox::test;
 namespace fs = std::filesystem;
-using enum Checkpoint::Existing;
+using enum farm::Checkpoint::Existing;
 
 namespace {
 
@@ -23,17 +23,18 @@ std::string bytes_of(const fs::path& file) {
 }
 
 fs::path write(const TemporaryFolder& folder, const std::string& name,
-               const std::vector<TileResult>& tiles, const PictureKey& key = small_key()) {
-    Checkpoint checkpoint(folder.path() / name, key, kGoOn);
-    for (const TileResult& tile : tiles)
+               const std::vector<tiles::TileResult>& tiles,
+               const farm::PictureKey& key = small_key()) {
+    farm::Checkpoint checkpoint(folder.path() / name, key, kGoOn);
+    for (const tiles::TileResult& tile : tiles)
         checkpoint.add(tile);
     checkpoint.close();
     return folder.path() / name;
 }
 
-std::vector<TileResult> some(const std::vector<TileResult>& tiles,
-                             std::initializer_list<std::size_t> which) {
-    std::vector<TileResult> out;
+std::vector<tiles::TileResult> some(const std::vector<tiles::TileResult>& tiles,
+                                    std::initializer_list<std::size_t> which) {
+    std::vector<tiles::TileResult> out;
     for (const std::size_t i : which)
         out.push_back(tiles[i]);
     return out;
@@ -42,22 +43,23 @@ std::vector<TileResult> some(const std::vector<TileResult>& tiles,
 std::string message(const std::function<void()>& what) {
     try {
         what();
-    } catch (const Error& e) {
+    } catch (const util::Error& e) {
         return e.what();
     }
     return "nothing";
 }
 
 /// A coordinator's run of a part.
-fs::path render_part(const fs::path& file, Job& job, const Part& part) {
-    const Scene& scene = job.view.scene;
+fs::path render_part(const fs::path& file, Job& job, const farm::Part& part) {
+    const scene::Scene& scene = job.view.scene;
     const auto [width, height] = scene.output.size_px;
-    Checkpoint checkpoint(file, key_of(scene, job.world->info(), {"landscape"}), kGoOn);
-    ThreadProcessor processor(job.view, job.blocks, 2);
+    farm::Checkpoint checkpoint(file, farm::key_of(scene, job.world->info(), {"landscape"}), kGoOn);
+    processors::ThreadProcessor processor(job.view, job.blocks, 2);
     const int edge = scene.quality.tile.in_picture(width);
-    const auto passes = plan_tiles(width, height, 1, edge,
-                                   part.index % 2 == 0 ? TileOrder::kHilbert : TileOrder::kSpiral);
-    for (const RenderTile& tile : passes.front())
+    const auto passes = tiles::plan_tiles(
+        width, height, 1, edge,
+        part.index % 2 == 0 ? core::TileOrder::kHilbert : core::TileOrder::kSpiral);
+    for (const tiles::RenderTile& tile : passes.front())
         if (part.has(static_cast<std::uint32_t>(tile.x0 / edge),
                      static_cast<std::uint32_t>(tile.y0 / edge))) {
             processor.submit(tile);
@@ -76,19 +78,20 @@ TEST_CASE("parts of several coordinators make the picture of one",
           "[raytracer][checkpoint][merge]") {
     struct Case {
         const char* name;
-        PictureLayers layers;
+        core::PictureLayers layers;
         std::uint32_t parts;
         std::size_t memory_mib;
     };
     const auto c =
-        GENERATE(values<Case>({{"one part", PictureLayers::kBeauty, 1, 2048},
-                               {"three parts", PictureLayers::kBeauty, 3, 2048},
-                               {"layers", PictureLayers::kAll, 4, 2048},
-                               {"tile by tile into the file", PictureLayers::kAll, 2, 0}}));
+        GENERATE(values<Case>({{"one part", core::PictureLayers::kBeauty, 1, 2048},
+                               {"three parts", core::PictureLayers::kBeauty, 3, 2048},
+                               {"layers", core::PictureLayers::kAll, 4, 2048},
+                               {"tile by tile into the file", core::PictureLayers::kAll, 2, 0}}));
     DYNAMIC_SECTION(c.name) {
         const TemporaryFolder folder;
-        Scene scene = small_scene();
-        scene.output.layers = c.layers, scene.output.exposure_ev = 0.37,
+        scene::Scene scene = small_scene();
+        scene.output.layers = c.layers;
+        scene.output.exposure_ev = 0.37;
         scene.sun.strength = 1.0 / 3;
         Job job(scene);
         job.world->editable_info().attribution = "somebody";
@@ -96,23 +99,24 @@ TEST_CASE("parts of several coordinators make the picture of one",
         for (std::uint32_t i = 1; i <= c.parts; ++i)
             files.push_back(render_part(folder.path() / ("part" + std::to_string(i) + ".tiles"),
                                         job, {i, c.parts}));
-        const JoinedTiles tiles(files);
+        const farm::JoinedTiles tiles(files);
         REQUIRE(tiles.missing() == 0);
 
         const auto whole = folder.path() / "whole.exr", joined = folder.path() / "joined.exr",
                    whole_png = folder.path() / "whole.png",
                    joined_png = folder.path() / "joined.png";
-        const Film film = render(job, 2);
-        RenderStatistics s;
+        const output::Film film = render_scene(job, 2);
+        render::RenderStatistics s;
         s.counts.samples = 2;
         for (const auto& file : {whole, whole_png})
-            write_image(film, file, picture_info(job.view, job.world->info(), s, false));
+            output::write_image(film, file,
+                                render::picture_info(job.view, job.world->info(), s, false));
         std::vector<std::string> outputs{joined.string()};
         if (c.memory_mib > 0)
             outputs.push_back(joined_png.string());
-        const PictureOptions options{c.memory_mib, 2};
-        check_joined_pictures(tiles.key(), outputs, options);
-        const RenderStatistics got = write_joined_pictures(tiles, outputs, options);
+        const render::PictureOptions options{c.memory_mib, 2};
+        render::check_joined_pictures(tiles.key(), outputs, options);
+        const render::RenderStatistics got = render::write_joined_pictures(tiles, outputs, options);
         CHECK(got.counts.tiles == tiles.key().grid.cells());
         CHECK(got.counts.trace.all_rays() > 0);
         CHECK_FALSE(got.has_holes());
@@ -134,19 +138,20 @@ TEST_CASE("what is missing is said by its rows", "[raytracer][checkpoint][merge]
     const auto tiles = small_tiles();
     const auto a = write(folder, "a.tiles", some(tiles, {0, 1, 2, 4})),
                b = write(folder, "b.tiles", some(tiles, {3, 5, 8}));
-    const JoinedTiles joined({a, b});
+    const farm::JoinedTiles joined({a, b});
     CHECK(joined.count() == 7);
     CHECK(joined.missing() == 2);
     CHECK(joined.rows_missing() == "3");
-    CHECK(JoinedTiles({a}).rows_missing() == "2, 3");
-    CHECK(JoinedTiles({b}).rows_missing() == "1 to 3");
-    CHECK(rows_missing({10, 100, 10}, [](std::uint32_t cell) { return cell == 3 || cell == 7; }) ==
-          "1 to 3, 5 to 7, 9, 10");
-    CHECK(rows_missing({10, 100, 10}, [](std::uint32_t) { return true; }).empty());
+    CHECK(farm::JoinedTiles({a}).rows_missing() == "2, 3");
+    CHECK(farm::JoinedTiles({b}).rows_missing() == "1 to 3");
+    CHECK(farm::rows_missing({10, 100, 10}, [](std::uint32_t cell) {
+              return cell == 3 || cell == 7;
+          }) == "1 to 3, 5 to 7, 9, 10");
+    CHECK(farm::rows_missing({10, 100, 10}, [](std::uint32_t) { return true; }).empty());
 
     const auto all = folder.path() / "all.tiles";
     joined.write(all);
-    Checkpoint goes_on(all, small_key(), kGoOn);
+    farm::Checkpoint goes_on(all, small_key(), kGoOn);
     CHECK(goes_on.count() == 7);
     CHECK_THAT(message([&] { joined.write(all); }), contains("another coordinator is writing"));
     goes_on.close();
@@ -156,22 +161,22 @@ TEST_CASE("tiles in several files must be equal", "[raytracer][checkpoint][merge
     const TemporaryFolder folder;
     auto tiles = small_tiles();
     const auto a = write(folder, "a.tiles", some(tiles, {0, 4, 5}));
-    for (TileResult& tile : tiles)
+    for (tiles::TileResult& tile : tiles)
         tile.counts = {};  // how they came about does not matter
-    CHECK(JoinedTiles({a, write(folder, "same.tiles", some(tiles, {4, 5, 6}))}).count() == 4);
+    CHECK(farm::JoinedTiles({a, write(folder, "same.tiles", some(tiles, {4, 5, 6}))}).count() == 4);
     tiles[5].samples[7].colour.g = std::nextafter(tiles[5].samples[7].colour.g, 1e9f);
     const auto other = write(folder, "other.tiles", some(tiles, {1, 5}));
-    CHECK_THAT(message([&] { JoinedTiles({a, other}); }),
+    CHECK_THAT(message([&] { farm::JoinedTiles({a, other}); }),
                contains("other.tiles: the tile in column 3, row 2 shows something else than in") &&
                    contains("a.tiles; one of the two is wrong"));
     // One with holes stands back, in either order.
     tiles[5].holes = {{0, 1, 2, 3}};
     const auto holed = write(folder, "holed.tiles", some(tiles, {1, 5}));
     for (const auto& files : {std::vector{a, holed}, std::vector{holed, a}}) {
-        const JoinedTiles joined(files);
+        const farm::JoinedTiles joined(files);
         CHECK(joined.count() == 4);
         std::size_t holes = 0;
-        joined.each([&](TileResult&& tile) { holes += tile.holes.size(); });
+        joined.each([&](tiles::TileResult&& tile) { holes += tile.holes.size(); });
         CHECK(holes == 0);
     }
 }
@@ -181,17 +186,17 @@ TEST_CASE("files of different pictures, and such as are being written, are not j
     const TemporaryFolder folder;
     const auto tiles = small_tiles();
     const auto a = write(folder, "a.tiles", some(tiles, {0}));
-    Scene scene = small_picture();
+    scene::Scene scene = small_picture();
     scene.quality.seed = 3;
-    const auto b =
-        write(folder, "b.tiles", some(tiles, {1}), key_of(scene, landscape()->info(), {"test"}));
-    CHECK_THAT(message([&] { JoinedTiles({a, b}); }),
+    const auto b = write(folder, "b.tiles", some(tiles, {1}),
+                         farm::key_of(scene, landscape()->info(), {"test"}));
+    CHECK_THAT(message([&] { farm::JoinedTiles({a, b}); }),
                contains("b.tiles: of another picture than") && contains("a.tiles") &&
                    contains("quality.seed = 0 there, 3 here"));
-    CHECK_THAT(message([&] { JoinedTiles({a, folder.path() / "none.tiles"}); }),
+    CHECK_THAT(message([&] { farm::JoinedTiles({a, folder.path() / "none.tiles"}); }),
                contains("none.tiles: No such file"));
-    Checkpoint writing(a, small_key(), kGoOn);
-    CHECK_THAT(message([&] { JoinedTiles({a}); }),
+    farm::Checkpoint writing(a, small_key(), kGoOn);
+    CHECK_THAT(message([&] { farm::JoinedTiles({a}); }),
                contains("a.tiles: a coordinator is writing to it"));
 }
 
@@ -199,14 +204,16 @@ TEST_CASE("holes and damage of the parts are those of the picture",
           "[raytracer][checkpoint][merge]") {
     const TemporaryFolder folder;
     auto tiles = small_tiles();
-    tiles[3].holes = {{0, 1, 2, 3}, {1, 1, 2, 3}}, tiles[7].holes = {{0, 1, 2, 3}};
+    tiles[3].holes = {{0, 1, 2, 3}, {1, 1, 2, 3}};
+    tiles[7].holes = {{0, 1, 2, 3}};
     const auto file = write(folder, "a.tiles", tiles);
     {
-        Checkpoint checkpoint(file, small_key(), kGoOn);
+        farm::Checkpoint checkpoint(file, small_key(), kGoOn);
         checkpoint.note_damage({"x.laz: damaged"});
     }
     const auto out = folder.path() / "out.exr";
-    const RenderStatistics s = write_joined_pictures(JoinedTiles({file}), {out.string()}, {});
+    const render::RenderStatistics s =
+        render::write_joined_pictures(farm::JoinedTiles({file}), {out.string()}, {});
     CHECK(s.has_holes());
     CHECK(s.counts.holes.size() == 2);
     CHECK(s.damage == std::vector<std::string>{"x.laz: damaged"});
@@ -219,10 +226,10 @@ TEST_CASE("pictures that cannot be written are refused before anything is",
           "[raytracer][checkpoint][merge]") {
     const TemporaryFolder folder;
     const auto file = write(folder, "a.tiles", small_tiles());
-    const JoinedTiles tiles({file});
-    CHECK_THROWS_AS(check_joined_pictures(tiles.key(), {"a.gif"}, {}), UsageError);
+    const farm::JoinedTiles tiles({file});
+    CHECK_THROWS_AS(render::check_joined_pictures(tiles.key(), {"a.gif"}, {}), util::UsageError);
     CHECK_THROWS_WITH(
-        check_joined_pictures(tiles.key(), {(folder.path() / "a.png").string()}, {0, 1}),
+        render::check_joined_pictures(tiles.key(), {(folder.path() / "a.png").string()}, {0, 1}),
         contains(".exr .tif"));
     CHECK(entries_in(folder.path()) == 1);
 }

@@ -30,8 +30,10 @@ TEST_CASE("every tile belongs to one part, and parts have as many tiles",
         for (std::uint32_t x = 0; x < c.columns; ++x) {
             int owners = 0;
             for (std::uint32_t i = 1; i <= c.parts; ++i)
-                if (Part{i, c.parts}.has(x, y))
-                    ++owners, ++tiles[i - 1];
+                if (farm::Part{i, c.parts}.has(x, y)) {
+                    ++owners;
+                    ++tiles[i - 1];
+                }
             REQUIRE(owners == 1);
         }
     const auto [least, most] = std::minmax_element(tiles.begin(), tiles.end());
@@ -56,7 +58,7 @@ TEST_CASE("parts cost alike wherever the dear tiles are", "[raytracer][checkpoin
         for (std::uint32_t y = 0; y < kRows; ++y)
             for (std::uint32_t x = 0; x < kColumns; ++x)
                 for (std::uint32_t i = 1; i <= parts; ++i)
-                    if (Part{i, parts}.has(x, y))
+                    if (farm::Part{i, parts}.has(x, y))
                         costs[i - 1] += c.cost((x + 0.5) / kColumns, (y + 0.5) / kRows);
         const auto [least, most] = std::minmax_element(costs.begin(), costs.end());
         INFO(c.name << ", " << parts << " parts: from " << *least << " to " << *most);
@@ -65,12 +67,12 @@ TEST_CASE("parts cost alike wherever the dear tiles are", "[raytracer][checkpoin
 }
 
 TEST_CASE("a part is written I/N", "[raytracer][checkpoint][part]") {
-    CHECK(Part::parse("2/5") == Part{2, 5});
-    CHECK(Part::parse("1/1") == Part{1, 1});
-    CHECK(Part::parse("65536/65536") == Part{65'536, 65'536});
+    CHECK(farm::Part::parse("2/5") == farm::Part{2, 5});
+    CHECK(farm::Part::parse("1/1") == farm::Part{1, 1});
+    CHECK(farm::Part::parse("65536/65536") == farm::Part{65'536, 65'536});
     for (const char* wrong : {"", "1", "/", "1/", "/2", "0/2", "3/2", "1/0", "-1/2", "1/2 ", " 1/2",
                               "1/2/3", "a/b", "1.5/2", "1/65537", "99999999999/99999999999"}) {
         INFO(wrong);
-        CHECK_FALSE(Part::parse(wrong));
+        CHECK_FALSE(farm::Part::parse(wrong));
     }
 }

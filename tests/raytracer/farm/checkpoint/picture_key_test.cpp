@@ -12,96 +12,105 @@ using namespace terravox::test;
 
 namespace {
 
-PictureKey key_with(const std::function<void(Scene&)>& change) {
-    Scene scene = small_scene();
+farm::PictureKey key_with(const std::function<void(scene::Scene&)>& change) {
+    scene::Scene scene = small_scene();
     change(scene);
-    return key_of(scene, landscape()->info(), {"a.laz: 1 file", "generated:7"});
+    return farm::key_of(scene, landscape()->info(), {"a.laz: 1 file", "generated:7"});
 }
 
 }  // namespace
 
 TEST_CASE("a key comes back from its text", "[raytracer][checkpoint][key]") {
-    const PictureKey key = key_with([](Scene& s) {
-        s.output.layers = PictureLayers::kAll, s.sun.zone = "Europe/Ljubljana",
+    const farm::PictureKey key = key_with([](scene::Scene& s) {
+        s.output.layers = core::PictureLayers::kAll;
+        s.sun.zone = "Europe/Ljubljana";
         s.camera.position = {0.1, 1e-7, -3.25};
     });
-    CHECK(PictureKey::from_json(key.to_json(), "test") == key);
-    CHECK(key.grid == TileGrid{97, 53, 16});
+    CHECK(farm::PictureKey::from_json(key.to_json(), "test") == key);
+    CHECK(key.grid == farm::TileGrid{97, 53, 16});
     CHECK(key.with_layers);
-    CHECK(difference(key, key).empty());
-    Scene again;
-    parse_scene(key.scene, "test", again);
-    CHECK(to_toml(what_shows(again)) == key.scene);
+    CHECK(farm::difference(key, key).empty());
+    scene::Scene again;
+    scene::parse_scene(key.scene, "test", again);
+    CHECK(scene::to_toml(scene::what_shows(again)) == key.scene);
 }
 
 TEST_CASE("keys are equal for what makes no other pixels, and say what makes others",
           "[raytracer][checkpoint][key]") {
-    const PictureKey key = key_with([](Scene&) {});
-    CHECK(key == key_with([](Scene& s) {
-              s.processing.threads = 7, s.processing.memory_mib = 99,
-              s.quality.tile_order = TileOrder::kRows, s.quality.coarse_step = 1;
+    const farm::PictureKey key = key_with([](scene::Scene&) {});
+    CHECK(key == key_with([](scene::Scene& s) {
+              s.processing.threads = 7;
+              s.processing.memory_mib = 99;
+              s.quality.tile_order = core::TileOrder::kRows;
+              s.quality.coarse_step = 1;
           }));
     struct Case {
         const char* said;
-        std::function<void(PictureKey&)> change;
+        std::function<void(farm::PictureKey&)> change;
     };
-    const auto with_scene = [](const std::function<void(Scene&)>& change) {
-        return [change](PictureKey& k) { k = key_with(change); };
+    const auto with_scene = [](const std::function<void(scene::Scene&)>& change) {
+        return [change](farm::PictureKey& k) { k = key_with(change); };
     };
     const std::vector<Case> cases = {
         {"camera.fov_deg = 50.0 there, 40.0 here",
-         with_scene([](Scene& s) { s.camera.fov_deg = 50; })},
+         with_scene([](scene::Scene& s) { s.camera.fov_deg = 50; })},
         {"camera.position = [1.0, 2.0, 3.0] there, not set here",
-         with_scene([](Scene& s) { s.camera.position = {1, 2, 3}; })},
-        {"quality.seed = 5 there, 0 here", with_scene([](Scene& s) { s.quality.seed = 5; })},
-        {"and 1 more", with_scene([](Scene& s) {
-             s.quality.seed = 5, s.camera.zoom = 2, s.sun.time_h = 3, s.sky.clouds = 0.5;
+         with_scene([](scene::Scene& s) { s.camera.position = {1, 2, 3}; })},
+        {"quality.seed = 5 there, 0 here", with_scene([](scene::Scene& s) { s.quality.seed = 5; })},
+        {"and 1 more", with_scene([](scene::Scene& s) {
+             s.quality.seed = 5;
+             s.camera.zoom = 2;
+             s.sun.time_h = 3;
+             s.sky.clouds = 0.5;
          })},
-        {"tiles of 32 pixels there, 16 here", with_scene([](Scene& s) { s.quality.tile = {32}; })},
-        {"output.size", with_scene([](Scene& s) { s.output.size_px = {96, 53}; })},
-        {"made by terravox 0.0.1", [](PictureKey& k) { k.software = "terravox 0.0.1"; }},
-        {"build other", [](PictureKey& k) { k.build = "other"; }},
-        {"input 1 = b.laz: 1 file there", [](PictureKey& k) { k.inputs[0] = "b.laz: 1 file"; }},
-        {"input 3 = more there, not set here", [](PictureKey& k) { k.inputs.push_back("more"); }},
-        {"layers there, none here", [](PictureKey& k) { k.with_layers = true; }},
+        {"tiles of 32 pixels there, 16 here",
+         with_scene([](scene::Scene& s) { s.quality.tile = {32}; })},
+        {"output.size", with_scene([](scene::Scene& s) { s.output.size_px = {96, 53}; })},
+        {"made by terravox 0.0.1", [](farm::PictureKey& k) { k.software = "terravox 0.0.1"; }},
+        {"build other", [](farm::PictureKey& k) { k.build = "other"; }},
+        {"input 1 = b.laz: 1 file there",
+         [](farm::PictureKey& k) { k.inputs[0] = "b.laz: 1 file"; }},
+        {"input 3 = more there, not set here",
+         [](farm::PictureKey& k) { k.inputs.push_back("more"); }},
+        {"layers there, none here", [](farm::PictureKey& k) { k.with_layers = true; }},
         {"world.title = \"elsewhere\" there",
-         [](PictureKey& k) {
+         [](farm::PictureKey& k) {
              auto world = nlohmann::json::parse(k.world);
              world["title"] = "elsewhere";
              k.world = world.dump();
          }},
     };
     for (const Case& c : cases) {
-        PictureKey there = key;
+        farm::PictureKey there = key;
         c.change(there);
         INFO(c.said);
-        CHECK_THAT(difference(there, key), contains(c.said));
-        CHECK(difference(there, key).find('\n') == std::string::npos);
+        CHECK_THAT(farm::difference(there, key), contains(c.said));
+        CHECK(farm::difference(there, key).find('\n') == std::string::npos);
     }
 }
 
 TEST_CASE("text that is no key is refused", "[raytracer][checkpoint][key]") {
-    const auto good = nlohmann::json::parse(key_with([](Scene&) {}).to_json());
+    const auto good = nlohmann::json::parse(key_with([](scene::Scene&) {}).to_json());
     const auto with = [&](const char* name, nlohmann::json value) {
         auto out = good;
         out[name] = std::move(value);
         return out.dump();
     };
-    CHECK_THROWS_WITH(PictureKey::from_json("{", "x.tiles"),
+    CHECK_THROWS_WITH(farm::PictureKey::from_json("{", "x.tiles"),
                       contains("read the checkpoint x.tiles: what it is of cannot be understood"));
-    CHECK_THROWS_AS(PictureKey::from_json("[]", "x"), Error);
-    CHECK_THROWS_AS(PictureKey::from_json(with("scene", 5), "x"), Error);
-    CHECK_THROWS_AS(PictureKey::from_json(with("size_px", {1, 2, 3}), "x"), Error);
+    CHECK_THROWS_AS(farm::PictureKey::from_json("[]", "x"), util::Error);
+    CHECK_THROWS_AS(farm::PictureKey::from_json(with("scene", 5), "x"), util::Error);
+    CHECK_THROWS_AS(farm::PictureKey::from_json(with("size_px", {1, 2, 3}), "x"), util::Error);
     for (const std::int64_t size :
          {std::int64_t{0}, std::int64_t{-1}, std::int64_t{65'537}, std::int64_t{1} << 40})
-        CHECK_THROWS_WITH(PictureKey::from_json(with("size_px", {size, 10}), "x"),
+        CHECK_THROWS_WITH(farm::PictureKey::from_json(with("size_px", {size, 10}), "x"),
                           contains("allowed: 1 to 65536"));
-    CHECK_THROWS_WITH(PictureKey::from_json(with("tile_px", 0), "x"),
+    CHECK_THROWS_WITH(farm::PictureKey::from_json(with("tile_px", 0), "x"),
                       contains("allowed: 1 to 4096"));
     auto most = nlohmann::json::parse(with("size_px", {65'536, 65'536}));
     most["tile_px"] = 63;
-    CHECK_THROWS_WITH(PictureKey::from_json(most.dump(), "x"),
+    CHECK_THROWS_WITH(farm::PictureKey::from_json(most.dump(), "x"),
                       contains("tiles; allowed: up to 1048576"));
     most["tile_px"] = 64;
-    CHECK(PictureKey::from_json(most.dump(), "x").grid.cells() == 1 << 20);
+    CHECK(farm::PictureKey::from_json(most.dump(), "x").grid.cells() == 1 << 20);
 }

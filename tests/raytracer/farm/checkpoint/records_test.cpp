@@ -23,7 +23,7 @@ void append(Bytes& to, std::span<const std::byte> more) {
 
 /// A file of a few records with payloads of chance.
 struct Sample {
-    Bytes bytes = file_head("what it is of");
+    Bytes bytes = farm::file_head("what it is of");
     std::size_t head_bytes = bytes.size();
     std::vector<Bytes> payloads;
     std::vector<std::size_t> ends;  ///< of the records in the file
@@ -34,17 +34,21 @@ struct Sample {
             for (auto& b : payload)
                 b = static_cast<std::byte>(random());
             // A record within a record is no record, as long as the one around it is right.
-            if (i == 3)
-                payload.clear(), append(payload, record_head(RecordKind::kTile, 99, {}));
-            append(bytes, record_head(RecordKind::kTile, static_cast<std::uint32_t>(i), payload));
+            if (i == 3) {
+                payload.clear();
+                append(payload, farm::record_head(farm::RecordKind::kTile, 99, {}));
+            }
+            append(bytes, farm::record_head(farm::RecordKind::kTile, static_cast<std::uint32_t>(i),
+                                            payload));
             append(bytes, payload);
-            payloads.push_back(payload), ends.push_back(bytes.size());
+            payloads.push_back(payload);
+            ends.push_back(bytes.size());
         }
     }
 };
 
 struct Found {
-    RecordScan scan;
+    farm::RecordScan scan;
     std::vector<std::uint32_t> cells;
 };
 
@@ -53,10 +57,10 @@ Found scanned(const TemporaryFolder& folder, const Sample& sample, const Bytes& 
     std::ofstream(path, std::ios::binary)
         .write(reinterpret_cast<const char*>(bytes.data()),
                static_cast<std::streamsize>(bytes.size()));
-    const OpenFile file(path, O_RDONLY, "read");
+    const farm::OpenFile file(path, O_RDONLY, "read");
     Found out;
-    out.scan = scan_records(file, [&](const std::string& text, const Record& record,
-                                      std::span<const std::byte> payload) {
+    out.scan = farm::scan_records(file, [&](const std::string& text, const farm::Record& record,
+                                            std::span<const std::byte> payload) {
         CHECK(text == "what it is of");
         // What counts as right is right.
         if (record.cell < sample.payloads.size())
@@ -103,7 +107,7 @@ TEST_CASE("of a file that was cut short anywhere all records are there that were
         CHECK_THROWS_AS(scanned(folder, sample,
                                 Bytes(sample.bytes.begin(),
                                       sample.bytes.begin() + static_cast<std::ptrdiff_t>(size))),
-                        Error);
+                        util::Error);
 }
 
 TEST_CASE("a byte that changed costs the record that it is in, and no other",
@@ -116,7 +120,7 @@ TEST_CASE("a byte that changed costs the record that it is in, and no other",
         Bytes damaged = sample.bytes;
         damaged[at] ^= static_cast<std::byte>(1 + random() % 255);
         if (at < sample.head_bytes) {
-            CHECK_THROWS_AS(scanned(folder, sample, damaged), Error);
+            CHECK_THROWS_AS(scanned(folder, sample, damaged), util::Error);
             continue;
         }
         const auto hit = static_cast<std::uint32_t>(
@@ -170,7 +174,7 @@ TEST_CASE("files that are none are refused, with what is wrong",
         damaged[at] = value;
         try {
             (void)scanned(folder, sample, damaged);
-        } catch (const Error& e) {
+        } catch (const util::Error& e) {
             return std::string(e.what());
         }
         return std::string("nothing");
@@ -179,8 +183,8 @@ TEST_CASE("files that are none are refused, with what is wrong",
     CHECK_THAT(said(8, std::byte{2}), contains("version 2; allowed: 1"));
     CHECK_THAT(said(15, std::byte{0x7f}), contains("its head is damaged"));
     CHECK_THAT(said(30, std::byte{'?'}), contains("its head is damaged"));
-    CHECK_THROWS_WITH(OpenFile(folder.path() / "none", O_RDONLY, "read the checkpoint"),
+    CHECK_THROWS_WITH(farm::OpenFile(folder.path() / "none", O_RDONLY, "read the checkpoint"),
                       contains("read the checkpoint") && contains("none: No such file"));
-    CHECK_THROWS_WITH(OpenFile(folder.path(), O_RDONLY, "read the checkpoint"),
+    CHECK_THROWS_WITH(farm::OpenFile(folder.path(), O_RDONLY, "read the checkpoint"),
                       contains("not a plain file"));
 }

@@ -4,7 +4,7 @@
 #include "common/geo/crs.hpp"
 #include "common/voxel/world_json.hpp"
 #include "raytracer/farm/wire/hello.hpp"
-#include "raytracer/farm/wire/parcel.hpp"
+#include "raytracer/farm/wire/picture_spec.hpp"
 #include "raytracer/scene/scene_io.hpp"
 #include "tests/catch.hpp"
 #include "tests/raytracer/farm_bench.hpp"
@@ -17,9 +17,11 @@ using terravox::test::small_scene;
 namespace {
 
 farm::Hello worker_hello() {
-    OwnHello own;
-    own.role = farm::WORKER, own.threads = 2, own.capacity = 20;
-    return make_hello(own);
+    farm::OwnHello own;
+    own.role = farm::WORKER;
+    own.threads = 2;
+    own.capacity = 20;
+    return farm::make_hello(own);
 }
 
 /// Takes the frames of a link as they come, as a peer does: the other end waits for that before it
@@ -45,9 +47,9 @@ Refused refused(const farm::Frame& first) {
     auto told = refusal_at(*theirs);
     Refused out;
     try {
-        (void)meet(*mine, make_hello({}), {farm::WORKER, farm::OBSERVER},
-                   std::chrono::milliseconds(2000));
-    } catch (const HelloError& e) {
+        (void)farm::meet(*mine, farm::make_hello({}), {farm::WORKER, farm::OBSERVER},
+                         std::chrono::milliseconds(2000));
+    } catch (const farm::HelloError& e) {
         out.here = e.what();
     }
     mine->close();
@@ -97,9 +99,7 @@ TEST_CASE("a peer is what its certificate lets it be, and nothing else", "[raytr
             : m_link(std::move(link)), m_role(std::move(role)) {}
         bool send(farm::Frame frame) override { return m_link->send(std::move(frame)); }
         std::optional<farm::Frame> receive() override { return m_link->receive(); }
-        void close(std::chrono::milliseconds patience) noexcept override {
-            m_link->close(patience);
-        }
+        void close(std::chrono::milliseconds timeout) noexcept override { m_link->close(timeout); }
         void abort() noexcept override { m_link->abort(); }
         const std::string& peer() const noexcept override { return m_link->peer(); }
         std::string certified_role() const override { return m_role; }
@@ -129,8 +129,8 @@ TEST_CASE("a peer is what its certificate lets it be, and nothing else", "[raytr
         theirs->send(first);
         auto told = refusal_at(*theirs);
         const auto meeting = [&] {
-            return meet(link, make_hello({}), {farm::WORKER, farm::OBSERVER},
-                        std::chrono::milliseconds(2000));
+            return farm::meet(link, farm::make_hello({}), {farm::WORKER, farm::OBSERVER},
+                              std::chrono::milliseconds(2000));
         };
         if (c.refused != nullptr)
             CHECK_THROWS_WITH(meeting(), contains(c.refused));
@@ -145,10 +145,10 @@ TEST_CASE("a peer is what its certificate lets it be, and nothing else", "[raytr
     auto [mine, theirs] = net::link_pair();
     Certified link(std::move(mine), "worker");
     farm::Frame first;
-    *first.mutable_hello() = make_hello({});
+    *first.mutable_hello() = farm::make_hello({});
     theirs->send(first);
     auto told = refusal_at(*theirs);
-    CHECK_THROWS_WITH(meet(link, worker_hello(), {farm::COORDINATOR}),
+    CHECK_THROWS_WITH(farm::meet(link, worker_hello(), {farm::COORDINATOR}),
                       contains("a coordinator with the certificate of a worker"));
     CHECK_THAT(told.get(), contains("a coordinator with the certificate of a worker"));
 }
@@ -162,31 +162,36 @@ TEST_CASE("what is no hello is none, a refusal is passed on, and silence has an 
     refusal.mutable_refusal()->set_reason("no\nroom \x1b[31m");
     CHECK_THAT(refused(refusal).here, contains("no\\nroom \\x1b[31m"));
     auto [mine, theirs] = net::link_pair();
-    CHECK_THROWS_WITH(meet(*mine, make_hello({}), {farm::WORKER}, std::chrono::milliseconds(50)),
-                      contains("no answer within 50 ms"));
+    CHECK_THROWS_WITH(
+        farm::meet(*mine, farm::make_hello({}), {farm::WORKER}, std::chrono::milliseconds(50)),
+        contains("no answer within 50 ms"));
     auto [here, there] = net::link_pair();
     there->close();
-    CHECK_THROWS_WITH(meet(*here, make_hello({}), {farm::WORKER}, std::chrono::milliseconds(2000)),
-                      contains("it hung up"));
+    CHECK_THROWS_WITH(
+        farm::meet(*here, farm::make_hello({}), {farm::WORKER}, std::chrono::milliseconds(2000)),
+        contains("it hung up"));
 }
 
 TEST_CASE("a picture's parcel names no path, and gives the same view", "[raytracer][farm]") {
-    Scene scene = small_scene();
-    scene.camera.look = "somewhere", scene.world.settings = "/secret/settings.toml",
+    scene::Scene scene = small_scene();
+    scene.camera.look = "somewhere";
+    scene.world.settings = "/secret/settings.toml";
     scene.world.classes = "/secret/classes.toml";
-    scene.sun.altitude_deg.reset(), scene.sun.azimuth_deg.reset(),
-        scene.sun.zone = "Europe/Ljubljana";
-    scene.camera.space = CoordinateSpace::kVoxel, scene.camera.position = {1.0 / 3, 40.1, 60},
+    scene.sun.altitude_deg.reset();
+    scene.sun.azimuth_deg.reset();
+    scene.sun.zone = "Europe/Ljubljana";
+    scene.camera.space = core::CoordinateSpace::kVoxel;
+    scene.camera.position = {1.0 / 3, 40.1, 60};
     scene.camera.target = {0, 0, 1e-17};
     Job job(scene);
-    const Parcel parcel = pack(scene, job.world->info());
+    const farm::PictureSpec parcel = farm::pack(scene, job.world->info());
     CHECK(parcel.scene.find("secret") == std::string::npos);
     CHECK(parcel.scene.find("somewhere") == std::string::npos);
     CHECK_THAT(parcel.scene, contains("zone = ''"));
-    const View view = unpack(parcel, job.world->info());
-    const Vec3 a = view.camera.position(), b = job.view.camera.position();
+    const shade::View view = farm::unpack(parcel, job.world->info());
+    const core::Vec3 a = view.camera.position(), b = job.view.camera.position();
     CHECK((a.x == b.x && a.y == b.y && a.z == b.z));
-    const Vec3 s = view.sky.to_sun(), t = job.view.sky.to_sun();
+    const core::Vec3 s = view.sky.to_sun(), t = job.view.sky.to_sun();
     CHECK((s.x == t.x && s.y == t.y && s.z == t.z));
     CHECK(view.exposure_ev == job.view.exposure_ev);
 }
@@ -195,38 +200,41 @@ TEST_CASE("a worker gets no definition of a coordinate reference system, and tak
           "[raytracer][farm][hostile]") {
     Job job(small_scene());
     voxel::WorldInfo world = job.world->info();
-    world.crs = "EPSG:4326", world.crs_wkt = geo::Crs::from_text("EPSG:4326").wkt();
-    const Parcel parcel = pack(small_scene(), world);
+    world.crs = "EPSG:4326";
+    world.crs_wkt = geo::Crs::from_text("EPSG:4326").wkt();
+    const farm::PictureSpec parcel = farm::pack(small_scene(), world);
     CHECK_THAT(parcel.world, !contains("GEOGCRS"));
     // A coordinator that sends one, and a camera whose place would have to be found with it.
-    const voxel::WorldInfo told = unpack_world(voxel::world_to_json(world));
+    const voxel::WorldInfo told = farm::unpack_world(voxel::world_to_json(world));
     CHECK(told.crs == "EPSG:4326");
     CHECK(told.crs_wkt.empty());
-    CHECK(pack_world(told) == pack_world(world));
-    Parcel bad = parcel;
+    CHECK(farm::pack_world(told) == farm::pack_world(world));
+    farm::PictureSpec bad = parcel;
     bad.scene =
         "[camera]\nspace = 'latlon'\nposition = [46.05, 14.5, 400]\ntarget = [46.06, 14.5, 300]\n";
-    CHECK_NOTHROW(unpack(bad, world));
-    CHECK_THROWS_WITH(unpack(bad, told), contains("is no place that EPSG:4326 can tell"));
+    CHECK_NOTHROW(farm::unpack(bad, world));
+    CHECK_THROWS_WITH(farm::unpack(bad, told), contains("is no place that EPSG:4326 can tell"));
 }
 
 TEST_CASE("texts from anywhere are no view without an error", "[raytracer][farm]") {
     Job job(small_scene());
-    const Parcel good = pack(small_scene(), job.world->info());
-    Parcel bad = good;
+    const farm::PictureSpec good = farm::pack(small_scene(), job.world->info());
+    farm::PictureSpec bad = good;
     bad.scene = "[quality]\nsamples = -5";
-    CHECK_THROWS_WITH(unpack(bad, job.world->info()), contains("quality.samples"));
-    bad = good, bad.scene = std::string(2 << 20, '#');
-    CHECK_THROWS_WITH(unpack(bad, job.world->info()), contains("longer than 1 MiB"));
-    bad = good, bad.materials = "[nonsense]";
-    CHECK_THROWS_WITH(unpack(bad, job.world->info()), contains("is no material"));
+    CHECK_THROWS_WITH(farm::unpack(bad, job.world->info()), contains("quality.samples"));
+    bad = good;
+    bad.scene = std::string(2 << 20, '#');
+    CHECK_THROWS_WITH(farm::unpack(bad, job.world->info()), contains("longer than 1 MiB"));
+    bad = good;
+    bad.materials = "[nonsense]";
+    CHECK_THROWS_WITH(farm::unpack(bad, job.world->info()), contains("is no material"));
 }
 
 TEST_CASE("texts have names of 16 bytes, each its own", "[raytracer][farm]") {
     std::set<std::string> names;
     for (const char* text : {"", "a", "b", "ab"}) {
-        CHECK(state_hash(text).size() == 16);
-        CHECK(names.insert(state_hash(text)).second);
+        CHECK(farm::state_hash(text).size() == 16);
+        CHECK(names.insert(farm::state_hash(text)).second);
     }
-    CHECK(state_hash("a") == state_hash("a"));
+    CHECK(farm::state_hash("a") == farm::state_hash("a"));
 }

@@ -4,7 +4,7 @@
 #include <random>
 #include <set>
 
-#include "raytracer/farm/wire/parcel.hpp"
+#include "raytracer/farm/wire/picture_spec.hpp"
 #include "raytracer/shade/view_maker.hpp"
 #include "tests/catch.hpp"
 #include "tests/raytracer/farm_bench.hpp"
@@ -16,7 +16,7 @@ namespace {
 
 std::string local_picture(bool layers) {
     Job job(farm_scene(layers));
-    return bytes_of(render(job, 2));
+    return bytes_of(render_scene(job, 2));
 }
 
 }  // namespace
@@ -37,8 +37,8 @@ TEST_CASE(
                     bench.add_worker(1 + i % 2);
                 if (threads > 0)
                     bench.add_threads(threads);
-                Film film = empty_film(job);
-                const RenderCounts counts = bench.render(film);
+                output::Film film = empty_film(job);
+                const render::RenderCounts counts = bench.render(film);
                 CHECK(bytes_of(film) == wanted);
                 CHECK(counts.missing == 0);
                 CHECK(bench.expelled().empty());
@@ -56,24 +56,25 @@ TEST_CASE(
     Job job(farm_scene());
     FarmBench first(job);
     first.add_worker();
-    Film film = empty_film(job);
+    output::Film film = empty_film(job);
     (void)first.render(film);
     CHECK(bytes_of(film) == local_picture(false));
-    Scene other = farm_scene();
-    other.sun.altitude_deg = 55, other.camera.azimuth_deg = 20;
+    scene::Scene other = farm_scene();
+    other.sun.altitude_deg = 55;
+    other.camera.azimuth_deg = 20;
     Job wanted(other);
-    const std::string right = bytes_of(render(wanted, 1));
-    const View view = make_view(other, job.blocks);
+    const std::string right = bytes_of(render_scene(wanted, 1));
+    const shade::View view = shade::make_view(other, job.blocks);
     first.farm().end();
     {
-        PoolSettings settings = pool_settings(job);
+        processors::PoolSettings settings = pool_settings(job);
         settings.make_checker = [&] {
-            return std::make_shared<ThreadProcessor>(view, job.blocks, 1);
+            return std::make_shared<processors::ThreadProcessor>(view, job.blocks, 1);
         };
-        ProcessorPool pool(std::move(settings));
+        processors::ProcessorPool pool(std::move(settings));
         first.farm().begin(pool, other, view);
-        Film again = empty_film(job);
-        (void)render_film({view, pool, true, nullptr}, again);
+        output::Film again = empty_film(job);
+        (void)render::render_film({view, pool, true, nullptr}, again);
         CHECK(bytes_of(again) == right);
         first.farm().end();
     }
@@ -93,9 +94,9 @@ TEST_CASE(
     Job alone(farm_scene(), kMemory_bytes, damaged()), job(farm_scene(), kMemory_bytes, damaged());
     FarmBench bench(job, std::nullopt, 1);  // each band is checked
     bench.add_worker();
-    Film film = empty_film(job);
-    const RenderCounts counts = bench.render(film);
-    CHECK((bytes_of(film) == bytes_of(render(alone, 2))));
+    output::Film film = empty_film(job);
+    const render::RenderCounts counts = bench.render(film);
+    CHECK((bytes_of(film) == bytes_of(render_scene(alone, 2))));
     CHECK(counts.holes == std::set<voxel::BoxKey>{hole});
     CHECK(bench.pool().counts().checked >= 28);
     CHECK(bench.expelled().empty());
@@ -104,15 +105,14 @@ TEST_CASE(
     job.blocks.forget_holes();
     {
         std::atomic<bool> expelled{false};
-        PoolSettings settings = pool_settings(job);
+        processors::PoolSettings settings = pool_settings(job);
         settings.check_every = 1;
-        settings.gone = [&](ProcessorPool::MemberId, const std::string&, bool is_expelled) {
-            expelled = expelled || is_expelled;
-        };
-        ProcessorPool pool(std::move(settings));
+        settings.gone = [&](processors::ProcessorPool::MemberId, const std::string&,
+                            bool is_expelled) { expelled = expelled || is_expelled; };
+        processors::ProcessorPool pool(std::move(settings));
         bench.farm().begin(pool, job.view.scene, job.view);
-        Film whole = empty_film(job);
-        CHECK(render_film({job.view, pool, true, nullptr}, whole).holes.empty());
+        output::Film whole = empty_film(job);
+        CHECK(render::render_film({job.view, pool, true, nullptr}, whole).holes.empty());
         CHECK((bytes_of(whole) == local_picture(false)));
         CHECK_FALSE(expelled);
         bench.farm().end();
@@ -129,10 +129,10 @@ TEST_CASE("workers that die, leave and come at any time change no pixel", "[rayt
     FarmBench bench(job);
     for (int i = 0; i < 3; ++i)
         bench.add_worker();
-    const auto tiles = plan_tiles(97, 53, 1, 16, TileOrder::kRows).front();
-    for (const RenderTile& t : tiles)
+    const auto tiles = tiles::plan_tiles(97, 53, 1, 16, core::TileOrder::kRows).front();
+    for (const tiles::RenderTile& t : tiles)
         bench.pool().submit(t);
-    Film film = empty_film(job);
+    output::Film film = empty_film(job);
     std::set<std::uint32_t> done;
     while (done.size() < tiles.size()) {
         // Those that were killed may all be gone only now.
@@ -159,8 +159,8 @@ TEST_CASE(
     "[raytracer][farm]") {
     Job job(farm_scene());
     FarmBench bench(job, std::chrono::milliseconds(300));
-    Film film = empty_film(job);
-    const RenderCounts counts = bench.render(film);
+    output::Film film = empty_film(job);
+    const render::RenderCounts counts = bench.render(film);
     CHECK(counts.missing == 28);
     CHECK(counts.tiles == 0);
 }
@@ -169,9 +169,9 @@ namespace {
 
 /// What `terravox farm` does: a question to a coordinator or a worker. @return what came of it
 farm::Frame asked(net::Link& link, const farm::Frame& question) {
-    OwnHello own;
+    farm::OwnHello own;
     own.role = farm::OBSERVER;
-    (void)meet(link, make_hello(own), {farm::WORKER, farm::COORDINATOR});
+    (void)farm::meet(link, farm::make_hello(own), {farm::WORKER, farm::COORDINATOR});
     CHECK(link.send(question));
     auto frame = link.receive();
     REQUIRE(frame);
@@ -193,14 +193,14 @@ TEST_CASE("a worker that is paused gets nothing, and goes on when it may", "[ray
     bench.add_worker();
     while (bench.farm().status().empty() || bench.farm().status().front().member == 0)
         std::this_thread::yield();
-    const auto tiles = plan_tiles(97, 53, 1, 16, TileOrder::kRows).front();
+    const auto tiles = tiles::plan_tiles(97, 53, 1, 16, core::TileOrder::kRows).front();
     const auto state = [&] { return std::string(bench.pool().status().front().state); };
     SECTION("by its coordinator") {
         CHECK(asked(*bench.plug(), pause_frame(true, "nobody")).refusal().reason() ==
               "no such worker: 'nobody'");
         CHECK(asked(*bench.plug(), pause_frame(true, "worker 0")).has_status());
         CHECK(state() == "paused");
-        for (const RenderTile& t : tiles)
+        for (const tiles::RenderTile& t : tiles)
             bench.pool().submit(t);
         CHECK_FALSE(bench.pool().wait(std::chrono::milliseconds(100)));
         CHECK(asked(*bench.plug(), pause_frame(false)).has_status());
@@ -218,7 +218,7 @@ TEST_CASE("a worker that is paused gets nothing, and goes on when it may", "[ray
         ask_worker(true);
         while (state() != "paused")
             std::this_thread::yield();
-        for (const RenderTile& t : tiles)
+        for (const tiles::RenderTile& t : tiles)
             bench.pool().submit(t);
         CHECK_FALSE(bench.pool().wait(std::chrono::milliseconds(100)));
         ask_worker(false);
@@ -231,31 +231,31 @@ TEST_CASE("tiles that are not needed any more are left in the middle", "[raytrac
     // A worker whose boxes never come: what it has begun does not end by itself.
     Job job(farm_scene());
     auto [mine, theirs] = net::link_pair();
-    WorkerDaemon daemon({});
+    farm::WorkerDaemon daemon({});
     std::thread serving(
         [&, end = std::move(theirs)]() mutable { (void)daemon.serve(std::move(end), false); });
-    OwnHello own;
+    farm::OwnHello own;
     own.role = farm::COORDINATOR;
-    (void)meet(*mine, make_hello(own), {farm::WORKER});
+    (void)farm::meet(*mine, farm::make_hello(own), {farm::WORKER});
     farm::Frame picture;
-    const Parcel parcel = pack(job.view.scene, job.blocks.world_info());
+    const farm::PictureSpec parcel = farm::pack(job.view.scene, job.blocks.world_info());
     const std::vector<std::string> texts{parcel.scene, parcel.materials, parcel.world};
     picture.mutable_picture()->set_id(1);
-    picture.mutable_picture()->set_scene(state_hash(texts[0]));
-    picture.mutable_picture()->set_materials(state_hash(texts[1]));
-    picture.mutable_picture()->set_world(state_hash(texts[2]));
+    picture.mutable_picture()->set_scene(farm::state_hash(texts[0]));
+    picture.mutable_picture()->set_materials(farm::state_hash(texts[1]));
+    picture.mutable_picture()->set_world(farm::state_hash(texts[2]));
     picture.mutable_picture()->set_asked(true);
     CHECK(mine->send(picture));
     for (const std::string& text : texts) {
         farm::Frame state;
-        state.mutable_state()->set_hash(state_hash(text));
+        state.mutable_state()->set_hash(farm::state_hash(text));
         state.mutable_state()->set_content(text);
         CHECK(mine->send(state));
     }
     farm::Frame task;
     task.mutable_task()->set_picture(1);
-    *task.mutable_task()->add_tiles() =
-        to_frame(plan_tiles(97, 53, 1, 16, TileOrder::kSpiral).front().front(), 77);
+    *task.mutable_task()->add_tiles() = farm::to_frame(
+        tiles::plan_tiles(97, 53, 1, 16, core::TileOrder::kSpiral).front().front(), 77);
     CHECK(mine->send(task));
     const auto until = [&](const auto& condition) {
         while (auto frame = mine->receive()) {
@@ -280,13 +280,13 @@ TEST_CASE("tiles that are not needed any more are left in the middle", "[raytrac
 TEST_CASE("an asker for boxes whose link is slow holds nobody else up, and gets them when it can",
           "[raytracer][farm]") {
     Job job(farm_scene());
-    BoxSupplier supplier(job.blocks, 7, std::size_t{1} << 20, 1);
+    farm::BoxSupplier supplier(job.blocks, 7, std::size_t{1} << 20, 1);
     std::atomic<std::uint64_t> queued{std::uint64_t{20} << 20};
     std::atomic<int> slow{0}, quick{0};
     farm::BoxRequest request;
     request.set_world_id(7);
     for (int i = 0; i < 5; ++i)
-        to_frame(voxel::BoxKey{0, i - 2, 0, 0}, *request.add_keys());
+        farm::to_frame(voxel::BoxKey{0, i - 2, 0, 0}, *request.add_keys());
     CHECK(supplier.ask(1, request,
                        {[&](farm::Frame) { return ++slow > 0; }, [&] { return queued.load(); }}));
     CHECK(supplier.ask(2, request, {[&](farm::Frame) { return ++quick > 0; }}));

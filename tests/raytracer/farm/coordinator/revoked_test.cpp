@@ -27,12 +27,12 @@ struct Certificates {
     void revoke(const std::string& name) const { net::revoke_certs(at, {name}); }
 };
 
-const net::Address kAnywhere{.host = "127.0.0.1", .port = 0};
+const sockets::Address kAnywhere{.host = "127.0.0.1", .port = 0};
 
 /// Takes tiles, answers pings, and does nothing else.
 class IdleWorker {
 public:
-    IdleWorker(const net::Address& coordinator, const net::Credentials& credentials)
+    IdleWorker(const sockets::Address& coordinator, const net::Credentials& credentials)
         : m_link(net::dial(coordinator, credentials, kHangs)), m_thread([this] { run(); }) {}
     ~IdleWorker() {
         m_link->abort();
@@ -42,9 +42,12 @@ public:
 
 private:
     void run() {
-        OwnHello own;
-        own.role = farm::WORKER, own.threads = 1, own.capacity = 4, own.name = "idle";
-        (void)meet(*m_link, make_hello(own), {farm::COORDINATOR}, kHangs);
+        farm::OwnHello own;
+        own.role = farm::WORKER;
+        own.threads = 1;
+        own.capacity = 4;
+        own.name = "idle";
+        (void)farm::meet(*m_link, farm::make_hello(own), {farm::COORDINATOR}, kHangs);
         while (auto frame = m_link->receive()) {
             if (!frame->has_ping())
                 continue;
@@ -66,19 +69,19 @@ TEST_CASE("a worker whose certificate is revoked is sent away, and others do wha
     const Said said;
     const Certificates certificates;
     Job alone(farm_scene()), job(farm_scene());
-    FarmOptions options;
-    options.listen = kAnywhere, options.credentials = certificates.of("coordinator");
-    terravox::Farm farm(options, job.blocks, {});
-    PoolSettings settings = pool_settings(job);
-    settings.gone = [&](ProcessorPool::MemberId id, const std::string& why, bool expelled) {
-        farm.gone(id, why, expelled);
-    };
-    ProcessorPool pool(std::move(settings));
+    farm::FarmOptions options;
+    options.listen = kAnywhere;
+    options.credentials = certificates.of("coordinator");
+    terravox::farm::Farm farm(options, job.blocks, {});
+    processors::PoolSettings settings = pool_settings(job);
+    settings.gone = [&](processors::ProcessorPool::MemberId id, const std::string& why,
+                        bool expelled) { farm.gone(id, why, expelled); };
+    processors::ProcessorPool pool(std::move(settings));
     farm.begin(pool, job.view.scene, job.view);
     const IdleWorker worker({.host = "127.0.0.1", .port = farm.port()}, certificates.of("worker"));
     REQUIRE(eventually([&] { return farm.workers() == 1 && !pool.status().empty(); }));
-    const auto tiles = plan_tiles(97, 53, 1, 16, TileOrder::kRows).front();
-    for (const RenderTile& tile : tiles)
+    const auto tiles = tiles::plan_tiles(97, 53, 1, 16, core::TileOrder::kRows).front();
+    for (const tiles::RenderTile& tile : tiles)
         pool.submit(tile);
     (void)pool.wait(std::chrono::milliseconds(0));  // hands tiles out
     REQUIRE(pool.status().front().leases > 0);
@@ -96,15 +99,15 @@ TEST_CASE("a worker whose certificate is revoked is sent away, and others do wha
               1,
               true,
               false,
-              std::make_shared<ThreadProcessor>(job.view, job.blocks, 1),
+              std::make_shared<processors::ThreadProcessor>(job.view, job.blocks, 1),
               {}});
-    Film film = empty_film(job);
+    output::Film film = empty_film(job);
     for (std::size_t i = 0; i < tiles.size(); ++i) {
         const auto result = pool.take();
         REQUIRE(result);
         film.add(*result);
     }
-    CHECK(bytes_of(film) == bytes_of(render(alone, 1)));
+    CHECK(bytes_of(film) == bytes_of(render_scene(alone, 1)));
     farm.end();
 }
 
@@ -112,19 +115,19 @@ TEST_CASE("a worker leaves a coordinator whose certificate is revoked, and does 
           "[raytracer][farm][tls]") {
     const Said said;
     const Certificates certificates;
-    const net::Listener coordinator(kAnywhere, certificates.of("coordinator"),
-                                    [](std::unique_ptr<net::Link> link) {
-                                        (void)meet(*link, make_hello({}), {farm::WORKER}, kHangs);
-                                        while (link->receive()) {
-                                            farm::Frame ping;
-                                            ping.mutable_ping()->set_stamp(1);
-                                            (void)link->send(std::move(ping));
-                                        }
-                                    });
-    WorkerDaemonOptions options;
-    options.join = {{.host = "127.0.0.1", .port = coordinator.port()}},
+    const net::Listener coordinator(
+        kAnywhere, certificates.of("coordinator"), [](std::unique_ptr<net::Link> link) {
+            (void)farm::meet(*link, farm::make_hello({}), {farm::WORKER}, kHangs);
+            while (link->receive()) {
+                farm::Frame ping;
+                ping.mutable_ping()->set_stamp(1);
+                (void)link->send(std::move(ping));
+            }
+        });
+    farm::WorkerDaemonOptions options;
+    options.join = {{.host = "127.0.0.1", .port = coordinator.port()}};
     options.credentials = certificates.of("worker");
-    WorkerDaemon daemon(options);
+    farm::WorkerDaemon daemon(options);
     REQUIRE(eventually([&] { return daemon.totals().now.size() == 1; }));
     certificates.revoke("coordinator");
     CHECK_THROWS_WITH(daemon.run(), contains("no coordinator is left to join"));
@@ -138,20 +141,20 @@ TEST_CASE("an observer whose certificate is revoked is told nothing more",
     const Certificates certificates;
     net::make_certs(certificates.at, {"looker"}, 30, "coordinator");
     Job job(farm_scene());
-    FarmOptions farm_options;
-    WorkerDaemonOptions daemon_options;
+    farm::FarmOptions farm_options;
+    farm::WorkerDaemonOptions daemon_options;
     farm_options.listen = daemon_options.listen = kAnywhere;
-    farm_options.credentials = certificates.of("coordinator"),
+    farm_options.credentials = certificates.of("coordinator");
     daemon_options.credentials = certificates.of("worker");
-    terravox::Farm farm(farm_options, job.blocks, {});
-    WorkerDaemon daemon(daemon_options);
+    terravox::farm::Farm farm(farm_options, job.blocks, {});
+    farm::WorkerDaemon daemon(daemon_options);
     const bool asks_daemon = GENERATE(false, true);
     const std::uint16_t port = asks_daemon ? daemon.port() : farm.port();
     const auto link =
         net::dial({.host = "127.0.0.1", .port = port}, certificates.of("looker"), kHangs);
-    OwnHello own;
+    farm::OwnHello own;
     own.role = farm::OBSERVER;
-    (void)meet(*link, make_hello(own), {farm::COORDINATOR, farm::WORKER}, kHangs);
+    (void)farm::meet(*link, farm::make_hello(own), {farm::COORDINATOR, farm::WORKER}, kHangs);
     const auto answer = [&] {
         farm::Frame question;
         question.mutable_status_request();

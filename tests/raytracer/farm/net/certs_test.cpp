@@ -115,10 +115,10 @@ TEST_CASE("names and days have their ranges", "[common][net][certs]") {
          {"", "ca", "../a", "a/b", "A", "a b", ".", "..", "a..b", "-a", ".a", "a.", "ä",
           "a,DNS:evil", "0123456789012345678901234567890123456789012345678901234567890123"}) {
         INFO(name);
-        CHECK_THROWS_AS(net::make_certs(folder.path(), {name}, 30), UsageError);
+        CHECK_THROWS_AS(net::make_certs(folder.path(), {name}, 30), util::UsageError);
     }
     for (const int days : {0, -1, 3651})
-        CHECK_THROWS_AS(net::make_certs(folder.path(), {"a"}, days), UsageError);
+        CHECK_THROWS_AS(net::make_certs(folder.path(), {"a"}, days), util::UsageError);
     CHECK_THROWS_WITH(net::make_certs(folder.path(), {"a", "a"}, 30), contains("twice"));
     CHECK(files_in(folder.path()).empty());
 }
@@ -185,7 +185,7 @@ TEST_CASE("certificates name their role, and lists of revoked ones grow", "[comm
     const auto before = files_in(place);
     CHECK_THROWS_WITH(net::revoke_certs(place, {"worker"}), contains("revoked already"));
     CHECK_THROWS_WITH(net::revoke_certs(place, {"nobody"}), contains("nobody.pem"));
-    CHECK_THROWS_AS(net::revoke_certs(place, {"ca"}), UsageError);
+    CHECK_THROWS_AS(net::revoke_certs(place, {"ca"}), util::UsageError);
     net::make_certs(place / "another", {}, 30);
     std::filesystem::copy_file(place / "another" / "worker.pem", place / "foreign.pem");
     CHECK_THROWS_WITH(net::revoke_certs(place, {"foreign"}), contains("has not signed it"));

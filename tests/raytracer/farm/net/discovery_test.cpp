@@ -129,7 +129,8 @@ bool avahi_runs() {
 
 struct Running {
     Running() {
-        Network::get().start_bus(), Network::get().start_avahi();
+        Network::get().start_bus();
+        Network::get().start_avahi();
         REQUIRE(eventually(avahi_runs));
     }
     ~Running() { Network::get().stop(); }
@@ -171,9 +172,10 @@ public:
     [[nodiscard]] net::ServiceBrowser::OnEvent listener() {
         return [this](net::ServiceBrowser::Event event, const net::FoundService& service) {
             const std::lock_guard lock(m_mutex);
-            if (event == net::ServiceBrowser::Event::kFound)
-                ++m_found, m_now[service.name] = service;
-            else
+            if (event == net::ServiceBrowser::Event::kFound) {
+                ++m_found;
+                m_now[service.name] = service;
+            } else
                 m_strays += m_now.erase(service.name) == 0;
         };
     }
@@ -271,8 +273,10 @@ TEST_CASE("services of one name get numbers, and each is found", "[common][net][
                             [](const auto& a) { return a->name().empty(); });
     }));
     std::set<std::string> names, numbers;
-    for (const auto& service : net::discover("worker", test::kHangs))
-        names.insert(service.name), numbers.insert(service.text.at("n"));
+    for (const auto& service : net::discover("worker", test::kHangs)) {
+        names.insert(service.name);
+        numbers.insert(service.text.at("n"));
+    }
     CHECK(names.size() == 3);
     CHECK(numbers == std::set<std::string>{"0", "1", "2"});
 }

@@ -20,20 +20,20 @@ using namespace std::chrono_literals;
 namespace {
 
 /// A peer that knows the token and keeps to no limit: gRPC's own channel behind the handshake.
-std::shared_ptr<grpc::Channel> channel_of(const net::Address& address) {
-    auto socket = net::connect_to(net::resolve(address, false).front(),
-                                  std::chrono::steady_clock::now() + kLong);
+std::shared_ptr<grpc::Channel> channel_of(const sockets::Address& address) {
+    auto socket = sockets::connect_to(sockets::resolve(address, false).front(),
+                                      std::chrono::steady_clock::now() + kLong);
     const auto deadline = std::chrono::steady_clock::now() + kLong;
     net::DiallerHandshake handshake(kToken);
     const auto write = [&](const net::Bytes& bytes) {
-        net::write_all(socket.fd(), bytes.data(), bytes.size(), deadline);
+        sockets::write_all(socket.fd(), bytes.data(), bytes.size(), deadline);
     };
     std::array<std::byte, net::kHello_bytes> hello{};
     std::array<std::byte, net::kAnswer_bytes> answer{};
     write(handshake.hello());
-    net::read_exactly(socket.fd(), hello.data(), hello.size(), deadline);
+    sockets::read_exactly(socket.fd(), hello.data(), hello.size(), deadline);
     write(handshake.prove(hello));
-    net::read_exactly(socket.fd(), answer.data(), answer.size(), deadline);
+    sockets::read_exactly(socket.fd(), answer.data(), answer.size(), deadline);
     handshake.check(answer);
     grpc::ChannelArguments arguments;
     arguments.SetMaxSendMessageSize(-1);
@@ -185,9 +185,9 @@ TEST_CASE("a frame that is too large ends the link, and not the process", "[comm
     SECTION("at the sender") {
         auto [dialled, accepted] = farm.pair();
         REQUIRE(accepted);
-        REQUIRE(dialled->send(done(1, net::kMostFrame_bytes - 64)));
+        REQUIRE(dialled->send(done(1, net::kMaxFrame_bytes - 64)));
         REQUIRE(accepted->receive());
-        CHECK_FALSE(dialled->send(done(1, net::kMostFrame_bytes)));
+        CHECK_FALSE(dialled->send(done(1, net::kMaxFrame_bytes)));
         CHECK_THAT(dialled->why_ended(), contains("allowed: at most 16777216"));
         CHECK_FALSE(dialled->receive());
         CHECK_FALSE(accepted->receive());
@@ -199,9 +199,9 @@ TEST_CASE("a frame that is too large ends the link, and not the process", "[comm
         auto stream = stub->Join(&context);
         auto accepted = farm.arrivals().next();
         REQUIRE(accepted);
-        CHECK(stream->Write(done(1, net::kMostFrame_bytes - 64)));
+        CHECK(stream->Write(done(1, net::kMaxFrame_bytes - 64)));
         CHECK(accepted->receive());
-        stream->Write(done(1, net::kMostFrame_bytes));
+        stream->Write(done(1, net::kMaxFrame_bytes));
         CHECK_FALSE(accepted->receive());
         CHECK_FALSE(accepted->why_ended().empty());
         farm::Frame none;
@@ -460,7 +460,7 @@ TEST_CASE("an error of a link's user ends this link alone", "[common][net][ends]
                            {.token = kToken, .ca = {}, .certificate = {}, .key = {}},
                            [&](std::unique_ptr<net::Link> link) {
                                if (++links == 1)
-                                   throw Error("serve this one: no");
+                                   throw util::Error("serve this one: no");
                                if (link->receive())
                                    static_cast<void>(link->send(ping(8)));
                                link->close(kLong);
@@ -474,7 +474,7 @@ TEST_CASE("an error of a link's user ends this link alone", "[common][net][ends]
         const auto first = dial();
         ended = !first->receive();
     } catch (const net::RefusedError&) {
-    } catch (const Error&) {
+    } catch (const util::Error&) {
         ended = true;  // before the dialler had heard of its beginning
     }
     CHECK(ended);
@@ -502,7 +502,7 @@ TEST_CASE("links come and go", "[common][net][ends]") {
                         link->close(0ms);
                 } catch (const net::RefusedError&) {
                     return false;
-                } catch (const Error&) {
+                } catch (const util::Error&) {
                 }
             }
             return met > 0;

@@ -7,7 +7,7 @@
 #include <mutex>
 #include <string>
 
-#include "raytracer/farm/net/farm_port.hpp"
+#include "raytracer/farm/net/endpoint.hpp"
 #include "tests/eventually.hpp"
 
 namespace terravox::test {
@@ -28,9 +28,9 @@ public:
         };
     }
     /// @return nothing when none comes
-    [[nodiscard]] std::unique_ptr<net::Link> next(std::chrono::milliseconds patience = kLong) {
+    [[nodiscard]] std::unique_ptr<net::Link> next(std::chrono::milliseconds timeout = kLong) {
         std::unique_lock lock(m_mutex);
-        if (!m_came.wait_for(lock, patience, [&] { return !m_links.empty(); }))
+        if (!m_came.wait_for(lock, timeout, [&] { return !m_links.empty(); }))
             return nullptr;
         auto link = std::move(m_links.front());
         m_links.pop_front();
@@ -51,7 +51,7 @@ public:
         net::ListenerLimits limits = {})
         : m_credentials(std::move(credentials)),
           m_listener({.host = "127.0.0.1", .port = 0}, m_credentials, m_arrivals.taker(), limits) {}
-    [[nodiscard]] net::Address address() const {
+    [[nodiscard]] sockets::Address address() const {
         return {.host = "127.0.0.1", .port = m_listener.port()};
     }
     [[nodiscard]] std::unique_ptr<net::Link> dial() const {
@@ -84,7 +84,7 @@ public:
                 return false;
             } catch (const net::RefusedError&) {
                 return false;
-            } catch (const Error&) {
+            } catch (const util::Error&) {
             }
         }
         return false;

@@ -1,6 +1,6 @@
 #include "raytracer/farm/net/handshake.hpp"
 
-#include "raytracer/farm/net/farm_port.hpp"
+#include "raytracer/farm/net/endpoint.hpp"
 #include "tests/catch.hpp"
 
 using namespace terravox;
@@ -118,7 +118,7 @@ TEST_CASE("a dialler learns why it is refused", "[common][net][handshake]") {
         } catch (const RefusedError& e) {
             for_good = true;
             why = e.what();
-        } catch (const Error& e) {
+        } catch (const util::Error& e) {
             why = e.what();
         }
         CHECK(for_good == c.for_good);

@@ -6,7 +6,7 @@
 #include <span>
 #include <string>
 
-#include "raytracer/farm/net/farm_port.hpp"
+#include "raytracer/farm/net/endpoint.hpp"
 #include "tests/raytracer/farm/net/farm.hpp"
 #include "voxelserver/sockets/socket.hpp"
 
@@ -15,17 +15,17 @@ namespace terravox::test {
 /// A connection that says what it likes.
 class RawPeer {
 public:
-    explicit RawPeer(const net::Address& address)
-        : m_socket(net::connect_to(net::resolve(address, false).front(),
-                                   std::chrono::steady_clock::now() + kLong)) {}
-    explicit RawPeer(net::Socket socket) : m_socket(std::move(socket)) {}
+    explicit RawPeer(const sockets::Address& address)
+        : m_socket(sockets::connect_to(sockets::resolve(address, false).front(),
+                                       std::chrono::steady_clock::now() + kLong)) {}
+    explicit RawPeer(sockets::Socket socket) : m_socket(std::move(socket)) {}
     /// @return false: the other end has closed
     bool say(std::span<const std::byte> bytes) {
         try {
-            net::write_all(m_socket.fd(), bytes.data(), bytes.size(),
-                           std::chrono::steady_clock::now() + kLong);
+            sockets::write_all(m_socket.fd(), bytes.data(), bytes.size(),
+                               std::chrono::steady_clock::now() + kLong);
             return true;
-        } catch (const Error&) {
+        } catch (const util::Error&) {
             return false;
         }
     }
@@ -36,18 +36,18 @@ public:
         const auto deadline = std::chrono::steady_clock::now() + kLong;
         for (char c = 0;;) {
             try {
-                net::read_exactly(m_socket.fd(), &c, 1, deadline);
-            } catch (const Error& e) {
+                sockets::read_exactly(m_socket.fd(), &c, 1, deadline);
+            } catch (const util::Error& e) {
                 return std::string(e.what()).find("in time") == std::string::npos ? out
                                                                                   : "(still open)";
             }
             out += c;
         }
     }
-    [[nodiscard]] net::Socket& socket() noexcept { return m_socket; }
+    [[nodiscard]] sockets::Socket& socket() noexcept { return m_socket; }
 
 private:
-    net::Socket m_socket;
+    sockets::Socket m_socket;
 };
 
 }  // namespace terravox::test

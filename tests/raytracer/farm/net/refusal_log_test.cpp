@@ -34,9 +34,9 @@ TEST_CASE("a flood from very many addresses fills neither memory nor log", "[com
     for (int i = 0; i < 100'000; ++i)
         log.refused(std::to_string(i), std::to_string(i) + ":1", "wrong token",
                     start + std::chrono::microseconds(i));
-    CHECK(lines == RefusalLog::kMostKept + 1);
+    CHECK(lines == RefusalLog::kMaxKept + 1);
     for (int i = 0; i < 100'000; ++i)
         log.refused(std::to_string(i), std::to_string(i) + ":1", "wrong token",
                     start + 61s + std::chrono::microseconds(i));
-    CHECK(lines <= 2 * (RefusalLog::kMostKept + 1));
+    CHECK(lines <= 2 * (RefusalLog::kMaxKept + 1));
 }

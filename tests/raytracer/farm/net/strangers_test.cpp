@@ -35,22 +35,22 @@ net::ListenerLimits handshake_within(std::chrono::milliseconds time) {
 class FakeListener {
 public:
     explicit FakeListener(std::function<void(RawPeer&)> serve)
-        : m_listening(net::listen_at({.host = "127.0.0.1", .port = 0})),
+        : m_listening(sockets::listen_at({.host = "127.0.0.1", .port = 0})),
           m_served(std::async(std::launch::async, [this, serve = std::move(serve)] {
-              net::Socket socket;
+              sockets::Socket socket;
               while (!socket && !m_stopping) {
                   pollfd one{m_listening.front().fd(), POLLIN, 0};
                   if (::poll(&one, 1, 5) > 0)
-                      socket = net::Socket(::accept4(m_listening.front().fd(), nullptr, nullptr,
-                                                     SOCK_NONBLOCK | SOCK_CLOEXEC));
+                      socket = sockets::Socket(::accept4(m_listening.front().fd(), nullptr, nullptr,
+                                                         SOCK_NONBLOCK | SOCK_CLOEXEC));
               }
               RawPeer peer(std::move(socket));
               if (!m_stopping)
                   serve(peer);
           })) {}
     ~FakeListener() { m_stopping = true; }
-    [[nodiscard]] net::Address address() const {
-        net::Endpoint bound;
+    [[nodiscard]] sockets::Address address() const {
+        sockets::Endpoint bound;
         bound.size_bytes = sizeof bound.storage;
         ::getsockname(m_listening.front().fd(), reinterpret_cast<sockaddr*>(&bound.storage),
                       &bound.size_bytes);
@@ -58,15 +58,15 @@ public:
     }
 
 private:
-    std::vector<net::Socket> m_listening;
+    std::vector<sockets::Socket> m_listening;
     std::atomic<bool> m_stopping{false};
     std::future<void> m_served;
 };
 
 std::string hear(RawPeer& peer, std::size_t size_bytes) {
     std::string out(size_bytes, '\0');
-    net::read_exactly(peer.socket().fd(), out.data(), size_bytes,
-                      std::chrono::steady_clock::now() + kLong);
+    sockets::read_exactly(peer.socket().fd(), out.data(), size_bytes,
+                          std::chrono::steady_clock::now() + kLong);
     return out;
 }
 
@@ -142,7 +142,7 @@ TEST_CASE("a listener that does not know the token is refused by the dialler",
         } catch (const net::RefusedError& e) {
             why = e.what();
             for_good = true;
-        } catch (const Error& e) {
+        } catch (const util::Error& e) {
             why = e.what();
         }
         CHECK_THAT(why, contains("connect to " + fake.address().text()) && contains(c.why));
@@ -189,14 +189,14 @@ TEST_CASE("credentials that cannot be are told before anything is tried",
         CHECK_THROWS_WITH(listen(), contains(c.why));
         CHECK_THROWS_WITH(dial(), contains(c.why));
         if (c.usage)
-            CHECK_THROWS_AS(dial(), UsageError);
+            CHECK_THROWS_AS(dial(), util::UsageError);
     }
 }
 
 TEST_CASE("a port that is taken, and an address of another machine, are errors",
           "[common][net][strangers]") {
     Farm farm;
-    const auto listen = [&](const net::Address& address) {
+    const auto listen = [&](const sockets::Address& address) {
         net::Listener(address, token(kToken), [](std::unique_ptr<net::Link>) {});
     };
     CHECK_THROWS_WITH(listen(farm.address()),
@@ -217,7 +217,7 @@ TEST_CASE("a listener without a host is there for both families", "[common][net]
         std::unique_ptr<net::Link> link;
         try {
             link = net::dial({.host = host, .port = listener.port()}, token(kToken), kLong);
-        } catch (const Error& e) {
+        } catch (const util::Error& e) {
             // A machine may have no IPv6.
             REQUIRE(std::string(host) == "::1");
             WARN(e.what());
@@ -363,7 +363,7 @@ TEST_CASE("no more connections are admitted than allowed, and room is given back
         static_cast<void>(farm.dial());
     } catch (const net::RefusedError&) {
         FAIL("another time it may do");
-    } catch (const Error& e) {
+    } catch (const util::Error& e) {
         why = e.what();
     }
     CHECK_THAT(why, contains("no room for another connection"));
@@ -374,7 +374,7 @@ TEST_CASE("no more connections are admitted than allowed, and room is given back
     CHECK(test::eventually([&] {
         try {
             return farm.dial() != nullptr;
-        } catch (const Error&) {
+        } catch (const util::Error&) {
             return false;
         }
     }));
@@ -450,9 +450,9 @@ TEST_CASE("thousands of idle strangers and few descriptors: a peer still gets in
         SECTION("with all descriptors gone meanwhile") {
             Farm farm(token(kToken), handshake_within(kLong));
             REQUIRE(farm.works());
-            std::vector<net::Socket> hoard;
+            std::vector<sockets::Socket> hoard;
             for (;;) {
-                net::Socket one(::open("/dev/null", O_RDONLY | O_CLOEXEC));
+                sockets::Socket one(::open("/dev/null", O_RDONLY | O_CLOEXEC));
                 if (!one)
                     break;
                 hoard.push_back(std::move(one));

@@ -43,7 +43,8 @@ net::ListenerLimits quick() {
 }
 
 /// What becomes of a dialler of gRPC's own, which checks nothing beforehand.
-grpc::Status join_with(const net::Address& address, const grpc::SslCredentialsOptions& options) {
+grpc::Status join_with(const sockets::Address& address,
+                       const grpc::SslCredentialsOptions& options) {
     grpc::ChannelArguments arguments;
     arguments.SetSslTargetNameOverride("terravox-farm");
     arguments.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
@@ -161,7 +162,7 @@ TEST_CASE("a dialler whose certificate the listener does not take is told so",
     auto some = credentials(certs.theirs, "worker");
     some.ca = both;
     const auto dial = [&] { static_cast<void>(net::dial(farm.address(), some, kLong)); };
-    CHECK_THROWS_AS(dial(), Error);
+    CHECK_THROWS_AS(dial(), util::Error);
     CHECK_THROWS_WITH(dial(),
                       contains("it closed the connection when it had seen the certificate"));
     CHECK(said.hears("it showed no certificate of this farm"));
@@ -346,26 +347,26 @@ TEST_CASE("a token and certificates do not meet, and both sides say so", "[commo
 
 TEST_CASE("nobody listens, or nobody answers: no refusal", "[common][net][tls]") {
     const Certs certs;
-    net::Address gone;
+    sockets::Address gone;
     {
         Farm farm(credentials(certs.ours, "coordinator"));
         gone = farm.address();
     }
-    const auto fails_for_now = [&](const net::Address& address,
-                                   std::chrono::milliseconds patience) {
+    const auto fails_for_now = [&](const sockets::Address& address,
+                                   std::chrono::milliseconds timeout) {
         try {
-            static_cast<void>(net::dial(address, credentials(certs.ours, "worker"), patience));
+            static_cast<void>(net::dial(address, credentials(certs.ours, "worker"), timeout));
         } catch (const net::RefusedError& e) {
             FAIL(e.what());
-        } catch (const Error& e) {
+        } catch (const util::Error& e) {
             return std::string(e.what());
         }
         return std::string();
     };
     CHECK_THAT(fails_for_now(gone, kLong),
                contains("connect to " + gone.text()) && contains("refused"));
-    const auto silent = net::listen_at({.host = "127.0.0.1", .port = 0});
-    net::Endpoint bound;
+    const auto silent = sockets::listen_at({.host = "127.0.0.1", .port = 0});
+    sockets::Endpoint bound;
     bound.size_bytes = sizeof bound.storage;
     REQUIRE(::getsockname(silent.front().fd(), reinterpret_cast<sockaddr*>(&bound.storage),
                           &bound.size_bytes) == 0);

@@ -97,8 +97,8 @@ TEST_CASE("a token that will not do is told with its place", "[common][net][toke
 TEST_CASE("a token that can be guessed is refused wherever it is from", "[common][net][token]") {
     const test::TemporaryFolder folder;
     const auto file = write(folder.path() / "weak", "terravox-farm-2024\n");
-    CHECK_THROWS_AS(net::find_token(file), UsageError);
+    CHECK_THROWS_AS(net::find_token(file), util::UsageError);
     CHECK_THROWS_WITH(net::find_token(file), contains("weak: the token can be guessed"));
     const Variable variable("passwordpassword");
-    CHECK_THROWS_AS(net::find_token({}), UsageError);
+    CHECK_THROWS_AS(net::find_token({}), util::UsageError);
 }

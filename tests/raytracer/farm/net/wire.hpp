@@ -18,8 +18,8 @@ namespace terravox::test {
 /// A wire to a listener that can be slow, be cut or go dead. Takes one connection.
 class Wire {
 public:
-    explicit Wire(const net::Address& to)
-        : m_listening(net::listen_at({.host = "127.0.0.1", .port = 0})) {
+    explicit Wire(const sockets::Address& to)
+        : m_listening(sockets::listen_at({.host = "127.0.0.1", .port = 0})) {
         // What a wire holds by itself is not on its way yet: little, set where it listens, as the
         // window is agreed upon at the beginning.
         const int held_bytes = 64 << 10;
@@ -31,8 +31,8 @@ public:
         m_state = State::kCut;
         m_thread.join();
     }
-    [[nodiscard]] net::Address address() const {
-        net::Endpoint bound;
+    [[nodiscard]] sockets::Address address() const {
+        sockets::Endpoint bound;
         bound.size_bytes = sizeof bound.storage;
         ::getsockname(m_listening.front().fd(), reinterpret_cast<sockaddr*>(&bound.storage),
                       &bound.size_bytes);
@@ -50,18 +50,18 @@ public:
 
 private:
     enum class State { kWhole, kDead, kCut };
-    void run(const net::Address& to) {
-        net::Socket near;
+    void run(const sockets::Address& to) {
+        sockets::Socket near;
         while (!near && m_state != State::kCut) {
             pollfd one{m_listening.front().fd(), POLLIN, 0};
             if (::poll(&one, 1, 5) > 0)
-                near = net::Socket(::accept4(m_listening.front().fd(), nullptr, nullptr,
-                                             SOCK_NONBLOCK | SOCK_CLOEXEC));
+                near = sockets::Socket(::accept4(m_listening.front().fd(), nullptr, nullptr,
+                                                 SOCK_NONBLOCK | SOCK_CLOEXEC));
         }
         if (!near)
             return;
-        net::Socket far = net::connect_to(net::resolve(to, false).front(),
-                                          std::chrono::steady_clock::now() + kLong);
+        sockets::Socket far = sockets::connect_to(sockets::resolve(to, false).front(),
+                                                  std::chrono::steady_clock::now() + kLong);
         bool open = true;
         auto free_at =
             std::chrono::steady_clock::now();  // the slow direction carries nothing before that
@@ -94,15 +94,15 @@ private:
             return false;
         carried_bytes = static_cast<std::size_t>(got);
         try {
-            net::write_all(to, bytes.data(), static_cast<std::size_t>(got),
-                           std::chrono::steady_clock::now() + kLong);
+            sockets::write_all(to, bytes.data(), static_cast<std::size_t>(got),
+                               std::chrono::steady_clock::now() + kLong);
             return true;
-        } catch (const Error&) {
+        } catch (const util::Error&) {
             return false;
         }
     }
 
-    std::vector<net::Socket> m_listening;
+    std::vector<sockets::Socket> m_listening;
     std::atomic<State> m_state{State::kWhole};
     std::atomic<std::size_t> m_bytes_per_s{0};
     std::thread m_thread;

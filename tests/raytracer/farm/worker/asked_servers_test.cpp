@@ -35,7 +35,7 @@ TEST_CASE("a worker asks no server that a coordinator names alone", "[raytracer]
         const std::string url = "http://" + std::string(c.user) + server.url().substr(7) + c.rest;
         FarmBench bench(job, std::nullopt, 200, {url, ""});
         bench.add_worker();
-        Film film = empty_film(job);
+        output::Film film = empty_film(job);
         CHECK(bench.render(film).missing == 0);
         CHECK(server.heads().empty());
     }
@@ -46,7 +46,7 @@ TEST_CASE(
     "the coordinator for the rest",
     "[raytracer][farm][worker]") {
     Job wanted(farm_scene());
-    const std::string picture = bytes_of(render(wanted, 1));
+    const std::string picture = bytes_of(render_scene(wanted, 1));
     struct Case {
         const char* name;
         bool allowed, in_private, with_token;
@@ -60,15 +60,15 @@ TEST_CASE(
     DYNAMIC_SECTION(c.name) {
         Job job(farm_scene());
         BadServer server = server_of(job);
-        const HttpOrigin origin = HttpOrigin::parse(server.url());
-        HttpAccess http = access_to_nobody();
+        const remote::HttpOrigin origin = remote::HttpOrigin::parse(server.url());
+        remote::HttpAccess http = remote::access_to_nobody();
         if (c.allowed)
             (c.in_private ? http.limits->private_origins : http.limits->origins).push_back(origin);
         if (c.with_token)
             http.token.emplace(origin, "a-token-of-a-server");
         FarmBench bench(job, std::nullopt, 200, {server.url(), ""});
         bench.add_worker(1, http);
-        Film film = empty_film(job);
+        output::Film film = empty_film(job);
         CHECK(bench.render(film).missing == 0);
         CHECK((bytes_of(film) == picture));
         const auto heads = server.heads();
@@ -86,11 +86,11 @@ TEST_CASE("what would take the path that is appended is refused of an allowed or
     INFO(rest);
     Job job(farm_scene());
     BadServer server = server_of(job);
-    HttpAccess http = access_to_nobody();
-    http.limits->private_origins.push_back(HttpOrigin::parse(server.url()));
+    remote::HttpAccess http = remote::access_to_nobody();
+    http.limits->private_origins.push_back(remote::HttpOrigin::parse(server.url()));
     FarmBench bench(job, std::nullopt, 200, {server.url() + rest, ""});
     bench.add_worker(1, http);
-    Film film = empty_film(job);
+    output::Film film = empty_film(job);
     CHECK(bench.render(film).missing == 0);
     CHECK(server.heads().empty());
 }

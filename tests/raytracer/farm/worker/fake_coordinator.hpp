@@ -25,9 +25,9 @@ public:
         m_serving = std::thread([this, end = std::move(theirs)]() mutable {
             m_end = m_daemon.serve(std::move(end), false);
         });
-        OwnHello own;
+        farm::OwnHello own;
         own.role = farm::COORDINATOR;
-        (void)meet(*m_link, make_hello(own), {farm::WORKER});
+        (void)farm::meet(*m_link, farm::make_hello(own), {farm::WORKER});
         // A worker leaves a coordinator that is silent for too long, and a test may have to wait
         // for a slow machine.
         m_pinging = std::thread([this] {
@@ -35,20 +35,20 @@ public:
                 farm::Frame frame;
                 frame.mutable_ping()->set_stamp(0);
                 (void)m_link->send(std::move(frame));
-            } while (!m_over.try_acquire_for(farm_times().ping));
+            } while (!m_over.try_acquire_for(farm::farm_times().ping));
         });
     }
     ~FakeCoordinator() { (void)hang_up(); }
 
     /// @param id of the picture; later ones are of the same world
-    void begin(const Parcel& parcel, std::uint64_t id = 1) {
+    void begin(const farm::PictureSpec& parcel, std::uint64_t id = 1) {
         m_picture = id;
         farm::Frame frame;
         farm::Picture& picture = *frame.mutable_picture();
         picture.set_id(id);
-        picture.set_scene(state_hash(parcel.scene));
-        picture.set_materials(state_hash(parcel.materials));
-        picture.set_world(state_hash(parcel.world));
+        picture.set_scene(farm::state_hash(parcel.scene));
+        picture.set_materials(farm::state_hash(parcel.materials));
+        picture.set_world(farm::state_hash(parcel.world));
         picture.set_asked(true);
         (void)m_link->send(std::move(frame));
         for (const std::string* text : {&parcel.scene, &parcel.materials, &parcel.world})
@@ -56,14 +56,14 @@ public:
     }
     void tell(const std::string& text) {
         farm::Frame frame;
-        frame.mutable_state()->set_hash(state_hash(text));
+        frame.mutable_state()->set_hash(farm::state_hash(text));
         frame.mutable_state()->set_content(text);
         (void)m_link->send(std::move(frame));
     }
-    void lease(const RenderTile& tile, std::uint64_t id) {
+    void lease(const tiles::RenderTile& tile, std::uint64_t id) {
         farm::Frame frame;
         frame.mutable_task()->set_picture(m_picture);
-        *frame.mutable_task()->add_tiles() = to_frame(tile, id);
+        *frame.mutable_task()->add_tiles() = farm::to_frame(tile, id);
         (void)m_link->send(std::move(frame));
     }
     /// The picture that was begun last has ended.
@@ -104,7 +104,7 @@ public:
     /// Boxes that frames up to the last one asked for, each time that they did, but for those told
     /// before.
     [[nodiscard]] std::vector<farm::BoxKey> take_asked() { return std::exchange(m_asked, {}); }
-    WorkerSession::End hang_up() {
+    farm::WorkerSession::End hang_up() {
         m_link->abort();
         m_over.release();
         if (m_pinging.joinable())
@@ -115,23 +115,24 @@ public:
     }
 
 private:
-    static WorkerDaemonOptions options(int threads, std::size_t memory_bytes) {
-        WorkerDaemonOptions out;
-        out.threads = threads, out.memory_bytes = memory_bytes;
+    static farm::WorkerDaemonOptions options(int threads, std::size_t memory_bytes) {
+        farm::WorkerDaemonOptions out;
+        out.threads = threads;
+        out.memory_bytes = memory_bytes;
         return out;
     }
-    WorkerDaemon m_daemon;
+    farm::WorkerDaemon m_daemon;
     std::unique_ptr<net::Link> m_link;
     std::uint64_t m_picture = 0, m_stamp = 0;
     std::vector<farm::BoxKey> m_asked;
     std::counting_semaphore<> m_over{0};
-    WorkerSession::End m_end = WorkerSession::End::kBye;
+    farm::WorkerSession::End m_end = farm::WorkerSession::End::kBye;
     std::thread m_serving, m_pinging;
 };
 
-inline Parcel parcel_of(bool layers) {
+inline farm::PictureSpec parcel_of(bool layers) {
     const Job job(farm_scene(layers));
-    return pack(job.view.scene, job.blocks.world_info());
+    return farm::pack(job.view.scene, job.blocks.world_info());
 }
 
 }  // namespace terravox::test

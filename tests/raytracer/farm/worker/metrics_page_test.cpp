@@ -105,26 +105,37 @@ private:
     std::map<std::string, double> m_samples;
 };
 
-WorkerMetrics some_metrics() {
-    WorkerMetrics m;
+farm::WorkerMetrics some_metrics() {
+    farm::WorkerMetrics m;
     m.uptime_s = 12.5;
-    m.tiles = 7, m.pixels = 28'672, m.rays = 9'007'199'254'740'991, m.failed = 1;
-    m.result_bytes = 1'000'000'007, m.box_requests = 3, m.busy_s = 0.25, m.all_sessions = 4;
+    m.tiles = 7;
+    m.pixels = 28'672;
+    m.rays = 9'007'199'254'740'991;
+    m.failed = 1;
+    m.result_bytes = 1'000'000'007;
+    m.box_requests = 3;
+    m.busy_s = 0.25;
+    m.all_sessions = 4;
     m.refused = {{"wrong token", 5}, {"a \"quoted\"\\\nreason", 6}};
-    m.sessions = 1, m.threads = 16, m.waiting = 8, m.begun = 9;
-    m.memory_bytes = 123'456'789, m.box_bytes = 1024, m.box_limit_bytes = 2048;
+    m.sessions = 1;
+    m.threads = 16;
+    m.waiting = 8;
+    m.begun = 9;
+    m.memory_bytes = 123'456'789;
+    m.box_bytes = 1024;
+    m.box_limit_bytes = 2048;
     return m;
 }
 
 struct Page {
     std::atomic<bool> draining{false}, fails{false};
-    MetricsPage page{{"127.0.0.1", 0, {"render1.lan"}}, [this] {
-                         if (fails)
-                             throw std::runtime_error("no metrics today");
-                         WorkerMetrics m = some_metrics();
-                         m.draining = draining;
-                         return m;
-                     }};
+    farm::MetricsPage page{{"127.0.0.1", 0, {"render1.lan"}}, [this] {
+                               if (fails)
+                                   throw std::runtime_error("no metrics today");
+                               farm::WorkerMetrics m = some_metrics();
+                               m.draining = draining;
+                               return m;
+                           }};
     [[nodiscard]] test::HttpReply ask(const std::string& path, const std::string& headers = "",
                                       const std::string& method = "GET") const {
         return HttpClient(page.port()).get(path, headers, method);
@@ -135,7 +146,7 @@ struct Page {
 
 TEST_CASE("a worker's metrics are what a reader of the text format takes",
           "[raytracer][worker][metrics]") {
-    const MetricsReader read(metrics_text(some_metrics()));
+    const MetricsReader read(farm::metrics_text(some_metrics()));
     CHECK(read.at("terravox_worker_uptime_seconds") == 12.5);
     CHECK(read.at("terravox_worker_tiles_total") == 7);
     CHECK(read.at("terravox_worker_pixels_total") == 28'672);
@@ -156,7 +167,7 @@ TEST_CASE("a worker's metrics are what a reader of the text format takes",
     CHECK(read.at("terravox_worker_box_limit_bytes") == 2048);
     CHECK(read.at("terravox_worker_draining") == 0);
     CHECK(read.size() == 20);
-    CHECK(MetricsReader(metrics_text({})).size() == 18);
+    CHECK(MetricsReader(farm::metrics_text({})).size() == 18);
 }
 
 TEST_CASE("the reader of metrics refuses what is none", "[raytracer][worker][metrics]") {
@@ -255,10 +266,10 @@ TEST_CASE("clients that say nothing do not keep the page from others for long",
 
 TEST_CASE("a page that cannot be opened says where and why", "[raytracer][worker][metrics]") {
     Page page;
-    const auto nothing = [] { return WorkerMetrics(); };
-    CHECK_THROWS_AS(MetricsPage({"127.0.0.1", page.page.port()}, nothing), Error);
-    CHECK_THROWS_WITH(MetricsPage({"127.0.0.1", page.page.port()}, nothing),
+    const auto nothing = [] { return farm::WorkerMetrics(); };
+    CHECK_THROWS_AS(farm::MetricsPage({"127.0.0.1", page.page.port()}, nothing), util::Error);
+    CHECK_THROWS_WITH(farm::MetricsPage({"127.0.0.1", page.page.port()}, nothing),
                       test::contains("127.0.0.1:" + std::to_string(page.page.port())));
-    CHECK_THROWS_AS(MetricsPage({"localhost", 0}, nothing), UsageError);
-    CHECK_THROWS_AS(MetricsPage({"127.0.0.1,8080", 0}, nothing), UsageError);
+    CHECK_THROWS_AS(farm::MetricsPage({"localhost", 0}, nothing), util::UsageError);
+    CHECK_THROWS_AS(farm::MetricsPage({"127.0.0.1,8080", 0}, nothing), util::UsageError);
 }

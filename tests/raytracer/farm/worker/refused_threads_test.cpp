@@ -63,7 +63,7 @@ TEST_CASE("whichever thread of a picture a worker is refused, it says so and sta
     for (bool refused = true; refused; ++given) {
         INFO("after " << given << " threads");
         FakeCoordinator coordinator(kThreads, std::size_t{64} << 20);
-        const Parcel parcel = parcel_of(false);
+        const farm::PictureSpec parcel = parcel_of(false);
         REQUIRE(coordinator.next(is_heartbeat));  // all that a link needs is there
         const RefusedThread one(given);
         coordinator.begin(parcel);
@@ -87,9 +87,9 @@ TEST_CASE("whichever thread of a picture a worker is refused, it says so and sta
 TEST_CASE("a worker without a thread for its heartbeats ends the link with an error",
           "[raytracer][farm][worker]") {
     auto [mine, theirs] = net::link_pair();
-    WorkerShared shared(std::size_t{1} << 20, 1);
+    farm::WorkerShared shared(std::size_t{1} << 20, 1);
     {
-        WorkerSession session(std::move(theirs), "the test", {}, shared);
+        farm::WorkerSession session(std::move(theirs), "the test", {}, shared);
         const RefusedThread one(0);
         std::string why;
         CHECK_THROWS_WITH(session.run(why),
@@ -102,18 +102,20 @@ TEST_CASE("daemons and farms that are refused a thread at their start are errors
           "[raytracer][farm][worker]") {
     const net::Credentials credentials{
         .token = "a token of the tests", .ca = {}, .certificate = {}, .key = {}};
-    const std::vector<net::Address> nobody{{.host = "127.0.0.1", .port = 1},
-                                           {.host = "127.0.0.1", .port = 2}};
+    const std::vector<sockets::Address> nobody{{.host = "127.0.0.1", .port = 1},
+                                               {.host = "127.0.0.1", .port = 2}};
     const auto begin_daemon = [&] {
-        WorkerDaemonOptions options;
-        options.join = nobody, options.credentials = credentials;
-        const WorkerDaemon daemon(options);
+        farm::WorkerDaemonOptions options;
+        options.join = nobody;
+        options.credentials = credentials;
+        const farm::WorkerDaemon daemon(options);
     };
     Job job(farm_scene());
     const auto begin_farm = [&] {
-        FarmOptions options;
-        options.dial = nobody, options.credentials = credentials;
-        const terravox::Farm farm(options, job.blocks, {});
+        farm::FarmOptions options;
+        options.dial = nobody;
+        options.credentials = credentials;
+        const terravox::farm::Farm farm(options, job.blocks, {});
     };
     struct Case {
         const char* name;
@@ -141,14 +143,14 @@ TEST_CASE("daemons and farms that are refused a thread at their start are errors
 TEST_CASE("a member that there is no thread for is none, and the others go on",
           "[raytracer][sched]") {
     Job alone(farm_scene()), job(farm_scene());
-    ProcessorPool pool(pool_settings(job));
+    processors::ProcessorPool pool(pool_settings(job));
     const auto add_one = [&] {
         pool.add({"here",
                   "threads",
                   1,
                   true,
                   false,
-                  std::make_shared<ThreadProcessor>(job.view, job.blocks, 1),
+                  std::make_shared<processors::ThreadProcessor>(job.view, job.blocks, 1),
                   {}});
     };
     {
@@ -157,7 +159,7 @@ TEST_CASE("a member that there is no thread for is none, and the others go on",
     }
     CHECK(pool.status().empty());
     add_one();
-    Film film = empty_film(job);
-    (void)render_film({job.view, pool, true, nullptr}, film);
-    CHECK(bytes_of(film) == bytes_of(render(alone, 1)));
+    output::Film film = empty_film(job);
+    (void)render::render_film({job.view, pool, true, nullptr}, film);
+    CHECK(bytes_of(film) == bytes_of(render_scene(alone, 1)));
 }

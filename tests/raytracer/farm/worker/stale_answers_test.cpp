@@ -12,8 +12,8 @@ TEST_CASE(
     "a box that could not be had for an earlier picture is asked for again, and is no hole of the "
     "next",
     "[raytracer][farm][worker]") {
-    const RenderTile tile{0, 0, 0, 0, 97, 53, 1, false, 0, 0};
-    const Parcel parcel = parcel_of(false);
+    const tiles::RenderTile tile{0, 0, 0, 0, 97, 53, 1, false, 0, 0};
+    const farm::PictureSpec parcel = parcel_of(false);
     FakeCoordinator coordinator(1, std::size_t{64} << 20);
     coordinator.begin(parcel, 1);
     coordinator.lease(tile, 7);
@@ -22,9 +22,10 @@ TEST_CASE(
     // Somebody else has made the tile, and the answer is still on its way when the next picture
     // begins.
     coordinator.stop();
-    coordinator.begin(parcel, 2);
     coordinator.settle();
+    // What the worker asks for from here on may be asked for the next picture, which prefetches.
     const auto asked_before = coordinator.take_asked();
+    coordinator.begin(parcel, 2);
     coordinator.lease(tile, 8);
     const auto has_begun = [](const farm::Frame& f) {
         return f.has_heartbeat() && f.heartbeat().begun() == 1;
@@ -41,7 +42,7 @@ TEST_CASE(
             REQUIRE(frame->has_done());
             CHECK(frame->done().picture() == 2);
             const auto bytes = std::as_bytes(std::span(frame->done().result()));
-            CHECK(decode_tile(bytes, "the tile").holes.empty());
+            CHECK(tiles::decode_tile(bytes, "the tile").holes.empty());
             return;
         }
     }

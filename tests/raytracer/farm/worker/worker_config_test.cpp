@@ -15,10 +15,10 @@ using terravox::test::contains;
 namespace {
 
 /// Arguments as the command line gives them.
-WorkerArguments parsed(std::vector<std::string> flags) {
+farm::WorkerArguments parsed(std::vector<std::string> flags) {
     CLI::App app;
-    WorkerArguments out;
-    add_worker_options(app, out);
+    farm::WorkerArguments out;
+    farm::add_worker_options(app, out);
     std::reverse(flags.begin(), flags.end());
     app.parse(flags);
     return out;
@@ -30,40 +30,40 @@ struct Folder {
         std::ofstream(folder.path() / "worker.toml") << text;
         return folder.path() / "worker.toml";
     }
-    [[nodiscard]] WorkerConfig load(const std::string& text,
-                                    std::vector<std::string> flags = {}) const {
+    [[nodiscard]] farm::WorkerConfig load(const std::string& text,
+                                          std::vector<std::string> flags = {}) const {
         flags.insert(flags.begin(), {"--config", file(text).string()});
-        return load_worker_config(parsed(flags));
+        return farm::load_worker_config(parsed(flags));
     }
 };
 
-WorkerConfig listening() {
-    WorkerConfig c;
-    c.listen = net::Address{"", 7878};
+farm::WorkerConfig listening() {
+    farm::WorkerConfig c;
+    c.listen = sockets::Address{"", 7878};
     return c;
 }
 
 }  // namespace
 
 TEST_CASE("the file that ships says the defaults", "[raytracer][worker][config]") {
-    const WorkerConfig shipped =
-        load_worker_config({std::string(TERRAVOX_SOURCE_DIR) + "/config/worker.toml", {}});
-    CHECK(difference(listening(), shipped) == WorkerConfigChange{});
+    const farm::WorkerConfig shipped =
+        farm::load_worker_config({std::string(TERRAVOX_SOURCE_DIR) + "/config/worker.toml", {}});
+    CHECK(farm::difference(listening(), shipped) == farm::WorkerConfigChange{});
     // It names every field: each that is taken out of it is one fewer.
     std::ifstream in(std::string(TERRAVOX_SOURCE_DIR) + "/config/worker.toml");
     std::size_t lines = 0;
     for (std::string line; std::getline(in, line);)
         lines += line.find(" = ") != std::string::npos && line.front() != '#';
     CLI::App app;
-    WorkerArguments ignored;
-    add_worker_options(app, ignored);
+    farm::WorkerArguments ignored;
+    farm::add_worker_options(app, ignored);
     // --help and --config are no fields, version is no flag.
     CHECK(lines == app.get_options().size() - 2 + 1);
 }
 
 TEST_CASE("every field is read from a file", "[raytracer][worker][config]") {
     const Folder f;
-    const WorkerConfig c = f.load(R"(version = 1
+    const farm::WorkerConfig c = f.load(R"(version = 1
 listen = "192.0.2.7:1000"
 join = ["one", "[::1]:2000"]
 announce = true
@@ -123,7 +123,7 @@ TEST_CASE("flags override the file", "[raytracer][worker][config]") {
     const std::string text =
         "version = 1\nlisten = \":1000\"\njoin = [\"one:1\", \"two:2\"]\nthreads = 3\nlog = "
         "\"warn\"\ntoken_file = \"token\"\n";
-    const WorkerConfig c = f.load(
+    const farm::WorkerConfig c = f.load(
         text, {"--threads", "5", "--join", "three:3", "--join", "four", "--log-json",
                "--token-file", "other", "--memory-mib", "4096", "--idle-s", "1.5",
                "--allow-origins", "https://one.example", "--allow-origins", "https://two.example"});
@@ -140,9 +140,9 @@ TEST_CASE("flags override the file", "[raytracer][worker][config]") {
     CHECK(c.token_file == "other");
     CHECK(c.listen->port == 1000);
     CHECK_FALSE(f.load(text, {"--listen", ""}).listen);
-    const WorkerConfig alone = load_worker_config(parsed({"--listen", ":0"}));
+    const farm::WorkerConfig alone = farm::load_worker_config(parsed({"--listen", ":0"}));
     CHECK(alone.listen->port == 0);
-    CHECK(alone.memory_mib == WorkerConfig().memory_mib);
+    CHECK(alone.memory_mib == farm::WorkerConfig().memory_mib);
 }
 
 TEST_CASE("what a file must not say is refused with what it may", "[raytracer][worker][config]") {
@@ -213,7 +213,7 @@ TEST_CASE("what a file must not say is refused with what it may", "[raytracer][w
     }));
     INFO(c.text);
     const Folder f;
-    CHECK_THROWS_AS(f.load(c.text), UsageError);
+    CHECK_THROWS_AS(f.load(c.text), util::UsageError);
     CHECK_THROWS_WITH(f.load(c.text), contains(c.message));
 }
 
@@ -236,66 +236,76 @@ TEST_CASE("what the command line must not say is refused with what it may",
          "read the worker's configuration /nowhere/worker.toml: no such file"},
     }));
     INFO(c.message);
-    CHECK_THROWS_AS(load_worker_config(parsed(c.flags)), UsageError);
-    CHECK_THROWS_WITH(load_worker_config(parsed(c.flags)), contains(c.message));
+    CHECK_THROWS_AS(farm::load_worker_config(parsed(c.flags)), util::UsageError);
+    CHECK_THROWS_WITH(farm::load_worker_config(parsed(c.flags)), contains(c.message));
 }
 
 TEST_CASE("a reload changes what may change, and tells of the rest",
           "[raytracer][worker][config]") {
     struct Case {
         const char* name;
-        std::function<void(WorkerConfig&)> change;
+        std::function<void(farm::WorkerConfig&)> change;
         bool now;
     };
     const auto c = GENERATE(values<Case>({
-        {"listen", [](WorkerConfig& w) { w.listen->port = 1; }, false},
-        {"listen", [](WorkerConfig& w) { w.listen.reset(); }, false},
-        {"join", [](WorkerConfig& w) { w.join.push_back({"one", 1}); }, true},
-        {"announce", [](WorkerConfig& w) { w.announce = true; }, false},
-        {"name", [](WorkerConfig& w) { w.name = "other"; }, false},
-        {"threads", [](WorkerConfig& w) { w.threads = 7; }, true},
-        {"memory_mib", [](WorkerConfig& w) { w.memory_mib = 64; }, true},
-        {"sessions", [](WorkerConfig& w) { w.sessions = 2; }, true},
-        {"token_file", [](WorkerConfig& w) { w.token_file = "t"; }, false},
-        {"tls_ca", [](WorkerConfig& w) { w.tls_ca = "t"; }, false},
-        {"tls_cert", [](WorkerConfig& w) { w.tls_cert = "t"; }, false},
-        {"tls_key", [](WorkerConfig& w) { w.tls_key = "t"; }, false},
+        {"listen", [](farm::WorkerConfig& w) { w.listen->port = 1; }, false},
+        {"listen", [](farm::WorkerConfig& w) { w.listen.reset(); }, false},
+        {"join", [](farm::WorkerConfig& w) { w.join.push_back({"one", 1}); }, true},
+        {"announce", [](farm::WorkerConfig& w) { w.announce = true; }, false},
+        {"name", [](farm::WorkerConfig& w) { w.name = "other"; }, false},
+        {"threads", [](farm::WorkerConfig& w) { w.threads = 7; }, true},
+        {"memory_mib", [](farm::WorkerConfig& w) { w.memory_mib = 64; }, true},
+        {"sessions", [](farm::WorkerConfig& w) { w.sessions = 2; }, true},
+        {"token_file", [](farm::WorkerConfig& w) { w.token_file = "t"; }, false},
+        {"tls_ca", [](farm::WorkerConfig& w) { w.tls_ca = "t"; }, false},
+        {"tls_cert", [](farm::WorkerConfig& w) { w.tls_cert = "t"; }, false},
+        {"tls_key", [](farm::WorkerConfig& w) { w.tls_key = "t"; }, false},
         {"allow_origins",
-         [](WorkerConfig& w) { w.allow_origins.push_back(HttpOrigin::parse("https://a")); }, false},
+         [](farm::WorkerConfig& w) {
+             w.allow_origins.push_back(remote::HttpOrigin::parse("https://a"));
+         },
+         false},
         {"allow_private_origins",
-         [](WorkerConfig& w) { w.allow_private_origins.push_back(HttpOrigin::parse("https://a")); },
+         [](farm::WorkerConfig& w) {
+             w.allow_private_origins.push_back(remote::HttpOrigin::parse("https://a"));
+         },
          false},
-        {"server_origin", [](WorkerConfig& w) { w.server_origin = HttpOrigin::parse("https://a"); },
+        {"server_origin",
+         [](farm::WorkerConfig& w) { w.server_origin = remote::HttpOrigin::parse("https://a"); },
          false},
-        {"server_token_file", [](WorkerConfig& w) { w.server_token_file = "t"; }, false},
-        {"metrics", [](WorkerConfig& w) { w.metrics = net::Address{"127.0.0.1", 1}; }, false},
-        {"metrics_names", [](WorkerConfig& w) { w.metrics_names = "render1.lan"; }, false},
-        {"drain_s", [](WorkerConfig& w) { w.drain_s = 1; }, true},
-        {"idle_s", [](WorkerConfig& w) { w.idle_s = 1; }, true},
-        {"once", [](WorkerConfig& w) { w.once = true; }, false},
-        {"log", [](WorkerConfig& w) { w.log = "off"; }, true},
-        {"log_json", [](WorkerConfig& w) { w.log_json = true; }, true},
+        {"server_token_file", [](farm::WorkerConfig& w) { w.server_token_file = "t"; }, false},
+        {"metrics", [](farm::WorkerConfig& w) { w.metrics = sockets::Address{"127.0.0.1", 1}; },
+         false},
+        {"metrics_names", [](farm::WorkerConfig& w) { w.metrics_names = "render1.lan"; }, false},
+        {"drain_s", [](farm::WorkerConfig& w) { w.drain_s = 1; }, true},
+        {"idle_s", [](farm::WorkerConfig& w) { w.idle_s = 1; }, true},
+        {"once", [](farm::WorkerConfig& w) { w.once = true; }, false},
+        {"log", [](farm::WorkerConfig& w) { w.log = "off"; }, true},
+        {"log_json", [](farm::WorkerConfig& w) { w.log_json = true; }, true},
     }));
     INFO(c.name);
-    const WorkerConfig running = listening();
-    WorkerConfig wanted = running;
+    const farm::WorkerConfig running = listening();
+    farm::WorkerConfig wanted = running;
     c.change(wanted);
     const std::vector<std::string> name{c.name};
-    CHECK(difference(running, wanted) ==
-          (c.now ? WorkerConfigChange{name, {}} : WorkerConfigChange{{}, name}));
-    const WorkerConfig after = reloaded(running, wanted);
-    CHECK(difference(running, after).now == (c.now ? name : std::vector<std::string>{}));
-    CHECK(difference(after, wanted).restart == (c.now ? std::vector<std::string>{} : name));
-    CHECK(difference(after, wanted).now.empty());
-    CHECK(difference(running, after).restart.empty());
+    CHECK(farm::difference(running, wanted) ==
+          (c.now ? farm::WorkerConfigChange{name, {}} : farm::WorkerConfigChange{{}, name}));
+    const farm::WorkerConfig after = farm::reloaded(running, wanted);
+    CHECK(farm::difference(running, after).now == (c.now ? name : std::vector<std::string>{}));
+    CHECK(farm::difference(after, wanted).restart == (c.now ? std::vector<std::string>{} : name));
+    CHECK(farm::difference(after, wanted).now.empty());
+    CHECK(farm::difference(running, after).restart.empty());
 }
 
 TEST_CASE("a reload of everything keeps the order of the fields", "[raytracer][worker][config]") {
-    WorkerConfig wanted = listening();
-    wanted.log = "off", wanted.threads = 1, wanted.join = {{"one", 1}},
-    wanted.metrics = net::Address{"::1", 1}, wanted.name = "x";
-    CHECK(difference(listening(), wanted) ==
-          WorkerConfigChange{{"join", "threads", "log"}, {"name", "metrics"}});
+    farm::WorkerConfig wanted = listening();
+    wanted.log = "off";
+    wanted.threads = 1;
+    wanted.join = {{"one", 1}};
+    wanted.metrics = sockets::Address{"::1", 1};
+    wanted.name = "x";
+    CHECK(farm::difference(listening(), wanted) ==
+          farm::WorkerConfigChange{{"join", "threads", "log"}, {"name", "metrics"}});
 }
 
 TEST_CASE("credentials are a token, read anew each time, or certificates",
@@ -305,21 +315,23 @@ TEST_CASE("credentials are a token, read anew each time, or certificates",
     std::ofstream(token) << "h3kx8tq5vz2mw9rj6ncp\n";
     chmod(token.c_str(), 0600);
     unsetenv("TERRAVOX_FARM_TOKEN");
-    WorkerConfig c = listening();
-    CHECK_THROWS_AS(credentials_of(c), UsageError);
-    CHECK_THROWS_WITH(credentials_of(c), contains("neither token nor certificates"));
+    farm::WorkerConfig c = listening();
+    CHECK_THROWS_AS(farm::credentials_of(c), util::UsageError);
+    CHECK_THROWS_WITH(farm::credentials_of(c), contains("neither token nor certificates"));
     c.token_file = token;
-    CHECK(credentials_of(c).token == "h3kx8tq5vz2mw9rj6ncp");
+    CHECK(farm::credentials_of(c).token == "h3kx8tq5vz2mw9rj6ncp");
     std::ofstream(token) << "b7gd4sy2pk9xq6tm3wzv\n";
-    CHECK(credentials_of(c).token == "b7gd4sy2pk9xq6tm3wzv");
-    CHECK_FALSE(credentials_of(c).tls());
+    CHECK(farm::credentials_of(c).token == "b7gd4sy2pk9xq6tm3wzv");
+    CHECK_FALSE(farm::credentials_of(c).tls());
     c = listening();
-    c.tls_ca = "a", c.tls_cert = "b", c.tls_key = "c";
+    c.tls_ca = "a";
+    c.tls_cert = "b";
+    c.tls_key = "c";
     setenv("TERRAVOX_FARM_TOKEN", "y3bw6fj8nq2xs5gm9tzk", 1);
-    CHECK(credentials_of(c).token.empty());
-    CHECK(credentials_of(c).tls());
-    CHECK(credentials_of(c).key == "c");
-    CHECK(credentials_of(listening()).token == "y3bw6fj8nq2xs5gm9tzk");
+    CHECK(farm::credentials_of(c).token.empty());
+    CHECK(farm::credentials_of(c).tls());
+    CHECK(farm::credentials_of(c).key == "c");
+    CHECK(farm::credentials_of(listening()).token == "y3bw6fj8nq2xs5gm9tzk");
     unsetenv("TERRAVOX_FARM_TOKEN");
 }
 
@@ -333,30 +345,31 @@ TEST_CASE(
     chmod(token.c_str(), 0600);
     setenv("TERRAVOX_SERVER_TOKEN", "a-token-of-the-environment", 1);
     setenv("TERRAVOX_SERVER_ORIGIN", "https://voxels.example", 1);
-    const HttpOrigin voxels = HttpOrigin::parse("https://voxels.example"),
-                     other = HttpOrigin::parse("http://10.0.0.1:8080");
-    const HttpAccess nobody = http_access_of(listening());
+    const remote::HttpOrigin voxels = remote::HttpOrigin::parse("https://voxels.example"),
+                             other = remote::HttpOrigin::parse("http://10.0.0.1:8080");
+    const remote::HttpAccess nobody = farm::http_access_of(listening());
     CHECK_FALSE(nobody.token);
     CHECK(nobody.ranges(voxels).empty());
-    const HttpAccess some = http_access_of(f.load(
+    const remote::HttpAccess some = farm::http_access_of(f.load(
         "version = 1\nlisten = \":1\"\nallow_origins = "
         "[\"https://voxels.example\"]\nallow_private_origins = [\"http://10.0.0.1:8080\"]\n"
         "server_origin = \"https://voxels.example\"\nserver_token_file = \"server-token\"\n"));
     REQUIRE(some.token);
     CHECK(some.token->text() == "a-token-of-a-server");
     CHECK(some.token->origin() == voxels);
-    CHECK(some.ranges(voxels) == AddressRanges{AddressRange::kPublic});
-    CHECK(some.ranges(other) ==
-          AddressRanges{AddressRange::kPublic, AddressRange::kPrivate, AddressRange::kLoopback});
-    CHECK(some.ranges(HttpOrigin::parse("http://voxels.example")).empty());
-    const WorkerConfig clear = f.load(
+    CHECK(some.ranges(voxels) == remote::AddressRanges{remote::AddressRange::kPublic});
+    CHECK(some.ranges(other) == remote::AddressRanges{remote::AddressRange::kPublic,
+                                                      remote::AddressRange::kPrivate,
+                                                      remote::AddressRange::kLoopback});
+    CHECK(some.ranges(remote::HttpOrigin::parse("http://voxels.example")).empty());
+    const farm::WorkerConfig clear = f.load(
         "version = 1\nlisten = \":1\"\nallow_origins = [\"http://voxels.example\"]\nserver_origin "
         "= \"http://voxels.example\"\nserver_token_file = \"server-token\"\n");
-    CHECK_THROWS_AS(http_access_of(clear), UsageError);
-    CHECK_THROWS_WITH(http_access_of(clear), contains("clear text"));
+    CHECK_THROWS_AS(farm::http_access_of(clear), util::UsageError);
+    CHECK_THROWS_WITH(farm::http_access_of(clear), contains("clear text"));
     chmod(token.c_str(), 0644);
     CHECK_THROWS_WITH(
-        http_access_of(
+        farm::http_access_of(
             f.load("version = 1\nlisten = \":1\"\nallow_origins = [\"https://a\"]\nserver_origin = "
                    "\"https://a\"\nserver_token_file = \"server-token\"\n")),
         contains("chmod 600"));

@@ -1,4 +1,4 @@
-#include "raytracer/farm/worker/stage.hpp"
+#include "raytracer/farm/worker/picture_context.hpp"
 #include "raytracer/scene/scene_io.hpp"
 #include "tests/catch.hpp"
 #include "tests/raytracer/farm/worker/fake_coordinator.hpp"
@@ -10,7 +10,7 @@ namespace {
 
 constexpr std::size_t kMiB = std::size_t{1} << 20;
 
-RenderTile square(int edge_px, int at_px = 0) {
+tiles::RenderTile square(int edge_px, int at_px = 0) {
     return {0, 0, 0, at_px, edge_px, at_px + edge_px, 1, false, 0, 0};
 }
 
@@ -85,13 +85,13 @@ TEST_CASE("a coordinator's texts are short, and those that it was asked for",
     while (heartbeats < 4 && coordinator.next(is_heartbeat))
         ++heartbeats;
     CHECK(heartbeats < 4);  // the worker has ended the link
-    CHECK(coordinator.hang_up() == WorkerSession::End::kLost);
+    CHECK(coordinator.hang_up() == farm::WorkerSession::End::kLost);
 }
 
 TEST_CASE("a coordinator's scene names no file and no limit of the worker",
           "[raytracer][farm][worker]") {
-    const Parcel good = parcel_of(false);
-    CHECK_NOTHROW(unpack_scene(good.scene));
+    const farm::PictureSpec good = parcel_of(false);
+    CHECK_NOTHROW(farm::unpack_scene(good.scene));
     struct Case {
         const char* name;
         const char* field;
@@ -99,16 +99,16 @@ TEST_CASE("a coordinator's scene names no file and no limit of the worker",
     };
     for (const Case& c : {Case{"memory", "world.memory_mib", "1048576"},
                           Case{"threads", "processing.threads", "1000"},
-                          Case{"patience", "processing.box_patience_s", "86400"},
+                          Case{"timeout", "processing.box_timeout_s", "86400"},
                           Case{"a view", "camera.look", "/etc/hostname"},
                           Case{"materials", "quality.materials", "/etc/hostname"},
                           Case{"a time zone", "sun.zone", "../../etc/hostname"},
                           Case{"settings", "world.settings", "/etc/hostname"},
                           Case{"classes", "world.classes", "/etc/hostname"}}) {
         INFO(c.name);
-        Scene scene = unpack_scene(good.scene);
-        set_field(scene, c.field, c.text);
-        CHECK_THROWS_WITH(unpack_scene(to_toml(scene)),
+        scene::Scene scene = farm::unpack_scene(good.scene);
+        scene::set_field(scene, c.field, c.text);
+        CHECK_THROWS_WITH(farm::unpack_scene(scene::to_toml(scene)),
                           contains("names files or limits of this machine"));
     }
 }

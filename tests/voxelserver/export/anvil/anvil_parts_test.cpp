@@ -12,7 +12,7 @@
 // What a world for Minecraft is put together from: where it lies, region files, blocks, texts.
 
 using namespace terravox;
-using namespace terravox::convert;
+using namespace terravox::exports;
 using terravox::test::TemporaryFolder;
 using terravox::voxel::Material;
 
@@ -102,8 +102,10 @@ TEST_CASE("chunks that a region cannot hold lie beside it", "[convert][anvil]") 
     CHECK(test::packed_chunks(folder.path / "r.-2.1.mca") == chunks);
     std::uint64_t on_disk = 0;
     int beside = 0;
-    for (const auto& file : std::filesystem::directory_iterator(folder.path))
-        on_disk += file.file_size(), beside += file.path().extension() == ".mcc";
+    for (const auto& file : std::filesystem::directory_iterator(folder.path)) {
+        on_disk += file.file_size();
+        beside += file.path().extension() == ".mcc";
+    }
     CHECK(beside == 2);
     CHECK(written == on_disk);
 }

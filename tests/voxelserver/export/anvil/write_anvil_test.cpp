@@ -11,7 +11,7 @@
 
 using namespace terravox;
 namespace fs = std::filesystem;
-using namespace terravox::convert;
+using namespace terravox::exports;
 using terravox::voxel::Material;
 
 namespace {
@@ -97,7 +97,7 @@ struct Converting {
         job.threads = threads;
         job.colours = colours;
     }
-    void run() { write_anvil(job, {kBlocks, ""}); }
+    void run() { exports::anvil::write_anvil(job, {kBlocks, ""}); }
 };
 
 std::map<std::string, std::string> files_of(const fs::path& folder) {
@@ -293,7 +293,7 @@ TEST_CASE("a box that cannot be had is a hole that is counted, not the end", "[c
     world.array.fill({0, 0, 0}, {128, 20, 64}, Material::kGrass);
     world.before = [](const voxel::BoxKey& key) {
         if (key.bx == 1)
-            throw Error("read the box: gone");
+            throw util::Error("read the box: gone");
     };
     const TemporaryFolder folder;
     Converting converting(world, {{0, 0, 0}, {128, 20, 64}}, folder.path);

@@ -12,7 +12,7 @@
 #include "voxelserver/export/shape/placing.hpp"
 
 using namespace terravox;
-using namespace terravox::convert;
+using namespace terravox::exports;
 using test::PaintedWorld;
 using voxel::Material;
 
@@ -52,8 +52,10 @@ std::vector<Face> faces_of(const PaintedWorld& world, const Part& part, const Jo
 void split(const std::array<std::array<int, 3>, 4>& c, Look look, std::vector<Face>& out) {
     std::array<int, 3> lo = c[0], hi = c[0], n{};
     for (const auto& p : c)
-        for (std::size_t a = 0; a < 3; ++a)
-            lo[a] = std::min(lo[a], p[a]), hi[a] = std::max(hi[a], p[a]);
+        for (std::size_t a = 0; a < 3; ++a) {
+            lo[a] = std::min(lo[a], p[a]);
+            hi[a] = std::max(hi[a], p[a]);
+        }
     for (std::size_t a = 0; a < 3; ++a) {
         const std::size_t b = (a + 1) % 3, e = (a + 2) % 3;
         n[a] =
@@ -195,8 +197,8 @@ TEST_CASE("mesh files enclose what is solid, at its place, in its colours", "[co
                                          static_cast<int>(std::floor(q[2])) + o[2]);
         const voxel::Rgb8 c = e.job.colour_of(attr);
         const std::array<double, 3> colour =
-            glb ? std::array<double, 3>{srgb_to_linear(c.r), srgb_to_linear(c.g),
-                                        srgb_to_linear(c.b)}
+            glb ? std::array<double, 3>{voxel::srgb_to_linear(c.r), voxel::srgb_to_linear(c.g),
+                                        voxel::srgb_to_linear(c.b)}
                 : std::array<double, 3>{c.r / 255.0, c.g / 255.0, c.b / 255.0};
         for (std::size_t a = 0; a < 3; ++a)
             wrong += std::abs(colour[a] - face.colour[a]) > 1e-5;
@@ -280,7 +282,7 @@ TEST_CASE("fewer steps of colours make fewer faces", "[convert][mesh]") {
     test::ExportJob e(*world, "a.ply");
     MeshOptions options;
     options.colour_steps = 1;
-    CHECK_THROWS_AS(write_mesh(e.job, MeshFormat::kPly, options), UsageError);
+    CHECK_THROWS_AS(write_mesh(e.job, MeshFormat::kPly, options), util::UsageError);
 }
 
 TEST_CASE("a mesh that cannot be written leaves nothing behind", "[convert][mesh]") {
@@ -288,7 +290,7 @@ TEST_CASE("a mesh that cannot be written leaves nothing behind", "[convert][mesh
     SECTION("too large") {
         test::ExportJob e(*world, "a.glb");
         MeshOptions options;
-        options.most_glb_bytes = 100000;
+        options.max_glb_bytes = 100000;
         CHECK_THROWS_WITH(write_mesh(e.job, MeshFormat::kGlb, options),
                           test::contains("more than 100000 bytes"));
         CHECK(test::files_in(e.folder.path()).empty());
@@ -300,7 +302,7 @@ TEST_CASE("a mesh that cannot be written leaves nothing behind", "[convert][mesh
         CHECK(test::files_in(e.folder.path()).empty());
     }
     SECTION("a hole is air, and counted") {
-        world->make_hole({0, 0, 0, 0}, [] { throw Error("the disk is gone"); });
+        world->make_hole({0, 0, 0, 0}, [] { throw util::Error("the disk is gone"); });
         test::ExportJob e(*world, "a.ply");
         write_mesh(e.job, MeshFormat::kPly);
         CHECK(e.job.holes() == std::vector<voxel::BoxKey>{{0, 0, 0, 0}});

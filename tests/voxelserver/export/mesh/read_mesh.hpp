@@ -27,9 +27,10 @@ struct ReadMesh {
         std::array<double, 3> out{};
         for (std::size_t i = 1; i + 1 < f.corners.size(); ++i) {
             std::array<double, 3> a{}, b{};
-            for (std::size_t k = 0; k < 3; ++k)
-                a[k] = f.corners[i][k] - f.corners[0][k],
+            for (std::size_t k = 0; k < 3; ++k) {
+                a[k] = f.corners[i][k] - f.corners[0][k];
                 b[k] = f.corners[i + 1][k] - f.corners[0][k];
+            }
             for (std::size_t k = 0; k < 3; ++k)
                 out[k] += a[(k + 1) % 3] * b[(k + 2) % 3] - a[(k + 2) % 3] * b[(k + 1) % 3];
         }
@@ -107,7 +108,8 @@ inline ReadMesh read_glb(const std::string& bytes) {
                 std::array<double, 3> p{};
                 for (std::size_t a = 0; a < 3; ++a) {
                     p[a] = value_at<float>(bytes, start(position) + v * stride + 4 * a);
-                    lowest[a] = std::min(lowest[a], p[a]), highest[a] = std::max(highest[a], p[a]);
+                    lowest[a] = std::min(lowest[a], p[a]);
+                    highest[a] = std::max(highest[a], p[a]);
                     if (k == 0)
                         face.colour[a] =
                             value_at<std::uint16_t>(bytes, start(colour) + v * stride + 2 * a) /

@@ -44,7 +44,7 @@ public:
         if (!plain)
             return nullptr;
         std::vector<voxel::VoxelAttr> attrs(plain->attrs().begin(), plain->attrs().end());
-        convert::each_voxel(
+        exports::each_voxel(
             *plain,
             [&](int x, int y, int z, const voxel::VoxelAttr& attr) {
                 attrs[static_cast<std::size_t>(&attr - plain->attrs().data())] =
@@ -88,7 +88,10 @@ inline std::unique_ptr<PaintedWorld> lumps(unsigned seed, std::uint32_t colours,
         world->set(pick(-70, 75), pick(-12, 300), pick(-9, 80),
                    solid[static_cast<std::size_t>(i) % solid.size()]);
     auto& info = world->editable_info();
-    info.title = "lumps", info.crs = "EPSG:3794", info.attribution = "nobody", info.voxel_m = 0.5,
+    info.title = "lumps";
+    info.crs = "EPSG:3794";
+    info.attribution = "nobody";
+    info.voxel_m = 0.5;
     info.crs_units_per_voxel = 0.5;
     return world;
 }
@@ -98,8 +101,8 @@ struct ExportJob {
     TemporaryFolder folder;
     voxel::Palette palette =
         voxel::load_palette(std::string(TERRAVOX_SOURCE_DIR) + "/config/materials.toml");
-    convert::Meter meter{"exporting", 1, true};
-    convert::Job job;
+    exports::Meter meter{"exporting", 1, true};
+    exports::Job job;
     ExportJob(voxel::World& world, const voxel::VoxelBounds& bounds, const std::string& name,
               int level = 0)
         : job(world, {level, bounds}, folder.path() / name, palette, meter) {}

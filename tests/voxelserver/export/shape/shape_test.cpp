@@ -13,7 +13,7 @@
 #include "voxelserver/export/shape/placing.hpp"
 
 using namespace terravox;
-using namespace terravox::convert;
+using namespace terravox::exports;
 
 TEST_CASE("columns come each once, square after square", "[convert][shape]") {
     struct Case {
@@ -103,7 +103,7 @@ TEST_CASE(
     CHECK(columns.count() == 4 * 64);
     CHECK(columns.at(0).bx == -16);
     CHECK(columns.at(0).bz == 0);
-    CHECK_THROWS_AS(Columns(all, 8, [](const ColumnBlock&) { return true; }), UsageError);
+    CHECK_THROWS_AS(Columns(all, 8, [](const ColumnBlock&) { return true; }), util::UsageError);
 }
 
 TEST_CASE("each voxel of a box is visited once, with what the box says of it", "[convert][shape]") {
@@ -160,7 +160,7 @@ TEST_CASE("what is spooled is read back, and leaves no file", "[convert][shape]"
     std::string beyond(10, ' ');
     ByteFile short_one = ByteFile::spool_for(folder.path() / "c");
     short_one.put("abc");
-    CHECK_THROWS_AS(short_one.read(0, std::as_writable_bytes(std::span(beyond))), Error);
+    CHECK_THROWS_AS(short_one.read(0, std::as_writable_bytes(std::span(beyond))), util::Error);
 }
 
 TEST_CASE("the side-car leads from the file to the world", "[convert][shape]") {

@@ -9,7 +9,7 @@
 #include "voxelserver/export/shape/placing.hpp"
 
 using namespace terravox;
-using namespace terravox::convert;
+using namespace terravox::exports;
 using voxel::Material;
 
 namespace {
@@ -59,8 +59,9 @@ std::size_t differences(const test::PaintedWorld& world, const Job& job,
                     out += f.density->tree().getValue(i) != 1 ||
                            f.material->tree().getValue(i) != static_cast<int>(attr.material) ||
                            f.colour->tree().isValueOn(i) != seen;
-                    const openvdb::Vec3s wanted(srgb_to_linear(c.r), srgb_to_linear(c.g),
-                                                srgb_to_linear(c.b));
+                    const openvdb::Vec3s wanted(voxel::srgb_to_linear(c.r),
+                                                voxel::srgb_to_linear(c.g),
+                                                voxel::srgb_to_linear(c.b));
                     out += seen && f.colour->tree().getValue(i) != wanted;
                 }
                 out += found != (solid ? 1u : 0u);
@@ -160,7 +161,7 @@ TEST_CASE("a vdb file of nothing is not written, and a hole is counted", "[conve
     world->set(-70, 298, -9, Material::kAir);
     CHECK_THROWS_WITH(write_vdb(nothing.job), test::contains("nothing solid"));
     CHECK(test::files_in(nothing.folder.path()).empty());
-    world->make_hole({0, 0, 0, 0}, [] { throw Error("the disk is gone"); });
+    world->make_hole({0, 0, 0, 0}, [] { throw util::Error("the disk is gone"); });
     test::ExportJob e(*world, "a.vdb");
     write_vdb(e.job);
     CHECK(e.job.holes() == std::vector<voxel::BoxKey>{{0, 0, 0, 0}});

@@ -12,7 +12,7 @@
 #include "voxelserver/export/vox/few_colours.hpp"
 
 using namespace terravox;
-using namespace terravox::convert;
+using namespace terravox::exports;
 using voxel::Material;
 
 namespace {
@@ -150,11 +150,13 @@ TEST_CASE("counting colours does not depend on their order", "[convert][vox]") {
     for (int i = 0; i < 150000; ++i)
         colours.push_back({channel(256), channel(256), channel(9)});
     ColourCounts forward, backward;
-    for (std::size_t i = 0; i < colours.size(); ++i)
-        forward.add(colours[i]), backward.add(colours[colours.size() - 1 - i]);
+    for (std::size_t i = 0; i < colours.size(); ++i) {
+        forward.add(colours[i]);
+        backward.add(colours[colours.size() - 1 - i]);
+    }
     const auto a = forward.cells(), b = backward.cells();
     REQUIRE(a.size() == b.size());
-    CHECK(a.size() <= ColourCounts::kMostCells);
+    CHECK(a.size() <= ColourCounts::kMaxCells);
     std::uint64_t sum = 0, differences = 0;
     for (std::size_t i = 0; i < a.size(); ++i) {
         sum += a[i].count;
@@ -195,7 +197,8 @@ TEST_CASE("few colours are better than a regular cube of them, and exact when th
             return static_cast<double>(cells[i].count) *
                    ((c.r - r) * (c.r - r) + (c.g - g) * (c.g - g) + (c.b - b) * (c.b - b));
         };
-        own += square(f.r, f.g, f.b), regular += square(to_cube(c.r), to_cube(c.g), to_cube(c.b));
+        own += square(f.r, f.g, f.b);
+        regular += square(to_cube(c.r), to_cube(c.g), to_cube(c.b));
     }
     CHECK(own < regular / 15);
     const std::vector<ColourCounts::Cell> three(cells.begin(), cells.begin() + 3);

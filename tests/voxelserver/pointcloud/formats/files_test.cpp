@@ -106,7 +106,7 @@ TEST_CASE("what cannot be opened is refused with the reason", "[voxelserver][poi
         if (!c.bytes.empty())
             write_file(folder.path() / c.file, c.bytes);
         CHECK_THROWS_WITH(open_point_source(folder.path() / c.file), contains(c.said));
-        CHECK_THROWS_AS(open_point_source(folder.path() / c.file), Error);
+        CHECK_THROWS_AS(open_point_source(folder.path() / c.file), util::Error);
     }
 }
 

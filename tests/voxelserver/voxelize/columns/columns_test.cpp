@@ -16,7 +16,7 @@ namespace {
 /// The columns of a patch whose column (5, 7) has these returns.
 std::shared_ptr<PatchColumns> with_one(const std::vector<Return>& returns,
                                        bool has_colour = false) {
-    std::vector<VoxelPoint> points;
+    std::vector<store::VoxelPoint> points;
     for (const Return& r : returns)
         points.push_back(point_at(5, 7, r));
     std::sort(points.begin(), points.end(), [](const auto& a, const auto& b) { return a.y < b.y; });
@@ -128,9 +128,11 @@ TEST_CASE("ground, water and decks are medians, roofs the highest",
         const auto check = [](float found, float wanted) {
             CHECK((wanted == kNone ? std::isnan(found) : found == wanted));
         };
-        check(column.ground.height, c.ground), check(column.roof.height, c.roof),
-            check(column.roof_low, c.roof_low);
-        check(column.water.height, c.water), check(column.deck.height, c.deck);
+        check(column.ground.height, c.ground);
+        check(column.roof.height, c.roof);
+        check(column.roof_low, c.roof_low);
+        check(column.water.height, c.water);
+        check(column.deck.height, c.deck);
         check(patch->ground_height[7 * 64 + 5], c.ground);
         CHECK(patch->any == !c.returns.empty());
         CHECK(patch->any_roof == (c.roof != kNone));
@@ -267,7 +269,7 @@ TEST_CASE("colours are means, rounded, of the points that have one",
            coloured->at(5, 7).roof.colour == voxel::Rgb8{1, 2, 3}));
     CHECK_FALSE(plain->at(5, 7).ground.has_colour);
     // A file with colours and one without over the same column: only the first one's count.
-    const std::vector<VoxelPoint> a{point_at(5, 7, {10, kGroundClass, {100, 50, 0}})},
+    const std::vector<store::VoxelPoint> a{point_at(5, 7, {10, kGroundClass, {100, 50, 0}})},
         b{point_at(5, 7, {10, kGroundClass, {0, 0, 0}})};
     const std::vector<PatchPoints> both{{a, true}, {b, false}};
     const auto mixed = init_columns(both, asprs(), 4);
@@ -309,12 +311,16 @@ TEST_CASE(
     };
     const auto c = GENERATE(values<Case>({{"one column", 1}, {"four", 4}, {"a whole patch", 64}}));
     DYNAMIC_SECTION(c.name) {
-        std::vector<VoxelPoint> points;
+        std::vector<store::VoxelPoint> points;
         const auto add = [&](int x, int z, const Return& r) {
             points.push_back(point_at(x, z, r));
         };
-        add(0, 0, {1, kGroundClass}), add(0, 0, {4, kWater}), add(0, 0, {9, kBridge}),
-            add(1, 0, {2, kGroundClass}), add(1, 0, {20, kTree}), add(63, 63, {30, kGroundClass});
+        add(0, 0, {1, kGroundClass});
+        add(0, 0, {4, kWater});
+        add(0, 0, {9, kBridge});
+        add(1, 0, {2, kGroundClass});
+        add(1, 0, {20, kTree});
+        add(63, 63, {30, kGroundClass});
         const PatchPoints source{points, false};
         const auto patch = init_columns({&source, 1}, asprs(), c.cell_voxels);
         REQUIRE(patch->cells.side == 64 / c.cell_voxels);
@@ -333,7 +339,7 @@ TEST_CASE("columns do not depend on the order of files, nor on how points were d
     const unsigned seed = GENERATE(range(1u, 7u));
     const int rows = GENERATE(16, 1);  // a few returns in each column, or hundreds
     std::mt19937 random(seed);
-    std::vector<VoxelPoint> points;
+    std::vector<store::VoxelPoint> points;
     for (int i = 0; i < 20'000; ++i) {
         const auto place = [&] { return static_cast<double>(random() % 1000) / 1000; };
         const std::uint8_t code = std::array<std::uint8_t, 8>{
@@ -346,7 +352,7 @@ TEST_CASE("columns do not depend on the order of files, nor on how points were d
                       place(),
                       place()}));
     }
-    const auto sorted = [](std::vector<VoxelPoint> v) {
+    const auto sorted = [](std::vector<store::VoxelPoint> v) {
         std::sort(v.begin(), v.end(), [](const auto& a, const auto& b) {
             return a.column() != b.column() ? a.column() < b.column() : a.y < b.y;
         });
@@ -356,7 +362,7 @@ TEST_CASE("columns do not depend on the order of files, nor on how points were d
     const PatchPoints one{whole, true};
     const auto reference = init_columns({&one, 1}, asprs(), 4);
     for (std::size_t files = 2; files <= 4; ++files) {
-        std::vector<std::vector<VoxelPoint>> dealt(files);
+        std::vector<std::vector<store::VoxelPoint>> dealt(files);
         for (const auto& p : points)
             dealt[random() % files].push_back(p);
         std::vector<PatchPoints> sources;

@@ -78,15 +78,16 @@ public:
         m_land.limit(
             [](std::int32_t x, std::int32_t z) { return std::abs(x) < 250 && std::abs(z) < 250; });
         water::WaterOptions options;
-        options.cell_voxels = m_land.cell_voxels(), options.voxel_m = voxel_m;
+        options.cell_voxels = m_land.cell_voxels();
+        options.voxel_m = voxel_m;
         m_bodies = std::make_unique<water::WaterBodies>(m_land, options);
     }
-    [[nodiscard]] FoundDecks at(PatchKey patch, const Settings::Bridges& settings = {}) {
+    [[nodiscard]] FoundDecks at(grid::PatchKey patch, const Settings::Bridges& settings = {}) {
         WaterAccess access{m_land, *m_bodies, m_land.cell_voxels()};
         const auto found = find_decks(m_land.window(patch), asprs(), &access, settings, m_voxel_m);
         return found ? *found : FoundDecks{};
     }
-    [[nodiscard]] bool any_seeds(PatchKey patch) {
+    [[nodiscard]] bool any_seeds(grid::PatchKey patch) {
         return find_deck_seeds(m_land.window(patch), DeckLimits({}, m_voxel_m)).has_value();
     }
 
@@ -107,8 +108,10 @@ void require_deck(const Place& place, bool over_water) {
     int inside = 0, missed = 0, outside = 0;
     FoundDecks::each([&](int x, int z) {
         const FoundDeck& f = found.at(x, z);
-        if (place.over_gap(x, z))
-            ++inside, missed += f.deck.seen() ? 0 : 1;
+        if (place.over_gap(x, z)) {
+            ++inside;
+            missed += f.deck.seen() ? 0 : 1;
+        }
         if (!f.deck.seen())
             return;
         outside += place.near_deck(x, z) ? 0 : 1;
@@ -292,9 +295,9 @@ TEST_CASE("neighbouring patches find the same decks", "[voxelserver][voxelize][b
         else if (dice(x, z, 1) < 0.3)
             out.push_back({kLevel, kWater});
     });
-    for (const auto& [there, dx, dz] : {std::tuple{PatchKey{1, 0}, 64, 0},
-                                        {PatchKey{0, 1}, 0, 64},
-                                        {PatchKey{-1, -1}, -64, -64}}) {
+    for (const auto& [there, dx, dz] : {std::tuple{grid::PatchKey{1, 0}, 64, 0},
+                                        {grid::PatchKey{0, 1}, 0, 64},
+                                        {grid::PatchKey{-1, -1}, -64, -64}}) {
         const auto here = search.at({0, 0}), next = search.at(there);
         int decks = 0;
         FoundDecks::each([&](int x, int z) {
@@ -326,7 +329,9 @@ TEST_CASE("the search can be switched off and its limits set", "[voxelserver][vo
         bool found;
     };
     Settings::Bridges off, narrow, high;
-    off.recognise = false, narrow.widest_m = 5, high.above_water_m = 8;
+    off.recognise = false;
+    narrow.widest_m = 5;
+    high.above_water_m = 8;
     for (const Case& c : {Case{"as it is", {}, true},
                           {"off", off, false},
                           {"narrower decks only", narrow, false},

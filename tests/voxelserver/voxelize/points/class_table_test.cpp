@@ -97,10 +97,10 @@ TEST_CASE("an unknown table is refused with the list of those there are",
           "[voxelserver][classes]") {
     const std::string id = GENERATE("", "asprs2", "../classes/asprs", "ASPRS", "/etc/passwd");
     INFO("'" << id << "'");
-    CHECK_THROWS_AS(load_class_table(id), UsageError);
+    CHECK_THROWS_AS(load_class_table(id), util::UsageError);
     CHECK_THROWS_WITH(load_class_table(id),
                       contains("'" + id + "'") && contains("asprs, ch-swisstopo"));
-    CHECK_THROWS_AS(load_class_table("/no/such/table.toml"), UsageError);
+    CHECK_THROWS_AS(load_class_table("/no/such/table.toml"), util::UsageError);
     CHECK_THROWS_WITH(load_class_table("/no/such/table.toml"), contains("/no/such/table.toml"));
 }
 
@@ -142,7 +142,7 @@ TEST_CASE("a table that cannot be is refused, naming file, field, value and what
         const TemporaryFolder folder;
         const auto file = folder.path() / "bad.toml";
         std::ofstream(file) << c.text;
-        CHECK_THROWS_AS(load_class_table(file.string()), Error);
+        CHECK_THROWS_AS(load_class_table(file.string()), util::Error);
         CHECK_THROWS_WITH(load_class_table(file.string()),
                           contains(file.string()) && contains(c.said));
     }

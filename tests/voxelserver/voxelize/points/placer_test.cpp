@@ -18,16 +18,20 @@ const ClassTable& asprs() {
 /// A file of quarter metres around its CRS's origin: coordinates are exact.
 SquareSource source_of(const std::string& crs, double scale = 0.25) {
     SquareSource out;
-    out.info.scale = {scale, scale, scale}, out.info.min = {-1e6, -1e6, -1e4},
+    out.info.scale = {scale, scale, scale};
+    out.info.min = {-1e6, -1e6, -1e4};
     out.info.max = {1e6, 1e6, 1e4};
     out.info.crs = geo::Crs::from_text(crs);
-    out.lowest = -1e4, out.highest = 1e4;
+    out.lowest = -1e4;
+    out.highest = 1e4;
     return out;
 }
 
 /// The same with bounds that hold everything.
 SquareSource without_bounds(SquareSource s) {
-    s.info.min = {-1e300, -1e300, -1e300}, s.info.max = {1e300, 1e300, 1e300}, s.lowest = -1e12,
+    s.info.min = {-1e300, -1e300, -1e300};
+    s.info.max = {1e300, 1e300, 1e300};
+    s.lowest = -1e12;
     s.highest = 1e12;
     return s;
 }
@@ -46,21 +50,21 @@ pointcloud::Point raw(const SquareSource& s, double e, double n, double h, int s
 }
 
 struct Placed {
-    PatchedPoints out;
-    PointCounts counts;
+    store::PatchedPoints out;
+    store::PointCounts counts;
     [[nodiscard]] std::array<std::int32_t, 3> voxel(std::size_t i = 0) const {
         std::size_t r = 0;
         while (r + 1 < out.runs.size() && out.runs[r + 1].begin <= i)
             ++r;
-        const VoxelPoint& p = out.points.at(i);
-        return {out.runs[r].patch.x0() + (p.x >> VoxelPoint::kPlanBits), p.voxel_y(),
-                out.runs[r].patch.z0() + (p.z >> VoxelPoint::kPlanBits)};
+        const store::VoxelPoint& p = out.points.at(i);
+        return {out.runs[r].patch.x0() + (p.x >> store::VoxelPoint::kPlanBits), p.voxel_y(),
+                out.runs[r].patch.z0() + (p.z >> store::VoxelPoint::kPlanBits)};
     }
 };
 
-Placed place(const SquareSource& source, const Frame& frame,
+Placed place(const SquareSource& source, const grid::Frame& frame,
              const std::vector<pointcloud::Point>& points, const Settings::Points& filters = {},
-             const std::optional<PatchRect>& wanted = {}) {
+             const std::optional<grid::PatchRect>& wanted = {}) {
     Placed out;
     Placer(source, frame, asprs(), filters).place(points, wanted, out.out, out.counts);
     return out;
@@ -93,7 +97,7 @@ TEST_CASE("a return lands in the voxel that its coordinates are floored to",
     }));
     DYNAMIC_SECTION(c.name) {
         const SquareSource source = source_of(kMetres);
-        const Frame frame(geo::Crs::from_text(kMetres), c.voxel_m, 0, 0);
+        const grid::Frame frame(geo::Crs::from_text(kMetres), c.voxel_m, 0, 0);
         const Placed placed = place(source, frame, {raw(source, c.e, c.n, c.h)});
         REQUIRE(placed.counts.kept == 1);
         CHECK(placed.voxel() == c.voxel);
@@ -117,7 +121,7 @@ TEST_CASE("feet are feet: of the survey sideways, and whatever the file counts u
         SquareSource source = source_of(c.crs);
         source.vertical_metres = c.vertical_metres;
         const double unit_m = std::string(c.crs) == kMetres ? 1 : kUsFoot;
-        const Frame frame(geo::Crs::from_text(c.crs), 1, 0, 0);
+        const grid::Frame frame(geo::Crs::from_text(c.crs), 1, 0, 0);
         const Placed placed = place(source, frame, {raw(source, c.e, -c.e, c.h)});
         REQUIRE(placed.counts.kept == 1);
         const auto sideways = static_cast<std::int32_t>(std::floor(c.e * unit_m));
@@ -130,14 +134,16 @@ TEST_CASE("feet are feet: of the survey sideways, and whatever the file counts u
 TEST_CASE("what is no return of the land is left out and counted",
           "[voxelserver][voxelize][placer]") {
     SquareSource source = source_of(kMetres);
-    source.info.min = {1000, 2000, 100},
+    source.info.min = {1000, 2000, 100};
     source.info.max = {1500, 2500, 400};  // rounding of quarter metres is half a metre
-    source.lowest = 90, source.highest = 410;
-    const Frame frame(geo::Crs::from_text(kMetres), 1, 0, 0);
+    source.lowest = 90;
+    source.highest = 410;
+    const grid::Frame frame(geo::Crs::from_text(kMetres), 1, 0, 0);
     const auto with = [&](double e, double n, double h, int source_class = 2, bool withheld = false,
                           bool overlap = false) {
         auto p = raw(source, e, n, h, source_class);
-        p.withheld = withheld, p.overlap = overlap;
+        p.withheld = withheld;
+        p.overlap = overlap;
         return p;
     };
     struct Case {
@@ -147,7 +153,8 @@ TEST_CASE("what is no return of the land is left out and counted",
         const char* counted;
     };
     Settings::Points usual, all, no_overlap;
-    all.drop_withheld = false, no_overlap.drop_overlap = true;
+    all.drop_withheld = false;
+    no_overlap.drop_overlap = true;
     const auto c = GENERATE_COPY(values<Case>({
         {"kept", with(1200, 2200, 200), usual, "kept"},
         {"within rounding", with(999.5, 2500.5, 90), usual, "kept"},
@@ -167,7 +174,7 @@ TEST_CASE("what is no return of the land is left out and counted",
     }));
     DYNAMIC_SECTION(c.name) {
         const auto placed = place(source, frame, {c.point}, c.filters);
-        const PointCounts& n = placed.counts;
+        const store::PointCounts& n = placed.counts;
         CHECK(n.kept + n.wild + n.withheld + n.noise == 1);
         CHECK(placed.out.points.size() == n.kept);
         CHECK((n.kept == 1       ? "kept"
@@ -180,9 +187,10 @@ TEST_CASE("what is no return of the land is left out and counted",
 
 TEST_CASE("bounds of a single place hold what lies there", "[voxelserver][voxelize][placer]") {
     SquareSource source = source_of(kMetres);
-    source.info.min = {7, 8, 100}, source.info.max = {7, 8, 100},
+    source.info.min = {7, 8, 100};
+    source.info.max = {7, 8, 100};
     source.lowest = source.highest = 100;
-    const Frame frame(geo::Crs::from_text(kMetres), 1, 0, 0);
+    const grid::Frame frame(geo::Crs::from_text(kMetres), 1, 0, 0);
     const Placed placed = place(
         source, frame, {raw(source, 7, 8, 100), raw(source, 8, 8, 100), raw(source, 7, 8, 100.25)});
     CHECK((placed.counts.kept == 1 && placed.counts.wild == 2));
@@ -192,7 +200,7 @@ TEST_CASE("a return between parts of a file that lie far apart is wild",
           "[voxelserver][voxelize][placer]") {
     SquareSource source = source_of(kMetres);
     source.islands = {{0, 0, 100, 100}, {9000, 0, 9100, 100}};
-    const Frame frame(geo::Crs::from_text(kMetres), 1, 0, 0);
+    const grid::Frame frame(geo::Crs::from_text(kMetres), 1, 0, 0);
     const Placed placed =
         place(source, frame,
               {raw(source, 0, 0, 1), raw(source, 99.75, -99.75, 1), raw(source, 9000, -50, 1),
@@ -204,7 +212,7 @@ TEST_CASE("coordinates beyond 32-bit voxels are wild, whatever the bounds",
           "[voxelserver][voxelize][placer]") {
     const SquareSource source = without_bounds(
         source_of(kMetres, 1000));  // kilometres: raw coordinates of 32 bits reach 2e12 m
-    const Frame frame(geo::Crs::from_text(kMetres), 1, 0, 0);
+    const grid::Frame frame(geo::Crs::from_text(kMetres), 1, 0, 0);
     struct Case {
         const char* name;
         std::int32_t x, y, z;
@@ -237,12 +245,12 @@ TEST_CASE("coordinates beyond 32-bit voxels are wild, whatever the bounds",
 TEST_CASE("only points of wanted patches are kept, and others are not counted",
           "[voxelserver][voxelize][placer]") {
     const SquareSource source = source_of(kMetres);
-    const Frame frame(geo::Crs::from_text(kMetres), 1, 0, 0);
+    const grid::Frame frame(geo::Crs::from_text(kMetres), 1, 0, 0);
     std::vector<pointcloud::Point> points;
     for (const double e : {-0.25, 0.0, 63.75, 64.0})
         for (const double z : {-0.25, 0.0, 63.75, 64.0})
             points.push_back(raw(source, e, -z, 1));
-    const Placed placed = place(source, frame, points, {}, PatchRect{{0, 0}, {1, 1}});
+    const Placed placed = place(source, frame, points, {}, grid::PatchRect{{0, 0}, {1, 1}});
     REQUIRE(placed.counts.kept == 4);
     CHECK(placed.counts.by_class[2] == 4);
     for (std::size_t i = 0; i < 4; ++i)
@@ -265,10 +273,11 @@ TEST_CASE("colours of 8 and of 16 bits become bytes", "[voxelserver][voxelize][p
     }));
     DYNAMIC_SECTION(c.name) {
         SquareSource source = source_of(kMetres);
-        source.has_colour = c.has, source.colour_shift = c.shift;
+        source.has_colour = c.has;
+        source.colour_shift = c.shift;
         auto p = raw(source, 1, 1, 1);
         p.rgb = c.rgb;
-        CHECK(place(source, Frame(geo::Crs::from_text(kMetres), 1, 0, 0), {p})
+        CHECK(place(source, grid::Frame(geo::Crs::from_text(kMetres), 1, 0, 0), {p})
                   .out.points.at(0)
                   .colour == c.wanted);
     }
@@ -284,7 +293,7 @@ TEST_CASE("any return of any file lands where long arithmetic says",
     source.info.offset = {std::floor((unit() - 0.5) * 1e6), std::floor((unit() - 0.5) * 1e7),
                           std::floor((unit() - 0.5) * 100)};
     const double voxel_m = std::array{0.25, 0.5, 1.0, 2.0, 0.3, 10.0}[seed % 6];
-    const Frame frame(geo::Crs::from_text(kMetres), voxel_m, 0, 0);
+    const grid::Frame frame(geo::Crs::from_text(kMetres), voxel_m, 0, 0);
     std::vector<pointcloud::Point> points;
     for (int i = 0; i < 5000; ++i) {
         pointcloud::Point p;
@@ -319,18 +328,20 @@ TEST_CASE(
     "returns of another system lie where its transformation puts them, in one batch or in many",
     "[voxelserver][voxelize][placer]") {
     SquareSource source = source_of("EPSG:32631", 0.01);
-    source.info.offset = {570'000, 4'830'000, 0}, source.info.min = {560'000, 4'820'000, 0},
+    source.info.offset = {570'000, 4'830'000, 0};
+    source.info.min = {560'000, 4'820'000, 0};
     source.info.max = {580'000, 4'840'000, 100};
     source.transform = true;
     const auto lambert = geo::Crs::from_text(kMetres);
-    const Frame frame(lambert, 1, 0, 0);
+    const grid::Frame frame(lambert, 1, 0, 0);
     std::mt19937 random(3);
     std::vector<pointcloud::Point> points;
     std::vector<double> x, y;
     for (int i = 0; i < 500; ++i) {
         points.push_back(raw(source, 570'000 + static_cast<double>(random() % 100'000) / 100,
                              4'830'000 + static_cast<double>(random() % 100'000) / 100, 5));
-        x.push_back(points.back().x), y.push_back(points.back().y);
+        x.push_back(points.back().x);
+        y.push_back(points.back().y);
     }
     geo::Transform(*source.info.crs, lambert).apply(x, y);
     const Placed whole = place(source, frame, points);

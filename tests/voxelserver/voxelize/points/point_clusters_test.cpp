@@ -50,8 +50,9 @@ TEST_CASE(
             cloud.add(east, north, 7, 2);
         }
     }
-    cloud.write(folder.path() / "a.laz"), shuffled(cloud, seed).write(folder.path() / "b.laz"),
-        shuffled(cloud, seed + 1).write(folder.path() / "c.las");
+    cloud.write(folder.path() / "a.laz");
+    shuffled(cloud, seed).write(folder.path() / "b.laz");
+    shuffled(cloud, seed + 1).write(folder.path() / "c.las");
     const auto found = find_clusters(lidar::LasSource(folder.path() / "a.laz"), kAll, 1, 1);
     INFO("seed " << seed);
     REQUIRE(found.size() == static_cast<std::size_t>(places));
@@ -80,8 +81,10 @@ TEST_CASE("points less than a kilometre apart hang together, and dropped ones do
     DYNAMIC_SECTION(c.name) {
         const TemporaryFolder folder;
         Cloud cloud;
-        for (int i = 0; i < 10; ++i)
-            cloud.add(c.step * i, 0, 1, 2), cloud.add(c.step * (i + 0.5), 50'000, 1, 7);
+        for (int i = 0; i < 10; ++i) {
+            cloud.add(c.step * i, 0, 1, 2);
+            cloud.add(c.step * (i + 0.5), 50'000, 1, 7);
+        }
         cloud.write(folder.path() / "a.laz");
         const KeepsPoint no_noise = [](const pointcloud::Point& p) {
             return p.classification != 7;

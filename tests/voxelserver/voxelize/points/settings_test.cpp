@@ -25,36 +25,39 @@ std::map<std::string, std::string> fields_of(const Settings& s) {
     std::map<std::string, std::string> out;
     const auto flag = [&](const char* name, bool v) { out[name] = v ? "true" : "false"; };
     const auto number = [&](const char* name, double v) { out[name] = std::to_string(v); };
-    flag("points.drop_withheld", s.points.drop_withheld),
-        flag("points.drop_overlap", s.points.drop_overlap);
+    flag("points.drop_withheld", s.points.drop_withheld);
+    flag("points.drop_overlap", s.points.drop_overlap);
     flag("points.drop_isolated", s.points.drop_isolated);
-    flag("steps.building_fill", s.steps.building_fill), flag("steps.bridges", s.steps.bridges),
-        flag("steps.ground_fill", s.steps.ground_fill);
-    flag("steps.vegetation", s.steps.vegetation),
-        flag("steps.specialization", s.steps.specialization);
-    flag("steps.neighbourhood_filters", s.steps.neighbourhood_filters),
-        flag("steps.water_equalization", s.steps.water_equalization);
+    flag("steps.building_fill", s.steps.building_fill);
+    flag("steps.bridges", s.steps.bridges);
+    flag("steps.ground_fill", s.steps.ground_fill);
+    flag("steps.vegetation", s.steps.vegetation);
+    flag("steps.specialization", s.steps.specialization);
+    flag("steps.neighbourhood_filters", s.steps.neighbourhood_filters);
+    flag("steps.water_equalization", s.steps.water_equalization);
     flag("steps.water_deepening", s.steps.water_deepening);
-    number("buildings.storey_m", s.buildings.storey_m),
-        number("buildings.steep_roof_m", s.buildings.steep_roof_m);
-    number("bridges.thickness_m", s.bridges.thickness_m),
-        flag("bridges.recognise", s.bridges.recognise),
-        number("bridges.widest_m", s.bridges.widest_m);
-    number("bridges.least_drop_m", s.bridges.least_drop_m),
-        number("bridges.above_water_m", s.bridges.above_water_m);
+    number("buildings.storey_m", s.buildings.storey_m);
+    number("buildings.steep_roof_m", s.buildings.steep_roof_m);
+    number("bridges.thickness_m", s.bridges.thickness_m);
+    flag("bridges.recognise", s.bridges.recognise);
+    number("bridges.widest_m", s.bridges.widest_m);
+    number("bridges.least_drop_m", s.bridges.min_drop_m);
+    number("bridges.above_water_m", s.bridges.above_water_m);
     number("bridges.above_land_m", s.bridges.above_land_m);
-    number("ground.soil_m", s.ground.soil_m), number("ground.cliff_m", s.ground.cliff_m),
-        number("ground.depth_m", s.ground.depth_m);
-    number("vegetation.low_m", s.vegetation.low_m),
-        number("vegetation.medium_m", s.vegetation.medium_m);
-    number("vegetation.canopy_gap_m", s.vegetation.canopy_gap_m),
-        number("vegetation.trunk_from_m", s.vegetation.trunk_from_m);
+    number("ground.soil_m", s.ground.soil_m);
+    number("ground.cliff_m", s.ground.cliff_m);
+    number("ground.depth_m", s.ground.depth_m);
+    number("vegetation.low_m", s.vegetation.low_m);
+    number("vegetation.medium_m", s.vegetation.medium_m);
+    number("vegetation.canopy_gap_m", s.vegetation.canopy_gap_m);
+    number("vegetation.trunk_from_m", s.vegetation.trunk_from_m);
     number("vegetation.clutter_m", s.vegetation.clutter_m);
-    flag("water.from_class", s.water.from_class),
-        flag("water.from_orthophoto", s.water.from_orthophoto),
-        flag("water.from_voids", s.water.from_voids);
-    number("water.slope", s.water.slope), number("water.min_depth_m", s.water.min_depth_m),
-        number("water.max_depth_m", s.water.max_depth_m);
+    flag("water.from_class", s.water.from_class);
+    flag("water.from_orthophoto", s.water.from_orthophoto);
+    flag("water.from_voids", s.water.from_voids);
+    number("water.slope", s.water.slope);
+    number("water.min_depth_m", s.water.min_depth_m);
+    number("water.max_depth_m", s.water.max_depth_m);
     out["specialization.palette"] = s.palette;
     return out;
 }
@@ -160,7 +163,7 @@ TEST_CASE("what is wrong in a settings file is told word for word",
         std::string said;
         try {
             (void)voxelize::load_settings(file.path());
-        } catch (const UsageError& e) {
+        } catch (const util::UsageError& e) {
             said = e.what();
         }
         CHECK(said == "read the voxelization settings " + file.path().string() + ": " + c.message);
@@ -169,14 +172,14 @@ TEST_CASE("what is wrong in a settings file is told word for word",
 
 TEST_CASE("a settings file that is missing or no TOML is named",
           "[voxelserver][voxelize][settings]") {
-    CHECK_THROWS_AS(voxelize::load_settings("/nowhere/settings.toml"), UsageError);
+    CHECK_THROWS_AS(voxelize::load_settings("/nowhere/settings.toml"), util::UsageError);
     CHECK_THROWS_WITH(voxelize::load_settings("/nowhere/settings.toml"),
                       "read the voxelization settings /nowhere/settings.toml: no such file");
     CHECK_THROWS_WITH(voxelize::load_settings("/"),
                       "read the voxelization settings /: not a plain file");
-    CHECK_THROWS_AS(voxelize::load_settings("/dev/zero"), UsageError);
+    CHECK_THROWS_AS(voxelize::load_settings("/dev/zero"), util::UsageError);
     const File file("[points]\ndrop_withheld = \n");
-    CHECK_THROWS_AS(voxelize::load_settings(file.path()), UsageError);
+    CHECK_THROWS_AS(voxelize::load_settings(file.path()), util::UsageError);
     CHECK_THROWS_WITH(voxelize::load_settings(file.path()),
                       contains(file.path().string()) && contains("(line 2)"));
 }

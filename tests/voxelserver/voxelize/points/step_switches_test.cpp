@@ -99,7 +99,7 @@ TEST_CASE("a word that is no step is refused with all that are allowed",
         std::string message;
         try {
             switch_steps(c.text, steps);
-        } catch (const UsageError& e) {
+        } catch (const util::UsageError& e) {
             message = e.what();
         }
         CHECK(message == "choose the steps of voxelization: '" + std::string(c.word) +
@@ -119,7 +119,7 @@ TEST_CASE("the flag is stronger than the settings file", "[voxelserver][voxelize
     CHECK(load_settings(file, "-ground_fill").steps.bridges == false);
     CHECK(on(load_settings(file, "all").steps) == kAllOn);
     CHECK(on(load_settings(file, "bridges").steps) == "bridges");
-    CHECK_THROWS_AS(load_settings(file, "houses"), UsageError);
+    CHECK_THROWS_AS(load_settings(file, "houses"), util::UsageError);
 }
 
 TEST_CASE("the same steps have one fingerprint, however they are chosen, and others another",

@@ -264,7 +264,8 @@ TEST_CASE("windows of neighbouring patches see the same roofs",
             INFO("column " << x << ", " << z);
             REQUIRE(a.seen() == b.seen());
             REQUIRE(a.open_beneath() == b.open_beneath());
-            roofs += a.seen() ? 1 : 0, open += a.open_beneath() ? 1 : 0;
+            roofs += a.seen() ? 1 : 0;
+            open += a.open_beneath() ? 1 : 0;
             if (a.seen())
                 REQUIRE((a.top.height == b.top.height && a.look_dx == b.look_dx &&
                          a.look_dz == b.look_dz));

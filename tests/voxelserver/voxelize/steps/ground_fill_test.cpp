@@ -75,13 +75,13 @@ TEST_CASE("ground between points and under houses lies on the plane around it",
         const char* name;
         double a, b;
     };
-    // most_off: voxels for each voxel of slope. The mean leans to the side that has more or nearer
+    // max_off: voxels for each voxel of slope. The mean leans to the side that has more or nearer
     // ground: by less than two columns between points and under halls, by twice that in the corner
     // of an L.
     struct Gap {
         const char* name;
         HeightAt kept;
-        double most_off;
+        double max_off;
     };
     const auto plane = GENERATE(values<Plane>({{"flat", 0, 0},
                                                {"sloping east", 0.25, 0},
@@ -113,7 +113,7 @@ TEST_CASE("ground between points and under houses lies on the plane around it",
             worst = std::max(worst, std::abs(filled.at(x, z) - height(x, z)));
         });
         INFO("worst " << worst << " voxels at a slope of " << steepness);
-        CHECK(worst <= gap.most_off * steepness + 0.0005);  // heights are kept to 1/4096 voxel
+        CHECK(worst <= gap.max_off * steepness + 0.0005);  // heights are kept to 1/4096 voxel
     }
 }
 
@@ -129,7 +129,7 @@ TEST_CASE("a filled height never leaves the heights around", "[voxelserver][voxe
 
 TEST_CASE("the ground of a wide gap is asked for by absolute columns, and only beyond reach",
           "[voxelserver][voxelize][ground]") {
-    constexpr PatchKey kPatch{-3, 5};
+    constexpr grid::PatchKey kPatch{-3, 5};
     // No ground to the east of column 10 of the patch.
     auto land = land_of([&](auto x, auto) { return x < kPatch.x0() + 10 ? 50.0 : kGap; });
     int asked = 0;
@@ -159,7 +159,7 @@ TEST_CASE("windows of neighbouring patches agree on the columns that both know",
           "[voxelserver][voxelize][ground]") {
     struct Case {
         const char* name;
-        PatchKey a, b;
+        grid::PatchKey a, b;
     };
     const auto c = GENERATE(values<Case>({{"side by side", {0, 0}, {1, 0}},
                                           {"below each other", {0, 0}, {0, 1}},
@@ -184,7 +184,8 @@ TEST_CASE("windows of neighbouring patches agree on the columns that both know",
 }
 
 TEST_CASE("the same land elsewhere has the same heights", "[voxelserver][voxelize][ground]") {
-    const PatchKey moved = GENERATE(PatchKey{1, 0}, PatchKey{-7, 11}, PatchKey{7'000, -98'000});
+    const grid::PatchKey moved =
+        GENERATE(grid::PatchKey{1, 0}, grid::PatchKey{-7, 11}, grid::PatchKey{7'000, -98'000});
     auto here = land_of(hills),
          there = land_of([&](auto x, auto z) { return hills(x - moved.x0(), z - moved.z0()); });
     const auto a = fill_ground(here.window({0, 0}), Wanted(1), kFromAfar);

@@ -33,14 +33,14 @@ struct Return {
     double east = 0.5, south = 0.5;
 };
 
-inline voxelize::VoxelPoint point_at(int x, int z, const Return& r) {
-    voxelize::VoxelPoint p;
-    constexpr int kOne = 1 << voxelize::VoxelPoint::kPlanBits;
-    p.x = static_cast<std::uint16_t>(std::floor((x + r.east) * kOne)),
+inline store::VoxelPoint point_at(int x, int z, const Return& r) {
+    store::VoxelPoint p;
+    constexpr int kOne = 1 << store::VoxelPoint::kPlanBits;
+    p.x = static_cast<std::uint16_t>(std::floor((x + r.east) * kOne));
     p.z = static_cast<std::uint16_t>(std::floor((z + r.south) * kOne));
-    p.y =
-        static_cast<std::int32_t>(std::floor(r.height * (1 << voxelize::VoxelPoint::kHeightBits)));
-    p.source_class = r.source_class, p.colour = r.colour;
+    p.y = static_cast<std::int32_t>(std::floor(r.height * (1 << store::VoxelPoint::kHeightBits)));
+    p.source_class = r.source_class;
+    p.colour = r.colour;
     return p;
 }
 
@@ -61,13 +61,13 @@ public:
     void limit(InSurvey in_survey) { m_in_survey = std::move(in_survey); }
     [[nodiscard]] int cell_voxels() const noexcept { return m_cell_voxels; }
 
-    [[nodiscard]] std::shared_ptr<const voxelize::PatchColumns> columns(voxelize::PatchKey key) {
+    [[nodiscard]] std::shared_ptr<const voxelize::PatchColumns> columns(grid::PatchKey key) {
         auto& made = m_patches[key];
         if (!made)
             made = make(key);
         return made;
     }
-    [[nodiscard]] voxelize::Window window(voxelize::PatchKey middle) {
+    [[nodiscard]] voxelize::Window window(grid::PatchKey middle) {
         voxelize::Window out;
         out.middle = middle;
         for (int i = 0; i < 9; ++i)
@@ -81,11 +81,11 @@ public:
     }
 
 private:
-    [[nodiscard]] std::shared_ptr<const voxelize::PatchColumns> make(voxelize::PatchKey key) const {
-        std::vector<voxelize::VoxelPoint> points;
+    [[nodiscard]] std::shared_ptr<const voxelize::PatchColumns> make(grid::PatchKey key) const {
+        std::vector<store::VoxelPoint> points;
         Returns returns;
-        for (int z = 0; z < voxelize::kPatchSize; ++z)
-            for (int x = 0; x < voxelize::kPatchSize; ++x) {
+        for (int z = 0; z < grid::kPatchSize; ++z)
+            for (int x = 0; x < grid::kPatchSize; ++x) {
                 returns.clear();
                 if (m_in_survey(key.x0() + x, key.z0() + z))
                     m_returns_at(key.x0() + x, key.z0() + z, returns);
@@ -108,14 +108,18 @@ private:
     bool m_has_colour;
     int m_cell_voxels;
     InSurvey m_in_survey = [](std::int32_t, std::int32_t) { return true; };
-    std::map<voxelize::PatchKey, std::shared_ptr<const voxelize::PatchColumns>> m_patches;
+    std::map<grid::PatchKey, std::shared_ptr<const voxelize::PatchColumns>> m_patches;
 };
 
 /// A number in [0, 1) that looks random, the same for the same place and seed.
 inline double dice(std::int32_t x, std::int32_t z, std::uint32_t seed) noexcept {
     std::uint32_t h = static_cast<std::uint32_t>(x) * 0x9E3779B1U ^
                       static_cast<std::uint32_t>(z) * 0x85EBCA77U ^ seed * 0xC2B2AE3DU;
-    h ^= h >> 15, h *= 0x2C1B3C6DU, h ^= h >> 12, h *= 0x297A2D39U, h ^= h >> 15;
+    h ^= h >> 15;
+    h *= 0x2C1B3C6DU;
+    h ^= h >> 12;
+    h *= 0x297A2D39U;
+    h ^= h >> 15;
     return h / 4294967296.0;
 }
 

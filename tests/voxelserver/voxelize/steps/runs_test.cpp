@@ -58,10 +58,11 @@ struct Made {
     /// An image of one colour over the whole patch.
     static SurfaceLook with_image() {
         auto own = std::make_shared<PatchLook>();
-        own->raster.width = own->raster.height = kPatchSize;
-        own->raster.colour.assign(kPatchColumns, kSeen), own->raster.nir.assign(kPatchColumns, 0),
-            own->raster.red = own->raster.nir;
-        own->raster.flags.assign(kPatchColumns, imagery::Raster::kColour);
+        own->raster.width = own->raster.height = grid::kPatchSize;
+        own->raster.colour.assign(grid::kPatchColumns, kSeen);
+        own->raster.nir.assign(grid::kPatchColumns, 0);
+        own->raster.red = own->raster.nir;
+        own->raster.flags.assign(grid::kPatchColumns, imagery::Raster::kColour);
         SurfaceLook out;
         out.own = own;
         return out;

@@ -144,7 +144,7 @@ TEST_CASE(
         write_image(folder.path() / "image.tif", -64, -64, 192, 192,
                     [&](int x, int z) { return covered(x, z) ? kMeadow : kAsphalt; });
         const imagery::Orthophotos images({folder.path() / "image.tif"},
-                                          Frame(geo::Crs::from_text(kCrs), 1, 0, 0));
+                                          grid::Frame(geo::Crs::from_text(kCrs), 1, 0, 0));
         Settings settings;
         settings.steps.neighbourhood_filters =
             c.hidden;  // hidden columns ask the filters; the others show what they are
@@ -169,7 +169,7 @@ TEST_CASE("an image that shows a part colours that part; elsewhere points say wh
     write_image(folder.path() / "image.tif", -64, -64, 64 + 30, 192,
                 [](int, int) { return kMeadow; });
     const imagery::Orthophotos images({folder.path() / "image.tif"},
-                                      Frame(geo::Crs::from_text(kCrs), 1, 0, 0));
+                                      grid::Frame(geo::Crs::from_text(kCrs), 1, 0, 0));
     const bool coloured = GENERATE(true, false);
     MadeLand land([](int, int, Returns& out) { out.push_back({10, kGroundClass, kAsphalt}); },
                   coloured);
@@ -208,7 +208,8 @@ TEST_CASE("materials do not depend on where patches begin", "[voxelserver][voxel
     Step first, second;
     std::array<int, voxel::kMaterialCount> seen{};
     const auto a = look_of(*first, land.window({0, 0}));
-    for (const auto& patch : {PatchKey{0, 0}, PatchKey{1, 0}, PatchKey{0, 1}, PatchKey{1, 1}}) {
+    for (const auto& patch :
+         {grid::PatchKey{0, 0}, grid::PatchKey{1, 0}, grid::PatchKey{0, 1}, grid::PatchKey{1, 1}}) {
         const auto b = look_of(*second, moved.window(patch));
         for (int z = 0; z < 64; ++z)
             for (int x = 0; x < 64; ++x) {
@@ -245,7 +246,7 @@ TEST_CASE(
     write_image(folder.path() / "image.tif", 0, 0, 64, 64,
                 [](int x, int) { return x < 32 ? kDeepLake : kMeadow; });
     const imagery::Orthophotos images({folder.path() / "image.tif"},
-                                      Frame(geo::Crs::from_text(kCrs), 1, 0, 0));
+                                      grid::Frame(geo::Crs::from_text(kCrs), 1, 0, 0));
     MadeLand land([](int, int z, Returns& out) {
         if (z < 48)
             out.push_back({10, kGroundClass});

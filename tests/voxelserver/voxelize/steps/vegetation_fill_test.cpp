@@ -14,7 +14,7 @@ namespace {
 using Returns = MadeLand::Returns;
 constexpr double kGround = 10.5;
 
-Margined<Crown> crowns_of(MadeLand& land, PatchKey patch = {0, 0}, double voxel_m = 1,
+Margined<Crown> crowns_of(MadeLand& land, grid::PatchKey patch = {0, 0}, double voxel_m = 1,
                           const Settings& settings = {}) {
     return fill_crowns(land.window(patch), asprs(), GroundHeights(static_cast<float>(kGround)),
                        settings, voxel_m);
@@ -68,7 +68,8 @@ Plateau plateau_at(const Margined<Crown>& crowns, int x, int z, Grid<char, 2>& m
         const auto [own_x, own_z] = columns[i];
         const Crown& own = crowns.at(own_x, own_z);
         out.trunks += own.trunk ? 1 : 0;
-        min_x = std::min(min_x, own_x), max_x = std::max(max_x, own_x),
+        min_x = std::min(min_x, own_x);
+        max_x = std::max(max_x, own_x);
         max_z = std::max(max_z, own_z);
         for (int dz = -1; dz <= 1; ++dz)
             for (int dx = -1; dx <= 1; ++dx) {
@@ -79,7 +80,8 @@ Plateau plateau_at(const Margined<Crown>& crowns, int x, int z, Grid<char, 2>& m
                     columns.emplace_back(own_x + dx, own_z + dz);
             }
     }
-    out.wide = max_x - min_x + 1, out.deep = max_z - z + 1;
+    out.wide = max_x - min_x + 1;
+    out.deep = max_z - z + 1;
     return out;
 }
 
@@ -352,7 +354,8 @@ TEST_CASE("windows of neighbouring patches see the same wood",
                d = crowns_of(land, {0, 1}, voxel_m);
     int crowns = 0, trunks = 0;
     const auto same = [&](const Crown& p, const Crown& q) {
-        crowns += p.seen() ? 1 : 0, trunks += p.trunk ? 1 : 0;
+        crowns += p.seen() ? 1 : 0;
+        trunks += p.trunk ? 1 : 0;
         REQUIRE(p.seen() == q.seen());
         if (p.seen())
             REQUIRE((p.top == q.top && p.bottom == q.bottom && p.trunk == q.trunk &&

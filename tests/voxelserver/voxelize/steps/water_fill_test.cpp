@@ -37,7 +37,7 @@ public:
         m_land.limit(
             [](std::int32_t x, std::int32_t z) { return std::abs(x) < 300 && std::abs(z) < 300; });
     }
-    [[nodiscard]] WaterColumns at(PatchKey patch, const Settings& settings = {}) {
+    [[nodiscard]] WaterColumns at(grid::PatchKey patch, const Settings& settings = {}) {
         water::WaterOptions options;
         options.cell_voxels = m_land.cell_voxels();
         options.voxel_m = m_voxel_m;
@@ -84,8 +84,10 @@ TEST_CASE("a lake is all water at one level, and its shore is none",
             // A cell that the shore cuts through may be the land's.
             if (c.lake.distance(x, z) < c.lake.radius - 3)
                 REQUIRE(water.is_water(x, z));
-            if (water.is_water(x, z))
-                levels.insert(water.level.at(x, z)), ++wet;
+            if (water.is_water(x, z)) {
+                levels.insert(water.level.at(x, z));
+                ++wet;
+            }
         });
         CHECK(wet > 400);
         REQUIRE(levels.size() == 1);
@@ -99,9 +101,10 @@ TEST_CASE("a boathouse stands in the lake, and a footbridge lets it be",
     Finder finder([&](int x, int z, Returns& out) {
         if (x >= 28 && x < 34 && z >= 28 && z < 33)
             out.insert(out.end(), {{105, kBuilding}, {105.2, kBuilding}});
-        else if (z == 40)
-            out.push_back({103, kBridge}), lake.returns(x, z, out);
-        else
+        else if (z == 40) {
+            out.push_back({103, kBridge});
+            lake.returns(x, z, out);
+        } else
             lake.returns(x, z, out);
     });
     const auto water = finder.at({0, 0});
@@ -159,8 +162,10 @@ TEST_CASE("the bed falls away from the shore as the settings say",
                                           {"switched off", 1, 0.3, 0.6, 8, false}}));
     DYNAMIC_SECTION(c.name) {
         Settings settings;
-        settings.water.slope = c.slope, settings.water.min_depth_m = c.min_m,
-        settings.water.max_depth_m = c.max_m, settings.steps.water_deepening = c.deepening;
+        settings.water.slope = c.slope;
+        settings.water.min_depth_m = c.min_m;
+        settings.water.max_depth_m = c.max_m;
+        settings.steps.water_deepening = c.deepening;
         const Lake lake{32, 32, 50, 100};
         Finder finder([&](int x, int z, Returns& out) { lake.returns(x, z, out); }, c.voxel_m);
         const auto water = finder.at({0, 0}, settings);
@@ -217,9 +222,10 @@ TEST_CASE("windows of neighbouring patches see the same water, level and bed",
                 REQUIRE(a.depth_m.at(ax, az) == other.depth_m.at(bx, bz));
         };
         for (int along = -8; along < 72; ++along)
-            for (int across = 56; across < 72; ++across)
-                same(across, along, b, across - 64, along),
-                    same(along, across, d, along, across - 64);
+            for (int across = 56; across < 72; ++across) {
+                same(across, along, b, across - 64, along);
+                same(along, across, d, along, across - 64);
+            }
         CHECK(wet > 300);
     }
 }

@@ -58,8 +58,10 @@ std::string all_boxes(const fs::path& input, const char* crs) {
     for (const auto& [bx, bz] : columns) {
         const auto extent = world.world().column(0, bx, bz);
         for (auto by = extent.by_begin; by < extent.by_end; ++by)
-            if (const auto box = world.world().box({0, bx, by, bz}))
-                sum = sum * 31 + box->checksum(), ++boxes;
+            if (const auto box = world.world().box({0, bx, by, bz})) {
+                sum = sum * 31 + box->checksum();
+                ++boxes;
+            }
     }
     return std::to_string(columns.size()) + " columns, " + std::to_string(boxes) + " boxes, " +
            std::to_string(world.world().stats().wild_points) + " wild points, sum " +
@@ -172,7 +174,8 @@ TEST_CASE("one bad file among good ones is an error of the boxes that need it, a
                     [](double e, double n) { return 50 + 3 * std::sin(e / 9) + 0.05 * n; });
         cloud.write(folder.path() / name);
     };
-    write("good.laz", 0), write("worse.laz", 1000);
+    write("good.laz", 0);
+    write("worse.laz", 1000);
     // Damage in the middle of the points: the header, the sample and the chunk table stay readable.
     std::string bytes = bytes_of(folder.path() / "worse.laz");
     for (std::size_t i = bytes.size() / 2; i < bytes.size() / 2 + 2000; ++i)
@@ -188,7 +191,7 @@ TEST_CASE("one bad file among good ones is an error of the boxes that need it, a
             bool thrown = false;
             try {
                 (void)world.world().box({0, voxel_x(1050) >> 6, 0, voxel_z(50) >> 6});
-            } catch (const Error& e) {
+            } catch (const util::Error& e) {
                 thrown = std::string(e.what()).find("worse.laz") != std::string::npos;
             }
             if (!thrown)

@@ -118,8 +118,10 @@ public:
         for (const auto& [name, write] : {std::pair{"one", &write_one},
                                           {"cut", &write_cut},
                                           {"dealt", &write_dealt},
-                                          {"images", &write_images}})
-            fs::create_directory(m_folder.path() / name), write(m_folder.path() / name);
+                                          {"images", &write_images}}) {
+            fs::create_directory(m_folder.path() / name);
+            write(m_folder.path() / name);
+        }
     }
     [[nodiscard]] OpenWorld open(const std::string& layout, double voxel_m, bool images) const {
         auto options = OpenWorld::with(m_folder.path() / layout);
@@ -223,7 +225,8 @@ TEST_CASE("all boxes of all levels are the same from files of any cut, in any or
 TEST_CASE("what lies two kilometres away changes nothing here",
           "[voxelserver][voxelize][seamless]") {
     const TemporaryFolder folder;
-    fs::create_directory(folder.path() / "here"), fs::create_directory(folder.path() / "both");
+    fs::create_directory(folder.path() / "here");
+    fs::create_directory(folder.path() / "both");
     country().write(folder.path() / "here" / "here.laz");
     fs::copy(folder.path() / "here" / "here.laz", folder.path() / "both");
     // The same density, other land: higher, and named before or after.

@@ -65,7 +65,9 @@ public:
             if (keep && !keep(p))
                 continue;
             lidar::LasWritePoint out;
-            out.x = kEast0 + p.east, out.y = kNorth0 + p.north, out.z = p.height;
+            out.x = kEast0 + p.east;
+            out.y = kNorth0 + p.north;
+            out.z = p.height;
             out.classification = p.source_class;
             out.rgb = p.rgb;
             writer.write(out);

@@ -36,8 +36,8 @@ TEST_CASE("between places far apart no box is made, at no level", "[voxelserver]
                 cloud.cover(at, at, at + 60, at + 60, 1, 2, [](double, double) { return 50; });
             cloud.write(folder.path() / "both.laz");
         } else {
-            write_place(folder.path() / "a.laz", 0, 0),
-                write_place(folder.path() / "b.laz", 40'000, 40'000);
+            write_place(folder.path() / "a.laz", 0, 0);
+            write_place(folder.path() / "b.laz", 40'000, 40'000);
         }
         util::StageTimes times;
         const auto world = voxelize::open_lidar_world(OpenWorld::with(folder.path()), times);
@@ -73,8 +73,8 @@ TEST_CASE("places too far apart for one world are refused by name, with the dist
     }));
     DYNAMIC_SECTION(c.name) {
         const TemporaryFolder folder;
-        write_place(folder.path() / "a.laz", 0, 0),
-            write_place(folder.path() / "b.laz", c.east, c.north);
+        write_place(folder.path() / "a.laz", 0, 0);
+        write_place(folder.path() / "b.laz", c.east, c.north);
         if (c.refused)
             CHECK_THROWS_WITH(OpenWorld(folder.path()),
                               contains(c.told) && contains("a.laz") && contains("b.laz"));
@@ -97,8 +97,12 @@ TEST_CASE("a file of another system lies within its bounds, also where its edges
     for (int i = 0; i <= 60; ++i)
         for (int k = 0; k <= 20; ++k) {
             lidar::LasWritePoint p;
-            p.x = 1.5 + 3.0 * i / 60, p.y = 44 + k / 20.0, p.z = 10, p.classification = 2;
-            x.push_back(p.x), y.push_back(p.y);
+            p.x = 1.5 + 3.0 * i / 60;
+            p.y = 44 + k / 20.0;
+            p.z = 10;
+            p.classification = 2;
+            x.push_back(p.x);
+            y.push_back(p.y);
             writer.write(p);
         }
     writer.close();

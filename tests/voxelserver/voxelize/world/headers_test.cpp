@@ -17,8 +17,8 @@ void state_bounds(const std::filesystem::path& file, const Bounds& b) {
     const std::array<double, 3> corner{kEast0, kNorth0, 0};
     for (std::size_t a = 0; a < 3; ++a) {
         const double least = b[a] + corner[a], greatest = b[a + 3] + corner[a];
-        std::memcpy(bytes.data() + 179 + 16 * a, &greatest, 8),
-            std::memcpy(bytes.data() + 187 + 16 * a, &least, 8);
+        std::memcpy(bytes.data() + 179 + 16 * a, &greatest, 8);
+        std::memcpy(bytes.data() + 187 + 16 * a, &least, 8);
     }
     write_bytes(file, bytes);
 }
@@ -84,13 +84,16 @@ TEST_CASE(
             lidar::LasWriter writer(to, options);
             for (const auto& p : points.points()) {
                 lidar::LasWritePoint out;
-                out.x = kEast0 + p.east, out.y = kNorth0 + p.north, out.z = p.height,
+                out.x = kEast0 + p.east;
+                out.y = kNorth0 + p.north;
+                out.z = p.height;
                 out.classification = p.source_class;
                 writer.write(out);
             }
             writer.close();
         };
-        write(file, cloud), write(folder.path() / "clean.las", clean_land);
+        write(file, cloud);
+        write(folder.path() / "clean.las", clean_land);
         const Warnings warnings;
         OpenWorld world(file), clean(folder.path() / "clean.las");
         CHECK((world.info().bounds == clean.info().bounds));
@@ -119,7 +122,8 @@ TEST_CASE("bounds that hold part of the points are widened to all of them",
     DYNAMIC_SECTION(c.name) {
         const TemporaryFolder folder;
         const auto file = folder.path() / c.file;
-        land().write(file), land().write(folder.path() / "clean.laz");
+        land().write(file);
+        land().write(folder.path() / "clean.laz");
         state_bounds(file, c.stated);
         const Warnings warnings;
         OpenWorld world(file), clean(folder.path() / "clean.laz");
@@ -165,17 +169,20 @@ TEST_CASE("honest headers of odd surveys are believed, and all their land is the
     const auto c = GENERATE_COPY(values<Case>({
         {"two places four kilometres apart",
          [=](Cloud& o) {
-             o.cover(0, 0, 100, 100, 1, 2, flat), o.cover(3000, 3000, 3100, 3100, 1, 2, flat);
+             o.cover(0, 0, 100, 100, 1, 2, flat);
+             o.cover(3000, 3000, 3100, 3100, 1, 2, flat);
          },
          {{50, 50}, {3050, 3050}}},
         {"two places twelve kilometres apart",
          [=](Cloud& o) {
-             o.cover(0, 0, 100, 100, 1, 2, flat), o.cover(9000, 9000, 9100, 9100, 1, 2, flat);
+             o.cover(0, 0, 100, 100, 1, 2, flat);
+             o.cover(9000, 9000, 9100, 9100, 1, 2, flat);
          },
          {{50, 50}, {9050, 9050}}},
         {"an islet two kilometres off",
          [=](Cloud& o) {
-             o.cover(0, 0, 300, 300, 1, 2, flat), o.cover(2000, 0, 2012, 12, 1, 2, flat);
+             o.cover(0, 0, 300, 300, 1, 2, flat);
+             o.cover(2000, 0, 2012, 12, 1, 2, flat);
          },
          {{50, 50}, {2006, 6}}},
         {"a thin strip across",

@@ -159,7 +159,8 @@ TEST_CASE("an orthophoto's colours land in their columns, at any resolution",
 TEST_CASE("outside an orthophoto there is no colour", "[voxelserver][voxelize][ortho]") {
     const Plain plain;
     Image image;
-    image.width = 40, image.height = 30;
+    image.width = 40;
+    image.height = 30;
     image.geo = {kEast0 + 25.3, 1, 0, kNorth0 + 70.6, 0, -1};
     write(plain.image(), image, [](double x, double y) { return std::pair(25.3 + x, 70.6 - y); });
     auto world = plain.open();
@@ -303,7 +304,7 @@ TEST_CASE("an image that cannot be placed or read is refused, naming it",
     }
     SECTION("no image") {
         std::ofstream(plain.image()) << "no image";
-        CHECK_THROWS_AS(plain.open(), Error);
+        CHECK_THROWS_AS(plain.open(), util::Error);
         CHECK_THROWS_WITH(plain.open(),
                           contains("image.tif") && contains("no raster that can be read"));
     }

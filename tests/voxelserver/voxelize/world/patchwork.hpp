@@ -103,7 +103,7 @@ private:
 struct Kept {
     struct One {
         std::uint64_t checksum = 0;  ///< 0 = air
-        voxel::Reach reach;
+        voxel::InputExtent reach;
         voxel::Fingerprint print{};
     };
     std::map<voxel::BoxKey, One> boxes;

@@ -8,7 +8,7 @@
 using namespace terravox;
 using namespace terravox::test;
 using voxel::BoxKey;
-using voxel::Reach;
+using voxel::InputExtent;
 
 namespace {
 
@@ -25,14 +25,14 @@ const Kept& reference() {
     return made;
 }
 
-std::string text(const BoxKey& k, const Reach& r) {
+std::string text(const BoxKey& k, const InputExtent& r) {
     return "level " + std::to_string(k.level) + " box " + std::to_string(k.bx) + ", " +
            std::to_string(k.by) + ", " + std::to_string(k.bz) + " reaches " +
            std::to_string(r.min_bx) + ", " + std::to_string(r.min_bz) + " to " +
            std::to_string(r.max_bx) + ", " + std::to_string(r.max_bz);
 }
 
-bool holds(const Reach& outer, const Reach& inner) {
+bool holds(const InputExtent& outer, const InputExtent& inner) {
     return inner.min_bx >= outer.min_bx && inner.min_bz >= outer.min_bz &&
            inner.max_bx <= outer.max_bx && inner.max_bz <= outer.max_bz;
 }
@@ -60,7 +60,8 @@ TEST_CASE(
                                           {"no memory at all", 1, 2, 6}}));
     DYNAMIC_SECTION(c.name) {
         auto options = patchwork().options();
-        options.memory_bytes = c.memory_bytes, options.threads = c.threads;
+        options.memory_bytes = c.memory_bytes;
+        options.threads = c.threads;
         OpenWorld world(options);
         auto keys = keys_of_all_levels(world.info());
         if (c.seed == 0)
@@ -98,19 +99,19 @@ TEST_CASE("a box on land reaches one patch far, one at a lake as far as the lake
           "[voxelserver][voxelize][reach]") {
     OpenWorld world(patchwork().options());
     const BoxKey land = box_at(470, 10);
-    const Reach near = world.world().traced_box(land).reach;
+    const InputExtent near = world.world().traced_box(land).reach;
     INFO(text(land, near));
-    CHECK((near == Reach{land.bx - 1, land.bz - 1, land.bx + 2, land.bz + 2}));
+    CHECK((near == InputExtent{land.bx - 1, land.bz - 1, land.bx + 2, land.bz + 2}));
     for (const double east : {40.0, 220.0, 420.0}) {
         const BoxKey shore = box_at(east, 250);
-        const Reach reach = world.world().traced_box(shore).reach;
+        const InputExtent reach = world.world().traced_box(shore).reach;
         INFO(text(shore, reach));
         CHECK(reach.min_bx <= voxel_x(21) >> 6);
         CHECK(reach.max_bx > voxel_x(439) >> 6);
     }
     // Under the hall no ground lies within 32 columns: it is interpolated from around.
     const BoxKey hall = box_at(75, 75);
-    const Reach wide = world.world().traced_box(hall).reach;
+    const InputExtent wide = world.world().traced_box(hall).reach;
     INFO(text(hall, wide));
     CHECK(holds(wide, {hall.bx - 1, hall.bz - 1, hall.bx + 2, hall.bz + 2}));
 }
@@ -133,12 +134,12 @@ TEST_CASE("a coarse box reaches over all that lies under it and as far as its ch
         }
     }
     SECTION("beside the land a box reaches its own columns only, above it everything") {
-        const voxel::TracedBox beside =
+        const voxel::BoxWithInputs beside =
             world.world().traced_box({0, range.max.bx + 10, 1, range.min.bz});
         CHECK(beside.box == nullptr);
         CHECK((beside.reach ==
-               Reach{range.max.bx + 10, range.min.bz, range.max.bx + 11, range.min.bz + 1}));
-        const voxel::TracedBox above =
+               InputExtent{range.max.bx + 10, range.min.bz, range.max.bx + 11, range.min.bz + 1}));
+        const voxel::BoxWithInputs above =
             world.world().traced_box({0, range.min.bx, range.max.by + 3, range.min.bz});
         CHECK(above.box == nullptr);
         CHECK(holds(above.reach, {-1'000'000, -1'000'000, 1'000'000, 1'000'000}));

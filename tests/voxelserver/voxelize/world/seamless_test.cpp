@@ -75,7 +75,8 @@ TEST_CASE(
                                           {"no memory at all", 1, 2, 7}}));
     DYNAMIC_SECTION(c.name) {
         auto options = OpenWorld::with(folder.path() / "all.laz");
-        options.memory_bytes = c.memory_bytes, options.threads = c.threads;
+        options.memory_bytes = c.memory_bytes;
+        options.threads = c.threads;
         OpenWorld world(options);
         CHECK(world.info().bounds == first.info().bounds);
         auto order = keys;

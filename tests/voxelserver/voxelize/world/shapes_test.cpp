@@ -174,8 +174,10 @@ TEST_CASE(
         const double e = 80 + static_cast<double>(random() % 14'000) / 100,
                      n = 30 + static_cast<double>(random() % 14'000) / 100;
         const double noise = (static_cast<double>(random() % 1001) - 500) / 500 * 0.12;
-        if (lake(e, n))
-            cloud.add(e, n, 200.0 + noise, 9), ++returns;
+        if (lake(e, n)) {
+            cloud.add(e, n, 200.0 + noise, 9);
+            ++returns;
+        }
     }
     REQUIRE(returns > 1000);
     const TemporaryFolder folder;

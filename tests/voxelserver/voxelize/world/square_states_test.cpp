@@ -73,7 +73,7 @@ TEST_CASE("a square whose file is damaged has failed, and says why; the others h
     std::fstream(two.file("b"), std::ios::in | std::ios::out | std::ios::binary)
             .seekp(static_cast<std::streamoff>(size / 3))
         << std::string(size / 3, '\x5a');
-    CHECK_THROWS_AS(world.world().box(box_at(430, 30)), Error);
+    CHECK_THROWS_AS(world.world().box(box_at(430, 30)), util::Error);
     REQUIRE(world.world().box(box_at(30, 30)));
     const auto squares = world.world().squares();
     CHECK(squares[0].state == SquareState::kPrepared);

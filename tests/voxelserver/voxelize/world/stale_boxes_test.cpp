@@ -29,7 +29,9 @@ Outcome compare(const Kept& kept, voxelize::LidarWorld& now) {
         const auto box = now.box(key);
         const bool same = one.checksum == (box ? box->checksum() : 0),
                    valid = now.fingerprint(one.reach) == one.print;
-        ++out.boxes, out.changed += same ? 0 : 1, out.refused += valid ? 0 : 1;
+        ++out.boxes;
+        out.changed += same ? 0 : 1;
+        out.refused += valid ? 0 : 1;
         if (same || !valid)
             continue;
         if (out.stale++ == 0)
@@ -84,13 +86,17 @@ TEST_CASE("no kept box outlives a change of a file that shaped it",
          }},
         {"the lake is longer", 5,
          [](Point& p) {
-             if (p.north > 240 && p.north < 260 && p.east > 430 && p.source_class == 2)
-                 p.source_class = 9, p.height = 292;
+             if (p.north > 240 && p.north < 260 && p.east > 430 && p.source_class == 2) {
+                 p.source_class = 9;
+                 p.height = 292;
+             }
          }},
         {"one tree more", 1,
          [](Point& p) {
-             if (std::hypot(p.east - 250, p.north - 50) < 1.5)
-                 p.source_class = 5, p.height += 9;
+             if (std::hypot(p.east - 250, p.north - 50) < 1.5) {
+                 p.source_class = 5;
+                 p.height += 9;
+             }
          }},
         {"ground at the edge of the hall", 0,
          [](Point& p) {
@@ -99,8 +105,10 @@ TEST_CASE("no kept box outlives a change of a file that shaped it",
          }},
         {"a roof beside a border", 4,
          [](Point& p) {
-             if (p.east < 166 && p.north < 166 && p.source_class == 2)
-                 p.source_class = 6, p.height += 7;
+             if (p.east < 166 && p.north < 166 && p.source_class == 2) {
+                 p.source_class = 6;
+                 p.height += 7;
+             }
          }},
         {"a hole", 2,
          [](Point& p) {
@@ -138,11 +146,18 @@ TEST_CASE("no kept box outlives any of many random changes of files",
                 return;
             switch (what) {
                 case 0: p.source_class = Patchwork::kGone; break;
-                case 1: p.source_class = 9, p.height = 291; break;
-                case 2: p.source_class = 6, p.height += 6; break;
+                case 1:
+                    p.source_class = 9;
+                    p.height = 291;
+                    break;
+                case 2:
+                    p.source_class = 6;
+                    p.height += 6;
+                    break;
                 case 3: p.height += 2; break;
                 default:
-                    p.source_class = p.source_class == 9 ? Patchwork::kGone : 1, p.height -= 0.4;
+                    p.source_class = p.source_class == 9 ? Patchwork::kGone : 1;
+                    p.height -= 0.4;
             }
         });
         OpenWorld now(patchwork.options());
@@ -152,7 +167,9 @@ TEST_CASE("no kept box outlives any of many random changes of files",
                      << ", radius " << radius << ", change " << what);
         INFO(text(o));
         CHECK(o.stale == 0);
-        all.boxes += o.boxes, all.changed += o.changed, all.refused += o.refused;
+        all.boxes += o.boxes;
+        all.changed += o.changed;
+        all.refused += o.refused;
     }
     INFO("all changes: " << text(all));
     CHECK(all.changed > 0);
@@ -169,8 +186,9 @@ TEST_CASE("no kept box under a roof of 300 m outlives a change of the ground aro
                     [&](double e, double) { return height + e / 200; });
         cloud.write(folder.path() / name);
     };
-    write("a.las", 0, 100, 2, 300), write("b.las", 100, 400, 6, 320),
-        write("c.las", 400, 500, 2, 300);
+    write("a.las", 0, 100, 2, 300);
+    write("b.las", 100, 400, 6, 320);
+    write("c.las", 400, 500, 2, 300);
     OpenWorld before(folder.path());
     const Kept kept = keep(before.world());
     write("c.las", 400, 500, 2, 306);
@@ -204,7 +222,9 @@ TEST_CASE(
             cloud.cover(from + 5, 48, to - 5, 72, 2, 9, [&](double, double) { return seen_at; });
         cloud.write(folder.path() / name);
     };
-    write("a.las", 0, 100, 292.5), write("b.las", 100, 300, 0), write("c.las", 300, 500, 0);
+    write("a.las", 0, 100, 292.5);
+    write("b.las", 100, 300, 0);
+    write("c.las", 300, 500, 0);
     OpenWorld before(folder.path());
     const Kept kept = keep(before.world());
     write("a.las", 0, 100, 294.5);
@@ -310,7 +330,9 @@ TEST_CASE(
          Expect::kNone},
         {"memory, threads and a cache folder",
          [](Patchwork& p, Options& o) {
-             o.memory_bytes = 100 << 20, o.threads = 1, o.cache_dir = p.root() / "cache";
+             o.memory_bytes = 100 << 20;
+             o.threads = 1;
+             o.cache_dir = p.root() / "cache";
          },
          Expect::kNone},
         {"a class",
@@ -351,9 +373,10 @@ TEST_CASE(
          Expect::kNone},
         {"the folder moved",
          [](Patchwork& p, Options& o) {
-             fs::rename(p.folder(), p.root() / "elsewhere"),
-                 fs::rename(p.images(), p.root() / "pictures");
-             o.files = {p.root() / "elsewhere"}, o.orthophotos = {p.root() / "pictures"};
+             fs::rename(p.folder(), p.root() / "elsewhere");
+             fs::rename(p.images(), p.root() / "pictures");
+             o.files = {p.root() / "elsewhere"};
+             o.orthophotos = {p.root() / "pictures"};
          },
          Expect::kNone},
     }));

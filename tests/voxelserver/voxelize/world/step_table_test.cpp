@@ -38,7 +38,7 @@ public:
     [[nodiscard]] StepContext& context() { return *m_context; }
     [[nodiscard]] util::StageTimes& times() { return m_times; }
     [[nodiscard]] Land fresh() { return Land(*m_context, patch()); }
-    [[nodiscard]] static PatchKey patch() { return {voxel_x(32) >> 6, voxel_z(32) >> 6}; }
+    [[nodiscard]] static grid::PatchKey patch() { return {voxel_x(32) >> 6, voxel_z(32) >> 6}; }
     /// How often the step of that name has reported its time.
     [[nodiscard]] std::uint64_t runs_of(std::string_view name) const {
         for (const auto& stage : m_times.stages())

@@ -107,7 +107,8 @@ TEST_CASE("a step that is switched off changes what it works on and nothing else
                                    q = b ? b->voxel(x, y, z) : std::nullopt;
                         if (p == q)
                             continue;
-                        ++different, solids += p.has_value() != q.has_value() ? 1 : 0;
+                        ++different;
+                        solids += p.has_value() != q.has_value() ? 1 : 0;
                         const double e = key.bx * 64 + x + 0.5 - kEast0,
                                      n = -(key.bz * 64 + z + 0.5) - kNorth0;
                         // Walls and shores show a voxel more of what is beside them; a cell of

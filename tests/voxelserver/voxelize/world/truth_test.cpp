@@ -59,8 +59,10 @@ TEST_CASE("heights are true: real ground points lie in the top voxel of the grou
             lidar::read_las_points(info, {0, info.point_count}, [&](const pointcloud::Point& p) {
                 Said& said = columns[{static_cast<std::int32_t>(std::floor(p.x)),
                                       static_cast<std::int32_t>(std::floor(-p.y))}];
-                if (p.classification == 2)
-                    said.low = std::min(said.low, p.z), said.high = std::max(said.high, p.z);
+                if (p.classification == 2) {
+                    said.low = std::min(said.low, p.z);
+                    said.high = std::max(said.high, p.z);
+                }
                 if (p.classification == 6 || p.classification == 9 || p.classification == 26 ||
                     p.classification == 17)
                     said.other = true;
@@ -180,7 +182,9 @@ TEST_CASE("Web Mercator's stretched metres become metres", "[voxelserver][voxeli
         for (int n = 0; n < 200; ++n)
             for (int e = 0; e < 200; ++e) {
                 lidar::LasWritePoint p;
-                p.x = x0 + (e + 0.5) / 2 * stretch, p.y = y0 + (n + 0.5) / 2 * stretch, p.z = 500.5,
+                p.x = x0 + (e + 0.5) / 2 * stretch;
+                p.y = y0 + (n + 0.5) / 2 * stretch;
+                p.z = 500.5;
                 p.classification = 2;
                 writer.write(p);
             }
@@ -214,9 +218,11 @@ TEST_CASE("files of different systems meet without a gap", "[voxelserver][voxeli
             if (c.east < 64)
                 continue;
             lidar::LasWritePoint p;
-            p.x = kEast0 + c.east, p.y = kNorth0 + c.north;
+            p.x = kEast0 + c.east;
+            p.y = kNorth0 + c.north;
             to_utm.apply({&p.x, 1}, {&p.y, 1});
-            p.z = c.height, p.classification = c.source_class;
+            p.z = c.height;
+            p.classification = c.source_class;
             writer.write(p);
         }
         writer.close();
@@ -239,7 +245,7 @@ TEST_CASE("a file without a system needs one from the person or the class table"
     const TemporaryFolder folder;
     cloud.write(folder.path() / "nowhere.laz", "");
     auto options = OpenWorld::with(folder.path() / "nowhere.laz");
-    CHECK_THROWS_AS(OpenWorld(options), UsageError);
+    CHECK_THROWS_AS(OpenWorld(options), util::UsageError);
     CHECK_THROWS_WITH(OpenWorld(options), contains("nowhere.laz") && contains("--crs EPSG:"));
     options.crs = "EPSG:2154";
     CHECK(OpenWorld(options).info().crs == "EPSG:2154");
@@ -247,19 +253,19 @@ TEST_CASE("a file without a system needs one from the person or the class table"
     options.classes = "fr-lidarhd";
     CHECK(OpenWorld(options).info().crs == "EPSG:2154");
     options.crs = "EPSG:99999999";
-    CHECK_THROWS_AS(OpenWorld(options), UsageError);
+    CHECK_THROWS_AS(OpenWorld(options), util::UsageError);
     options.crs = "EPSG:4326";
-    CHECK_THROWS_AS(OpenWorld(options), Error);
+    CHECK_THROWS_AS(OpenWorld(options), util::Error);
 }
 
 TEST_CASE("nothing to open, or nothing in it, is said", "[voxelserver][voxelize]") {
     const TemporaryFolder folder;
     voxelize::LidarWorldOptions options;
-    CHECK_THROWS_AS(OpenWorld(options), UsageError);
+    CHECK_THROWS_AS(OpenWorld(options), util::UsageError);
     options.files = {folder.path()};
-    CHECK_THROWS_AS(OpenWorld(options), UsageError);
+    CHECK_THROWS_AS(OpenWorld(options), util::UsageError);
     options.files = {folder.path() / "none.laz"};
-    CHECK_THROWS_AS(OpenWorld(options), UsageError);
+    CHECK_THROWS_AS(OpenWorld(options), util::UsageError);
     Cloud{}.write(folder.path() / "empty.laz");
     options.files = {folder.path() / "empty.laz"};
     CHECK_THROWS_WITH(OpenWorld(options), contains("holds a point"));
@@ -268,7 +274,7 @@ TEST_CASE("nothing to open, or nothing in it, is said", "[voxelserver][voxelize]
     cloud.cover(0, 0, 5, 5, 1, 2, [](double, double) { return 1.0; });
     cloud.write(folder.path() / "few.laz");
     options.files = {folder.path() / "few.laz"};
-    CHECK_THROWS_AS(OpenWorld(options), UsageError);
+    CHECK_THROWS_AS(OpenWorld(options), util::UsageError);
 }
 
 TEST_CASE("a single point is a world", "[voxelserver][voxelize]") {

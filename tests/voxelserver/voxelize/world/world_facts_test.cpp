@@ -64,8 +64,8 @@ TEST_CASE("facts that were kept answer as the opened world does",
         const int level = static_cast<int>(random() % static_cast<unsigned>(world.info().levels));
         const std::int32_t bx = near(range.min.bx, range.max.bx) >> level,
                            bz = near(range.min.bz, range.max.bz) >> level;
-        const voxel::Reach reach{bx, bz, bx + 1 + static_cast<std::int32_t>(random() % 4),
-                                 bz + 1 + static_cast<std::int32_t>(random() % 4)};
+        const voxel::InputExtent reach{bx, bz, bx + 1 + static_cast<std::int32_t>(random() % 4),
+                                       bz + 1 + static_cast<std::int32_t>(random() % 4)};
         INFO("level " << level << ", " << bx << ", " << bz);
         CHECK(facts.column(level, bx, bz) == world.column(level, bx, bz));
         CHECK(same_print(facts.fingerprint(reach), world.fingerprint(reach)));
@@ -73,7 +73,7 @@ TEST_CASE("facts that were kept answer as the opened world does",
     }
     CHECK(prints.size() > 6);
     for (const int level : {-1, world.info().levels})
-        CHECK_THROWS_AS(facts.column(level, 0, 0), UsageError);
+        CHECK_THROWS_AS(facts.column(level, 0, 0), util::UsageError);
 }
 
 TEST_CASE("facts of a hundred squares are small", "[voxelserver][voxelize][facts]") {
@@ -98,21 +98,21 @@ TEST_CASE("bytes that are no facts are refused", "[voxelserver][voxelize][facts]
     OpenWorld opened(patchwork.options());
     const std::string good = voxelize::to_bytes(opened.world().facts());
     CHECK_NOTHROW(voxelize::facts_from_bytes(good));
-    CHECK_THROWS_AS(voxelize::facts_from_bytes(""), Error);
-    CHECK_THROWS_AS(voxelize::facts_from_bytes("TVFACTS1"), Error);
-    CHECK_THROWS_AS(voxelize::facts_from_bytes("TVFACTS2" + good.substr(8)), Error);
-    CHECK_THROWS_AS(voxelize::facts_from_bytes(good + "x"), Error);
+    CHECK_THROWS_AS(voxelize::facts_from_bytes(""), util::Error);
+    CHECK_THROWS_AS(voxelize::facts_from_bytes("TVFACTS1"), util::Error);
+    CHECK_THROWS_AS(voxelize::facts_from_bytes("TVFACTS2" + good.substr(8)), util::Error);
+    CHECK_THROWS_AS(voxelize::facts_from_bytes(good + "x"), util::Error);
     std::mt19937 random(4);
     for (std::size_t cut = 0; cut < good.size(); cut += 1 + random() % 40) {
         INFO("cut to " << cut << " bytes");
-        CHECK_THROWS_AS(voxelize::facts_from_bytes(good.substr(0, cut)), Error);
+        CHECK_THROWS_AS(voxelize::facts_from_bytes(good.substr(0, cut)), util::Error);
     }
     for (int i = 0; i < 500; ++i) {
         std::string bad = good;
         const std::size_t at = random() % bad.size();
         bad[at] = static_cast<char>(bad[at] ^ (1 + random() % 255));
         INFO("byte " << at);
-        CHECK_THROWS_AS(voxelize::facts_from_bytes(bad), Error);
+        CHECK_THROWS_AS(voxelize::facts_from_bytes(bad), util::Error);
     }
 }
 
@@ -128,7 +128,7 @@ TEST_CASE("bytes with a right checksum that lie about their lengths are refused"
         std::string body = good.substr(kHead);
         for (unsigned n = 1 + random() % 3; n > 0; --n)
             body[random() % body.size()] = static_cast<char>(random() % 256);
-        const voxel::Fingerprint print = store::print_of(body);
+        const voxel::Fingerprint print = voxel::print_of(body);
         std::string bad = good.substr(0, 8);
         bad.append(reinterpret_cast<const char*>(print.data()), sizeof print);
         bad += good.substr(24, 4) + body;
@@ -137,7 +137,7 @@ TEST_CASE("bytes with a right checksum that lie about their lengths are refused"
             CHECK(facts.squares.size() <= good.size());
             static_cast<void>(facts.column(facts.info.levels - 1, 0, 0));
             static_cast<void>(facts.fingerprint({0, 0, 1, 1}));
-        } catch (const Error&) {
+        } catch (const util::Error&) {
             ++refused;
         }
     }
@@ -159,17 +159,21 @@ TEST_CASE("the name of a world changes with whatever opening it looks at",
         {"nothing", [](Patchwork&, Options&) {}, false},
         {"memory, threads, cache folder",
          [](Patchwork& p, Options& o) {
-             o.memory_bytes = 1, o.threads = 3, o.cache_dir = p.root() / "c";
+             o.memory_bytes = 1;
+             o.threads = 3;
+             o.cache_dir = p.root() / "c";
          },
          false},
         {"settings in other words",
          [write](Patchwork& p, Options& o) {
-             write(p.root() / "s.toml", "# nothing\n"), o.settings = p.root() / "s.toml";
+             write(p.root() / "s.toml", "# nothing\n");
+             o.settings = p.root() / "s.toml";
          },
          false},
         {"a setting",
          [write](Patchwork& p, Options& o) {
-             write(p.root() / "s.toml", "[ground]\nsoil_m = 2\n"), o.settings = p.root() / "s.toml";
+             write(p.root() / "s.toml", "[ground]\nsoil_m = 2\n");
+             o.settings = p.root() / "s.toml";
          },
          true},
         {"classes", [](Patchwork&, Options& o) { o.classes = "nl-ahn"; }, true},
@@ -221,15 +225,15 @@ TEST_CASE("the name of a world changes with what opens it", "[voxelserver][voxel
     std::ofstream(module) << "two";
     CHECK(before != voxelize::world_name(options, module));
     fs::remove(module);
-    CHECK_THROWS_AS(voxelize::world_name(options, module), Error);
+    CHECK_THROWS_AS(voxelize::world_name(options, module), util::Error);
 }
 
 TEST_CASE("worlds without a name say why", "[voxelserver][voxelize][facts]") {
     const TemporaryFolder folder;
     voxelize::LidarWorldOptions options;
-    CHECK_THROWS_AS(voxelize::world_name(options), UsageError);
+    CHECK_THROWS_AS(voxelize::world_name(options), util::UsageError);
     options.files = {folder.path() / "none.laz"};
-    CHECK_THROWS_AS(voxelize::world_name(options), UsageError);
+    CHECK_THROWS_AS(voxelize::world_name(options), util::UsageError);
     options.files = {folder.path()};
-    CHECK_THROWS_AS(voxelize::world_name(options), UsageError);
+    CHECK_THROWS_AS(voxelize::world_name(options), util::UsageError);
 }

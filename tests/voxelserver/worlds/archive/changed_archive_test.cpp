@@ -6,7 +6,7 @@
 #include "common/voxel/changed_error.hpp"
 #include "tests/catch.hpp"
 #include "tests/voxelserver/worlds/remote/served_archive.hpp"
-#include "voxelserver/worlds/archive/far_archive.hpp"
+#include "voxelserver/worlds/archive/remote_archive.hpp"
 
 using namespace terravox;
 using terravox::test::archive_bytes;
@@ -47,7 +47,7 @@ public:
     [[nodiscard]] int asked() const { return m_server.asked("/a.tvx"); }
     [[nodiscard]] std::vector<std::string> heads() const { return m_server.heads(); }
     [[nodiscard]] std::unique_ptr<voxel::World> open() const {
-        return voxel::open_archive(far_archive(url(), std::chrono::seconds(600)));
+        return voxel::open_archive(worlds::remote_archive(url(), std::chrono::seconds(600)));
     }
 
 private:
@@ -198,8 +198,8 @@ TEST_CASE("a server that refuses what has changed, or has another range of it, e
         BadServer server([&](const std::string&, int, const std::string& range) {
             return later ? c.later : with(part_of_archive(range), c.told);
         });
-        const auto world =
-            voxel::open_archive(far_archive(server.url() + "/a.tvx", std::chrono::seconds(600)));
+        const auto world = voxel::open_archive(
+            worlds::remote_archive(server.url() + "/a.tvx", std::chrono::seconds(600)));
         CHECK(same(world->box(kBefore), kBefore));
         const int before = server.asked("/a.tvx");
         later = true;
@@ -219,8 +219,8 @@ TEST_CASE("a change is seen through replies that are late, busy or damaged",
             return test::problem(503, "Retry-After: 0\r\n");
         return deed;
     });
-    const auto world =
-        voxel::open_archive(far_archive(server.url() + "/a.tvx", std::chrono::seconds(600)));
+    const auto world = voxel::open_archive(
+        worlds::remote_archive(server.url() + "/a.tvx", std::chrono::seconds(600)));
     later = true;
     CHECK_THROWS_AS(world->box(kAfter), voxel::ChangedError);
     CHECK(since == 3);
@@ -234,7 +234,8 @@ TEST_CASE("an archive that changes while it is opened is no archive",
         return deed;
     });
     const auto open = [&] {
-        return voxel::open_archive(far_archive(server.url() + "/a.tvx", std::chrono::seconds(600)));
+        return voxel::open_archive(
+            worlds::remote_archive(server.url() + "/a.tvx", std::chrono::seconds(600)));
     };
     CHECK_THROWS_AS(open(), voxel::ChangedError);
 }

@@ -12,7 +12,7 @@
 #include "voxelserver/worlds/heightmap/height_file.hpp"
 
 using namespace terravox;
-using namespace terravox::relief;
+using namespace terravox::heightmap;
 using namespace terravox::voxel;
 using terravox::test::contains;
 using terravox::test::open;
@@ -35,7 +35,8 @@ TEST_CASE("rasters in degrees or turned are warped as they are read", "[raytrace
     }));
     DYNAMIC_SECTION(c.name) {
         RasterSpec spec;
-        spec.epsg = c.epsg, spec.geo = c.geo;
+        spec.epsg = c.epsg;
+        spec.geo = c.geo;
         const auto world =
             open({write_heights(folder.path() / "a.tif", spec, [](int, int) { return 250.0; })});
         CHECK(world->info().crs == c.crs);
@@ -126,19 +127,20 @@ TEST_CASE("what is no raster of heights is refused by name", "[raytracer][relief
                           contains("allowed: within +-2^29"));
     }
     SECTION("options") {
-        CHECK_THROWS_AS(open({}), UsageError);
-        CHECK_THROWS_AS(open({write_heights(file, spec, flat)}, 0), UsageError);
+        CHECK_THROWS_AS(open({}), util::UsageError);
+        CHECK_THROWS_AS(open({write_heights(file, spec, flat)}, 0), util::UsageError);
         CHECK(is_height_raster(file));
         ReliefOptions options;
         options.rasters = {file};
         options.base_m = std::nan("");
-        CHECK_THROWS_AS(open_relief_world(options), UsageError);
+        CHECK_THROWS_AS(open_relief_world(options), util::UsageError);
         options.base_m.reset();
         options.height_unit_m = -1;
-        CHECK_THROWS_AS(open_relief_world(options), UsageError);
+        CHECK_THROWS_AS(open_relief_world(options), util::UsageError);
     }
     SECTION("a picture") {
-        spec.type = GDT_Byte, spec.bands = 3;
+        spec.type = GDT_Byte;
+        spec.bands = 3;
         CHECK(!is_height_raster(write_heights(file, spec, flat)));
     }
 }
@@ -147,7 +149,9 @@ TEST_CASE("a damaged raster is a hole where it is damaged, and nowhere else",
           "[raytracer][relief]") {
     const test::TemporaryFolder folder;
     RasterSpec spec;
-    spec.width = 5000, spec.height = 5000, spec.type = GDT_Int16;
+    spec.width = 5000;
+    spec.height = 5000;
+    spec.type = GDT_Int16;
     spec.options = {"TILED=YES", "COMPRESS=DEFLATE"};
     spec.overviews = {8};
     const auto file = write_heights(folder.path() / "a.tif", spec,
@@ -167,7 +171,7 @@ TEST_CASE("a damaged raster is a hole where it is damaged, and nowhere else",
     CHECK_THROWS_WITH(world->box({0, floor_div(x, 64), by, floor_div(z, 64)}),
                       contains("a.tif: damaged"));
     CHECK_THROWS_AS(world->box({0, floor_div(x, 64), by, floor_div(z, 64)}),
-                    Error);  // and not remembered as air
+                    util::Error);  // and not remembered as air
     CHECK(world->box({0, floor_div(x + 512, 64), by, floor_div(z, 64)}));
 }
 
@@ -207,7 +211,8 @@ TEST_CASE(
         const test::TemporaryFolder folder;
         RasterSpec spec;
         spec.width = spec.height = 600;
-        spec.options = c.options, spec.overviews = c.overviews;
+        spec.options = c.options;
+        spec.overviews = c.overviews;
         const auto file = write_heights(folder.path() / "a.tif", spec,
                                         [](int x, int y) { return 100.0 + x % 7 + y % 5; });
         CHECK_NOTHROW(open({file}));
@@ -222,7 +227,7 @@ TEST_CASE(
                 const int found = HeightFile({file, {}, {}, {}}).overviews();
                 CHECK(found == overviews);  // lost cells are missed where they are read
                 ++opened;
-            } catch (const Error& e) {
+            } catch (const util::Error& e) {
                 ++refused;
                 CHECK_THAT(e.what(), contains("a.tif"));
             }
@@ -235,7 +240,9 @@ TEST_CASE(
 TEST_CASE("heights that no overview told are an error, never cut off", "[raytracer][relief]") {
     const test::TemporaryFolder folder;
     RasterSpec spec;
-    spec.width = 5000, spec.height = 5000, spec.type = GDT_Int16;
+    spec.width = 5000;
+    spec.height = 5000;
+    spec.type = GDT_Int16;
     spec.options = {"TILED=YES", "COMPRESS=DEFLATE"};
     spec.overviews = {64};
     const auto file = write_heights(folder.path() / "a.tif", spec, [](int x, int y) {
@@ -247,7 +254,7 @@ TEST_CASE("heights that no overview told are an error, never cut off", "[raytrac
     CHECK(world->box({0, floor_div(460'100, 64), 0, floor_div(-101'000, 64)}));
     CHECK_THROWS_WITH(world->box({0, floor_div(462'500, 64), 0, floor_div(-98'580, 64)}),
                       contains("heights up to 3000"));
-    CHECK_THROWS_AS(world->box({world->info().levels, 0, 0, 0}), UsageError);
+    CHECK_THROWS_AS(world->box({world->info().levels, 0, 0, 0}), util::UsageError);
     world->stop();
     CHECK_THROWS_WITH(world->box({0, floor_div(460'100, 64), 0, floor_div(-101'000, 64)}),
                       contains("interrupted"));

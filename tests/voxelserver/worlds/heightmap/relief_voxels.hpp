@@ -43,10 +43,10 @@ private:
 
 inline std::unique_ptr<voxel::World> open(std::vector<std::filesystem::path> rasters,
                                           double voxel_m = 1) {
-    relief::ReliefOptions options;
+    heightmap::ReliefOptions options;
     options.rasters = std::move(rasters);
     options.voxel_m = voxel_m;
-    return relief::open_relief_world(options);
+    return heightmap::open_relief_world(options);
 }
 
 inline bool same(const std::shared_ptr<const voxel::Box>& a,

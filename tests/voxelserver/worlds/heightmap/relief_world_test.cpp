@@ -13,7 +13,7 @@
 #include "tests/voxelserver/worlds/heightmap/relief_voxels.hpp"
 
 using namespace terravox;
-using namespace terravox::relief;
+using namespace terravox::heightmap;
 using namespace terravox::voxel;
 using terravox::test::contains;
 using terravox::test::open;
@@ -80,7 +80,8 @@ TEST_CASE("equal heights on a voxel's boundary make a flat face", "[raytracer][r
     DYNAMIC_SECTION(c.name) {
         const test::TemporaryFolder folder;
         RasterSpec spec;
-        spec.geo[1] = c.cell, spec.geo[5] = -c.cell;
+        spec.geo[1] = c.cell;
+        spec.geo[5] = -c.cell;
         const auto world = open(
             {write_heights(folder.path() / "flat.tif", spec, [&](int, int) { return c.height; })},
             c.voxel_m);
@@ -99,7 +100,8 @@ TEST_CASE("between cells heights are linear, and of many cells the mean", "[rayt
     // A plane that rises by one metre for each metre east, in cells of 4 m: between their middles
     // it stays that plane.
     RasterSpec coarse;
-    coarse.geo[1] = 4, coarse.geo[5] = -4;
+    coarse.geo[1] = 4;
+    coarse.geo[5] = -4;
     const auto plane = open({write_heights(folder.path() / "plane.tif", coarse,
                                            [](int x, int) { return 4 * x + 2.25; })});
     Voxels fine(*plane);
@@ -135,7 +137,9 @@ TEST_CASE("where a raster has no value there is nothing", "[raytracer][relief]")
     DYNAMIC_SECTION(c.name) {
         const test::TemporaryFolder folder;
         RasterSpec spec;
-        spec.type = c.type, spec.nodata = c.nodata, spec.overviews = {2};
+        spec.type = c.type;
+        spec.nodata = c.nodata;
+        spec.overviews = {2};
         const auto hole = [](int x, int y) { return x >= 20 && x < 60 && y >= 30 && y < 50; };
         const auto world = open({write_heights(folder.path() / "a.tif", spec, [&](int x, int y) {
             return hole(x, y) ? c.none : 200.0 + x / 10;
@@ -158,7 +162,8 @@ TEST_CASE("a relief's boxes are the same in any order and fit at their edges",
           "[raytracer][relief]") {
     const test::TemporaryFolder folder;
     RasterSpec spec;
-    spec.width = 300, spec.height = 260;
+    spec.width = 300;
+    spec.height = 260;
     spec.options = {"TILED=YES", "BLOCKXSIZE=64", "BLOCKYSIZE=64"};
     spec.overviews = GENERATE(std::vector<int>{}, std::vector<int>{2, 4, 8});
     const double voxel_m = GENERATE(0.5, 1.0, 3.0);
@@ -215,7 +220,8 @@ TEST_CASE("a relief's boxes are the same in any order and fit at their edges",
 TEST_CASE("coarse levels of a relief have the heights of the fine one", "[raytracer][relief]") {
     const test::TemporaryFolder folder;
     RasterSpec spec;
-    spec.width = 1024, spec.height = 1024;
+    spec.width = 1024;
+    spec.height = 1024;
     spec.overviews = GENERATE(std::vector<int>{}, std::vector<int>{2, 4, 8, 16});
     const auto world = open({write_heights(folder.path() / "a.tif", spec, hilly)});
     CHECK(world->info().levels >= 5);
@@ -231,10 +237,14 @@ TEST_CASE("coarse levels of a relief have the heights of the fine one", "[raytra
             double mean = 0;
             int samples = 0;
             for (std::int32_t dz = 0; dz < side; ++dz)
-                for (std::int32_t dx = 0; dx < side; ++dx)
-                    mean += fine.top(x * side + dx, z * side + dz).value() + 1, ++samples;
+                for (std::int32_t dx = 0; dx < side; ++dx) {
+                    mean += fine.top(x * side + dx, z * side + dz).value() + 1;
+                    ++samples;
+                }
             const double difference = (coarse.top(x, z).value() + 1.0) * side - mean / samples;
-            error += difference, worst = std::max(worst, std::abs(difference)), ++count;
+            error += difference;
+            worst = std::max(worst, std::abs(difference));
+            ++count;
         }
         INFO("level " << level << ", mean difference " << error / count << ", largest " << worst);
         CHECK(worst <= 0.5 * side + 1.5);
@@ -251,7 +261,9 @@ TEST_CASE("rasters that adjoin make one relief without a step, the finer one fir
     const auto part = [&](const char* name, double x0, double y1, int width, int height,
                           double cell, double lift) {
         RasterSpec spec;
-        spec.width = width, spec.height = height, spec.geo = {x0, cell, 0, y1, 0, -cell};
+        spec.width = width;
+        spec.height = height;
+        spec.geo = {x0, cell, 0, y1, 0, -cell};
         return write_heights(folder.path() / name, spec, [&](int x, int y) {
             return slope(x0 + (x + 0.5) * cell, y1 - (y + 0.5) * cell) + lift;
         });
@@ -314,8 +326,12 @@ TEST_CASE("steep ground is rock, an orthophoto's colours lie on their columns",
         return x < 50 ? 100.0 : 100.0 + 2 * (x - 50);
     });
     RasterSpec image;
-    image.width = 200, image.height = 160, image.geo[1] = 0.5, image.geo[5] = -0.5,
-    image.type = GDT_Byte, image.bands = 3;
+    image.width = 200;
+    image.height = 160;
+    image.geo[1] = 0.5;
+    image.geo[5] = -0.5;
+    image.type = GDT_Byte;
+    image.bands = 3;
     // Green in the west half, red in the east one, a blue column of 1 m at x = 10.
     const auto photo =
         test::write_raster(folder.path() / "photo.tif", image, [](int band, int x, int) {

@@ -8,7 +8,7 @@
 #include "tests/catch.hpp"
 
 using namespace terravox;
-using namespace terravox::generated;
+using namespace terravox::procedural;
 using terravox::test::contains;
 
 TEST_CASE("settings out of range are refused by name, value and range", "[raytracer][generated]") {
@@ -36,7 +36,7 @@ TEST_CASE("settings out of range are refused by name, value and range", "[raytra
         Settings settings;
         CHECK_NOTHROW(check(settings));
         c.set(settings);
-        CHECK_THROWS_AS(check(settings), UsageError);
+        CHECK_THROWS_AS(check(settings), util::UsageError);
         CHECK_THROWS_WITH(check(settings), contains(c.message));
     }
 }

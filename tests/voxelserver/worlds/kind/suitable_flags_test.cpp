@@ -29,7 +29,7 @@ TEST_CASE("flags suit a kind by their whole names", "[voxelserver][worlds]") {
         std::string message;
         try {
             worlds::check_flags("generated:1", "noise", c.suitable, c.given);
-        } catch (const UsageError& e) {
+        } catch (const util::UsageError& e) {
             message = e.what();
         }
         CHECK(message.empty() == std::string(c.said).empty());

@@ -178,7 +178,7 @@ TEST_CASE("no changed byte of a map.sqlite does more than damage", "[luanti]") {
         try {
             const auto world = open_made(file);
             (void)voxel_of(*world, 0, 0, -1);
-        } catch (const Error&) {  // the right answer to a file that cannot be read
+        } catch (const util::Error&) {  // the right answer to a file that cannot be read
         }
     }
 }

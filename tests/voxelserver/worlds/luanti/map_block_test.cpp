@@ -129,7 +129,7 @@ TEST_CASE("no cut or changed byte of a map block leads a reader astray", "[luant
             try {
                 const std::size_t names = reader.read(blob).names.size();
                 CHECK(names <= kBlockNodes);
-            } catch (const Error&) {  // the right answer to a damaged block
+            } catch (const util::Error&) {  // the right answer to a damaged block
             }
         }
     }

@@ -64,7 +64,7 @@ TEST_CASE("a world that keeps its map elsewhere is refused with what is allowed"
     DYNAMIC_SECTION(c.name) {
         const TemporaryFolder folder;
         write(folder.path() / "world.mt", c.settings);
-        CHECK_THROWS_AS(find_world_files(folder.path()), UsageError);
+        CHECK_THROWS_AS(find_world_files(folder.path()), util::UsageError);
         CHECK_THROWS_WITH(find_world_files(folder.path()),
                           contains(folder.path().string()) && contains(c.reason));
     }

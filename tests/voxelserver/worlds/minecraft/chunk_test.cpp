@@ -4,7 +4,7 @@
 
 #include "tests/catch.hpp"
 #include "tests/voxelserver/worlds/minecraft/made_chunk.hpp"
-#include "voxelserver/worlds/minecraft/look_book.hpp"
+#include "voxelserver/worlds/minecraft/block_appearance_cache.hpp"
 
 namespace terravox::minecraft {
 namespace {
@@ -16,7 +16,8 @@ using test::NbtWriter;
 
 MadeChunk random_chunk(std::mt19937_64& random, int first_y, int last_y) {
     MadeChunk chunk;
-    chunk.x = -3, chunk.z = 7;
+    chunk.x = -3;
+    chunk.z = 7;
     for (int y = first_y; y <= last_y; ++y)
         for (auto& cell : chunk.sections[y])
             cell = static_cast<std::uint16_t>(random() % test::kMadeBlocks.size());
@@ -101,7 +102,9 @@ TEST_CASE("palettes of every size are unpacked", "[raytracer][minecraft]") {
 
 TEST_CASE("Add nibbles make ids above 255, and Data their data", "[raytracer][minecraft]") {
     Bytes ids(4096, 0), add(2048, 0), data(2048, 0);
-    ids[0] = 0x34, ids[1] = 0x35, add[0] = test::two_nibbles(0x2, 0xF),
+    ids[0] = 0x34;
+    ids[1] = 0x35;
+    add[0] = test::two_nibbles(0x2, 0xF);
     data[0] = test::two_nibbles(0x9, 0x1);
     NbtWriter out;
     out.compound("").compound("Level").number32("xPos", 0).number32("zPos", 0).list("Sections", 10,
@@ -144,7 +147,8 @@ TEST_CASE("a chunk whose sections make no sense is an error that says why",
     // A section of the made palette and these indices.
     const auto indexed = [](std::int64_t data_version, const std::vector<std::uint64_t>& longs) {
         return one_section(data_version, [&](NbtWriter& out) {
-            test::write_palette(out, "Palette"), out.long_array("BlockStates", longs);
+            test::write_palette(out, "Palette");
+            out.long_array("BlockStates", longs);
         });
     };
     const auto longs = [](std::size_t count) { return std::vector<std::uint64_t>(count); };

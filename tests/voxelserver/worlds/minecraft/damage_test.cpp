@@ -19,7 +19,8 @@ using test::TemporaryFolder;
 
 MadeChunk flat_chunk(int x, int z) {
     MadeChunk out;
-    out.x = x, out.z = z;
+    out.x = x;
+    out.z = z;
     out.sections[0].fill(1);
     return out;
 }
@@ -109,7 +110,8 @@ TEST_CASE("a damaged chunk is air, named with its file, place and reason, and th
             const TemporaryFolder folder;
             test::write_bytes(folder.path() / "region/r.0.0.mca", region_with(c.spoil));
             MadeWorld expected;
-            expected.chunk(0, 0) = flat_chunk(0, 0), expected.chunk(31, 31) = flat_chunk(31, 31);
+            expected.chunk(0, 0) = flat_chunk(0, 0);
+            expected.chunk(31, 31) = flat_chunk(31, 31);
             const auto world = test::open_made(folder.path());
             CHECK(test::differing_voxels(*world, expected) == 0);  // asks for each box
             REQUIRE(world->damage().size() == 1);
@@ -161,7 +163,8 @@ TEST_CASE(
     test::write_bytes(folder.path() / "region/c.-32.5.mcc",
                       test::deflated(test::chunk_nbt(external, Made::kFlat), false));
     MadeWorld expected;
-    expected.chunk(-32, 5) = external, expected.chunk(-31, 5) = large;
+    expected.chunk(-32, 5) = external;
+    expected.chunk(-31, 5) = large;
     const auto world = test::open_made(folder.path());
     CHECK(test::differing_voxels(*world, expected) == 0);
     CHECK(world->damage().empty());
@@ -226,7 +229,7 @@ TEST_CASE("a region with any bytes flipped is opened, and ends as a world or as 
                         static_cast<void>(world->box({0, bx, by, 0}));
             ++whole;
             damaged += world->damage().empty() ? 0 : 1;
-        } catch (const Error&) {
+        } catch (const util::Error&) {
         }
     }
     CHECK(whole > 200);

@@ -66,5 +66,5 @@ TEST_CASE("a world that is one file has the state of the file", "[voxelserver][m
     fs::last_write_time(zip, fs::last_write_time(zip) + std::chrono::seconds(1));
     CHECK(state() != before);
     fs::remove(zip);
-    CHECK_THROWS_AS(state(), Error);
+    CHECK_THROWS_AS(state(), util::Error);
 }

@@ -37,7 +37,9 @@ inline Bytes lz4_blocks(const Bytes& raw, std::size_t block_bytes = 65536) {
         for (const char c : std::string("LZ4Block"))
             out.push_back(static_cast<std::uint8_t>(c));
         out.push_back(static_cast<std::uint8_t>(method | 6));
-        put(static_cast<std::uint32_t>(packed)), put(static_cast<std::uint32_t>(size)), put(hash);
+        put(static_cast<std::uint32_t>(packed));
+        put(static_cast<std::uint32_t>(size));
+        put(hash);
     };
     for (std::size_t at = 0; at < raw.size(); at += block_bytes) {
         const std::size_t size = std::min(block_bytes, raw.size() - at);

@@ -35,7 +35,8 @@ struct MadeWorld {
 
     MadeChunk& chunk(int x, int z) {
         MadeChunk& out = chunks[{x, z}];
-        out.x = x, out.z = z;
+        out.x = x;
+        out.z = z;
         return out;
     }
     [[nodiscard]] std::uint16_t at(int x, int y, int z) const {

@@ -64,7 +64,9 @@ TEST_CASE(
     made.chunk(0, 0).set(1, 1, 1, 1);
     std::map<std::string, Bytes> files = made.files(Made::kFlat);
     Bytes bomb(std::size_t{80} << 20, 0);
-    bomb[3] = 1, bomb[1] = 0x27, bomb[2] = 0x10;  // one chunk, far back
+    bomb[3] = 1;
+    bomb[1] = 0x27;
+    bomb[2] = 0x10;  // one chunk, far back
     files["region/r.1.0.mca"] = bomb;
     const TemporaryFolder folder;
     test::write_zip(folder.path() / "world.zip", files);
@@ -79,7 +81,7 @@ TEST_CASE(
         try {
             static_cast<void>(source->open(*source->find("region/r.1.0.mca")));
             FAIL("it was opened");
-        } catch (const Error& e) {
+        } catch (const util::Error& e) {
             if (i == 0)
                 first = e.what();
             CHECK(e.what() == first);
@@ -106,7 +108,7 @@ TEST_CASE("a large file of a ZIP file is unpacked to disk, and reads as it is",
         CHECK(
             std::equal(part.begin(), part.end(), large.begin() + static_cast<std::ptrdiff_t>(at)));
     }
-    CHECK_THROWS_AS(file->read(large.size() - 10, part), Error);
+    CHECK_THROWS_AS(file->read(large.size() - 10, part), util::Error);
     CHECK(source->head(*source->find("small"), 2) == Bytes{1, 2});
     CHECK(source->whole(*source->find("small"), 3) == Bytes{1, 2, 3});
     CHECK_THROWS_WITH(source->whole(*source->find("small"), 2),
@@ -127,7 +129,7 @@ TEST_CASE("ZIP files that are none, cut short or without a world are an error",
         test::write_bytes(folder.path() / "cut.zip",
                           Bytes(whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(size)));
         INFO(size);
-        CHECK_THROWS_AS(test::open_made(folder.path() / "cut.zip"), Error);
+        CHECK_THROWS_AS(test::open_made(folder.path() / "cut.zip"), util::Error);
     }
 }
 
@@ -151,7 +153,7 @@ TEST_CASE("a ZIP file with any bytes flipped is opened, and ends as a world or a
         try {
             static_cast<void>(test::open_made(folder.path() / "flipped.zip")->box({0, 0, 0, 0}));
             ++opened;
-        } catch (const Error&) {
+        } catch (const util::Error&) {
         }
     }
     CHECK(opened > 10);

@@ -159,7 +159,8 @@ TEST_CASE(
     MadeWorld made;
     for (int x = 0; x < 12; ++x)
         made.chunk(x, 0).set(1, 30, 1, 1);
-    made.chunk(5, 0).set(3, 900, 3, 1), made.chunk(6, 0).set(3, 500, 3, 1);
+    made.chunk(5, 0).set(3, 900, 3, 1);
+    made.chunk(6, 0).set(3, 500, 3, 1);
     const TemporaryFolder folder;
     test::write_files(folder.path(), made.files(Made::kFlat));
     MinecraftWorldOptions options{folder.path(), "overworld", std::size_t{64} << 20, 1};
@@ -222,8 +223,9 @@ TEST_CASE("of a world that the game brought up to date the newest files count",
           "[raytracer][minecraft]") {
     const TemporaryFolder folder;
     MadeWorld old, fresh;
-    old.chunk(0, 0).set(0, 5, 0, 1), old.chunk(40, 0).set(0, 7, 0, 1),
-        fresh.chunk(0, 0).set(0, 9, 0, 1);
+    old.chunk(0, 0).set(0, 5, 0, 1);
+    old.chunk(40, 0).set(0, 7, 0, 1);
+    fresh.chunk(0, 0).set(0, 9, 0, 1);
     test::write_files(folder.path(), old.files(Made::kColumns));
     test::write_files(folder.path(), fresh.files(Made::kFlat));
     test::write_files(folder.path(), alpha_files(old, true));
@@ -266,9 +268,12 @@ TEST_CASE("a side-car gives a world its place, and its blocks their meaning",
     test::write_files(folder.path(), made.files(Made::kFlat));
     test::write_bytes(folder.path() / "level.dat", test::level_dat_nbt("made"));
     voxel::SideCar car;
-    car.title = "Bled", car.crs = "EPSG:3794", car.voxel_m = car.crs_units_per_voxel = 0.5,
+    car.title = "Bled";
+    car.crs = "EPSG:3794";
+    car.voxel_m = car.crs_units_per_voxel = 0.5;
     car.offset = {860'000, 912, -270'000 + 16};
-    car.offset[0] -= car.offset[0] % 16, car.offset[2] -= car.offset[2] % 16;
+    car.offset[0] -= car.offset[0] % 16;
+    car.offset[2] -= car.offset[2] % 16;
     voxel::write_side_car(folder.path() / "terravox.json", car);
     {
         const auto world = test::open_made(folder.path());
@@ -299,7 +304,7 @@ TEST_CASE("a side-car gives a world its place, and its blocks their meaning",
 
 TEST_CASE("paths without a world are told apart from damage", "[raytracer][minecraft]") {
     const TemporaryFolder folder;
-    CHECK_THROWS_AS(test::open_made(folder.path() / "nowhere"), UsageError);
+    CHECK_THROWS_AS(test::open_made(folder.path() / "nowhere"), util::UsageError);
     CHECK_THROWS_WITH(test::open_made(folder.path()), test::contains("no level.dat and no chunks"));
     CHECK_FALSE(looks_like_minecraft(folder.path()));
     test::write_bytes(folder.path() / "a/level.dat", test::level_dat_nbt("a"));
@@ -312,7 +317,7 @@ TEST_CASE("paths without a world are told apart from damage", "[raytracer][minec
     CHECK_THROWS_WITH(test::open_made(folder.path()), test::contains("it holds 2 worlds (a, b)"));
     CHECK_THROWS_AS(
         open_minecraft_world({folder.path(), "overworld", 1000, 1}, test::shipped_blocks()),
-        UsageError);
+        util::UsageError);
 }
 
 }  // namespace

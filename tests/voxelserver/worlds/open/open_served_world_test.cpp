@@ -29,15 +29,15 @@ void write_heights(const fs::path& file, int lift) {
     }
 }
 
-WorldOptions heights_in(const fs::path& file) {
-    WorldOptions options;
+worlds::WorldOptions heights_in(const fs::path& file) {
+    worlds::WorldOptions options;
     options.inputs = {file.string()};
     options.crs = "EPSG:3794";
     return options;
 }
 
 struct Served {
-    explicit Served(const WorldOptions& options, const fs::path& maker)
+    explicit Served(const worlds::WorldOptions& options, const fs::path& maker)
         : world(open_served_world({options, {}, maker}, times, {})) {}
     util::StageTimes times;
     std::unique_ptr<ServedWorld> world;
@@ -59,7 +59,7 @@ TEST_CASE("a served world's boxes are those of the world, on all levels", "[voxe
     write_heights(file, 0);
     const Served served(heights_in(file), file);
     util::StageTimes times;
-    const auto direct = open_world(heights_in(file), times);
+    const auto direct = worlds::open_world(heights_in(file), times);
     CHECK(served.world->makes_all_levels());
     for (int level = 0; level < direct->info().levels; ++level) {
         const voxel::BoxKey key = served.middle(level);
@@ -79,7 +79,7 @@ TEST_CASE("a fingerprint names inputs, options and the program", "[voxelserver][
     const voxel::Fingerprint before = Served(heights_in(file), maker).print();
     CHECK(Served(heights_in(file), maker).print() == before);
     SECTION("another option") {
-        WorldOptions other = heights_in(file);
+        worlds::WorldOptions other = heights_in(file);
         other.base_m = 100;
         CHECK(Served(other, maker).print() != before);
     }
@@ -92,9 +92,9 @@ TEST_CASE("a fingerprint names inputs, options and the program", "[voxelserver][
         CHECK(Served(heights_in(file), maker).print() != before);
     }
     SECTION("another seed of noise") {
-        WorldOptions one;
+        worlds::WorldOptions one;
         one.inputs = {"generated:1"};
-        WorldOptions two;
+        worlds::WorldOptions two;
         two.inputs = {"generated:2"};
         CHECK(Served(one, maker).print() != Served(two, maker).print());
     }
@@ -131,13 +131,13 @@ TEST_CASE("flags that do not suit are refused with those that do", "[voxelserver
         {"of points", "--classes", "allowed: --voxel --generated-water-level"},
     }));
     DYNAMIC_SECTION(c.name) {
-        WorldOptions options;
+        worlds::WorldOptions options;
         options.inputs = {"generated:1"};
         util::StageTimes times;
         std::string message;
         try {
             (void)open_served_world({options, {c.flag}, {}}, times, {});
-        } catch (const UsageError& e) {
+        } catch (const util::UsageError& e) {
             message = e.what();
         }
         CHECK_THAT(message, contains(c.said));
@@ -147,8 +147,8 @@ TEST_CASE("flags that do not suit are refused with those that do", "[voxelserver
 TEST_CASE("LiDAR data is not opened this way", "[voxelserver][worlds]") {
     const TemporaryFolder folder;
     std::ofstream(folder.path() / "a.laz") << "LASF";
-    WorldOptions options;
+    worlds::WorldOptions options;
     options.inputs = {(folder.path() / "a.laz").string()};
     util::StageTimes times;
-    CHECK_THROWS_AS(open_served_world({options, {}, {}}, times, {}), UsageError);
+    CHECK_THROWS_AS(open_served_world({options, {}, {}}, times, {}), util::UsageError);
 }

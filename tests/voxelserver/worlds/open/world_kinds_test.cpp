@@ -58,19 +58,19 @@ TEST_CASE("each input has one kind", "[voxelserver][worlds]") {
         const WorldKind* kind;
     };
     const auto c = GENERATE(values<Case>({
-        {"an address", "http://127.0.0.1:1/", &kServerKind},
-        {"an address with TLS", "https://voxels.example", &kServerKind},
+        {"an address", "http://127.0.0.1:1/", &worlds::kServerKind},
+        {"an address with TLS", "https://voxels.example", &worlds::kServerKind},
         {"an archive's address", "http://host/place.tvx", &kRemoteArchiveKind},
-        {"noise", "generated", &kProceduralKind},
-        {"noise with a seed", "generated:42", &kProceduralKind},
+        {"noise", "generated", &worlds::kProceduralKind},
+        {"noise with a seed", "generated:42", &worlds::kProceduralKind},
         {"points by their name", "HERE/named.LAZ", &kLidarKind},
         {"points by their first bytes", "HERE/points.bin", &kLidarKind},
         {"a folder of points", "HERE/squares", &kLidarKind},
         {"a store", "HERE/store", &kStoreKind},
-        {"a game's folder", "HERE/game", &kMinecraftKind},
-        {"a Luanti world", "HERE/luanti", &kLuantiKind},
-        {"a Luanti map", "HERE/luanti/map.sqlite", &kLuantiKind},
-        {"a game's folder with a Luanti setting", "HERE/both", &kMinecraftKind},
+        {"a game's folder", "HERE/game", &worlds::kMinecraftKind},
+        {"a Luanti world", "HERE/luanti", &worlds::kLuantiKind},
+        {"a Luanti map", "HERE/luanti/map.sqlite", &worlds::kLuantiKind},
+        {"a game's folder with a Luanti setting", "HERE/both", &worlds::kMinecraftKind},
     }));
     DYNAMIC_SECTION(c.name) {
         CHECK(&kind_of(placed(c.input, at)) == c.kind);
@@ -137,11 +137,11 @@ TEST_CASE("inputs and options that do not suit a kind are refused", "[voxelserve
         {"no seed", {"generated:"}, false, "the seed is ''"},
     }));
     DYNAMIC_SECTION(c.name) {
-        WorldOptions options;
+        worlds::WorldOptions options;
         options.inputs = c.inputs;
         if (c.has_orthophoto)
             options.orthophotos = {"photo.tif"};
         util::StageTimes times;
-        CHECK_THROWS_WITH(open_world(options, times), contains(c.said));
+        CHECK_THROWS_WITH(worlds::open_world(options, times), contains(c.said));
     }
 }

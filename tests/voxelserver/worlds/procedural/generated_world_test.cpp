@@ -14,7 +14,7 @@
 #include "voxelserver/worlds/procedural/hash.hpp"
 
 using namespace terravox;
-using namespace terravox::generated;
+using namespace terravox::procedural;
 using namespace terravox::voxel;
 using terravox::test::contains;
 
@@ -50,9 +50,9 @@ TEST_CASE("a generated world has no place on Earth, wide bounds and a small fram
         CHECK(info.framed.min[a] >= info.bounds.min[a]);
         CHECK(info.framed.max[a] <= info.bounds.max[a]);
     }
-    CHECK_THROWS_AS(open_generated_world({.harmonics = 99}), UsageError);
-    CHECK_THROWS_AS(world->box({info.levels, 0, 0, 0}), UsageError);
-    CHECK_THROWS_AS(world->box({-1, 0, 0, 0}), UsageError);
+    CHECK_THROWS_AS(open_generated_world({.harmonics = 99}), util::UsageError);
+    CHECK_THROWS_AS(world->box({info.levels, 0, 0, 0}), util::UsageError);
+    CHECK_THROWS_AS(world->box({-1, 0, 0, 0}), util::UsageError);
     world->stop();
     CHECK_THROWS_WITH(world->box({0, 0, 0, 0}), contains("interrupted"));
 }
@@ -288,10 +288,11 @@ TEST_CASE("a generated world has boxes for any settings, to its very edges",
         };
         Settings s;
         s.seed = h;
-        s.water_level = static_cast<int>(pick(0, -4096, 4096)),
-        s.world_height = static_cast<int>(pick(1, 8, 4096)),
+        s.water_level = static_cast<int>(pick(0, -4096, 4096));
+        s.world_height = static_cast<int>(pick(1, 8, 4096));
         s.harmonics = static_cast<int>(pick(2, 1, 16));
-        s.frequency = pick(3, 1e-5, 0.1), s.smoothness = pick(4, 0, 1);
+        s.frequency = pick(3, 1e-5, 0.1);
+        s.smoothness = pick(4, 0, 1);
         INFO("settings " << i << ": water " << s.water_level << ", height " << s.world_height
                          << ", harmonics " << s.harmonics << ", frequency " << s.frequency
                          << ", smoothness " << s.smoothness);

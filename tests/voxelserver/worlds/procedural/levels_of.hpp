@@ -38,7 +38,9 @@ struct FromAbove {
     void add(const FromAbove& other) {
         for (const auto& [material, count] : other.materials)
             materials[material] += count;
-        ground += other.ground, columns += other.columns, coloured += other.coloured;
+        ground += other.ground;
+        columns += other.columns;
+        coloured += other.coloured;
         for (std::size_t i = 0; i < 3; ++i)
             colour[i] += other.colour[i];
     }
@@ -63,10 +65,14 @@ inline FromAbove from_above(
                     continue;
                 if (!seen[static_cast<std::size_t>(i)]) {
                     seen[static_cast<std::size_t>(i)] = true;
-                    ++out.materials[voxel->material], ++out.columns;
-                    if (voxel->has_colour())
-                        out.colour[0] += voxel->colour.r, out.colour[1] += voxel->colour.g,
-                            out.colour[2] += voxel->colour.b, ++out.coloured;
+                    ++out.materials[voxel->material];
+                    ++out.columns;
+                    if (voxel->has_colour()) {
+                        out.colour[0] += voxel->colour.r;
+                        out.colour[1] += voxel->colour.g;
+                        out.colour[2] += voxel->colour.b;
+                        ++out.coloured;
+                    }
                 }
                 if (see_through(voxel->material) || voxel->material == Material::kTrunk)
                     continue;

@@ -8,7 +8,7 @@
 #include "tests/catch.hpp"
 #include "voxelserver/worlds/procedural/hash.hpp"
 
-using namespace terravox::generated;
+using namespace terravox::procedural;
 
 namespace {
 
@@ -39,7 +39,9 @@ TEST_CASE("simplex noise fills [-1, 1] and has no drift", "[raytracer][generated
         double low = 0, high = 0, sum = 0;
         for (int i = 0; i < kPlaces; ++i) {
             const double n = kind.noise(coordinate(i, 0), coordinate(i, 1), coordinate(i, 2));
-            low = std::min(low, n), high = std::max(high, n), sum += n;
+            low = std::min(low, n);
+            high = std::max(high, n);
+            sum += n;
         }
         CHECK(low >= -1);
         CHECK(high <= 1);
@@ -67,8 +69,11 @@ TEST_CASE("simplex noise does not repeat and differs from seed to seed", "[raytr
     const auto alike = [](const std::function<double(int)>& a,
                           const std::function<double(int)>& b) {
         double ab = 0, aa = 0, bb = 0;
-        for (int i = 0; i < 20'000; ++i)
-            ab += a(i) * b(i), aa += a(i) * a(i), bb += b(i) * b(i);
+        for (int i = 0; i < 20'000; ++i) {
+            ab += a(i) * b(i);
+            aa += a(i) * a(i);
+            bb += b(i) * b(i);
+        }
         return std::abs(ab) / std::sqrt(aa * bb);
     };
     const auto here = [](int i) { return simplex(1, i * 0.37, i * 0.11); };

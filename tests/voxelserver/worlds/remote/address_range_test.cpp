@@ -26,11 +26,11 @@ struct Number {
 
 TEST_CASE("the number of a machine says where it leads", "[raytracer][world][http]") {
     struct Case {
-        AddressRange range;
+        remote::AddressRange range;
         std::vector<std::string> numbers;
     };
     const std::vector<Case> cases{
-        {AddressRange::kPublic,
+        {remote::AddressRange::kPublic,
          {"1.1.1.1",
           "8.8.8.8",
           "9.255.255.255",
@@ -51,12 +51,12 @@ TEST_CASE("the number of a machine says where it leads", "[raytracer][world][htt
           "2001:200::",
           "2600::1",
           "3ffe:ffff::1"}},
-        {AddressRange::kPrivate,
+        {remote::AddressRange::kPrivate,
          {"10.0.0.0", "10.255.255.255", "172.16.0.0", "172.31.255.255", "192.168.0.0",
           "192.168.255.255", "169.254.169.254", "100.64.0.1", "100.127.255.255", "fc00::1",
           "fdff:ffff::1", "fe80::1", "febf::1"}},
-        {AddressRange::kLoopback, {"127.0.0.1", "127.0.1.1", "127.255.255.255", "::1"}},
-        {AddressRange::kNoMachine,
+        {remote::AddressRange::kLoopback, {"127.0.0.1", "127.0.1.1", "127.255.255.255", "::1"}},
+        {remote::AddressRange::kNoMachine,
          {"0.0.0.0",
           "0.1.2.3",
           "192.0.0.1",
@@ -88,11 +88,11 @@ TEST_CASE("the number of a machine says where it leads", "[raytracer][world][htt
     for (const Case& c : cases)
         for (const std::string& number : c.numbers) {
             INFO(number);
-            CHECK(range_of(Number(number).get()) == c.range);
+            CHECK(remote::range_of(Number(number).get()) == c.range);
         }
-    CHECK(text_of(Number("127.0.0.1").get()) == "127.0.0.1");
-    CHECK(text_of(Number("fe80::1").get()) == "fe80::1");
+    CHECK(remote::text_of(Number("127.0.0.1").get()) == "127.0.0.1");
+    CHECK(remote::text_of(Number("fe80::1").get()) == "fe80::1");
     sockaddr local{};
     local.sa_family = AF_UNIX;
-    CHECK(range_of(local) == AddressRange::kNoMachine);
+    CHECK(remote::range_of(local) == remote::AddressRange::kNoMachine);
 }

@@ -50,7 +50,8 @@ public:
     explicit BadServer(BodyScript script)
         : m_script(std::move(script)), m_listener(::socket(AF_INET, SOCK_STREAM, 0)) {
         sockaddr_in address{};
-        address.sin_family = AF_INET, address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+        address.sin_family = AF_INET;
+        address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
         socklen_t size = sizeof address;
         auto* generic = reinterpret_cast<sockaddr*>(&address);
         if (m_listener < 0 || ::bind(m_listener, generic, size) != 0 ||

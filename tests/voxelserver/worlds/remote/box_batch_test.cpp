@@ -15,7 +15,7 @@ using terravox::test::record;
 
 namespace {
 
-constexpr std::size_t kMost_bytes = 1000;
+constexpr std::size_t kMax_bytes = 1000;
 
 struct Taken {
     voxel::BoxKey key;
@@ -26,21 +26,23 @@ struct Taken {
 
 /// @param cut says where the next part ends, at most at `left`
 template <class Cut>
-std::vector<Taken> taken_of(BatchStream& stream, std::string_view bytes, const Cut& cut) {
+std::vector<Taken> taken_of(remote::BatchStream& stream, std::string_view bytes, const Cut& cut) {
     std::vector<Taken> out;
     while (!bytes.empty()) {
         const std::size_t size = cut(bytes.size());
-        stream.feed(std::as_bytes(std::span(bytes.substr(0, size))), [&](const BatchRecord& r) {
-            out.push_back({r.key,
-                           r.status,
-                           {reinterpret_cast<const char*>(r.payload.data()), r.payload.size()}});
-        });
+        stream.feed(std::as_bytes(std::span(bytes.substr(0, size))),
+                    [&](const remote::BatchRecord& r) {
+                        out.push_back(
+                            {r.key,
+                             r.status,
+                             {reinterpret_cast<const char*>(r.payload.data()), r.payload.size()}});
+                    });
         bytes.remove_prefix(size);
     }
     return out;
 }
 
-std::vector<Taken> taken_of(BatchStream& stream, const std::string& bytes) {
+std::vector<Taken> taken_of(remote::BatchStream& stream, const std::string& bytes) {
     return taken_of(stream, bytes, [](std::size_t left) { return left; });
 }
 
@@ -49,10 +51,11 @@ std::vector<Taken> taken_of(BatchStream& stream, const std::string& bytes) {
 TEST_CASE("a batch is asked for as the interface says", "[raytracer][batch]") {
     const std::vector<voxel::BoxKey> keys = {{0, 7223, 1, -1590},
                                              {20, -2147483647 - 1, 2147483647, 0}};
-    const auto json = nlohmann::json::parse(batch_request(keys));
+    const auto json = nlohmann::json::parse(remote::batch_request(keys));
     CHECK(json ==
           nlohmann::json{{"boxes", {{0, 7223, 1, -1590}, {20, -2147483647 - 1, 2147483647, 0}}}});
-    CHECK(nlohmann::json::parse(batch_request(std::span(keys).first(1)))["boxes"].size() == 1);
+    CHECK(nlohmann::json::parse(remote::batch_request(std::span(keys).first(1)))["boxes"].size() ==
+          1);
 }
 
 TEST_CASE("records are the same in parts of any size", "[raytracer][batch]") {
@@ -67,7 +70,7 @@ TEST_CASE("records are the same in parts of any size", "[raytracer][batch]") {
     for (const std::uint32_t seed : {1u, 2u, 3u, 4u, 5u, 6u, 7u, 8u}) {
         INFO("seed " << seed);
         std::minstd_rand random(seed);
-        BatchStream stream(wanted.size(), kMost_bytes);
+        remote::BatchStream stream(wanted.size(), kMax_bytes);
         const auto taken = taken_of(stream, bytes, [&](std::size_t left) {
             return std::min<std::size_t>(left, 1 + random() % (seed * 40));
         });
@@ -81,7 +84,7 @@ TEST_CASE("a stream that is cut anywhere gives what came, and is not whole", "[r
                       second = record({0, 1, 2, 4}, 204, ""), all = first + second + last_record(2);
     for (std::size_t size = 0; size < all.size(); ++size) {
         INFO(size << " of " << all.size() << " bytes");
-        BatchStream stream(2, kMost_bytes);
+        remote::BatchStream stream(2, kMax_bytes);
         CHECK(taken_of(stream, all.substr(0, size)).size() == (size >= first.size() + second.size()
                                                                    ? 2u
                                                                : size >= first.size() ? 1u
@@ -98,10 +101,10 @@ TEST_CASE("bytes that are no batch are refused, however they come", "[raytracer]
         const char* said;
     };
     const auto c = GENERATE_COPY(values<Case>({
-        {"a record that is too long", record({0, 0, 0, 0}, 200, std::string(kMost_bytes + 1, 'x')),
+        {"a record that is too long", record({0, 0, 0, 0}, 200, std::string(kMax_bytes + 1, 'x')),
          "a record of 1001 bytes; allowed: up to 1000"},
         {"one that says so, without its bytes",
-         record({0, 0, 0, 0}, 200, std::string(kMost_bytes + 1, 'x')).substr(0, 24),
+         record({0, 0, 0, 0}, 200, std::string(kMax_bytes + 1, 'x')).substr(0, 24),
          "a record of 1001 bytes"},
         {"more boxes than were asked for", one + one + one, "more than the 2 boxes"},
         {"the end too early", one + last_record(2), "a last record after 1 boxes"},
@@ -116,7 +119,7 @@ TEST_CASE("bytes that are no batch are refused, however they come", "[raytracer]
     }));
     DYNAMIC_SECTION(c.name) {
         for (const std::size_t step : {std::size_t{1}, std::size_t{7}, std::size_t{100'000}}) {
-            BatchStream stream(2, kMost_bytes);
+            remote::BatchStream stream(2, kMax_bytes);
             const auto feed = [&] {
                 (void)taken_of(stream, c.bytes,
                                [&](std::size_t left) { return std::min(left, step); });

@@ -32,8 +32,8 @@ std::vector<std::string> shown_to(const BadServer& server) {
     return out;
 }
 
-HttpAccess with_token(const std::string& origin) {
-    return {BoundToken(HttpOrigin::parse(origin), kToken), std::nullopt};
+remote::HttpAccess with_token(const std::string& origin) {
+    return {remote::BoundToken(remote::HttpOrigin::parse(origin), kToken), std::nullopt};
 }
 
 /// "http://localhost:PORT" for "http://127.0.0.1:PORT".
@@ -60,7 +60,7 @@ private:
 TEST_CASE("a token goes to the origin that it is bound to, with GET and POST, and to no other",
           "[raytracer][world][http]") {
     BadServer bound(always({})), other(always({}));
-    HttpClient client(with_token(bound.url()));
+    remote::HttpClient client(with_token(bound.url()));
     for (const std::string& url : {bound.url(), other.url(), by_name(bound), by_name(other)}) {
         (void)client.get(url + "/a", {});
         (void)client.post(url + "/b", "{}", "text/none", {}, [](auto) {});
@@ -69,7 +69,7 @@ TEST_CASE("a token goes to the origin that it is bound to, with GET and POST, an
     CHECK(shown_to(bound) == std::vector<std::string>{bearer, bearer, "",
                                                       ""});  // by another name it is another origin
     CHECK(shown_to(other) == std::vector<std::string>(4));
-    HttpClient none;
+    remote::HttpClient none;
     (void)none.get(bound.url(), {});
     CHECK(shown_to(bound).back().empty());
 }
@@ -82,9 +82,9 @@ TEST_CASE("a token follows no redirect, and is not sent again to who refuses it"
                    ? Deed{.status = 302, .headers = "Location: " + other.url() + "/here\r\n"}
                    : problem(401, "WWW-Authenticate: Bearer\r\n");
     });
-    HttpClient client(with_token(bound.url()));
+    remote::HttpClient client(with_token(bound.url()));
     CHECK(client.get(bound.url() + "/away", {}).status == 302);
-    const HttpReply refused = client.get(bound.url() + "/no", {});
+    const remote::HttpReply refused = client.get(bound.url() + "/no", {});
     CHECK(refused.status == 401);
     CHECK(refused.showed_token);
     CHECK(bound.heads().size() == 2);
@@ -97,27 +97,29 @@ TEST_CASE("a token is bound to no origin that it would reach in clear text",
          {"https://voxels.example", "https://10.0.0.1:8443", "http://localhost:1",
           "http://127.0.0.1", "http://127.9.9.9:1", "http://[::1]:1"}) {
         INFO(good);
-        CHECK(BoundToken(HttpOrigin::parse(good), kToken).origin() == HttpOrigin::parse(good));
+        CHECK(remote::BoundToken(remote::HttpOrigin::parse(good), kToken).origin() ==
+              remote::HttpOrigin::parse(good));
     }
     for (const char* bad :
          {"http://voxels.example", "http://10.0.0.1:8080", "http://0.0.0.0:1",
           "http://localhost.example", "http://[::ffff:127.0.0.1]", "http://127.0.0.1.example"}) {
         INFO(bad);
-        CHECK_THROWS_AS(BoundToken(HttpOrigin::parse(bad), kToken), UsageError);
-        CHECK_THROWS_WITH(
-            BoundToken(HttpOrigin::parse(bad), kToken),
-            contains(HttpOrigin::parse(bad).text()) && contains("clear text") && !contains(kToken));
+        CHECK_THROWS_AS(remote::BoundToken(remote::HttpOrigin::parse(bad), kToken),
+                        util::UsageError);
+        CHECK_THROWS_WITH(remote::BoundToken(remote::HttpOrigin::parse(bad), kToken),
+                          contains(remote::HttpOrigin::parse(bad).text()) &&
+                              contains("clear text") && !contains(kToken));
     }
 }
 
 TEST_CASE("a token in clear text passes no proxy", "[raytracer][world][http]") {
     BadServer server(always({})), proxy(always({}));
     const Variable http_proxy("http_proxy", proxy.url()), no_proxy("no_proxy", "none.example");
-    (void)HttpClient(with_token(server.url())).get(server.url() + "/a", {});
+    (void)remote::HttpClient(with_token(server.url())).get(server.url() + "/a", {});
     CHECK(proxy.heads().empty());
     CHECK(shown_to(server) == std::vector<std::string>{"Bearer " + kToken});
     // The proxy counts where nothing is secret, and nobody limits where it leads.
-    (void)HttpClient().get(server.url() + "/b", {});
+    (void)remote::HttpClient().get(server.url() + "/b", {});
     CHECK(shown_to(proxy) == std::vector<std::string>{""});
 }
 
@@ -125,30 +127,31 @@ TEST_CASE("the environment binds a token to one origin, or to none", "[raytracer
     ::unsetenv("TERRAVOX_TOKEN");
     ::unsetenv(util::kServerTokenVariable);
     ::unsetenv("TERRAVOX_SERVER_ORIGIN");
-    CHECK_FALSE(access_of_environment().token);
+    CHECK_FALSE(remote::access_of_environment().token);
     const Variable farm(util::kFarmTokenVariable, "a-token-of-the-farm");
-    CHECK_FALSE(access_of_environment().token);
+    CHECK_FALSE(remote::access_of_environment().token);
     {
         const Variable token(util::kServerTokenVariable, kToken);
-        CHECK_FALSE(access_of_environment().token);
+        CHECK_FALSE(remote::access_of_environment().token);
         const Variable origin("TERRAVOX_SERVER_ORIGIN", "https://voxels.example");
-        const HttpAccess access = access_of_environment();
+        const remote::HttpAccess access = remote::access_of_environment();
         REQUIRE(access.token);
         CHECK(access.token->text() == kToken);
         CHECK(access.token->origin().text() == "https://voxels.example:443");
         CHECK_FALSE(access.limits);
         const Variable clear("TERRAVOX_SERVER_ORIGIN", "http://voxels.example");
-        CHECK_THROWS_WITH(access_of_environment(),
+        CHECK_THROWS_WITH(remote::access_of_environment(),
                           contains("TERRAVOX_SERVER_ORIGIN") && contains("clear text"));
         const Variable nonsense("TERRAVOX_SERVER_ORIGIN", "voxels.example");
-        CHECK_THROWS_WITH(access_of_environment(),
+        CHECK_THROWS_WITH(remote::access_of_environment(),
                           contains("TERRAVOX_SERVER_ORIGIN") && contains("'voxels.example'"));
     }
     const Variable origin("TERRAVOX_SERVER_ORIGIN", "https://voxels.example");
-    CHECK_THROWS_AS(access_of_environment(), UsageError);
-    CHECK_THROWS_WITH(access_of_environment(), contains("TERRAVOX_SERVER_TOKEN is not set"));
+    CHECK_THROWS_AS(remote::access_of_environment(), util::UsageError);
+    CHECK_THROWS_WITH(remote::access_of_environment(),
+                      contains("TERRAVOX_SERVER_TOKEN is not set"));
     const Variable old("TERRAVOX_TOKEN", kToken);
-    CHECK_THROWS_WITH(access_of_environment(), contains("TERRAVOX_FARM_TOKEN"));
+    CHECK_THROWS_WITH(remote::access_of_environment(), contains("TERRAVOX_FARM_TOKEN"));
 }
 
 TEST_CASE("a client with limits asks the origins that they name, at the addresses that they allow",
@@ -193,13 +196,13 @@ TEST_CASE("a client with limits asks the origins that they name, at the addresse
         no_proxy("no_proxy", "none.example");  // nobody is there
     for (const Case& c : cases) {
         INFO(c.what);
-        HttpAccess access = access_to_nobody();
+        remote::HttpAccess access = remote::access_to_nobody();
         for (const std::string& origin : c.origins)
-            access.limits->origins.push_back(HttpOrigin::parse(origin));
+            access.limits->origins.push_back(remote::HttpOrigin::parse(origin));
         for (const std::string& origin : c.private_origins)
-            access.limits->private_origins.push_back(HttpOrigin::parse(origin));
+            access.limits->private_origins.push_back(remote::HttpOrigin::parse(origin));
         const std::size_t before = server.heads().size();
-        HttpClient client(access);
+        remote::HttpClient client(access);
         if (*c.refused == '\0') {
             CHECK(client.get(c.url, {}).status == 200);
             CHECK(server.heads().size() == before + 1);
@@ -209,8 +212,8 @@ TEST_CASE("a client with limits asks the origins that they name, at the addresse
             // Another try would not help.
             try {
                 (void)client.get(c.url, {});
-            } catch (const Error& e) {
-                CHECK(dynamic_cast<const LostError*>(&e) == nullptr);
+            } catch (const util::Error& e) {
+                CHECK(dynamic_cast<const remote::LostError*>(&e) == nullptr);
             }
         }
     }
@@ -219,11 +222,11 @@ TEST_CASE("a client with limits asks the origins that they name, at the addresse
 TEST_CASE("an address with a query, a fragment or a user is asked nothing",
           "[raytracer][world][http]") {
     BadServer server(always({}));
-    HttpClient client;
+    remote::HttpClient client;
     for (const std::string& url : {server.url() + "/a?b", server.url() + "/a#b",
                                    "http://me:word@" + server.url().substr(7)}) {
         INFO(url);
-        CHECK_THROWS_AS(client.get(url, {}), UsageError);
+        CHECK_THROWS_AS(client.get(url, {}), util::UsageError);
     }
     CHECK(server.heads().empty());
 }

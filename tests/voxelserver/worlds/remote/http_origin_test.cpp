@@ -25,8 +25,8 @@ TEST_CASE("an origin is scheme, host and port of an address, however that is wri
         {"https://voxels.example./", "https://voxels.example.:443"},
         {"https://voxels.example.evil.example", "https://voxels.example.evil.example:443"},
     }));
-    CHECK(HttpOrigin::of(c.url).text() == c.origin);
-    CHECK(HttpOrigin::parse(c.origin) == HttpOrigin::of(c.url));
+    CHECK(remote::HttpOrigin::of(c.url).text() == c.origin);
+    CHECK(remote::HttpOrigin::parse(c.origin) == remote::HttpOrigin::of(c.url));
 }
 
 TEST_CASE("an address that may hide something is refused, and what it hides is not told",
@@ -54,20 +54,21 @@ TEST_CASE("an address that may hide something is refused, and what it hides is n
         {"HTTP:host", "not an address", "'HTTP:host'"},
     }));
     INFO(c.url);
-    CHECK_THROWS_AS(HttpOrigin::of(c.url), UsageError);
-    CHECK_THROWS_WITH(HttpOrigin::of(c.url), contains(c.fault) && contains(c.shown) &&
-                                                 contains("allowed: http(s)://host[:port]"));
+    CHECK_THROWS_AS(remote::HttpOrigin::of(c.url), util::UsageError);
+    CHECK_THROWS_WITH(
+        remote::HttpOrigin::of(c.url),
+        contains(c.fault) && contains(c.shown) && contains("allowed: http(s)://host[:port]"));
     if (std::string(c.shown).find("hush") == std::string::npos)
-        CHECK_THROWS_WITH(HttpOrigin::of(c.url), !contains("hush"));
-    CHECK_THROWS_AS(HttpOrigin::parse(c.url), UsageError);
+        CHECK_THROWS_WITH(remote::HttpOrigin::of(c.url), !contains("hush"));
+    CHECK_THROWS_AS(remote::HttpOrigin::parse(c.url), util::UsageError);
 }
 
 TEST_CASE("an origin has no path, and an address an end", "[raytracer][world][http]") {
-    CHECK_NOTHROW(HttpOrigin::parse("http://host/"));
-    CHECK_THROWS_WITH(HttpOrigin::parse("http://host/a"),
+    CHECK_NOTHROW(remote::HttpOrigin::parse("http://host/"));
+    CHECK_THROWS_WITH(remote::HttpOrigin::parse("http://host/a"),
                       contains("a path in it") && contains("allowed: http(s)://host[:port]"));
-    CHECK_NOTHROW(HttpOrigin::of("http://host/" + std::string(2000, 'a')));
-    CHECK_THROWS_WITH(HttpOrigin::of("http://host/" + std::string(3000, 'a')),
+    CHECK_NOTHROW(remote::HttpOrigin::of("http://host/" + std::string(2000, 'a')));
+    CHECK_THROWS_WITH(remote::HttpOrigin::of("http://host/" + std::string(3000, 'a')),
                       contains("3012 bytes") && !contains(std::string(2100, 'a')));
 }
 
@@ -78,18 +79,22 @@ TEST_CASE("a host leads where its name service says, and a number where it says 
                             "http://127.1", "http://2130706433", "http://0.0.0.0:8888",
                             "http://[::1]", "http://[::]", "http://[::ffff:127.0.0.1]"}) {
         INFO(url);
-        const AddressRanges ranges = ranges_of_host(HttpOrigin::of(url));
-        CHECK((ranges.holds(AddressRange::kLoopback) || ranges.holds(AddressRange::kNoMachine)));
+        const remote::AddressRanges ranges = remote::ranges_of_host(remote::HttpOrigin::of(url));
+        CHECK((ranges.holds(remote::AddressRange::kLoopback) ||
+               ranges.holds(remote::AddressRange::kNoMachine)));
     }
     for (const char* url :
          {"http://10.1.2.3", "http://8.8.8.8", "http://[fe80::1%25lo]", "http://[2600::1]"}) {
         INFO(url);
-        const AddressRanges ranges = ranges_of_host(HttpOrigin::of(url));
-        CHECK((ranges.holds(AddressRange::kPublic) || ranges.holds(AddressRange::kPrivate)));
-        CHECK_FALSE(ranges.holds(AddressRange::kLoopback));
-        CHECK_FALSE(ranges.holds(AddressRange::kNoMachine));
+        const remote::AddressRanges ranges = remote::ranges_of_host(remote::HttpOrigin::of(url));
+        CHECK((ranges.holds(remote::AddressRange::kPublic) ||
+               ranges.holds(remote::AddressRange::kPrivate)));
+        CHECK_FALSE(ranges.holds(remote::AddressRange::kLoopback));
+        CHECK_FALSE(ranges.holds(remote::AddressRange::kNoMachine));
     }
-    CHECK(range_of_number(HttpOrigin::of("http://10.1.2.3")) == AddressRange::kPrivate);
-    CHECK(range_of_number(HttpOrigin::of("http://[::1]")) == AddressRange::kLoopback);
-    CHECK_FALSE(range_of_number(HttpOrigin::of("http://localhost")));
+    CHECK(remote::range_of_number(remote::HttpOrigin::of("http://10.1.2.3")) ==
+          remote::AddressRange::kPrivate);
+    CHECK(remote::range_of_number(remote::HttpOrigin::of("http://[::1]")) ==
+          remote::AddressRange::kLoopback);
+    CHECK_FALSE(remote::range_of_number(remote::HttpOrigin::of("http://localhost")));
 }

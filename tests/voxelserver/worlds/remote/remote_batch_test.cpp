@@ -56,7 +56,7 @@ std::string good_record(const voxel::BoxKey& key) {
 }
 
 Deed batch(const std::string& body) {
-    return {.type = kBatchMediaType, .body = body};
+    return {.type = remote::kBatchMediaType, .body = body};
 }
 
 Deed good_batch(const Keys& keys) {
@@ -88,17 +88,17 @@ struct Served {
     util::StageTimes times;
     std::unique_ptr<voxel::World> world;
     explicit Served(
-        BatchScript batches, std::chrono::milliseconds patience = 60s,
+        BatchScript batches, std::chrono::milliseconds timeout = 60s,
         BadServer::Script singles = [](const std::string& path, int) { return single(path); },
-        RetryClock* clock = nullptr)
+        remote::RetryClock* clock = nullptr)
         : server([batches = std::move(batches), singles = std::move(singles)](
                      const std::string& path, int n, const std::string& body) {
               return path == "/v2/world" ? test::good_world()
                      : path == kBatch    ? batches(keys_in(body), n)
                                          : singles(path, n);
           }),
-          world(open_remote_world(server.url(), times, patience, {}, {},
-                                  clock != nullptr ? *clock : waits)) {}
+          world(remote::open_remote_world(server.url(), times, timeout, {}, {},
+                                          clock != nullptr ? *clock : waits)) {}
     [[nodiscard]] int singles() const {
         int sum = 0;
         for (const voxel::BoxKey& key : kKeys)
@@ -114,7 +114,7 @@ struct Outcomes {
         try {
             if (of.at(key).failure)
                 std::rethrow_exception(of.at(key).failure);
-        } catch (const Error& e) {
+        } catch (const util::Error& e) {
             return e.what();
         }
         return "";
@@ -133,7 +133,8 @@ struct Outcomes {
 Outcomes ask(voxel::World& world, const Keys& keys = kKeys) {
     Outcomes out;
     world.boxes(keys, [&](const voxel::BoxKey& key, voxel::BoxOutcome outcome) {
-        out.of[key] = std::move(outcome), ++out.count;
+        out.of[key] = std::move(outcome);
+        ++out.count;
     });
     return out;
 }
@@ -312,7 +313,7 @@ TEST_CASE("no server holds boxes for ever", "[raytracer][remote][batch]") {
         SECTION("or not at all") {
             Served served([&](const Keys&, int) { return c.bad; }, 1s,
                           [&](const std::string&, int) { return c.bad; });
-            const Keys two(kKeys.begin(), kKeys.begin() + 2);  // each takes its whole patience
+            const Keys two(kKeys.begin(), kKeys.begin() + 2);  // each takes its whole timeout
             const Outcomes got = ask(*served.world, two);
             CHECK(got.count == 2);
             for (const auto& key : two)
@@ -323,7 +324,8 @@ TEST_CASE("no server holds boxes for ever", "[raytracer][remote][batch]") {
 
 TEST_CASE("stop ends a batch at once, and all its boxes say so", "[raytracer][remote][batch]") {
     Deed drip = good_batch(kKeys), cut = good_batch(kKeys);
-    drip.drip = 100ms, cut.lost = cut.body.size();
+    drip.drip = 100ms;
+    cut.lost = cut.body.size();
     struct Case {
         const char* name;
         Deed bad;
@@ -335,7 +337,7 @@ TEST_CASE("stop ends a batch at once, and all its boxes say so", "[raytracer][re
     DYNAMIC_SECTION(c.name) {
         Served served([&](const Keys&, int) { return c.bad; }, 1h,
                       [](const std::string&, int) { return Deed{.silent = true}; },
-                      &RetryClock::steady());
+                      &remote::RetryClock::steady());
         auto waiting = std::async(std::launch::async, [&] { return ask(*served.world); });
         // In the middle: the request is out, and what is to come of it has begun to.
         REQUIRE(test::eventually([&] {

@@ -10,7 +10,7 @@
 #include "tests/eventually.hpp"
 #include "tests/voxelserver/worlds/remote/served_boxes.hpp"
 #include "tests/voxelserver/worlds/remote/skipped_waits.hpp"
-#include "voxelserver/worlds/archive/far_archive.hpp"
+#include "voxelserver/worlds/archive/remote_archive.hpp"
 
 using namespace terravox;
 using namespace std::chrono_literals;
@@ -46,10 +46,10 @@ struct Mended {
     BadServer server;
     util::StageTimes times;
     std::unique_ptr<voxel::World> world;
-    Mended(const Deed& bad, int count, std::chrono::milliseconds patience = 60s)
+    Mended(const Deed& bad, int count, std::chrono::milliseconds timeout = 60s)
         : server(world_with(
               [bad, count](const std::string&, int n) { return n < count ? bad : good_box(); })),
-          world(open_remote_world(server.url(), times, patience, {}, {}, waits)) {}
+          world(remote::open_remote_world(server.url(), times, timeout, {}, {}, waits)) {}
 };
 
 /// A world whose boxes never come, and whose waits between tries are real ones: it is to be
@@ -60,7 +60,7 @@ struct Stuck {
     std::unique_ptr<voxel::World> world;
     explicit Stuck(const Deed& bad)
         : server(world_with([bad](const std::string&, int) { return bad; })),
-          world(open_remote_world(server.url(), times, 1h)) {}
+          world(remote::open_remote_world(server.url(), times, 1h)) {}
 };
 
 /// For other threads, in which nothing may be checked.
@@ -68,7 +68,7 @@ bool given_up(voxel::World& world, int bx) {
     try {
         (void)world.box({0, bx, 0, 0});
         return false;
-    } catch (const Error&) {
+    } catch (const util::Error&) {
         return true;
     }
 }
@@ -78,8 +78,11 @@ bool given_up(voxel::World& world, int bx) {
 TEST_CASE("a box that comes at last is the box, whatever came before it", "[raytracer][remote]") {
     Deed late = good_box(), cut = good_box(), other_type = good_box(), other_coding = good_box(),
          stripped = good_box();
-    late.late = 300ms, cut.lost = cut.body.size() / 2, other_type.type = "text/html",
-    other_coding.headers = "Content-Encoding: br\r\n", stripped.headers = "";
+    late.late = 300ms;
+    cut.lost = cut.body.size() / 2;
+    other_type.type = "text/html";
+    other_coding.headers = "Content-Encoding: br\r\n";
+    stripped.headers = "";
     struct Case {
         const char* name;
         Deed bad;
@@ -150,7 +153,7 @@ TEST_CASE("what never mends is an error after a few tries, with its reason",
     }));
     DYNAMIC_SECTION(c.name) {
         Mended mended(c.bad, 1000);
-        CHECK_THROWS_AS(mended.world->box(kKey), Error);
+        CHECK_THROWS_AS(mended.world->box(kKey), util::Error);
         CHECK(mended.server.asked(kPath) == c.tries);
         CHECK_THROWS_WITH(
             mended.world->box(kKey),
@@ -158,9 +161,10 @@ TEST_CASE("what never mends is an error after a few tries, with its reason",
     }
 }
 
-TEST_CASE("no server holds a box longer than its patience", "[raytracer][remote]") {
+TEST_CASE("no server holds a box longer than its timeout", "[raytracer][remote]") {
     Deed drip = good_box(), slow_head = problem(503, "Retry-After: 1\r\n");
-    drip.drip = 1000ms, slow_head.late = 900ms;
+    drip.drip = 1000ms;
+    slow_head.late = 900ms;
     struct Case {
         const char* name;
         Deed bad;
@@ -172,13 +176,13 @@ TEST_CASE("no server holds a box longer than its patience", "[raytracer][remote]
         {"busy for ever with a wait", problem(503, "Retry-After: 1\r\n")},
         {"busy, and slow to say so", slow_head},
         {"comes back in a year", problem(503, "Retry-After: 31536000\r\n")},
-        {"later than the patience", {.body = "", .late = 1h}},
+        {"later than the timeout", {.body = "", .late = 1h}},
     }));
     DYNAMIC_SECTION(c.name) {
         Mended mended(c.bad, 1000, 2s);
         // Without the limit it would go on for longer than this test may take.
         CHECK_THROWS_WITH(mended.world->box(kKey),
-                          contains("given up after") && contains("patience 2 s"));
+                          contains("given up after") && contains("timeout 2 s"));
         CHECK(mended.server.asked(kPath) >= 1);
     }
 }
@@ -221,10 +225,10 @@ TEST_CASE("opening ends when it is to stop, of a server and of an archive elsewh
     std::stop_source source;
     util::StageTimes times;
     auto world = std::async(std::launch::async, [&] {
-        return open_remote_world(server.url(), times, 1h, source.get_token());
+        return remote::open_remote_world(server.url(), times, 1h, source.get_token());
     });
     auto archive = std::async(std::launch::async, [&] {
-        return far_archive(server.url() + "/a.tvx", 1h, source.get_token());
+        return worlds::remote_archive(server.url() + "/a.tvx", 1h, source.get_token());
     });
     REQUIRE(test::eventually(
         [&] { return server.asked("/v2/world") > 0 && server.asked("/a.tvx") > 0; }));
@@ -262,7 +266,7 @@ TEST_CASE("when nothing comes for many boxes, the rest are given up sooner, unti
         return back ? problem(404) : Deed{.type = "text/html", .body = "moved"};
     }));
     // Waits that 16 threads skip are time for each of them.
-    const auto world = open_remote_world(server.url(), times, 1h, {}, {}, waits);
+    const auto world = remote::open_remote_world(server.url(), times, 1h, {}, {}, waits);
     const auto path = [](int i) { return "/v2/boxes/0/" + std::to_string(i) + "/0/0"; };
     std::vector<std::future<bool>> asking;
     for (int i = 0; i < 16; ++i)
@@ -271,12 +275,12 @@ TEST_CASE("when nothing comes for many boxes, the rest are given up sooner, unti
     for (auto& one : asking)
         CHECK(one.get());
     CHECK(server.asked(path(0)) == 4);
-    CHECK_THROWS_AS(world->box({0, 100, 0, 0}), Error);
+    CHECK_THROWS_AS(world->box({0, 100, 0, 0}), util::Error);
     CHECK(server.asked(path(100)) == 1);
     back = true;
     CHECK_THROWS_WITH(world->box({0, 101, 0, 0}), contains("404"));
     back = false;
-    CHECK_THROWS_AS(world->box({0, 102, 0, 0}), Error);
+    CHECK_THROWS_AS(world->box({0, 102, 0, 0}), util::Error);
     CHECK(server.asked(path(102)) == 4);
 }
 
@@ -292,7 +296,7 @@ TEST_CASE("a column is asked for again like a box", "[raytracer][remote]") {
             return Deed{.body = R"({"by_begin": 99999999999, "by_end": 2})"};
         return Deed{.body = R"({"by_begin": -2, "by_end": 3})"};
     }));
-    const auto world = open_remote_world(server.url(), times, 60s, {}, {}, waits);
+    const auto world = remote::open_remote_world(server.url(), times, 60s, {}, {}, waits);
     CHECK(world->column(0, 4, 5) == voxel::ColumnExtent{-2, 3});
 }
 
@@ -301,23 +305,24 @@ TEST_CASE("a server that cannot be had is an error when it is opened", "[raytrac
     util::StageTimes times;
     SECTION("nobody listens") {
         const std::string gone = BadServer([](const std::string&, int) { return Deed{}; }).url();
-        CHECK_THROWS_WITH(open_remote_world(gone, times, 2s, {}, {}, waits), contains(gone));
+        CHECK_THROWS_WITH(remote::open_remote_world(gone, times, 2s, {}, {}, waits),
+                          contains(gone));
     }
     SECTION("silent") {
         BadServer server(
             BadServer::Script([](const std::string&, int) { return Deed{.silent = true}; }));
-        CHECK_THROWS_AS(open_remote_world(server.url(), times, 1s), Error);
+        CHECK_THROWS_AS(remote::open_remote_world(server.url(), times, 1s), util::Error);
     }
     SECTION("another thing than a voxel server") {
         BadServer server([](const std::string&, int) { return Deed{.body = "{}"}; });
-        CHECK_THROWS_AS(open_remote_world(server.url(), times), Error);
+        CHECK_THROWS_AS(remote::open_remote_world(server.url(), times), util::Error);
         CHECK(server.asked("/v2/world") == 1);
     }
     SECTION("busy at first") {
         BadServer server([](const std::string& path, int n) {
             return n < 2 ? problem(503) : world_with({})(path, n);
         });
-        const auto world = open_remote_world(server.url(), times, 60s, {}, {}, waits);
+        const auto world = remote::open_remote_world(server.url(), times, 60s, {}, {}, waits);
         CHECK(world->info().title == "a bad world");
     }
 }
@@ -328,8 +333,8 @@ TEST_CASE("what is no address is refused before anything is asked", "[raytracer]
                  "http://a b", "ftp://127.0.0.1", "file:///etc/passwd", "127.0.0.1:1");
     INFO("'" << url << "'");
     util::StageTimes times;
-    CHECK_THROWS_AS(open_remote_world(url, times), UsageError);
-    CHECK_THROWS_WITH(open_remote_world(url, times),
+    CHECK_THROWS_AS(remote::open_remote_world(url, times), util::UsageError);
+    CHECK_THROWS_WITH(remote::open_remote_world(url, times),
                       contains("'" + url + "'") && contains("allowed: http(s)://host[:port]"));
 }
 
@@ -365,7 +370,7 @@ TEST_CASE("a server with another edition than at first ends what is made of its 
             return world;
         });
         util::StageTimes times;
-        const auto world = open_remote_world(server.url(), times, 60s);
+        const auto world = remote::open_remote_world(server.url(), times, 60s);
         CHECK(world->edition() == c.edition);
         CHECK_THROWS_AS(world->box(kKey), voxel::ChangedError);
         CHECK_THROWS_AS(world->column(0, 3, 7), voxel::ChangedError);

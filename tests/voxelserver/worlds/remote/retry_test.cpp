@@ -9,41 +9,41 @@ using namespace std::chrono_literals;
 
 namespace {
 
-const Retry::Clock::time_point kStart{1000s};
+const remote::Retry::Clock::time_point kStart{1000s};
 
 }  // namespace
 
 TEST_CASE("each trouble is tried again as often as it is worth it", "[raytracer][retry]") {
     struct Case {
         const char* name;
-        Trouble trouble;
+        remote::Trouble trouble;
         int tries, hopeless_tries;
     };
     const auto c = GENERATE(values<Case>({
-        {"lost", Trouble::kLost, 5, 1},
-        {"failed", Trouble::kFailed, 3, 1},
-        {"damaged", Trouble::kDamaged, 4, 1},
-        {"busy", Trouble::kBusy, 1000, 1000},
+        {"lost", remote::Trouble::kLost, 5, 1},
+        {"failed", remote::Trouble::kFailed, 3, 1},
+        {"damaged", remote::Trouble::kDamaged, 4, 1},
+        {"busy", remote::Trouble::kBusy, 1000, 1000},
     }));
     DYNAMIC_SECTION(c.name) {
-        for (const bool hopeful : {true, false}) {
-            Retry retry(kStart, 24h, hopeful);
+        for (const bool is_reachable : {true, false}) {
+            remote::Retry retry(kStart, 24h, is_reachable);
             int tries = 1;
             while (tries < 1000 && retry.wait_after(c.trouble, kStart, std::nullopt, 0.5))
                 ++tries;
-            CHECK(tries == (hopeful ? c.tries : c.hopeless_tries));
+            CHECK(tries == (is_reachable ? c.tries : c.hopeless_tries));
             CHECK(retry.tries() == (tries == 1000 ? 999 : tries));
         }
     }
 }
 
 TEST_CASE("waits grow up to a limit, and are spread", "[raytracer][retry]") {
-    Retry low(kStart, 24h), middle(kStart, 24h), high(kStart, 24h);
-    Retry::Milliseconds before{0};
+    remote::Retry low(kStart, 24h), middle(kStart, 24h), high(kStart, 24h);
+    remote::Retry::Milliseconds before{0};
     for (int i = 0; i < 20; ++i) {
-        const auto a = *low.wait_after(Trouble::kBusy, kStart, std::nullopt, 0),
-                   b = *middle.wait_after(Trouble::kBusy, kStart, std::nullopt, 0.5),
-                   c = *high.wait_after(Trouble::kBusy, kStart, std::nullopt, 0.999);
+        const auto a = *low.wait_after(remote::Trouble::kBusy, kStart, std::nullopt, 0),
+                   b = *middle.wait_after(remote::Trouble::kBusy, kStart, std::nullopt, 0.5),
+                   c = *high.wait_after(remote::Trouble::kBusy, kStart, std::nullopt, 0.999);
         CHECK(a < b);
         CHECK(b < c);
         CHECK((b > before || b == 10s));
@@ -57,7 +57,7 @@ TEST_CASE("a server's wish is heeded, within reason", "[raytracer][retry]") {
     struct Case {
         const char* name;
         std::chrono::seconds wish;
-        Retry::Milliseconds least, most;
+        remote::Retry::Milliseconds least, most;
     };
     const auto c = GENERATE(values<Case>({
         {"at once", 0s, 50ms, 150ms},
@@ -69,8 +69,8 @@ TEST_CASE("a server's wish is heeded, within reason", "[raytracer][retry]") {
     }));
     DYNAMIC_SECTION(c.name) {
         for (const double chance : {0.0, 0.3, 0.999999}) {
-            Retry retry(kStart, 24h);
-            const auto wait = retry.wait_after(Trouble::kBusy, kStart, c.wish, chance);
+            remote::Retry retry(kStart, 24h);
+            const auto wait = retry.wait_after(remote::Trouble::kBusy, kStart, c.wish, chance);
             REQUIRE(wait);
             CHECK(*wait >= c.least);
             CHECK(*wait <= c.most);
@@ -78,28 +78,28 @@ TEST_CASE("a server's wish is heeded, within reason", "[raytracer][retry]") {
     }
 }
 
-TEST_CASE("no plan outlasts its patience", "[raytracer][retry]") {
+TEST_CASE("no plan outlasts its timeout", "[raytracer][retry]") {
     std::mt19937 random(20260621);
     for (int run = 0; run < 2000; ++run) {
-        const auto patience = Retry::Milliseconds(1 + static_cast<int>(random() % 400'000));
-        INFO("run " << run << ", patience " << patience.count() << " ms");
-        Retry retry(kStart, patience);
+        const auto timeout = remote::Retry::Milliseconds(1 + static_cast<int>(random() % 400'000));
+        INFO("run " << run << ", timeout " << timeout.count() << " ms");
+        remote::Retry retry(kStart, timeout);
         auto now = kStart;
         int tries = 0;
         while (true) {
             const auto left = retry.time_left(now);
             CHECK(left >= 1ms);
-            CHECK((now + left <= kStart + patience || left == 1ms));
-            now += std::min(left, Retry::Milliseconds(static_cast<int>(random() % 20'000)));
+            CHECK((now + left <= kStart + timeout || left == 1ms));
+            now += std::min(left, remote::Retry::Milliseconds(static_cast<int>(random() % 20'000)));
             const auto wish = random() % 2 == 0
                                   ? std::nullopt
                                   : std::optional(std::chrono::seconds(random() % 100));
-            const auto wait = retry.wait_after(Trouble::kBusy, now, wish,
+            const auto wait = retry.wait_after(remote::Trouble::kBusy, now, wish,
                                                static_cast<double>(random() % 1000) / 1000);
             if (!wait)
                 break;
             now += *wait;
-            CHECK(now < kStart + patience);
+            CHECK(now < kStart + timeout);
             REQUIRE(++tries < 10'000);
         }
     }

@@ -21,7 +21,8 @@ inline const std::string& archive_bytes() {
     static const std::string bytes = [] {
         const TemporaryFolder folder;
         voxel::WorldInfo info;
-        info.title = "far", info.bounds = {{0, 0, 0}, {64 * kArchiveBoxes, 512, 64}},
+        info.title = "far";
+        info.bounds = {{0, 0, 0}, {64 * kArchiveBoxes, 512, 64}};
         info.levels = voxel::levels_for(info.bounds);
         voxel::ArchiveWriter writer(folder.path() / "a.tvx", info, 0);
         for (int i = 0; i < kArchiveBoxes; ++i)

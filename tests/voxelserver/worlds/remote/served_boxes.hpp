@@ -36,7 +36,8 @@ inline Deed problem(int status, const std::string& headers = "") {
 
 inline Deed good_world() {
     voxel::WorldInfo info;
-    info.title = "a bad world", info.bounds = {{0, -256, 0}, {640, 256, 640}};
+    info.title = "a bad world";
+    info.bounds = {{0, -256, 0}, {640, 256, 640}};
     return {.body = voxel::world_to_json(info)};
 }
 

@@ -8,8 +8,8 @@
 namespace terravox::test {
 
 /// A clock that moves on by each wait instead of sitting it out. What a server lets pass counts as
-/// well, so that a patience ends with a silent server, too.
-class SkippedWaits final : public RetryClock {
+/// well, so that a timeout ends with a silent server, too.
+class SkippedWaits final : public remote::RetryClock {
 public:
     [[nodiscard]] Steady::time_point now() const noexcept override {
         return Steady::now() + std::chrono::milliseconds(m_skipped_ms.load());

@@ -90,7 +90,8 @@ TEST_CASE("a call that nothing interrupts is left behind by who is asked to stop
     }
     SECTION("it throws") {
         CHECK_THROWS_WITH(
-            thread::call_until_stopped([]() -> int { throw Error("no"); }, stop.get_token()), "no");
+            thread::call_until_stopped([]() -> int { throw util::Error("no"); }, stop.get_token()),
+            "no");
     }
     SECTION("it does not end") {
         const LetThrough after;
@@ -106,14 +107,15 @@ TEST_CASE("a call that nothing interrupts is left behind by who is asked to stop
 
 TEST_CASE("who is asked to stop does not wait for the name service", "[raytracer][world][names]") {
     std::stop_source stop;
-    HttpClient client;
+    remote::HttpClient client;
     const std::string url = "http://" + std::string(kSlowHost) + ":9";
     struct Case {
         const char* name;
         std::function<void()> ask;
     };
     const auto c = GENERATE_REF(values<Case>({
-        {"look-up", [&] { (void)ranges_of_host(HttpOrigin::of(url), stop.get_token()); }},
+        {"look-up",
+         [&] { (void)remote::ranges_of_host(remote::HttpOrigin::of(url), stop.get_token()); }},
         {"request", [&] { (void)client.get(url, {}); }},
     }));
     DYNAMIC_SECTION(c.name) {
@@ -130,10 +132,11 @@ TEST_CASE("who is asked to stop does not wait for the name service", "[raytracer
 TEST_CASE("a name that the name service gives up on is a name that leads nowhere",
           "[raytracer][world][names]") {
     auto asked = std::async(std::launch::async, [] {
-        return ranges_of_host(HttpOrigin::of("http://" + std::string(kSlowHost)));
+        return remote::ranges_of_host(remote::HttpOrigin::of("http://" + std::string(kSlowHost)));
     });
     gate().wait_for_one();
     gate().let_through();
     CHECK(asked.get().empty());
-    CHECK(ranges_of_host(HttpOrigin::of("http://127.0.0.1:9")).holds(AddressRange::kLoopback));
+    CHECK(remote::ranges_of_host(remote::HttpOrigin::of("http://127.0.0.1:9"))
+              .holds(remote::AddressRange::kLoopback));
 }

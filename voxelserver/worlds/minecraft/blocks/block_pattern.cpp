@@ -7,12 +7,12 @@
 namespace terravox::minecraft {
 namespace {
 
-constexpr std::size_t kMostNames = 4096;  // of one pattern
+constexpr std::size_t kMaxNames = 4096;  // of one pattern
 
 /// `fail` must throw; should it not, nothing goes on with half a pattern.
 [[noreturn]] void stop(const Fail& fail, const std::string& what) {
     fail(what);
-    throw Error(what);
+    throw util::Error(what);
 }
 
 std::vector<std::string_view> split(std::string_view text, char at) {
@@ -30,9 +30,9 @@ std::vector<std::string_view> split(std::string_view text, char at) {
 template <class Append>
 void branch(std::vector<Expanded>& names, std::size_t count, const Append& append,
             std::string_view pattern, const Fail& fail) {
-    if (names.size() * count > kMostNames)
+    if (names.size() * count > kMaxNames)
         stop(fail, "'" + std::string(pattern) + "' stands for more than " +
-                       std::to_string(kMostNames) + " names");
+                       std::to_string(kMaxNames) + " names");
     std::vector<Expanded> out;
     out.reserve(names.size() * count);
     for (const Expanded& name : names)
@@ -141,13 +141,16 @@ bool fits(std::string_view pattern, std::string_view name) noexcept {
     std::size_t p = 0, n = 0, star = std::string_view::npos, from = 0;
     while (n < name.size()) {
         if (p < pattern.size() && pattern[p] == '*') {
-            star = p++, from = n;
+            star = p++;
+            from = n;
         } else if (p < pattern.size() && pattern[p] == name[n]) {
-            ++p, ++n;
+            ++p;
+            ++n;
         } else {
             if (star == std::string_view::npos)
                 return false;
-            p = star + 1, n = ++from;
+            p = star + 1;
+            n = ++from;
         }
     }
     while (p < pattern.size() && pattern[p] == '*')

@@ -50,7 +50,7 @@ private:
     using Candidate = BlockTable::Candidate;
 
     [[noreturn]] void fail(const std::string& what) const {
-        throw UsageError("read the blocks " + m_file->string() + ": " + what);
+        throw util::UsageError("read the blocks " + m_file->string() + ": " + what);
     }
     [[nodiscard]] Fail failing(std::string where) const {
         return [this, where = std::move(where)](const std::string& what) {
@@ -135,8 +135,8 @@ private:
             if (!colour.empty())
                 candidate.look.colour =
                     colour_of(colour, expanded, "[" + where + "] \"" + std::string(pattern) + "\"");
-            if (++m_entries > kMostEntries)
-                fail("more than " + std::to_string(kMostEntries) + " names; allowed: up to that");
+            if (++m_entries > kMaxEntries)
+                fail("more than " + std::to_string(kMaxEntries) + " names; allowed: up to that");
             if (expanded.name.find('*') == std::string::npos)
                 m_table.m_names[expanded.name].push_back(std::move(candidate));
             else
@@ -262,7 +262,7 @@ private:
             }
     }
 
-    static constexpr std::size_t kMostEntries = 50'000;
+    static constexpr std::size_t kMaxEntries = 50'000;
     const std::filesystem::path m_blocks, m_old;
     const std::filesystem::path* m_file = nullptr;
     Words m_words;

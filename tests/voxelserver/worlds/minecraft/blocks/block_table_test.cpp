@@ -23,7 +23,7 @@ const BlockTable& shipped() {
 
 BlockLook look(const std::string& state) {
     const BlockState parsed =
-        block_state_from(state, [](const std::string& what) { throw Error(what); });
+        block_state_from(state, [](const std::string& what) { throw util::Error(what); });
     std::vector<Property> properties;
     for (const Condition& c : parsed.conditions)
         properties.push_back({c.property, c.values.front()});

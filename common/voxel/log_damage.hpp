@@ -1,0 +1,20 @@
+#pragma once
+
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <string>
+#include <vector>
+
+namespace terravox::voxel {
+
+/// Tells a person what of a world could not be read: the first lines, and how many there are.
+inline void log_damage(const std::vector<std::string>& damage) {
+    constexpr std::size_t kMaxLines = 20;
+    for (std::size_t i = 0; i < std::min(damage.size(), kMaxLines); ++i)
+        spdlog::error("{}", damage[i]);
+    spdlog::error("the world is damaged in {} {}; the rest is there", damage.size(),
+                  damage.size() == 1 ? "place" : "places");
+}
+
+}  // namespace terravox::voxel

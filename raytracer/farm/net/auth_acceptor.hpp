@@ -1,0 +1,111 @@
+#pragma once
+
+#include <atomic>
+#include <functional>
+#include <list>
+#include <map>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "raytracer/farm/net/endpoint.hpp"
+#include "raytracer/farm/net/handshake.hpp"
+#include "raytracer/farm/net/refusal_log.hpp"
+#include "voxelserver/sockets/socket.hpp"
+
+namespace terravox::net {
+
+/// Accepts connections, and lets those in whose peers show that they may: by the handshake of the
+/// token; or, where certificates are wanted, those that begin TLS, whose certificates are then
+/// looked at by whom they are handed to. Never more than the limits allow.
+///
+/// One thread of its own does all of it and never waits for a single peer. PendingPeers
+/// (connections that have shown nothing yet) have a time limit from their first moment on, so that
+/// slow ones gain nothing; when there are too many, or the process has no descriptors left, the
+/// oldest of the address with the most goes. A spare descriptor is kept for the case that there are
+/// no strangers to close: with it a connection is taken and closed, as it would otherwise stay in
+/// the queue of the kernel and keep this loop busy.
+///
+/// A guest was let in; it is *expected* until joined() says that its call has come, and has a time
+/// limit for that, too. Meanwhile a second descriptor of its connection is kept here to see it end,
+/// and to end it. The mutex guards the guests alone, which joined() and left() are told about from
+/// other threads; descriptors are closed by the loop only, which may have them in its poll().
+class AuthAcceptor {
+public:
+    /// Takes the connection of a guest; called on the thread of the doorkeeper.
+    using Admit = std::function<void(sockets::Socket, const std::string& peer)>;
+    /// @throws Error when it cannot listen there
+    AuthAcceptor(const sockets::Address& address, const Credentials& credentials,
+                 const ListenerLimits& limits, Admit admit);
+    ~AuthAcceptor();  ///< as stop()
+    void start();     ///< from now on it lets in; once
+    AuthAcceptor(const AuthAcceptor&) = delete;
+    AuthAcceptor& operator=(const AuthAcceptor&) = delete;
+
+    [[nodiscard]] std::uint16_t port() const noexcept { return m_port; }
+    void stop() noexcept;  ///< listens no more
+    /// The call of a guest has come. @return its number; nullopt: nobody is expected by that name,
+    /// or its call has come before
+    [[nodiscard]] std::optional<std::uint64_t> joined(const std::string& peer);
+    /// @param number  a port may be another connection's by now
+    void left(const std::string& peer, std::uint64_t number);
+    void tell_refusal(const std::string& peer,
+                      const std::string& why);  ///< of one that joined() was true for
+
+private:
+    using Clock = std::chrono::steady_clock;
+    enum class Phase { kFirstByte, kToken, kLeaving };
+    struct PendingPeer {
+        sockets::Socket socket;
+        std::string peer, address;
+        Clock::time_point came, deadline;
+        Phase phase = Phase::kToken;
+        ListenerHandshake handshake;
+        bool said_something = false;
+    };
+    struct AdmittedPeer {
+        std::uint64_t number = 0;
+        std::string address;
+        Clock::time_point came, deadline;
+        sockets::Socket witness;  ///< none once it was closed
+        bool joined = false, gone = false;
+    };
+    using PendingPeers = std::list<PendingPeer>;
+
+    void run() noexcept;
+    void round();
+    void accept_from(int listening);
+    void take_in(sockets::Socket socket, const sockets::Endpoint& from);
+    void hear(PendingPeers::iterator stranger);
+    void first_byte(PendingPeers::iterator stranger);
+    void token_bytes(PendingPeers::iterator stranger);
+    void let_in(PendingPeers::iterator stranger);
+    bool send(PendingPeers::iterator stranger, const Bytes& bytes);
+    void leave(PendingPeers::iterator stranger, const Bytes& reply, const std::string& why);
+    void refuse(PendingPeers::iterator stranger, const std::string& why);
+    void overdue(Clock::time_point now);
+    void see_guests(Clock::time_point now);
+    bool make_room(const char* why);
+    std::size_t unproven() const;
+    void wake() noexcept;
+    void rest() noexcept;  ///< for a moment, where going on at once would only keep a core busy
+
+    const Credentials m_credentials;
+    ListenerLimits m_limits;
+    const Admit m_admit;
+    std::vector<sockets::Socket> m_listening;
+    std::uint16_t m_port = 0;
+    sockets::Socket m_spare, m_wake;
+    PendingPeers m_strangers;
+    mutable std::mutex m_mutex;
+    std::map<std::string, AdmittedPeer> m_guests;  ///< by peer
+    std::uint64_t m_numbers = 0;
+    std::mutex m_log_mutex;
+    RefusalLog m_log;
+    std::atomic<bool> m_stopping{false};
+    std::thread m_thread;
+};
+
+}  // namespace terravox::net

@@ -1,0 +1,94 @@
+#include "raytracer/farm/wire/picture_spec.hpp"
+
+#include <xxhash.h>
+
+#include <fstream>
+#include <iterator>
+
+#include "common/util/error.hpp"
+#include "common/voxel/world_json.hpp"
+#include "raytracer/material/material_file.hpp"
+#include "raytracer/scene/scene_io.hpp"
+#include "raytracer/shade/view_maker.hpp"
+#include "raytracer/sky/sun_of.hpp"
+
+namespace terravox::farm {
+namespace {
+
+std::string text_of(const std::filesystem::path& file) {
+    std::ifstream in(file, std::ios::binary);
+    std::string text{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
+    if (!in)
+        throw util::Error("read the materials " + file.string() + ": it cannot be read");
+    return text;
+}
+
+/// The scene with all that a table of this machine decides already decided: time zones, map
+/// projections, named views. No path is left.
+scene::Scene decided(const scene::Scene& scene, const voxel::WorldInfo& world) {
+    scene::Scene out = scene::what_shows(scene);
+    const scene::Scene plain;
+    out.world = plain.world;
+    out.camera.look.clear();
+    out.quality.materials.clear();
+    const auto in_voxels = [&](std::optional<std::array<double, 3>>& point) {
+        if (!point)
+            return;
+        const core::Vec3 v = scene::to_voxels(*point, scene.camera.space, world);
+        point = {v.x, v.y, v.z};
+    };
+    in_voxels(out.camera.position);
+    in_voxels(out.camera.target);
+    out.camera.space = core::CoordinateSpace::kVoxel;
+    const geo::SunPosition sun = sky::sun_of(scene.sun, world.centre ? &*world.centre : nullptr);
+    out.sun.altitude_deg = sun.altitude_deg;
+    out.sun.azimuth_deg = sun.azimuth_deg;
+    out.sun.zone.clear();
+    return out;
+}
+
+}  // namespace
+
+PictureSpec pack(const scene::Scene& scene, const voxel::WorldInfo& world) {
+    return {scene::to_toml(decided(scene, world)),
+            text_of(material::find_materials(scene.quality.materials)), pack_world(world)};
+}
+
+std::string pack_world(const voxel::WorldInfo& world) {
+    voxel::WorldInfo out = world;
+    out.crs_wkt.clear();
+    return voxel::world_to_json(out);
+}
+
+voxel::WorldInfo unpack_world(const std::string& text) {
+    voxel::WorldInfo world = voxel::world_from_json(text, "the coordinator");
+    world.crs_wkt.clear();
+    return world;
+}
+
+scene::Scene unpack_scene(const std::string& text) {
+    scene::Scene scene;
+    scene::parse_scene(text, "of the coordinator", scene);
+    const scene::Scene plain;
+    if (!(scene.world == plain.world) || !(scene.processing == plain.processing) ||
+        !scene.camera.look.empty() || !scene.sun.zone.empty() || !scene.quality.materials.empty())
+        throw util::UsageError(
+            "read the scene of the coordinator: it names files or limits of this machine; allowed: "
+            "what shows in the picture");
+    return scene;
+}
+
+shade::View unpack(const PictureSpec& parcel, const voxel::WorldInfo& world) {
+    return shade::make_view(
+        unpack_scene(parcel.scene), world,
+        std::make_shared<material::MaterialTable>(
+            material::parse_materials(parcel.materials, "of the coordinator").looks));
+}
+
+std::string state_hash(const std::string& content) {
+    XXH128_canonical_t name;
+    XXH128_canonicalFromHash(&name, XXH3_128bits(content.data(), content.size()));
+    return {reinterpret_cast<const char*>(name.digest), sizeof name.digest};
+}
+
+}  // namespace terravox::farm

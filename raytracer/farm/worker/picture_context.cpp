@@ -1,0 +1,294 @@
+#include "raytracer/farm/worker/picture_context.hpp"
+
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+
+#include "common/thread/start_threads.hpp"
+#include "common/util/end_of_program.hpp"
+#include "common/util/error.hpp"
+#include "common/util/stage_times.hpp"
+#include "raytracer/scene/scene_io.hpp"
+#include "raytracer/scene/world_options_of.hpp"
+#include "raytracer/tiles/tile_codec.hpp"
+#include "voxelserver/worlds/open/open_world.hpp"
+
+namespace terravox::farm {
+namespace {
+
+constexpr int kThreadsPerCollector = 8;
+constexpr std::uint64_t kCopies =
+    3;  // of a tile's pixels: as they were traced, as the codec orders them, and compressed
+
+/// @return nullptr, said in the log, where this worker's configuration does not allow the server
+/// that the coordinator names
+std::unique_ptr<voxel::World> open_server(const WorkerGround& ground, const scene::Scene& scene,
+                                          util::StageTimes& times) {
+    const remote::HttpOrigin origin = remote::HttpOrigin::of(ground.server);
+    if (!ground.http.ranges(origin).empty())
+        return worlds::open_address(ground.server, ground.http, times,
+                                    std::chrono::seconds(scene.processing.box_timeout_s),
+                                    ground.ending.get_token());
+    spdlog::info(
+        "{} is not among the origins that this worker may ask; boxes are asked of the coordinator",
+        origin.text());
+    return nullptr;
+}
+
+worlds::WorldOptions options_of(const std::string& input, const scene::Scene& scene) {
+    worlds::WorldOptions out = scene::world_options_of(scene);
+    out.inputs = {input};
+    return out;
+}
+
+/// The world as the worker can have it itself. @return nullptr, said in the log, when it is another
+/// than the coordinator's or not to be had
+std::unique_ptr<voxel::World> open_own(const WorkerGround& ground, const std::string& scene_text) {
+    static util::StageTimes times;
+    if (ground.server.empty() && ground.generated.empty())
+        return nullptr;
+    try {
+        // Of a coordinator's scene no more is used than what a made-up world needs; how long a
+        // server is tried for is this worker's default.
+        scene::Scene scene;
+        scene.generated = unpack_scene(scene_text).generated;
+        scene.world.voxel_m = ground.far->info().voxel_m;
+        std::unique_ptr<voxel::World> own;
+        if (!ground.server.empty())
+            own = open_server(ground, scene, times);
+        // What a coordinator names is looked at as a seed, never as a path.
+        else if (ground.generated.starts_with("generated:"))
+            own = worlds::open_world(options_of(ground.generated, scene), times,
+                                     ground.ending.get_token());
+        else
+            throw util::Error("open the world: the coordinator names no generated:SEED");
+        if (!own || pack_world(own->info()) == ground.world)
+            return own;
+        spdlog::warn(
+            "{} is another world here than the coordinator's; its boxes are asked of the "
+            "coordinator",
+            ground.server.empty() ? ground.generated : ground.server);
+    } catch (const util::Error& e) {
+        if (!ground.ending.stop_requested())
+            spdlog::warn("{}; boxes are asked of the coordinator", e.what());
+    }
+    return nullptr;
+}
+
+}  // namespace
+
+PictureContext::PictureContext(std::uint64_t picture, PictureSpec parcel,
+                               std::shared_ptr<WorkerGround> ground, int threads,
+                               std::size_t memory_bytes, Answers answers)
+    : m_picture(picture),
+      m_parcel(std::move(parcel)),
+      m_ground(std::move(ground)),
+      m_threads(threads),
+      m_memory_bytes(memory_bytes),
+      m_answers(std::move(answers)) {
+    m_thread = thread::start_thread("a picture", [this] { run(); });
+}
+
+PictureContext::~PictureContext() {
+    end();
+}
+
+void PictureContext::end() noexcept {
+    cancel();
+    std::call_once(m_joined, [&] { m_thread.join(); });
+}
+
+void PictureContext::add(std::uint64_t id, const tiles::RenderTile& tile) {
+    const std::lock_guard lock(m_mutex);
+    if (m_cancelled)
+        return;
+    m_waiting.emplace_back(id, tile);
+    m_work.notify_all();
+}
+
+void PictureContext::drop(const std::vector<std::uint64_t>& ids) {
+    const std::lock_guard lock(m_mutex);
+    const auto is_dropped = [&](const auto& lease) {
+        return std::find(ids.begin(), ids.end(), lease.first) != ids.end();
+    };
+    std::erase_if(m_waiting, is_dropped);
+    if (m_processor != nullptr)
+        for (const auto& lease : m_begun)
+            if (is_dropped(lease))
+                m_processor->withdraw(lease.second);
+    std::erase_if(m_begun, is_dropped);
+    m_work.notify_all();
+    m_idle.notify_all();
+}
+
+std::vector<std::uint64_t> PictureContext::drop_all() {
+    std::vector<std::uint64_t> ids;
+    const std::lock_guard lock(m_mutex);
+    for (const auto& [id, tile] : m_waiting)
+        ids.push_back(id);
+    m_waiting.clear();
+    if (m_processor != nullptr)
+        for (const tiles::RenderTile& tile : m_processor->take_back()) {
+            const auto begun = std::find_if(m_begun.begin(), m_begun.end(),
+                                            [&](const auto& b) { return b.second == tile; });
+            if (begun == m_begun.end())
+                continue;
+            ids.push_back(begun->first);
+            m_begun.erase(begun);
+        }
+    m_work.notify_all();
+    m_idle.notify_all();
+    return ids;
+}
+
+void PictureContext::cancel() noexcept {
+    const std::lock_guard lock(m_mutex);
+    m_cancelled = true;
+    m_waiting.clear();
+    m_begun.clear();
+    if (m_processor != nullptr)
+        m_processor->cancel();
+    m_work.notify_all();
+    m_idle.notify_all();
+}
+
+bool PictureContext::wait_idle(std::chrono::steady_clock::time_point until) {
+    std::unique_lock lock(m_mutex);
+    return m_idle.wait_until(lock, until,
+                             [&] { return m_cancelled || (m_waiting.empty() && m_begun.empty()); });
+}
+
+PictureContext::Load PictureContext::load() const {
+    const std::lock_guard lock(m_mutex);
+    // Boxes are there once the processor is.
+    return {m_waiting.size(), m_begun.size(),
+            m_processor != nullptr ? m_ground->blocks->stats().bytes : 0};
+}
+
+// False: it was stopped.
+bool PictureContext::open_ground() {
+    const std::lock_guard lock(m_ground->opening);
+    if (m_ground->blocks) {
+        m_ground->blocks
+            ->forget_holes();  // those of an earlier picture: the coordinator says what is one now
+        return true;
+    }
+    voxel::World* world = m_ground->far.get();
+    if (auto own = open_own(*m_ground, m_parcel.scene)) {
+        m_ground->own = std::make_unique<FallbackWorld>(std::move(own), *m_ground->far);
+        world = m_ground->own.get();
+    }
+    if (m_ground->ending.stop_requested())
+        return false;
+    m_ground->blocks = std::make_unique<blocks::BlockManager>(*world, m_memory_bytes,
+                                                              world->useful_concurrency(m_threads));
+    return true;
+}
+
+void PictureContext::run() {
+    try {
+        if (open_ground())
+            trace();
+    } catch (const std::exception&) {
+        m_answers.failed(0, util::message_of(std::current_exception()));
+        cancel();
+    }
+    m_over = true;
+}
+
+void PictureContext::trace() {
+    const shade::View view = unpack(m_parcel, m_ground->far->info());
+    processors::ThreadProcessor processor(view, *m_ground->blocks, m_threads);
+    {
+        const std::lock_guard lock(m_mutex);
+        m_processor = &processor;
+        if (m_cancelled)
+            processor.cancel();
+    }
+    // However this ends, nobody may reach the processor once it is gone.
+    std::vector<std::thread> collectors;
+    const auto count = static_cast<std::size_t>(m_threads / kThreadsPerCollector + 1);
+    std::exception_ptr failure;
+    try {
+        thread::start_threads(
+            collectors, count, [&] { collect(processor); }, [&] { processor.cancel(); });
+        feed(processor, view.wants_layers());
+    } catch (...) {
+        failure = std::current_exception();
+    }
+    processor.cancel();
+    for (std::thread& t : collectors)
+        t.join();
+    {
+        const std::lock_guard lock(m_mutex);
+        m_processor = nullptr;
+    }
+    if (failure)
+        std::rethrow_exception(failure);
+}
+
+// With the lock held.
+bool PictureContext::has_room(const tiles::RenderTile& tile, bool with_layers) const {
+    std::uint64_t bytes = tiles::pixel_bytes(tile, with_layers);
+    for (const auto& [id, begun] : m_begun)
+        bytes += tiles::pixel_bytes(begun, with_layers);
+    return m_begun.empty() || kCopies * bytes <= m_memory_bytes;
+}
+
+void PictureContext::feed(processors::TileProcessor& processor, bool with_layers) {
+    std::unique_lock lock(m_mutex);
+    while (true) {
+        m_work.wait(lock, [&] {
+            return m_cancelled ||
+                   (!m_waiting.empty() && has_room(m_waiting.front().second, with_layers));
+        });
+        if (m_cancelled)
+            return;
+        if (const auto [id, tile] = m_waiting.front();
+            tiles::pixel_bytes(tile, with_layers) > kMaxLease_bytes) {
+            m_waiting.pop_front();
+            m_idle.notify_all();
+            lock.unlock();
+            m_answers.failed(
+                id, "a tile of " + std::to_string(tiles::pixel_bytes(tile, with_layers)) +
+                        " bytes of pixels; allowed: up to " + std::to_string(kMaxLease_bytes) +
+                        ", so make quality.tile smaller");
+            lock.lock();
+            continue;
+        }
+        m_begun.push_back(m_waiting.front());
+        m_waiting.pop_front();
+        const tiles::RenderTile tile = m_begun.back().second;
+        lock.unlock();
+        processor.submit(tile);
+        lock.lock();
+    }
+}
+
+void PictureContext::collect(processors::TileProcessor& processor) {
+    try {
+        while (auto result = processor.take()) {
+            std::uint64_t id = 0;
+            {
+                const std::lock_guard lock(m_mutex);
+                const auto begun = std::find_if(m_begun.begin(), m_begun.end(), [&](const auto& b) {
+                    return b.second == result->tile;
+                });
+                if (begun == m_begun.end())
+                    continue;
+                id = begun->first;
+            }
+            m_answers.done(id, std::move(*result));
+            // Only now: who waits for what is begun must know it sent.
+            const std::lock_guard lock(m_mutex);
+            std::erase_if(m_begun, [&](const auto& b) { return b.first == id; });
+            m_work.notify_all();
+            m_idle.notify_all();
+        }
+    } catch (const std::exception& e) {
+        m_answers.failed(0, e.what());
+        cancel();
+    }
+}
+
+}  // namespace terravox::farm

@@ -1,0 +1,116 @@
+#pragma once
+
+#include <atomic>
+#include <condition_variable>
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <stop_token>
+#include <string>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "raytracer/farm/net/link.hpp"
+#include "raytracer/farm/wire/picture_spec.hpp"
+#include "raytracer/farm/worker/coordinator_world.hpp"
+#include "raytracer/processors/thread_processor.hpp"
+#include "voxelserver/worlds/remote/http_access.hpp"
+
+namespace terravox::farm {
+
+/// A world as a worker has it, with its boxes in memory: kept from one picture to the next of the
+/// same world.
+struct WorkerGround {
+    std::uint64_t world_id = 0;
+    std::string world, server, generated;  ///< text, and where boxes are from
+    remote::HttpAccess http =
+        remote::access_to_nobody();  ///< servers that this worker may ask itself
+    std::unique_ptr<CoordinatorWorld> far;
+    std::unique_ptr<voxel::World>
+        own;  ///< opened by the first stage; nullptr: boxes are the coordinator's
+    std::unique_ptr<blocks::BlockManager> blocks;
+    std::mutex opening;
+    std::stop_source ending;
+
+    /// Whatever is asked for or opened ends soon.
+    void stop() noexcept {
+        far->stop();
+        ending.request_stop();
+    }
+};
+
+/// One picture on a worker: what has to be made before the first tile, then tiles through threads.
+///
+/// A thread of its own opens the world and makes the view, then feeds tiles to the threads; others
+/// take results and hand them on. One mutex guards the tiles that wait and those that are begun, of
+/// which no more are begun than fit the memory: together they may take as much as the boxes, and
+/// one may always be begun. A tile whose pixels no frame could hold is refused. Ends, cancelled,
+/// when it is told to; the threads' end is waited for by the destructor.
+class PictureContext {
+public:
+    /// What came of a tile. Called on threads of the stage.
+    struct Answers {
+        std::function<void(std::uint64_t id, tiles::TileResult)> done;
+        /// @param id of the lease that cannot be rendered here; 0: the picture as a whole
+        std::function<void(std::uint64_t id, const std::string& why)> failed;
+    };
+    /// @throws Error when there is no thread for it; what is refused later is an answer (failed)
+    PictureContext(std::uint64_t picture, PictureSpec parcel, std::shared_ptr<WorkerGround> ground,
+                   int threads, std::size_t memory_bytes, Answers answers);
+    ~PictureContext();
+    PictureContext(const PictureContext&) = delete;
+    PictureContext& operator=(const PictureContext&) = delete;
+
+    [[nodiscard]] std::uint64_t picture() const noexcept { return m_picture; }
+    void add(std::uint64_t id, const tiles::RenderTile& tile);
+    /// Their results are not needed any more: none comes, unless it is on its way.
+    void drop(const std::vector<std::uint64_t>& ids);
+    /// All that are not begun. @return their leases
+    [[nodiscard]] std::vector<std::uint64_t> drop_all();
+    void cancel() noexcept;
+    /// Cancels, and waits for all threads: no answer comes after this.
+    void end() noexcept;
+    /// Whether all its threads have ended.
+    [[nodiscard]] bool is_over() const noexcept { return m_over; }
+    /// Waits until nothing is begun any more, but no longer than this.
+    bool wait_idle(std::chrono::steady_clock::time_point until);
+    struct Load {
+        std::size_t waiting = 0, begun = 0, box_bytes = 0;
+    };
+    [[nodiscard]] Load load() const;
+    static constexpr std::size_t kMaxWaiting = 1 << 16;
+    /// Of a lease's pixels, not compressed: what compresses to a frame's size
+    /// (net::kMaxFrame_bytes) has not more than twice that.
+    static constexpr std::uint64_t kMaxLease_bytes = 2 * net::kMaxFrame_bytes;
+    [[nodiscard]] const WorkerGround& ground() const noexcept { return *m_ground; }
+
+private:
+    void run();
+    void trace();
+    [[nodiscard]] bool open_ground();
+    void feed(processors::TileProcessor& processor, bool with_layers);
+    [[nodiscard]] bool has_room(const tiles::RenderTile& tile, bool with_layers) const;
+    void collect(processors::TileProcessor& processor);
+
+    const std::uint64_t m_picture;
+    const PictureSpec m_parcel;
+    const std::shared_ptr<WorkerGround> m_ground;
+    const int m_threads;
+    const std::size_t m_memory_bytes;
+    const Answers m_answers;
+    mutable std::mutex m_mutex;
+    std::condition_variable m_work, m_idle;
+    std::deque<std::pair<std::uint64_t, tiles::RenderTile>> m_waiting;
+    std::vector<std::pair<std::uint64_t, tiles::RenderTile>> m_begun;
+    processors::TileProcessor* m_processor = nullptr;
+    bool m_cancelled = false;
+    std::atomic<bool> m_over{false};
+    std::thread m_thread;
+    std::once_flag m_joined;
+};
+
+}  // namespace terravox::farm

@@ -1,0 +1,91 @@
+#include "raytracer/preview/editor_state.hpp"
+
+#include <spdlog/spdlog.h>
+
+#include <utility>
+
+namespace terravox::preview {
+namespace {
+
+scene::Scene for_a_window(scene::Scene scene) {
+    scene.camera.look.clear();         // what the view says stands in the fields
+    scene.camera.inside_rock = true;   // flying through a roof must not end the preview
+    scene.processing.threads.reset();  // who renders the preview is no part of the picture
+    return scene;
+}
+
+}  // namespace
+
+EditorState::EditorState(scene::Scene first, std::shared_ptr<render::LoadedWorld> of)
+    : scene(for_a_window(std::move(first))),
+      opened(scene),
+      world(std::move(of)),
+      viewpoint(viewpoint_of(scene)),
+      history(scene) {}
+
+Viewpoint EditorState::viewpoint_of(const scene::Scene& of) const {
+    const voxel::VoxelBounds& bounds = info().framed_bounds();
+    const scene::Camera camera = scene::make_camera(of, info(), bounds);
+    Viewpoint out = Viewpoint::of(camera, (bounds.min[1] + bounds.max[1]) / 2.0);
+    if (of.camera.target) {
+        out.target = scene::to_voxels(*of.camera.target, of.camera.space, info());
+        if (of.camera.position)
+            out.position = scene::to_voxels(*of.camera.position, of.camera.space, info());
+    }
+    return out;
+}
+
+void EditorState::take(scene::Scene other) {
+    const scene::Scene before = scene;
+    show(std::move(other));
+    history.note(before);
+}
+
+void EditorState::show(scene::Scene other) {
+    other = for_a_window(std::move(other));
+    other.world = opened.world;
+    other.generated = opened.generated;
+    other.processing = opened.processing;
+    viewpoint = viewpoint_of(other);
+    scene = std::move(other);
+}
+
+scene::Scene EditorState::placed() const {
+    scene::Scene out = scene;
+    viewpoint.apply(out, info());
+    return out;
+}
+
+void EditorState::frame_all() {
+    scene::Scene framed = scene;
+    framed.camera.position.reset();
+    framed.camera.target.reset();
+    framed.camera.height_m.reset();
+    framed.camera.zoom = 1;
+    take(std::move(framed));
+}
+
+void EditorState::undo() {
+    history.note(scene);
+    show(history.undo());
+}
+
+void EditorState::redo() {
+    if (can_redo())
+        show(history.redo());
+}
+
+void EditorState::heard(std::string line) {
+    said = std::move(line);
+    said_bad = true;
+    said_at = std::chrono::steady_clock::now();
+}
+
+void EditorState::say(std::string line, bool bad) {
+    spdlog::log(bad ? spdlog::level::warn : spdlog::level::info, "{}", line);
+    said = std::move(line);
+    said_bad = bad;
+    said_at = std::chrono::steady_clock::now();
+}
+
+}  // namespace terravox::preview

@@ -1,0 +1,71 @@
+#include "voxelserver/voxelize/world/fingerprints_of.hpp"
+
+#include <algorithm>
+
+#include "common/voxel/bytes.hpp"
+#include "voxelserver/imagery/orthophotos.hpp"
+#include "voxelserver/voxelize/points/sources.hpp"
+
+namespace terravox::voxelize {
+namespace {
+
+using voxel::ByteWriter;
+using voxel::Fingerprint;
+
+void add(voxel::ByteWriter& out, const grid::ColumnRect& r) {
+    out.add(r.min_x);
+    out.add(r.min_z);
+    out.add(r.max_x);
+    out.add(r.max_z);
+}
+
+Fingerprint print_of(const SquareSource& s) {
+    voxel::ByteWriter out;
+    out.add(s.identity);
+    out.add(s.info.crs->wkt());
+    out.add(s.vertical_metres);
+    add(out, s.bounds);
+    for (const grid::ColumnRect& island : s.islands)
+        add(out, island);
+    out.add(s.lowest);
+    out.add(s.highest);
+    out.add(s.has_colour);
+    out.add(s.colour_shift);
+    return out.print();
+}
+
+}  // namespace
+
+InputFingerprints fingerprints_of(const Sources& sources, const imagery::Orthophotos* images,
+                                  const ClassTable& classes, const Settings& settings,
+                                  int cell_voxels) {
+    InputFingerprints out;
+    voxel::ByteWriter all;
+    const grid::Frame& frame = sources.frame;
+    all.add(kBoxRecipe);
+    all.add(frame.crs().wkt());
+    all.add(frame.units_per_voxel());
+    all.add(frame.voxel_m());
+    all.add(print_of(settings));
+    all.add(print_of(classes));
+    all.add(cell_voxels);
+    all.add(sources.has_water_class);
+    all.add(sources.floor_y);
+    // Nothing rises above the points it is made from, but a bed may lie below them all, and boxes
+    // below the lowest are not asked for.
+    all.add(voxel::floor_div(sources.lowest_y, voxel::kBoxSizeY));
+    out.everywhere = all.print();
+    out.palette = palette_print(settings);
+    // A margin of one voxel, as where columns are made: a transformed or rounded point may lie just
+    // outside its file's bounds.
+    for (const SquareSource& s : sources.files)
+        out.points.push_back({s.bounds.grown(1), print_of(s), s.has_colour});
+    std::sort(out.points.begin(), out.points.end(),
+              [](const auto& a, const auto& b) { return a.print < b.print; });
+    if (images != nullptr)
+        for (const imagery::Orthophotos::Input& image : images->inputs())
+            out.images.push_back({image.rect, image.identity, true});
+    return out;
+}
+
+}  // namespace terravox::voxelize

@@ -1,0 +1,21 @@
+#pragma once
+
+#include "voxelserver/voxelize/world/input_fingerprints.hpp"
+
+namespace terravox::imagery {
+class Orthophotos;
+}  // namespace terravox::imagery
+
+namespace terravox::voxelize {}
+
+namespace terravox::voxelize {
+
+struct Sources;
+
+/// The prints of an opened world. @param images nullptr = none
+[[nodiscard]] InputFingerprints fingerprints_of(const Sources& sources,
+                                                const imagery::Orthophotos* images,
+                                                const ClassTable& classes, const Settings& settings,
+                                                int cell_voxels);
+
+}  // namespace terravox::voxelize

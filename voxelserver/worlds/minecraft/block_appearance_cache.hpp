@@ -1,0 +1,65 @@
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <shared_mutex>
+#include <span>
+#include <string>
+#include <string_view>
+#include <unordered_map>
+#include <unordered_set>
+#include <vector>
+
+#include "common/voxel/box.hpp"
+#include "voxelserver/worlds/minecraft/blocks/block_table.hpp"
+
+namespace terravox::minecraft {
+
+/// A palette entry (bytes of NBT) in words. `properties` lie in those bytes. @throws NbtError
+struct PaletteName {
+    std::string_view name;
+    std::vector<Property> properties;
+};
+void palette_name(std::string_view entry, PaletteName& out);
+
+/// What each block looks like, asked of the table once for each entry that differs. Thread-safe.
+/// Blocks that the table does not know are told in the log, once each, up to kToldBlocks.
+class BlockAppearanceCache {
+public:
+    static constexpr int kToldBlocks = 20;
+
+    explicit BlockAppearanceCache(BlockTable table);
+
+    /// The voxels that palette entries stand for. @param out as long as `entries` @throws NbtError
+    /// for an entry that is none
+    void of(std::span<const std::string_view> entries, std::span<voxel::VoxelAttr> out);
+    /// @param number id * 16 + data
+    [[nodiscard]] voxel::VoxelAttr of_number(std::uint16_t number);
+
+    /// How many kinds of blocks no entry of the table fitted.
+    [[nodiscard]] std::size_t unknown_kinds() const;
+
+private:
+    struct TextHash {
+        using is_transparent = void;
+        [[nodiscard]] std::size_t operator()(std::string_view text) const noexcept {
+            return std::hash<std::string_view>{}(text);
+        }
+    };
+    [[nodiscard]] voxel::VoxelAttr look_of(std::string_view entry);
+    void tell(const std::string& name);
+
+    const BlockTable m_table;
+    std::shared_mutex m_mutex;  ///< guards m_looks, by the bytes of a palette entry
+    std::unordered_map<std::string, voxel::VoxelAttr, TextHash, std::equal_to<>> m_looks;
+    static constexpr std::size_t kNumbers = 65536;
+    std::unique_ptr<std::atomic<std::uint64_t>[]>
+        m_numbers;  ///< a VoxelAttr each; kUnset until it is asked for
+    mutable std::mutex m_told_mutex;
+    std::unordered_set<std::string> m_told;
+};
+
+}  // namespace terravox::minecraft

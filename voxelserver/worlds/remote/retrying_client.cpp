@@ -1,0 +1,74 @@
+#include "voxelserver/worlds/remote/retrying_client.hpp"
+
+#include <spdlog/spdlog.h>
+
+#include "common/voxel/changed_error.hpp"
+
+namespace terravox::remote {
+namespace {
+
+using std::chrono::milliseconds;
+
+constexpr milliseconds kMaxStalled{
+    120'000};                      // a cold square may take a while before the first byte
+constexpr int kGivenUpInRow = 16;  // then hope is lost, until something comes
+constexpr int kHopelessShare = 20;
+
+}  // namespace
+
+bool RetryingClient::is_reachable() const noexcept {
+    return m_given_up.load(std::memory_order_relaxed) < kGivenUpInRow;
+}
+
+RetryingClient::Question RetryingClient::begin(Milliseconds timeout) const {
+    const bool hope = is_reachable();
+    if (!hope)
+        timeout = std::max(timeout / kHopelessShare, std::min(timeout, milliseconds{1000}));
+    const auto stalled =
+        std::chrono::ceil<std::chrono::seconds>(std::min(timeout / 2, kMaxStalled));
+    return {timeout, std::max(stalled, std::chrono::seconds{1}),
+            Retry(m_client.now(), timeout, hope)};
+}
+
+HttpLimits RetryingClient::limits(const Question& question, std::size_t max_bytes) const {
+    return {question.retry.time_left(m_client.now()), question.stalled, max_bytes};
+}
+
+void RetryingClient::check(const std::string& url, const HttpReply& reply, bool on_condition) {
+    if (reply.status == 200 || reply.status == 204 || reply.status == 206)
+        return;
+    if (on_condition && (reply.status == 412 || reply.status == 416))
+        return;
+    const std::string what = "fetch " + url + ": " + problem_of(reply);
+    if (const auto trouble = trouble_of(reply.status))
+        throw FailedTry(*trouble, what, reply.retry_after);
+    on_reply();
+    if (reply.status == 412)
+        throw voxel::ChangedError(what + "; start again");
+    throw util::Error(what);
+}
+
+void RetryingClient::wait_or_give_up(const std::string& url, Question& question,
+                                     const FailedTry& failed) {
+    const auto wait =
+        question.retry.wait_after(failed.trouble, m_client.now(), failed.retry_after, chance());
+    if (!wait)
+        give_up(failed, question);
+    spdlog::debug("{}; trying again in {} ms", failed.what(), wait->count());
+    m_client.wait(url, *wait);
+}
+
+void RetryingClient::give_up(const FailedTry& failed, const Question& question) {
+    // A 500 is the word of a server that lives.
+    if (failed.trouble == Trouble::kFailed)
+        on_reply();
+    else
+        m_given_up.fetch_add(1, std::memory_order_relaxed);
+    const int tries = question.retry.tries();
+    throw util::Error(
+        std::string(failed.what()) + "; given up after " + std::to_string(tries) +
+        (tries == 1 ? " try" : " tries") + ", timeout " +
+        std::to_string(std::chrono::ceil<std::chrono::seconds>(question.timeout).count()) + " s");
+}
+
+}  // namespace terravox::remote

@@ -1,0 +1,88 @@
+#pragma once
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <optional>
+#include <string>
+#include <type_traits>
+
+#include "voxelserver/worlds/remote/failed_try.hpp"
+
+namespace terravox::remote {
+
+/// Asks a server that may be late, silent, restarting or damaged: tries again what is worth it
+/// (retry.hpp), and gives up no later than about the timeout after it was asked. When many
+/// questions in a row had to be given up without one answer between them, the rest get a twentieth
+/// of the timeout each, until something comes: a dead server must not hold a picture for days.
+/// Thread-safe.
+class RetryingClient {
+public:
+    using Milliseconds = std::chrono::milliseconds;
+    /// @param clock of the timeout and of waits, must outlive it
+    explicit RetryingClient(Milliseconds timeout, HttpAccess access = {},
+                            RetryClock& clock = RetryClock::steady())
+        : m_timeout(std::max(timeout, Milliseconds{1})), m_client(std::move(access), clock) {}
+
+    [[nodiscard]] HttpClient& http() noexcept { return m_client; }
+    [[nodiscard]] Milliseconds timeout() const noexcept { return m_timeout; }
+    [[nodiscard]] bool is_reachable() const noexcept;
+    void on_reply() noexcept { m_given_up.store(0, std::memory_order_relaxed); }
+    void stop() noexcept { m_client.stop(); }
+
+    /// What Read makes of a reply.
+    template <class Read>
+    using Made = std::invoke_result_t<Read, const std::string&, const HttpReply&>;
+    /// GET. @param max_bytes of the reply
+    /// @param part where it has a condition, 412 and 416 are replies that go to read, too
+    /// @param read makes something of a reply with status 200, 204 or 206; what it throws as Error
+    /// is a damaged reply, which is asked for again
+    /// @throws WholeFileError as HttpClient::get(), at once; voxel::ChangedError for a 412 that
+    /// does not go to read: the server has another edition than the request names; Error when it is
+    /// given up, for an answer that is a refusal, and after stop()
+    template <class Read>
+    Made<Read> ask(const std::string& url, std::size_t max_bytes, const FilePart& part,
+                   Milliseconds timeout, const Read& read) {
+        Question question = begin(timeout);
+        for (;;) {
+            std::optional<FailedTry> failed;
+            try {
+                const HttpReply reply = m_client.get(url, limits(question, max_bytes), part);
+                check(url, reply, !part.condition.empty());
+                Made<Read> out = [&] {
+                    try {
+                        return read(url, reply);
+                    } catch (const util::Error& e) {
+                        throw FailedTry(Trouble::kDamaged, e.what());
+                    }
+                }();
+                on_reply();
+                return out;
+            } catch (const LostError& e) {
+                failed.emplace(Trouble::kLost, e.what());
+            } catch (const FailedTry& f) {
+                failed = f;
+            }
+            wait_or_give_up(url, question, *failed);
+        }
+    }
+
+private:
+    struct Question {
+        Milliseconds timeout;
+        std::chrono::seconds stalled;
+        Retry retry;
+    };
+    [[nodiscard]] Question begin(Milliseconds timeout) const;
+    [[nodiscard]] HttpLimits limits(const Question& question, std::size_t max_bytes) const;
+    /// @throws FailedTry for what another try may mend, Error for what is an answer
+    void check(const std::string& url, const HttpReply& reply, bool on_condition);
+    void wait_or_give_up(const std::string& url, Question& question, const FailedTry& failed);
+    [[noreturn]] void give_up(const FailedTry& failed, const Question& question);
+
+    const Milliseconds m_timeout;
+    HttpClient m_client;
+    std::atomic<int> m_given_up{0};  ///< questions in a row that nothing came for
+};
+
+}  // namespace terravox::remote
