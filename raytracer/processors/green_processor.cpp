@@ -25,11 +25,11 @@ void GreenProcessor::submit(tiles::RenderTile tile) {
 }
 
 bool GreenProcessor::wait(std::chrono::milliseconds most) {
-    return work_until(trace::StopCondition::Clock::now() + most);
+    return work_until(thread::StopCondition::Clock::now() + most);
 }
 
 std::optional<tiles::TileResult> GreenProcessor::take() {
-    (void)work_until(trace::StopCondition::Clock::time_point::max());
+    (void)work_until(thread::StopCondition::Clock::time_point::max());
     const std::lock_guard lock(m_mutex);
     if (m_failure)
         std::rethrow_exception(m_failure);
@@ -62,7 +62,7 @@ void GreenProcessor::close() noexcept {
 void GreenProcessor::cancel() noexcept {
     const std::lock_guard lock(m_mutex);
     m_closed = true;
-    m_cancelled = true;
+    m_stop.request_stop();
     m_jobs.drop_waiting();
     m_change.notify_all();
 }
@@ -75,19 +75,19 @@ bool GreenProcessor::block_came(const voxel::BoxKey& key, std::uint64_t ticket) 
     return goes_on.has_value();
 }
 
-bool GreenProcessor::work_until(trace::StopCondition::Clock::time_point end) {
+bool GreenProcessor::work_until(thread::StopCondition::Clock::time_point end) {
     std::unique_lock lock(m_mutex);
     bool first = true;
     while (!has_answer()) {
         if (m_jobs.can_go_on()) {
-            if (!first && trace::StopCondition::Clock::now() >= end)
+            if (!first && thread::StopCondition::Clock::now() >= end)
                 return false;
             trace(lock, end);
             first = false;
             continue;
         }
         const auto something = [&] { return has_answer() || m_jobs.can_go_on(); };
-        if (end == trace::StopCondition::Clock::time_point::max())
+        if (end == thread::StopCondition::Clock::time_point::max())
             m_change.wait(lock, something);
         else if (!m_change.wait_until(lock, end, something))
             return false;
@@ -96,7 +96,7 @@ bool GreenProcessor::work_until(trace::StopCondition::Clock::time_point end) {
 }
 
 void GreenProcessor::trace(std::unique_lock<std::mutex>& lock,
-                           trace::StopCondition::Clock::time_point end) {
+                           thread::StopCondition::Clock::time_point end) {
     try {
         go_on(lock, m_jobs.next(kWaveRays), end);
     } catch (...) {
@@ -104,22 +104,22 @@ void GreenProcessor::trace(std::unique_lock<std::mutex>& lock,
             lock.lock();
         m_failure = std::current_exception();
         m_closed = true;
-        m_cancelled = true;
+        m_stop.request_stop();
         m_jobs.drop_waiting();
     }
 }
 
 void GreenProcessor::go_on(std::unique_lock<std::mutex>& lock, const TileJobs::Turn& turn,
-                           trace::StopCondition::Clock::time_point end) {
+                           thread::StopCondition::Clock::time_point end) {
     lock.unlock();
-    const bool finished =
-        turn.job.job.run(m_tools, trace::StopCondition(m_cancelled, turn.job.dropped, end));
+    const bool finished = turn.job.job.run(
+        m_tools, thread::StopCondition(m_stop.get_token(), turn.job.dropped.get_token(), end));
     std::optional<tiles::TileResult> result;
     if (finished)
         result = turn.job.job.take_result();
     const std::vector<voxel::BoxKey> missing = turn.job.job.take_missing();
     lock.lock();
-    if (m_cancelled)
+    if (m_stop.stop_requested())
         return;
     if (finished) {
         m_jobs.finish(turn, std::move(*result));

@@ -1,9 +1,9 @@
 #pragma once
 
-#include <atomic>
 #include <condition_variable>
 #include <exception>
 #include <mutex>
+#include <stop_token>
 
 #include "raytracer/processors/processor.hpp"
 #include "raytracer/processors/tile_jobs.hpp"
@@ -43,12 +43,13 @@ public:
 
 private:
     [[nodiscard]] bool has_answer() const noexcept {
-        return m_jobs.has_result() || m_failure || m_cancelled || (m_closed && m_jobs.idle());
+        return m_jobs.has_result() || m_failure || m_stop.stop_requested() ||
+               (m_closed && m_jobs.idle());
     }
-    [[nodiscard]] bool work_until(trace::StopCondition::Clock::time_point end);
-    void trace(std::unique_lock<std::mutex>& lock, trace::StopCondition::Clock::time_point end);
+    [[nodiscard]] bool work_until(thread::StopCondition::Clock::time_point end);
+    void trace(std::unique_lock<std::mutex>& lock, thread::StopCondition::Clock::time_point end);
     void go_on(std::unique_lock<std::mutex>& lock, const TileJobs::Turn& turn,
-               trace::StopCondition::Clock::time_point end);
+               thread::StopCondition::Clock::time_point end);
     bool block_came(const voxel::BoxKey& key, std::uint64_t ticket) noexcept override;
 
     blocks::BlockManager& m_blocks;
@@ -58,7 +59,7 @@ private:
     TileJobs m_jobs{kJobs};
     std::exception_ptr m_failure;
     bool m_closed = false;
-    std::atomic<bool> m_cancelled{false};
+    std::stop_source m_stop;
 };
 
 }  // namespace terravox::processors

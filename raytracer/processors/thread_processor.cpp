@@ -85,7 +85,7 @@ void ThreadProcessor::close() noexcept {
 void ThreadProcessor::cancel() noexcept {
     const std::lock_guard lock(m_mutex);
     m_closed = true;
-    m_cancelled = true;
+    m_stop.request_stop();
     m_jobs.drop_waiting();
     m_work.notify_all();
     m_room.notify_all();
@@ -110,7 +110,7 @@ void ThreadProcessor::run() {
         if (!m_failure)
             m_failure = std::current_exception();
         m_closed = true;
-        m_cancelled = true;
+        m_stop.request_stop();
         m_work.notify_all();
         m_room.notify_all();
     }
@@ -122,9 +122,10 @@ void ThreadProcessor::run() {
 void ThreadProcessor::trace_tiles(trace::TracerTools& tools) {
     std::unique_lock lock(m_mutex);
     while (true) {
-        m_work.wait(
-            lock, [&] { return m_cancelled || m_jobs.can_go_on() || (m_closed && m_jobs.idle()); });
-        if (m_cancelled || !m_jobs.can_go_on())
+        m_work.wait(lock, [&] {
+            return m_stop.stop_requested() || m_jobs.can_go_on() || (m_closed && m_jobs.idle());
+        });
+        if (m_stop.stop_requested() || !m_jobs.can_go_on())
             return;
         const TileJobs::Turn turn = m_jobs.next(trace::TileJob::kWaveRays);
         m_room.notify_one();
@@ -135,9 +136,9 @@ void ThreadProcessor::trace_tiles(trace::TracerTools& tools) {
 }
 
 void ThreadProcessor::go_on(trace::TracerTools& tools, const TileJobs::Turn& turn) {
-    const bool finished =
-        turn.job.job.run(tools, trace::StopCondition(m_cancelled, turn.job.dropped));
-    if (m_cancelled)
+    const bool finished = turn.job.job.run(
+        tools, thread::StopCondition(m_stop.get_token(), turn.job.dropped.get_token()));
+    if (m_stop.stop_requested())
         return;
     if (finished) {
         tiles::TileResult result = turn.job.job.take_result();

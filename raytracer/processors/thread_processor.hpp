@@ -1,9 +1,9 @@
 #pragma once
 
-#include <atomic>
 #include <condition_variable>
 #include <exception>
 #include <mutex>
+#include <stop_token>
 #include <thread>
 #include <vector>
 
@@ -60,7 +60,7 @@ private:
     std::exception_ptr m_failure;
     int m_running = 0;
     bool m_closed = false;
-    std::atomic<bool> m_cancelled{false};
+    std::stop_source m_stop;
     std::vector<std::thread> m_threads;
 };
 

@@ -21,7 +21,8 @@ TileJobs::Turn TileJobs::next(std::size_t wave_rays) {
         job->tile = m_waiting.front();
         m_waiting.pop_front();
         job->job.start(job->tile, wave_rays);
-        job->dropped = false;
+        if (job->dropped.stop_requested())
+            job->dropped = std::stop_source();
     }
     job->running = true;
     job->queued = false;
@@ -32,7 +33,7 @@ TileJobs::Turn TileJobs::next(std::size_t wave_rays) {
 }
 
 bool TileJobs::rest(const Turn& turn, bool waits) {
-    if (turn.job.dropped) {
+    if (turn.job.dropped.stop_requested()) {
         end(turn.ticket);
         return false;
     }
@@ -48,7 +49,7 @@ bool TileJobs::rest(const Turn& turn, bool waits) {
 }
 
 void TileJobs::finish(const Turn& turn, tiles::TileResult&& result) {
-    if (!turn.job.dropped)
+    if (!turn.job.dropped.stop_requested())
         m_results.push_back(std::move(result));
     end(turn.ticket);
 }
@@ -80,9 +81,9 @@ std::optional<std::uint64_t> TileJobs::drop(const tiles::RenderTile& tile) {
         return std::nullopt;
     }
     for (const auto& [known, job] : m_jobs) {
-        if (job->tile != tile || job->dropped)
+        if (job->tile != tile || job->dropped.stop_requested())
             continue;
-        job->dropped = true;
+        job->dropped.request_stop();
         if (job->running)
             return std::nullopt;  // it hears of it within a wave
         const std::uint64_t ticket = known;

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <atomic>
 #include <cstdint>
 #include <deque>
 #include <memory>
@@ -20,7 +19,7 @@ class TileJobs {
 public:
     struct Job {
         trace::TileJob job;
-        std::atomic<bool> dropped{false};  ///< its result is not needed any more
+        std::stop_source dropped;  ///< stopped when its result is not needed any more
 
     private:
         friend class TileJobs;

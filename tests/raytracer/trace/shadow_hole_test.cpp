@@ -48,7 +48,7 @@ Picture picture_of(scene::Scene scene, std::unique_ptr<ArrayWorld> world, int th
     Job job(scene, memory_bytes, std::move(world));
     output::Film film(scene.output.size_px[0], scene.output.size_px[1]);
     processors::ThreadProcessor processor(job.view, job.blocks, threads);
-    Picture out{render::render_film({job.view, processor, true, nullptr}, film), {}};
+    Picture out{render::render_film({job.view, processor, true, {}}, film), {}};
     out.bytes = bytes_of(film);
     return out;
 }

@@ -1,0 +1,119 @@
+#include "raytracer/trace/ray_wave.hpp"
+
+#include <algorithm>
+
+namespace terravox::trace {
+namespace {
+
+// False: a box is missing.
+bool walk_ray(TracerTools& tools, walk::TracedRay& ray, voxel::BoxKey& missing) {
+    if (ray.end == walk::WalkEnd::kWaits) {
+        ray.end = ray.only_blocked()
+                      ? tools.walk.any_hit(ray.state, ray.t_max, tools.occluder)
+                      : tools.walk.first_hit(ray.state, ray.stop, ray.t_max, ray.hit);
+        if (ray.end == walk::WalkEnd::kWaits) {
+            missing = tools.walk.missing();
+            return false;
+        }
+        if (ray.only_blocked())
+            ray.hit.hole = ray.end == walk::WalkEnd::kHit && tools.occluder.hole;
+    }
+    if (!tools.shading->needs_surroundings(ray) || tools.surroundings.around(ray.hit, ray.around))
+        return true;
+    missing = tools.surroundings.missing();
+    return false;
+}
+
+}  // namespace
+
+void RayWave::clear() {
+    m_rays.clear();
+    m_pending.clear();
+    m_parked.clear();
+    m_missing.clear();
+}
+
+std::span<walk::TracedRay> RayWave::begin(std::size_t count) {
+    m_rays.assign(count, {});
+    return m_rays;
+}
+
+void RayWave::box_came(const voxel::BoxKey& key) {
+    const auto found = m_parked.find(key);
+    if (found == m_parked.end())
+        return;
+    m_pending.insert(m_pending.end(), found->second.begin(), found->second.end());
+    m_parked.erase(found);
+}
+
+bool RayWave::walk(TracerTools& tools, const thread::StopCondition& stop,
+                   tiles::TraceCounts& counts) {
+    std::size_t done = 0;
+    while (done < m_pending.size()) {
+        const std::uint32_t index = m_pending[done++];
+        if (voxel::BoxKey missing; !walk_ray(tools, m_rays[index], missing)) {
+            ++counts.parked;
+            auto& waiting = m_parked[missing];
+            if (waiting.empty())
+                m_missing.push_back(missing);
+            waiting.push_back(index);
+        }
+        if (stop.is_met())
+            break;
+    }
+    m_pending.erase(m_pending.begin(), m_pending.begin() + static_cast<std::ptrdiff_t>(done));
+    return m_pending.empty() && m_parked.empty();
+}
+
+void RayWave::shade(TracerTools& tools, std::span<shade::SampleSum> samples, StageClock& clock,
+                    tiles::TraceCounts& counts) {
+    m_next.clear();
+    for (const walk::TracedRay& ray : m_rays) {
+        if (ray.end == walk::WalkEnd::kHit && ray.hit.hole)
+            ++counts.hole_rays;
+        tools.shading->shade(ray, samples[ray.sample], m_next);
+    }
+    m_rays.swap(m_next);
+    for (const walk::TracedRay& ray : m_rays)
+        ++counts.rays[static_cast<std::size_t>(ray.kind)];
+    clock.lap(tiles::TraceStage::kShading, counts);
+    trace_shadow_groups(tools, counts);
+    clock.lap(tiles::TraceStage::kSun, counts);
+    trace_scattered(tools);
+    clock.lap(tiles::TraceStage::kScattered, counts);
+    for (std::uint32_t i = 0; i < m_rays.size(); ++i)
+        if (m_rays[i].end == walk::WalkEnd::kWaits || tools.shading->needs_surroundings(m_rays[i]))
+            m_pending.push_back(i);
+}
+
+// Shadow rays that follow each other in a wave come from neighbouring pixels.
+void RayWave::trace_shadow_groups(TracerTools& tools, tiles::TraceCounts& counts) {
+    ShadowGroups groups(tools.shafts, tools.packets ? &*tools.packets : nullptr,
+                        tools.view.sky.to_sun(), tools.view.sky.sun_radius_rad());
+    m_shadows.clear();
+    for (walk::TracedRay& ray : m_rays)
+        if (ray.kind == walk::RayKind::kShadow && ray.stop == walk::StopAt::kSolid &&
+            ray.state.t == 0)
+            m_shadows.push_back({ray.ray.origin, &ray.state, &ray.end});
+    for (std::size_t first = 0; first < m_shadows.size(); first += ShadowGroups::kMax)
+        counts.spared += groups.trace(std::span(m_shadows).subspan(
+            first, std::min(ShadowGroups::kMax, m_shadows.size() - first)));
+    // Where it counts what stops a ray, it goes once more, alone.
+    for (walk::TracedRay& ray : m_rays)
+        if (ray.leaves && ray.end == walk::WalkEnd::kHit)
+            ray.end = walk::WalkEnd::kWaits;
+}
+
+// Rays that matt faces send out, mirrored rays, and shadow rays among leaves.
+void RayWave::trace_scattered(TracerTools& tools) {
+    if (!tools.lanes)
+        return;
+    m_scattered.clear();
+    for (walk::TracedRay& ray : m_rays)
+        if (ray.end == walk::WalkEnd::kWaits && ray.stop == walk::StopAt::kSolid)
+            m_scattered.push_back(
+                {&ray.state, &ray.end, ray.t_max, ray.only_blocked() ? nullptr : &ray.hit});
+    tools.lanes->trace(m_scattered);
+}
+
+}  // namespace terravox::trace

@@ -1,0 +1,49 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "raytracer/trace/pixel_sum.hpp"
+#include "raytracer/trace/tile_pixels.hpp"
+
+namespace terravox::trace {
+
+/// Sums up the samples of a tile's pixels, part by part and round by round: each round has one
+/// sample of every pixel that is still active, which is one that needs more of them.
+class SampleAccumulator {
+public:
+    /// @param pixels of the tile
+    void begin_tile(std::size_t pixels, bool with_layers);
+    /// @param pixels of the part: all of them are active
+    void begin_part(std::size_t pixels);
+    /// Indices of pixels of the part, in rising order.
+    [[nodiscard]] std::span<const std::uint32_t> active() const noexcept { return m_active; }
+    /// How many samples the active pixels have.
+    [[nodiscard]] std::uint32_t round() const noexcept { return m_round; }
+    /// @param samples one for each active pixel, in their order
+    /// @param wanted_samples of a pixel; 0: as many as the view's scene says
+    /// @return whether pixels are active still
+    [[nodiscard]] bool add_round(std::span<const shade::SampleSum> samples, const shade::View& view,
+                                 std::uint32_t wanted_samples);
+    /// Puts the means of the part in their places.
+    /// @param pixels of the part
+    /// @param voxel_m edge of a level-0 voxel
+    void end_part(std::span<const TilePixel> pixels, double voxel_m);
+    /// Of the tile, by TilePixel::place.
+    [[nodiscard]] std::vector<tiles::PixelSample> take_samples() { return std::move(m_samples); }
+    /// Of the tile, by TilePixel::place; empty without layers.
+    [[nodiscard]] std::vector<tiles::LayerSample> take_layers() { return std::move(m_layers); }
+
+private:
+    std::vector<tiles::PixelSample> m_samples;
+    std::vector<tiles::LayerSample> m_layers;
+    std::vector<PixelSum> m_pixel_sums;
+    std::vector<LayerSum> m_layer_sums;  ///< empty without layers
+    std::vector<std::uint32_t> m_active;
+    std::uint32_t m_round = 0;
+};
+
+}  // namespace terravox::trace

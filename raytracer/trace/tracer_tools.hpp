@@ -1,0 +1,47 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+
+#include "raytracer/shade/shading.hpp"
+#include "raytracer/walk/lane_walk.hpp"
+#include "raytracer/walk/packet_walk.hpp"
+#include "raytracer/walk/shaft.hpp"
+
+namespace terravox::trace {
+
+/// What one thread needs to trace tiles of a view.
+struct TracerTools {
+    /// @param of, blocks outlive this
+    /// @param pinned_bytes of blocks that the thread may keep from being evicted
+    TracerTools(const shade::View& of, blocks::BlockManager& blocks, std::size_t pinned_bytes)
+        : view(of),
+          reader(blocks, pinned_bytes),
+          walk(reader, of.cut),
+          packets(walk::packet_walk(reader, of.cut)),
+          lanes(walk::lane_walk(reader, of.cut)),
+          beams(reader, of.cut),
+          shafts(reader, of.cut),
+          surroundings(reader, of.cut),
+          shading(shade::make_shading(of)) {}
+
+    const shade::View& view;
+    walk::BlockReader reader;
+    walk::RayWalk walk;
+    std::optional<walk::PacketWalk> packets;  ///< where the machine has the instructions
+    std::optional<walk::LaneWalk> lanes;      ///< where the machine has the instructions
+    walk::BeamMarch beams;
+    walk::ShaftMarch shafts;
+    walk::Surroundings surroundings;
+    std::unique_ptr<const shade::Shading> shading;
+    walk::Occluder occluder;
+
+    [[nodiscard]] std::uint64_t steps() const noexcept {
+        return walk.counts().steps + (packets ? packets->counts().steps : 0) +
+               (lanes ? lanes->counts().steps : 0);
+    }
+    [[nodiscard]] std::uint64_t slabs() const noexcept { return beams.slabs() + shafts.slabs(); }
+};
+
+}  // namespace terravox::trace
