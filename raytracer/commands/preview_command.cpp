@@ -5,14 +5,13 @@
 #include <CLI/CLI.hpp>
 
 #include <algorithm>
-#include <atomic>
-#include <csignal>
 #include <cstdlib>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
 
 #include "common/thread/parallel.hpp"
+#include "common/thread/stop_signals.hpp"
 #include "common/util/atomic_file.hpp"
 #include "common/util/log.hpp"
 #include "common/util/resident_memory.hpp"
@@ -35,8 +34,6 @@ struct Arguments {
     bool light = false;
     double ui_scale = 0;
 };
-
-std::atomic<bool> g_quit{false};
 
 /// Who renders the preview: the window's thread, and those that are named; else as many as there
 /// are cores beside it.
@@ -100,12 +97,12 @@ util::ExitCode run(const Arguments& args) {
     preview::Window window(window_size.output.size_px[0], window_size.output.size_px[1], "Terravox",
                            args.ui_scale);
     window.set_light(args.light);
-    std::signal(SIGINT, [](int) { g_quit = true; });
-    std::signal(SIGTERM, [](int) { g_quit = true; });
+    const thread::StopSignals signals;
+    const std::stop_token quit = signals.token();
     auto opening = std::make_unique<preview::Opening>(args.world.options(scene), scene);
     std::unique_ptr<preview::App> app;
     std::string failure;
-    while (window.open() && !g_quit) {
+    while (window.open() && !quit.stop_requested()) {
         if (app) {
             app->frame();
             continue;

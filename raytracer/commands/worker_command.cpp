@@ -3,13 +3,11 @@
 #include <spdlog/spdlog.h>
 #include <CLI/CLI.hpp>
 
-#include <atomic>
-#include <csignal>
 #include <memory>
 #include <sstream>
-#include <thread>
 
 #include "common/thread/parallel.hpp"
+#include "common/thread/stop_signals.hpp"
 #include "common/util/build_id.hpp"
 #include "common/util/log.hpp"
 #include "common/util/open_files.hpp"
@@ -23,9 +21,6 @@
 
 namespace terravox::commands {
 namespace {
-
-std::atomic<farm::WorkerDaemon*> g_daemon{nullptr};
-std::atomic<bool> g_reload{false};
 
 void set_up_log(const farm::WorkerConfig& config) {
     util::set_up_log(config.log, config.log_json ? util::LogFormat::kJson : util::LogFormat::kText);
@@ -96,29 +91,15 @@ std::string joined(const std::vector<std::string>& names) {
     return out;
 }
 
-/// Reads the configuration again when it is told to (SIGHUP); one that cannot be read changes
-/// nothing.
+/// Reads the configuration again; one that cannot be read changes nothing. Used by one thread at a
+/// time.
 class Reloader {
 public:
     Reloader(const farm::WorkerArguments& arguments, farm::WorkerConfig running,
              farm::WorkerDaemon& daemon)
-        : m_arguments(arguments),
-          m_running(std::move(running)),
-          m_daemon(daemon),
-          m_thread([this] { run(); }) {}
-    ~Reloader() {
-        m_stop = true;
-        m_thread.join();
-    }
+        : m_arguments(arguments), m_running(std::move(running)), m_daemon(daemon) {}
 
-private:
-    void run() {
-        constexpr std::chrono::milliseconds kLook{100};
-        for (; !m_stop; std::this_thread::sleep_for(kLook))
-            if (g_reload.exchange(false))
-                reload();
-    }
-    void reload() {
+    void reload() noexcept {
         try {
             const farm::WorkerConfig wanted = farm::load_worker_config(m_arguments);
             const farm::WorkerConfigChange change = farm::difference(m_running, wanted);
@@ -129,16 +110,15 @@ private:
                          change.now.empty() ? "nothing" : joined(change.now));
             if (!change.restart.empty())
                 spdlog::warn("after a restart only: {}", joined(change.restart));
-        } catch (const util::Error& e) {
+        } catch (const std::exception& e) {
             spdlog::error("{}; the configuration stays as it was", e.what());
         }
     }
 
+private:
     const farm::WorkerArguments& m_arguments;
     farm::WorkerConfig m_running;
     farm::WorkerDaemon& m_daemon;
-    std::atomic<bool> m_stop{false};
-    std::thread m_thread;
 };
 
 farm::MetricsAddress metrics_address(const farm::WorkerConfig& config) {
@@ -171,19 +151,14 @@ util::ExitCode run(const farm::WorkerArguments& arguments) {
                              {"software", std::string("terravox ") + kVersion},
                              {"build", kBuild}});
     {
-        const Reloader reloader(arguments, config, daemon);
-        g_daemon = &daemon;
-        const auto stop = [](int) { g_daemon.load()->stop(); };
-        std::signal(SIGTERM, stop);
-        std::signal(SIGINT, stop);
-        std::signal(SIGHUP, [](int) { g_reload = true; });
+        Reloader reloader(arguments, config, daemon);
+        thread::StopSignals::Options handling;
+        handling.on_hangup = [&reloader] { reloader.reload(); };
+        const thread::StopSignals signals(std::move(handling));
         if (daemon.port() != 0)
             spdlog::info("waiting for coordinators on port {}", daemon.port());
-        daemon.run();
+        daemon.run(signals.token());
         announcement.reset();
-        // The daemon is about to go: from here on a signal has its usual effect.
-        for (const int s : {SIGTERM, SIGINT, SIGHUP})
-            std::signal(s, SIG_DFL);
     }
     return util::ExitCode::kDone;
 }

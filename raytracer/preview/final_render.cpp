@@ -18,7 +18,7 @@ void FinalRender::start(std::shared_ptr<render::LoadedWorld> world, const scene:
                         std::vector<std::string> files,
                         const render::RenderPoolOptions& render_pool) {
     stop();
-    m_stop = false;
+    m_stop = std::stop_source();
     m_start = std::chrono::steady_clock::now();
     {
         const std::lock_guard lock(m_mutex);
@@ -37,7 +37,7 @@ void FinalRender::start(std::shared_ptr<render::LoadedWorld> world, const scene:
 }
 
 void FinalRender::stop() noexcept {
-    m_stop = true;
+    m_stop.request_stop();
     if (m_thread.joinable())
         m_thread.join();
 }
@@ -51,7 +51,7 @@ void FinalRender::run(const std::shared_ptr<render::LoadedWorld>& world, const s
     std::string message;
     try {
         render::PictureRenderer::check(scene, files);
-        render::PictureRenderer renderer(world, render_pool, scene, true, m_stop);
+        render::PictureRenderer renderer(world, render_pool, scene, true, m_stop.get_token());
         renderer.on_progress([this](std::uint64_t done, std::uint64_t of) {
             const std::lock_guard lock(m_mutex);
             m_status.done = done;
@@ -66,7 +66,7 @@ void FinalRender::run(const std::shared_ptr<render::LoadedWorld>& world, const s
                        " boxes could not be had";
     } catch (const std::exception& e) {
         state = State::kFailed;
-        message = m_stop ? kGivenUp : e.what();
+        message = m_stop.stop_requested() ? kGivenUp : e.what();
     }
     const std::lock_guard lock(m_mutex);
     m_status.state = state;

@@ -1,9 +1,9 @@
 #pragma once
 
-#include <atomic>
 #include <chrono>
 #include <memory>
 #include <mutex>
+#include <stop_token>
 #include <string>
 #include <thread>
 #include <vector>
@@ -20,7 +20,7 @@ public:
     /// One that was under way is waited for. @param world whose boxes it shares
     void start(std::shared_ptr<render::LoadedWorld> world, const scene::Scene& scene,
                std::vector<std::string> files, const render::RenderPoolOptions& render_pool);
-    void give_up() noexcept { m_stop = true; }  ///< soon; not once it is being written
+    void give_up() noexcept { m_stop.request_stop(); }  ///< soon; not once it is being written
     /// Gives it up, and waits until that is so.
     void stop() noexcept;
 
@@ -39,7 +39,7 @@ private:
     void run(const std::shared_ptr<render::LoadedWorld>& world, const scene::Scene& scene,
              const std::vector<std::string>& files, const render::RenderPoolOptions& render_pool);
 
-    std::atomic<bool> m_stop{false};
+    std::stop_source m_stop;
     mutable std::mutex m_mutex;
     Status m_status;
     std::chrono::steady_clock::time_point m_start;

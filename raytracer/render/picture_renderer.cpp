@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cctype>
-#include <csignal>
 #include <utility>
 
 #include "common/thread/parallel.hpp"
@@ -17,8 +16,6 @@
 
 namespace terravox::render {
 namespace {
-
-std::atomic<bool> g_stop{false};
 
 output::StreamShape shape_of(const scene::Scene& scene) {
     const auto [width, height] = scene.output.size_px;
@@ -88,21 +85,25 @@ private:
 PictureRenderer::PictureRenderer(const worlds::WorldOptions& world,
                                  const RenderPoolOptions& render_pool, const scene::Scene& base,
                                  bool quiet)
+    // Until the world is open a signal just ends the program: nothing is half done, and a world may
+    // take minutes to open.
     : PictureRenderer(std::make_shared<LoadedWorld>(world, base), render_pool, base, quiet,
-                      g_stop) {
-    // Before this, a signal just ends the program: nothing is half done, and a world may take
-    // minutes to open.
-    std::signal(SIGINT, [](int) { g_stop = true; });
-    std::signal(SIGTERM, [](int) { g_stop = true; });
+                      std::make_unique<thread::StopSignals>()) {}
+
+PictureRenderer::PictureRenderer(std::shared_ptr<LoadedWorld> world,
+                                 const RenderPoolOptions& render_pool, const scene::Scene& base,
+                                 bool quiet, std::unique_ptr<thread::StopSignals> signals)
+    : PictureRenderer(std::move(world), render_pool, base, quiet, signals->token()) {
+    m_signals = std::move(signals);
 }
 
 PictureRenderer::PictureRenderer(std::shared_ptr<LoadedWorld> world,
                                  const RenderPoolOptions& render_pool, const scene::Scene& base,
-                                 bool quiet, const std::atomic<bool>& stop)
+                                 bool quiet, std::stop_token stop)
     : m_loaded(std::move(world)),
       m_quiet(quiet),
       m_threads(thread::thread_count(base.processing.threads.value_or(0))),
-      m_stop(stop),
+      m_stop(std::move(stop)),
       m_render_pool(std::make_unique<RenderPool>(render_pool, m_loaded->blocks, m_loaded->source)) {
 }
 
@@ -217,7 +218,7 @@ void PictureRenderer::finish(RenderStatistics& statistics,
 
 RenderJob PictureRenderer::job(processors::TileProcessor& processor,
                                std::chrono::steady_clock::time_point start) {
-    RenderJob out{*m_view, processor, m_quiet, &m_stop};
+    RenderJob out{*m_view, processor, m_quiet, m_stop};
     out.start = start;
     out.checkpoint = m_checkpoint.get();
     out.part = m_part;

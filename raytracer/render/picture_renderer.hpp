@@ -1,11 +1,12 @@
 #pragma once
 
-#include <atomic>
 #include <functional>
 #include <memory>
+#include <stop_token>
 #include <string>
 #include <vector>
 
+#include "common/thread/stop_signals.hpp"
 #include "common/util/stage_times.hpp"
 #include "raytracer/render/loaded_world.hpp"
 #include "raytracer/render/render_pool.hpp"
@@ -33,9 +34,9 @@ public:
     PictureRenderer(const worlds::WorldOptions& world, const RenderPoolOptions& render_pool,
                     const scene::Scene& base, bool quiet);
     /// Of a world that is open, and whose boxes others may use meanwhile. Signals are left alone.
-    /// @param stop ends a picture early; outlives this
+    /// @param stop ends a picture early
     PictureRenderer(std::shared_ptr<LoadedWorld> world, const RenderPoolOptions& render_pool,
-                    const scene::Scene& base, bool quiet, const std::atomic<bool>& stop);
+                    const scene::Scene& base, bool quiet, std::stop_token stop);
     ~PictureRenderer();
     /// Is told of each tile, on the thread that renders.
     void on_progress(std::function<void(std::uint64_t done, std::uint64_t of)> told) {
@@ -58,6 +59,9 @@ public:
     [[nodiscard]] const shade::View& view() const noexcept { return *m_view; }
 
 private:
+    PictureRenderer(std::shared_ptr<LoadedWorld> world, const RenderPoolOptions& render_pool,
+                    const scene::Scene& base, bool quiet,
+                    std::unique_ptr<thread::StopSignals> signals);
     [[nodiscard]] RenderJob job(processors::TileProcessor& processor,
                                 std::chrono::steady_clock::time_point start);
     void render_with_pool(const std::function<void(processors::TileProcessor&)>& work,
@@ -72,10 +76,11 @@ private:
                          const KeepOptions& keep);
     void render_part(RenderStatistics& statistics, std::chrono::steady_clock::time_point start);
 
+    std::unique_ptr<thread::StopSignals> m_signals;  ///< null: signals are left alone
     const std::shared_ptr<LoadedWorld> m_loaded;
     bool m_quiet;
     int m_threads;
-    const std::atomic<bool>& m_stop;
+    const std::stop_token m_stop;
     std::function<void(std::uint64_t, std::uint64_t)> m_told;
     shade::ViewMaker m_views;
     std::unique_ptr<RenderPool> m_render_pool;

@@ -19,10 +19,6 @@ namespace {
 constexpr std::size_t kMaxForeseen = 65'536;
 constexpr std::chrono::milliseconds kStopPeriod{50};
 
-bool stopped(const RenderJob& job) noexcept {
-    return job.stop != nullptr && *job.stop;
-}
-
 /// Sends tiles through the processor to where they go.
 class PassRunner {
 public:
@@ -38,9 +34,9 @@ public:
                    submitted - done.size() < static_cast<std::size_t>(m_job.processor.capacity()))
                 m_job.processor.submit(tiles[submitted++]);
             // A world may take minutes over a box: who asks to stop is heard all the same.
-            while (!m_job.processor.wait(kStopPeriod) && !stopped(m_job))
+            while (!m_job.processor.wait(kStopPeriod) && !m_job.stop.stop_requested())
                 m_progress.look(m_job.details);
-            if (stopped(m_job)) {
+            if (m_job.stop.stop_requested()) {
                 m_job.processor.cancel();
                 throw util::Error("render: interrupted; no picture was written" + kept());
             }

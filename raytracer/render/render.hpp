@@ -1,11 +1,11 @@
 #pragma once
 
-#include <atomic>
 #include <chrono>
 #include <cstdint>
 #include <functional>
 #include <optional>
 #include <set>
+#include <stop_token>
 #include <string>
 #include <vector>
 
@@ -31,7 +31,7 @@ struct RenderJob {
     const shade::View& view;
     processors::TileProcessor& processor;
     bool quiet = false;
-    const std::atomic<bool>* stop = nullptr;  ///< asks to end early
+    std::stop_token stop;  ///< ends the picture early
     std::function<void(std::uint64_t done, std::uint64_t of)> on_progress = {};  ///< tiles
     std::function<std::vector<std::string>()> details = {};  ///< lines to show below the progress
     farm::Checkpoint* checkpoint = nullptr;  ///< of a single pass: what is in it is not rendered

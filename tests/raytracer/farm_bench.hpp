@@ -55,8 +55,6 @@ public:
     ~FarmBench() {
         m_farm.end();
         m_pool.reset();
-        for (auto& daemon : m_daemons)
-            daemon->stop();
         for (auto& link : m_kill)
             link->abort();
         for (std::thread& t : m_threads)
@@ -88,6 +86,14 @@ public:
         return m_daemons.size() - 1;
     }
     void kill(std::size_t worker) { m_kill[worker]->abort(); }
+    /// It gives back what it has not begun, finishes the rest, and ends; meanwhile this returns.
+    void drain(std::size_t worker) {
+        m_threads.emplace_back([daemon = m_daemons[worker].get()] {
+            std::stop_source stopped;
+            stopped.request_stop();
+            daemon->run(stopped.get_token());
+        });
+    }
     [[nodiscard]] farm::WorkerDaemon& daemon(std::size_t worker) { return *m_daemons[worker]; }
     /// Threads of this process join in.
     void add_threads(int threads) {
@@ -108,7 +114,7 @@ public:
         return m_expelled;
     }
     render::RenderCounts render(output::Film& film) {
-        return render::render_film({m_job.view, *m_pool, true, nullptr}, film);
+        return render::render_film({m_job.view, *m_pool, true, {}}, film);
     }
 
 private:

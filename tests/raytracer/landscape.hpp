@@ -59,7 +59,7 @@ inline output::Film render_scene(Job& job, int threads) {
     const auto [width, height] = job.view.scene.output.size_px;
     output::Film film(width, height, job.view.wants_layers());
     processors::ThreadProcessor processor(job.view, job.blocks, threads);
-    (void)render::render_film({job.view, processor, true, nullptr}, film);
+    (void)render::render_film({job.view, processor, true, {}}, film);
     return film;
 }
 

@@ -1,12 +1,10 @@
 #include "voxelserver/serve/open_for_serving.hpp"
 
 #include <algorithm>
-#include <future>
 #include <string>
 
 #include "common/util/error.hpp"
 #include "voxelserver/module/load_module.hpp"
-#include "voxelserver/serve/signals.hpp"
 #include "voxelserver/voxelize/world/store_options.hpp"
 #include "voxelserver/worlds/kind/suitable_flags.hpp"
 #include "voxelserver/worlds/lidar/lidar_inputs.hpp"
@@ -49,22 +47,11 @@ OpenedForServing open_lidar(const Options& options, const Plan& plan, util::Stag
     return out;
 }
 
-OpenedForServing open_other(const Options& options, const Plan& plan, util::StageTimes& times) {
-    constexpr std::chrono::milliseconds kLook{100};
+OpenedForServing open_other(const Options& options, const Plan& plan, util::StageTimes& times,
+                            const std::stop_token& stop) {
     const worlds::ServeRequest request{options.world, options.kind_flags, module::worlds_module()};
-    std::stop_source stop;
-    auto opening = std::async(std::launch::async, [&, token = stop.get_token()] {
-        return module::open_served_world(request, times, token, plan.image_bytes);
-    });
-    {
-        const SignalsLetThrough through;
-        while (opening.wait_for(std::chrono::seconds(0)) != std::future_status::ready) {
-            if (wait_for_stop(kLook))
-                stop.request_stop();
-        }
-    }
     OpenedForServing out;
-    out.world = opening.get();
+    out.world = module::open_served_world(request, times, stop, plan.image_bytes);
     if (stop.stop_requested())
         throw util::Error("open the world " + options.world.inputs.front() + ": stopped");
     return out;
@@ -72,13 +59,13 @@ OpenedForServing open_other(const Options& options, const Plan& plan, util::Stag
 
 }  // namespace
 
-OpenedForServing open_for_serving(const Options& options, const Plan& plan,
-                                  util::StageTimes& times) {
+OpenedForServing open_for_serving(const Options& options, const Plan& plan, util::StageTimes& times,
+                                  const std::stop_token& stop) {
     const auto& inputs = options.world.inputs;
     const bool all_lidar = std::all_of(inputs.begin(), inputs.end(), is_lidar_or_store);
     if (!options.store.empty() || all_lidar)
         return open_lidar(options, plan, times);
-    return open_other(options, plan, times);
+    return open_other(options, plan, times, stop);
 }
 
 }  // namespace terravox::serve

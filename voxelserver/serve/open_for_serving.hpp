@@ -2,6 +2,7 @@
 
 #include <memory>
 #include <optional>
+#include <stop_token>
 
 #include "common/util/stage_times.hpp"
 #include "voxelserver/serve/deferred_world.hpp"
@@ -19,14 +20,13 @@ struct OpenedForServing {
 };
 
 /// Opens the inputs of `options`: LiDAR data and stores as an DeferredWorld, all other kinds by the
-/// module. Ends soon after a wish to stop (signals.hpp) where another server is slow to answer.
-///
-/// SIGINT and SIGTERM are to be held by the calling thread, with the handlers installed; it lets
-/// them through while it waits.
+/// module.
 /// @param times outlives the world
+/// @param stop ends the opening soon where another server is slow to answer
 /// @throws UsageError for flags that do not suit the kind; Error when the world cannot be opened,
-/// or a wish to stop came first
+/// or it was stopped
 [[nodiscard]] OpenedForServing open_for_serving(const Options& options, const Plan& plan,
-                                                util::StageTimes& times);
+                                                util::StageTimes& times,
+                                                const std::stop_token& stop);
 
 }  // namespace terravox::serve

@@ -8,6 +8,7 @@
 #include <memory>
 #include <optional>
 
+#include "common/thread/stop_signals.hpp"
 #include "common/util/config_dir.hpp"
 #include "common/util/log.hpp"
 #include "common/voxel/file_identity.hpp"
@@ -17,7 +18,6 @@
 #include "voxelserver/serve/announce.hpp"
 #include "voxelserver/serve/open_for_serving.hpp"
 #include "voxelserver/serve/progress.hpp"
-#include "voxelserver/serve/signals.hpp"
 #include "voxelserver/serve/store_world.hpp"
 
 namespace terravox::serve {
@@ -33,21 +33,22 @@ std::unique_ptr<boxes::Preparer> start_preparing(boxes::BoxCache& cache, int lan
 /// Tells the progress until all is prepared, the person wants to stop, or `useless`. @return
 /// whether the person wants to stop
 template <class Useless>
-bool watch(const boxes::Preparer& preparer, bool bar, const Useless& useless) {
+bool watch(const boxes::Preparer& preparer, bool bar, const std::stop_token& stop,
+           const Useless& useless) {
     PrepareProgress progress(bar);
-    bool stop = false;
-    while (!stop && !preparer.finished() && !useless()) {
+    while (!stop.stop_requested() && !preparer.finished() && !useless()) {
         progress.show(preparer.progress());
-        stop = wait_for_stop(kLook);
+        (void)thread::wait_for_stop(stop, kLook);
     }
     progress.end(preparer.progress());
-    return stop;
+    return stop.stop_requested();
 }
 
-util::ExitCode prepare_only(boxes::BoxCache& cache, const Plan& plan, bool bar) {
+util::ExitCode prepare_only(boxes::BoxCache& cache, const Plan& plan, bool bar,
+                            const std::stop_token& stop) {
     const auto preparer = start_preparing(cache, plan.boxes.makers);
     boxes::DiskCache& disk = *cache.disk();
-    const bool stopped = watch(*preparer, bar, [&] { return disk.failing(); });
+    const bool stopped = watch(*preparer, bar, stop, [&] { return disk.failing(); });
     preparer->stop();
     if (stopped)
         cache.world().stop();
@@ -120,11 +121,14 @@ util::ExitCode serve(Options& options) {
     if (!options.prepare_only)
         http::check_can_listen(options.server);  // before minutes of decoding
 
-    // Threads that are started from here on leave SIGINT and SIGTERM to this one.
-    std::optional<SignalsHeld> held(std::in_place);
-    install_stop_handlers();
+    // A call that a signal interrupts may be one of a library that takes this for an error.
+    const thread::SignalsBlocked blocked;
+    thread::StopSignals::Options handling;
+    handling.second_ends_program = true;
+    const thread::StopSignals signals(std::move(handling));
+    const std::stop_token stop = signals.token();
     util::StageTimes times;
-    const OpenedForServing opened = open_for_serving(options, plan, times);
+    const OpenedForServing opened = open_for_serving(options, plan, times, stop);
     worlds::ServedWorld& world = *opened.world;
     check_can_prepare(options, world);
     fit_to_world(world, plan);
@@ -132,8 +136,7 @@ util::ExitCode serve(Options& options) {
     const bool bar = isatty(STDERR_FILENO) == 1 && !options.log_json && options.log_level == "info";
     if (options.prepare_only) {
         world.begin_opening();
-        held.reset();
-        return prepare_only(cache, plan, bar);
+        return prepare_only(cache, plan, bar, stop);
     }
 
     http::MapView map(cache, {voxel::load_palette(util::config_dir() / "materials.toml")},
@@ -156,11 +159,11 @@ util::ExitCode serve(Options& options) {
     // no thread but those that answer.
     world.begin_opening();
     map.look_through_disk();
-    held.reset();
     announce(world, options, plan, server.url());
-    bool stop = preparer && watch(*preparer, bar, [] { return false; });
-    while (!stop)
-        stop = wait_for_stop(std::chrono::hours(1));
+    if (preparer)
+        (void)watch(*preparer, bar, stop, [] { return false; });
+    while (!thread::wait_for_stop(stop, std::chrono::hours(1))) {
+    }
     spdlog::info("stopping: running requests are finished first");
     if (preparer)
         preparer->stop();

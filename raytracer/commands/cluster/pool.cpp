@@ -9,8 +9,8 @@
 #include <cstring>
 #include <optional>
 
+#include "common/thread/stop_signals.hpp"
 #include "common/util/shell_words.hpp"
-#include "raytracer/cluster/stop_signals.hpp"
 #include "raytracer/commands/cluster/job.hpp"
 #include "raytracer/farm/net/token.hpp"
 
@@ -107,9 +107,11 @@ public:
         if (m_options.dry_run)
             return say();
         const Slurm slurm;
-        const StopSignals signals;
+        const thread::StopSignals signals(
+            thread::StopSignals::Options{{SIGINT, SIGTERM, SIGHUP}, false, {}});
         const TokenFile token(m_folder);
-        return m_options.coordinator_in_job ? run_job(slurm) : run_here(slurm);
+        return m_options.coordinator_in_job ? run_job(slurm, signals.token())
+                                            : run_here(slurm, signals.token());
     }
 
 private:
@@ -157,7 +159,7 @@ private:
         return util::ExitCode::kDone;
     }
 
-    util::ExitCode run_here(const Slurm& slurm) {
+    util::ExitCode run_here(const Slurm& slurm, const std::stop_token& stop) {
         OwnJobs own(slurm);
         Child child(coordinator());
         own.jobs.push_back(slurm.submit(m_folder.path(), "pool.sbatch", {array_option()}));
@@ -167,7 +169,7 @@ private:
         for (auto next = Clock::now();;) {
             if (const auto status = child.wait(std::chrono::milliseconds(200)))
                 return code_of(*status);
-            if (StopSignals::came()) {
+            if (stop.stop_requested()) {
                 child.stop();
                 throw util::Error(
                     "render with workers of Slurm: a signal came; the picture is not finished, the "
@@ -189,7 +191,7 @@ private:
         }
     }
 
-    util::ExitCode run_job(const Slurm& slurm) {
+    util::ExitCode run_job(const Slurm& slurm, const std::stop_token& stop) {
         std::error_code ignored;
         fs::remove(address_file(), ignored);
         OwnJobs own(slurm);
@@ -217,7 +219,7 @@ private:
                                   coordinator +
                                   " is over, and Slurm has forgotten how it ended; see " +
                                   (m_folder.path() / "logs").string());
-            if (StopSignals::wait_ms(m_options.poll_s * 1000))
+            if (thread::wait_for_stop(stop, std::chrono::seconds(m_options.poll_s)))
                 throw util::Error(
                     "render with workers of Slurm: a signal came; the picture is not finished, all "
                     "jobs are cancelled");

@@ -3,9 +3,9 @@
 #include <cstdio>
 #include <fstream>
 
+#include "common/thread/stop_signals.hpp"
 #include "common/util/atomic_file.hpp"
 #include "common/util/shell_words.hpp"
-#include "raytracer/cluster/stop_signals.hpp"
 
 namespace terravox::cluster {
 namespace {
@@ -64,14 +64,16 @@ Slurm::JobId Submission::submit(const std::string& name, const std::vector<std::
 }
 
 void Submission::follow(const std::vector<Slurm::JobId>& jobs, int tasks) {
-    const StopSignals signals;
+    const thread::StopSignals signals(
+        thread::StopSignals::Options{{SIGINT, SIGTERM, SIGHUP}, false, {}});
     QueueTeller teller(tasks, m_options.quiet);
     for (int empty_looks = 0; empty_looks < 2;) {
         const auto counts = m_slurm->counts(jobs);
         if (counts)
             teller.tell(*counts);
         empty_looks = counts && counts->all() == 0 ? empty_looks + 1 : 0;
-        if (empty_looks < 2 && StopSignals::wait_ms(m_options.poll_s * 1000)) {
+        const std::chrono::seconds period(m_options.poll_s);
+        if (empty_looks < 2 && thread::wait_for_stop(signals.token(), period)) {
             const std::string wrong = m_slurm->cancel(jobs);
             throw util::Error(std::string(kAttempt) + "a signal came; " +
                               (wrong.empty() ? "all tasks are cancelled; the same command goes on"

@@ -78,9 +78,9 @@ void WorkerDaemon::finish() noexcept {
         t.join();
 }
 
-void WorkerDaemon::run() {
+void WorkerDaemon::run(const std::stop_token& stop) {
     constexpr milliseconds kLook{50};
-    while (!m_stop) {
+    while (!stop.stop_requested()) {
         std::unique_lock lock(m_mutex);
         m_wake.wait_for(lock, kLook);
         if (m_finished)

@@ -43,11 +43,10 @@ public:
     explicit WorkerDaemon(WorkerDaemonOptions options);
     ~WorkerDaemon();
 
-    /// Works until stop(), `once` or `idle`. @throws Error when nothing is left to do: all
-    /// addresses to join refuse us
-    void run();
-    /// Gives back what is not begun, finishes the rest and ends run(). Safe in a signal handler.
-    void stop() noexcept { m_stop = true; }
+    /// Works until it is stopped, `once` or `idle`; then gives back what is not begun and finishes
+    /// the rest.
+    /// @throws Error when nothing is left to do: all addresses to join refuse us
+    void run(const std::stop_token& stop);
     /// What may change while it works: all but listen, name, credentials, http and once; sessions
     /// under way keep what they have.
     void reload(const WorkerDaemonOptions& options);
@@ -89,7 +88,6 @@ private:
     int m_taken = 0;                  ///< places for sessions
     std::set<std::string> m_joining;  ///< addresses that a thread joins, or tries to
     bool m_ending = false, m_finished = false, m_paused = false;
-    std::atomic<bool> m_stop{false};
     const std::chrono::steady_clock::time_point m_start = std::chrono::steady_clock::now();
     std::chrono::steady_clock::time_point m_idle_since = m_start;
     std::unique_ptr<net::Listener> m_listener;

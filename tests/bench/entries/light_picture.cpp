@@ -70,7 +70,7 @@ TracedPicture trace_picture(const shade::View& view, blocks::BlockManager& block
     TracedPicture out;
     out.cost = cost_of([&] {
         processors::ThreadProcessor processor(view, blocks, threads);
-        out.counts = render::render_film({view, processor, true, nullptr}, film);
+        out.counts = render::render_film({view, processor, true, {}}, film);
     });
     if (out.counts.trace.hole_rays != 0)
         throw util::Error("trace a picture: " + std::to_string(out.counts.trace.hole_rays) +

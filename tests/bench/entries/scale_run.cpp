@@ -120,7 +120,7 @@ Shot shoot(voxel::World& world, const scene::Scene& scene, std::size_t memory_by
         const shade::View view = shade::make_view(scene, blocks);
         render::prefetch_visible(view, blocks);
         processors::ThreadProcessor processor(view, blocks, threads);
-        counts = render::render_film({view, processor, true, nullptr}, out.film);
+        counts = render::render_film({view, processor, true, {}}, out.film);
         out.peak_boxes_mib = static_cast<double>(blocks.stats().peak_bytes) / kMib;
     });
     out.seconds = cost.wall_s;

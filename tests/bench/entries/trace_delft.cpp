@@ -62,7 +62,7 @@ void trace_view(Traced& t, const shade::View& view, int threads, const std::stri
     output::Film film(width, height);
     const double seconds = seconds_of([&] {
         processors::ThreadProcessor processor(view, t.blocks, threads);
-        counts = render::render_film({view, processor, true, nullptr}, film);
+        counts = render::render_film({view, processor, true, {}}, film);
     });
     if (counts.trace.hole_rays != 0)
         throw util::Error("trace Delft: " + std::to_string(counts.trace.hole_rays) +

@@ -262,7 +262,7 @@ TEST_CASE(
         render::prefetch_visible(view, blocks);
         output::Film film(scene.output.size_px[0], scene.output.size_px[1]);
         processors::ThreadProcessor processor(view, blocks, 2);
-        (void)render::render_film({view, processor, true, nullptr}, film);
+        (void)render::render_film({view, processor, true, {}}, film);
         return bytes_of(film);
     };
     const auto plain = landscape();

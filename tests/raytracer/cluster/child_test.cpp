@@ -5,7 +5,6 @@
 #include <fstream>
 
 #include "common/util/error.hpp"
-#include "raytracer/cluster/stop_signals.hpp"
 #include "tests/catch.hpp"
 #include "tests/common/temporary_folder.hpp"
 
@@ -47,21 +46,4 @@ TEST_CASE("a child is stopped, by force where need be, and does not outlive its 
     std::ofstream(folder.path() / "no program") << "x";
     std::filesystem::permissions(folder.path() / "no program", std::filesystem::perms::owner_all);
     CHECK_THROWS_AS(Child({(folder.path() / "no program").string()}), util::Error);
-}
-
-TEST_CASE("signals are noted only while somebody looks", "[cluster][child]") {
-    struct sigaction before{};
-    ::sigaction(SIGTERM, nullptr, &before);
-    {
-        const StopSignals signals;
-        CHECK_FALSE(StopSignals::came());
-        ::raise(SIGTERM);
-        CHECK(StopSignals::came());
-        CHECK(StopSignals::wait_ms(600'000));  // at once
-    }
-    struct sigaction now{};
-    ::sigaction(SIGTERM, nullptr, &now);
-    CHECK(now.sa_handler == before.sa_handler);
-    const StopSignals again;
-    CHECK_FALSE(StopSignals::came());
 }

@@ -137,7 +137,7 @@ TEST_CASE("any mix of green and thread processors makes the same picture", "[ray
             for (int i = 0; i < thread_members; ++i)
                 pool.add(threads_of(job, 1 + i));
             output::Film film = empty_film(job);
-            CHECK(render::render_film({job.view, pool, true, nullptr}, film).tiles == 28);
+            CHECK(render::render_film({job.view, pool, true, {}}, film).tiles == 28);
             CHECK(bytes_of(film) == wanted);
         }
 }
@@ -150,7 +150,7 @@ TEST_CASE("a pool takes coarse passes, too, and samples that come later", "[rayt
     processors::ProcessorPool pool(pool_settings(job));
     pool.add(threads_of(job, 2));
     output::Film film = empty_film(job);
-    (void)render::render_film({job.view, pool, true, nullptr}, film);
+    (void)render::render_film({job.view, pool, true, {}}, film);
     CHECK(bytes_of(film) == wanted);
 }
 

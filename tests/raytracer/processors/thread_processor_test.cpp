@@ -1,6 +1,7 @@
 #include "raytracer/processors/thread_processor.hpp"
 
 #include <atomic>
+#include <functional>
 #include <chrono>
 #include <limits>
 #include <map>
@@ -65,15 +66,16 @@ std::map<std::uint32_t, tiles::TileResult> all_results(int threads) {
     return out;
 }
 
-/// No box comes before it may. @param asked that one is waited for
+/// No box comes before it may.
+/// @param is_asked called when a box is asked for
 void hold_back(terravox::test::ArrayWorld& world, const std::atomic<bool>& may_come,
-               std::atomic<bool>& asked) {
+               const std::function<void()>& is_asked) {
     const auto range = voxel::boxes_over(world.info().bounds, 0);
     for (auto key = range.min; key.bx < range.max.bx; ++key.bx)
         for (key.bz = range.min.bz; key.bz < range.max.bz; ++key.bz)
             for (key.by = range.min.by; key.by < range.max.by; ++key.by)
-                world.delay(key, [&] {
-                    asked = true;
+                world.delay(key, [&may_come, is_asked] {
+                    is_asked();
                     while (!may_come)
                         std::this_thread::yield();
                 });
@@ -273,14 +275,15 @@ TEST_CASE("a box that comes only after its rays were laid aside again and again 
 
 TEST_CASE("who asks to stop is heard while a world is silent", "[raytracer][sched]") {
     auto world = landscape();
-    std::atomic<bool> released{false}, stop{false};
-    hold_back(*world, released, stop);
+    std::atomic<bool> released{false};
+    std::stop_source stop;
+    hold_back(*world, released, [&] { stop.request_stop(); });
     Job job(small_scene());
     blocks::BlockManager blocks(*world, std::size_t{256} << 20);
     output::Film film(job.view.scene.output.size_px[0], job.view.scene.output.size_px[1]);
     {
         processors::ThreadProcessor processor(job.view, blocks, 2);
-        CHECK_THROWS_WITH(render::render_film({job.view, processor, true, &stop}, film),
+        CHECK_THROWS_WITH(render::render_film({job.view, processor, true, stop.get_token()}, film),
                           terravox::test::contains("interrupted"));
     }
     released = true;
@@ -291,7 +294,7 @@ TEST_CASE("a tile that is withdrawn leaves nothing, waiting or begun, and the ot
     const auto reference = all_results(1);
     auto world = landscape();
     std::atomic<bool> may_come{false}, asked{false};
-    hold_back(*world, may_come, asked);
+    hold_back(*world, may_come, [&] { asked = true; });
     Job job(small_scene());
     blocks::BlockManager blocks(*world, std::size_t{256} << 20, 2);
     processors::ThreadProcessor processor(job.view, blocks, 1);
@@ -326,7 +329,7 @@ TEST_CASE(
     const auto reference = all_results(1);
     auto world = landscape();
     std::atomic<bool> may_come{false}, asked{false};
-    hold_back(*world, may_come, asked);
+    hold_back(*world, may_come, [&] { asked = true; });
     Job job(small_scene());
     blocks::BlockManager blocks(*world, std::size_t{256} << 20, 2);
     const auto tiles = tiles_of(job.view.scene);

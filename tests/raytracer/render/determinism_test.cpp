@@ -133,7 +133,7 @@ TEST_CASE("a picture over several levels is bit-identical for any threads, tiles
         const auto [width, height] = s.output.size_px;
         output::Film film(width, height);
         processors::ThreadProcessor processor(view, blocks, v.threads);
-        (void)render::render_film({view, processor, true, nullptr}, film);
+        (void)render::render_film({view, processor, true, {}}, film);
         std::size_t levels = 0;
         for (const auto& level : blocks.stats().levels)
             levels += level.loaded > 0 ? 1 : 0;
@@ -185,7 +185,7 @@ TEST_CASE("a hole is seen in the picture", "[raytracer][render]") {
     render::RenderStatistics statistics;
     {
         processors::ThreadProcessor processor(holed.view, holed.blocks, 2);
-        statistics.counts = render::render_film({holed.view, processor, true, nullptr}, film);
+        statistics.counts = render::render_film({holed.view, processor, true, {}}, film);
         CHECK(statistics.counts.holes == std::set<voxel::BoxKey>{{0, 0, 0, 0}});
     }
     const auto metadata =
@@ -209,7 +209,7 @@ TEST_CASE("a hole that no ray meets is none of the picture's", "[raytracer][rend
         std::this_thread::yield();
     output::Film film(scene.output.size_px[0], scene.output.size_px[1]);
     processors::ThreadProcessor processor(job.view, job.blocks, 2);
-    CHECK(render::render_film({job.view, processor, true, nullptr}, film).holes.empty());
+    CHECK(render::render_film({job.view, processor, true, {}}, film).holes.empty());
 }
 
 TEST_CASE("a camera in rock is refused with the way out, unless it is asked for",
@@ -260,7 +260,7 @@ TEST_CASE("Delft is bit-identical for any threads and memory",
         const shade::View view = shade::make_view(s, blocks);
         output::Film film(160, 90);
         processors::ThreadProcessor processor(view, blocks, v.threads);
-        (void)render::render_film({view, processor, true, nullptr}, film);
+        (void)render::render_film({view, processor, true, {}}, film);
         CHECK(blocks.hole_count() == 0);
         return bytes_of(film);
     };

@@ -33,15 +33,16 @@ public:
               options.name = "there";
               return options;
           }()),
-          m_thread([this] { m_daemon.run(); }) {}
+          m_thread([this] { m_daemon.run(m_stop.get_token()); }) {}
     ~Daemon() {
-        m_daemon.stop();
+        m_stop.request_stop();
         m_thread.join();
     }
     [[nodiscard]] sockets::Address address() const { return {"127.0.0.1", m_daemon.port()}; }
 
 private:
     farm::WorkerDaemon m_daemon;
+    std::stop_source m_stop;
     std::thread m_thread;
 };
 

@@ -74,7 +74,7 @@ TEST_CASE(
         processors::ProcessorPool pool(std::move(settings));
         first.farm().begin(pool, other, view);
         output::Film again = empty_film(job);
-        (void)render::render_film({view, pool, true, nullptr}, again);
+        (void)render::render_film({view, pool, true, {}}, again);
         CHECK(bytes_of(again) == right);
         first.farm().end();
     }
@@ -112,7 +112,7 @@ TEST_CASE(
         processors::ProcessorPool pool(std::move(settings));
         bench.farm().begin(pool, job.view.scene, job.view);
         output::Film whole = empty_film(job);
-        CHECK(render::render_film({job.view, pool, true, nullptr}, whole).holes.empty());
+        CHECK(render::render_film({job.view, pool, true, {}}, whole).holes.empty());
         CHECK((bytes_of(whole) == local_picture(false)));
         CHECK_FALSE(expelled);
         bench.farm().end();
@@ -146,7 +146,7 @@ TEST_CASE("workers that die, leave and come at any time change no pixel", "[rayt
         switch (any(6)) {
             case 0: bench.kill(static_cast<std::size_t>(any(3))); break;
             case 1: bench.add_worker(); break;
-            case 2: bench.daemon(static_cast<std::size_t>(any(3))).stop(); break;
+            case 2: bench.drain(static_cast<std::size_t>(any(3))); break;
             default: break;
         }
     }

@@ -130,7 +130,7 @@ TEST_CASE("a worker leaves a coordinator whose certificate is revoked, and does 
     farm::WorkerDaemon daemon(options);
     REQUIRE(eventually([&] { return daemon.totals().now.size() == 1; }));
     certificates.revoke("coordinator");
-    CHECK_THROWS_WITH(daemon.run(), contains("no coordinator is left to join"));
+    CHECK_THROWS_WITH(daemon.run({}), contains("no coordinator is left to join"));
     CHECK(daemon.totals().sessions == 1);
     CHECK(said.hears("is left: its certificate is revoked"));
 }

@@ -160,6 +160,6 @@ TEST_CASE("a member that there is no thread for is none, and the others go on",
     CHECK(pool.status().empty());
     add_one();
     output::Film film = empty_film(job);
-    (void)render::render_film({job.view, pool, true, nullptr}, film);
+    (void)render::render_film({job.view, pool, true, {}}, film);
     CHECK(bytes_of(film) == bytes_of(render_scene(alone, 1)));
 }

@@ -1,0 +1,83 @@
+#include "common/thread/stop_signals.hpp"
+
+#include <unistd.h>
+
+#include <array>
+#include <atomic>
+
+#include "tests/catch.hpp"
+
+using namespace terravox;
+using namespace std::chrono_literals;
+
+namespace {
+
+struct sigaction action_of(int signal) {
+    struct sigaction out{};
+    ::sigaction(signal, nullptr, &out);
+    return out;
+}
+
+bool waits_for(const std::atomic<int>& count, int wanted) {
+    for (int tries = 0; tries < 6000 && count < wanted; ++tries)
+        std::this_thread::sleep_for(10ms);
+    return count >= wanted;
+}
+
+}  // namespace
+
+TEST_CASE("a signal asks to stop while somebody looks, and has its old effect afterwards",
+          "[common][thread]") {
+    for (const int signal : {SIGINT, SIGTERM}) {
+        CAPTURE(signal);
+        const auto before = action_of(signal);
+        {
+            const thread::StopSignals signals;
+            CHECK_FALSE(signals.token().stop_requested());
+            CHECK_FALSE(thread::wait_for_stop(signals.token(), 1ms));
+            ::raise(signal);
+            CHECK(thread::wait_for_stop(signals.token(), 10min));
+        }
+        CHECK(action_of(signal).sa_handler == before.sa_handler);
+        const thread::StopSignals again;
+        CHECK_FALSE(again.token().stop_requested());
+    }
+}
+
+TEST_CASE("a signal that the program's other threads block is heard", "[common][thread]") {
+    const thread::SignalsBlocked blocked;
+    const thread::StopSignals signals;
+    ::kill(::getpid(), SIGTERM);
+    CHECK(thread::wait_for_stop(signals.token(), 10min));
+}
+
+TEST_CASE("SIGHUP is left alone, asks to stop, or calls what was given", "[common][thread]") {
+    const auto before = action_of(SIGHUP);
+    {
+        const thread::StopSignals signals;
+        CHECK(action_of(SIGHUP).sa_handler == before.sa_handler);
+    }
+    {
+        const thread::StopSignals signals({{SIGHUP}, false, {}});
+        ::raise(SIGHUP);
+        CHECK(thread::wait_for_stop(signals.token(), 10min));
+    }
+    std::atomic<int> calls{0};
+    thread::StopSignals::Options options;
+    options.on_hangup = [&] { ++calls; };
+    const thread::StopSignals signals(options);
+    for (int i = 1; i <= 3; ++i) {
+        ::raise(SIGHUP);
+        CHECK(waits_for(calls, i));
+    }
+    CHECK_FALSE(signals.token().stop_requested());
+}
+
+TEST_CASE("a second signal of one kind has its usual effect where that is wanted",
+          "[common][thread]") {
+    const thread::StopSignals signals({{SIGINT}, true, {}});
+    CHECK(action_of(SIGINT).sa_handler != SIG_DFL);
+    ::raise(SIGINT);
+    CHECK(thread::wait_for_stop(signals.token(), 10min));
+    CHECK(action_of(SIGINT).sa_handler == SIG_DFL);
+}
