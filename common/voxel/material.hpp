@@ -45,6 +45,7 @@ enum class Material : std::uint8_t {
     kWood = 29,     ///< planks
     kMasonry = 30,  ///< stones or bricks, laid
     kPlain = 31,    ///< of one colour, without a drawing: cloth, plaster, cast and polished things
+    kSolarPanel = 32,
 };
 
 /// What light does at a voxel. Exporters and the tracer's defaults follow it; the tracer's own
@@ -150,6 +151,12 @@ inline constexpr MaterialTraits kMaterialTraits[] = {
     {Material::kWood, "wood", Optics::kOpaque, Grain::kShell, {5}, "oak_planks"},
     {Material::kMasonry, "masonry", Optics::kOpaque, Grain::kShell, {98}, "cobblestone"},
     {Material::kPlain, "plain", Optics::kOpaque, Grain::kShell, {35, 0}, "light_gray_wool"},
+    {Material::kSolarPanel,
+     "solar_panel",
+     Optics::kOpaque,
+     Grain::kShell,
+     {151},
+     "daylight_detector[inverted=false]"},
 };
 inline constexpr int kMaterialCount = static_cast<int>(std::size(kMaterialTraits));
 static_assert(
