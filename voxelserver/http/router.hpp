@@ -1,9 +1,10 @@
 #pragma once
 
-#include <chrono>
 #include <optional>
 #include <string>
 
+#include "voxelserver/http/dispatcher.hpp"
+#include "voxelserver/http/request_check.hpp"
 #include "voxelserver/http/service.hpp"
 #include "voxelserver/sockets/http_host.hpp"
 
@@ -11,13 +12,10 @@ namespace terravox::http {
 
 /// Answers requests about one world: a function of the request, without sockets. Thread-safe.
 ///
-/// The routes are in routes.hpp, and what each answers in the *_routes.hpp files; docs/openapi.json
-/// says it for clients. HEAD works wherever GET does; other methods: 405. A body where none
-/// belongs: 413, and the connection is to be closed. With a token, routes that are not open want
-/// it: 401. A host name that is none of the server's: 421; a page of another origin: 403. What
-/// handling throws becomes 500, too many at work 503, a far world whose server does not answer 502.
-/// A request that names another edition of the world: 412. Errors are application/problem+json. No
-/// reply names a folder of this machine.
+/// It finds the route (routes.hpp), lets RequestCheck refuse what its head makes wrong and the
+/// Dispatcher answer the rest, and counts the replies; what is thrown meanwhile becomes a reply,
+/// too (error_reply.hpp). docs/openapi.json says for clients what each route answers. Errors are
+/// application/problem+json. No reply names a folder of this machine.
 class Router {
 public:
     /// @param token  "" = anybody may ask
@@ -35,24 +33,13 @@ public:
     [[nodiscard]] std::optional<Response> refusal(const Request& request);
 
     [[nodiscard]] RequestCounts& counts() noexcept { return m_counts; }
-    [[nodiscard]] Service& service() noexcept { return m_service; }
 
 private:
-    [[nodiscard]] Response answer(const RouteFacts& route, const Request& request,
-                                  const PathParts& parts);
-    [[nodiscard]] std::optional<Response> refuse_head(const RouteFacts& route,
-                                                      const Request& request) const;
-    [[nodiscard]] Response health(const RouteRequest& asked) const;
-    [[nodiscard]] Response dispatch(Route route, const RouteRequest& asked);
-    [[nodiscard]] Response world(const Request& request) const;
-    [[nodiscard]] bool has_token(const Request& request) const;
+    [[nodiscard]] Response answer(const RouteMatch& match, const Request& request);
 
-    Service m_service;
-    const std::string m_token;
-    const sockets::HttpNames m_names;
     RequestCounts m_counts;
-    const std::chrono::steady_clock::time_point m_start = std::chrono::steady_clock::now();
-    const std::string m_world_json, m_world_etag;
+    const RequestCheck m_check;
+    Dispatcher m_dispatcher;
 };
 
 }  // namespace terravox::http

@@ -84,4 +84,11 @@ Route route_of(const PathParts& parts) noexcept {
     return Route::kUnknown;
 }
 
+RouteMatch match_route(std::string_view path) noexcept {
+    const auto parts = split_path(path);
+    if (!parts)
+        return {facts_of(Route::kUnknown), {}};
+    return {facts_of(route_of(*parts)), *parts};
+}
+
 }  // namespace terravox::http

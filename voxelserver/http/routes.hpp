@@ -52,4 +52,13 @@ struct PathParts {
 [[nodiscard]] std::optional<PathParts> split_path(std::string_view path) noexcept;
 [[nodiscard]] Route route_of(const PathParts& parts) noexcept;
 
+/// The route of a request, and the parts of its path, which are views into it.
+struct RouteMatch {
+    const RouteFacts& facts;
+    PathParts parts;
+};
+/// @param path as sent @return kUnknown for a path that no route has; without parts where there are
+/// none
+[[nodiscard]] RouteMatch match_route(std::string_view path) noexcept;
+
 }  // namespace terravox::http

@@ -46,6 +46,19 @@ json requests_json(const RequestCounts& counts) {
 
 }  // namespace
 
+Response answer_health(const Service& service, const RouteRequest& asked) {
+    const Health now = service.health();
+    if (now.state == Health::State::kFailed)
+        return problem(503,
+                       asked.has_token
+                           ? "failed: " + without_folders(now.reason)
+                           : "failed: only kept boxes can be served; the server's log says why")
+            .add("Retry-After", "60");
+    return reply(200, "text/plain; charset=utf-8",
+                 now.state == Health::State::kOpening ? "opening\n" : "ok\n")
+        .add("Cache-Control", "no-store");
+}
+
 Response answer_cached(Service& service, const RouteRequest& asked) {
     const auto level = parse_int32(asked.parts.part[2]);
     if (!level)

@@ -4,6 +4,10 @@
 
 namespace terravox::http {
 
+/// GET /healthz: 200 text, whether boxes can be made; 503. The state is for everybody; the reason
+/// of a failure may name files, and is for clients with the token.
+[[nodiscard]] Response answer_health(const Service& service, const RouteRequest& asked);
+
 /// GET /v2/cached/{level}: 200 JSON, which boxes of a level are kept in memory and on disk; 400,
 /// 404.
 [[nodiscard]] Response answer_cached(Service& service, const RouteRequest& asked);

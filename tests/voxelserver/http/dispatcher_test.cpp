@@ -1,0 +1,82 @@
+#include "voxelserver/http/dispatcher.hpp"
+
+#include <nlohmann/json.hpp>
+
+#include "common/util/error.hpp"
+#include "tests/catch.hpp"
+#include "tests/voxelserver/http/fake_world.hpp"
+
+using namespace terravox;
+using http::Header;
+using http::Request;
+using http::Response;
+using http::Route;
+
+namespace {
+
+struct Fixture {
+    test::FakeWorld world;
+    util::StageTimes times;
+    boxes::BoxCache boxes{world, times, {.ahead = false}};
+    http::RequestCounts counts;
+    http::Service service{world, times, boxes};
+
+    Response run(std::string_view path, std::vector<Header> headers = {}) {
+        http::Dispatcher dispatcher(service, counts);
+        const http::RouteMatch match = http::match_route(path);
+        const Request request{"GET", path, std::move(headers)};
+        return dispatcher.run(match.facts.route, {request, match.parts});
+    }
+};
+
+}  // namespace
+
+TEST_CASE("each route of the table has a handler", "[voxelserver][http][dispatcher]") {
+    Fixture f;
+    for (const http::RouteFacts& route : http::routes()) {
+        INFO(route.path);
+        const Response reply = f.run(route.path);
+        const bool is_path = route.path.front() == '/';
+        CHECK((reply.bytes().find("nothing there") == std::string_view::npos) == is_path);
+    }
+}
+
+TEST_CASE("no handler runs for a request that names another edition",
+          "[voxelserver][http][dispatcher]") {
+    Fixture f;
+    f.service.edition = "00112233445566778899aabbccddeeff";
+    const auto status = [&](const std::string& edition) {
+        return f.run("/v2/boxes/0/0/0/0", {{"terravox-edition", edition}}).status;
+    };
+    CHECK(status("ffeeddccbbaa99887766554433221100") == 412);
+    CHECK(status("x") == 412);
+    CHECK(f.world.asked == 0);
+    CHECK(status(f.service.edition) == 200);
+    CHECK(f.world.asked == 1);
+}
+
+TEST_CASE("a world without an edition refuses each request that names one",
+          "[voxelserver][http][dispatcher]") {
+    Fixture f;
+    CHECK(f.run("/healthz").status == 200);
+    CHECK(f.run("/healthz", {{"Terravox-Edition", "x"}}).status == 412);
+}
+
+TEST_CASE("what a handler throws is left to the caller", "[voxelserver][http][dispatcher]") {
+    Fixture f;
+    f.world.failing.insert({0, 0, 0, 0});
+    CHECK_THROWS_AS(f.run("/v2/boxes/0/0/0/0"), util::Error);
+    CHECK(f.run("/v2/boxes/0/1/0/0").status == 200);
+}
+
+TEST_CASE("statistics are of the counts that were given", "[voxelserver][http][dispatcher]") {
+    Fixture f;
+    f.counts.add(Route::kWorld, 304, 0.25);
+    const Response reply = f.run("/v2/stats");
+    REQUIRE(reply.body);
+    const auto json = nlohmann::json::parse(*reply.body);
+    CHECK(json["requests"] == nlohmann::json{{"/v2/world", {{"304", 1}}}});
+    CHECK(json["uptime_s"] >= 0);
+    CHECK(f.run("/metrics").bytes().find("terravox_http_seconds_sum{route=\"/v2/world\"} 0.25\n") !=
+          std::string_view::npos);
+}

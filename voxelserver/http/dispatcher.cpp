@@ -1,0 +1,62 @@
+#include "voxelserver/http/dispatcher.hpp"
+
+#include "voxelserver/http/batch_route.hpp"
+#include "voxelserver/http/box_routes.hpp"
+#include "voxelserver/http/gkot_routes.hpp"
+#include "voxelserver/http/map_route.hpp"
+#include "voxelserver/http/page_routes.hpp"
+#include "voxelserver/http/state_routes.hpp"
+
+namespace terravox::http {
+
+Dispatcher::Dispatcher(Service service, const RequestCounts& counts)
+    : m_service(std::move(service)),
+      m_counts(counts),
+      m_world(m_service.world.info(), m_service.edition) {}
+
+Response Dispatcher::run(Route route, const RouteRequest& asked) {
+    if (auto refused = refuse_edition(asked.request))
+        return std::move(*refused);
+    return call_handler(route, asked);
+}
+
+std::optional<Response> Dispatcher::refuse_edition(const Request& request) const {
+    const std::string wanted = request.header(kEditionHeader);
+    if (wanted.empty() || wanted == m_service.edition)
+        return std::nullopt;
+    return problem(412,
+                   "the world is of another edition than the request wants; allowed: that of "
+                   "/v2/world, or no header " +
+                       std::string(kEditionHeader));
+}
+
+Response Dispatcher::call_handler(Route route, const RouteRequest& asked) {
+    switch (route) {
+        case Route::kPage:
+        case Route::kPageFile: return answer_page(asked);
+        case Route::kOpenApi: return answer_open_api(asked);
+        case Route::kHealth: return answer_health(m_service, asked);
+        case Route::kWorld: return m_world.answer(asked.request);
+        case Route::kBox: return answer_box(m_service, asked);
+        case Route::kBatch: return answer_batch(m_service, asked);
+        case Route::kColumn: return answer_column(m_service, asked);
+        case Route::kSquares:
+            return json_reply(squares_json(m_service.squares(), m_service.world.info()),
+                              asked.request);
+        case Route::kCached: return answer_cached(m_service, asked);
+        case Route::kStats: return answer_stats(m_service, asked, m_counts, uptime_s());
+        case Route::kMetrics: return answer_metrics(m_service, m_counts, uptime_s());
+        case Route::kMapTile: return answer_map_tile(m_service, asked);
+        case Route::kGkotBox: return answer_gkot_box(m_service, asked);
+        case Route::kGkotOrigin: return answer_gkot_origin(m_service, asked);
+        case Route::kUnknown:
+        case Route::kRefused: break;
+    }
+    return problem(404, "nothing there");
+}
+
+double Dispatcher::uptime_s() const noexcept {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - m_start).count();
+}
+
+}  // namespace terravox::http

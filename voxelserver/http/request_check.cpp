@@ -1,0 +1,129 @@
+#include "voxelserver/http/request_check.hpp"
+
+#include <algorithm>
+#include <string_view>
+
+namespace terravox::http {
+namespace {
+
+Response and_close(Response out) {
+    out.close = true;
+    return out;
+}
+
+// Two machines on the way of a request must not read it differently. Ref: RFC 9112, 3.2 and 5.1.
+std::string fault_of(const Request& request) {
+    const auto is_token = [](char c) {
+        return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') ||
+               std::string_view("!#$%&'*+-.^_`|~").find(c) != std::string_view::npos;
+    };
+    for (const Header& h : request.headers)
+        if (h.name.empty() || !std::all_of(h.name.begin(), h.name.end(), is_token))
+            return "a header's name is no token";
+    const auto hosts = std::count_if(request.headers.begin(), request.headers.end(),
+                                     [](const Header& h) { return same_word(h.name, "Host"); });
+    if (hosts > 1)
+        return std::to_string(hosts) + " headers Host; allowed: one";
+    return {};
+}
+
+std::optional<Response> refuse_headers(const Request& request) {
+    if (const std::string wrong = fault_of(request); !wrong.empty())
+        return and_close(problem(400, "read the request: " + wrong));
+    return std::nullopt;
+}
+
+std::optional<Response> refuse_origin(const Request& request) {
+    const std::string host = request.header("Host");
+    if (sockets::from_another_origin(
+            {host, request.header("Origin"), request.header("Sec-Fetch-Site"),
+             request.header("Sec-Fetch-Mode"), request.header("Sec-Fetch-Dest")}))
+        return and_close(problem(403,
+                                 "read the request: a web page of another origin makes it; "
+                                 "allowed: the server's own page, and programs"));
+    return std::nullopt;
+}
+
+std::optional<Response> refuse_body(const RouteFacts& route, const Request& request,
+                                    const BodyClaim& claim) {
+    if (claim.kind == BodyClaim::Kind::kMalformed)
+        return problem(400,
+                       "read the request: a Transfer-Encoding, two Content-Lengths, or one that is "
+                       "no number; allowed: none, or one number");
+    const std::size_t max = route.post && request.method == "POST" ? route.max_body_bytes : 0;
+    if (claim.bytes > max)
+        return problem(
+            413, "read the request: a body of " + std::to_string(claim.bytes) +
+                     " bytes; allowed: " + (max > 0 ? "up to " + std::to_string(max) : "none"));
+    return std::nullopt;
+}
+
+std::optional<Response> refuse_path(const RouteFacts& route, const Request& request) {
+    if (route.route == Route::kUnknown)
+        return problem(
+            404, "nothing at " + std::string(request.path) + "; /openapi.json lists what there is");
+    return std::nullopt;
+}
+
+std::optional<Response> refuse_method(const RouteFacts& route, const Request& request) {
+    const bool accepted =
+        route.post ? request.method == "POST" : request.method == "GET" || request.method == "HEAD";
+    if (accepted)
+        return std::nullopt;
+    const std::string allowed = route.post ? "POST" : "GET, HEAD";
+    return problem(405, "method " + std::string(request.method) + "; allowed: " + allowed)
+        .add("Allow", allowed);
+}
+
+// A body that comes nevertheless must not be taken for the next request.
+std::optional<Response> refuse_missing_body(const RouteFacts& route, const BodyClaim& claim) {
+    if (route.post && claim.kind == BodyClaim::Kind::kNone)
+        return and_close(problem(411, "read the request: no Content-Length, or 0; allowed: 1 to " +
+                                          std::to_string(route.max_body_bytes)));
+    return std::nullopt;
+}
+
+}  // namespace
+
+RequestCheck::RequestCheck(std::string token, sockets::HttpNames names)
+    : m_token(std::move(token)), m_names(std::move(names)) {}
+
+std::optional<Response> RequestCheck::refusal(const RouteFacts& route,
+                                              const Request& request) const {
+    if (auto out = refuse_headers(request))
+        return out;
+    if (auto out = refuse_host(request))
+        return out;
+    if (auto out = refuse_origin(request))
+        return out;
+    const BodyClaim claim = body_claim(request);
+    if (auto out = refuse_body(route, request, claim))
+        return out;
+    if (auto out = refuse_without_token(route, request))
+        return out;
+    if (auto out = refuse_path(route, request))
+        return out;
+    if (auto out = refuse_method(route, request))
+        return out;
+    return refuse_missing_body(route, claim);
+}
+
+// HTTP/1.0 may leave the header out; browsers never do.
+std::optional<Response> RequestCheck::refuse_host(const Request& request) const {
+    const std::string host = request.header("Host");
+    if (request.has_header("Host") && !m_names.allow(host))
+        return and_close(problem(421, "read the request: the host '" + host +
+                                          "' is no name of this server; allowed: localhost, a "
+                                          "numeric address, or a name given by --public-name"));
+    return std::nullopt;
+}
+
+std::optional<Response> RequestCheck::refuse_without_token(const RouteFacts& route,
+                                                           const Request& request) const {
+    if (!route.open && m_token.is_required() && !has_token(request))
+        return problem(401, "the request has no valid token; allowed: Authorization: Bearer TOKEN")
+            .add("WWW-Authenticate", "Bearer");
+    return std::nullopt;
+}
+
+}  // namespace terravox::http
