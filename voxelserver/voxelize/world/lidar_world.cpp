@@ -20,7 +20,7 @@ using voxel::BoxKey;
 using voxel::BoxWithInputs;
 using voxel::InputExtent;
 
-// How the world's memory is shared out; PointSet takes the rest (point_set.cpp).
+// How the world's memory is shared out; PointSet takes the rest (columns/file_plan.cpp).
 constexpr std::size_t kColumnsShare = 10, kCoarseShare = 20, kMakerShare = 20;
 
 class LidarWorldImpl final : public LidarWorld {

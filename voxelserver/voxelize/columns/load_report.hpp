@@ -1,0 +1,47 @@
+#pragma once
+
+#include <bitset>
+#include <cstddef>
+#include <mutex>
+#include <span>
+#include <vector>
+
+#include "voxelserver/store/square.hpp"
+#include "voxelserver/voxelize/points/class_table.hpp"
+#include "voxelserver/voxelize/points/placer.hpp"
+
+namespace terravox::voxelize {
+
+/// Warns of what was met while points were decoded: stray points, and classes that the table does
+/// not name. Each is logged once for each file. Thread-safe.
+class LoadReport {
+public:
+    /// Both must outlive this.
+    LoadReport(std::span<const SquareSource> files, const ClassTable& classes);
+
+    /// A file was decoded whole, or scanned. Only its first time counts.
+    void add_whole(std::size_t file, const store::PointCounts& counts);
+
+    /// A part of a file was decoded. Parts come in the order of the requested boxes, and some come
+    /// twice: so the log says what was met, not how often, and counts() does not change.
+    void add_part(std::size_t file, const store::PointCounts& counts);
+
+    /// The sum over all files of which add_whole() was called.
+    [[nodiscard]] store::PointCounts counts() const;
+
+private:
+    /// What was logged of a file. The members but the first are guarded by m_mutex.
+    struct Logged {
+        std::once_flag whole;
+        bool stray = false;
+        std::bitset<256> classes;
+    };
+
+    const std::span<const SquareSource> m_files;
+    const ClassTable& m_classes;
+    std::vector<Logged> m_logged;
+    mutable std::mutex m_mutex;
+    store::PointCounts m_counts;
+};
+
+}  // namespace terravox::voxelize

@@ -1,0 +1,41 @@
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "voxelserver/voxelize/points/point_load.hpp"
+
+namespace terravox::voxelize {
+
+/// Decodes whole files. Thread-safe.
+///
+/// One lock is held from the beginning of a decoding until its square is kept: each takes all
+/// threads, and as much memory again as the square will. A damaged file is not tried again.
+class WholeDecoder {
+public:
+    /// Decodes a file. @throws Error for a damaged one
+    using Load = std::function<LoadedSquare(std::size_t file)>;
+    /// Keeps what was decoded. @return the square to use instead of the one given
+    using Keep =
+        std::function<std::shared_ptr<const store::Square>(std::size_t file, LoadedSquare loaded)>;
+    WholeDecoder(std::size_t files, Load load, Keep keep);
+
+    /// Waits while another file is decoded.
+    /// @throws Error for a damaged file, each time with the same message; whatever `load` and
+    /// `keep` throw
+    [[nodiscard]] std::shared_ptr<const store::Square> decode(std::size_t file);
+
+private:
+    [[nodiscard]] LoadedSquare load(std::size_t file);
+
+    const Load m_load;
+    const Keep m_keep;
+    std::mutex m_mutex;
+    std::vector<std::string> m_failures;  ///< by file: why it could not be decoded; "": it could
+};
+
+}  // namespace terravox::voxelize
