@@ -1,0 +1,44 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <optional>
+
+namespace terravox::processors {
+
+/// Watches how long a pool has been without members: when to warn, and when to give up. It reads no
+/// clock. Not thread-safe.
+class AbsenceWatchdog {
+public:
+    using Time = std::chrono::steady_clock::time_point;
+    using Duration = std::chrono::steady_clock::duration;
+    enum class Alarm : std::uint8_t {
+        kNone,
+        kWarn,
+        kTimeout,
+    };
+
+    /// A pool begins without members.
+    /// @param timeout  how long to wait without any; none: for ever
+    AbsenceWatchdog(std::optional<Duration> timeout, Time now) noexcept
+        : m_timeout(timeout), m_absent_since(now), m_warned(now) {}
+
+    /// Members are there.
+    void set_present() noexcept { m_absent = false; }
+    /// The last one has left: the wait begins anew.
+    void set_absent(Time now) noexcept;
+
+    /// To be called from time to time while there is something to do.
+    /// @return kWarn at most every ten seconds; kTimeout always once the timeout has passed
+    [[nodiscard]] Alarm poll(Time now) noexcept;
+    /// @return the time without members, as of the last one that has left
+    [[nodiscard]] Duration absent_for(Time now) const noexcept { return now - m_absent_since; }
+
+private:
+    std::optional<Duration> m_timeout;
+    bool m_absent = true;
+    Time m_absent_since;
+    std::optional<Time> m_warned;
+};
+
+}  // namespace terravox::processors

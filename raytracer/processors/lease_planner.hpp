@@ -1,0 +1,68 @@
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "raytracer/processors/member_registry.hpp"
+
+namespace terravox::processors {
+
+/// Plans which member leases how much, and enters it into the lease book. It has no thread and
+/// reads no clock. Not thread-safe.
+///
+/// Members get bands in proportion to their measured speed, so that all end together (weighted
+/// factoring), and so much at once that the way of results is hidden. When nothing is left to
+/// lease, idle members repeat what others are computing.
+/// Ref: Hummel, Schmidt, Uma, Wein, "Load-sharing in heterogeneous systems via weighted factoring",
+/// SPAA 1996.
+class LeasePlanner {
+public:
+    using Time = LeaseBook::Time;
+
+    /// A lease, whose band is to be handed to the processor.
+    struct Grant {
+        MemberId member = 0;
+        std::shared_ptr<TileProcessor> processor;
+        tiles::RenderTile band;
+        bool repeated = false;  ///< another member is computing it, too
+    };
+
+    /// @param book, members  outlive the planner
+    /// @param min_deadline   of a lease of a member that is not trusted; else three times what the
+    /// member should take
+    LeasePlanner(LeaseBook& book, MemberRegistry& members,
+                 std::chrono::milliseconds min_deadline) noexcept
+        : m_book(book), m_members(members), m_min_deadline(min_deadline) {}
+
+    /// So many bands of a member that was lost are back in the book: the next plan() leases them at
+    /// once.
+    void add_returned(std::size_t bands) noexcept { m_returned += bands; }
+    /// Leases to all members what they have use for.
+    /// @param checks_only  nothing but checks
+    [[nodiscard]] std::vector<Grant> plan(Time now, bool checks_only);
+    /// @return how much a member should have at once
+    [[nodiscard]] std::size_t wanted_pixels(const PoolMember& member) const;
+
+private:
+    void reassign_returned(Time now, std::vector<Grant>& out);
+    [[nodiscard]] MemberId first_to_be_done() const;
+    void plan_checks(MemberId id, PoolMember& member, Time now, std::vector<Grant>& out);
+    void plan_member(MemberId id, PoolMember& member, Time now, std::vector<Grant>& out);
+    [[nodiscard]] bool repeat_lease(MemberId id, PoolMember& member, Time now,
+                                    std::vector<Grant>& out);
+    [[nodiscard]] std::optional<double> worthwhile_left_s(const LeaseBook::Open& lease,
+                                                          const PoolMember& member, Time now) const;
+    [[nodiscard]] Time deadline_of(MemberId id, const PoolMember& member, Time now) const;
+    void grant(MemberId id, PoolMember& member, const tiles::RenderTile& band, Time now,
+               std::vector<Grant>& out);
+
+    LeaseBook& m_book;
+    MemberRegistry& m_members;
+    std::chrono::milliseconds m_min_deadline;
+    std::size_t m_returned = 0;
+};
+
+}  // namespace terravox::processors
