@@ -174,11 +174,21 @@ class Kinds(Case):
             "an archive on a web server": [cls.web.url],
             "a voxel server": [cls.far.url],
         }
+        cls.servers = {}
 
     @classmethod
     def tearDownClass(cls):
+        for name, server in cls.servers.items():
+            assert server.stop() == 0, (name, server.err)
         cls.web.close()
         cls.far.stop()
+
+    @classmethod
+    def server_of(cls, kind):
+        """A server without a cache, for all tests that only ask it."""
+        if kind not in cls.servers:
+            cls.servers[kind] = Server(*cls.kinds[kind], "--cache", "none")
+        return cls.servers[kind]
 
     def each_kind(self):
         for name, inputs in self.kinds.items():
@@ -209,12 +219,9 @@ class Kinds(Case):
             served = out / "served"
             shutil.rmtree(out)
             out.mkdir()
-            server = Server(*inputs, "--cache", "none")
-            try:
-                self.assertDone(convert(server.url, served.with_suffix(".tvx"), *part))
-                self.assertDone(render(server.url, *SMALL, "-o", served.with_suffix(".exr")))
-            finally:
-                self.stopped(server)
+            url = self.server_of(name).url
+            self.assertDone(convert(url, served.with_suffix(".tvx"), *part))
+            self.assertDone(render(url, *SMALL, "-o", served.with_suffix(".exr")))
             self.assertDone(convert(*inputs, direct.with_suffix(".tvx"), *part))
             self.assertDone(render(*inputs, *SMALL, "-o", direct.with_suffix(".exr")))
             self.assertEqual(
@@ -226,13 +233,10 @@ class Kinds(Case):
 
     def test_the_world_is_described_as_it_is(self):
         for name, inputs in self.each_kind():
-            server = Server(*inputs, "--cache", "none")
-            try:
-                world = server.json("/v2/world")
-                squares = server.json("/v2/squares")
-                health = server.get("/healthz")
-            finally:
-                self.stopped(server)
+            server = self.server_of(name)
+            world = server.json("/v2/world")
+            squares = server.json("/v2/squares")
+            health = server.get("/healthz")
             direct = Run([binary("RAYTRACER"), "world", "info", *inputs, "--json"])
             self.assertDone(direct)
             facts = json.loads(direct.out)
@@ -270,16 +274,13 @@ class Kinds(Case):
             self.assertEqual([reply[2] for reply in after], again)
 
     def test_a_map_tile_shows_the_ground(self):
-        for _, inputs in self.each_kind():
-            server = Server(*inputs, "--cache", "none")
-            try:
-                world = server.json("/v2/world")
-                bounds = world.get("framed", world["bounds"])
-                x, y = ((bounds["min"][a] + bounds["max"][a]) // 2 // 256 for a in (0, 2))
-                status, headers, png = server.get(f"/map/{world['levels'] - 1}/{x}/{y}.png")
-                coarse = server.get("/map/0/0/0.png")
-            finally:
-                self.stopped(server)
+        for name, _ in self.each_kind():
+            server = self.server_of(name)
+            world = server.json("/v2/world")
+            bounds = world.get("framed", world["bounds"])
+            x, y = ((bounds["min"][a] + bounds["max"][a]) // 2 // 256 for a in (0, 2))
+            status, headers, png = server.get(f"/map/{world['levels'] - 1}/{x}/{y}.png")
+            coarse = server.get("/map/0/0/0.png")
             self.assertEqual((status, headers["Terravox-Complete"]), (200, "yes"))
             self.assertGreater(opaque_pixels(png), 1000)
             self.assertEqual(coarse[0], 200)
