@@ -15,7 +15,8 @@
 namespace terravox::preview {
 
 /// All that a person at the window works with. Panels show and change it; whoever draws the picture
-/// sees what is different.
+/// sees what is different. Plain data that all panels share, and therefore more of it than a class
+/// has elsewhere.
 struct EditorState {
     EditorState(scene::Scene first, std::shared_ptr<render::LoadedWorld> world);
 

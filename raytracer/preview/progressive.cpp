@@ -24,23 +24,20 @@ void Progressive::stop() noexcept {
 
 void Progressive::start(const scene::Scene& scene, int first_step) {
     stop();
-    m_whole = false;
+    m_progress.whole = false;
     m_view = std::make_shared<const shade::View>(m_views.make(scene, m_blocks));
     const auto [width, height] = scene.output.size_px;
     if (!m_film || m_film->width_px() != width || m_film->height_px() != height ||
         m_film->has_layers() != m_view->wants_layers())
         m_film = std::make_unique<output::Film>(width, height, m_view->wants_layers());
     m_first_step = first_step;
-    m_samples = 0;
-    m_rays = 0;
-    m_holes.clear();
     m_changes.clear();
-    m_first_s = m_all_s = 0;
-    m_start = Clock::now();
+    m_progress = {};
+    m_progress.start = Clock::now();
     plan();
     render::prefetch_visible(*m_view, m_blocks);
     m_processor = m_begin(*m_view);
-    m_pass = 0;
+    m_next_pass = 0;
     next_pass();
 }
 
@@ -66,24 +63,22 @@ void Progressive::plan() {
 // The next pass, or more samples: as many again as there are, of tiles that are not known well
 // enough.
 void Progressive::next_pass() {
-    m_submitted = 0;
-    m_done.clear();
-    if (m_pass < m_passes.size()) {
-        m_tiles = m_passes[m_pass++];
+    m_pass = {};
+    if (m_next_pass < m_passes.size()) {
+        m_pass.tiles = m_passes[m_next_pass++];
         return;
     }
     const auto& q = m_view->scene.quality;
     const std::uint32_t more =
-        std::min(m_samples, static_cast<std::uint32_t>(q.samples) - m_samples);
-    m_tiles.clear();
+        std::min(m_progress.samples, static_cast<std::uint32_t>(q.samples) - m_progress.samples);
     for (tiles::RenderTile tile : m_passes.back()) {
         tile.step = 1;
         tile.refines = false;
-        tile.first_sample = m_samples;
+        tile.first_sample = m_progress.samples;
         tile.samples = more;
-        if (q.noise == 0 || m_samples < static_cast<std::uint32_t>(q.min_samples) ||
+        if (q.noise == 0 || m_progress.samples < static_cast<std::uint32_t>(q.min_samples) ||
             m_film->error_above(tile, q.noise))
-            m_tiles.push_back(tile);
+            m_pass.tiles.push_back(tile);
     }
 }
 
@@ -92,25 +87,27 @@ void Progressive::work(Clock::time_point until) {
         return;
     try {
         for (bool first = true;; first = false) {
-            if (m_done.size() == m_tiles.size()) {
-                m_whole = true;
-                if (m_first_s == 0)
-                    m_first_s = seconds();
-                if (m_pass == m_passes.size())
-                    m_samples += std::max(m_tiles.empty() ? 1 : m_tiles.front().samples, 1U);
+            if (m_pass.done.size() == m_pass.tiles.size()) {
+                m_progress.whole = true;
+                if (m_progress.first_s == 0)
+                    m_progress.first_s = seconds();
+                if (m_next_pass == m_passes.size())
+                    m_progress.samples +=
+                        std::max(m_pass.tiles.empty() ? 1 : m_pass.tiles.front().samples, 1U);
                 const bool finished =
-                    m_tiles.empty() ||
-                    m_samples >= static_cast<std::uint32_t>(m_view->scene.quality.samples);
+                    m_pass.tiles.empty() ||
+                    m_progress.samples >= static_cast<std::uint32_t>(m_view->scene.quality.samples);
                 if (!finished)
                     next_pass();
-                if (finished || m_tiles.empty()) {
-                    m_all_s = seconds();
+                if (finished || m_pass.tiles.empty()) {
+                    m_progress.all_s = seconds();
                     return stop();
                 }
             }
-            while (m_submitted < m_tiles.size() &&
-                   m_submitted - m_done.size() < static_cast<std::size_t>(m_processor->capacity()))
-                m_processor->submit(m_tiles[m_submitted++]);
+            while (m_pass.submitted < m_pass.tiles.size() &&
+                   m_pass.submitted - m_pass.done.size() <
+                       static_cast<std::size_t>(m_processor->capacity()))
+                m_processor->submit(m_pass.tiles[m_pass.submitted++]);
             const auto left =
                 std::chrono::duration_cast<std::chrono::milliseconds>(until - Clock::now());
             if (left.count() <= 0 && !first)
@@ -125,7 +122,7 @@ void Progressive::work(Clock::time_point until) {
             add(*result);
         }
     } catch (...) {
-        m_all_s = seconds();
+        m_progress.all_s = seconds();
         stop();
         throw;
     }
@@ -133,9 +130,9 @@ void Progressive::work(Clock::time_point until) {
 
 void Progressive::add(const tiles::TileResult& result) {
     m_film->add(result);
-    m_done.insert(result.tile.index);
-    m_rays += result.counts.all_rays();
-    m_holes.insert(result.holes.begin(), result.holes.end());
+    m_pass.done.insert(result.tile.index);
+    m_progress.rays += result.counts.all_rays();
+    m_progress.holes.insert(result.holes.begin(), result.holes.end());
     m_changes.push_back(result.tile);
 }
 
@@ -143,16 +140,17 @@ Progressive::Status Progressive::status() const {
     Status out;
     if (!m_view)
         return out;
-    const auto& tiles = m_tiles;
+    const auto& tiles = m_pass.tiles;
     out.step = tiles.empty() ? 1 : tiles.front().step;
-    out.samples = m_samples;
+    out.samples = m_progress.samples;
     out.of_samples = static_cast<std::uint32_t>(m_view->scene.quality.samples);
-    out.share =
-        tiles.empty() ? 1 : static_cast<double>(m_done.size()) / static_cast<double>(tiles.size());
-    out.first_s = m_first_s;
-    out.seconds = busy() ? seconds() : m_all_s;
-    out.rays = m_rays;
-    out.holes = m_holes.size();
+    out.share = tiles.empty()
+                    ? 1
+                    : static_cast<double>(m_pass.done.size()) / static_cast<double>(tiles.size());
+    out.first_s = m_progress.first_s;
+    out.seconds = busy() ? seconds() : m_progress.all_s;
+    out.rays = m_progress.rays;
+    out.holes = m_progress.holes.size();
     return out;
 }
 

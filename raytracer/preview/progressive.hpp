@@ -40,7 +40,7 @@ public:
 
     [[nodiscard]] bool busy() const noexcept { return m_processor != nullptr; }
     [[nodiscard]] bool whole() const noexcept {
-        return m_whole;
+        return m_progress.whole;
     }  ///< each pixel is of this picture, if coarse
     /// Nothing before the first start().
     [[nodiscard]] const output::Film* film() const noexcept { return m_film.get(); }
@@ -63,17 +63,32 @@ public:
     };
     [[nodiscard]] Status status() const;
     [[nodiscard]] const std::set<voxel::BoxKey>& holes() const noexcept {
-        return m_holes;
+        return m_progress.holes;
     }  ///< that its rays met
     /// Time that ending the picture before took: cancelling what was under way, and more.
     [[nodiscard]] double last_stop_s() const noexcept { return m_stop_s; }
 
 private:
+    /// Tiles of the pass in progress, or those that get more samples.
+    struct Pass {
+        std::vector<tiles::RenderTile> tiles;
+        std::size_t submitted = 0;
+        std::set<std::uint32_t> done;  ///< by index
+    };
+    /// What is known of the picture, from its start.
+    struct Progress {
+        Clock::time_point start;
+        bool whole = false;
+        std::uint32_t samples = 0;  ///< of each pixel, of passes that are done
+        std::uint64_t rays = 0;
+        std::set<voxel::BoxKey> holes;
+        double first_s = 0, all_s = 0;
+    };
     void plan();
     void next_pass();
     void add(const tiles::TileResult& result);
     [[nodiscard]] double seconds() const noexcept {
-        return std::chrono::duration<double>(Clock::now() - m_start).count();
+        return std::chrono::duration<double>(Clock::now() - m_progress.start).count();
     }
 
     blocks::BlockManager& m_blocks;
@@ -84,17 +99,12 @@ private:
     std::shared_ptr<processors::TileProcessor>
         m_processor;  ///< of a picture under way; goes before the view
     std::vector<std::vector<tiles::RenderTile>> m_passes;
-    std::size_t m_pass = 0, m_submitted = 0;
-    std::vector<tiles::RenderTile> m_tiles;  ///< of the pass
-    std::set<std::uint32_t> m_done;          ///< of those
+    std::size_t m_next_pass = 0;  ///< index in m_passes
+    Pass m_pass;
     std::vector<tiles::RenderTile> m_changes;
-    bool m_whole = false;
     int m_first_step = 1;
-    std::uint32_t m_samples = 0;  ///< of each pixel, of passes that are done
-    std::uint64_t m_rays = 0;
-    std::set<voxel::BoxKey> m_holes;
-    Clock::time_point m_start;
-    double m_first_s = 0, m_all_s = 0, m_stop_s = 0;
+    Progress m_progress;
+    double m_stop_s = 0;
 };
 
 }  // namespace terravox::preview
