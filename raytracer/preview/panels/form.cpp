@@ -100,15 +100,16 @@ bool SceneForm::row(std::string_view path) {
     const auto found = m_fields.find(path);
     if (found == m_fields.end())
         throw util::Error("show the field " + std::string(path) + ": no such field of a scene");
-    return draw(path, found->second, found->second.rule.min, found->second.rule.max,
-                std::numeric_limits<double>::quiet_NaN());
+    const scene::FieldRule& rule = found->second.rule;
+    return draw(path, found->second,
+                {rule.min, rule.max, std::numeric_limits<double>::quiet_NaN()});
 }
 
 bool SceneForm::row(std::string_view path, double low, double high, double from) {
     const auto found = m_fields.find(path);
     if (found == m_fields.end())
         throw util::Error("show the field " + std::string(path) + ": no such field of a scene");
-    return draw(path, found->second, low, high, from);
+    return draw(path, found->second, {low, high, from});
 }
 
 bool SceneForm::rows(std::initializer_list<std::string_view> paths) {
@@ -118,137 +119,165 @@ bool SceneForm::rows(std::initializer_list<std::string_view> paths) {
     return changed;
 }
 
-bool SceneForm::draw(std::string_view path, Field& field, double low, double high, double from) {
-    const Label label = label_of(path);
-    ImGui::PushID(path.data(), path.data() + path.size());
-    const float width = ImGui::GetContentRegionAvail().x, reset_width = ImGui::GetFrameHeight();
+/// One row, while it is drawn: the widget that suits the type of the field.
+class SceneForm::Row {
+public:
+    Row(SceneForm& form, std::string_view path, Field& field, const Range& range)
+        : m_form(form), m_path(path), m_field(field), m_range(range), m_label(label_of(path)) {}
+
+    /// @return the field has changed
+    bool draw();
+
+    void operator()(double* v) {
+        m_changed |= number(*v, rule(), m_range.low, m_range.high, m_label.unit);
+    }
+    void operator()(std::optional<double>* v);
+    void operator()(int* v) { m_changed |= whole_number(*v, rule(), m_range.low, m_range.high); }
+    void operator()(std::optional<int>* v);
+    void operator()(bool* v) { m_changed |= ImGui::Checkbox("##v", v); }
+    void operator()(std::string* v);
+    void operator()(std::optional<std::array<double, 3>>* v);
+    void operator()(std::array<int, 2>* v) {
+        draw_text(std::to_string((*v)[0]) + "x" + std::to_string((*v)[1]));
+    }
+    void operator()(scene::TileSize* v) { draw_text(v->text()); }
+    template <core::WordEnum Word>
+    void operator()(Word* v) {
+        if (const auto word = draw_words(core::word_of(*v)))
+            *v = core::from_word<Word>(*word).value_or(*v);
+    }
+
+private:
+    [[nodiscard]] const scene::FieldRule& rule() const noexcept { return m_field.rule; }
+    void draw_text(const std::string& now);
+    std::optional<std::string_view> draw_words(std::string_view now);
+    template <class Held>
+    bool draw_own(std::optional<Held>& value, const Held& first);
+    void draw_reset();
+
+    SceneForm& m_form;
+    const std::string_view m_path;
+    Field& m_field;
+    const Range m_range;
+    const Label m_label;
+    bool m_changed = false;
+};
+
+void SceneForm::Row::draw_text(const std::string& now) {
+    const auto said = widgets::text_input("##v", now, kMaxText);
+    if (!said || said->text == now)
+        return;
+    try {
+        scene::set_field(m_form.m_scene, std::string(m_path), said->text);
+        m_changed = true;
+    } catch (const util::Error& e) {
+        m_form.m_problem = e.what();
+    }
+}
+
+/// Offers the words of a field. @return the chosen one, if any
+std::optional<std::string_view> SceneForm::Row::draw_words(std::string_view now) {
+    std::optional<std::string_view> chosen;
+    const auto shown = [](std::string_view word) {
+        return word.empty() ? std::string("as the data say") : std::string(word);
+    };
+    if (!ImGui::BeginCombo("##v", shown(now).c_str()))
+        return chosen;
+    for (const std::string_view word : rule().words)
+        if (ImGui::Selectable(shown(word).c_str(), word == now))
+            chosen = word;
+    ImGui::EndCombo();
+    m_changed |= chosen.has_value();
+    return chosen;
+}
+
+/// Lets a field have a value, or none. @param first value when it gets one @return it has one
+template <class Held>
+bool SceneForm::Row::draw_own(std::optional<Held>& value, const Held& first) {
+    bool own = value.has_value();
+    if (ImGui::Checkbox("##own", &own)) {
+        if (own)
+            value = first;
+        else
+            value.reset();
+        m_changed = true;
+    }
+    widgets::tip(own ? "untick: as usual" : "tick: a value of its own");
+    ImGui::SameLine();
+    const float left_px = ImGui::GetContentRegionAvail().x - ImGui::GetFrameHeight() -
+                          ImGui::GetStyle().ItemSpacing.x;
+    ImGui::SetNextItemWidth(std::max(left_px, 20.0f));
+    if (!value.has_value())
+        ImGui::TextDisabled("auto");
+    return value.has_value();
+}
+
+void SceneForm::Row::operator()(std::optional<double>* v) {
+    const bool has_from = std::isfinite(m_range.from);
+    double first = std::clamp(has_from ? m_range.from : 0.0, rule().min, rule().max);
+    if (!has_from)
+        first = std::clamp(first, std::isfinite(m_range.low) ? m_range.low : first,
+                           std::isfinite(m_range.high) ? m_range.high : first);
+    if (draw_own(*v, first))
+        m_changed |= number(**v, rule(), m_range.low, m_range.high, m_label.unit);
+}
+
+void SceneForm::Row::operator()(std::optional<int>* v) {
+    if (draw_own(*v, static_cast<int>(m_range.low)))
+        m_changed |= whole_number(**v, rule(), m_range.low, m_range.high);
+}
+
+void SceneForm::Row::operator()(std::string* v) {
+    if (rule().words.empty())
+        draw_text(*v);
+    else if (const auto word = draw_words(*v))
+        *v = *word;
+}
+
+void SceneForm::Row::operator()(std::optional<std::array<double, 3>>* v) {
+    if (!draw_own(*v, std::array<double, 3>{1, 1, 1}))
+        return;
+    std::array<float, 3> colour{};
+    for (std::size_t i = 0; i < 3; ++i)
+        colour[i] = static_cast<float>((**v)[i]);
+    if (!ImGui::ColorEdit3("##v", colour.data(),
+                           ImGuiColorEditFlags_Float | ImGuiColorEditFlags_HDR))
+        return;
+    for (std::size_t i = 0; i < 3; ++i)
+        (**v)[i] = std::clamp(static_cast<double>(colour[i]), rule().min, rule().max);
+    m_changed = true;
+}
+
+void SceneForm::Row::draw_reset() {
+    const bool is_usual =
+        std::visit([&](auto* value) { return *value == *std::get<decltype(value)>(m_field.usual); },
+                   m_field.value);
+    if (!widgets::reset_button(!is_usual))
+        return;
+    std::visit([&](auto* value) { *value = *std::get<decltype(value)>(m_field.usual); },
+               m_field.value);
+    m_changed = true;
+}
+
+bool SceneForm::Row::draw() {
+    ImGui::PushID(m_path.data(), m_path.data() + m_path.size());
+    const float width = ImGui::GetContentRegionAvail().x;
+    const float reset_width = ImGui::GetFrameHeight();
     ImGui::AlignTextToFramePadding();
-    ImGui::TextUnformatted(label.name.c_str());
-    widgets::tip(std::string(field.rule.doc));
+    ImGui::TextUnformatted(m_label.name.c_str());
+    widgets::tip(std::string(rule().doc));
     ImGui::SameLine(width * 0.42f);
     ImGui::SetNextItemWidth(width * 0.58f - reset_width - ImGui::GetStyle().ItemSpacing.x);
-    bool changed = false;
-    const auto text_row = [&](const std::string& now) {
-        const auto said = widgets::text_input("##v", now, kMaxText);
-        if (!said || said->text == now)
-            return;
-        try {
-            scene::set_field(m_scene, std::string(path), said->text);
-            changed = true;
-        } catch (const util::Error& e) {
-            m_problem = e.what();
-        }
-    };
-    // Offers the words of a field; @return the chosen one, if any.
-    const auto choose = [&](std::string_view now) {
-        std::optional<std::string_view> chosen;
-        const auto shown = [](std::string_view word) {
-            return word.empty() ? std::string("as the data say") : std::string(word);
-        };
-        if (!ImGui::BeginCombo("##v", shown(now).c_str()))
-            return chosen;
-        for (const std::string_view word : field.rule.words)
-            if (ImGui::Selectable(shown(word).c_str(), word == now))
-                chosen = word;
-        ImGui::EndCombo();
-        changed |= chosen.has_value();
-        return chosen;
-    };
-    const auto maybe = [&](auto& value, auto first) {
-        bool own = value.has_value();
-        if (ImGui::Checkbox("##own", &own)) {
-            if (own)
-                value = first;
-            else
-                value.reset();
-            changed = true;
-        }
-        widgets::tip(own ? "untick: as usual" : "tick: a value of its own");
-        ImGui::SameLine();
-        ImGui::SetNextItemWidth(std::max(
-            ImGui::GetContentRegionAvail().x - reset_width - ImGui::GetStyle().ItemSpacing.x,
-            20.0f));
-        return value.has_value();
-    };
-    struct Drawing {
-        const decltype(text_row)& text;
-        const decltype(choose)& pick;
-        const decltype(maybe)& own;
-        const Field& field;
-        double low, high, from;
-        const Label& label;
-        bool& changed;
-
-        void operator()(double* v) const {
-            changed |= number(*v, field.rule, low, high, label.unit);
-        }
-        void operator()(std::optional<double>* v) const {
-            const double first =
-                std::clamp(std::isfinite(from) ? from : 0.0, field.rule.min, field.rule.max);
-            if (own(*v, std::isfinite(from) ? first
-                                            : std::clamp(first, std::isfinite(low) ? low : first,
-                                                         std::isfinite(high) ? high : first)))
-                changed |= number(**v, field.rule, low, high, label.unit);
-            else
-                ImGui::TextDisabled("auto");
-        }
-        void operator()(int* v) const { changed |= whole_number(*v, field.rule, low, high); }
-        void operator()(std::optional<int>* v) const {
-            if (own(*v, static_cast<int>(low)))
-                changed |= whole_number(**v, field.rule, low, high);
-            else
-                ImGui::TextDisabled("auto");
-        }
-        void operator()(bool* v) const { changed |= ImGui::Checkbox("##v", v); }
-        void operator()(std::string* v) const {
-            if (field.rule.words.empty())
-                text(*v);
-            else if (const auto word = pick(*v))
-                *v = *word;
-        }
-        void operator()(std::optional<std::array<double, 3>>* v) const {
-            if (own(*v, std::array<double, 3>{1, 1, 1})) {
-                std::array<float, 3> c{static_cast<float>((**v)[0]), static_cast<float>((**v)[1]),
-                                       static_cast<float>((**v)[2])};
-                if (ImGui::ColorEdit3("##v", c.data(),
-                                      ImGuiColorEditFlags_Float | ImGuiColorEditFlags_HDR)) {
-                    for (std::size_t i = 0; i < 3; ++i)
-                        (**v)[i] =
-                            std::clamp(static_cast<double>(c[i]), field.rule.min, field.rule.max);
-                    changed = true;
-                }
-            } else
-                ImGui::TextDisabled("auto");
-        }
-        void operator()(std::array<int, 2>* v) const {
-            text(std::to_string((*v)[0]) + "x" + std::to_string((*v)[1]));
-        }
-        void operator()(scene::TileSize* v) const { text(v->text()); }
-    };
-    const Drawing drawing{text_row, choose, maybe, field, low, high, from, label, changed};
-    std::visit(
-        [&](auto* value) {
-            using Held = std::remove_pointer_t<decltype(value)>;
-            if constexpr (core::WordEnum<Held>) {
-                if (const auto word = choose(core::word_of(*value)))
-                    *value = core::from_word<Held>(*word).value_or(*value);
-            } else {
-                drawing(value);
-            }
-        },
-        field.value);
-    widgets::tell_place(std::string(path));
-    const bool is_usual =
-        std::visit([&](auto* value) { return *value == *std::get<decltype(value)>(field.usual); },
-                   field.value);
+    std::visit([this](auto* value) { (*this)(value); }, m_field.value);
+    widgets::tell_place(std::string(m_path));
     ImGui::SameLine(width - reset_width);
-    if (widgets::reset_button(!is_usual)) {
-        std::visit([&](auto* value) { *value = *std::get<decltype(value)>(field.usual); },
-                   field.value);
-        changed = true;
-    }
+    draw_reset();
     ImGui::PopID();
-    return changed;
+    return m_changed;
+}
+
+bool SceneForm::draw(std::string_view path, Field& field, const Range& range) {
+    return Row(*this, path, field, range).draw();
 }
 
 }  // namespace terravox::panels

@@ -49,7 +49,12 @@ private:
         Value value, usual;
         scene::FieldRule rule;
     };
-    bool draw(std::string_view path, Field& field, double low, double high, double from);
+    /// Of a slider, and where an own value begins.
+    struct Range {
+        double low, high, from;
+    };
+    class Row;
+    bool draw(std::string_view path, Field& field, const Range& range);
 
     scene::Scene& m_scene;
     std::map<std::string_view, Field> m_fields;

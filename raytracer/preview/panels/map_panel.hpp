@@ -31,6 +31,11 @@ public:
               const std::shared_ptr<const shade::View>& view, std::array<float, 2> corner);
 
 private:
+    /// The eye, the target and the angle of view. @param corner, extent its upper left corner and
+    /// its size, pixels
+    void draw_view(const preview::EditorState& editor_state, const shade::View* view,
+                   std::array<float, 2> corner, std::array<float, 2> extent) const;
+
     std::unique_ptr<preview::MiniMap> m_map;
     std::uint64_t m_version = 0;  ///< of the map that the texture shows
     preview::Texture m_texture;

@@ -32,15 +32,26 @@ void ProcessorsPanel::note_speeds(double passed_s) {
     m_speeds = std::move(speeds);
 }
 
-void ProcessorsPanel::draw(preview::EditorState& editor_state, render::RenderPool& render_pool) {
+void ProcessorsPanel::update(const render::RenderPool& render_pool) {
     const auto now = std::chrono::steady_clock::now();
-    if (now - m_asked > kAskAgain) {
-        const double passed_s = std::chrono::duration<double>(now - m_asked).count();
-        m_participants = render_pool.participants();
-        m_dialled = render_pool.dialled();
-        m_asked = now;
-        note_speeds(passed_s);
-    }
+    if (now - m_asked <= kAskAgain)
+        return;
+    const double passed_s = std::chrono::duration<double>(now - m_asked).count();
+    m_participants = render_pool.participants();
+    m_dialled = render_pool.dialled();
+    m_asked = now;
+    note_speeds(passed_s);
+}
+
+void ProcessorsPanel::draw(preview::EditorState& editor_state, render::RenderPool& render_pool) {
+    update(render_pool);
+    draw_local(render_pool);
+    draw_workers(editor_state, render_pool);
+    draw_participants();
+}
+
+/// Green, and threads of this process.
+void ProcessorsPanel::draw_local(render::RenderPool& render_pool) const {
     const bool alone = render_pool.threads() == 0 && m_dialled.empty();
     bool green = render_pool.green();
     ImGui::BeginDisabled(green && alone);
@@ -57,6 +68,11 @@ void ProcessorsPanel::draw(preview::EditorState& editor_state, render::RenderPoo
             render_pool.set_green(true);  // somebody must
     }
     widgets::tell_place("threads");
+}
+
+/// Workers that are dialled, and a field for another one.
+void ProcessorsPanel::draw_workers(preview::EditorState& editor_state,
+                                   render::RenderPool& render_pool) {
     ImGui::SetNextItemWidth(ImGui::GetContentRegionAvail().x * 0.5f);
     if (const auto typed = widgets::text_input("##address", m_address, 200, "host:port"))
         m_address = typed->text;
@@ -82,6 +98,9 @@ void ProcessorsPanel::draw(preview::EditorState& editor_state, render::RenderPoo
         ImGui::TextUnformatted(address.c_str());
         ImGui::PopID();
     }
+}
+
+void ProcessorsPanel::draw_participants() {
     constexpr ImGuiTableFlags kTable =
         ImGuiTableFlags_RowBg | ImGuiTableFlags_BordersInnerV | ImGuiTableFlags_SizingStretchProp;
     if (m_participants.empty() || !ImGui::BeginTable("hands", 6, kTable))

@@ -20,7 +20,11 @@ private:
         std::uint64_t tiles = 0;  ///< when it was last asked for
         double tiles_per_s = 0;   ///< lately
     };
+    void update(const render::RenderPool& render_pool);
     void note_speeds(double passed_s);
+    void draw_local(render::RenderPool& render_pool) const;
+    void draw_workers(preview::EditorState& editor_state, render::RenderPool& render_pool);
+    void draw_participants();
     std::string m_address;
     std::vector<render::RenderPool::Participant> m_participants;
     std::map<processors::ProcessorPool::MemberId, Speed> m_speeds;
