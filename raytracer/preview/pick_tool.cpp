@@ -8,6 +8,21 @@
 #include <numbers>
 
 namespace terravox::preview {
+namespace {
+
+std::string metres(double m) {
+    std::array<char, 40> out{};
+    std::snprintf(out.data(), out.size(), "%.2f m", m);
+    return out.data();
+}
+
+void draw_row(const std::string& name, const std::string& value) {
+    ImGui::TextDisabled("%s", name.c_str());
+    ImGui::SameLine(ImGui::GetFontSize() * 8);
+    ImGui::TextWrapped("%s", value.c_str());
+}
+
+}  // namespace
 
 Measured measure(const Picked& from, const Picked& to, double voxel_m) noexcept {
     const core::Vec3 way = (to.point - from.point) * voxel_m;
@@ -21,12 +36,26 @@ Measured measure(const Picked& from, const Picked& to, double voxel_m) noexcept 
     return out;
 }
 
+std::optional<core::Ray> ray_through(const scene::Camera& camera, std::array<int, 2> picture_px,
+                                     const Pane& pane, double x, double y) noexcept {
+    if (!pane.holds(x, y))
+        return std::nullopt;
+    const double px = (x - pane.x) / pane.width * picture_px[0];
+    const double py = (y - pane.y) / pane.height * picture_px[1];
+    return camera.ray(px, py, 0.5, 0.5);
+}
+
 void PickTool::click(const EditorState& editor_state, const Navigator::Click& click,
-                     const core::Ray& ray, const std::shared_ptr<const shade::View>& view) {
-    m_picker.ask(click.twice             ? Picker::Use::kFocus
-                 : editor_state.measures ? Picker::Use::kMeasure
-                                         : Picker::Use::kRead,
-                 view, ray);
+                     const Pane& pane, const std::shared_ptr<const shade::View>& view) {
+    if (!view)
+        return;
+    const auto ray = ray_through(view->camera, view->scene.output.size_px, pane, click.x, click.y);
+    if (!ray)
+        return;
+    Picker::Use use = editor_state.measures ? Picker::Use::kMeasure : Picker::Use::kRead;
+    if (click.twice)
+        use = Picker::Use::kFocus;
+    m_picker.ask(use, view, *ray);
 }
 
 void PickTool::go(const EditorState& editor_state, double x, double z,
@@ -107,6 +136,43 @@ void PickTool::draw_marks(const shade::View& view, const Pane& pane) const {
     above.PopClipRect();
 }
 
+void PickTool::draw_distance(const voxel::WorldInfo& world) const {
+    if (m_first && m_second) {
+        const Measured m = measure(*m_first, *m_second, world.voxel_m);
+        draw_row("on the map", metres(m.level_m));
+        draw_row("height", metres(m.height_m));
+        draw_row("in all", metres(m.length_m));
+        draw_row("towards", std::to_string(std::lround(m.heading_deg)) + "\u00b0");
+    } else if (m_first) {
+        ImGui::TextUnformatted("click on the other end");
+    }
+}
+
+void PickTool::draw_facts(EditorState& editor_state) const {
+    const float font = ImGui::GetFontSize();
+    std::string all;
+    for (const PickedFact& fact : m_facts) {
+        draw_row(fact.name, fact.value);
+        all += fact.name + ": " + fact.value + "\n";
+    }
+    if (m_read->attr.has_colour() && !m_read->hole) {
+        const voxel::Rgb8 c = m_read->attr.colour;
+        ImGui::SameLine();
+        ImGui::ColorButton("##colour", {c.r / 255.0f, c.g / 255.0f, c.b / 255.0f, 1},
+                           ImGuiColorEditFlags_NoTooltip, {font, font});
+    }
+    if (ImGui::Button("Copy"))
+        ImGui::SetClipboardText(all.c_str());
+    ImGui::SameLine();
+    if (ImGui::Button("Look at it")) {
+        editor_state.viewpoint.face(m_read->point);
+        editor_state.moved();
+    }
+    ImGui::SameLine();
+    if (ImGui::Button("Focus lens"))
+        editor_state.scene.camera.focus_m = std::clamp(m_read->distance_m, 0.001, 1e7);
+}
+
 void PickTool::draw(EditorState& editor_state, const shade::View& view, const Pane& pane,
                     std::array<int, 2> window_px) {
     draw_marks(view, pane);
@@ -122,49 +188,10 @@ void PickTool::draw(EditorState& editor_state, const shade::View& view, const Pa
                      ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoResize);
     if (m_picker.busy())
         ImGui::TextDisabled("looking it up ...");
-    const auto row = [&](const std::string& name, const std::string& value) {
-        ImGui::TextDisabled("%s", name.c_str());
-        ImGui::SameLine(font * 8);
-        ImGui::TextWrapped("%s", value.c_str());
-    };
-    const auto metres = [](double m) {
-        std::array<char, 40> out{};
-        std::snprintf(out.data(), out.size(), "%.2f m", m);
-        return std::string(out.data());
-    };
-    if (editor_state.measures) {
-        if (m_first && m_second) {
-            const Measured m = measure(*m_first, *m_second, editor_state.info().voxel_m);
-            row("on the map", metres(m.level_m));
-            row("height", metres(m.height_m));
-            row("in all", metres(m.length_m));
-            row("towards", std::to_string(std::lround(m.heading_deg)) + "\u00b0");
-        } else if (m_first) {
-            ImGui::TextUnformatted("click on the other end");
-        }
-    } else if (m_read) {
-        std::string all;
-        for (const PickedFact& fact : m_facts) {
-            row(fact.name, fact.value);
-            all += fact.name + ": " + fact.value + "\n";
-        }
-        if (m_read->attr.has_colour() && !m_read->hole) {
-            const voxel::Rgb8 c = m_read->attr.colour;
-            ImGui::SameLine();
-            ImGui::ColorButton("##colour", {c.r / 255.0f, c.g / 255.0f, c.b / 255.0f, 1},
-                               ImGuiColorEditFlags_NoTooltip, {font, font});
-        }
-        if (ImGui::Button("Copy"))
-            ImGui::SetClipboardText(all.c_str());
-        ImGui::SameLine();
-        if (ImGui::Button("Look at it")) {
-            editor_state.viewpoint.face(m_read->point);
-            editor_state.moved();
-        }
-        ImGui::SameLine();
-        if (ImGui::Button("Focus lens"))
-            editor_state.scene.camera.focus_m = std::clamp(m_read->distance_m, 0.001, 1e7);
-    }
+    if (editor_state.measures)
+        draw_distance(editor_state.info());
+    else if (m_read)
+        draw_facts(editor_state);
     ImGui::End();
     if (!open)
         clear();

@@ -19,13 +19,20 @@ struct Measured {
 };
 [[nodiscard]] Measured measure(const Picked& from, const Picked& to, double voxel_m) noexcept;
 
+/// The ray through a place in the window. @param x, y pixels of the window @return nullopt outside
+/// the pane, and where the camera shows nothing
+[[nodiscard]] std::optional<core::Ray> ray_through(const scene::Camera& camera,
+                                                   std::array<int, 2> picture_px, const Pane& pane,
+                                                   double x, double y) noexcept;
+
 /// What clicks on the picture do: read a voxel, look at it, measure between two.
 class PickTool {
 public:
     explicit PickTool(blocks::BlockManager& blocks) : m_picker(blocks) {}
 
-    /// @param ray through the click @param view of the picture that is seen
-    void click(const EditorState& editor_state, const Navigator::Click& click, const core::Ray& ray,
+    /// @param pane that shows the picture @param view of the picture that is seen; nullptr: there
+    /// is none yet
+    void click(const EditorState& editor_state, const Navigator::Click& click, const Pane& pane,
                const std::shared_ptr<const shade::View>& view);
     /// The ground at a place on the map, to go there. @param x, z level-0 voxels
     void go(const EditorState& editor_state, double x, double z,
@@ -44,6 +51,8 @@ public:
 
 private:
     void draw_marks(const shade::View& view, const Pane& pane) const;
+    void draw_distance(const voxel::WorldInfo& world) const;
+    void draw_facts(EditorState& editor_state) const;
 
     Picker m_picker;
     std::optional<Picked> m_read, m_first, m_second;

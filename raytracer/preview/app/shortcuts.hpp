@@ -1,0 +1,27 @@
+#pragma once
+
+#include "raytracer/preview/live_picture.hpp"
+#include "raytracer/preview/panels/files_panel.hpp"
+#include "raytracer/preview/panels/path_panel.hpp"
+#include "raytracer/preview/pick_tool.hpp"
+#include "raytracer/preview/window.hpp"
+
+namespace terravox::preview {
+
+/// What keys act on.
+struct ShortcutTargets {
+    Window& window;
+    EditorState& editor_state;
+    const Progressive& picture;
+    FinalRender& final_render;
+    panels::FilesPanel& files;
+    panels::PathPanel& path;
+    PickTool& pick;
+    Pane pane;  ///< of the picture
+};
+
+/// Does what the keys of this frame command, but for those that move the viewpoint (Navigator).
+/// After ImGui has begun the frame; main thread only.
+void handle_shortcuts(const ShortcutTargets& on);
+
+}  // namespace terravox::preview

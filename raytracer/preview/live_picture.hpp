@@ -1,0 +1,102 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <memory>
+#include <optional>
+
+#include "raytracer/preview/frame_times.hpp"
+#include "raytracer/preview/hole_watch.hpp"
+#include "raytracer/preview/pane.hpp"
+#include "raytracer/preview/probe_processor.hpp"
+#include "raytracer/preview/probe_retry.hpp"
+#include "raytracer/preview/progressive.hpp"
+#include "raytracer/preview/screen_developer.hpp"
+#include "raytracer/render/render_pool.hpp"
+
+namespace terravox::preview {
+
+/// What has to be rendered to show a layer of a scene in a pane. What only develops a picture
+/// (exposure, tone) is left out: it needs no new one. @param resolution pixels of the picture to
+/// pixels of the pane, along an edge
+[[nodiscard]] scene::Scene scene_to_show(Layer layer, const scene::Scene& scene, double resolution,
+                                         const Pane& pane);
+
+/// The edge of the first pass's pixels for the next picture, a power of two: so that a first pass
+/// takes between 8 and 30 ms. @param first_s time that the last one took
+[[nodiscard]] int next_first_step(int first_step, double first_s) noexcept;
+
+/// The picture in the window. It is rendered progressively by a render pool, and starts again when
+/// the scene changes, or when a missing box has arrived. Used by one thread.
+///
+/// The clock is a parameter; times of a picture itself are those of Progressive.
+class LivePicture {
+public:
+    using Clock = Progressive::Clock;
+
+    /// @param blocks, times outlive the picture @param source as that of RenderPool
+    /// @throws as RenderPool
+    LivePicture(const render::RenderPoolOptions& render_pool, blocks::BlockManager& blocks,
+                const farm::BoxSource& source, FrameTimes& times);
+
+    /// Requests a box that the finished picture lacks, now and then. To be called each frame.
+    /// @param may_retry another request may have another answer @return a missing box has arrived:
+    /// the next update() should start again
+    [[nodiscard]] bool has_missing_box_come(bool may_retry, Clock::time_point now);
+
+    /// Starts the picture again, where this is not the scene that it is of; a first pass in
+    /// progress may continue for 50 ms. @param wanted of scene_to_show() @param restart in any case
+    /// @param changed_at when a change may have been made
+    /// @throws util::Error for a scene that cannot be rendered; it is not tried again
+    void update(const scene::Scene& wanted, Layer layer, bool restart, Clock::time_point changed_at,
+                Clock::time_point now);
+    /// Someone waits for a picture from now on; to be called once before the first update().
+    void note_change(Clock::time_point changed_at);
+    /// As Progressive::work(). @throws what a tile threw; the picture is stopped then
+    void work(Clock::time_point until) { m_picture.work(until); }
+    /// The next update() starts again, although the scene is the same.
+    void invalidate() { m_shown.reset(); }
+    /// No picture of the last change is waited for any more: an error ended it.
+    void forget_change() { m_changed_at.reset(); }
+
+    /// Develops what is new. @param output exposure and tone @return rows of screen() that changed
+    [[nodiscard]] RowRange develop(const scene::Scene::Output& output) {
+        return m_developer.update(m_picture, output, m_layer);
+    }
+    [[nodiscard]] const ScreenPicture& screen() const noexcept { return m_developer.screen(); }
+    /// The window shows what is developed. Where this is the first picture of a change, its time is
+    /// noted, and the next first pass is made coarser or finer by it.
+    void note_shown(Clock::time_point now);
+    void stop() noexcept { m_picture.stop(); }
+
+    [[nodiscard]] const Progressive& progressive() const noexcept { return m_picture; }
+    [[nodiscard]] render::RenderPool& render_pool() noexcept { return m_render_pool; }
+    /// It is being computed, or will be.
+    [[nodiscard]] bool busy() const noexcept { return m_picture.busy() || m_changed_at; }
+    /// Boxes that a layer of walks should show, and that are not in memory.
+    [[nodiscard]] std::size_t missing() const noexcept { return m_probe ? m_probe->missing() : 0; }
+    [[nodiscard]] std::uint64_t started_count() const noexcept { return m_started_count; }
+
+private:
+    [[nodiscard]] std::shared_ptr<processors::TileProcessor> begin(const shade::View& view);
+    void update_layer(const scene::Scene& wanted, Layer layer, Clock::time_point now);
+    void start(const scene::Scene& wanted, int first_step, Clock::time_point now);
+
+    blocks::BlockManager& m_blocks;
+    FrameTimes& m_times;
+    render::RenderPool m_render_pool;
+    std::shared_ptr<ProbeProcessor> m_probe;  ///< where a layer of walks is shown
+    Progressive m_picture;
+    HoleWatch m_holes;
+    ScreenDeveloper m_developer;
+    ProbeRetry m_probe_retry;
+    std::optional<scene::Scene> m_shown;  ///< that the picture is of; nullopt: to be started again
+    Layer m_layer = Layer::kBeauty;
+    int m_first_step = 8;
+    /// When the change was made that the picture in progress is to show; nullopt once it is shown.
+    std::optional<Clock::time_point> m_changed_at;
+    Clock::time_point m_started_at, m_idle_since;
+    std::uint64_t m_started_count = 0;
+};
+
+}  // namespace terravox::preview
