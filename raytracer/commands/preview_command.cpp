@@ -1,6 +1,5 @@
 #include "raytracer/commands/preview_command.hpp"
 
-#include <imgui.h>
 #include <spdlog/spdlog.h>
 #include <CLI/CLI.hpp>
 
@@ -8,7 +7,6 @@
 #include <cstdlib>
 #include <memory>
 #include <nlohmann/json.hpp>
-#include <optional>
 
 #include "common/thread/parallel.hpp"
 #include "common/thread/stop_signals.hpp"
@@ -17,9 +15,7 @@
 #include "common/util/resident_memory.hpp"
 #include "raytracer/commands/render_pool_arguments.hpp"
 #include "raytracer/commands/world_arguments.hpp"
-#include "raytracer/preview/app/app.hpp"
-#include "raytracer/preview/opening.hpp"
-#include "raytracer/preview/panels/widgets.hpp"
+#include "raytracer/preview/app/session.hpp"
 #include "raytracer/scene/scene_io.hpp"
 #include "voxelserver/worlds/open/world_kinds.hpp"
 
@@ -50,27 +46,6 @@ render::RenderPoolOptions preview_render_pool(const Arguments& args, const scene
     return out;
 }
 
-/// What is seen until a world is open. @return false: the person has had enough
-bool draw_opening(const preview::Window& window, const std::string& failure, bool& again) {
-    const auto [width, height] = window.size_px();
-    const float font = ImGui::GetFontSize();
-    ImGui::SetNextWindowPos({static_cast<float>(width) / 2, static_cast<float>(height) / 2},
-                            ImGuiCond_Always, {0.5f, 0.5f});
-    ImGui::SetNextWindowSize({std::min(font * 40, static_cast<float>(std::max(width, 1))), 0});
-    ImGui::Begin("##opening", nullptr, ImGuiWindowFlags_NoDecoration);
-    bool stay = true;
-    if (failure.empty()) {
-        ImGui::Text("Opening the world %c", "|/-\\"[static_cast<int>(ImGui::GetTime() * 8) & 3]);
-    } else {
-        ImGui::TextWrapped("%s", failure.c_str());
-        again = panels::widgets::button("Try again");
-        ImGui::SameLine();
-        stay = !panels::widgets::button("Close");
-    }
-    ImGui::End();
-    return stay;
-}
-
 nlohmann::json report_of(const preview::App& app) {
     nlohmann::json out = app.times().report();
     out["pictures"] = app.pictures();
@@ -99,46 +74,22 @@ util::ExitCode run(const Arguments& args) {
     window.set_light(args.light);
     const thread::StopSignals signals;
     const std::stop_token quit = signals.token();
-    auto opening = std::make_unique<preview::Opening>(args.world.options(scene), scene);
-    std::unique_ptr<preview::App> app;
-    std::string failure;
-    while (window.open() && !quit.stop_requested()) {
-        if (app) {
-            app->frame();
-            continue;
-        }
-        window.begin_frame(0.05);
-        bool again = false;
-        if (!draw_opening(window, failure, again))
-            window.close();
-        window.end_frame({});
-        if (again) {
-            failure.clear();
-            opening = std::make_unique<preview::Opening>(args.world.options(scene), scene);
-        }
-        if (auto world = opening->take()) {
-            try {
-                window.set_title("Terravox: " + world->world->info().title);
-                app = std::make_unique<preview::App>(window, scene, std::move(world), options);
-            } catch (const util::Error& e) {
-                failure = e.what();
-            }
-        } else if (failure.empty() && !(failure = opening->failure()).empty()) {
-            spdlog::error("{}", failure);
-        }
-    }
-    if (!args.report.empty() && app)
+    preview::Session session(window, args.world.options(scene), scene, options);
+    while (window.open() && !quit.stop_requested())
+        session.frame();
+    const preview::App* const app = session.app();
+    if (!args.report.empty() && app != nullptr)
         util::write_file_atomically(args.report, report_of(*app).dump(2) + "\n");
-    const std::size_t holes = app ? app->holes() : 0;
-    window.hide();  // what is under way may take a while to end
-    app.reset();
-    // A world of files cannot be told to stop opening; nothing of it is of use to anybody.
-    if (opening->runs()) {
+    const std::size_t holes = app != nullptr ? app->holes() : 0;
+    window.hide();  // what is in progress may take a while to end
+    session.close();
+    // A world of files cannot be told to stop opening; nothing of it is needed any more.
+    if (session.is_opening()) {
         spdlog::info("left before the world was open");
         spdlog::shutdown();
         std::_Exit(static_cast<int>(util::ExitCode::kDone));
     }
-    if (!failure.empty())
+    if (!session.failure().empty())
         return util::ExitCode::kFailed;
     return holes > 0 ? util::ExitCode::kHoles : util::ExitCode::kDone;
 }
