@@ -117,6 +117,22 @@ TEST_CASE("the time of the first picture of a change is noted once", "[preview]"
     CHECK(bench.first_pictures() == 1);
 }
 
+TEST_CASE("a picture that began before a change is not the first one of it", "[preview]") {
+    Bench bench;
+    bench.update(at_azimuth(10));
+    bench.picture.forget_change();
+    bench.now += 10ms;
+    bench.update(at_azimuth(20));  // the pass in progress may continue
+    bench.finish();
+    bench.picture.note_shown(bench.now);
+    CHECK(bench.first_pictures() == 0);
+    CHECK(bench.picture.busy());
+    bench.update(at_azimuth(20));
+    bench.finish();
+    bench.picture.note_shown(bench.now);
+    CHECK(bench.first_pictures() == 1);
+}
+
 TEST_CASE("the first pass becomes coarser when it is slow, and finer when it is quick",
           "[preview]") {
     struct Case {
