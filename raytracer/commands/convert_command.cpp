@@ -195,7 +195,7 @@ util::ExitCode report(const exports::Job& job, const voxel::World& world, double
     const auto holes = job.holes().size();
     const auto damage = world.damage();
     if (holes > 0)
-        spdlog::error("what was written has holes: {} boxes could not be had", holes);
+        spdlog::error("what was written has holes: {} boxes could not be loaded", holes);
     if (!damage.empty())
         voxel::log_damage(damage);
     return holes > 0 || !damage.empty() ? util::ExitCode::kHoles : util::ExitCode::kDone;

@@ -98,7 +98,7 @@ util::ExitCode run(Arguments& args) {
         for (const std::string& output : args.outputs)
             std::printf("wrote %s\n", output.c_str());
     if (!s.counts.holes.empty())
-        spdlog::error("the picture has holes: {} boxes could not be had", s.counts.holes.size());
+        spdlog::error("the picture has holes: {} boxes could not be loaded", s.counts.holes.size());
     if (!s.damage.empty())
         voxel::log_damage(s.damage);
     return s.has_holes() ? util::ExitCode::kHoles : util::ExitCode::kDone;

@@ -60,7 +60,7 @@ util::ExitCode run(const Arguments& args) {
                 std::printf("wrote %s\n", output.c_str());
     }
     if (!statistics.counts.holes.empty())
-        spdlog::error("the picture has holes: {} boxes could not be had",
+        spdlog::error("the picture has holes: {} boxes could not be loaded",
                       statistics.counts.holes.size());
     if (statistics.counts.missing > 0)
         spdlog::error("the picture lacks {} tiles: nobody was left to render them",

@@ -63,7 +63,7 @@ void FinalRender::run(const std::shared_ptr<render::LoadedWorld>& world, const s
             message += " " + file;
         if (!statistics.counts.holes.empty())
             message += "; it has holes: " + std::to_string(statistics.counts.holes.size()) +
-                       " boxes could not be had";
+                       " boxes could not be loaded";
     } catch (const std::exception& e) {
         state = State::kFailed;
         message = m_stop.stop_requested() ? kGivenUp : e.what();

@@ -69,7 +69,7 @@ std::vector<PickedFact> facts_of(const Picked& picked, const voxel::WorldInfo& w
     out.push_back({"height", text("%.2f m", height_m)});
     out.push_back({"distance", text("%.1f m", picked.distance_m)});
     if (picked.hole) {
-        out.push_back({"material", "a hole: its box could not be had"});
+        out.push_back({"material", "a hole: its box could not be loaded"});
         return out;
     }
     out.push_back({"material", std::string(voxel::material_name(picked.attr.material))});

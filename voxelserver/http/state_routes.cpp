@@ -219,7 +219,7 @@ Response answer_metrics(Service& service, const RequestCounts& counts, double up
     text.one("terravox_uptime_seconds", "gauge", "Time since the start.", uptime_s);
     text.one("process_resident_memory_bytes", "gauge", "Resident memory.",
              static_cast<double>(resident_bytes()));
-    text.one("terravox_memory_limit_bytes", "gauge", "What the server was told to stay within.",
+    text.one("terravox_memory_limit_bytes", "gauge", "The limit of memory that was set.",
              static_cast<double>(service.memory_limit_bytes));
     write_requests(text, counts);
     const auto b = service.boxes.stats();

@@ -175,7 +175,7 @@ void add_server_options(CLI::App& app, Options& o) {
         ->capture_default_str()
         ->check(CLI::Range(0.1, 3600.0));
     app.add_option("--drain-s", o.drain_s,
-                   "for running requests when the server is told to stop, seconds")
+                   "for running requests when the server has to stop, seconds")
         ->capture_default_str()
         ->check(CLI::Range(0.0, 3600.0));
     app.add_option("--log", o.log_level, "trace, debug, info, warn, error or off")

@@ -56,7 +56,7 @@ public:
         const auto frame = m_source->read(entry->offset, entry->bytes, room);
         if (entry->kind == Kind::kHole)
             throw util::Error(
-                "read " + name + ": it could not be had when the archive was made: " +
+                "read " + name + ": it could not be read when the archive was made: " +
                 std::string(reinterpret_cast<const char*>(frame.data()), frame.size()));
         auto box = decompress_box(frame, name);
         if (box->key() != key)

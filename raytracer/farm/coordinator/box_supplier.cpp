@@ -134,7 +134,7 @@ void BoxSupplier::serve() {
         } else {
             const auto box = packed(key);
             if (!box)
-                reply.set_hole("the coordinator cannot have it");
+                reply.set_hole("the coordinator cannot load it");
             else if (box->air)
                 reply.set_air(true);
             else

@@ -259,7 +259,7 @@ private:
             return {};
         } catch (const std::exception& e) {
             spdlog::error("answer a request for metrics: {}", e.what());
-            return {500, "Internal Server Error", "the metrics cannot be had\n"};
+            return {500, "Internal Server Error", "the metrics cannot be collected\n"};
         }
     }
     static int on_refusal(mg_connection* connection, int status, const char* /*message*/) noexcept {

@@ -78,7 +78,7 @@ void visit_fields(Config& c, const Visit& visit) {
           Rule{"host names by which that page is asked for, separated by blanks, beside localhost, "
                "numbers and this machine's name"});
     visit("drain_s", c.drain_s,
-          Rule{"for tiles under way when it is told to stop, seconds", kLive, 0, 3600});
+          Rule{"for tiles under way when it has to stop, seconds", kLive, 0, 3600});
     visit("idle_s", c.idle_s,
           Rule{"end when no coordinator has come for so long, seconds; 0: never", kLive, 0, 1e6});
     visit("once", c.once, Rule{"end with the first coordinator"});

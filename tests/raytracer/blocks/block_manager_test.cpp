@@ -31,7 +31,7 @@ std::vector<voxel::BoxKey> all_keys(const ArrayWorld& world) {
 
 }  // namespace
 
-TEST_CASE("a box that cannot be had is a hole, counted once; the others are there",
+TEST_CASE("a box that cannot be loaded is a hole, counted once; the others are there",
           "[raytracer][world]") {
     const auto world = landscape();
     world->make_hole({0, 0, 0, -1});

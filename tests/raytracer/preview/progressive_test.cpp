@@ -144,8 +144,9 @@ TEST_CASE("a scene that cannot be leaves no picture under way, and the next one 
     CHECK(picture.whole());
 }
 
-TEST_CASE("boxes that could not be had are asked for again, more and more seldom, until they come",
-          "[preview][world]") {
+TEST_CASE(
+    "boxes that could not be loaded are asked for again, more and more seldom, until they come",
+    "[preview][world]") {
     using Clock = preview::HoleWatch::Clock;
     const auto world = test::landscape();
     const voxel::BoxKey broken{0, 0, 0, 0};

@@ -1,5 +1,5 @@
-// A picture depends on boxes that only shadow rays meet: those that cannot be had are holes of it
-// like any other.
+// A picture depends on boxes that only shadow rays meet: those that cannot be loaded are holes of
+// it like any other.
 #include <algorithm>
 
 #include "raytracer/render/statistics.hpp"

@@ -392,7 +392,7 @@ TEST_CASE("a ray along a face that starts on it stays in its voxels", "[raytrace
     }
 }
 
-TEST_CASE("a box that could not be had stops rays and is marked", "[raytracer][walker]") {
+TEST_CASE("a box that could not be loaded stops rays and is marked", "[raytracer][walker]") {
     ArrayWorld world({-64, 0, -64}, {128, 256, 64});
     world.fill_with([](int x, int y, int z) { return noise(7, x, y, z, 3'000); });
     world.make_hole({0, 0, 0, 0});

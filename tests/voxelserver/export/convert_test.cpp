@@ -123,7 +123,7 @@ TEST_CASE("what the journal says and the part does not have is begun anew",
     CHECK(written.voxels > 1000);
 }
 
-TEST_CASE("a box that cannot be had is a hole of the archive and of all above it",
+TEST_CASE("a box that cannot be loaded is a hole of the archive and of all above it",
           "[raytracer][convert][archive]") {
     const TemporaryFolder folder;
     InventedWorld world(kBounds);

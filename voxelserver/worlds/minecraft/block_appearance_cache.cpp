@@ -112,7 +112,7 @@ void BlockAppearanceCache::tell(const std::string& name) {
     if (m_told.size() <= static_cast<std::size_t>(kToldBlocks))
         spdlog::warn("no table knows the block {}: it is shown as material 'unknown'", name);
     if (m_told.size() == static_cast<std::size_t>(kToldBlocks))
-        spdlog::warn("more unknown blocks are not told one by one");
+        spdlog::warn("further unknown blocks are not reported one by one");
 }
 
 std::size_t BlockAppearanceCache::unknown_kinds() const {

@@ -9,7 +9,8 @@ using namespace terravox::test;
 // The coordinator forgets its holes between pictures, and expels workers that have holes which it
 // has not.
 TEST_CASE(
-    "a box that could not be had for an earlier picture is asked for again, and is no hole of the "
+    "a box that could not be loaded for an earlier picture is requested again, and is no hole of "
+    "the "
     "next",
     "[raytracer][farm][worker]") {
     const tiles::RenderTile tile{0, 0, 0, 0, 97, 53, 1, false, 0, 0};

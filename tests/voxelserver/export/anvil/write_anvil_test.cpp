@@ -288,7 +288,8 @@ TEST_CASE("bytes are the same for any number of threads, and after being cut off
                       test::contains("is a file"));
 }
 
-TEST_CASE("a box that cannot be had is a hole that is counted, not the end", "[convert][anvil]") {
+TEST_CASE("a box that cannot be loaded is a hole that is counted, not the end",
+          "[convert][anvil]") {
     PaintedWorld world({0, 0, 0}, {128, 20, 64});
     world.array.fill({0, 0, 0}, {128, 20, 64}, Material::kGrass);
     world.before = [](const voxel::BoxKey& key) {

@@ -208,8 +208,8 @@ TEST_CASE("all boxes come at last, whatever becomes of their batch", "[raytracer
         {"cut in another box", cut(good_record(kKeys[3]).size() + 124), 2, 0},
         {"only its beginning", cut(good_batch(kKeys).body.size() - 10), 2, 0},
         {"a damaged box", third(damaged), 1, 1},
-        {"a box that cannot be had this way", third(record(kKeys[2], 500, "the disk is gone")), 1,
-         1},
+        {"a box that cannot be loaded this way", third(record(kKeys[2], 500, "the disk is gone")),
+         1, 1},
         {"a box that is busy", third(record(kKeys[2], 503, "busy")), 1, 1},
         {"air with bytes", third(record(kKeys[2], 204, "x")), 1, 1},
         {"a status from elsewhere", third(record(kKeys[2], 418, "")), 1, 1},
@@ -264,7 +264,7 @@ TEST_CASE("a stream that brings a little each time is followed to its end",
     CHECK(served.singles() == 1);  // the last alone
 }
 
-TEST_CASE("one box that cannot be had is an error with its reason; the others come",
+TEST_CASE("one box that cannot be loaded is an error with its reason; the others come",
           "[raytracer][remote][batch]") {
     Served served(
         [](const Keys& keys, int) { return with_record(keys, 0, record(keys[0], 500, "gone")); },

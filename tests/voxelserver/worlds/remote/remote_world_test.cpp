@@ -300,7 +300,7 @@ TEST_CASE("a column is asked for again like a box", "[raytracer][remote]") {
     CHECK(world->column(0, 4, 5) == voxel::ColumnExtent{-2, 3});
 }
 
-TEST_CASE("a server that cannot be had is an error when it is opened", "[raytracer][remote]") {
+TEST_CASE("a server that cannot be loaded is an error when it is opened", "[raytracer][remote]") {
     SkippedWaits waits;
     util::StageTimes times;
     SECTION("nobody listens") {
