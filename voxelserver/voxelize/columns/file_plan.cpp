@@ -28,14 +28,14 @@ double depth_of(const SquareSource& source) {
 bool fits(const SquareSource& source, std::size_t limit_bytes) {
     constexpr double kPatchBytes = sizeof(store::PatchEntry), kBinningBytes = 64, kRunBytes = 32,
                      kAround = 16384;
-    const double points = static_cast<double>(source.info.point_count);
+    const auto points = static_cast<double>(source.info.point_count);
     const double width = width_of(source);
     const double depth = depth_of(source);
     const double patches =
         std::min((width / grid::kPatchSize + 3) * (depth / grid::kPatchSize + 3), points);
     const double spacing = std::sqrt(width * depth / std::max(points, 1.0)),
                  run = std::max(1.0, grid::kPatchSize / (2 * spacing + 1e-3));
-    const double limit = static_cast<double>(limit_bytes);
+    const auto limit = static_cast<double>(limit_bytes);
     return points * sizeof(store::VoxelPoint) + patches * kPatchBytes + kAround < limit &&
            patches * kBinningBytes + points / run * kRunBytes < limit / 2;
 }

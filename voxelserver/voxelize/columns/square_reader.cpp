@@ -21,6 +21,7 @@ std::vector<PartedFile> plan(std::span<const SquareSource> files, const PointMem
 
 std::vector<std::string> names_of(const std::vector<PartedFile>& files) {
     std::vector<std::string> out;
+    out.reserve(files.size());
     for (const PartedFile& file : files)
         out.push_back(file.name);
     return out;
