@@ -57,7 +57,7 @@ def arguments():
     parser.add_argument("--term-runs", type=int, default=6)
     parser.add_argument("--resume-kills", type=int, default=20)
     parser.add_argument(
-        "--network-patience-s",
+        "--network-timeout-s",
         type=float,
         default=600,
         help="for a picture through a slow network that is cut off",

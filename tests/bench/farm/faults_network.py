@@ -90,7 +90,7 @@ def latency(args):
             if every_s:
                 proxy.reset_every(every_s)
             try:
-                render.end(args.network_patience_s)
+                render.end(args.network_timeout_s)
             finally:
                 render.kill()
                 if every_s:
