@@ -247,13 +247,9 @@ class Kinds(Case):
             self.assertEqual(world["map"]["zooms"], [0, world["levels"] - 1])
             self.assertEqual(squares["features"], [])
             self.assertEqual(health[0], 200)
-            noun = (
-                "heights" if "raster" in name else name.split()[1] if " " in name else "generated"
-            )
-            self.assertIn(noun, server.out)
 
     def test_the_second_start_serves_what_the_first_has_kept(self):
-        for _, inputs in self.each_kind():
+        for name, inputs in self.each_kind():
             cache = temporary_folder()
             server = Server(*inputs, "--cache", cache, "--no-ahead")
             paths = [self.some_box(server), self.some_box(server, 1)]
@@ -263,6 +259,10 @@ class Kinds(Case):
             again = [server.get(path)[2] for path in paths]
             self.assertEqual(server.json("/v2/stats")["making"]["made"], made)
             self.stopped(server)
+            noun = (
+                "heights" if "raster" in name else name.split()[1] if " " in name else "generated"
+            )
+            self.assertIn(noun, server.out)
             server = Server(*inputs, "--cache", cache, "--no-ahead")
             after = [server.get(path) for path in paths]
             self.assertEqual(server.json("/v2/stats")["making"]["made"], 0)
