@@ -23,8 +23,8 @@ namespace terravox::geo {
 namespace {
 
 std::shared_ptr<OGRSpatialReference> empty_reference() {
-    // Grids that PROJ lacks would be fetched where a person's PROJ_NETWORK or proj.ini says so:
-    // places must not depend on that.
+    // PROJ would download missing grids if the user's PROJ_NETWORK or proj.ini enables that:
+    // coordinates must not depend on it.
     static std::once_flag once;
     std::call_once(once, [] { OSRSetPROJEnableNetwork(0); });
     auto ogr = std::shared_ptr<OGRSpatialReference>(new OGRSpatialReference,
@@ -33,9 +33,8 @@ std::shared_ptr<OGRSpatialReference> empty_reference() {
     return ogr;
 }
 
-// A one-pixel TIFF in memory that carries the three GeoTIFF tags: GDAL's own driver then interprets
-// the keys, with all their user-defined parameters, which no public function of GDAL does from
-// memory.
+// A one-pixel TIFF in memory with the three GeoTIFF tags: GDAL's own driver then interprets the
+// keys, with all their user-defined parameters, which no public function of GDAL does from memory.
 std::vector<std::uint8_t> tiff_with_keys(std::span<const std::uint16_t> directory,
                                          std::span<const double> doubles,
                                          std::span<const char> ascii) {
@@ -87,10 +86,10 @@ std::vector<std::uint8_t> tiff_with_keys(std::span<const std::uint16_t> director
 struct LengthUnit {
     const char* name;
     double metres;
-    const char* digits;  // the same, as WKT has it
+    const char* digits;  // the same, as written in WKT
 };
 
-// The unit of heights that the keys state (VerticalUnitsGeoKey), if they do.
+// The unit of heights in the keys (VerticalUnitsGeoKey), if present.
 std::optional<LengthUnit> stated_vertical_unit(std::span<const std::uint16_t> directory) {
     constexpr std::uint16_t kVerticalUnits = 4099, kMetre = 9001, kFoot = 9002,
                             kUsSurveyFoot = 9003;
@@ -107,8 +106,8 @@ std::optional<LengthUnit> stated_vertical_unit(std::span<const std::uint16_t> di
     return std::nullopt;
 }
 
-// GDAL believes the code of the vertical system over the stated unit. Files in feet under the code
-// of a system in metres are common, so the unit decides here.
+// GDAL prefers the unit of the vertical system's code to the one in the keys. Files in feet under
+// the code of a system in metres are common, so the unit in the keys takes precedence here.
 void set_vertical_unit(OGRSpatialReference& ogr, const LengthUnit& unit) {
     if (ogr.IsVertical() != 0 && std::abs(ogr.GetTargetLinearUnits("VERT_CS") - unit.metres) < 1e-9)
         return;
@@ -131,7 +130,8 @@ std::string attempt_to_read(const std::string& text) {
     return "read the coordinate reference system '" + shown + "': ";
 }
 
-// The fault of a text that PROJ refuses. @throws ProjUnusableError when it is not the text's
+// The fault of a text that PROJ refuses.
+// @throws ProjUnusableError when the text is not at fault
 std::string not_understood(const std::string& text) {
     check_proj_is_usable(attempt_to_read(text) + "not possible");
     return "not understood";
@@ -178,8 +178,8 @@ Crs Crs::from_wkt(const std::string& wkt) {
 
 Crs Crs::from_ogr(const OGRSpatialReference& read, const std::string& origin) {
     const QuietGdal quiet;
-    // Version 2 has all of the system; version 1, which not every system can be written in, what
-    // GDAL hands to PROJ beside it (EXTENSION).
+    // WKT 2 describes the system completely; WKT 1, which cannot represent every system, contains
+    // what GDAL passes to PROJ in addition (EXTENSION).
     std::string fault = fault_of_crs_text(exported(read, "FORMAT=WKT2_2019"));
     if (const std::string older = exported(read, "FORMAT=WKT1_GDAL");
         fault.empty() && !older.empty())
@@ -207,8 +207,8 @@ std::optional<Crs> Crs::from_geokeys(std::span<const std::uint16_t> directory,
     const auto forget = [](const std::string* file) { VSIUnlink(file->c_str()); };
     const std::unique_ptr<const std::string, decltype(forget)> forgotten_at_the_end(&name, forget);
     std::optional<Crs> crs;
-    // Without this GDAL leaves the vertical keys out for GeoTIFF 1.0, which LAS files carry:
-    // heights in feet would be read as metres.
+    // Without this, GDAL ignores the vertical keys of GeoTIFF 1.0, which LAS files contain: heights
+    // in feet would be read as metres.
     const CPLConfigOptionSetter with_vertical("GTIFF_REPORT_COMPD_CS", "YES", false);
     const char* const only_tiff[] = {"GTiff", nullptr};
     if (GDALDatasetUniquePtr image{
@@ -245,8 +245,8 @@ bool Crs::geographic() const {
 }
 
 bool Crs::pseudo_mercator() const {
-    // WKT 2 names the method, whoever's code the system has (EPSG:3857, ESRI:102100) or when it has
-    // none.
+    // WKT 2 names the method, whichever authority's code the system has (EPSG:3857, ESRI:102100),
+    // or if it has none.
     return wkt().find("METHOD[\"Popular Visualisation Pseudo Mercator\"") != std::string::npos;
 }
 
@@ -264,7 +264,8 @@ std::optional<std::string> Crs::vertical_datum() const {
     if (m_ogr->IsCompound() == 0 && m_ogr->IsVertical() == 0)
         return m_ogr->GetAxesCount() == 3 ? std::optional<std::string>("ellipsoid") : std::nullopt;
     const char* name = m_ogr->GetAttrValue("VERT_DATUM");
-    // A unit alone is kept under such a name: set_vertical_unit, and other programs' files.
+    // A system that consists only of a unit has such a name: from set_vertical_unit, or in files of
+    // other programs.
     const auto nothing = {"unknown", "unnamed", "not specified"};
     const auto begins = [&](const char* words) { return EQUALN(name, words, std::strlen(words)); };
     if (name == nullptr || *name == '\0' || std::any_of(nothing.begin(), nothing.end(), begins))

@@ -18,29 +18,30 @@ struct LatLon {
     double lon_deg = 0;
 };
 
-/// A coordinate reference system, from a name, WKT or GeoTIFF keys. A value; copying is cheap. Axis
-/// order is always easting, northing (longitude, latitude), whatever the authority says.
+/// A coordinate reference system, built from a name, WKT or GeoTIFF keys. A value type; copying is
+/// cheap. The axis order is always easting, northing (longitude, latitude), whatever the authority
+/// defines.
 class Crs {
 public:
-    /// What a person says. No text makes PROJ open a file or ask the network, whoever wrote it
+    /// Parses text that a user entered. No text can make PROJ open a file or access the network
     /// (crs_text.hpp).
     /// @param text EPSG:n (ESRI, IGNF and OGC too, EPSG:n+m with a vertical system), WKT 1 or 2, or
     /// a PROJ string
-    /// @throws UsageError naming the text when it is refused or not understood
+    /// @throws UsageError naming the text when it is refused or cannot be parsed
     static Crs from_text(const std::string& text);
 
-    /// What a file or another program says.
+    /// Parses text that was read from a file or received from another program.
     /// @param wkt WKT 1 or 2, and nothing else
-    /// @throws Error naming the text when it is refused or not understood
+    /// @throws Error naming the text when it is refused or cannot be parsed
     static Crs from_wkt(const std::string& wkt);
 
-    /// A system that GDAL has read, e.g. of an image.
-    /// @param origin of it, for messages: a file's name
+    /// Wraps a system that GDAL has read, e.g. that of an image.
+    /// @param origin where the system comes from, for messages: a file's name
     /// @throws Error naming the origin when the system names files for PROJ to open
     static Crs from_ogr(const OGRSpatialReference& ogr, const std::string& origin);
 
-    /// The three GeoTIFF VLRs of a LAS file (LASF_Projection 34735, 34736, 34737); the last two may
-    /// be empty.
+    /// Reads the three GeoTIFF VLRs of a LAS file (LASF_Projection 34735, 34736, 34737); the last
+    /// two may be empty.
     /// @return nullopt when the keys name no system
     /// @throws Error when the system names files for PROJ to open
     static std::optional<Crs> from_geokeys(std::span<const std::uint16_t> directory,
@@ -48,17 +49,18 @@ public:
                                            std::span<const char> ascii);
 
     [[nodiscard]] const OGRSpatialReference& ogr() const noexcept { return *m_ogr; }
-    [[nodiscard]] std::string name()
-        const;  ///< "EPSG:3794" when an authority is known, else the CRS's own name
+    /// "EPSG:3794" when an authority is known, else the CRS's own name.
+    [[nodiscard]] std::string name() const;
     [[nodiscard]] std::string wkt() const;  ///< WKT 2 (2019), one line
-    [[nodiscard]] bool geographic() const;  ///< coordinates are degrees
-    [[nodiscard]] bool pseudo_mercator()
-        const;  ///< EPSG:3857 and its twins: lengths are stretched by 1 / cos(latitude)
-    [[nodiscard]] double metres_per_unit() const;  ///< horizontal unit; 1 for geographic systems
-    /// Vertical unit in metres, when the system has a vertical part.
+    [[nodiscard]] bool geographic() const;  ///< whether coordinates are in degrees
+    /// Whether this is EPSG:3857 or an equivalent: lengths are stretched by 1 / cos(latitude).
+    [[nodiscard]] bool pseudo_mercator() const;
+    /// Metres per horizontal unit; 1 for geographic systems.
+    [[nodiscard]] double metres_per_unit() const;
+    /// Metres per vertical unit; nullopt when the system has no vertical part.
     [[nodiscard]] std::optional<double> vertical_metres_per_unit() const;
-    /// What heights are measured from, when the system says: its vertical datum's name, or
-    /// "ellipsoid" for a system of three dimensions.
+    /// The reference of heights, when the system defines it: the name of its vertical datum, or
+    /// "ellipsoid" for a three-dimensional system.
     [[nodiscard]] std::optional<std::string> vertical_datum() const;
     [[nodiscard]] bool same_horizontal(const Crs& other) const;
 
@@ -67,16 +69,17 @@ private:
     std::shared_ptr<const OGRSpatialReference> m_ogr;
 };
 
-/// Transforms horizontal coordinates between two systems. Not thread-safe: one for each thread.
+/// Transforms horizontal coordinates between two systems. Not thread-safe: use one per thread.
 class Transform {
 public:
-    /// @throws Error when PROJ knows no way between them
+    /// @throws Error when PROJ has no operation between the two systems
     Transform(const Crs& from, const Crs& to);
     ~Transform();
     Transform(Transform&&) noexcept;
     Transform& operator=(Transform&&) noexcept;
 
-    /// In place. @throws Error when a point lies outside the domain of either system
+    /// Transforms in place.
+    /// @throws Error when a point lies outside the domain of either system
     void apply(std::span<double> x, std::span<double> y) const;
 
 private:

@@ -7,7 +7,7 @@
 namespace terravox::geo {
 namespace {
 
-constexpr std::size_t kLongestName = 80;  // of what is quoted in a message
+constexpr std::size_t kLongestName = 80;  // limit of a quotation in a message
 
 bool is_blank(char c) noexcept {
     return c == ' ' || c == '\t' || c == '\r' || c == '\n';
@@ -45,8 +45,8 @@ bool is_one_of(const std::array<std::string_view, N>& known, std::string_view te
     return std::find(known.begin(), known.end(), text) != known.end();
 }
 
-/// Letters, digits and the marks that numbers and names of files without a folder are made of: no
-/// slash, no colon, no blank.
+/// Letters, digits and the characters of numbers and of file names without a folder: no slash, no
+/// colon, no blank.
 bool is_plain(std::string_view text) noexcept {
     return std::all_of(text.begin(), text.end(), [](char c) {
         return is_letter(c) || is_digit(c) || c == '_' || c == '.' || c == ',' || c == '+' ||
@@ -105,7 +105,7 @@ std::string fault_of_proj_parameter(std::string_view word) {
     const std::string_view value =
         equals == std::string_view::npos ? std::string_view() : word.substr(equals + 1);
     if (name == "nadgrids" && value == "@null")
-        return "";  // no grid: a part of every Web Mercator
+        return "";  // not a grid; part of every Web Mercator
     if (!is_proj_parameter(name))
         return "the PROJ parameter " + in_quotes(name) + " is none of those that name no file";
     return is_plain(value) ? ""
@@ -149,19 +149,19 @@ bool is_keyword(std::string_view word) {
     return is_one_of(kKeywords, word);
 }
 
-/// A keyword with what stands in its brackets, but for other keywords with theirs.
+/// A keyword with the content of its brackets, excluding nested nodes.
 struct Node {
-    std::string keyword;  ///< in capitals
+    std::string keyword;  ///< upper case
     char closing = ']';
-    std::vector<std::string> values;  ///< texts and bare words, in order
+    std::vector<std::string> values;  ///< strings and bare words, in order
     std::vector<std::string> ids;     ///< of ID[...] in it: "EPSG:8666"
     [[nodiscard]] std::string_view value(std::size_t index) const noexcept {
         return index < values.size() ? std::string_view(values[index]) : std::string_view();
     }
 };
 
-/// PROJ takes methods by these words for strings of its own: METHOD["PROJ ob_tran o_proj=longlat
-/// ..."].
+/// PROJ interprets methods that begin with these words as PROJ strings: METHOD["PROJ ob_tran
+/// o_proj=longlat ..."].
 std::string fault_of_method(std::string_view name) {
     constexpr std::string_view kOwn = "PROJ";
     if (upper(name.substr(0, kOwn.size())) != kOwn)
@@ -170,7 +170,7 @@ std::string fault_of_method(std::string_view name) {
     if (!name.starts_with(' '))
         return "the method " + in_quotes(name) + " is an operation of PROJ's own";
     name = without_blanks(name);
-    // The first word is the projection; where it is none, what follows cannot name a file either.
+    // The first word is the projection; where it is not, the rest cannot name a file either.
     return fault_of_proj("proj=" + std::string(name));
 }
 
@@ -185,7 +185,7 @@ std::string fault_of_extension(const Node& node, std::string_view parent) {
     return "the extension " + in_quotes(kind) + " names " + in_quotes(value);
 }
 
-/// PROJ knows the parameter by its code, else by its name: both must be the geoid's.
+/// PROJ identifies the parameter by its code, else by its name: both must be the geoid's.
 std::string fault_of_parameter_file(const Node& node) {
     const bool coded = node.ids.empty() || (node.ids.size() == 1 && node.ids[0] == "EPSG:8666");
     const bool geoid = node.value(0) == "Geoid (height correction) model file" && coded;
@@ -194,7 +194,7 @@ std::string fault_of_parameter_file(const Node& node) {
                                                   " names the file " + in_quotes(node.value(1));
 }
 
-/// @param parent keyword of the node that this one stands in, in capitals; empty: none
+/// @param parent keyword of the enclosing node, upper case; empty: none
 std::string fault_of_node(const Node& node, std::string_view parent) {
     if (!is_keyword(node.keyword))
         return "the keyword " + in_quotes(node.keyword) + " is not known";
@@ -210,7 +210,7 @@ std::string fault_of_node(const Node& node, std::string_view parent) {
 }
 
 /// Reads WKT from its first byte to its last, once. Everything that is neither a keyword with
-/// brackets, a text in quotation marks, a bare word nor a comma is a fault.
+/// brackets, a quoted string, a bare word nor a comma is a fault.
 class WktReader {
 public:
     explicit WktReader(std::string_view text) noexcept : m_rest(text) {}
@@ -219,7 +219,7 @@ public:
         constexpr const char* kNoWkt = "no well-known text";
         while (!(m_rest = without_blanks(m_rest)).empty()) {
             if (m_began && m_open.empty())
-                return kNoWkt;  // something follows the end
+                return kNoWkt;  // trailing text
             const char c = m_rest.front();
             std::string wrong;
             if (c == '"')
@@ -237,7 +237,7 @@ public:
     }
 
 private:
-    static constexpr std::size_t kDeepest = 16;  // nodes in nodes: PROJ goes no deeper either
+    static constexpr std::size_t kDeepest = 16;  // nesting of nodes: PROJ's own limit
 
     std::string take_string() {
         if (m_open.empty())
@@ -247,7 +247,7 @@ private:
             if (m_rest.front() == '"') {
                 if (!m_rest.starts_with("\"\""))
                     break;
-                m_rest.remove_prefix(1);  // a doubled mark stands for one
+                m_rest.remove_prefix(1);  // a doubled quotation mark stands for one
             }
             out += m_rest.front();
         }

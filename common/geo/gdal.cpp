@@ -36,7 +36,7 @@ void limit_gdal_cache(std::int64_t bytes) {
 }
 
 void check_memory_for_gdal() {
-    // Mapped rather than allocated: a compiler may leave out an allocation that nothing uses.
+    // Mapped rather than allocated: a compiler may optimise away an unused allocation.
     void* const room = ::mmap(nullptr, kGdalHeadroom_bytes, PROT_READ | PROT_WRITE,
                               MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
     if (room == MAP_FAILED)

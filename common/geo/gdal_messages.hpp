@@ -4,18 +4,18 @@
 
 namespace terravox::geo {
 
-/// An error handler of GDAL that drops messages. GDAL calls abort() after a message of class
-/// CE_Fatal, which it has for too little memory alone: this handler then ends the program with one
-/// line on standard error and ExitCode::kFailed before GDAL can do so. Thread-safe.
+/// A GDAL error handler that drops messages. GDAL calls abort() after a message of class CE_Fatal,
+/// which it emits only when out of memory: this handler then ends the program with one line on
+/// standard error and ExitCode::kFailed before GDAL can do so. Thread-safe.
 void CPL_STDCALL drop_gdal_message(CPLErr severity, CPLErrorNum number,
                                    const char* message) noexcept;
 
-/// The same, but messages that do not end the program are printed as GDAL prints them.
+/// Like drop_gdal_message(), but prints messages that do not end the program as GDAL prints them.
 void CPL_STDCALL print_gdal_message(CPLErr severity, CPLErrorNum number,
                                     const char* message) noexcept;
 
-/// For error handlers that do more than those above: ends the program as they do when `severity`
-/// is CE_Fatal, else does nothing. Needs no memory.
+/// For custom error handlers: ends the program as the handlers above do when `severity` is
+/// CE_Fatal, else does nothing. Allocates no memory.
 void end_program_if_fatal(CPLErr severity, const char* message) noexcept;
 
 }  // namespace terravox::geo

@@ -4,8 +4,8 @@
 
 namespace terravox::geo {
 
-/// Metres east, north and up of a point on the ellipsoid: a tangent plane, true to shape near its
-/// origin.
+/// A point on the local tangent plane, in metres east, north and up of its origin; free of
+/// distortion near the origin.
 struct EastNorthUp {
     double east_m = 0, north_m = 0, up_m = 0;
 };

@@ -6,16 +6,17 @@
 
 namespace terravox::geo {
 
-/// PROJ cannot read its own tables: no text of a coordinate reference system is at fault.
+/// PROJ cannot read its own database: the text of the coordinate reference system is not at fault.
 class ProjUnusableError : public util::Error {
 public:
     using util::Error::Error;
 };
 
-/// To be called where PROJ has not understood something, before that is blamed: without memory or
-/// descriptors, or without its database, PROJ understands nothing, and does not say why.
+/// Must be called when PROJ has failed to parse something, before the text is blamed: without
+/// memory, file descriptors or its database, PROJ rejects every text and does not report why.
 /// Thread-safe.
-/// @param attempt  begins the message, such as "read the coordinate reference system 'EPSG:3794'"
+/// @param attempt  the beginning of the message, such as "read the coordinate reference system
+/// 'EPSG:3794'"
 /// @throws ProjUnusableError
 void check_proj_is_usable(const std::string& attempt);
 

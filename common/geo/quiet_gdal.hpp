@@ -9,8 +9,8 @@
 
 namespace terravox::geo {
 
-/// While one lives, GDAL's messages on this thread go into our errors, not to the standard error
-/// stream.
+/// RAII guard: during its lifetime GDAL's messages on this thread are kept for our own errors
+/// instead of being printed to standard error.
 class QuietGdal {
 public:
     QuietGdal() {

@@ -7,14 +7,15 @@
 
 namespace terravox::geo {
 
-/// Opens a raster for reading, whoever made it: a file of one of kRasterFormats that passes the
-/// gate (raster_gate.hpp). The name is that of a file and nothing else: none of GDAL's
-/// (/vsicurl/..., GTIFF_DIR:...). A TIFF file that was cut short before its last directory, as of
-/// an overview, is refused; of sources of a .vrt that is not seen. Thread-safe; what it returns is
-/// for one thread at a time.
-/// @param attempt beginning of the message when it fails: "read the orthophoto"
-/// @param overview of GDAL's, from 0, to be read instead of the raster; negative: the raster itself
-/// @return never null, with one band at least
+/// Opens a raster from any source for reading: a file of one of kRasterFormats that passes the gate
+/// (raster_gate.hpp). `path` must name a plain file; GDAL's special names (/vsicurl/...,
+/// GTIFF_DIR:...) are not accepted. A TIFF file that was truncated before its last directory, e.g.
+/// that of an overview, is refused; this is not detected in sources of a .vrt. Thread-safe; the
+/// returned data set must be used by one thread at a time.
+/// @param attempt beginning of the error message: "read the orthophoto"
+/// @param overview index, from 0, of the GDAL overview to read instead of the raster; negative: the
+/// raster itself
+/// @return never null; at least one band
 /// @throws Error naming the file
 [[nodiscard]] GDALDatasetUniquePtr open_raster(const std::filesystem::path& path,
                                                const std::string& attempt, int overview = -1);

@@ -33,7 +33,7 @@ namespace {
 
 using OpenRaster = GDALDataset* (*)(GDALOpenInfo*);
 
-/// What the drivers did before the gate was put before them. Written once, before any raster is
+/// The drivers' original functions, which the gate calls. Written once, before any raster is
 /// opened.
 std::vector<std::pair<GDALDriver*, OpenRaster>>& originals() {
     static std::vector<std::pair<GDALDriver*, OpenRaster>> all;
@@ -52,7 +52,7 @@ void check_crs_texts(const CPLXMLNode* node) {
         check_crs_texts(node->psChild);
         if (node->eType != CXT_Element && node->eType != CXT_Attribute)
             continue;
-        // All under which GDAL's and Esri's .aux.xml tell a system.
+        // All keys under which GDAL's and Esri's .aux.xml define a system.
         const std::string_view name = node->pszValue;
         const bool tells = EQUAL(name.data(), "SRS") || EQUAL(name.data(), "WKT") ||
                            EQUAL(name.data(), "Projection");
@@ -75,14 +75,14 @@ std::string text_of(const fs::path& file) {
 
 void check_aux_xml(const fs::path& file) {
     const std::string text = text_of(file);
-    // What is no XML to this parser is none to GDAL, whose parser it is.
+    // Text that this parser rejects is rejected by GDAL, too, which uses the same parser.
     const std::unique_ptr<CPLXMLNode, decltype(&CPLDestroyXMLNode)> tree(
         CPLParseXMLString(text.c_str()), &CPLDestroyXMLNode);
     check_crs_texts(tree.get());
 }
 
-/// WKT among other text: of what it says PROJ opens only these two as it reads; all the rest is
-/// looked at once it is read (Crs::from_ogr).
+/// WKT within other text: while reading it, PROJ opens only files named by these two; the rest is
+/// checked after it was read (Crs::from_ogr).
 void check_for_grids(const fs::path& file) {
     std::string text = text_of(file);
     std::transform(text.begin(), text.end(), text.begin(),
@@ -113,8 +113,8 @@ void check_side_files(const fs::path& raster) {
 
 void check_before(GDALDriver& driver, const fs::path& raster, GDALAccess access) {
     check_side_files(raster);
-    // Here, so that the sources of a mosaic and overviews in a file of their own are checked as
-    // well. A file that is open for writing is not complete yet.
+    // Checked here, so that sources of a mosaic and overviews in separate files are included. A
+    // file that is open for writing is not complete yet.
     if (EQUAL(driver.GetDescription(), "GTiff") && access == GA_ReadOnly) {
         if (const auto lost = lost_directory_of_tiff(raster))
             throw util::Error("cut short: " + *lost);
@@ -133,19 +133,19 @@ void check_opened(GDALDataset& data) {
         throw util::Error("its metadata name other files for its places");
 }
 
-/// A callback of GDAL. Not ours is what the driver itself does not know: then other drivers are
-/// asked.
+/// A callback of GDAL. A file that the driver itself does not recognise is reported as such, so
+/// that GDAL tries other drivers.
 GDALDataset* open_through_gate(GDALDriver* driver, GDALOpenInfo* info) noexcept {
     try {
         if (driver->pfnIdentify != nullptr && driver->pfnIdentify(info) == 0)
             return nullptr;
-        // GDAL's own: parts of a file that it has open (JPEG in TIFF), and what we keep in memory.
-        // No text of a stranger gets here by them.
+        // GDAL's in-memory files: parts of a file that it has open (JPEG in TIFF), and files that
+        // this program makes. No untrusted text is opened this way.
         const bool is_virtual = std::string_view(info->pszFilename).starts_with("/vsi");
         if (is_virtual && EQUAL(driver->GetDescription(), "VRT"))
             throw util::Error("a virtual raster that is no file");
         std::error_code failed;
-        // GDAL also asks for what it is about to write: a file that is not there is no fault.
+        // GDAL also calls this for files that it is about to write: a missing file is not an error.
         if (!is_virtual && !fs::is_regular_file(info->pszFilename, failed))
             return nullptr;
         if (!is_virtual)
@@ -185,7 +185,8 @@ void register_raster_drivers() {
         driver->pfnOpen = nullptr;
         driver->pfnOpenWithDriverArg = open_through_gate;
     }
-    // Memory is written through, never opened: its names are addresses in this process.
+    // The MEM driver is used for writing only, never for opening: its names are addresses in this
+    // process.
     if (GDALDriver* const memory = GetGDALDriverManager()->GetDriverByName("MEM"))
         memory->pfnOpen = nullptr;
     CPLSetConfigOption("GDAL_VRT_ENABLE_PYTHON", "NO");

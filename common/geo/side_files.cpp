@@ -23,8 +23,8 @@ std::string lower(std::string text) {
 
 std::vector<std::filesystem::path> side_files(const std::filesystem::path& raster) {
     std::vector<std::string> endings{".wld", ".prj", ".tab", ".hdr"};
-    // World files are named after the raster's ending: its first and last letter, or all of it, and
-    // a w.
+    // The extension of a world file is the raster's first and last letter, or all of it, followed
+    // by a w.
     if (const std::string own = lower(raster.extension().string()); own.size() > 2) {
         endings.push_back(own + "w");
         endings.push_back({'.', own[1], own.back(), 'w'});

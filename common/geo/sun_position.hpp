@@ -7,24 +7,24 @@ namespace terravox::geo {
 /// A date and a clock time at a fixed offset from UTC (no daylight-saving rules).
 struct DateTime {
     int year = 2026, month = 6, day = 21;  ///< proleptic Gregorian
-    double hour = 16;                      ///< [0, 24), decimal hours of the clock
+    double hour = 16;                      ///< local clock time in decimal hours, [0, 24)
     double utc_offset_h = 0;               ///< clock time minus UTC
 };
 
 struct SunPosition {
-    double altitude_deg =
-        0;  ///< of the sun's centre above the horizon, with refraction at sea level
+    /// Altitude of the sun's centre above the horizon, with refraction at sea level.
+    double altitude_deg = 0;
     double azimuth_deg = 0;  ///< clockwise from north, [0, 360)
     friend bool operator==(const SunPosition&, const SunPosition&) = default;
 };
 
-/// Where the sun stands. Error below 0.05 degree for the years 1900 to 2100.
+/// Position of the sun in the sky. Error below 0.05 degree for the years 1900 to 2100.
 /// Ref: Meeus, "Astronomical Algorithms", 2nd ed. 1998, chapters 25 and 13, as arranged by NOAA's
 /// solar calculator.
 [[nodiscard]] SunPosition sun_position(const DateTime& time, LatLon place) noexcept;
 
-/// @return the offset from UTC of the zone that a longitude's mean solar time falls in: whole
-/// hours, [-12, 12]
+/// @return the UTC offset of the nautical time zone of a longitude (mean solar time): whole hours,
+/// [-12, 12]
 [[nodiscard]] double solar_zone_offset_h(double lon_deg) noexcept;
 
 }  // namespace terravox::geo

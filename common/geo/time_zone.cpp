@@ -12,7 +12,7 @@ namespace {
 
 const date::time_zone& find(const std::string& zone) {
     try {
-        date::get_tzdb();  // read once
+        date::get_tzdb();  // loaded once
     } catch (const std::exception& e) {
         throw util::Error(std::string("read the system's time zones: ") + e.what() +
                           "; install the package tzdata, or give sun.utc_offset_h");
@@ -40,7 +40,7 @@ double zone_offset_h(const std::string& zone, const DateTime& local) {
     const auto day = date::local_days{date::year{local.year} / local.month / local.day};
     const auto time = day + std::chrono::seconds{std::lround(local.hour * 3600)};
     try {
-        // Of a skipped or doubled hour `first` is the rule before the clocks were changed.
+        // For a skipped or repeated hour, `first` is the rule before the change.
         return std::chrono::duration<double, std::ratio<3600>>(found.get_info(time).first.offset)
             .count();
     } catch (const std::exception& e) {

@@ -6,16 +6,16 @@
 
 namespace terravox::geo {
 
-/// @return whether year, month and day name a day of the Gregorian calendar
+/// @return whether year, month and day form a valid date of the Gregorian calendar
 [[nodiscard]] bool is_date(int year, int month, int day) noexcept;
 
-/// What a clock of a zone shows minus UTC, by the system's table of time zones. Of a time that
-/// comes twice, when clocks go back, the first counts (summer time); one that is skipped, when they
-/// go forward, counts by the offset before, as if nobody had touched the clock.
-/// @param zone IANA name, such as Europe/Ljubljana @param local its utc_offset_h is not looked at;
-/// hour in [0, 24]
-/// @return hours @throws UsageError for a zone that the table does not have, Error if the table
-/// cannot be read. Thread-safe.
+/// UTC offset of a time zone at a local time, by the system's time zone database. A local time that
+/// occurs twice, when clocks go back, means its first occurrence (summer time); one that is
+/// skipped, when clocks go forward, is interpreted with the offset before the change. Thread-safe.
+/// @param zone IANA name, such as Europe/Ljubljana
+/// @param local hour in [0, 24]; its utc_offset_h is ignored
+/// @return local time minus UTC, in hours
+/// @throws UsageError for a zone that the database lacks; Error if the database cannot be read
 [[nodiscard]] double zone_offset_h(const std::string& zone, const DateTime& local);
 
 }  // namespace terravox::geo

@@ -34,7 +34,7 @@ std::string in_quotes(std::string_view text) {
     return "'" + std::string(text.substr(0, kShown)) + "'";
 }
 
-/// Elements and attributes alike: GDAL finds either by the same name, in any case.
+/// Elements and attributes alike: GDAL finds either by the same name, case-insensitively.
 bool is_known(std::string_view name) {
     static constexpr auto kNames = std::to_array<std::string_view>({"?xml",
                                                                     "version",
@@ -118,7 +118,7 @@ public:
         if (depth > kDeepest)
             throw util::Error("virtual rasters in virtual rasters deeper than " +
                               std::to_string(kDeepest));
-        // GDAL looks for sources in the folder of the file itself, not of a link to it.
+        // GDAL searches for sources in the folder of the file itself, not in that of a link to it.
         const fs::path own = fs::canonical(vrt);
         const auto tree = parsed(own);
         for (const CPLXMLNode* node = tree.get(); node != nullptr; node = node->psNext)
@@ -128,7 +128,7 @@ public:
 private:
     using Tree = std::unique_ptr<CPLXMLNode, decltype(&CPLDestroyXMLNode)>;
 
-    /// By GDAL's own parser: both must see the same.
+    /// Parsed by GDAL's own parser, so that both read the same tree.
     Tree parsed(const fs::path& vrt) {
         m_bytes += fs::file_size(vrt);
         if (m_bytes > kMaxText_bytes)
@@ -150,9 +150,10 @@ private:
         if (!is_known(name))
             throw util::Error("a virtual raster with " + in_quotes(node.pszValue) +
                               "; allowed: mosaics of files beside or below it");
+        // Harmless with any content; references that GDAL may follow in it are checked once the
+        // raster is open.
         if (name == "metadata")
-            return;  // inert, whatever it holds; what GDAL may follow in it is looked at once the
-                     // raster is open
+            return;
         if (name == "srs")
             check_srs(node);
         if (name == "sourcefilename")
@@ -178,8 +179,8 @@ private:
         if (node.eType != CXT_Element || text.empty())
             refuse("is no file's name");
         const fs::path named(text);
-        // GDAL knows names such as GTIFF_DIR:1:a.tif and http://host/a.tif, which are relative to
-        // nothing.
+        // GDAL accepts names such as GTIFF_DIR:1:a.tif and http://host/a.tif, which are not
+        // relative to anything.
         if (named.is_relative() && text.find(':') != std::string::npos)
             refuse("is no plain file's name");
         if (named.is_relative() &&
@@ -191,7 +192,7 @@ private:
         std::error_code failed;
         const fs::file_status status = fs::status(source, failed);
         if (!fs::exists(status))
-            return;  // what it would show is damaged, and a hole
+            return;  // its part of the image will count as damaged, and as a hole
         if (!fs::is_regular_file(status))
             refuse("is no file");
         if (lower(source.extension().string()) == ".vrt")

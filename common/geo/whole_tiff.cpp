@@ -13,14 +13,14 @@
 namespace terravox::geo {
 namespace {
 
-/// One number of those that GDAL tells of a block; 0 for what was never written.
+/// One number of GDAL's metadata of a block; 0 for a block that was never written.
 std::uint64_t number_of(GDALRasterBand& band, const char* what, int column, int row) {
     const std::string name = what + std::to_string(column) + "_" + std::to_string(row);
     const char* text = band.GetMetadataItem(name.c_str(), "TIFF");
     return text == nullptr ? 0 : std::strtoull(text, nullptr, 10);
 }
 
-/// The first byte behind the last block of a directory.
+/// The offset after the last block of a directory.
 std::uint64_t end_of_blocks(GDALRasterBand& band) {
     int width_px = 0;
     int height_px = 0;
@@ -50,7 +50,7 @@ public:
     [[nodiscard]] std::optional<std::string> lost() {
         if (!read_header())
             return std::nullopt;
-        // One that leads back to itself is GDAL's business: it reads each but once.
+        // A directory that leads back to itself is left to GDAL, which reads each only once.
         constexpr int kMax = 65'536;
         for (int number = 1; m_at != 0 && number <= kMax; ++number)
             if (const std::uint64_t end = end_of_directory(); end > m_bytes)
@@ -79,7 +79,7 @@ private:
         return static_cast<bool>(m_in);
     }
 
-    /// 0 beyond the end, where m_in says so.
+    /// Returns 0 beyond the end, and sets m_in to a failed state.
     [[nodiscard]] std::uint64_t number(std::uint64_t at, int bytes) {
         std::array<unsigned char, 8> read{};
         m_in.seekg(static_cast<std::streamoff>(at));
@@ -96,7 +96,7 @@ private:
         return a > kBeyond - b ? kBeyond : a + b;
     }
 
-    /// One past the last byte of the directory at m_at and of its lists; goes on to the next.
+    /// The offset after the directory at m_at and its lists; advances to the next directory.
     [[nodiscard]] std::uint64_t end_of_directory() {
         const int wide = m_big ? 8 : 4;
         const std::uint64_t count_bytes = m_big ? 8 : 2, entry_bytes = m_big ? 20 : 12;
@@ -106,8 +106,8 @@ private:
         const std::uint64_t count = number(m_at, static_cast<int>(count_bytes));
         if (count > m_bytes / entry_bytes)
             return kBeyond;
-        // More entries than the file has room for: the chain leads back, or directories overlap. To
-        // follow it would take hours.
+        // More entries than the file has room for: the chain has a cycle, or directories overlap.
+        // Following it would take hours.
         m_entries += count;
         if (m_entries > m_bytes / entry_bytes) {
             m_at = 0;
@@ -123,7 +123,8 @@ private:
         return end;
     }
 
-    /// Of an entry that says where strips or tiles lie, or how long they are; 0 for others.
+    /// For an entry with the offsets or lengths of strips or tiles: the end of its list; 0 for
+    /// others.
     [[nodiscard]] std::uint64_t end_of_list(std::uint64_t entry, int wide) {
         constexpr std::array<std::uint64_t, 4> kTags{273, 279, 324, 325};
         if (std::find(kTags.begin(), kTags.end(), number(entry, 2)) == kTags.end())
@@ -136,7 +137,7 @@ private:
         if (count > m_bytes)
             return kBeyond;
         if (count * each <= static_cast<std::uint64_t>(wide))
-            return 0;  // it lies in the entry
+            return 0;  // the value is stored in the entry
         return sum(number(entry + 4 + static_cast<std::uint64_t>(wide), wide), count * each);
     }
 

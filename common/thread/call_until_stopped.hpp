@@ -12,10 +12,12 @@
 
 namespace terravox::thread {
 
-/// Makes a call that nothing can interrupt, such as one to the name service, on a thread of its
-/// own.
-/// @param call owns all that it touches: it is left behind where it has not ended in time
-/// @return nullopt once it was asked to stop @throws what the call throws
+/// Makes an uninterruptible call, such as a DNS lookup, on a thread of its own, and stops waiting
+/// for it on request.
+/// @param call must own all that it accesses: it keeps running, detached, when the stop request
+/// comes first
+/// @return nullopt when stopped before the call has returned
+/// @throws whatever the call throws
 template <class Call>
 [[nodiscard]] std::optional<std::invoke_result_t<Call&>> call_until_stopped(
     Call call, const std::stop_token& stop) {

@@ -13,9 +13,9 @@
 
 namespace terravox::thread {
 
-/// Calls use(i, make(i)) for each i in [0, count): makes on at most `threads` threads (0 = one for
-/// each core), uses one after the other in rising order, with at most twice as many made things
-/// waiting as there are threads. What is written thus does not depend on the number of threads.
+/// Calls use(i, make(i)) for each i in [0, count): make() runs on at most `threads` threads (0 =
+/// one per core), use() runs serially in ascending order, with at most twice as many items in
+/// flight as there are threads. The output is therefore independent of the number of threads.
 /// @throws what the first failing call threw
 template <class Make, class Use>
 void in_order(std::size_t count, int threads, const Make& make, const Use& use) {
@@ -29,8 +29,8 @@ void in_order(std::size_t count, int threads, const Make& make, const Use& use) 
     const int most = thread_count(threads);
     tbb::task_arena arena(most);
     std::size_t next = 0;
-    // Out of a filter that throws, TBB loses the items under way without freeing them: failures
-    // wait here until all has ended.
+    // When a filter throws, TBB leaks the items in flight: exceptions are therefore held back until
+    // the pipeline has ended.
     std::atomic<bool> failed{false};
     std::exception_ptr failure;
     const auto try_to = [&](const auto& work) {

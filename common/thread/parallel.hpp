@@ -8,7 +8,8 @@
 
 namespace terravox::thread {
 
-/// @param asked number of threads; 0 = one for each core @return at least 1
+/// @param asked requested number of threads; 0 = one per core
+/// @return at least 1
 [[nodiscard]] inline int thread_count(int asked) noexcept {
     if (asked > 0)
         return asked;
@@ -16,8 +17,8 @@ namespace terravox::thread {
     return cores == 0 ? 1 : static_cast<int>(cores);
 }
 
-/// Calls work(i) for each i in [0, count), on at most `threads` threads (0 = one for each core), in
-/// no promised order.
+/// Calls work(i) for each i in [0, count), on at most `threads` threads (0 = one per core), in
+/// unspecified order.
 /// @throws what the first failing call threw, after the others have ended
 template <class Work>
 void parallel_for(std::size_t count, int threads, const Work& work) {

@@ -13,10 +13,12 @@
 
 namespace terravox::thread {
 
-/// Starts `count` threads that run `work`, for a constructor: all of them, or none.
-/// Where the system refuses one, those that run already are asked to stop and joined. Without that
-/// the destructor of the vector would end the program, as that of the object does not run when its
-/// constructor throws.
+/// Starts `count` threads that run `work`, for use in a constructor: either all of them are
+/// started, or none.
+///
+/// When the system refuses a thread, the threads that already run are stopped and joined. Otherwise
+/// the destructor of the vector would terminate the program, since the destructor of an object does
+/// not run when its constructor throws.
 /// @param threads  empty
 /// @param work     copied to each thread
 /// @param stop     makes `work` return soon; called at most once
@@ -37,8 +39,7 @@ void start_threads(std::vector<std::thread>& threads, std::size_t count, const W
     }
 }
 
-/// One thread more for a vector whose threads somebody joins. Where it fails the vector is as it
-/// was.
+/// Adds a thread to a vector whose threads the caller joins. On failure the vector is unchanged.
 /// @param what  what the thread is for, for the message: "a picture"
 /// @throws Error when the system refuses the thread; std::bad_alloc
 template <class Work>
@@ -51,7 +52,8 @@ void add_thread(std::vector<std::thread>& threads, const char* what, Work&& work
     }
 }
 
-/// @return a thread that runs `work` @throws as add_thread
+/// @return a thread that runs `work`
+/// @throws as add_thread
 template <class Work>
 [[nodiscard]] std::thread start_thread(const char* what, Work&& work) {
     std::vector<std::thread> one;

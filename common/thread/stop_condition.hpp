@@ -6,11 +6,12 @@
 
 namespace terravox::thread {
 
-/// When work that is under way has to stop: when one of two tokens is stopped, or at a deadline.
+/// Tells when running work must stop: when a stop is requested on either of two tokens, or at a
+/// deadline.
 class StopCondition {
 public:
     using Clock = std::chrono::steady_clock;
-    /// A token without a source never stops.
+    /// A default-constructed token, which has no source, never requests a stop.
     explicit StopCondition(std::stop_token first, std::stop_token second = {},
                            Clock::time_point deadline = Clock::time_point::max()) noexcept
         : m_first(std::move(first)), m_second(std::move(second)), m_deadline(deadline) {}

@@ -14,7 +14,7 @@
 namespace terravox::thread {
 namespace {
 
-// What a handler may touch: atomics without locks, and sem_post().
+// The state that a signal handler may access: lock-free atomics, and sem_post().
 sem_t g_came;
 std::array<std::atomic<bool>, NSIG> g_pending{};
 static_assert(std::atomic<bool>::is_always_lock_free);
@@ -50,7 +50,7 @@ StopSignals::StopSignals(Options options) : m_on_hangup(std::move(options.on_han
 StopSignals::~StopSignals() {
     for (const auto& [signal, before] : m_before)
         ::sigaction(signal, &before, nullptr);
-    g_pending[0] = true;  // no signal has this number: the thread's end
+    g_pending[0] = true;  // no signal has this number: ends the thread
     ::sem_post(&g_came);
     m_thread.join();
     ::sem_destroy(&g_came);
@@ -67,7 +67,7 @@ void StopSignals::install(int signal, bool reset) {
 }
 
 void StopSignals::watch() noexcept {
-    // Whatever the other threads of the program block, this one hears of it.
+    // Whatever signals the other threads of the program block, this one receives them.
     const sigset_t all = set_of({SIGINT, SIGTERM, SIGHUP});
     ::pthread_sigmask(SIG_UNBLOCK, &all, nullptr);
     while (!g_pending[0]) {

@@ -11,21 +11,22 @@
 
 namespace terravox::thread {
 
-/// Turns signals into a stop request while it lives, instead of ending the program by them. A
-/// signal's handler may call next to nothing, so a thread waits for signals here. One object at a
-/// time in a process; what was done at a signal before is done again afterwards.
+/// RAII: turns signals into a stop request during its lifetime, instead of letting them end the
+/// program. Since signal handlers may call next to nothing, a thread waits for the signals. At most
+/// one object at a time per process; the previous signal dispositions are restored on destruction.
 class StopSignals {
 public:
     struct Options {
-        std::vector<int> stop{SIGINT, SIGTERM};  ///< these ask to stop
-        /// The second signal of the same kind has its usual effect: it ends the program at once.
+        std::vector<int> stop{SIGINT, SIGTERM};  ///< signals that request a stop
+        /// Whether the second signal of the same kind has its default effect: to end the program at
+        /// once.
         bool second_ends_program = false;
-        /// Called for each SIGHUP, on the thread of this object, and must not throw; empty: SIGHUP
-        /// is left alone.
+        /// Called for each SIGHUP, on the thread of this object; must not throw. Empty: the
+        /// disposition of SIGHUP is left unchanged.
         std::function<void()> on_hangup;
     };
     StopSignals() : StopSignals(Options{}) {}
-    /// @throws Error without a thread
+    /// @throws Error when the thread cannot be started
     explicit StopSignals(Options options);
     ~StopSignals();
     StopSignals(const StopSignals&) = delete;
@@ -43,9 +44,9 @@ private:
     std::thread m_thread;
 };
 
-/// The calling thread, and threads that are started from it meanwhile, do not see SIGINT and
-/// SIGTERM while this lives: no call of theirs is interrupted by one. The thread of a StopSignals
-/// does. Made and ended by one thread.
+/// RAII: blocks SIGINT and SIGTERM for the calling thread and for threads started from it during
+/// its lifetime, so that none of their calls is interrupted. The thread of a StopSignals still
+/// receives them. Must be created and destroyed on the same thread.
 class SignalsBlocked {
 public:
     SignalsBlocked();
@@ -57,7 +58,8 @@ private:
     sigset_t m_before{};
 };
 
-/// Waits until the token is stopped, but no longer than this. @return whether it is stopped
+/// Waits until a stop is requested, for at most `longest`.
+/// @return whether a stop was requested
 bool wait_for_stop(const std::stop_token& stop, std::chrono::milliseconds longest);
 
 }  // namespace terravox::thread

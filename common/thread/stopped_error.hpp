@@ -4,7 +4,8 @@
 
 namespace terravox::thread {
 
-/// A box is not fetched since nobody wants it any more: no hole, and nothing to tell anybody.
+/// A fetch of a box was cancelled because the box is no longer needed: neither a hole nor an error
+/// to report.
 class StoppedError : public util::Error {
 public:
     using util::Error::Error;

@@ -23,7 +23,7 @@ std::string reason(int code) {
     return std::strerror(code);
 }
 
-// The process id and a counter keep two writers of one target apart, in one process or in two.
+// The process id and a counter distinguish two writers of one target, in one process or in two.
 std::filesystem::path temporary_name(const std::filesystem::path& target) {
     static std::atomic<unsigned> counter{0};
     const auto name = "." + target.stem().string() + ".part-" + std::to_string(::getpid()) + "-" +
@@ -37,7 +37,7 @@ void flush_to_disk(const std::filesystem::path& path) {
         throw Error("write " + path.string() + ": " + reason(errno));
     const int failed = ::fsync(fd) == 0 ? 0 : errno;
     ::close(fd);
-    // Some file systems (network, FUSE) do not support fsync: that is no failure to write.
+    // Some file systems (network, FUSE) do not support fsync: that is not an error.
     if (failed != 0 && failed != EINVAL && failed != ENOTSUP)
         throw Error("write " + path.string() + ": " + reason(failed));
 }

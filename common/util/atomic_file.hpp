@@ -7,15 +7,15 @@
 
 namespace terravox::util {
 
-/// A file that appears under its name only when it is whole.
+/// A file that appears under its name only when it is complete.
 ///
 /// Write to temporary_path() by any means, then commit(): the data are flushed to the disk and the
-/// file is renamed over the target. Without commit() the temporary file is removed. The extension
-/// is kept, so that libraries which choose a format by it still do. Not thread-safe; two processes
-/// may write the same target, the last commit wins whole.
+/// file is renamed over the target. Without commit() the destructor removes the temporary file. The
+/// temporary name keeps the extension, for libraries that choose a format by it. Not thread-safe;
+/// two processes may write the same target: the last commit replaces the file as a whole.
 class AtomicFile {
 public:
-    /// @throws Error when the folder of `target` does not exist and cannot be made, or is not
+    /// @throws Error when the folder of `target` does not exist and cannot be created, or is not
     /// writable
     explicit AtomicFile(std::filesystem::path target);
     ~AtomicFile();
@@ -28,8 +28,8 @@ public:
     }
 
     enum class Flush : bool { kNo, kYes };
-    /// @param flush  kNo: a power cut may leave a damaged file under the name; for caches that
-    /// check what they read
+    /// @param flush  kNo: a power failure may leave a damaged file under the name; for caches that
+    /// verify what they read
     /// @throws Error when flushing or renaming fails (disk full, permission)
     void commit(Flush flush = Flush::kYes);
 
@@ -39,14 +39,14 @@ private:
     bool m_committed = false;
 };
 
-/// Writes `bytes` to `target` through an AtomicFile. @throws Error
+/// Writes `bytes` to `target` through an AtomicFile.
+/// @throws Error
 void write_file_atomically(const std::filesystem::path& target, std::span<const std::byte> bytes);
 inline void write_file_atomically(const std::filesystem::path& target, std::string_view text) {
     write_file_atomically(target, std::as_bytes(std::span(text)));
 }
 
-/// @throws Error when the folder that `target` would be written to is missing and cannot be made,
-/// or cannot be written to
+/// @throws Error when the folder of `target` is missing and cannot be created, or is not writable
 void check_writable(const std::filesystem::path& target);
 
 }  // namespace terravox::util

@@ -16,7 +16,8 @@ std::filesystem::path beside_program(std::string_view name) {
 
 void* open_beside_program(std::string_view name, std::string_view what) {
     const std::filesystem::path file = beside_program(name);
-    // Never closed: threads, exceptions and objects of the library may outlive whoever opened it.
+    // Never closed: threads, exceptions and objects of the library may outlive the caller that
+    // opened it.
     if (void* library = dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL))
         return library;
     const char* why = dlerror();

@@ -5,13 +5,13 @@
 
 namespace terravox::util {
 
-/// A file in the folder of the running program, whether it is there or not.
+/// @return the path of a file in the folder of the running program; it need not exist
 [[nodiscard]] std::filesystem::path beside_program(std::string_view name);
 
-/// Opens a shared library that lies beside the program, once however often it is asked for, and for
-/// the life of the process. What it defines is not seen by others. Thread-safe.
-/// @param what it is, for messages: "TLS library"
-/// @return for dlsym(); never nullptr
+/// Loads a shared library from the folder of the program, once per process however often it is
+/// requested; it is never unloaded. Its symbols are not visible to other libraries. Thread-safe.
+/// @param what what the library is, for messages: "TLS library"
+/// @return a handle for dlsym(); never nullptr
 /// @throws Error when it cannot be loaded
 [[nodiscard]] void* open_beside_program(std::string_view name, std::string_view what);
 

@@ -15,14 +15,14 @@ struct CacheStats {
     std::size_t bytes = 0, entries = 0;
 };
 
-/// A cache with a byte limit that makes each value once: callers who ask for a key while it is
-/// being made wait for that making.
+/// An LRU cache with a byte limit that makes each value once: threads that request a key while its
+/// value is being made wait for that result.
 ///
-/// Least recently used values go first; one larger than the limit is handed out but not kept.
-/// Values are shared: one in use outlives its eviction, so evicting never hurts a reader. nullptr
-/// is a value too (known to be empty). What `make` throws reaches every waiting caller and is not
-/// remembered. Thread-safe. One lock guards the maps and is never held while `make` runs. `make`
-/// must not ask this cache for the same key.
+/// Least recently used values are evicted first; a value larger than the limit is returned but not
+/// kept. Values are shared: a value in use outlives its eviction, so evicting never hurts a reader.
+/// nullptr is a value too (known to be empty). An exception of `make` is rethrown to every waiting
+/// caller and is not cached. Thread-safe. One lock guards the maps and is never held while `make`
+/// runs. `make` must not request the same key from this cache.
 template <class Key, class Value, class Hash = std::hash<Key>>
 class Cache {
 public:
@@ -30,8 +30,8 @@ public:
 
     explicit Cache(std::size_t limit_bytes) : m_limit_bytes(limit_bytes) {}
 
-    /// @param make  Ptr(): called at most once for a missing key at a time
-    /// @param bytes_of std::size_t(const Ptr&): what the value weighs
+    /// @param make  Ptr(): called at most once at a time for a missing key
+    /// @param bytes_of std::size_t(const Ptr&): the size of the value
     template <class Make, class BytesOf>
     Ptr get(const Key& key, const Make& make, const BytesOf& bytes_of) {
         std::shared_ptr<std::promise<Ptr>> promise;
@@ -74,14 +74,14 @@ public:
         }
     }
 
-    /// The value if it is there: nothing is made, nobody waits, and no statistics count it.
+    /// The value if it is cached: nothing is made, no thread waits, and no statistics count it.
     [[nodiscard]] Ptr find(const Key& key) {
         const std::lock_guard lock(m_mutex);
         return look(key);
     }
 
-    /// The same, counted as a hit when it is there, and not at all when it is not: for callers who
-    /// ask get() next.
+    /// Like find(), but counted as a hit when the value is cached, and not counted when it is not:
+    /// for callers that call get() next.
     [[nodiscard]] Ptr hit(const Key& key) {
         const std::lock_guard lock(m_mutex);
         Ptr out = look(key);
@@ -90,14 +90,14 @@ public:
         return out;
     }
 
-    /// Whether the value is there; it does not become more recently used by that.
+    /// Whether the value is cached; does not affect the LRU order.
     [[nodiscard]] bool holds(const Key& key) const {
         const std::lock_guard lock(m_mutex);
         return m_entries.contains(key);
     }
 
-    /// Keeps a value that came from elsewhere. One that is there already stays, and so does the
-    /// making of one.
+    /// Adds a value that was made elsewhere. Does nothing when the key is cached or its value is
+    /// being made.
     void put(const Key& key, const Ptr& value, std::size_t bytes) {
         std::list<Entry> evicted;
         const std::lock_guard lock(m_mutex);
@@ -106,7 +106,7 @@ public:
         insert(key, value, bytes, evicted);
     }
 
-    /// Forgets every value whose key fits.
+    /// Removes every value whose key satisfies the predicate.
     template <class Fits>
     void erase_if(const Fits& fits) {
         std::list<Entry> erased;
@@ -122,8 +122,8 @@ public:
         }
     }
 
-    /// Calls back with every key that is kept, most recently used first, under the lock: the
-    /// callback must be quick and must not ask this cache.
+    /// Calls back with every cached key, most recently used first, under the lock: the callback
+    /// must be quick and must not access this cache.
     template <class Callback>
     void each_key(const Callback& callback) const {
         const std::lock_guard lock(m_mutex);
@@ -151,7 +151,7 @@ private:
         sizeof(Entry) +
         6 * sizeof(void*);  // list node and map node, so that empty values count too
 
-    // Under the lock.
+    // Requires the lock.
     Ptr look(const Key& key) {
         const auto found = m_entries.find(key);
         if (found == m_entries.end())
@@ -160,7 +160,8 @@ private:
         return found->second->value;
     }
 
-    // Under the lock. What has to go is handed to the caller, to be destroyed outside it.
+    // Requires the lock. Evicted entries are moved to `evicted`, for the caller to destroy them
+    // after releasing it.
     void insert(const Key& key, const Ptr& value, std::size_t bytes, std::list<Entry>& evicted) {
         m_order.push_front({key, value, bytes + kEntryBytes});
         m_entries.emplace(key, m_order.begin());

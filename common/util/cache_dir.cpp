@@ -13,7 +13,7 @@ std::filesystem::path cache_dir(const std::string& given) {
         const char* value = std::getenv(name);
         return value == nullptr ? "" : value;
     };
-    // The specification wants relative paths to be ignored.
+    // The XDG specification requires relative paths to be ignored.
     if (const auto base = variable("XDG_CACHE_HOME"); base.is_absolute())
         return base / "terravox";
     if (const auto home = variable("HOME"); home.is_absolute())

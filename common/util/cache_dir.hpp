@@ -5,10 +5,10 @@
 
 namespace terravox::util {
 
-/// The folder for what can be made again but takes time.
-/// @param given  "" = $XDG_CACHE_HOME/terravox, or ~/.cache/terravox; "none" = nothing is kept;
+/// The folder for data that can be recomputed, but at a cost.
+/// @param given  "" = $XDG_CACHE_HOME/terravox, or ~/.cache/terravox; "none" = nothing is cached;
 /// else a folder
-/// @return empty when nothing is kept, or there is neither variable nor home
+/// @return empty when nothing is cached, or when neither the variable nor a home folder exists
 [[nodiscard]] std::filesystem::path cache_dir(const std::string& given);
 
 }  // namespace terravox::util

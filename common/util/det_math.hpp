@@ -6,10 +6,10 @@
 
 namespace terravox::det {
 
-/// Elementary functions that give the same bits on every machine of IEEE arithmetic. The C library
-/// picks variants by CPU (with or without fused multiply-add), which may differ in the last bit:
-/// enough to break "the picture does not depend on who computed it". Relative error below 1e-14 in
-/// the ranges stated; only + - * / and the exactly rounded sqrt and floor are used, in a fixed
+/// Elementary functions that return the same bits on every machine with IEEE arithmetic. The C
+/// library selects variants by CPU (with or without fused multiply-add), which may differ in the
+/// last bit: enough to make a picture depend on the machine that rendered it. Relative error below
+/// 1e-14 in the stated ranges; uses only + - * / and the exactly rounded sqrt and floor, in a fixed
 /// order.
 
 inline constexpr double kPi = 3.141592653589793238463;
@@ -19,7 +19,7 @@ inline constexpr double kPi = 3.141592653589793238463;
     return std::bit_cast<double>(static_cast<std::uint64_t>(n + 1023) << 52);
 }
 
-/// e^x; x below -700 gives 0, above 700 is cut to 700.
+/// e^x; x below -700 gives 0, x above 700 is clamped to 700.
 [[nodiscard]] constexpr double exp(double x) noexcept {
     if (!(x > -700))
         return 0;
@@ -30,9 +30,9 @@ inline constexpr double kPi = 3.141592653589793238463;
                      kInverseLn2 = 1.44269504088896340736;
     const int n = static_cast<int>(x * kInverseLn2 + (x < 0 ? -0.5 : 0.5));
     const double r = (x - n * kLn2High) - n * kLn2Low;  // |r| <= ln 2 / 2
-    // Taylor; 13 terms leave less than 1e-15 for |r| <= 0.347. By pairs, and pairs of those: one
-    // waits for four others, not for thirteen. Ref: Estrin, "Organization of computer systems",
-    // 1960.
+    // Taylor series; 13 terms leave an error below 1e-15 for |r| <= 0.347. Evaluated in pairs, and
+    // pairs of pairs: a dependency chain of four operations instead of thirteen. Ref: Estrin,
+    // "Organization of computer systems", 1960.
     const double r2 = r * r, r4 = r2 * r2, r8 = r4 * r4;
     const double low = (1 + r) + (1.0 / 2 + r * (1.0 / 6)) * r2,
                  next = (1.0 / 24 + r * (1.0 / 120)) + (1.0 / 720 + r * (1.0 / 5040)) * r2;
@@ -71,8 +71,8 @@ struct SinCos {
     double sin, cos;
 };
 
-/// Both of x radians; absolute error below 1e-15 for |x| <= 1e5. What is no number or beyond 1e9
-/// gives those of 0.
+/// Sine and cosine of x radians; absolute error below 1e-15 for |x| <= 1e5. NaN and values beyond
+/// 1e9 give the result of 0.
 [[nodiscard]] inline SinCos sin_cos(double x) noexcept {
     if (!(x >= -1e9 && x <= 1e9))
         x = 0;
@@ -82,7 +82,7 @@ struct SinCos {
                      kHalfPi3 = 2.02226624879595063154e-21;
     const double n = std::floor(x * (2 / kPi) + 0.5);
     const double r = x - n * kHalfPi1 - n * kHalfPi2 - n * kHalfPi3, r2 = r * r;  // |r| <= pi / 4
-    // Taylor; the terms left out are below 1e-17. By pairs, as in exp().
+    // Taylor series; the omitted terms are below 1e-17. Evaluated in pairs, as in exp().
     const double r4 = r2 * r2, r8 = r4 * r4;
     const double s_low = (-1.0 / 6 + r2 * (1.0 / 120)) + (-1.0 / 5040 + r2 * (1.0 / 362880)) * r4;
     const double s_high = (-1.0 / 39916800 + r2 * (1.0 / 6227020800)) +
@@ -111,16 +111,16 @@ struct SinCos {
     return both.sin / both.cos;
 }
 
-/// Angle of the point (x, y) from the x axis, (-pi, pi]; 0 for the origin and for what is no
-/// number. The sign of a zero is ignored.
+/// Angle of the point (x, y) from the x axis, (-pi, pi]; 0 for the origin and for NaN. The sign of
+/// a zero is ignored.
 [[nodiscard]] inline double atan2(double y, double x) noexcept {
     const double ax = std::fabs(x), ay = std::fabs(y);
     if (!(ax + ay > 0) || !(ax + ay < 1e300))
         return 0;
     const bool steep = ay > ax;
     double z = steep ? ax / ay : ay / ax;  // [0, 1]
-    // Half the angle three times: tan(a / 2) = t / (1 + sqrt(1 + t^2)). Then z <= tan(pi / 32), and
-    // nine terms of the series do.
+    // Halve the angle three times: tan(a / 2) = t / (1 + sqrt(1 + t^2)). Then z <= tan(pi / 32),
+    // and nine terms of the series suffice.
     for (int i = 0; i < 3; ++i)
         z = z / (1 + std::sqrt(1 + z * z));
     const double z2 = z * z;
@@ -134,7 +134,7 @@ struct SinCos {
         angle = kPi - angle;
     return y < 0 ? -angle : angle;
 }
-/// [0, pi]; x is cut to [-1, 1].
+/// [0, pi]; x is clamped to [-1, 1].
 [[nodiscard]] inline double acos(double x) noexcept {
     if (!(x < 1))
         return 0;
@@ -142,7 +142,7 @@ struct SinCos {
         return kPi;
     return atan2(std::sqrt((1 - x) * (1 + x)), x);
 }
-/// [-pi / 2, pi / 2]; x is cut to [-1, 1].
+/// [-pi / 2, pi / 2]; x is clamped to [-1, 1].
 [[nodiscard]] inline double asin(double x) noexcept {
     if (!(x > -1 && x < 1))
         return x >= 1 ? kPi / 2 : x <= -1 ? -kPi / 2 : 0;

@@ -18,16 +18,16 @@ constexpr const char* kOutOfMemory =
     "out of memory; lower memory limits or a smaller task may help";
 constexpr const char* kName = "terravox: ";
 
-/// The text of an error without any allocation; `text` is what the exception itself says, where
-/// that is to be used.
+/// The text of an error without any allocation; `text` is the exception's own message, where that
+/// is to be used.
 const char* plain_message_of(const std::exception_ptr& error, const char* text) noexcept {
     try {
         std::rethrow_exception(error);
     } catch (const std::bad_alloc&) {
         return kOutOfMemory;
     } catch (const std::system_error& e) {
-        // What std::thread throws where the system refuses one: it lacks memory for the stack, or a
-        // limit is reached.
+        // Thrown by std::thread when the system refuses a thread: it lacks memory for the stack, or
+        // a limit is reached.
         if (e.code() == std::errc::resource_unavailable_try_again) {
             return "the system gives no more threads or memory; "
                    "fewer threads or higher limits of the system may help";
@@ -38,13 +38,13 @@ const char* plain_message_of(const std::exception_ptr& error, const char* text) 
     }
 }
 
-// Standard error may be closed: nothing is left to be done then.
+// Standard error may be closed: nothing can be done about that.
 void write_out(const char* text, std::size_t bytes) noexcept {
     [[maybe_unused]] const auto written = ::write(STDERR_FILENO, text, bytes);
 }
 
-// Plain ASCII alone: the text may be a stranger's, and printable() needs memory. A line of usual
-// length is one write, which what other threads say does not come into the middle of.
+// Plain ASCII only: the text may be untrusted, and printable() needs memory. A line of usual length
+// is a single write, so that the output of other threads cannot interrupt it.
 void say(std::initializer_list<const char*> parts) noexcept {
     char line[1024];
     std::size_t used = 0;
@@ -60,8 +60,8 @@ void say(std::initializer_list<const char*> parts) noexcept {
     write_out(line, used);
 }
 
-// Without memory several threads get here at once: the first ends the program, others wait for it.
-// A thread that comes twice has failed in here.
+// When memory runs out, several threads may get here at once: the first ends the program, the
+// others wait for that. A thread that enters a second time has failed inside this function.
 void end_as_the_only_one() noexcept {
     static std::atomic_flag s_ending;
     static thread_local bool s_here = false;
@@ -74,7 +74,7 @@ void end_as_the_only_one() noexcept {
 [[noreturn]] void end_by_exception() noexcept {
     end_as_the_only_one();
     const char* message = "ended by an error inside the program that carries no message";
-    // Whatever is done here must need no memory: its lack may be the reason.
+    // Nothing here may allocate memory: its lack may be the reason for the call.
     if (const std::exception_ptr error = std::current_exception()) {
         try {
             std::rethrow_exception(error);

@@ -5,12 +5,12 @@
 
 namespace terravox::util {
 
-/// What a program's exit code says; the same for every program of the project.
+/// The exit codes shared by all programs of the project.
 enum class ExitCode : int {
     kDone = 0,
     kFailed = 1,
     kUsage = 2,
-    kHoles = 3,  ///< complete, but with reported holes (missing squares or boxes)
+    kHoles = 3,  ///< finished, but with reported holes (missing squares or boxes)
 };
 
 /// The unit of work (request, tile, file, run) cannot continue. The message is one line: attempt,
@@ -21,7 +21,7 @@ public:
     [[nodiscard]] virtual ExitCode exit_code() const noexcept { return ExitCode::kFailed; }
 };
 
-/// What the person asked for cannot be: an unknown flag, a value out of range, a missing CRS.
+/// The user's request is invalid: an unknown flag, a value out of range, a missing CRS.
 class UsageError : public Error {
 public:
     using Error::Error;

@@ -15,12 +15,12 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// What tells a file from all others, whatever it is called: "./a", a link to it and a second name
-/// of it are the same.
+/// A key that identifies a file under any of its names: "./a", a link to it and a hard link have
+/// the same.
 std::string identity_of(const fs::path& file) {
     struct stat facts{};
-    // Size and time beside the number: there are network file systems whose numbers are not unique,
-    // and no file may be lost to that.
+    // Size and time in addition to the inode number: on some network file systems these numbers are
+    // not unique, and no file must be dropped because of that.
     if (::stat(file.c_str(), &facts) == 0 && facts.st_ino != 0) {
         std::string out;
         for (const auto part :

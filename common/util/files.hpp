@@ -10,23 +10,23 @@
 namespace terravox::util {
 
 /// Replaces each folder in `paths` by the files in it that have one of the endings (lower case,
-/// with dot; any case matches), sorted by name. Files are kept as they are, whatever their ending.
-/// A file that is named twice is kept once, even when its names differ (`./a`, links): by the name
-/// that sorts first, so that the order of `paths` does not choose it.
-/// @param what names the kind of thing in messages, e.g. "LiDAR data"
+/// with dot; matched case-insensitively), sorted by name. Files are kept, whatever their ending. A
+/// file that is named twice is kept once, even when its names differ (`./a`, links): under the name
+/// that sorts first, so that the choice does not depend on the order of `paths`.
+/// @param what the kind of file, for messages, e.g. "LiDAR data"
 /// @throws UsageError for a folder without such a file, or a path that does not exist
 [[nodiscard]] std::vector<std::filesystem::path> expand_folders(
     const std::vector<std::filesystem::path>& paths,
     std::initializer_list<std::string_view> endings, std::string_view what);
 
-/// The same where an ending does not say enough. @param belongs whether a file of a folder that has
-/// one of the endings is taken
+/// The same, for cases where the ending alone is not sufficient.
+/// @param belongs whether to take a file of a folder that has one of the endings
 [[nodiscard]] std::vector<std::filesystem::path> expand_folders(
     const std::vector<std::filesystem::path>& paths, std::span<const std::string_view> endings,
     std::string_view what, const std::function<bool(const std::filesystem::path&)>& belongs);
 
 /// Whether a folder holds a regular file for which `is` is true; false for a folder that cannot be
-/// read. Looks no deeper than the folder itself.
+/// read. Not recursive.
 template <class Is>
 [[nodiscard]] bool any_file(const std::filesystem::path& folder, const Is& is) {
     std::error_code failed;

@@ -6,8 +6,8 @@
 
 namespace terravox::util {
 
-/// Gives pages that the allocator keeps for later back to the system, where it can: after much of
-/// differing sizes was freed, it may hold as much again as is in use. Takes milliseconds.
+/// Returns free pages that the allocator retains to the system, where possible: after many blocks
+/// of different sizes were freed, it may retain as much again as is in use. Takes milliseconds.
 inline void give_back_free_memory() noexcept {
 #ifdef __GLIBC__
     malloc_trim(0);

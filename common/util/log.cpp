@@ -43,7 +43,7 @@ public:
     }
 };
 
-/// Cleans what messages say, of which parts come from strangers, before another formatter makes
+/// Escapes the text of messages, which may contain untrusted parts, before another formatter makes
 /// lines of them.
 class Cleaning final : public spdlog::formatter {
 public:

@@ -18,9 +18,8 @@ std::shared_ptr<const MappedFile> MappedFile::open(const std::filesystem::path& 
     const auto fail = [&](const char* what) {
         return Error("map the file " + path.string() + ": " + what);
     };
-    const int file =
-        ::open(path.c_str(),
-               O_RDONLY | O_CLOEXEC | O_NONBLOCK);  // opening a pipe would wait for its writer
+    // Opening a pipe would block until it has a writer.
+    const int file = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
     if (file < 0) {
         if (errno == ENOENT || errno == ENOTDIR)
             return nullptr;
@@ -53,8 +52,8 @@ bool readable(std::span<const std::byte> part) noexcept {
     static const auto page = static_cast<std::uintptr_t>(::sysconf(_SC_PAGESIZE));
     const auto begin = reinterpret_cast<std::uintptr_t>(part.data()) / page * page,
                end = reinterpret_cast<std::uintptr_t>(part.data() + part.size());
-    // The map itself tells, so that no file needs to stay open for it. Pages read meanwhile are
-    // kept, so a call that was interrupted goes on.
+    // The check uses the mapping itself, so that no file needs to stay open for it. Pages that were
+    // read are kept, so an interrupted call makes progress when it is repeated.
     int rc = -1;
     do
         rc = ::madvise(reinterpret_cast<void*>(begin), end - begin, MADV_POPULATE_READ);

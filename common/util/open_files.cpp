@@ -9,8 +9,8 @@ void allow_many_open_files() noexcept {
     if (::getrlimit(RLIMIT_NOFILE, &limit) != 0 || limit.rlim_cur == limit.rlim_max)
         return;
     limit.rlim_cur = limit.rlim_max;
-    (void)::setrlimit(RLIMIT_NOFILE,
-                      &limit);  // else it stays as it is, and the limits on links with it
+    // On failure the limit is unchanged, and so are the limits on connections that depend on it.
+    (void)::setrlimit(RLIMIT_NOFILE, &limit);
 }
 
 }  // namespace terravox::util

@@ -2,8 +2,8 @@
 
 namespace terravox::util {
 
-/// Lets this process have as many descriptors open at once as it may (the soft limit becomes the
-/// hard one): who serves many needs some for each.
+/// Raises this process's limit of open file descriptors to its maximum (the soft limit becomes the
+/// hard one): a server needs some for each client.
 void allow_many_open_files() noexcept;
 
 }  // namespace terravox::util

@@ -8,7 +8,7 @@ namespace terravox::util {
 namespace {
 
 struct Character {
-    std::size_t bytes = 0;  ///< 0: what begins here is no UTF-8
+    std::size_t bytes = 0;  ///< 0: not valid UTF-8
     std::uint32_t code = 0;
 };
 
@@ -39,7 +39,7 @@ bool is_harmful(std::uint32_t code) noexcept {
     if (code == 0x2028 || code == 0x2029)
         return true;  // line and paragraph separators
     if (code == 0x061c || code == 0x200e || code == 0x200f)
-        return true;  // marks of direction
+        return true;  // bidirectional marks
     return (code >= 0x202a && code <= 0x202e) ||
            (code >= 0x2066 && code <= 0x2069);  // embeddings, overrides, isolates
 }

@@ -13,9 +13,9 @@
 
 namespace terravox::util {
 
-/// Reads a program's arguments.
-/// @return the exit code when --help or --version was asked for (and answered), nullopt to go on
-/// @throws UsageError for arguments that the program does not take
+/// Parses a program's arguments.
+/// @return the exit code when --help or --version was requested (and printed), nullopt to continue
+/// @throws UsageError for arguments that the program does not accept
 [[nodiscard]] inline std::optional<int> parse_arguments(CLI::App& app, int argc,
                                                         const char* const* argv) {
     try {
@@ -28,8 +28,8 @@ namespace terravox::util {
     }
 }
 
-/// The one place where a program's errors end: one line on standard error that begins with
-/// `terravox: `, and the exit code.
+/// The one place where a program's errors are caught: prints one line on standard error that begins
+/// with `terravox: `, and returns the exit code.
 /// @param body int(): the whole program
 template <class Body>
 [[nodiscard]] int run_program(const Body& body) noexcept {

@@ -7,7 +7,7 @@
 
 namespace terravox::util {
 
-/// Memory that this process has in RAM now, bytes; 0 where the system does not say.
+/// Resident memory (RSS) of this process in bytes; 0 where the system does not report it.
 [[nodiscard]] inline std::uint64_t resident_bytes() {
     std::uint64_t all = 0, resident = 0;
     std::ifstream("/proc/self/statm") >> all >> resident;

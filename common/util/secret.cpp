@@ -21,7 +21,7 @@ std::string variable_of(const char* name) {
     return value != nullptr ? value : "";
 }
 
-// One name for two secrets sent each of them to where the other one belongs.
+// When both secrets had one name, each of them was sent to where the other one belongs.
 void refuse_old_name() {
     if (variable_of("TERRAVOX_TOKEN").empty())
         return;
@@ -31,8 +31,9 @@ void refuse_old_name() {
                      kServerTokenVariable + " for a voxel server and its clients");
 }
 
-// What systemd hands to a service (LoadCredential=): a folder that nobody else can enter. Newer
-// versions let the group read the files, and name the service's user in an access control list.
+// A file that systemd passes to a service (LoadCredential=): in a folder that only this service can
+// enter. Newer versions let the group read the files, and name the service's user in an access
+// control list.
 bool is_credential_of_service(const std::filesystem::path& path) {
     const std::string folder = variable_of("CREDENTIALS_DIRECTORY");
     return !folder.empty() && path.lexically_normal().parent_path() ==
@@ -82,7 +83,7 @@ std::string find_server_token(const std::filesystem::path& file) {
     const Secret found = find_secret(file, kServerTokenVariable);
     if (found.text.empty() && file.empty())
         return {};
-    // What stands in a header must not end it.
+    // The token is sent in a header, and must not be able to end it.
     const bool fits = found.text.size() >= 8 && found.text.size() <= 512 &&
                       std::all_of(found.text.begin(), found.text.end(),
                                   [](char c) { return c > ' ' && c < 127; });

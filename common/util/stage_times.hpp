@@ -9,7 +9,7 @@
 
 namespace terravox::util {
 
-/// Seconds since it was made.
+/// Measures the seconds since its construction.
 class Stopwatch {
 public:
     [[nodiscard]] double seconds() const noexcept {
@@ -20,21 +20,21 @@ private:
     std::chrono::steady_clock::time_point m_start = std::chrono::steady_clock::now();
 };
 
-/// Adds up where the time goes, by named stage. Thread-safe. Stages keep the order in which they
-/// were first seen.
+/// Accumulates time by named stage. Thread-safe. Stages keep the order in which they first
+/// occurred.
 class StageTimes {
 public:
     struct Stage {
         std::string name;
         double seconds = 0;       ///< summed over threads: may exceed the wall time
-        std::uint64_t count = 0;  ///< how many times the stage ran
+        std::uint64_t count = 0;  ///< number of times the stage ran
     };
 
     void add(const std::string& name, double seconds);
     [[nodiscard]] std::vector<Stage> stages() const;
 
-    /// Times a scope and adds it on destruction, less what scopes inside it on the same thread
-    /// took: no second is counted twice.
+    /// Times a scope and adds its duration on destruction, excluding that of nested scopes on the
+    /// same thread: no second is counted twice.
     class Scope {
     public:
         Scope(StageTimes& times, std::string name)
@@ -48,7 +48,7 @@ public:
         }
         Scope(const Scope&) = delete;
         Scope& operator=(const Scope&) = delete;
-        /// A part of this scope's time belongs to another stage: for stages that alternate too
+        /// Attributes a part of this scope's time to another stage: for stages that alternate too
         /// often to be scopes.
         void hand_over(const std::string& name, double seconds) {
             m_inside += seconds;
@@ -67,7 +67,7 @@ public:
         double m_inside = 0;
     };
 
-    /// Times all that happens until its end, whatever stages that belongs to.
+    /// Times a scope including nested scopes, whatever stages those belong to.
     class Clock {
     public:
         Clock(StageTimes& times, std::string name) : m_times(times), m_name(std::move(name)) {}

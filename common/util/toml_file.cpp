@@ -24,8 +24,8 @@ std::string text_of(const fs::path& file, const std::function<void(const std::st
     else if (!fs::is_regular_file(status))
         fail("not a plain file");
     std::ifstream in(file, std::ios::binary);
-    // By parts: a file that grows, or says nothing of its size (/proc), is found too long as well,
-    // and nobody pays for a mebibyte that is not there.
+    // Reads in parts: a file that grows, or reports no size (/proc), is found too long as well, and
+    // no memory is allocated for bytes that are not there.
     std::string text;
     std::array<char, 16384> part;
     do {
@@ -47,8 +47,8 @@ toml::table parse_toml(std::string_view text, const std::string& name,
                        const std::function<void(const std::string&)>& fail) {
     if (text.size() > kMax_bytes)
         fail("longer than 1 MiB; allowed: up to 1 MiB");
-    // Each dot of a name (a.b.c) is a table in a table, and tables go by recursion: 100,000 of them
-    // overflow a stack of 8 MiB.
+    // Each dot of a name (a.b.c) makes a nested table, and tables are processed recursively:
+    // 100,000 of them overflow a stack of 8 MiB.
     constexpr std::ptrdiff_t kMaxDots = 10'000;
     if (const auto dots = std::count(text.begin(), text.end(), '.'); dots > kMaxDots)
         fail(std::to_string(dots) + " dots; allowed: up to 10000");
@@ -58,7 +58,7 @@ toml::table parse_toml(std::string_view text, const std::string& name,
         fail(std::string(e.description()) + " (line " + std::to_string(e.source().begin.line) +
              ")");
     }
-    throw Error("read " + name + ": failed");  // only when `fail` has not thrown
+    throw Error("read " + name + ": failed");  // reached only if `fail` has not thrown
 }
 
 }  // namespace terravox::util

@@ -9,18 +9,19 @@
 
 namespace terravox::util {
 
-/// Reads a TOML file that a person wrote: settings, tables, scenes. Files in which nobody could
-/// have meant that are refused before they are parsed, so that no input takes much memory or time,
-/// or nests so deep that the parser runs out of stack.
+/// Reads a TOML file written by hand: settings, tables, scenes. Implausible files are refused
+/// before they are parsed, so that no input takes much memory or time, or nests so deep that the
+/// parser overflows the stack.
 /// @param file a plain file of up to 1 MiB with up to 10,000 dots
-/// @param fail is told what is wrong, in words that follow "read the <thing> <file>: ", with the
-/// line where there is one; it must throw
+/// @param fail called with the error, in words that follow "read the <thing> <file>: ", with the
+/// line number where there is one; it must throw
 /// @throws what `fail` throws
 [[nodiscard]] toml::table read_toml(const std::filesystem::path& file,
                                     const std::function<void(const std::string&)>& fail);
 
-/// The same of a text that came another way. @param name for the line of an error @throws what
-/// `fail` throws
+/// Like read_toml(), for text from another source.
+/// @param name for the location in an error
+/// @throws what `fail` throws
 [[nodiscard]] toml::table parse_toml(std::string_view text, const std::string& name,
                                      const std::function<void(const std::string&)>& fail);
 

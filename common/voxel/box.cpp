@@ -10,15 +10,15 @@
 namespace terravox::voxel {
 namespace {
 
-// The 64 bytes before the arrays. All numbers little-endian (docs/formats/box.md).
+// The 64-byte header before the arrays. All numbers little-endian (docs/formats/box.md).
 struct BlobHeader {
     char magic[8];
     std::uint32_t version;
     std::int32_t level, bx, by, bz;
     std::uint32_t cell_count, attr_count;
     std::uint32_t reserved[5];
-    std::uint64_t checksum;  // XXH64 of the 56 bytes before, then of everything after the header,
-                             // chained as the seed
+    // XXH64 of the 56 preceding bytes, then of everything after the header, chained as the seed.
+    std::uint64_t checksum;
 };
 static_assert(sizeof(BlobHeader) == 64);
 static_assert(std::endian::native == std::endian::little,
@@ -26,7 +26,7 @@ static_assert(std::endian::native == std::endian::little,
 
 constexpr char kMagic[8] = {'T', 'V', 'X', 'B', 'O', 'X', '\r', '\n'};
 constexpr std::uint32_t kVersion = 1;
-// Roots, 16^3 cells and bricks of a box where every cell has details.
+// Roots, 16^3 cells and bricks of a box in which every cell has details.
 constexpr std::uint32_t kMaxCells =
     Box::kRootCount + Box::kRootCount * 64 + Box::kRootCount * 64 * 64;
 constexpr std::uint32_t kMaxAttrs = kBoxSizeX * kBoxSizeY * kBoxSizeZ;
@@ -35,8 +35,8 @@ std::uint64_t checksum_of(const BlobHeader& header, const std::byte* payload, st
     return XXH64(payload, bytes, XXH64(&header, offsetof(BlobHeader, checksum), 0));
 }
 
-// Every `first` must lead to cells of the next level (or attributes) inside the arrays: then no
-// walk can leave them.
+// Every `first` must refer to cells of the next level (or attributes) inside the arrays, so that no
+// traversal can leave them.
 bool indices_hold(std::span<const TreeCell> cells, std::size_t attr_count) {
     std::size_t begin = 0, end = Box::kRootCount;
     for (int depth = 0; depth < 3; ++depth) {
@@ -177,8 +177,8 @@ int Box::top() const noexcept {
         if (top_cell.mask == 0)
             continue;
         int best = 0;
-        // The highest layer of cells holds the highest voxel, but which of its cells does is open:
-        // look at each.
+        // The highest layer of cells contains the highest voxel, but not necessarily in a
+        // particular cell: check each.
         const int layer = highest_layer(top_cell.mask);
         for (int bit = layer * 16; bit < layer * 16 + 16; ++bit) {
             if ((top_cell.mask >> bit & 1) == 0)

@@ -17,15 +17,15 @@ inline constexpr int kBoxSizeX = 64;
 inline constexpr int kBoxSizeY = 256;
 inline constexpr int kBoxSizeZ = 64;
 
-/// Which box: level n has voxels of 2^n times the base size; bx, by, bz count boxes of 64 x 256 x
-/// 64 voxels of that level.
+/// Identifies a box: voxels of level n have 2^n times the base size; bx, by, bz count boxes of 64 x
+/// 256 x 64 voxels of that level.
 struct BoxKey {
     int level = 0;
     std::int32_t bx = 0, by = 0, bz = 0;
     friend auto operator<=>(const BoxKey&, const BoxKey&) = default;
 };
-/// The spatial hash of every cache of boxes: the Morton code, with the level in bits that only
-/// boxes a million boxes from the origin use.
+/// The hash for every cache of boxes: the Morton code, with the level in bits that only boxes a
+/// million boxes from the origin use.
 struct BoxKeyHash {
     [[nodiscard]] std::size_t operator()(const BoxKey& key) const noexcept;
 };
@@ -33,14 +33,14 @@ struct BoxKeyHash {
 
 inline constexpr int kMaxLevel = 20;
 
-/// What is known of one voxel. Eight bytes, stored as is in the box format.
+/// The attributes of one voxel. Eight bytes, stored as is in the box format.
 struct VoxelAttr {
     static constexpr std::uint8_t kHasColour = 1;
     Material material = Material::kRock;
-    std::uint8_t source_class = 0;  ///< the class code of the survey (0-255), unchanged
+    std::uint8_t source_class = 0;  ///< class code of the survey (0-255), unchanged
     std::uint8_t flags = 0;
     std::uint8_t reserved = 0;
-    Rgb8 colour;  ///< sRGB true colour of the surface; valid with kHasColour
+    Rgb8 colour;  ///< true colour of the surface, sRGB; valid with kHasColour
     std::uint8_t reserved_too = 0;
 
     [[nodiscard]] bool has_colour() const noexcept { return (flags & kHasColour) != 0; }
@@ -50,10 +50,10 @@ static_assert(sizeof(VoxelAttr) == 8);
 
 /// One cell of the 64-tree: 4 x 4 x 4 children, bit = x + 4 z + 16 y.
 ///
-/// `mask`: children that hold anything solid. `detail`, a subset: children with data of their own,
-/// stored one after the other from `first` in bit order (cells for the two upper levels, VoxelAttr
-/// for bricks). A child in `mask` but not in `detail` is solid throughout and no face of it can be
-/// seen: it is rock and costs nothing.
+/// `mask`: children that contain any solid voxel. `detail`, a subset of it: children with data of
+/// their own, stored consecutively from index `first` in bit order (cells for the two upper levels,
+/// VoxelAttr for bricks). A child in `mask` but not in `detail` is solid throughout and none of its
+/// faces is visible: it is rock and takes no storage.
 struct TreeCell {
     std::uint64_t mask = 0;
     std::uint64_t detail = 0;
@@ -67,9 +67,9 @@ struct TreeCell {
 };
 static_assert(sizeof(TreeCell) == 24);
 
-/// A block of 64 x 256 x 64 voxels, four 64-trees of three levels on top of each other. Immutable,
-/// so safe to share between threads. The bytes in memory are those of the box format: a box is
-/// mapped, not parsed.
+/// A block of 64 x 256 x 64 voxels: four 64-trees of three levels, stacked vertically. Immutable,
+/// so it is safe to share between threads. The bytes in memory are those of the box format: a box
+/// is mapped, not parsed.
 ///
 /// Ref: 64-trees of bit masks as in Museth, "NanoVDB", SIGGRAPH 2021 (bit masks, child by
 /// popcount), with 4^3 fan-out throughout.
@@ -77,12 +77,15 @@ class Box {
 public:
     static constexpr int kRootCount = kBoxSizeY / 64;
 
-    /// Takes over a blob in the box format. @throws Error when it is not one: wrong magic, version,
-    /// checksum, size or an index that leads outside. `origin` names it in the message.
+    /// Creates a box from a blob in the box format.
+    /// @param origin names the blob in error messages
+    /// @throws Error when the blob is invalid: wrong magic, version, checksum, size, or an index
+    /// out of range
     static std::shared_ptr<const Box> from_blob(std::span<const std::byte> blob,
                                                 const std::string& origin);
 
-    /// From finished arrays (BoxBuilder). The first kRootCount cells are the roots, bottom first.
+    /// Creates a box from finished arrays (BoxBuilder). The first kRootCount cells are the roots,
+    /// bottom first.
     static std::shared_ptr<const Box> from_arrays(const BoxKey& key,
                                                   std::span<const TreeCell> cells,
                                                   std::span<const VoxelAttr> attrs);
@@ -93,13 +96,13 @@ public:
     [[nodiscard]] std::span<const std::byte> blob() const noexcept {
         return {m_blob.get(), m_blob_bytes};
     }
-    [[nodiscard]] std::uint64_t checksum()
-        const noexcept;  ///< XXH64 of the payload, as in the blob's header
+    /// XXH64 of the payload, as in the blob's header.
+    [[nodiscard]] std::uint64_t checksum() const noexcept;
     [[nodiscard]] std::size_t memory_bytes() const noexcept { return m_blob_bytes + sizeof(Box); }
 
-    /// Local coordinates: x, z in [0, 64), y in [0, 256). Reading outside is undefined.
+    /// Local coordinates: x, z in [0, 64), y in [0, 256). Undefined outside of these ranges.
     [[nodiscard]] bool solid(int x, int y, int z) const noexcept;
-    /// The voxel's attributes, nullopt for air. Hidden solid voxels are plain rock.
+    /// The voxel's attributes, nullopt for air. Hidden solid voxels are reported as plain rock.
     [[nodiscard]] std::optional<VoxelAttr> voxel(int x, int y, int z) const noexcept;
     /// @return one past the highest solid y in [0, 256]; 0 when the box is empty
     [[nodiscard]] int top() const noexcept;
@@ -113,7 +116,7 @@ private:
     std::span<const VoxelAttr> m_attrs;
 };
 
-/// Bit of a child in its TreeCell, from coordinates of which the two lowest bits count.
+/// Bit of a child in its TreeCell; only the two lowest bits of each coordinate are used.
 [[nodiscard]] constexpr int child_bit(int x, int y, int z) noexcept {
     return (x & 3) | (z & 3) << 2 | (y & 3) << 4;
 }

@@ -12,8 +12,8 @@ constexpr std::uint64_t kAll = ~std::uint64_t{0};
 
 using Words = std::array<std::uint64_t, 16>;
 
-// Transposes each of the four 16 x 16 bit squares side by side in 16 words: bit 16 l + r of word c
-// goes to bit 16 l + c of word r. Ref: Warren, "Hacker's Delight", section 7-3 (swap halves, then
+// Transposes each of the four adjacent 16 x 16 bit squares in 16 words: bit 16 l + r of word c goes
+// to bit 16 l + c of word r. Ref: Warren, "Hacker's Delight", section 7-3 (swap halves, then
 // quarters, and so on).
 void transpose_squares(Words& words) noexcept {
     std::uint64_t low_halves = 0x00FF00FF00FF00FFULL;
@@ -60,9 +60,9 @@ bool ColumnBits::at(int y) const noexcept {
     return (m_words[static_cast<std::size_t>(y >> 6)] >> (y & 63) & 1) != 0;
 }
 
-// The bricks of 64 layers, which are one word of each column and one root of the tree. Stack bx +
-// 16 bz holds the 16 bricks above each other on 4 x 4 columns; those not in `used` are air and were
-// never written.
+// The bricks of 64 layers, which correspond to one word of each column and one root of the tree.
+// Stack bx + 16 bz holds the 16 bricks above each other on 4 x 4 columns; those not in `used` are
+// air and uninitialised.
 struct BoxBuilder::Storey {
     static constexpr unsigned kStacks = 16;
     struct Brick {
@@ -80,7 +80,7 @@ struct BoxBuilder::Storey {
     [[nodiscard]] TreeCell middle_at(unsigned bx, unsigned by, unsigned bz) const noexcept;
 };
 
-// The cell of 4 x 4 x 4 bricks from (bx, by, bz) on; `first` is left open.
+// The cell of 4 x 4 x 4 bricks from (bx, by, bz) on; `first` is left unset.
 TreeCell BoxBuilder::Storey::middle_at(unsigned bx, unsigned by, unsigned bz) const noexcept {
     TreeCell middle;
     for (unsigned column = 0; column < 16; ++column) {
@@ -128,7 +128,7 @@ void BoxBuilder::sort_into_bricks(int word, Storey& storey) const noexcept {
             continue;
         used = static_cast<std::uint16_t>(used | 1u << stack % 16);
         if (all != kAll)
-            transpose_squares(solid);  // all ones, or all zeros, are their own transposition
+            transpose_squares(solid);  // all ones and all zeros are their own transposition
         if (seen != 0)
             transpose_squares(detail);
         for (unsigned part = 0; part < 16; ++part)

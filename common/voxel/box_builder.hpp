@@ -12,21 +12,21 @@
 
 namespace terravox::voxel {
 
-/// One column of a box as bits, y in [0, 256), with the voxel just below (y = -1) and just above (y
+/// One column of a box as bits, y in [0, 256), plus the voxels directly below (y = -1) and above (y
 /// = 256).
 class ColumnBits {
 public:
-    /// Sets [y0, y1); parts outside [-1, 257) are cut off.
+    /// Sets [y0, y1), clipped to [-1, 257).
     void fill(int y0, int y1) noexcept;
     [[nodiscard]] bool at(int y) const noexcept;  ///< y in [-1, 257)
     [[nodiscard]] std::uint64_t word(int i) const noexcept {
         return m_words[static_cast<std::size_t>(i)];
     }
-    /// Bit y = the voxel at y + 1.
+    /// The word shifted so that bit y = the voxel at y + 1.
     [[nodiscard]] std::uint64_t word_from_above(int i) const noexcept {
         return word(i) >> 1 | (i < 3 ? word(i + 1) : std::uint64_t{m_above}) << 63;
     }
-    /// Bit y = the voxel at y - 1.
+    /// The word shifted so that bit y = the voxel at y - 1.
     [[nodiscard]] std::uint64_t word_from_below(int i) const noexcept {
         return word(i) << 1 | (i > 0 ? word(i - 1) >> 63 : std::uint64_t{m_below});
     }
@@ -37,15 +37,16 @@ private:
 };
 
 /// Builds a box from columns with a margin of one voxel on every side, so that hidden faces are
-/// known across box edges.
+/// recognised across box borders.
 ///
-/// Opaque voxels whose six neighbours are opaque become plain rock; all others ask `attr_at` for
-/// their attributes. Not thread-safe.
+/// Opaque voxels whose six neighbours are opaque become plain rock; the attributes of all others
+/// are requested from `attr_at`. Not thread-safe.
 class BoxBuilder {
 public:
     BoxBuilder() : m_columns(kSide * kSide) {}
 
-    /// x, z in [-1, 65): marks [y0, y1) (local y) as solid. Opaque unless see_through(material).
+    /// Marks [y0, y1) (local y) of the column x, z in [-1, 65) as solid.
+    /// @param opaque false for see_through() materials
     void add(int x, int z, int y0, int y1, bool opaque) noexcept {
         m_end_y = std::max(m_end_y, y1);
         Column& column = m_columns[index(x, z)];
@@ -53,9 +54,9 @@ public:
     }
 
     using AttrAt = std::function<VoxelAttr(int x, int y, int z)>;
-    /// @param attr_at anything that is called as an AttrAt: once for each voxel that can be seen
+    /// @param attr_at any callable with the signature of AttrAt: called once for each visible voxel
     /// (local coordinates), brick by brick
-    /// @return nullptr when the box holds nothing solid
+    /// @return nullptr when the box contains nothing solid
     template <class Callable>
     [[nodiscard]] std::shared_ptr<const Box> build(const BoxKey& key,
                                                    const Callable& attr_at) const {
@@ -77,14 +78,14 @@ public:
 
 private:
     static constexpr int kSide = kBoxSizeX + 2;
-    /// What was added to one place; a voxel that is in both is opaque.
+    /// The voxels added to one column; a voxel in both sets is opaque.
     struct Column {
         ColumnBits opaque, clear;
     };
     struct Corner {
         std::uint8_t x, y, z;
-    };  ///< lowest voxel of a brick
-    /// A box that lacks only its attributes: cells[first_brick + i] lies at corners[i]. Without
+    };  ///< lowest corner voxel of a brick
+    /// A complete box except for its attributes: cells[first_brick + i] lies at corners[i]. No
     /// cells: nothing is solid.
     struct Tree {
         std::vector<TreeCell> cells;
@@ -96,13 +97,13 @@ private:
     static std::size_t index(int x, int z) noexcept {
         return static_cast<std::size_t>((z + 1) * kSide + x + 1);
     }
-    /// Of column (x, z): voxels that need attributes, one word of 64.
+    /// The voxels of column (x, z) that need attributes, as one word of 64 bits.
     [[nodiscard]] std::uint64_t detail_word(int x, int z, int word,
                                             std::uint64_t solid) const noexcept;
     void sort_into_bricks(int word, Storey& storey) const noexcept;
     [[nodiscard]] Tree make_tree() const;
     std::vector<Column> m_columns;
-    int m_end_y = 0;  ///< nothing solid from here up
+    int m_end_y = 0;  ///< exclusive upper bound of y of solid voxels
 };
 
 }  // namespace terravox::voxel

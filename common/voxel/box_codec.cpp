@@ -7,8 +7,8 @@
 namespace terravox::voxel {
 namespace {
 
-// A box where every voxel has attributes, with all cells: nothing larger is believed, whatever a
-// frame's header claims.
+// Size of a box with all cells in which every voxel has attributes: larger sizes are rejected,
+// whatever a frame's header claims.
 constexpr std::size_t kMaxBytes =
     64 + (4 + 4 * 64 + 4 * 64 * 64) * sizeof(TreeCell) +
     std::size_t{kBoxSizeX} * kBoxSizeY * kBoxSizeZ * sizeof(VoxelAttr);

@@ -12,12 +12,13 @@ namespace terravox::voxel {
 
 inline constexpr const char* kBoxMediaType = "application/vnd.terravox.box";
 
-/// The box's blob as one zstd frame (docs/formats/box.md). The same box and level give the same
-/// bytes on every machine.
+/// Compresses the box's blob to one zstd frame (docs/formats/box.md). The same box and level give
+/// the same bytes on every machine.
 [[nodiscard]] std::vector<std::byte> compress(const Box& box, int zstd_level = 1);
 
-/// The inverse, for bytes from anywhere. @param origin names the box in messages
-/// @throws Error for a damaged or foreign frame, or one that claims more than a box can hold
+/// The inverse of compress(), for untrusted input.
+/// @param origin names the box in error messages
+/// @throws Error for a damaged or foreign frame, or one whose declared size exceeds that of any box
 [[nodiscard]] std::shared_ptr<const Box> decompress_box(std::span<const std::byte> frame,
                                                         const std::string& origin);
 

@@ -11,12 +11,12 @@
 
 namespace terravox::voxel {
 
-/// XXH3, 128 bits.
+/// XXH3 hash, 128 bits.
 [[nodiscard]] voxel::Fingerprint print_of(std::string_view bytes) noexcept;
 
-/// Values one after the other as bytes (little-endian, as on every machine this is built for), to
-/// be kept or to be hashed: texts and lists are preceded by their length, so that no two sequences
-/// of values look alike.
+/// Serialises values to consecutive bytes (little-endian, as on every supported machine), for
+/// storage or hashing. Strings and lists are preceded by their length, so that different sequences
+/// of values never give the same bytes.
 class ByteWriter {
 public:
     template <class T>
@@ -41,15 +41,15 @@ public:
             add(v);
     }
     [[nodiscard]] const std::string& bytes() const noexcept { return m_bytes; }
-    /// Of what was added.
+    /// The hash of the bytes added so far.
     [[nodiscard]] voxel::Fingerprint print() const noexcept { return print_of(m_bytes); }
 
 private:
     std::string m_bytes;
 };
 
-/// Reads such values from bytes that may be anything: once something is missing, all that follows
-/// is 0 or empty, and ok() tells.
+/// Reads values written by ByteWriter from untrusted bytes: after the first missing value, all
+/// further reads return 0 or empty, and ok() returns false.
 class ByteReader {
 public:
     explicit ByteReader(std::string_view bytes) : m_left(bytes) {}
@@ -66,17 +66,18 @@ public:
         const auto a = get<std::uint64_t>(), b = get<std::uint64_t>();
         return {a, b};
     }
-    /// Length of a list. @param least bytes that each of its values takes: a list longer than what
-    /// is left is no list
+    /// Reads the length of a list.
+    /// @param least minimum size of each element in bytes: a list longer than the remaining bytes
+    /// allow is invalid
     [[nodiscard]] std::size_t count(std::size_t least) {
         const auto n = get<std::uint64_t>();
         if (n > m_left.size() / least)
             m_ok = false;
         return m_ok ? static_cast<std::size_t>(n) : 0;
     }
-    /// Nothing was missing so far.
+    /// Whether all reads so far have succeeded.
     [[nodiscard]] bool ok() const noexcept { return m_ok; }
-    /// Nothing was missing, and nothing is left.
+    /// Whether all reads have succeeded and no bytes are left.
     [[nodiscard]] bool finished() const noexcept { return m_ok && m_left.empty(); }
 
 private:

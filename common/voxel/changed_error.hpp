@@ -4,8 +4,8 @@
 
 namespace terravox::voxel {
 
-/// The data of a world are no longer those that it was opened from. No hole: boxes that were read
-/// before may not stand beside what can be read now, so what is being made of the world ends.
+/// The data of a world have changed since it was opened. This is not a hole: boxes read before and
+/// boxes read now may not match, so the output in progress must be abandoned.
 class ChangedError : public util::Error {
 public:
     using util::Error::Error;

@@ -12,14 +12,14 @@ namespace terravox::voxel {
 
 [[nodiscard]] constexpr Grain grain_of(Material material) noexcept;
 
-/// Up to this level nothing of a shell is lost (voxels of 4 m, where the finest have 1); above it
+/// Up to this level (voxels of 4 m where the finest have 1 m) no part of a shell is lost; above it
 /// shells keep their area instead.
 inline constexpr int kShellsKeptTo = 2;
 
-/// The rule of the levels: eight coarse voxels from one fine brick.
+/// The downsampling rule: derives eight coarse voxels from one fine brick.
 ///
 /// Of the eight children of a coarse voxel (2 x 2 columns of two; the "key column" is the
-/// north-western one), the first that holds:
+/// north-western one), the first of these that applies:
 /// 1. Opaque when a child is terrain whose lower neighbour among the eight is not opaque (an
 ///    overhang: a sheet, not a hill). Also up to level 2: when a child is shell, an object stands
 ///    in the key column, or two children are objects; from level 3 on: when shells or objects stand
@@ -29,47 +29,51 @@ inline constexpr int kShellsKeptTo = 2;
 /// 3. Leaves or wires, when they stand in the key column, or in all three others.
 /// 4. Air.
 ///
-/// Reasons, and what tests hold it to:
+/// Rationale, and properties that the tests verify:
 /// - No light leaks. Up to level 2 the coarse opaque voxels cover all shells of the level below, so
 ///   what these closed stays closed from every side. At all levels, shells and objects close every
 ///   vertical line that they closed before, by the key column; terrain that is solid from a common
-///   floor up (two voxels at least under water) closes it by the floor (2). No rule of eight
+///   floor up (at least two voxels under water) closes it by the floor (step 2). No rule of eight
 ///   children closes jagged sheets of every material and leaves terrain unbiased: it would have to
 ///   keep a voxel for each child of at least one column, and ground would grow at every slope. So
 ///   terrain is closed when thick, flat, or without steps of two (overhangs are kept).
-/// - Thin things survive: sheets of anything (four of eight) always; decks, walls and strips one
+/// - Thin structures survive: sheets of anything (four of eight) at all levels; decks, walls and
+/// strips one
 ///   voxel wide, diagonal ones too, to level 2. Kept at all levels they would fill a town: in a
 ///   real one 28 % lies under roofs, and 67 % would at level 5; by this rule 52 %.
-/// - Ground keeps its height: half full counts as full. Flat ground can only round up, at most half
-///   a coarse voxel on average.
+/// - Ground keeps its height: half full counts as full. Flat ground can only be rounded up, by at
+/// most
+///   half a coarse voxel on average.
 /// - Lakes stay flat and whole: a surface fills four or eight children, whatever its parity, and
 ///   shallow water wins over its bed. The shore keeps its place on average, since columns vote.
-///   Brooks one voxel wide come and go. Where water wins, the rock below has no attributes.
+///   Brooks one voxel wide are interrupted. Where water wins, the rock below has no attributes.
 /// - Leaves, wires and lone objects keep the area they cover, seen from above: one lone voxel of
 ///   four survives, four times as large. A forest keeps its gaps and a thin crown does not become a
-///   block; any threshold on counts would fill one and lose the other. Wires fade on purpose: kept,
-///   they would be beams of 32 voxels at level 5.
-/// - Looks are those of what is seen: the topmost child with attributes of each column votes among
-///   the children that decided (in 1, below four opaque ones, without the terrain that did not
-///   decide); most frequent material, the highest on a tie; mean of its colours.
+///   block; any threshold on counts would fill one and lose the other. Wires fade on purpose:
+///   preserved, they would become beams of 32 voxels at level 5.
+/// - The appearance is that of the visible surface: the topmost child with attributes of each
+/// column
+///   votes among the children that decided (in step 1, with fewer than four opaque ones, without
+///   the terrain that did not decide); the most frequent material wins, the highest on a tie; its
+///   colours are averaged.
 ///
 /// Ref: Laine & Karras, "Efficient Sparse Voxel Octrees", 2010, and Crassin et al., "GigaVoxels",
 /// 2009, average density instead, which needs partly transparent voxels.
 struct CoarseVoxels {
-    std::uint64_t solid = 0;  ///< which of the eight are not air: bits of kCorners
-    std::uint64_t seen = 0;   ///< and have attributes; a subset
-    std::uint64_t sources =
-        0;  ///< the fine voxels whose attributes count; a subset of the brick's detail
+    std::uint64_t solid = 0;  ///< which of the eight are solid: bits of kCorners
+    std::uint64_t seen = 0;   ///< which of those have attributes; a subset of `solid`
+    /// The fine voxels whose attributes count; a subset of the brick's detail.
+    std::uint64_t sources = 0;
 };
 
-/// The lowest north-western child of each of the eight, as a bit of the fine brick; the other
-/// children lie 1, 4, 5, 16, 17, 20, 21 on.
+/// The lowest north-western child of each of the eight coarse voxels, as a bit of the fine brick;
+/// the other children are at +1, +4, +5, +16, +17, +20, +21.
 inline constexpr std::uint64_t kCorners = 0x0000'0505'0000'0505ULL;
 inline constexpr std::uint64_t kEightChildren = 0x33'0033ULL;
 
 /// @param brick   a fine brick
-/// @param attrs   of its detail, in bit order
-/// @param level   of the coarse voxels, >= 1
+/// @param attrs   attributes of its `detail`, in bit order
+/// @param level   level of the coarse voxels, >= 1
 [[nodiscard]] CoarseVoxels coarse_voxels(const TreeCell& brick, std::span<const VoxelAttr> attrs,
                                          int level) noexcept;
 
@@ -77,8 +81,8 @@ inline constexpr std::uint64_t kEightChildren = 0x33'0033ULL;
 [[nodiscard]] VoxelAttr coarse_attr(const TreeCell& brick, std::span<const VoxelAttr> attrs,
                                     const CoarseVoxels& coarse, int corner) noexcept;
 
-/// Moves bits of kCorners together: corner (2 x, 2 y, 2 z) to (x, y, z), so that eight coarse
-/// voxels take their octant of a coarse brick.
+/// Compacts bits of kCorners: corner (2 x, 2 y, 2 z) moves to (x, y, z), so that eight coarse
+/// voxels fill their octant of a coarse brick.
 [[nodiscard]] constexpr std::uint64_t gather_corners(std::uint64_t corners) noexcept {
     corners = (corners & 0x0000'0101'0000'0101ULL) |
               (corners & 0x0000'0404'0000'0404ULL) >> 1;  // x = 2 to 1
@@ -87,23 +91,23 @@ inline constexpr std::uint64_t kEightChildren = 0x33'0033ULL;
     return (corners & 0xFFFF) | (corners >> 32 & 0xFFFF) << 16;  // y = 2 to 1
 }
 
-// From here on: how. In the header, so that the loop over bricks (downsample.cpp) takes it in.
+// Implementation. In the header, so that it is inlined into the loop over bricks (downsample.cpp).
 
 namespace coarse_rule {
 
 inline constexpr std::size_t kGrains = 5;
 inline constexpr std::uint64_t kUpper = 0xFFFF'0000'FFFF'0000ULL;  // the upper child of each pair
 
-// A table without a branch: it is read for every fine voxel.
+// A lookup table, since it is read for every fine voxel: no branch.
 inline constexpr std::array<Grain, 256> kGrainOf = [] {
     std::array<Grain, 256> grains{};
-    grains.fill(Grain::kObject);  // numbers that no material has, too
+    grains.fill(Grain::kObject);  // also for numbers without a material
     for (const MaterialTraits& traits : kMaterialTraits)
         grains[static_cast<std::size_t>(traits.material)] = traits.grain;
     return grains;
 }();
 
-// How many of the eight children are set, for all corners at once, as binary digits.
+// The number of set children of the eight, for all corners at once, as binary digits.
 // Ref: carry-save adders as in Warren, "Hacker's Delight", section 5-1.
 struct Counts {
     std::uint64_t twos, fours, eights;
@@ -128,27 +132,27 @@ inline Counts count_children(std::uint64_t m) noexcept {
     return {twos.digit, low.carry ^ twos.carry, low.carry & twos.carry};
 }
 
-/// Every child of the given corners.
+/// All children of the given corners.
 inline std::uint64_t children_of(std::uint64_t corners) noexcept {
     return corners * kEightChildren;
 }
-/// The lower child of each column where one of the two is set.
+/// The lower child of each column in which either child is set.
 inline std::uint64_t columns_of(std::uint64_t voxels) noexcept {
     return (voxels | voxels >> 16) & ~kUpper;
 }
-/// Corners of which a child is set.
+/// Corners that have at least one child set.
 inline std::uint64_t any_child(std::uint64_t voxels) noexcept {
     const std::uint64_t columns = columns_of(voxels), pairs = columns | columns >> 4;
     return (pairs | pairs >> 1) & kCorners;
 }
-/// Corners where the key column holds one of these, or the three others do: keeps the area seen
-/// from above.
+/// Corners whose key column contains one of these voxels, or whose three other columns all do:
+/// preserves the area seen from above.
 inline std::uint64_t sampled(std::uint64_t voxels) noexcept {
     const std::uint64_t columns = columns_of(voxels);
     return (columns | (columns >> 1 & columns >> 4 & columns >> 5)) & kCorners;
 }
 
-// Step 2 where opaque children and water share a voxel: who tops more columns?
+// Step 2 where opaque children and water share a voxel: which of the two tops more columns.
 inline std::uint64_t won_by_water(std::uint64_t shared, std::uint64_t opaque,
                                   std::uint64_t water) noexcept {
     constexpr std::uint64_t kColumns = kEightChildren & 0xFFFF;
@@ -184,14 +188,14 @@ inline CoarseVoxels coarse_voxels(const TreeCell& brick, std::span<const VoxelAt
     const std::uint64_t terrain = of(Grain::kTerrain) | (brick.mask & ~brick.detail);
     const std::uint64_t opaque = terrain | shell | object;
 
-    // Step 1: what may not get lost.
+    // Step 1: what must not be lost.
     const std::uint64_t overhang = terrain & kUpper & ~(opaque << 16);
     const std::uint64_t kept =
         any_child(overhang) |
         (level > kShellsKeptTo ? sampled(shell | object)
                                : any_child(shell) | count_children(object).two_or_more() |
                                      (columns_of(object) & kCorners));
-    // Step 2: what fills half.
+    // Step 2: what fills at least half.
     const std::uint64_t half_full = count_children(opaque | water).four_or_more() & ~kept;
     const std::uint64_t wet = half_full & any_child(water), dry = any_child(opaque);
     const std::uint64_t coarse_water = (wet & ~dry) | won_by_water(wet & dry, opaque, water);
@@ -214,7 +218,7 @@ inline CoarseVoxels coarse_voxels(const TreeCell& brick, std::span<const VoxelAt
 
 inline VoxelAttr coarse_attr(const TreeCell& brick, std::span<const VoxelAttr> attrs,
                              const CoarseVoxels& coarse, int corner) noexcept {
-    // The topmost of each column, highest first: the first of equals wins.
+    // The topmost voxel of each column, highest first, so that the highest wins a tie.
     std::array<const VoxelAttr*, 4> found{};
     std::size_t count = 0;
     const std::uint64_t own = coarse.sources & kEightChildren << corner;

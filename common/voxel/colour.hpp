@@ -41,8 +41,8 @@ struct Colour {
     }();
     return table[v];
 }
-/// To within 1e-4, a fortieth of an 8-bit step: linear between the 4097 entries of a table over the
-/// square root of c, where the curve is nearly straight.
+/// Accurate to 1e-4, a fortieth of an 8-bit step: linear interpolation between the 4097 entries of
+/// a table over the square root of c, where the curve is nearly straight.
 [[nodiscard]] inline float linear_to_srgb(float c) noexcept {
     constexpr int kSteps = 4096;
     static const std::array<float, kSteps + 2> table = [] {

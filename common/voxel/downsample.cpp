@@ -11,8 +11,8 @@ namespace {
 constexpr std::uint64_t kAll = ~std::uint64_t{0};
 constexpr TreeCell kAir{0, 0, 0, 0}, kHidden{kAll, 0, 0, 0};
 
-// A cell of a fine box. Air and hidden rock are cells too, so that no step below asks which it has;
-// only they have no box.
+// A cell of a fine box. Air and hidden rock are represented as cells too, so that the steps below
+// need not distinguish them; these have no box.
 struct Node {
     const TreeCell* cell = &kAir;
     const Box* box = nullptr;
@@ -34,8 +34,8 @@ struct Node {
 /// The 2 x 2 x 2 cells that one coarse cell covers; index = dx + 2 dz + 4 dy.
 using Eight = std::array<Node, 8>;
 
-// Child `bit` of a coarse cell lies in one octant: in one of the eight fine cells, whose eight
-// children from `corner` on it covers.
+// Maps child `bit` of a coarse cell to its octant: it covers eight children, from `corner` on, of
+// one of the eight fine cells.
 struct Place {
     std::size_t octant;
     int corner;
@@ -85,8 +85,8 @@ private:
     }
 
     // Calls visit(bit, eight fine cells) for each child of a coarse cell that needs work; air and
-    // hidden rock are decided by their masks. visit returns the mask and detail of the child; what
-    // is full without detail becomes hidden.
+    // hidden rock are decided by their masks. `visit` returns the mask and detail of the child; a
+    // child that is full and has no detail becomes hidden.
     template <class Visit>
     static void for_children(const Eight& parents, TreeCell& cell, const Visit& visit) {
         for (int bit = 0; bit < 64; ++bit) {

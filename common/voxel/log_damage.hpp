@@ -8,7 +8,7 @@
 
 namespace terravox::voxel {
 
-/// Tells a person what of a world could not be read: the first lines, and how many there are.
+/// Logs which data of a world could not be read: at most the first 20 lines, and the total number.
 inline void log_damage(const std::vector<std::string>& damage) {
     constexpr std::size_t kMaxLines = 20;
     for (std::size_t i = 0; i < std::min(damage.size(), kMaxLines); ++i)

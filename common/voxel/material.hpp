@@ -10,7 +10,7 @@
 
 namespace terravox::voxel {
 
-/// What a voxel is, after classification. The numbers are part of the box format
+/// The material of a voxel, after classification. The numbers are part of the box format
 /// (docs/formats/box.md): never renumber.
 enum class Material : std::uint8_t {
     kAir = 0,
@@ -36,20 +36,20 @@ enum class Material : std::uint8_t {
     kObject = 20,  ///< street furniture, vehicles and other unclassified things above the ground
     kSand = 21,
     kSnow = 22,
-    kUnknown = 23,  ///< a class that no table names: kept visible
-    kTrunk = 24,    ///< of a tree, from the ground to its crown
+    kUnknown = 23,  ///< a class that is in no table: kept visible
+    kTrunk = 24,    ///< of a tree, from the ground to the crown
     kGlass = 25,
     kIce = 26,
-    kLava = 27,     ///< gives light
-    kLamp = 28,     ///< gives light, in its voxel's own colour
+    kLava = 27,     ///< emits light
+    kLamp = 28,     ///< emits light in its voxel's own colour
     kWood = 29,     ///< planks
-    kMasonry = 30,  ///< stones or bricks, laid
-    kPlain = 31,    ///< of one colour, without a drawing: cloth, plaster, cast and polished things
+    kMasonry = 30,  ///< laid stones or bricks
+    kPlain = 31,    ///< of one colour, without a pattern: cloth, plaster, cast and polished things
     kSolarPanel = 32,
 };
 
-/// What light does at a voxel. Exporters and the tracer's defaults follow it; the tracer's own
-/// appearance of a material is in config/materials.toml.
+/// How a voxel interacts with light. Exporters and the tracer's defaults follow it; the tracer's
+/// own appearance of a material is in config/materials.toml.
 enum class Optics : std::uint8_t {
     kAir,
     kOpaque,
@@ -59,14 +59,14 @@ enum class Optics : std::uint8_t {
     kIce,
 };
 
-/// How a material fares when eight voxels become one (coarse_rule.hpp).
+/// How a material is treated when eight voxels are merged into one (coarse_rule.hpp).
 enum class Grain : std::uint8_t {
-    kTerrain,  ///< what the ground is made of; and all hidden voxels, whose material is unknown
-    kShell,    ///< walls, roofs, bridges, towers, planks, bricks, cloth: often one voxel thick with
-               ///< air behind
-    kObject,   ///< opaque, often a lone voxel
-    kWater,    ///< water and ice
-    kSparse,   ///< leaves, trunks, wires and panes; a trunk that grew would darken its wood
+    kTerrain,  ///< ground materials; also all hidden voxels, whose material is unknown
+    /// Walls, roofs, bridges, towers, planks, bricks, cloth: often one voxel thick with air behind.
+    kShell,
+    kObject,  ///< opaque, often a lone voxel
+    kWater,   ///< water and ice
+    kSparse,  ///< leaves, trunks, wires and panes; a trunk that grew would darken its wood
 };
 
 /// A numeric block of Minecraft before version 1.13.
@@ -75,22 +75,23 @@ struct OldBlock {
     std::uint8_t data = 0;  ///< [0, 15]
 };
 
-/// Everything that is a matter of the material alone.
+/// All properties that depend on the material alone.
 struct MaterialTraits {
     Material material;
     std::string_view name;  ///< in files, flags and messages
     Optics optics;
     Grain grain;
-    /// In the first system's protocol (docs/formats/http.md). The first system's own are kept.
+    /// The block in the protocol of the first system (docs/formats/http.md). Blocks that the first
+    /// system itself used are kept.
     OldBlock old_block;
-    /// What a voxel becomes in an exported Minecraft world, with the properties that matter. No
-    /// block stands for two materials.
+    /// The block in an exported Minecraft world, with the properties that matter. Each block stands
+    /// for one material only.
     std::string_view block;
-    int glow = 0;  ///< strength of the light it gives, in steps of MagicaVoxel; 0: none
+    int glow = 0;  ///< strength of its light emission, in steps of MagicaVoxel; 0: none
 };
 
-/// All materials in the order of their numbers. A new one is an enumerator, a row here, and a row
-/// of config/materials.toml.
+/// All materials in numerical order. To add one, add an enumerator, a row here, and a row of
+/// config/materials.toml.
 inline constexpr MaterialTraits kMaterialTraits[] = {
     {Material::kAir, "air", Optics::kAir, Grain::kSparse, {0}, "air"},
     {Material::kRock, "rock", Optics::kOpaque, Grain::kTerrain, {1}, "stone"},
@@ -129,14 +130,14 @@ inline constexpr MaterialTraits kMaterialTraits[] = {
     {Material::kBridge, "bridge", Optics::kOpaque, Grain::kShell, {98}, "stone_bricks"},
     {Material::kRoad, "road", Optics::kOpaque, Grain::kTerrain, {1}, "gray_concrete"},
     {Material::kConcrete, "concrete", Optics::kOpaque, Grain::kTerrain, {35, 8}, "smooth_stone"},
-    // The gravel under rails, which are no full blocks.
+    // The gravel under rails, since rails are not full blocks.
     {Material::kRail, "rail", Optics::kOpaque, Grain::kTerrain, {13}, "cobbled_deepslate"},
     {Material::kWire, "wire", Optics::kLeaves, Grain::kSparse, {101}, "iron_bars"},
     {Material::kTower, "tower", Optics::kOpaque, Grain::kShell, {42}, "iron_block"},
     {Material::kObject, "object", Optics::kOpaque, Grain::kObject, {35, 7}, "white_concrete"},
     {Material::kSand, "sand", Optics::kOpaque, Grain::kTerrain, {12}, "sand"},
     {Material::kSnow, "snow", Optics::kOpaque, Grain::kTerrain, {80}, "snow_block"},
-    // Magenta in every format: it should be noticed.
+    // Magenta in every format, so that it is noticed.
     {Material::kUnknown,
      "unknown",
      Optics::kOpaque,
@@ -168,7 +169,7 @@ static_assert(
     }(),
     "kMaterialTraits has a row for each material, in the order of their numbers");
 
-/// @return those of kUnknown for a number without a row
+/// @return the traits of kUnknown for a number without a row
 [[nodiscard]] constexpr const MaterialTraits& traits_of(Material material) noexcept {
     const auto index = static_cast<std::size_t>(material);
     return kMaterialTraits[index < std::size(kMaterialTraits)
@@ -181,12 +182,13 @@ static_assert(
 }
 [[nodiscard]] std::optional<Material> material_from_name(std::string_view name) noexcept;
 
-/// Light and leaves pass: a voxel behind such a voxel can be seen.
+/// Whether light passes through or between the parts of a voxel (water, leaves), so that voxels
+/// behind it are visible.
 [[nodiscard]] constexpr bool see_through(Material material) noexcept {
     return traits_of(material).optics != Optics::kOpaque;
 }
 
-/// sRGB, 8 bits a channel.
+/// sRGB, 8 bits per channel.
 struct Rgb8 {
     std::uint8_t r = 0, g = 0, b = 0;
     friend bool operator==(const Rgb8&, const Rgb8&) = default;
@@ -195,12 +197,12 @@ struct Rgb8 {
 /// @return nullopt unless it is "#rrggbb"
 [[nodiscard]] std::optional<Rgb8> rgb8_from_hex(std::string_view text) noexcept;
 
-/// What config/materials.toml may say of a material. The palette needs only colour and variation;
-/// the rest is the ray tracer's, which checks it.
+/// Whether a field is allowed for a material in config/materials.toml. The palette needs only
+/// colour and variation; the other fields are the ray tracer's, which validates them.
 [[nodiscard]] bool is_look_field(std::string_view name) noexcept;
 [[nodiscard]] std::string look_fields();  ///< their names, for messages
 
-/// The look of each material.
+/// The colour of each material, and its variation.
 struct Palette {
     struct Entry {
         Rgb8 colour;
@@ -212,8 +214,8 @@ struct Palette {
     }
 };
 
-/// Reads colours and variations of config/materials.toml. @throws UsageError naming file, field,
-/// value and allowed range
+/// Reads the colours and variations of config/materials.toml.
+/// @throws UsageError naming file, field, value and allowed range
 [[nodiscard]] Palette load_palette(const std::filesystem::path& file);
 
 }  // namespace terravox::voxel

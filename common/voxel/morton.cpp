@@ -10,7 +10,7 @@ namespace {
 constexpr std::uint64_t kCoordMask = (std::uint64_t{1} << 21) - 1;
 constexpr std::uint64_t kEveryThird = 0x1249249249249249;
 
-// Spreads the low 21 bits to every third bit, halving the gaps' count each step.
+// Spreads the low 21 bits to every third bit, halving the number of gaps with each step.
 std::uint64_t spread(std::uint64_t v) noexcept {
     v &= kCoordMask;
     v = (v | v << 32) & 0x001f00000000ffff;

@@ -69,7 +69,7 @@ ColumnExtent PyramidWorld::column(int level, std::int32_t bx, std::int32_t bz) {
 bool PyramidWorld::may_hold(const BoxRange& boxes) {
     if (info().bounds.empty())
         return false;
-    // Of the level of which few columns cover them.
+    // Chooses a level at which few columns cover the boxes.
     constexpr std::int32_t kMaxAcross = 4;
     BoxRange at = boxes;
     const auto few = [&] {

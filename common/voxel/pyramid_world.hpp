@@ -9,19 +9,20 @@
 
 namespace terravox::voxel {
 
-/// The finest boxes above each other on 64 x 64 columns, from by_begin up, without gaps; nullptr =
+/// A vertical stack of level-0 boxes on 64 x 64 columns, from by_begin up, without gaps; nullptr =
 /// air.
 struct FineColumn {
     std::int32_t by_begin = 0;
     std::vector<std::shared_ptr<const Box>> boxes;
 };
 
-/// How many levels a world of these bounds has, until it fits into one box across.
+/// The number of levels of a world with these bounds: the coarsest is the first that is at most one
+/// box across.
 [[nodiscard]] int levels_for(const VoxelBounds& bounds) noexcept;
 
-/// A world that makes its finest boxes, all of a column of boxes at once. Those of the levels above
-/// are made from them by downsample(); all are kept under a byte limit, least recently used first
-/// to go, and made once however many ask. Thread-safe.
+/// A world that generates its finest boxes, a whole column of boxes at a time, and derives those of
+/// coarser levels by downsample(). All boxes are cached under a byte limit with LRU eviction; a box
+/// requested by several threads at once is made once. Thread-safe.
 class PyramidWorld : public World {
 public:
     /// @throws UsageError for a level that the world does not have; Error as make_column
@@ -30,15 +31,16 @@ public:
     [[nodiscard]] bool may_hold(const BoxRange& boxes) override;
 
 protected:
-    /// @param limit_bytes of the boxes that are kept
+    /// @param limit_bytes cache limit for all boxes
     explicit PyramidWorld(std::size_t limit_bytes)
         : m_fine(limit_bytes / 4 * 3), m_coarse(limit_bytes / 4) {}
 
-    /// Makes the boxes of level 0 of a column. Called by several threads at once, for a column by
-    /// one. @throws Error when they cannot be made
+    /// Makes the level-0 boxes of a column. Called by several threads at once, but by only one at a
+    /// time for a given column.
+    /// @throws Error when they cannot be made
     [[nodiscard]] virtual FineColumn make_column(std::int32_t bx, std::int32_t bz) = 0;
-    /// Whether anything may lie in a column of boxes of a level: a cheap answer that may say yes
-    /// too often. Within the world's bounds only.
+    /// Whether a column of boxes of a level may contain anything: cheap and conservative (may
+    /// return true for an empty column). Called within the world's bounds only.
     [[nodiscard]] virtual bool may_hold_column(int /*level*/, std::int32_t /*bx*/,
                                                std::int32_t /*bz*/) const {
         return true;

@@ -12,8 +12,9 @@
 
 namespace terravox::voxel {
 
-/// What a file of another format cannot say of the world that it was made from: where on Earth it
-/// lies, and what its blocks stand for. A JSON file beside the other (docs/formats/side-car.md).
+/// Metadata that a file of another format cannot hold about the world that it was made from: its
+/// georeference, and the meaning of its blocks. A JSON file next to the other
+/// (docs/formats/side-car.md).
 struct SideCar {
     std::string title, crs, crs_wkt, licence, attribution;
     double voxel_m = 1;              ///< edge of a voxel of the file, metres
@@ -23,18 +24,20 @@ struct SideCar {
     /// height_m = (y + offset[1]) * voxel_m. x east, y up, z south.
     std::array<std::int32_t, 3> offset{};
     std::optional<geo::LatLon> centre;
-    std::map<std::string, Material>
-        blocks;  ///< what the blocks of the file stand for, by name; empty: the file says it itself
+    /// Material of each block of the file, by name; empty: the file defines them itself.
+    std::map<std::string, Material> blocks;
 };
 
-/// @param offset as SideCar::offset @param level the level of the world that the file holds
+/// @param offset as SideCar::offset
+/// @param level the level of the world that the file holds
 [[nodiscard]] SideCar side_car_of(const WorldInfo& world, int level,
                                   const std::array<std::int32_t, 3>& offset);
 
-/// Writes it whole or not at all. @throws Error
+/// Writes the file atomically.
+/// @throws Error
 void write_side_car(const std::filesystem::path& file, const SideCar& car);
-/// @param origin names it in messages @throws Error naming what is wrong: also another version, and
-/// numbers out of range
+/// @param origin names the text in error messages
+/// @throws Error naming what is wrong, including an unsupported version and numbers out of range
 [[nodiscard]] SideCar side_car_from_json(const std::string& text, const std::string& origin);
 
 }  // namespace terravox::voxel

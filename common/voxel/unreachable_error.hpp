@@ -4,8 +4,8 @@
 
 namespace terravox::voxel {
 
-/// The server that a world comes from does not answer, or refuses. Nothing is known of the box: a
-/// later request may get it.
+/// The server that a world comes from does not respond, or refuses the request. The state of the
+/// box is unknown: a later request may succeed.
 class UnreachableError : public util::Error {
 public:
     using util::Error::Error;

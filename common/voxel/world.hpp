@@ -18,7 +18,7 @@
 
 namespace terravox::voxel {
 
-/// A block of voxels, half-open: min <= coordinate < max, in voxels of level 0.
+/// An axis-aligned block of voxels, half-open: min <= coordinate < max, in voxels of level 0.
 struct VoxelBounds {
     std::array<std::int32_t, 3> min{}, max{};
     [[nodiscard]] bool empty() const noexcept {
@@ -27,27 +27,27 @@ struct VoxelBounds {
     friend bool operator==(const VoxelBounds&, const VoxelBounds&) = default;
 };
 
-/// What is known of a world before any box is read.
+/// Metadata of a world, available before any box is read.
 struct WorldInfo {
     std::string title;
-    VoxelBounds bounds;  ///< of everything solid, level-0 voxels
+    VoxelBounds bounds;  ///< bounds of all solid voxels, in level-0 voxels
     double voxel_m = 1;  ///< edge of a level-0 voxel, metres
-    int levels = 1;      ///< levels 0 .. levels-1 can be asked for
-    std::string crs;     ///< short name, empty when the world has no place on Earth
+    int levels = 1;      ///< levels 0 .. levels-1 are available
+    std::string crs;     ///< short name; empty when the world is not georeferenced
     std::string crs_wkt;
     /// CRS units per voxel: easting = x * crs_units_per_voxel, northing = -z * crs_units_per_voxel,
     /// height_m = y * voxel_m.
     double crs_units_per_voxel = 1;
     std::optional<geo::LatLon> centre;
     std::string licence, attribution;
-    /// What a camera that frames the world frames; empty: bounds. For worlds without end.
+    /// The bounds that a camera should frame by default, for worlds without end; empty: `bounds`.
     VoxelBounds framed;
     [[nodiscard]] const VoxelBounds& framed_bounds() const noexcept {
         return framed.empty() ? bounds : framed;
     }
 };
 
-/// Which boxes of one column of boxes hold anything.
+/// The vertical range of the non-empty boxes in one column of boxes.
 struct ColumnExtent {
     std::int32_t by_begin = 0, by_end = 0;  ///< half-open; equal when the column is air
     [[nodiscard]] bool empty() const noexcept { return by_begin >= by_end; }
@@ -83,16 +83,16 @@ struct BoxRange {
     return out;
 }
 
-/// What came of asking for a box.
+/// The result of a request for a box.
 struct BoxOutcome {
-    std::shared_ptr<const Box> box;  ///< nullptr: air throughout, or not to be had
-    std::exception_ptr failure;      ///< why it cannot be had; null: it can
+    std::shared_ptr<const Box> box;  ///< nullptr: air throughout, or unavailable
+    std::exception_ptr failure;      ///< why the box is unavailable; null: it is available
 };
-/// Takes what came of one of several boxes. Must not throw.
+/// Receives the result for one of several boxes. Must not throw.
 using TakeBox = std::function<void(const BoxKey&, BoxOutcome)>;
 
-/// Anything that yields boxes. Axes: x east, y up, z south (right-handed), integer voxel (x,y,z)
-/// covers [x,x+1) and so on. Implementations are thread-safe, and yield the same box for the same
+/// A source of boxes. Axes: x east, y up, z south (right-handed); the integer voxel (x, y, z)
+/// covers [x, x+1) and so on. Implementations are thread-safe, and return the same box for the same
 /// key at any time and in any order.
 class World {
 public:
@@ -104,12 +104,13 @@ public:
     [[nodiscard]] virtual const WorldInfo& info() const noexcept = 0;
 
     /// @return the box, or nullptr when it is known to be air throughout
-    /// @throws Error when the box cannot be made or fetched: a hole, never quiet air; ChangedError
-    /// when boxes of another world would come
+    /// @throws Error when the box cannot be made or fetched: a hole must never be returned as air;
+    /// ChangedError when the source now holds another world
     [[nodiscard]] virtual std::shared_ptr<const Box> box(const BoxKey& key) = 0;
 
-    /// Several boxes; take is called once for each of the keys, as soon as its box has come, in any
-    /// order, on this thread. A box that cannot be had holds up no other. @param keys each once
+    /// Requests several boxes. Calls `take` once for each key, as soon as its box is available, in
+    /// any order, on the calling thread. An unavailable box does not delay the others.
+    /// @param keys without duplicates
     virtual void boxes(std::span<const BoxKey> keys, const TakeBox& take) {
         for (const BoxKey& key : keys) {
             BoxOutcome outcome;
@@ -121,40 +122,42 @@ public:
             take(key, std::move(outcome));
         }
     }
-    /// How many keys at once suit boxes(), at least 1. More than 1: asking costs much beside
-    /// making, as over a network.
+    /// The preferred number of keys per call of boxes(), at least 1. More than 1 where a request
+    /// has a high overhead, as over a network.
     [[nodiscard]] virtual int preferred_batch() const noexcept { return 1; }
 
-    /// How many threads are worth asking at once; more than there are cores where each answer is
-    /// waited for, as over a network.
+    /// The number of threads that can usefully request boxes at once; more than the number of cores
+    /// where each response has latency, as over a network.
+    /// @param threads the number that would be used otherwise
     [[nodiscard]] virtual int useful_concurrency(int threads) const noexcept { return threads; }
 
-    /// A cheap upper bound of where box() is not nullptr; boxes inside may still be air. @throws
-    /// Error as box()
+    /// A cheap upper bound of where box() is not nullptr; boxes inside may still be air.
+    /// @throws Error as box()
     [[nodiscard]] virtual ColumnExtent column(int level, std::int32_t bx, std::int32_t bz) = 0;
 
-    /// Whether any of these boxes may be other than air: cheap, and wrong only by yes. To find what
-    /// stands in a world that is wide and mostly air. @throws Error as box()
+    /// Whether any of these boxes may contain something other than air: cheap and conservative (no
+    /// false negatives). Used to find the solid parts of a world that is wide and mostly air.
+    /// @throws Error as box()
     [[nodiscard]] virtual bool may_hold(const BoxRange& /*boxes*/) { return true; }
 
-    /// What of the world's data was found damaged so far, one line each; boxes are made without it.
-    /// To be told, and counted like a hole.
+    /// Damaged parts of the world's data found so far, one line each; boxes are made without them.
+    /// Callers must report them, and count each like a hole.
     [[nodiscard]] virtual std::vector<std::string> damage() const { return {}; }
 
-    /// Names the state of what the world was opened from, where its name and info() do not: one
-    /// line, so that work that was cut off does not go on with another state. Empty: files, which
-    /// have names of their own, or not known.
+    /// Identifies the version of the data that the world was opened from, where its name and info()
+    /// do not: one line, so that interrupted work is not resumed with other data. Empty: files,
+    /// which have names of their own, or unknown.
     [[nodiscard]] virtual std::string edition() const { return {}; }
 
-    /// Requests under way and later ones end soon with an Error: for Ctrl-C.
+    /// Makes requests in progress and later ones end soon with an Error: for Ctrl-C.
     virtual void stop() noexcept {}
 };
 
-/// Where everything lies that shaped a box: box columns of level 0, half-open.
+/// The extent of all inputs that contributed to a box: box columns of level 0, half-open.
 struct InputExtent {
     std::int32_t min_bx = 0, min_bz = 0, max_bx = 0, max_bz = 0;
     [[nodiscard]] bool empty() const noexcept { return min_bx >= max_bx || min_bz >= max_bz; }
-    /// Grows to hold `other` as well.
+    /// Grows to include `other`.
     void add(const InputExtent& other) noexcept {
         if (other.empty())
             return;
@@ -170,23 +173,24 @@ struct InputExtent {
     friend bool operator==(const InputExtent&, const InputExtent&) = default;
 };
 
-/// Two inputs that are alike have the same fingerprint, in every process and on every machine.
+/// Equal inputs have the same fingerprint, in every process and on every machine.
 using Fingerprint = std::array<std::uint64_t, 2>;
 
-/// A box and what it was made of.
+/// A box and the extent of the inputs that it was made from.
 struct BoxWithInputs {
     std::shared_ptr<const Box> box;  ///< nullptr: air throughout
     InputExtent reach;
 };
 
-/// A world that knows what its boxes are made of, so that they may be kept from one process to the
-/// next: a box that was kept is still right when the fingerprint of its reach is what it was.
+/// A world that tracks the inputs of its boxes, so that they can be cached across processes: a
+/// cached box is still valid when the fingerprint of its reach is unchanged.
 class ProvenanceWorld : public World {
 public:
-    /// As box(). @throws Error as box()
+    /// As box(), and also returns the reach of its inputs.
+    /// @throws Error as box()
     [[nodiscard]] virtual BoxWithInputs traced_box(const BoxKey& key) = 0;
-    /// Names all inputs that lie in or reach into `reach`, and all that every box depends on
-    /// (settings, frame, ways of making).
+    /// Identifies all inputs that lie in or reach into `reach`, and everything that every box
+    /// depends on (settings, frame, algorithm versions).
     [[nodiscard]] virtual Fingerprint fingerprint(const InputExtent& reach) const = 0;
 };
 

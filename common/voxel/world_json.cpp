@@ -15,9 +15,10 @@ using nlohmann::json;
 
 namespace {
 
-/// What rays meet at worst of a world that is air, in boxes of its coarsest level: each costs a
-/// look into the cache and some 250 bytes there. Worlds of this project have 2 x 2 columns of them,
-/// or, with orthophotos that limit the levels, a few hundred thousand.
+/// Limits the number of boxes of the coarsest level, which is the worst-case cost of rays through a
+/// world of air: each box takes a cache look-up and some 250 bytes in the cache. Worlds of this
+/// project have 2 x 2 columns of them, or, with orthophotos that limit the levels, a few hundred
+/// thousand.
 void check_size(const WorldInfo& info, const std::function<void(const std::string&)>& fail) {
     constexpr std::int64_t kMaxOnEdge = 16'384, kMaxBoxes = 4'194'304;
     if (info.bounds.empty())

@@ -8,18 +8,18 @@
 
 namespace terravox::boxes {
 
-/// More boxes are asked for than can be made soon: ask again later.
+/// More boxes are requested than can be made soon: the client should retry later.
 class OverloadedError : public util::Error {
 public:
     using util::Error::Error;
 };
 
-/// Decides who makes boxes now. Thread-safe.
+/// Schedules the making of boxes. Thread-safe.
 ///
-/// What somebody asked for goes first: a few at a time, a limited number in line, further ones
-/// turned away at once. Work ahead of need begins only while nothing that was asked for runs or
-/// waits, and never stands in its way: it has places of its own. One lock guards the counters and
-/// is not held while work runs.
+/// Requested work has priority: a few boxes at a time, a limited number in the queue; further
+/// requests are rejected at once. Prefetching starts only while no requested work is running or
+/// waiting, and never delays it: it has slots of its own. One lock guards the counters and is not
+/// held while work runs.
 class AdmissionControl {
 public:
     AdmissionControl(int inside, int waiting) : m_max_inside(inside), m_max_waiting(waiting) {}
@@ -29,12 +29,12 @@ public:
     };
     [[nodiscard]] Counts counts() const;
 
-    /// Work that somebody waits for.
+    /// RAII permit for requested work, for which a caller waits.
     class Pass {
     public:
-        explicit Pass(AdmissionControl& gate) : m_gate(gate) {
-            m_gate.enter();
-        }  ///< @throws OverloadedError when the line is full
+        /// Waits in the queue for its turn.
+        /// @throws OverloadedError when the queue is full
+        explicit Pass(AdmissionControl& gate) : m_gate(gate) { m_gate.enter(); }
         ~Pass() { m_gate.leave(); }
         Pass(const Pass&) = delete;
         Pass& operator=(const Pass&) = delete;
@@ -43,30 +43,29 @@ public:
         AdmissionControl& m_gate;
     };
 
-    /// Work ahead of need.
+    /// RAII permit for prefetching.
     class PrefetchPermit {
     public:
+        /// Waits until the machine is idle, or close().
         explicit PrefetchPermit(AdmissionControl& gate)
-            : m_gate(gate),
-              m_inside(gate.enter_ahead()) {}  ///< waits until the machine is idle, or close()
+            : m_gate(gate), m_inside(gate.enter_ahead()) {}
         ~PrefetchPermit() {
             if (m_inside)
                 m_gate.leave_ahead();
         }
         PrefetchPermit(const PrefetchPermit&) = delete;
         PrefetchPermit& operator=(const PrefetchPermit&) = delete;
-        explicit operator bool() const noexcept {
-            return m_inside;
-        }  ///< false: closed, nothing is to be done
+        /// False when the control was closed: no work must be done.
+        explicit operator bool() const noexcept { return m_inside; }
 
     private:
         AdmissionControl& m_gate;
         bool m_inside;
     };
 
-    void close();   ///< no work ahead from now on
-    void refuse();  ///< no work at all from now on: whoever waits, and whoever comes, gets
-                    ///< OverloadedError
+    void close();  ///< stops prefetching from now on
+    /// Stops all work from now on: waiting and new requests fail with OverloadedError.
+    void refuse();
     [[nodiscard]] bool refusing() const;
 
 private:
@@ -81,8 +80,8 @@ private:
     bool m_closed = false, m_refused = false;
 };
 
-/// A limited number of places for callers who may have to wait for work, their own or that of
-/// others. Thread-safe.
+/// A limited number of slots for callers that may have to wait for work, their own or that of other
+/// threads. Thread-safe.
 class Slots {
 public:
     explicit Slots(int most) : m_max(most) {}

@@ -14,7 +14,8 @@
 namespace terravox::boxes {
 namespace {
 
-constexpr std::size_t kMaxAhead = 256;  // boxes wanted ahead: older wishes are forgotten
+// Length of the prefetch queue: the oldest requests are dropped.
+constexpr std::size_t kMaxAhead = 256;
 
 KeptBoxPtr keep(std::uint64_t checksum, std::shared_ptr<const std::string> frame,
                 const voxel::InputExtent& reach) {
@@ -42,7 +43,7 @@ BoxCache::BoxCache(voxel::ProvenanceWorld& world, util::StageTimes& times,
                  : std::make_unique<DiskCache>(
                        options.file, options.disk_bytes,
                        [&world](const voxel::InputExtent& r) { return world.fingerprint(r); })) {
-    // Half of the places: what is asked for meanwhile still finds a core.
+    // Half as many threads as makers, so that requests in the meantime still find an idle core.
     if (!options.ahead)
         return;
     const auto count = static_cast<std::size_t>(std::max(options.makers / 2, 1));
@@ -72,8 +73,8 @@ void BoxCache::close() {
 }
 
 KeptBoxPtr BoxCache::known_air(const voxel::BoxKey& key) const {
-    // Nothing solid is out there. Answered without the cache, or whoever asks for all of space
-    // would empty it.
+    // There is nothing solid outside the bounds. Answered without the cache, which requests for all
+    // of space would otherwise flush.
     const voxel::VoxelBounds& bounds = m_world.info().bounds;
     if (!bounds.empty() && voxel::boxes_over(bounds, key.level).contains(key))
         return nullptr;
@@ -162,8 +163,9 @@ voxel::BoxWithInputs BoxCache::build(const voxel::BoxKey& key, Way way) {
 
 KeptBoxPtr BoxCache::make(const voxel::BoxKey& key, Way way) {
     std::optional<AdmissionControl::Pass> pass;
+    // A box that waits for its children must not occupy a slot that they need.
     if (way != Way::kAhead && (key.level == 0 || !m_downsample))
-        pass.emplace(m_gate);  // one that waits for its children must not take a place of theirs
+        pass.emplace(m_gate);
     KeptBoxPtr kept;
     try {
         voxel::BoxWithInputs made = build(key, way);
@@ -200,13 +202,13 @@ std::shared_ptr<const voxel::Box> BoxCache::unpacked(const KeptBox& kept,
                                               "box " + voxel::to_string(key));
 }
 
-// The boxes above and below it, which share nearly all of its work, and its neighbours.
+// Prefetches the boxes above and below it, which share nearly all of its work, and its neighbours.
 void BoxCache::want_ahead(const voxel::BoxKey& key) {
     if (!m_ahead_on)
         return;
     std::vector<voxel::BoxKey> wanted;
+    // No world extends so far that this overflows: known_air() has handled such keys before.
     for (int dz = -1; dz <= 1; ++dz)
-        // No world reaches so far that this overflows: known_air() has answered before.
         for (int dx = -1; dx <= 1; ++dx)
             wanted.push_back({key.level, key.bx + dx, key.by, key.bz + dz});
     const voxel::ColumnExtent column = m_world.column(key.level, key.bx, key.bz);
@@ -241,8 +243,8 @@ void BoxCache::work_ahead() {
         try {
             (void)get_ahead(key);
         } catch (const std::exception& e) {
-            spdlog::debug("make box {} ahead: {}", voxel::to_string(key),
-                          e.what());  // who asks for it is told
+            // A request for it will report the error.
+            spdlog::debug("make box {} ahead: {}", voxel::to_string(key), e.what());
         }
     }
 }

@@ -22,62 +22,69 @@
 namespace terravox::boxes {
 
 struct BoxCacheOptions {
-    std::size_t memory_bytes = std::size_t{256} << 20;  ///< of compressed boxes
-    int makers = 1;                                     ///< boxes made at the same time, at least 1
+    std::size_t memory_bytes = std::size_t{256} << 20;  ///< limit for compressed boxes
+    int makers = 1;                                     ///< boxes made in parallel, at least 1
     int queue = 64;     ///< boxes that may wait to be made, at least 0
-    int asking = 1024;  ///< callers of get() that may make or wait at the same time, at least 1
-    /// Boxes above level 0 are made here of their eight children, so that children which are kept
-    /// are not made again; otherwise the world makes those of every level.
+    int asking = 1024;  ///< Calls of get() that may make or wait at the same time, at least 1.
+    /// Whether the cache makes boxes above level 0 from their eight children, so that cached
+    /// children are not made again; otherwise the world makes the boxes of every level.
     bool downsample = true;
-    bool ahead = true;  ///< neighbours of what was asked for are made while the machine is idle
-    std::filesystem::path file = {};  ///< of the disk cache; empty: nothing on disk
+    /// Whether neighbours of requested boxes are prefetched while the machine is idle.
+    bool ahead = true;
+    std::filesystem::path file = {};  ///< disk cache; empty: no disk cache
     std::uint64_t disk_bytes = std::uint64_t{20} << 30;
 };
 
-/// Boxes, each made once while it is kept, however many ask: memory, then disk, then making.
-/// Thread-safe.
+/// A cache of boxes in memory and on disk. A box that is in neither is made once, however many
+/// threads request it. Thread-safe.
 ///
-/// The world makes boxes of level 0, and those above, too, unless BoxCacheOptions::downsample.
-/// Neighbours of a box that had to be made are made
-/// ahead, by threads of their own.
+/// The world makes boxes of level 0, and those of coarser levels as well unless
+/// BoxCacheOptions::downsample is set. After a requested box was made, its neighbours are
+/// prefetched by separate threads.
 class BoxCache {
 public:
-    /// World and times must outlive the cache.
+    /// @param world, times must outlive the cache
     BoxCache(voxel::ProvenanceWorld& world, util::StageTimes& times,
              const BoxCacheOptions& options);
     ~BoxCache();
     BoxCache(const BoxCache&) = delete;
     BoxCache& operator=(const BoxCache&) = delete;
 
-    /// @param key with a level of the world @return never nullptr
-    /// @throws OverloadedError; Error (or whatever the world throws) when the box cannot be made
+    /// @param key with a level of the world
+    /// @return never nullptr
+    /// @throws OverloadedError; Error (or any other exception of the world) when the box cannot be
+    /// made
     [[nodiscard]] KeptBoxPtr get(const voxel::BoxKey& key);
     enum class Keep { kNo, kYes };
-    /// What is kept: nothing is made. @param keep whether one from disk goes to memory: not for
-    /// callers who look through many
-    /// @return nullptr when it is not kept
+    /// Looks a box up in memory and on disk; makes nothing.
+    /// @param keep whether a box read from disk is put into memory: kNo for callers that scan many
+    /// boxes
+    /// @return nullptr when it is not cached
     [[nodiscard]] KeptBoxPtr find(const voxel::BoxKey& key, Keep keep = Keep::kYes);
-    /// As get(), when nobody waits for it: begins once the machine is idle. @return nullptr when
-    /// the cache is being closed
+    /// As get(), but with low priority: starts when the machine is idle.
+    /// @return nullptr when the cache is being closed
     [[nodiscard]] KeptBoxPtr get_ahead(const voxel::BoxKey& key);
-    /// The same unpacked. @return nullptr for air
+    /// The decompressed box.
+    /// @return nullptr for air
     [[nodiscard]] static std::shared_ptr<const voxel::Box> unpacked(const KeptBox& kept,
                                                                     const voxel::BoxKey& key);
 
-    /// Called with every box that has come to hand (made, or found on disk), once find() finds it.
-    /// From any thread; to be set before anyone asks.
+    /// Sets a function that is called for every box that has become available (made, or read from
+    /// disk), after find() can find it. It is called from any thread. Must be set before the first
+    /// request.
     void set_listener(std::function<void(const voxel::BoxKey&)> listener) {
         m_listener = std::move(listener);
     }
 
-    /// For those who may wait for boxes in other ways than get().
+    /// The slots for waiting requests, for callers that may wait for boxes by other means than
+    /// get().
     [[nodiscard]] Slots& places() noexcept { return m_places; }
-    /// Whoever asks for what is not kept gets OverloadedError from now on, and so does whoever
-    /// waits in line.
+    /// From now on, requests for boxes that are not cached, and requests that wait in the queue,
+    /// fail with OverloadedError.
     void refuse() { m_gate.refuse(); }
     [[nodiscard]] bool refusing() const { return m_gate.refusing(); }
 
-    /// Nothing is made ahead from now on; returns when what was under way is done. Idempotent.
+    /// Stops prefetching; returns when the boxes in progress are finished. Idempotent.
     void close();
 
     struct Stats {
@@ -89,13 +96,14 @@ public:
     [[nodiscard]] Stats stats() const;
     [[nodiscard]] std::size_t limit_bytes() const noexcept { return m_memory.limit_bytes(); }
     [[nodiscard]] std::vector<voxel::BoxKey> in_memory(int level, std::size_t most) const;
-    [[nodiscard]] DiskCache* disk() const noexcept { return m_disk.get(); }  ///< nullptr: none
+    /// nullptr: no disk cache.
+    [[nodiscard]] DiskCache* disk() const noexcept { return m_disk.get(); }
     [[nodiscard]] voxel::ProvenanceWorld& world() const noexcept { return m_world; }
 
 private:
     void tell_threads_to_stop();
-    /// Who is asking: a person or program, or a box above for its child: both stand in line;
-    /// whoever works ahead has waited already.
+    /// Origin of a request: an external caller, a parent box that needs a child, or prefetching.
+    /// The first two wait in the queue; prefetching holds a PrefetchPermit already.
     enum class Way { kAsked, kChild, kAhead };
     KeptBoxPtr get(const voxel::BoxKey& key, Way way);
     KeptBoxPtr make(const voxel::BoxKey& key, Way way);
@@ -116,9 +124,9 @@ private:
     std::function<void(const voxel::BoxKey&)> m_listener;
     std::atomic<std::uint64_t> m_made{0}, m_made_ahead{0}, m_failed{0};
 
-    mutable std::mutex m_wanting;  ///< guards what follows
+    mutable std::mutex m_wanting;  ///< guards the following members
     std::condition_variable m_wanted;
-    std::deque<voxel::BoxKey> m_ahead;  ///< wanted last first
+    std::deque<voxel::BoxKey> m_ahead;  ///< prefetch queue, most recent request first
     std::set<voxel::BoxKey> m_ahead_set;
     bool m_closed = false;
     std::mutex m_joining;  ///< held while threads are joined

@@ -16,19 +16,20 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr std::size_t kQueueBytes = std::size_t{16} << 20;
-constexpr std::size_t kRowBytes = 200;  // what an item takes beside its bytes, about
-constexpr std::int64_t kTouchAfter_s =
-    600;                        // "used" is no finer: a row in steady use is not written each time
-constexpr int kEvictRows = 64;  // at a time
+// Overhead of an item in addition to its bytes, approximately.
+constexpr std::size_t kRowBytes = 200;
+// Resolution of the time of last use, so that a row in steady use is not written each time.
+constexpr std::int64_t kTouchAfter_s = 600;
+constexpr int kEvictRows = 64;  // per batch
 constexpr std::chrono::seconds kIdle{6};
 
-// With WAL and synchronous=NORMAL a killed process loses nothing, a power cut loses what was not
-// yet in the file, and neither leaves half an item.
+// With WAL and synchronous=NORMAL, killing the process loses nothing, a power failure loses the
+// latest writes, and neither leaves partial items.
 constexpr const char* kPragmas =
     "PRAGMA synchronous=NORMAL; PRAGMA cache_size=-2000; PRAGMA journal_size_limit=4194304; PRAGMA "
     "wal_autocheckpoint=400; PRAGMA temp_store=MEMORY;";
-// Kept in the file, and for new files only: said again, they would write to it, and each start
-// would wait for the disk. auto_vacuum must be chosen before the first table.
+// Stored in the file, so set for new files only: setting them again would write to the file, and
+// each start would wait for the disk. auto_vacuum must be chosen before the first table is created.
 constexpr const char* kParts =
     "SELECT count(*) FROM sqlite_master WHERE name IN ('item', 'item_key', 'item_used')";
 constexpr std::int64_t kPartsOfAll = 3;
@@ -62,7 +63,7 @@ std::int64_t morton_of(const voxel::BoxKey& key) {
     return static_cast<std::int64_t>(voxel::morton_encode(key.bx, key.by, key.bz));
 }
 
-// Of all that a row says: bits that have changed on the disk must not become voxels.
+// Covers the whole row: bits that were corrupted on the disk must not become voxels.
 std::uint64_t checksum_of(Kind kind, const voxel::BoxKey& key, const voxel::Fingerprint& print,
                           const Item& item) {
     const std::int64_t facts[] = {static_cast<int>(kind),
@@ -147,7 +148,7 @@ DiskCache::DiskCache(fs::path file, std::uint64_t limit_bytes, FingerprintOf fin
     m_thread = std::thread([this] { write_on(); });
 }
 
-// It is only a cache.
+// Deleting the file is acceptable, since it is only a cache.
 void DiskCache::begin_anew() {
     m_reader.reset();
     m_lister.reset();
@@ -239,7 +240,7 @@ void DiskCache::put(Kind kind, const voxel::BoxKey& key, const Item& item, WhenF
 void DiskCache::touch(std::int64_t row) {
     const std::lock_guard lock(m_queueing);
     if (m_queue.size() > 10'000)
-        return;  // the clock of what is used may be late, the queue not long
+        return;  // the times of last use may be late, but the queue must stay short
     Write write;
     write.touched = row;
     m_queue.push_back(std::move(write));
@@ -263,7 +264,7 @@ void DiskCache::write_on() {
             std::unique_lock lock(m_queueing);
             m_busy = false;
             m_written.notify_all();
-            // Now and then also without work, to count what a burst has left.
+            // Wakes up periodically also without work, to update the counts after a burst.
             const bool work =
                 m_queued.wait_for(lock, kIdle, [&] { return !m_queue.empty() || m_closing; });
             if (work && m_queue.empty())
@@ -296,7 +297,7 @@ void DiskCache::write_on() {
     }
 }
 
-// A full disk: what is kept stays good.
+// For example on a full disk: the stored items stay valid.
 void DiskCache::stop_writing(const std::exception& e) {
     if (!m_read_only.exchange(true))
         spdlog::warn("{}; further boxes are kept in memory only", e.what());
@@ -356,8 +357,8 @@ void DiskCache::evict() {
             break;
         m_evictions += static_cast<std::uint64_t>(gone);
     }
-    // Freed pages are used again; they go back to the system only where the file has outgrown its
-    // limit.
+    // Freed pages are reused; they are returned to the file system only when the file has exceeded
+    // its limit.
     if (static_cast<std::uint64_t>(m_writer->database.number("PRAGMA page_count") *
                                    m_writer->database.number("PRAGMA page_size")) > m_limit_bytes)
         m_writer->database.run("PRAGMA incremental_vacuum");
@@ -402,8 +403,8 @@ std::vector<voxel::BoxKey> DiskCache::keys(Kind kind, int level, std::size_t mos
     return out;
 }
 
-// Another process that writes for long costs some items, not the cache. A damaged file goes, so
-// that the next process begins anew.
+// When another process writes for long, some items are lost, but not the cache. A damaged file is
+// deleted, so that the next process starts with a new one.
 void DiskCache::complain(const SqliteError& e) {
     if (e.why() == SqliteError::Why::kBusy) {
         spdlog::debug("{}", e.what());

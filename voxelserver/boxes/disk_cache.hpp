@@ -21,12 +21,12 @@ namespace terravox::boxes {
 
 class SqliteError;
 
-/// What a kept item is.
+/// The kind of a cached item.
 enum class Kind : int { kBox = 0, kMapTile = 1 };
 
-/// Bytes and what they were made of.
+/// The bytes of an item, and the extent of its inputs.
 struct Item {
-    std::uint64_t tag = 0;                     ///< the maker's own: it comes back as it was given
+    std::uint64_t tag = 0;                     ///< opaque to the cache: returned as it was given
     std::shared_ptr<const std::string> bytes;  ///< nullptr is a value, too: known to be empty
     voxel::InputExtent reach;
 };
@@ -36,50 +36,51 @@ struct DiskStats {
     std::uint64_t bytes = 0, entries = 0;
 };
 
-/// Items on disk, from one process to the next. Thread-safe; several processes may share a file.
+/// A persistent cache. Thread-safe; several processes may share a file.
 ///
-/// An item counts only while the fingerprint of its reach is what it was when it was put: a change
-/// of the inputs makes just those items useless that it reached, and taking the change back makes
-/// them good again. Useless ones are never asked for and so go first: what was used longest ago
-/// goes when the file passes its limit. Each item has a checksum; a damaged one counts as absent,
-/// with a warning.
+/// An item is valid only while the fingerprint of its reach equals the one at the time of put(): a
+/// change of the inputs invalidates only the items that it reaches, and reverting the change makes
+/// them valid again. Invalid items are never requested and are therefore evicted first, since
+/// eviction is LRU once the file exceeds its limit. Each item has a checksum; a damaged one is
+/// treated as absent, with a warning.
 ///
-/// One SQLite file in WAL mode: a killed process leaves all or nothing of an item. Writing has a
-/// thread of its own, which puts what has gathered in one transaction. A file that cannot be
-/// opened, written to or read is reported once; from then on nothing is kept.
+/// One SQLite file in WAL mode: if the process is killed, an item is stored completely or not at
+/// all. Writing is done by a separate thread, which batches the queued items into one transaction.
+/// A file that cannot be opened, written to or read is reported once; from then on nothing is
+/// stored.
 ///
 /// Three locks: one for the reading connection, one for the connection that lists and counts (which
-/// may take long in a large file, and must not hold up whoever wants a box), one for the queue to
-/// the writer; none is held while another is taken.
+/// may take long in a large file, and must not delay requests for boxes), one for the queue to the
+/// writer; no lock is held while another is taken.
 class DiskCache {
 public:
     using FingerprintOf = std::function<voxel::Fingerprint(const voxel::InputExtent&)>;
 
-    /// @param limit_bytes of the file; its write-ahead log (some MiB) comes on top  @param
-    /// fingerprint thread-safe; outlives the cache
+    /// @param limit_bytes limit of the file; its write-ahead log (some MiB) is not included
+    /// @param fingerprint thread-safe; outlives the cache
     DiskCache(std::filesystem::path file, std::uint64_t limit_bytes, FingerprintOf fingerprint);
-    ~DiskCache();  ///< writes what still waits
+    ~DiskCache();  ///< writes the queued items first
     DiskCache(const DiskCache&) = delete;
     DiskCache& operator=(const DiskCache&) = delete;
 
     [[nodiscard]] std::optional<Item> find(Kind kind, const voxel::BoxKey& key);
 
     enum class WhenFull { kDrop, kWait };
-    /// Participants an item to the writer. @param when_full what to do when too much waits to be
-    /// written; dropped items are counted
+    /// Queues an item for writing.
+    /// @param when_full what to do when the queue is full; dropped items are counted
     void put(Kind kind, const voxel::BoxKey& key, const Item& item,
              WhenFull when_full = WhenFull::kDrop);
 
-    void flush();  ///< returns when all that was put is on disk
+    void flush();  ///< returns when all queued items are on disk
 
-    /// Nothing more is kept: the file cannot be opened, read or written to. What it holds can still
-    /// be found where only writing fails.
+    /// Whether nothing is stored any more because the file cannot be opened, read or written to.
+    /// When only writing fails, its items can still be found.
     [[nodiscard]] bool failing() const noexcept { return m_broken || m_read_only; }
-    [[nodiscard]] DiskStats stats();  ///< entries: as counted some seconds ago
-    /// Rises with every change of what is kept.
+    [[nodiscard]] DiskStats stats();  ///< the number of entries may be some seconds old
+    /// A counter that increases with every change of the cache's content.
     [[nodiscard]] std::uint64_t changes() const noexcept { return m_changes; }
-    /// Keys of a level that are good now, in the order of their Morton codes. @param most no more
-    /// than so many
+    /// Keys of the currently valid items of a level, in Morton order.
+    /// @param most maximum number of keys to return
     [[nodiscard]] std::vector<voxel::BoxKey> keys(Kind kind, int level, std::size_t most);
 
     [[nodiscard]] const std::filesystem::path& file() const noexcept { return m_file; }
@@ -91,7 +92,8 @@ private:
         Kind kind = Kind::kBox;
         voxel::BoxKey key;
         Item item;
-        std::int64_t touched = 0;  ///< a row that was used, when not 0: nothing else of this counts
+        /// When not 0: the row to mark as used; all other members are then ignored.
+        std::int64_t touched = 0;
     };
     void open();
     void begin_anew();
@@ -115,17 +117,17 @@ private:
     std::unique_ptr<Connection> m_reader;
     std::mutex m_listing;  ///< guards m_lister
     std::unique_ptr<Connection> m_lister;
-    std::unique_ptr<Connection> m_writer;  ///< used by the writing thread alone
+    std::unique_ptr<Connection> m_writer;  ///< used only by the writing thread
     std::atomic<std::uint64_t> m_entries{0};
-    std::chrono::steady_clock::time_point m_counted;  ///< of the writing thread
+    /// Last count; used only by the writing thread.
+    std::chrono::steady_clock::time_point m_counted;
 
-    std::mutex m_queueing;  ///< guards what follows
+    std::mutex m_queueing;  ///< guards the following members
     std::condition_variable m_queued, m_written;
     std::deque<Write> m_queue;
     std::size_t m_queue_bytes = 0;
-    bool m_busy = true,
-         m_closing =
-             false;  ///< m_busy: the writing thread has something in hand, at first counting
+    /// m_busy: whether the writing thread is working; its first task is to count.
+    bool m_busy = true, m_closing = false;
     std::thread m_thread;
 };
 

@@ -68,12 +68,13 @@ Preparer::Preparer(BoxCache& cache, int lanes, std::function<void(const std::str
 
 Preparer::~Preparer() {
     stop();
-    m_cache.close();  // a lane may wait for an idle machine
+    m_cache.close();  // a thread may be waiting for the machine to become idle
     for (std::thread& t : m_lanes)
         t.join();
 }
 
-// Others may be turned away while this waits with them: that is no failure of the box.
+// Another request may be rejected while this one waits for the same box: that is not a failure of
+// the box.
 bool Preparer::make(const voxel::BoxKey& key) {
     constexpr std::chrono::milliseconds kPause{20};
     while (!m_stop) {

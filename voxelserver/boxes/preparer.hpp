@@ -12,42 +12,44 @@
 
 namespace terravox::boxes {
 
-/// All boxes of a world, children before their parents and neighbours close together, without
-/// holding them in memory.
+/// Enumerates all boxes of a world, children before their parents and neighbours close together,
+/// without holding them in memory.
 class BoxWalk {
 public:
     explicit BoxWalk(voxel::World& world);
-    [[nodiscard]] bool next(
-        voxel::BoxKey& key);  ///< false at the end @throws Error as World::column
+    /// @return false at the end
+    /// @throws Error as World::column
+    [[nodiscard]] bool next(voxel::BoxKey& key);
     [[nodiscard]] static std::uint64_t count(voxel::World& world);
 
 private:
     struct Node {
         int level = 0;
         std::int32_t bx = 0, bz = 0;
-        bool opened = false;  ///< its children are done
+        bool opened = false;  ///< its children have been enumerated
     };
     void push(int level, std::int32_t bx, std::int32_t bz) {
         m_open.push_back({level, bx, bz, false});
     }
     voxel::World& m_world;
-    std::vector<Node> m_open;  ///< depth first, next one last
-    voxel::BoxKey m_current;   ///< next box of the column that is being given out
+    std::vector<Node> m_open;  ///< depth-first stack; the next node is the last
+    voxel::BoxKey m_current;   ///< next box of the current column
     std::int32_t m_by_end = 0;
 };
 
-/// Makes all boxes of a world ahead of need, on threads of its own: only while nobody waits for
-/// another box. Thread-safe.
+/// Makes all boxes of a world in advance, on threads of its own, only while no other request for a
+/// box is pending. Thread-safe.
 class Preparer {
 public:
     struct Progress {
-        std::uint64_t done = 0, total = 0, failed = 0;  ///< failed ones are among the done
+        std::uint64_t done = 0, total = 0, failed = 0;  ///< `done` includes the failed ones
     };
 
-    /// Starts. @param lanes boxes at the same time  @param failed called with each failure, from
-    /// any lane, one at a time
+    /// Starts the threads.
+    /// @param lanes number of boxes made in parallel
+    /// @param failed called with the message of each failure, from any thread, one call at a time
     Preparer(BoxCache& cache, int lanes, std::function<void(const std::string&)> failed);
-    ~Preparer();  ///< stops after the boxes under way
+    ~Preparer();  ///< stops after the boxes in progress
     Preparer(const Preparer&) = delete;
     Preparer& operator=(const Preparer&) = delete;
 
@@ -57,14 +59,14 @@ public:
 
 private:
     void work();
-    [[nodiscard]] bool make(const voxel::BoxKey& key);  ///< false: stopped
+    [[nodiscard]] bool make(const voxel::BoxKey& key);  ///< false when stopped
     BoxCache& m_cache;
     std::function<void(const std::string&)> m_on_failure;
     std::mutex m_mutex;  ///< guards m_walk and m_on_failure
     BoxWalk m_walk;
     std::atomic<std::uint64_t> m_done{0}, m_failed{0};
     std::once_flag m_counted;
-    std::atomic<std::uint64_t> m_total{0};  ///< 0 until it is counted
+    std::atomic<std::uint64_t> m_total{0};  ///< 0 until counting has finished
     std::atomic<bool> m_stop{false};
     std::atomic<int> m_running;
     std::vector<std::thread> m_lanes;

@@ -3,7 +3,7 @@
 namespace terravox::boxes {
 namespace {
 
-constexpr int kBusyTimeout_ms = 5000;  // another process writes
+constexpr int kBusyTimeout_ms = 5000;  // while another process writes
 
 [[noreturn]] void fail(sqlite3* database, const char* attempt) {
     const int code = database != nullptr ? sqlite3_extended_errcode(database) : SQLITE_NOMEM;

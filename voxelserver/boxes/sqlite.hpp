@@ -12,14 +12,12 @@
 
 namespace terravox::boxes {
 
-/// SQLite says no.
+/// An error reported by SQLite.
 class SqliteError : public util::Error {
 public:
-    enum class Why {
-        kOther,
-        kDamaged,
-        kBusy
-    };  ///< kDamaged: no database, or not a sound one; kBusy: another process holds it
+    /// Category of the error. kDamaged: not a database, or a corrupt one; kBusy: locked by another
+    /// process.
+    enum class Why { kOther, kDamaged, kBusy };
     SqliteError(const std::string& message, Why why) : util::Error(message), m_why(why) {}
     [[nodiscard]] Why why() const noexcept { return m_why; }
 
@@ -27,8 +25,8 @@ private:
     Why m_why;
 };
 
-/// A prepared statement: bind, step until false, read columns; then reset() before the next use.
-/// Not thread-safe.
+/// A prepared statement. Usage: bind, call step() until it returns false while reading columns,
+/// then reset() before the next use. Not thread-safe.
 class Statement {
 public:
     Statement(sqlite3* database, std::string_view sql);  ///< @throws SqliteError
@@ -36,21 +34,24 @@ public:
     Statement(const Statement&) = delete;
     Statement& operator=(const Statement&) = delete;
 
-    Statement& bind(int at, std::int64_t value);  ///< @param at from 1
-    Statement& bind_bytes(
-        int at, const std::string* bytes);  ///< nullptr: NULL. The bytes must live until reset()
-    /// @return whether there is a row @throws SqliteError
+    Statement& bind(int at, std::int64_t value);  ///< @param at index, from 1
+    /// @param bytes nullptr: NULL; else must stay alive until reset()
+    Statement& bind_bytes(int at, const std::string* bytes);
+    /// Executes the next step.
+    /// @return whether there is a row
+    /// @throws SqliteError
     bool step();
-    void run() {  ///< steps to the end and resets
+    void run() {  ///< runs to completion and resets
         while (step()) {
         }
         reset();
     }
     void reset() noexcept;
 
+    /// @param column from 0
     [[nodiscard]] std::int64_t integer(int column) const {
         return sqlite3_column_int64(m_statement, column);
-    }  ///< @param column from 0
+    }
     [[nodiscard]] std::shared_ptr<const std::string> bytes(int column) const;  ///< nullptr for NULL
 
 private:
@@ -58,7 +59,7 @@ private:
     sqlite3_stmt* m_statement = nullptr;
 };
 
-/// Resets a statement at the end of a block, whatever happens there.
+/// Resets a statement at the end of a scope, also on exceptions.
 class Resetting {
 public:
     explicit Resetting(Statement& statement) : m_statement(statement) {}
@@ -70,16 +71,20 @@ private:
     Statement& m_statement;
 };
 
-/// A connection for one thread at a time.
+/// A connection, for use by one thread at a time.
 class Database {
 public:
-    explicit Database(const std::string& file);  ///< made when it is not there @throws SqliteError
+    /// Opens the file, and creates it when it does not exist.
+    /// @throws SqliteError
+    explicit Database(const std::string& file);
     ~Database() { sqlite3_close(m_database); }
     Database(const Database&) = delete;
     Database& operator=(const Database&) = delete;
 
-    void run(const char* sql);  ///< one or more statements without parameters @throws SqliteError
-    [[nodiscard]] std::int64_t number(const char* sql);  ///< the first column of the first row
+    /// Executes one or more statements without parameters.
+    /// @throws SqliteError
+    void run(const char* sql);
+    [[nodiscard]] std::int64_t number(const char* sql);  ///< The first column of the first row.
     [[nodiscard]] sqlite3* get() const noexcept { return m_database; }
 
 private:

@@ -20,8 +20,8 @@ struct Span {
     std::int32_t begin = 0, end = 0;
 };
 
-// Boxes of `size` voxels that [from, from + length) meets, of those from `begin` to `end`. Compared
-// before anything is added: `from` may be any number.
+// The boxes of `size` voxels, among those from `begin` to `end`, that intersect [from, from +
+// length). Compares before adding anything, since `from` may be any number.
 Span boxes_met(std::int64_t from, std::int32_t length, std::int64_t size, std::int32_t begin,
                std::int32_t end) {
     if (from >= end * size || from <= begin * size - length)
@@ -34,7 +34,7 @@ Span boxes_met(std::int64_t from, std::int32_t length, std::int64_t size, std::i
             static_cast<std::int32_t>((last >> shift) + 1)};
 }
 
-/// Writes the voxels of boxes into a region's words.
+/// Writes the voxels of boxes into the words of a region.
 class Filler {
 public:
     Filler(const Region& region, std::vector<std::uint32_t>& out) : m_region(region), m_out(out) {}
@@ -49,13 +49,13 @@ public:
     }
 
 private:
-    using Corner = std::array<std::int64_t, 3>;  ///< x, y, z from the region's own corner
+    using Corner = std::array<std::int64_t, 3>;  ///< x, y, z relative to the region's corner
 
     [[nodiscard]] bool outside(const Corner& c, int side) const {
         return c[0] >= m_region.sx || c[1] >= m_region.sy || c[2] >= m_region.sz ||
                c[0] + side <= 0 || c[1] + side <= 0 || c[2] + side <= 0;
     }
-    // Three levels deep: children of 16, of 4, and voxels.
+    // Recurses three levels: children of 16, of 4, and voxels.
     void children(const Box& box, const TreeCell& cell, const Corner& corner, int side) {
         if (outside(corner, side * 4))
             return;
@@ -84,7 +84,7 @@ private:
             for (std::int64_t z = begin(2); z < end(2, m_region.sz); ++z)
                 std::fill_n(&word_at(begin(0), y, z), end(0, m_region.sx) - begin(0), word);
     }
-    /// What calls itself air but is solid stays solid.
+    /// A solid voxel whose material is air stays solid.
     static std::uint32_t solid_word(voxel::Material material) {
         return block_word(material == voxel::Material::kAir ? voxel::Material::kUnknown : material);
     }
@@ -96,21 +96,21 @@ private:
     std::vector<std::uint32_t>& m_out;
 };
 
-/// Most significant byte first, whatever the machine's own order is.
+/// Most significant byte first, whatever the machine's byte order.
 std::uint32_t big_endian(std::uint32_t word) {
     if constexpr (std::endian::native == std::endian::big)
         return word;
     return word << 24 | (word & 0xff00) << 8 | (word >> 8 & 0xff00) | word >> 24;
 }
 
-/// Writes big-endian words one after the other.
+/// Writes big-endian words sequentially.
 class Words {
 public:
     explicit Words(std::size_t count) : m_bytes(count * 4, '\0') {}
     void put(std::uint32_t word) { put_all(std::span<const std::uint32_t>(&word, 1)); }
     void put_all(std::span<const std::uint32_t> words) {
-        char* at = m_bytes.data() + m_at;  // its own pointer: a char may be anything's, so members
-                                           // would be read again for each word
+        // A local pointer: char may alias anything, so members would be reloaded for each word.
+        char* at = m_bytes.data() + m_at;
         for (const std::uint32_t word : words) {
             const std::uint32_t bytes = big_endian(word);
             std::memcpy(at, &bytes, 4);

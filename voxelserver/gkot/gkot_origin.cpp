@@ -16,7 +16,7 @@ struct Tops {
     std::int32_t low = 0, high = 0;
 };
 
-// As a reply would show them, so that "the top" means the same in both.
+// As a reply would contain them, so that "the top" means the same in both.
 std::optional<Tops> tops_around(const voxel::VoxelBounds& bounds, std::int64_t x, std::int64_t z,
                                 const FetchBox& fetch) {
     std::optional<Tops> out;
@@ -33,18 +33,19 @@ std::optional<Tops> tops_around(const voxel::VoxelBounds& bounds, std::int64_t x
 }
 
 void append_number(std::string& out, const char* name, double value) {
-    char text[512];  // the longest number has 309 digits before the point; the shortest that read
-                     // back are few after it
+    // The longest number has 309 digits before the decimal point; the shortest round-trip form has
+    // few after it.
+    char text[512];
     const auto end = std::to_chars(text, text + sizeof text, value + 0.0, std::chars_format::fixed)
-                         .ptr;  // + 0.0: no "-0"
+                         .ptr;  // + 0.0: avoids "-0"
     out += (out.size() > 1 ? ",\"" : "\"") + std::string(name) + "\":" + std::string(text, end);
 }
 
 }  // namespace
 
 std::int64_t voxel_of(double value, double unit) noexcept {
-    constexpr double kMax =
-        9007199254740992.0;  // 2^53: beyond any world, and whole numbers are still exact
+    // 2^53: beyond any world, and integers are still exact.
+    constexpr double kMax = 9007199254740992.0;
     return static_cast<std::int64_t>(std::clamp(std::floor(value / unit), -kMax, kMax));
 }
 

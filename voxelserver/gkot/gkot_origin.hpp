@@ -10,37 +10,39 @@
 
 namespace terravox::gkot {
 
-/// Yields boxes of level 0 within the world's bounds; nullptr: air. Called one after the other.
+/// Returns boxes of level 0 within the world's bounds; nullptr: air. Never called concurrently.
 /// @throws Error when a box cannot be made
 using FetchBox = std::function<std::shared_ptr<const voxel::Box>(const voxel::BoxKey& key)>;
 
-/// What /gkot/origin.json says. Heights in metres: the lower faces of voxels.
+/// The content of /gkot/origin.json. Heights in metres: the lower faces of voxels.
 struct Origin {
-    double tmx = 0, tmy = 0;  ///< as asked
-    double tmz = -1;  ///< the automatic height of y = 0; -1 in a world without a single voxel
-    double zmin = -1, zmax = -1,
-           zrange = 0;  ///< lowest and highest top around the origin, and their difference
+    double tmx = 0, tmy = 0;  ///< as requested
+    double tmz = -1;          ///< the automatic height of y = 0; -1 in a world without any voxel
+    /// Lowest and highest column top around the origin, and their difference.
+    double zmin = -1, zmax = -1, zrange = 0;
 };
 
-/// The automatic height is that of the lowest of the 64 x 64 column tops (ground, water or whatever
-/// is on it) of the origin's box column; where that has nothing, the world's lowest voxel, and zmin
-/// to zmax is then the whole world. A box asked without tmz is counted from the same height:
-/// passing this tmz gives the same box as leaving it out.
+/// Determines the automatic height: that of the lowest of the 64 x 64 column tops (ground, water or
+/// anything on them) of the origin's box column; where that is empty, the world's lowest voxel, and
+/// zmin to zmax is then the whole world. A box requested without tmz is counted from the same
+/// height: passing this tmz gives the same box as omitting it.
 /// @throws what `fetch` throws
 [[nodiscard]] Origin find_origin(const voxel::WorldInfo& info, const OriginRequest& request,
                                  const FetchBox& fetch);
 
-/// {"tmx":..,"tmy":..,"tmz":..,"zmin":..,"zmax":..,"zrange":..}; whole numbers without decimals,
-/// others with as many as needed to be read back.
+/// {"tmx":..,"tmy":..,"tmz":..,"zmin":..,"zmax":..,"zrange":..}; integers without decimals, other
+/// numbers with as many as a round trip requires.
 [[nodiscard]] std::string to_json(const Origin& origin);
 
-/// The voxel that holds a point, each coordinate by floor: x = floor(E / u), z = floor(-N / u), y =
-/// floor(H / voxel_m).
-/// @param value finite @param unit above 0 @return cut to +-2^53
+/// The voxel that contains a point, each coordinate by floor: x = floor(E / u), z = floor(-N / u),
+/// y = floor(H / voxel_m).
+/// @param value finite
+/// @param unit above 0
+/// @return clamped to +-2^53
 [[nodiscard]] std::int64_t voxel_of(double value, double unit) noexcept;
 
-/// The smallest height that voxel_of() maps to y (so a height that was told leads back to its voxel
-/// in spite of rounding).
+/// The smallest height that voxel_of() maps to y, so that a reported height leads back to its voxel
+/// in spite of rounding.
 [[nodiscard]] double height_of(std::int64_t y, double voxel_m) noexcept;
 
 }  // namespace terravox::gkot

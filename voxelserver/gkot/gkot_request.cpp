@@ -14,7 +14,7 @@
 namespace terravox::gkot {
 namespace {
 
-/// As it may stand in a message of one line: cut, in quotes, what is not plain ASCII as \xNN.
+/// Quotes a value for a one-line message: truncated, bytes other than plain ASCII as \xNN.
 std::string in_quotes(std::string_view value) {
     constexpr std::size_t kMax = 40;
     std::string out = "'";
@@ -31,11 +31,11 @@ std::string in_quotes(std::string_view value) {
     return out + (value.size() > kMax ? "...'" : "'");
 }
 
-/// The parameters of one query that have a meaning, decoded.
+/// The known parameters of one query, decoded.
 class Parameters {
 public:
-    /// @param attempt begins every message @param names the parameters that count, with spaces
-    /// around each
+    /// @param attempt begins every message
+    /// @param names the known parameters, with spaces around each
     Parameters(std::string_view query, std::string attempt, std::string_view names)
         : m_attempt(std::move(attempt)) {
         if (query.size() > kMaxQueryBytes)

@@ -7,14 +7,14 @@
 
 namespace terravox::grid {
 
-/// How coordinates of the world's CRS become voxel coordinates: x = E / voxel, z = -N / voxel, y =
+/// Converts coordinates of the world's CRS to voxel coordinates: x = E / voxel, z = -N / voxel, y =
 /// H / voxel, absolute, so that any two requests agree (design: Space). Immutable.
 class Frame {
 public:
     /// @param voxel_m edge of a voxel, metres, (0, 1000]
-    /// @param centre_e, centre_n somewhere in the data: EPSG:3857 is corrected for the scale at its
+    /// @param centre_e, centre_n a point in the data: EPSG:3857 is corrected for the scale at its
     /// latitude
-    /// @throws UsageError for a geographic CRS (degrees are no lengths) or a bad voxel size
+    /// @throws UsageError for a geographic CRS (degrees are not lengths) or an invalid voxel size
     Frame(geo::Crs crs, double voxel_m, double centre_e, double centre_n);
 
     [[nodiscard]] const geo::Crs& crs() const noexcept { return m_crs; }
@@ -33,8 +33,8 @@ private:
     double m_units_per_voxel;
 };
 
-/// The CRS that voxels are made in for data in `file_crs`: the same, or the UTM zone of the place
-/// for degrees.
+/// The CRS in which voxels are made for data in `file_crs`: the same, or the UTM zone of the
+/// location for degrees.
 [[nodiscard]] geo::Crs voxel_crs_for(const geo::Crs& file_crs, double centre_x, double centre_y);
 
 }  // namespace terravox::grid

@@ -9,17 +9,16 @@
 
 namespace terravox::grid {
 
-/// Columns come in patches of 64 x 64, the footprint of a level-0 box.
+/// Columns are grouped into patches of 64 x 64, the footprint of a level-0 box.
 inline constexpr int kPatchSize = 64;
 inline constexpr int kPatchColumns = kPatchSize * kPatchSize;
 static_assert(kPatchSize == voxel::kBoxSizeX && kPatchSize == voxel::kBoxSizeZ);
 
-/// Which patch: floor(x / 64), floor(z / 64) of its absolute voxels.
+/// The index of a patch: floor(x / 64), floor(z / 64) of its absolute voxels.
 struct PatchKey {
     std::int32_t px = 0, pz = 0;
-    [[nodiscard]] std::int32_t x0() const noexcept {
-        return px * kPatchSize;
-    }  ///< first column, absolute voxels
+    /// First column, in absolute voxels.
+    [[nodiscard]] std::int32_t x0() const noexcept { return px * kPatchSize; }
     [[nodiscard]] std::int32_t z0() const noexcept { return pz * kPatchSize; }
     friend auto operator<=>(const PatchKey& a, const PatchKey& b) noexcept {
         return a.pz != b.pz ? a.pz <=> b.pz : a.px <=> b.px;  // row by row, north to south

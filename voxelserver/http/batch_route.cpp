@@ -22,13 +22,13 @@ using voxel::BoxKey;
 
 constexpr int kMaxBatches = 8;  // each has threads of its own
 constexpr std::size_t kLanes = 4;
-constexpr auto kTimeout =
-    std::chrono::seconds(60);  // for a place in line, while other requests take them
+// Timeout for a place in the queue, while other requests take the free ones.
+constexpr auto kTimeout = std::chrono::seconds(60);
 constexpr auto kPause = std::chrono::milliseconds(50);
 
 std::atomic<int> g_batches{0};
 
-/// A batch that counts while it lives.
+/// RAII count of the running batches.
 class Counted {
 public:
     Counted() {
@@ -96,7 +96,7 @@ std::string record(const BoxKey& key, std::uint32_t status, std::string_view pay
     return out;
 }
 
-// The line may be full of other people's boxes: a batch waits longer than a single request may.
+// The queue may be full of other clients' boxes: a batch waits longer than a single request may.
 boxes::KeptBoxPtr patiently(boxes::BoxCache& cache, const BoxKey& key) {
     for (const auto give_up = std::chrono::steady_clock::now() + kTimeout;;) {
         try {
@@ -124,8 +124,8 @@ std::string record_of(boxes::BoxCache& cache, const BoxKey& key) {
     }
 }
 
-// What is kept goes first: it is ready. The rest is made by a few threads; one lock lets them write
-// one after the other.
+// Cached boxes are sent first, since they are ready. The rest is made by a few threads, which write
+// under one lock.
 void send_all(boxes::BoxCache& cache, const std::vector<BoxKey>& keys, const Write& write) {
     std::vector<BoxKey> missing;
     for (const BoxKey& key : keys) {
@@ -147,7 +147,7 @@ void send_all(boxes::BoxCache& cache, const std::vector<BoxKey>& keys, const Wri
                     gone = true;
             }
         } catch (...) {
-            gone = true;  // no memory even to say so: the stream ends without its last record
+            gone = true;  // no memory even to report it: the stream ends without its last record
         }
     };
     {
@@ -156,13 +156,13 @@ void send_all(boxes::BoxCache& cache, const std::vector<BoxKey>& keys, const Wri
             for (std::size_t i = 1; i < std::min(kLanes, missing.size()); ++i)
                 lanes.emplace_back(lane);
         } catch (const std::system_error&) {
-            // The system gives no more threads: fewer lanes make all of it, too.
+            // The system refuses more threads: fewer can make all of it, too.
         }
         lane();
     }
+    // So that clients can detect a truncated stream.
     if (!gone)
-        write(record({-1, static_cast<std::int32_t>(keys.size()), 0, 0}, 0,
-                     ""));  // so that a stream cut short is known as one
+        write(record({-1, static_cast<std::int32_t>(keys.size()), 0, 0}, 0, ""));
 }
 
 }  // namespace

@@ -6,12 +6,12 @@ namespace terravox::http {
 
 inline constexpr const char* kBatchMediaType = "application/vnd.terravox.boxes";
 inline constexpr std::size_t kMaxBatchBoxes = 4096;
-inline constexpr std::size_t kBatchRecordBytes =
-    24;  ///< of what stands before each box (docs/formats/http.md)
+/// Size of the record that precedes each box (docs/formats/http.md).
+inline constexpr std::size_t kBatchRecordBytes = 24;
 
 /// POST /v2/boxes with {"boxes": [[level, bx, by, bz], ...]}: 200 a stream of records, each box as
-/// soon as it is ready; 400, 413, 415, 503 too many batches at the same time. A box that cannot be
-/// had is a record that says why; the others are not held up by it.
+/// soon as it is ready; 400, 413, 415, 503 too many batches at the same time. An unavailable box is
+/// a record with the reason; it does not delay the others.
 [[nodiscard]] Response answer_batch(Service& service, const RouteRequest& asked);
 
 }  // namespace terravox::http

@@ -5,7 +5,7 @@
 namespace terravox::http {
 namespace {
 
-// As long for every token: the time must not tell how much of it was right.
+// Takes the same time for every token, so that the time does not reveal how much of it was right.
 bool same_secret(std::string_view given, std::string_view wanted) noexcept {
     unsigned difference = given.size() == wanted.size() ? 0 : 1;
     for (std::size_t i = 0; i < wanted.size(); ++i)

@@ -6,17 +6,17 @@
 
 namespace terravox::http {
 
-/// The secret that clients send as "Authorization: Bearer TOKEN". Immutable, thread-safe.
+/// The token that clients send as "Authorization: Bearer TOKEN". Immutable, thread-safe.
 /// Ref: Jones & Hardt, RFC 6750, 2012.
 class BearerToken {
 public:
-    /// @param secret "": the server requires no token, and no request has the right one
+    /// @param secret "": the server requires no token, and no request has a valid one
     explicit BearerToken(std::string secret = "") : m_secret(std::move(secret)) {}
 
     [[nodiscard]] bool is_required() const noexcept { return !m_secret.empty(); }
 
-    /// Whether the request has the token. The time that this takes does not depend on how much of
-    /// it was right.
+    /// Whether the request has the token. The comparison takes constant time, independent of the
+    /// number of matching characters.
     [[nodiscard]] bool is_in(const Request& request) const;
 
 private:

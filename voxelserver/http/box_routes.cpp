@@ -10,7 +10,7 @@ namespace {
 
 using voxel::kBoxSizeY;
 
-// Part of every entity tag: each coding is a representation of its own.
+// Part of every entity tag: each content coding is a separate representation.
 constexpr std::string_view kZstdTag = "z1", kIdentityTag = "i1", kAirTag = "\"air\"";
 
 template <std::size_t N>

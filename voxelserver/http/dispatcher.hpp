@@ -8,16 +8,16 @@
 
 namespace terravox::http {
 
-/// Calls the handler of a route; what each answers is in the *_routes.hpp files. Thread-safe.
+/// Calls the handler of a route; the replies are documented in the *_routes.hpp files. Thread-safe.
 ///
-/// The head of a request was checked before (request_check.hpp), but for the edition of the world
-/// that it names: with another one than that of the world the reply is 412, and no handler runs.
+/// The head of a request has been checked before (request_check.hpp), except for the edition that
+/// it names: when it differs from that of the world, the reply is 412 and no handler is called.
 class Dispatcher {
 public:
     /// @param counts for /v2/stats and /metrics; must outlive this
     Dispatcher(Service service, const RequestCounts& counts);
 
-    /// @throws whatever the handler throws; the router answers that (error_reply.hpp)
+    /// @throws whatever the handler throws; the router converts it to a reply (error_reply.hpp)
     [[nodiscard]] Response run(Route route, const RouteRequest& asked);
 
 private:

@@ -17,7 +17,7 @@ Response reply_to_current_exception(const Request& request) {
     } catch (const boxes::OverloadedError& e) {
         return problem(503, e.what()).add("Retry-After", "1");
     } catch (const voxel::UnreachableError& e) {
-        // Its address is the business of the person who started the server.
+        // The address of the other server is only for the operator of this one.
         spdlog::error("{} {}: {}", request.method, request.path, e.what());
         return problem(502, kUnreachable).add("Retry-After", "5");
     } catch (const std::bad_alloc&) {

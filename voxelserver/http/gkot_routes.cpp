@@ -7,8 +7,8 @@
 namespace terravox::http {
 namespace {
 
-// A reply takes eight bytes a voxel while it is made, up to 130 MiB: one at a time, and no more
-// than an eighth of the process's memory.
+// A reply takes eight bytes per voxel while it is made, up to 130 MiB: one at a time, and at most
+// an eighth of the process's memory.
 constexpr int kAtOnce = 1, kInLine = 32;
 constexpr std::size_t kBytesPerVoxel = 8, kShare = 8;
 boxes::AdmissionControl& gate() {
@@ -25,7 +25,7 @@ gkot::FetchBox fetch_from(Service& service) {
     };
 }
 
-// What the person asked wrongly is their affair, what the world throws later is ours.
+// Errors while parsing are the client's, later exceptions of the world are the server's.
 template <class Parse, class Work>
 Response answer(const Parse& parse, const Work& work) {
     decltype(parse()) request;

@@ -12,8 +12,8 @@
 namespace terravox::http {
 namespace {
 
-constexpr std::uint64_t kDrawing =
-    1;  // to be raised when the same boxes are drawn as another picture
+// To be incremented when the same boxes are drawn differently.
+constexpr std::uint64_t kDrawing = 1;
 constexpr std::size_t kMaxColumns = 1'000'000;
 
 std::uint64_t look_of(const map::TopColours& colours) {
@@ -48,7 +48,7 @@ void MapView::look_through_disk() {
 }
 
 MapView::~MapView() {
-    m_cache.close();  // nobody calls the listener from now on
+    m_cache.close();  // the listener is not called from now on
     m_stop = true;
     if (m_looking.joinable())
         m_looking.join();
@@ -64,7 +64,7 @@ map::Tile MapView::get(int z, std::int32_t x, std::int32_t y) {
             return {kept->bytes, true, kept->reach};
     const boxes::Slots::Place place(m_cache.places());
     const map::Tile tile = m_tiles.get(z, x, y);
-    // Outside the world there is no end of empty tiles, and no need to keep them.
+    // Outside the world there are infinitely many empty tiles, which need not be stored.
     if (disk != nullptr && tile.complete && !tile.reach.empty())
         disk->put(boxes::Kind::kMapTile, key_of(z, x, y), {m_look, tile.png, tile.reach});
     return tile;
@@ -91,7 +91,7 @@ std::optional<map::ColumnBoxes> MapView::fetch(std::int32_t bx, std::int32_t bz,
     return out;
 }
 
-// A column shows once all of its boxes are at hand.
+// A column is shown once all of its boxes are available.
 void MapView::note(const voxel::BoxKey& key) {
     if (key.level != 0)
         return;
@@ -102,7 +102,8 @@ void MapView::note(const voxel::BoxKey& key) {
                 return;
         m_tops.note_made(key.bx, key.bz);
     } catch (const util::Error& e) {
-        // A far world's server does not answer: the box is there, and its request must not fail.
+        // A remote world's server does not respond: the box itself was made, and the request for
+        // it must not fail.
         spdlog::debug("show box {} on the map: {}", voxel::to_string(key), e.what());
     }
 }

@@ -10,25 +10,27 @@
 
 namespace terravox::http {
 
-/// The world from above, made of the boxes that a cache keeps and makes. Complete tiles are kept on
-/// disk beside the boxes, where there is a disk cache. Thread-safe.
+/// The world from above, drawn from the boxes of a cache. Complete tiles are cached on disk along
+/// with the boxes, where there is a disk cache. Thread-safe.
 class MapView {
 public:
-    /// Listens to the cache, which must outlive this; to be made before anyone asks the cache.
-    /// @param colours of the materials @param memory_bytes for tops and tiles
+    /// Registers itself as the listener of the cache, which must outlive this; must be constructed
+    /// before the first request to the cache.
+    /// @param colours colours of the materials
+    /// @param memory_bytes memory limit for tops and tiles
     MapView(boxes::BoxCache& cache, map::TopColours colours, std::size_t memory_bytes);
     ~MapView();  ///< closes the cache
-    /// Begins to look on a thread of its own for what earlier processes have left on disk; until
-    /// that is done, overviews show what has come to hand since. To be called once, when the server
-    /// answers: it takes time from nobody who waits for the start.
+    /// Starts a thread that searches the disk cache for boxes left by earlier processes; until it
+    /// has finished, overviews show only boxes that have become available since. Must be called
+    /// once, when the server is responding, so that it does not delay the start.
     void look_through_disk();
     MapView(const MapView&) = delete;
     MapView& operator=(const MapView&) = delete;
 
-    /// @throws UsageError for a zoom that the map has not; boxes::OverloadedError; Error
+    /// @throws UsageError for a zoom that the map does not have; boxes::OverloadedError; Error
     [[nodiscard]] map::Tile get(int z, std::int32_t x, std::int32_t y);
 
-    /// The tile that shows nothing.
+    /// The tile for an empty area.
     [[nodiscard]] static const std::shared_ptr<const std::string>& empty_tile();
 
 private:
@@ -38,12 +40,12 @@ private:
     void note_kept();
 
     boxes::BoxCache& m_cache;
-    const std::uint64_t
-        m_look;  ///< stands for colours and ways of drawing: tiles of another look are not used
+    /// A hash of the colours and the drawing method: tiles of another look are not used.
+    const std::uint64_t m_look;
     map::TopCache m_tops;
     map::MapTiles m_tiles;
     std::atomic<bool> m_stop{false};
-    std::thread m_looking;  ///< tells the map which columns earlier processes have left on disk
+    std::thread m_looking;  ///< registers the columns that earlier processes have left on disk
 };
 
 }  // namespace terravox::http

@@ -19,13 +19,14 @@ bool is_letter(char c) noexcept {
     return lower(c) >= 'a' && lower(c) <= 'z';
 }
 
-// May a path begin behind this? Not within a word, such as a file's name or 1/2.
+// Whether a path may begin after this character. Not within a word, such as a file's name or 1/2.
 bool may_precede_path(char c) noexcept {
     return std::string_view(" \t\n'\"`([{<=:,;|").find(c) != std::string_view::npos;
 }
 
-/// Where the path that begins at the front ends: at a mark that messages put behind names, or at a
-/// blank, unless a later word of the same part of the sentence looks like the rest of the path.
+/// The length of the path at the beginning of the text: up to a character that messages put after
+/// names, or to a blank, unless a later word of the same part of the sentence looks like the rest
+/// of the path.
 std::size_t path_length(std::string_view text) noexcept {
     std::size_t part = 0;
     while (part < text.size() &&
@@ -192,7 +193,7 @@ Coding choose_coding(std::string_view accept_encoding) noexcept {
         const std::size_t semicolon = std::min(one.find(';'), one.size());
         const std::string_view name = trim(one.substr(0, semicolon)),
                                weight = trim(one.substr(std::min(semicolon + 1, one.size())));
-        // q=0, q=0.0 ...: not wanted.
+        // q=0, q=0.0 ...: not acceptable.
         const bool wanted = !(weight.size() >= 3 && lower(weight[0]) == 'q' && weight[1] == '=' &&
                               weight.find_first_not_of("0.", 2) == std::string_view::npos);
         if (same_word(name, "zstd"))
@@ -221,7 +222,7 @@ BodyClaim body_claim(const Request& request) {
             std::from_chars(h.value.data(), h.value.data() + h.value.size(), bytes);
         if (error == std::errc::result_out_of_range)
             bytes = UINT64_MAX;
-        // Two lengths: one of the machines on the way would believe the other one.
+        // Two different lengths: a proxy on the way could use the other one (request smuggling).
         if (error == std::errc::invalid_argument || end != h.value.data() + h.value.size() ||
             h.value.empty() || seen)
             return {Kind::kMalformed, 0};

@@ -13,35 +13,38 @@ struct Header {
     std::string_view name, value;
 };
 
-/// What a client asked. Views are valid while the request is handled.
+/// A request of a client. The views are valid while the request is handled.
 struct Request {
     std::string_view method, path;  ///< path: as sent, not decoded, without the query
     std::vector<Header> headers;
     std::string_view query = {};  ///< as sent, not decoded, without the question mark
-    std::string_view body = {};   ///< read whole, where the route takes one
+    std::string_view body = {};   ///< complete, for routes that accept one
 
-    /// Values of all headers of that name (any case), in the order sent, joined by ", "; empty when
-    /// there is none.
+    /// Values of all headers of that name (case-insensitive), in the order sent, joined by ", ";
+    /// empty when there is none.
     [[nodiscard]] std::string header(std::string_view name) const;
     [[nodiscard]] bool has_header(std::string_view name) const noexcept;
 };
 
-/// Sends a part of a body. @return false when the client is gone: further parts are of no use
+/// Sends a part of a body.
+/// @return false when the client has disconnected: further parts are pointless
 using Write = std::function<bool(std::string_view)>;
 
-/// A reply. Content-Length, Date and Connection are left to the server that sends it.
+/// A reply. Content-Length, Date and Connection are added by the server that sends it.
 struct Response {
     int status = 200;
-    std::string head;  ///< header lines, each with its end; add() writes them
+    std::string head;  ///< header lines, each with its line end; written by add()
     std::shared_ptr<const std::string> body;  ///< nullptr: none
-    std::string_view fixed_body = {};  ///< instead of body: bytes that live as long as the program
-    std::function<void(const Write&)>
-        stream;  ///< instead of body: called once to send one of a length not known before
-    bool head_only =
-        false;           ///< reply to HEAD: the length of the body is told, the body is not sent
-    bool close = false;  ///< the connection must not be used again
+    /// Instead of `body`: bytes that live as long as the program.
+    std::string_view fixed_body = {};
+    /// Instead of `body`: called once to send a body whose length is not known in advance.
+    std::function<void(const Write&)> stream;
+    /// For the reply to HEAD: the length of the body is sent, the body is not.
+    bool head_only = false;
+    bool close = false;  ///< the connection must be closed after the reply
 
-    /// Control characters are left out: they would end the header. @return this
+    /// Control characters are removed: they could end the header.
+    /// @return this
     Response& add(std::string_view name, std::string_view value);
     /// @return the header's value, or "" when there is none
     [[nodiscard]] std::string header(std::string_view name) const;
@@ -50,31 +53,32 @@ struct Response {
     }
 };
 
-[[nodiscard]] bool same_word(std::string_view a, std::string_view b) noexcept;  ///< ASCII, any case
+/// Equality of ASCII words, case-insensitive.
+[[nodiscard]] bool same_word(std::string_view a, std::string_view b) noexcept;
 [[nodiscard]] std::string_view reason_phrase(int status) noexcept;
 
-/// An error's text without the folders of this machine: of each absolute path only the name at its
-/// end stays. Where it is not plain what belongs to a path (blanks in it), rather more goes than
-/// too little.
+/// An error's text without the folders of this machine: of each absolute path only the last
+/// component is kept. Where the end of a path is ambiguous (blanks in it), rather too much is
+/// removed than too little.
 [[nodiscard]] std::string without_folders(std::string_view text);
 
 [[nodiscard]] Response reply(int status, std::string_view content_type, std::string body);
-/// application/problem+json. Ref: Nottingham & Wilde, RFC 7807, 2016.
+/// A reply with an application/problem+json body. Ref: Nottingham & Wilde, RFC 7807, 2016.
 [[nodiscard]] Response problem(int status, const std::string& detail);
 
-/// Does If-None-Match name this entity tag (quotes included)? Weak comparison. Ref: Fielding et
-/// al., RFC 9110, 13.1.2.
+/// Whether If-None-Match contains this entity tag (quotes included), by weak comparison. Ref:
+/// Fielding et al., RFC 9110, 13.1.2.
 [[nodiscard]] bool etag_matches(std::string_view if_none_match, std::string_view etag) noexcept;
 
-/// How a body may be sent. Ref: RFC 9110, 12.5.3.
-enum class Coding { kIdentity, kZstd, kNone };  ///< kNone: the client takes neither
-/// @param accept_encoding the header's value; "": the client says nothing, and gets identity
+/// Content coding of a body. Ref: RFC 9110, 12.5.3.
+enum class Coding { kIdentity, kZstd, kNone };  ///< kNone: the client accepts neither
+/// @param accept_encoding the header's value; "": the client has no preference, and gets identity
 [[nodiscard]] Coding choose_coding(std::string_view accept_encoding) noexcept;
 
-/// What the headers say of a request's body.
+/// The body of a request as declared by its headers.
 struct BodyClaim {
     enum class Kind { kNone, kSome, kMalformed } kind = Kind::kNone;
-    std::uint64_t bytes = 0;  ///< of kSome
+    std::uint64_t bytes = 0;  ///< for kSome
 };
 [[nodiscard]] BodyClaim body_claim(const Request& request);
 

@@ -7,13 +7,13 @@
 namespace terravox::http {
 namespace {
 
-// The page loads nothing from elsewhere, and nobody else may show it as a part of theirs. Map tiles
-// come as blobs where there is a token.
+// The page loads nothing from other origins, and must not be embedded in other pages. Map tiles are
+// loaded as blobs where there is a token.
 constexpr std::string_view kPolicy =
     "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; img-src 'self' "
     "blob: data:; frame-ancestors 'none'; base-uri 'none'; form-action 'none'";
 
-// Bytes that are part of the program: their tag changes with the program alone.
+// Bytes compiled into the program: their tag changes only with the program.
 Response fixed(std::string_view content_type, std::string_view bytes, const Request& request) {
     const std::string etag = etag_of(XXH64(bytes.data(), bytes.size(), 0), "p");
     if (etag_matches(request.header("If-None-Match"), etag))

@@ -4,11 +4,11 @@
 
 namespace terravox::http {
 
-/// GET / and /page/{name}: the page and its files, which are part of the program; 404 for another
-/// name.
+/// GET / and /page/{name}: the page and its files, which are compiled into the program; 404 for an
+/// unknown name.
 [[nodiscard]] Response answer_page(const RouteRequest& asked);
 
-/// GET /openapi.json: docs/openapi.json, which is part of the program.
+/// GET /openapi.json: docs/openapi.json, which is compiled into the program.
 [[nodiscard]] Response answer_open_api(const RouteRequest& asked);
 
 }  // namespace terravox::http

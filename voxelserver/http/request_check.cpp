@@ -11,7 +11,7 @@ Response and_close(Response out) {
     return out;
 }
 
-// Two machines on the way of a request must not read it differently. Ref: RFC 9112, 3.2 and 5.1.
+// Proxies and this server must not interpret a request differently. Ref: RFC 9112, 3.2 and 5.1.
 std::string fault_of(const Request& request) {
     const auto is_token = [](char c) {
         return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') ||
@@ -75,7 +75,7 @@ std::optional<Response> refuse_method(const RouteFacts& route, const Request& re
         .add("Allow", allowed);
 }
 
-// A body that comes nevertheless must not be taken for the next request.
+// A body that arrives nevertheless must not be parsed as the next request.
 std::optional<Response> refuse_missing_body(const RouteFacts& route, const BodyClaim& claim) {
     if (route.post && claim.kind == BodyClaim::Kind::kNone)
         return and_close(problem(411, "read the request: no Content-Length, or 0; allowed: 1 to " +
@@ -108,7 +108,7 @@ std::optional<Response> RequestCheck::refusal(const RouteFacts& route,
     return refuse_missing_body(route, claim);
 }
 
-// HTTP/1.0 may leave the header out; browsers never do.
+// HTTP/1.0 allows the header to be omitted; browsers always send it.
 std::optional<Response> RequestCheck::refuse_host(const Request& request) const {
     const std::string host = request.header("Host");
     if (request.has_header("Host") && !m_names.allow(host))

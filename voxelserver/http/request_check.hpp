@@ -10,26 +10,26 @@
 
 namespace terravox::http {
 
-/// Compares the head of a request with what its route accepts. It knows neither the world nor the
+/// Validates the head of a request against its route. It depends neither on the world nor on the
 /// body. Immutable, thread-safe.
 ///
-/// The first reason to refuse counts, in this order:
-/// - 400 malformed headers (the connection is to be closed)
-/// - 421 a host name that is none of the server's (closed)
+/// The first reason for a refusal applies, in this order:
+/// - 400 malformed headers (the connection must be closed)
+/// - 421 a host name that is not one of the server's (closed)
 /// - 403 a web page of another origin (closed)
 /// - 400 a malformed length of the body
 /// - 413 a longer body than the route accepts; most routes accept none
 /// - 401 no valid token, where the server has one and the route is not open
 /// - 404 no such route
 /// - 405 a method other than that of the route; HEAD is accepted wherever GET is
-/// - 411 no body where the route needs one (closed)
+/// - 411 no body where the route requires one (closed)
 class RequestCheck {
 public:
     /// @param token "" = none is required
-    /// @param names that requests may have in their header Host
+    /// @param names allowed values of the header Host
     RequestCheck(std::string token, sockets::HttpNames names);
 
-    /// @return nothing where the request may be answered
+    /// @return nullopt when the request may be answered
     [[nodiscard]] std::optional<Response> refusal(const RouteFacts& route,
                                                   const Request& request) const;
 

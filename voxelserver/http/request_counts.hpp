@@ -9,11 +9,11 @@
 
 namespace terravox::http {
 
-/// Replies sent, by route and status, and how long they took. Thread-safe, without a lock: every
-/// request passes here.
+/// Counts of the replies sent, by route and status, and their durations. Thread-safe and lock-free,
+/// since every request is counted here.
 class RequestCounts {
 public:
-    /// Upper ends of the buckets of times, seconds; the last bucket has none.
+    /// Upper bounds of the buckets of durations, seconds; the last bucket has none.
     static constexpr std::array kBucketEnds_s = {0.0005, 0.001, 0.005, 0.01, 0.05,
                                                  0.1,    0.5,   1.0,   5.0,  30.0};
     static constexpr std::size_t kBuckets = kBucketEnds_s.size() + 1;
@@ -22,7 +22,7 @@ public:
     void add_bytes(std::uint64_t bytes) noexcept { m_bytes += bytes; }
 
     struct Times {
-        std::array<std::uint64_t, kBuckets> buckets{};  ///< not summed up
+        std::array<std::uint64_t, kBuckets> buckets{};  ///< not cumulative
         std::uint64_t count = 0;
         double seconds = 0;
     };

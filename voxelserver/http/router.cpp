@@ -6,13 +6,13 @@
 namespace terravox::http {
 namespace {
 
-// A body that was not read must not be taken for the next request.
+// An unread body must not be parsed as the next request.
 bool leaves_body_unread(const Request& request) {
     const BodyClaim claim = body_claim(request);
     return claim.kind == BodyClaim::Kind::kMalformed || claim.bytes != request.body.size();
 }
 
-// What a reply says of its connection follows from the request, not from what is replied.
+// The reply's connection headers depend on the request, not on the content of the reply.
 Response fit_to(const Request& request, Response out) {
     if (leaves_body_unread(request))
         out.close = true;

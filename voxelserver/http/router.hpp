@@ -12,24 +12,24 @@ namespace terravox::http {
 
 /// Answers requests about one world: a function of the request, without sockets. Thread-safe.
 ///
-/// It finds the route (routes.hpp), lets RequestCheck refuse what its head makes wrong and the
-/// Dispatcher answer the rest, and counts the replies; what is thrown meanwhile becomes a reply,
-/// too (error_reply.hpp). docs/openapi.json says for clients what each route answers. Errors are
-/// application/problem+json. No reply names a folder of this machine.
+/// It finds the route (routes.hpp), has the request's head validated by RequestCheck and the
+/// request answered by the Dispatcher, and counts the replies; exceptions become replies as well
+/// (error_reply.hpp). docs/openapi.json documents the replies of each route for clients. Errors are
+/// application/problem+json. No reply contains the name of a folder of this machine.
 class Router {
 public:
-    /// @param token  "" = anybody may ask
-    /// @param names  that requests may name in their header Host
+    /// @param token  "" = no token is required
+    /// @param names  allowed values of the header Host
     explicit Router(Service service, std::string token = "",
                     sockets::HttpNames names = sockets::HttpNames());
 
-    /// @throws only when there is no memory even for an error
+    /// @throws only when there is not enough memory for an error reply
     [[nodiscard]] Response handle(const Request& request);
 
-    /// What handle() would refuse for its head alone. To be asked before a body is read: a
-    /// stranger's is not worth reading.
-    /// @return nothing where the body is to be read, of as many bytes as the head says, and
-    /// handle() to be called with it
+    /// Checks the head of a request, without its body. Must be called before the body is read:
+    /// bodies of unauthorised requests are not read.
+    /// @return the reply to send; nullopt when the body (of as many bytes as the head declares)
+    /// should be read and handle() be called with it
     [[nodiscard]] std::optional<Response> refusal(const Request& request);
 
     [[nodiscard]] RequestCounts& counts() noexcept { return m_counts; }

@@ -33,7 +33,7 @@ constexpr bool in_order() {
 }
 static_assert(in_order());
 
-// "{y}.png" stands for anything that ends in ".png".
+// "{y}.png" matches anything that ends in ".png".
 bool part_fits(std::string_view pattern, std::string_view part) noexcept {
     if (pattern.empty() || pattern.front() != '{')
         return pattern == part;

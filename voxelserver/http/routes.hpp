@@ -8,7 +8,7 @@
 
 namespace terravox::http {
 
-/// What a request was for. kUnknown: no such path; kRefused: not even a request (malformed, too
+/// The route of a request. kUnknown: no such path; kRefused: not a valid request (malformed, too
 /// large, too late).
 enum class Route {
     kPage,
@@ -31,20 +31,21 @@ enum class Route {
 };
 inline constexpr std::size_t kRouteCount = static_cast<std::size_t>(Route::kRefused) + 1;
 
-/// One line of the interface.
+/// Description of one route.
 struct RouteFacts {
     Route route = Route::kUnknown;
-    std::string_view path;  ///< with {names} for what varies: also its name in statistics and in
-                            ///< docs/openapi.json
-    bool post = false;      ///< POST; otherwise GET and HEAD
-    bool open = false;      ///< needs no token
+    /// The path with {names} for its variables; also the name of the route in statistics and in
+    /// docs/openapi.json.
+    std::string_view path;
+    bool post = false;  ///< POST; otherwise GET and HEAD
+    bool open = false;  ///< requires no token
     std::size_t max_body_bytes = 0;
 };
 [[nodiscard]] std::span<const RouteFacts> routes() noexcept;
 [[nodiscard]] const RouteFacts& facts_of(Route route) noexcept;
 
-/// Parts of a path between its slashes. @return nothing for a path that does not begin with one, or
-/// of more parts than any route
+/// The parts of a path between its slashes. split_path() returns nullopt for a path that does not
+/// begin with a slash, or has more parts than any route.
 struct PathParts {
     std::array<std::string_view, 6> part;
     std::size_t count = 0;
@@ -57,8 +58,8 @@ struct RouteMatch {
     const RouteFacts& facts;
     PathParts parts;
 };
-/// @param path as sent @return kUnknown for a path that no route has; without parts where there are
-/// none
+/// @param path as sent
+/// @return kUnknown for a path that matches no route; without parts when the path cannot be split
 [[nodiscard]] RouteMatch match_route(std::string_view path) noexcept;
 
 }  // namespace terravox::http

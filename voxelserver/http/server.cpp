@@ -82,11 +82,12 @@ Address address_of(const ServerOptions& o) {
         "0.0.0.0 (all networks)");
 }
 
-// No thread_local of this file has a destructor: to register one, a thread's first reply would wait
-// for the dynamic loader's lock, which is held for long while the worlds module is loaded beside.
-// What is to be destroyed with a thread is the thread pointer of CivetWeb (new_buffer).
+// No thread_local in this file has a destructor: to register one, a thread's first reply would wait
+// for the dynamic loader's lock, which is held for long while the worlds module is loaded in the
+// background. Objects to be destroyed with a thread belong to CivetWeb's thread pointer
+// (new_buffer).
 
-// Written anew once a second and thread: it took a tenth of a small reply's time.
+// Formatted once a second per thread, since it took a tenth of the time of a small reply.
 std::string_view http_date() {
     thread_local std::time_t written = 0;
     thread_local std::array<char, 40> text{};
@@ -112,8 +113,7 @@ void append_head(std::string& out, const Response& r, Length length, bool keep_a
         out.append("Transfer-Encoding: chunked\r\n");
     else if (length == Length::kKnown && r.status != 204 && r.status != 304)
         out.append("Content-Length: ").append(std::to_string(r.bytes().size())).append("\r\n");
-    // No CORS header anywhere: no page of another origin may read a reply, nor show it as a part of
-    // its own.
+    // No CORS header anywhere: no page of another origin may read a reply, or embed it.
     out.append("X-Content-Type-Options: nosniff\r\nCross-Origin-Resource-Policy: same-origin\r\n");
     out.append(keep_alive ? "Connection: keep-alive\r\n\r\n" : "Connection: close\r\n\r\n");
 }
@@ -134,7 +134,7 @@ bool has_token(const std::string& list, std::string_view token) {
     return false;
 }
 
-// What CivetWeb decides from the same header; told to the client before.
+// The decision that CivetWeb makes from the same header, needed earlier for the reply's header.
 bool wants_keep_alive(const Request& request, const char* http_version) {
     const std::string connection = request.header("Connection");
     if (!connection.empty())
@@ -146,8 +146,8 @@ bool write_all(mg_connection* connection, const char* data, std::size_t bytes) n
     return bytes == 0 || mg_write(connection, data, bytes) == static_cast<int>(bytes);
 }
 
-// One call for head and body: each call is a packet and wakes the client. A large body goes on its
-// own after its first part.
+// One call for head and body: each call is a packet and wakes the client. The rest of a large body
+// is sent separately after its first part.
 bool send_whole(mg_connection* connection, const Response& r, bool keep_alive) {
     constexpr std::size_t kTogether = std::size_t{128} << 10;
     std::string& out = *static_cast<std::string*>(mg_get_thread_pointer(connection));
@@ -161,7 +161,7 @@ bool send_whole(mg_connection* connection, const Response& r, bool keep_alive) {
     return sent;
 }
 
-// HTTP/1.0 knows no chunks: there, the end of the connection ends the body.
+// HTTP/1.0 has no chunked encoding: there, closing the connection ends the body.
 bool send_stream(mg_connection* connection, const Response& r, bool chunked, bool keep_alive,
                  std::uint64_t& bytes) {
     std::string head;
@@ -169,8 +169,8 @@ bool send_stream(mg_connection* connection, const Response& r, bool chunked, boo
     bool alive = write_all(connection, head.data(), head.size());
     if (r.head_only)
         return alive;
-    // An error cannot be told any more: the stream ends where it is, and a client knows that it is
-    // not whole.
+    // An error can no longer be reported to the client: the stream is cut off, and the client
+    // detects that it is incomplete.
     const auto write = [&](std::string_view part) {
         if (part.empty())
             return alive;
@@ -195,7 +195,7 @@ bool send_stream(mg_connection* connection, const Response& r, bool chunked, boo
     return alive;
 }
 
-/// @return bytes of the body that were sent
+/// @return number of bytes of the body that were sent
 std::uint64_t send(mg_connection* connection, const Response& r, bool keep_alive,
                    bool http_1_0 = false) {
     if (r.stream && http_1_0)
@@ -203,8 +203,8 @@ std::uint64_t send(mg_connection* connection, const Response& r, bool keep_alive
     std::uint64_t bytes = r.head_only ? 0 : r.bytes().size();
     const bool sent = r.stream ? send_stream(connection, r, !http_1_0, keep_alive, bytes)
                                : send_whole(connection, r, keep_alive);
-    // Closing also keeps CivetWeb from reading (and waiting for) a body of any length that the
-    // client announced.
+    // Closing also prevents CivetWeb from reading (and waiting for) a body of any length that the
+    // client has announced.
     if (!sent || !keep_alive)
         mg_disable_connection_keep_alive(connection);
     return bytes;
@@ -213,7 +213,7 @@ std::uint64_t send(mg_connection* connection, const Response& r, bool keep_alive
 Request request_of(const mg_request_info& info) {
     Request out;
     out.method = info.request_method;
-    out.path = info.local_uri_raw;  // not decoded: no address of the interface needs an escape
+    out.path = info.local_uri_raw;  // not decoded: no path of the interface needs escapes
     if (info.query_string != nullptr)
         out.query = info.query_string;
     out.headers.reserve(static_cast<std::size_t>(info.num_headers));
@@ -222,7 +222,8 @@ Request request_of(const mg_request_info& info) {
     return out;
 }
 
-/// Reads a body of a known length. @return false when it did not come in time, or not whole
+/// Reads a body of a known length.
+/// @return false when it was not received in time, or is incomplete
 bool read_body(mg_connection* connection, std::uint64_t bytes, std::chrono::milliseconds timeout,
                std::string& body) {
     const auto give_up = std::chrono::steady_clock::now() + timeout;
@@ -237,15 +238,15 @@ bool read_body(mg_connection* connection, std::uint64_t bytes, std::chrono::mill
     return true;
 }
 
-// An eighth of the threads, one at least, is kept free of those who do not finish their requests.
+// Keeps an eighth of the threads, at least one, free of clients that do not finish their requests.
 sockets::SlowClients::Limits limits_of(const ServerOptions& options) {
     const int threads = std::max(options.request_threads, 1);
     return {std::max(threads - (threads + 7) / 8, 1), options.timeout};
 }
 
-// What CivetWeb itself refuses. 1.15 calls a header that is too long, too slow or cut off a
-// malformed message (400); where a version has a 413 for the first, that is about the header, which
-// is 431's meaning.
+// Replies for requests that CivetWeb itself refuses. 1.15 reports a header that is too long, too
+// slow or truncated as a malformed message (400); where a version uses 413 for the first, that is
+// about the header, for which 431 is the proper status.
 Response refusal(int status, const char* message) {
     std::string detail =
         std::string("read the request: ") + (message != nullptr ? message : "refused");
@@ -255,7 +256,7 @@ Response refusal(int status, const char* message) {
     return problem(status == 413 ? 431 : status, detail);
 }
 
-// OpenSSL is loaded, which takes milliseconds, only where it is needed.
+// OpenSSL, which takes milliseconds to load, is loaded only when it is needed.
 void init_library(bool with_tls) {
     static std::once_flag plain, secure;
     std::call_once(plain, [] { mg_init_library(MG_FEATURES_DEFAULT); });
@@ -288,11 +289,10 @@ void check_can_listen(const ServerOptions& options) {
         fail_to_listen(options, std::strerror(error));
 }
 
-/// CivetWeb calls back on its own threads, through C: nothing may be thrown there.
-///
-/// One lock guards the count of running requests, the flags and the message; it is not held while a
-/// request is answered. A request counts as answered, for m_slow_clients, from its last byte on:
-/// whoever sends a body slowly is as slow as who sends a header slowly.
+/// CivetWeb calls back on its own threads, through C: callbacks must not throw. One lock guards the
+/// count of running requests, the flags and the message; it is not held while a request is
+/// answered. For m_slow_clients a request is being answered only from its last byte on: a client
+/// that sends its body slowly is treated like one that sends its header slowly.
 class Server::Impl {
 public:
     Impl(Router& router, const ServerOptions& options)
@@ -312,8 +312,8 @@ public:
                           threads = std::to_string(std::max(options.request_threads, 1));
         const std::string request_ms = std::to_string(options.request_timeout.count()),
                           keep_ms = std::to_string(options.keep_alive_timeout.count());
-        // No document_root: CivetWeb serves no files. No check of Host against a domain: there is
-        // only one world here.
+        // No document_root: CivetWeb serves no files. Its check of Host against a domain is not
+        // used: the server has only one world.
         std::vector<const char*> settings = {"listening_ports",
                                              listen.c_str(),
                                              "num_threads",
@@ -357,7 +357,7 @@ public:
         try {
             m_slow_clients.watch(m_port);
         } catch (...) {
-            mg_stop(m_context);  // its threads know this object
+            mg_stop(m_context);  // its threads use this object
             throw;
         }
     }
@@ -374,7 +374,7 @@ public:
         if (m_context == nullptr)
             return;
         {
-            // mg_stop cuts replies short: let them finish first.
+            // mg_stop would truncate replies: let them finish first.
             std::unique_lock lock(m_mutex);
             m_draining = true;
             if (!m_finished.wait_for(lock, m_options.drain_timeout, [&] { return m_running == 0; }))
@@ -396,8 +396,8 @@ private:
         return *static_cast<Impl*>(mg_get_user_data(mg_get_context(connection)));
     }
 
-    // A thread's room for replies that are sent as a whole: taken anew for each of them, it would
-    // cost page faults.
+    // A buffer per thread for replies that are sent as a whole: allocating it for each of them
+    // would cost page faults.
     static void* new_buffer(const mg_context* /*context*/, int /*thread*/) noexcept {
         return new std::string;
     }
@@ -498,8 +498,8 @@ private:
         return std::nullopt;
     }
 
-    /// Reads the body into `body`, unless the head alone is enough to refuse the request.
-    /// @return what to send instead of an answer
+    /// Reads the body into `body`, unless the request can be refused by its head alone.
+    /// @return the reply to send in that case
     std::optional<Response> take_body(mg_connection* connection, Request& request,
                                       std::string& body) {
         if (auto refused = m_router.refusal(request))
@@ -537,8 +537,8 @@ private:
         return out;
     }
 
-    // CivetWeb leaves out further headers: one of them could announce a body, to be taken for the
-    // next request.
+    // CivetWeb ignores further headers: one of them could announce a body, which would then be
+    // parsed as the next request.
     Response too_many_headers() {
         Response out = problem(
             431, "read the request: " + std::to_string(MG_MAX_HEADERS) + " or more headers");

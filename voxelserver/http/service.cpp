@@ -9,8 +9,8 @@
 namespace terravox::http {
 namespace {
 
-constexpr std::size_t kWorthCompressing =
-    1400;  // what fits one packet anyway does not become faster
+// What fits into one packet anyway is not sent faster.
+constexpr std::size_t kWorthCompressing = 1400;
 
 }  // namespace
 
@@ -36,8 +36,8 @@ Response json_reply(std::string text, const Request& request) {
     return out;
 }
 
-// Kept by a client, but asked for again with If-None-Match each time: the server may have other
-// data tomorrow.
+// A client may cache it, but must revalidate it with If-None-Match each time: the server may have
+// other data tomorrow.
 void add_validators(Response& out, std::string_view etag) {
     out.add("ETag", etag).add("Cache-Control", "no-cache");
 }

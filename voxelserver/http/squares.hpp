@@ -10,7 +10,7 @@
 
 namespace terravox::http {
 
-/// A LiDAR square as the interface shows it.
+/// A LiDAR square as shown by the HTTP interface.
 struct SquareEntry {
     std::string name, state;  ///< "wanted", "fetched", "prepared", "failed"
     std::optional<std::string> file, error;
@@ -20,11 +20,11 @@ struct SquareEntry {
     std::int32_t min_x = 0, min_z = 0, max_x = 0, max_z = 0;  ///< voxels of level 0, half-open
 };
 
-/// RouteRequest for each reply: cheap and thread-safe.
+/// Called for each reply: must be cheap and thread-safe.
 using SquaresNow = std::function<std::vector<SquareEntry>()>;
 
-/// GeoJSON in the world's own CRS (named in the member `crs`), not in degrees: the page shows the
-/// world in it.
+/// GeoJSON in the world's own CRS (named in the member `crs`), not in degrees, because the page
+/// shows the world in that CRS.
 [[nodiscard]] std::string squares_json(const std::vector<SquareEntry>& squares,
                                        const voxel::WorldInfo& info);
 

@@ -10,9 +10,10 @@ namespace {
 
 using nlohmann::json;
 
-constexpr std::size_t kMaxKeys = 100'000;  // of each kind in a reply of /v2/cached
+constexpr std::size_t kMaxKeys = 100'000;  // limit for each kind in a reply of /v2/cached
 
-// As text at once: as values of a JSON library a long list would take fifty times as much.
+// Written directly as text: as values of a JSON library a long list would cost fifty times as
+// much.
 std::string boxes_text(const std::vector<voxel::BoxKey>& keys) {
     std::string out = "[";
     for (const voxel::BoxKey& key : keys)
@@ -122,7 +123,7 @@ Response answer_stats(Service& service, const RouteRequest& asked, const Request
 
 namespace {
 
-/// Writes metrics one after the other. Ref: Prometheus, "Exposition formats", text format 0.0.4.
+/// Writes metrics sequentially. Ref: Prometheus, "Exposition formats", text format 0.0.4.
 class MetricsText {
 public:
     void family(const char* name, const char* type, const char* help) {
@@ -188,7 +189,7 @@ struct CacheFacts {
     std::uint64_t hits, misses, evictions, bytes, entries, limit;
 };
 
-// All of a family stand together, as the format wants it.
+// All metrics of a family are consecutive, as the format requires.
 void write_caches(MetricsText& text, const std::vector<CacheFacts>& caches) {
     struct Family {
         const char *name, *type, *help;

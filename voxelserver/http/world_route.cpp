@@ -10,7 +10,7 @@
 namespace terravox::http {
 namespace {
 
-// The world as the format has it, and where its map is.
+// The world in its JSON format, with the address of its map.
 std::string world_text(const voxel::WorldInfo& info) {
     auto json = nlohmann::json::parse(voxel::world_to_json(info));
     json["map"] = {{"tile_px", map::kTilePx}, {"zooms", {0, info.levels - 1}}};

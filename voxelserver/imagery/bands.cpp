@@ -70,8 +70,9 @@ BandRoles roles_of(GDALDataset& image, const std::string& file_name) {
         else if (meaning == GCI_BlueBand || says == "blue")
             roles.blue = roles.blue == 0 ? b : roles.blue;
     }
+    // Described as near infrared, but tagged as if red, green, blue.
     if (infrared_told && roles.nir == 1 && roles.blue != 0 && bands < 4)
-        roles = {2, 3, 0, 1, false};  // described, but tagged as if red, green, blue
+        roles = {2, 3, 0, 1, false};
     if (infrared_told && roles.red != 0)
         return roles;
     if (bands >= 3 && has_word(name, {"irc", "cir"}))

@@ -6,26 +6,26 @@ class GDALDataset;
 
 namespace terravox::imagery {
 
-/// Which band of an image holds what: GDAL's numbers from 1, 0 = it has none.
+/// Assignment of an image's bands: GDAL's band numbers from 1, 0 = not present.
 struct BandRoles {
     int red = 0, green = 0, blue = 0;
     int nir = 0;
-    bool palette = false;  ///< the first band holds indices into a table of colours
+    bool palette = false;  ///< the first band holds indices into a colour table
     [[nodiscard]] bool colour() const noexcept { return blue != 0; }
 };
 
-/// Finds out what the bands hold. In this order:
-/// 1. band by band what the file says: a colour interpretation (near infrared where GDAL knows
-/// it: 3.10), or a description such as
-///    "nir", "near infrared", "pir";
+/// Determines what the bands hold, by these rules, in this order:
+/// 1. per band, the metadata of the file: a colour interpretation (near infrared where GDAL
+///    supports it: 3.10), or a description such as "nir", "near infrared", "pir";
 /// 2. a file name with the word "irc" or "cir" (no letter before or after it:
-/// "ortho_irc_2021.tif"), three bands or more: near infrared, red, green;
+///    "ortho_irc_2021.tif"), three bands or more: near infrared, red, green;
 /// 3. a file name with the word "rgbi", "rgbn" or "rgbnir": the fourth band is near infrared, even
-/// if tagged as alpha;
+///    if tagged as alpha;
 /// 4. four bands or more, the fourth neither alpha nor described: near infrared;
 /// 5. else red, green, blue in the order of the bands; fewer than three bands are grey.
-/// An image of near infrared, red and green alone gives no colour: its blue is not known, and an
-/// invented one would be painted.
+///
+/// An image that has only near infrared, red and green gives no colour: its blue is unknown, and an
+/// invented value would end up in the picture.
 [[nodiscard]] BandRoles roles_of(GDALDataset& image, const std::string& file_name);
 
 }  // namespace terravox::imagery

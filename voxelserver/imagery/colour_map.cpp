@@ -18,7 +18,7 @@ constexpr std::size_t kMaxEntries = 512;
 
 }  // namespace
 
-/// Builds a ColourMap out of a palette and those it extends.
+/// Builds a ColourMap from a palette and those that it extends.
 class ColourMapLoader {
 public:
     ColourMap load(const std::string& id_or_path) {
@@ -163,7 +163,7 @@ void ColourMap::build_sets(const std::vector<Entry>& entries) {
             std::uint32_t allowed =
                 m_candidates[g] & (r == 0 ? ~std::uint32_t{0} : m_rules[r - 1].only);
             if (allowed == 0)
-                allowed = m_candidates[g];  // a rule about other groups' materials
+                allowed = m_candidates[g];  // a rule about materials of other groups
             Set& set = m_sets[r][g];
             for (const Entry& e : entries) {
                 if ((allowed & bit_of(e.material)) == 0)
@@ -202,8 +202,8 @@ Material ColourMap::nearest(Rgb8 colour, Group group, float index) const noexcep
     double lightness = 0;
     const Place p = place_of(colour, lightness);
     const Set& set = set_for(group, index, lightness);
-    // Two plain loops, which compilers turn into vector code; one loop that remembers the nearest
-    // is three times slower.
+    // Two plain loops, which compilers vectorise; a single loop that tracks the nearest is three
+    // times slower.
     std::array<std::int32_t, kMaxEntries + 3> distances;
     const std::size_t count = set.material.size();
     std::int32_t least = std::numeric_limits<std::int32_t>::max();
@@ -241,8 +241,8 @@ void ColourMap::add_values(voxel::ByteWriter& out) const {
 }
 
 Material ColourMap::by_ndvi(Group group, float index) const noexcept {
-    constexpr double kUnknownLightness =
-        999;  // below no limit that a file may set, so that rules for dark colours do not fit
+    // Below no limit that a file may set, so that rules for dark colours do not apply.
+    constexpr double kUnknownLightness = 999;
     const Set& set = set_for(group, index, kUnknownLightness);
     const bool single = !set.material.empty() && set.materials == bit_of(set.material.front());
     return single ? set.material.front() : Material::kAir;

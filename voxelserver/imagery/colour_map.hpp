@@ -14,12 +14,13 @@ class ByteWriter;
 
 namespace terravox::imagery {
 
-/// What the LiDAR says a column's surface is: it limits what a colour may make of it.
+/// The kind of surface of a column by the LiDAR data: it limits the materials that a colour may
+/// select.
 enum class Group : std::uint8_t {
-    kNone,    ///< nothing there, or a thing that colours say nothing about (bridge, object): keeps
-              ///< its material
-    kGround,  ///< where the survey has no class for water: dark blue ground becomes water
-    kDryGround,  ///< where it has one
+    /// Empty, or a thing whose material is not refined by colour (bridge, object).
+    kNone,
+    kGround,  ///< Ground, where the survey has no class for water: dark blue ground becomes water.
+    kDryGround,  ///< ground, where the survey has a class for water
     kBuilding,
     kVegetation,
     kWater,
@@ -28,7 +29,7 @@ inline constexpr int kGroupCount = 6;
 
 inline constexpr float kNoNdvi = std::numeric_limits<float>::quiet_NaN();
 
-/// Normalized difference vegetation index, [-1, 1]; 0 where both are black.
+/// Normalized difference vegetation index, [-1, 1]; 0 where both values are 0.
 /// Ref: Rouse, Haas, Schell & Deering, "Monitoring Vegetation Systems in the Great Plains with
 /// ERTS", 1974.
 [[nodiscard]] constexpr float ndvi(std::uint8_t nir, std::uint8_t red) noexcept {
@@ -36,8 +37,8 @@ inline constexpr float kNoNdvi = std::numeric_limits<float>::quiet_NaN();
     return sum == 0 ? 0.0F : static_cast<float>(nir - red) / static_cast<float>(sum);
 }
 
-/// Which material a colour seen from above means: the nearest of a table of colours. Immutable,
-/// thread-safe.
+/// Maps a colour seen from above to a material: that of the nearest entry of a colour table.
+/// Immutable, thread-safe.
 class ColourMap {
 public:
     /// Reads config/palettes/<id>.toml, following `extends`. A path to a .toml file works too.
@@ -45,41 +46,45 @@ public:
     /// range
     static ColourMap load(const std::string& id_or_path);
 
-    /// The material of the nearest entry (to 1/64 of a unit of CIELAB; the first of equals in the
-    /// file's order) among the group's candidates that the index of vegetation leaves. kAir where
-    /// the group has no candidates: the column keeps its material.
+    /// The material of the nearest entry (to 1/64 of a unit of CIELAB; a tie is won by the first in
+    /// the file) among the group's candidates that the NDVI rules allow. kAir where the group has
+    /// no candidates: the column keeps its material.
     [[nodiscard]] voxel::Material nearest(voxel::Rgb8 colour, Group group,
                                           float ndvi = kNoNdvi) const noexcept;
 
-    /// Without a colour: the material where the index of vegetation leaves a single one, else kAir.
+    /// For columns without a colour: the material, where the NDVI rules leave a single candidate,
+    /// else kAir.
     [[nodiscard]] voxel::Material by_ndvi(Group group, float ndvi) const noexcept;
 
-    /// All that answers depend on; not notes, names or the order of a file's sections.
+    /// Adds all values that results depend on, for a fingerprint; not notes, names or the order of
+    /// a file's sections.
     void add_values(voxel::ByteWriter& out) const;
 
     [[nodiscard]] std::size_t entry_count() const noexcept { return m_entry_count; }
+    /// Bit m is set when material m is a candidate of the group.
     [[nodiscard]] std::uint32_t candidates(Group group) const noexcept {
         return m_candidates[static_cast<std::size_t>(group)];
-    }  ///< bit m: material m
+    }
 
 private:
     struct Entry {
         voxel::Material material{};
         voxel::Rgb8 colour;
     };
-    /// What an index of vegetation rules out. The first rule that fits counts.
+    /// A range of the vegetation index and the materials that it allows. The first matching rule
+    /// applies.
     struct NdviRule {
         float above = -2, below = 2;
-        double darker_than = 1000;  ///< L*
+        double darker_than = 1000;  ///< upper limit of the lightness, L*
         std::uint32_t only = ~std::uint32_t{0};
     };
-    /// A place in the colour space in whole steps of 1/64 (CIELAB) or 1/16 (RGB) of a unit: squared
-    /// distances fit 32 bits, are exact, and are compared four at a time.
+    /// A position in the colour space in whole steps of 1/64 (CIELAB) or 1/16 (RGB) of a unit, so
+    /// that squared distances are exact, fit in 32 bits, and can be compared four at a time.
     struct Place {
         std::int32_t x = 0, y = 0, z = 0;
     };
-    /// The places of the entries of one set of candidates, filled up to a multiple of four with the
-    /// first.
+    /// The entries of one set of candidates, as a structure of arrays, padded to a multiple of four
+    /// with the first entry.
     struct Set {
         std::vector<std::int32_t> x, y, z;
         std::vector<voxel::Material> material;
@@ -95,7 +100,7 @@ private:
     std::size_t m_entry_count = 0;
     std::array<std::uint32_t, kGroupCount> m_candidates{};
     std::vector<NdviRule> m_rules;
-    std::vector<std::array<Set, kGroupCount>> m_sets;  ///< [0] = no rule fits, [i + 1] = rule i
+    std::vector<std::array<Set, kGroupCount>> m_sets;  ///< [0] = no rule applies, [i + 1] = rule i
 };
 
 }  // namespace terravox::imagery

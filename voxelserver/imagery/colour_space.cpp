@@ -7,7 +7,7 @@
 namespace terravox::imagery {
 namespace {
 
-/// What one channel adds to X/Xn, Y/Yn and Z/Zn.
+/// The contributions of one channel to X/Xn, Y/Yn and Z/Zn.
 struct Share {
     double x, y, z;
 };
@@ -15,7 +15,7 @@ struct Share {
 using Shares = std::array<std::array<Share, 256>, 3>;
 
 Shares make_shares() noexcept {
-    // sRGB's linear light to XYZ; each row is divided by its sum, which is the white.
+    // Linear sRGB to XYZ; each row is divided by its sum, which is the white point.
     constexpr double kMatrix[3][3] = {{0.4124564, 0.3575761, 0.1804375},
                                       {0.2126729, 0.7151522, 0.0721750},
                                       {0.0193339, 0.1191920, 0.9503041}};

@@ -16,7 +16,7 @@ namespace {
 
 constexpr int kMaxRadius = 6;  ///< voxels
 
-/// For each row: how far beyond a patch its result is needed by the rows that read what it writes.
+/// For each row: how far beyond a patch its result is needed by the rows that read its output.
 std::vector<int> reaches_of(const Filters& filters, const std::vector<int>& radii) {
     std::vector<int> reach(filters.size(), 0);
     for (std::size_t i = filters.size(); i-- > 0;) {
@@ -82,9 +82,9 @@ std::array<int, kMaxRadius + 1> disc_of(int radius) {
     return half;
 }
 
-/// Runs one row over the part of a grid where its result is needed.
-/// Discs are counted by sums along rows: a disc of radius r is 2 r + 1 differences of two sums,
-/// side by side for a whole row.
+/// Runs one row over the part of a grid where its result is needed. The columns in a disc are
+/// counted with prefix sums along rows: a disc of radius r takes 2 r + 1 differences of two sums,
+/// evaluated in parallel for a whole row.
 class RowPass {
 public:
     RowPass(const Grid& grid, const FilterRow& row, int radius, int inset)
@@ -134,7 +134,8 @@ private:
                (m_grid.flags.empty() || (m_grid.flags[i] & Grid::kFixed) == 0);
     }
 
-    /// Which rows of the grid hold a column that may change; which materials there are at all.
+    /// Finds the rows of the grid that contain a column that may change, and the materials that
+    /// occur.
     void find_work() {
         m_work.assign(static_cast<std::size_t>(m_grid.height), 0);
         for (int z = m_inset; z < m_grid.height - m_inset; ++z)
@@ -153,7 +154,7 @@ private:
             m_present |= bit_of(m);
     }
 
-    /// Adds, for each column of a row with work, how many columns of its disc have one of
+    /// Adds, for each column of a row with work, the number of columns of its disc that have one of
     /// `materials`.
     void count(std::uint32_t materials, std::vector<std::uint16_t>& into) {
         if ((materials & m_present) == 0)
@@ -245,8 +246,8 @@ private:
     std::uint32_t m_present = 0;
     std::vector<std::uint8_t> m_work;
     std::vector<std::uint16_t> m_sums, m_votes, m_total, m_best, m_own;
-    std::vector<Material> m_votes_for,
-        m_winner;  ///< of the grid's columns (kAir: none); of the part's
+    /// m_votes_for: for the grid's columns (kAir: none); m_winner: for the part's.
+    std::vector<Material> m_votes_for, m_winner;
 };
 
 }  // namespace
@@ -264,7 +265,7 @@ void add_values(const Filters& filters, voxel::ByteWriter& out) {
 }
 
 Filters load_filters(const std::string& id_or_path) {
-    constexpr std::size_t kMaxRows = kMaxMargin;  // each looks one voxel far at least
+    constexpr std::size_t kMaxRows = kMaxMargin;  // each reads at least one voxel beyond its column
     Filters out;
     for (const PaletteFile& file : read_palette(id_or_path)) {
         const auto rows = file.rows("filter");
@@ -319,8 +320,8 @@ void apply_filters(Grid& grid, const Filters& filters, double voxel_m) {
     for (const Material m : grid.material)
         present |= bit_of(m);
     for (std::size_t i = 0; i < filters.size(); ++i) {
-        // Nothing to change, or nobody who could win: on most of the land some materials are not
-        // there at all.
+        // Nothing to change, or no material that could win: in most areas some materials do not
+        // occur at all.
         const FilterRow& row = filters[i];
         const bool isolated = row.at_most_permille >= 0;
         const std::uint32_t winners = row.to ? bit_of(*row.to) : row.by;

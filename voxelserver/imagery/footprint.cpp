@@ -9,7 +9,7 @@ namespace {
 constexpr int kShift = 16;
 static_assert(PixelPlace::kOne == std::int64_t{1} << kShift);
 
-/// Sums pixels with weights.
+/// Accumulates weighted pixels.
 struct Sum {
     std::uint64_t r = 0, g = 0, b = 0, nir = 0, weight = 0;
     void add(const Pixel& p, std::uint64_t w) noexcept {
@@ -27,7 +27,7 @@ struct Sum {
     }
 };
 
-/// The pixels of a window by image coordinates.
+/// Access to the pixels of a window by image coordinates.
 class View {
 public:
     explicit View(const Pixels& pixels) noexcept
@@ -55,8 +55,8 @@ private:
 };
 
 Pixel bilinear(const View& view, PixelPlace centre) noexcept {
-    const std::int64_t u = centre.u - PixelPlace::kOne / 2,
-                       v = centre.v - PixelPlace::kOne / 2;  // pixel centres become whole numbers
+    // Shifted so that pixel centres are integers.
+    const std::int64_t u = centre.u - PixelPlace::kOne / 2, v = centre.v - PixelPlace::kOne / 2;
     const std::int64_t iu = u >> kShift, iv = v >> kShift;
     const auto fu = static_cast<std::uint64_t>(u & (PixelPlace::kOne - 1)),
                fv = static_cast<std::uint64_t>(v & (PixelPlace::kOne - 1));
@@ -73,7 +73,7 @@ Pixel bilinear(const View& view, PixelPlace centre) noexcept {
     return sum.mean();  // the pixel under the centre has data and at least a quarter of the weight
 }
 
-/// All samples lie in the window and have data: plain 32-bit sums.
+/// For samples that all lie in the window and have data: plain 32-bit sums.
 Pixel plain_mean(const View& view, PixelPlace centre, const PixelPlace* offsets,
                  int count) noexcept {
     std::uint32_t r = 0, g = 0, b = 0, nir = 0;
@@ -95,8 +95,8 @@ Pixel plain_mean(const View& view, PixelPlace centre, const PixelPlace* offsets,
 }  // namespace
 
 int samples_for(double pixels_per_voxel) noexcept {
-    constexpr double kSame =
-        1.0 + 1e-6;  // pixels as wide as voxels: bilinear is their mean over a column
+    // Pixels as wide as voxels: bilinear interpolation equals their mean over a column.
+    constexpr double kSame = 1.0 + 1e-6;
     if (!(pixels_per_voxel > kSame))
         return 1;
     return static_cast<int>(std::clamp(std::ceil(pixels_per_voxel - 1e-6), 4.0, 16.0));
@@ -126,8 +126,8 @@ ColumnPlaces places_of(const PixelMap& map, const ColumnRect& rect) {
         const PixelPlace dx = cell.step_x(), dz = cell.step_z();
         for (int j = 0; j < n; ++j)
             for (int i = 0; i < n; ++i) {
-                const std::int64_t a = 2 * i + 1 - n,
-                                   b = 2 * j + 1 - n;  // in 2n-ths of a column from its centre
+                // In units of 1/2n of a column from its centre.
+                const std::int64_t a = 2 * i + 1 - n, b = 2 * j + 1 - n;
                 out.offsets.push_back(
                     {(a * dx.u + b * dz.u) / (2 * n), (a * dx.v + b * dz.v) / (2 * n)});
             }
@@ -136,8 +136,8 @@ ColumnPlaces places_of(const PixelMap& map, const ColumnRect& rect) {
 }
 
 PixelWindow window_of(const ColumnPlaces& places, int image_width, int image_height) noexcept {
-    std::int64_t reach_u = PixelPlace::kOne,
-                 reach_v = PixelPlace::kOne;  // bilinear asks one pixel further
+    // Bilinear interpolation needs one pixel more.
+    std::int64_t reach_u = PixelPlace::kOne, reach_v = PixelPlace::kOne;
     for (const PixelPlace& o : places.offsets) {
         reach_u = std::max(reach_u, std::abs(o.u) + 1);
         reach_v = std::max(reach_v, std::abs(o.v) + 1);
@@ -179,7 +179,7 @@ bool mean_at(const ColumnPlaces& places, std::size_t index, const Pixels& pixels
     const int count = places.samples * places.samples;
     const PixelPlace* offsets =
         &places.offsets[places.cell[index] * static_cast<std::size_t>(count)];
-    // A footprint is a parallelogram: its four corners bound it.
+    // A footprint is a parallelogram, so it is bounded by its four corners.
     const auto inside = [&](int i) {
         return view.holds((centre.u + offsets[i].u) >> kShift, (centre.v + offsets[i].v) >> kShift);
     };

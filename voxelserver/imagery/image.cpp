@@ -14,7 +14,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// "YYYY:MM:DD hh:mm:ss" as TIFF and EXIF write it; anything else is no date.
+/// "YYYY:MM:DD hh:mm:ss" as in TIFF and EXIF; anything else is not a date.
 std::string date_of(GDALDataset& data) {
     for (const char* key : {"TIFFTAG_DATETIME", "EXIF_DateTimeOriginal", "EXIF_DateTime"}) {
         const char* text = data.GetMetadataItem(key);
@@ -59,7 +59,7 @@ void Image::open() {
     m_data = geo::open_raster(m_path, "read the orthophoto", m_overview);
     if (m_data->GetRasterXSize() < 1 || m_data->GetRasterYSize() < 1)
         fail("an image without pixels");
-    // A file may claim one block of any size; GDAL would ask for the memory before it looks at the
+    // A file may declare a block of any size; GDAL would allocate the memory before it reads the
     // data.
     constexpr double kMaxBlock_bytes = 512e6;
     int block_x = 0, block_y = 0;
@@ -93,8 +93,8 @@ void Image::learn_values() {
     GDALRasterBand* first = m_data->GetRasterBand(1);
     const GDALDataType type = first->GetRasterDataType();
     m_wide = type != GDT_Byte;
-    // Values of 12 bits in 16 are not shifted by 8; types that are no plain 16-bit numbers are
-    // taken to be [0, 255].
+    // Values of 12 bits in 16 are not shifted by 8; types other than unsigned 16-bit numbers are
+    // assumed to be in [0, 255].
     m_shift = type == GDT_UInt16 ? 8 : 0;
     if (const char* bits = first->GetMetadataItem("NBITS", "IMAGE_STRUCTURE");
         bits != nullptr && type == GDT_UInt16)
@@ -134,8 +134,8 @@ void Image::learn_values() {
 }
 
 void Image::choose_overview(double pixels_per_voxel) {
-    constexpr double kEnough = 8,
-                     kMin = 4;  // pixels to a voxel's edge: more than enough; what must be left
+    // Pixels per voxel edge: more than sufficient; the minimum that must remain.
+    constexpr double kEnough = 8, kMin = 4;
     if (!(pixels_per_voxel > kEnough) || m_overview >= 0)
         return;
     open();
@@ -176,7 +176,7 @@ void Image::read(const PixelWindow& window, Pixels& out) {
 }
 
 void Image::read_bands(const PixelWindow& window, Pixels& out) {
-    // One call for all bands: pixel-interleaved files are then unpacked once.
+    // One call for all bands: pixel-interleaved files are then decoded once.
     const CPLErr failed = m_data->RasterIO(
         GF_Read, window.x, window.y, window.width, window.height, out.values.data(), window.width,
         window.height, GDT_Byte, static_cast<int>(m_bands.size()), m_bands.data(), sizeof(Pixel),
@@ -218,7 +218,7 @@ void Image::read_wide(const PixelWindow& window, Pixels& out) {
                                        [&](std::uint16_t x) { return x != m_nodata; })
                                ? 1
                                : 0;
-        // An index of a palette is no brightness.
+        // An index of a palette is not a brightness.
         out.values[i].r =
             m_roles.palette ? static_cast<std::uint8_t>(std::min<int>(v[0], 255)) : narrow(v[0]);
         if (bands >= 3) {
@@ -255,7 +255,7 @@ void Image::apply_mask(const PixelWindow& window, Pixels& out) {
                        window.width, window.height, GDT_Byte, 0, 0, nullptr);
     if (failed != CE_None)
         fail("damaged: " + geo::QuietGdal::reason());
-    constexpr std::uint8_t kHalf = 128;  // of an alpha band: mostly see-through is no data
+    constexpr std::uint8_t kHalf = 128;  // of an alpha band: mostly transparent counts as no data
     for (std::uint8_t& v : out.valid)
         v = v >= kHalf ? 1 : 0;
 }

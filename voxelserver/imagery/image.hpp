@@ -15,7 +15,8 @@
 
 namespace terravox::imagery {
 
-/// GDAL's data sets and PROJ's transformations are not thread-safe: whoever calls them holds this.
+/// The mutex that must be held for every use of GDAL data sets and PROJ transformations, which are
+/// not thread-safe.
 [[nodiscard]] std::mutex& gdal_mutex();
 
 /// A rectangle of an image's own pixels.
@@ -23,7 +24,7 @@ struct PixelWindow {
     int x = 0, y = 0, width = 0, height = 0;
 };
 
-/// One pixel as 8-bit values. What the image does not have is 0.
+/// One pixel as 8-bit values; 0 for missing bands.
 struct Pixel {
     std::uint8_t r = 0, g = 0, b = 0, nir = 0;
 };
@@ -31,39 +32,38 @@ struct Pixel {
 struct Pixels {
     PixelWindow window;
     std::vector<Pixel> values;        ///< row by row
-    std::vector<std::uint8_t> valid;  ///< empty: all of them; else 0 = no data
+    std::vector<std::uint8_t> valid;  ///< empty: all pixels are valid; else 0 = no data
 };
 
-/// One image file. Nothing is resampled here: pixels come as they are in the file (or in the
-/// overview chosen), so what is read does not depend on the window. Every member function needs the
-/// caller to hold gdal_mutex().
+/// One image file. No resampling is done here: pixels are returned as stored in the file (or in the
+/// selected overview), so that values do not depend on the window. Every member function requires
+/// the caller to hold gdal_mutex().
 class Image {
 public:
-    /// Reads what the file says of itself. @throws Error naming the file when it is missing, no
-    /// image, or has no place on Earth
+    /// Opens the file and reads its metadata.
+    /// @throws Error naming the file when it is missing, not an image, or not georeferenced
     explicit Image(const std::filesystem::path& path);
 
-    /// From now on reads an overview whose pixels are still well below `pixels_per_voxel` times
-    /// smaller than a voxel, if there is one.
+    /// Selects the overview to be read from now on, if there is one: its pixels must still be well
+    /// below `pixels_per_voxel` times smaller than a voxel.
     void choose_overview(double pixels_per_voxel);
 
     [[nodiscard]] const std::filesystem::path& path() const noexcept { return m_path; }
     [[nodiscard]] const std::optional<geo::Crs>& crs() const noexcept { return m_crs; }
-    /// Pixel coordinates to coordinates of crs(), in GDAL's order.
+    /// The geotransform: pixel coordinates to coordinates of crs(), in GDAL's order.
     [[nodiscard]] const std::array<double, 6>& geo() const noexcept { return m_geo; }
     [[nodiscard]] int width() const noexcept { return m_width; }
     [[nodiscard]] int height() const noexcept { return m_height; }
     [[nodiscard]] const BandRoles& roles() const noexcept { return m_roles; }
-    [[nodiscard]] const std::string& date() const noexcept {
-        return m_date;
-    }  ///< "2021:06:14 10:30:00"; empty when the file does not tell
+    /// "2021:06:14 10:30:00"; empty when the file does not contain a date.
+    [[nodiscard]] const std::string& date() const noexcept { return m_date; }
 
     /// @param window inside the image, not empty
     /// @throws Error naming the file when it is damaged
     void read(const PixelWindow& window, Pixels& out);
 
     [[nodiscard]] bool is_open() const noexcept { return m_data != nullptr; }
-    void close() noexcept { m_data.reset(); }  ///< the next read opens it again
+    void close() noexcept { m_data.reset(); }  ///< the next read reopens it
 
 private:
     enum class Mask : std::uint8_t { kNone, kValue, kBand };
@@ -87,8 +87,8 @@ private:
     std::vector<int> m_bands;  ///< in the order of Pixel's members
     std::vector<Pixel> m_palette;
     std::vector<std::uint8_t> m_palette_valid;
-    bool m_wide = false;  ///< 16 bits a value
-    int m_shift = 8;      ///< of wide values, to 8 bits
+    bool m_wide = false;  ///< whether values have 16 bits
+    int m_shift = 8;      ///< right shift that converts wide values to 8 bits
     Mask m_mask = Mask::kNone;
     std::uint16_t m_nodata = 0;
 };

@@ -27,7 +27,8 @@ std::string lower(std::string text) {
     return text;
 }
 
-// The text, not the images: whoever asks what a world is need not be able to read them.
+// Reads the text, not the images: computing the identity of a world must not require access to
+// them.
 std::vector<fs::path> sources_of(const fs::path& vrt) {
     std::ifstream in(vrt, std::ios::binary);
     std::error_code failed;

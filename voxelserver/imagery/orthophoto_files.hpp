@@ -5,7 +5,7 @@
 
 namespace terravox::imagery {
 
-/// The images that paths name, and those in the folders that they name.
+/// Expands the given paths to image files, replacing folders by the images in them.
 /// @throws UsageError for a path that does not exist
 [[nodiscard]] std::vector<std::filesystem::path> orthophoto_files(
     const std::vector<std::filesystem::path>& paths);

@@ -37,11 +37,11 @@ struct Orthophotos::Layer {
     }
 };
 
-/// Keeps the number of open files below what a process may have: the one used longest ago is
-/// closed. Behind gdal_mutex().
+/// Limits the number of open files to what a process may have: the least recently used one is
+/// closed. Guarded by gdal_mutex().
 struct Orthophotos::OpenFiles {
     static constexpr std::size_t kMax = 256;
-    std::list<Image*> used;  ///< last used first
+    std::list<Image*> used;  ///< most recently used first
     void use(Image& image) {
         const auto found = std::find(used.begin(), used.end(), &image);
         if (found != used.end())
@@ -57,7 +57,7 @@ struct Orthophotos::OpenFiles {
 
 namespace {
 
-/// Whether the image still has something to tell of some column.
+/// Whether the image can still contribute to any column.
 bool wanted(const Raster& raster, const ColumnRect& part, const ColumnRect& whole,
             std::uint8_t has) {
     if (raster.empty())
@@ -93,7 +93,7 @@ void put(Raster& raster, std::size_t at, const Pixel& p, std::uint8_t has) {
     raster.flags[at] |= news;
 }
 
-/// Puts what one image shows of `part` into the raster of `whole`.
+/// Writes the values of one image for `part` into the raster of `whole`.
 void fill(Raster& raster, const ColumnRect& whole, const ColumnPlaces& places, const Pixels& pixels,
           std::uint8_t has) {
     for (int z = 0; z < places.rect.height; ++z)
@@ -112,7 +112,7 @@ void fill(Raster& raster, const ColumnRect& whole, const ColumnPlaces& places, c
         }
 }
 
-/// Side of the blocks of columns that are read at once: their pixels stay below some 16 million.
+/// Side of the blocks of columns that are read at once: limits their pixels to some 16 million.
 int block_side(double pixels_per_voxel) {
     return static_cast<int>(std::clamp(4096 / pixels_per_voxel, 1.0, 256.0));
 }
@@ -154,7 +154,7 @@ void Orthophotos::warn_of_outside(const grid::ColumnRect& world) const {
             continue;
         ++outside;
         if (shown == nullptr || (shown->image.crs() && !layer->image.crs()))
-            shown = layer.get();  // one whose CRS is a guess says most
+            shown = layer.get();  // one whose CRS was assumed is the most informative
     }
     if (shown == nullptr)
         return;

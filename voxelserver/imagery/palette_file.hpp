@@ -11,8 +11,8 @@
 
 namespace terravox::imagery {
 
-/// One file of config/palettes, parsed, with the checks that all its readers share. Every failure
-/// is an Error that names the file, the field, the value and what is allowed.
+/// One parsed file of config/palettes, with the checks shared by all its readers. Every failure is
+/// an Error that names the file, the field, the value and the allowed range.
 class PaletteFile {
 public:
     explicit PaletteFile(std::filesystem::path path);
@@ -20,17 +20,17 @@ public:
     [[nodiscard]] const toml::table& root() const noexcept { return m_root; }
 
     [[noreturn]] void fail(const std::string& what) const;
-    /// A number of [least, most]; `otherwise` where the field is not set.
+    /// A number in [least, most]; `otherwise` where the field is not set.
     [[nodiscard]] double number(const toml::table& table, const std::string& where,
                                 const char* field, double least, double most,
                                 double otherwise) const;
     [[nodiscard]] voxel::Material material(const std::string& where, const std::string& name) const;
-    /// The materials of a list as bits, bit m for material m; 0 where the field is not set.
+    /// The materials of a list as a bit mask, bit m for material m; 0 where the field is not set.
     [[nodiscard]] std::uint32_t materials(const toml::table& table, const std::string& where,
                                           const char* field) const;
     /// The tables of [[name]]; empty where there are none.
     [[nodiscard]] std::vector<const toml::table*> rows(const char* name) const;
-    /// Refuses a field that no one reads: a misspelt one would otherwise do nothing, silently.
+    /// Rejects fields that no reader uses: a misspelt one would otherwise be ignored silently.
     void allow_only(const toml::table& table, const std::string& where,
                     std::initializer_list<std::string_view> fields) const;
 
@@ -43,9 +43,9 @@ private:
     return std::uint32_t{1} << static_cast<unsigned>(m);
 }
 
-/// The file of config/palettes/<id>.toml, or of a path that ends in .toml, after those that it
-/// extends: the base first.
-/// @throws UsageError for an unknown id (listing those there are); Error for a bad file
+/// Reads config/palettes/<id>.toml, or a path that ends in .toml, and the files that it extends:
+/// the base first.
+/// @throws UsageError for an unknown id (listing the available ones); Error for a bad file
 [[nodiscard]] std::vector<PaletteFile> read_palette(const std::string& id_or_path);
 
 }  // namespace terravox::imagery

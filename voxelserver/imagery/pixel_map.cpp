@@ -8,7 +8,8 @@
 namespace terravox::imagery {
 namespace {
 
-constexpr int kEdgeParts = 16;  // of each edge, when an image's outline is moved to another CRS
+// Segments per edge, when an image's outline is transformed to another CRS.
+constexpr int kEdgeParts = 16;
 
 /// The outline of an image in the coordinates of its CRS.
 void outline(const Image& image, std::vector<double>& x, std::vector<double>& y) {
@@ -24,8 +25,8 @@ void outline(const Image& image, std::vector<double>& x, std::vector<double>& y)
         }
 }
 
-/// A place is kept only if 64-bit arithmetic on it cannot overflow; an absurd one is no part of any
-/// image.
+/// A position is accepted only if 64-bit arithmetic on it cannot overflow; an absurd one is outside
+/// of any image.
 std::int64_t fixed(double pixels) noexcept {
     constexpr double kFar = 1e12;
     return pixels > -kFar && pixels < kFar
@@ -54,7 +55,7 @@ PixelMap::PixelMap(const grid::Frame& frame, const Image& image) : m_frame(&fram
     const auto [west, east] = std::minmax_element(x.begin(), x.end());
     const auto [south, north] = std::minmax_element(y.begin(), y.end());
     m_extent = {frame.x(*west), frame.z(*north), frame.x(*east), frame.z(*south)};
-    // An outline between its points bulges by less than a part in 64 of an edge, whatever the
+    // Between its points, an outline deviates by less than 1/64 of an edge, whatever the
     // projection.
     m_room = 2 + std::max(m_extent.x1 - m_extent.x0, m_extent.z1 - m_extent.z0) / 64;
     const double cx = std::clamp((m_extent.x0 + m_extent.x1) / 2, -1e9, 1e9),
@@ -67,8 +68,8 @@ PixelMap::PixelMap(const grid::Frame& frame, const Image& image) : m_frame(&fram
 }
 
 grid::ColumnRect PixelMap::influence() const noexcept {
-    // A column counts when its centre lies in the image; only the outline in another CRS is not
-    // quite known.
+    // A column counts when its centre lies in the image; only an outline in another CRS is not
+    // exactly known.
     const double room = m_to_image ? m_room : 1;
     const auto cut = [](double v, double otherwise) {
         return static_cast<std::int32_t>(std::isfinite(v) ? std::clamp(v, -2e9, 2e9) : otherwise);

@@ -7,8 +7,8 @@
 
 namespace terravox::imagery {
 
-/// What images say of a rectangle of columns, index = z * width + x. The vectors are empty where
-/// there is no image at all.
+/// The images' values for a rectangle of columns, index = z * width + x. The vectors are empty
+/// where there is no image at all.
 struct Raster {
     static constexpr std::uint8_t kColour = 1;  ///< flag: `colour` is known
     static constexpr std::uint8_t kNir = 2;     ///< flag: `nir` and `red` are known
@@ -16,8 +16,9 @@ struct Raster {
     int width = 0, height = 0;
     std::vector<voxel::Rgb8> colour;
     std::vector<std::uint8_t> nir;  ///< near infrared
-    std::vector<std::uint8_t>
-        red;  ///< of the image that `nir` is from: only the two together make a vegetation index
+    /// Red value of the same image that `nir` comes from, since only the two together give a
+    /// vegetation index.
+    std::vector<std::uint8_t> red;
     std::vector<std::uint8_t> flags;
 
     [[nodiscard]] bool empty() const noexcept { return flags.empty(); }

@@ -11,7 +11,7 @@ using voxel::Rgb8;
 
 namespace {
 
-/// A class that only says "ground" or "roof" leaves open which; any other is believed.
+/// A class that says only "ground" or "roof" leaves the material open; any other class is definite.
 bool is_open(Group group, Material own) noexcept {
     switch (group) {
         case Group::kGround:

@@ -19,7 +19,7 @@ char lower(char c) noexcept {
     return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
 }
 
-// GDAL takes names of elements and attributes in any case.
+// GDAL compares names of elements and attributes case-insensitively.
 bool same_name(std::string_view a, std::string_view b) noexcept {
     return std::equal(a.begin(), a.end(), b.begin(), b.end(),
                       [](char x, char y) { return lower(x) == lower(y); });
@@ -53,7 +53,7 @@ void append_utf8(std::string& out, std::uint32_t code) {
     }
 }
 
-/// @param name what stands between & and ;
+/// @param name the text between & and ;
 bool append_entity(std::string& out, std::string_view name) {
     constexpr std::pair<std::string_view, char> kNamed[] = {
         {"amp", '&'}, {"lt", '<'}, {"gt", '>'}, {"quot", '"'}, {"apos", '\''}};
@@ -75,7 +75,7 @@ bool append_entity(std::string& out, std::string_view name) {
 }
 
 std::string unescaped(std::string_view text) {
-    constexpr std::size_t kLongest = 10;  // of an entity
+    constexpr std::size_t kLongest = 10;  // length of an entity
     std::string out;
     for (std::size_t i = 0; i < text.size(); ++i) {
         const std::size_t end =
@@ -113,7 +113,7 @@ bool is_relative(std::string_view attributes) {
 std::vector<fs::path> vrt_sources(std::string_view text, const fs::path& folder, std::size_t most) {
     std::vector<fs::path> out;
     std::set<fs::path> seen;  // each band of a mosaic names the same files
-    // Never back: whatever the text is, each of its bytes is looked at a few times only.
+    // Never moves backwards: for any text, each byte is examined only a few times.
     for (std::size_t at = text.find('<'); at != std::string_view::npos && out.size() < most;
          at = text.find('<', at)) {
         const std::size_t name_end = text.find_first_of(" \t\r\n/><", ++at);

@@ -18,13 +18,13 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// Of the header. Ref: ASPRS, "LAS Specification 1.4 - R15", 2019, section 2.4.
+// Offsets in the header. Ref: ASPRS, "LAS Specification 1.4 - R15", 2019, section 2.4.
 constexpr std::uint64_t kEncodingAt = 6, kPointsAt = 96, kRecordBytesAt = 105, kWaveformsAt = 227,
                         kExtendedAt = 235, kExtendedCountAt = 243;
 constexpr std::uint16_t kInternalWaveforms = 2;
 
-/// LAS 1.4 counts points twice, with 32 and with 64 bits; LASzip refuses headers in which the two
-/// differ. The field that belongs to the point format is kept.
+/// LAS 1.4 stores point counts twice, with 32 and with 64 bits; LASzip refuses headers in which the
+/// two differ. The field that belongs to the point format is kept.
 void agree_on_counts(laszip_header_struct& header) {
     if (header.version_minor < 4)
         return;
@@ -42,7 +42,7 @@ void agree_on_counts(laszip_header_struct& header) {
         agree(header.number_of_points_by_return[i], header.extended_number_of_points_by_return[i]);
 }
 
-/// LASzip's writer; closes itself.
+/// RAII wrapper of LASzip's writer.
 class Writer {
 public:
     Writer(const fs::path& path, const fs::path& shown, const laszip_header_struct& from)
@@ -51,8 +51,8 @@ public:
             fail("LASzip could not start");
         try {
             laszip_header_struct header = from;
-            // LASzip would note an offset that its file does not have; what is behind the points is
-            // added later.
+            // LASzip would store an offset that its file does not have; the data after the points
+            // are appended later.
             header.start_of_waveform_data_packet_record = 0;
             header.start_of_first_extended_variable_length_record = 0;
             header.number_of_extended_variable_length_records = 0;
@@ -99,7 +99,7 @@ private:
     bool m_open = false;
 };
 
-/// What stands behind the points of a plain file, and who says so.
+/// The data after the points of an uncompressed file, and the header fields that refer to them.
 struct Tail {
     std::uint64_t at = 0, bytes = 0;
     std::uint64_t waveforms = 0, extended = 0;  ///< offsets in the file; 0 = none
@@ -124,8 +124,8 @@ Tail find_tail(const pointcloud::FileBytes& file, const lidar::LasInfo& info) {
         if (tail.extended_count != 0)
             tail.extended = within(file.at<std::uint64_t>(kExtendedAt), "extended records");
     }
-    // Bytes that nobody speaks of are left over from a writer that appended; they belong to no
-    // reader.
+    // Bytes that no header field refers to are leftovers of a writer that appended; no reader uses
+    // them.
     if (tail.waveforms != 0 || tail.extended != 0)
         tail.bytes = file.size() - tail.at;
     return tail;
@@ -153,7 +153,7 @@ void add_tail(const pointcloud::FileBytes& from, const Tail& tail, const lidar::
         return offset == 0 ? 0 : offset - tail.at + end;
     };
     if (info.version_minor >= 3) {
-        // Waveforms of another file (.wdp) have an offset there, which stays.
+        // Waveforms in a separate file (.wdp) have an offset there, which is unchanged.
         const bool internal = tail.waveforms != 0;
         put_at(out, kWaveformsAt,
                internal ? moved(tail.waveforms) : from.at<std::uint64_t>(kWaveformsAt));

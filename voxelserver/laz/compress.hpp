@@ -9,13 +9,12 @@ struct Compressed {
     std::uint64_t points = 0, bytes_before = 0, bytes_after = 0;
 };
 
-/// Writes a LAS file (1.0-1.4, point formats 0-10) as LAZ without loss: header, variable-length
-/// records, points, and what stands behind the points (extended records, waveforms) with its
-/// offsets corrected. The result is read back and compared point by point, then appears under its
-/// name; otherwise nothing is left there. Memory does not grow with the file.
-/// @throws UsageError when both names are one file; Error for a file that is damaged, compressed
-/// already or without points, and when
-///         the result cannot be written or differs
+/// Compresses a LAS file (1.0-1.4, point formats 0-10) losslessly to LAZ: header, variable-length
+/// records, points, and the data after the points (extended records, waveforms) with its offsets
+/// corrected. The result is read back and compared point by point before it appears under its name;
+/// on failure nothing is left there. Memory use does not depend on the size of the file.
+/// @throws UsageError when both names are one file; Error for a file that is damaged, already
+/// compressed or without points, and when the result cannot be written or differs
 [[nodiscard]] Compressed compress(const std::filesystem::path& from,
                                   const std::filesystem::path& to);
 

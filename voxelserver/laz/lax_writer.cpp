@@ -14,9 +14,9 @@
 namespace terravox::laz {
 namespace {
 
-constexpr std::uint64_t kPointsPerCell = 20'000;  ///< wished for; a chunk has 50,000
+constexpr std::uint64_t kPointsPerCell = 20'000;  ///< target; a chunk has 50,000
 constexpr std::uint32_t kDeepestLevel = 7;        ///< 16,384 cells
-constexpr std::uint64_t kFirstGap = 1000;  ///< points of other cells that an interval may run over
+constexpr std::uint64_t kFirstGap = 1000;  ///< points of other cells that an interval may include
 constexpr std::size_t kMaxIntervals = 200'000;
 
 struct Interval {
@@ -45,8 +45,8 @@ public:
     [[nodiscard]] std::size_t count() const noexcept { return m_count; }
 
 private:
-    // Halves the number at least, or there is one interval a cell: the gap ends at 2^32, more than
-    // any two points are apart.
+    // At least halves the number, or leaves one interval per cell: the gap ends at 2^32, more than
+    // the distance of any two points.
     void merge() {
         while (m_count > kMaxIntervals / 2 && m_gap < std::uint64_t{1} << 32) {
             m_gap *= 2;
@@ -70,7 +70,7 @@ private:
     std::uint64_t m_gap = kFirstGap;
 };
 
-/// Halves the bounds level by level, with 32-bit numbers and comparing with the middles only, as
+/// Bisects the bounds level by level, with 32-bit numbers and comparing with the midpoints only, as
 /// readers of the format do.
 class Quadtree {
 public:

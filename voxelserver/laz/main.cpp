@@ -54,7 +54,7 @@ int run(int argc, char** argv) {
         command->add_option("file", names.from, "LAS or LAZ file")->required();
     if (const auto answered = util::parse_arguments(app, argc, argv))
         return *answered;
-    // What GDAL and PROJ think of a file's CRS would be a second line.
+    // Messages of GDAL and PROJ about a file's CRS would be a second line.
     CPLSetErrorHandler(geo::drop_gdal_message);
     ::setenv("PROJ_DEBUG", "0", 0);
     if (*compressing)

@@ -6,8 +6,7 @@
 namespace terravox::laz {
 namespace {
 
-/// Fields one after the other, without the padding and the scratch fields that LASzip's structure
-/// has.
+/// Packs the fields contiguously, without the padding and the scratch fields of LASzip's structure.
 class Packed {
 public:
     template <class T>

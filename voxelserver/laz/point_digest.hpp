@@ -9,11 +9,11 @@
 
 namespace terravox::laz {
 
-/// A fingerprint of points in their order: equal for a file and its compressed copy when every
-/// field of every point is.
+/// A fingerprint of a sequence of points: equal for a file and its compressed copy if every field
+/// of every point is equal.
 class PointDigest {
 public:
-    /// @param format  0-10, which says what fields a point has
+    /// @param format  0-10, which determines the fields of a point
     explicit PointDigest(int format);
     void add(const laszip_point_struct& point);
     [[nodiscard]] std::uint64_t value() const noexcept { return XXH3_64bits_digest(m_state.get()); }

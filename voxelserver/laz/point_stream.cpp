@@ -53,10 +53,10 @@ void PointStream::require(laszip_I32 failed) const {
 void PointStream::enter_chunk() {
     const std::size_t before = m_chunk;
     while (m_info.chunks->empty_chunk(m_chunk))
-        ++m_chunk;  // there are points left, so a chunk with points comes
+        ++m_chunk;  // there are points left, so a chunk with points follows
+    // LASzip would continue in the empty one.
     if (m_chunk != before)
-        require(laszip_seek_point(
-            m_reader, static_cast<laszip_I64>(m_at)));  // LASzip would go on in the empty one
+        require(laszip_seek_point(m_reader, static_cast<laszip_I64>(m_at)));
     lidar::check_chunk(m_bytes, *m_info.chunks, m_chunk++);
 }
 

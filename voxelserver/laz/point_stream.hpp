@@ -9,26 +9,28 @@
 
 namespace terravox::laz {
 
-/// All points of a checked file with all their fields, from first to last; LaszipReader unpacks
-/// only what voxels need. Each chunk is checked before LASzip trusts it. For one thread.
+/// Reads all points of a checked file with all their fields, from first to last; LaszipReader, in
+/// contrast, decompresses only the fields that voxels need. Each chunk is checked before it is
+/// passed to LASzip. For use by one thread.
 class PointStream {
 public:
-    /// @param info  of read_las_info(); outlives this
+    /// @param info  from read_las_info(); must outlive this
     /// @throws Error naming the file and LASzip's reason
     explicit PointStream(const lidar::LasInfo& info);
     ~PointStream();
     PointStream(const PointStream&) = delete;
     PointStream& operator=(const PointStream&) = delete;
 
-    /// Decodes the next point into point(). @return false behind the last one @throws Error when
-    /// the file is damaged
+    /// Decodes the next point into point().
+    /// @return false after the last one
+    /// @throws Error when the file is damaged
     [[nodiscard]] bool next();
     [[nodiscard]] const laszip_header_struct& header() const noexcept { return *m_header; }
     [[nodiscard]] const laszip_point_struct& point() const noexcept { return *m_point; }
 
 private:
     void require(laszip_I32 failed) const;
-    /// Checks the chunk that the next point begins, and leaves out empty ones before it.
+    /// Checks the chunk that begins with the next point, and skips empty ones before it.
     void enter_chunk();
     void close() noexcept;
 

@@ -10,13 +10,14 @@ namespace terravox::lidar {
 namespace {
 
 constexpr std::uint64_t kTableHeader = 8;  ///< version and number of chunks
-constexpr std::uint64_t kTableOffset = 8;  ///< bytes before the first chunk: where the table is
-constexpr std::uint64_t kLayersBegin = 4;  ///< number of points, before the sizes of layers
+/// Bytes before the first chunk: the offset of the table.
+constexpr std::uint64_t kTableOffset = 8;
+constexpr std::uint64_t kLayersBegin = 4;  ///< number of points, before the sizes of the layers
 constexpr std::uint64_t kSizeBytes = 4;
-constexpr std::uint64_t kMaxEmptyChunks =
-    65'536;  ///< they take next to no bytes, so the size of the file hardly bounds their number
+/// Empty chunks take almost no bytes, so that the size of the file hardly limits their number.
+constexpr std::uint64_t kMaxEmptyChunks = 65'536;
 
-// Bytes one after the other, read in blocks.
+// Reads bytes sequentially, in blocks.
 class ByteQueue {
 public:
     ByteQueue(const pointcloud::FileBytes& file, std::uint64_t at) : m_file(file), m_at(at) {}
@@ -40,7 +41,7 @@ private:
 
 std::uint64_t find_table(const pointcloud::FileBytes& file, std::uint64_t points_at) {
     auto at = file.at<std::int64_t>(points_at);
-    // A writer that could not seek back leaves -1 and puts the offset at the end of the file.
+    // A writer that cannot seek back writes -1 here and the offset at the end of the file.
     if (at == -1)
         at = file.at<std::int64_t>(file.size() - 8);
     if (at < static_cast<std::int64_t>(points_at + kTableOffset) ||
@@ -50,7 +51,7 @@ std::uint64_t find_table(const pointcloud::FileBytes& file, std::uint64_t points
     return static_cast<std::uint64_t>(at);
 }
 
-// @return number of chunks: those with points cannot be more than there are bytes for
+// @return number of chunks: the number of those with points is limited by the size of the file
 std::uint32_t check_claims(const pointcloud::FileBytes& file, const LaszipRecord& record,
                            std::uint64_t table_at, std::uint64_t max_chunks,
                            std::uint64_t point_count) {
@@ -115,7 +116,7 @@ ChunkTable read_chunk_table(const pointcloud::FileBytes& file, const LaszipRecor
         };
         if (mine < 0 || static_cast<std::uint64_t>(mine) > points_left)
             fail(mine, " points", 0, points_left);
-        // LASzip takes a chunk that ends where it begins for damage, and reads nothing of the file.
+        // LASzip treats a chunk that ends where it begins as damage, and reads nothing of the file.
         const std::uint64_t least = mine == 0 ? 1 : min_bytes;
         if (bytes < 0 || static_cast<std::uint64_t>(bytes) < least ||
             static_cast<std::uint64_t>(bytes) > bytes_left)

@@ -7,11 +7,12 @@
 namespace terravox::lidar {
 namespace {
 
-constexpr std::uint64_t kDescriptionBytes = 192;  ///< of one kind of extra bytes
+/// Size of the description of one extra-bytes field.
+constexpr std::uint64_t kDescriptionBytes = 192;
 constexpr std::uint32_t kNowhere = 0xFFFFFFFF;
 
-// Bytes of one value. Types 1-10 are plain numbers, 11-20 pairs and 21-30 triples of them; type 0
-// tells its size.
+// Bytes per value. Types 1-10 are scalars, 11-20 pairs and 21-30 triples of them; for type 0 the
+// size is stored separately.
 std::optional<std::uint32_t> value_bytes(std::uint8_t type, std::uint8_t told) {
     constexpr std::array<std::uint32_t, 10> kBytes = {1, 1, 2, 2, 4, 4, 8, 8, 4, 8};
     if (type == 0)

@@ -14,8 +14,7 @@ namespace {
 
 constexpr std::uint64_t kEntryBytes = 32;
 constexpr std::int32_t kAnotherPage = -1;
-constexpr int kDeepestLevel =
-    30;  ///< 2^30 nodes along an axis: a millimetre in a thousand kilometres
+constexpr int kDeepestLevel = 30;  ///< 2^30 nodes along an axis: 1 mm in 1000 km
 
 struct Page {
     std::uint64_t at = 0, bytes = 0;
@@ -68,8 +67,8 @@ private:
         m_file.fail("damaged COPC hierarchy: " + what);
     }
 
-    // Points are found by the cube of their node: it must hold all of them. A step of rounding is
-    // nobody's fault.
+    // Points are found by the cube of their node, so the cube must contain all of them. A
+    // difference of one rounding step is accepted.
     void check_cube() const {
         bool right = std::isfinite(m_half) && m_half > 0;
         for (std::size_t axis = 0; axis < 3 && right; ++axis) {
@@ -83,8 +82,8 @@ private:
     }
 
     std::vector<Entry> read_page(Page page) {
-        // Pages that are met twice (a cycle) or share bytes would take for ever: together they
-        // cannot be larger than the file.
+        // Pages that are visited twice (a cycle) or overlap would take for ever: their total size
+        // must not exceed that of the file.
         m_bytes += page.bytes;
         if (page.bytes == 0 || page.bytes % kEntryBytes != 0 || page.bytes > m_file.size() ||
             m_bytes > m_file.size() || !m_pages.insert(page.at).second)
@@ -125,7 +124,7 @@ private:
                  std::to_string(points.end - points.begin) + " in " +
                  std::to_string(chunks.first_byte[chunk + 1] - entry.at));
         m_seen[chunk] = true;
-        // Writers round points to steps after they have chosen the node: one step more on each
+        // Writers round coordinates after they have chosen the node: one step of tolerance on each
         // side.
         const double size = std::ldexp(2 * m_half, -entry.key[0]);
         const double x = m_low[0] + entry.key[1] * size, y = m_low[1] + entry.key[2] * size;

@@ -33,7 +33,7 @@ std::optional<geo::Crs> crs_of(const laszip_header_struct& header,
         if (vlr.data == nullptr ||
             std::strncmp(vlr.user_id, "LASF_Projection", sizeof vlr.user_id) != 0)
             continue;
-        // Copied, not mapped: a record's bytes have no alignment.
+        // Copied, since the payload of a record is not aligned.
         if (vlr.record_id == 2112)
             wkt.assign(reinterpret_cast<const char*>(vlr.data), vlr.record_length_after_header);
         if (vlr.record_id == 34735) {
@@ -54,8 +54,8 @@ std::optional<geo::Crs> crs_of(const laszip_header_struct& header,
         } catch (const geo::ProjUnusableError&) {
             throw;
         } catch (const util::Error& e) {
-            // Some writers leave text that is no WKT beside good keys: the keys decide then, or the
-            // person does.
+            // Some writers store text that is not WKT in addition to valid GeoTIFF keys: then the
+            // keys are used, or the user's --crs.
             spdlog::info("{}: {}; its GeoTIFF keys decide, or --crs", path.string(), e.what());
         }
     }

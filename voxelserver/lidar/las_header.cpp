@@ -14,8 +14,8 @@ namespace {
 // Record lengths of point formats 0-10 without extra bytes. Ref: ASPRS, "LAS Specification 1.4 -
 // R15", 2019.
 constexpr std::array<std::uint32_t, 11> kRecordBytes = {20, 28, 26, 34, 57, 63, 30, 36, 38, 59, 67};
-constexpr std::uint64_t kMaxPoints =
-    0xFFFFFFFF;  // LASzip seeks with 32 bits; a survey square has less than a tenth of this
+// LASzip seeks with 32 bits; a survey square has less than a tenth of this.
+constexpr std::uint64_t kMaxPoints = 0xFFFFFFFF;
 
 struct Layout {
     std::uint64_t points_at = 0;
@@ -86,8 +86,8 @@ void check_frame(const pointcloud::FileBytes& bytes, LasInfo& info) {
 void check_compressed(const pointcloud::FileBytes& bytes, LasInfo& info, const LaszipRecord& record,
                       Layout layout) {
     info.seekable = record.compressor != LaszipRecord::kPointwise;
-    // Damaged files may promise billions of points in a few bytes. The coder gives no symbol less
-    // than a few hundredths of a bit: points that are all the same take a byte for 148 of them
+    // Damaged files may claim billions of points in a few bytes. The coder uses at least a few
+    // hundredths of a bit per symbol: with identical points one byte holds at most 148 of them
     // (format 0; 133 in format 1, 96 in format 6), whatever the length of their record.
     constexpr std::uint64_t kMaxAByte = 200, kAlwaysAllowed = 1'000'000;
     const std::uint64_t most = (bytes.size() - layout.points_at) * kMaxAByte + kAlwaysAllowed;
@@ -119,7 +119,8 @@ LasInfo check_las_header(const std::filesystem::path& path) {
         bytes, records, info.point_format,
         layout.record_bytes - kRecordBytes[static_cast<std::size_t>(info.point_format)]);
     const auto laszip = read_laszip_record(bytes, records, info.point_format, layout.record_bytes);
-    // LASzip goes by its record alone: plain points with one would be unpacked into nonsense.
+    // LASzip decides by its own record alone: uncompressed points with such a record would be
+    // decompressed into nonsense.
     if (info.compressed != laszip.has_value())
         bytes.fail(laszip ? "not compressed, but with LASzip's record"
                           : "compressed, but without LASzip's record");

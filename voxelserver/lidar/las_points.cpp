@@ -13,7 +13,7 @@
 namespace terravox::lidar {
 namespace {
 
-// 1024 points fit the first-level cache beside LASzip's own tables.
+// 1024 points fit in the L1 cache along with LASzip's own tables.
 constexpr std::size_t kBatchPoints = 1024;
 
 void copy_extended(const laszip_point_struct& from, RawPoint& to) noexcept {
@@ -32,8 +32,8 @@ void copy_legacy(const laszip_point_struct& from, RawPoint& to) noexcept {
     to.overlap = from.classification == 12;
 }
 
-// LASzip can do this itself, but trusts the description of the extra bytes; find_compatible_bytes()
-// has checked them.
+// LASzip can do this itself, but it trusts the description of the extra bytes;
+// find_compatible_bytes() has validated them.
 void copy_compatible(const laszip_point_struct& from, const CompatibleBytes& bytes,
                      RawPoint& to) noexcept {
     const laszip_U8 *const extra = from.extra_bytes, returns = extra[bytes.returns];
@@ -60,12 +60,13 @@ public:
     void read(PointRange range) {
         if (!m_info.chunks)
             return read_piece(range);
-        // Chunk by chunk, each checked before LASzip trusts it.
+        // Chunk by chunk; each is checked before it is passed to LASzip.
         const auto& starts = m_info.chunks->first_point;
         for (std::size_t chunk = m_info.chunks->chunk_of(range.begin);
              chunk < m_info.chunks->size() && starts[chunk] < range.end; ++chunk) {
             if (m_info.chunks->empty_chunk(chunk)) {
-                m_at = kNowhere;  // LASzip would go on in it: it seeks to what comes behind
+                // LASzip would continue reading in it, so seek to the points after it.
+                m_at = kNowhere;
                 continue;
             }
             check_chunk(m_bytes, *m_info.chunks, chunk);
@@ -111,8 +112,8 @@ private:
     LaszipReader m_reader;
     std::vector<RawPoint> m_batch;
     static constexpr std::uint64_t kNowhere = std::numeric_limits<std::uint64_t>::max();
-    /// The point that LASzip unpacks next. At the beginning it is in the first chunk, which may be
-    /// an empty one.
+    /// The next point that LASzip decodes. At the beginning LASzip is in the first chunk, which may
+    /// be empty.
     std::uint64_t m_at = m_info.chunks && m_info.chunks->empty_chunk(0) ? kNowhere : 0;
     const bool m_extended = m_info.point_format >= 6, m_colour = m_info.has_colour(),
                m_near_infrared = m_extended && m_info.has_near_infrared();

@@ -8,11 +8,11 @@ namespace terravox::lidar {
 namespace {
 
 constexpr std::size_t kMaxChunks = 64;
-constexpr std::uint64_t kMaxDecoded =
-    100'000;  ///< of a root node, which may be large; some hundredths of a second
+/// Limit for a root node, which may be large; takes some hundredths of a second.
+constexpr std::uint64_t kMaxDecoded = 100'000;
 
-// The root node of a COPC holds points of everywhere, some writers' sorted by place. It holds at
-// least as many as wanted.
+// The root node of a COPC file holds points from the whole area, which some writers sort by
+// position. It holds at least as many as requested.
 std::vector<RawPoint> sample_root(const LasInfo& info, PointRange root, std::size_t about) {
     const PointRange read{
         root.begin, std::min(root.end, root.begin + std::max<std::uint64_t>(kMaxDecoded, about))};
@@ -30,7 +30,7 @@ std::vector<RawPoint> sample_root(const LasInfo& info, PointRange root, std::siz
 std::vector<PointRange> beginnings(const LasInfo& info, std::size_t about) {
     if (!info.seekable)
         return {{0, std::min<std::uint64_t>(about, info.point_count)}};
-    // A plain file has no chunks, so any piece will do.
+    // An uncompressed file has no chunks, so it can be divided anywhere.
     const std::size_t pieces = std::min(kMaxChunks, about);
     std::vector<PointRange> out;
     const std::uint64_t chunks =
@@ -53,7 +53,7 @@ std::vector<PointRange> beginnings(const LasInfo& info, std::size_t about) {
 std::vector<RawPoint> sample_points(const LasInfo& info, std::size_t about) {
     if (info.point_count == 0 || about == 0)
         return {};
-    // A root of a few points would be a poor sample of millions.
+    // A root with only a few points would be a poor sample of millions.
     if (const auto copc = read_copc_index(info);
         copc && copc->root && copc->root->end - copc->root->begin >= about)
         return sample_root(info, *copc->root, about);

@@ -62,8 +62,8 @@ std::vector<pointcloud::Point> LasSource::sample(std::size_t about) const {
     return out;
 }
 
-// The sample of a file with chunks of many sizes (COPC) may be of one node, whose points some
-// writers sort by place.
+// The sample of a file with chunks of many sizes (COPC) may come from a single node, whose points
+// some writers sort by position.
 bool LasSource::sampled_all_over() const {
     constexpr std::uint64_t kWellSampled = 64 * 50'000;  // enough chunks
     if (!m_las.seekable || m_las.point_count < kWellSampled)

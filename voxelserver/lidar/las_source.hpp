@@ -8,7 +8,8 @@ namespace terravox::lidar {
 /// A LAS, LAZ or COPC file as a source of points. Its parts are chunks of the file.
 class LasSource final : public pointcloud::PointSource {
 public:
-    /// Reads and checks the header; touches no point. @throws Error as read_las_info
+    /// Reads and checks the header; reads no points.
+    /// @throws Error as read_las_info
     explicit LasSource(const std::filesystem::path& path);
 
     [[nodiscard]] std::vector<PointRange> parts(std::uint64_t points) const override;
@@ -16,7 +17,7 @@ public:
               const pointcloud::PointBatchSink& sink) const override;
     [[nodiscard]] std::vector<pointcloud::Point> sample(std::size_t about) const override;
     [[nodiscard]] bool sampled_all_over() const override;
-    /// The COPC hierarchy, else the .lax file beside the cloud (spatial_index.hpp).
+    /// The COPC hierarchy, else the .lax file next to the point cloud (spatial_index.hpp).
     [[nodiscard]] std::shared_ptr<const pointcloud::SpatialIndex> spatial_index() const override;
 
 private:

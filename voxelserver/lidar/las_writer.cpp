@@ -41,8 +41,8 @@ void check(const LasWriterOptions& options, const std::filesystem::path& path) {
 
 struct LasWriter::State {
     util::AtomicFile file;
-    /// A stream of our own: LASzip's drops what fclose() says, and so the end of a file that a full
-    /// disk has no room for.
+    /// A stream of our own: LASzip's ignores the result of fclose(), and so the loss of the end of
+    /// a file on a full disk.
     std::ofstream stream;
     LasWriterOptions options;
     laszip_POINTER laszip = nullptr;
@@ -108,7 +108,7 @@ void LasWriter::State::fill_header() {
 void LasWriter::State::add_wkt() {
     if (options.wkt.empty())
         return;
-    const std::size_t bytes = options.wkt.size() + 1;  // LAS 1.4 wants the closing null byte
+    const std::size_t bytes = options.wkt.size() + 1;  // LAS 1.4 requires the terminating null byte
     if (bytes > 65535)
         fail("the WKT has " + std::to_string(bytes) + " bytes; allowed: at most 65535");
     std::vector<laszip_U8> data(options.wkt.begin(), options.wkt.end());

@@ -26,8 +26,8 @@ LaszipReader::LaszipReader(const std::filesystem::path& path, WantedFields field
         throw util::Error("read the point cloud " + path.string() + ": LASzip could not start");
     try {
         check(laszip_decompress_selective(m_reader, selection(fields)));
-        // LASzip keeps the messages of all its readers in one unguarded map, and writes to it when
-        // headers are odd.
+        // LASzip keeps the messages of all its readers in one unsynchronised map, and writes to it
+        // for unusual headers.
         static std::mutex opening;
         const std::lock_guard lock(opening);
         laszip_BOOL compressed = 0;

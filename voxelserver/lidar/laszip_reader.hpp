@@ -7,15 +7,15 @@
 
 namespace terravox::lidar {
 
-/// Which fields of formats 6-10 a reader decompresses; coordinates, returns, classes and flags
-/// always. Older formats have no choice.
+/// The optional fields of formats 6-10 that a reader decompresses; coordinates, returns, classes
+/// and flags are always decompressed. Older formats cannot be decompressed selectively.
 struct WantedFields {
     bool colour = true;
     bool near_infrared = true;
 };
 
-/// An open reader of LASzip for a file that check_las_header() has passed; closes itself. For one
-/// thread. LASzip trusts what it reads: never open a file unchecked.
+/// RAII wrapper of a LASzip reader for a file that has passed check_las_header(). For use by one
+/// thread. LASzip trusts its input: never open an unchecked file.
 class LaszipReader {
 public:
     /// @throws Error naming the file and LASzip's reason
@@ -24,10 +24,11 @@ public:
     LaszipReader(const LaszipReader&) = delete;
     LaszipReader& operator=(const LaszipReader&) = delete;
 
-    /// The next point read is this one. Decodes the points of its chunk before it. @throws Error as
-    /// above
+    /// Makes this the next point to be read. Decodes the preceding points of its chunk.
+    /// @throws Error as above
     void seek(std::uint64_t point);
-    /// Decodes one point into point(). @throws Error as above
+    /// Decodes one point into point().
+    /// @throws Error as above
     void next() { check(laszip_read_point(m_reader)); }
     [[nodiscard]] const laszip_header_struct& header() const noexcept { return *m_header; }
     [[nodiscard]] const laszip_point_struct& point() const noexcept { return *m_point; }

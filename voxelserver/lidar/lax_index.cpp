@@ -11,14 +11,14 @@
 namespace terravox::lidar {
 namespace {
 
-constexpr std::uint32_t kDeepestLevel = 15;  ///< cells are numbered with 31 bits, level after level
+constexpr std::uint32_t kDeepestLevel = 15;  ///< cells are numbered with 31 bits, level by level
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
 
 class LaxFile {
 public:
     LaxFile(const std::filesystem::path& path, const LasInfo& info) : m_path(path), m_info(info) {
         const pointcloud::FileBytes file(path);
-        // Each interval holds a point of its own, each cell an interval.
+        // Each interval holds at least one point of its own, each cell at least one interval.
         const std::uint64_t max_bytes = 64 + info.point_count * 20;
         if (file.size() > max_bytes)
             fail(std::to_string(file.size()) + " bytes; an index of " +
@@ -76,13 +76,12 @@ private:
         if (const auto kind = next<std::uint32_t>(); kind != 0)
             fail("spatial index of kind " + std::to_string(kind) + "; allowed: 0 (a quadtree)");
         if (skip_if("LASQ"))
-            skip(4);  // version; the oldest files have neither
+            skip(4);  // version; missing in the oldest files
         m_levels = next<std::uint32_t>();
         if (m_levels > kDeepestLevel)
             fail(std::to_string(m_levels) + " levels; allowed: up to " +
                  std::to_string(kDeepestLevel));
-        skip(8);  // two fields for trees split over several files, which LASindex does not read
-                  // either
+        skip(8);  // two fields for trees split over several files, which LASindex ignores as well
         for (float* const bound : {&m_min_x, &m_max_x, &m_min_y, &m_max_y}) {
             *bound = next<float>();
             if (!std::isfinite(*bound))
@@ -90,8 +89,8 @@ private:
         }
     }
 
-    // The writer chose cells by halving with 32-bit numbers, and compared with the middles only:
-    // points beyond the tree are in its outer cells.
+    // The writer chose cells by bisection with 32-bit numbers, and compared only with the
+    // midpoints: points outside of the tree are in its outer cells.
     SpatialIndex::Cell bounds_of(std::uint32_t number) const {
         std::uint32_t level = 0, within = number;
         for (; within >= std::uint64_t{1} << (2 * level); ++level)

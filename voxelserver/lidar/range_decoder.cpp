@@ -6,8 +6,8 @@ namespace terravox::lidar {
 namespace {
 
 constexpr std::uint32_t kSymbolBits = 15, kBitBits = 13, kShortest = 1U << 24;
-constexpr std::uint32_t kMaxHighBits =
-    8;  ///< of a correction go through a model, the rest are stored as they are
+/// Number of high bits of a correction that are coded with a model; the rest are stored directly.
+constexpr std::uint32_t kMaxHighBits = 8;
 
 }  // namespace
 
@@ -55,8 +55,7 @@ RangeDecoder::RangeDecoder(std::function<std::uint8_t()> next_byte)
 }
 
 void RangeDecoder::refill() {
-    // A length of 0 comes from damaged bytes alone; four bytes later any length is long enough or
-    // stays 0.
+    // Only damaged data give a length of 0; after four bytes any length is sufficient or stays 0.
     for (int i = 0; i < 4 && m_length < kShortest; ++i) {
         m_value = m_value << 8 | m_next_byte();
         m_length <<= 8;

@@ -7,12 +7,13 @@
 
 namespace terravox::lidar {
 
-/// The entropy coder of LASzip, enough of it to read a chunk table. Damaged bytes give wrong
+/// The entropy decoder of LASzip, as far as needed to read a chunk table. Damaged input gives wrong
 /// symbols, never undefined behaviour. Ref: Said, "Introduction to Arithmetic Coding", HP
 /// Laboratories HPL-2004-76, 2004 (adaptive models of 15 and 13 bits).
 class RangeDecoder {
 public:
-    /// How often each symbol has come; the shares that the decoder goes by follow in steps.
+    /// Adaptive symbol frequencies; the probabilities used for decoding are updated from them at
+    /// intervals.
     class SymbolModel {
     public:
         explicit SymbolModel(std::uint32_t symbols);
@@ -20,8 +21,8 @@ public:
     private:
         friend class RangeDecoder;
         void update();
-        std::vector<std::uint32_t> m_counts,
-            m_below;  ///< below: share of all smaller symbols, of 2^15
+        /// m_below: cumulative probability of all smaller symbols, in units of 2^-15.
+        std::vector<std::uint32_t> m_counts, m_below;
         std::uint32_t m_total = 0, m_cycle = 0, m_until_update = 0;
     };
     class BitModel {
@@ -31,7 +32,7 @@ public:
                       m_until_update = 4;
     };
 
-    /// @param next_byte  throws where there is none
+    /// @param next_byte  returns the next input byte; throws at the end of the input
     explicit RangeDecoder(std::function<std::uint8_t()> next_byte);
     std::uint32_t symbol(SymbolModel& model);
     std::uint32_t bit(BitModel& model);
@@ -44,7 +45,7 @@ private:
     std::uint32_t m_value = 0, m_length = 0xFFFFFFFF;
 };
 
-/// LASzip's coder of 32-bit integers as corrections of a prediction, with two contexts.
+/// LASzip's decoder of 32-bit integers as corrections of a prediction, with two contexts.
 class IntegerDecoder {
 public:
     explicit IntegerDecoder(RangeDecoder& decoder);
@@ -56,7 +57,7 @@ private:
     RangeDecoder& m_decoder;
     std::array<RangeDecoder::SymbolModel, 2> m_widths;
     RangeDecoder::BitModel m_zero_or_one;
-    std::vector<RangeDecoder::SymbolModel> m_high_bits;  ///< by width - 1
+    std::vector<RangeDecoder::SymbolModel> m_high_bits;  ///< index: width - 1
 };
 
 }  // namespace terravox::lidar

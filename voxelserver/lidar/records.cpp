@@ -8,7 +8,7 @@
 namespace terravox::lidar {
 namespace {
 
-// Parts of a point as LASzip names them, with the bytes of each; 0 = any number.
+// Parts of a point in LASzip's numbering, with the size of each in bytes; 0 = variable.
 enum Part : std::uint16_t {
     kExtra = 0,
     kPoint = 6,
@@ -37,7 +37,7 @@ std::uint32_t bytes_of(Part part) {
 }
 
 // Layers of coordinates, classes, flags, intensity, angle, user data, source and time; then one for
-// each band and extra byte.
+// each band and each extra byte.
 std::uint32_t layers_of(Part part, std::uint32_t bytes) {
     switch (part) {
         case kPoint14: return 9;
@@ -72,8 +72,8 @@ std::vector<Part> parts_of(int format) {
     return kParts[static_cast<std::size_t>(format)];
 }
 
-// LASzip fills its point by these parts whatever the format says, and crashes on some versions it
-// knows of but cannot read.
+// LASzip fills its point by these parts regardless of the point format, and crashes on some
+// versions that it recognises but cannot read.
 std::uint32_t check_parts(const pointcloud::FileBytes& file, const VariableRecord& record,
                           int format, std::uint32_t record_bytes) {
     constexpr std::uint64_t kFixedBytes = 34, kPartBytes = 6;

@@ -9,8 +9,8 @@
 namespace terravox::lidar {
 namespace {
 
-// An index of another file may well hold as many points. Looks up the first points of some chunks,
-// which cost little.
+// An index that belongs to another file may happen to have the same number of points. Checks the
+// first points of some chunks, which is cheap.
 void check_by_points(const LasInfo& info, const SpatialIndex& index) {
     constexpr std::uint64_t kLookUps = 16, kPointsEach = 16;
     const auto pieces = split_by_chunk(info, 1);

@@ -22,13 +22,12 @@ voxel::Rgb8 mixed(voxel::Rgb8 plain, voxel::Rgb8 shown, int shown_percent) {
     return {channel(plain.r, shown.r), channel(plain.g, shown.g), channel(plain.b, shown.b)};
 }
 
-/// Sixteen neighbouring columns in a child's place, bit = x + 4 z: the lowest layer of a cell's
-/// mask.
+/// One layer of a cell's mask as 16 adjacent columns, bit = x + 4 z.
 constexpr std::uint32_t layer_of(std::uint64_t mask, int layer) {
     return static_cast<std::uint32_t>(mask >> (16 * layer)) & 0xffffU;
 }
 
-/// Looks down into one box after the other, highest first, and only where nothing was met so far.
+/// Looks down into the boxes, highest first, and only in columns where nothing was found so far.
 class Looker {
 public:
     Looker(const TopColours& colours, BoxTop& out) : m_colours(colours), m_out(out) {
@@ -91,7 +90,7 @@ private:
         }
     }
 
-    /// Hidden rock, of which nothing more is known.
+    /// Records hidden rock, whose attributes are unknown.
     void meet(int bx, int bz, std::uint32_t columns, std::int32_t y) {
         std::uint16_t& open = m_open[brick_index(bx, bz)];
         for (std::uint32_t left = columns & open; left != 0; left &= left - 1) {
@@ -107,7 +106,7 @@ private:
             colour = mixed(colour, attr.colour,
                            attr.material == voxel::Material::kWater ? m_colours.true_percent_water
                                                                     : m_colours.true_percent);
-        // What calls itself air but is solid must still be seen.
+        // A solid voxel whose material is air must still be visible.
         const auto material =
             attr.material == voxel::Material::kAir ? voxel::Material::kUnknown : attr.material;
         m_out.columns[static_cast<std::size_t>(z * voxel::kBoxSizeX + x)] = {y, colour, material};
@@ -116,8 +115,8 @@ private:
 
     const TopColours& m_colours;
     BoxTop& m_out;
-    std::array<std::uint16_t, 256>
-        m_open{};  ///< of 16 x 16 bricks: columns in which nothing was met so far, bit = x + 4 z
+    /// For each of 16 x 16 bricks: columns in which nothing was found so far, bit = x + 4 z.
+    std::array<std::uint16_t, 256> m_open{};
     int m_left = voxel::kBoxSizeX * voxel::kBoxSizeZ;
 };
 

@@ -10,11 +10,11 @@
 
 namespace terravox::map {
 
-/// What is seen of one column from straight above.
+/// The visible top of one column, seen from straight above.
 struct ColumnTop {
-    std::int32_t y = 0;  ///< highest solid voxel, absolute, level 0; means nothing with kAir
+    std::int32_t y = 0;  ///< highest solid voxel, absolute, level 0; undefined with kAir
     voxel::Rgb8 colour;  ///< sRGB, before any shading
-    voxel::Material material = voxel::Material::kAir;  ///< kAir: nothing there
+    voxel::Material material = voxel::Material::kAir;  ///< kAir: the column is empty
     [[nodiscard]] bool nothing() const noexcept { return material == voxel::Material::kAir; }
     friend bool operator==(const ColumnTop&, const ColumnTop&) = default;
 };
@@ -28,18 +28,19 @@ struct BoxTop {
     }
 };
 
-/// How colours of voxels become colours of the map: the true colour mixed into that of the
-/// material, in linear light. Water takes less of it, because reflections and waves in an image
-/// hide that it is water.
+/// Determines the map's colour of a voxel: its true colour is blended with that of its material, in
+/// linear light. Water takes a smaller share, because reflections and waves in an image obscure
+/// that it is water.
 struct TopColours {
     voxel::Palette palette;
-    int true_percent = 85;  ///< share of the true colour, where a voxel has one; [0, 100], as the
-                            ///< ray tracer's quality.colour_mix
+    /// Share of the true colour, for voxels that have one; [0, 100], as the ray tracer's
+    /// quality.colour_mix.
+    int true_percent = 85;
     int true_percent_water = 45;  ///< the same for water; [0, 100]
 };
 
 /// @param boxes level 0, of one box column, in any order; nullptr: air
-/// @return nullptr when nothing is there
+/// @return nullptr when the column is empty
 /// @throws Error for boxes of another level or of different box columns
 [[nodiscard]] std::shared_ptr<const BoxTop> make_top(
     std::span<const std::shared_ptr<const voxel::Box>> boxes, const TopColours& colours);

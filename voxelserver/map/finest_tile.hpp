@@ -7,18 +7,18 @@
 
 namespace terravox::map {
 
-/// The shaded picture of kTileBoxes x kTileBoxes box columns.
+/// The shaded image of kTileBoxes x kTileBoxes box columns.
 struct FinestTile {
-    std::vector<Rgba8>
-        pixels;            ///< 256 x 256, row by row from the north-west; none: nothing is there
-    bool complete = true;  ///< all box columns that it depends on were known
-    voxel::InputExtent reach;  ///< of those
+    /// 256 x 256, row by row from the north-west; empty: there is nothing.
+    std::vector<Rgba8> pixels;
+    bool complete = true;      ///< whether all box columns that it depends on were known
+    voxel::InputExtent reach;  ///< reach of those box columns
 };
 
-/// Asks for the tile's box columns, and for those of the ring around it that shading looks at:
-/// where the tile's edge has something.
+/// Makes a tile from its box columns and, where the tile's edge is not empty, from those of the
+/// ring around it, which shading needs.
 /// @param x, z the tile's first box column is (x, z) * kTileBoxes
-/// @param world box columns that may hold anything; others are not asked for
+/// @param world box columns that may contain anything; others are not requested
 /// @throws what the source throws
 [[nodiscard]] FinestTile make_finest_tile(TopSource& source, const voxel::InputExtent& world,
                                           std::int32_t x, std::int32_t z, bool make);

@@ -8,8 +8,8 @@
 namespace terravox::map {
 namespace {
 
-constexpr std::int64_t kMaxStep = 5;  ///< voxels between neighbours that still count
-constexpr float kStrength = 0.5f;     ///< 1 = the light of a white landscape, 0 = none
+constexpr std::int64_t kMaxStep = 5;  ///< limit of the difference between neighbours, voxels
+constexpr float kStrength = 0.5f;     ///< 1 = the shading of a white landscape, 0 = none
 constexpr float kDarkest = 0.6f, kBrightestShade = 1.25f;
 
 }  // namespace
@@ -25,8 +25,8 @@ std::uint32_t hill_shade(const TopWindow& window) noexcept {
         ((rise(2) + 2 * rise(5) + rise(8)) - (rise(0) + 2 * rise(3) + rise(6))) / 8;
     const float to_south =
         ((rise(6) + 2 * rise(7) + rise(8)) - (rise(0) + 2 * rise(1) + rise(2))) / 8;
-    // The normal is (-to_east, 1, -to_south), the way to the light (-1, sqrt 2, -1) / 2; divided by
-    // what level ground gets.
+    // The normal is (-to_east, 1, -to_south), the direction to the light (-1, sqrt 2, -1) / 2;
+    // normalised by the brightness of level ground.
     const float light = (1 + (to_east + to_south) * 0.70710678f) /
                         std::sqrt(1 + to_east * to_east + to_south * to_south);
     const float shade = std::clamp(1 + kStrength * (light - 1), kDarkest, kBrightestShade);

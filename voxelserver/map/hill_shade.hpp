@@ -8,7 +8,7 @@
 namespace terravox::map {
 
 struct Rgba8 {
-    std::uint8_t r = 0, g = 0, b = 0, a = 0;  ///< sRGB; alpha straight (not multiplied in)
+    std::uint8_t r = 0, g = 0, b = 0, a = 0;  ///< sRGB; straight alpha (not premultiplied)
     friend bool operator==(const Rgba8&, const Rgba8&) = default;
 };
 
@@ -16,15 +16,16 @@ struct Rgba8 {
 using TopWindow = std::array<const ColumnTop*, 9>;
 
 /// Brightness of the middle column by its slope, light from the north-west at 45 degrees;
-/// kFlatShade = as bright as level ground.
+/// kFlatShade = the brightness of level ground.
 ///
-/// Neighbours with nothing in them count as level with the middle. Differences of height are cut to
-/// a few voxels, so that walls and trees are outlined and not blotted out. In [0.6, 1.25]
-/// kFlatShade. Ref: Horn, "Hill shading and the reflectance map", Proceedings of the IEEE 69, 1981.
+/// Empty neighbours are treated as level with the middle. Differences of height are clamped to a
+/// few voxels, so that walls and trees are outlined and not blackened. In [0.6, 1.25] kFlatShade.
+/// Ref: Horn, "Hill shading and the reflectance map", Proceedings of the IEEE 69, 1981.
 inline constexpr std::uint32_t kFlatShade = 4096;
 [[nodiscard]] std::uint32_t hill_shade(const TopWindow& window) noexcept;
 
-/// The map's pixel of the middle column: transparent where nothing is; water is not shaded.
+/// The map's pixel of the middle column: transparent where the column is empty; water is not
+/// shaded.
 [[nodiscard]] Rgba8 shaded_pixel(const TopWindow& window) noexcept;
 
 }  // namespace terravox::map

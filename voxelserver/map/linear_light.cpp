@@ -17,7 +17,8 @@ struct Tables {
     std::array<std::uint8_t, kBrightest + 1> srgb{};
 };
 
-// The way back by the borders between neighbouring values (at v + 1/2), not by 65536 powers.
+// The inverse uses the boundaries between adjacent values (at v + 1/2), instead of 65536
+// evaluations of pow().
 const Tables& tables() {
     static const Tables made = [] {
         Tables out;

@@ -8,15 +8,16 @@
 
 namespace terravox::map {
 
-/// Where something has been made, so that a map of a large world need not ask for every box column:
-/// a quadtree of counters over the map's finest tiles. Holds at most a third more entries than
-/// finest tiles that were ever touched (about 60 bytes each). Thread-safe.
+/// Tracks the areas in which anything has been made, so that a map of a large world need not query
+/// every box column: a quadtree of counters over the map's finest tiles. Holds at most a third more
+/// entries than finest tiles that were ever touched (about 60 bytes each). Thread-safe.
 class MadeAreas {
 public:
-    /// @param zooms zooms of the map; areas with zooms_out in [0, zooms) can be asked for
+    /// @param zooms zooms of the map; areas with zooms_out in [0, zooms) can be queried
     explicit MadeAreas(int zooms) : m_zooms(zooms) {}
 
-    /// A box column has come to hand: all tiles that show it, or shade by it, change.
+    /// Records that a box column has become available: all tiles that show it, or whose shading
+    /// depends on it, change.
     void add(std::int32_t bx, std::int32_t bz);
     /// As TopSource::version.
     [[nodiscard]] std::uint64_t version(const TileArea& area) const;
@@ -27,8 +28,8 @@ private:
     };
     const int m_zooms;
     mutable std::mutex m_mutex;
-    std::unordered_map<TileArea, std::uint64_t, AreaHash>
-        m_versions;  ///< m_clock when the area last changed
+    /// The value of m_clock when the area last changed.
+    std::unordered_map<TileArea, std::uint64_t, AreaHash> m_versions;
     std::uint64_t m_clock = 0;
 };
 

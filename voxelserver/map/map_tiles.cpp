@@ -19,7 +19,7 @@ voxel::InputExtent box_columns_of(const voxel::WorldInfo& info) {
     return {range.min.bx, range.min.bz, range.max.bx, range.max.bz};
 }
 
-/// Colours are weighted by alpha, so that what is transparent has no say.
+/// Colours are weighted by alpha, so that transparent pixels do not contribute.
 Rgba8 mean_of(const std::array<Rgba8, 4>& four) {
     std::uint32_t alpha = 0;
     std::array<std::uint32_t, 3> sums{};
@@ -35,7 +35,8 @@ Rgba8 mean_of(const std::array<Rgba8, 4>& four) {
     return {channel(0), channel(1), channel(2), static_cast<std::uint8_t>((alpha + 2) / 4)};
 }
 
-/// Halves one picture into a quarter of another. @param quarter bit 0: east, bit 1: south
+/// Downsamples one picture into a quarter of another.
+/// @param quarter bit 0: east, bit 1: south
 void put_quarter(const std::vector<Rgba8>& from, int quarter, std::vector<Rgba8>& to) {
     const int x0 = (quarter & 1) * kTilePx / 2, z0 = (quarter >> 1) * kTilePx / 2;
     for (int z = 0; z < kTilePx / 2; ++z)
@@ -64,7 +65,7 @@ std::size_t MapTiles::KeyHash::operator()(const Key& key) const noexcept {
 
 bool MapTiles::in_world(int zooms_out, std::int64_t x, std::int64_t z) const noexcept {
     const std::int64_t side = std::int64_t{kTileBoxes}
-                              << zooms_out;  // |x| <= 2^31 and side <= 2^22: far from overflow
+                              << zooms_out;  // |x| <= 2^31 and side <= 2^22: no overflow
     return !m_world.empty() && x * side < m_world.max_bx && (x + 1) * side > m_world.min_bx &&
            z * side < m_world.max_bz && (z + 1) * side > m_world.min_bz;
 }
@@ -98,8 +99,9 @@ MapTiles::PicturePtr MapTiles::picture(const TileArea& area, Work& work) {
         return found;
     if (auto found = m_pixels.find({area, kSeenWhole}))
         return found;
-    const std::uint64_t version = m_source.version(
-        area);  // before looking: what comes to hand meanwhile makes the picture old, not wrong
+    // Read before querying the source: if a column becomes available meanwhile, the picture is
+    // outdated, but not wrong.
+    const std::uint64_t version = m_source.version(area);
     if (version == 0)
         return std::make_shared<const Picture>(Picture{{}, false, false, {}});
     if (auto found = m_pixels.find({area, version}))
@@ -145,8 +147,8 @@ MapTiles::PicturePtr MapTiles::mean_of_four(const TileArea& area, Work& work) {
     return out;
 }
 
-// `version` was read before the picture was made, so a picture may be newer than it says and is
-// then made into a PNG once more than needed.
+// `version` was read before the picture was made, so a picture may be newer than its version and is
+// then encoded once more than necessary.
 std::shared_ptr<const std::string> MapTiles::png(const TileArea& area, const Picture& picture,
                                                  std::uint64_t version) {
     if (picture.pixels.empty())

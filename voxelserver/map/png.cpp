@@ -6,7 +6,7 @@
 
 namespace terravox::map {
 
-// libpng's "simplified" interface catches its own long jumps, so none crosses C++ frames, and
+// libpng's "simplified" interface catches its own long jumps, so that none crosses C++ frames, and
 // compresses at zlib's default level, 6.
 std::string png_of(std::span<const Rgba8> pixels, int width, int height) {
     constexpr int kMaxSide = 8192;
@@ -24,8 +24,8 @@ std::string png_of(std::span<const Rgba8> pixels, int width, int height) {
     image.width = static_cast<png_uint_32>(width);
     image.height = static_cast<png_uint_32>(height);
     image.format = PNG_FORMAT_RGBA;
-    png_alloc_size_t bytes = PNG_IMAGE_PNG_SIZE_MAX(
-        image);  // for pixels that cannot be compressed at all: one pass is enough
+    // Sufficient for incompressible pixels: one pass is enough.
+    png_alloc_size_t bytes = PNG_IMAGE_PNG_SIZE_MAX(image);
     std::string out(bytes, '\0');
     const int written =
         png_image_write_to_memory(&image, out.data(), &bytes, 0, pixels.data(), 0, nullptr);

@@ -7,10 +7,10 @@
 
 namespace terravox::map {
 
-/// A PNG file: 8 bits a channel, sRGB, straight alpha. The same pixels give the same bytes (no time
-/// is written).
+/// Encodes a PNG file: 8 bits per channel, sRGB, straight alpha. The same pixels give the same
+/// bytes (no timestamp is written).
 /// @param pixels row by row from the top; width * height of them
-/// @throws Error when their number does not fit, a side is not in [1, 8192], or libpng fails
+/// @throws Error when their number is wrong, a side is not in [1, 8192], or libpng fails
 [[nodiscard]] std::string png_of(std::span<const Rgba8> pixels, int width, int height);
 
 }  // namespace terravox::map

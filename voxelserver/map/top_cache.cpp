@@ -40,17 +40,16 @@ Top TopCache::top(std::int32_t bx, std::int32_t bz, bool make) {
             return kept_of(*column);
         };
         kept = m_tops.get(place, make_it, bytes_of);
+        // Only after it can be found: a caller that sees the new version must find the column.
         if (made_here)
-            m_made.add(bx, bz);  // not before it can be found: whoever sees the new version must
-                                 // find the column
+            m_made.add(bx, bz);
     } else {
         const auto column = m_fetch(bx, bz, false);
         if (!column)
             return {};
         const auto seen = kept_of(*column);
-        kept = m_tops.get(
-            place, [&] { return seen; },
-            bytes_of);  // may wait for one who makes it now, but that one has the boxes at hand too
+        // May wait for a thread that makes it now, but that thread has the boxes available too.
+        kept = m_tops.get(place, [&] { return seen; }, bytes_of);
     }
     return {kept->top, true, kept->reach};
 }

@@ -10,18 +10,19 @@
 
 namespace terravox::map {
 
-/// The boxes of level 0 of one box column, and what they were made of.
+/// The boxes of level 0 of one box column, and the extent of their inputs.
 struct ColumnBoxes {
     std::vector<std::shared_ptr<const voxel::Box>> boxes;  ///< nullptr: air
     voxel::InputExtent reach;                              ///< empty = the box column alone
 };
-/// Called from any thread. With make = false: nullopt when not all boxes of the column are at hand.
+/// Fetches a column; called from any thread. With make = false it returns nullopt when not all
+/// boxes of the column are available.
 /// @throws Error when they cannot be made
 using FetchColumn =
     std::function<std::optional<ColumnBoxes>(std::int32_t bx, std::int32_t bz, bool make)>;
 
-/// Box columns seen from above, kept under a byte limit (32 KiB each), made of boxes that somebody
-/// else makes and keeps. Thread-safe.
+/// Box columns seen from above, cached under a byte limit (32 KiB each); their boxes are made and
+/// cached elsewhere. Thread-safe.
 class TopCache final : public TopSource {
 public:
     /// @param zooms zooms of the map = levels of the world
@@ -32,9 +33,9 @@ public:
         return m_made.version(area);
     }
 
-    /// To be called when all boxes of a column have come to hand without top(), and only once
-    /// `fetch` finds them: the map may show them from now on. Cheap enough to call for every
-    /// column.
+    /// Must be called when all boxes of a column have become available by other means than top(),
+    /// and only after `fetch` can find them: the map may show them from now on. Cheap enough to
+    /// call for every column.
     void note_made(std::int32_t bx, std::int32_t bz) { m_made.add(bx, bz); }
 
     [[nodiscard]] util::CacheStats stats() const { return m_tops.stats(); }

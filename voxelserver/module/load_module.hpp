@@ -10,19 +10,20 @@
 
 namespace terravox::module {
 
-/// terravox-worlds.so, beside the program.
+/// The path of terravox-worlds.so, next to the program.
 [[nodiscard]] std::filesystem::path worlds_module();
 
-// Both functions are in the module, which the first call loads (some 80 ms). Thread-safe.
+// Both functions below are in the module, which the first call loads (some 80 ms). Thread-safe.
 // Both throw Error when the module cannot be loaded.
 
-/// voxelize::open_lidar_world().
-/// @param image_bytes what may be kept of decoded images, all worlds together
+/// Calls voxelize::open_lidar_world().
+/// @param image_bytes memory limit for decoded images of all worlds together
 /// @throws what open_lidar_world throws, with its type
 [[nodiscard]] std::unique_ptr<voxelize::LidarWorld> open_lidar_world(
     const voxelize::LidarWorldOptions& options, util::StageTimes& times, std::size_t image_bytes);
 
-/// worlds::open_served_world(). @param image_bytes as above
+/// Calls worlds::open_served_world().
+/// @param image_bytes as above
 /// @throws what open_served_world throws, with its type
 [[nodiscard]] std::unique_ptr<worlds::ServedWorld> open_served_world(
     const worlds::ServeRequest& request, util::StageTimes& times, const std::stop_token& stop,

@@ -7,19 +7,21 @@
 
 namespace terravox::module {
 
-// What terravox-worlds.so offers: two functions, under the names below. Worlds belong to the
-// caller. Exceptions come through as they are: program and module are built together, by one
-// compiler.
-// Both throw Error when the module is of another version than the caller, kVersion.
+// The interface of terravox-worlds.so: two functions, exported under the names below. The caller
+// owns the returned worlds. Exceptions pass through unchanged: program and module are built
+// together, by one compiler. Both functions throw Error when the module's version differs from the
+// caller's kVersion.
 
-/// open_lidar_world(), after the limit of GDAL's cache was set.
-/// @param image_bytes geo::limit_gdal_cache() @throws what open_lidar_world throws
+/// Calls open_lidar_world(), after setting the limit of GDAL's cache.
+/// @param image_bytes argument of geo::limit_gdal_cache()
+/// @throws what open_lidar_world throws
 using OpenLidarWorld = voxelize::LidarWorld*(const char* version,
                                              const voxelize::LidarWorldOptions& options,
                                              util::StageTimes& times, std::int64_t image_bytes);
 inline constexpr const char* kOpenLidarWorld = "terravox_open_lidar_world";
 
-/// worlds::open_served_world(), after the same. @throws what it throws
+/// Calls worlds::open_served_world(), after setting the same limit.
+/// @throws what it throws
 using OpenServedWorld = worlds::ServedWorld*(const char* version,
                                              const worlds::ServeRequest& request,
                                              util::StageTimes& times, const std::stop_token& stop,

@@ -14,8 +14,8 @@
 namespace terravox::ply {
 namespace {
 
-/// Whether a text is EPSG:n or EPSG:n+m. Everything else that a file says is read as WKT: a PROJ
-/// string is for persons to give.
+/// Whether a text is EPSG:n or EPSG:n+m. Any other text in a file is parsed as WKT: PROJ strings
+/// are accepted from users only.
 bool is_epsg(std::string_view text) {
     constexpr std::string_view kAuthority = "EPSG:", kNumbers = "0123456789+";
     return text.starts_with(kAuthority) && text.size() > kAuthority.size() &&

@@ -10,7 +10,7 @@ pointcloud::Recognition PlyFormat::recognise(std::string_view head) noexcept {
     const auto faces = header.find(kFaces);
     if (faces == std::string_view::npos)
         return pointcloud::Recognition::kPoints;
-    // Some programs write clouds with an element of no faces.
+    // Some programs write point clouds with an empty element of faces.
     const std::string_view count = header.substr(faces + kFaces.size());
     const bool none = count == "0" || count.starts_with("0\n") || count.starts_with("0\r");
     return none ? pointcloud::Recognition::kPoints : pointcloud::Recognition::kOther;

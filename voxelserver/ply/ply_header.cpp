@@ -38,7 +38,7 @@ constexpr std::array<TypeName, 16> kTypes{{
 }};
 
 struct FieldName {
-    std::string_view name;  ///< as plain_name() gives it
+    std::string_view name;  ///< as returned by plain_name()
     Field field;
 };
 constexpr std::array<FieldName, 21> kFieldNames{{
@@ -65,8 +65,8 @@ constexpr std::array<FieldName, 21> kFieldNames{{
     {"returns", kReturnCount},
 }};
 
-/// Programs write one name in many ways: return_number, ReturnNumber, scalar_Return_Number
-/// (CloudCompare). Lower case, without these prefixes and lines.
+/// Normalises a property name, which programs write in different ways: return_number, ReturnNumber,
+/// scalar_Return_Number (CloudCompare). Lower case, without these prefixes and underscores.
 std::string plain_name(std::string_view name) {
     std::string out;
     for (const char c : name) {
@@ -185,7 +185,7 @@ private:
         if (m_elements.empty())
             fail(line, "it belongs to no element");
         if (m_elements.size() > 1)
-            return;  // of an element behind the vertices, which is not read
+            return;  // of an element after the vertices, which is not read
         if (words.size() > 1 && words[1] == "list")
             fail(line, "a vertex of a point cloud has no list");
         if (words.size() != 3)
@@ -254,7 +254,7 @@ private:
         }
     }
 
-    // Before anything is allocated or read by the count.
+    // Must precede any allocation or reading that depends on the count.
     void check_size() {
         const bool text = m_header.encoding == Encoding::kAscii;
         if (text)
@@ -262,7 +262,7 @@ private:
         // The shortest line of text has a digit and a separator for each property.
         const std::uint64_t least =
             text ? 2 * m_header.properties.size() : std::uint64_t{m_header.record_bytes};
-        // The last line may end with the file.
+        // The last line may lack a line end.
         const std::uint64_t held = (m_file.size() - m_header.data_at + (text ? 1 : 0)) / least;
         if (m_header.vertex_count > held)
             m_file.fail("cut short: " + std::to_string(m_header.vertex_count) +

@@ -31,10 +31,10 @@ void widen(PointCloudInfo& info, const Point& point, bool first) {
     }
 }
 
-// Coordinates of a national grid have seven digits before the point, and a 32-bit float has seven
-// in all.
+// Coordinates of a national grid have seven digits before the decimal point, and a 32-bit float has
+// seven significant digits.
 void warn_of_coarse_floats(const PointCloudInfo& info, const Header& header) {
-    constexpr float kFine = 0.02F;  // units: two centimetres of a metric system
+    constexpr float kFine = 0.02F;  // in units of the CRS: two centimetres of a metric system
     const std::array<Field, 2> axes{kX, kY};
     for (std::size_t axis = 0; axis < axes.size(); ++axis) {
         const Property& property = header.properties[*header.fields[axes[axis]]];

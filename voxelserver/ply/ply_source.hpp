@@ -8,17 +8,18 @@
 
 namespace terravox::ply {
 
-/// A PLY point cloud as a source of points. The format has neither bounds nor an index, so opening
-/// reads all vertices once, and keeps their bounds and, of text, where every 50,000th begins.
+/// A PLY point cloud as a source of points. Since the format has neither bounds nor an index,
+/// opening reads all vertices once, and keeps their bounds and, for text files, the offset of every
+/// 50,000th.
 class PlySource final : public pointcloud::PointSource {
 public:
-    /// @throws Error naming what is damaged in the header or in any vertex
+    /// @throws Error naming the fault in the header or in any vertex
     explicit PlySource(const std::filesystem::path& path);
 
     [[nodiscard]] std::vector<pointcloud::PointRange> parts(std::uint64_t points) const override;
     void read(std::span<const pointcloud::PointRange> ranges,
               const pointcloud::PointBatchSink& sink) const override;
-    /// The beginnings of 64 stretches.
+    /// Samples the beginnings of 64 sections of the file.
     [[nodiscard]] std::vector<pointcloud::Point> sample(std::size_t about) const override;
     [[nodiscard]] bool sampled_all_over() const override;
 
@@ -26,7 +27,7 @@ private:
     struct Contents {
         pointcloud::PointCloudInfo info;
         Header header;
-        std::vector<std::uint64_t> part_at;  ///< byte of every 50,000th vertex
+        std::vector<std::uint64_t> part_at;  ///< offset of every 50,000th vertex, bytes
     };
     [[nodiscard]] static Contents look_through(const std::filesystem::path& path);
     explicit PlySource(Contents contents);

@@ -20,7 +20,7 @@ using Values = std::array<double, kFields>;
 constexpr std::size_t kBufferBytes = 64 * 1024;
 constexpr std::uint8_t kUnclassified = 1;
 
-/// Turns the values of a vertex into a point.
+/// Validates the values of a vertex and converts them to a point.
 class Checker {
 public:
     Checker(const FileBytes& file, const Header& header) : m_file(file), m_header(header) {}
@@ -142,7 +142,7 @@ private:
     const Checker m_checker;
     const bool m_swap;
     std::vector<unsigned char> m_buffer;
-    std::size_t m_held = 0;  ///< bytes at the end of the buffer that are not used yet
+    std::size_t m_held = 0;  ///< unused bytes at the end of the buffer
     std::uint64_t m_vertex = 0;
 };
 
@@ -196,7 +196,7 @@ private:
         if (end == std::string::npos) {
             if (m_from + m_text.size() < m_file.size())
                 fail("is longer than " + std::to_string(kBufferBytes) + " bytes");
-            end = m_text.size();  // the last line may end with the file
+            end = m_text.size();  // the last line may lack a line end
         }
         if (end == m_used && m_from + m_used >= m_file.size())
             fail("is missing: the file is cut short");
@@ -205,7 +205,7 @@ private:
         return line;
     }
 
-    // Moves what is not used to the front, and reads on behind it.
+    // Moves unused bytes to the front, and reads more after them.
     void fill() {
         m_text.erase(0, m_used);
         m_from += m_used;
@@ -242,9 +242,9 @@ private:
     const FileBytes& m_file;
     const Checker m_checker;
     std::vector<Field> m_field_of;  ///< of each property; kFields: not read
-    std::uint64_t m_from;           ///< byte of the file where the text begins
+    std::uint64_t m_from;           ///< file offset of the beginning of the text
     std::string m_text;
-    std::size_t m_used = 0;  ///< bytes of the text
+    std::size_t m_used = 0;  ///< bytes of the text used so far
     std::uint64_t m_vertex = 0;
 };
 

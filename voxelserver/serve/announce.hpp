@@ -7,7 +7,7 @@
 
 namespace terravox::serve {
 
-/// Tells a person, on standard output, what is served and what the server will do.
+/// Prints, on standard output, what is served and what the server will do.
 void announce(const worlds::ServedWorld& world, const Options& options, const Plan& plan,
               const std::string& url);
 

@@ -17,8 +17,8 @@ namespace terravox::serve {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr std::size_t kMaxFacts =
-    200;  // worlds of which something is kept; those written longest ago go
+// Maximum number of worlds with stored facts; the least recently written ones are removed.
+constexpr std::size_t kMaxFacts = 200;
 
 std::optional<voxelize::WorldFacts> read_facts(const fs::path& file) {
     std::ifstream in(file, std::ios::binary);
@@ -86,8 +86,8 @@ void DeferredWorld::open() noexcept {
     try {
         std::shared_ptr<voxelize::LidarWorld> world =
             module::open_lidar_world(m_options, m_times, m_image_bytes);
-        // A name cannot stand for everything: the system's GDAL and PROJ may be others than before.
-        // Whatever it was, the next start must not meet these facts again.
+        // The name cannot cover everything: the system's GDAL and PROJ may have changed. Whatever
+        // the cause, the next start must not use these facts again.
         if (voxelize::to_bytes(world->facts()) != voxelize::to_bytes(m_facts)) {
             std::error_code ignored;
             fs::remove(m_file, ignored);

@@ -15,25 +15,26 @@
 
 namespace terravox::serve {
 
-/// A LiDAR world of which is known, from an earlier process, what it is: boxes that were kept can
-/// be handed out at once, and the world is opened beside, on a thread of its own. The first box
-/// that has to be made waits for that. Thread-safe.
+/// A LiDAR world that can be served before it is opened, when its metadata are known from an
+/// earlier process: cached boxes are available at once, while the world is opened in the
+/// background, on a separate thread. The first box that must be made waits for that. Thread-safe.
 ///
-/// What opens worlds is loaded for that only (module/load_module.hpp). Facts are kept in a folder
-/// under the world's name (voxelize::world_name), so that they are never those of other inputs.
+/// The code that opens worlds is loaded only for that purpose (module/load_module.hpp). The
+/// metadata (facts) are stored in a folder under the world's name (voxelize::world_name), so that
+/// they never belong to other inputs.
 class DeferredWorld final : public worlds::ServedWorld {
 public:
     struct Means {
-        std::filesystem::path facts;  ///< folder; empty: nothing is kept
-        std::size_t image_bytes = 0;  ///< of memory, for what is decoded of images
+        std::filesystem::path facts;  ///< folder; empty: facts are not stored
+        std::size_t image_bytes = 0;  ///< memory limit for decoded images
     };
-    /// Opens the world now where nothing is known of it; otherwise begin_opening() does, or the
-    /// first box that has to be made.
+    /// Opens the world at once when no facts are stored; otherwise it is opened by begin_opening(),
+    /// or by the first box that must be made.
     /// @throws as module::open_lidar_world
     DeferredWorld(voxelize::LidarWorldOptions options, util::StageTimes& times, const Means& means);
-    ~DeferredWorld() override;  ///< waits for the opening
-    /// Opens the world beside. To be called when the server answers, whose start would have to
-    /// share memory and cores with it. Idempotent.
+    ~DeferredWorld() override;  ///< waits until the world is opened
+    /// Starts opening the world in the background. Must be called once the server is responding,
+    /// since opening would compete with its start for memory and cores. Idempotent.
     void begin_opening() override;
 
     [[nodiscard]] const voxel::WorldInfo& info() const noexcept override { return m_info; }
@@ -50,35 +51,37 @@ public:
         return m_facts.fingerprint(reach);
     }
 
-    /// What the store knows of the data, before anybody asks for info().
+    /// Sets what the store knows about the data. Must be called before the first call of info().
     void set_licence(const std::string& licence, const std::string& attribution) {
         m_info.licence = licence;
         m_info.attribution = attribution;
     }
     [[nodiscard]] const voxelize::WorldFacts& facts() const noexcept { return m_facts; }
-    /// All files with their states; none is known to be prepared before the world is open.
+    /// All files with their states; none is reported as prepared before the world is open.
     [[nodiscard]] std::vector<voxelize::SquareInfo> squares() const;
     [[nodiscard]] bool is_open() const noexcept override { return m_is_open; }
-    /// Why the world cannot be opened; "" while it is not known, and when it could.
+    /// Why the world cannot be opened; "" while that is unknown, and when opening succeeded.
     [[nodiscard]] std::string trouble() const override { return m_failed ? m_trouble : ""; }
     [[nodiscard]] std::string summary() const override;
     [[nodiscard]] bool makes_all_levels() const noexcept override { return false; }
 
 private:
-    [[nodiscard]] voxelize::LidarWorld& opened();  ///< @throws what opening threw
+    /// Waits for the world, and opens it if necessary.
+    /// @throws the exception of opening
+    [[nodiscard]] voxelize::LidarWorld& opened();
     void open() noexcept;
     void keep(const voxelize::WorldFacts& facts) const noexcept;
 
     const voxelize::LidarWorldOptions m_options;
     const std::size_t m_image_bytes;
-    std::filesystem::path m_file;  ///< of the facts; empty: nothing is kept
+    std::filesystem::path m_file;  ///< file of the facts; empty: they are not stored
     util::StageTimes& m_times;
     voxelize::WorldFacts m_facts;
     voxel::WorldInfo m_info;
     std::promise<std::shared_ptr<voxelize::LidarWorld>> m_promise;
     const std::shared_future<std::shared_ptr<voxelize::LidarWorld>> m_world;
     std::atomic<bool> m_is_open{false};  ///< set when m_world holds a world
-    std::atomic<bool> m_failed{false};   ///< set when m_trouble is written
+    std::atomic<bool> m_failed{false};   ///< set after m_trouble was written
     std::string m_trouble;
     std::once_flag m_begun;
     std::thread m_opening;

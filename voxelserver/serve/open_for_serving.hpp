@@ -12,19 +12,19 @@
 
 namespace terravox::serve {
 
-/// What a server serves.
+/// The world that a server serves, and its origin.
 struct OpenedForServing {
     std::unique_ptr<worlds::ServedWorld> world;
-    const DeferredWorld* lidar = nullptr;      ///< `world`, where it is LiDAR data or a store
-    std::optional<store::GrabberStore> store;  ///< of the grabber, where one was given
+    const DeferredWorld* lidar = nullptr;      ///< `world`, when it is LiDAR data or a store
+    std::optional<store::GrabberStore> store;  ///< the grabber's store, when one was given
 };
 
-/// Opens the inputs of `options`: LiDAR data and stores as an DeferredWorld, all other kinds by the
-/// module.
+/// Opens the inputs of `options`: LiDAR data and stores as a DeferredWorld, all other kinds through
+/// the module.
 /// @param times outlives the world
-/// @param stop ends the opening soon where another server is slow to answer
-/// @throws UsageError for flags that do not suit the kind; Error when the world cannot be opened,
-/// or it was stopped
+/// @param stop cancels the opening, e.g. while another server is slow to respond
+/// @throws UsageError for flags that are not valid for the kind; Error when the world cannot be
+/// opened, or opening was cancelled
 [[nodiscard]] OpenedForServing open_for_serving(const Options& options, const Plan& plan,
                                                 util::StageTimes& times,
                                                 const std::stop_token& stop);

@@ -17,11 +17,11 @@
 namespace terravox::serve {
 namespace {
 
-// Connections beyond those that make a box or wait for it: for boxes in the cache, /healthz, and
+// Connections in addition to those that make or wait for a box: for cached boxes, /healthz, and
 // idle clients.
 constexpr int kSpareThreads = 32;
-// Of the memory that a process of this kind takes before it keeps anything: libraries, stacks, what
-// the threads have at work.
+// Memory that such a process needs before it caches anything: libraries, stacks, working memory of
+// the threads.
 constexpr std::size_t kBaseBytes = std::size_t{96} << 20;
 
 constexpr std::size_t kMinImageBytes = std::size_t{8} << 20;
@@ -34,7 +34,7 @@ std::chrono::milliseconds milliseconds(double seconds, const char* flag) {
     return std::chrono::milliseconds(static_cast<std::int64_t>(seconds * 1000));
 }
 
-/// An option that means something for some kinds of worlds only, and is refused for others.
+/// An option that is valid for some kinds of worlds only, and rejected for others.
 template <class Value>
 CLI::Option* add_kind_option(CLI::App& app, Options& o, const char* flag, Value& value,
                              const char* help) {
@@ -196,9 +196,9 @@ bool is_address(const std::string& input) noexcept {
 
 namespace {
 
-/// TERRAVOX_SERVER_TOKEN is what this server wants from its clients, unless the world is another
-/// server's and TERRAVOX_SERVER_ORIGIN binds the token to that one: then it is shown there, and
-/// must not be this server's, too.
+/// TERRAVOX_SERVER_TOKEN is the token that this server requires of its clients, unless the world is
+/// another server's and TERRAVOX_SERVER_ORIGIN binds the token to that one: then it is sent there,
+/// and must not be this server's, too.
 std::string own_token(const Options& o) {
     const char* origin = std::getenv("TERRAVOX_SERVER_ORIGIN");
     const bool is_bound = origin != nullptr && *origin != '\0';
@@ -238,8 +238,8 @@ Plan finish(Options& o) {
         (o.request_threads > 0 ? o.request_threads : plan.boxes.makers + o.queue + kSpareThreads) -
             kSpareThreads,
         1);
-    plan.boxes.ahead =
-        !o.no_ahead && !o.prepare && !o.prepare_only;  // everything is made ahead then
+    // Everything is made in advance then.
+    plan.boxes.ahead = !o.no_ahead && !o.prepare && !o.prepare_only;
     plan.boxes.disk_bytes = static_cast<std::uint64_t>(o.cache_mib) << 19;
     if (!cache.empty()) {
         plan.boxes.file = cache / "boxes-1.sqlite";

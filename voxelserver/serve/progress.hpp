@@ -7,13 +7,14 @@
 
 namespace terravox::serve {
 
-/// Tells how far preparing is: a bar on a terminal, else a log line now and then. Not thread-safe.
+/// Reports the progress of preparing: a bar on a terminal, else a log line now and then. Not
+/// thread-safe.
 class PrepareProgress {
 public:
-    explicit PrepareProgress(bool bar)
-        : m_bar(bar) {}  ///< @param bar standard error is a terminal and the log is for people
+    /// @param bar whether standard error is a terminal and the log has the text format
+    explicit PrepareProgress(bool bar) : m_bar(bar) {}
     void show(const boxes::Preparer::Progress& now);
-    void end(const boxes::Preparer::Progress& now);  ///< the last word
+    void end(const boxes::Preparer::Progress& now);  ///< the final report
 
 private:
     using Clock = std::chrono::steady_clock;

@@ -23,15 +23,16 @@
 namespace terravox::serve {
 namespace {
 
-constexpr std::chrono::milliseconds kLook{200};  // at the progress
+constexpr std::chrono::milliseconds kLook{200};  // interval of progress updates
 
 std::unique_ptr<boxes::Preparer> start_preparing(boxes::BoxCache& cache, int lanes) {
     return std::make_unique<boxes::Preparer>(
         cache, lanes, [](const std::string& why) { spdlog::warn("prepare: {}", why); });
 }
 
-/// Tells the progress until all is prepared, the person wants to stop, or `useless`. @return
-/// whether the person wants to stop
+/// Reports the progress until preparing has finished, a stop is requested, or `useless` returns
+/// true.
+/// @return whether a stop was requested
 template <class Useless>
 bool watch(const boxes::Preparer& preparer, bool bar, const std::stop_token& stop,
            const Useless& useless) {
@@ -75,7 +76,7 @@ http::Health health_of(const worlds::ServedWorld& world) {
     return {world.is_open() ? State::kOk : State::kOpening};
 }
 
-/// @throws UsageError where preparing would have no end, or nothing would be left of it
+/// @throws UsageError when preparing would not terminate, or its results would not be kept
 void check_can_prepare(const Options& options, const worlds::ServedWorld& world) {
     if (!options.prepare && !options.prepare_only)
         return;
@@ -93,17 +94,18 @@ void check_can_prepare(const Options& options, const worlds::ServedWorld& world)
             "a date");
 }
 
-/// What of the plan depends on the kind of world.
+/// Adjusts the settings of the plan that depend on the kind of world.
 void fit_to_world(const worlds::ServedWorld& world, Plan& plan) {
     plan.boxes.downsample = !world.makes_all_levels();
     plan.boxes.makers = world.useful_concurrency(plan.boxes.makers);
+    // Another server must not spend time on boxes that were not requested.
     if (world.is_far())
-        plan.boxes.ahead = false;  // another server's time is not for boxes that nobody requested
+        plan.boxes.ahead = false;
     if (!world.has_lasting_fingerprint())
         plan.boxes.file.clear();
 }
 
-/// Names the state of everything that any box is made of.
+/// Identifies the state of all inputs of the boxes.
 std::string edition_of(const worlds::ServedWorld& world) {
     const voxel::BoxRange range = voxel::boxes_over(world.info().bounds, 0);
     return voxel::hex_of(
@@ -116,12 +118,13 @@ util::ExitCode serve(Options& options) {
     util::set_up_log(options.log_level,
                      options.log_json ? util::LogFormat::kJson : util::LogFormat::kText);
     std::signal(SIGPIPE, SIG_IGN);
-    std::signal(SIGXFSZ, SIG_IGN);  // a file that may not grow is a full disk: an error to be told
+    // Exceeding the file size limit is then an error to report, like a full disk.
+    std::signal(SIGXFSZ, SIG_IGN);
     Plan plan = finish(options);
     if (!options.prepare_only)
-        http::check_can_listen(options.server);  // before minutes of decoding
+        http::check_can_listen(options.server);  // fail before minutes of decoding
 
-    // A call that a signal interrupts may be one of a library that takes this for an error.
+    // Some libraries treat a call that is interrupted by a signal as an error.
     const thread::SignalsBlocked blocked;
     thread::StopSignals::Options handling;
     handling.second_ends_program = true;
@@ -155,8 +158,8 @@ util::ExitCode serve(Options& options) {
     http::Router router(service, plan.token, plan.names);
     http::Server server(router, options.server);
     std::cout << "listening on " << server.url() << std::endl;
-    // All that kept boxes do not need comes after: whoever waits for the start has its cores, and
-    // no thread but those that answer.
+    // Everything that cached boxes do not need is done after the start, so that it does not delay
+    // the start and the only threads are those that answer requests.
     world.begin_opening();
     map.look_through_disk();
     announce(world, options, plan, server.url());
@@ -175,7 +178,7 @@ util::ExitCode serve(Options& options) {
         cache.refuse();
         stop_far();
     });
-    stop_far();  // boxes that are being prepared
+    stop_far();  // cancels the boxes that are being prepared
     return util::ExitCode::kDone;
 }
 

@@ -7,7 +7,8 @@ namespace terravox::serve {
 
 /// Opens the world and serves it until SIGINT or SIGTERM, or makes all of its boxes
 /// (--prepare-only).
-/// @return kHoles when boxes that were to be prepared cannot be made @throws Error, UsageError
+/// @return kHoles when boxes could not be prepared
+/// @throws Error, UsageError
 [[nodiscard]] util::ExitCode serve(Options& options);
 
 }  // namespace terravox::serve

@@ -46,8 +46,8 @@ void add_terms(const StoredSquare& from, http::SquareEntry& to) {
     to.attribution = from.attribution;
 }
 
-// Squares are named E_N by their south-western corner in kilometres, where the store does not say
-// more of one that it has not fetched.
+// Squares are named E_N by their south-western corner in kilometres; this is used where the store
+// has no bounds for one that it has not fetched.
 std::optional<store::StoredBounds> bounds_of(const StoredSquare& s) {
     if (s.bounds)
         return s.bounds;

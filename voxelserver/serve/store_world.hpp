@@ -9,7 +9,7 @@
 
 namespace terravox::serve {
 
-/// What the interface shows of squares: those of the world, and those that the store has not
+/// The squares shown by the HTTP interface: those of the world, and those that the store has not
 /// fetched.
 [[nodiscard]] std::vector<http::SquareEntry> squares_of(
     const DeferredWorld& world, const std::optional<store::GrabberStore>& store);

@@ -32,7 +32,7 @@ Address Address::parse(const std::string& text, std::uint16_t default_port) {
         if (has_port)
             port = rest.substr(1);
     } else if (const auto colon = text.find(':'); colon != std::string::npos) {
-        // Which part of "fe80::1:80" would be the port?
+        // Ambiguous without brackets: the port of "fe80::1:80" cannot be determined.
         if (text.find(':', colon + 1) != std::string::npos)
             refuse(text, "an IPv6 address stands in brackets");
         out.host = text.substr(0, colon);

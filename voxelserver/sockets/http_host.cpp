@@ -11,7 +11,7 @@
 namespace terravox::sockets {
 namespace {
 
-constexpr std::size_t kMaxNameBytes = 253;  // of a domain name
+constexpr std::size_t kMaxNameBytes = 253;  // limit for a domain name
 
 char lower(char c) noexcept {
     return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;

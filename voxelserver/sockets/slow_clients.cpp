@@ -27,18 +27,19 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr std::chrono::milliseconds kPause{100};  // between two looks
-constexpr std::chrono::seconds kTellEvery{60};    // at most
-// Between the moment in which a thread has read the end of a request and the moment in which it
-// says so, a connection seems to wait for its client: only one that did in two looks does.
+constexpr std::chrono::milliseconds kPause{100};  // between two scans
+constexpr std::chrono::seconds kTellEvery{60};    // minimum interval between messages
+// Between the moment at which a thread has read the end of a request and the moment at which it
+// registers it, a connection seems to wait for its client: it is considered waiting only if it does
+// so in two consecutive scans.
 constexpr int kLooks = 2;
 
-/// A connection that a client has made to this server.
+/// A connection of a client to this server.
 struct Connection {
     int fd = -1;
     std::string name;     ///< address and port of the client
-    std::string address;  ///< what one client cannot easily have many of
-    bool unread = false;  ///< bytes of the client have not been read
+    std::string address;  ///< Endpoint::neighbourhood()
+    bool unread = false;  ///< whether bytes of the client have not been read yet
 };
 
 std::optional<Endpoint> end_of(int fd, int (*ask)(int, sockaddr*, socklen_t*)) noexcept {
@@ -51,12 +52,12 @@ std::optional<Endpoint> end_of(int fd, int (*ask)(int, sockaddr*, socklen_t*)) n
     return out;
 }
 
-/// @return the client's end, where the descriptor is a connection that was made to `port`
+/// @return the client's endpoint, if the descriptor is a connection to `port`
 std::optional<Endpoint> client_of(int fd, int port) noexcept {
     const auto here = end_of(fd, ::getsockname);
     if (!here || here->port() != port)
         return std::nullopt;
-    return end_of(fd, ::getpeername);  // a socket that listens has none
+    return end_of(fd, ::getpeername);  // a listening socket has none
 }
 
 struct CloseFolder {
@@ -84,8 +85,8 @@ std::vector<Connection> connections_to(int port) {
     return out;
 }
 
-/// Meanwhile the descriptor may be another connection's, or a file's: what is shut down is the
-/// connection that was meant, or nothing.
+/// Meanwhile the descriptor may belong to another connection, or a file: only the intended
+/// connection is shut down, or none.
 bool shut_down(const Connection& connection, int port) noexcept {
     const Socket same(::fcntl(connection.fd, F_DUPFD_CLOEXEC, 0));
     if (!same)
@@ -94,7 +95,7 @@ bool shut_down(const Connection& connection, int port) noexcept {
     return client && client->text() == connection.name && ::shutdown(same.fd(), SHUT_RDWR) == 0;
 }
 
-// As Endpoint::text() has it: without the zone of a link-local address, which CivetWeb adds.
+// In the format of Endpoint::text(): without the zone of a link-local address, which CivetWeb adds.
 std::string name_of(const std::string& given, int port) {
     const std::string address = given.substr(0, given.find('%'));
     const bool brackets = address.find(':') != std::string::npos;
@@ -105,16 +106,18 @@ std::string name_of(const std::string& given, int port) {
 
 struct SlowClients::Known {
     struct Facts {
-        Clock::time_point since = Clock::now();  ///< the last reply was sent, or it was first seen
-        int answering = 0;  ///< requests; 0 or 1, but for a moment in which a port is used again
-        int looks = 0;      ///< in a row in which it waited for its client
-        std::uint64_t seen = 0;  ///< number of the last look that found it
+        /// Time of the last reply, or when it was first seen.
+        Clock::time_point since = Clock::now();
+        /// Number of requests; 0 or 1, except for a moment when a port is reused.
+        int answering = 0;
+        int looks = 0;           ///< number of consecutive scans in which it waited for its client
+        std::uint64_t seen = 0;  ///< number of the last scan that found it
     };
     std::mutex mutex;
     std::condition_variable changed;
     bool stopping = false;
     std::unordered_map<std::string, Facts> connections;
-    // Of the watching thread alone.
+    // Used only by the watching thread.
     std::uint64_t looks = 0;
     Clock::time_point tell_again = Clock::time_point::min();
 };

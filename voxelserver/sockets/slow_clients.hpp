@@ -9,38 +9,39 @@
 
 namespace terravox::sockets {
 
-/// Keeps clients that do not finish their requests from taking all threads of an HTTP server that
-/// gives each connection a thread (CivetWeb). While more connections than a limit are open, those
-/// that wait for their client (for the rest of a request, of a TLS handshake, or for the next
-/// request) and have done so for a while are closed: first those of the address that has the most
-/// of them, the longest-waiting first. A connection whose bytes nobody has read yet waits for the
-/// server, not for its client, and stays; so does one whose request is being answered.
+/// Prevents clients that do not finish their requests from occupying all threads of an HTTP server
+/// with one thread per connection (CivetWeb). While more connections than a limit are open, those
+/// that have waited for their client longer than a timeout (for the rest of a request, of a TLS
+/// handshake, or for the next request) are closed: first those of the address that has the most of
+/// them, the longest-waiting first. A connection with unread bytes waits for the server, not for
+/// its client, and stays open; so does one whose request is being answered.
 ///
-/// The server library tells neither the descriptors of its connections nor how many wait for a
-/// thread. So one thread of this class looks at the descriptors of the process a few times a second
-/// and finds the connections by the port. It closes none itself: it duplicates a descriptor, looks
-/// whether that is still the same connection, and shuts the connection down; the library then reads
-/// its end. The mutex guards the list of what is known of connections; it is held by the look and,
-/// shortly, by begin and end of every request.
+/// The server library exposes neither the descriptors of its connections nor the number of those
+/// that wait for a thread. Therefore a thread of this class scans the descriptors of the process a
+/// few times a second and identifies the connections by the port. It closes none itself: it
+/// duplicates a descriptor, verifies that it is still the same connection, and shuts the connection
+/// down; the library then reads the end of the stream. The mutex guards the list of known
+/// connections; it is held during the scan and, briefly, at the beginning and the end of every
+/// request.
 class SlowClients {
 public:
     struct Limits {
-        int connections = 1;  ///< that may be open before any is closed; at least 1
-        std::chrono::milliseconds timeout{500};  ///< with a client, while there are more
+        int connections = 1;  ///< number that may be open before any is closed; at least 1
+        std::chrono::milliseconds timeout{500};  ///< time to wait for a client, while more are open
     };
     explicit SlowClients(const Limits& limits);
-    ~SlowClients();  ///< no Answering may be left
-    /// Begins to look, until the end of this object. To be called once.
-    /// @param port that the server listens on, at whatever address
+    ~SlowClients();  ///< no Answering may exist any more
+    /// Starts the scans, until the destruction of this object. Must be called at most once.
+    /// @param port that the server listens on, at any address
     /// @throws std::system_error when no thread can be started
     void watch(int port);
     SlowClients(const SlowClients&) = delete;
     SlowClients& operator=(const SlowClients&) = delete;
 
-    /// A request that is whole and is being answered, as long as this lives. Thread-safe.
+    /// RAII: marks a complete request that is being answered. Thread-safe.
     class Answering {
     public:
-        /// @param address numeric, of the client
+        /// @param address of the client, numeric
         Answering(SlowClients& clients, const std::string& address, int port);
         ~Answering();
         Answering(const Answering&) = delete;
@@ -51,9 +52,8 @@ public:
         const std::string m_name;
     };
 
-    [[nodiscard]] std::uint64_t closed() const noexcept {
-        return m_closed;
-    }  ///< connections so far
+    /// Number of connections closed so far.
+    [[nodiscard]] std::uint64_t closed() const noexcept { return m_closed; }
 
 private:
     struct Known;

@@ -25,7 +25,7 @@ const in6_addr& six(const sockaddr_storage& storage) {
     return reinterpret_cast<const sockaddr_in6*>(&storage)->sin6_addr;
 }
 
-/// The IPv4 address that is one, or is written as an IPv6 one; else nothing.
+/// The bytes of an IPv4 address or of an IPv4-mapped IPv6 address; else nullptr.
 const std::uint8_t* four(const sockaddr_storage& storage) {
     if (storage.ss_family == AF_INET)
         return reinterpret_cast<const std::uint8_t*>(
@@ -40,7 +40,7 @@ std::string host_text(int family, const void* bytes) {
     return ::inet_ntop(family, bytes, text.data(), text.size()) != nullptr ? text.data() : "?";
 }
 
-/// @return false: the time is over
+/// @return false when the deadline has passed
 bool wait_for(int fd, short events, Deadline deadline) {
     for (;;) {
         const auto left = std::chrono::ceil<std::chrono::milliseconds>(
@@ -170,7 +170,7 @@ std::vector<Socket> listen_at(const Address& address) {
         all->sin6_addr = in6addr_any;
         any.size_bytes = sizeof *all;
         any.set_port(address.port);
-        // A machine may have IPv6 switched off: then IPv4 alone is all interfaces.
+        // IPv6 may be disabled on a machine: then IPv4 alone covers all interfaces.
         if (const Socket probe(::socket(AF_INET6, SOCK_STREAM | SOCK_CLOEXEC, 0)); probe) {
             out.push_back(listen_at(any, true, address.text()));
             return out;
@@ -209,8 +209,8 @@ Socket connect_to(const Endpoint& endpoint, Deadline deadline) {
 }
 
 void tune(int fd, std::chrono::milliseconds lost_after) noexcept {
-    // Each of these makes the link better, and none is needed: a kernel without one of them is no
-    // failure.
+    // Each of these options improves the connection, and none is required: if the kernel lacks one,
+    // that is not an error.
     const int on = 1, unsent_bytes = 256 << 10;
     const auto lost_after_ms = static_cast<unsigned>(lost_after.count());
     ::setsockopt(fd, IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);

@@ -11,7 +11,7 @@
 
 namespace terravox::sockets {
 
-/// A file descriptor with an owner.
+/// An owning file descriptor.
 class Socket {
 public:
     Socket() = default;
@@ -34,7 +34,7 @@ private:
     int m_fd = -1;
 };
 
-/// An address that the kernel takes.
+/// A socket address in the kernel's format.
 struct Endpoint {
     sockaddr_storage storage{};
     socklen_t size_bytes = 0;
@@ -43,36 +43,40 @@ struct Endpoint {
     }
     [[nodiscard]] std::uint16_t port() const noexcept;
     void set_port(std::uint16_t port) noexcept;
-    /// "192.0.2.7:51234", "[2001:db8::1]:51234"; without scope; IPv4 within IPv6 as IPv4.
+    /// "192.0.2.7:51234", "[2001:db8::1]:51234"; without scope; IPv4-mapped IPv6 addresses as IPv4.
     [[nodiscard]] std::string text() const;
-    /// What one peer cannot easily have many of: the IPv4 address, the upper 64 bits of an IPv6
-    /// one.
+    /// A key that one peer cannot easily have many of, for limits per client: the IPv4 address, or
+    /// the upper 64 bits of an IPv6 one.
     [[nodiscard]] std::string neighbourhood() const;
 };
 
-/// Endpoint::neighbourhood of an address that is written as Endpoint::text does; of any other text
-/// what stands before its last colon.
+/// Endpoint::neighbourhood() of an address in the format of Endpoint::text(); for any other text,
+/// the part before its last colon.
 [[nodiscard]] std::string neighbourhood_of(const std::string& peer);
 
 using Deadline = std::chrono::steady_clock::time_point;
 
-/// All addresses of a name; to bind to those of this machine where `to_listen`. @throws Error for a
-/// name that is not known
+/// Resolves a name to all its addresses.
+/// @param to_listen for binding: addresses of this machine
+/// @throws Error for an unknown name
 [[nodiscard]] std::vector<Endpoint> resolve(const Address& address, bool to_listen);
 
-/// Sockets that listen, non-blocking, all on one port: for no host one of both families where the
-/// machine has both, else one for each address of the name. @throws Error
+/// Opens listening, non-blocking sockets, all on one port: without a host, one for both families
+/// where the machine has both, else one for each address of the name.
+/// @throws Error
 [[nodiscard]] std::vector<Socket> listen_at(const Address& address);
 
-/// @return a connected socket, non-blocking @throws Error: nobody listens there, or no answer by
-/// then
+/// @return a connected socket, non-blocking
+/// @throws Error when the connection is refused, or not established by the deadline
 [[nodiscard]] Socket connect_to(const Endpoint& endpoint, Deadline deadline);
 
-/// Small frames go at once; the kernel holds little that is not on its way, so that pings are not
-/// stuck behind it; a peer that confirms nothing for so long is lost.
+/// Sets socket options for low latency: small frames are sent at once; the kernel buffers little
+/// unsent data, so that pings are not stuck behind it; a peer that acknowledges nothing for
+/// `lost_after` is disconnected.
 void tune(int fd, std::chrono::milliseconds lost_after) noexcept;
 
-/// @throws Error when the peer closes or the time is over before all bytes are there
+/// @throws Error when the peer closes the connection or the deadline passes before all bytes were
+/// read
 void read_exactly(int fd, void* to, std::size_t size_bytes, Deadline deadline);
 /// @throws Error
 void write_all(int fd, const void* from, std::size_t size_bytes, Deadline deadline);

@@ -24,13 +24,14 @@ constexpr std::int64_t kGeoPackage = 0x47504B47;  // "GPKG"
                         [](unsigned char c) { return c < ' ' || c == 127; });
 }
 
-/// Names become parts of paths and of pages.
+/// Names become parts of paths and of web pages.
 [[nodiscard]] bool is_name(const std::string& text) {
     return !text.empty() && text[0] != '.' && plain(text) &&
            text.find_first_of("/\\") == std::string::npos;
 }
 
-/// As the grabber writes them, such as lidar/<source>/<square>.laz: no other folder can be meant.
+/// Whether a path has the form in which the grabber writes it, such as lidar/<source>/<square>.laz,
+/// so that it cannot refer to another folder.
 /// @param folders below the first one
 [[nodiscard]] bool is_place(const std::string& path, std::string_view first, std::size_t folders,
                             std::initializer_list<std::string_view> endings) {
@@ -47,7 +48,7 @@ constexpr std::int64_t kGeoPackage = 0x47504B47;  // "GPKG"
     return parts == folders + 2;
 }
 
-/// The length of a plain file; nullopt when there is none.
+/// The length of a regular file; nullopt when there is none.
 [[nodiscard]] std::optional<std::uint64_t> length_of(const fs::path& file) {
     std::error_code failed;
     if (!fs::is_regular_file(file, failed))
@@ -56,14 +57,15 @@ constexpr std::int64_t kGeoPackage = 0x47504B47;  // "GPKG"
     return failed ? std::nullopt : std::optional<std::uint64_t>(size);
 }
 
-/// What a server or a system said: it may be long, or of several lines.
+/// Shortens a message of a server or the system, which may be long or have several lines, to one
+/// line.
 [[nodiscard]] std::string one_line(std::string text) {
     std::replace_if(
         text.begin(), text.end(), [](unsigned char c) { return c < ' ' || c == 127; }, ' ');
     if (text.size() > kLongestText) {
         std::size_t end = kLongestText;
         while (end > 0 && (static_cast<unsigned char>(text[end]) & 0xC0) == 0x80)
-            --end;  // not within a character
+            --end;  // not within a UTF-8 character
         text.resize(end);
     }
     return text;
@@ -76,7 +78,7 @@ public:
         : m_folder(std::move(folder)),
           m_file(m_folder / "fishnet.gpkg"),
           m_database(m_file, immutable) {
-        // An empty database is one that the grabber has made and not yet filled.
+        // An empty database has been created by the grabber and not yet filled.
         if (m_database.number("SELECT count(*) FROM sqlite_master") == 0)
             return;
         if (m_database.number("PRAGMA application_id") != kGeoPackage)
@@ -179,7 +181,7 @@ private:
         return out;
     }
 
-    /// Of what is in the file; of a square without one, as its catalogue has it.
+    /// Bounds of the file's points; for a square without a file, those in its catalogue.
     [[nodiscard]] std::optional<StoredBounds> bounds(const Rows& rows) const {
         constexpr int kPoints = 12, kSquare = 18;
         StoredBounds out;
@@ -222,7 +224,7 @@ private:
             use_file(rows, out, StoredState::kFailed);
         else if (state == "wanted" || state == "fetching" || state == "fetched") {
             out.error.clear();
-            // Asked for again: until the new file is there, the old one serves.
+            // Requested again: until the new file is complete, the old one is used.
             if (rows.integer(3) == 1)
                 use_file(rows, out, StoredState::kWanted);
         } else if (state == "missing")
@@ -236,7 +238,7 @@ private:
         return out;
     }
 
-    /// @param otherwise what the square is when its file is not as it was
+    /// @param otherwise the state of the square when its file is missing or has changed
     void use_file(const Rows& rows, StoredSquare& out, StoredState otherwise) const {
         const std::string path = text(rows, 4, "file_path", true);
         if (!is_place(path, "lidar", 1, {".laz", ".las"}))
@@ -259,7 +261,7 @@ private:
     const fs::path m_folder, m_file;
     ReadOnlyDatabase m_database;
     bool m_filled = false;
-    std::string m_where;  // the row in messages
+    std::string m_where;  // names the row in messages
 };
 
 [[nodiscard]] GrabberStore read_fishnet(const fs::path& folder, bool immutable) {
@@ -295,9 +297,10 @@ GrabberStore read_grabber_store(const fs::path& folder) {
     }
     if (!fs::is_regular_file(file, failed))
         throw fail("its fishnet.gpkg is not a plain file");
-    // Without a log everything is in the file itself, which is read as it is: no file appears
-    // beside it that the grabber, as another user, could not write to, and a disk without write
-    // access will do. Should the grabber come meanwhile, what was read is read again.
+    // Without a write-ahead log everything is in the file itself, which is then opened as
+    // immutable: SQLite creates no file next to it that the grabber, as another user, could not
+    // write to, and a read-only disk suffices. If the grabber starts meanwhile, the store is read
+    // again.
     const auto log_is_empty = [&] {
         return length_of(folder / "fishnet.gpkg-wal").value_or(0) == 0;
     };

@@ -10,11 +10,11 @@
 namespace terravox::store {
 namespace {
 
-constexpr int kBusyTimeout_ms = 10'000;         // another process recovers or checkpoints
+constexpr int kBusyTimeout_ms = 10'000;         // while another process recovers or checkpoints
 constexpr int kLongestValue_bytes = 1'000'000;  // and row: the longest are lists of addresses
 constexpr int kStepsPerLook = 1'000'000, kMaxLooks = 2'000;
 
-/// A name in which SQLite's own signs mean nothing.
+/// Escapes the characters of a name that have a meaning in SQLite's URIs.
 std::string uri_of(const std::filesystem::path& file, bool immutable) {
     std::string out = "file:";
     constexpr char kHex[] = "0123456789ABCDEF";

@@ -14,13 +14,13 @@
 namespace terravox::store {
 namespace {
 
-/// What a square made in memory owns.
+/// The memory that a square made in memory owns.
 struct Owned {
     std::vector<PatchEntry> patches;
     std::vector<VoxelPoint> points;
 };
 
-// Everything that a later step looks at takes part, so that the order of points in the file cannot
+// A total order by all members that later steps use, so that the order of points in the file cannot
 // matter.
 bool before(const VoxelPoint& a, const VoxelPoint& b) noexcept {
     const auto rest = [](const VoxelPoint& p) {
@@ -49,7 +49,7 @@ void sort_patch(std::span<VoxelPoint> points, std::vector<VoxelPoint>& scratch) 
             std::sort(from, to, before);
             continue;
         }
-        for (auto p = from; p < to; ++p)  // insertion sort: columns hold a handful
+        for (auto p = from; p < to; ++p)  // insertion sort: columns have only a few points
             for (auto q = p; q > from && before(*q, *(q - 1)); --q)
                 std::iter_swap(q, q - 1);
     }
@@ -78,7 +78,8 @@ std::span<const VoxelPoint> Square::points(grid::PatchKey patch) const {
     if (found == m_patches.end() || !(found->key == patch))
         return {};
     const auto out = m_points.subspan(found->begin, found->count);
-    // A file cut short in place is asked first: to touch a page that is gone would end the program.
+    // Checks first whether the file was truncated in place, since accessing a lost page would end
+    // the program.
     if (!m_checked && (!util::readable(std::as_bytes(out)) || checksum_of(out) != found->checksum))
         throw util::Error("read a prepared square: patch " + std::to_string(patch.px) + ", " +
                           std::to_string(patch.pz) +
@@ -89,7 +90,7 @@ std::span<const VoxelPoint> Square::points(grid::PatchKey patch) const {
 std::shared_ptr<const Square> bin_points(std::vector<PatchedPoints> parts,
                                          const PointCounts& counts, int threads) {
     const auto owned = std::make_shared<Owned>();
-    // Step 1: the patches, and how many points each part has in those that it touches.
+    // Step 1: find the patches, and count the points of each part in them.
     std::vector<grid::PatchKey> keys;
     for (const PatchedPoints& part : parts)
         for (const auto& run : part.runs)
@@ -113,7 +114,8 @@ std::shared_ptr<const Square> bin_points(std::vector<PatchedPoints> parts,
         owned->patches.push_back({keys[k], total, next[k], 0});
         total += std::exchange(next[k], total);
     }
-    // Step 2: to their places. Runs are given theirs one after the other, then copied side by side.
+    // Step 2: move the points to their places. Runs get them one after the other, then they are
+    // copied in parallel.
     for (PatchedPoints& part : parts)
         for (std::size_t r = 0; r < part.runs.size(); ++r) {
             std::size_t& to = next[part.runs[r].place];
@@ -129,7 +131,7 @@ std::shared_ptr<const Square> bin_points(std::vector<PatchedPoints> parts,
         }
         parts[i] = {};
     });
-    // Step 3: by column.
+    // Step 3: sort by column.
     thread::parallel_for(keys.size(), threads, [&](std::size_t k) {
         thread_local std::vector<VoxelPoint> scratch;
         sort_patch(

@@ -11,32 +11,34 @@
 
 namespace terravox::store {
 
-/// Where the points of one patch lie in a square's points. Stored as is in prepared squares.
+/// The range of one patch in a square's points. Stored as is in prepared squares.
 struct PatchEntry {
     grid::PatchKey key;
     std::uint64_t begin = 0;
     std::uint64_t count = 0;
-    std::uint64_t checksum =
-        0;  ///< XXH64 of the points' bytes; set when the square is written to disk
+    /// XXH64 of the points' bytes; set when the square is written to disk.
+    std::uint64_t checksum = 0;
 };
 static_assert(sizeof(PatchEntry) == 32);
 
-/// What was met while a square was decoded. Stored as is in prepared squares.
+/// Statistics from decoding a square. Stored as is in prepared squares.
 struct PointCounts {
     std::uint64_t kept = 0;
-    std::uint64_t wild = 0;      ///< far outside the bounds: errors of the survey
-    std::uint64_t withheld = 0;  ///< marked so by the survey, or as overlap where that is dropped
-    std::uint64_t noise = 0;     ///< of classes that the table drops
+    std::uint64_t wild = 0;  ///< far outside the bounds: errors of the survey
+    /// Marked as withheld by the survey, or as overlap where that is dropped.
+    std::uint64_t withheld = 0;
+    std::uint64_t noise = 0;                    ///< of classes that the table drops
     std::array<std::uint64_t, 256> by_class{};  ///< of the points kept
     void add(const PointCounts& other) noexcept;
 };
 
 /// Some or all points of a LiDAR file in voxel space, grouped by patch; within a patch by column
-/// (z, then x), then by rising y. Immutable. The points live in memory of this object, or in a
-/// mapped file that it holds.
+/// (z, then x), then by ascending y. Immutable. The points are in memory owned by this object, or
+/// in a mapped file that it keeps open.
 class Square {
 public:
-    /// @param patches sorted by key; @param holder keeps the memory behind both spans alive
+    /// @param holder keeps the memory of both spans alive
+    /// @param patches sorted by key
     Square(std::shared_ptr<const void> holder, std::span<const PatchEntry> patches,
            std::span<const VoxelPoint> points, const PointCounts& counts, std::size_t memory_bytes,
            bool checked)
@@ -61,22 +63,23 @@ private:
     std::span<const PatchEntry> m_patches;
     std::span<const VoxelPoint> m_points;
     PointCounts m_counts;
-    std::size_t m_memory_bytes;  ///< mapped pages count too: they are resident while in use
-    bool m_checked;              ///< no need to look at checksums
+    std::size_t m_memory_bytes;  ///< includes mapped pages: they are resident while in use
+    bool m_checked;              ///< checksums need not be verified
 };
 
 [[nodiscard]] std::uint64_t checksum_of(std::span<const VoxelPoint> points) noexcept;
 
-/// Points with the patch of each, in the order of a file: neighbours in a file mostly share a
-/// patch, so patches are kept as runs.
+/// Points with the patch of each, in file order: consecutive points mostly share a patch, so
+/// patches are stored as runs.
 struct PatchedPoints {
     struct Run {
         grid::PatchKey patch;
         std::size_t begin = 0;
-        std::size_t place = 0;  ///< for binning: the patch's number, then where the run goes
+        /// For binning: first the patch's number, then the destination of the run.
+        std::size_t place = 0;
     };
     std::vector<VoxelPoint> points;
-    std::vector<Run> runs;  ///< each until the next one's begin
+    std::vector<Run> runs;  ///< each extends to the beginning of the next one
     void add(grid::PatchKey patch, const VoxelPoint& point) {
         if (runs.empty() || !(runs.back().patch == patch))
             runs.push_back({patch, points.size(), 0});
@@ -85,8 +88,8 @@ struct PatchedPoints {
 };
 
 /// Step "binning": groups the points of all parts by patch and column. The result does not depend
-/// on how the points were dealt into parts.
-/// @param threads 0 = one for each core
+/// on how the points were divided into parts.
+/// @param threads 0 = one per core
 [[nodiscard]] std::shared_ptr<const Square> bin_points(std::vector<PatchedPoints> parts,
                                                        const PointCounts& counts, int threads);
 

@@ -16,21 +16,21 @@ namespace {
 
 using grid::PatchKey;
 
-/// Head of both kinds of file. `count` and `more`: patches and points, or chunks and patches of
+/// Header of both kinds of file. `count` and `more`: patches and points, or chunks and patches of
 /// chunks.
 struct Header {
     std::array<char, 8> magic{};
     std::uint32_t version = kSquareFileVersion;
     std::uint32_t header_bytes = sizeof(Header);
     std::uint64_t count = 0, more = 0;
-    std::uint64_t checksum = 0;  ///< XXH64 of the header with this field 0, then of the tables
-                                 ///< after it (not of the points)
+    /// XXH64 of the header with this field 0, then of the tables after it (not of the points).
+    std::uint64_t checksum = 0;
     std::uint64_t reserved = 0;
     PointCounts counts;
 };
 static_assert(std::is_trivially_copyable_v<Header> && sizeof(Header) % 8 == 0);
 
-/// One chunk in a file of chunks; its patches follow one after the other behind all chunks.
+/// One chunk in a chunk index file; the patches of all chunks follow after the last chunk.
 struct ChunkRecord {
     std::uint64_t begin = 0, end = 0, patches = 0;
 };
@@ -58,7 +58,8 @@ void write(const std::filesystem::path& path, Header header, std::span<const std
     if (!out)
         throw util::Error("write the prepared square " + path.string() +
                           ": the disk is full or not writable");
-    // Checksums tell what a crash cut short, so nothing waits for the disk.
+    // Checksums detect a file that was truncated by a crash, so there is no need to wait for the
+    // disk.
     file.commit(util::AtomicFile::Flush::kNo);
 }
 
@@ -67,18 +68,18 @@ struct Opened {
     Header header;
 };
 
-/// What a mapped square holds.
+/// The memory and objects that a mapped square keeps alive.
 struct Mapped {
     std::shared_ptr<const util::MappedFile> file;
     std::vector<PatchEntry> patches;
 };
 
-/// What the counts of a header ask for, bytes.
+/// Sizes that result from the counts of a header, bytes.
 struct Layout {
     std::size_t tables = 0, points = 0;
 };
 
-/// @param layout_of std::optional<Layout>(Header, room behind it): nullopt when the counts do not
+/// @param layout_of std::optional<Layout>(Header, available bytes): nullopt when the counts do not
 /// fit
 template <class LayoutOf>
 Opened open(const std::filesystem::path& path, const std::array<char, 8>& magic,
@@ -120,7 +121,7 @@ void write_square(const std::filesystem::path& file, const Square& square) {
     header.counts = square.counts();
     std::vector<PatchEntry> patches(square.patches().begin(), square.patches().end());
     for (PatchEntry& p : patches)
-        p.checksum = checksum_of(square.points(p.key));  // one that is mapped and damaged stays so
+        p.checksum = checksum_of(square.points(p.key));  // throws when a mapped square is damaged
     write(file, header, std::as_bytes(std::span(patches)), std::as_bytes(square.all()));
 }
 
@@ -137,7 +138,8 @@ std::shared_ptr<const Square> map_square(const std::filesystem::path& path) {
     if (!opened.file)
         return nullptr;
     const std::byte* tables = opened.file->bytes().data() + sizeof(Header);
-    // The directory is looked at for every patch: a copy of it stays whatever becomes of the file.
+    // The directory is used for every patch: it is copied, so that it stays valid whatever happens
+    // to the file.
     const auto holder =
         std::make_shared<Mapped>(Mapped{opened.file, std::vector<PatchEntry>(opened.header.count)});
     const std::span patches(holder->patches);

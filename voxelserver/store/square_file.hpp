@@ -11,19 +11,21 @@
 
 namespace terravox::store {
 
-/// Version of both layouts. A file of another version counts as absent: prepared squares are made
-/// again, never converted.
+/// Version of both layouts. A file of another version is treated as absent: prepared squares are
+/// remade, never converted.
 inline constexpr std::uint32_t kSquareFileVersion = 1;
 
-/// Writes a prepared square: header, patch directory, points. @throws Error
+/// Writes a prepared square: header, patch directory, points.
+/// @throws Error
 void write_square(const std::filesystem::path& file, const Square& square);
-/// Maps one. The header and the directory are checked at once, the points of a patch when they are
-/// first asked for.
-/// @return nullptr when there is no such file @throws Error for a damaged file or another version
+/// Maps a prepared square. The header and the directory are checked at once, the points of a patch
+/// when they are first requested.
+/// @return nullptr when there is no such file
+/// @throws Error for a damaged file or another version
 [[nodiscard]] std::shared_ptr<const Square> map_square(const std::filesystem::path& file);
 
-/// Writes and reads a chunk index. @throws Error as above; read_chunks: nullopt when there is no
-/// such file
+/// Writes and reads a chunk index. read_chunks returns nullopt when there is no such file.
+/// @throws Error as above
 void write_chunks(const std::filesystem::path& file, const ChunkIndex& index);
 [[nodiscard]] std::optional<ChunkIndex> read_chunks(const std::filesystem::path& file);
 

@@ -18,21 +18,21 @@ namespace {
 
 constexpr const char *kSquare = ".square", *kIndex = ".chunks";
 
-/// One file of the folder, as it goes when there is no more room.
+/// One file of the folder, ordered by eviction.
 struct Kept {
     bool index = false;
     fs::file_time_type used;
     fs::path file;
     std::uint64_t bytes = 0;
-    /// Squares first, which are large: an index saves nearly as much for a hundredth of the room.
-    /// Of each kind what was used longest ago.
+    /// Squares first, since they are large: an index saves nearly as much time for a hundredth of
+    /// the space. Within each kind the least recently used first.
     friend bool operator<(const Kept& a, const Kept& b) {
         return a.index != b.index ? b.index : a.used != b.used ? a.used < b.used : a.file < b.file;
     }
 };
 
-// A file that a writer has not finished (AtomicFile names them so), or that a crash has left
-// behind.
+// Whether a file is unfinished: being written (AtomicFile gives such names), or left behind by a
+// crash.
 bool unfinished(const fs::path& file) {
     return file.filename().string().starts_with('.');
 }
@@ -45,7 +45,7 @@ std::vector<Kept> files_of(const fs::path& folder) {
         const fs::path& file = entry->path();
         if (file.extension() != kSquare && file.extension() != kIndex)
             continue;
-        std::error_code gone;  // another process was faster
+        std::error_code gone;  // already removed by another process
         Kept kept{file.extension() == kIndex, entry->last_write_time(gone), file, 0};
         if (!gone)
             kept.bytes = entry->file_size(gone);
@@ -61,8 +61,8 @@ std::string square_name(const fs::path& source, const std::string& recipe) {
     voxel::ByteWriter facts;
     facts.add(recipe);
     facts.add(voxel::file_identity(source, "point cloud"));
-    // The stem is for people: cut so that no name grows too long, and without the dots that mark
-    // unfinished files.
+    // The stem is for people: truncated so that no name gets too long, and without the dots that
+    // mark unfinished files.
     constexpr std::size_t kStem = 80;
     const std::string stem = source.stem().string();
     return stem.substr(std::min(stem.find_first_not_of('.'), stem.size())).substr(0, kStem) + "-" +
@@ -96,9 +96,9 @@ std::shared_ptr<const Square> SquareFolder::find(const std::string& name) {
     try {
         auto square = map_square(file);
         std::error_code ignored;
+        // Marks it as used now: last in the order of eviction.
         if (square)
-            fs::last_write_time(file, fs::file_time_type::clock::now(),
-                                ignored);  // used now: the last to go
+            fs::last_write_time(file, fs::file_time_type::clock::now(), ignored);
         return square;
     } catch (const util::Error& e) {
         spdlog::warn("{}; it is made again", e.what());
@@ -161,14 +161,14 @@ void SquareFolder::complain(const std::string& what) {
 }
 
 void SquareFolder::evict(const fs::path& but_not) {
-    constexpr auto kAbandoned = std::chrono::hours(1);  // no square takes as long to write
+    constexpr auto kAbandoned = std::chrono::hours(1);  // no square takes so long to write
     const std::lock_guard lock(m_mutex);
     std::vector<Kept> kept = files_of(m_folder);
     std::error_code ignored;
     std::erase_if(kept, [&](const Kept& k) {
         if (!unfinished(k.file))
             return false;
-        // Somebody may be writing it this moment: it counts when it is whole.
+        // It may still be being written: it counts once it is complete.
         if (fs::file_time_type::clock::now() - k.used > kAbandoned)
             fs::remove(k.file, ignored);
         return true;

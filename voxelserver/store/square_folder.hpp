@@ -12,31 +12,32 @@
 
 namespace terravox::store {
 
-/// Names what a prepared square was made of: a change of the source file or of anything that shapes
-/// its points changes the name.
-/// @param source the file of points
+/// The name of a prepared square, derived from its inputs: a change of the source file or of any
+/// setting that affects its points changes the name.
+/// @param source the point file
 /// @param recipe everything else that the points depend on (frame, filters, class table), as text
 [[nodiscard]] std::string square_name(const std::filesystem::path& source,
                                       const std::string& recipe);
 
-/// Prepared squares in a folder, so that a restart need not decode again. Files are mapped,
-/// versioned and checksummed, appear whole or not at all, and go when the folder passes its limit:
-/// those used longest ago first. Chunk indices are small and go only when no square is left to go.
-/// A file that is mapped stays readable when it goes.
+/// A folder of prepared squares, so that they need not be decoded again after a restart. Files are
+/// mapped, versioned and checksummed, appear atomically, and are evicted when the folder exceeds
+/// its limit, least recently used first. Chunk indices are small and are evicted only when no
+/// square is left to evict. A mapped file stays readable after its eviction.
 ///
-/// A damaged or foreign file counts as absent, with a warning; the folder never decides what a
-/// voxel is. A folder that cannot be made or written to is reported once and then only read.
-/// Thread-safe; several processes may share a folder.
+/// A damaged or foreign file is treated as absent, with a warning; the folder never affects the
+/// content of a voxel. A folder that cannot be created or written to is reported once and then only
+/// read. Thread-safe; several processes may share a folder.
 class SquareFolder {
 public:
-    /// @param limit_bytes of all finished files together; holds after every put
+    /// @param limit_bytes limit for all finished files together; enforced after every put
     SquareFolder(std::filesystem::path folder, std::uint64_t limit_bytes);
 
-    /// Whether a square of that name seems to be there; find() may still find it damaged.
+    /// Whether a square of that name seems to be present; find() may still find it damaged.
     [[nodiscard]] bool holds(const std::string& name) const;
-    /// @return nullptr when it is not there
+    /// @return nullptr when it is not present
     [[nodiscard]] std::shared_ptr<const Square> find(const std::string& name);
-    /// Keeps a square. @return the mapped one, or the one given when it could not be written
+    /// Stores a square.
+    /// @return the mapped square, or the given one when it could not be written
     [[nodiscard]] std::shared_ptr<const Square> put(const std::string& name,
                                                     std::shared_ptr<const Square> square);
 
@@ -51,7 +52,7 @@ private:
 
     std::filesystem::path m_folder;
     std::uint64_t m_limit_bytes;
-    std::mutex m_mutex;  // guards what follows, and that only one thread evicts
+    std::mutex m_mutex;  // guards the following members, and ensures that only one thread evicts
     bool m_read_only = false;
 };
 

@@ -6,16 +6,16 @@
 
 namespace terravox::store {
 
-/// One return in voxel space, in fixed point: x and z count from the first column of its patch, y
-/// is absolute. Because fractions are cut off downwards, `>> bits` is exactly the voxel that the
-/// point was in before rounding. Stored as is in prepared squares.
+/// One return in voxel space, in fixed point: x and z are relative to the first column of its
+/// patch, y is absolute. Because fractions are rounded down, `>> bits` gives exactly the voxel that
+/// contained the original point. Stored as is in prepared squares.
 struct VoxelPoint {
     static constexpr int kPlanBits = 10;    ///< fraction of x and z: 64 columns fill 16 bits
     static constexpr int kHeightBits = 12;  ///< fraction of y: heights up to 524,287 voxels
     std::uint16_t x = 0, z = 0;
     std::int32_t y = 0;
     std::uint8_t source_class = 0;
-    voxel::Rgb8 colour;  ///< of the point itself; meaningful when its square has colours
+    voxel::Rgb8 colour;  ///< of the point itself; valid when its square has colours
 
     [[nodiscard]] int column() const noexcept { return (z >> kPlanBits) * 64 + (x >> kPlanBits); }
     [[nodiscard]] float height() const noexcept {

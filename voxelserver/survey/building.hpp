@@ -40,8 +40,8 @@ struct Building {
     double half_width_m = 4;
     double ground_m = 0;  ///< lowest ground at the footprint
     double eaves_m = 0;   ///< height where the roof begins, sea level
-    double ridge_m = 0;   ///< highest point, sea level; equals the eaves for a flat roof
-                          ///< (battlements rise 0.9 m more)
+    /// Highest point, sea level; equals the eaves for a flat roof (battlements rise 0.9 m more).
+    double ridge_m = 0;
     double underside_m = kDownToGround_m;  ///< of a slab, sea level
     RoofType roof = RoofType::kGable;
     RoofColour colour = RoofColour::kRed;
@@ -51,10 +51,10 @@ struct Building {
 
     /// @return height of roof or battlement above p, or nullopt outside the footprint
     [[nodiscard]] std::optional<double> top_m(Vec2 p) const noexcept;
-    [[nodiscard]] std::array<Vec2, 4> corners(
-        double margin_m = 0) const noexcept;  ///< anticlockwise
-    [[nodiscard]] std::vector<Vec2> outline()
-        const;  ///< the footprint as a ring, anticlockwise; 12 corners for a circle
+    /// Anticlockwise.
+    [[nodiscard]] std::array<Vec2, 4> corners(double margin_m = 0) const noexcept;
+    /// The footprint as a ring, anticlockwise; 12 corners for a circle.
+    [[nodiscard]] std::vector<Vec2> outline() const;
     [[nodiscard]] Box2 bounds() const noexcept;
     [[nodiscard]] bool open_beneath() const noexcept { return underside_m > kDownToGround_m; }
     [[nodiscard]] double top_of_all_m() const noexcept {

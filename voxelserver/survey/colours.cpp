@@ -33,7 +33,7 @@ bool is_crop(Cover cover) noexcept {
     return cover >= Cover::kMeadow && cover <= Cover::kPloughed;
 }
 
-// -1 and 1 in turn, `width_m` wide.
+// -1 and 1 alternating, `width_m` wide.
 double stripe(double across_m, double width_m) noexcept {
     const double half = across_m / (2.0 * width_m);
     return half - std::floor(half) < 0.5 ? 1.0 : -1.0;

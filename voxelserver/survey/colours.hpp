@@ -6,7 +6,7 @@
 
 namespace terravox::survey {
 
-/// sRGB, each part [0, 255], not yet rounded.
+/// sRGB, each channel [0, 255], not yet rounded.
 struct Colour {
     double r = 0, g = 0, b = 0;
     [[nodiscard]] constexpr Colour operator*(double f) const noexcept {
@@ -17,7 +17,7 @@ struct Colour {
     }
 };
 
-/// What each thing looks like from above on a summer's day. Functions of seed and place only.
+/// Colours of surfaces and objects from above on a summer's day. Functions of seed and place only.
 [[nodiscard]] Colour ground_colour(std::uint64_t seed, Cover cover, Vec2 p) noexcept;
 /// @param depth_m of the water; shallow water shows its bed
 [[nodiscard]] Colour water_colour(std::uint64_t seed, Vec2 p, double depth_m, bool lake) noexcept;

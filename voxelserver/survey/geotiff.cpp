@@ -53,7 +53,7 @@ void write(const std::filesystem::path& path, const SquareExtent& extent,
                         type, raster.bands, nullptr, pixel_bytes, pixel_bytes * raster.side_px,
                         sizeof(Value), nullptr) != CE_None)
         fail(path);
-    image.reset();  // writes what is left; a full disk shows here
+    image.reset();  // flushes; a full disk is reported here
     if (CPLGetLastErrorType() >= CE_Failure)
         fail(path);
     const auto missing = geo::missing_of_tiff(file.temporary_path());

@@ -22,15 +22,14 @@ template <class... Integers>
 }
 
 /// Random numbers as a function of a key and of how many were drawn: no state is shared between two
-/// keys, so work can be cut anywhere. Written out here because the distributions of <random> differ
-/// between standard libraries.
+/// keys, so work can be divided anywhere. Implemented here because the distributions of <random>
+/// differ between standard libraries.
 class Random {
 public:
     explicit constexpr Random(std::uint64_t key) noexcept : m_state(key) {}
     constexpr std::uint64_t next() noexcept { return mix64(m_state += 0xA0761D6478BD642FULL); }
-    constexpr double unit() noexcept {
-        return static_cast<double>(next() >> 11) * 0x1p-53;
-    }  ///< [0, 1)
+    /// [0, 1)
+    constexpr double unit() noexcept { return static_cast<double>(next() >> 11) * 0x1p-53; }
     constexpr double range(double low, double high) noexcept { return low + (high - low) * unit(); }
     constexpr bool chance(double probability) noexcept { return unit() < probability; }
     /// Mean 0, standard deviation 1, within +-3.5: the sum of four uniform numbers (Irwin-Hall),

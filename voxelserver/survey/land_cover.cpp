@@ -31,7 +31,7 @@ Cover crop_of(double dice) noexcept {
 }  // namespace
 
 Parcel parcel_at(std::uint64_t seed, Vec2 p) noexcept {
-    // Warped, so that no boundary is a ruler's line; turned by 3 in 20, so that none follows the
+    // Warped, so that no boundary is a straight line; turned by 3 in 20, so that none follows the
     // squares.
     const Vec2 warped{p.x + 0.15 * p.y + 9.0 * noise_2d(seed + 11, p.x / 120.0, p.y / 120.0),
                       p.y - 0.15 * p.x + 9.0 * noise_2d(seed + 12, p.x / 120.0, p.y / 120.0)};

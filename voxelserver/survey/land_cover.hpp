@@ -26,18 +26,18 @@ enum class Cover : std::uint8_t {
     kBuilding,
 };
 
-/// What the cover is decided from.
+/// The site properties that determine the cover.
 struct CoverSite {
     Vec2 at;
     double ground_m = 0;
     double slope = 0;           ///< rise over run
     double above_valley_m = 0;  ///< over the level of the nearest river
     double to_street_m = 1e9;   ///< to the centre line of the nearest street with houses
-    double to_water_m = 1e9;    ///< only told near lakes: metres to the shore
+    double to_water_m = 1e9;    ///< only set near lakes: metres to the shore
     bool island = false;
 };
 
-/// The cover of land without road, building or water. A function of seed and the site only.
+/// The cover of land without road, building or water. A function of seed and site only.
 [[nodiscard]] Cover natural_cover(std::uint64_t seed, const CoverSite& site) noexcept;
 
 /// The parcel that a point of the valley lies in: strips of one crop in blocks of different
@@ -49,7 +49,7 @@ struct Parcel {
 };
 [[nodiscard]] Parcel parcel_at(std::uint64_t seed, Vec2 p) noexcept;
 
-/// How wooded the land is: above 0 it is forest.
+/// Forest density of the land: above 0 it is forest.
 [[nodiscard]] double woodiness(std::uint64_t seed, const CoverSite& site) noexcept;
 
 }  // namespace terravox::survey

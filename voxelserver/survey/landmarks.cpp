@@ -1,4 +1,4 @@
-// Castle, churches and hotels: the parts of a site that are placed by hand.
+// Castle, churches and hotels: the parts of a site that are placed manually.
 #include "voxelserver/survey/hash.hpp"
 #include "voxelserver/survey/village.hpp"
 
@@ -13,8 +13,8 @@ struct Part {
     RoofType roof;
     RoofColour colour;
     bool across = false;                     ///< ridge a quarter turn from the landmark's direction
-    BuildingUse slab = BuildingUse::kHouse;  ///< what it is when it hangs
-    double underside_m = 0;                  ///< above 0: it hangs, or lies on another part
+    BuildingUse slab = BuildingUse::kHouse;  ///< what it is when it has an underside
+    double underside_m = 0;                  ///< above 0: it hangs, or stands on another part
 };
 
 Building placed(const Part& part, Vec2 at, Vec2 direction, double base_m, BuildingUse use) {

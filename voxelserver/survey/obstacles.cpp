@@ -59,7 +59,7 @@ ObstacleGrid::ObstacleGrid(const SquareModel& model)
     : m_area(model.extent().box().expanded(kObstacleMargin_m)) {
     m_columns = static_cast<std::size_t>((m_area.x1 - m_area.x0) * kPerCell) + 1;
     m_rows = static_cast<std::size_t>((m_area.y1 - m_area.y0) * kPerCell) + 1;
-    // Two passes: count, then place. A wire met twice in one cell is listed once.
+    // Two passes: count, then place. A wire found twice in one cell is listed once.
     m_starts.assign(m_columns * m_rows + 1, 0);
     std::vector<std::uint32_t> last_wire(m_columns * m_rows, ~0U);
     const auto repeated = [&](Obstacle o, std::size_t cell) {

@@ -15,9 +15,9 @@ struct Obstacle {
     std::uint32_t index;  ///< in the model's list of that kind
 };
 
-/// Finds what a pulse may meet above the ground: a grid of cells of 8 m; each lists what a pulse
-/// whose foot is in the cell can touch at the greatest lean. Immutable, thread-safe; holds no
-/// reference to the model.
+/// Finds the obstacles that a pulse may hit above the ground: a grid of cells of 8 m; each lists
+/// what a pulse whose foot is in the cell can touch at the greatest lean. Immutable, thread-safe;
+/// holds no reference to the model.
 class ObstacleGrid {
 public:
     explicit ObstacleGrid(const SquareModel& model);

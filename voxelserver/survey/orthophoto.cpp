@@ -7,7 +7,7 @@
 namespace terravox::survey {
 namespace {
 
-/// The picture with the height of what each pixel shows: the highest thing wins.
+/// The picture with a height for each pixel: the highest object wins.
 class Canvas {
 public:
     explicit Canvas(const Box2& box)

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <cstdint>
 
-/// Plane geometry in the place frame: metres east (x) and north (y) of the place's centre. Only + -
-/// * / sqrt and floor are used in the whole generator, which IEEE 754 rounds the same on every
+/// Plane geometry in the place frame: metres east (x) and north (y) of the place's centre. The
+/// whole generator uses only + - * / sqrt and floor, which IEEE 754 rounds the same on every
 /// machine; a survey does not depend on the C library.
 namespace terravox::survey {
 
@@ -52,7 +52,7 @@ inline constexpr double kPlaceEasting_m = 462500, kPlaceNorthing_m = 101500;
 [[nodiscard]] constexpr double lerp(double a, double b, double t) noexcept {
     return a + (b - a) * t;
 }
-/// 0 below low, 1 above high, a cubic without kinks between.
+/// 0 below low, 1 above high, a smooth cubic between.
 [[nodiscard]] constexpr double smoothstep(double low, double high, double v) noexcept {
     const double t = std::clamp((v - low) / (high - low), 0.0, 1.0);
     return t * t * (3.0 - 2.0 * t);
@@ -63,7 +63,7 @@ inline constexpr double kPlaceEasting_m = 462500, kPlaceNorthing_m = 101500;
     return t > 0 ? t * t : 0.0;
 }
 
-/// The nearest place on a line piece.
+/// The nearest point on a line segment.
 struct OnSegment {
     double distance_m = 0;
     double along = 0;  ///< [0, 1] from a to b

@@ -14,8 +14,8 @@ struct Pylon {
     double ground_m = 0, top_m = 0;
     /// @return half the width of the mast at a height, metres
     [[nodiscard]] double half_width_m(double height_m) const noexcept;
-    [[nodiscard]] bool holds(
-        Vec2 p, double height_m) const noexcept;  ///< within the outline of mast or arm
+    /// Whether a point lies within the outline of mast or arm.
+    [[nodiscard]] bool holds(Vec2 p, double height_m) const noexcept;
 };
 
 /// A conductor between two masts: a parabola.

@@ -7,8 +7,8 @@ constexpr int kSmoothing = 6;   ///< vertices to each side that a road's height 
 constexpr int kRampReach = 14;  ///< vertices that a ramp to a bridge may be long
 constexpr double kRampSlope = 0.08;  ///< rise over run of a ramp
 constexpr double kPathOffset_m = 9;  ///< from the shore to the path around a lake
-constexpr double kPathStep_m =
-    2.5;  ///< greatest step of land that the path climbs within its smoothing
+/// Greatest step of land that the path climbs within its smoothing.
+constexpr double kPathStep_m = 2.5;
 constexpr double kValleyRoadReach_m = 400;
 
 // Chaikin's corner cutting, which keeps the end points.
@@ -89,7 +89,7 @@ Road graded(const Terrain& terrain, const std::vector<Vec2>& line, double half_w
     return road;
 }
 
-// Lifts the vertices beside a bridge so that the road climbs to the deck; no farther than
+// Raises the vertices next to a bridge so that the road climbs to the deck; no farther than
 // kRampReach, so that a road can be built in pieces.
 void lift_ramps(Road& road, int first, int last, double deck_m) {
     const int count = static_cast<int>(road.line.size());

@@ -13,8 +13,8 @@ struct Road {
     struct Vertex {
         Vec2 at;
         double height_m = 0;
-        bool on_bridge = false;  ///< the piece from here to the next vertex is carried by a bridge
-        bool houses = false;     ///< houses or farms stand along here: gardens around it
+        bool on_bridge = false;  ///< the segment from here to the next vertex is on a bridge
+        bool houses = false;     ///< houses or farms line the road here: gardens around it
     };
     std::vector<Vertex> line;
     double half_width_m = 2.5;
@@ -29,7 +29,7 @@ struct Bridge {
     double half_length_m = 0, half_width_m = 0;
     double deck_m = 0;   ///< height of the road surface in the middle; constant
     double water_m = 0;  ///< level of the water below
-    /// @return height of the deck or parapet at p, or kNoWater beside the bridge
+    /// @return height of the deck or parapet at p, or kNoWater outside the bridge
     [[nodiscard]] double top_m(Vec2 p) const noexcept;
     [[nodiscard]] Box2 bounds() const noexcept;
 };
@@ -43,8 +43,8 @@ struct RoadNet {
     std::vector<Road> roads;
     std::vector<Bridge> bridges;
 };
-/// @param terrain made for `area` or a larger one @return a fixed order; a function of seed and
-/// place only
+/// @param terrain made for `area` or a larger one
+/// @return roads in a fixed order; a function of seed and place only
 [[nodiscard]] RoadNet build_roads(const Terrain& terrain, const Box2& area);
 
 /// The streets of one site alone, with the heights and bridges that build_roads gives them.

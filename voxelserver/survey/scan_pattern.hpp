@@ -7,21 +7,21 @@
 
 namespace terravox::survey {
 
-/// One laser pulse, named by where it would meet the bare ground.
+/// One laser pulse, identified by the point where it would hit the bare ground.
 struct Pulse {
     Vec2 foot;                ///< on the ground, place frame
     Vec2 lean;                ///< metres towards the aircraft for each metre up
     double angle_deg = 0;     ///< from straight down; positive to the right of the flight
     double time_s = 0;        ///< adjusted standard GPS time
-    std::uint64_t key = 0;    ///< all that is random about this pulse follows from it
+    std::uint64_t key = 0;    ///< source of all randomness of this pulse
     std::uint16_t strip = 0;  ///< point source id, [1, 65535]
     bool forward = false;     ///< direction of the mirror
     bool strip_edge = false;  ///< first or last of its scan line
 };
 
-/// How the aircraft flies: parallel strips that overlap by about 30 %, flown to and fro, a little
-/// off the north; scan lines across each strip. The pattern covers the whole plane and hangs on
-/// seed and density only, so that every square sees its part of the same flight.
+/// The flight of the aircraft: parallel strips that overlap by about 30 %, flown to and fro, at a
+/// small angle to north; scan lines across each strip. The pattern covers the whole plane and
+/// depends on seed and density only, so that every square sees its part of the same flight.
 class ScanPattern {
 public:
     /// @param density pulses on each square metre, averaged over strips and overlaps
@@ -32,7 +32,7 @@ public:
     /// Greatest lean of any pulse: metres sideways for each metre up.
     static constexpr double kMaxLean = 0.5 * kSwath_m / kFlightHeight_m;
 
-    /// Calls visit(pulse) for each pulse that may meet the ground in `area`, strip by strip, scan
+    /// Calls visit(pulse) for each pulse that may hit the ground in `area`, strip by strip, scan
     /// line by scan line in the order of the flight. A few pulses just outside of the area are
     /// visited too.
     template <class Visit>

@@ -5,9 +5,10 @@ namespace {
 
 constexpr double kRangeNoise_m = 0.025;  ///< standard deviation of a measured height
 constexpr double kDropout = 0.004;       ///< pulses without any echo
-constexpr double kNoiseShare = 2.0e-5;   ///< pulses that see a bird or a multipath echo, each
-constexpr double kWallShare = 0.55;      ///< pulses that come back from a wall
-constexpr double kWireReach_m = 0.14;    ///< half the width of the beam plus the wire
+constexpr double kNoiseShare =
+    2.0e-5;  ///< pulses that hit a bird, and that give a multipath echo, each
+constexpr double kWallShare = 0.55;    ///< pulses that return from a wall
+constexpr double kWireReach_m = 0.14;  ///< half the width of the beam plus the wire
 constexpr int kMaxCrowns = 4;
 
 std::uint8_t vegetation_class(double above_m) noexcept {
@@ -48,7 +49,7 @@ Growth growth_of(Cover cover) noexcept {
     }
 }
 
-// Insertion sort: at most six things, and nothing is allocated.
+// Insertion sort: at most six items, without allocation.
 template <class Item>
 void sort_highest_first(Item* items, int count) noexcept {
     for (int i = 1; i < count; ++i) {
@@ -62,12 +63,12 @@ void sort_highest_first(Item* items, int count) noexcept {
 
 }  // namespace
 
-/// One pulse on its way: what it has met so far.
+/// One pulse on its way: what it has hit so far.
 struct Scanner::Shot {
     Ray ray;
     std::uint64_t key;
     Random random;
-    Solid solid{-1e9, 0, false};  ///< the highest solid thing, where the pulse ends
+    Solid solid{-1e9, 0, false};  ///< the highest solid object, where the pulse ends
     struct Crown {
         double height_m;
         const Tree* tree;
@@ -194,8 +195,8 @@ void Scanner::meet(Shot& shot, const Obstacle& obstacle) const noexcept {
         }
         case ObstacleKind::kPylon: {
             // A lattice: a random height is tried, and most of the light passes. The pulse's own
-            // random numbers must not be drawn for what it only might meet: that depends on the
-            // grid of the square.
+            // random numbers must not be drawn for an obstacle that it only might hit: that depends
+            // on the grid of the square.
             const Pylon& pylon = m_model.power_line().pylons[obstacle.index];
             Random random(shot.key ^ 0x9E10);
             const double height = random.range(pylon.ground_m, pylon.top_m);
@@ -212,7 +213,7 @@ void Scanner::meet(Shot& shot, const Obstacle& obstacle) const noexcept {
     }
 }
 
-// Leaves give back part of the light at the top of each crown and inside; the rest goes on to the
+// Leaves return part of the light at the top of each crown and inside; the rest continues to the
 // ground.
 void Scanner::pass_crowns(Shot& shot) const noexcept {
     sort_highest_first(shot.crowns.data(), shot.crown_count);

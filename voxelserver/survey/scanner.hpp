@@ -29,14 +29,14 @@ struct ScanPoint {
     std::uint8_t return_number = 1, number_of_returns = 1;
 };
 
-/// What one pulse brings back, first return (the highest) first.
+/// The returns of one pulse, the first (the highest) first.
 struct Returns {
     static constexpr int kMax = 6;
     std::array<ScanPoint, kMax> points;
     int count = 0;
 };
 
-/// Follows pulses through a square. Immutable, thread-safe; the model must outlive it.
+/// Traces pulses through a square. Immutable, thread-safe; the model must outlive it.
 class Scanner {
 public:
     explicit Scanner(const SquareModel& model) : m_model(model), m_obstacles(model) {}

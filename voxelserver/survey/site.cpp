@@ -5,7 +5,7 @@
 namespace terravox::survey {
 namespace {
 
-// A point of the hand-made plan, metres from the south-west corner of the square TM_462_101.
+// A point of the manually made plan, metres from the south-west corner of the square TM_462_101.
 constexpr Vec2 plan(double east, double north) noexcept {
     return {east - 500.0, north - 500.0};
 }

@@ -11,7 +11,7 @@ namespace terravox::survey {
 
 enum class RoadSurface : std::uint8_t { kAsphalt, kGravel };
 
-/// The plan of a street: where it runs, before it has heights.
+/// The plan of a street: its course, before it has heights.
 struct Street {
     std::vector<Vec2> controls;  ///< the street is a smooth curve near these
     double half_width_m = 2.5;
@@ -20,8 +20,8 @@ struct Street {
     double houses_from = 0, houses_to = 1;  ///< part of the length that has houses
 };
 
-inline constexpr double kFarmStep_m =
-    50;  ///< streets with a longer step are lined by farms, not by houses
+/// Streets with a longer step than this are lined by farms, not by houses.
+inline constexpr double kFarmStep_m = 50;
 
 /// An island of the lake: a mound with a flat top.
 struct Island {
@@ -37,17 +37,16 @@ struct CastleRock {
     double top_m = 0;
 };
 
-/// A hill placed by hand.
+/// A hill placed manually.
 struct Hill {
     Vec2 centre;
     double radius_m = 0, height_m = 0;
 };
 
-/// A settlement and what surrounds it. Sites stand about every 1.6 km along every river; site (0,
-/// 0) is the place: a lake with an island and a church, a castle on a cliff, a village and a
-/// bridge.
+/// A settlement and its surroundings. Sites lie about every 1.6 km along every river; site (0, 0)
+/// is the place: a lake with an island and a church, a castle on a cliff, a village and a bridge.
 struct Site {
-    std::int64_t along = 0, river = 0;  ///< which one: along the river, and of which river
+    std::int64_t along = 0, river = 0;  ///< its number along the river, and that of the river
     std::uint64_t seed = 0;
     Vec2 centre;  ///< of the village
     std::optional<Lake> lake;
@@ -62,15 +61,15 @@ struct Site {
 };
 
 inline constexpr double kSiteSpacing_m = 1600;
-inline constexpr double kSiteReach_m =
-    900;  ///< nothing of a site is farther from its centre (square distance)
+/// Nothing of a site is farther from its centre than this (square distance).
+inline constexpr double kSiteReach_m = 900;
 inline constexpr double kLakeLevel_m = 475;  ///< of the lake of the place, as at Bled
 
 /// @return the sites that may reach into `area`, in a fixed order. A function of seed and place
 /// only.
 [[nodiscard]] std::vector<Site> sites_near(std::uint64_t seed, const Box2& area);
 
-/// Far from sites: how far north of a river its valley road runs.
+/// How far north of a river its valley road runs, far from sites.
 [[nodiscard]] double valley_road_offset_m(double x, std::int64_t river) noexcept;
 
 }  // namespace terravox::survey

@@ -1,12 +1,13 @@
-// The cover of a square's land and what its trees need to know: the second half of SquareModel.
+// The cover of a square's land and the ground properties of its trees: the second half of
+// SquareModel.
 #include "common/thread/parallel.hpp"
 #include "voxelserver/survey/square_model.hpp"
 
 namespace terravox::survey {
 namespace {
 
-constexpr double kStreetReach_m =
-    90;                            ///< streets farther away do not make a garden or thin a forest
+/// Streets farther away do not make a garden or thin a forest.
+constexpr double kStreetReach_m = 90;
 constexpr double kStairs_m = 2.0;  ///< half the width of the stairs up to the church of the island
 
 double ellipse(Vec2 p, Vec2 centre, double rx, double ry) noexcept {
@@ -74,7 +75,7 @@ Cover SquareModel::cover_at(int column, int row, double to_street_m) const {
     at.at = p;
     at.ground_m = m_ground[index(column, row)];
     at.to_street_m = to_street_m;
-    // One-sided at the rim of the margin, where no neighbour is left.
+    // One-sided at the rim of the margin, where there is no neighbour.
     const int east = std::min(column + 1, m_side - 1), west = std::max(column - 1, 0);
     const int north = std::min(row + 1, m_side - 1), south = std::max(row - 1, 0);
     at.slope = length(

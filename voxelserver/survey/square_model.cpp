@@ -6,7 +6,7 @@
 namespace terravox::survey {
 namespace {
 
-constexpr double kFar_m = 30;        ///< distances to roads and obstacles are told up to this
+constexpr double kFar_m = 30;        ///< distances to roads and obstacles are limited to this
 constexpr double kShoulder_m = 6.5;  ///< over which a road's bed comes down to the land
 constexpr double kTreeMargin_m = 40;
 constexpr double kWireClearance_m = 7;  ///< no tree nearer to a power line
@@ -131,8 +131,8 @@ void SquareModel::near_nodes(Vec2 p, double reach_m, const Visit& visit) const {
             visit(place(column, row), index(column, row));
 }
 
-// The height of a road bed is the weighted mean of all pieces of road near a node, so that crossing
-// roads meet smoothly.
+// The height of a road bed is the weighted mean of all segments of road near a node, so that
+// crossing roads meet smoothly.
 void SquareModel::build_road_bed() {
     std::vector<float> weight(m_ground.size()), height(m_ground.size()), share(m_ground.size());
     for (const Road& road : m_roads.roads) {

@@ -14,19 +14,18 @@
 
 namespace terravox::survey {
 
-/// Where a square lies: whole metres, EPSG:3794; [east, east + size) by [north, north + size).
+/// The place of a square: whole metres, EPSG:3794; [east, east + size) by [north, north + size).
 struct SquareExtent {
     std::int64_t east_m = 0, north_m = 0;
     int size_m = 1000;
     [[nodiscard]] Box2 box() const noexcept;  ///< in the place frame
-    [[nodiscard]] std::string name()
-        const;  ///< TM_462_101 for 1 km squares on whole kilometres, else TM_462240_101232
+    /// TM_462_101 for 1 km squares on whole kilometres, else TM_462240_101232.
+    [[nodiscard]] std::string name() const;
 };
 
-/// Everything that stands in one square and in a margin around it. A function of seed and extent;
-/// where two squares (or their margins) overlap, their models agree to the bit. Immutable after
-/// construction, thread-safe. Memory: about 18 bytes for each square metre, whatever the size of
-/// the survey.
+/// Everything in one square and in a margin around it. A function of seed and extent; where two
+/// squares (or their margins) overlap, their models agree to the bit. Immutable after construction,
+/// thread-safe. Memory: about 18 bytes for each square metre, whatever the size of the survey.
 class SquareModel {
 public:
     /// @param threads to build with, at least 1
@@ -36,16 +35,16 @@ public:
     [[nodiscard]] std::uint64_t seed() const noexcept { return m_seed; }
     [[nodiscard]] const Terrain& terrain() const noexcept { return m_terrain; }
 
-    // All of these may be asked within the square and kModelMargin_m - 1 around it.
-    [[nodiscard]] double ground_m(
-        Vec2 p) const noexcept;  ///< bare ground with roads; bilinear between nodes 1 m apart
-    [[nodiscard]] Vec2 gradient(
-        Vec2 p) const noexcept;  ///< of the ground, rise over run eastwards and northwards
-    [[nodiscard]] std::optional<double> water_m(
-        Vec2 p) const noexcept;                        ///< level of the water where it is wet
+    // All of these may be called for points within the square and kModelMargin_m - 1 around it.
+    /// Bare ground with roads; bilinear between nodes 1 m apart.
+    [[nodiscard]] double ground_m(Vec2 p) const noexcept;
+    /// Gradient of the ground, rise over run eastwards and northwards.
+    [[nodiscard]] Vec2 gradient(Vec2 p) const noexcept;
+    /// Level of the water where it is wet.
+    [[nodiscard]] std::optional<double> water_m(Vec2 p) const noexcept;
     [[nodiscard]] Cover cover(Vec2 p) const noexcept;  ///< of the nearest node
-    [[nodiscard]] double road_edge_m(Vec2 p)
-        const noexcept;  ///< metres to the edge of the nearest road, negative on it; at most 30
+    /// Metres to the edge of the nearest road, negative on it; at most 30.
+    [[nodiscard]] double road_edge_m(Vec2 p) const noexcept;
 
     [[nodiscard]] const std::vector<Building>& buildings() const noexcept { return m_buildings; }
     [[nodiscard]] const std::vector<Tree>& trees() const noexcept { return m_trees; }

@@ -14,8 +14,8 @@ namespace terravox::survey {
 namespace {
 
 constexpr double kScale_m = 0.01;
-constexpr double kFootMargin_m =
-    24;  ///< a pulse with its foot this far outside may still meet a steeple inside
+/// A pulse with its foot this far outside may still hit a steeple inside.
+constexpr double kFootMargin_m = 24;
 constexpr std::uint16_t kSurveyYear = 2026,
                         kSurveyDay = 172;  ///< written into the files; fixed, so that bytes are
 
@@ -23,9 +23,9 @@ std::int64_t hundredths(double v) noexcept {
     return static_cast<std::int64_t>(std::floor(v * 100.0 + 0.5));
 }
 
-/// Takes points in the place frame and writes those of one square. Which square a point belongs to
-/// is decided after its rounding to the file's resolution, so that of two neighbours exactly one
-/// writes it.
+/// Receives points in the place frame and writes those of one square. Which square a point belongs
+/// to is decided after it is rounded to the file's resolution, so that of two neighbours exactly
+/// one writes it.
 class PointSink {
 public:
     PointSink(const std::filesystem::path& path, const SquareExtent& extent)
@@ -134,7 +134,7 @@ std::vector<SquareReport> run_survey(
     std::vector<SquareReport> reports(squares.size());
     std::mutex one_at_a_time;
     std::size_t done = 0;
-    // One square for each thread; a survey of fewer squares than threads splits the square instead.
+    // One square for each thread; with fewer squares than threads, each square is split instead.
     const int inside = squares.size() >= static_cast<std::size_t>(threads) ? 1 : threads;
     thread::parallel_for(squares.size(), threads, [&](std::size_t i) {
         reports[i] = survey_square(options, squares[i], inside);

@@ -10,24 +10,24 @@
 
 namespace terravox::survey {
 
-/// What to survey. The place itself hangs on the seed alone: any rectangle of squares shows its
+/// What to survey. The place itself depends on the seed alone: any rectangle of squares shows its
 /// part of it.
 struct SurveyOptions {
     std::uint64_t seed = 7;
     double density = 8;  ///< laser pulses on each square metre on average, [0.1, 200]
     int squares_east = 1, squares_north = 1;  ///< [1, 100]
     int square_m = 1000;  ///< side of a square, [64, 1000]; a multiple of 16, or 1000
-    std::int64_t origin_east_m = 462000,
-                 origin_north_m = 101000;  ///< south-west corner, EPSG:3794, whole metres
-    int threads = 0;                       ///< 0 = one for each core
+    /// South-west corner, EPSG:3794, whole metres.
+    std::int64_t origin_east_m = 462000, origin_north_m = 101000;
+    int threads = 0;  ///< 0 = one for each core
     std::filesystem::path folder;
 };
 
 /// @return the squares row by row from the south-west
 [[nodiscard]] std::vector<SquareExtent> squares_of(const SurveyOptions& options);
 
-/// Reads the command line.
-/// @return nullopt when --help or --version was asked for; `answer` then holds what to print
+/// Parses the command line.
+/// @return nullopt for --help or --version; `answer` then holds the text to print
 /// @throws UsageError for an unknown flag or a value out of range
 [[nodiscard]] std::optional<SurveyOptions> parse_options(int argc, const char* const* argv,
                                                          std::string& answer);

@@ -9,7 +9,7 @@ namespace {
 constexpr double kShoreReach_m = 75;  ///< over which the land comes down to a lake
 constexpr double kNearWater_m = 2;
 
-// Banks of running water: bed, a bank as steep as 1 : 2, and no land lower than the water beside
+// Banks of running water: bed, a bank as steep as 1 : 2, and no land lower than the water next to
 // it.
 double carve_channel(double ground_m, double distance_m, double half_width_m, double depth_m,
                      double level_m) noexcept {

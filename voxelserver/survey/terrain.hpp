@@ -13,21 +13,23 @@ namespace terravox::survey {
 /// The land at one point, before roads are built.
 struct TerrainSpot {
     double ground_m = 0;  ///< bare ground; the bed where there is water
-    double water_m = 0;   ///< level of the water body here or within 2 m, kNoWater elsewhere; it is
-                          ///< wet where ground < water
+    /// Level of the water body here or within 2 m, kNoWater elsewhere; it is wet where ground <
+    /// water.
+    double water_m = 0;
     bool near_lake = false;
 };
 inline constexpr double kNoWater = -1e6;
 
 /// The shape of the land: valleys with rivers, hills, and what the sites add (lakes, islands,
 /// castle rock). A function of seed and place only: two terrains made for different areas agree
-/// wherever both may be asked. Immutable, thread-safe.
+/// wherever both are valid. Immutable, thread-safe.
 class Terrain {
 public:
-    /// @param area the terrain may be asked inside of it and up to kTerrainReach_m outside
+    /// @param area the terrain is valid inside of it and up to kTerrainReach_m outside
     Terrain(std::uint64_t seed, const Box2& area);
 
-    /// What all points of one easting share; making it once for a column saves half of the work.
+    /// Shared values of all points of one easting; computing it once for a column saves half of the
+    /// work.
     struct Column {
         double x = 0;
         int count = 0;

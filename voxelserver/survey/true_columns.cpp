@@ -25,7 +25,7 @@ TrueKind kind_of(RoofColour colour) noexcept {
     return kKinds[static_cast<std::size_t>(colour)];
 }
 
-/// The columns of a square with the height of what each shows: the highest thing wins.
+/// The columns of a square with the height of what each shows: the highest object wins.
 class Columns {
 public:
     explicit Columns(const SquareModel& model)

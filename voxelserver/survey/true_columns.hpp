@@ -7,7 +7,7 @@
 
 namespace terravox::survey {
 
-/// What an eye above sees on a square metre. The numbers are those of truth/kind_NAME.tif: never
+/// What is seen from above on a square metre. The numbers are those of truth/kind_NAME.tif: never
 /// renumber.
 enum class TrueKind : std::uint8_t {
     kGrass = 1,  ///< meadows, crops, gardens, scrub, the forest floor between crowns
@@ -31,10 +31,10 @@ inline constexpr int kTrueKindCount = 14;
 /// there is none.
 struct TrueColumn {
     static constexpr std::uint32_t kNone = ~0U;
-    TrueKind kind = TrueKind::kGrass;  ///< of the highest thing
+    TrueKind kind = TrueKind::kGrass;  ///< of the highest object
     bool open_building = false;        ///< under a slab and in no building that reaches the ground
-    float ground_m =
-        0;  ///< bare ground; the bed under water; under buildings as if they were not there
+    /// Bare ground; the bed under water; under buildings as if they were not there.
+    float ground_m = 0;
     float water_m = static_cast<float>(kNoWater);
     float roof_m = static_cast<float>(kNoWater);       ///< of the highest building
     float underside_m = static_cast<float>(kNoWater);  ///< of the lowest slab, with open_building

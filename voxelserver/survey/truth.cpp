@@ -8,7 +8,7 @@
 namespace terravox::survey {
 namespace {
 
-// Keys in the order in which they are written: the files are read by people, too.
+// Keys in the order in which they are written: the files are also read by people.
 using Json = nlohmann::ordered_json;
 
 double cm(double v) noexcept {

@@ -15,12 +15,12 @@ namespace terravox::survey {
 /// The kind of each square metre as seen from above (TrueKind), at the same pixels.
 [[nodiscard]] SquareRaster<std::uint8_t> true_kinds(const SquareModel& model);
 
-/// What stands in a square, as JSON: buildings, trees, water bodies, bridges, power line, and the
+/// The contents of a square, as JSON: buildings, trees, water bodies, bridges, power line, and the
 /// landmarks by name. Coordinates are easting and northing in metres rounded to 0.01, heights are
-/// above sea level. What straddles an edge is listed for both squares.
+/// above sea level. Objects that straddle an edge are listed for both squares.
 [[nodiscard]] std::string truth_json(const SquareModel& model);
 
-/// What the survey as a whole is: seed, squares, density, CRS, extents, versions.
+/// Metadata of the survey as a whole: seed, squares, density, CRS, extents, versions.
 [[nodiscard]] std::string place_json(const SurveyOptions& options);
 
 /// Version of the layout of these JSON files.

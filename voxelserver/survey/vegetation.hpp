@@ -31,7 +31,7 @@ struct Tree {
     [[nodiscard]] double crown_bottom_m(double distance_m) const noexcept;
 };
 
-/// What a tree needs to know of the land.
+/// Properties of the land that determine a tree.
 struct TreeGround {
     Cover cover = Cover::kMeadow;
     double ground_m = 0;

@@ -6,22 +6,22 @@ namespace terravox::survey {
 namespace {
 
 constexpr double kRoadClearance_m = 2.2;  ///< from a wall to the edge of any road
-constexpr double kNeighbourGap_m =
-    1.6;  ///< each footprint is widened by this when houses are kept apart
+/// Each footprint is widened by this when houses are kept apart.
+constexpr double kNeighbourGap_m = 1.6;
 constexpr double kMaxSlope_m = 4.0;      ///< greatest difference of ground under a house
 constexpr double kMaxSlabSlope_m = 1.0;  ///< the same under a balcony or carport
 constexpr double kStorey_m = 3.2;        ///< clear height beneath them: more than one storey
 constexpr double kJoint_m = 0.02;  ///< between a slab and its house, so that they do not overlap
 
-/// Puts houses where they fit: dry, level enough, clear of roads and of each other.
+/// Places houses where they fit: dry, level enough, clear of roads and of each other.
 class Plots {
 public:
     Plots(const Terrain& terrain, const std::vector<Road>& roads, std::vector<Building> taken)
         : m_terrain(terrain), m_roads(roads), m_buildings(std::move(taken)) {}
 
     /// @param eaves_m, ridge_m above the highest ground at the footprint
-    /// @param joins_last may touch the building added last: a wing @return false when it does not
-    /// fit
+    /// @param joins_last may touch the building added last: a wing
+    /// @return false when it does not fit
     bool add(Building building, double eaves_m, double ridge_m, bool joins_last = false) {
         if (!clear_of_others(building, joins_last ? 1 : 0) || !clear_of_roads(building))
             return false;
@@ -41,8 +41,8 @@ public:
         m_buildings.push_back(building);
         return true;
     }
-    /// A slab that touches the building `host` and nothing else. @param underside_m above the
-    /// highest ground beneath
+    /// A slab that touches the building `host` and nothing else.
+    /// @param underside_m above the highest ground beneath
     bool add_slab(Building slab, std::size_t host, double underside_m, double thickness_m) {
         Building others = slab;
         others.half_length_m += kNeighbourGap_m;
@@ -185,8 +185,8 @@ void add_farm(Random random, Vec2 kerb, Vec2 along, Vec2 outward, Plots& plots) 
 }
 
 // A balcony along a long side of a house of two storeys, or a carport against its end; some houses
-// have neither. Added after all houses, with random numbers of their own, so that no house stands
-// elsewhere because of them.
+// have neither. Added after all houses, with separate random numbers, so that they do not affect
+// where houses stand.
 void add_overhangs(std::uint64_t seed, std::size_t landmarks, Plots& plots) {
     const std::size_t houses = plots.buildings().size();
     for (std::size_t i = landmarks; i < houses; ++i) {

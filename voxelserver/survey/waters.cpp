@@ -6,8 +6,8 @@
 namespace terravox::survey {
 namespace {
 
-constexpr double kShoreSway =
-    0.16;  ///< part of the radius by which bays and capes leave the ellipse
+/// Part of the radius by which bays and capes deviate from the ellipse.
+constexpr double kShoreSway = 0.16;
 
 // Distance from the centre to the shore, for a direction of length 1. Noise over the unit circle
 // closes on itself.
@@ -60,7 +60,7 @@ River::River(std::uint64_t seed, std::int64_t index) noexcept
       m_base_level_m(470.0 + (index == 0 ? 0.0 : Random(m_seed).range(-45.0, 45.0))) {}
 
 double River::centre_y(double x) const noexcept {
-    // Beside the place the river keeps to its bed of the hand-made layout; farther away it swings
+    // Near the place the river keeps to its bed of the manual layout; farther away it swings
     // freely.
     const double freedom = m_index == 0 ? smoothstep(600.0, 2600.0, std::abs(x)) : 1.0;
     return m_base_y + lerp(15.0, 340.0, freedom) * noise_1d(m_seed, x / 950.0) +
@@ -68,8 +68,8 @@ double River::centre_y(double x) const noexcept {
 }
 
 double River::level_m(double x) const noexcept {
-    // 4 m a kilometre at the place, ever less far away, so that the endless river stays between the
-    // hills and the sea.
+    // 4 m a kilometre at the place, less and less far away, so that the endless river stays between
+    // the hills and the sea.
     return m_base_level_m - 0.004 * x / (1.0 + std::abs(x) / 40000.0);
 }
 

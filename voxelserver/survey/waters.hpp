@@ -17,18 +17,19 @@ struct Lake {
 
     /// Metres from the shore along the ray from the centre; negative in the lake.
     [[nodiscard]] double shore_distance(Vec2 p) const noexcept;
-    /// @param direction of length 1 @return the shore point that way from the centre
+    /// @param direction of length 1
+    /// @return the shore point in that direction from the centre
     [[nodiscard]] Vec2 shore_point(Vec2 direction) const noexcept;
     [[nodiscard]] double reach_m() const noexcept;  ///< no shore point is farther from the centre
     /// @return a closed ring of shore points, anticlockwise, the first one not repeated
     [[nodiscard]] std::vector<Vec2> shore_ring(int points) const;
 };
 
-/// What a river is at one easting.
+/// The properties of a river at one easting.
 struct RiverAtX {
     double centre_y = 0;
-    double stretch =
-        1;  ///< multiply |y - centre_y| by this to get the distance to the centre line (about)
+    /// Factor from |y - centre_y| to the approximate distance to the centre line.
+    double stretch = 1;
     double level_m = 0;  ///< of the water; falls eastwards without a step
     double half_width_m = 0;
 };
@@ -49,12 +50,12 @@ private:
     double m_base_y, m_base_level_m;
 };
 
-inline constexpr double kRiverSpacing_m =
-    6000;  ///< between the centre lines of neighbouring rivers, on average
-inline constexpr double kRiverSouth_m =
-    215;  ///< river 0 passes this far south of the place's centre
-inline constexpr double kRiverSway_m =
-    380;  ///< no centre line is farther from its average than this
+/// Between the centre lines of neighbouring rivers, on average.
+inline constexpr double kRiverSpacing_m = 6000;
+/// River 0 passes this far south of the place's centre.
+inline constexpr double kRiverSouth_m = 215;
+/// No centre line is farther from its average than this.
+inline constexpr double kRiverSway_m = 380;
 
 /// A brook as a polyline with a water level at each vertex, falling.
 struct Brook {

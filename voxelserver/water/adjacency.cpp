@@ -4,7 +4,7 @@ namespace terravox::water {
 
 Adjacency::Adjacency(const std::vector<CellPlace>& places)
     : m_beside(places.size(), {kNone, kNone, kNone, kNone}) {
-    std::size_t above = 0;  // walks the row to the north
+    std::size_t above = 0;  // advances along the row to the north
     for (std::size_t i = 0; i < places.size(); ++i) {
         const CellPlace here = places[i];
         if (i > 0 && places[i - 1].z == here.z && places[i - 1].x + 1 == here.x) {

@@ -6,7 +6,7 @@
 
 namespace terravox::water {
 
-/// A cell's place in the grid of cells: x east, z south.
+/// The position of a cell in the grid of cells: x east, z south.
 struct CellPlace {
     std::int32_t x = 0, z = 0;
     bool operator==(const CellPlace&) const = default;
@@ -14,8 +14,8 @@ struct CellPlace {
 
 enum Side : int { kWest = 0, kEast = 1, kNorth = 2, kSouth = 3 };
 
-/// Which cells of a list lie beside which: no grid is held, so a long river costs its cells and not
-/// its bounding box.
+/// The adjacency of the cells in a list. No grid is stored, so that memory for a long river grows
+/// with its cells and not with its bounding box.
 class Adjacency {
 public:
     static constexpr std::int32_t kNone = -1;
@@ -33,8 +33,8 @@ public:
     [[nodiscard]] const std::array<std::int32_t, 4>& around(std::int32_t i) const noexcept {
         return m_beside[static_cast<std::size_t>(i)];
     }
-    /// @return the diagonal cell (west or east, north or south) when one of the two cells between
-    /// is there too, else kNone
+    /// @return the diagonal neighbour (west or east, north or south) when one of the two cells
+    /// between is in the list too, else kNone
     [[nodiscard]] std::int32_t diagonal(std::int32_t i, Side x_side, Side z_side) const noexcept {
         if (const std::int32_t a = beside(i, x_side); a != kNone)
             if (const std::int32_t d = beside(a, z_side); d != kNone)
@@ -43,8 +43,8 @@ public:
         return b == kNone ? kNone : beside(b, x_side);
     }
 
-    /// Connected parts (over edges) of the cells with flag[i] != 0.
-    /// @return the part of each cell, numbered from 0 in the order of their first cells; kNone
+    /// Labels the connected components (over edges) of the cells with flag[i] != 0.
+    /// @return the component of each cell, numbered from 0 in the order of their first cells; kNone
     /// where the flag is 0
     [[nodiscard]] std::vector<std::int32_t> parts(const std::vector<char>& flag,
                                                   std::int32_t* count = nullptr) const;

@@ -16,7 +16,7 @@ namespace {
 
 constexpr std::size_t kSmallPatches = 9;  // a body around one corner, and its neighbours
 constexpr std::size_t kFewestPatches = 16;
-constexpr std::size_t kRecordBytes = 200;  // of a remembered patch, apart from its cells
+constexpr std::size_t kRecordBytes = 200;  // memory of a cached patch, apart from its cells
 constexpr std::uint16_t kUnexplored = 0;
 static_assert(64 * 64 / 2 < UINT16_MAX, "parts of a patch that touch nowhere must have numbers");
 
@@ -32,8 +32,8 @@ const WaterOptions& checked(const WaterOptions& o) {
     return o;
 }
 
-// Edge of the squares that very large bodies are cut along, in patches: a square always fits in the
-// bound.
+// Edge of the squares along which very large bodies are divided, in patches: a square never exceeds
+// the limit.
 std::int32_t square_edge(std::size_t patches) {
     std::int32_t edge = 1;
     while (static_cast<std::size_t>(edge) * 2 * static_cast<std::size_t>(edge) * 2 <= patches &&
@@ -44,9 +44,9 @@ std::int32_t square_edge(std::size_t patches) {
 
 }  // namespace
 
-// Two locks. m_known guards what is remembered; it is held for look-ups and to write down a
-// finished exploration. m_exploring is held while a large body is explored, so that two threads do
-// not do the same long work; who holds it may take m_known, never the other way.
+// Two locks. m_known guards the cache; it is held for look-ups and to store the result of an
+// exploration. m_exploring is held while a large body is explored, so that two threads do not do
+// the same long work; a thread that holds it may lock m_known, never the other way round.
 class WaterBodies::Impl {
 public:
     Impl(CellSource& source, const WaterOptions& options)
@@ -75,9 +75,9 @@ private:
     };
     struct Record {
         std::vector<std::uint16_t>
-            found_by;  // of each cell: which of the explorations below, from 1; kUnexplored
+            found_by;  // for each cell the exploration below that found it, from 1; kUnexplored
         std::vector<voxel::InputExtent> explorations;
-        std::vector<float> level;  // empty while no water was found
+        std::vector<float> level;  // empty until water is found
         [[nodiscard]] Answer answer(std::size_t cell) const {
             return {level.empty() ? kNoLevel : level[cell], explorations[found_by[cell] - 1u]};
         }
@@ -120,7 +120,7 @@ private:
         return r;
     }
 
-    // Found again by another thread it is the same exploration with the same reach.
+    // Should another thread find it again, it is the same exploration with the same reach.
     void note(PatchIndex patch, const CellFlags& cells, const voxel::InputExtent& reach) {
         Record& r = record(patch, cells.size());
         std::uint16_t number = kUnexplored;
@@ -142,7 +142,7 @@ private:
             return remember(small, small.reach(), start);
         const std::lock_guard exploring(m_exploring);
         if (const auto known = recall(start))
-            return *known;  // meanwhile, by another thread
+            return *known;  // found meanwhile by another thread
         {
             Exploration whole(m_source, m_side, m_options.evidence);
             if (whole.run(start, {m_options.max_body_patches, {}, &m_oversize}))
@@ -165,8 +165,8 @@ private:
             into[k] |= from[k];
     }
 
-    // @return the level of one of its cells, from here: others may make the records forget it at
-    // once
+    // @return the level of one of its cells, computed here, since other threads may clear the cache
+    // at any time
     Answer remember(Exploration& found, const voxel::InputExtent& reach, CellPlace asked) {
         found.list();
         const double voxel_m = m_options.voxel_m, cell_m = m_options.cell_voxels * voxel_m;

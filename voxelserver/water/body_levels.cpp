@@ -10,12 +10,12 @@
 namespace terravox::water {
 namespace {
 
-constexpr double kLakeSpread_m =
-    0.3;  // noise of 5 cm spreads 0.13 m; a river that falls less cannot be told from a lake
+// Noise of 5 cm spreads 0.13 m; a river that falls less is indistinguishable from a lake.
+constexpr double kLakeSpread_m = 0.3;
 constexpr std::uint64_t kFewReturns = 10;
-constexpr double kOff_m = 0.2;     // noise alone lifts no section's median so far from the lake
-constexpr int kOffSections = 3;    // in one stretch: strays lie scattered
-constexpr double kLowShore = 0.1;  // banks rise from the water: the low ones stand at it
+constexpr double kOff_m = 0.2;  // noise alone does not lift a section's median so far from the lake
+constexpr int kOffSections = 3;    // in one stretch: outliers are scattered
+constexpr double kLowShore = 0.1;  // banks rise from the water: the low ones are at its level
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
 
 struct Seen {
@@ -53,7 +53,8 @@ float lake_level(const Body& body, const Seen& seen) {
     return level;
 }
 
-// Without equalization: what was seen, and the nearest of it (counted through the water) elsewhere.
+// Without equalization: the measured levels, and the nearest one (by distance through the water)
+// elsewhere.
 std::vector<float> as_seen(const Body& body, const Adjacency& beside) {
     std::vector<float> out(body.places.size(), kNan);
     std::vector<std::int32_t> queue;
@@ -72,8 +73,8 @@ std::vector<float> as_seen(const Body& body, const Adjacency& beside) {
     return out;
 }
 
-// Does a stretch of the water lie off the level of the rest? A steep brook has few cells beside the
-// lake that it runs into.
+// Whether a stretch of the water is off the level of the rest. A steep brook has few cells compared
+// with the lake that it flows into.
 bool has_branch(const RiverSections& sections, const std::vector<SectionSample>& samples) {
     const auto off = [&](std::size_t s) {
         return samples[s].weight > 0 && std::abs(samples[s].level_m) > kOff_m;

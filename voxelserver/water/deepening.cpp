@@ -9,9 +9,9 @@
 namespace terravox::water {
 namespace {
 
-constexpr int kLongestReach = 1024;  // squares stay well inside 32 bits
+constexpr int kLongestReach = 1024;  // squares fit well into 32 bits
 
-// Rows up and down: distance to the nearest dry column of the same x, at most `far`.
+// Pass over columns: distance to the nearest dry column of the same x, at most `far`.
 std::vector<std::int32_t> vertical(const std::vector<std::uint8_t>& mask, int width, int height,
                                    std::int32_t far) {
     const auto w = static_cast<std::size_t>(width), h = static_cast<std::size_t>(height);
@@ -26,7 +26,8 @@ std::vector<std::int32_t> vertical(const std::vector<std::uint8_t>& mask, int wi
     return out;
 }
 
-// One row: for each x the least (x - i)^2 + g[i]^2, by the lower envelope of these parabolas.
+// Pass over one row: for each x the minimum of (x - i)^2 + g[i]^2, by the lower envelope of these
+// parabolas.
 class RowEnvelope {
 public:
     explicit RowEnvelope(int width)

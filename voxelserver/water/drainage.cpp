@@ -8,8 +8,9 @@ namespace {
 
 constexpr std::int32_t kNone = Adjacency::kNone;
 constexpr int kMaxOutletRounds = 16;
-constexpr double kEndRise_m = 0.1;  // an end so little above the lowest section is where the water
-                                    // leaves: noise put the lowest before it
+// An end so little above the lowest section is the outlet: the lowest section is lower only by
+// noise.
+constexpr double kEndRise_m = 0.1;
 
 std::size_t at(std::int32_t i) {
     return static_cast<std::size_t>(i);
@@ -23,7 +24,7 @@ void rank(Drainage& d) {
 
 struct Flood {
     Drainage ways;
-    std::vector<double> filled;  // the lowest level at which a section's water gets away
+    std::vector<double> filled;  // the lowest level at which a section's water can flow off
 };
 
 Flood flood(const RiverSections& sections, const std::vector<double>& levels,
@@ -61,8 +62,8 @@ Flood flood(const RiverSections& sections, const std::vector<double>& levels,
     return out;
 }
 
-// Where water leaves a group of sections: at the lowest dead end when it is nearly the lowest of
-// all, else at the lowest.
+// Finds the outlet of a group of sections: the lowest dead end when it is nearly the lowest section
+// of all, else the lowest section.
 class OutletOf {
 public:
     OutletOf(const RiverSections& sections, const std::vector<double>& levels)
@@ -91,7 +92,7 @@ private:
 };
 
 // The lowest end in each hollow, where it lies deeper than the rim. A hollow without an end is a
-// flaw of what was seen.
+// measurement error.
 std::vector<std::int32_t> hollows(const RiverSections& sections, const std::vector<double>& levels,
                                   const std::vector<double>& filled, double rim_m) {
     std::vector<char> seen(levels.size());

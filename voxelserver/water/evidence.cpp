@@ -8,8 +8,8 @@
 namespace terravox::water {
 namespace {
 
-constexpr std::size_t kFewestWetLevels =
-    5;  // fewer cells with returns say nothing about flatness; then the shore does
+// Fewer cells with returns do not determine flatness; the shore is used instead.
+constexpr std::size_t kFewestWetLevels = 5;
 
 bool water_seen(const WaterCell& c) noexcept {
     return c.water_points > 0 && std::isfinite(c.water);
@@ -18,7 +18,7 @@ bool ground_seen(const WaterCell& c) noexcept {
     return c.ground_points > 0 && std::isfinite(c.ground);
 }
 
-// Where a cell is water, what it shows is the surface, whatever the class says.
+// Where a cell is water, its returns are those of the surface, whatever their class.
 LevelSample surface(const WaterCell& c, bool wet) noexcept {
     if (water_seen(c))
         return {c.water, c.water_points};
@@ -75,7 +75,7 @@ private:
         return out;
     }
 
-    // Each connected part of one kind of cells that passes its test is water.
+    // Each connected part of one kind of cells that passes the test is water.
     template <class Kind, class Test>
     void accept(const Kind& kind, const Test& test, std::vector<char>* note) {
         std::vector<char> flag(m_cells.size());
@@ -126,7 +126,7 @@ private:
         return thick(members) && level_shore(members);
     }
 
-    // A gap in a lake that the photo shows: a wave's glint neither looks wet nor returns anything.
+    // A gap in a lake seen on the photo: the glint of a wave neither looks wet nor gives returns.
     [[nodiscard]] bool mostly_in_water(const Members& members) const {
         std::size_t water = 0, edges = 0;
         for (const std::int32_t i : members)
@@ -139,8 +139,8 @@ private:
         return 2 * water > edges;
     }
 
-    // Has it enough cells with all eight around them inside? (All open neighbours of an open cell
-    // are in its part.)
+    // Whether it has enough cells with all eight neighbours inside. (All open neighbours of an open
+    // cell are in its part.)
     [[nodiscard]] bool thick(const Members& members) const {
         std::size_t inner = 0;
         for (const std::int32_t i : members) {

@@ -9,54 +9,57 @@
 
 namespace terravox::water {
 
-/// What counts as water. Lengths and heights in metres.
+/// Criteria for water. Lengths and heights in metres.
 struct Evidence {
-    bool by_class = true;  ///< (a) connected open cells with water returns: LiDAR is mostly
-                           ///< swallowed, so the voids around them are water too
-    bool by_photo =
-        true;  ///< (b) cells that look wet and form a flat body: classification missed the water
-    bool by_void = true;  ///< (c) voids within a flat shore
+    /// (a) Connected open cells with water returns are water: LiDAR pulses are mostly absorbed
+    /// there, so the voids around them are water too.
+    bool by_class = true;
+    /// (b) Cells that look wet and form a flat body are water, missed by the classification.
+    bool by_photo = true;
+    bool by_void = true;  ///< (c) voids within a flat shore are water
 
-    std::uint32_t fewest_returns = 3;  ///< (a) in a body: one stray class code makes no lake
-    double min_wet_m2 = 200;           ///< (b)
-    double flat_wet_m = 0.4;           ///< (b) most spread of the middle 80 % of levels
-    double min_void_m2 = 150;          ///< (c)
-    double flat_shore_m =
-        0.6;  ///< (c) most spread of the shore's low half, and between its four sides
-    double ground_share_of_shore =
-        0.5;  ///< (c) of the cells around, so many must show ground: roofs and trees are no shore
-    double inner_share_of_void =
-        0.1;  ///< (c) of its cells, so many must be surrounded by it: shadows of houses are thin
+    /// (a) Minimum in a body: a single misclassified return must not make a lake.
+    std::uint32_t fewest_returns = 3;
+    double min_wet_m2 = 200;   ///< (b)
+    double flat_wet_m = 0.4;   ///< (b) maximum spread of the middle 80 % of levels
+    double min_void_m2 = 150;  ///< (c)
+    /// (c) Maximum spread of the lower half of the shore heights, and between its four sides.
+    double flat_shore_m = 0.6;
+    /// (c) Minimum share of the surrounding cells that must show ground: roofs and trees are not a
+    /// shore.
+    double ground_share_of_shore = 0.5;
+    /// (c) Minimum share of its cells that must be surrounded by it: shadows of houses are thin.
+    double inner_share_of_void = 0.1;
 };
 
-/// A cell that may be water, alone: open (covered, and nothing seen, or water more than twice as
-/// often as anything else), or wet-looking with hardly anything but ground and water. All others
-/// are plainly dry.
+/// Whether a cell, by itself, may be water: open (covered, with no returns, or with more than twice
+/// as many water returns as others), or wet-looking with almost only ground and water returns. All
+/// other cells are dry.
 [[nodiscard]] bool is_open(const WaterCell& cell) noexcept;
 [[nodiscard]] bool is_wet(const WaterCell& cell) noexcept;
 [[nodiscard]] bool is_candidate(const WaterCell& cell, const Evidence& evidence) noexcept;
 
-/// Connected candidates, whole, and the means to look at what lies around them.
+/// A complete set of connected candidates, and access to the surrounding cells.
 class Candidates {
 public:
     virtual ~Candidates() = default;
     /// Sorted by z, then x.
     [[nodiscard]] virtual const std::vector<CellPlace>& places() const = 0;
-    /// @return null where cells were not loaded (beyond the squares that very large bodies are cut
-    /// along)
+    /// @return null where cells were not loaded (beyond the squares along which very large bodies
+    /// are divided)
     [[nodiscard]] virtual const WaterCell* find(CellPlace place) const = 0;
 };
 
-/// One body and which of the candidates it is made of.
+/// One body and the candidates that it consists of.
 struct FoundBody {
     Body body;
     std::vector<std::int32_t> members;  ///< index of each of the body's cells in the candidates
 };
 
-/// Judges connected candidates. Connected open cells are water by (a) or else (c); connected
-/// wet-looking cells are water by (b); parts that are water and touch or overlap are one body; a
-/// gap without returns that lies mostly in water found by (b) is water as well; what fails its test
-/// is dry, whatever it touches.
+/// Classifies connected candidates. Connected open cells are water by (a) or else (c); connected
+/// wet-looking cells are water by (b); parts that are water and touch or overlap form one body; a
+/// gap without returns that lies mostly in water found by (b) is water as well; a part that fails
+/// its test is dry, whatever it touches.
 [[nodiscard]] std::vector<FoundBody> judge(const Candidates& candidates, const Evidence& evidence,
                                            double cell_m, double voxel_m);
 

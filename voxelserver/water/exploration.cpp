@@ -30,7 +30,7 @@ bool Exploration::run(CellPlace start, const Bounds& bounds) {
     return !m_exceeded;
 }
 
-// The patch, loaded; null outside the square, or when the bounds are exceeded.
+// Loads the patch; null outside the square, or when the bounds are exceeded.
 Exploration::Visited* Exploration::visit(PatchIndex patch) {
     if (m_bounds.square && !(PatchIndex{floor_div(patch.x, *m_bounds.square),
                                         floor_div(patch.z, *m_bounds.square)} == m_square))
@@ -56,8 +56,9 @@ void Exploration::touch(PatchIndex patch, Visited& v, int x, int z) {
         return;
     if (v.oversize && (*v.oversize)[i] != 0)
         m_exceeded = true;
+    // It may be in the queue twice: the second time there is nothing to do.
     if (v.waiting.empty())
-        m_queue.push_back(patch);  // it may be in the queue twice: the second time nothing waits
+        m_queue.push_back(patch);
     v.found[i] = 1;
     ++v.count;
     v.waiting.push_back(static_cast<std::int32_t>(i));

@@ -9,18 +9,18 @@
 namespace terravox::water {
 namespace {
 
-constexpr double kReturnNoise_m = 0.06;   // of a median of one return
-constexpr double kSectionNoise_m = 0.02;  // what more returns do not take away
+constexpr double kReturnNoise_m = 0.06;   // standard deviation of a median of one return
+constexpr double kSectionNoise_m = 0.02;  // noise that more returns do not reduce
 constexpr double kMaxReturns = 100;
-constexpr double kMinStep_m =
-    0.02;  // change of level from section to section that costs nothing yet
+// Change of level between adjacent sections that is not penalised.
+constexpr double kMinStep_m = 0.02;
 constexpr double kStartStep_m = 0.05;
-constexpr double kFarther = 0.875;  // of the fall at a section, what comes from further on: a
-                                    // stretch of some eight sections
+// Share of the fall at a section that comes from farther sections: averages over some eight.
+constexpr double kFarther = 0.875;
 constexpr int kReweightings = 4;
-constexpr double kStray = 2;  // residuals beyond so many deviations lose weight
+constexpr double kStray = 2;  // residuals beyond this many deviations lose weight
 constexpr double kRim_m = 0.3;
-constexpr double kFlatFall_m = 0.12;  // of a stretch that takes one level
+constexpr double kFlatFall_m = 0.12;  // maximum fall of a stretch that gets one level
 constexpr std::int32_t kNone = Adjacency::kNone;
 
 std::size_t at(std::int32_t i) {
@@ -33,8 +33,8 @@ double certainty(const SectionSample& s) {
                         : 0;
 }
 
-// Least squares of (level - seen)^2 * weight + (level - parent's level)^2 / step^2: exact on a
-// forest, leaves first and back. step_m: of each section to its parent
+// Minimises the sum of (level - measured)^2 * weight + (level - parent's level)^2 / step^2: exact
+// on a forest, in one pass from the leaves and one back. step_m: from each section to its parent
 std::vector<double> solve(const Drainage& d, const std::vector<SectionSample>& samples,
                           const std::vector<double>& weight, const std::vector<double>& step_m) {
     std::vector<double> pull = weight, sum(weight.size()), level(weight.size());
@@ -59,10 +59,10 @@ std::vector<double> solve(const Drainage& d, const std::vector<SectionSample>& s
     return level;
 }
 
-// What the level changes by from section to parent thereabouts: the net change over a stretch
-// towards the outlet or away from it, whichever is more. One body may hold a river that hardly
-// falls and a steep brook that runs into it: smoothed with the river's step, the whole brook would
-// count as strays. Net, because a stray goes up and down again.
+// The typical change of level from a section to its parent in its neighbourhood: the net change
+// over a stretch towards the outlet or away from it, whichever is larger. One body may contain a
+// river that hardly falls and a steep brook that flows into it: smoothed with the river's step, the
+// whole brook would be treated as outliers. Net, because an outlier goes up and down again.
 std::vector<double> local_steps(const Drainage& d, const std::vector<double>& level) {
     const std::size_t count = level.size();
     std::vector<double> change(count), towards(count), away(count), from_above(count),
@@ -100,7 +100,7 @@ std::vector<double> smooth(const Drainage& d, const std::vector<SectionSample>& 
     for (int round = 0; round < kReweightings; ++round) {
         const std::vector<double> step = local_steps(d, level);
         for (std::size_t i = 0; i < base.size(); ++i) {
-            // A section may also be off its neighbours' line by what a step is.
+            // A section may also deviate from its neighbours by the size of a step.
             const double deviation2 = base[i] > 0 ? 1 / base[i] + step[i] * step[i] : 1;
             const double residual = samples[i].level_m - level[i];
             weight[i] = base[i] / (1 + residual * residual / (kStray * kStray * deviation2));
@@ -110,7 +110,7 @@ std::vector<double> smooth(const Drainage& d, const std::vector<SectionSample>& 
     return level;
 }
 
-// Stretches of the drainage tree that grow together, the flattest first.
+// Stretches of the drainage tree, which are merged in order of slope, the flattest first.
 class Stretches {
 public:
     Stretches(const RiverSections& sections, const Drainage& d, const std::vector<double>& level)

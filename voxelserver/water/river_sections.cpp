@@ -7,7 +7,7 @@
 namespace terravox::water {
 namespace {
 
-constexpr std::int32_t kStep = 5, kDiagonal = 7, kKnight = 11;  // chamfer units: 5 to a cell
+constexpr std::int32_t kStep = 5, kDiagonal = 7, kKnight = 11;  // chamfer units: 5 per cell
 constexpr std::int32_t kRing = 2 * kStep;
 constexpr int kNotch = 3;  // sections
 constexpr int kNotchRounds = 3;
@@ -17,7 +17,7 @@ std::size_t at(std::int32_t i) {
     return static_cast<std::size_t>(i);
 }
 
-// The cell reached last in a flood is at an end of the body.
+// The cell reached last by a flood fill is at an end of the body.
 std::int32_t end_of(const Adjacency& beside) {
     std::vector<char> seen(at(beside.size()));
     std::vector<std::int32_t> queue{0};
@@ -64,7 +64,7 @@ std::vector<std::int32_t> distances(const Adjacency& beside, std::int32_t start)
         for (const std::int32_t i : bucket) {
             --waiting;
             if (d[at(i)] != now)
-                continue;  // was reached sooner
+                continue;  // has already been reached by a shorter path
             visit_far(beside, i, [&](std::int32_t n, std::int32_t step) {
                 if (now + step >= d[at(n)])
                     return;
@@ -78,7 +78,8 @@ std::vector<std::int32_t> distances(const Adjacency& beside, std::int32_t start)
     return d;
 }
 
-// Connected parts of rings, corners included: a ring is thin and would fall apart at its corners.
+// Labels the connected parts of rings, with corners as connections, since a ring is thin and would
+// otherwise fall apart.
 std::vector<std::int32_t> ring_parts(const Adjacency& beside, const std::vector<std::int32_t>& ring,
                                      std::int32_t& count) {
     std::vector<std::int32_t> part(ring.size(), kNone), stack;
@@ -133,8 +134,9 @@ void link(RiverSections& out, const Adjacency& beside) {
         out.begin[s + 1] += out.begin[s];
 }
 
-// Chains of at most kNotch sections from a dead end to a section with three or more neighbours.
-// @return the section each one goes to (itself: it stays)
+// Finds chains of at most kNotch sections from a dead end to a section with three or more
+// neighbours.
+// @return the section that each one is merged into (itself: it stays)
 std::vector<std::int32_t> notches(const RiverSections& s) {
     std::vector<std::int32_t> to(at(s.size())), degree(at(s.size()));
     for (std::int32_t i = 0; i < s.size(); ++i) {

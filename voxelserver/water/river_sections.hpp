@@ -16,17 +16,17 @@ struct WeightedLevel {
     }
 };
 
-/// A body cut into cross-sections, and which of them touch: a graph whose cycles go around islands
-/// and whose branches are tributaries.
+/// A water body divided into cross-sections, and their adjacency: a graph whose cycles go around
+/// islands and whose branches are tributaries.
 struct RiverSections {
-    double length_m = 0;                   ///< of one section along the course
-    std::vector<std::int32_t> section_of;  ///< of each cell
-    std::vector<double>
-        along_m;  ///< of each section: the way from the end at which the cutting began
-    std::vector<std::uint32_t> cells;  ///< of each section
-    std::vector<std::uint32_t>
-        begin;  ///< of each section's neighbours in `beside`; size() + 1 of them
-    std::vector<std::int32_t> beside;  ///< ascending
+    double length_m = 0;                   ///< length of one section along the course
+    std::vector<std::int32_t> section_of;  ///< section of each cell
+    /// For each section: the distance from the end at which the division began.
+    std::vector<double> along_m;
+    std::vector<std::uint32_t> cells;  ///< number of cells of each section
+    /// Index in `beside` of each section's first neighbour; size() + 1 elements.
+    std::vector<std::uint32_t> begin;
+    std::vector<std::int32_t> beside;  ///< neighbours of all sections, ascending for each
     [[nodiscard]] std::int32_t size() const noexcept {
         return static_cast<std::int32_t>(cells.size());
     }
@@ -38,22 +38,22 @@ struct RiverSections {
     }
 };
 
-/// Distances through the water from one end (nearly Euclidean, within 2 %), cut into rings of two
-/// cells; the connected parts of a ring are sections. Parts that end after three sections (notches
-/// of the bank) are given to the section they hang on.
+/// Divides the distance through the water from one end (nearly Euclidean, within 2 %) into rings of
+/// two cells; the connected parts of a ring are sections. Parts that end after three sections
+/// (notches of the bank) are merged into the section that they branch from.
 /// @param beside one connected body, not empty
 /// Ref: the graph of a function's level sets: Reeb, 1946; chamfer distances 5-7-11: Borgefors,
 /// "Distance transformations in digital images", 1986; buckets in place of a heap: Dial, "Algorithm
 /// 360", 1969.
 [[nodiscard]] RiverSections make_sections(const Adjacency& beside, double cell_m);
 
-/// What was seen of one section.
+/// The measurements in one section.
 struct SectionSample {
     double level_m = 0;  ///< weighted median, metres above the reference
-    double weight = 0;   ///< returns; 0: nothing was seen
+    double weight = 0;   ///< number of returns; 0: no measurement
 };
 
-/// @param reference voxels
+/// @param reference zero of the sections' levels, in voxels
 [[nodiscard]] std::vector<SectionSample> section_samples(const RiverSections& sections,
                                                          const std::vector<LevelSample>& samples,
                                                          float reference, double voxel_m);

@@ -8,10 +8,11 @@
 namespace terravox::water {
 namespace {
 
-constexpr double kSideLow = 0.2;  // a side's low shore: of the cells there, so many are lower
+constexpr double kSideLow = 0.2;  // quantile of the heights on a side that counts as its low shore
 constexpr std::size_t kFewestCells = 4;
 
-// Low shores on the four sides of the middle, voxels; sides without a cell are left out.
+// Levels of the low shore on the four sides of the middle, voxels; sides without a cell are
+// omitted.
 std::vector<float> low_sides(const Shore& shore) {
     double x = 0, z = 0;
     for (const Shore::Cell& c : shore.ground) {

@@ -7,15 +7,15 @@
 
 namespace terravox::water {
 
-/// The ring of cells (over edges) around some of the candidates.
+/// The cells that adjoin (over edges) a subset of the candidates.
 struct Shore {
     struct Cell {
         CellPlace place;
         float ground;  ///< voxels
     };
     std::vector<Cell> ground;     ///< cells with ground returns, by place
-    std::size_t other = 0;        ///< cells without
-    bool at_survey_edge = false;  ///< an uncovered cell is among them
+    std::size_t other = 0;        ///< number of shore cells without ground returns
+    bool at_survey_edge = false;  ///< whether an uncovered cell is among them
     [[nodiscard]] std::vector<float> heights() const;
 };
 
@@ -24,9 +24,10 @@ struct Shore {
                              const std::vector<std::int32_t>& members,
                              const std::vector<char>& chosen);
 
-/// Is it the shore of standing water? Enough of it is ground; its low half spreads less than
-/// `flat_shore_m` (its high half is banks); and on each of the four sides (quarters around the
-/// middle) something lies equally low, for a hole in a hillside is high on one side.
+/// Whether this is the shore of standing water: enough of it is ground; the lower half of its
+/// heights spreads less than `flat_shore_m` (the upper half is banks); and on each of the four
+/// sides (quarters around the middle) some cell is equally low, since a hole in a hillside is high
+/// on one side.
 [[nodiscard]] bool is_level_shore(const Shore& shore, const Evidence& evidence, double voxel_m);
 
 }  // namespace terravox::water

@@ -10,31 +10,31 @@ namespace terravox::water {
 
 constexpr float kNoLevel = std::numeric_limits<float>::quiet_NaN();
 
-/// One cell of the coarse grid in which water is looked for (edge: some voxels, a divisor of 64).
-/// Heights in voxels, absolute.
+/// One cell of the coarse grid in which water is detected (edge: several voxels, a divisor of 64).
+/// Heights in absolute voxels.
 struct WaterCell {
     float water = kNoLevel;          ///< mean height of the water returns, NaN where there is none
     float ground = kNoLevel;         ///< mean height of the ground returns, NaN where there is none
     std::uint16_t water_points = 0;  ///< all three counts saturate
     std::uint16_t ground_points = 0;
-    std::uint16_t other_points =
-        0;  ///< roofs, plants, things; NOT bridges: what is under a deck was not seen
+    /// Roofs, plants, objects; NOT bridges: nothing is known about the surface below a deck.
+    std::uint16_t other_points = 0;
     bool covered = false;    ///< inside the survey
     bool looks_wet = false;  ///< the orthophoto shows water in most of the cell's columns
 };
 
-/// The cells of one patch, row by row (index z * side + x; x east, z south). Immutable once
-/// published.
+/// The cells of one patch, row by row (index z * side + x; x east, z south). Immutable after
+/// publication.
 struct CellPatch {
-    int side = 0;                  ///< cells along an edge: 64 / (voxels along a cell's edge)
-    std::vector<WaterCell> cells;  ///< side * side of them
+    int side = 0;                  ///< cells along an edge: 64 / (voxels per cell edge)
+    std::vector<WaterCell> cells;  ///< side * side elements
     [[nodiscard]] const WaterCell& at(int x, int z) const noexcept {
         return cells[static_cast<std::size_t>(z * side + x)];
     }
 };
 
-/// Where cells come from; making a patch may read points, so it may take long. Thread-safe; the
-/// same patch always holds the same cells.
+/// A source of cells; making a patch may read points, so it may take long. Thread-safe; the same
+/// patch always has the same cells.
 class CellSource {
 public:
     virtual ~CellSource() = default;

@@ -5,8 +5,8 @@
 #include "common/voxel/box.hpp"
 #include "common/voxel/morton.hpp"
 
-/// The layout of a box archive, version 1 (docs/formats/box-archive.md). Little-endian; structures
-/// lie in the file as they lie here.
+/// The layout of a box archive, version 1 (docs/formats/box-archive.md). Little-endian; the
+/// structures below are stored in the file byte for byte.
 namespace terravox::voxel::archive {
 
 inline constexpr char kMagic[8] = {'T', 'V', 'X', 'A', 'R', 'C', '\r', '\n'};
@@ -17,25 +17,25 @@ inline constexpr const char* kEnding = ".tvx";
 struct Header {
     char magic[8];
     std::uint32_t version;
-    std::uint32_t
-        damage;  ///< places in which the data of the world that it was made from were damaged
-    std::uint64_t info_offset, info_bytes;  ///< JSON as /v2/world says it
-    std::uint64_t root_offset, root_bytes;  ///< 0 while the archive is being made
+    /// Number of places where the data of the source world were damaged.
+    std::uint32_t damage;
+    std::uint64_t info_offset, info_bytes;  ///< JSON as returned by /v2/world
+    std::uint64_t root_offset, root_bytes;  ///< 0 until the archive is finished
     std::uint64_t file_bytes;
-    std::uint64_t checksum;  ///< XXH64 of the bytes before
+    std::uint64_t checksum;  ///< XXH64 of the preceding bytes of the header
 };
 static_assert(sizeof(Header) == 64);
 
 enum class Kind : std::uint32_t {
     kBox = 0,   ///< a box: a zstd frame
-    kHole = 1,  ///< could not be had when the archive was made: the reason, UTF-8
+    kHole = 1,  ///< the box was unavailable when the archive was written: the reason, UTF-8
 };
 
 struct Key {
     std::int32_t level, bx, by, bz;
 };
 
-/// Before each frame.
+/// Precedes each frame.
 struct Record {
     Key key;
     std::uint32_t bytes;
@@ -44,7 +44,7 @@ struct Record {
 };
 static_assert(sizeof(Record) == 32);
 
-/// One of a leaf of the index.
+/// An entry of a leaf of the index.
 struct Entry {
     Key key;
     std::uint64_t offset;  ///< of the frame
@@ -53,7 +53,8 @@ struct Entry {
 };
 static_assert(sizeof(Entry) == 32);
 
-/// One of the root of the index: a leaf, which is a zstd frame of its entries.
+/// An entry of the root of the index. It refers to a leaf, which is a zstd frame of that leaf's
+/// entries.
 struct Leaf {
     Key first;
     std::uint64_t offset;
@@ -71,13 +72,13 @@ inline constexpr std::uint32_t kLeafEntries = 1024;
     return {k.level, k.bx, k.by, k.bz};
 }
 
-/// The order of entries: by level, then along the Morton curve.
+/// Sort order of entries: by level, then along the Morton curve.
 [[nodiscard]] inline bool before(const Key& a, const Key& b) noexcept {
     if (a.level != b.level)
         return a.level < b.level;
     return morton_encode(a.bx, a.by, a.bz) < morton_encode(b.bx, b.by, b.bz);
 }
-/// The Morton code is one to one for these only.
+/// Whether the key lies in the range in which its Morton code is unique.
 [[nodiscard]] constexpr bool in_range(const Key& k) noexcept {
     const auto fits = [](std::int32_t v) { return v >= -(1 << 20) && v < (1 << 20); };
     return k.level >= 0 && k.level <= kMaxLevel && fits(k.bx) && fits(k.by) && fits(k.bz);

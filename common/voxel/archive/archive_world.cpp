@@ -24,8 +24,8 @@ using namespace archive;
 constexpr std::uint64_t kMaxInfo_bytes = 4 << 20, kMaxRoot_bytes = std::uint64_t{256} << 20;
 const std::uint64_t kMaxLeaf_bytes = ZSTD_compressBound(kLeafEntries * sizeof(Entry));
 constexpr std::size_t kLeafCache_bytes = std::size_t{64} << 20;
-constexpr std::uint32_t kMaxFrame_bytes = 16
-                                          << 20;  // a box with every voxel known is 9 MiB unpacked
+// A box in which every voxel has attributes is 9 MiB uncompressed.
+constexpr std::uint32_t kMaxFrame_bytes = 16 << 20;
 
 class ArchiveWorld final : public World {
 public:
@@ -133,8 +133,8 @@ private:
         return header;
     }
 
-    // The cost of a picture of air is in boxes of the coarsest level, so they must be as large as
-    // the world is wide.
+    // The cost of a picture of air is proportional to the number of boxes of the coarsest level, so
+    // these must be large in relation to the world.
     void check_bounds() {
         if (m_info.bounds.empty())
             return;
@@ -147,7 +147,7 @@ private:
                  "; bounds of this width need at least " + std::to_string(needed));
     }
 
-    /// Whether the world that the archive says it is has such a box.
+    /// Whether the box lies in the world that the archive declares.
     [[nodiscard]] bool has_room_for(const Key& key) const {
         return in_range(key) && key.level < m_info.levels && !m_info.bounds.empty() &&
                boxes_over(m_info.bounds, key.level).contains(key_of(key));
@@ -232,16 +232,16 @@ private:
         return *found;
     }
 
-    static constexpr int kMaxUp = 21;  ///< 2^21 boxes: what the index can say
+    static constexpr int kMaxUp = 21;  ///< 2^21 boxes: the range of the index
 
-    /// 2^up boxes along each axis, from one whose place is a multiple of that: one stretch of the
-    /// Morton curve.
+    /// 2^up boxes along each axis, from a box whose coordinates are multiples of that: a contiguous
+    /// range of the Morton curve.
     struct Cube {
         Key low;
         int up;
     };
 
-    /// Whether the index names a box of the cube.
+    /// Whether the index contains a box of the cube.
     [[nodiscard]] bool names_any(const Cube& cube) {
         const std::uint64_t first = morton_encode(cube.low.bx, cube.low.by, cube.low.bz),
                             count = std::uint64_t{1} << 3 * cube.up;
@@ -262,8 +262,8 @@ private:
         return found != entries->end() && within(found->key);
     }
 
-    /// Whether the index names a box that lies both in the cube and in the range. Goes only into
-    /// cubes of which it names some.
+    /// Whether the index contains a box that lies both in the cube and in the range. Descends only
+    /// into cubes of which it contains boxes.
     [[nodiscard]] bool names_any(const Cube& cube, const BoxRange& range) {
         const std::int32_t size = std::int32_t{1} << cube.up;
         bool inside = true;

@@ -8,13 +8,13 @@
 
 namespace terravox::voxel {
 
-/// The world of a box archive. Box, index leaf and header are each checked by checksum when they
-/// are read.
-/// @throws Error when it is not an archive, another version, unfinished or damaged, or when its
-/// bounds do not fit its levels (levels_for()) or its index
+/// Opens a box archive as a world. The checksum of a box, index leaf or header is verified whenever
+/// it is read.
+/// @throws Error when the file is not an archive, has another version, is unfinished or damaged, or
+/// when its bounds are inconsistent with its levels (levels_for()) or its index
 [[nodiscard]] std::unique_ptr<World> open_archive(std::unique_ptr<archive::ByteSource> source);
 
-/// Whether a file begins like a box archive.
+/// Whether a file begins like a box archive; the rest is not checked.
 [[nodiscard]] bool is_archive(const std::filesystem::path& file);
 
 }  // namespace terravox::voxel

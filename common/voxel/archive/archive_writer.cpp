@@ -52,7 +52,7 @@ void ArchiveWriter::fail(const char* what) const {
     throw util::Error("write the box archive " + m_file.string() + ": " + what);
 }
 
-// The same bytes as those that are there when it goes on.
+// Must give the same bytes as those in the file when an archive is continued.
 void ArchiveWriter::begin(const std::string& info) {
     std::copy(std::begin(kMagic), std::end(kMagic), m_header.magic);
     m_header.version = kVersion;

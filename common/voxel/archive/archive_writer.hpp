@@ -12,30 +12,33 @@
 
 namespace terravox::voxel {
 
-/// Writes a box archive: first into FILE.part, which gets its index and its name at finish(). What
-/// was added before a break can be taken over. Not thread-safe. The bytes are a function of what is
-/// added, in its order.
+/// Writes a box archive: first to FILE.part; finish() adds the index and renames it. An interrupted
+/// archive can be continued. Not thread-safe. The bytes depend only on the added records and their
+/// order.
 class ArchiveWriter {
 public:
-    /// @param info the world that the archive will say it is
-    /// @param keep take over the records of a FILE.part that begins with the same info, up to this
-    /// offset; 0: begin anew
-    /// @throws Error when the file cannot be written, or what is to be kept is not there
+    /// @param info the description of the world to store in the archive
+    /// @param keep continue a FILE.part that begins with the same info, keeping its records up to
+    /// this offset; 0: start over
+    /// @throws Error when the file cannot be written, or the records to keep are missing
     ArchiveWriter(std::filesystem::path file, const WorldInfo& info, std::uint64_t keep);
     ~ArchiveWriter();
     ArchiveWriter(const ArchiveWriter&) = delete;
     ArchiveWriter& operator=(const ArchiveWriter&) = delete;
 
-    /// @param frame a zstd frame (compress()), or why the box could not be had
+    /// @param frame a zstd frame (compress()), or the reason why the box is unavailable
     void add(const BoxKey& key, archive::Kind kind, std::span<const std::byte> frame);
-    /// What was added is on its way to the disk. @return where the next record goes
+    /// Writes all added records to the file; does not wait for the disk.
+    /// @return the offset of the next record
     std::uint64_t flush();
-    /// The entries so far, in the order of adding.
+    /// The entries so far, in the order in which they were added.
     [[nodiscard]] const std::vector<archive::Entry>& entries() const noexcept { return m_entries; }
-    /// The frame of an entry, read back. @throws Error
+    /// Reads the frame of an entry back.
+    /// @throws Error
     [[nodiscard]] std::vector<std::byte> frame_of(const archive::Entry& entry) const;
-    /// Writes index and header, and gives the file its name. @param damage places in which the
-    /// world's data are damaged @throws Error
+    /// Writes index and header, and renames the file to its final name.
+    /// @param damage number of places where the world's data are damaged
+    /// @throws Error
     void finish(std::size_t damage = 0);
 
 private:
@@ -47,7 +50,7 @@ private:
 
     const std::filesystem::path m_file, m_part;
     int m_fd = -1;
-    std::uint64_t m_at = 0;  ///< written so far, with what waits
+    std::uint64_t m_at = 0;  ///< bytes written so far, including those in m_waiting
     std::vector<std::byte> m_waiting;
     std::vector<archive::Entry> m_entries;
     archive::Header m_header{};

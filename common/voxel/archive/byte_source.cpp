@@ -15,21 +15,21 @@
 namespace terravox::voxel::archive {
 namespace {
 
-/// What changes when another program writes to an open file, or cuts it short.
+/// The properties that change when another program writes to an open file, or truncates it.
 struct FileState {
     std::int64_t bytes = 0, changed_s = 0, changed_ns = 0;
     friend bool operator==(const FileState&, const FileState&) = default;
 };
 
-/// A file, read and never mapped: a page of a map that another program cuts off ends the program
-/// (SIGBUS), and bytes of a map may change between the check of a checksum and their use. The copy
-/// in `room` does neither.
+/// A file that is read and never mapped: when another program truncates a mapped file, accessing
+/// the lost pages ends the program (SIGBUS), and mapped bytes may change between the verification
+/// of a checksum and their use. Neither can happen to the copy in `room`.
 class FileSource final : public ByteSource {
 public:
     explicit FileSource(const std::filesystem::path& path)
         : m_name(path.string()),
-          m_file(::open(path.c_str(),
-                        O_RDONLY | O_CLOEXEC | O_NONBLOCK)) {  // a pipe would wait for its writer
+          // A pipe would block until it has a writer.
+          m_file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK)) {
         const auto fail = [&](const std::string& what) {
             return util::Error("open the box archive " + m_name + ": " + what);
         };
@@ -67,8 +67,9 @@ public:
                 throw changed("it was cut short while it was open");
             done += static_cast<std::size_t>(n);
         }
-        // After the bytes: a write is dated before its bytes can be read. Index and boxes of two
-        // archives must not mix, for each of them may be sound.
+        // Checked after reading the bytes: the time stamp of a write changes before its bytes can
+        // be read. Index and boxes of two archives must not be mixed, since each of them may be
+        // valid by itself.
         if (state_now() != m_state)
             throw changed(
                 "it was changed while it was open; replace an archive by renaming another one to "

@@ -10,7 +10,7 @@
 
 namespace terravox::voxel::archive {
 
-/// Where the bytes of an archive come from. Thread-safe.
+/// Random access to the bytes of an archive. Thread-safe.
 class ByteSource {
 public:
     ByteSource() = default;
@@ -18,23 +18,23 @@ public:
     ByteSource& operator=(const ByteSource&) = delete;
     virtual ~ByteSource() = default;
     [[nodiscard]] virtual const std::string& name() const noexcept = 0;  ///< for messages
-    /// @param room where the bytes go, unless the source keeps them in memory
-    /// @return `bytes` bytes from `offset` on, which do not change as long as the source and `room`
-    /// live
+    /// @param room buffer for the bytes; unused when the source keeps them in memory
+    /// @return `bytes` bytes from `offset`, unchanged during the lifetime of the source and of
+    /// `room`
     /// @throws Error when they cannot be read; ChangedError when the archive is no longer the one
     /// that was opened
     [[nodiscard]] virtual std::span<const std::byte> read(std::uint64_t offset, std::size_t bytes,
                                                           std::vector<std::byte>& room) = 0;
     [[nodiscard]] virtual std::string edition() const { return {}; }  ///< as World::edition
     virtual void stop() noexcept {}                                   ///< as World::stop
-    [[nodiscard]] virtual int useful_concurrency(int threads) const noexcept {
-        return threads;
-    }  ///< as World::useful_concurrency
+    /// As World::useful_concurrency.
+    [[nodiscard]] virtual int useful_concurrency(int threads) const noexcept { return threads; }
 };
 
-/// A file. Cut short or written to while it is open, it gives a ChangedError and no bytes; replaced
-/// by a file that is renamed to its name, it stays the one that was opened. @throws Error when
-/// there is no such plain file, or it cannot be read
+/// A byte source that reads a file. When the file is truncated or modified while it is open, read()
+/// throws a ChangedError and returns no bytes; when it is replaced by renaming another file to its
+/// name, the source keeps reading the original one.
+/// @throws Error when there is no such plain file, or it cannot be read
 [[nodiscard]] std::unique_ptr<ByteSource> file_source(const std::filesystem::path& path);
 
 }  // namespace terravox::voxel::archive

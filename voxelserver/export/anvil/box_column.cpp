@@ -64,8 +64,8 @@ std::array<std::int32_t, 3> spawn_of(Job& job, const Place& place) {
         return std::array<std::int32_t, 3>{at_x - place.offset[0], y - place.offset[1],
                                            at_z - place.offset[2]};
     };
-    // Eight ways, each step half as far again as the one before: some 300 columns for the widest
-    // world.
+    // Eight directions, each step half as long again as the one before: some 300 columns for the
+    // widest world.
     for (std::int64_t step = 0; step < std::int64_t{1} << 31; step = step + step / 2 + 8)
         for (int way = 0; way < (step == 0 ? 1 : 8); ++way) {
             constexpr std::array<int, 8> kX = {1, 0, -1, 0, 1, -1, -1, 1},

@@ -16,13 +16,15 @@ class BoxColumn {
 public:
     static constexpr int kChunksAlong = voxel::kBoxSizeX / kSectionSize;
 
-    /// Asks the job for the boxes. The references must outlive it.
+    /// Requests the boxes from the job. The references must outlive it.
     BoxColumn(Job& job, const Place& place, std::int32_t bx, std::int32_t bz);
 
     [[nodiscard]] bool empty() const noexcept;
+    /// x of the chunk (0, 0).
     [[nodiscard]] std::int32_t chunk_x() const noexcept {
         return m_bx * kChunksAlong - m_place.offset[0] / kSectionSize;
-    }  ///< of the chunk (0, 0)
+    }
+    /// z of the chunk (0, 0).
     [[nodiscard]] std::int32_t chunk_z() const noexcept {
         return m_bz * kChunksAlong - m_place.offset[2] / kSectionSize;
     }
@@ -37,8 +39,8 @@ private:
     std::vector<Section> m_sections;
 };
 
-/// The block above the surface at the centre of the part, or at the nearest place (of some, farther
-/// and farther away) where there is one.
+/// The block above the surface at the centre of the part, or, where there is none, at the nearest
+/// of some places at increasing distance.
 [[nodiscard]] std::array<std::int32_t, 3> spawn_of(Job& job, const Place& place);
 
 }  // namespace terravox::exports::anvil

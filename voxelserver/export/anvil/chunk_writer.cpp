@@ -95,14 +95,14 @@ void ChunkWriter::root_plants(std::vector<Section>& sections) const {
             BlockId& under = below[i & 255];
             const BlockId rooted = m_rooted[id];
             if (rooted != id && under == rooted) {
-                // It stands on another of its kind: both are a bush instead.
+                // It stands on another plant of its kind: both become a bush instead.
                 if (i >= below.size())
                     section.blocks[i - below.size()] = id;
                 else if (s > 0)
                     sections[s - 1].blocks[Section::kBlocks - below.size() + i] = id;
             }
-            // A section that is alike throughout has nothing to root in but the one below; plants
-            // 16 high are trees.
+            // A uniform section offers no ground for roots except the section below; plants 16 high
+            // are trees.
             if (rooted != id && m_rooted_above[under] && !section.uniform)
                 section.blocks[i] = under = rooted;
             else

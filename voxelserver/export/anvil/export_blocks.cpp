@@ -11,7 +11,7 @@ namespace terravox::exports::anvil {
 using voxel::Material;
 
 std::int32_t colour_distance(voxel::Rgb8 a, voxel::Rgb8 b) noexcept {
-    // Ref: Riemersma, "Colour metric", CompuPhase: a weighted distance in sRGB that comes near to
+    // Ref: Riemersma, "Colour metric", CompuPhase: a weighted distance in sRGB that approximates
     // CIELUV, without roots.
     const std::int32_t mean_red = (a.r + b.r) / 2, r = a.r - b.r, g = a.g - b.g, blue = a.b - b.b;
     return ((512 + mean_red) * r * r >> 8) + 4 * g * g + ((767 - mean_red) * blue * blue >> 8);
@@ -63,7 +63,7 @@ private:
         throw util::UsageError("read the blocks to export " + m_file.string() + ": " + what);
     }
 
-    // Blocks are numbered as they are met: by the names of materials.
+    // Blocks are numbered in the order in which they are found: by the names of materials.
     [[nodiscard]] static std::vector<std::string> names_in_order() {
         std::vector<std::string> out;
         for (const voxel::MaterialTraits& traits : voxel::kMaterialTraits)
@@ -73,7 +73,7 @@ private:
         return out;
     }
 
-    /// @param table  what the file says of it; null: nothing
+    /// @param table  the file's entry for it; null: none
     void read_material(Material material, const std::string& name, const toml::table* table) {
         ExportBlocks::Choice& choice = m_out.m_choices[ExportBlocks::index(material)];
         const toml::table none;

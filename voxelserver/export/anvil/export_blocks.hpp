@@ -12,7 +12,7 @@
 
 namespace terravox::exports::anvil {
 
-/// A block as it is written: its name and what it says of itself.
+/// A block as it is written: its name and properties.
 struct ExportBlock {
     std::string name;  ///< with "minecraft:"
     std::vector<std::pair<std::string, std::string>> properties;
@@ -26,9 +26,10 @@ using BlockId = std::uint16_t;  ///< index into ExportBlocks::all(); 0 = air
 /// material. Safe to share between threads.
 class ExportBlocks {
 public:
-    /// @param folder holds export.toml @param colours where the colours of blocks come from
-    /// @throws UsageError naming file, entry, value and what is allowed: also a material without a
-    /// block, and a block of two materials
+    /// @param folder holds export.toml
+    /// @param colours source of the colours of blocks
+    /// @throws UsageError naming file, entry, value and allowed values: also for a material without
+    /// a block, and for a block of two materials
     [[nodiscard]] static ExportBlocks load(const std::filesystem::path& folder,
                                            const minecraft::BlockTable& colours);
 
@@ -36,19 +37,19 @@ public:
     [[nodiscard]] BlockId plain(voxel::Material material) const noexcept {
         return m_choices[index(material)].plain;
     }
-    /// Above soil and grass: where the game lets plants stand.
+    /// The block of the material above soil and grass, where the game lets plants stand.
     [[nodiscard]] BlockId rooted(voxel::Material material) const noexcept {
         return m_choices[index(material)].rooted;
     }
-    /// The block nearest in colour, of those that stand for the material.
+    /// The block nearest in colour, of those of the material.
     [[nodiscard]] BlockId painted(voxel::Material material, voxel::Rgb8 colour) const noexcept;
-    /// What the blocks mean, by name, for the side-car.
+    /// The material of each block, by name, for the side-car.
     [[nodiscard]] std::map<std::string, voxel::Material> meanings() const;
 
 private:
     friend class ExportBlocksReader;
     struct Choice {
-        BlockId plain = 0, rooted = 0;  ///< rooted: same as plain when nothing is said
+        BlockId plain = 0, rooted = 0;  ///< rooted: same as plain when not specified
         std::vector<BlockId> paint;
     };
     static std::size_t index(voxel::Material material) noexcept {
@@ -58,7 +59,7 @@ private:
     std::array<Choice, voxel::kMaterialCount> m_choices;
 };
 
-/// How far two colours are apart for the eye, roughly; whole numbers, so the same on every machine.
+/// Approximate perceptual distance of two colours; whole numbers, so the same on every machine.
 [[nodiscard]] std::int32_t colour_distance(voxel::Rgb8 a, voxel::Rgb8 b) noexcept;
 
 }  // namespace terravox::exports::anvil

@@ -11,7 +11,7 @@ namespace {
 
 constexpr std::int64_t kNoon = 6000;  // ticks
 
-/// Outside of what was written there is nothing, and nothing grows.
+/// Generator of an empty world around what was written.
 void put_void_generator(NbtWriter& nbt) {
     nbt.begin("generator");
     nbt.put_string("type", "minecraft:flat");
@@ -60,8 +60,8 @@ void put_generators(NbtWriter& nbt) {
     nbt.end();
 }
 
-/// Others keep what the game has by default. What would change the world by itself is off; the sun
-/// stands still until somebody lets it go.
+/// Rules that are not listed keep the game's defaults. Rules that would change the world by
+/// themselves are off; the sun stands still until a player changes that.
 void put_game_rules(NbtWriter& nbt) {
     nbt.begin("GameRules");
     for (const auto& [rule, value] : {std::pair{"doDaylightCycle", "false"},
@@ -154,8 +154,8 @@ std::string level_dat(const std::string& title, const std::array<std::int32_t, 3
 }
 
 std::string dimension_type(const Place& place) {
-    // The overworld's, with other heights. Monsters: in the dark alone, said in the one way that
-    // all versions read.
+    // The overworld's, with other heights. Monsters spawn only in the dark, written in the one form
+    // that all versions read.
     const nlohmann::json out = {{"ambient_light", 0.0},
                                 {"bed_works", true},
                                 {"coordinate_scale", 1.0},

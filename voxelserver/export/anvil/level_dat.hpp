@@ -8,10 +8,10 @@
 
 namespace terravox::exports::anvil {
 
-inline constexpr const char* kPackName =
-    "terravox-height";  ///< of the data pack that allows high worlds
+/// Name of the data pack that allows high worlds.
+inline constexpr const char* kPackName = "terravox-height";
 
-/// level.dat as NBT, uncompressed: a creative world with nothing around what was written, that
+/// level.dat as NBT, uncompressed: a creative world that is empty around what was written, and
 /// begins at noon at `spawn` (a block's coordinates).
 [[nodiscard]] std::string level_dat(const std::string& title,
                                     const std::array<std::int32_t, 3>& spawn, const Place& place);

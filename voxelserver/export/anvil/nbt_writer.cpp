@@ -8,7 +8,7 @@ namespace {
 
 constexpr std::size_t kMaxString_bytes = 65'535;
 
-/// The length of the UTF-8 sequence that `text` begins with, 0 when it is none.
+/// The length of the UTF-8 sequence at the start of `text`, 0 when it is invalid.
 std::size_t sequence_length(std::string_view text) noexcept {
     const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
     const auto starts = [&](int low, int end) { return byte(0) >= low && byte(0) < end; };

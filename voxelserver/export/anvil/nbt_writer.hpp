@@ -20,14 +20,13 @@ enum class NbtTag : std::uint8_t {
     kLongArray = 12
 };
 
-/// Writes NBT, the tree of named values that Minecraft's files are made of: big-endian,
-/// uncompressed. What is opened must be closed. Lists say how many elements follow; the elements
-/// are written without names: value_...().
+/// Writes NBT, the tree of named values in Minecraft's files: big-endian, uncompressed. Every
+/// compound that is begun must be ended. A list starts with the number of its elements; the
+/// elements are written without names: value_...().
 class NbtWriter {
 public:
-    void begin(std::string_view name) {
-        tag(NbtTag::kCompound, name);
-    }  ///< a compound; the root is one without a name
+    /// Begins a compound; the root is one without a name.
+    void begin(std::string_view name) { tag(NbtTag::kCompound, name); }
     void end() { m_out += '\0'; }  ///< of a compound, also of one in a list
     void list(std::string_view name, NbtTag of, std::int32_t count);
     void put_byte(std::string_view name, std::int8_t value);
@@ -50,7 +49,7 @@ private:
     std::string m_out;
 };
 
-/// UTF-8 as Java writes it: what lies beyond U+FFFF as two halves, NUL as two bytes, what is no
+/// UTF-8 as Java writes it: code points beyond U+FFFF as two halves, NUL as two bytes, invalid
 /// UTF-8 as '?'. At most 65,535 bytes: the rest is cut off.
 [[nodiscard]] std::string java_utf8(std::string_view text);
 

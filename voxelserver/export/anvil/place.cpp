@@ -7,12 +7,12 @@
 namespace terravox::exports::anvil {
 namespace {
 
-constexpr std::int64_t kLowest = -2032, kEnd = 2032;  // what a dimension may reach
+constexpr std::int64_t kLowest = -2032, kEnd = 2032;  // limits of a dimension
 constexpr std::int64_t kUsualLowest = -64, kUsualEnd = 320;
-constexpr std::int64_t kHeadroom =
-    64;  // above the highest voxel of a high world, to build and fly in
-constexpr std::int64_t kFarthest =
-    29'999'000;  // the border of a world lies just beyond, with the centre at 0
+// Above the highest voxel of a high world, to build and fly in.
+constexpr std::int64_t kHeadroom = 64;
+// The border of a world lies just beyond, with the centre at 0.
+constexpr std::int64_t kFarthest = 29'999'000;
 
 std::int64_t floor_to(std::int64_t value, std::int64_t step) noexcept {
     return (value >= 0 ? value / step : -((step - 1 - value) / step)) * step;
@@ -40,8 +40,8 @@ int fitting_level(int level, std::int64_t size, std::int64_t most) noexcept {
 void place_heights(const Part& part, Place& place) {
     const std::int64_t low = floor_to(part.bounds.min[1], kSectionSize),
                        end = ceil_to(part.bounds.max[1], kSectionSize), most = kEnd - kLowest;
-    // Two sections fewer at a coarser level, where the lowest and highest voxel need not begin and
-    // end one.
+    // Two sections fewer at a coarser level, where the lowest and highest voxel need not be aligned
+    // to sections.
     if (end - low > most)
         refuse("high", std::int64_t{part.bounds.max[1]} - part.bounds.min[1], most,
                fitting_level(part.level, end - low, most - 2 * kSectionSize));

@@ -62,8 +62,8 @@ std::uint64_t write_region(const std::filesystem::path& folder, std::int32_t rx,
     std::sort(chunks.begin(), chunks.end(),
               [](const PackedChunk& a, const PackedChunk& b) { return slot_of(a) < slot_of(b); });
     std::uint64_t written = 0;
-    // Two sectors of tables: where each chunk lies, and when it was written (never: the same world
-    // gives the same bytes).
+    // Two sectors of tables: the places of the chunks, and their times of writing (none, so that
+    // the same world gives the same bytes).
     std::string out(2 * kSector_bytes, '\0');
     for (const PackedChunk& chunk : chunks) {
         const bool external = sectors_of(chunk.zlib.size() + kChunkHeader_bytes) > kMaxSectors;

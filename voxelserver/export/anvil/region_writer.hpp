@@ -11,7 +11,7 @@
 
 namespace terravox::exports::anvil {
 
-/// Compresses as the game does. Not thread-safe; what comes out depends on what goes in alone.
+/// Compresses as the game does. Not thread-safe; the output depends on the input alone.
 class Compressor {
 public:
     Compressor();
@@ -33,9 +33,10 @@ struct PackedChunk {
 };
 
 /// Writes r.<rx>.<rz>.mca, whole or not at all; chunks that are too long for it go to c.<x>.<z>.mcc
-/// beside it, written before.
+/// next to it, written before.
 /// @param chunks of this region, each place once; their order does not matter
-/// @throws Error @return bytes written
+/// @return bytes written
+/// @throws Error when a file cannot be written
 std::uint64_t write_region(const std::filesystem::path& folder, std::int32_t rx, std::int32_t rz,
                            std::vector<PackedChunk> chunks);
 

@@ -12,7 +12,7 @@ namespace terravox::exports::anvil {
 /// 16 x 16 x 16 blocks, in the order of the format: x fastest, then z, then y.
 struct Section {
     static constexpr std::size_t kBlocks = 4096;
-    bool uniform = true;  ///< all are blocks[0]
+    bool uniform = true;  ///< all equal blocks[0]
     std::array<BlockId, kBlocks> blocks{};
     void fill(BlockId id) noexcept {
         uniform = true;
@@ -30,14 +30,14 @@ struct Section {
 /// Turns voxels into blocks. Not thread-safe; one for each thread.
 class SectionReader {
 public:
-    /// The references must outlive it. @param colours whether a voxel's own colour chooses its
-    /// block
+    /// The references must outlive it.
+    /// @param colours whether a voxel's own colour chooses its block
     SectionReader(const ExportBlocks& blocks, const Part& part, Colours colours)
         : m_blocks(blocks), m_part(part), m_true(colours == Colours::kTrue) {}
 
-    /// @param box nullptr: air @param cx, cy, cz which 16 voxels of the box: [0, 4), [0, 16), [0,
-    /// 4)
-    /// @param out what lies outside of the part is air
+    /// @param box nullptr: air
+    /// @param cx, cy, cz which 16 voxels of the box: [0, 4), [0, 16), [0, 4)
+    /// @param out receives the blocks; those outside of the part are air
     void read(const voxel::Box* box, int cx, int cy, int cz, Section& out);
 
 private:
@@ -46,7 +46,7 @@ private:
     const ExportBlocks& m_blocks;
     const Part& m_part;
     const bool m_true;
-    voxel::Rgb8 m_last_colour;  ///< the answer before: neighbours are often alike
+    voxel::Rgb8 m_last_colour;  ///< cache of the last lookup: neighbours are often alike
     voxel::Material m_last_material = voxel::Material::kAir;
     BlockId m_last = 0;
 };

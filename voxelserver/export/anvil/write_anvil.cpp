@@ -37,7 +37,7 @@ public:
 
     void write() {
         const std::string what = name_of_this();
-        // Before anything is written: what is refused leaves nothing.
+        // Before anything is written: a rejected export leaves nothing behind.
         const voxel::BoxRange range = m_job.part.boxes();
         const ColumnBlock all{region_of(range.min.bx, 0), region_of(range.min.bz, 2),
                               region_of(range.max.bx - 1, 0) + 1,
@@ -69,7 +69,7 @@ private:
     };
     using Region = std::pair<std::int32_t, std::int32_t>;  // rx, rz
 
-    /// Everything that shapes the files, in one line.
+    /// Everything that affects the files, in one line.
     [[nodiscard]] std::string name_of_this() const {
         const Part& part = m_job.part;
         std::string out =
@@ -77,7 +77,7 @@ private:
         for (std::size_t a = 0; a < 3; ++a)
             out += " " + std::to_string(part.bounds.min[a]) + ".." +
                    std::to_string(part.bounds.max[a]);
-        // By what stands in the part, which may change where its bounds do not.
+        // Depends on the contents of the part, which may change where its bounds do not.
         out += " at " + std::to_string(m_place.offset[0]) + ',' +
                std::to_string(m_place.offset[1]) + ',' + std::to_string(m_place.offset[2]) +
                " from " + std::to_string(m_place.min_y) + " up " + std::to_string(m_place.height);
@@ -130,8 +130,8 @@ private:
                           (m_job.holes().empty() ? "" : " but holes") + "; nothing was written");
     }
 
-    // A world's bounds may be higher than what stands there: a world that needs no data pack is
-    // better, if it can be had.
+    // A world's bounds may be higher than its contents: a world that needs no data pack is
+    // preferred where that is possible.
     [[nodiscard]] static Part without_sky(Job& job) {
         Part part = job.part;
         constexpr std::int32_t kUsualHeight = 384;
@@ -234,7 +234,8 @@ private:
         return out;
     }
 
-    /// All but the regions; level.dat last, so that the game lists no half world.
+    /// Writes everything except the regions; level.dat last, so that the game lists no incomplete
+    /// world.
     void write_rest() {
         const auto put = [&](const fs::path& name, const std::string& bytes) {
             fs::create_directories((m_job.out / name).parent_path());

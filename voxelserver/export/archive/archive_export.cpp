@@ -42,7 +42,7 @@ voxel::WorldInfo info_of(const Part& part, const voxel::WorldInfo& world) {
     return info;
 }
 
-// Where the part ends before the world does, a box may reach beyond it.
+// Where the part ends before the world does, a box may extend beyond it.
 voxel::VoxelBounds limits_of(const Part& part, const voxel::WorldInfo& world) {
     constexpr std::int32_t kFar = 1 << 30;
     voxel::VoxelBounds limits = part.bounds;
@@ -55,7 +55,7 @@ voxel::VoxelBounds limits_of(const Part& part, const voxel::WorldInfo& world) {
     return limits;
 }
 
-// The box without what lies outside the limits.
+// The box without the voxels outside the limits.
 std::shared_ptr<const Box> cut(const std::shared_ptr<const Box>& box,
                                const voxel::VoxelBounds& limits) {
     const std::array<std::int32_t, 3> size{voxel::kBoxSizeX, voxel::kBoxSizeY, voxel::kBoxSizeZ};
@@ -108,7 +108,7 @@ Record hole_record(const BoxKey& key, const std::string& why) {
     return {key, Kind::kHole, {bytes.begin(), bytes.end()}};
 }
 
-// A box, or why there is none.
+// A box, or the reason why there is none.
 struct Made {
     std::shared_ptr<const Box> box;
     std::string hole;
@@ -222,7 +222,7 @@ private:
         m_writer = std::make_unique<voxel::ArchiveWriter>(m_job.out, m_info, 0);
     }
 
-    /// Of the tops of subtrees.
+    /// The columns of the tops of subtrees.
     static Columns columns_of(Job& job, const BoxRange& tops) {
         return {block_of(tops), 1, [&](const ColumnBlock& some) {
                     const auto finest = [&](std::int32_t b) { return b << tops.min.level; };
@@ -256,7 +256,7 @@ private:
                         std::none_of(made.records.begin(), made.records.end(),
                                      [](const Record& r) { return r.kind == Kind::kHole; });
                     m_whole = m_whole && whole;
-                    // With a hole, the next run tries again from here on.
+                    // With a hole, the next run retries from here on.
                     if (m_whole)
                         m_journal.add(name, made.voxels, m_writer->flush());
                     m_job.count_voxels(made.voxels);
@@ -311,7 +311,7 @@ private:
     Job& m_job;
     const voxel::WorldInfo m_info;
     const BoxRange m_tops;    ///< of subtrees
-    const Columns m_columns;  ///< before the journal: what is refused leaves nothing
+    const Columns m_columns;  ///< before the journal: a rejected export leaves nothing
     Journal m_journal;
     std::unique_ptr<voxel::ArchiveWriter> m_writer;
     bool m_whole = true;

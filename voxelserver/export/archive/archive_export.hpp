@@ -7,13 +7,12 @@ namespace terravox::exports {
 /// Columns of boxes that are made together: 2^kSubtreeLevel boxes across.
 inline constexpr int kSubtreeLevel = 3;
 
-/// How many steps write_archive() tells the meter.
+/// How many steps write_archive() reports to the meter.
 [[nodiscard]] std::uint64_t archive_steps(const Part& part, const voxel::WorldInfo& world);
 
 /// Writes a part of a world as a box archive (docs/formats/box-archive.md). The part's level
-/// becomes level 0; the levels above are made from it. Goes on where a run that was cut off ended.
-/// The bytes depend neither on threads nor on breaks.
-/// @throws Error
+/// becomes level 0; the levels above are made from it. Resumes an interrupted run. The bytes depend
+/// neither on threads nor on interruptions.
 void write_archive(Job& job);
 
 }  // namespace terravox::exports

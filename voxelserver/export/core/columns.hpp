@@ -19,27 +19,27 @@ struct ColumnBlock {
     return {range.min.bx, range.min.bz, range.max.bx, range.max.bz};
 }
 
-/// The columns of boxes of a part in which something may stand, one after the other: squares of
-/// `edge` x `edge` columns row by row from the north-west, and within a square row by row, so that
-/// neighbours come soon after each other. Squares in which nothing can stand are left out without a
-/// look at each of them: a world may be as wide as the Earth, and hold a village.
+/// The columns of boxes of a part that may hold anything, one after the other: squares of `edge` x
+/// `edge` columns row by row from the north-west, and within a square row by row, so that
+/// neighbours follow each other closely. Empty squares are skipped without a test of each of them:
+/// a world may be as wide as the Earth, and hold a village.
 class Columns {
 public:
     struct At {
         std::int32_t bx = 0, bz = 0;
         std::size_t square = 0;  ///< number of its square, rising
     };
-    /// Whether anything may stand in a rectangle of columns: cheap, and wrong only by yes.
+    /// Whether a rectangle of columns may hold anything: cheap, with false positives only.
     using MayHold = std::function<bool(const ColumnBlock&)>;
 
     static constexpr std::size_t kMaxSquares = std::size_t{1} << 24;
 
-    /// @throws UsageError for more than kMaxSquares squares in which something may stand
+    /// @throws UsageError for more than kMaxSquares squares that may hold anything
     Columns(const ColumnBlock& of, std::size_t edge, const MayHold& may_hold);
 
     [[nodiscard]] std::size_t count() const noexcept { return m_count; }
     [[nodiscard]] At at(std::size_t i) const noexcept;
-    /// Columns that are left out.
+    /// Number of columns that are left out.
     [[nodiscard]] std::uint64_t left_out() const noexcept {
         return static_cast<std::uint64_t>(m_width) * m_depth - m_count;
     }

@@ -31,7 +31,7 @@ voxel::ColumnExtent Job::column(std::int32_t bx, std::int32_t bz) {
     } catch (const voxel::ChangedError&) {
         throw;
     } catch (const util::Error& e) {
-        spdlog::debug("{}", e.what());  // its boxes say it again, and count
+        spdlog::debug("{}", e.what());  // its boxes report it again, and count
     }
     return extent;
 }
@@ -49,7 +49,7 @@ bool Job::may_hold(const ColumnBlock& columns) {
     } catch (const voxel::ChangedError&) {
         throw;
     } catch (const util::Error& e) {
-        spdlog::debug("{}", e.what());  // its boxes say it again, and count
+        spdlog::debug("{}", e.what());  // its boxes report it again, and count
         return true;
     }
 }

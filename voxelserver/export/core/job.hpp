@@ -20,10 +20,10 @@ namespace terravox::exports {
 /// A part of a world that is to be written in another format.
 struct Part {
     int level = 0;
-    voxel::VoxelBounds
-        bounds;  ///< voxels of `level`, half-open, not empty, within the world's bounds
+    /// Voxels of `level`, half-open, not empty, within the world's bounds.
+    voxel::VoxelBounds bounds;
 
-    /// The boxes that cover it. Those at its edges reach beyond: a writer leaves out what lies
+    /// The boxes that cover it. Those at its edges extend beyond it: a writer leaves out what lies
     /// outside.
     [[nodiscard]] voxel::BoxRange boxes() const noexcept {
         voxel::BoxRange range = voxel::boxes_over(bounds, 0);
@@ -36,14 +36,14 @@ struct Part {
     }
 };
 
-/// What colour a voxel has in a format with colours.
+/// Which colour a voxel has in a format with colours.
 enum class Colours : std::uint8_t {
     kMaterial,  ///< its material's
     kTrue,      ///< its own where it has one, else its material's
 };
 
-/// One conversion: where boxes come from, where files go, what was done so far. Thread-safe but for
-/// the public fields.
+/// One conversion: the source of boxes, the destination of files, the progress. Thread-safe except
+/// for the public fields.
 class Job {
 public:
     /// The references must outlive the job.
@@ -52,42 +52,42 @@ public:
         : part(of), out(std::move(to)), palette(looks), meter(tells), m_world(from) {}
 
     const Part part;
-    const std::filesystem::path out;  ///< what the person named: a file or a folder
+    const std::filesystem::path out;  ///< as the user named it: a file or a folder
     const voxel::Palette& palette;
-    Meter& meter;  ///< one step for each column of boxes of the part that is done
-    std::string name = "conversion";  ///< two that are alike in all that shapes their files have
-                                      ///< the same: what a Journal begins with
+    Meter& meter;  ///< one step for each finished column of boxes of the part
+    /// The first line of a Journal. Two conversions have the same name when everything that affects
+    /// their files is the same.
+    std::string name = "conversion";
     Colours colours = Colours::kTrue;
     int threads = 0;  ///< 0 = one for each core
-    std::size_t memory_bytes = std::size_t{1}
-                               << 30;  ///< what the writer may hold beside the world's own caches
-
+    /// What the writer may hold in addition to the world's own caches.
+    std::size_t memory_bytes = std::size_t{1} << 30;
     [[nodiscard]] const voxel::WorldInfo& world() const noexcept { return m_world.info(); }
     /// Edge of a voxel of the part, metres.
     [[nodiscard]] double voxel_m() const noexcept {
         return m_world.info().voxel_m * static_cast<double>(std::int64_t{1} << part.level);
     }
 
-    /// A box of the part's level. A hole is told and counted. @throws voxel::ChangedError, with
-    /// which the conversion ends
+    /// A box of the part's level. A hole is logged and counted.
+    /// @throws voxel::ChangedError, with which the conversion ends
     [[nodiscard]] voxel::BoxOutcome outcome(std::int32_t bx, std::int32_t by, std::int32_t bz);
     /// @return nullptr = air, or a hole
     [[nodiscard]] std::shared_ptr<const voxel::Box> box(std::int32_t bx, std::int32_t by,
                                                         std::int32_t bz) {
         return outcome(bx, by, bz).box;
     }
-    /// As World::column, of the part's level, cut to the part; a hole is taken to reach through the
-    /// whole part.
+    /// The extent of a column of the part's level, as World::column(), cut to the part; a hole is
+    /// assumed to extend through the whole part.
     [[nodiscard]] voxel::ColumnExtent column(std::int32_t bx, std::int32_t bz);
 
-    /// As World::may_hold, of columns of boxes of the part (half-open), over its whole height; a
-    /// hole may be something.
+    /// Whether columns of boxes of the part (half-open) may hold anything over its whole height, as
+    /// World::may_hold(); true for a hole.
     [[nodiscard]] bool may_hold(const ColumnBlock& columns);
-    /// The columns of boxes of the part in which something may stand; those that are left out are
-    /// done, as the meter counts.
+    /// The columns of boxes of the part that may hold anything; the meter counts those that are
+    /// left out as finished.
     [[nodiscard]] Columns columns(std::size_t edge);
 
-    /// The colour that a voxel is to have.
+    /// The colour of a voxel in the output.
     [[nodiscard]] voxel::Rgb8 colour_of(const voxel::VoxelAttr& attr) const noexcept {
         return attr.has_colour() && colours == Colours::kTrue ? attr.colour
                                                               : palette.of(attr.material).colour;

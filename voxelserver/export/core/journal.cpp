@@ -21,7 +21,7 @@ Journal::Journal(std::filesystem::path file, const std::string& what)
         std::string line;
         goes_on = std::getline(in, line) && line == what;
         while (goes_on && std::getline(in, line)) {
-            // "VOXELS END NAME ;": a line that was cut off lacks the last.
+            // "VOXELS END NAME ;": an incomplete line lacks the last.
             std::istringstream words(line);
             std::uint64_t voxels = 0, end = 0;
             std::string name, last;
@@ -54,7 +54,7 @@ void Journal::lock() {
 
 void Journal::open(bool goes_on) {
     m_out.open(m_path, goes_on ? std::ios::app : std::ios::trunc);
-    // A line break first: the last line may have been cut off.
+    // A line break first: the last line may be incomplete.
     m_out << (goes_on ? "" : m_what) << '\n' << std::flush;
     if (!m_out)
         throw util::Error("write the journal " + m_path.string() + ": cannot be written");

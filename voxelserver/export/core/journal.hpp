@@ -9,30 +9,30 @@
 
 namespace terravox::exports {
 
-/// What of a conversion into many files is done, so that one that was cut off goes on where it was:
-/// a text file with one name a line, below a line that says what is being converted. One whose
-/// first line says something else belongs to another conversion, and is begun anew. A name (without
-/// blanks) is added only when its file lies whole under its name. Thread-safe.
+/// The progress of a conversion into many files, so that an interrupted one can resume: a text file
+/// with one name a line, below a line that identifies the conversion. If the first line differs,
+/// the journal belongs to another conversion, and is begun anew. A name (without blanks) is added
+/// only when its file is complete under its name. Thread-safe.
 class Journal {
 public:
-    /// @param what names the conversion: two that are alike in everything that shapes their files
-    /// have the same; no line breaks
-    /// @throws Error when it cannot be written, or another conversion is at work there
+    /// @param what identifies the conversion: the same for two that are alike in everything that
+    /// affects their files; no line breaks
+    /// @throws Error when it cannot be written, or another conversion is running there
     Journal(std::filesystem::path file, const std::string& what);
     ~Journal();
     Journal(const Journal&) = delete;
     Journal& operator=(const Journal&) = delete;
 
     [[nodiscard]] bool has(const std::string& name) const;
-    /// @param voxels that went into the file, for the report of a run that goes on @param end of
-    /// what was written, where all goes into one file
+    /// @param voxels that were written to the file, for the report of a resumed run
+    /// @param end of the bytes written, where everything goes into one file
     void add(const std::string& name, std::uint64_t voxels, std::uint64_t end = 0);
-    /// Of what was there when the journal was opened: voxels in all, files, the farthest end.
+    /// Contents of the journal when it was opened: voxels in all, files, the farthest end.
     [[nodiscard]] std::uint64_t voxels_before() const noexcept { return m_voxels_before; }
     [[nodiscard]] std::size_t files_before() const noexcept { return m_files_before; }
     [[nodiscard]] std::uint64_t end_before() const noexcept { return m_end_before; }
-    void forget();  ///< what was there is of no use: begins anew
-    void remove();  ///< all is done: the file goes
+    void forget();  ///< discards the earlier entries: begins anew
+    void remove();  ///< the conversion is complete: deletes the file
 
 private:
     void lock();
@@ -44,8 +44,8 @@ private:
     std::uint64_t m_voxels_before = 0, m_end_before = 0;
     std::size_t m_files_before = 0;
     std::ofstream m_out;
-    int m_lock =
-        -1;  ///< the file again, locked: two conversions to one place would spoil each other
+    /// The file again, locked: two conversions to one place would corrupt each other.
+    int m_lock = -1;
 };
 
 }  // namespace terravox::exports

@@ -7,11 +7,13 @@
 
 namespace terravox::exports {
 
-/// Tells a person how far a conversion is: a bar on a terminal, a plain line now and then
-/// elsewhere. Writes to standard error. Thread-safe.
+/// Reports the progress of a conversion: a bar on a terminal, an occasional plain line elsewhere.
+/// Writes to standard error. Thread-safe.
 class Meter {
 public:
-    /// @param what stands before the bar @param total steps @param quiet say nothing
+    /// @param what text before the bar
+    /// @param total steps
+    /// @param quiet print nothing
     Meter(std::string what, std::uint64_t total, bool quiet);
     ~Meter() { finish(); }
     Meter(const Meter&) = delete;

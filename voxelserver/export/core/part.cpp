@@ -66,7 +66,7 @@ Part part_of(const voxel::WorldInfo& world, const Selection& s) {
         part.bounds.max[a] = (b.max[a] - 1) >> s.level;
         ++part.bounds.max[a];
     }
-    // In each column of boxes all of them are asked for.
+    // All boxes of each column of boxes are requested.
     constexpr std::int32_t kMaxHigh = 4096;
     const voxel::BoxRange boxes = part.boxes();
     if (const std::int32_t high = boxes.max.by - boxes.min.by; high > kMaxHigh)

@@ -11,7 +11,7 @@ using voxel::VoxelBounds;
 void Chunk::set(int x, int y, int z, Look look) noexcept {
     m_looks[index(x, y, z)] = look;
     if (x < 0 || x >= kEdge)
-        return;  // a row has no bits for its margin: those ask look()
+        return;  // a row has no bits for its margin: use look() there
     Row& r = m_rows[row(y, z)];
     (voxel::see_through(material_of(look)) ? r.clear : r.opaque) |= std::uint64_t{1} << x;
 }

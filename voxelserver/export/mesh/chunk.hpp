@@ -31,15 +31,15 @@ struct Neighbourhood {
     BoxPtr self, west, east, below, above, north, south;
 };
 
-/// 64 x 64 x 64 voxels, a quarter of a box, with a margin of one voxel on each side: what finding
-/// faces needs to know. Not thread-safe.
+/// 64 x 64 x 64 voxels, a quarter of a box, with a margin of one voxel on each side: the input of
+/// finding faces. Not thread-safe.
 class Chunk {
 public:
     static constexpr int kEdge = 64;
     using LookOf = std::function<Look(const voxel::VoxelAttr&)>;
 
     /// @param storey 0 to 3, bottom first
-    /// @param bounds of the part, in voxels relative to the lowest corner of the box: what lies
+    /// @param bounds of the part, in voxels relative to the lowest corner of the box; everything
     /// outside is air
     /// @return false when it is air throughout (and nothing was filled)
     bool fill(const Neighbourhood& boxes, int storey, const voxel::VoxelBounds& bounds,
@@ -51,11 +51,11 @@ public:
     [[nodiscard]] std::uint64_t opaque(int y, int z) const noexcept {
         return m_rows[row(y, z)].opaque;
     }
-    /// The same of those that are there, but not opaque.
+    /// The same for voxels that are not air, but not opaque either.
     [[nodiscard]] std::uint64_t clear(int y, int z) const noexcept {
         return m_rows[row(y, z)].clear;
     }
-    /// Of voxels with attributes.
+    /// Number of voxels with attributes.
     [[nodiscard]] std::uint64_t seen() const noexcept { return m_seen; }
 
 private:

@@ -9,12 +9,13 @@ namespace terravox::exports {
 namespace {
 
 /// Numbers the corners of quads of one box so that equal ones have one number. Open addressing:
-/// numbers depend on the order of asking alone.
+/// numbers depend only on the order of calls.
 class CornerNumbers {
 public:
     explicit CornerNumbers(std::size_t most)
         : m_slots(std::bit_ceil(most * 2 + 2), Slot{kFree, 0}) {}
-    /// @param key of at most 63 bits @param next the number it gets when it is new
+    /// @param key of at most 63 bits
+    /// @param next the number it gets when it is new
     [[nodiscard]] std::uint32_t number(std::uint64_t key, std::uint32_t next) noexcept {
         const std::size_t mask = m_slots.size() - 1;
         // Ref: Knuth, "The Art of Computer Programming", volume 3, section 6.4: multiplicative

@@ -17,8 +17,7 @@ struct MeshVertex {
     Look look = 0;
 };
 
-/// Four-sided faces, counter-clockwise as seen from outside, with vertices that faces of one look
-/// share.
+/// Four-sided faces, counter-clockwise as seen from outside; faces of one look share vertices.
 struct IndexedQuads {
     std::vector<MeshVertex> vertices;
     std::vector<std::array<std::uint32_t, 4>> quads;
@@ -35,7 +34,7 @@ class ColumnMesher {
 public:
     /// The job must outlive it.
     ColumnMesher(Job& job, const MeshOptions& options);
-    /// What the job counts as a hole is air here.
+    /// A box that the job counts as a hole is air here.
     [[nodiscard]] ColumnMesh make(std::int32_t bx, std::int32_t bz);
 
 private:
@@ -48,9 +47,9 @@ private:
     const bool m_merge;
     const voxel::BoxRange m_range;
     const std::array<std::int32_t, 3> m_origin;
-    std::array<std::uint8_t, 256> m_step_of{};  ///< of a channel, the value that stands for it
-    util::Cache<voxel::BoxKey, voxel::Box, voxel::BoxKeyHash>
-        m_boxes;  ///< each box is asked for by itself and by six neighbours
+    std::array<std::uint8_t, 256> m_step_of{};  ///< the quantized value of a channel
+    /// Each box is read for itself and for six neighbours.
+    util::Cache<voxel::BoxKey, voxel::Box, voxel::BoxKeyHash> m_boxes;
 };
 
 }  // namespace terravox::exports

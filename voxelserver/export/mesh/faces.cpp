@@ -16,7 +16,7 @@ constexpr Direction direction_of(Facing f) noexcept {
     return kAll[static_cast<std::size_t>(f)];
 }
 
-// Where a face lies: the voxel that (slice, u, v) names.
+// The place of a face: the voxel at (slice, u, v).
 std::array<int, 3> voxel_at(const Direction& d, int slice, int u, int v) noexcept {
     std::array<int, 3> out{};
     out[static_cast<std::size_t>(d.axis)] = slice;
@@ -46,8 +46,8 @@ void FaceFinder::find(const Chunk& chunk, bool merge, std::vector<Quad>& out) {
     }
 }
 
-// Opaque voxels row by row, 64 at once; those that light passes one by one, for their neighbours'
-// materials matter.
+// Handles opaque voxels row by row, 64 at once; see-through ones one by one, since their
+// neighbours' materials matter.
 void FaceFinder::mark(const Chunk& chunk, Facing facing) {
     for (Rows& rows : m_slices)
         rows.fill(0);
@@ -86,7 +86,7 @@ void FaceFinder::mark(const Chunk& chunk, Facing facing) {
         }
 }
 
-// Greedy: as wide as the look lasts, then as many rows as are alike over the whole width.
+// Greedy: as wide as the look stays the same, then as many rows as match over the whole width.
 // Ref: Lysenko, "Meshing in a Minecraft Game", 2012.
 void FaceFinder::collect(const Chunk& chunk, Facing facing, bool merge, std::vector<Quad>& out) {
     const Direction d = direction_of(facing);

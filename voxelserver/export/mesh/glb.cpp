@@ -17,7 +17,7 @@ using voxel::Material;
 
 struct GlbVertex {
     std::array<float, 3> at;
-    std::array<std::uint16_t, 4> colour;  ///< linear; 8 bits would not tell dark colours apart
+    std::array<std::uint16_t, 4> colour;  ///< linear; 8 bits would not distinguish dark colours
 };
 static_assert(sizeof(GlbVertex) == 20);
 
@@ -42,7 +42,7 @@ std::optional<Transparency> transparency_of(Material m) noexcept {
     }
 }
 
-// Colours come from the vertices; the material says how light fares. Leaves are opaque: there is no
+// Colours come from the vertices; the material defines the optics. Leaves are opaque: there is no
 // texture with holes.
 json material_json(Material m, const voxel::Palette& palette) {
     const auto clear = transparency_of(m);
@@ -177,7 +177,7 @@ private:
                                  {"componentType", kUnsignedInt},
                                  {"count", part.index_count},
                                  {"type", "SCALAR"}});
-            // Without normals: a viewer has to shade flat then, and faces can share vertices.
+            // Without normals: a viewer then has to shade flat, and faces can share vertices.
             primitives.push_back(
                 {{"attributes", {{"POSITION", accessor}, {"COLOR_0", accessor + 1}}},
                  {"indices", accessor + 2},

@@ -12,11 +12,11 @@
 namespace terravox::exports {
 namespace {
 
-// Columns in squares: with a few boxes of each in memory, those along the edges of a square alone
-// are asked for twice.
+// Columns in squares: with a few boxes of each in memory, only those along the edges of a square
+// are requested twice.
 constexpr std::size_t kSquareEdge = 8;
-// What one thread holds at once is two columns of some 16 MiB each where it is steep and woody;
-// half of the memory is for that.
+// One thread holds two columns at once, of some 16 MiB each where it is steep and wooded; half of
+// the memory is for that.
 constexpr std::size_t kBytesOfThread = std::size_t{32} << 20;
 
 }  // namespace

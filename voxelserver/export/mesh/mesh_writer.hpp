@@ -7,15 +7,15 @@
 
 namespace terravox::exports {
 
-/// Takes meshes of columns one after the other, in the order of the file, and writes the file at
-/// the end: its head needs to know how much there is. Not thread-safe.
+/// Receives the meshes of columns one after the other, in the order of the file, and writes the
+/// file at the end: its header contains the total size. Not thread-safe.
 class MeshWriter {
 public:
     virtual ~MeshWriter() = default;
     /// @throws Error when the file would become too large
     virtual void add(const ColumnMesh& mesh) = 0;
     [[nodiscard]] virtual bool empty() const noexcept = 0;
-    /// Once, and not of nothing.
+    /// To be called once, and not when empty().
     virtual void finish(ByteFile& to) = 0;
 };
 [[nodiscard]] std::unique_ptr<MeshWriter> make_glb_writer(const Job& job,

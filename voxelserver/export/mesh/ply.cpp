@@ -8,7 +8,7 @@
 namespace terravox::exports {
 namespace {
 
-// As they lie in the file: no gaps.
+// As stored in the file: no gaps.
 struct __attribute__((packed)) PlyVertex {
     float x, y, z;
     std::uint8_t r, g, b, material;
@@ -19,7 +19,7 @@ struct __attribute__((packed)) PlyFace {
 };
 static_assert(sizeof(PlyVertex) == 16 && sizeof(PlyFace) == 17);
 
-// Readers take an index for a signed number of 32 bits.
+// Readers interpret an index as a signed number of 32 bits.
 constexpr std::uint64_t kMaxVertices = std::numeric_limits<std::int32_t>::max();
 
 /// Ref: Turk, "The PLY Polygon File Format", 1994.

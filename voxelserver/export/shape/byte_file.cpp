@@ -51,7 +51,7 @@ void ByteFile::put(std::span<const std::byte> bytes) {
 }
 
 void ByteFile::read(std::uint64_t offset, std::span<std::byte> out) {
-    // A seek writes out what is buffered, and its failure (disk full) shows here.
+    // A seek flushes the buffer, and a failure (disk full) is reported here.
     if (::fseeko(m_file.get(), static_cast<off_t>(offset), SEEK_SET) != 0)
         fail();
     errno = EIO;

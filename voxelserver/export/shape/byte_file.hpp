@@ -16,17 +16,18 @@ namespace terravox::exports {
 static_assert(std::endian::native == std::endian::little,
               "all formats written here are little-endian: a big-endian port needs a swap");
 
-/// A file that is written from front to back, and may be read again. Every failure is an Error that
+/// A file that is written from front to back, and may be read back. Every failure is an Error that
 /// names it. Not thread-safe.
 class ByteFile {
 public:
-    /// Makes `path`, or empties it. @param named stands in messages
+    /// Creates `path`, or truncates it.
+    /// @param named the name in messages
     ByteFile(const std::filesystem::path& path, std::string named);
     ByteFile(ByteFile&&) = default;
-    ByteFile& operator=(ByteFile&&) =
-        delete;  // it would free the buffer of a file that is still open
-    /// A file without a name, beside `target`: what is spooled until its size is known. It is gone
-    /// with its owner, also after a crash.
+    // Deleted: it would free the buffer of a file that is still open.
+    ByteFile& operator=(ByteFile&&) = delete;
+    /// An unnamed file in the folder of `target`, for data that is spooled until its size is known.
+    /// It vanishes with its owner, also after a crash.
     [[nodiscard]] static ByteFile spool_for(const std::filesystem::path& target);
 
     void put(std::span<const std::byte> bytes);
@@ -38,11 +39,11 @@ public:
     }
     [[nodiscard]] std::uint64_t bytes() const noexcept { return m_bytes; }  ///< written so far
 
-    /// Reads what was written. Ends the writing.
+    /// Reads back what was written. Nothing may be written after it.
     void read(std::uint64_t offset, std::span<std::byte> out);
-    /// Appends all of this to `to`. Ends the writing.
+    /// Appends all of this to `to`. Nothing may be written after it.
     void copy_to(ByteFile& to);
-    void close();  ///< all bytes are with the system
+    void close();  ///< passes all bytes to the operating system
 
 private:
     struct Close {

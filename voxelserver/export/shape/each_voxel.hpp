@@ -6,8 +6,9 @@
 
 namespace terravox::exports {
 
-/// As each_voxel, of one cell. @param x, y, z its lowest corner @param edge of its children: 16, 4
-/// or 1 voxels
+/// Visits everything solid of one cell, as each_voxel() does of a box.
+/// @param x, y, z its lowest corner
+/// @param edge of its children: 16, 4 or 1 voxels
 template <class Seen, class Hidden>
 void each_voxel_of(const voxel::Box& box, const voxel::TreeCell& cell, int x, int y, int z,
                    int edge, const Seen& seen, const Hidden& hidden) {
@@ -24,7 +25,7 @@ void each_voxel_of(const voxel::Box& box, const voxel::TreeCell& cell, int x, in
     }
 }
 
-/// Everything solid of a box, in an order that depends on nothing but the box; local coordinates.
+/// Visits everything solid of a box, in an order that depends only on the box; local coordinates.
 /// @param seen   called as (x, y, z, const VoxelAttr&) for each voxel that can be seen
 /// @param hidden called as (x, y, z, edge) for each cube of edge 16, 4 or 1 that is solid and
 /// hidden throughout: plain rock

@@ -17,7 +17,7 @@ std::string number(double value) {
     return text;
 }
 
-// One line: a header of lines must not gain another one by a title with a line break in it.
+// One line: a title with a line break must not add a line to a header of lines.
 std::string one_line(std::string text) {
     for (char& c : text)
         if (static_cast<unsigned char>(c) < 0x20)
@@ -55,7 +55,7 @@ std::vector<std::pair<std::string, std::string>> facts_of(const Job& job, const 
 
 void finish_file(Job& job, util::AtomicFile& file) {
     util::AtomicFile side_car(file.target().string() + ".georef.json");
-    // Written before either has its name: a file without its side-car would keep the next run out.
+    // Written before either has its name: a file without its side-car would block the next run.
     try {
         voxel::write_side_car(side_car.temporary_path(),
                               voxel::side_car_of(job.world(), job.part.level, origin_of(job.part)));

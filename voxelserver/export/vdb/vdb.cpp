@@ -14,13 +14,13 @@
 namespace terravox::exports {
 namespace {
 
-// What a column takes in grids, rounded up: 2 MiB in a wooded town. Where that is too little,
-// blocks are halved.
+// Memory of a column in grids, rounded up: 2 MiB in a wooded town. Where that is too little, blocks
+// are halved.
 constexpr std::uint64_t kColumnBytes = std::uint64_t{3} << 20;
 // While a column is made, the upper nodes of its own trees count, too.
 constexpr std::uint64_t kBytesOfThread = std::uint64_t{16} << 20;
 
-// Nodes above the leaves are shared by many columns, and few.
+// Nodes above the leaves are few, and shared by many columns.
 template <class Tree>
 std::uint64_t leaf_bytes(const Tree& tree) {
     using Leaf = typename Tree::LeafNodeType;
@@ -39,7 +39,7 @@ public:
     }
 
     void write_all() {
-        // All of them, or squares as large as the memory suffices for.
+        // All columns, or squares as large as the memory suffices for.
         const std::uint64_t fit = m_job.memory_bytes / kColumnBytes;
         const auto width = static_cast<std::uint64_t>(m_whole.max_bx - m_whole.min_bx),
                    depth = static_cast<std::uint64_t>(m_whole.max_bz - m_whole.min_bz);

@@ -8,22 +8,23 @@ namespace terravox::exports {
 
 /// Which axis of the file is up.
 enum class VdbUp : std::uint8_t {
-    kZ,  ///< x east, y north, z up: as Blender has it
-    kY,  ///< x east, y up, z south: as Houdini has it
+    kZ,  ///< x east, y north, z up: as in Blender
+    kY,  ///< x east, y up, z south: as in Houdini
 };
 
 struct VdbOptions {
     VdbUp up = VdbUp::kZ;
 };
 
-/// OpenVDB, three grids: `density` (float) 1 in everything solid, `material` (int32) its material's
-/// number, `Cd` (3 floats, linear) the colour of voxels that can be seen. Hidden rock is tiles
-/// where it can be. Grids are metres from origin_of(part): the voxel at the part's lowest corner
-/// has its middle half a voxel inside. Metadata of the file and of each grid: title, crs, offset,
-/// voxel_m, axes, licence, attribution. A part that memory_bytes do not suffice for becomes several
-/// files, NAME_x_z.vdb with the number of their first column of boxes east and south of the part's
-/// first; all share one origin, so they fit together. Which columns go together depends on
-/// memory_bytes, but on nothing else. The bytes do not depend on the number of threads.
+/// Writes OpenVDB with three grids: `density` (float) 1 in everything solid, `material` (int32) its
+/// material's number, `Cd` (3 floats, linear) the colour of voxels that can be seen. Hidden rock is
+/// stored as tiles where possible. Grids are in metres from origin_of(part): the voxel at the
+/// part's lowest corner has its middle half a voxel inside. Metadata of the file and of each grid:
+/// title, crs, offset, voxel_m, axes, licence, attribution. A part that needs more than
+/// memory_bytes is split into several files, NAME_x_z.vdb with the number of their first column of
+/// boxes east and south of the part's first; all share one origin, so they fit together. Which
+/// columns go together depends on memory_bytes only. The bytes do not depend on the number of
+/// threads.
 /// @throws Error when nothing is solid, or a file cannot be written
 void write_vdb(Job& job, const VdbOptions& options = {});
 

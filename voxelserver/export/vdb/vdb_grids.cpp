@@ -62,7 +62,7 @@ private:
             for (int y = 0; y < edge; y += kLeafEdge)
                 for (int z = 0; z < edge; z += kLeafEdge)
                     for (int x = 0; x < edge; x += kLeafEdge) {
-                        // Level 1: a tile as large as a leaf. Any voxel of it names it.
+                        // Level 1: a tile as large as a leaf. Any voxel in it identifies it.
                         const auto at = m_frame.coord(x0 + x, y0 + y, z0 + z);
                         m_density.addTile(1, at, 1.f, true);
                         m_material.addTile(1, at, kRock, true);
@@ -92,9 +92,10 @@ private:
     openvdb::tree::ValueAccessor<openvdb::Vec3STree> m_colour;
 };
 
-// OpenVDB gives each file a random name of 36 characters. Equal grids shall be equal files: it is
-// replaced by one made of what is in the file. Ref: OpenVDB, Archive::writeHeader: magic (8 bytes),
-// version of the format (4), of the library (4 + 4), offsets follow (1), name.
+// OpenVDB gives each file a random name of 36 characters. Equal grids must give equal files, so the
+// name is replaced by one derived from the content.
+// Ref: OpenVDB, Archive::writeHeader: magic (8 bytes), version of the format (4), of the library
+// (4 + 4), offsets follow (1), name.
 void name_by_content(const std::filesystem::path& file, std::uint64_t a, std::uint64_t b) {
     constexpr std::size_t kAt = 21, kDigits = 36;
     std::fstream io(file, std::ios::in | std::ios::out | std::ios::binary);
@@ -115,8 +116,8 @@ void name_by_content(const std::filesystem::path& file, std::uint64_t a, std::ui
         throw util::Error("write " + file.string() + ": disk full, or cannot be written");
 }
 
-/// Writes what openvdb::io::File writes, to a stream of ours: its own is not asked whether the disk
-/// was full.
+/// Writes what openvdb::io::File writes, to a stream of ours: openvdb does not check its own stream
+/// for a full disk.
 class Archive : public openvdb::io::Archive {
 public:
     void write(std::ostream& out, const openvdb::GridCPtrVec& grids,
@@ -143,7 +144,7 @@ VdbFrame::VdbFrame(const Job& job, VdbUp up)
 
 openvdb::math::Transform::Ptr VdbFrame::transform() const {
     auto out = openvdb::math::Transform::createLinearTransform(m_voxel_m);
-    // Of the world's voxel (x, y, z) the middle lies at (x + 0.5 - origin) * voxel_m.
+    // The middle of the world's voxel (x, y, z) lies at (x + 0.5 - origin) * voxel_m.
     const auto shift = [&](std::size_t a) { return (m_base[a] - m_origin[a] + 0.5) * m_voxel_m; };
     // North: -(z + 0.5 - origin), where the grid's coordinate is -1 - (z - base).
     const double north = (m_origin[2] - m_base[2] + 0.5) * m_voxel_m;

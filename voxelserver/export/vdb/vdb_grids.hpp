@@ -25,12 +25,12 @@ struct VdbTrees {
     [[nodiscard]] std::uint64_t memory_bytes() const {
         return density->memUsage() + material->memUsage() + colour->memUsage();
     }
-    /// Takes over everything of another column; leaves nothing there.
+    /// Moves everything out of another column; leaves it empty.
     void take(VdbTrees& other);
 };
 
-/// Which voxel of a grid stands for which of the world. Grids begin at a voxel whose coordinates
-/// are multiples of 128, so that leaves of 8 voxels and nodes of 128 fall together with boxes.
+/// Maps voxels of the world to voxels of a grid. Grids begin at a voxel whose coordinates are
+/// multiples of 128, so that leaves of 8 voxels and nodes of 128 are aligned with boxes.
 class VdbFrame {
 public:
     VdbFrame(const Job& job, VdbUp up);
@@ -40,7 +40,7 @@ public:
         const std::int32_t i = x - m_base[0], j = y - m_base[1], k = z - m_base[2];
         return m_up == VdbUp::kY ? openvdb::Coord(i, j, k) : openvdb::Coord(i, -1 - k, j);
     }
-    /// To metres from the origin of the part, a voxel's value at its middle.
+    /// Transform to metres from the origin of the part, a voxel's value at its middle.
     [[nodiscard]] openvdb::math::Transform::Ptr transform() const;
     [[nodiscard]] const char* axes() const noexcept {
         return m_up == VdbUp::kY ? "x east, y up, z south; metres"
@@ -57,7 +57,8 @@ private:
 [[nodiscard]] VdbTrees make_vdb_column(Job& job, const VdbFrame& frame, std::int32_t bx,
                                        std::int32_t bz);
 
-/// Writes the trees as one file, whole or not at all. @throws Error
+/// Writes the trees as one file, whole or not at all.
+/// @throws Error
 void write_vdb_file(Job& job, const VdbFrame& frame, const VdbTrees& trees,
                     const std::filesystem::path& file);
 

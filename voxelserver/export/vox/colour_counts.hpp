@@ -9,8 +9,8 @@
 
 namespace terravox::exports {
 
-/// Counts colours in bounded memory: exactly as long as there are few, then by ever larger cells of
-/// colours that are alike. What comes out does not depend on the order of counting.
+/// Counts colours in bounded memory: exactly as long as there are few, then in ever larger cells of
+/// similar colours. The result does not depend on the order of counting.
 class ColourCounts {
 public:
     static constexpr std::size_t kMaxCells = std::size_t{1} << 16;
@@ -24,7 +24,7 @@ public:
     void add(voxel::Rgb8 colour);
     /// All cells, by rising key.
     [[nodiscard]] std::vector<Cell> cells() const;
-    /// The cell of a colour, now.
+    /// The current cell of a colour.
     [[nodiscard]] std::uint32_t key_of(voxel::Rgb8 c) const noexcept {
         return static_cast<std::uint32_t>(c.r >> m_shift) << 16 |
                static_cast<std::uint32_t>(c.g >> m_shift) << 8 |
@@ -37,7 +37,7 @@ private:
         std::uint64_t count = 0, r = 0, g = 0, b = 0;
     };
     void coarsen();
-    int m_shift = 0;  ///< bits of a channel that cells do not tell apart
+    int m_shift = 0;  ///< low bits of a channel that cells ignore
     std::unordered_map<std::uint32_t, Sum> m_sums;
 };
 

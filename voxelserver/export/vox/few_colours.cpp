@@ -11,8 +11,8 @@ namespace terravox::exports {
 namespace {
 
 using Lab = std::array<double, 3>;
-constexpr int kRounds =
-    12;  // of k-means; the sum of squares falls by less than a hundredth in the last
+// Rounds of k-means; the sum of squares falls by less than a hundredth in the last.
+constexpr int kRounds = 12;
 
 double cube_root(double x) noexcept {
     return x > 0 ? det::pow(x, 1.0 / 3) : 0;

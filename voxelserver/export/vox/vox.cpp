@@ -21,8 +21,8 @@ using Texts = std::initializer_list<std::pair<std::string, std::string>>;
 constexpr std::uint32_t kVersion = 200;
 constexpr std::array<std::int64_t, 3> kMaxShown = {2000, 2000, 1000};
 
-/// The content of a chunk, grown value by value. Ref: ephtracy, "MagicaVoxel .vox File Format" and
-/// its extension, 2016 on.
+/// The content of a chunk, appended value by value.
+/// Ref: ephtracy, "MagicaVoxel .vox File Format" and its extension, 2016 on.
 class Content {
 public:
     Content& number(std::int32_t v) {
@@ -59,7 +59,7 @@ std::uint64_t bytes_of(const VoxModel& m) {
     return kHeadBytes + kSizeBytes + kHeadBytes + 4 + 4 * m.voxels;
 }
 
-// Root, a group, and for each model a transform and a shape. A model's place is that of its middle,
+// Root, a group, and for each model a transform and a shape. A model is placed by its middle,
 // rounded down.
 std::string scene_graph(const std::vector<VoxModel>& models) {
     const auto transform = [](std::int32_t id, std::int32_t child, std::int32_t layer,
@@ -101,7 +101,7 @@ std::string colours_chunk(const std::vector<VoxColour>& colours) {
     return chunk("RGBA", Content().raw(rgba));
 }
 
-// How MagicaVoxel shows a colour of a special material. Older versions know a _weight, newer ones
+// MagicaVoxel's material of a colour of a special material. Older versions use _weight, newer ones
 // _alpha and _trans.
 std::string material_chunk(std::int32_t index, Material m) {
     const auto glass = [&](const char* clear, const char* rough, const char* bends,

@@ -35,7 +35,7 @@ std::vector<VoxColour> VoxPalette::choose() {
         out.push_back({m_looks.of(material).colour, group_of(material)});
         m_index_of_plain[m] = static_cast<std::uint8_t>(out.size());
     }
-    // Special materials first: the others take what is left, which is 144 at least.
+    // Special materials first: the others get what is left, at least 144.
     for (auto& [material, group] : m_groups)
         if (special_in_vox(material))
             take(group, material, kMaxOfSpecial, out);

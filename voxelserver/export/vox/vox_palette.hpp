@@ -11,14 +11,13 @@
 
 namespace terravox::exports {
 
-/// A colour of a MagicaVoxel file and what it stands for.
+/// A colour of a MagicaVoxel file and the material that it represents.
 struct VoxColour {
     voxel::Rgb8 colour;
-    voxel::Material material = voxel::Material::kAir;  ///< of all that are no special_in_vox(): air
+    voxel::Material material = voxel::Material::kAir;  ///< air for all but special_in_vox()
 };
 
-/// Materials that MagicaVoxel has a way of showing of their own: it wants colours that nothing else
-/// has.
+/// Whether MagicaVoxel displays a material specially: such a material needs colours of its own.
 [[nodiscard]] constexpr bool special_in_vox(voxel::Material m) noexcept {
     using enum voxel::Optics;
     const voxel::MaterialTraits& traits = voxel::traits_of(m);
@@ -26,9 +25,9 @@ struct VoxColour {
            traits.optics == kIce;
 }
 
-/// Chooses the 255 colours of a file: those of materials as they are, of each special material up
-/// to sixteen of its voxels' own, and for all others the rest. Count first, then choose() once,
-/// then ask. Depends on the counts alone.
+/// Chooses the 255 colours of a file: those of materials as they are, for each special material up
+/// to sixteen of its voxels' own, and for all others the rest. Call count() first, then choose()
+/// once, then index_of(). Depends on the counts alone.
 class VoxPalette {
 public:
     explicit VoxPalette(const voxel::Palette& looks) : m_looks(looks) {}
@@ -46,15 +45,15 @@ private:
         ColourCounts counts;
         std::unordered_map<std::uint32_t, std::uint8_t> index_of_cell;
     };
-    /// Which colours are chosen together.
+    /// The group in which a material's colours are chosen.
     [[nodiscard]] static voxel::Material group_of(voxel::Material m) noexcept {
         return special_in_vox(m) ? m : voxel::Material::kAir;
     }
     void take(Group& group, voxel::Material material, std::size_t most,
               std::vector<VoxColour>& out) const;
     const voxel::Palette& m_looks;
-    std::array<bool, voxel::kMaterialCount>
-        m_plain{};  ///< materials with voxels without a colour of their own
+    /// Materials with voxels without a colour of their own.
+    std::array<bool, voxel::kMaterialCount> m_plain{};
     std::array<std::uint8_t, voxel::kMaterialCount> m_index_of_plain{};
     std::map<voxel::Material, Group> m_groups;
 };

@@ -9,8 +9,8 @@
 namespace terravox::exports {
 namespace {
 
-constexpr std::size_t kModelEdge =
-    256 / voxel::kBoxSizeX;  // a model is 256 wide at most, and a box as high as that
+// A model is at most 256 wide, and a box as high as that.
+constexpr std::size_t kModelEdge = 256 / voxel::kBoxSizeX;
 
 }  // namespace
 

@@ -13,8 +13,7 @@
 
 namespace terravox::exports {
 
-/// A voxel as it is spooled. Coordinates are the file's (x east, y north, z up), counted in its
-/// box.
+/// A voxel in the spool. Coordinates are the file's (x east, y north, z up), relative to its box.
 struct SpooledVoxel {
     std::uint8_t x = 0, y = 0, z = 0;
     voxel::Material material = voxel::Material::kAir;
@@ -23,25 +22,27 @@ struct SpooledVoxel {
 };
 static_assert(sizeof(SpooledVoxel) == 8);
 
-/// The voxels of one box that can be seen.
+/// The visible voxels of one box.
 struct SpooledBox {
     std::array<std::int32_t, 3> low{};         ///< of its coordinates, from the file's origin
     std::array<std::uint8_t, 3> min{}, max{};  ///< of its voxels, both inclusive
-    std::uint64_t first = 0, count = 0;        ///< which voxels of the spool
+    std::uint64_t first = 0, count = 0;        ///< range of voxels of the spool
 };
 
 /// A model of the file: the boxes of up to 4 x 4 columns at one height.
 struct VoxModel {
     std::vector<SpooledBox> boxes;
-    std::array<std::int32_t, 3> min{}, size{};  ///< from the file's origin, just around its voxels
+    std::array<std::int32_t, 3> min{}, size{};  ///< from the file's origin, tight
     std::uint64_t voxels = 0;
 };
 
-/// All voxels of a part that can be seen, read once and kept on disk until the colours are chosen.
-/// Not thread-safe.
+/// All visible voxels of a part, read once and kept on disk until the colours are chosen. Not
+/// thread-safe.
 class VoxSpool {
 public:
-    /// Reads the whole part. @param max_voxels beyond which it gives up @throws Error
+    /// Reads the whole part.
+    /// @param max_voxels limit beyond which it gives up
+    /// @throws Error
     VoxSpool(Job& job, VoxPalette& palette, std::uint64_t max_voxels,
              const std::function<void()>& fail_too_many);
     [[nodiscard]] const std::vector<VoxModel>& models() const noexcept { return m_models; }
@@ -58,8 +59,8 @@ private:
     void end_square();
     ByteFile m_file;
     std::uint64_t m_voxels = 0;
-    std::map<std::int32_t, VoxModel>
-        m_square;  ///< models of the square of columns under way, by height
+    /// Models of the square of columns in progress, by height.
+    std::map<std::int32_t, VoxModel> m_square;
     std::vector<VoxModel> m_models;
 };
 

@@ -17,7 +17,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// What this source uses of a format; open.cpp uses the rest.
+/// The members of a format that this file uses; open.cpp uses the rest.
 struct Row {
     std::string_view name;
     std::span<const std::string_view> endings;
@@ -44,7 +44,7 @@ bool has_ending(const Row& row, const fs::path& file) {
            row.endings.end();
 }
 
-/// The first bytes; none of a file that cannot be read.
+/// The first bytes; empty for a file that cannot be read.
 std::string head_of(const fs::path& file) {
     std::string out(kHeadBytes, '\0');
     std::error_code failed;

@@ -7,7 +7,7 @@
 
 namespace terravox::pointcloud {
 
-/// All formats of points, a row each.
+/// The list of all point formats; add new ones here.
 using Formats = std::tuple<lidar::LasFormat, ply::PlyFormat>;
 
 }  // namespace terravox::pointcloud

@@ -6,7 +6,7 @@
 namespace terravox::voxelize {
 namespace {
 
-/// The shapes that points of a column are told apart by: the two last roles of the class table are
+/// The groups into which points of a column are sorted: the last two roles of the class table are
 /// objects like any other.
 enum Group : std::size_t {
     kGroundGroup,
@@ -61,7 +61,7 @@ struct ColourMean {
     }
 };
 
-// The class that most points have; the lower code wins a tie, so that order cannot matter.
+// The class of most points; the lower code wins a tie, so that order cannot matter.
 std::uint8_t commonest_class(std::span<const Seen> points) {
     const std::uint8_t first = points[0].source_class;
     if (std::all_of(points.begin(), points.end(),
@@ -120,7 +120,7 @@ struct CellSums {
     std::uint32_t ground_points = 0, water_points = 0, other_points = 0;
 };
 
-/// Deals the points of one column to their groups, each by rising height.
+/// Sorts the points of one column into their groups, each by rising height.
 class ColumnSorter {
 public:
     explicit ColumnSorter(const ClassTable& classes) {
@@ -135,8 +135,8 @@ public:
         m_points[m_group[p.source_class]].push_back(
             {p.y, p.x, p.z, p.source_class, has_colour, p.colour});
     }
-    // Points of one square come sorted; those of several are merged here. Stable order among equals
-    // is of no consequence: only sums see it.
+    // Points of one square are sorted already; those of several are merged here. A stable order
+    // among equals is not needed: they only contribute to sums.
     void sort() {
         for (auto& g : m_points)
             if (!std::is_sorted(g.begin(), g.end(), by_height))
@@ -154,8 +154,8 @@ float median(std::span<const Seen> points) noexcept {
     return points[points.size() / 2].height();
 }
 
-/// Of points projected on an axis: the second from one end where there are enough, so that one
-/// stray point says nothing.
+/// For points projected on an axis: the second from one end where there are enough, so that a
+/// single stray point has no effect.
 float nearly_lowest(std::vector<float>& along) {
     constexpr std::size_t kEnough = 4;
     const auto nth = along.begin() + (along.size() >= kEnough ? 1 : 0);
@@ -163,11 +163,11 @@ float nearly_lowest(std::vector<float>& along) {
     return *nth;
 }
 
-// Where the edge of a roof cuts through a column, its ground points lie beside the building points:
-// a line parts them. Beneath a canopy none does.
+// Where the edge of a roof cuts through a column, its ground points lie next to the building
+// points, and a line separates them. Beneath a canopy no line does.
 bool over(std::span<const Seen> roof, std::span<const Seen> ground) {
     constexpr float kOne = 1 << store::VoxelPoint::kPlanBits,
-                    kBlur = 0.25f;  // voxels: what the points' own places may be off
+                    kBlur = 0.25f;  // voxels: possible error of the points' own places
     const auto centre = [](std::span<const Seen> points) {
         std::uint64_t x = 0, z = 0;  // exact, so that order cannot matter
         for (const Seen& s : points) {

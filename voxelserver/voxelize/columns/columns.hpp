@@ -17,7 +17,7 @@ namespace terravox::voxelize {
 
 inline constexpr float kNoHeight = std::numeric_limits<float>::quiet_NaN();
 
-/// A height with what was seen there. `height` in voxels (continuous); NaN = nothing seen.
+/// A height and what was seen at it. `height` is in voxels (continuous); NaN = nothing seen.
 struct Surface {
     float height = kNoHeight;
     std::uint8_t source_class = 0;
@@ -26,7 +26,7 @@ struct Surface {
     [[nodiscard]] bool seen() const noexcept { return height == height; }
 };
 
-/// A voxel that holds points of a thing above the ground.
+/// A voxel that holds points of an object above the ground.
 struct ObjectVoxel {
     std::int32_t y = 0;
     std::uint8_t source_class = 0;
@@ -35,23 +35,23 @@ struct ObjectVoxel {
     std::uint8_t fraction = 0;  ///< of its highest point within the voxel, 1/256 voxel
 };
 
-/// What the points of one column say, before any neighbour is asked.
+/// Summary of the points of one column, before any neighbour is considered.
 struct Column {
     Surface ground;              ///< median of the ground points
     Surface roof;                ///< highest building point
     Surface water;               ///< median of the water points
     Surface deck;                ///< median of the bridge points
     float roof_low = kNoHeight;  ///< lowest building point
-    std::uint16_t ground_points = 0, roof_points = 0, water_points = 0,
-                  deck_points = 0;  ///< saturating
-    bool roof_over_ground =
-        false;  ///< ground was seen beneath building points, not only beside them
+    /// Saturating counts.
+    std::uint16_t ground_points = 0, roof_points = 0, water_points = 0, deck_points = 0;
+    /// Ground was seen beneath building points, not only next to them.
+    bool roof_over_ground = false;
     /// Whether most of the low returns (ground, water, building) are of a building.
     [[nodiscard]] bool built_upon() const noexcept {
         return roof.seen() && roof_points >= ground_points + water_points;
     }
-    /// Whether a class says that it is a bridge's. Pulses that pass a railing or an edge hit what
-    /// is below: as many of those again are let pass.
+    /// Whether the classes of its points make it part of a bridge. Pulses that pass a railing or an
+    /// edge hit what is below, so up to as many such points again are tolerated.
     [[nodiscard]] bool bridged() const noexcept {
         return deck.seen() && 2 * deck_points > ground_points + water_points;
     }
@@ -61,16 +61,17 @@ struct Column {
 struct PatchColumns {
     std::array<Column, grid::kPatchColumns> columns;
     std::vector<ObjectVoxel> objects;
-    std::array<std::uint32_t, grid::kPatchColumns + 1>
-        objects_begin{};  ///< of column i: [objects_begin[i], objects_begin[i + 1]), by rising y
-    // What steps ask of many columns around, small enough to stay in the processor's cache:
-    std::array<std::uint64_t, grid::kPatchSize> occupied{},
-        built{};  ///< bit x of row z: the column holds any point; is built_upon()
-    std::array<std::uint64_t, grid::kPatchSize> ground{},
-        wet{};  ///< ground was seen; water was, and at least as often as ground
+    /// Objects of column i: [objects_begin[i], objects_begin[i + 1]), by rising y.
+    std::array<std::uint32_t, grid::kPatchColumns + 1> objects_begin{};
+    // Properties that steps query of many columns around, small enough to stay in the processor's
+    // cache:
+    /// Bit x of row z: the column holds any point; is built_upon().
+    std::array<std::uint64_t, grid::kPatchSize> occupied{}, built{};
+    /// Bit x of row z: ground was seen; water was, and at least as often as ground.
+    std::array<std::uint64_t, grid::kPatchSize> ground{}, wet{};
     std::array<float, grid::kPatchColumns> ground_height;  ///< of each column's ground
     bool any_roof = false, any_deck = false, any_objects = false;
-    water::CellPatch cells;    ///< `covered` and `looks_wet` are for others to say
+    water::CellPatch cells;    ///< `covered` and `looks_wet` are set elsewhere
     float lowest = kNoHeight;  ///< of any point
     bool any = false;
     [[nodiscard]] const Column& at(int x, int z) const noexcept {
@@ -94,8 +95,8 @@ struct PatchPoints {
     bool has_colour = false;
 };
 
-/// Step "column init": sums up each column of a patch. The result does not depend on the order of
-/// `sources`.
+/// Step "column init": summarizes each column of a patch. The result does not depend on the order
+/// of `sources`.
 /// @param cell_voxels edge of a water cell: a divisor of 64
 [[nodiscard]] std::shared_ptr<PatchColumns> init_columns(std::span<const PatchPoints> sources,
                                                          const ClassTable& classes,

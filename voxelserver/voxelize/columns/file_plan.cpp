@@ -12,7 +12,7 @@ namespace {
 constexpr std::size_t kSquaresShare = 3;
 constexpr std::size_t kPartsShare = 8;
 constexpr std::size_t kColumnsShare = 6;
-// What one box needs at once: with less, every step would decode again.
+// The memory that one box needs: with less, every step would decode again.
 constexpr std::size_t kMinParts = std::size_t{8} << 20;
 constexpr std::size_t kMinColumns = std::size_t{16} << 20;
 
@@ -23,7 +23,7 @@ double depth_of(const SquareSource& source) {
     return static_cast<double>(source.bounds.max_z) - source.bounds.min_z;
 }
 
-// Whether a file can be kept whole, and be binned in addition in half as much: small voxels have
+// Whether a file can be kept whole, and binned in half as much additional memory: small voxels have
 // more patches than points.
 bool fits(const SquareSource& source, std::size_t limit_bytes) {
     constexpr double kPatchBytes = sizeof(store::PatchEntry), kBinningBytes = 64, kRunBytes = 32,
@@ -55,7 +55,7 @@ std::string recipe_text(const SquareSource& source, const SquareRecipe& recipe) 
     return out;
 }
 
-// A block and the patch around it take a quarter of their share at most, unless a single patch is
+// A block and the patches around it take at most a quarter of their share, unless a single patch is
 // larger.
 int block_patches_of(const SquareSource& source, std::size_t parts_bytes) {
     const double columns = std::max(width_of(source) * depth_of(source), 1.0);

@@ -9,16 +9,17 @@
 
 namespace terravox::voxelize {
 
-/// How much memory the points of a world may take, bytes. The world keeps the rest for boxes. What
-/// these and the boxes leave, a sixth, is what decoding a square takes in addition to it.
+/// How much memory the points of a world may take, bytes. The rest is for boxes, except for a sixth
+/// of the world's memory, which is left for decoding a square.
 struct PointMemory {
     std::size_t squares = 0;  ///< those of whole files
     std::size_t parts = 0;    ///< parts of files
     std::size_t columns = 0;
 };
 
-/// @param memory_bytes of the whole world @param files which of them fit decides how squares and
-/// parts share: what is not needed for whole squares goes to parts
+/// @param memory_bytes of the whole world
+/// @param files determine how squares and parts share the memory: what whole squares do not need
+/// goes to parts
 [[nodiscard]] PointMemory share_memory(std::size_t memory_bytes,
                                        std::span<const SquareSource> files);
 
@@ -29,9 +30,9 @@ struct SquareRecipe {
     const Settings& settings;
 };
 
-/// How each file is to be kept, in the order of `files`, of which the plan holds addresses.
+/// How each file is to be kept, in the order of `files`. The plan points into `files`.
 /// @param recipe names the squares in the cache folder; nullptr = there is none
-/// @throws Error for a file that cannot be found any more
+/// @throws Error for a file that no longer exists
 [[nodiscard]] std::vector<PartedFile> plan_files(std::span<const SquareSource> files,
                                                  const PointMemory& memory,
                                                  const SquareRecipe* recipe);

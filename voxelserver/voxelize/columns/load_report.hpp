@@ -12,25 +12,25 @@
 
 namespace terravox::voxelize {
 
-/// Warns of what was met while points were decoded: stray points, and classes that the table does
-/// not name. Each is logged once for each file. Thread-safe.
+/// Logs warnings about decoded points: stray points, and classes that the table does not name. Each
+/// warning is logged once per file. Thread-safe.
 class LoadReport {
 public:
     /// Both must outlive this.
     LoadReport(std::span<const SquareSource> files, const ClassTable& classes);
 
-    /// A file was decoded whole, or scanned. Only its first time counts.
+    /// A file was decoded whole, or scanned. Only the first call for a file counts.
     void add_whole(std::size_t file, const store::PointCounts& counts);
 
-    /// A part of a file was decoded. Parts come in the order of the requested boxes, and some come
-    /// twice: so the log says what was met, not how often, and counts() does not change.
+    /// A part of a file was decoded. Parts are decoded in the order of the requested boxes, some of
+    /// them twice: so the log names what was found without a count, and counts() does not change.
     void add_part(std::size_t file, const store::PointCounts& counts);
 
-    /// The sum over all files of which add_whole() was called.
+    /// The sum over all files for which add_whole() was called.
     [[nodiscard]] store::PointCounts counts() const;
 
 private:
-    /// What was logged of a file. The members but the first are guarded by m_mutex.
+    /// What was logged about a file. All members except the first are guarded by m_mutex.
     struct Logged {
         std::once_flag whole;
         bool stray = false;

@@ -11,7 +11,7 @@ Sources timed_sources(const LidarWorldOptions& options, const ClassTable& classe
     return open_sources(options, classes, settings);
 }
 
-// At least 2 m, and as many points that an empty cell is a void and not bad luck.
+// At least 2 m, and with enough points that an empty cell is a void, not chance.
 int water_cell_voxels(double voxel_m, double density) {
     constexpr double kSmallest_m = 2, kPointsPerCell = 16;
     int cell = 1;
@@ -100,7 +100,7 @@ std::vector<PatchPoints> PointSet::points_of(grid::PatchKey key, const grid::Pat
 std::shared_ptr<const PatchColumns> PointSet::make_columns(
     grid::PatchKey key, const std::vector<PatchPoints>& points) const {
     const util::StageTimes::Scope timed(m_times, "column init");
-    // Wide extents of nothing (a stray header, the sea) share one patch.
+    // Wide empty extents (a stray header, the sea) share one patch.
     if (points.empty() && m_bounds.surrounds(grid::columns_of(key)))
         return m_empty;
     auto out = init_columns(points, m_classes, m_cell_voxels);

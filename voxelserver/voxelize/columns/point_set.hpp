@@ -26,10 +26,11 @@ public:
 
     [[nodiscard]] const Sources& sources() const noexcept { return m_sources; }
     [[nodiscard]] const ClassTable& classes() const noexcept { return m_classes; }
-    /// Edge of a water cell.
+    /// Edge of a water cell, voxels.
     [[nodiscard]] int cell_voxels() const noexcept { return m_cell_voxels; }
 
-    /// The columns of a patch. Never nullptr. @throws Error for a damaged file
+    /// The columns of a patch. Never nullptr.
+    /// @throws Error for a damaged file
     [[nodiscard]] std::shared_ptr<const PatchColumns> columns(grid::PatchKey key);
     /// The same for a patch and its eight neighbours.
     [[nodiscard]] Window window(grid::PatchKey middle);
@@ -40,19 +41,19 @@ public:
         return m_bounds.around(middle);
     }
 
-    /// How far a file has come, and why it failed.
+    /// The state of a file, and the error if it failed.
     [[nodiscard]] std::pair<SquareState, std::string> state_of(std::size_t file) const {
         return m_squares.state_of(file);
     }
 
-    /// Of all squares that have been decoded whole so far.
+    /// Counts of the points of all squares that have been decoded whole so far.
     [[nodiscard]] store::PointCounts counts() const { return m_report.counts(); }
 
 private:
-    /// Squares in use, by file: a caller that needs several patches keeps them, so that they are
-    /// there even when no cache can hold them.
+    /// Squares in use, by file: a caller that needs several patches holds them, so that they stay
+    /// available even when no cache can keep them.
     using Held = std::map<std::size_t, Squares>;
-    /// @param wanted all patches that the caller is about to ask for
+    /// @param wanted all patches that the caller is about to request
     [[nodiscard]] std::shared_ptr<const PatchColumns> columns(grid::PatchKey key,
                                                               const grid::PatchRect& wanted,
                                                               Held& held);

@@ -24,15 +24,16 @@ namespace terravox::voxelize {
 /// (WholeDecoder), prepared (PreparedSquares), or in parts (PointParts). Thread-safe.
 ///
 /// A file is decoded whole the first time, and kept in memory and in the cache folder. Where an
-/// index says which of its points lie where (COPC, .lax, or what was learnt when it was decoded
-/// before), first only the part around the requested patches is decoded, so that the first boxes
-/// need not wait; once half a file has been decoded that way, the whole is. A file too large to be
-/// kept whole is always read in parts.
+/// index maps points to places (COPC, .lax, or the chunk index of an earlier decoding), at first
+/// only the part around the requested patches is decoded, so that the first boxes are not delayed;
+/// once half a file has been decoded that way, the whole file is. A file too large to be kept whole
+/// is always read in parts.
 class SquareReader {
 public:
-    /// @param files of the world @param context with the frame of these files
-    /// @param report what was met in the files is reported there
     /// Files, context and report must outlive this.
+    /// @param files of the world
+    /// @param context with the frame of these files
+    /// @param report receives the counts and problems of the decoded points
     SquareReader(const LidarWorldOptions& options, std::span<const SquareSource> files,
                  const PointMemory& memory, const LoadContext& context, LoadReport& report);
 
@@ -40,11 +41,11 @@ public:
     /// @throws Error for a damaged file
     [[nodiscard]] Squares around(std::size_t file, const grid::PatchRect& wanted);
 
-    /// How far a file has come, and why it failed.
+    /// The state of a file, and the error if it failed.
     [[nodiscard]] std::pair<SquareState, std::string> state_of(std::size_t file) const;
 
 private:
-    /// What has become of a file so far. Guarded by m_mutex.
+    /// The progress of a file so far. Guarded by m_mutex.
     struct Progress {
         std::weak_ptr<const store::Square> in_memory;
         std::string last_error;  ///< of reading it whole or in parts

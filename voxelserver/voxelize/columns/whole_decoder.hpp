@@ -13,18 +13,20 @@ namespace terravox::voxelize {
 
 /// Decodes whole files. Thread-safe.
 ///
-/// One lock is held from the beginning of a decoding until its square is kept: each takes all
-/// threads, and as much memory again as the square will. A damaged file is not tried again.
+/// One lock is held from the start of a decoding until its square is kept, because each decoding
+/// uses all threads, and as much memory again as its square. A damaged file is not tried again.
 class WholeDecoder {
 public:
-    /// Decodes a file. @throws Error for a damaged one
+    /// Decodes a file.
+    /// @throws Error for a damaged one
     using Load = std::function<LoadedSquare(std::size_t file)>;
-    /// Keeps what was decoded. @return the square to use instead of the one given
+    /// Keeps a decoded square.
+    /// @return the square to use instead of the given one
     using Keep =
         std::function<std::shared_ptr<const store::Square>(std::size_t file, LoadedSquare loaded)>;
     WholeDecoder(std::size_t files, Load load, Keep keep);
 
-    /// Waits while another file is decoded.
+    /// Blocks while another file is being decoded.
     /// @throws Error for a damaged file, each time with the same message; whatever `load` and
     /// `keep` throw
     [[nodiscard]] std::shared_ptr<const store::Square> decode(std::size_t file);

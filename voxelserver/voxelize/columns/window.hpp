@@ -32,8 +32,7 @@ struct Window {
     [[nodiscard]] bool built(int x, int z) const noexcept {
         return (patch_at(x, z).built[static_cast<std::size_t>(z & 63)] >> (x & 63) & 1) != 0;
     }
-    /// Whether any of the nine patches has `what`: most steps have nothing to do on most of the
-    /// land.
+    /// Whether any of the nine patches has `what`: most steps have nothing to do in most places.
     [[nodiscard]] bool any(bool PatchColumns::* what) const noexcept {
         return std::any_of(patches.begin(), patches.end(),
                            [&](const auto& p) { return (*p).*what; });
@@ -67,8 +66,8 @@ private:
     std::vector<T> m_values;
 };
 
-/// What most steps after column init work on: runs ask their neighbours for hidden faces, and those
-/// ask theirs for the shape of roofs.
+/// The grid that most steps after column init work on: runs query their neighbours for hidden
+/// faces, and those query theirs for the shape of roofs.
 template <class T>
 using Margined = Grid<T, 2>;
 

@@ -12,15 +12,15 @@ namespace {
 static_assert(DeckSeeds::kMargin + DeckReach::kAlong <= DeckSections::kReach - 1,
               "sections along a deck must lie in their grid");
 
-constexpr int kLanding =
-    5;  // columns of land at the deck's height, one after another, that it ends on
-constexpr int kHidden = 6;  // columns along a deck that tell nothing: plants, cars, gaps
-constexpr int kUncut =
-    14;  // columns of a deck of things where nothing is low beside it: banks reach up to it
+// Columns of land at the deck's height, in succession, that a deck ends on.
+constexpr int kLanding = 5;
+constexpr int kHidden = 6;  // columns along a deck without information: plants, cars, gaps
+// Columns of a deck of unclassified returns where nothing is low next to it: banks reach up to it.
+constexpr int kUncut = 14;
 constexpr int kMaxSteps = 3 * DeckReach::kAlong;
 constexpr int kDropped = 2;  // columns along a deck that lie low: it has ended in the air
-constexpr float kBend =
-    0.3F;  // how fast the direction of a deck may turn, share of the new one per column
+// How fast the direction of a deck may turn, share of the new one per column.
+constexpr float kBend = 0.3F;
 constexpr int kDecksAround = 5;  // of eight: a gap
 
 enum class End { kLand, kDead, kBeyond };
@@ -54,7 +54,7 @@ public:
         }
         return End::kDead;  // round in circles
     }
-    /// Water was met beneath.
+    /// There is water beneath.
     [[nodiscard]] bool over_water() const noexcept { return m_over_water; }
 
 private:
@@ -63,7 +63,7 @@ private:
     std::optional<End> step(int x, int z, int dx, int dz) {
         const LandSample& s = m_land.at(x, z);
         if (s.kind == LandKind::kDeck)
-            return End::kDead;  // a class says where this bridge begins
+            return End::kDead;  // its class defines where this bridge begins
         const bool solid = s.kind == LandKind::kGround || s.kind == LandKind::kThing;
         const bool level = solid && std::abs(s.height - m_height) <= m_limits.level;
         if (level) {
@@ -106,7 +106,7 @@ private:
     void centre(const DeckSection& section) noexcept {
         const auto [nx, nz] = kDeckDirections[static_cast<std::size_t>(section.direction)];
         const float off = static_cast<float>(section.behind - section.before) * 0.5F;
-        // Only across the way ahead: a cut that lies askew must not carry it back.
+        // Only across the direction ahead: an oblique cut must not move it backwards.
         const float across = nx * -m_along[1] + nz * m_along[0];
         m_at[0] += off * across * -m_along[1];
         m_at[1] += off * across * m_along[0];
@@ -188,7 +188,7 @@ private:
         return out;
     }
 
-    // Parapets rise too far above the deck to be cut like it; they stand beside it, across its
+    // Parapets rise too far above the deck to be cut like it; they stand next to it, across its
     // direction.
     void grow() {
         m_grown = m_work;
@@ -220,8 +220,8 @@ private:
         return std::abs(across) >= 0.7F && (across > 0 ? section->behind : section->before) > 0;
     }
 
-    // Closes gaps, and tells the gaps beside a deck how low the land is, which they would take from
-    // the deck.
+    // Closes gaps, and sets the level of the land in gaps next to a deck, which would otherwise
+    // take that of the deck.
     [[nodiscard]] std::unique_ptr<const FoundDecks> result() {
         auto out = std::make_unique<FoundDecks>();
         FoundDecks::each([&](int x, int z) {

@@ -8,7 +8,7 @@
 
 namespace terravox::voxelize {
 
-/// What is seen of a column when one looks for decks that no class names.
+/// What is seen of a column in the search for decks without a bridge class.
 enum class LandKind : std::uint8_t {
     kUnasked,
     kUnknown,  ///< nothing, or only plants and wires: the surface is hidden
@@ -23,11 +23,11 @@ struct LandSample {
     LandKind kind = LandKind::kUnasked;
 };
 
-/// The surface of a window's columns, each looked at when it is first asked for. Not thread-safe;
-/// the window must outlive it.
+/// The surface of a window's columns, each evaluated at its first query. Not thread-safe; the
+/// window must outlive it.
 class DeckLand {
 public:
-    /// @param water nullptr = only where it was seen
+    /// @param water nullptr = water only where it was seen
     DeckLand(const Window& window, const ClassTable& classes, WaterAccess* water)
         : m_window(window), m_classes(classes), m_water(water) {}
 
@@ -47,8 +47,8 @@ private:
     const ClassTable& m_classes;
     WaterAccess* m_water;
     Grid<LandSample, Window::kMargin> m_samples;
-    std::int32_t m_cell_x = std::numeric_limits<std::int32_t>::min(),
-                 m_cell_z = 0;  // asked last: columns of a cell follow each other
+    // The last queried cell: columns of a cell follow each other.
+    std::int32_t m_cell_x = std::numeric_limits<std::int32_t>::min(), m_cell_z = 0;
     float m_cell_level = kNoHeight;
 };
 

@@ -6,9 +6,9 @@
 namespace terravox::voxelize {
 namespace {
 
-constexpr int kAskew =
-    4;  // columns of width that a straight cut is worth more than one turned by 22.5 degrees
-constexpr float kAbrupt = 0.7F;  // of the whole drop, so much lies at the edge
+// Columns of width by which a straight cut is preferred to one turned by 22.5 degrees.
+constexpr int kAskew = 4;
+constexpr float kAbrupt = 0.7F;  // share of the whole drop that lies at the edge
 
 int columns(double metres, double voxel_m, int least, int most) {
     return std::clamp(static_cast<int>(std::lround(metres / voxel_m)), least, most);
@@ -74,8 +74,8 @@ std::optional<DeckSection> DeckSections::cut(int x, int z) {
     return best;
 }
 
-// A river bends, and a bank need not run as the deck does: where nothing is low straight across, it
-// may be a little askew.
+// A river bends, and a bank need not be parallel to the deck: where nothing is low straight across,
+// the direction may be slightly oblique.
 std::optional<DeckSections::Side> DeckSections::opposite(Look look, int direction) {
     constexpr int kCount = static_cast<int>(kDeckDirections.size());
     for (const int turn : {0, 1, -1, 2, -2}) {
@@ -110,7 +110,7 @@ bool DeckSections::joins(const Side& a, const Side& b, DeckSection& out) const {
     return out.height - std::max(a.level, b.level) >= least;
 }
 
-// The last column of the deck in one direction, when something lower follows.
+// The last column of the deck in one direction, if the land is lower beyond it.
 std::optional<DeckSections::Edge> DeckSections::edge(const Look& look) {
     int last = 0, unknown = 0, raised = 0;
     float before = look.height;

@@ -10,30 +10,31 @@
 
 namespace terravox::voxelize {
 
-/// How far the search for decks looks, columns. They add up to what a window allows
+/// How far the search for decks looks, columns. The values add up to what a window allows
 /// (deck_finder.cpp).
 struct DeckReach {
     static constexpr int kWidest = 21;  ///< across a deck
     static constexpr int kAcross = 24;  ///< to either side of a column
     static constexpr int kAlong = 28;   ///< to either end
-    static constexpr int kGrown = 2;    ///< parapets and gaps, in the end
+    static constexpr int kGrown = 2;    ///< parapets and gaps, added at the end
 };
 
 /// The limits of `[bridges]` and of this search in voxels.
 struct DeckLimits {
     DeckLimits(const Settings::Bridges& settings, double voxel_m);
     float drop, above_water, above_land;
-    float level;    ///< a column is as high as the deck when it differs by no more ...
-    float slope;    ///< ... and by this much more for each column in between
-    float step;     ///< between two columns of a deck, downwards: where the land falls by more, the
-                    ///< edge begins
-    float parapet;  ///< what may rise above the deck along its edge
-    float same;     ///< the land or water on both sides lies as high
+    float level;  ///< a column is as high as the deck when it differs by at most this ...
+    float slope;  ///< ... plus this for each column in between
+    /// Greatest step down between two columns of a deck: where the land falls by more, the edge
+    /// begins.
+    float step;
+    float parapet;  ///< how far the deck's edge may rise above it
+    float same;     ///< largest difference between the land or water levels on both sides
     int widest;     ///< columns
-    int edge = 2;   ///< columns from the last of the deck to the first that is low: one of them is
-                    ///< cut by the edge
-    int gap;        ///< columns without anything seen that are looked across
-    int low = 6;    ///< columns beyond an edge that tell how low it is there
+    /// Columns from the last of the deck to the first low one: one of them is cut by the edge.
+    int edge = 2;
+    int gap;      ///< widest run of columns without anything seen that is skipped
+    int low = 6;  ///< columns beyond an edge that determine how low it is there
 };
 
 /// A cut across a deck through one column.
@@ -41,9 +42,8 @@ struct DeckSection {
     float height = kNoHeight;   ///< of the deck, voxels
     float below = kNoHeight;    ///< the level between both sides, here
     std::int8_t direction = 0;  ///< index into kDeckDirections
-    std::int8_t before = 0,
-                behind =
-                    0;  ///< columns of deck against and along the direction, this one not counted
+    /// Columns of deck against and along the direction, this one not counted.
+    std::int8_t before = 0, behind = 0;
     bool over_water = false;  ///< the nearer side is water
     bool near_water = false;  ///< there is water within kAcross on both sides
     bool of_things = false;   ///< no ground class: LandKind::kThing
@@ -61,19 +61,20 @@ inline constexpr std::array<std::array<float, 2>, 8> kDeckDirections = {
      {-0.70710678F, 0.70710678F},
      {-0.92387953F, 0.38268343F}}};
 
-/// Cuts the land across: in which direction a column is narrow and drops off abruptly on both
-/// sides, to about the same level.
+/// Cuts the land across: finds the direction in which a column is narrow and drops off abruptly on
+/// both sides, to about the same level.
 ///
-/// Abrupt: most of the drop lies within two columns of the edge, which no slope of earth does; and
-/// it stays low there. Houses, plants that hide the land for more than a few columns, and a rise on
-/// one side are no edge. Not thread-safe.
+/// Abrupt means that most of the drop lies within two columns of the edge, unlike any slope of
+/// earth, and that the land stays low there. Houses, plants that hide the land for more than a few
+/// columns, and a rise on one side do not count as an edge. Not thread-safe.
 class DeckSections {
 public:
     DeckSections(DeckLand& land, const DeckLimits& limits)
         : m_land(land), m_limits(limits), m_index(kUnasked) {}
 
-    /// The narrowest cut. @param x, z within kReach of the patch @return nullptr when the column is
-    /// no deck's; valid until the next call
+    /// The narrowest cut.
+    /// @param x, z within kReach of the patch
+    /// @return nullptr when the column belongs to no deck; valid until the next call
     [[nodiscard]] const DeckSection* at(int x, int z);
     static constexpr int kReach = Window::kMargin - DeckReach::kAcross;
 
@@ -84,7 +85,7 @@ private:
         bool water = false, near_water = false;
         int askew = 0;  ///< steps of 22.5 degrees off the other side's direction
     };
-    /// A column from which one looks, in one direction.
+    /// A column from which to look, in one direction.
     struct Look {
         int x, z;
         float dx, dz, height;
@@ -96,7 +97,7 @@ private:
     [[nodiscard]] static int rounded(float d, int steps) noexcept;
     struct Edge {
         int last = 0;      ///< column of the deck
-        float height = 0;  ///< of the deck there, parapets left out
+        float height = 0;  ///< of the deck there, without parapets
     };
     [[nodiscard]] std::optional<Edge> edge(const Look& look);
     [[nodiscard]] std::optional<Side> side(const Look& look);

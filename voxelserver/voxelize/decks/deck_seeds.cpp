@@ -10,10 +10,10 @@ namespace terravox::voxelize {
 namespace {
 
 constexpr int kFall = 3;  // columns within which an edge drops, however it lies to the rows
-constexpr double kSkewed = 1.4142136;  // longest cut along rows or lines, whichever is shorter, of
-                                       // a deck that lies across them
-constexpr double kSkewedDiagonal = 0.7653669;  // the same along diagonals, which lie no more
-                                               // than 22.5 degrees askew, in steps of 1.41 columns
+// Longest cut along rows or lines, whichever is shorter, of a deck that lies across them.
+constexpr double kSkewed = 1.4142136;
+// The same along diagonals, at most 22.5 degrees oblique, in steps of 1.41 columns.
+constexpr double kSkewedDiagonal = 0.7653669;
 constexpr int kMaxChord = 31, kMaxMargin = DeckSeeds::kMargin + kMaxChord + kFall;
 static_assert(kMaxMargin + 2 <= Window::kMargin);
 constexpr int kSide = grid::kPatchSize + 2 * kMaxMargin;
@@ -53,7 +53,7 @@ Rows rows_of(const Window& window,
     return out;
 }
 
-// Void at least three columns wide and long: single columns are often missed.
+// Voids at least three columns wide and long: single columns are often missed.
 Rows wide_voids(const Rows& occupied) {
     Rows narrow{}, eroded{}, out{};
     for (std::size_t i = 0; i < out.size(); ++i) {
@@ -99,7 +99,7 @@ public:
         const bool rows = along_rows(drops), lines = along_lines(0, m_chord, nullptr, drops);
         if (!rows && !lines)
             return std::nullopt;
-        // Near the ends of a deck that lies askew, neither row nor line leads across it.
+        // Near the ends of an oblique deck, neither row nor line leads across it.
         along_lines(1, m_diagonal, &drops, drops);
         along_lines(-1, m_diagonal, &drops, drops);
         if (!m_any)
@@ -146,7 +146,7 @@ private:
         }
     }
 
-    // Of the columns from m_first on, those whose bit is set.
+    // Collects, of the columns from m_first on, those whose bit is set.
     template <class Value>
     void set(const Bits& bits, Value* values, Value value) const {
         for (std::size_t w = 0; w < 3; ++w)
@@ -188,7 +188,8 @@ private:
     }
     [[nodiscard]] static bool none(const Flags& flags) noexcept { return none(flags.data()); }
 
-    // @return whether there is any drop; `drops` gets where
+    // @param drops receives the places of the drops
+    // @return whether there is any
     bool along_rows(Marks& drops) {
         bool any_drop = false;
         for (int z = m_first; z < m_last; ++z) {
@@ -223,8 +224,8 @@ private:
         return any_drop;
     }
 
-    // Along lines from north to south that move by `step` columns with each row. @param among null,
-    // or only columns that drop in those
+    // Along lines from north to south that move by `step` columns with each row.
+    // @param among null, or only columns that drop in those
     bool along_lines(int step, int chord, const Marks* among, Marks& drops) {
         bool any_drop = false;
         std::vector<Pairs> pairs(static_cast<std::size_t>(3 * kSide), Pairs(chord));
@@ -275,7 +276,7 @@ private:
             to[i] = static_cast<std::uint8_t>(to[i] | a[i] | b[i]);
     }
 
-    // Of drops towards the beginning of a line, the first of the latest few that follow each other.
+    // Of drops towards the beginning of a line, the first of the latest few consecutive ones.
     class Pairs {
     public:
         explicit Pairs(int chord) : m_chord(chord) {}

@@ -10,11 +10,11 @@ namespace terravox::voxelize {
 /// Columns of a patch and a margin, 1 = worth a closer look.
 using DeckSeeds = Grid<char, GroundHeights::kMargin + DeckReach::kGrown>;
 
-/// Columns that may belong to a deck which no class names: those between two drops along a row or
+/// Columns that may belong to a deck without a bridge class: those between two drops along a row or
 /// along a line of columns, no farther apart than a deck is wide. Wherever the land has no such
-/// drops this is all that looking for decks costs, so it reads nothing but the patches' rows of
-/// numbers and bits. Whatever DeckSections accepts is among the seeds; voids count as low, since
-/// their level is not asked for.
+/// drops this is the only cost of the search for decks, so it reads only the patches' rows of
+/// numbers and bits. Every column that DeckSections accepts is among the seeds; voids count as low,
+/// since their level is not queried.
 /// @return nullopt when there is none
 [[nodiscard]] std::optional<DeckSeeds> find_deck_seeds(const Window& window,
                                                        const DeckLimits& limits);

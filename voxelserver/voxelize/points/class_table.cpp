@@ -25,7 +25,7 @@ constexpr std::array<std::pair<const char*, Role>, 8> kRoles = {{{"drop", Role::
                                                                  {"object", Role::kObject},
                                                                  {"surface", Role::kSurface}}};
 
-/// Refuses a field that no one reads: a misspelt one would otherwise do nothing, silently.
+/// Rejects a field that is not read: a misspelt one would otherwise be ignored silently.
 void allow_only(const toml::table& table, const std::string& where,
                 const std::vector<std::string>& fields, const Fail& fail) {
     for (const auto& [key, node] : table) {

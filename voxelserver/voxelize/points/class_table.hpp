@@ -12,26 +12,27 @@ namespace terravox::voxelize {
 
 /// How points of a class shape the voxels of their column.
 enum class Role : std::uint8_t {
-    kDrop,        ///< noise: not a thing
+    kDrop,        ///< noise: not an object
     kGround,      ///< the terrain's surface
     kWater,       ///< a water surface
     kBuilding,    ///< filled from the roof down to the local ground
     kVegetation,  ///< voxels where the points are
     kBridge,      ///< a deck, open beneath
     kObject,      ///< voxels where the points are
-    kSurface,  ///< everything above the ground in one class: vegetation by its height above ground
+    /// Everything above the ground in one class: vegetation by its height above ground.
+    kSurface,
 };
 
-/// What one class code of a source means.
+/// The meaning of one class code of a source.
 struct ClassMeaning {
     Role role = Role::kObject;
     voxel::Material material = voxel::Material::kUnknown;
     bool tiers = false;  ///< vegetation material from the height above ground, not from the class
-    bool known = false;  ///< the table names this code
+    bool known = false;  ///< the table defines this code
 };
 
-/// The meaning of all 256 class codes for one source of data. Codes that a table does not name stay
-/// visible as unknown objects.
+/// The meaning of all 256 class codes for one source of data. Codes that a table does not define
+/// stay visible as unknown objects.
 struct ClassTable {
     std::string id;
     std::optional<std::string> crs;  ///< for files that carry none
@@ -39,7 +40,7 @@ struct ClassTable {
 };
 
 /// Reads config/classes/<id>.toml, following `extends`. A path to a .toml file works too.
-/// @throws UsageError for an unknown id (listing those there are); Error for a bad file, naming
+/// @throws UsageError for an unknown id (listing the available ones); Error for a bad file, naming
 /// field, value and allowed range
 [[nodiscard]] ClassTable load_class_table(const std::string& id_or_path);
 

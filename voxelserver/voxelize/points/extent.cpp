@@ -28,7 +28,7 @@ std::string text_of(const Place& min, const Place& max) {
                        max[0], min[1], max[1], min[2], max[2]);
 }
 
-// What says that the points of a file lie within its bounds.
+// What defines that the points of a file lie within its bounds.
 const char* authority_of(const PointCloudInfo& info) {
     return info.measured_bounds ? "its points span the bounds" : "its header states the bounds";
 }
@@ -72,8 +72,8 @@ std::size_t parts_met(const PointCloudInfo& info, std::span<const Point> sample)
     return met.count();
 }
 
-// A survey may be a thin strip, and a small sample may miss much of it: only bounds that are next
-// to empty are worth looking through the file.
+// A survey may be a thin strip, and a small sample may miss much of it: only bounds that are nearly
+// empty justify reading the whole file.
 bool looks_empty(const PointSource& source, const PointCloudInfo& info,
                  std::span<const Point> sample) {
     constexpr std::size_t kFewParts = 16, kHardlyAny = 4;  // of 64
@@ -86,7 +86,7 @@ bool looks_empty(const PointSource& source, const PointCloudInfo& info,
            (met <= kHardlyAny && source.sampled_all_over() && area_m2 > 0);
 }
 
-// Between a river's banks is the river: only what lies far apart is apart.
+// A gap may be a river between its banks: only parts that lie far apart are separate.
 std::vector<PlanRect> islands_of(const std::vector<PointCluster>& clusters, double unit) {
     constexpr double kApart_m = 5000;
     constexpr std::size_t kMax = 64;  // more parts than that are one survey
@@ -98,7 +98,7 @@ std::vector<PlanRect> islands_of(const std::vector<PointCluster>& clusters, doub
     };
     for (const PointCluster& c : clusters) {
         PlanRect rect{c.min[0], c.min[1], c.max[0], c.max[1]};
-        // A rectangle that has grown may reach another one.
+        // A merged rectangle may overlap another one.
         for (std::size_t i = 0; i < out.size();) {
             const PlanRect& o = out[i];
             if (rect.min_x - apart < o.max_x && o.min_x - apart < rect.max_x &&
@@ -153,7 +153,7 @@ std::vector<PlanRect> settle_extent(const PointSource& source, PointCloudInfo& i
             min[a] = std::min(min[a], c.min[a]);
             max[a] = std::max(max[a], c.max[a]);
         }
-    // Bounds may well be those of a whole square that was seen in part.
+    // Bounds may be those of a whole square of which only a part was surveyed.
     constexpr double kMuch_m = 1000;
     bool wrong = beyond > 0 || clusters.size() < all;
     for (std::size_t a = 0; a < 2; ++a)

@@ -13,24 +13,25 @@ struct PlanRect {
     double min_x = 0, min_y = 0, max_x = 0, max_y = 0;
 };
 
-/// Whether a point is one of the land: not withheld, nor of a class that is dropped.
+/// Whether a point is kept: not withheld, nor of a class that is dropped.
 using KeepsPoint = std::function<bool(const pointcloud::Point&)>;
 
-/// Headers are written with fewer digits than points: how far a point may lie beyond its header's
-/// bounds, in units of that axis.
-/// @param info with its CRS @param axis 0-2
+/// How far a point may lie beyond its header's bounds, in units of that axis: headers are written
+/// with fewer digits than points.
+/// @param info with its CRS
+/// @param axis 0-2
 [[nodiscard]] double rounding_of(const pointcloud::PointCloudInfo& info, std::size_t axis);
 
-/// Where the land of a file lies. Headers are believed when a sample agrees with them. When it does
-/// not (points beyond the bounds, or next to none in most of them), all points are looked through
+/// Determines where the land of a file lies. A header is trusted when a sample agrees with it. When
+/// it does not (points beyond the bounds, or next to none in most of them), all points are read
 /// once, so that the result does not depend on their order: the bounds become those of the points,
-/// without strays (point_clusters.hpp), and a warning says so.
-/// @param info that of the source, with its CRS; its min and max are set to what holds
-/// @param sample points of the land, in any order
-/// @param threads for looking through the file; 0 = one for each core
+/// without strays (point_clusters.hpp), and a warning is logged.
+/// @param info that of the source, with its CRS; its min and max are set to the actual bounds
+/// @param sample kept points, in any order
+/// @param threads for reading the whole file; 0 = one for each core
 /// @return the parts of the bounds that hold land, in a fixed order: the bounds, or several that
 /// lie kilometres apart
-/// @throws Error naming the bounds when they are no bounds, or hold none of the sampled points; and
+/// @throws Error naming the bounds when they are invalid, or hold none of the sampled points; and
 /// for a damaged file
 [[nodiscard]] std::vector<PlanRect> settle_extent(const pointcloud::PointSource& source,
                                                   pointcloud::PointCloudInfo& info,

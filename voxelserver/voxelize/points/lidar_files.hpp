@@ -7,8 +7,7 @@
 
 namespace terravox::voxelize {
 
-/// The files of points that options name, and those in the folders that they name, sorted by
-/// path.
+/// The point files that the options name, and those in the folders that they name, sorted by path.
 /// @throws UsageError when there are none
 [[nodiscard]] std::vector<std::filesystem::path> lidar_files(const LidarWorldOptions& options);
 

@@ -8,26 +8,25 @@
 
 namespace terravox::voxelize {
 
-/// What a LiDAR world is made from.
+/// The inputs of a LiDAR world.
 struct LidarWorldOptions {
     std::vector<std::filesystem::path> files;        ///< of points, or folders of them
     std::vector<std::filesystem::path> orthophotos;  ///< image files or folders; may be empty
     std::string classes = "asprs";                   ///< id of a class table, or a path to one
     std::filesystem::path settings;  ///< which steps run and how; empty = config/voxelize.toml
-    std::string steps;  ///< which of them run, over the settings (switch_steps); empty = no change
-    std::optional<std::string> crs;  ///< overrides what the files say
-    std::optional<std::string>
-        vertical_unit;  ///< "m", "ft" or "us-ft"; default: from the CRS, else its horizontal unit
+    std::string steps;  ///< switches steps over the settings (switch_steps); empty = no change
+    std::optional<std::string> crs;  ///< overrides that of the files
+    /// "m", "ft" or "us-ft"; default: from the CRS, else its horizontal unit.
+    std::optional<std::string> vertical_unit;
     double voxel_m = 1;
-    std::size_t memory_bytes =
-        std::size_t{4}
-        << 30;  ///< for decoded squares, columns and boxes together; 24 MiB are taken at least
+    /// For decoded squares, columns and boxes together; at least 24 MiB are used.
+    std::size_t memory_bytes = std::size_t{4} << 30;
     int threads = 0;  ///< 0 = one for each core
     /// Folder in which prepared squares are kept, so that a restart need not decode them again;
     /// empty = nothing is kept on disk.
     std::filesystem::path cache_dir;
-    std::uint64_t cache_bytes = std::uint64_t{20}
-                                << 30;  ///< of cache_dir: what was used longest ago goes first
+    /// Limit of cache_dir: the least recently used squares are removed first.
+    std::uint64_t cache_bytes = std::uint64_t{20} << 30;
 };
 
 }  // namespace terravox::voxelize

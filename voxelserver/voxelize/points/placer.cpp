@@ -24,7 +24,7 @@ std::int64_t floor_to_int(double v) noexcept {
 }
 
 // A limit as a coordinate of the file's grid. Limits often lie on that grid, and whether a point on
-// them is kept must not hang on the last bit of a sum.
+// them is kept must not depend on the last bit of a sum.
 template <class Round>
 double on_grid(const pointcloud::PointCloudInfo& info, std::size_t axis, double limit,
                const Round& round) {
@@ -41,7 +41,7 @@ Placer::Placer(const SquareSource& source, const grid::Frame& frame, const Class
     : m_source(source), m_frame(frame), m_classes(classes), m_filters(filters) {
     if (source.transform)
         m_transform.emplace(*source.info.crs, frame.crs());
-    // The bounds hold all points of the land (extent.hpp); beyond their rounding are errors of the
+    // The bounds hold all kept points (extent.hpp); points beyond their rounding are errors of the
     // survey.
     const pointcloud::PointCloudInfo& info = source.info;
     for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -103,7 +103,7 @@ void Placer::quantize(std::span<const pointcloud::Point> batch,
             continue;
         }
         const std::int64_t ix = floor_to_int(x), iz = floor_to_int(z);
-        // Strays between two parts of a file far apart: the box of both holds them.
+        // Strays between two distant parts of a file: the box of both holds them.
         const auto column = [](std::int64_t v) {
             return static_cast<std::int32_t>(v >> store::VoxelPoint::kPlanBits);
         };

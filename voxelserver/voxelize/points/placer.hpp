@@ -19,21 +19,22 @@ namespace terravox::voxelize {
 struct SquareSource {
     voxel::Fingerprint identity{};  ///< store/file_identity.hpp
     std::shared_ptr<const pointcloud::PointSource> points;
-    /// Of the points, with a CRS; min and max hold all that are kept, whatever the header says
+    /// Of the points, with a CRS; min and max hold all kept points, whatever the header states
     /// (extent.hpp).
     pointcloud::PointCloudInfo info;
-    double vertical_metres = 1;             ///< metres per unit of the file's heights
-    bool transform = false;                 ///< the file's CRS differs from the frame's
-    grid::ColumnRect bounds;                ///< of info's min and max
-    std::vector<grid::ColumnRect> islands;  ///< parts of the bounds, kilometres apart, outside
-                                            ///< which there is nothing; mostly one, the bounds
-    double lowest = 0,
-           highest = 0;  ///< heights beyond are wild, file units; within info's min and max
+    double vertical_metres = 1;  ///< metres per unit of the file's heights
+    bool transform = false;      ///< the file's CRS differs from the frame's
+    grid::ColumnRect bounds;     ///< of info's min and max
+    /// Parts of the bounds, kilometres apart, outside which there is nothing; mostly one, the
+    /// bounds.
+    std::vector<grid::ColumnRect> islands;
+    /// Heights beyond these are wild; file units, within info's min and max.
+    double lowest = 0, highest = 0;
     bool has_colour = false;
-    int colour_shift = 0;  ///< bits to drop for 8-bit colour: the format has 16 bits a channel, but
-                           ///< many writers store 8
-    /// What the file or a side file says; nullptr where nothing does, and where the file's CRS
-    /// differs from the frame's.
+    /// Bits to drop for 8-bit colour: the format has 16 bits a channel, but many writers store 8.
+    int colour_shift = 0;
+    /// The spatial index in the file or a side file; nullptr where there is none, and where the
+    /// file's CRS differs from the frame's.
     std::shared_ptr<const pointcloud::SpatialIndex> spatial_index;
 
     [[nodiscard]] bool on_island(std::int32_t x, std::int32_t z) const noexcept {
@@ -43,7 +44,7 @@ struct SquareSource {
     }
 };
 
-/// What the filters and the class table say of a return.
+/// Whether the filters and the class table keep a return.
 enum class FilterResult { kKept, kWithheld, kNoise };
 [[nodiscard]] inline FilterResult fate_of(const pointcloud::Point& p,
                                           const Settings::Points& filters,
@@ -55,7 +56,7 @@ enum class FilterResult { kKept, kWithheld, kNoise };
 }
 
 /// Steps "transformation" and "quantization": turns returns as a file stores them into voxel
-/// points, and leaves out what is none. One for each thread.
+/// points, and leaves out those that are filtered. One for each thread.
 class Placer {
 public:
     Placer(const SquareSource& source, const grid::Frame& frame, const ClassTable& classes,

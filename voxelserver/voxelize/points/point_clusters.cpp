@@ -25,7 +25,7 @@ std::uint64_t key_of(std::int64_t i, std::int64_t k) noexcept {
            static_cast<std::uint32_t>(k);
 }
 
-// Sums, least and greatest: the order of adding does not matter.
+// Sums, minima and maxima: the order of adding does not matter.
 void add(PointCluster& to, const PointCluster& from) noexcept {
     if (to.count == 0) {
         to = from;
@@ -47,7 +47,7 @@ void add_all(Cells& to, const Cells& from, const pointcloud::PointSource& source
                           " squares of 256 m");
 }
 
-// Neighbours in a file are neighbours in space: the cell is mostly that of the point before.
+// Neighbours in a file are neighbours in space: the cell is mostly that of the previous point.
 Cells cells_of(const pointcloud::PointSource& source, const pointcloud::PointRange& range,
                const KeepsPoint& keeps, double cell_units) {
     Cells out;
@@ -74,7 +74,7 @@ Cells cells_of(const pointcloud::PointSource& source, const pointcloud::PointRan
     return out;
 }
 
-// Takes the cells that can be reached from one of them, step by step, out of those left.
+// Removes the cells that can be reached from one of them, step by step, from those left.
 PointCluster take_cluster(Cells& left) {
     PointCluster out;
     std::vector<std::uint64_t> next;

@@ -8,15 +8,16 @@
 
 namespace terravox::voxelize {
 
-/// Points no farther than about a kilometre from each other, by way of others.
+/// Points within about a kilometre of each other, directly or through other points.
 struct PointCluster {
     std::uint64_t count = 0;
     std::array<double, 3> min{}, max{};  ///< exact, closed, file coordinates
     friend bool operator==(const PointCluster&, const PointCluster&) = default;
 };
 
-/// Decodes all points of a file. @param keeps points that count @param unit_m metres per unit of
-/// the plan
+/// Decodes all points of a file.
+/// @param keeps selects the points that count
+/// @param unit_m metres per horizontal unit of the file
 /// @return largest first; the same for every order of the points and any number of threads
 /// @throws Error for a damaged file, or one whose points are strewn over more than a million
 /// squares of 256 m
@@ -24,8 +25,8 @@ struct PointCluster {
                                                       const KeepsPoint& keeps, double unit_m,
                                                       int threads);
 
-/// Removes strays: clusters of at most a hundredth of all points that are either less than a
-/// hundred, or all in one place (10 m).
+/// Removes strays: clusters of at most a hundredth of all points that either have fewer than a
+/// hundred, or lie all in one place (10 m).
 /// @param clusters largest first; the first stays
 void drop_strays(std::vector<PointCluster>& clusters, double unit_m);
 

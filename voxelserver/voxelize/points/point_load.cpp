@@ -10,15 +10,16 @@
 namespace terravox::voxelize {
 namespace {
 
-constexpr std::uint64_t kPointsPerTask = 50'000;  // a usual chunk: the finest that a part of a file
-                                                  // can be had in, and threads end together
+// A usual chunk: the finest part of a file that can be read separately; small enough that threads
+// finish at about the same time.
+constexpr std::uint64_t kPointsPerTask = 50'000;
 
 struct Part {
     store::PatchedPoints points;
     store::PointCounts counts;
 };
 
-// Points of a file that has been replaced meanwhile are not those of this world: what is made of
+// If a file has been replaced meanwhile, its points are not those of this world: what is made of
 // them would be kept under the old file's name.
 void check_unchanged(const SquareSource& source) {
     if (source.identity != voxel::Fingerprint{} &&
@@ -44,7 +45,7 @@ Part load_part(const SquareSource& source, std::span<const pointcloud::PointRang
             placer.place(batch, wanted, part.points, part.counts);
         });
     } catch (const util::Error&) {
-        check_unchanged(source);  // that is then the reason
+        check_unchanged(source);  // a change is then the reason
         throw;
     }
     check_unchanged(source);
@@ -75,7 +76,7 @@ std::shared_ptr<const store::Square> bin(std::vector<Part> parts, const LoadCont
     return store::bin_points(std::move(points), counts, threads);
 }
 
-// Long ranges are cut at chunk borders so that all threads have something to do.
+// Long ranges are cut at chunk borders so that all threads have work.
 std::vector<pointcloud::PointRange> cut(const pointcloud::PointSource& points,
                                         std::span<const pointcloud::PointRange> ranges) {
     std::vector<pointcloud::PointRange> out;

@@ -6,7 +6,7 @@
 
 namespace terravox::voxelize {
 
-/// What reading needs beside the file.
+/// What reading needs besides the file.
 struct LoadContext {
     const grid::Frame& frame;
     const ClassTable& classes;
@@ -21,13 +21,14 @@ struct LoadedSquare {
 };
 
 /// Steps "point load", "transformation", "quantization" and "binning" of a whole file, several
-/// parts of it at once.
+/// parts of it in parallel.
 /// @throws Error for a damaged file, and for one that has changed since it was opened; so do the
 /// next two
 [[nodiscard]] LoadedSquare load_square(const SquareSource& source, const LoadContext& context,
                                        int threads);
 
-/// The same for the points of some patches. @param ranges hold all of them (from an index)
+/// The same for the points of some patches.
+/// @param ranges hold all of them (from an index)
 [[nodiscard]] std::shared_ptr<const store::Square> load_patches(
     const SquareSource& source, std::span<const pointcloud::PointRange> ranges,
     const grid::PatchRect& wanted, const LoadContext& context, int threads);
@@ -37,8 +38,8 @@ struct LoadedSquare {
                                                               const pointcloud::PointRange& range,
                                                               const LoadContext& context);
 
-/// Decodes a file only to learn what lies where: for files too large to be kept whole. @param
-/// counts what was met
+/// Decodes a file only to index which points lie where: for files too large to be kept whole.
+/// @param counts receives the counts of the points
 [[nodiscard]] store::ChunkIndex scan_chunks(const SquareSource& source, const LoadContext& context,
                                             int threads, store::PointCounts& counts);
 

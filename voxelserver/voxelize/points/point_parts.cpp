@@ -45,7 +45,7 @@ Squares PointParts::around(std::size_t file, const grid::PatchRect& wanted) {
 }
 
 // Where many chunks hold a few points of each patch, keeping whole chunks would fill the memory
-// with what nobody asked for.
+// with points that were not requested.
 bool PointParts::by_chunk(std::size_t file) {
     State& state = *m_states[file];
     const PartedFile& parted = m_files[file];
@@ -147,7 +147,7 @@ std::vector<pointcloud::PointRange> PointParts::ranges_over(std::size_t file,
     return index->ranges_over(extent.min_x, extent.min_y, extent.max_x, extent.max_y);
 }
 
-// One voxel more on every side: fixed point cuts off downwards.
+// One voxel more on every side: fixed point rounds down.
 PointParts::Extent PointParts::extent_of(const grid::PatchRect& rect) const noexcept {
     const grid::Frame& frame = m_context.frame;
     return {frame.easting(rect.min.x0() - 1), frame.northing(rect.max.z0() + 1),

@@ -23,35 +23,35 @@ struct PartedFile {
     const SquareSource* source = nullptr;
     std::string name;        ///< in the cache folder; empty without one
     bool kept_whole = true;  ///< small enough for that
-    int block_patches = 1;   ///< edge of the blocks in which one that is too large is read
+    int block_patches = 1;   ///< edge of the blocks in which a file that is too large is read
 };
 
-/// Parts of files: for the first boxes, which should not wait for the whole, and for files too
+/// Parts of files: for the first boxes, which should not wait for the whole file, and for files too
 /// large to be kept whole. Thread-safe.
 ///
 /// Parts are chunks of the file, each decoded once while it is kept, where the file's own index or
-/// this program's chunk index tells which points lie in which. They are blocks of patches where a
-/// .lax file tells more exactly, or where the chunks around a patch would fill the memory. A file
-/// that could not be looked through is not tried again.
+/// this program's chunk index maps points to chunks. They are blocks of patches where a .lax file
+/// is more exact, or where the chunks around a patch would fill the memory. A file whose scan
+/// failed is not tried again.
 class PointParts {
 public:
     using Report = std::function<void(std::size_t file, const store::PointCounts& met, bool whole)>;
-    /// @param folder may be null; @param report is told what was met in each part, or in the whole
-    /// file when it was looked through
+    /// @param folder may be null
+    /// @param report is called with the counts of each part, or of the whole file when it was
+    /// scanned
     PointParts(std::vector<PartedFile> files, const LoadContext& context,
                store::SquareFolder* folder, std::size_t memory_bytes, int threads, Report report);
 
-    /// Whether parts are worth it: something tells where the points lie, and with these less than
-    /// half of the file will have been decoded.
+    /// Whether reading parts pays off: an index maps the points, and with these less than half of
+    /// the file will have been decoded.
     [[nodiscard]] bool are_enough(std::size_t file, const grid::PatchRect& wanted);
     /// @throws Error for a damaged file
     [[nodiscard]] Squares around(std::size_t file, const grid::PatchRect& wanted);
-    /// Whether it is known which parts of the file hold what, without looking through it first.
-    /// Never waits.
+    /// Whether it is known which parts of the file hold which points, without a scan. Never blocks.
     [[nodiscard]] bool knows(std::size_t file) const noexcept {
         return m_files[file].source->spatial_index != nullptr || m_states[file]->learnt;
     }
-    /// What was learnt by decoding the whole.
+    /// Stores the chunk index that decoding the whole file has produced.
     void learn(std::size_t file, store::ChunkIndex index);
 
 private:
@@ -59,8 +59,8 @@ private:
         std::atomic<std::uint64_t> decoded{0};  ///< points, in parts
         std::mutex index_mutex;                 ///< guards chunks, and that only one thread scans
         std::shared_ptr<const store::ChunkIndex> chunks;
-        std::atomic<bool> learnt{false};  ///< chunks are there
-        std::string failed;               ///< why the file could not be looked through
+        std::atomic<bool> learnt{false};  ///< chunks is set
+        std::string failed;               ///< why the scan of the file failed
         std::once_flag chosen;            ///< guards by_chunk
         bool by_chunk = false;
     };
@@ -92,7 +92,7 @@ private:
     [[nodiscard]] std::shared_ptr<const store::Square> block(const PartKey& key);
     [[nodiscard]] std::vector<pointcloud::PointRange> ranges_over(std::size_t file,
                                                                   const grid::PatchRect& wanted);
-    /// In the frame's CRS.
+    /// A rectangle in the frame's CRS.
     struct Extent {
         double min_x, min_y, max_x, max_y;
     };

@@ -16,7 +16,7 @@
 namespace terravox::voxelize {
 namespace {
 
-/// Where one field lies in a file, and what may stand there.
+/// The place of a field in a file, and its allowed values.
 struct Field {
     std::string section;
     std::string name;
@@ -25,7 +25,7 @@ struct Field {
     double low = 0;
     double high = 0;
     std::string* text = nullptr;
-    std::string old_name;  ///< which is read for one more version, with a warning; empty = none
+    std::string old_name;  ///< still accepted for one more version, with a warning; empty = none
 };
 
 /// The steps that had another key before.
@@ -152,7 +152,7 @@ void read_root(const toml::table& root, const std::vector<Field>& fields, const 
 }  // namespace
 
 voxel::Fingerprint print_of(const Settings& settings) {
-    Settings copy = settings;  // fields are found to be set
+    Settings copy = settings;  // fields_of() needs a mutable object
     voxel::ByteWriter out;
     for (const Field& f : fields_of(copy)) {
         if (f.text != nullptr)

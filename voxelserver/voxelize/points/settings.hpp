@@ -8,8 +8,8 @@
 
 namespace terravox::voxelize {
 
-/// Which steps run, and how: config/voxelize.toml states units and reasons,
-/// docs/formats/voxelization-settings.md the ranges too. Results depend on every field.
+/// Which steps run, and how: config/voxelize.toml states units and reasons, and
+/// docs/formats/voxelization-settings.md the ranges as well. Results depend on every field.
 struct Settings {
     struct Points {
         bool drop_withheld = true, drop_overlap = false, drop_isolated = true;
@@ -30,7 +30,7 @@ struct Settings {
     } buildings;
     struct Bridges {
         double thickness_m = 1.0;
-        bool recognise = true;       ///< decks that no class names (deck_finder.hpp)
+        bool recognise = true;       ///< finds decks without a bridge class (deck_finder.hpp)
         double widest_m = 15.0;      ///< across such a deck
         double min_drop_m = 1.2;     ///< at both of its edges
         double above_water_m = 1.4;  ///< of such a deck, at least
@@ -38,15 +38,15 @@ struct Settings {
     } bridges;
     struct Ground {
         double soil_m = 2.5;  ///< above the rock
-        double cliff_m =
-            3.0;  ///< where the ground drops by more to the next column there is no soil
+        /// Where the ground drops by more than this to the next column there is no soil.
+        double cliff_m = 3.0;
         double depth_m = 10;  ///< of rock below the lowest ground: the model's base
     } ground;
     struct Vegetation {
         double low_m = 1.0, medium_m = 3.0;  ///< tops of the tiers where the source has none
         double canopy_gap_m = 3.0;           ///< foliage between two returns of a crown
         double trunk_from_m = 3.0;           ///< plants higher than this stand on a trunk
-        double clutter_m = 0.5;  ///< unclassified things lower than this are the ground's roughness
+        double clutter_m = 0.5;  ///< unclassified objects lower than this are ground roughness
     } vegetation;
     struct Water {
         bool from_class = true, from_orthophoto = true, from_voids = true;
@@ -56,12 +56,12 @@ struct Settings {
     std::string palette = "default";  ///< id in config/palettes, or a file
 };
 
-/// The values of all fields but the palette, whose own values count (input_fingerprints.hpp).
+/// Fingerprint of all fields but the palette, of which the values count (input_fingerprints.hpp).
 [[nodiscard]] voxel::Fingerprint print_of(const Settings& settings);
 
-/// Reads a settings file over the defaults, and switches steps over what it says.
+/// Reads a settings file over the defaults, and applies the step switches to it.
 /// @param file empty = config/voxelize.toml
-/// @param steps see switch_steps() (step_switches.hpp); empty = as the file says
+/// @param steps see switch_steps() (step_switches.hpp); empty = as in the file
 /// @throws UsageError for a missing file or an unknown or impossible value, naming field, value and
 /// allowed range
 [[nodiscard]] Settings load_settings(const std::filesystem::path& file,

@@ -27,7 +27,7 @@ double vertical_metres(const geo::Crs& crs, const std::optional<std::string>& un
             return 1200.0 / 3937.0;
         throw util::UsageError("set the vertical unit: '" + *unit + "'; allowed: m, ft, us-ft");
     }
-    // Without a vertical system, surveys in feet are in feet upwards too.
+    // Without a vertical system, surveys in feet use feet for heights as well.
     return crs.vertical_metres_per_unit().value_or(crs.metres_per_unit());
 }
 
@@ -57,7 +57,7 @@ std::vector<pointcloud::PointCloudInfo> infos_of(const std::vector<SquareSource>
     return out;
 }
 
-// Each file's CRS: what the person says, else the file, else the source's table.
+// Each file's CRS: the user's option, else the file's, else that of the source's table.
 void settle_crs(std::vector<SquareSource>& files, const LidarWorldOptions& options,
                 const ClassTable& classes) {
     std::optional<geo::Crs> fixed, fallback;
@@ -121,8 +121,8 @@ grid::ColumnRect around(const grid::ColumnRect& a, const grid::ColumnRect& b) no
             std::max(a.max_z, b.max_z)};
 }
 
-// A ray meets the boxes between two places one by one, and there would be millions: better told
-// than waited for.
+// A ray visits the boxes between two places one by one, and there would be millions: an error is
+// better than the wait.
 void check_apart(const Sources& sources) {
     constexpr double kFarthest_m = 100'000;
     struct Stretch {
@@ -152,14 +152,14 @@ void check_apart(const Sources& sources) {
     }
 }
 
-/// What a few thousand points say of a file before it is decoded.
+/// What a few thousand points reveal about a file before it is decoded.
 struct Sample {
     double low = 0, high = 0;  ///< heights that nearly all points keep, file units
     bool water = false;
     std::vector<PlanRect> islands;
 };
 
-// Looks at some points, and settles with them where the file lies.
+// Samples some points, and determines with them where the file lies.
 Sample look_at(SquareSource& source, const ClassTable& classes, const Settings::Points& filters,
                int threads) {
     constexpr std::size_t kAbout = 4096;
@@ -225,8 +225,8 @@ Sources open_sources(const LidarWorldOptions& options, const ClassTable& classes
         source.bounds = source.islands.front();
         for (const grid::ColumnRect& island : source.islands)
             source.bounds = around(source.bounds, island);
-        // Mountains rise a kilometre within a square; what is farther from nearly all other points
-        // is no place on it.
+        // Mountains rise a kilometre within a square; a point farther from nearly all others is
+        // not part of it.
         constexpr double kWild_m = 1000;
         const double wild = kWild_m / source.vertical_metres;
         const double rounding = rounding_of(source.info, 2);
@@ -241,7 +241,7 @@ Sources open_sources(const LidarWorldOptions& options, const ClassTable& classes
         const SquareSource& s = out.files[i];
         out.bounds = i == 0 ? s.bounds : around(out.bounds, s.bounds);
         const auto voxels = [&](double height) { return out.frame.y(height * s.vertical_metres); };
-        // Single low returns (noise that nobody marked) must not dig the base of the model.
+        // Single low returns (unclassified noise) must not lower the base of the model.
         constexpr double kBelowMost_m = 50;
         lowest = std::min(lowest, voxels(s.lowest));
         highest = std::max(highest, voxels(s.highest));

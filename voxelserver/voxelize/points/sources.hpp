@@ -10,18 +10,18 @@ namespace terravox::voxelize {
 /// All files of a world, placed in one frame. Immutable once made.
 struct Sources {
     grid::Frame frame;
-    std::vector<SquareSource>
-        files;                ///< by path: voxels must not depend on the order of the arguments
-    grid::ColumnRect bounds;  ///< of all files together
+    /// By path: voxels must not depend on the order of the arguments.
+    std::vector<SquareSource> files;
+    grid::ColumnRect bounds;                   ///< of all files together
     std::int32_t lowest_y = 0, highest_y = 0;  ///< no kept point lies outside [lowest_y, highest_y)
     std::int32_t floor_y = 0;                  ///< the terrain is solid from here up
-    std::uint64_t point_count = 0;             ///< as the headers say
+    std::uint64_t point_count = 0;             ///< as in the headers
     bool has_water_class = false;              ///< some of the sampled points are of a water class
     double density = 0;                        ///< points for each column, on average
 };
 
 /// Reads all headers and a small sample of points of each file; decodes nothing else unless a
-/// header seems to lie (extent.hpp).
+/// header disagrees with the sample (extent.hpp).
 /// @throws UsageError for no files, no CRS, or files too far apart; Error for a file that cannot be
 /// read or placed
 [[nodiscard]] Sources open_sources(const LidarWorldOptions& options, const ClassTable& classes,

@@ -32,7 +32,8 @@ void switch_all(bool on, Settings::Steps& steps) {
                            ", each step also with - before it to leave it out");
 }
 
-/// Switches what one word names. @return whether the word is allowed
+/// Applies one word to the switches.
+/// @return whether the word is allowed
 bool switch_word(std::string_view word, bool first, Settings::Steps& steps) {
     if (word == kAll || word == kNone) {
         switch_all(word == kAll, steps);

@@ -8,7 +8,7 @@
 
 namespace terravox::voxelize {
 
-/// How a step of voxelization is named, and the setting that switches it on and off.
+/// The name of a step of voxelization, and the setting that switches it on and off.
 struct StepSwitch {
     std::string_view name;                 ///< lower case, words with spaces, as timings show it
     std::string_view doc;                  ///< what it does: one sentence without a full stop
@@ -46,10 +46,10 @@ inline constexpr std::array kStepSwitches{kWaterEqualization, kWaterDeepening,  
 /// The name with `_` for spaces: the step's key in [steps] of a settings file, and in `--steps`.
 [[nodiscard]] std::string key_of(const StepSwitch& step);
 
-/// Switches steps as the text of `--steps` says, word by word: `all`, `none`, the key of a step
-/// switches it on, and with `-` before it off. Words are separated by commas. Where the first word
-/// is the key of a step, only the steps that are named run. An empty text changes nothing.
-/// @throws UsageError for a word that is none of these, naming all that are allowed
+/// Switches steps according to the comma-separated words of `--steps`: `all`, `none`, or the key of
+/// a step, which switches it on, or off with `-` before it. Where the first word is the key of a
+/// step, only the named steps run. An empty text changes nothing.
+/// @throws UsageError for any other word, listing all that are allowed
 void switch_steps(std::string_view text, Settings::Steps& steps);
 
 /// The text of `--steps` in `--help`: one line for each step, with a line before them.

@@ -9,7 +9,7 @@
 namespace terravox::voxelize {
 namespace {
 
-// Programs write one name in many ways: "NGF-IGN69", "NGF - IGN69".
+// Programs spell one name in many ways: "NGF-IGN69", "NGF - IGN69".
 std::string plain(const std::string& name) {
     std::string out;
     for (const char c : name)

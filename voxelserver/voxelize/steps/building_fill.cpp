@@ -8,12 +8,12 @@ namespace terravox::voxelize {
 namespace {
 
 constexpr std::size_t kRoofsAround = 5;  // of eight: a gap between points
-constexpr std::size_t kRoofsAroundCourtyard =
-    7;                                 // of eight, when the ground itself was seen through the gap
+// Of eight, when the ground itself was seen through the gap.
+constexpr std::size_t kRoofsAroundCourtyard = 7;
 constexpr int kFarBeneath = 3;         // columns: from one open place to the next, or to a wall
 constexpr float kHigherWall_m = 1.5f;  // of the house that a balcony hangs on
-constexpr float kTallStoreys =
-    2.5f;  // a higher roof with nothing seen below it is that of a house over a passage
+// A higher roof with nothing seen below it is that of a house over a passage.
+constexpr float kTallStoreys = 2.5f;
 
 class BuildingFiller {
 public:
@@ -70,19 +70,19 @@ public:
 private:
     using Built = Grid<char, Margined<Roof>::kMargin + kFarBeneath + 1>;
 
-    /// @param low lowest height that was seen of the roof @return where it ends below; NaN = at the
-    /// ground
+    /// @param low lowest height that was seen of the roof
+    /// @return where it ends below; NaN = at the ground
     [[nodiscard]] float underside(int x, int z, float low) const {
         if (!m_any_below)
             return kNoHeight;
         const float ground =
             m_seen_below.at(x, z) != 0 ? m_window.column(x, z).ground.height : ground_beneath(x, z);
         if (ground != ground || low - ground <= m_storey)
-            return kNoHeight;  // NaN: nothing tells that it is open
+            return kNoHeight;  // NaN: there is no evidence that it is open
         return low - ground > kTallStoreys * m_storey ? ground + m_storey : low;
     }
 
-    /// What lies in one direction from a column, under or beside its roof.
+    /// What lies in one direction from a column, under or next to its roof.
     struct Side {
         float ground = kNoHeight;  ///< of an open place
         bool wall = false;         ///< of a much higher building

@@ -10,10 +10,11 @@ namespace terravox::voxelize {
 /// beneath.
 struct Roof {
     Surface top;
-    float bottom = kNoHeight;  ///< of an arcade, canopy or balcony: lowest height that was seen of
-                               ///< it, voxels; NaN = down to the ground
-    std::int8_t look_dx = 0,
-                look_dz = 0;  ///< the column that a closed gap looks like, relative to this one
+    /// Lowest height that was seen of an arcade, canopy or balcony, voxels; NaN = down to the
+    /// ground.
+    float bottom = kNoHeight;
+    /// The column whose look a closed gap takes, relative to this one.
+    std::int8_t look_dx = 0, look_dz = 0;
     [[nodiscard]] bool seen() const noexcept { return top.seen(); }
     [[nodiscard]] bool open_beneath() const noexcept { return bottom == bottom; }
 };
@@ -23,13 +24,13 @@ struct Roof {
 /// A column is built upon when most of its low returns (ground, water, building) are of buildings,
 /// so that footprints are neither widened nor narrowed. Gaps between points in a roof take the
 /// median of the roofs around. A roof is open beneath where ground was seen below it by more than a
-/// storey (not only beside it: an edge that cuts through a column is a wall), and between such
-/// places, or between one and a higher wall: few pulses reach far under a roof. How thick it is, is
+/// storey (not only next to it: an edge that cuts through a column is a wall), and between such
+/// places, or between one and a higher wall: few pulses reach far under a roof. Its thickness is
 /// what was seen of it; a tall building keeps all but its lowest storey (a passage).
 [[nodiscard]] Margined<Roof> fill_buildings(const Window& window,
                                             const Settings::Buildings& settings, double voxel_m);
 
-/// The columns' own building points and nothing else: with the step switched off.
+/// The columns' own building points and nothing else, for when the step is switched off.
 [[nodiscard]] Margined<Roof> seen_roofs(const Window& window);
 
 }  // namespace terravox::voxelize

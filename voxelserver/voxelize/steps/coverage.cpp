@@ -28,8 +28,8 @@ struct Row {
 using Rows = std::vector<Row>;
 constexpr std::size_t kRows = 3 * grid::kPatchSize;
 
-// Calls widen(step) until the steps add up to the radius, doubling them: each one widens what the
-// others have widened.
+// Calls widen(step) until the steps add up to the radius, doubling them: each one widens the result
+// of the previous ones.
 template <class Widen>
 void in_doubling_steps(int radius, const Widen& widen) {
     for (int done = 0, step = 1; done < radius; done += step) {
@@ -63,7 +63,7 @@ void dilate(Rows& rows, int radius) {
 }
 
 // How far beyond the outermost return the land still counts as seen: a water cell is so large that
-// an empty one is no bad luck.
+// an empty one is not due to chance.
 int rim_of(const Window& window, int radius) {
     constexpr int kMin = 2;  // a header that ends on whole metres
     return std::min(std::max(grid::kPatchSize / std::max(window.patches[4]->cells.side, 1), kMin),
@@ -86,7 +86,7 @@ Margined<char> find_coverage(const Window& window, const Grid<char, Window::kMar
         }
     }
     // A column is a hole when some empty square holds it. Squares around places outside the bounds
-    // must keep the rim's distance from it: they would open the rim of every survey otherwise, and
+    // must keep the rim's distance from it: otherwise they would open the rim of every survey, and
     // without them at all a void at the edge would close as if there were returns beyond.
     dilate(seen, radius);
     Rows outside(kRows);

@@ -9,9 +9,9 @@ namespace terravox::voxelize {
 /// closing with a square); wider ones are holes, unless they are water.
 ///
 /// Where the bounds end, a void closes when returns lie on both sides of it along the edge, as
-/// anywhere else; the land goes on for a rim beyond the outermost return (an edge of a water cell,
-/// 2 voxels at least), since the last points stop short of the bounds.
-/// @param in_bounds inside some file's bounds; points outside count for nothing
+/// anywhere else; the land extends a rim beyond the outermost return (an edge of a water cell, at
+/// least 2 voxels), since the last points stop short of the bounds.
+/// @param in_bounds inside some file's bounds; points outside are ignored
 /// @param radius voxels, 1 to 31
 /// Ref: Serra, "Image Analysis and Mathematical Morphology", 1982 (closing).
 [[nodiscard]] Margined<char> find_coverage(const Window& window,

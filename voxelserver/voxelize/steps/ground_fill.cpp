@@ -25,7 +25,7 @@ int quarter(int dx, int dz) noexcept {
 class GroundFiller {
 public:
     GroundFiller(const Window& window, const AskWideGround& wide) : m_window(window), m_wide(wide) {
-        // Row by row, in the three stretches that lie in one patch each.
+        // Row by row, in the three segments that lie in one patch each.
         for (int z = Seen::kFirst; z < Seen::kLast; ++z)
             for (const auto& [from, to] : {std::pair{Seen::kFirst, 0},
                                            {0, grid::kPatchSize},
@@ -105,7 +105,7 @@ private:
         {{-1, 0}, {0, -1}, {-1, -1}, {1, -1}, {1, 0}, {0, 1}, {1, 1}, {-1, 1}}};
 
     // The nearest ground in eight directions, weighted by distance, where it lies on opposite
-    // sides: what a floor between walls stands on.
+    // sides: the ground of a floor between walls.
     [[nodiscard]] float from_rays(int x, int z) const {
         const float* here = &m_seen.at(x, z);
         float sum = 0, weights = 0;
@@ -128,8 +128,8 @@ private:
         return between ? sum / weights : kNoHeight;
     }
 
-    // Only ground columns beside a gap: the nearest ones to anything inside the gap are among them,
-    // and they surround it evenly.
+    // Only ground columns next to a gap: the nearest ones to any place inside the gap are among
+    // them, and they surround it evenly.
     void find_edges() {
         m_looked = true;
         std::vector<ScatteredHeights::Sample> edges;

@@ -7,12 +7,12 @@
 
 namespace terravox::voxelize {
 
-/// Heights of the ground, in voxels, with a margin that crowns and their trunks need. NaN where
+/// Heights of the ground, in voxels, with the margin that crowns and their trunks need. NaN where
 /// there is none.
 using GroundHeights = Grid<float, 8>;
 
-/// How high the ground is where none was seen within reach, absolute voxels: asked rarely, may be
-/// slow.
+/// The height of the ground where none was seen within reach, absolute voxels: called rarely, may
+/// be slow.
 using AskWideGround = std::function<float(std::int32_t x, std::int32_t z)>;
 
 /// Steps "k-d tree (ground)" and "ground fill": the height of the ground in every column that needs
@@ -22,13 +22,13 @@ using AskWideGround = std::function<float(std::int32_t x, std::int32_t z)>;
 /// it, weighted by distance, when they lie on at least three sides. In a wider gap (under a house)
 /// a column takes the mean of the nearest ground in eight directions, when there is some on
 /// opposite sides; else that of the nearest columns along the gap's edge. Nothing farther than 32
-/// voxels counts; where there is none, `wide` answers.
+/// voxels counts; where there is none, `wide` is called.
 /// @param wanted 1 = the column needs a ground (not water, not outside the survey)
 [[nodiscard]] GroundHeights fill_ground(const Window& window,
                                         const Grid<char, GroundHeights::kMargin>& wanted,
                                         const AskWideGround& wide);
 
-/// The columns' own medians and nothing else: with the step switched off.
+/// The columns' own medians and nothing else, for when the step is switched off.
 [[nodiscard]] GroundHeights seen_ground(const Window& window);
 
 }  // namespace terravox::voxelize

@@ -25,7 +25,7 @@ bool anything_near(const Window& window, int x, int z, std::int32_t y, bool own)
 }  // namespace
 
 bool isolated(const Window& window, int x, int z, std::int32_t y) {
-    // From the inside out: nearly everything finds a neighbour at once.
+    // From the inside out: nearly every point has a close neighbour.
     if (anything_near(window, x, z, y, true))
         return false;
     for (int r = 1; r <= kAround; ++r)

@@ -6,8 +6,8 @@
 
 namespace terravox::voxelize {
 
-/// Step "isolated points": whether a thing's voxel hangs on nothing: no other return within two
-/// voxels sideways and three up and down.
+/// Step "isolated points": whether an object's voxel is isolated: no other return within two voxels
+/// horizontally and three vertically.
 /// @param x, z in [-62, 126)
 [[nodiscard]] bool isolated(const Window& window, int x, int z, std::int32_t y);
 

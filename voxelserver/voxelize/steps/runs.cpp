@@ -17,8 +17,8 @@ std::int32_t floor_y(float height) {
     return static_cast<std::int32_t>(std::floor(height));
 }
 std::int32_t rounded(double metres, double voxel_m) {
-    constexpr double kMax =
-        1'000'000;  // no world is as high; more would not fit where it is added to a height
+    // No world is as high; a greater value would overflow where it is added to a height.
+    constexpr double kMax = 1'000'000;
     return static_cast<std::int32_t>(std::lround(std::min(metres / voxel_m, kMax)));
 }
 std::int32_t in_voxels(double metres, double voxel_m) {
@@ -82,7 +82,7 @@ private:
             push(std::max(y + 1 - thickness, top + 1), y + 1,
                  attr_of(named(deck) ? meaning(deck.source_class).material : Material::kBridge,
                          deck));
-            top = std::max(top, y);  // what stands on a deck is as high as it is above the deck
+            top = std::max(top, y);  // heights on a deck count from the deck
         }
         objects(x, z, top, roof.seen());
     }
@@ -103,9 +103,8 @@ private:
         if (ground != ground)
             return kNothing;
         const std::int32_t top = floor_y(ground);
-        const bool hidden =
-            m_in.decks.at(x, z).seen() &&
-            !named(m_in.decks.at(x, z));  // what was seen and looks like ground is the deck
+        const bool hidden = m_in.decks.at(x, z).seen() &&
+                            !named(m_in.decks.at(x, z));  // the ground that was seen is the deck
         VoxelAttr attr{Material::kGround, 0, 0, 0, {}, 0};
         if (col.ground.seen() && !hidden)
             attr = attr_of(meaning(col.ground.source_class).material, col.ground);
@@ -115,7 +114,7 @@ private:
         return top;
     }
 
-    // Whether a deck's class says that it is one.
+    // Whether a deck is one by its class.
     [[nodiscard]] bool named(const Surface& deck) const {
         return meaning(deck.source_class).role == Role::kBridge;
     }
@@ -144,7 +143,7 @@ private:
                 drop = std::max(drop, here - there);
         if (drop * m_in.voxel_m > m_in.settings.ground.cliff_m)
             return 0;
-        constexpr std::int32_t kMax = INT16_MAX;  // 100 m of soil are more in voxels of 3 mm
+        constexpr std::int32_t kMax = INT16_MAX;  // 100 m of soil exceed it in voxels of 3 mm
         return static_cast<std::int16_t>(
             std::min(in_voxels(m_in.settings.ground.soil_m, m_in.voxel_m), kMax));
     }
@@ -218,7 +217,7 @@ private:
         m_trunk.reset();  // it ends in the crown
     }
 
-    // Where a tree stands, its trunk fills what is open below and between its foliage.
+    // Where a tree stands, its trunk fills the space below and between its foliage.
     void push_plant(std::int32_t y0, std::int32_t y1, const VoxelAttr& attr) {
         if (m_trunk && m_runs.back().y1 < y0) {
             VoxelAttr trunk;
@@ -237,7 +236,7 @@ private:
                m == Material::kHighVegetation;
     }
 
-    // A crown that a neighbour pulls down does not become a bush.
+    // A crown that a neighbour extends downwards does not become a bush.
     [[nodiscard]] std::int32_t crown_floor(std::int32_t top) const {
         return top == kNothing ? kNothing
                                : top + in_voxels(m_in.settings.vegetation.low_m, m_in.voxel_m) + 1;
@@ -290,13 +289,13 @@ private:
             m_runs.push_back({y0, y1, attr});
     }
 
-    static constexpr double kNearGround_m =
-        2.5;  // higher things must hang on something: birds and stray returns do not
+    // Higher objects must be connected to something: birds and stray returns are not.
+    static constexpr double kNearGround_m = 2.5;
 
     const RunsInput& m_in;
     std::vector<Run> m_runs;
-    std::optional<std::uint8_t>
-        m_trunk;  // its class, while a column of a tree is filled from below
+    // The trunk's class, while a column of a tree is filled from below.
+    std::optional<std::uint8_t> m_trunk;
 };
 
 PatchRuns make_runs(const RunsInput& input) {

@@ -17,11 +17,11 @@ struct Run {
     std::int32_t y0 = 0, y1 = 0;
     voxel::VoxelAttr attr;
     bool terrain = false;   ///< rock below the top voxel, and between them ...
-    std::int16_t soil = 0;  ///< ... so many voxels of soil
+    std::int16_t soil = 0;  ///< ... this many voxels of soil
 };
 
-/// The finished columns of a patch with a margin of one: what boxes of any height are cut from. x,
-/// z in [-1, 65).
+/// The finished columns of a patch with a margin of one, from which boxes of any height are cut.
+/// x, z in [-1, 65).
 class PatchRuns {
 public:
     static constexpr int kSide = grid::kPatchSize + 2;
@@ -29,8 +29,9 @@ public:
         const auto i = static_cast<std::size_t>((z + 1) * kSide + x + 1);
         return std::span(m_runs).subspan(m_begin[i], m_begin[i + 1] - m_begin[i]);
     }
-    /// Of the 64 x 64 columns: lowest and one past the highest voxel; equal when there is nothing.
+    /// Lowest voxel of the 64 x 64 columns.
     [[nodiscard]] std::int32_t min_y() const noexcept { return m_min_y; }
+    /// One past the highest voxel of the 64 x 64 columns; equals min_y() when there is nothing.
     [[nodiscard]] std::int32_t max_y() const noexcept { return m_max_y; }
 
 private:
@@ -40,7 +41,7 @@ private:
     std::int32_t m_min_y = 0, m_max_y = 0;
 };
 
-/// What all steps have found out about a patch.
+/// The results of all steps for a patch.
 struct RunsInput {
     const Window& window;
     const ClassTable& classes;
@@ -51,8 +52,8 @@ struct RunsInput {
     const Margined<Roof>& roofs;
     const Margined<Surface>& decks;
     const Margined<Crown>& crowns;
-    const Margined<voxel::Material>&
-        special;               ///< of the surface, from colours; kAir = the class's own
+    /// Material of the surface, from colours; kAir = the class's own.
+    const Margined<voxel::Material>& special;
     std::int32_t floor_y = 0;  ///< the terrain is solid from here up
     double voxel_m = 1;
 };

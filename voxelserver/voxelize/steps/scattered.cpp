@@ -52,10 +52,10 @@ float ScatteredHeights::at(float x, float z, float reach) const {
     return weights > 0 ? sum / weights : mean_within(x, z, squared[count - 1]);
 }
 
-// All found are equally far: which of more than these the tree took must not matter, so all at that
-// distance count.
+// All found samples are equally far: which of further ones the tree returned must not matter, so
+// all at that distance count.
 float ScatteredHeights::mean_within(float x, float z, float squared) const {
-    std::vector<float> heights;  // rare, so looking at all of them will do
+    std::vector<float> heights;  // rare, so a linear search suffices
     for (const Sample& s : m_cloud.samples)
         if ((s.x - x) * (s.x - x) + (s.z - z) * (s.z - z) <= squared)
             heights.push_back(s.height);

@@ -7,10 +7,11 @@
 
 namespace terravox::voxelize {
 
-/// Heights at scattered places of a plane, with a k-d tree over them: interpolation between what
-/// was seen. Ref: Franke & Nielson, "Smooth interpolation of large sets of scattered data", 1980
-/// (weights that vanish at the farthest neighbour, so that it does not matter which of several
-/// equally far ones were taken).
+/// Heights at scattered places of a plane, with a k-d tree over them, to interpolate between what
+/// was seen.
+/// Ref: Franke & Nielson, "Smooth interpolation of large sets of scattered data", 1980 (weights
+/// that vanish at the farthest neighbour, so that it does not matter which of several equally far
+/// ones were taken).
 class ScatteredHeights {
 public:
     struct Sample {
@@ -24,7 +25,8 @@ public:
 
     /// The mean of the nearest samples, weighted by distance. Does not depend on the order in which
     /// samples were given.
-    /// @param reach samples farther away do not count @return NaN when none is within reach
+    /// @param reach samples farther away do not count
+    /// @return NaN when none is within reach
     [[nodiscard]] float at(float x, float z, float reach) const;
 
 private:

@@ -15,8 +15,8 @@ bool is_plant(Material m) noexcept {
            m == Material::kHighVegetation;
 }
 
-// An image shows what lies on top, and the foliage of crowns; not walls, beds or trunks, nor the
-// ground under a bridge.
+// Whether an image shows a run: the topmost surface and the foliage of crowns; not walls, beds or
+// trunks, nor the ground under a bridge.
 bool shows(const Run& run, bool topmost) noexcept {
     const Material m = run.attr.material;
     if (m == Material::kWall || m == Material::kWater || m == Material::kWire ||

@@ -10,7 +10,7 @@ namespace {
 using imagery::Group;
 using voxel::Material;
 
-/// The lists that specialization works on, made from the columns of a patch.
+/// The input lists of specialization, made from the columns of a patch.
 struct Lists {
     std::vector<Group> group = std::vector<Group>(grid::kPatchColumns, Group::kNone);
     std::vector<Material> material = std::vector<Material>(grid::kPatchColumns, Material::kAir);
@@ -34,7 +34,7 @@ struct Lists {
     }
 };
 
-// Something hangs over the surface that an image shows instead of it.
+// Whether something hangs over the surface, so that an image shows that instead.
 bool hidden(const PatchColumns& columns, std::size_t i, double voxel_m) noexcept {
     constexpr double kClear_m = 1.5;  // grass and crops are the surface
     if (columns.objects_begin[i + 1] == columns.objects_begin[i])
@@ -133,12 +133,12 @@ PatchLooks SurfaceStep::looks(const Window& window) {
     return out;
 }
 
-// Row by row, in the three stretches that lie in one patch each.
+// Row by row, in the three segments that lie in one patch each.
 imagery::Grid SurfaceStep::joined(const PatchLooks& looks) const {
     imagery::Grid grid;
     grid.width = grid::kPatchSize + 2 * m_margin;
     grid.height = grid.width;
-    grid.margin = m_margin - Margined<Material>::kMargin;  // what is left after the filters
+    grid.margin = m_margin - Margined<Material>::kMargin;  // the rest is used by the filters
     const auto side = static_cast<std::size_t>(grid.width);
     grid.material.assign(side * side, Material::kAir);
     grid.flags.assign(side * side, 0);
@@ -173,8 +173,8 @@ SurfaceLook SurfaceStep::surface(const Window& window, const PatchLooks& looks) 
     Margined<Material>::each([&](int x, int z) {
         const Material m =
             grid.material[static_cast<std::size_t>((z + m_margin) * grid.width + x + m_margin)];
-        // A roof takes a roof's material, the ground anything else. Water is for the bodies to say:
-        // a wet-looking spot alone is none.
+        // A roof takes a roof's material, the ground any other. Water is determined by the bodies:
+        // a wet-looking spot alone is not water.
         const bool fits = window.built(x, z) ? is_roof(m) : !is_roof(m) && m != Material::kWater;
         if (fits)
             out.material.at(x, z) = m;

@@ -18,8 +18,8 @@ namespace terravox::voxelize {
 /// What the columns of one patch look like from above, each by itself; index z * 64 + x. Immutable.
 struct PatchLook {
     imagery::Raster raster;  ///< empty without images
-    imagery::Grid surface;   ///< materials before the filters; empty when no colour is known or the
-                             ///< step is switched off
+    /// Materials before the filters; empty when no colour is known or the step is switched off.
+    imagery::Grid surface;
     [[nodiscard]] std::size_t memory_bytes() const noexcept {
         return sizeof *this + raster.colour.size() * sizeof(voxel::Rgb8) + raster.nir.size() +
                raster.red.size() + raster.flags.size() + surface.material.size() +
@@ -27,10 +27,10 @@ struct PatchLook {
     }
 };
 
-/// Looks of the patches of a window; index as of Window::patches. nullptr = not looked at.
+/// Looks of the patches of a window; index as of Window::patches. nullptr = not evaluated.
 using PatchLooks = std::array<std::shared_ptr<const PatchLook>, 9>;
 
-/// What the surface of a patch looks like from above, with regard to its neighbours.
+/// What the surface of a patch looks like from above, its neighbours taken into account.
 struct SurfaceLook {
     Margined<voxel::Material> material{voxel::Material::kAir};  ///< kAir = the class's own
     std::shared_ptr<const PatchLook> own;
@@ -44,13 +44,13 @@ struct SurfaceLook {
     }
 };
 
-/// Steps "specialization" and "neighbourhood filters". A patch's look is kept, as its neighbours
+/// Steps "specialization" and "neighbourhood filters". A patch's look is cached, as its neighbours
 /// and the search for water need it, too; the time of making it counts as "orthophoto load" and
 /// "specialization", whatever it is needed for. Thread-safe.
 class SurfaceStep {
 public:
-    /// @param images nullptr = none @param dry the survey has a class for water: dark ground is no
-    /// water then
+    /// @param images nullptr = none
+    /// @param dry the survey has a class for water, so dark ground is not taken for water
     /// @throws UsageError, Error for a bad palette
     SurfaceStep(const imagery::Orthophotos* images, const ClassTable& classes,
                 const Settings& settings, bool dry, double voxel_m, std::size_t memory_bytes,
@@ -64,7 +64,7 @@ public:
     /// the step is switched off.
     [[nodiscard]] SurfaceLook surface(const Window& window, const PatchLooks& looks) const;
 
-    /// Whether cells are to be looked at for water at all.
+    /// Whether cells are to be searched for water at all.
     [[nodiscard]] bool finds_water() const noexcept { return m_finds_water; }
     /// Sets `looks_wet` of the cells of a patch, from its own columns alone.
     void mark_wet(grid::PatchKey key, const PatchColumns& columns, int cell_voxels,

@@ -14,25 +14,26 @@ namespace {
 
 constexpr int kCrownsAround = 5;  // of eight: a gap between points
 constexpr int kMaxWindow = 5;     // columns: what the margin allows
-constexpr int kDeepest = 2;  // columns: farther from a plateau's edge all of it counts alike; more
-                             // would part what lies within sight
-constexpr double kWindowShare =
-    0.25;  // radius over mean crown width: a wider window would swallow many a neighbour in a wood
+// Columns: farther than this from a plateau's edge, all of it ranks alike; a greater value would
+// separate what lies within sight.
+constexpr int kDeepest = 2;
+// Radius over mean crown width: in a wood, a wider window would swallow neighbours.
+constexpr double kWindowShare = 0.25;
 constexpr double kCrownShare = 0.5;  // of a tree's height: crowns are seldom longer
 using Canopy = Grid<Crown, GroundHeights::kMargin>;
 using Closed = Grid<Crown, GroundHeights::kMargin - 1>;
 using Heights = Grid<float, Closed::kMargin>;
 static_assert(Heights::kMargin >= Margined<Crown>::kMargin + kMaxWindow);
 
-// Which columns are the tops of trees, by heights above the ground: on a slope the crown uphill
-// would hide every one below it.
+// Which columns are the tops of trees, by heights above the ground: on a slope, by absolute height
+// the crown uphill would hide every one below it.
 //
 // One order ranks all columns, so that no two hide each other: higher first; among equals the one
 // deeper inside its plateau (columns of equal height that touch), then the northern, then the
-// western one. A top ranks before all columns in its window; and before all of its plateau and what
-// touches that, within the widest window: so a flat crown has one trunk, and not at its edge. How
-// deep a far column lies may be known only in part, and then it hides no column that might rank
-// before it.
+// western one. A top ranks before all columns in its window; and before all of its plateau and the
+// columns touching that, within the widest window: so a flat crown has one trunk, and not at its
+// edge. The depth of a far column may be known only in part, and then it hides no column that might
+// rank before it.
 class TreeTops {
 public:
     TreeTops(const Closed& crowns, const GroundHeights& ground, double voxel_m)
@@ -66,7 +67,7 @@ public:
 
 private:
     // How deep a column lies inside its plateau: the reach of the largest square around it that is
-    // as high; `most` when it is at least that.
+    // as high; at most `most`.
     [[nodiscard]] int depth(int x, int z, int most) const {
         const float own = m_heights.at(x, z);
         for (int r = 1; r <= most; ++r)
@@ -77,7 +78,7 @@ private:
         return most;
     }
 
-    // Whether the equally high column at (dx, dz) from here surely ranks before this one.
+    // Whether the equally high column at (dx, dz) from here certainly ranks before this one.
     [[nodiscard]] bool before(int x, int z, int own_depth, int dx, int dz) const {
         const int least = depth(
             x + dx, z + dz, std::min(kDeepest, kMaxWindow - std::max(std::abs(dx), std::abs(dz))));
@@ -97,8 +98,8 @@ private:
         return false;
     }
 
-    // Spreads over the plateau from (x, z), as far as the widest window: by a column that ranks
-    // before, or by a higher one beside the plateau.
+    // Whether, on the plateau from (x, z) as far as the widest window, there is a column that ranks
+    // before this one, or a higher one next to the plateau.
     [[nodiscard]] bool hidden_by_plateau(int x, int z) const {
         constexpr int kSide = 2 * kMaxWindow + 1;
         struct Offset {
@@ -171,8 +172,8 @@ public:
         for (int dz = -1; dz <= 1; ++dz)
             for (int dx = -1; dx <= 1; ++dx) {
                 const Crown& next = m_closed.at(x + dx, z + dz);
-                // Down to where the lower neighbour's foliage begins: they touch. A much lower one
-                // is another plant.
+                // Down to where the lower neighbour's foliage begins, so that they touch. A much
+                // lower one is another plant.
                 if (next.seen() && next.top < out.top && out.top - next.top <= gap)
                     out.bottom = std::min(out.bottom, next.top);
             }
@@ -242,7 +243,7 @@ private:
     bool m_any = false;
     Canopy m_canopy;
     Closed m_closed;
-    std::optional<TreeTops> m_tops;  // once there are crowns
+    std::optional<TreeTops> m_tops;  // set once there are crowns
 };
 
 }  // namespace

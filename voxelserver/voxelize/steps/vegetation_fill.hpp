@@ -29,8 +29,9 @@ struct Crown {
 /// widens with the height. A plateau (touching columns of exactly equal height above the ground) is
 /// one maximum, or none where something higher touches it; its trunk stands inside. No step sees
 /// farther than its margin, so that a plateau of more than six columns from its middle may get a
-/// second. Ref: Popescu & Wynne, "Seeing the trees in the forest", 2004 (local maxima with a
-/// variable window; crown width over height).
+/// second trunk.
+/// Ref: Popescu & Wynne, "Seeing the trees in the forest", 2004 (local maxima with a variable
+/// window; crown width over height).
 [[nodiscard]] Margined<Crown> fill_crowns(const Window& window, const ClassTable& classes,
                                           const GroundHeights& ground, const Settings& settings,
                                           double voxel_m);

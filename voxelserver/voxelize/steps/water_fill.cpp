@@ -15,7 +15,7 @@ class WaterFiller {
 public:
     WaterFiller(const Window& window, WaterAccess* water) : m_window(window), m_water(water) {}
 
-    /// @return NaN when the column is no water
+    /// @return NaN when the column is not water
     [[nodiscard]] float level(int x, int z) {
         const Column& column = m_window.column(x, z);
         if (column.roof.seen() && column.roof_points >= column.water_points)
@@ -30,18 +30,18 @@ public:
             return std::isnan(near) ? like_a_body_around(cx, cz, column.water.height) : near;
         }
         const water::WaterCell& own = cells(x, z).at((x & 63) / cell, (z & 63) / cell);
-        // Only places without ground, or with ground that looks wet, can be a body's.
+        // Only places without ground, or with ground that looks wet, can belong to a body.
         if (!m_water->bodies.may_be_water(own) || (column.ground.seen() && !own.looks_wet))
             return kNoHeight;
         return level_of(cx, cz);
     }
 
 private:
-    // Returns between a lake and reeds or an island's shore: the lake's, when it lies within some
-    // cells and stands as high.
+    // Returns between a lake and reeds or an island's shore belong to the lake when it lies within
+    // some cells at the same height.
     [[nodiscard]] float like_a_body_around(std::int32_t cx, std::int32_t cz, float own) const {
         constexpr std::int32_t kFar = 4;
-        constexpr float kSame = 1;  // voxels: rounding alone may part them by one
+        constexpr float kSame = 1;  // voxels: rounding alone may cause a difference of one
         for (std::int32_t r = 2; r <= kFar; ++r)
             for (std::int32_t dz = -r; dz <= r; ++dz)
                 for (std::int32_t dx = -r; dx <= r; dx += dz == -r || dz == r ? 1 : 2 * r) {
@@ -73,7 +73,7 @@ private:
     const Window& m_window;
     WaterAccess* m_water;
     std::array<std::shared_ptr<const water::CellPatch>, 9> m_cells;
-    // At first a cell that does not exist.
+    // Initially a cell that does not exist.
     std::int32_t m_last_x = std::numeric_limits<std::int32_t>::min();
     std::int32_t m_last_z = 0;
     float m_last_level = kNoHeight;

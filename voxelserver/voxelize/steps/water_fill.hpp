@@ -6,17 +6,17 @@
 
 namespace terravox::voxelize {
 
-/// How far from a column its shore is looked for, voxels.
+/// How far from a column its shore is searched for, voxels.
 inline constexpr int kShoreReach = 32;
 
-/// Where bodies of water and their cells are found, for one patch on one thread; what is behind it
-/// is thread-safe.
+/// Access to bodies of water and their cells, for one patch on one thread; the referenced objects
+/// are thread-safe.
 struct WaterAccess {
     water::CellSource& cells;
     water::WaterBodies& bodies;
     int cell_voxels = 1;
-    voxel::InputExtent
-        reach{};  ///< of all that was asked for here; cells of the window not counted
+    /// Extent of all queries made here; cells of the window not counted.
+    voxel::InputExtent reach{};
 
     [[nodiscard]] float level(std::int32_t cx, std::int32_t cz) {
         return bodies.level(cx, cz, &reach);
@@ -41,17 +41,17 @@ struct WaterColumns {
 ///
 /// A column is water when it has water returns, or lies in a cell of a water body and nothing solid
 /// was seen in it; ground that looks wet in such a cell is water, too.
-/// @param water nullptr = levels as the column's own returns say (the step is switched off)
+/// @param water nullptr = levels from the column's own returns (the step is switched off)
 /// @return depths are 0 everywhere
 [[nodiscard]] WaterColumns fill_water(const Window& window, WaterAccess* water);
 
 /// Step "water deepening": sets depths, which grow from the shore.
-/// @param water as fill_water() had it
-/// @param columns what fill_water() made of the same window
+/// @param water as it was passed to fill_water()
+/// @param columns the result of fill_water() for the same window
 void deepen_water(const Window& window, WaterAccess* water, const Settings::Water& settings,
                   double voxel_m, WaterColumns& columns);
 
-/// The same depth for all water: with the step "water deepening" switched off.
+/// The same depth for all water, for when the step "water deepening" is switched off.
 void level_bed(double depth_m, WaterColumns& columns);
 
 }  // namespace terravox::voxelize

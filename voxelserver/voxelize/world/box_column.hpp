@@ -10,9 +10,9 @@
 
 namespace terravox::voxelize {
 
-/// The boxes of one column of boxes. They share every step but the last.
+/// The boxes of one column of boxes. They share every step except the last.
 struct BoxColumn : Boxes {
-    voxel::InputExtent reach;  ///< of every patch that was looked at
+    voxel::InputExtent reach;  ///< of every patch that was read
     [[nodiscard]] std::size_t memory_bytes() const noexcept {
         std::size_t sum = sizeof *this;
         for (const auto& b : boxes)
@@ -24,7 +24,7 @@ struct BoxColumn : Boxes {
 /// All steps in order, from points to boxes, for one patch at a time. Thread-safe.
 class BoxColumnMaker {
 public:
-    /// @param memory_bytes for what looking for water and for the ground of wide gaps remembers
+    /// @param memory_bytes for the caches of the search for water and of the ground of wide gaps
     BoxColumnMaker(PointSet& points, const imagery::Orthophotos* images, const Settings& settings,
                    std::size_t memory_bytes, util::StageTimes& times)
         : m_context(points, images, settings, memory_bytes, times), m_times(times) {}
@@ -33,8 +33,8 @@ public:
     /// Heights of the ground, index z * 64 + x; NaN where there is none.
     [[nodiscard]] std::vector<float> ground_heights(grid::PatchKey patch);
     [[nodiscard]] std::vector<Tree> trees(grid::PatchKey patch);
-    /// Columns inside some file's bounds in which nothing is, of the patches made so far; each
-    /// counts once.
+    /// Number of empty columns inside some file's bounds, of the patches made so far; each counts
+    /// once.
     [[nodiscard]] std::uint64_t hole_columns() const noexcept { return m_hole_columns; }
 
 private:
@@ -44,7 +44,7 @@ private:
     util::StageTimes& m_times;
     std::atomic<std::uint64_t> m_hole_columns{0};
     std::mutex m_holes_mutex;  ///< guards m_with_holes
-    /// Patches that are counted already: one is made again when no cache has kept it.
+    /// Patches that are counted already: a patch is made again when no cache has kept it.
     std::unordered_set<grid::PatchKey, grid::PatchKeyHash> m_with_holes;
 };
 

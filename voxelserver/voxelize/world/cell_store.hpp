@@ -7,8 +7,7 @@
 
 namespace terravox::voxelize {
 
-/// Water cells for whoever looks for water: those of the columns, with what images add.
-/// Thread-safe.
+/// Water cells for the search for water: those of the columns, with what images add. Thread-safe.
 class CellStore final : public water::CellSource {
 public:
     CellStore(PointSet& points, SurfaceStep& surface, std::size_t memory_bytes)

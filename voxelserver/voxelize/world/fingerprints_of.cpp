@@ -51,8 +51,8 @@ InputFingerprints fingerprints_of(const Sources& sources, const imagery::Orthoph
     all.add(cell_voxels);
     all.add(sources.has_water_class);
     all.add(sources.floor_y);
-    // Nothing rises above the points it is made from, but a bed may lie below them all, and boxes
-    // below the lowest are not asked for.
+    // Nothing rises above the points that it is made from, but a bed may lie below them all, and
+    // boxes below the lowest are not requested.
     all.add(voxel::floor_div(sources.lowest_y, voxel::kBoxSizeY));
     out.everywhere = all.print();
     out.palette = palette_print(settings);

@@ -12,7 +12,8 @@ namespace terravox::voxelize {
 
 struct Sources;
 
-/// The prints of an opened world. @param images nullptr = none
+/// The fingerprints of an opened world.
+/// @param images nullptr = none
 [[nodiscard]] InputFingerprints fingerprints_of(const Sources& sources,
                                                 const imagery::Orthophotos* images,
                                                 const ClassTable& classes, const Settings& settings,

@@ -10,35 +10,37 @@
 
 namespace terravox::voxelize {
 
-/// To be raised whenever the same inputs make other voxels than before: boxes kept by older
-/// programs are made again then.
+/// Must be raised whenever the same inputs make other voxels than before: boxes kept by older
+/// programs are then made again.
 inline constexpr std::uint32_t kBoxRecipe = 1;
 
-/// A patch, and so many patches on each side.
+/// The extent of a patch and `around` patches on each side.
 [[nodiscard]] constexpr voxel::InputExtent reach_of(grid::PatchKey key,
                                                     std::int32_t around = 0) noexcept {
     return {key.px - around, key.pz - around, key.px + 1 + around, key.pz + 1 + around};
 }
-/// What boxes are made of, as numbers that stand for contents. Files lie somewhere; everything else
-/// shapes every box. Folders have no part in it, nor has the order of arguments; that of images has
-/// where images overlap. Plain data; fingerprint() may be called at once.
+/// The inputs of boxes, as fingerprints of their contents. Each file affects only the boxes near
+/// it; everything else affects every box. Folders and the order of arguments do not count, except
+/// that the order of images counts where they overlap. Plain data; fingerprint() may be called
+/// concurrently.
 struct InputFingerprints {
     struct Input {
         grid::ColumnRect rect;  ///< no column outside depends on the file
         voxel::Fingerprint print{};
         bool coloured = false;  ///< surfaces may take materials from its colours
     };
-    voxel::Fingerprint everywhere{};  ///< way of making, frame, settings, class table, what is
-                                      ///< derived from all files
-    voxel::Fingerprint palette{};     ///< counts where there are colours
-    std::vector<Input> points;        ///< by print
-    std::vector<Input> images;        ///< the one that wins first
+    /// Box recipe, frame, settings, class table, and values derived from all files.
+    voxel::Fingerprint everywhere{};
+    voxel::Fingerprint palette{};  ///< counts where there are colours
+    std::vector<Input> points;     ///< by print
+    std::vector<Input> images;     ///< by precedence: the image that wins comes first
 
-    /// See voxel::ProvenanceWorld. Some nanoseconds for each file.
+    /// See voxel::ProvenanceWorld. Takes some nanoseconds for each file.
     [[nodiscard]] voxel::Fingerprint fingerprint(const voxel::InputExtent& reach) const;
 };
 
-/// The values of a class table, and of the palette that settings name: not their files' text.
+/// Fingerprints of the values of a class table, and of the palette that settings name: not of their
+/// files' text.
 [[nodiscard]] voxel::Fingerprint print_of(const ClassTable& classes);
 [[nodiscard]] voxel::Fingerprint palette_print(const Settings& settings);
 

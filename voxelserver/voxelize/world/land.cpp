@@ -7,7 +7,7 @@
 namespace terravox::voxelize {
 namespace {
 
-// Without it, the surroundings of a gap would be made for every column.
+// With less, the surroundings of a gap would be computed for every column.
 constexpr std::size_t kMinWide = std::size_t{1} << 20;
 
 water::WaterOptions water_options(const Settings& settings, int cell_voxels, double voxel_m,

@@ -22,10 +22,10 @@ namespace terravox::voxelize {
 
 /// What the steps of all patches of a world share. Thread-safe.
 struct StepContext {
+    /// Points, images, settings and times must outlive the context.
     /// @param images nullptr = none
-    /// @param memory_bytes for what looking for water and for the ground of wide gaps remembers
-    /// @param times of what is made for several patches at once; outlives the context, as do
-    /// points, images and settings
+    /// @param memory_bytes for the caches of the search for water and of the ground of wide gaps
+    /// @param times receives the time of what is made for several patches at once
     StepContext(PointSet& points, const imagery::Orthophotos* images, const Settings& settings,
                 std::size_t memory_bytes, util::StageTimes& times);
 
@@ -40,7 +40,7 @@ struct StepContext {
 
 /// Decks of bridges.
 struct Decks {
-    std::unique_ptr<const FoundDecks> found;  ///< those that no class names; nullptr = none
+    std::unique_ptr<const FoundDecks> found;  ///< those without a bridge class; nullptr = none
     Margined<Surface> over;                   ///< the deck over each column, named or found
 };
 
@@ -52,18 +52,18 @@ struct Boxes {
 
 /// What is known of one patch: the input of all steps, and the parts that they have made so far
 /// (step.hpp). For one thread. A step reads a part with value(), which throws where the part has
-/// not been made: that is a fault of the table of steps.
+/// not been made: that is an error in the table of steps.
 struct Land {
-    /// Half of a void that is still a gap between points; at most 31 voxels.
+    /// Half of the widest void that still counts as a gap between points; at most 31 voxels.
     static constexpr double kWidestGap_m = 31;
 
     Land(StepContext& shared, grid::PatchKey patch);
 
-    /// The water bodies for steps that follow them, or nullptr where they are switched off.
+    /// The water bodies for steps that use them, or nullptr where they are switched off.
     [[nodiscard]] WaterAccess* water_bodies() noexcept {
         return shared.settings.steps.water_equalization ? &water_access : nullptr;
     }
-    /// Of every patch that was looked at so far.
+    /// Extent of every patch that was read so far.
     [[nodiscard]] voxel::InputExtent& reach() noexcept { return water_access.reach; }
 
     StepContext& shared;

@@ -20,7 +20,7 @@ using voxel::BoxKey;
 using voxel::BoxWithInputs;
 using voxel::InputExtent;
 
-// How the world's memory is shared out; PointSet takes the rest (columns/file_plan.cpp).
+// How the world's memory is divided; PointSet takes the rest (columns/file_plan.cpp).
 constexpr std::size_t kColumnsShare = 10, kCoarseShare = 20, kMakerShare = 20;
 
 class LidarWorldImpl final : public LidarWorld {
@@ -89,7 +89,7 @@ public:
         if (!m_facts.touches_land(key.level, key.bx, key.bz))
             return {nullptr, footprint(key)};
         if (!voxel::boxes_over(m_facts.info.bounds, key.level).contains(key))
-            return {nullptr, water::kAnywhere};  // for the heights of all files
+            return {nullptr, water::kAnywhere};  // because of the heights of all files
         if (key.level > 0)
             return coarse_box(key);
         const auto column = m_columns.get(
@@ -120,7 +120,7 @@ private:
         info.centre = geo::to_lat_lon(
             frame.crs(), frame.easting((info.bounds.min[0] + info.bounds.max[0]) / 2.0),
             frame.northing((info.bounds.min[2] + info.bounds.max[2]) / 2.0));
-        // Levels until the whole world fits in a box.
+        // Levels until the whole world fits in one box.
         const std::int32_t widest = std::max(info.bounds.max[0] - info.bounds.min[0],
                                              info.bounds.max[2] - info.bounds.min[2]);
         while (info.levels < voxel::kMaxLevel && (voxel::kBoxSizeX << (info.levels - 1)) < widest)
@@ -142,7 +142,7 @@ private:
                                          m_points.cell_voxels());
     }
 
-    // What lies under a box: where nothing is, a file may come to lie.
+    // The footprint of a box: where there is nothing, a file may be added.
     [[nodiscard]] static InputExtent footprint(const BoxKey& key) noexcept {
         const auto edge = [&](std::int64_t b) {
             return static_cast<std::int32_t>(std::clamp<std::int64_t>(
@@ -152,8 +152,8 @@ private:
                 edge(std::int64_t{key.bz} + 1)};
     }
 
-    // Children above and below the world are air because those between are all that can be: they
-    // need not be asked what they depend on.
+    // Children above and below the world are air because those between are all that can exist:
+    // their dependencies need not be queried.
     [[nodiscard]] BoxWithInputs child(const BoxKey& key) {
         return voxel::boxes_over(m_facts.info.bounds, key.level).contains(key)
                    ? traced_box(key)

@@ -13,29 +13,29 @@
 namespace terravox::voxelize {
 
 struct LidarWorldStats {
-    std::uint64_t points = 0;  ///< as the headers say
+    std::uint64_t points = 0;  ///< as in the headers
     std::size_t files = 0, orthophotos = 0;
-    double water_cell_m = 0;  ///< edge of the cells in which water is looked for
+    double water_cell_m = 0;  ///< edge of the cells in which water is searched for
     // Of what has been made so far:
-    std::uint64_t wild_points =
-        0;  ///< left out: far outside their file's bounds, or far from all others
-    std::uint64_t hole_columns =
-        0;  ///< inside the files' bounds, but with nothing seen around them
+    /// Left out: far outside their file's bounds, or far from all others.
+    std::uint64_t wild_points = 0;
+    /// Inside the files' bounds, but with nothing seen around them.
+    std::uint64_t hole_columns = 0;
 };
 
 struct WorldFacts;
 
-/// A world made of airborne LiDAR. Boxes are made when asked for; squares are decoded once and kept
+/// A world made of airborne LiDAR. Boxes are made on request; squares are decoded once and kept
 /// under a byte limit.
 ///
-/// A box's reach holds every patch that was looked at for it: its own and the eight around; those
-/// of the bodies of water that were asked for (a body so large that it is cut reaches everywhere),
-/// and the surroundings of wide gaps. It does not depend on what was asked before.
+/// A box's reach holds every patch that was read for it: its own and the eight around; those of the
+/// bodies of water that were queried (a body so large that it is cut reaches everywhere), and the
+/// surroundings of wide gaps. It does not depend on earlier requests.
 class LidarWorld : public voxel::ProvenanceWorld {
 public:
     [[nodiscard]] virtual LidarWorldStats stats() const = 0;
 
-    /// All files, by path. Cheap: looks at what is in memory, and whether files are in the cache
+    /// All files, by path. Cheap: checks only what is in memory, and whether files are in the cache
     /// folder.
     [[nodiscard]] virtual std::vector<SquareInfo> squares() const = 0;
 

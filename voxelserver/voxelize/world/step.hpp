@@ -37,7 +37,7 @@ struct Step {
     bool reports_time = false;
 };
 
-/// All steps, in the order in which they run. A row of step_table.cpp for each.
+/// All steps, in the order in which they run; each is a row of step_table.cpp.
 [[nodiscard]] std::span<const Step> steps() noexcept;
 
 /// Whether every step reads only parts that a step before it makes.

@@ -51,7 +51,7 @@ void cover(Land& land) {
     const int radius =
         std::clamp(static_cast<int>(std::lround(Land::kWidestGap_m / land.shared.voxel_m)), 4, 31);
     Margined<char> covered = find_coverage(land.window, land.in_bounds, radius);
-    // A body of water belongs to the survey however little it returned.
+    // A body of water belongs to the survey even if it returned few pulses.
     Margined<char>::each([&](int x, int z) {
         if (water.is_water(x, z) && land.in_bounds.at(x, z) != 0)
             covered.at(x, z) = 1;
@@ -107,7 +107,7 @@ void take_no_crowns(Land& land) {
     land.crowns.emplace();
 }
 
-// SurfaceStep leaves out by itself what is switched off in both of these.
+// SurfaceStep itself leaves out the parts of both that are switched off.
 void look_from_above(Land& land) {
     land.looks = land.shared.surface.looks(land.window);
 }
@@ -141,7 +141,7 @@ using namespace part;
 
 constexpr Parts kAllOfColumns = kWater | kDecks | kCoverage | kGround | kRoofs | kCrowns | kSurface;
 
-// The list of the steps. One that is always run has no setting.
+// The list of the steps. A step that always runs has no setting.
 constexpr std::array kSteps{
     Step{kWaterEqualization, 0, kWater, find_water, take_seen_water},
     Step{kWaterDeepening, kWater, kWater, deepen, level_beds},
@@ -163,7 +163,7 @@ constexpr std::uint32_t bit_of(std::size_t step) noexcept {
     return std::uint32_t{1} << step;
 }
 
-// From the last step to the first: whatever a step reads is wanted of those before it.
+// From the last step to the first: the parts that a step reads must be made by those before it.
 std::uint32_t steps_that_make(Parts wanted) noexcept {
     std::uint32_t out = 0;
     for (std::size_t i = kSteps.size(); i-- > 0;)

@@ -7,12 +7,12 @@
 
 namespace terravox::voxelize {
 
-/// Takes files, class table and CRS from a store, where the person named none. @param options of a
-/// world without files
+/// Takes files, class table and CRS from a store, where the user named none.
+/// @param options of a world without files
 /// @throws UsageError when the store has no square yet, or squares of several class tables or CRSs
 void take_from_store(const store::GrabberStore& store, LidarWorldOptions& options);
 
-/// All different licences (attributions) of the squares, one after the other.
+/// All distinct licences (attributions) of the squares, one after the other.
 struct Terms {
     std::string licence, attribution;
 };

@@ -7,14 +7,14 @@
 
 namespace terravox::voxelize {
 
-/// What is known around one patch.
+/// Data around one patch.
 struct WideGround::Around {
-    std::optional<ScatteredHeights>
-        ground;       ///< centres of water cells, voxels from the patch's first column
+    /// Centres of water cells, voxels from the patch's first column.
+    std::optional<ScatteredHeights> ground;
     float reach = 0;  ///< of the interpolation, voxels
-    int rings = 0;    ///< of patches that were looked at
-    std::array<float, 9> lowest{};  ///< of the patch and its neighbours, when there is no ground;
-                                    ///< index (dz + 1) * 3 + dx + 1
+    int rings = 0;    ///< of patches that were read
+    /// Of the patch and its neighbours, when there is no ground; index (dz + 1) * 3 + dx + 1.
+    std::array<float, 9> lowest{};
     std::size_t samples = 0;
     [[nodiscard]] std::size_t memory_bytes() const noexcept {
         constexpr std::size_t kTreeBytes = 16;  // nanoflann's share for each sample, about
@@ -83,7 +83,7 @@ float WideGround::at(std::int32_t x, std::int32_t z, voxel::InputExtent& reach) 
                 local_z = static_cast<float>(z - patch.z0()) + 0.5f;
     if (around->ground)
         return around->ground->at(local_x, local_z, around->reach);
-    // Bilinear between the patches' centres, of those that hold anything.
+    // Bilinear between the patches' centres, of those that hold any returns.
     const float u = local_x / grid::kPatchSize + 0.5f,
                 v = local_z / grid::kPatchSize +
                     0.5f;  // 0.5 .. 1.5 within the patch; centres at 0, 1, 2

@@ -7,14 +7,15 @@
 namespace terravox::voxelize {
 
 /// The ground in the middle of wide gaps (halls, quarries without returns, data without a ground
-/// class): interpolated from the means of water cells up to some hundred voxels away. Made for a
-/// patch when first asked. Thread-safe.
+/// class): interpolated from the means of water cells up to some hundred voxels away. Computed for
+/// a patch at its first query. Thread-safe.
 class WideGround {
 public:
     WideGround(PointSet& points, std::size_t memory_bytes)
         : m_points(points), m_around(memory_bytes) {}
 
-    /// @param x, z absolute voxels @param reach grows by the patches that were looked at
+    /// @param x, z absolute voxels
+    /// @param reach grows by the patches that were read
     /// @return height in voxels; where there is no ground for half a kilometre, the lowest returns
     /// around; NaN where there are none
     [[nodiscard]] float at(std::int32_t x, std::int32_t z, voxel::InputExtent& reach);

@@ -96,8 +96,8 @@ void WorldFacts::check_level(int level) const {
                            std::to_string(info.levels - 1));
 }
 
-// Between files far apart is nothing: without this, a coarse box would be looked for down to each
-// of its columns.
+// Between distant files there is nothing: without this test, a coarse box would be subdivided down
+// to each of its columns.
 bool WorldFacts::touches_land(int level, std::int32_t bx, std::int32_t bz) const noexcept {
     const std::int64_t edge_x = std::int64_t{voxel::kBoxSizeX} << level,
                        edge_z = std::int64_t{voxel::kBoxSizeZ} << level;
@@ -181,7 +181,7 @@ WorldFacts facts_from_bytes(std::string_view bytes) {
     out.prints.palette = in.print();
     out.prints.points = inputs(in);
     out.prints.images = inputs(in);
-    // A checksum keeps damage away, not malice: what would lead arithmetic astray is refused.
+    // A checksum detects damage, not malice: values that would break arithmetic are rejected.
     if (!in.finished() || out.info.levels < 1 || out.info.levels > voxel::kMaxLevel)
         throw fail("damaged");
     return out;

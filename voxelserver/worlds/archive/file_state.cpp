@@ -13,7 +13,7 @@ bool is_weak(const std::string& etag) noexcept {
     return etag.starts_with(kWeak);
 }
 
-/// What weak comparison looks at: weak and strong tags of the same text are the same.
+/// The part of a tag that weak comparison uses: weak and strong tags of the same text are the same.
 std::string_view opaque(const std::string& etag) noexcept {
     return std::string_view(etag).substr(is_weak(etag) ? kWeak.size() : 0);
 }
@@ -29,7 +29,7 @@ bool is_etag(const std::string& text) noexcept {
     return std::all_of(tag.begin() + 1, tag.end() - 1, fits);
 }
 
-/// "Sun, 06 Nov 1994 08:49:37 GMT", the one form that servers may write.
+/// "Sun, 06 Nov 1994 08:49:37 GMT", the only form that servers may send.
 bool is_date(const std::string& text) noexcept {
     constexpr std::string_view kForm = "Aaa, 00 Aaa 0000 00:00:00 GMT";
     const auto fits = [](char form, char c) {
@@ -44,7 +44,7 @@ bool is_date(const std::string& text) noexcept {
     return std::equal(kForm.begin(), kForm.end(), text.begin(), text.end(), fits);
 }
 
-/// Of "bytes 0-99/1234", and of the "bytes */1234" of a range that cannot be had.
+/// Of "bytes 0-99/1234", and of the "bytes */1234" of an unsatisfiable range.
 std::optional<std::uint64_t> whole_size(std::string_view range) noexcept {
     const auto slash = range.rfind('/');
     if (!range.starts_with("bytes ") || slash == std::string_view::npos)

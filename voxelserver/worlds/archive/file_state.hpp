@@ -8,8 +8,9 @@
 
 namespace terravox::worlds {
 
-/// What tells one state of a web server's file from the next: the validators of its replies, and
-/// the file's size. Ref: RFC 9110, 8.8 and 13.1; RFC 9112.
+/// Identifies a version of a file on a web server: the validators of its replies, and the file's
+/// size.
+/// Ref: RFC 9110, 8.8 and 13.1; RFC 9112.
 struct FileState {
     static constexpr std::size_t kMaxEtag_bytes = 512;
 
@@ -17,16 +18,16 @@ struct FileState {
     std::string last_modified;           ///< as the server wrote it; empty: none
     std::optional<std::uint64_t> bytes;  ///< of the whole file
 
-    /// As a reply tells it. What is not of the form that RFC 9110 gives to it, or longer than
-    /// kMaxEtag_bytes, counts as not told.
+    /// The state that a reply reports. A header that is not of the form that RFC 9110 prescribes,
+    /// or longer than kMaxEtag_bytes, counts as absent.
     [[nodiscard]] static FileState of(const remote::HttpReply& reply);
 
-    /// The header with which a server answers 412 instead of bytes of another state: If-Match with
-    /// a strong entity tag, else If-Unmodified-Since; empty where there is neither.
+    /// The header that makes a server answer 412 instead of sending bytes of another version:
+    /// If-Match with a strong entity tag, else If-Unmodified-Since; empty where there is neither.
     [[nodiscard]] std::string condition() const;
-    /// Whether a later reply is of another file: by size, and by the best validator that both told.
-    /// With validators here, and none of them there, it cannot be told to be the same, and counts
-    /// as another; without any here, size alone counts.
+    /// Whether a later reply is of another version of the file: by size, and by the best validator
+    /// that both have. With validators here and none there, the versions cannot be compared, and
+    /// the later one counts as different; without any here, only the size counts.
     [[nodiscard]] bool differs_from(const FileState& later) const;
     /// One line that names this state; empty where nothing is known of it.
     [[nodiscard]] std::string text() const;

@@ -14,7 +14,7 @@
 namespace terravox::worlds {
 namespace {
 
-// Opening asks for the header, the facts about the world and the root of the index; small archives
+// Opening reads the header, the facts about the world and the root of the index; small archives
 // hold little more.
 constexpr std::size_t kAhead_bytes = 16 << 10;
 
@@ -62,7 +62,7 @@ private:
             throw changed();
         try {
             remote::HttpReply reply = ask(offset, bytes);
-            // What has changed stays so: it is looked at here, where nothing is asked for again.
+            // A change is permanent: it is checked here, where no retry follows.
             if (reply.status == kOtherState || m_state.differs_from(FileState::of(reply)))
                 throw changed();
             if (reply.status == kNoSuchRange)
@@ -70,7 +70,7 @@ private:
             return std::move(reply.body);
         } catch (const remote::WholeFileError& e) {
             FileState now = FileState::of(e.head());
-            now.bytes.reset();  // its body was not awaited
+            now.bytes.reset();  // its body was not read
             if (m_state.differs_from(now))
                 throw changed();
             throw;
@@ -82,7 +82,7 @@ private:
         return m_client.ask(
             m_url, bytes, part, m_client.timeout(),
             [&](const std::string&, const remote::HttpReply& reply) {
-                // A file that is smaller than what was asked for may come whole.
+                // A file that is smaller than the requested range may be sent whole.
                 const bool whole = reply.status != kPart && reply.status != kOtherState &&
                                    reply.status != kNoSuchRange;
                 if (whole && offset != 0 && !m_state.differs_from(FileState::of(reply)))
@@ -99,7 +99,7 @@ private:
 
     const std::string m_url;
     remote::RetryingClient m_client;
-    FileState m_state;  ///< by the first reply
+    FileState m_state;  ///< from the first reply
     std::atomic<bool> m_changed{false};
     std::vector<std::byte> m_head;
     std::stop_callback<std::function<void()>> m_ending;

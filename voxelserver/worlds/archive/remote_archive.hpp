@@ -10,12 +10,12 @@
 
 namespace terravox::worlds {
 
-/// A box archive that any web server gives out: its bytes are asked for by ranges, with retries
-/// (retrying_client.hpp). Where the server tells an entity tag, a date or the size of the file, a
-/// later reply of another file is a ChangedError, and so is all that is read then.
+/// A box archive on any web server: its bytes are read with range requests, with retries
+/// (retrying_client.hpp). Where the server sends an entity tag, a date or the size of the file, a
+/// later reply of another version of the file throws ChangedError, and so do all reads after it.
 /// @param url as HttpOrigin::of(): one with a query, such as a signed one, is refused
-/// @param stop as ByteSource::stop, from opening on
-/// @param access whom it may ask, and what it shows there
+/// @param stop as ByteSource::stop, effective from opening on
+/// @param access the origins that it may contact, and the token that it sends
 /// @throws UsageError for a malformed address
 [[nodiscard]] std::unique_ptr<voxel::archive::ByteSource> remote_archive(
     const std::string& url, std::chrono::milliseconds timeout, const std::stop_token& stop = {},

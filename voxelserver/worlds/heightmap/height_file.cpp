@@ -71,8 +71,8 @@ void HeightFile::open() {
     m_data = m_source.get();
 }
 
-// Through GDAL's warper, as it is read: nothing is written. Blocks of the warped raster are made as
-// a whole, so cells do not depend on who asks first.
+// Uses GDAL's warper on the fly: nothing is written. Blocks of the warped raster are made as a
+// whole, so cells do not depend on the order of requests.
 void HeightFile::warp() {
     const std::string to = m_reading.warped_to->wkt(),
                       from = m_reading.crs ? m_reading.crs->wkt() : std::string();
@@ -105,7 +105,7 @@ void HeightFile::learn() {
         fail("its values are complex; allowed: whole or floating-point numbers");
     if (m_band->GetColorTable() != nullptr)
         fail("its values are colours, no heights");
-    // A file may claim one block of any size; GDAL would ask for the memory before it looks at the
+    // A file may declare one block of any size; GDAL would allocate the memory before it reads the
     // data.
     constexpr double kMaxBlock_bytes = 512e6;
     int block_x = 0, block_y = 0;
@@ -135,8 +135,8 @@ void HeightFile::learn() {
         fail("no coordinate reference system; give one with --crs");
 }
 
-// A person's system is mostly one of the map alone, beside which the file's own may tell the unit
-// of heights.
+// A CRS given by the user is mostly horizontal only; the file's own may then define the unit of
+// heights.
 double HeightFile::vertical_unit_m() const {
     const OGRSpatialReference* own = m_source->GetSpatialRef();
     if (own == nullptr)
@@ -193,9 +193,8 @@ HeightFile::Grid HeightFile::grid_for(double side) const noexcept {
     out.dx = m_geo[1];
     out.dy = m_geo[5];
     const double span_x = out.dx * out.width, span_y = out.dy * out.height;
-    constexpr double kSlack = 1 + 1e-6,
-                     kMin =
-                         2;  // cells of an overview to a side: they need not lie as the voxels do
+    // kMin: cells of an overview to a side, as they need not be aligned with the voxels.
+    constexpr double kSlack = 1 + 1e-6, kMin = 2;
     const auto fits = [&](double dx, double dy) {
         return std::max(std::abs(dx), std::abs(dy)) <= side * kSlack;
     };
@@ -217,7 +216,7 @@ HeightFile::Grid HeightFile::grid_for(double side) const noexcept {
         out.dx = span_x / out.width;
         out.dy = span_y / out.height;
     }
-    // Of many cells to a side, some: 8 to 16 are enough for a mean.
+    // Of many cells to a side, a subset: 8 to 16 are enough for a mean.
     constexpr int kEnough = 8;
     while (fits(out.dx * 2 * kEnough, out.dy * 2 * kEnough) && out.width >= 2 && out.height >= 2) {
         out.stride *= 2;
@@ -251,15 +250,15 @@ Cells HeightFile::read(const Grid& grid, int x, int y, int width, int height) {
         get(band->GetMaskBand(), mask.data(), GDT_Byte);
         for (std::size_t i = 0; i < mask.size(); ++i)
             if (mask[i] < 128)
-                out.metres[i] = kNone;  // of an alpha band: mostly see-through is nothing
+                out.metres[i] = kNone;  // of an alpha band: mostly transparent counts as none
     }
     to_metres(out.metres);
     return out;
 }
 
 void HeightFile::to_metres(std::vector<double>& values) const noexcept {
-    constexpr double kUndeclared =
-        -9999;  // what stands for nothing in many files that do not say so
+    // The nodata value of many files that do not declare one.
+    constexpr double kUndeclared = -9999;
     const auto none = m_nodata ? static_cast<float>(*m_nodata) : 0.0F;
     for (double& v : values) {
         const bool nothing =
@@ -283,7 +282,7 @@ void HeightFile::extend(std::optional<Range>& range, const Grid& grid, int x, in
     }
 }
 
-// The finest overview, or the cells themselves, with so many cells at most.
+// The finest overview, or the cells themselves, with at most max_cells cells.
 std::optional<HeightFile::Grid> HeightFile::grid_of(double max_cells) const noexcept {
     Grid grid = grid_for(0);
     const double span_x = grid.dx * grid.width, span_y = grid.dy * grid.height;
@@ -316,7 +315,7 @@ std::optional<HeightFile::Range> HeightFile::rough_range(double max_cells) {
         try {
             extend(out, grid, x, y, width, height);
         } catch (const util::Error& e) {
-            damage = e;  // boxes that need it will fail; others need not
+            damage = e;  // boxes that need it will fail; others will not
         }
     };
     const auto whole = grid_of(max_cells);
@@ -326,7 +325,7 @@ std::optional<HeightFile::Range> HeightFile::rough_range(double max_cells) {
             look(*whole, 0, y, whole->width, std::min(kRows, whole->height - y));
     const bool exact = whole && whole->overview < 0;
     if (!out && !exact) {
-        // Some of its blocks, evenly.
+        // A subset of its blocks, evenly spread.
         const Grid cells = grid_for(0);
         int block_x = 0, block_y = 0;
         m_band->GetBlockSize(&block_x, &block_y);

@@ -16,9 +16,9 @@ namespace terravox::heightmap {
 /// How a raster of heights is to be read.
 struct Reading {
     std::filesystem::path path;
-    std::optional<geo::Crs> crs;          ///< instead of the file's, whatever that one says
-    std::optional<geo::Crs> warped_to;    ///< as seen in this system, north up; nullopt: as it is
-    std::optional<double> height_unit_m;  ///< instead of what the file says
+    std::optional<geo::Crs> crs;          ///< overrides the file's own
+    std::optional<geo::Crs> warped_to;    ///< reprojected to this CRS, north up; nullopt: as it is
+    std::optional<double> height_unit_m;  ///< overrides the file's own
 };
 
 /// Heights of some cells, metres; NaN where there is none. Row by row.
@@ -34,28 +34,27 @@ struct Cells {
 /// One opened raster of heights. Not thread-safe: one for each thread.
 class HeightFile {
 public:
-    /// @throws Error naming the file when it is missing, no raster, has no place on Earth, or
-    /// blocks that fit no memory
+    /// @throws Error naming the file when it is missing, not a raster, not georeferenced, or has
+    /// blocks too large for memory
     explicit HeightFile(const Reading& reading);
 
     [[nodiscard]] const std::filesystem::path& path() const noexcept { return m_reading.path; }
     [[nodiscard]] const geo::Crs& crs() const noexcept { return *m_crs; }
-    [[nodiscard]] bool north_up() const noexcept {
-        return m_geo[2] == 0 && m_geo[4] == 0;
-    }  ///< or south up; rows run from west to east
+    /// North or south up; rows run from west to east.
+    [[nodiscard]] bool north_up() const noexcept { return m_geo[2] == 0 && m_geo[4] == 0; }
     [[nodiscard]] std::string copyright() const;
     [[nodiscard]] int overviews() const noexcept { return m_band->GetOverviewCount(); }
 
-    /// The cells as they are, an overview of them, or each so-many-th cell of these.
+    /// The cells as they are, an overview of them, or every stride-th cell of these.
     struct Grid {
         int overview = -1;  ///< of GDAL; -1: none
         int stride = 1;     ///< cells to a cell of this grid
         int width = 0, height = 0;
-        double x0 = 0, y0 = 0, dx = 0, dy = 0;  ///< place of the first cell's outer corner, and
-                                                ///< steps to the next; dy < 0: north up
+        /// Place of the first cell's outer corner, and steps to the next; dy < 0: north up.
+        double x0 = 0, y0 = 0, dx = 0, dy = 0;
     };
     /// For columns with edges of `side` (units of crs()): the cells, or the coarsest overview with
-    /// two or more to a side; of very many each so-many-th.
+    /// at least two cells to a side; where there are very many, with a stride.
     [[nodiscard]] Grid grid_for(double side) const noexcept;
 
     /// @param x, y, width, height cells of the grid, inside it
@@ -65,11 +64,11 @@ public:
     /// Lowest and highest, metres.
     struct Range {
         double low_m = 0, high_m = 0;
-        bool exact = true;  ///< false: of a part of its blocks, or of an overview
+        bool exact = true;  ///< false: from a part of its blocks, or from an overview
     };
-    /// @param max_cells that may be looked at, about @return nullopt: no heights in what was
-    /// looked at
-    /// @throws Error when all that was looked at is damaged
+    /// @param max_cells approximate limit of the cells that are read
+    /// @return nullopt: no heights in the cells that were read
+    /// @throws Error when all cells that were read are damaged
     [[nodiscard]] std::optional<Range> rough_range(double max_cells);
 
     /// Outline in units of crs().
@@ -77,7 +76,7 @@ public:
         double west = 0, south = 0, east = 0, north = 0;
     };
     [[nodiscard]] Outline outline() const noexcept;
-    /// Edge of a cell, metres, about.
+    /// Approximate edge of a cell, metres.
     [[nodiscard]] double cell_m() const noexcept;
 
 private:
@@ -86,13 +85,13 @@ private:
     void warp();
     void learn();
     void learn_values();
-    [[nodiscard]] double vertical_unit_m() const;  ///< as the systems tell it
+    [[nodiscard]] double vertical_unit_m() const;  ///< as defined by the CRSs
     void to_metres(std::vector<double>& values) const noexcept;
     [[nodiscard]] std::optional<Grid> grid_of(double max_cells) const noexcept;
     void extend(std::optional<Range>& range, const Grid& grid, int x, int y, int width, int height);
 
     Reading m_reading;
-    GDALDatasetUniquePtr m_source, m_warped;  // the second reads the first, so it goes first
+    GDALDatasetUniquePtr m_source, m_warped;  // the second reads the first, so it is closed first
     GDALDataset* m_data = nullptr;
     GDALRasterBand* m_band = nullptr;
     std::optional<geo::Crs> m_crs;

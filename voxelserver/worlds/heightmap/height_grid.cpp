@@ -6,7 +6,7 @@
 
 namespace terravox::heightmap {
 
-/// A set of files for one caller, given back in the end.
+/// A set of files for one caller, given back at the end.
 class HeightGrid::Lease {
 public:
     explicit Lease(HeightGrid& grid) : m_grid(grid) {
@@ -42,7 +42,7 @@ private:
     Open m_files;
 };
 
-/// What the rasters so far say of a rectangle of columns.
+/// The contributions of the rasters so far to a rectangle of columns.
 struct HeightGrid::Sum {
     std::int32_t x, z;
     int width, height;
@@ -123,8 +123,8 @@ ColumnHeights HeightGrid::read(int level, std::int32_t x, std::int32_t z, int wi
     return out;
 }
 
-// Between the middles of four cells. A cell that is not there adds nothing; a column has a height
-// where the cell that its middle lies in has one.
+// Bilinear between the middles of four cells. A missing cell adds nothing; a column has a height
+// where the cell under its middle has one.
 void HeightGrid::add_between(HeightFile& file, const HeightFile::Grid& grid, Sum& sum) const {
     const auto cell_x = [&](double i) { return (sum.easting(i) - grid.x0) / grid.dx; };
     const auto cell_y = [&](double j) { return (sum.northing(j) - grid.y0) / grid.dy; };
@@ -166,8 +166,8 @@ void HeightGrid::add_between(HeightFile& file, const HeightFile::Grid& grid, Sum
         }
 }
 
-// The mean of the cells in the column, each by the area that lies in it. Where less than half of
-// the column has heights, it has none.
+// The mean of the cells in the column, each weighted by its area inside. A column of which less
+// than half has heights has none.
 void HeightGrid::add_means(HeightFile& file, const HeightFile::Grid& grid, double side,
                            Sum& sum) const {
     const auto cell_x = [&](double i) { return (sum.easting(i) - grid.x0) / grid.dx; };

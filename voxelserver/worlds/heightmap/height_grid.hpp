@@ -23,19 +23,19 @@ struct ColumnHeights {
     }
 };
 
-/// All rasters of a world, laid over each other: in a column the first counts that has heights
-/// there. Thread-safe: every caller reads from files of its own, of which some stay open.
+/// All rasters of a world, in layers: in each column, the first raster with heights there counts.
+/// Thread-safe: every caller reads from its own open files, some of which stay open.
 ///
-/// What a column is told depends on the column alone, not on who asks for which rectangle: heights
-/// at its middle are bilinear between the middles of the cells; where cells are smaller than the
-/// voxel, the mean of what lies in it. Where rasters adjoin, one adds the cells that another lacks.
+/// The height of a column depends on the column alone, not on the requested rectangle: at its
+/// middle, it is bilinear between the middles of the cells; where cells are smaller than the voxel,
+/// it is the mean of those inside. Where rasters adjoin, one adds the cells that another lacks.
 class HeightGrid {
 public:
     struct File {
         Reading reading;
         HeightFile::Outline outline;
     };
-    /// @param files in the frame's CRS, north or south up; the one that counts first is first
+    /// @param files in the frame's CRS, north or south up; by precedence, the first one wins
     HeightGrid(std::vector<File> files, grid::Frame frame, int threads);
 
     /// @throws Error naming the damaged file
@@ -43,7 +43,7 @@ public:
                                      int height);
 
 private:
-    /// Files that one caller has open, with their indices in m_files; the one used last is last.
+    /// Files that one caller has open, with their indices in m_files; the last used is last.
     using Open = std::vector<std::pair<std::size_t, std::unique_ptr<HeightFile>>>;
     class Lease;
     struct Sum;
@@ -54,7 +54,7 @@ private:
     const grid::Frame m_frame;
     const std::size_t m_max_idle;
     std::mutex m_mutex;
-    std::vector<Open> m_idle;  ///< sets of files that nobody reads now
+    std::vector<Open> m_idle;  ///< sets of files that no thread reads now
 };
 
 }  // namespace terravox::heightmap

@@ -22,7 +22,7 @@ bool is_raster_or_folder_of_them(const std::string& input) {
     return util::any_file(input, heightmap::is_height_raster);
 }
 
-/// Metres to a unit of height; nullopt: what the raster says.
+/// Metres to a unit of height; nullopt: that of the raster.
 std::optional<double> height_unit_m(const std::string& unit) {
     if (unit == "m")
         return 1;
@@ -40,7 +40,7 @@ std::vector<fs::path> rasters_of(const worlds::WorldOptions& options) {
                                 "rasters of heights");
 }
 
-/// With names, since of overlapping rasters the earlier one by name counts.
+/// Includes names, since of overlapping rasters the first by name counts.
 voxel::Fingerprint state_of_rasters(const worlds::WorldOptions& options) {
     std::vector<fs::path> files = rasters_of(options);
     if (!options.orthophotos.empty()) {

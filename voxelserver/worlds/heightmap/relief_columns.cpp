@@ -10,7 +10,7 @@ using voxel::VoxelAttr;
 
 namespace {
 
-// Of a middle and its neighbours on one axis, some of which may be missing.
+// Slope from a middle and its neighbours on one axis, some of which may be missing.
 double slope_of(double before, double here, double after) noexcept {
     if (!std::isnan(before) && !std::isnan(after))
         return (after - before) / 2;
@@ -26,8 +26,8 @@ ReliefColumns::ReliefColumns(int level, const ColumnHeights& heights,
     : m_tops(kSide * kSide, kNothing),
       m_looks(static_cast<std::size_t>(voxel::kBoxSizeX) * voxel::kBoxSizeZ) {
     // The voxel that holds the height is solid, so columns of level 0 end half a voxel above it on
-    // the mean; coarser ones end where those do, rounded. A mean of equal numbers may come out one
-    // bit too small: heights that miss a voxel by less than a millionth are in it.
+    // average; coarser ones end where those do, rounded. A mean of equal numbers may be one bit too
+    // small: heights that miss a voxel by less than a millionth are counted as in it.
     constexpr double kNudge = 1e-6;
     const double up = std::ldexp(0.5, -level) + 0.5 + kNudge;
     for (int z = -1; z <= voxel::kBoxSizeZ; ++z)
@@ -63,7 +63,7 @@ VoxelAttr ReliefColumns::look(double slope, const imagery::Raster& colours,
         return out;
     out.colour = colours.colour[at];
     out.flags = VoxelAttr::kHasColour;
-    // Grass is what is green; what is not may be anything.
+    // A green colour means grass; any other may be anything.
     const voxel::Rgb8 c = out.colour;
     if (out.material == Material::kGrass && !(c.g >= c.r && c.g > c.b))
         out.material = Material::kGround;
@@ -71,8 +71,8 @@ VoxelAttr ReliefColumns::look(double slope, const imagery::Raster& colours,
 }
 
 VoxelAttr ReliefColumns::attr(int x, int z, std::int32_t depth) const noexcept {
-    constexpr std::int32_t kTurf = 3;  // voxels of soil below grass; in a photo's colour, for a
-                                       // photo shows them as the slope that they are
+    // Voxels of soil below grass; in the photo's colour, because a photo shows the slope as soil.
+    constexpr std::int32_t kTurf = 3;
     VoxelAttr out = m_looks[static_cast<std::size_t>(z * voxel::kBoxSizeX + x)];
     if (depth == 0)
         return out;

@@ -24,9 +24,9 @@ namespace fs = std::filesystem;
 using voxel::Box;
 using voxel::BoxKey;
 
-/// What the rasters are, together.
+/// The combined properties of the rasters.
 struct Survey {
-    std::vector<HeightGrid::File> files;  ///< the one that counts first is first
+    std::vector<HeightGrid::File> files;  ///< by precedence
     HeightFile::Outline outline;
     HeightFile::Range range;
     geo::Crs crs;
@@ -37,7 +37,7 @@ std::optional<geo::Crs> crs_of(const ReliefOptions& options) {
     return options.crs ? std::optional(geo::Crs::from_text(*options.crs)) : std::nullopt;
 }
 
-/// A raster as it says of itself, before it is known how it will be read.
+/// A raster as described by itself, before it is known how it will be read.
 struct Found {
     Reading reading;
     double cell_m = 0;
@@ -74,10 +74,10 @@ std::vector<Found> find_rasters(const ReliefOptions& options) {
     return found;
 }
 
-/// Looks at all rasters: those in another system than the first, in degrees, or turned, will be
-/// warped as they are read.
+/// Inspects all rasters: those in another CRS than the first, in degrees, or turned, will be warped
+/// as they are read.
 Survey survey(const ReliefOptions& options) {
-    constexpr double kMaxCells = 16e6;  // to look at for the lowest and highest: a second
+    constexpr double kMaxCells = 16e6;  // to read for the lowest and highest: a second
     const std::vector<Found> found = find_rasters(options);
     const Found& first = found.front();
     Survey out{{}, {}, {}, grid::voxel_crs_for(first.crs, first.middle[0], first.middle[1]), {}};
@@ -169,7 +169,7 @@ private:
     void describe(const Survey& found) {
         const HeightFile::Outline& o = found.outline;
         const auto voxel_at = [&](double v, const char* what) {
-            constexpr double kMax = 1 << 29;  // room for coarse voxels that stick out
+            constexpr double kMax = 1 << 29;  // room for coarse voxels that extend beyond
             if (!(std::abs(v) < kMax))
                 throw util::Error("open the relief " + found.files.front().reading.path.string() +
                                   ": its " + what + " is " + std::to_string(v) +
@@ -180,7 +180,7 @@ private:
                            high = voxel_at(m_frame.y(found.range.high_m), "highest height") + 1;
         m_base = m_options.base_m ? voxel_at(m_frame.y(*m_options.base_m), "base")
                                   : low - std::max(kBelow, (high - low) / 16);
-        // Where not all cells were looked at there may be lower and higher ones.
+        // Where not all cells were read there may be lower and higher ones.
         const std::int32_t room = found.range.exact ? 0 : std::max(64, (high - low) / 2);
         m_info.bounds.min = {voxel_at(m_frame.x(o.west), "western edge"),
                              std::min(m_base, low - kThinnest) - room,
@@ -211,8 +211,8 @@ private:
             ++m_info.levels;
     }
 
-    /// Images as they are read for voxels of a level: the frame of a coarse voxel is that of a
-    /// finest one, doubled so many times.
+    /// Images for reading at voxels of a level: the frame of a coarse voxel is that of the finest,
+    /// doubled level times.
     [[nodiscard]] const imagery::Orthophotos& photos(int level) {
         const std::lock_guard lock(m_photos_mutex);
         auto& at = m_photos[static_cast<std::size_t>(level)];
@@ -240,8 +240,8 @@ private:
         return out;
     }
 
-    // The bounds were told before all cells were read: what lies beyond them cannot be shown, and
-    // must not be cut off in silence.
+    // The bounds were fixed before all cells were read: anything beyond them cannot be shown, and
+    // must not be cut off silently.
     void check_heights(int level, std::int32_t bx, std::int32_t bz,
                        const ReliefColumns& columns) const {
         const std::int64_t high =

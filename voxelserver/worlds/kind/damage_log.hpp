@@ -8,8 +8,8 @@
 
 namespace terravox::worlds {
 
-/// What of a world was found damaged: each line once, sorted, in whatever order threads found them.
-/// Thread-safe. Keeps kMaxLines, and counts what comes after.
+/// Damage found in a world: each line once, sorted, regardless of the order in which threads found
+/// them. Thread-safe. Keeps kMaxLines, and counts any further ones.
 class DamageLog {
 public:
     static constexpr std::size_t kMaxLines = 10'000;
@@ -19,7 +19,7 @@ public:
         const std::lock_guard lock(m_mutex);
         if (m_lines.size() >= kMaxLines) {
             if (!m_lines.contains(line))
-                ++m_more;  // the same one may count twice here
+                ++m_more;  // the same line may be counted twice here
             return false;
         }
         return m_lines.insert(std::move(line)).second;

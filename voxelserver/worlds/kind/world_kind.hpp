@@ -15,11 +15,11 @@ namespace terravox::worlds {
 /// How the workers of a farm get the boxes of a world.
 enum class FarmAccess : std::uint8_t {
     kFromCoordinator,  ///< the coordinator sends them
-    kByAddress,        ///< a worker may ask the same address, where its configuration allows that
+    kByAddress,        ///< a worker may use the same address, where its configuration allows that
     kBySeed,           ///< a worker makes them itself from the input's text
 };
 
-/// What a world is opened with. References that the opened world outlives, apart from `times`.
+/// The arguments for opening a world. The opened world outlives the references, except `times`.
 struct OpenRequest {
     const WorldOptions& options;
     util::StageTimes& times;      ///< receives the time of every step; outlives the world
@@ -29,7 +29,7 @@ struct OpenRequest {
     [[nodiscard]] const std::string& input() const { return options.inputs.front(); }
 };
 
-/// What a description of an input is asked for with (`world info`).
+/// The arguments for describing an input (`world info`).
 struct DescribeRequest {
     const std::string& input;
     const std::string& dimension;  ///< of a Minecraft world: only this one; empty: all
@@ -38,7 +38,7 @@ struct DescribeRequest {
     int threads = 0;  ///< 0 = one for each core
 };
 struct Description {
-    std::string text;  ///< for people one fact a line, or JSON; without the last line's end
+    std::string text;  ///< one fact a line, or JSON; without a final line feed
     bool is_damaged = false;
 };
 
@@ -47,25 +47,25 @@ struct Description {
 /// (voxelserver/worlds/open/world_kinds.cpp).
 struct WorldKind {
     std::string_view noun;  ///< with its article, for messages: "a Minecraft world"
-    /// What a person names, for help: "a Minecraft world (folder or ZIP)". Empty where that of
-    /// another kind says it, too.
+    /// Description of the input for help: "a Minecraft world (folder or ZIP)". Empty where that of
+    /// another kind covers it.
     std::string_view input;
-    /// Whether an input is of this kind: by its content wherever a look into it tells, else by its
+    /// Whether an input is of this kind: by its content wherever that is conclusive, else by its
     /// name. Throws nothing.
     bool (*recognises)(const std::string& input);
-    /// @throws UsageError for options that do not suit it; Error when it cannot be opened
+    /// @throws UsageError for options that do not apply; Error when it cannot be opened
     std::unique_ptr<voxel::World> (*open)(const OpenRequest& request);
-    /// Describes an input by more than the world that it opens states of itself; nullptr where
-    /// there is no more. @throws UsageError for what it cannot describe; Error when it cannot be
-    /// read
+    /// Describes an input in more detail than the opened world does; nullptr where there is no
+    /// more.
+    /// @throws UsageError for an input that it cannot describe; Error when it cannot be read
     Description (*describe)(const DescribeRequest& request) = nullptr;
-    /// Names the state of all files that opening and making boxes reads: another one once any of
-    /// them changes. Costs a look at each file. @throws Error when one cannot be read
-    /// Null: the opened world names its state itself (World::edition()), or is LiDAR data
-    /// (voxelize::InputFingerprints).
+    /// Fingerprint of all files that opening and making boxes read: it changes once any of them
+    /// does. Costs a quick look at each file. Null: the opened world has its own
+    /// (World::edition()), or is LiDAR data (voxelize::InputFingerprints).
+    /// @throws Error when a file cannot be read
     voxel::Fingerprint (*state)(const WorldOptions& options) = nullptr;
-    /// Flags of `terravox serve` that mean something for this kind and not for every one, separated
-    /// by spaces. --ortho is takes_orthophotos.
+    /// Flags of `terravox serve` that apply to this kind but not to every one, separated by spaces.
+    /// --ortho is takes_orthophotos.
     std::string_view flags = {};
     bool is_path = true;         ///< the input is a file or folder of this machine
     bool takes_several = false;  ///< more than one input makes one world

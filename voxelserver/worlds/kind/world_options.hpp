@@ -11,8 +11,8 @@
 
 namespace terravox::worlds {
 
-/// What a world is opened from, whatever its kind, and with which settings. A kind of world ignores
-/// the settings that do not concern it.
+/// The inputs and settings of a world of any kind. A kind of world ignores the settings that do not
+/// concern it.
 struct WorldOptions {
     /// Paths or addresses, all of one kind (voxelserver/worlds/open/world_kinds.hpp); several only
     /// of LiDAR data and rasters of heights.
@@ -20,17 +20,18 @@ struct WorldOptions {
     /// Images, or folders of them, for LiDAR data, stores and rasters of heights.
     std::vector<std::filesystem::path> orthophotos;
 
-    std::string crs;                      ///< overrides what the files say; empty: what they say
+    std::string crs;                      ///< overrides that of the files; empty: theirs
     std::string classes = "asprs";        ///< id of a LiDAR class table, or a path to one
     std::string vertical_unit;            ///< "m", "ft" or "us-ft"; empty: from the files
     std::filesystem::path settings;       ///< of voxelization; empty: config/voxelize.toml
-    std::string steps;                    ///< of voxelization that run; empty: as settings say
+    std::string steps;                    ///< of voxelization that run; empty: as in the settings
     double voxel_m = 1;                   ///< edge of a voxel at level 0, metres
     std::string dimension = "overworld";  ///< of a Minecraft world
-    /// Of rasters of heights: rock down to this height, metres; default: a little below the lowest.
+    /// For rasters of heights: rock down to this height, metres; default: a little below the
+    /// lowest.
     std::optional<double> base_m;
-    /// Of procedural worlds. Its voxel_m is not used, the one above is; a seed in the input
-    /// replaces its seed.
+    /// For procedural worlds. Its voxel_m is not used, the one above is; a seed in the input
+    /// overrides its seed.
     procedural::Settings generated;
 
     std::size_t memory_bytes = std::size_t{4} << 30;  ///< decoded squares, chunks and columns

@@ -8,7 +8,7 @@
 
 namespace terravox::worlds {
 
-// What can be told of LiDAR inputs without the libraries that read them.
+// Checks of LiDAR inputs that do not need the libraries that read them.
 
 /// Flags of `terravox serve` for LiDAR data and stores (WorldKind::flags).
 inline constexpr std::string_view kLidarFlags =
@@ -21,7 +21,7 @@ inline constexpr std::string_view kLidarFlags =
 /// Whether an input is a store that the grabber has filled. Throws nothing.
 [[nodiscard]] bool is_store(const std::string& input);
 
-/// All options but the files.
+/// All options except the files.
 [[nodiscard]] voxelize::LidarWorldOptions lidar_options(const WorldOptions& from);
 
 }  // namespace terravox::worlds

@@ -28,8 +28,8 @@ std::unique_ptr<voxel::World> open_files(const OpenRequest& request) {
     return open_with(options, request.times);
 }
 
-/// The store's own class table counts unless a person names one; the default of WorldOptions is
-/// what stands there when nobody did.
+/// The store's own class table counts unless the user names one; an option that still has the
+/// default of WorldOptions counts as not given.
 std::unique_ptr<voxel::World> open_store(const OpenRequest& request) {
     const std::string usual = WorldOptions{}.classes;
     voxelize::LidarWorldOptions options = lidar_options(request.options);

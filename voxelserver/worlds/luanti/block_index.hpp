@@ -10,7 +10,7 @@
 
 namespace terravox::luanti {
 
-/// In which columns of boxes blocks lie, and between which heights. Of constant size (about 6 MiB),
+/// Which columns of boxes hold blocks, and between which heights. Of constant size (about 6 MiB),
 /// whatever a file claims to hold. Reading is thread-safe once it is complete.
 class BlockIndex {
 public:
@@ -23,11 +23,13 @@ public:
     BlockIndex();
     void add(const BlockPlace& place) noexcept;
 
-    /// Of all blocks, in voxels, half-open; to whole blocks.
+    /// Bounds of all blocks, in voxels, half-open; aligned to whole blocks.
     [[nodiscard]] voxel::VoxelBounds bounds() const noexcept;
-    /// Of a column of boxes of level 0. @param bx, bz any
+    /// Heights of the blocks in a column of boxes of level 0.
+    /// @param bx, bz any
     [[nodiscard]] Heights heights(std::int32_t bx, std::int32_t bz) const noexcept;
-    /// Whether a column of boxes of a level holds any block. @param level in [0, kMaxLevel)
+    /// Whether a column of boxes of a level holds any block.
+    /// @param level in [0, kMaxLevel)
     [[nodiscard]] bool holds(int level, std::int32_t bx, std::int32_t bz) const noexcept;
 
 private:

@@ -8,11 +8,11 @@
 namespace terravox::luanti {
 
 inline constexpr std::int32_t kBlockVoxels = 16;  ///< edge of a map block
-/// Blocks lie in [-kFarthestBlock, kFarthestBlock) on each axis: the key of the older files has no
-/// room for others, and the game ends before.
+/// Blocks lie in [-kFarthestBlock, kFarthestBlock) on each axis: the key of the older files cannot
+/// encode others, and the game's world ends before.
 inline constexpr std::int32_t kFarthestBlock = 2048;
 
-/// Which map block, in voxel axes: it covers voxels [16 x, 16 x + 16) and so on; z counts
+/// The place of a map block, in voxel axes: it covers voxels [16 x, 16 x + 16) and so on; z counts
 /// southwards, while the game's own z counts northwards.
 struct BlockPlace {
     std::int32_t x = 0, y = 0, z = 0;
@@ -27,7 +27,7 @@ struct BlockPlaceHash {
     }
 };
 
-/// A z of the game as ours, and back: of blocks as well as of nodes. The game's axes are
+/// Converts a z of the game to ours, and back: of blocks as well as of nodes. The game's axes are
 /// left-handed (x east, y up, z north), ours right-handed (z south), and node z of the game covers
 /// [z, z + 1) there and [-1 - z, -z) here.
 [[nodiscard]] constexpr std::int32_t mirrored(std::int32_t z) noexcept {

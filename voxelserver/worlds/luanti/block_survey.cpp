@@ -12,7 +12,7 @@
 namespace terravox::luanti {
 namespace {
 
-constexpr std::size_t kBatch = 64;  // blocks that one thread reads after each other
+constexpr std::size_t kBatch = 64;  // blocks that one thread reads in succession
 
 /// Slots spread evenly over all that are added: every place, then every second, fourth and so on.
 class Sample {
@@ -40,7 +40,7 @@ private:
     std::vector<BlockPlace> m_places;
 };
 
-/// What one block holds.
+/// The contents of one block.
 struct Facts {
     std::uint8_t version = 0;  ///< 0: damaged
     std::int8_t begin = 0;     ///< layers of the block, half-open

@@ -7,7 +7,7 @@ namespace {
 
 enum class Kind : std::uint8_t { kAir, kOpaque, kClear };
 
-// Coordinates of the box, whose margin of one voxel counts too.
+// Coordinates in the box, including its margin of one voxel.
 const voxel::VoxelAttr* attr_at(const BoxBlocks& blocks, int x, int y, int z) noexcept {
     const NodeBlock* const block = blocks.at(x >> 4, y >> 4, z >> 4).get();
     return block == nullptr ? nullptr : &block->at(x & 15, y & 15, z & 15);

@@ -18,7 +18,8 @@ public:
 
     using Block = std::shared_ptr<const NodeBlock>;  ///< nullptr: air
 
-    /// @param x, z in [-1, kAcross] @param y in [-1, kHigh]
+    /// @param x, z in [-1, kAcross]
+    /// @param y in [-1, kHigh]
     [[nodiscard]] Block& at(int x, int y, int z) noexcept { return m_blocks[index_of(x, y, z)]; }
     [[nodiscard]] const Block& at(int x, int y, int z) const noexcept {
         return m_blocks[index_of(x, y, z)];

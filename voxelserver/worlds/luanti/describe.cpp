@@ -21,13 +21,13 @@ struct Extent {
     std::array<std::int32_t, 3> max{};
 };
 
-/// Everything that is said of a world.
+/// All facts that are printed about a world.
 struct Facts {
     std::string path;
     WorldFiles files;
     std::string key;  ///< columns of the table's primary key
     BlockSurvey survey;
-    std::size_t unknown_nodes = 0;  ///< names that no entry of the table fits
+    std::size_t unknown_nodes = 0;  ///< names that match no entry of the table
     std::vector<std::string> damage;
 
     [[nodiscard]] Extent extent() const noexcept {
@@ -80,7 +80,7 @@ std::string text_of(const Facts& facts) {
         out += line("unknown nodes", std::to_string(facts.unknown_nodes) + " in no table");
     for (const std::string& damage : facts.damage)
         out += line("damaged", damage);
-    out.pop_back();  // the last line's end
+    out.pop_back();  // the final line feed
     return out;
 }
 

@@ -7,7 +7,7 @@
 
 namespace terravox::luanti {
 
-/// How many map blocks describe() decodes at most; of more, as many spread evenly.
+/// How many map blocks describe() decodes at most; where there are more, a subset spread evenly.
 inline constexpr std::size_t kMaxDescribedBlocks = std::size_t{1} << 20;
 
 /// Format, counts, extent and damage of a world, in the game's own coordinates.

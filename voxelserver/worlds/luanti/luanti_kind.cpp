@@ -39,7 +39,7 @@ std::unique_ptr<voxel::World> open_luanti(const OpenRequest& request) {
     return world;
 }
 
-// A world that a server plays in writes to the file of the log beside the map first.
+// While a server plays a world, it writes to the log file next to the map first.
 voxel::Fingerprint state_of_files(const worlds::WorldOptions& options) {
     const luanti::WorldFiles files = luanti::find_world_files(options.inputs.front());
     std::filesystem::path log = files.map;

@@ -19,7 +19,7 @@ using voxel::floor_div;
 
 constexpr std::size_t kMinMemoryBytes = std::size_t{16} << 20;
 
-// How messages begin.
+// The beginning of messages.
 std::string opening(const LuantiWorldOptions& options) {
     return "open the Luanti world " + options.path.string() + ": ";
 }
@@ -98,7 +98,7 @@ private:
         return box_of(blocks, key);
     }
 
-    // nullptr: air, because there is none, or it is damaged.
+    // nullptr: air, because the block does not exist, or is damaged.
     std::shared_ptr<const NodeBlock> block(const BlockPlace& place, MapBlockReader& reader) {
         const BlockIndex::Heights heights = m_index.heights(floor_div(place.x, BoxBlocks::kAcross),
                                                             floor_div(place.z, BoxBlocks::kAcross));

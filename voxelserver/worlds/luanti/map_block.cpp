@@ -16,7 +16,7 @@ constexpr int kFirstLightingVersion = 27;
 constexpr std::size_t kNodeBytes = kBlockNodes * 4;  // two of param0, one each of param1, param2
 constexpr std::size_t kMaxNames = kBlockNodes;       // a block has no more kinds than nodes
 
-/// Reads numbers from bytes, and never beyond their end.
+/// Reads numbers from bytes, never beyond their end.
 class Cursor {
 public:
     explicit Cursor(Bytes bytes) : m_left(bytes) {}

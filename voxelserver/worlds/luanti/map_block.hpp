@@ -34,7 +34,7 @@ class MapBlockReader {
 public:
     /// @param blob must live while the names are used
     /// @return valid until the next call
-    /// @throws Error: why the block cannot be used; then none of its nodes is to be trusted
+    /// @throws Error: why the block cannot be used; none of its nodes may then be used
     const MapBlock& read(std::span<const std::uint8_t> blob);
 
 private:

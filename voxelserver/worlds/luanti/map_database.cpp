@@ -17,7 +17,7 @@ constexpr int kMaxValueBytes = 16 << 20;  // and row: the largest blocks have so
 constexpr std::int64_t kEncodedOrigin = 0x800800800;
 constexpr std::int64_t kEncodedEnd = std::int64_t{1} << 36;
 
-/// A name in which SQLite's own signs mean nothing.
+/// A file name with SQLite's own special characters escaped.
 std::string uri_of(const std::filesystem::path& file) {
     std::string out = "file:";
     constexpr char kHex[] = "0123456789ABCDEF";
@@ -130,8 +130,8 @@ bool MapDatabase::step(sqlite3_stmt* statement) {
     return code == SQLITE_ROW;
 }
 
-// Only a plain table with a primary key will do: a view or virtual table could be endless, and
-// without a key each block would cost a walk through the file. Generated columns are not listed.
+// Only a plain table with a primary key is accepted: a view or virtual table could be endless, and
+// without a key each block would cost a scan of the file. Generated columns are not listed.
 void MapDatabase::find_schema() {
     const Statement tables = prepare(
         "SELECT 1 FROM sqlite_master WHERE type = 'table' AND name = 'blocks'"

@@ -16,22 +16,23 @@ struct sqlite3_stmt;
 namespace terravox::luanti {
 
 /// The blocks of a map.sqlite, of both schemas (a number that encodes the place, or x, y and z). A
-/// server may be writing to the file: it is opened for reading only, no transaction stays open
-/// between two calls, and a lock of the server is waited for for some seconds. Thread-safe.
+/// server may be writing to the file: it is opened read-only, no transaction stays open between two
+/// calls, and a lock held by the server is waited for for some seconds. Thread-safe.
 class MapDatabase {
 public:
-    /// @throws Error when it is no database, or has no table of blocks with a known key
+    /// @throws Error when it is not a database, or has no table of blocks with a known key
     explicit MapDatabase(const std::filesystem::path& file);
     ~MapDatabase();
     MapDatabase(const MapDatabase&) = delete;
     MapDatabase& operator=(const MapDatabase&) = delete;
 
-    /// Calls visit for the place of every block, in no promised order, reading only the keys.
-    /// @return how many keys are no place of a world; visit is not called for these
+    /// Calls visit for the place of every block, in unspecified order, reading only the keys.
+    /// @return how many keys are outside any world; visit is not called for these
     /// @throws Error when it cannot be read to its end
     std::uint64_t for_each_place(const std::function<void(const BlockPlace&)>& visit);
 
-    /// @return the stored bytes; empty: there is no such block @throws Error
+    /// @return the stored bytes; empty: there is no such block
+    /// @throws Error when it cannot be read
     [[nodiscard]] std::vector<std::uint8_t> read(const BlockPlace& place);
 
     /// Whether a block's place is one number in this file.
@@ -50,7 +51,7 @@ private:
     [[noreturn]] void fail() const;
 
     const std::string m_file;
-    std::mutex m_mutex;  ///< guards all below: one connection, used by one thread at a time
+    std::mutex m_mutex;  ///< guards everything below: one connection, used by one thread at a time
     sqlite3* m_database = nullptr;
     bool m_encoded = false;  ///< the key is one number
     Statement m_select;

@@ -10,7 +10,7 @@ namespace {
 
 using voxel::VoxelAttr;
 
-/// Index of a look in the list, to which it is added when it is new: names that look the same share
+/// Index of a look in the list, to which it is added when it is new: names with the same look share
 /// one.
 std::uint16_t index_of(const VoxelAttr& look, std::vector<VoxelAttr>& looks) {
     const auto found = std::find(looks.begin(), looks.end(), look);
@@ -20,7 +20,7 @@ std::uint16_t index_of(const VoxelAttr& look, std::vector<VoxelAttr>& looks) {
     return index;
 }
 
-/// Which entry of the names an id has.
+/// The entry of the names for an id.
 std::size_t entry_of(std::uint16_t id, const std::vector<MapBlock::Name>& names) {
     const auto found =
         std::lower_bound(names.begin(), names.end(), id,
@@ -46,7 +46,7 @@ std::shared_ptr<const NodeBlock> node_block_of(const MapBlock& block, NodeLooks&
             last_id = block.ids[i];
             look = look_of_entry[entry_of(block.ids[i], block.names)];
         }
-        // The game's z counts northwards: layers of 256 nodes change their order.
+        // The game's z counts northwards: layers of 256 nodes are in reverse order.
         const std::size_t layer = 15 - i / 256;
         out->cells[layer * 256 + i % 256] = look;
     }

@@ -10,7 +10,7 @@
 
 namespace terravox::luanti {
 
-/// A map block as voxels, in voxel axes. Holds something besides air. Immutable once made.
+/// A map block as voxels, in voxel axes. Holds something other than air. Immutable once made.
 struct NodeBlock {
     std::vector<voxel::VoxelAttr> looks;  ///< that occur, at least one
     std::vector<std::uint16_t> cells;     ///< indices into looks; empty: all are looks[0]
@@ -25,7 +25,8 @@ struct NodeBlock {
     }
 };
 
-/// Turns a map block into voxels. @return nullptr when all of it is air
+/// Turns a map block into voxels.
+/// @return nullptr when all of it is air
 /// @throws Error for a node whose id has no name
 [[nodiscard]] std::shared_ptr<const NodeBlock> node_block_of(const MapBlock& block,
                                                              NodeLooks& looks);

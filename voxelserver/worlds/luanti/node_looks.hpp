@@ -16,7 +16,7 @@
 namespace terravox::luanti {
 
 /// Material and colour of each node name; the table is searched once for each. Thread-safe. Names
-/// that no entry of the table fits are logged as warnings, once each, up to kLoggedNames.
+/// that match no entry of the table are logged as warnings, once each, up to kLoggedNames.
 class NodeLooks {
 public:
     static constexpr std::size_t kLoggedNames = 20;
@@ -24,7 +24,7 @@ public:
     explicit NodeLooks(minecraft::BlockTable table) : m_table(std::move(table)) {}
 
     [[nodiscard]] voxel::VoxelAttr of(std::string_view name);
-    /// How many different names no entry of the table fitted.
+    /// How many different names matched no entry of the table.
     [[nodiscard]] std::size_t unknown_names() const;
 
 private:

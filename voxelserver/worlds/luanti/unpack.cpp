@@ -12,7 +12,8 @@ namespace terravox::luanti {
 namespace {
 
 constexpr std::size_t kFirstBytes = std::size_t{64} << 10;
-// What a frame may make the decompressor allocate: the game's own frames have smaller windows.
+// The window size up to which a frame may make the decompressor allocate: the game's own frames
+// have smaller windows.
 constexpr int kMaxWindowLog = 24;
 
 [[noreturn]] void fail_too_large() {

@@ -8,12 +8,12 @@
 
 namespace terravox::luanti {
 
-/// Decompresses what lies in map blocks, one after the other, into a buffer that is used again. Not
+/// Decompresses the contents of map blocks, one after the other, into a buffer that is reused. Not
 /// thread-safe: one for each thread.
 class Unpacker {
 public:
-    /// The most that one stream may decompress to. Its nodes take 16 KiB; the rest is what chests,
-    /// signs and books hold.
+    /// Maximum size that one stream may decompress to. Its nodes take 16 KiB; the rest is the
+    /// contents of chests, signs and books.
     static constexpr std::size_t kLimitBytes = std::size_t{16} << 20;
 
     Unpacker();
@@ -25,9 +25,12 @@ public:
         std::span<const std::uint8_t> bytes;  ///< valid until the next call
         std::size_t packed_bytes = 0;         ///< how long the stream is; others may follow
     };
-    /// The zlib stream with which `packed` begins. @throws Error
+    /// The zlib stream with which `packed` begins.
+    /// @throws Error
     [[nodiscard]] Stream zlib(std::span<const std::uint8_t> packed);
-    /// The zstd frame with which `packed` begins. @return as Stream::bytes @throws Error
+    /// The zstd frame with which `packed` begins.
+    /// @return as Stream::bytes
+    /// @throws Error
     [[nodiscard]] std::span<const std::uint8_t> zstd(std::span<const std::uint8_t> packed);
 
 private:

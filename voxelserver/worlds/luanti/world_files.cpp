@@ -25,7 +25,7 @@ std::string_view trimmed(std::string_view text) noexcept {
 
 using Settings = std::map<std::string, std::string, std::less<>>;
 
-/// The lines `key = value` of a world.mt; other lines are not looked at.
+/// The lines `key = value` of a world.mt; other lines are ignored.
 Settings read_settings(const fs::path& file) {
     std::ifstream in(file, std::ios::binary);
     std::string text(kMaxSettingsBytes + 1, '\0');
@@ -47,7 +47,7 @@ Settings read_settings(const fs::path& file) {
     return out;
 }
 
-/// @param allowed the one value that is read, which is also the game's default
+/// @param allowed the one supported value, which is also the game's default
 void check(const fs::path& folder, const Settings& settings, const char* key,
            const std::string& allowed) {
     const auto found = settings.find(key);

@@ -5,7 +5,7 @@
 
 namespace terravox::luanti {
 
-/// What a world consists of, as far as it is read.
+/// The parts of a world that are read.
 struct WorldFiles {
     std::filesystem::path map;  ///< map.sqlite
     std::string title;          ///< world.mt's, else the name of the folder
@@ -17,8 +17,8 @@ struct WorldFiles {
 [[nodiscard]] bool looks_like_luanti(const std::filesystem::path& path) noexcept;
 
 /// @param path as looks_like_luanti()
-/// @throws UsageError for a world whose map is in no SQLite file, or has blocks of another size;
-/// Error when world.mt cannot be read
+/// @throws UsageError for a world whose map is not in an SQLite file, or has blocks of another
+/// size; Error when world.mt cannot be read
 [[nodiscard]] WorldFiles find_world_files(const std::filesystem::path& path);
 
 }  // namespace terravox::luanti

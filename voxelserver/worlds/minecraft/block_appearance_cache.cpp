@@ -9,7 +9,7 @@
 namespace terravox::minecraft {
 namespace {
 
-// Looks are few thousands; a file of made-up blocks is not to fill the memory.
+// There are a few thousand looks; a file of invented blocks must not fill the memory.
 constexpr std::size_t kMaxLooks = std::size_t{1} << 17, kMaxTold = 100'000;
 constexpr std::uint64_t kUnset = ~std::uint64_t{0};
 
@@ -68,7 +68,7 @@ void BlockAppearanceCache::of(std::span<const std::string_view> entries,
             else {
                 out[i].reserved = 1;
                 ++missing;
-            }  // a mark; no look has it
+            }  // a marker; no look has this value
         }
     }
     if (missing == 0)

@@ -18,28 +18,30 @@
 
 namespace terravox::minecraft {
 
-/// A palette entry (bytes of NBT) in words. `properties` lie in those bytes. @throws NbtError
+/// A palette entry (bytes of NBT), parsed. `properties` point into those bytes.
+/// @throws NbtError
 struct PaletteName {
     std::string_view name;
     std::vector<Property> properties;
 };
 void palette_name(std::string_view entry, PaletteName& out);
 
-/// What each block looks like, asked of the table once for each entry that differs. Thread-safe.
-/// Blocks that the table does not know are told in the log, once each, up to kToldBlocks.
+/// The look of each block; the table is searched once for each distinct entry. Thread-safe. Blocks
+/// that match no entry of the table are logged, once each, up to kToldBlocks.
 class BlockAppearanceCache {
 public:
     static constexpr int kToldBlocks = 20;
 
     explicit BlockAppearanceCache(BlockTable table);
 
-    /// The voxels that palette entries stand for. @param out as long as `entries` @throws NbtError
-    /// for an entry that is none
+    /// The voxels that palette entries stand for.
+    /// @param out as long as `entries`
+    /// @throws NbtError for an invalid entry
     void of(std::span<const std::string_view> entries, std::span<voxel::VoxelAttr> out);
     /// @param number id * 16 + data
     [[nodiscard]] voxel::VoxelAttr of_number(std::uint16_t number);
 
-    /// How many kinds of blocks no entry of the table fitted.
+    /// How many kinds of blocks matched no entry of the table.
     [[nodiscard]] std::size_t unknown_kinds() const;
 
 private:
@@ -56,8 +58,8 @@ private:
     std::shared_mutex m_mutex;  ///< guards m_looks, by the bytes of a palette entry
     std::unordered_map<std::string, voxel::VoxelAttr, TextHash, std::equal_to<>> m_looks;
     static constexpr std::size_t kNumbers = 65536;
-    std::unique_ptr<std::atomic<std::uint64_t>[]>
-        m_numbers;  ///< a VoxelAttr each; kUnset until it is asked for
+    /// A VoxelAttr each; kUnset until it is first queried.
+    std::unique_ptr<std::atomic<std::uint64_t>[]> m_numbers;
     mutable std::mutex m_told_mutex;
     std::unordered_set<std::string> m_told;
 };

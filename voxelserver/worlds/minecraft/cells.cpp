@@ -11,8 +11,8 @@ namespace terravox::minecraft {
 namespace {
 
 constexpr std::size_t kCells = kSectionVoxels;
-constexpr std::int64_t kFirstPadded =
-    2529;  // snapshot 20w17a of 1.16: an index no longer runs across two longs
+// Snapshot 20w17a of 1.16: an index no longer runs across two longs.
+constexpr std::int64_t kFirstPadded = 2529;
 
 std::uint64_t big_endian_long(const std::uint8_t* bytes) noexcept {
     std::uint64_t value = 0;
@@ -20,7 +20,7 @@ std::uint64_t big_endian_long(const std::uint8_t* bytes) noexcept {
     return std::endian::native == std::endian::little ? __builtin_bswap64(value) : value;
 }
 
-// With the number of bits known, the compiler makes a few wide steps of the inner loop.
+// With the number of bits known, the compiler turns the inner loop into a few wide steps.
 template <unsigned kBits>
 void unpack_padded(const NbtLongs& data, std::uint16_t* cells) noexcept {
     constexpr std::size_t kEach = 64 / kBits;
@@ -102,7 +102,7 @@ void unpack_cells(const NbtLongs& data, std::uint32_t palette_size,
     } else if (const std::size_t wide = data.count / 64;
                !padded && data.count % 64 == 0 && wide >= bits && wide <= 14) {
         unpack_straddling(data, static_cast<unsigned>(wide),
-                          out.cells.data());  // a writer may use more bits than it needs
+                          out.cells.data());  // a writer may use more bits than needed
     } else {
         throw util::Error(at_section(out) + std::to_string(data.count) +
                           " longs of indices for a palette of " + std::to_string(palette_size) +

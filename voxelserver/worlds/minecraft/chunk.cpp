@@ -9,16 +9,16 @@
 namespace terravox::minecraft {
 namespace {
 
-constexpr std::int64_t kFirstOfAnyHeight =
-    2685;  // snapshot 20w49a of 1.17: before it, blocks lie from y = 0 to 255
-constexpr std::size_t kMaxSections = 1024;  // a list of more is no chunk's
+// Snapshot 20w49a of 1.17: before it, blocks lie from y = 0 to 255.
+constexpr std::int64_t kFirstOfAnyHeight = 2685;
+constexpr std::size_t kMaxSections = 1024;  // a longer list is not from a chunk
 
 bool is_integer(NbtType type) noexcept {
     return type >= NbtType::kByte && type <= NbtType::kLong;
 }
 
-// A section as it stands in the file, to be unpacked once the chunk's version is known: that may
-// come last.
+// A section as stored in the file, to be unpacked once the chunk's version is known, which may be
+// the last field.
 struct RawSection {
     std::optional<std::int64_t> y;
     std::span<const std::uint8_t> blocks, add, data;
@@ -126,7 +126,8 @@ bool any(std::span<const std::uint8_t> bytes) noexcept {
     return std::any_of(bytes.begin(), bytes.end(), [](std::uint8_t byte) { return byte != 0; });
 }
 
-// Nothing but air, told without unpacking: for heights where nothing may lie.
+// Whether a section holds only air, determined without unpacking: for heights where nothing may
+// lie.
 bool is_bare(const RawSection& raw, const ChunkBlocks& out) {
     if (!raw.has_palette)
         return !any(raw.blocks) && !any(raw.add);
@@ -137,7 +138,7 @@ bool is_bare(const RawSection& raw, const ChunkBlocks& out) {
 
 void unpack_section(const RawSection& raw, ChunkBlocks& out) {
     if (!raw.has_palette && raw.blocks.empty())
-        return;  // light only
+        return;  // holds light only
     const bool any_height =
         out.data_version.value_or(0) >= kFirstOfAnyHeight || (raw.has_palette && !out.data_version);
     const std::int64_t lowest = any_height ? kLowestSection : 0,

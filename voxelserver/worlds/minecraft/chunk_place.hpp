@@ -21,7 +21,7 @@ struct ChunkPlaceHash {
     }
 };
 
-/// Whether a chunk may lie there at all.
+/// Whether a chunk may lie at this place.
 [[nodiscard]] constexpr bool within_world(const ChunkPlace& p) noexcept {
     return p.x >= -kFarthestChunk && p.x < kFarthestChunk && p.z >= -kFarthestChunk &&
            p.z < kFarthestChunk;

@@ -10,16 +10,16 @@
 
 namespace terravox::minecraft {
 
-/// Reads chunks of one store, one after the other, and checks that each stands where it belongs.
-/// Not thread-safe: one for each thread.
+/// Reads chunks of one store, one after the other, and checks that each is at its own place. Not
+/// thread-safe: one for each thread.
 class ChunkReader {
 public:
     explicit ChunkReader(const ChunkStore& store) : m_store(store) {}
-    /// @return valid until the next call @throws Error: why the chunk cannot be used
+    /// @return valid until the next call
+    /// @throws Error: why the chunk cannot be used
     const ChunkBlocks& read(const ChunkRef& chunk);
-    [[nodiscard]] Compression compression() const noexcept {
-        return m_compression;
-    }  ///< of the chunk that was read last
+    /// Compression of the chunk that was read last.
+    [[nodiscard]] Compression compression() const noexcept { return m_compression; }
 
 private:
     const ChunkStore& m_store;
@@ -28,12 +28,13 @@ private:
     Compression m_compression = Compression::kNone;
 };
 
-/// Things that one thread uses at a time: each takes one that lies idle, or makes another.
-/// Thread-safe.
+/// Pool of objects that are used by one thread at a time: each thread takes an idle one, or makes
+/// another. Thread-safe.
 template <class Tool>
 class Toolbox {
 public:
-    /// Calls work(tool). @param make std::unique_ptr<Tool>(): called when none lies idle
+    /// Calls work(tool).
+    /// @param make std::unique_ptr<Tool>(): called when none is idle
     template <class Make, class Work>
     auto with(const Make& make, const Work& work) {
         std::unique_ptr<Tool> tool = take();
@@ -43,7 +44,7 @@ public:
         return work(*tool);
     }
 
-    /// All that lie idle, in no promised order.
+    /// Visits all idle tools, in unspecified order.
     template <class Visit>
     void for_each(const Visit& visit) {
         const std::lock_guard lock(m_mutex);

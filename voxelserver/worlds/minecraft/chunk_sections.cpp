@@ -26,7 +26,7 @@ void ChunkBlocks::clear() noexcept {
     m_count = 0;
 }
 
-// Nearly always sorted already. Of two at one height the later counts, as in the game.
+// Mostly sorted already. Of two at one height the later counts, as in the game.
 void ChunkBlocks::sort_sections() {
     const auto begin = m_sections.begin(), end = begin + static_cast<std::ptrdiff_t>(m_count);
     const auto lower = [](const ChunkSection& a, const ChunkSection& b) { return a.y < b.y; };

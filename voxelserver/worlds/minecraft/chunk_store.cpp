@@ -11,7 +11,7 @@
 namespace terravox::minecraft {
 namespace {
 
-// Region by region, then as in a region's table: the order in which files are best read.
+// Region by region, then as in a region's table: the most efficient order of reading.
 auto order_of(const ChunkPlace& p) noexcept {
     return std::tuple(p.x >> 5, p.z >> 5, p.z & 31, p.x & 31);
 }
@@ -62,7 +62,7 @@ ChunkStore::Indexed ChunkStore::index_file(std::uint32_t file) {
     return out;
 }
 
-// Of a file whose name does not say where it lies: the first of its chunks that can be read does.
+// For a file whose name does not state its place: the first of its readable chunks does.
 void ChunkStore::place_region(std::uint32_t file, std::vector<ChunkRef>& chunks) {
     Reader reader;
     ChunkBlocks blocks;
@@ -70,7 +70,7 @@ void ChunkStore::place_region(std::uint32_t file, std::vector<ChunkRef>& chunks)
         try {
             decode_chunk(read(chunk, reader).nbt, blocks);
         } catch (const util::Error&) {
-            continue;  // told of when it is read for its blocks
+            continue;  // reported when it is read for its blocks
         }
         if (!blocks.place || !within_world(*blocks.place))
             continue;
@@ -113,7 +113,7 @@ ChunkStore::Bytes ChunkStore::read(const ChunkRef& chunk, Reader& reader) const 
     return {reader.inflater.unpack(packed.compression, packed.bytes), packed.compression};
 }
 
-// Ref: chunks of more than 255 sectors lie beside their region, since 1.15; named by the chunk's
+// Chunks of more than 255 sectors are stored next to their region, since 1.15; named by the chunk's
 // place in the world.
 ChunkStore::Bytes ChunkStore::read_external(const ChunkRef& chunk, Compression compression,
                                             Reader& reader) const {

@@ -11,19 +11,19 @@
 
 namespace terravox::minecraft {
 
-/// A chunk that some file says it has.
+/// A chunk that is listed in some file.
 struct ChunkRef {
     ChunkPlace place;
     std::uint32_t file = 0;      ///< index in the dimension's files
     std::uint32_t location = 0;  ///< in a region's table
 };
 
-/// The chunks of one dimension: which there are, and their unpacked bytes. Thread-safe; the world's
+/// The chunks of one dimension: their places, and their unpacked bytes. Thread-safe; the world's
 /// folder must outlive it.
 class ChunkStore {
 public:
-    /// Reads the head of every region. One that cannot be read is a line of damage(). @param
-    /// threads that do so, 0 = one for each core
+    /// Reads the head of every region. One that cannot be read is a line of damage().
+    /// @param threads that do so, 0 = one for each core
     ChunkStore(const WorldFolder& world, const DimensionFolder& dimension, int threads);
 
     /// Region by region, and within each as in its table.
@@ -33,7 +33,7 @@ public:
         return m_files[chunk.file].kind != FileKind::kChunk;
     }
 
-    /// What one thread needs to read chunks with.
+    /// The buffers that one thread needs to read chunks.
     struct Reader {
         Inflater inflater;
         std::vector<std::uint8_t> buffer;
@@ -47,9 +47,8 @@ public:
 
     /// For messages: "region/r.0.-1.mca, chunk 3, -20".
     [[nodiscard]] std::string name_of(const ChunkRef& chunk) const;
-    [[nodiscard]] const std::vector<std::string>& damage() const noexcept {
-        return m_damage;
-    }  ///< of whole files
+    /// Damage of whole files.
+    [[nodiscard]] const std::vector<std::string>& damage() const noexcept { return m_damage; }
     [[nodiscard]] const std::vector<std::string>& notes() const noexcept { return m_notes; }
     [[nodiscard]] FileKind kind_of(const ChunkRef& chunk) const noexcept {
         return m_files[chunk.file].kind;

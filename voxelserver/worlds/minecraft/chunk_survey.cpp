@@ -11,10 +11,10 @@
 namespace terravox::minecraft {
 namespace {
 
-constexpr std::size_t kBatch =
-    32;  // chunks that one thread reads after each other: they lie together
+// Chunks that one thread reads in succession: they lie together.
+constexpr std::size_t kBatch = 32;
 
-// Heights so far. Widened by all threads; what comes out does not depend on their order.
+// Heights so far. Widened by all threads; the result does not depend on their order.
 class Heights {
 public:
     void widen(std::int32_t lo, std::int32_t hi) noexcept {
@@ -37,7 +37,7 @@ struct Tools {
     Tools(const ChunkStore& store, BlockAppearanceCache& book) : reader(store), maker(book) {}
 };
 
-// Whether a section may hold anything, without a look at each of its voxels.
+// Whether a section may hold anything, without a test of each of its voxels.
 bool may_hold(Tools& tools, BlockAppearanceCache& book, const ChunkBlocks& blocks,
               const ChunkSection& section) {
     if (section.numeric)
@@ -50,9 +50,10 @@ bool may_hold(Tools& tools, BlockAppearanceCache& book, const ChunkBlocks& block
     });
 }
 
+// The layers of a section that hold anything.
 struct Layers {
     int lowest = 16, highest = -1;
-};  // of a section, that hold anything
+};
 
 Layers layers_of(const VoxelSection& section) noexcept {
     if (section.air())
@@ -67,7 +68,8 @@ Layers layers_of(const VoxelSection& section) noexcept {
     return {std::countr_zero(any), 31 - std::countl_zero(any)};
 }
 
-// The layers of a section, as heights. @return whether there are any
+// Widens the heights by the layers of a section.
+// @return whether there are any
 bool widen_by(Tools& tools, const ChunkBlocks& blocks, const ChunkSection& section,
               Heights& heights) {
     const Layers layers = layers_of(tools.maker.make(blocks, section));
@@ -77,7 +79,7 @@ bool widen_by(Tools& tools, const ChunkBlocks& blocks, const ChunkSection& secti
     return true;
 }
 
-// Only sections that may widen the heights are looked at voxel by voxel. What is returned does not
+// Only sections that may widen the heights are examined voxel by voxel. The return value does not
 // depend on what other threads have found.
 bool look_at(Tools& tools, BlockAppearanceCache& book, const ChunkBlocks& blocks,
              Heights& heights) {
@@ -94,7 +96,8 @@ bool look_at(Tools& tools, BlockAppearanceCache& book, const ChunkBlocks& blocks
     return true;
 }
 
-// Of a world that is not looked through: the heights of the sections that a chunk has, air or not.
+// For a world that is not scanned completely: the heights of the sections that a chunk has, air or
+// not.
 void look_at_sections(const ChunkBlocks& blocks, Heights& heights) noexcept {
     if (blocks.sections().empty())
         return;
@@ -118,9 +121,8 @@ ChunkSurvey survey_chunks(const ChunkStore& store, BlockAppearanceCache& book,
                      [&](Tools& tools) {
                          for (std::size_t i = batch * kBatch;
                               i < std::min(count, (batch + 1) * kBatch); ++i) {
-                             const ChunkRef& chunk =
-                                 chunks[i * chunks.size() / count];  // evenly spread; all of them
-                                                                     // when all are asked for
+                             // Evenly spread; all of them when the scan is complete.
+                             const ChunkRef& chunk = chunks[i * chunks.size() / count];
                              try {
                                  const ChunkBlocks& blocks = tools.reader.read(chunk);
                                  for (const std::string& oddity : blocks.oddities)

@@ -13,7 +13,7 @@ using voxel::kBoxSizeY;
 
 constexpr int kSections = kBoxSizeY / 16;
 
-// The sections of one chunk that a box meets, with the one below and the one above. nullptr: air.
+// The sections of one chunk in a box, with the one below and the one above. nullptr: air.
 using Stack = std::array<const VoxelSection*, kSections + 2>;
 
 Stack stack_of(const VoxelChunk* chunk, std::int32_t first_section) noexcept {
@@ -33,7 +33,7 @@ bool bare(const Stack& stack) noexcept {
                        [](const VoxelSection* s) { return s == nullptr; });
 }
 
-/// Bits of a column of voxels of one kind, told to the builder as runs.
+/// Passes the bits of a column of voxels of one kind to the builder as runs.
 class Runs {
 public:
     Runs(BoxBuilder& builder, int x, int z, bool opaque) noexcept
@@ -43,7 +43,7 @@ public:
         if (bits == (m_open ? 0xFFFFu : 0u))
             return;
         for (int at = 0; at < 16;) {
-            // The next voxel that is unlike those before it.
+            // The next voxel that differs from those before it.
             const int change = std::countr_zero((m_open ? ~bits : bits) >> at);
             if (change >= 16 - at)
                 return;
@@ -66,7 +66,7 @@ private:
     bool m_opaque, m_open = false;
 };
 
-// Of sections that are all alike: all bits or none.
+// For uniform sections: all bits or none.
 bool uniform_opaque(const VoxelSection& section) noexcept {
     return !voxel::see_through(section.looks.front().material);
 }
@@ -114,8 +114,8 @@ std::shared_ptr<const voxel::Box> box_of(const ChunkPatch& patch, const voxel::B
             if (bare(stack))
                 continue;
             const bool inside = cx >= 0 && cx < 4 && cz >= 0 && cz < 4;
-            // Of the chunks around, the row that touches the box; whether it hides what is inside
-            // only opaque voxels tell.
+            // Of the chunks around, the row that touches the box; only opaque voxels can hide what
+            // is inside.
             const int x0 = cx == -1 ? 15 : 0, x1 = cx == 4 ? 1 : 16, z0 = cz == -1 ? 15 : 0,
                       z1 = cz == 4 ? 1 : 16;
             for (int z = z0; z < z1; ++z)

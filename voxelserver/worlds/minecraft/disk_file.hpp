@@ -6,13 +6,15 @@
 
 namespace terravox::minecraft {
 
-/// A file on disk, read by position: one that becomes shorter while it is open is an error, not a
-/// crash as it would be mapped.
+/// A file on disk, read by position: if it becomes shorter while it is open, reads throw, where a
+/// mapped file would crash.
 class DiskFile final : public ByteFile {
 public:
-    explicit DiskFile(
-        const std::filesystem::path& path);  ///< @throws Error when it cannot be opened
-    /// Takes over a file that is open. @param name for messages @throws Error
+    /// @throws Error when it cannot be opened
+    explicit DiskFile(const std::filesystem::path& path);
+    /// Takes over an open file.
+    /// @param name for messages
+    /// @throws Error
     DiskFile(int descriptor, std::string name);
     ~DiskFile() override;
     DiskFile(const DiskFile&) = delete;

@@ -19,7 +19,7 @@ util::Error cannot_look_at(const fs::path& path, const std::error_code& why) {
                        why.message());
 }
 
-/// Entities and points of interest lie in regions, too, but no block does.
+/// Entities and points of interest are stored in regions, too, but hold no blocks.
 bool holds_blocks(const fs::path& file) {
     const std::string folder = file.parent_path().filename().string();
     if (folder == "entities" || folder == "poi")

@@ -9,7 +9,7 @@
 namespace terravox::minecraft {
 namespace {
 
-constexpr std::int32_t kCell = 8;  // chunks across: parts hang together when their cells touch
+constexpr std::int32_t kCell = 8;  // chunks across: parts are connected when their cells touch
 
 struct Cell {
     std::size_t chunks = 0;
@@ -17,7 +17,7 @@ struct Cell {
     bool taken = false;
 };
 using Cells =
-    std::map<ChunkPlace, Cell>;  // in order, so that what comes first does not depend on hashes
+    std::map<ChunkPlace, Cell>;  // ordered, so that the first one does not depend on hashes
 
 void add(Cell& to, std::size_t chunks, const ChunkArea& area) {
     to.area =
@@ -28,7 +28,7 @@ void add(Cell& to, std::size_t chunks, const ChunkArea& area) {
     to.chunks += chunks;
 }
 
-// All that hangs together with a cell.
+// All cells connected with a cell.
 Cell part_from(Cells& cells, Cells::iterator first) {
     Cell out;
     std::vector<Cells::iterator> open{first};

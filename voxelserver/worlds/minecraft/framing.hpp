@@ -13,9 +13,10 @@ struct ChunkArea {
     friend bool operator==(const ChunkArea&, const ChunkArea&) = default;
 };
 
-/// What is worth framing of chunks that lie scattered, as where players walked off through a
-/// portal: the largest part of them that hangs together, over gaps of up to a hundred voxels. The
-/// north-western one of several as large. @return nullopt when all hang together, or there are none
+/// The part worth framing of chunks that lie scattered, as where players walked off through a
+/// portal: the largest part that is connected, over gaps of up to a hundred voxels. Of several
+/// equally large ones, the north-western.
+/// @return nullopt when all are connected, or there are none
 [[nodiscard]] std::optional<ChunkArea> main_part(std::span<const ChunkPlace> places);
 
 }  // namespace terravox::minecraft

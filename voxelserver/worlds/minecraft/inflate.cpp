@@ -69,7 +69,7 @@ struct Inflater::Deflate {
 Inflater::Inflater() : m_deflate(std::make_unique<Deflate>()) {}
 Inflater::~Inflater() = default;
 
-// Grows the buffer to `bytes` at least; the first `keep` bytes stay.
+// Grows the buffer to at least `bytes`; the first `keep` bytes stay.
 void Inflater::reserve(std::size_t bytes, std::size_t keep) {
     if (bytes <= m_capacity)
         return;
@@ -82,7 +82,7 @@ void Inflater::reserve(std::size_t bytes, std::size_t keep) {
 
 std::span<const std::uint8_t> Inflater::unpack(Compression compression,
                                                std::span<const std::uint8_t> packed) {
-    // One huge chunk does not hold its memory for good.
+    // The memory of one huge chunk is not kept for good.
     constexpr std::size_t kKeptBytes = std::size_t{4} << 20;
     if (m_capacity > kKeptBytes) {
         m_buffer.reset();

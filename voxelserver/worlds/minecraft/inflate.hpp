@@ -10,7 +10,7 @@
 
 namespace terravox::minecraft {
 
-/// Packed bytes are damaged, or unpack to more than is allowed.
+/// Packed bytes are damaged, or unpack to more than the limit.
 class InflateError : public util::Error {
 public:
     using util::Error::Error;
@@ -18,18 +18,18 @@ public:
 
 /// How a chunk is packed: the number in a region file.
 enum class Compression : std::uint8_t { kGzip = 1, kZlib = 2, kNone = 3, kLz4 = 4 };
-[[nodiscard]] const char* compression_name(
-    Compression compression) noexcept;  ///< "gzip", "zlib", "none", "lz4"
+/// "gzip", "zlib", "none", "lz4".
+[[nodiscard]] const char* compression_name(Compression compression) noexcept;
 
-/// Told by the first bytes, for files that stand alone: gzip, zlib, LZ4, else none.
+/// From the first bytes, for files that stand alone: gzip, zlib, LZ4, else none.
 [[nodiscard]] Compression guess_compression(std::span<const std::uint8_t> packed) noexcept;
 
-/// Unpacks chunks, one after the other, into a buffer of its own that is used again. Not
-/// thread-safe: one for each thread.
+/// Unpacks chunks, one after the other, into a buffer of its own that is reused. Not thread-safe:
+/// one for each thread.
 class Inflater {
 public:
-    /// What a chunk may unpack to. The largest seen in the wild are some MiB; the format has no
-    /// limit.
+    /// Maximum size that a chunk may unpack to. The largest seen in the wild are some MiB; the
+    /// format has no limit.
     static constexpr std::size_t kLimitBytes = std::size_t{64} << 20;
 
     Inflater();
@@ -37,7 +37,7 @@ public:
     Inflater(const Inflater&) = delete;
     Inflater& operator=(const Inflater&) = delete;
 
-    /// @return the unpacked bytes; valid until the next call, or those given when they are not
+    /// @return the unpacked bytes, valid until the next call; or the given ones when they are not
     /// packed
     /// @throws InflateError
     [[nodiscard]] std::span<const std::uint8_t> unpack(Compression compression,

@@ -33,8 +33,8 @@ const char* kind_name(FileKind kind) noexcept {
     return "unknown";
 }
 
-/// Facts of some of the chunks; those of several tallies are added up in the end. Sums only: the
-/// order does not matter.
+/// Facts of some of the chunks; several tallies are added up at the end. Sums only: the order does
+/// not matter.
 class Tally {
 public:
     Tally(const ChunkStore& store, bool with_blocks)
@@ -99,7 +99,7 @@ private:
         std::int64_t lo = 0, hi = 0;
         for (const ChunkSection& section : blocks.sections()) {
             count_cells(blocks, section);
-            // The layers that hold anything.
+            // The layers that are not empty.
             int lowest = 16, highest = -1;
             for (int y = 0; y < 16; ++y)
                 if (layer_holds(section, y)) {
@@ -126,7 +126,7 @@ private:
         }
     }
 
-    // Also learns which entries of the section's palette are air.
+    // Also records which entries of the section's palette are air.
     void count_cells(const ChunkBlocks& blocks, const ChunkSection& section) {
         m_air.assign(section.palette_size, 0);
         if (section.numeric) {

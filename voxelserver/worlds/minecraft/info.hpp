@@ -21,44 +21,45 @@ struct DescribeOptions {
     int threads = 0;             ///< 0 = one for each core
 };
 
-/// What the chunks of one dimension are.
+/// Facts about the chunks of one dimension.
 struct DimensionFacts {
     std::string name;  ///< "overworld", "nether", "end", "DIM7", "some_pack:moon"
     std::map<std::string, std::int64_t> files;  ///< by kind: "mca", "mcr", "alpha"
-    /// Chunks that stand in the files' tables; each is finished, unfinished (a proto-chunk) or
+    /// Chunks that are listed in the files' tables; each is finished, unfinished (a proto-chunk) or
     /// damaged.
     std::int64_t chunks = 0, finished = 0, unfinished = 0, damaged = 0;
     std::int64_t empty = 0;  ///< of the finished and unfinished: those of nothing but air
     std::map<std::string, std::int64_t> states;  ///< by Status; "" = none, as before 1.13
-    std::map<std::string, std::int64_t>
-        versions;  ///< by game version, or generation of the format where the chunk names none
+    /// By game version, or generation of the format where the chunk names none.
+    std::map<std::string, std::int64_t> versions;
     std::map<std::string, std::int64_t> compressions;  ///< "gzip", "zlib", "none", "lz4"
-    /// Of blocks that are not air, half-open, in Minecraft's coordinates, x and z to whole chunks;
-    /// min = max: none.
+    /// Bounds of the blocks that are not air, half-open, in Minecraft's coordinates, x and z to
+    /// whole chunks; min = max: none.
     std::array<std::int64_t, 3> min{}, max{};
-    /// How many there are of each block but air, where asked for: "minecraft:stone", or "1:0"
-    /// (id:data) in chunks of numeric ids.
+    /// Count of each block except air, where requested: "minecraft:stone", or "1:0" (id:data) in
+    /// chunks of numeric ids.
     std::map<std::string, std::int64_t> blocks;
     std::vector<std::string> damage;  ///< one line each
-    std::vector<std::string>
-        notes;  ///< what is odd but does no harm, e.g. regions that were passed over
+    std::vector<std::string> notes;   ///< harmless oddities, e.g. regions that were skipped
 };
 
 struct WorldFacts {
-    std::string path,
-        format;  ///< format: "Anvil", "McRegion", "Alpha", "one chunk", or several with "+" between
+    /// `format`: "Anvil", "McRegion", "Alpha", "one chunk", or several with "+" between.
+    std::string path, format;
     std::string root;  ///< folder inside the path that holds the world; empty: the path itself
-    std::optional<LevelDat>
-        level;  ///< nullopt: no level.dat, or one that cannot be read (then a line in `damage`)
+    /// nullopt: no level.dat, or one that cannot be read (then a line in `damage`).
+    std::optional<LevelDat> level;
     std::vector<DimensionFacts> dimensions;
     std::vector<std::string> damage;  ///< of the world as a whole, one line each
 };
 
-/// Reads every chunk. @throws UsageError for a path without a world, or without that dimension
+/// Reads every chunk.
+/// @throws UsageError for a path without a world, or without that dimension
 [[nodiscard]] WorldFacts describe(const DescribeOptions& options);
 
-/// For people: one fact a line, without the last line's end. @param blocks names numeric ids and
-/// tells which blocks no table knows; nullptr: ids stay numbers
+/// Plain text: one fact a line, without a final line feed.
+/// @param blocks names numeric ids and lists the blocks that the table does not know; nullptr: ids
+/// stay numbers
 [[nodiscard]] std::string to_text(const WorldFacts& facts, const BlockTable* blocks = nullptr);
 [[nodiscard]] std::string to_json(const WorldFacts& facts);
 

@@ -26,7 +26,7 @@ std::vector<std::pair<std::string, std::int64_t>> by_count(const Counts& counts)
     return out;
 }
 
-// "1:0", told apart from a name by its first letter.
+// "1:0", distinguished from a name by its first character.
 bool is_number(const std::string& name) noexcept {
     return !name.empty() && name.front() >= '0' && name.front() <= '9';
 }
@@ -132,7 +132,7 @@ std::string to_text(const WorldFacts& facts, const BlockTable* blocks) {
     for (const DimensionFacts& dimension : facts.dimensions)
         out += text_of(dimension, blocks);
     if (!out.empty())
-        out.pop_back();  // the last line's end
+        out.pop_back();  // the final line feed
     return out;
 }
 

@@ -11,7 +11,7 @@ bool whole_number(NbtType type) noexcept {
     return type >= NbtType::kByte && type <= NbtType::kLong;
 }
 
-// Spawn as [x, y, z], as newer versions have it within a compound of its own.
+// Spawn as [x, y, z], as newer versions store it within a compound of its own.
 void read_spawn(NbtReader& in, LevelDat& level) {
     NbtField field;
     while (in.next(field)) {

@@ -8,7 +8,7 @@
 
 namespace terravox::minecraft {
 
-/// What level.dat says of a world. What it does not say is empty.
+/// The contents of level.dat. What it lacks is empty.
 struct LevelDat {
     std::string name;                          ///< UTF-8
     std::string version;                       ///< e.g. "1.16.4"
@@ -17,7 +17,9 @@ struct LevelDat {
     std::optional<std::int64_t> seed;
 };
 
-/// @param file gzip, zlib or bare NBT @param origin names it in messages @throws Error
+/// @param file gzip, zlib or bare NBT
+/// @param origin names it in messages
+/// @throws Error
 [[nodiscard]] LevelDat read_level_dat(std::span<const std::uint8_t> file,
                                       const std::string& origin);
 

@@ -24,7 +24,7 @@ using voxel::floor_div;
 constexpr std::size_t kMinMemoryBytes = std::size_t{16} << 20;
 constexpr std::int32_t kChunksAcross = voxel::kBoxSizeX / 16;
 
-// How messages begin.
+// The beginning of messages.
 std::string opening(const MinecraftWorldOptions& options) {
     return "open the Minecraft world " + options.path.string() + ": ";
 }
@@ -143,7 +143,7 @@ private:
                 m_columns[level].insert({floor_div(finer.x, 2), floor_div(finer.z, 2)});
     }
 
-    // nullptr: air, because there is none, or it is damaged.
+    // nullptr: air, because the chunk does not exist, or is damaged.
     std::shared_ptr<const VoxelChunk> chunk(const ChunkPlace& place) {
         const ChunkRef* ref = m_store.find(place);
         if (ref == nullptr)
@@ -172,7 +172,7 @@ private:
                             });
     }
 
-    // Heights of a large world are told from a part of its chunks.
+    // The heights of a large world are estimated from a part of its chunks.
     void tell_if_outside(const ChunkRef& ref, const VoxelChunk& chunk) {
         const voxel::BoxRange range = voxel::boxes_over(m_info.bounds, 0);
         const std::int64_t lo = std::int64_t{chunk.first_y} * 16,

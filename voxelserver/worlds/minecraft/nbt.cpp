@@ -8,7 +8,7 @@
 namespace terravox::minecraft {
 namespace {
 
-// Bytes that a value of a type takes at least; 0 = its size is not fixed.
+// Minimum bytes of a value of a type; 0 = its size is not fixed.
 std::uint64_t fixed_size(NbtType type) noexcept {
     switch (type) {
         case NbtType::kByte: return 1;
@@ -114,7 +114,7 @@ NbtList NbtReader::list() {
         return out;  // as the game: an empty list
     if (out.type == NbtType::kEnd)
         fail("a list of " + std::to_string(count) + " elements without a type");
-    // Each element takes a byte at least, so that a count never drives more work than there are
+    // Each element takes at least a byte, so that a count never causes more work than there are
     // bytes.
     const std::uint64_t least = std::max<std::uint64_t>(fixed_size(out.type), 1);
     if (static_cast<std::uint64_t>(count) * least > left())
@@ -124,14 +124,14 @@ NbtList NbtReader::list() {
     return out;
 }
 
-// What is open (compounds, and lists of what has no fixed size) lies on a stack of its own.
+// Open values (compounds, and lists of elements without fixed size) are on a stack of its own.
 void NbtReader::skip(NbtType type) {
     struct Open {
         NbtType type;
         std::uint32_t left;
-    };  // of a list: what its elements are, and how many are to come
-    constexpr auto kCompound =
-        static_cast<NbtType>(0xFF);  // what is open is a compound: the type of no list
+    };  // of a list: the type of its elements, and how many are left
+    // Marks an open compound: the type of no list.
+    constexpr auto kCompound = static_cast<NbtType>(0xFF);
     std::array<Open, kMaxDepth> open;
     int depth = 0;
     for (;;) {
@@ -161,7 +161,7 @@ void NbtReader::skip(NbtType type) {
             }
             open[static_cast<std::size_t>(depth++)] = opened;
         }
-        for (;;) {  // to the next value within what is open
+        for (;;) {  // to the next value within the open ones
             if (depth == 0)
                 return;
             Open& top = open[static_cast<std::size_t>(depth - 1)];
@@ -193,7 +193,7 @@ std::string_view NbtReader::since(std::size_t position) const noexcept {
 
 namespace {
 
-// The code unit at `i`, which moves past it. nullopt: none.
+// The code unit at `i`, which is advanced past it. nullopt: none.
 std::optional<std::uint32_t> code_unit(std::string_view text, std::size_t& i) noexcept {
     const auto byte = [&](std::size_t at) {
         return static_cast<std::uint32_t>(static_cast<unsigned char>(text[at]));

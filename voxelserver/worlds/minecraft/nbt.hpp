@@ -10,7 +10,7 @@
 
 namespace terravox::minecraft {
 
-/// Bytes are not the NBT that they should be.
+/// The bytes are not the expected NBT.
 class NbtError : public util::Error {
 public:
     using util::Error::Error;
@@ -39,13 +39,13 @@ struct NbtField {
     std::string_view name;
 };
 
-/// The head of a list: what its elements are, and how many.
+/// The head of a list: the type of its elements, and their number.
 struct NbtList {
     NbtType type = NbtType::kEnd;
     std::uint32_t count = 0;
 };
 
-/// An array as it lies in the bytes: big-endian, unaligned.
+/// An array as stored: big-endian, unaligned.
 template <int kWidth>
 struct NbtArray {
     const std::uint8_t* bytes = nullptr;
@@ -63,10 +63,11 @@ using NbtInts = NbtArray<4>;
 using NbtLongs = NbtArray<8>;
 
 /// Reads NBT (Java edition, big-endian) from front to back, without copies: the caller pulls the
-/// fields that it knows and skips the others. What is claimed (lengths, counts) is checked against
-/// the bytes that are left before anything is done with it. Nothing here recurses: only skip()
-/// follows the data's nesting, down to kMaxDepth. Every call @throws NbtError where the bytes end
-/// early or are no NBT; then the reader is of no more use.
+/// fields that it knows and skips the others. Lengths and counts are checked against the remaining
+/// bytes before they are used. Nothing here recurses: only skip() follows the data's nesting, down
+/// to kMaxDepth.
+/// @throws NbtError from every call where the bytes end early or are not NBT; the reader must not
+/// be used after that
 class NbtReader {
 public:
     static constexpr int kMaxDepth = 512;  ///< as in the game
@@ -74,9 +75,10 @@ public:
     explicit NbtReader(std::span<const std::uint8_t> bytes) noexcept
         : m_begin(bytes.data()), m_at(bytes.data()), m_end(bytes.data() + bytes.size()) {}
 
-    /// Enters the compound that a whole file is; its name is passed over.
+    /// Enters the compound that a whole file consists of; its name is skipped.
     void enter_root();
-    /// The next field of the compound that is being read. @return false at its end
+    /// The next field of the compound that is being read.
+    /// @return false at its end
     [[nodiscard]] bool next(NbtField& field);
 
     [[nodiscard]] std::int64_t integer(NbtType type);  ///< of a byte, short, int or long
@@ -88,12 +90,12 @@ public:
     [[nodiscard]] NbtList list();
     void skip(NbtType type);  ///< the value of a field or an element
 
-    /// Where the reader stands, to be read again by another one: at(position).
+    /// The current position, from which another reader can read again: at(position).
     [[nodiscard]] std::size_t position() const noexcept {
         return static_cast<std::size_t>(m_at - m_begin);
     }
     [[nodiscard]] NbtReader at(std::size_t position) const noexcept;
-    /// The bytes from `position` to where the reader stands.
+    /// The bytes from `position` to the current position.
     [[nodiscard]] std::string_view since(std::size_t position) const noexcept;
 
 private:
@@ -116,8 +118,8 @@ private:
     const std::uint8_t* m_end;
 };
 
-/// Modified UTF-8 as UTF-8: NUL and surrogate pairs in their usual form; what is no text becomes
-/// '?', control characters too.
+/// Modified UTF-8 as UTF-8: NUL and surrogate pairs in their usual form; invalid sequences and
+/// control characters become '?'.
 [[nodiscard]] std::string utf8_of(std::string_view modified);
 
 }  // namespace terravox::minecraft

@@ -5,7 +5,7 @@
 namespace terravox::minecraft {
 namespace {
 
-// The whole of `text` as the game writes a number: no "+", no leading zeros, no "-0".
+// Parses the whole of `text` as the game writes a number: no "+", no leading zeros, no "-0".
 std::optional<std::int32_t> canonical(std::string_view text, int base) noexcept {
     std::int32_t value = 0;
     const auto [end, failed] = std::from_chars(text.data(), text.data() + text.size(), value, base);
@@ -48,8 +48,8 @@ bool is_dim_folder(std::string_view name) noexcept {
     return name.starts_with("DIM") && name.size() > 3 && canonical(name.substr(3), 10).has_value();
 }
 
-// The folder of the world, given that of a dimension. It is part of the path that `dimension` is
-// cut from.
+// The folder of the world, given that of a dimension. It is a prefix of the path that `dimension`
+// points into.
 std::string_view root_of(std::string_view dimension) noexcept {
     if (is_dim_folder(name_of(dimension)))
         return folder_of(dimension);

@@ -7,7 +7,7 @@
 
 namespace terravox::minecraft {
 
-/// Chunks and regions farther out are refused: the game's own border lies at 1,875,000 chunks.
+/// Chunks and regions farther out are rejected: the game's own border lies at 1,875,000 chunks.
 inline constexpr std::int32_t kFarthestChunk = 1 << 21;
 inline constexpr std::int32_t kFarthestRegion = kFarthestChunk / 32;
 
@@ -15,28 +15,29 @@ enum class FileKind : std::uint8_t {
     kAnvil,     ///< a region, .mca
     kMcRegion,  ///< a region, .mcr
     kAlpha,     ///< a chunk of its own, c.X.Z.dat
-    kChunk,     ///< a chunk of its own under any name, whose place is what it says itself
+    kChunk,     ///< a chunk of its own under any name, with its place stored inside
 };
 
-/// What a file is by its path alone.
+/// What a file is, by its path alone.
 struct PlacedFile {
     FileKind kind = FileKind::kAnvil;
-    std::string_view root;       ///< the folder of the world, part of the path that was given
-    std::string_view dimension;  ///< folder of the dimension, from the root: "", "DIM-1",
-                                 ///< "dimensions/minecraft/the_end"
-    std::int32_t x = 0, z = 0;   ///< of the region or the chunk
-    std::string_view refused;    ///< why it cannot be used, if it looks like one that could
+    std::string_view root;  ///< the folder of the world, part of the given path
+    /// Folder of the dimension, from the root: "", "DIM-1", "dimensions/minecraft/the_end".
+    std::string_view dimension;
+    std::int32_t x = 0, z = 0;  ///< of the region or the chunk
+    std::string_view refused;   ///< why it cannot be used, if it looks like one that could
 };
 
-/// @param path with '/' between
+/// @param path with '/' as separator
 /// @return nullopt for files that hold no chunks. Regions lie in a folder `region` or side by side;
 /// Alpha chunks two folders deep (base 36 of x mod 64, z mod 64) or side by side.
 [[nodiscard]] std::optional<PlacedFile> placed_file(std::string_view path) noexcept;
 
-/// "overworld", "nether", "end", "DIM7", "some_pack:moon". @param folder as PlacedFile::dimension
+/// "overworld", "nether", "end", "DIM7", "some_pack:moon".
+/// @param folder as PlacedFile::dimension
 [[nodiscard]] std::string dimension_name(std::string_view folder);
 
-/// The path up to its last '/', and what stands behind it.
+/// The path up to its last '/', and the part after it.
 [[nodiscard]] std::string_view folder_of(std::string_view path) noexcept;
 [[nodiscard]] std::string_view name_of(std::string_view path) noexcept;
 [[nodiscard]] std::string joined(std::string_view folder, std::string_view name);

@@ -7,8 +7,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// A look at the names in a folder and in those below it; a large folder of something else is soon
-// left alone.
+// Checks the names in a folder and in those below it; gives up early on a large folder of something
+// else.
 bool holds_minecraft(const fs::path& folder) {
     constexpr int kDeepest = 3, kMaxNames = 20'000;
     int names = 0;

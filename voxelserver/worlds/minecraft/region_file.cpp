@@ -41,8 +41,8 @@ PackedChunk read_packed(const ByteFile& region, std::uint32_t location,
         throw util::Error("it lies at byte " + std::to_string(begin) +
                           ", past the end of the file (" + std::to_string(region.size()) +
                           " bytes)");
-    // One read takes nearly all chunks; what the sectors hold behind the chunk costs less than a
-    // second read.
+    // One read suffices for nearly all chunks; the rest of the sectors after the chunk costs less
+    // than a second read.
     buffer.resize(
         static_cast<std::size_t>(std::min(sectors * kSectorBytes, region.size() - begin)));
     region.read(begin, buffer);
@@ -52,7 +52,7 @@ PackedChunk read_packed(const ByteFile& region, std::uint32_t location,
         throw util::Error("it has a length of 0");
     if (length + 4 > buffer.size()) {
         // Some versions let a chunk grow beyond the number of sectors that the table can hold; the
-        // file says how long it really is.
+        // file states its real length.
         if (sectors != kMaxSectors || length + 4 > region.size() - begin ||
             length > Inflater::kLimitBytes)
             throw util::Error("it has a length of " + std::to_string(length) + " in " +

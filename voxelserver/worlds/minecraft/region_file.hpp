@@ -14,23 +14,24 @@ namespace terravox::minecraft {
 /// 8 | count; 0 = no such chunk.
 using RegionTable = std::array<std::uint32_t, 1024>;
 inline constexpr std::size_t kSectorBytes = 4096;
-inline constexpr std::size_t kRegionHeadBytes =
-    2 * kSectorBytes;  ///< the table, and times of which nothing here depends
+/// The table, and a table of times that is ignored here.
+inline constexpr std::size_t kRegionHeadBytes = 2 * kSectorBytes;
 
 /// @param head the first kRegionHeadBytes of the file, or all of it when it is shorter
 /// @throws Error for a file that is empty or shorter than its head
 [[nodiscard]] RegionTable read_region_table(std::span<const std::uint8_t> head);
 
-/// A chunk as it lies in its file.
+/// A chunk as stored in its file.
 struct PackedChunk {
     Compression compression = Compression::kNone;
     bool external = false;  ///< `bytes` is empty: they are in a file of their own, c.X.Z.mcc
     std::span<const std::uint8_t> bytes;
 };
 
-/// @param location of a RegionTable, not 0 @param buffer holds the bytes that are handed out
-/// @throws Error for what lies past the end, is longer than its sectors, or packed in a way that is
-/// not known
+/// @param location of a RegionTable, not 0
+/// @param buffer holds the returned bytes
+/// @throws Error for a chunk that lies past the end, is longer than its sectors, or packed in an
+/// unknown way
 [[nodiscard]] PackedChunk read_packed(const ByteFile& region, std::uint32_t location,
                                       std::vector<std::uint8_t>& buffer);
 

@@ -15,11 +15,11 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kDeepest =
-    10;  // folders below the one named: Alpha worlds within a folder within a folder need five
+// Folders below the given one: Alpha worlds within a folder within a folder need five.
+constexpr int kDeepest = 10;
 
 // Lists the files below a folder. Links are followed (servers keep regions on other disks), but no
-// folder is entered twice: links may lead round in circles.
+// folder is entered twice: links may form cycles.
 class Lister {
 public:
     explicit Lister(fs::path root) : m_root(std::move(root)) {}
@@ -57,7 +57,7 @@ private:
         const std::string name = joined(folder.name, entry.path().filename().string());
         std::error_code failed;
         if (entry.is_directory(failed)) {
-            // Links come last: a folder goes by its own name where it has one.
+            // Links come last: a folder is listed under its own name where it has one.
             if (folder.depth < kDeepest)
                 m_open.insert(entry.is_symlink(failed) ? m_open.begin() : m_open.end(),
                               {entry.path(), name, folder.depth + 1});
@@ -73,7 +73,7 @@ private:
     }
 
     fs::path m_root;
-    std::deque<Folder> m_open;  ///< the last is next
+    std::deque<Folder> m_open;  ///< the last is processed next
     std::set<fs::path> m_seen;
 };
 
@@ -99,7 +99,7 @@ public:
     }
 
 private:
-    // A file that is open weighs as a share of the limit, so that there are not too many.
+    // Each open file counts as a share of the limit, so that there are not too many.
     Opened open_anew(std::size_t entry) override {
         return {std::make_shared<DiskFile>(m_folder / m_entries[entry].path), std::size_t{1} << 20};
     }
@@ -134,7 +134,8 @@ std::optional<std::size_t> FileSource::find(std::string_view path) const noexcep
     return static_cast<std::size_t>(found - m_entries.begin());
 }
 
-// What cannot be opened is not tried again: a bomb would be unpacked once for each of its chunks.
+// An entry that cannot be opened is not tried again: a bomb would be unpacked once for each of its
+// chunks.
 std::shared_ptr<const ByteFile> FileSource::open(std::size_t entry) {
     {
         const std::lock_guard lock(m_failed_mutex);

@@ -16,29 +16,30 @@
 
 namespace terravox::minecraft {
 
-/// Bytes that can be read from anywhere, by several threads at once.
+/// Bytes with random access, readable by several threads at once.
 class ByteFile {
 public:
     virtual ~ByteFile() = default;
     [[nodiscard]] virtual std::uint64_t size() const noexcept = 0;
-    /// Fills `out` from `offset` on. @throws Error when that lies past the end, or cannot be read
+    /// Fills `out` from `offset` on.
+    /// @throws Error when that lies past the end, or cannot be read
     virtual void read(std::uint64_t offset, std::span<std::uint8_t> out) const = 0;
 };
 
 /// The files of a folder and of the folders in it, of a ZIP file, or one file alone. Thread-safe.
 ///
-/// From a ZIP file, one is unpacked when it is asked for: into memory, or, when large, into a file
-/// that has no name and goes away by itself. Those last used are kept under a byte limit. Files
-/// named to lead outside (absolute, with `..`) are refused.
+/// A file of a ZIP file is unpacked on request: into memory, or, when large, into an unnamed
+/// temporary file that vanishes by itself. The most recently used ones are kept under a byte limit.
+/// Files whose names lead outside (absolute, with `..`) are rejected.
 class FileSource {
 public:
     static constexpr std::uint64_t kMaxEntries = std::uint64_t{1} << 22;
-    static constexpr std::uint64_t kMaxFileBytes =
-        (std::uint64_t{1} << 30) + 8192;  ///< what a region of 1024 chunks of 1 MiB takes
+    /// The size of a region of 1024 chunks of 1 MiB.
+    static constexpr std::uint64_t kMaxFileBytes = (std::uint64_t{1} << 30) + 8192;
 
     struct Entry {
-        std::string
-            path;  ///< from the source's root, with '/' between; for one file alone: its name
+        /// From the source's root, with '/' as separator; for one file alone: its name.
+        std::string path;
         std::uint64_t bytes = 0;
     };
 
@@ -52,12 +53,13 @@ public:
     /// @throws Error when it cannot be opened or unpacked, e.g. because it unpacks to more than
     /// kMaxFileBytes
     [[nodiscard]] std::shared_ptr<const ByteFile> open(std::size_t entry);
-    /// The first bytes, up to `most`; of packed files, no more than these is unpacked. @throws
-    /// Error
+    /// The first bytes, at most `most`; of packed files, no more than these are unpacked.
+    /// @throws Error
     [[nodiscard]] virtual std::vector<std::uint8_t> head(std::size_t entry, std::size_t most) = 0;
-    /// The whole file. @throws Error, also when it is larger than `most`
+    /// The whole file.
+    /// @throws Error, also when it is larger than `most`
     [[nodiscard]] std::vector<std::uint8_t> whole(std::size_t entry, std::size_t most);
-    /// What was refused or passed over, one line each.
+    /// What was rejected or skipped, one line each.
     [[nodiscard]] const std::vector<std::string>& refused() const noexcept { return m_refused; }
 
 protected:
@@ -78,7 +80,7 @@ private:
     std::vector<std::string> m_refused;
 };
 
-/// @param cache_bytes of what is kept open or unpacked
+/// @param cache_bytes limit of what is kept open or unpacked
 /// @throws UsageError when there is nothing at `path`, or more than a source may hold; Error when
 /// it cannot be read
 [[nodiscard]] std::unique_ptr<FileSource> open_source(const std::filesystem::path& path,

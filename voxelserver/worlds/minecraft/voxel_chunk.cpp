@@ -10,7 +10,7 @@ using voxel::VoxelAttr;
 constexpr std::size_t kCells = kSectionVoxels;
 
 // Both kinds of bits of a column are gathered in one word, opaque below and see-through above: one
-// table to look into instead of two.
+// table to look up instead of two.
 template <class Index>
 void fill_bits(const Index* indices, const std::vector<VoxelAttr>& looks,
                VoxelSection::Bits& bits) {
@@ -52,7 +52,7 @@ std::size_t VoxelChunk::memory_bytes() const noexcept {
     return bytes;
 }
 
-// Blocks that look the same share a look: most sections need few.
+// Blocks of the same look share an entry: most sections need few.
 std::uint16_t VoxelMaker::look_index(const VoxelAttr& look, VoxelSection& out) const {
     const auto found = std::find(out.looks.begin(), out.looks.end(), look);
     if (found != out.looks.end())

@@ -13,14 +13,14 @@ namespace terravox::minecraft {
 
 /// One section as voxels.
 struct VoxelSection {
-    /// Of each column of 16 voxels (index x + 16 z), one bit a voxel, lowest first: solid and
+    /// For each column of 16 voxels (index x + 16 z), one bit a voxel, lowest first: solid and
     /// opaque; solid and see-through.
     struct Bits {
         std::array<std::uint16_t, 256> opaque, clear;
     };
     std::vector<voxel::VoxelAttr> looks;  ///< that occur; empty: the section is air
-    std::unique_ptr<std::uint8_t[]>
-        narrow;  ///< indices into looks, as cells; unless there is one look only
+    /// Indices into looks, as cells; unless there is only one look.
+    std::unique_ptr<std::uint8_t[]> narrow;
     std::unique_ptr<std::uint16_t[]> wide;  ///< the same, for more than 256 looks
     std::unique_ptr<Bits> bits;             ///< unless all voxels are alike
 
@@ -32,7 +32,7 @@ struct VoxelSection {
 
 /// One chunk as voxels. Immutable once made.
 struct VoxelChunk {
-    std::int32_t first_y = 0;            ///< section at sections[0]
+    std::int32_t first_y = 0;            ///< y of sections[0], in sections
     std::vector<VoxelSection> sections;  ///< without gaps; empty: all air
     [[nodiscard]] const VoxelSection* section(std::int32_t y) const noexcept {
         const std::int64_t i = std::int64_t{y} - first_y;
@@ -43,12 +43,12 @@ struct VoxelChunk {
     [[nodiscard]] std::size_t memory_bytes() const noexcept;
 };
 
-/// Turns blocks into voxels. Not thread-safe: one for each thread, over one book.
+/// Turns blocks into voxels. Not thread-safe: one for each thread, with one shared cache.
 class VoxelMaker {
 public:
     explicit VoxelMaker(BlockAppearanceCache& book)
         : m_book(book), m_number_looks(65536), m_stamps(65536) {}
-    /// @throws NbtError for a palette entry that is none
+    /// @throws NbtError for an invalid palette entry
     [[nodiscard]] VoxelChunk make(const ChunkBlocks& blocks);
     [[nodiscard]] VoxelSection make(const ChunkBlocks& blocks, const ChunkSection& section);
 

@@ -23,7 +23,8 @@ bool within(std::string_view path, std::string_view folder) noexcept {
            (path.size() > folder.size() && path.starts_with(folder) && path[folder.size()] == '/');
 }
 
-// The least deep of some folders. @throws UsageError when there are several
+/// The shallowest of some folders.
+/// @throws UsageError when there are several
 std::string shallowest(const std::set<std::string>& folders, const fs::path& path) {
     int least = depth_of(*folders.begin());
     for (const std::string& folder : folders)
@@ -58,7 +59,7 @@ WorldFolder::WorldFolder(const fs::path& path, std::size_t cache_bytes)
         m_damage.push_back(line);
     std::error_code ignored;
     const auto& entries = m_source->entries();
-    // A lone file that is no ZIP file stands for itself.
+    // A single file that is not a ZIP file is a source by itself.
     if (fs::is_regular_file(m_path, ignored) && entries.size() == 1 &&
         entries.front().path == m_path.filename().string()) {
         add_single_file();
@@ -90,7 +91,7 @@ void WorldFolder::add_single_file() {
     m_dimensions.push_back({"overworld", "", {file}, {}});
 }
 
-// Where level.dat is; without any, where the least deep chunks are. Folders like `entities` hold
+// The folder of level.dat; without any, that of the shallowest chunks. Folders like `entities` hold
 // files named as regions, too, but deeper.
 void WorldFolder::find_root() {
     std::set<std::string> with_level, with_chunks;
@@ -114,7 +115,7 @@ DimensionFolder& WorldFolder::dimension_at(std::string_view folder) {
     if (found != m_dimensions.end())
         return *found;
     std::string name = dimension_name(folder);
-    // The same dimension may lie at its old and its new place; the old one keeps the name.
+    // The same dimension may exist at its old and its new place; the old one keeps the name.
     if (std::any_of(m_dimensions.begin(), m_dimensions.end(),
                     [&](const DimensionFolder& d) { return d.name == name; }))
         name = std::string(folder);
@@ -136,8 +137,8 @@ void WorldFolder::collect() {
         else
             dimension.files.push_back({i, placed->kind, placed->x, placed->z, true});
     }
-    // A world that the game brought up to date keeps its old files. The newest kind counts: .mca,
-    // then .mcr, region by region; Alpha chunks only where there is no region at all.
+    // A world that the game has upgraded keeps its old files. The newest kind counts: .mca, then
+    // .mcr, region by region; Alpha chunks only where there is no region at all.
     for (DimensionFolder& dimension : m_dimensions) {
         auto& files = dimension.files;
         std::stable_sort(files.begin(), files.end(), [](const ChunkFile& a, const ChunkFile& b) {

@@ -21,41 +21,40 @@ struct ChunkFile {
     std::size_t entry = 0;  ///< in the source
     FileKind kind = FileKind::kAnvil;
     std::int32_t x = 0, z = 0;  ///< of the region or the chunk
-    bool placed = true;         ///< false: x, z are to be taken from what its chunks say
+    bool placed = true;         ///< false: x, z are to be read from its chunks
 };
 
 /// One dimension of a world: where its chunks are.
 struct DimensionFolder {
     std::string name, folder;
     std::vector<ChunkFile> files;    ///< by x, then z
-    std::vector<std::string> notes;  ///< files that were passed over, and why
+    std::vector<std::string> notes;  ///< files that were skipped, and why
 };
 
-/// What is there of a world, told by the names of its files. Immutable but for the source, which is
+/// The parts of a world, found by the names of its files. Immutable except for the source, which is
 /// thread-safe.
 class WorldFolder {
 public:
-    /// @param path as MinecraftWorldOptions::path @param cache_bytes of files kept open or unpacked
+    /// @param path as MinecraftWorldOptions::path
+    /// @param cache_bytes of files kept open or unpacked
     /// @throws UsageError when no world, or more than one, is there; Error when it cannot be read
     WorldFolder(const std::filesystem::path& path, std::size_t cache_bytes);
 
     [[nodiscard]] FileSource& source() const noexcept { return *m_source; }
     [[nodiscard]] const std::filesystem::path& path() const noexcept { return m_path; }
-    [[nodiscard]] const std::string& root() const noexcept {
-        return m_root;
-    }  ///< folder of the source that holds the world
+    /// Folder of the source that holds the world.
+    [[nodiscard]] const std::string& root() const noexcept { return m_root; }
     [[nodiscard]] std::string title() const;  ///< level.dat's name, else the file's or folder's
     [[nodiscard]] const std::optional<LevelDat>& level() const noexcept { return m_level; }
-    [[nodiscard]] const std::vector<std::string>& damage() const noexcept {
-        return m_damage;
-    }  ///< of what belongs to no dimension
+    /// Damage of files that belong to no dimension.
+    [[nodiscard]] const std::vector<std::string>& damage() const noexcept { return m_damage; }
     /// Text of terravox.json, when there is one.
     [[nodiscard]] const std::optional<std::string>& side_car() const noexcept { return m_side_car; }
     /// The overworld first, then by name.
     [[nodiscard]] const std::vector<DimensionFolder>& dimensions() const noexcept {
         return m_dimensions;
     }
-    /// @throws UsageError naming those that are there
+    /// @throws UsageError naming the available ones
     [[nodiscard]] const DimensionFolder& dimension(std::string_view name) const;
 
 private:

@@ -17,8 +17,8 @@
 namespace terravox::minecraft {
 namespace {
 
-// Unpacked files beyond this go to disk, and only they may be a bomb: a region's chunks are packed
-// already, so that it hardly packs again. Many bytes from few are none of ours.
+// Unpacked files larger than this go to disk, and only they are checked for bombs: a region's
+// chunks are packed already, so that it hardly packs further. A high ratio is never a region.
 constexpr std::uint64_t kLargeBytes = std::uint64_t{64} << 20, kMaxRatio = 200;
 constexpr std::size_t kStepBytes = std::size_t{1} << 20;
 constexpr std::size_t kTemporaryFileWeight = std::size_t{16} << 20;
@@ -41,7 +41,7 @@ private:
     std::string m_name;
 };
 
-// A file without a name, which goes away when it is closed.
+// An unnamed file, which vanishes when it is closed.
 class TemporaryFile {
 public:
     TemporaryFile() {
@@ -83,7 +83,7 @@ struct CloseEntry {
 using Zip = std::unique_ptr<zip_t, CloseZip>;
 using ZipEntry = std::unique_ptr<zip_file_t, CloseEntry>;
 
-// @return the path as ours, or empty when it leads outside
+// @return the normalized path, or empty when it leads outside
 std::string safe_path(std::string path) {
     std::replace(path.begin(), path.end(), '\\', '/');
     if (path.empty() || path.front() == '/' || (path.size() > 1 && path[1] == ':'))
@@ -101,8 +101,8 @@ std::string safe_path(std::string path) {
     return out;
 }
 
-/// A handle of libzip serves one thread at a time: each thread that unpacks takes one from those
-/// that lie idle, or opens another.
+/// A handle of libzip serves one thread at a time: each thread that unpacks takes an idle one, or
+/// opens another.
 class ZipSource final : public FileSource {
 public:
     ZipSource(std::filesystem::path path, std::size_t cache_bytes)
@@ -188,7 +188,7 @@ private:
         set_entries(std::move(entries), std::move(refused));
     }
 
-    // Participants over the bytes piece by piece, until take() says that it has enough.
+    // Passes on the bytes piece by piece, until take() reports that it has enough.
     template <class Take>
     void unpack(std::size_t entry, std::size_t step_bytes, const Take& take) {
         const std::string& path = m_entries[entry].path;

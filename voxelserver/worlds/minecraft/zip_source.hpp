@@ -7,8 +7,8 @@
 
 namespace terravox::minecraft {
 
-/// The files of a ZIP file. @throws Error when it is none, or holds more than
-/// FileSource::kMaxEntries
+/// The files of a ZIP file.
+/// @throws Error when it is not a ZIP file, or holds more than FileSource::kMaxEntries
 [[nodiscard]] std::unique_ptr<FileSource> open_zip(const std::filesystem::path& path,
                                                    std::size_t cache_bytes);
 

@@ -90,15 +90,15 @@ public:
     [[nodiscard]] Fingerprint fingerprint(const voxel::InputExtent& /*reach*/) const override {
         return m_fingerprint;
     }
-    /// Of another machine's world the extents of columns are kept: a box is put into cache and map
-    /// with several looks at them, each a request.
+    /// The extents of columns of another machine's world are cached: inserting a box into cache and
+    /// map queries them several times, each a request.
     [[nodiscard]] voxel::ColumnExtent column(int level, std::int32_t bx, std::int32_t bz) override {
         const auto fetch = [&] {
             return from_world([&] { return m_world->column(level, bx, bz); });
         };
         if (!is_far())
             return fetch();
-        constexpr std::size_t kEntry_bytes = 128;  // with what the cache needs for it
+        constexpr std::size_t kEntry_bytes = 128;  // including the cache's overhead
         return *m_columns.get(
             {level, bx, 0, bz},
             [&] { return std::make_shared<const voxel::ColumnExtent>(fetch()); },
@@ -140,12 +140,12 @@ private:
         } catch (const util::Error& e) {
             if (is_far())
                 throw voxel::UnreachableError(e.what());
-            check_files();  // a file may be unreadable because it is another one now
+            check_files();  // a file may be unreadable because it was replaced
             throw;
         }
     }
 
-    /// @throws ChangedError where the files are no longer those that the fingerprint names
+    /// @throws ChangedError where the files are no longer those of the fingerprint
     void check_files() {
         if (m_kind.state == nullptr)
             return;
@@ -165,7 +165,7 @@ private:
 
     const WorldOptions m_options;
     const WorldKind& m_kind;
-    const Fingerprint m_files_before;  ///< before opening read them
+    const Fingerprint m_files_before;  ///< as they were before opening
     const std::unique_ptr<voxel::World> m_world;
     Fingerprint m_fingerprint{};
     bool m_is_lasting = false;

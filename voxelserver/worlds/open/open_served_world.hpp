@@ -12,24 +12,26 @@
 
 namespace terravox::worlds {
 
-/// What a world is opened with to be served.
+/// The arguments for opening a world to be served.
 struct ServeRequest {
     const WorldOptions& options;
     std::vector<std::string> flags;  ///< given on the command line, of those in WorldKind::flags
-    std::filesystem::path maker;     ///< the file of the program that makes boxes: another one may
-                                     ///< make others of the same input
+    /// The file of the program that makes boxes: another version may make other boxes of the same
+    /// input.
+    std::filesystem::path maker;
 };
 
 /// open_world() for a server: a world of any kind but LiDAR data, with the state of its inputs as
 /// the fingerprint of every box.
 ///
-/// After each box the inputs are looked at again. Once they are in another state, this box and all
+/// The inputs are checked again after each box. Once their state has changed, this box and all
 /// later ones throw ChangedError, so that no cache keeps boxes of two states under one fingerprint.
-/// Where another machine says the state (a voxel server, a web server with an archive), requests
-/// bring it along. Where it says none, the fingerprint is a random number of this process.
+/// Where another machine reports the state (a voxel server, a web server with an archive), the
+/// check is part of each request. Where it reports none, the fingerprint is a random number of this
+/// process.
 /// @param times receives the time of every step; outlives the world
 /// @param stop ends opening and later requests of a remote world, see open_world()
-/// @throws UsageError for inputs of several kinds, and for flags that do not suit; Error when it
+/// @throws UsageError for inputs of several kinds, and for flags that do not apply; Error when it
 /// cannot be opened. The world's box() and column() throw voxel::UnreachableError where another
 /// machine does not answer or refuses.
 [[nodiscard]] std::unique_ptr<ServedWorld> open_served_world(const ServeRequest& request,

@@ -14,7 +14,7 @@ namespace {
 
 using worlds::WorldKind;
 
-/// @throws UsageError where inputs and options do not suit the kind of the first input
+/// @throws UsageError where inputs and options do not apply to the kind of the first input
 const WorldKind& checked_kind(const WorldOptions& options) {
     const auto& inputs = options.inputs;
     if (inputs.empty()) {

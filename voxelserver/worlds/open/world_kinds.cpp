@@ -17,8 +17,8 @@ namespace terravox::worlds {
 namespace fs = std::filesystem;
 
 std::span<const WorldKind* const> world_kinds() noexcept {
-    // A folder with a store also holds LAZ files, and an address of an archive is an address. A
-    // look for Minecraft worlds goes through folders of folders; one for Luanti's does not.
+    // A folder with a store also holds LAZ files, and an address of an archive is an address. The
+    // check for Minecraft worlds traverses nested folders; that for Luanti's does not.
     static constexpr std::array<const WorldKind*, 9> kKinds{
         &kRemoteArchiveKind, &kServerKind, &kProceduralKind, &kStoreKind,     &kArchiveKind,
         &kLidarKind,         &kLuantiKind, &kMinecraftKind,  &kHeightmapKind,

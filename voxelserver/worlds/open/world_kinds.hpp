@@ -7,10 +7,10 @@
 
 namespace terravox::worlds {
 
-/// All kinds, in the order in which an input is compared with them.
+/// All kinds, in the order in which they are tried on an input.
 [[nodiscard]] std::span<const WorldKind* const> world_kinds() noexcept;
 
-/// What an input may be, as a list for messages and help.
+/// The possible inputs, as a list for messages and help.
 [[nodiscard]] std::string allowed_inputs();
 
 /// The kind of an input: the first of world_kinds() that recognises it.

@@ -13,7 +13,7 @@ namespace terravox::procedural {
 
 namespace {
 
-constexpr std::int32_t kLattice = 4;  // columns between what is known of what changes slowly
+constexpr std::int32_t kLattice = 4;  // columns between nodes of slowly changing values
 
 }  // namespace
 
@@ -81,8 +81,7 @@ VoxelAttr Columns::attr(int x, std::int32_t y, int z) const noexcept {
     return found != nullptr ? found->attr : out;
 }
 
-/// Heights of level 0 with all that plants reaching into the box need, and what the slopes need
-/// beyond.
+/// Heights of level 0 for all plants that reach into the box, and for the slopes beyond it.
 class ColumnMaker::FineHeights {
 public:
     static constexpr int kReach = Columns::kMargin + kTreeReach;
@@ -114,14 +113,14 @@ private:
     std::vector<double> m_heights;
 };
 
-/// What changes slowly, for coarse levels: from a lattice where that is closer than it changes,
-/// else as it is.
+/// Slowly changing values for coarse levels: from a lattice where that is finer than they change,
+/// else computed directly.
 class ColumnMaker::CoarseRegions {
 public:
     CoarseRegions(const Terrain& terrain, int level, std::int32_t x0, std::int32_t z0)
         : m_terrain(terrain) {
-        constexpr int kRoom = 12,
-                      kMaxLattice = 4;  // fine columns about the box that are asked for; level
+        // Fine columns about the box that are queried; a level.
+        constexpr int kRoom = 12, kMaxLattice = 4;
         if (level > kMaxLattice)
             return;
         const std::int32_t margin = (1 << level) + kRoom;
@@ -168,9 +167,9 @@ void ColumnMaker::set_ground(Column& column, const Place& place, const Skin& ski
     column.top = column.water = rounded(smooth_height);
     const bool wet =
         level == 0 ? column.top < surface
-                   : smooth_height < sea - 0.5;  // what level 0 rounds to a height below the sea
+                   : smooth_height < sea - 0.5;  // as level 0 rounds to a height below the sea
     if (wet) {
-        // Water is never lost, however flat it is among voxels of this size, and never without a
+        // Water is never lost, however shallow it is among voxels of this size, and never without a
         // bed.
         column.top = std::min(column.top, surface - 1);
         column.water = surface;
@@ -259,8 +258,8 @@ Columns ColumnMaker::make_coarse(int level, std::int32_t bx, std::int32_t bz) co
     Columns out = empty(level, bx, bz);
     for (int z = -1; z <= voxel::kBoxSizeZ; ++z)
         for (int x = -1; x <= voxel::kBoxSizeX; ++x) {
-            // The margin of the outermost boxes lies beyond what 32 bits tell at the coarsest
-            // levels only by name: 2^25 is far from 2^31.
+            // The margin of the outermost boxes lies outside the range of coordinates at the
+            // coarsest levels, but fits 32 bits: 2^25 is far from 2^31.
             const std::int32_t fine_x = ((x0 + x) << level) + half,
                                fine_z = ((z0 + z) << level) + half;
             const Region region = regions.at(fine_x, fine_z);

@@ -24,23 +24,21 @@ struct Column {
     std::int32_t first_run = -1;          ///< of what stands on it
 };
 
-/// The columns of one stack of boxes with a margin of one: all that its boxes are made from. A pure
+/// The columns of one stack of boxes with a margin of one, from which its boxes are made. A pure
 /// function of terrain and key.
 class Columns {
 public:
     static constexpr int kMargin = 1, kSide = voxel::kBoxSizeX + 2 * kMargin;
 
-    [[nodiscard]] const Column& at(int x, int z) const noexcept {
-        return m_columns[index(x, z)];
-    }  ///< x, z in [-1, 65)
+    /// @param x, z in [-1, 65)
+    [[nodiscard]] const Column& at(int x, int z) const noexcept { return m_columns[index(x, z)]; }
     [[nodiscard]] int level() const noexcept { return m_level; }
     [[nodiscard]] std::size_t memory_bytes() const noexcept {
         return sizeof(*this) + m_columns.capacity() * sizeof(Column) +
                m_runs.capacity() * sizeof(Run);
     }
-    [[nodiscard]] std::int32_t highest() const noexcept {
-        return m_highest;
-    }  ///< one past the highest voxel of all
+    /// One past the highest voxel of all.
+    [[nodiscard]] std::int32_t highest() const noexcept { return m_highest; }
 
     /// A stretch of a plant in a column, half-open.
     struct Run {
@@ -49,13 +47,13 @@ public:
         voxel::VoxelAttr attr;
     };
     [[nodiscard]] const std::vector<Run>& runs() const noexcept { return m_runs; }
-    /// What a voxel is that one of the columns holds. Where plants overlap: the trunk, else the one
-    /// that was put down last.
+    /// The attributes of a voxel that one of the columns holds. Where plants overlap: the trunk,
+    /// else the plant that was placed last.
     [[nodiscard]] voxel::VoxelAttr attr(int x, std::int32_t y, int z) const noexcept;
 
 private:
     friend class ColumnMaker;
-    /// Of the rock in a voxel: its layers are bent.
+    /// Colour of the rock in a voxel: its layers are bent.
     [[nodiscard]] voxel::Rgb8 rock_colour(const Column& column, int x, std::int32_t y,
                                           int z) const noexcept;
     static std::size_t index(int x, int z) noexcept {
@@ -74,12 +72,12 @@ private:
 
 /// Makes Columns. Immutable, thread-safe.
 ///
-/// Level 0: heights of every column; what changes slowly is known on a lattice of four columns and
-/// bilinear between. Plants stand where the ground under them says. Coarser levels are made by
-/// themselves, a coarse voxel for what its middle column is: heights without the octaves that are
-/// finer than it, surfaces by the full ones, so that rock, sand and snow keep their shares. Plants
-/// of levels 1 and 2 are those of level 0, as the key columns of the downsampler see them; above, a
-/// column is a crown's where its middle lies under one.
+/// Level 0: heights of every column; slowly changing values are computed on a lattice of four
+/// columns and interpolated bilinearly. The ground under a plant decides whether it stands there.
+/// Coarser levels are made independently, each coarse voxel from its middle column: heights without
+/// the octaves that are finer than it, surfaces by the full ones, so that rock, sand and snow keep
+/// their shares. Plants of levels 1 and 2 are those of level 0, as the key columns of the
+/// downsampler see them; above, a column is a crown's where its middle lies under one.
 class ColumnMaker {
 public:
     explicit ColumnMaker(const Settings& settings);

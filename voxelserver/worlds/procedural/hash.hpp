@@ -14,7 +14,7 @@ namespace terravox::procedural {
     return v ^ v >> 31;
 }
 
-/// The seed of one of several things that must not look alike.
+/// Derives the seed of one of several features that must be uncorrelated.
 [[nodiscard]] constexpr std::uint64_t seed_of(std::uint64_t seed, int thing) noexcept {
     return mix(seed ^ mix(static_cast<std::uint64_t>(thing)));
 }

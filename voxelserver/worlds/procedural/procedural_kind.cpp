@@ -9,7 +9,7 @@
 namespace terravox::worlds {
 namespace {
 
-/// A file of that name comes first.
+/// A file of that name takes precedence.
 bool is_generated(const std::string& input) {
     std::error_code failed;
     const auto type = std::filesystem::status(input, failed).type();
@@ -18,7 +18,7 @@ bool is_generated(const std::string& input) {
     return input == "generated" || input.starts_with("generated:");
 }
 
-/// It reads no file: its text and options say all.
+/// It reads no file: its text and options define everything.
 voxel::Fingerprint state_of_nothing(const worlds::WorldOptions& /*options*/) {
     return {};
 }

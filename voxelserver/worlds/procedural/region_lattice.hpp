@@ -9,11 +9,12 @@
 
 namespace terravox::procedural {
 
-/// What changes slowly, known at the nodes of a lattice that lies the same for whoever makes it,
-/// and bilinear between: some twenty times as fast.
+/// Slowly changing values, computed at the nodes of a lattice whose position does not depend on the
+/// caller, and interpolated bilinearly: some twenty times as fast.
 class RegionLattice {
 public:
-    /// Of the columns [x0, x0 + side) x [z0, z0 + side). @param step columns between nodes
+    /// Covers the columns [x0, x0 + side) x [z0, z0 + side).
+    /// @param step columns between nodes
     RegionLattice(const Terrain& terrain, std::int32_t x0, std::int32_t z0, std::int32_t side,
                   std::int32_t step)
         : m_step(step),
@@ -29,7 +30,7 @@ public:
                                    (m_first_z + z) * static_cast<double>(step) + 0.5));
     }
 
-    /// Of a column.
+    /// The values at a column.
     [[nodiscard]] Region at(std::int32_t x, std::int32_t z) const noexcept {
         const std::int32_t in_x = x - m_first_x * m_step, in_z = z - m_first_z * m_step;
         const double fx = static_cast<double>(in_x % m_step) / m_step,

@@ -10,7 +10,7 @@ std::int64_t floor_of(double v) noexcept {
     return cut - (v < static_cast<double>(cut) ? 1 : 0);
 }
 
-// Only the highest bits are used: those that depend on all of the sum.
+// Only the highest bits are used: those depend on all of the sum.
 std::uint64_t scrambled(std::uint64_t sum) noexcept {
     sum = (sum ^ sum >> 32) * 0xD6E8FEB86659FD93ULL;
     return (sum ^ sum >> 32) * 0xD6E8FEB86659FD93ULL;
@@ -50,7 +50,7 @@ constexpr std::array<Direction, 16> kDirections{{{kA, kB},
                                                  {kC, -kD},
                                                  {kA, -kB}}};
 
-// What a corner adds: nothing from where another triangle begins.
+// The contribution of a corner: zero from where another triangle begins.
 double corner(std::uint64_t hash, double x, double y) noexcept {
     double t = 0.5 - x * x - y * y;
     t = t > 0 ? t : 0;
@@ -59,7 +59,7 @@ double corner(std::uint64_t hash, double x, double y) noexcept {
     return t * t * (d.x * x + d.y * y);
 }
 
-// To the middles of a cube's edges, and four of them again.
+// Directions to the middles of a cube's edges, and four of them again.
 constexpr std::array<std::array<double, 3>, 16> kEdges{{{1, 1, 0},
                                                         {-1, 1, 0},
                                                         {1, -1, 0},
@@ -90,7 +90,7 @@ double corner(std::uint64_t hash, double x, double y, double z) noexcept {
 double simplex(std::uint64_t seed, double x, double y) noexcept {
     constexpr double kSkew = 0.36602540378443864676,
                      kUnskew = 0.21132486540518711775;  // (sqrt 3 - 1) / 2, (3 - sqrt 3) / 6
-    constexpr double kScale = 99.0;                     // to [-1, 1]; the tests look
+    constexpr double kScale = 99.0;                     // to [-1, 1]; verified by tests
     const double s = (x + y) * kSkew;
     const std::int64_t i = floor_of(x + s), j = floor_of(y + s);
     const double back = static_cast<double>(i + j) * kUnskew;
@@ -106,14 +106,14 @@ double simplex(std::uint64_t seed, double x, double y) noexcept {
 
 double simplex(std::uint64_t seed, double x, double y, double z) noexcept {
     constexpr double kSkew = 1.0 / 3, kUnskew = 1.0 / 6;
-    constexpr double kScale = 75.0;  // to [-1, 1]; the tests look
+    constexpr double kScale = 75.0;  // to [-1, 1]; verified by tests
     const double s = (x + y + z) * kSkew;
     const std::int64_t i = floor_of(x + s), j = floor_of(y + s), k = floor_of(z + s);
     const double back = static_cast<double>(i + j + k) * kUnskew;
     const double x0 = x - (static_cast<double>(i) - back), y0 = y - (static_cast<double>(j) - back),
                  z0 = z - (static_cast<double>(k) - back);
-    // Along the largest coordinate first, then along the second: by rank, without a branch for each
-    // of the six orders.
+    // Along the largest coordinate first, then along the second: by rank, without branches for the
+    // six orders.
     const int rank_x = (x0 >= y0) + (x0 >= z0), rank_y = (y0 > x0) + (y0 >= z0),
               rank_z = (z0 > x0) + (z0 > y0);
     double sum = corner(hash_of(seed, i, j, k), x0, y0, z0);

@@ -76,7 +76,7 @@ Skin Surface::skin(const Place& p) const noexcept {
     if (above < 0)
         return under_water(p, -above);
     const bool snow = temperature < 0.2;
-    // Too steep for anything to stay.
+    // Too steep for soil or snow to stay.
     const double steep = 1.05 + 0.2 * p.patch + 0.25 * u;
     if (p.slope > (snow ? steep + 0.45 : steep))
         return {Material::kRock, Material::kRock, rock, rock, 0};

@@ -17,7 +17,7 @@ struct Place {
     std::uint64_t hash = 0;  ///< of the column
 };
 
-/// What a column of ground is made of, from above.
+/// The make-up of a column of ground, from above.
 struct Skin {
     voxel::Material material = voxel::Material::kGrass, under = voxel::Material::kSoil;
     voxel::Rgb8 colour, under_colour;
@@ -29,8 +29,8 @@ class Surface {
 public:
     explicit Surface(const Terrain& terrain);
 
-    /// @param x, z column of level 0 @param heights of the terrain there, and three columns east
-    /// and south of it (kSlopeRun)
+    /// @param x, z column of level 0
+    /// @param heights of the terrain there, and three columns east and south of it (kSlopeRun)
     [[nodiscard]] Place place(const Region& region, std::int32_t x, std::int32_t z, double height,
                               double height_east, double height_south) const noexcept;
     /// The climate at a height.
@@ -43,8 +43,8 @@ public:
     [[nodiscard]] static bool snowed_under(const Place& place) noexcept {
         return place.temperature + 0.06 * place.patch < 0.175;
     }
-    /// Of bare rock: in layers, grey where it is cool, red and yellow where it is hot. @param y
-    /// voxel of level 0
+    /// Colour of bare rock: in layers, grey where it is cool, red and yellow where it is hot.
+    /// @param y voxel of level 0
     [[nodiscard]] static voxel::Rgb8 rock_colour(double temperature, double moisture,
                                                  double y) noexcept;
     [[nodiscard]] static voxel::Rgb8 grass_colour(const Place& place) noexcept;

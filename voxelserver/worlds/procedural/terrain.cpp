@@ -39,12 +39,12 @@ double octaves(std::uint64_t seed, double x, double z, int count) noexcept {
 
 constexpr double kRidgeLength = 2.4;  // of the first octave of ridges to that of hills
 
-// How much of an octave is left among voxels of a size: all above four voxels, nothing below two.
+// How much of an octave remains among voxels of a size: all above four voxels, nothing below two.
 double kept_of(double wavelength, double voxel) noexcept {
     return voxel <= 1 ? 1 : smooth_step(2, 4, wavelength / voxel);
 }
 
-// The bare continent by its noise: deep sea, shelf, beach, plain, highland.
+// The bare continent as a function of its noise: deep sea, shelf, beach, plain, highland.
 double shore_profile(double c) noexcept {
     constexpr double kShore = -0.06;
     if (c < kShore)
@@ -112,7 +112,7 @@ double Terrain::hills(double x, double z, double voxel, double& smooth) const no
 }
 
 double Terrain::ridges(double x, double z, double voxel, double& smooth) const noexcept {
-    constexpr double kMean = 0.51;   // of a ridge: what stands for an octave that is left out
+    constexpr double kMean = 0.51;   // of a ridge: replaces an octave that is left out
     constexpr double kCrest = 0.03;  // rounds the crests
     double sum = 0, height = 1, all = 0, weight = 1, length = kRidgeLength / m_settings.frequency;
     smooth = 0;
@@ -161,7 +161,7 @@ Terrain::Heights Terrain::heights(const Region& region, double x, double z,
              (0.16 * smooth_step(0.16, 0.24, hill_part) + 0.12 * smooth_step(0.42, 0.5, hill_part));
         e += region.mountains * (0.02 + 1.05 * ridge_part * (0.5 + 0.5 * ridge_part)) + crag_part;
         if (const double river = std::abs(region.river); river < 1) {
-            // A river lies at the sea's level, so it leaves mountains alone.
+            // A river lies at sea level, so it does not cut into mountains.
             constexpr double kBanks = 0.14;
             const double depth = std::min(0.03, 5 / world) * (1 - river / kBanks);
             const double carved =
@@ -184,7 +184,7 @@ namespace {
 
 constexpr double kFrame = 256;  // half of what a camera frames
 
-// Calls with the middles of 16 x 16 parts of the frame.
+// Calls visit with the middles of 16 x 16 parts of the frame.
 template <class Visit>
 void over_frame(double half, const Visit& visit) {
     constexpr int kParts = 16;
@@ -203,8 +203,7 @@ double Terrain::highest_about_origin(double half) const noexcept {
     return highest;
 }
 
-// What makes a place worth looking at: some water, mountains, woods and meadows, snow; high ground
-// behind.
+// Scenic score of a place: some water, mountains, woods and meadows, snow; high ground behind.
 double Terrain::beauty() const noexcept {
     constexpr double kPlaces = 256;
     double water = 0, high = 0, low = 0, wood = 0, cold = 0, behind = 0, desert = 0;

@@ -6,19 +6,19 @@
 
 namespace terravox::procedural {
 
-/// What changes slowly from place to place: it decides how hills and mountains are put together.
+/// Slowly changing properties of a place, which determine how hills and mountains are composed.
 /// All about [-1, 1] unless stated.
 struct Region {
-    double land = 0;  ///< share of the world's height that the bare continent stands above the sea
-                      ///< (below: negative)
+    /// Height of the bare continent above the sea (below: negative), share of the world's height.
+    double land = 0;
     double inland = 0;     ///< [0, 1]: 0 in the sea
     double mountains = 0;  ///< [0, 1]
     double hills = 0;      ///< height of the hills, share of the world's height
     double river = 1;  ///< [-1, 1]: 0 in the middle of a river, +-1 away from any on its two sides
-    double temperature = 0;  ///< at the sea's level, about [0, 1]
+    double temperature = 0;  ///< at sea level, about [0, 1]
     double moisture = 0;     ///< about [0, 1]
-    double warp_x = 0,
-           warp_z = 0;  ///< columns by which ridges and hills are moved, so that none is straight
+    /// Columns by which ridges and hills are displaced, so that none is straight.
+    double warp_x = 0, warp_z = 0;
 };
 
 /// Heights and climates of all places. A pure function of the settings; immutable, thread-safe.
@@ -36,13 +36,13 @@ public:
         double full = 0;    ///< with all octaves
         double smooth = 0;  ///< without those that are finer than two coarse voxels
     };
-    /// @param region of that place @param voxel edge of the voxels that are to be made; 1: both
-    /// heights are the same
+    /// @param region of that place
+    /// @param voxel edge of the voxels to be made; 1: both heights are the same
     [[nodiscard]] Heights heights(const Region& region, double x, double z,
                                   double voxel) const noexcept;
 
     [[nodiscard]] const Settings& settings() const noexcept { return m_settings; }
-    /// No ground is higher or lower, voxels.
+    /// Bounds of the ground's height, voxels.
     [[nodiscard]] double highest() const noexcept {
         return m_settings.water_level + m_settings.world_height * kMax;
     }
@@ -50,7 +50,7 @@ public:
         return m_settings.water_level - m_settings.world_height * kMin - 8;
     }
 
-    /// Of the columns [-half, half) about the origin: the highest ground, coarsely.
+    /// Approximate height of the highest ground in the columns [-half, half) about the origin.
     [[nodiscard]] double highest_about_origin(double half) const noexcept;
 
 private:
@@ -62,7 +62,7 @@ private:
 
     Settings m_settings;
     std::uint64_t m_seeds[16]{};
-    double m_origin_x = 0, m_origin_z = 0;  ///< where of the noise the world's origin lies
+    double m_origin_x = 0, m_origin_z = 0;  ///< place of the world's origin in the noise
 };
 
 /// 0 below a, 1 above b, smooth between.

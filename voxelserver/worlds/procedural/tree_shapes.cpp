@@ -81,7 +81,7 @@ bool leaf_at(const Tree& t, const Size& s, int dx, int dy, int dz) noexcept {
             const int up = dy - s.middle;
             if (std::abs(up) > s.half)
                 return false;
-            // An ellipsoid half a voxel larger than its axes say, hundredths.
+            // An ellipsoid half a voxel larger than its axes, in hundredths.
             const int q = 400 * d2 / ((2 * s.radius + 1) * (2 * s.radius + 1)) +
                           400 * up * up / ((2 * s.half + 1) * (2 * s.half + 1));
             return q < 62 || (q < 110 && q < 62 + rough(t, dx, dy, dz));

@@ -14,7 +14,7 @@ struct Tree {
     std::int32_t x = 0, z = 0;  ///< its column, level 0
     std::int32_t base = 0;      ///< y of its lowest voxel
     TreeKind kind = TreeKind::kOak;
-    std::uint64_t hash = 0;  ///< of its place: decides on size and details
+    std::uint64_t hash = 0;  ///< of its place: determines size and details
     voxel::VoxelAttr trunk, leaves;
 };
 
@@ -28,12 +28,13 @@ struct TreeRuns {
     int count = 0;
 };
 
-inline constexpr int kTreeReach = 4;    ///< columns from its trunk that a crown reaches, at most
-inline constexpr int kTreeHeight = 18;  ///< no plant is higher
+inline constexpr int kTreeReach = 4;    ///< columns that a crown reaches from its trunk, at most
+inline constexpr int kTreeHeight = 18;  ///< maximum height of a plant
 
-/// Columns from its trunk that this plant reaches.
+/// Columns that this plant reaches from its trunk.
 [[nodiscard]] int tree_reach(const Tree& tree) noexcept;
-/// What of a plant stands in one column. @param dx, dz from its trunk
+/// The parts of a plant in one column.
+/// @param dx, dz from its trunk
 [[nodiscard]] TreeRuns tree_runs(const Tree& tree, int dx, int dz) noexcept;
 
 }  // namespace terravox::procedural

@@ -7,9 +7,9 @@
 
 namespace terravox::procedural {
 
-/// Which plants stand where. One may stand in each cell of a grid of columns, anywhere in it, so
-/// that what reaches into a box is known from the cells about it, whichever box is made first.
-/// Immutable, thread-safe.
+/// Which plants stand where. Each cell of a grid of columns holds at most one plant, anywhere in
+/// it, so that the plants reaching into a box follow from the cells about it, whichever box is made
+/// first. Immutable, thread-safe.
 class Vegetation {
 public:
     explicit Vegetation(const Terrain& terrain);
@@ -27,12 +27,13 @@ public:
         std::uint64_t hash = 0;
     };
     [[nodiscard]] Spot spot(std::int32_t cell_x, std::int32_t cell_z) const noexcept;
-    /// Whether anything can stand there, whatever the place is like: cheap.
+    /// Whether any plant can stand there, independent of the terrain: cheap.
     [[nodiscard]] bool possible(const Spot& spot) const noexcept {
         return m_on && unit_of_chance(spot) < kDensest;
     }
 
-    /// What stands there. @param place, skin of its column
+    /// The plant that stands there.
+    /// @param place, skin of its column
     [[nodiscard]] std::optional<Tree> tree(const Spot& spot, const Place& place,
                                            const Skin& skin) const noexcept;
 
@@ -42,7 +43,7 @@ public:
                                                          const Place& place,
                                                          const Skin& skin) const noexcept;
 
-    /// What grows on a column of ground where no tree stands: a tuft, a flower.
+    /// The small plant on a column of ground where no tree stands: a tuft, a flower.
     [[nodiscard]] std::optional<voxel::VoxelAttr> tuft(const Place& place,
                                                        const Skin& skin) const noexcept;
 
@@ -51,7 +52,7 @@ private:
     [[nodiscard]] static double unit_of_chance(const Spot& spot) noexcept {
         return static_cast<double>(spot.hash >> 52) * 0x1p-12;
     }
-    /// How likely a cell is to hold a plant, and which.
+    /// How likely a cell is to hold a plant, and of which kind.
     struct Growth {
         double density = 0;
         TreeKind kind = TreeKind::kOak;

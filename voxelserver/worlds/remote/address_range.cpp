@@ -17,7 +17,7 @@ struct Block {
 };
 
 // Ref: IANA, "IPv4 Special-Purpose Address Registry", "IPv6 Special-Purpose Address Registry". The
-// first block that fits counts.
+// first matching block counts.
 constexpr std::array kBlocks4 = {
     Block{{127}, 8, AddressRange::kLoopback},
     Block{{10}, 8, AddressRange::kPrivate},
@@ -35,7 +35,7 @@ constexpr std::array kBlocks4 = {
     Block{{224}, 3, AddressRange::kNoMachine},  // multicast, reserved, broadcast
     Block{{}, 0, AddressRange::kPublic},
 };
-// Only 2000::/3 is given to machines. IPv4 within IPv6 (mapped, NAT64, Teredo, 6to4) could lead
+// Only 2000::/3 is assigned to machines. IPv4 within IPv6 (mapped, NAT64, Teredo, 6to4) could lead
 // where IPv4 itself must not.
 constexpr std::array kBlocks6 = {
     Block{{0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1}, 128, AddressRange::kLoopback},

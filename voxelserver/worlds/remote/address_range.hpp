@@ -8,16 +8,16 @@
 
 namespace terravox::remote {
 
-/// Where the number of a machine leads.
+/// The range that an IP address belongs to.
 enum class AddressRange : std::uint8_t {
-    kPublic,     ///< any machine of the Internet
-    kPrivate,    ///< a network of one's own: private, link-local, shared by a carrier's customers
-    kLoopback,   ///< this machine
-    kNoMachine,  ///< unspecified, multicast, reserved, for documents, or IPv4 in the disguise of
-                 ///< IPv6
+    kPublic,    ///< any machine of the Internet
+    kPrivate,   ///< a local network: private, link-local, shared by a carrier's customers
+    kLoopback,  ///< this machine
+    /// Unspecified, multicast, reserved, for documentation, or IPv4 embedded in IPv6.
+    kNoMachine,
 };
 
-/// A set of them.
+/// A set of address ranges.
 class AddressRanges {
 public:
     constexpr AddressRanges(std::initializer_list<AddressRange> ranges = {}) noexcept {

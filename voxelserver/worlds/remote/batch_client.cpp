@@ -11,12 +11,12 @@ namespace {
 
 using std::chrono::seconds;
 
-constexpr int kTriesInVain =
-    2;  // in a row that bring nothing: then one box must not hold up the others any longer
+// Consecutive tries without any result: after that, one box must not hold up the others any longer.
+constexpr int kTriesInVain = 2;
 constexpr seconds kShortestPause{5}, kLongestPause{60}, kMaxStalled{120};
 constexpr std::size_t kMaxBox_bytes = std::size_t{64} << 20;
 
-/// @return nullopt for a box that is to be asked for by itself
+/// @return nullopt for a box that is to be requested by itself
 std::optional<voxel::BoxOutcome> read(const BatchRecord& record) {
     if (record.status == 204 && record.payload.empty())
         return voxel::BoxOutcome{};
@@ -48,7 +48,7 @@ void BatchClient::ask(std::vector<voxel::BoxKey>& missing, const voxel::TakeBox&
         } catch (const FailedTry& f) {
             failed = f;
         } catch (const util::Error&) {
-            return;  // stopped, or a certificate: each box will tell
+            return;  // stopped, or a certificate: each box will report it
         }
         tries = missing.size() < before ? 1 : tries + 1;
         spdlog::debug("{}; {} of {} boxes missing", failed->what(), missing.size(), before);
@@ -70,8 +70,8 @@ void BatchClient::ask(std::vector<voxel::BoxKey>& missing, const voxel::TakeBox&
     }
 }
 
-// What failed for itself stays in `missing`. @throws LostError, FailedTry: the request as a whole;
-// Error as HttpClient
+// Boxes that failed individually stay in `missing`.
+// @throws LostError, FailedTry: the request as a whole; Error as HttpClient
 void BatchClient::ask_once(std::vector<voxel::BoxKey>& missing, const voxel::TakeBox& take) {
     const util::StageTimes::Scope timed(m_times, "box transmission");
     const auto stalled =
@@ -110,7 +110,7 @@ void BatchClient::check(const HttpReply& reply, const BatchStream& stream) {
     const std::string what = "fetch " + m_url + ": " + problem_of(reply);
     if (trouble_of(reply.status))
         throw FailedTry(Trouble::kBusy, what, reply.retry_after);
-    // It knows no batches, or what stands before it lets none through: that will not change.
+    // It does not support batches, or a proxy before it blocks them: that will not change.
     spdlog::debug("{}; box by box from now on", what);
     m_from.store(Retry::Clock::time_point::max().time_since_epoch().count(),
                  std::memory_order_relaxed);

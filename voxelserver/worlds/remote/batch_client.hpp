@@ -12,15 +12,16 @@
 
 namespace terravox::remote {
 
-/// Asks a voxel server for many boxes in one request (docs/formats/http.md: Batch). Thread-safe.
+/// Requests many boxes from a voxel server in one request (docs/formats/http.md: Batch).
+/// Thread-safe.
 ///
-/// A batch is a shortcut: what does not come in it is asked for box by box, with the timeout and
-/// the reasons of RemoteWorld::box(). So a lost or damaged stream is tried again once, and a server
-/// that has no place for batches, or knows none, is left alone with them.
+/// A batch is an optimization: boxes that it does not deliver are requested one by one, with the
+/// timeout and the errors of RemoteWorld::box(). So a lost or damaged stream is retried only once,
+/// and batches are suspended for a server that has no capacity for them, or does not support them.
 class BatchClient {
 public:
-    /// Client and times must outlive it. @param timeout for one request; a quarter of it while
-    /// nothing comes
+    /// Client and times must outlive it.
+    /// @param timeout for one request; a quarter of it while no data arrives
     BatchClient(HttpClient& client, util::StageTimes& times, std::string server_url,
                 std::chrono::milliseconds timeout)
         : m_client(client),
@@ -28,8 +29,8 @@ public:
           m_url(std::move(server_url) + "/v2/boxes"),
           m_timeout(timeout) {}
 
-    /// Participants over what comes and takes it out of `missing`; boxes and air only, failures
-    /// stay. Ends soon after HttpClient::stop().
+    /// Passes the received boxes to `take` and removes them from `missing`; boxes and air only,
+    /// failures stay. Ends soon after HttpClient::stop().
     void ask(std::vector<voxel::BoxKey>& missing, const voxel::TakeBox& take);
 
 private:
@@ -43,9 +44,9 @@ private:
     util::StageTimes& m_times;
     const std::string m_url;
     const std::chrono::milliseconds m_timeout;
-    std::atomic<Retry::Clock::rep> m_from{Retry::Clock::time_point::min()
-                                              .time_since_epoch()
-                                              .count()};  ///< when batches may be asked for
+    /// The time from which batches may be requested.
+    std::atomic<Retry::Clock::rep> m_from{
+        Retry::Clock::time_point::min().time_since_epoch().count()};
 };
 
 }  // namespace terravox::remote

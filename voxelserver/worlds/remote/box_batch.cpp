@@ -40,7 +40,7 @@ void BatchStream::feed(std::span<const std::byte> part,
             return static_cast<std::int32_t>(word(at, index));
         };
         const std::size_t length = word(at, 5);
-        // Before it is waited for: the number is anybody's.
+        // Checked before waiting for the data: the number is untrusted.
         if (length > m_max_payload_bytes)
             refuse("a record of " + std::to_string(length) + " bytes; allowed: up to " +
                    std::to_string(m_max_payload_bytes));

@@ -13,14 +13,15 @@ namespace terravox::remote {
 
 inline constexpr const char* kBatchMediaType = "application/vnd.terravox.boxes";
 
-/// What is sent to a voxel server to get these boxes (docs/formats/http.md: Batch), JSON.
+/// The JSON request that is sent to a voxel server to get these boxes (docs/formats/http.md:
+/// Batch).
 [[nodiscard]] std::string batch_request(std::span<const voxel::BoxKey> keys);
 
-/// One box of a batch, as the server sent it. The payload is valid while the record is taken.
+/// One box of a batch, as the server sent it. The payload is valid only during the callback.
 struct BatchRecord {
     voxel::BoxKey key;
-    std::uint32_t status =
-        0;  ///< 200: payload is a zstd frame; 204: air; otherwise payload says why there is none
+    /// 200: payload is a zstd frame; 204: air; otherwise payload is the reason why there is none.
+    std::uint32_t status = 0;
     std::span<const std::byte> payload;
 };
 
@@ -28,16 +29,16 @@ struct BatchRecord {
 /// Not thread-safe.
 class BatchStream {
 public:
-    /// @param asked how many boxes the server was asked for @param max_payload_bytes of a record
+    /// @param asked how many boxes were requested from the server
+    /// @param max_payload_bytes of a record
     BatchStream(std::size_t asked, std::size_t max_payload_bytes) noexcept
         : m_asked(asked), m_max_payload_bytes(max_payload_bytes) {}
 
-    /// Calls take for each record that has come whole, but the last one, which only says that it is
-    /// the last.
-    /// @throws Error for what is no batch: too long a record, too many, a last one with another
+    /// Calls take for each complete record except the last one, which only marks the end.
+    /// @throws Error for what is not a batch: too long a record, too many, a last one with another
     /// count, bytes after it; what take throws
     void feed(std::span<const std::byte> part, const std::function<void(const BatchRecord&)>& take);
-    /// Whether the last record has come: without it the stream was cut short.
+    /// Whether the last record was received: without it the stream was cut short.
     [[nodiscard]] bool whole() const noexcept { return m_whole; }
 
 private:
@@ -46,7 +47,7 @@ private:
     void last_record(const BatchRecord& record);
 
     std::size_t m_asked, m_max_payload_bytes, m_taken = 0;
-    std::vector<std::byte> m_bytes;  ///< begins with a record
+    std::vector<std::byte> m_bytes;  ///< starts at a record
     bool m_whole = false;
 };
 

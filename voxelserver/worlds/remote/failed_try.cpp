@@ -27,7 +27,7 @@ std::string problem_of(const HttpReply& reply) {
         reason = json["detail"].get<std::string>();
     std::replace_if(
         reason.begin(), reason.end(), [](unsigned char c) { return c < 0x20 || c == 0x7f; }, ' ');
-    // Nobody is shown a token because an address was named: what to do then is said here.
+    // A token is never sent just because an address was named: the message explains what to do.
     constexpr long kUnauthorized = 401;
     if (reply.status == kUnauthorized && !reply.showed_token)
         reason +=

@@ -16,8 +16,8 @@ bool contains(const std::vector<HttpOrigin>& origins, const HttpOrigin& origin) 
     return std::find(origins.begin(), origins.end(), origin) != origins.end();
 }
 
-/// Whether what is sent there in clear text stays on this machine. A name that says so is looked at
-/// again when it is connected to.
+/// Whether clear text sent there stays on this machine. A name that suggests so is checked again
+/// when the connection is made.
 bool is_loopback(const HttpOrigin& origin) {
     const auto range = range_of_number(origin);
     return range ? *range == AddressRange::kLoopback : origin.host == "localhost";
@@ -43,7 +43,7 @@ AddressRanges HttpAccess::ranges(const HttpOrigin& origin) const {
         else
             out = {};
     }
-    // "localhost" may lead elsewhere after all.
+    // "localhost" may resolve to another machine after all.
     const bool in_clear_text = token && token->origin() == origin && !origin.tls;
     if (in_clear_text)
         out = out.holds(AddressRange::kLoopback) ? AddressRanges{AddressRange::kLoopback}

@@ -9,12 +9,12 @@
 
 namespace terravox::remote {
 
-/// A token that a person has bound to one origin: it is sent nowhere else.
+/// A token that the user has bound to one origin: it is sent nowhere else.
 class BoundToken {
 public:
     /// @param text visible ASCII characters (util::find_server_token)
-    /// @throws UsageError for http to any host but localhost and the numbers of loopback: it would
-    /// go over the network in clear text
+    /// @throws UsageError for http to any host but localhost and loopback addresses: the token
+    /// would cross the network in clear text
     BoundToken(HttpOrigin origin, std::string text);
     [[nodiscard]] const HttpOrigin& origin() const noexcept { return m_origin; }
     [[nodiscard]] const std::string& text() const noexcept { return m_text; }
@@ -24,30 +24,30 @@ private:
     std::string m_text;
 };
 
-/// Whom an HttpClient may ask, and what it shows there.
+/// The origins that an HttpClient may contact, and the token that it sends there.
 struct HttpAccess {
-    /// Of a program that strangers tell addresses.
+    /// For a program that receives addresses from untrusted clients.
     struct Limits {
-        std::vector<HttpOrigin> origins;  ///< where they lead to public numbers alone
-        std::vector<HttpOrigin>
-            private_origins;  ///< and where they may lead to private and loopback ones
+        std::vector<HttpOrigin> origins;  ///< allowed where they resolve to public addresses only
+        /// Allowed to resolve to private and loopback addresses, too.
+        std::vector<HttpOrigin> private_origins;
     };
     std::optional<BoundToken> token;
-    std::optional<Limits> limits;  ///< nullopt: a person names the addresses, any will do
+    std::optional<Limits> limits;  ///< nullopt: the user names the addresses, all are allowed
 
-    /// The numbers that a host may lead to; none: this origin may not be asked.
+    /// The address ranges that a host may resolve to; none: this origin may not be contacted.
     [[nodiscard]] AddressRanges ranges(const HttpOrigin& origin) const;
-    /// What may be asked instead of an origin, or a number, that may not: for messages.
+    /// Describes what is allowed instead of a refused origin or address: for messages.
     [[nodiscard]] const char* allowed() const noexcept;
 };
 
-/// Of a program that strangers tell addresses, and that no person has allowed any.
+/// For a program that receives addresses from untrusted clients, with no allowed origin.
 [[nodiscard]] inline HttpAccess access_to_nobody() {
     return {std::nullopt, HttpAccess::Limits{}};
 }
 
-/// For addresses that a person names: all of them, and the token of TERRAVOX_SERVER_TOKEN where
-/// TERRAVOX_SERVER_ORIGIN binds it to one.
+/// For addresses that the user names: all are allowed, and the token of TERRAVOX_SERVER_TOKEN is
+/// sent where TERRAVOX_SERVER_ORIGIN binds it to one.
 /// @throws UsageError for an origin without a token, or one that a token must not be bound to; as
 /// util::find_server_token()
 [[nodiscard]] HttpAccess access_of_environment();

@@ -15,23 +15,23 @@ namespace terravox::remote {
 namespace {
 
 constexpr long kConnectTimeout_ms = 10'000;
-constexpr long kStalledBelow_bytes_per_s = 100;  // a server that drips is as good as none
+constexpr long kStalledBelow_bytes_per_s = 100;  // a slower server counts as stalled
 constexpr std::size_t kMaxHeader_bytes = 256 << 10;
-constexpr std::size_t kMaxProblem_bytes = std::size_t{1}
-                                          << 20;  // instead of a body that is taken part by part
+// Limit of the body where it is not passed on part by part.
+constexpr std::size_t kMaxProblem_bytes = std::size_t{1} << 20;
 
-/// What the callbacks fill and heed.
+/// The state shared with the callbacks.
 struct Transfer {
     CURL* handle = nullptr;
     HttpReply reply;
     std::size_t max_bytes = 0, header_bytes = 0, body_bytes = 0;
     bool too_long = false;
     const std::atomic<bool>* stopped = nullptr;
-    const TakePart* take = nullptr;  ///< of the body, where status and type are the wanted ones
+    const TakePart* take = nullptr;  ///< of the body, where status and type are the expected ones
     const std::string* type = nullptr;
-    std::exception_ptr failure;  ///< that take threw
+    std::exception_ptr failure;  ///< thrown by take
     AddressRanges ranges;        ///< that may be connected to
-    sockaddr_storage refused{};  ///< a number outside of them that the host led to
+    sockaddr_storage refused{};  ///< an address outside of them that the host resolved to
 };
 
 void read_head(CURL* handle, HttpReply& reply) {
@@ -67,13 +67,13 @@ void take_part(Transfer& transfer, std::span<const std::byte> part) {
     reply.body.insert(reply.body.end(), part.begin(), part.end());
 }
 
-// Callbacks of C: nothing may be thrown. A short count ends the transfer.
+// Callbacks of C: they must not throw. A short count ends the transfer.
 std::size_t take_body(char* data, std::size_t size, std::size_t count, void* into) noexcept {
     auto& transfer = *static_cast<Transfer*>(into);
     const std::size_t bytes = size * count;
     transfer.too_long = bytes > transfer.max_bytes - transfer.body_bytes;
-    // Why a server refuses may be longer than what was asked for: the rest of that is of no
-    // interest.
+    // A server's reason for a refusal may be longer than the requested data: the rest of it is
+    // ignored.
     long status = 0;
     constexpr long kRefusals = 400;
     if (transfer.too_long &&
@@ -88,7 +88,7 @@ std::size_t take_body(char* data, std::size_t size, std::size_t count, void* int
     try {
         take_part(transfer, {reinterpret_cast<const std::byte*>(data), bytes});
     } catch (const std::bad_alloc&) {
-        return 0;  // as good as lost: another try may find room
+        return 0;  // counts as lost: a retry may find memory
     } catch (...) {
         transfer.failure = std::current_exception();
         return 0;
@@ -101,7 +101,7 @@ std::size_t count_header(char*, std::size_t size, std::size_t count, void* into)
     transfer.too_long = transfer.header_bytes > kMaxHeader_bytes;
     return transfer.too_long ? 0 : size * count;
 }
-// Here, and not before: a name may lead elsewhere each time that it is asked for.
+// Checked here, and not before: a name may resolve differently each time.
 curl_socket_t open_socket(void* from, curlsocktype, curl_sockaddr* address) noexcept {
     auto& transfer = *static_cast<Transfer*>(from);
     if (!transfer.ranges.holds(range_of(address->addr))) {
@@ -122,7 +122,7 @@ curl_slist* longer(curl_slist* list, const std::string& line) {
     return out;
 }
 
-/// One more line before those of a list, which stays its owner's.
+/// One more line before those of a list, which stays owned by its owner.
 class OneMoreLine {
 public:
     OneMoreLine(curl_slist* rest, const std::string& line) : m_line(longer(nullptr, line)) {
@@ -151,7 +151,7 @@ void prepare(const std::string& url, const HttpLimits& limits, curl_slist* heade
     curl_easy_setopt(handle, CURLOPT_PROTOCOLS_STR, "http,https");
     curl_easy_setopt(handle, CURLOPT_NOSIGNAL, 1L);
 #if LIBCURL_VERSION_NUM >= 0x075700
-    // Who stops does not wait for the name service: the thread that asks it is left behind.
+    // stop() does not wait for the name service: its thread is left behind.
     curl_easy_setopt(handle, CURLOPT_QUICK_EXIT, 1L);
 #endif
     curl_easy_setopt(handle, CURLOPT_CONNECTTIMEOUT_MS, kConnectTimeout_ms);
@@ -167,7 +167,7 @@ void prepare(const std::string& url, const HttpLimits& limits, curl_slist* heade
     curl_easy_setopt(handle, CURLOPT_NOPROGRESS, 0L);
     curl_easy_setopt(handle, CURLOPT_OPENSOCKETDATA, &transfer);
     curl_easy_setopt(handle, CURLOPT_OPENSOCKETFUNCTION, &open_socket);
-    // A proxy would be all that is connected to, and looks names up by itself.
+    // With a proxy, only the proxy would be connected to, and it resolves names itself.
     if (transfer.ranges != kAnyRange)
         curl_easy_setopt(handle, CURLOPT_PROXY, "");
 }
@@ -193,7 +193,7 @@ struct HttpClient::Question {
     const FilePart* part = nullptr;
 };
 
-/// A handle on loan.
+/// A borrowed handle.
 class HttpClient::Handle {
 public:
     explicit Handle(HttpClient& client) : m_client(client), m_curl(client.take()) {}
@@ -211,7 +211,7 @@ HttpClient::HttpClient(HttpAccess access, RetryClock& clock)
     : m_access(std::move(access)), m_clock(clock) {
     static std::once_flag once;
     std::call_once(once, [] { curl_global_init(CURL_GLOBAL_DEFAULT); });
-    // Unpacked here: libcurl may have been built without zstd.
+    // Decompressed here: libcurl may have been built without zstd.
     for (curl_slist** list : {&m_headers, &m_post_headers})
         *list = longer(*list, "Accept-Encoding: zstd");
     m_post_headers = longer(m_post_headers, "Content-Type: application/json");

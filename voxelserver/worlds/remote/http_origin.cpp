@@ -21,7 +21,7 @@ struct FreeUrl {
 };
 using Url = std::unique_ptr<CURLU, FreeUrl>;
 
-/// A part of an address; empty: it has none.
+/// A component of an address; empty: it has none.
 std::string part_of(const Url& url, CURLUPart part, unsigned flags = 0) {
     char* text = nullptr;
     if (curl_url_get(url.get(), part, &text, flags) != CURLUE_OK || text == nullptr)
@@ -36,13 +36,13 @@ std::string authority_of(const std::string& url) {
     return url.substr(begin, url.find_first_of("/?#", begin) - begin);
 }
 
-/// What is wrong with an address; empty: nothing, and the origin and the path are set.
+/// The fault of an address; empty: it is valid, and the origin and the path are set.
 std::string fault_of(const std::string& text, HttpOrigin& origin, std::string& path) {
     if (!text.starts_with("http://") && !text.starts_with("https://"))
         return "not an address";
     if (text.size() > kMax_bytes)
         return "an address of " + std::to_string(text.size()) + " bytes";
-    // As text: libcurl does not tell an empty query from none.
+    // As text: libcurl does not distinguish an empty query from none.
     if (authority_of(text).find('@') != std::string::npos)
         return "an address with a user in it";
     if (text.find('?') != std::string::npos)
@@ -59,18 +59,20 @@ std::string fault_of(const std::string& text, HttpOrigin& origin, std::string& p
     std::transform(origin.host.begin(), origin.host.end(), origin.host.begin(), [](char c) {
         return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
     });
-    // Of a link-local number: which network it is on is a part of where it leads.
+    // Of a link-local address: its network is part of the destination.
     if (const std::string zone = part_of(url, CURLUPART_ZONEID); !zone.empty())
         origin.host.insert(origin.host.size() - 1, "%25" + zone);
     const std::string port = part_of(url, CURLUPART_PORT, CURLU_DEFAULT_PORT);
     if (origin.host.empty() || port.empty())
         return "not an address";
-    origin.port = static_cast<std::uint16_t>(std::stoul(port));  // libcurl takes none beyond 65535
+    origin.port =
+        static_cast<std::uint16_t>(std::stoul(port));  // libcurl rejects ports beyond 65535
     path = part_of(url, CURLUPART_PATH);
     return {};
 }
 
-/// @param flags of getaddrinfo @return the ranges of all numbers that are found
+/// @param flags of getaddrinfo
+/// @return the ranges of all addresses that are found
 std::vector<AddressRange> resolve(const HttpOrigin& origin, int flags) {
     std::string host = origin.host;
     if (host.starts_with('['))
@@ -137,7 +139,7 @@ std::optional<AddressRange> range_of_number(const HttpOrigin& origin) {
 AddressRanges ranges_of_host(const HttpOrigin& origin, const std::stop_token& stop) {
     if (const auto range = range_of_number(origin))
         return {*range};
-    // A name service may take minutes to say that it does not answer.
+    // A name service may take minutes to report a failure.
     const auto ranges = thread::call_until_stopped([origin] { return resolve(origin, 0); }, stop);
     if (!ranges)
         throw util::Error("look up " + origin.host + ": stopped");

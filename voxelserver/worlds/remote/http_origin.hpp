@@ -9,19 +9,21 @@
 
 namespace terravox::remote {
 
-/// Scheme, host and port of an address: what a secret or a permission is bound to. Two addresses
-/// that differ in nothing but path have one. Ref: Barth, "The Web Origin Concept", RFC 6454, 2011.
+/// Scheme, host and port of an address, which a secret or a permission is bound to. Two addresses
+/// that differ only in their path have the same origin.
+/// Ref: Barth, "The Web Origin Concept", RFC 6454, 2011.
 struct HttpOrigin {
     bool tls = false;
-    std::string host;  ///< in lower case; an IPv6 number in brackets
+    std::string host;  ///< in lower case; an IPv6 address in brackets
     std::uint16_t port = 0;
 
-    /// Of the address of a world, as libcurl reads it.
+    /// The origin of the address of a world, as libcurl parses it.
     /// @param url http(s)://host[:port][/path], up to 2048 bytes
     /// @throws UsageError for anything else, such as a user, a query or a fragment: those may be
-    /// secret, and would take what is appended
+    /// secret, and a path appended to the address would become part of them
     [[nodiscard]] static HttpOrigin of(const std::string& url);
-    /// @param text http(s)://host[:port] @throws UsageError for anything else
+    /// @param text http(s)://host[:port]
+    /// @throws UsageError for anything else
     [[nodiscard]] static HttpOrigin parse(const std::string& text);
 
     [[nodiscard]] std::string text() const;  ///< "https://voxels.example:443"
@@ -31,12 +33,12 @@ struct HttpOrigin {
 /// An address as messages may show it: without user, query and fragment.
 [[nodiscard]] std::string shown_url(const std::string& url);
 
-/// Where the host leads when it is a number; nullopt: it is a name.
+/// The range of a host that is an IP address; nullopt: it is a name.
 [[nodiscard]] std::optional<AddressRange> range_of_number(const HttpOrigin& origin);
 
-/// Where the host leads: all that the name service knows of it, now; none for a name that it does
-/// not know. Blocks for as long as that service does, or until it is asked to stop.
-/// @throws Error when it is asked to stop
+/// The ranges of all addresses that the host currently resolves to; none for an unknown name.
+/// Blocks for as long as the name service does, or until a stop is requested.
+/// @throws Error when a stop is requested
 [[nodiscard]] AddressRanges ranges_of_host(const HttpOrigin& origin,
                                            const std::stop_token& stop = {});
 

@@ -21,14 +21,14 @@ constexpr std::size_t kMaxBox_bytes = std::size_t{64} << 20;
 constexpr std::size_t kMaxText_bytes = std::size_t{4} << 20;
 constexpr milliseconds kOpeningPatience{60'000};
 constexpr int kLoaders = 8;
-constexpr int kBatch =
-    32;  // boxes: most of what a request costs is shared, and a lost one loses little
+// Boxes: most of the cost of a request is shared, and a lost one loses little.
+constexpr int kBatch = 32;
 
 std::string_view text_of(const HttpReply& reply) noexcept {
     return {reinterpret_cast<const char*>(reply.body.data()), reply.body.size()};
 }
 
-/// The only form that is sent back: what a server says could be anything.
+/// The only form that is sent back: a server's reply could be anything.
 bool is_edition(const std::string& text) noexcept {
     constexpr std::size_t kDigits = 32;
     return text.size() == kDigits &&
@@ -53,7 +53,7 @@ public:
         if (!m_edition.empty())
             m_client.http().add_header("Terravox-Edition: " + m_edition);
         m_info = voxel::world_from_json(
-            text, m_url);  // another version is no damage that a second try would mend
+            text, m_url);  // another version is not damage that a retry would resolve
     }
 
     [[nodiscard]] const voxel::WorldInfo& info() const noexcept override { return m_info; }
@@ -111,7 +111,7 @@ private:
                                                       const std::string& url,
                                                       const HttpReply& reply) {
         if (reply.status == 204)
-            return nullptr;  // the server knows that it is air
+            return nullptr;  // the server reports air
         if (reply.content_type != voxel::kBoxMediaType)
             throw util::Error("fetch " + url + ": the reply is of type '" + reply.content_type +
                               "'; allowed: " + voxel::kBoxMediaType);
@@ -140,7 +140,7 @@ private:
     RetryingClient m_client;
     BatchClient m_batches;
     voxel::WorldInfo m_info;
-    std::string m_edition;  ///< by the first reply; empty: the server tells none
+    std::string m_edition;  ///< from the first reply; empty: the server sends none
     std::stop_callback<std::function<void()>> m_ending;
 };
 

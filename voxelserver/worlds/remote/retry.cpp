@@ -6,7 +6,7 @@ namespace terravox::remote {
 namespace {
 
 constexpr Retry::Milliseconds kFirstWait{100};
-constexpr Retry::Milliseconds kLongestOwnWait{10'000};  // where the server asks for nothing
+constexpr Retry::Milliseconds kLongestOwnWait{10'000};  // where the server requests none
 constexpr int kGrowth = 3;
 
 int max_tries(Trouble trouble) noexcept {
@@ -44,7 +44,7 @@ std::optional<Retry::Milliseconds> Retry::wait_after(
     };
     Milliseconds wait = spread(own_wait(m_tries), 0.5, 1.5);
     if (retry_after) {
-        // Never before what was asked for. Clamped as seconds: the number is anybody's.
+        // Never earlier than requested. Clamped as seconds: the number is untrusted.
         constexpr auto kLongest = std::chrono::duration_cast<std::chrono::seconds>(kLongestWait);
         wait = std::max(
             wait, spread(std::clamp(*retry_after, std::chrono::seconds{0}, kLongest), 1, 1.25));

@@ -4,9 +4,8 @@
 
 namespace terravox::remote {
 
-/// The time that deadlines of retries are counted in, and the length of the waits between two
-/// tries. The default is the steady clock. Tests put a clock in its place that moves on by a wait
-/// instead of sitting it out. Thread-safe.
+/// The clock for deadlines of retries and for the waits between two tries. The default is the
+/// steady clock. Tests substitute a clock that advances by a wait without sleeping. Thread-safe.
 class RetryClock {
 public:
     using Steady = std::chrono::steady_clock;
@@ -17,13 +16,14 @@ public:
     RetryClock& operator=(const RetryClock&) = delete;
 
     [[nodiscard]] virtual Steady::time_point now() const noexcept { return Steady::now(); }
-    /// Called where a wait begins. @return how much of it has to pass in real time
+    /// Called where a wait begins.
+    /// @return how much of it has to pass in real time
     [[nodiscard]] virtual std::chrono::milliseconds begin_wait(
         std::chrono::milliseconds time) noexcept {
         return time;
     }
 
-    /// Of programs. It lives until the program ends.
+    /// The clock of programs. It lives until the program ends.
     [[nodiscard]] static RetryClock& steady() noexcept {
         static RetryClock clock;
         return clock;

@@ -11,7 +11,7 @@ using std::chrono::milliseconds;
 
 constexpr milliseconds kMaxStalled{
     120'000};                      // a cold square may take a while before the first byte
-constexpr int kGivenUpInRow = 16;  // then hope is lost, until something comes
+constexpr int kGivenUpInRow = 16;  // then the server counts as unreachable, until a reply comes
 constexpr int kHopelessShare = 20;
 
 }  // namespace
@@ -59,7 +59,7 @@ void RetryingClient::wait_or_give_up(const std::string& url, Question& question,
 }
 
 void RetryingClient::give_up(const FailedTry& failed, const Question& question) {
-    // A 500 is the word of a server that lives.
+    // A 500 comes from a server that is alive.
     if (failed.trouble == Trouble::kFailed)
         on_reply();
     else

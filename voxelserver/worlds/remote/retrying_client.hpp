@@ -11,11 +11,11 @@
 
 namespace terravox::remote {
 
-/// Asks a server that may be late, silent, restarting or damaged: tries again what is worth it
-/// (retry.hpp), and gives up no later than about the timeout after it was asked. When many
-/// questions in a row had to be given up without one answer between them, the rest get a twentieth
-/// of the timeout each, until something comes: a dead server must not hold a picture for days.
-/// Thread-safe.
+/// Sends requests to a server that may be late, silent, restarting or damaged: retries where that
+/// may help (retry.hpp), and gives up at about the timeout after the request at the latest. When
+/// many requests in a row had to be given up without one reply between them, the rest get a
+/// twentieth of the timeout each, until a reply is received: a dead server must not hold up a
+/// picture for days. Thread-safe.
 class RetryingClient {
 public:
     using Milliseconds = std::chrono::milliseconds;
@@ -30,16 +30,17 @@ public:
     void on_reply() noexcept { m_given_up.store(0, std::memory_order_relaxed); }
     void stop() noexcept { m_client.stop(); }
 
-    /// What Read makes of a reply.
+    /// The result type of Read for a reply.
     template <class Read>
     using Made = std::invoke_result_t<Read, const std::string&, const HttpReply&>;
-    /// GET. @param max_bytes of the reply
-    /// @param part where it has a condition, 412 and 416 are replies that go to read, too
-    /// @param read makes something of a reply with status 200, 204 or 206; what it throws as Error
-    /// is a damaged reply, which is asked for again
-    /// @throws WholeFileError as HttpClient::get(), at once; voxel::ChangedError for a 412 that
-    /// does not go to read: the server has another edition than the request names; Error when it is
-    /// given up, for an answer that is a refusal, and after stop()
+    /// GET.
+    /// @param max_bytes of the reply
+    /// @param part where it has a condition, 412 and 416 are replies that are passed to read, too
+    /// @param read parses a reply with status 200, 204 or 206; an Error that it throws means a
+    /// damaged reply, which is requested again
+    /// @throws WholeFileError as HttpClient::get(), at once; voxel::ChangedError for a 412 that is
+    /// not passed to read: the server has another edition than the request names; Error when it is
+    /// given up, for a final refusal, and after stop()
     template <class Read>
     Made<Read> ask(const std::string& url, std::size_t max_bytes, const FilePart& part,
                    Milliseconds timeout, const Read& read) {
@@ -75,14 +76,14 @@ private:
     };
     [[nodiscard]] Question begin(Milliseconds timeout) const;
     [[nodiscard]] HttpLimits limits(const Question& question, std::size_t max_bytes) const;
-    /// @throws FailedTry for what another try may mend, Error for what is an answer
+    /// @throws FailedTry for what a retry may resolve, Error for a final answer
     void check(const std::string& url, const HttpReply& reply, bool on_condition);
     void wait_or_give_up(const std::string& url, Question& question, const FailedTry& failed);
     [[noreturn]] void give_up(const FailedTry& failed, const Question& question);
 
     const Milliseconds m_timeout;
     HttpClient m_client;
-    std::atomic<int> m_given_up{0};  ///< questions in a row that nothing came for
+    std::atomic<int> m_given_up{0};  ///< consecutive requests without any reply
 };
 
 }  // namespace terravox::remote

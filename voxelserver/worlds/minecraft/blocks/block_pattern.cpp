@@ -9,7 +9,7 @@ namespace {
 
 constexpr std::size_t kMaxNames = 4096;  // of one pattern
 
-/// `fail` must throw; should it not, nothing goes on with half a pattern.
+/// `fail` must throw; if it does not, this does, so that no partial pattern is used.
 [[noreturn]] void stop(const Fail& fail, const std::string& what) {
     fail(what);
     throw util::Error(what);
@@ -26,7 +26,7 @@ std::vector<std::string_view> split(std::string_view text, char at) {
     }
 }
 
-/// Replaces each name by itself with each of `count` texts behind it.
+/// Replaces each name by copies with each of `count` texts appended.
 template <class Append>
 void branch(std::vector<Expanded>& names, std::size_t count, const Append& append,
             std::string_view pattern, const Fail& fail) {
@@ -137,7 +137,7 @@ std::size_t own_letters(std::string_view pattern) noexcept {
 }
 
 bool fits(std::string_view pattern, std::string_view name) noexcept {
-    // Greedy: only the last star that was met need be taken back.
+    // Greedy: only the last star needs backtracking.
     std::size_t p = 0, n = 0, star = std::string_view::npos, from = 0;
     while (n < name.size()) {
         if (p < pattern.size() && pattern[p] == '*') {

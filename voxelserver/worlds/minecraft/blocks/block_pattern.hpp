@@ -13,13 +13,13 @@
 
 namespace terravox::minecraft {
 
-/// What a block says of itself: `lit` = `true`.
+/// A property of a block: `lit` = `true`.
 struct Property {
     std::string_view name, value;
 };
 using Properties = std::span<const Property>;
 
-/// [lit=true]: one property and the values that are meant.
+/// [lit=true]: one property and its accepted values.
 struct Condition {
     std::string property;
     std::vector<std::string> values;
@@ -27,10 +27,10 @@ struct Condition {
     friend bool operator==(const Condition&, const Condition&) = default;
 };
 
-/// Is told what is wrong; must throw.
+/// Called with a message when a text is invalid; must throw.
 using Fail = std::function<void(const std::string&)>;
 
-/// "name[a=1|2,b=3]", taken apart.
+/// "name[a=1|2,b=3]", parsed.
 struct BlockState {
     std::string name;
     std::vector<Condition> conditions;
@@ -48,7 +48,7 @@ using Words = std::map<std::string, std::vector<Word>, std::less<>>;
 /// A name that a pattern stands for. May hold '*'.
 struct Expanded {
     std::string name;
-    std::map<std::string, const Word*, std::less<>> chosen;  ///< which word stands for {name}
+    std::map<std::string, const Word*, std::less<>> chosen;  ///< the word substituted for {name}
 };
 
 /// All names that a pattern with {words} and (alternatives|of|text) stands for, in order;
@@ -57,10 +57,10 @@ struct Expanded {
 [[nodiscard]] std::vector<Expanded> expand(std::string_view pattern, const Words& words,
                                            const Fail& fail);
 
-/// How many letters of a pattern stand outside of braces and parentheses, '*' left out.
+/// How many letters of a pattern stand outside of braces and parentheses, not counting '*'.
 [[nodiscard]] std::size_t own_letters(std::string_view pattern) noexcept;
 
-/// @param pattern '*' = any text, also none
+/// @param pattern '*' = any text, including none
 [[nodiscard]] bool fits(std::string_view pattern, std::string_view name) noexcept;
 
 }  // namespace terravox::minecraft

@@ -14,13 +14,13 @@
 
 namespace terravox::minecraft {
 
-/// What a block is here.
+/// What a block is represented by.
 struct BlockLook {
     voxel::Material material = voxel::Material::kUnknown;
     bool has_colour = false;
     voxel::Rgb8 colour;
-    bool known =
-        false;  ///< some entry of the table fits; else the material is kUnknown, which is seen
+    /// Some entry of the table matches; else the material is kUnknown, which is visible.
+    bool known = false;
     friend bool operator==(const BlockLook&, const BlockLook&) = default;
 };
 
@@ -29,7 +29,7 @@ struct BlockLook {
 class BlockTable {
 public:
     /// @param folder holds blocks.toml and old-blocks.toml
-    /// @throws UsageError naming file, entry, value and what is allowed
+    /// @throws UsageError naming file, entry, value and allowed values
     [[nodiscard]] static BlockTable load(const std::filesystem::path& folder);
     /// The table of another game: one file in the form of blocks.toml, no older names or numbers.
     /// @throws UsageError as load()
@@ -37,16 +37,17 @@ public:
 
     /// @param name with or without its namespace ("minecraft:"); old names are known as well
     [[nodiscard]] BlockLook of(std::string_view name, Properties properties) const;
-    /// The same of a game in which the namespace is part of a name, and which has no older names.
+    /// The same for a game in which the namespace is part of a name, and which has no older names.
     [[nodiscard]] BlockLook of_full_name(std::string_view name) const { return look_of(name, {}); }
-    /// A block of a world before 1.13. @param data 0 to 15, other bits are left out
+    /// A block of a world before 1.13.
+    /// @param data 0 to 15, other bits are ignored
     [[nodiscard]] BlockLook of_number(int id, int data) const;
-    /// The name that the block has today, with what it says of itself ("snow[layers=3]"); "id:data"
-    /// for one that no version had.
+    /// The name that the block has today, with its properties ("snow[layers=3]"); "id:data" for one
+    /// that no version had.
     [[nodiscard]] std::string name_of_number(int id, int data) const;
 
-    /// These blocks, by name and whatever they say of themselves, are of these materials: what an
-    /// exported world's side-car says. Colours stay. Numbers stay as they were.
+    /// Sets the materials of these blocks, by name and whatever their properties, as listed in an
+    /// exported world's side-car. Colours stay. Numbers stay as they were.
     void overlay(const std::map<std::string, voxel::Material>& blocks);
 
 private:
@@ -55,7 +56,7 @@ private:
         std::vector<Condition> conditions;
         BlockLook look;
         std::size_t own = 0;  ///< own_letters() of its pattern
-        bool fixed = false;   ///< says waterlogged=true in vain
+        bool fixed = false;   ///< waterlogged=true has no effect
     };
     struct Wildcard {
         std::string pattern;
@@ -63,7 +64,7 @@ private:
     };
     struct Renamed {
         std::string name;
-        std::vector<Condition> conditions;  ///< what the block says of itself, one value each
+        std::vector<Condition> conditions;  ///< the block's properties, one value each
     };
     struct TextHash {
         using is_transparent = void;
@@ -81,10 +82,10 @@ private:
     ByName<std::vector<Candidate>> m_names;  ///< best first
     std::vector<Wildcard> m_wildcards;       ///< best first
     ByName<Renamed> m_renamed;
-    std::array<bool, voxel::kMaterialCount>
-        m_drowned{};  ///< materials that are water when waterlogged
-    std::vector<std::vector<std::string>>
-        m_number_names;                     ///< by number, then data; empty: no such number
+    /// Materials that are water when waterlogged.
+    std::array<bool, voxel::kMaterialCount> m_drowned{};
+    /// By number, then data; empty: no such number.
+    std::vector<std::vector<std::string>> m_number_names;
     std::vector<BlockLook> m_number_looks;  ///< number * 16 + data
 };
 

@@ -161,7 +161,7 @@ private:
         return a.own != b.own ? a.own > b.own : a.conditions.size() > b.conditions.size();
     }
 
-    /// Best first. Two that are as good and ask for the same are a mistake.
+    /// Best first. Two of equal rank with the same conditions are an error.
     void sort() {
         for (auto& [name, list] : m_table.m_names) {
             std::stable_sort(list.begin(), list.end(), better);
@@ -181,7 +181,8 @@ private:
                std::string(voxel::material_name(b.look.material)) + "]; allowed: once";
     }
 
-    /// A block with what it says of itself. @throws Error unless the table knows it
+    /// A block with its properties.
+    /// @throws Error unless the table has it
     BlockTable::Renamed known(const std::string& where, const std::string& text) const {
         BlockState state = block_state_from(text, failing(where));
         std::vector<Property> properties;
