@@ -38,9 +38,8 @@ Triple turned(const Triple& point, const Triple& centre, core::CoordinateSpace s
         const geo::LatLon place = frame.to_lat_lon(local, height_m);
         return {place.lat_deg, place.lon_deg, point[2]};
     }
-    const std::size_t across = space == core::CoordinateSpace::kVoxel
-                                   ? 2
-                                   : 1;  // z grows to the south, the northing to the north
+    // In voxels z grows to the south, the northing to the north.
+    const std::size_t across = space == core::CoordinateSpace::kVoxel ? 2 : 1;
     const double sign = space == core::CoordinateSpace::kVoxel ? -1 : 1;
     double east = point[0] - centre[0], north = sign * (point[across] - centre[across]);
     turn.apply(east, north);

@@ -15,32 +15,34 @@
 
 namespace terravox::animate {
 
-/// Pictures in a row, out of a TOML file: a pure function of the file, the scene underneath and the
-/// number of the frame.
+/// A sequence of pictures described by a TOML file: a pure function of the file, the underlying
+/// scene and the frame number.
 ///
 /// The file: `fps` (25), `seconds`, `ease` (true: movement begins and ends at rest), [[key]] tables
-/// with `time_s` or `frame` and fields of a scene (or camera.look: all that a named view says),
+/// with `time_s` or `frame` and fields of a scene (or camera.look: all fields of a named view),
 /// [turntable] with `turns`, `seconds`, `target`, [day] with `from`, `to` (clock hours), `seconds`;
 /// and sections of a scene, which all frames share. Numbers move along smooth paths and never
-/// beyond what the keys around say, camera.position and camera.target along round ones; whole
-/// numbers, words and switches change at their key. Before a field's first key and after its last
-/// one it keeps that key's value.
+/// beyond the values of the surrounding keys; camera.position and camera.target move along round
+/// paths. Whole numbers, words and switches change at their key. Before a field's first key and
+/// after its last one, the field keeps that key's value.
 class Animation {
 public:
-    /// @param views folder of named views; empty: config/views @throws UsageError naming file, key
-    /// and field
+    /// @param views folder of named views; empty: config/views
+    /// @throws UsageError naming file, key and field
     [[nodiscard]] static Animation read(const std::filesystem::path& file,
                                         const std::filesystem::path& views = {});
-    /// The same of a text that came another way. @param name for messages
+    /// The same for a text.
+    /// @param name used in messages
     [[nodiscard]] static Animation parse(const std::string& text, const std::string& name,
                                          const std::filesystem::path& views = {});
 
-    /// What the file says of all frames, over `scene`.
+    /// Applies the settings that all frames share to `scene`.
     void apply_base(scene::Scene& scene) const;
     [[nodiscard]] int frames() const noexcept { return m_frames; }
     [[nodiscard]] double fps() const noexcept { return m_fps; }
-    /// @param frame [0, frames()) @param base what keys, turntable and day change @throws
-    /// UsageError when `base` does not fit the file
+    /// @param frame [0, frames())
+    /// @param base the scene that keys, turntable and day modify
+    /// @throws UsageError when `base` does not fit the file
     [[nodiscard]] scene::Scene at(int frame, const scene::Scene& base) const;
 
     static constexpr int kMaxFrames = 1'000'000;
@@ -48,7 +50,7 @@ public:
 private:
     friend class AnimationReader;
     using Word = std::variant<int, bool, std::string>;
-    /// One field over time; one of the three is filled.
+    /// One field over time; exactly one of the three is filled.
     struct Track {
         std::vector<SmoothPath> paths;  ///< one, or three for a triple
         std::vector<double> times;
@@ -64,7 +66,7 @@ private:
     void turn(scene::Scene& scene, double time_s) const;
     [[nodiscard]] static const Word& word_at(const Track& track, double time_s);
 
-    std::string m_attempt;  ///< begins messages
+    std::string m_attempt;  ///< begins every message
     toml::table m_base;
     double m_fps = 25;
     int m_frames = 0;

@@ -17,7 +17,8 @@ namespace terravox::animate {
 /// Reads the file of an animation, part by part.
 class AnimationReader {
 public:
-    /// @param read_root gives the file's table; told what is wrong, its argument throws
+    /// @param read_root returns the file's table; its argument throws an error with the given
+    /// message
     template <class ReadRoot>
     AnimationReader(const std::string& name, const std::filesystem::path& views,
                     const ReadRoot& read_root)
@@ -169,7 +170,7 @@ private:
         out.seconds =
             number(*table, "seconds", "turntable.seconds", 0.001, kMaxSeconds).value_or(0);
         if (const auto* target = table->get("target")) {
-            // As a field of a scene is read.
+            // Read in the same way as a field of a scene.
             toml::table fields{{"camera", toml::table{}}};
             fields["camera"].as_table()->insert("target", *target);
             scene::Scene scene;
@@ -221,7 +222,7 @@ private:
             refuse(text_of(length) + " s at " + text_of(m_out.m_fps) +
                    " frames a second; allowed: up to " + std::to_string(Animation::kMaxFrames) +
                    " frames");
-        // Of whole turns the last picture would be the first again: they play in a loop.
+        // After whole turns the last picture would repeat the first: the frames then form a loop.
         const bool loop = turntable && m_keys.empty() && !day && turntable->seconds == length &&
                           turntable->turns == std::floor(turntable->turns);
         m_out.m_frames = loop ? std::max(static_cast<int>(std::floor(count + 0.5)), 1)

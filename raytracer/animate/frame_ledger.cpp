@@ -15,9 +15,9 @@
 namespace terravox::animate {
 namespace {
 
-/// In one piece, and on the disk when it returns. Machines that share a folder append one after the
-/// other: over NFS, O_APPEND alone may lose a line of two that come at once; the lock also makes it
-/// look at how long the file has become.
+/// Appends text in one piece, and has it on the disk on return. Machines that share a folder append
+/// one after the other: over NFS, O_APPEND alone may lose one of two simultaneous lines; the lock
+/// also refreshes the file's length.
 void append(const std::filesystem::path& file, const std::string& text, int frame) {
     const auto fail = [&](const char* what) {
         throw util::Error("note that frame " + std::to_string(frame) + " is done: " +
@@ -53,7 +53,7 @@ void append(const std::filesystem::path& file, const std::string& text, int fram
 }  // namespace
 
 FrameLedger::FrameLedger(std::filesystem::path file) : m_file(std::move(file)) {
-    constexpr std::uintmax_t kMax_bytes = 64U << 20;  // far more than an animation may have frames
+    constexpr std::uintmax_t kMax_bytes = 64U << 20;  // far more than any animation needs
     std::error_code failed;
     if (!std::filesystem::exists(m_file, failed))
         return;
@@ -72,7 +72,7 @@ FrameLedger::FrameLedger(std::filesystem::path file) : m_file(std::move(file)) {
         if (number.ec != std::errc{} || number.ptr == end || *number.ptr != ' ')
             continue;
         const auto print = std::from_chars(number.ptr + 1, end, fingerprint, 16);
-        // All 16 digits: of a line that was cut off less is there.
+        // All 16 digits are required: a line that was cut off has fewer.
         if (print.ec == std::errc{} && print.ptr == end && print.ptr - number.ptr == 17)
             m_done[frame] = fingerprint;
     }
@@ -90,7 +90,7 @@ void FrameLedger::add(int frame, std::uint64_t fingerprint) {
     std::error_code ignored;
     if (!m_file.parent_path().empty())
         std::filesystem::create_directories(m_file.parent_path(), ignored);
-    // A line of its own, whatever a run that was cut off has left.
+    // Starts a new line, whatever an interrupted run has left.
     append(m_file, "\n" + std::to_string(frame) + " " + digits + "\n", frame);
     m_done[frame] = fingerprint;
 }

@@ -5,14 +5,14 @@
 
 namespace terravox::animate {
 
-/// Names of numbered pictures: a path with one %d, or %0Nd for N digits and zeros before.
+/// Names of numbered pictures: a path with one %d, or %0Nd for N digits with leading zeros.
 class FrameNames {
 public:
     /// @throws UsageError for another pattern
     explicit FrameNames(std::string pattern);
     [[nodiscard]] std::filesystem::path of(int frame) const;
     [[nodiscard]] const std::string& pattern() const noexcept { return m_pattern; }
-    /// Where it is noted which frames are done: a hidden file beside them.
+    /// File that records which frames are done: a hidden file next to the frames.
     [[nodiscard]] std::filesystem::path ledger() const;
 
 private:

@@ -44,7 +44,7 @@ std::string text_of(const std::filesystem::path& file) {
     return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
 }
 
-// What a picture depends on: not how many threads make it.
+// A hash of what a picture depends on; the number of threads is not part of it.
 std::uint64_t fingerprint(const scene::Scene& scene, const std::string& inputs) {
     return fingerprint_of(scene::to_toml(scene::what_shows(scene)) + "\n" + inputs + "\n" +
                           text_of(material::find_materials(scene.quality.materials)) + "\n" +
@@ -57,9 +57,9 @@ bool is_there(const std::filesystem::path& picture) {
            std::filesystem::file_size(picture, failed) > 0 && !failed;
 }
 
-/// What a run that was killed has left beside its frames: unfinished files of util::AtomicFile,
-/// ".NAME.part-PID-..." with the frame's ending. Those of a frame go when it has been made; not
-/// those of a run that is still at work.
+/// Files that a killed run has left next to its frames: unfinished files of util::AtomicFile,
+/// ".NAME.part-PID-..." with the frame's extension. Those of a frame are removed when it has been
+/// rendered, except those of a run that is still active.
 class Leftovers {
 public:
     explicit Leftovers(std::filesystem::path folder) {
@@ -84,8 +84,9 @@ public:
     }
 
 private:
-    /// Whether the process that writes a file still runs. @param rest what follows ".part-"; of
-    /// other programs' files nothing is known, so that they stay
+    /// Whether the process that writes a file is still running.
+    /// @param rest what follows ".part-"; nothing is known about other programs' files, so they are
+    /// kept
     static bool at_work(const std::string& rest) {
         int pid = 0;
         const auto read = std::from_chars(rest.data(), rest.data() + rest.size(), pid);
@@ -108,7 +109,7 @@ util::ExitCode render_frames(const Animation& animation, const scene::Scene& bas
         check_video(options.video, names, options.ffmpeg);
     FrameLedger ledger(names.ledger());
     const Leftovers leftovers(names.ledger().parent_path());
-    // Before any is made: what is wrong with a later one is said now.
+    // Before any is rendered, so that an error in a later frame is reported now.
     std::map<int, std::uint64_t> prints;
     for (int frame = options.first; frame <= last;
          frame += std::min(options.every, last - frame + 1))

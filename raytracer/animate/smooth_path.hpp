@@ -4,16 +4,18 @@
 
 namespace terravox::animate {
 
-/// A number that moves smoothly through given ones: piecewise cubic, its rate of change is
-/// continuous. Before the first and after the last it stands still. Immutable.
+/// A number that moves smoothly through given ones: piecewise cubic with a continuous first
+/// derivative. Constant before the first and after the last. Immutable.
 class SmoothPath {
 public:
     enum class Kind : bool {
-        kRound,     ///< through places: round bends, which may swing beyond
-        kMonotone,  ///< never beyond the two numbers around
+        kRound,     ///< for positions: round bends, which may overshoot
+        kMonotone,  ///< never beyond the two neighbouring numbers
     };
-    /// @param times rising, seconds @param values as many, at least one
-    /// @param at_rest the rate is 0 at both ends; otherwise that of the first and last stretch
+    /// @param times ascending, seconds
+    /// @param values as many as `times`, at least one
+    /// @param at_rest whether the rate is 0 at both ends; otherwise it is that of the first and
+    /// last segment
     SmoothPath(std::vector<double> times, std::vector<double> values, Kind kind, bool at_rest);
     [[nodiscard]] double at(double time) const noexcept;
 

@@ -31,7 +31,7 @@ bool ends_in(const std::string& text, std::initializer_list<const char*> endings
                        [&](const char* e) { return text.ends_with(e); });
 }
 
-/// @return its exit status; 128 and more: it was ended by a signal
+/// @return its exit status; 128 or more: ended by a signal
 int run(const std::string& program, std::vector<std::string> arguments) {
     std::vector<char*> argv;
     for (std::string& argument : arguments)
@@ -86,7 +86,8 @@ void check_video(const std::filesystem::path& file, const FrameNames& frames,
 void make_video(const std::filesystem::path& file, const FrameNames& frames, int count, double fps,
                 const std::string& program) {
     util::AtomicFile out(file);
-    // Absolute: ffmpeg takes what stands before a colon for a protocol, and a dash for an option.
+    // Absolute, since ffmpeg takes text before a colon as a protocol, and a leading dash as an
+    // option.
     const std::string pictures = std::filesystem::absolute(frames.pattern()).string(),
                       target = std::filesystem::absolute(out.temporary_path()).string();
     const int status =
@@ -94,7 +95,7 @@ void make_video(const std::filesystem::path& file, const FrameNames& frames, int
             {"ffmpeg", "-nostdin", "-hide_banner", "-loglevel", "error", "-y", "-f", "image2",
              "-framerate", number(fps), "-start_number", "0", "-i", pictures, "-frames:v",
              std::to_string(count), "-c:v", "libx264", "-crf", "17", "-preset", "slow",
-             // Players want even sizes and halved colours; what the pictures are in is said.
+             // Players require even sizes and subsampled chroma; the colour space is stated.
              "-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2,scale=out_color_matrix=bt709", "-pix_fmt",
              "yuv420p", "-colorspace", "bt709", "-color_primaries", "bt709", "-color_trc",
              "iec61966-2-1", "-movflags", "+faststart", target});

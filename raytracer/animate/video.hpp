@@ -7,17 +7,18 @@
 
 namespace terravox::animate {
 
-/// Where a program is found by its name: in PATH, or as it is when it holds a slash. @return empty:
-/// nowhere
+/// Finds a program by its name: in PATH, or at that path if the name contains a slash.
+/// @return empty if it is not found
 [[nodiscard]] std::filesystem::path find_program(const std::string& name);
 
-/// @throws UsageError when the frames are no pictures that a video is made of (.png, .jpg), the
-/// file's ending names no kind of video, or `program` is not installed
+/// Checks that a video can be made.
+/// @throws UsageError when the frames are not in a format for videos (.png, .jpg), the file's
+/// extension is no video format, or `program` is not installed
 void check_video(const std::filesystem::path& file, const FrameNames& frames,
                  const std::string& program = "ffmpeg");
 
-/// Makes a video of frames 0 to count - 1 through ffmpeg; whole or not at all. @throws Error when
-/// it fails
+/// Makes a video of frames 0 to count - 1 with ffmpeg; completely or not at all.
+/// @throws Error when it fails
 void make_video(const std::filesystem::path& file, const FrameNames& frames, int count, double fps,
                 const std::string& program = "ffmpeg");
 

@@ -1,4 +1,5 @@
-// The loaders of the block manager: what they ask the world for, and what becomes of the answers.
+// The loaders of the block manager: what they request from the world, and how they handle the
+// results.
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
@@ -14,7 +15,8 @@ namespace {
 
 constexpr std::size_t kMaxReasons = 100;
 constexpr std::size_t kMuchFreed_bytes = std::size_t{64} << 20;
-constexpr std::size_t kGuessed_bytes = std::size_t{64} << 10;  // of a box, before one is known
+// Of a box, until one has been loaded.
+constexpr std::size_t kGuessed_bytes = std::size_t{64} << 10;
 
 template <class Kind>
 bool is(const std::exception_ptr& failure) {
@@ -39,13 +41,13 @@ std::string reason_of(const std::exception_ptr& failure) {
 
 }  // namespace
 
-// What is queued is shared among those who have nothing to do: the lock is held by one of them.
+// Shares the queue among the idle loaders. The caller, one of them, holds the lock.
 std::size_t BlockManager::share_of(std::size_t queued) const noexcept {
     const std::size_t idle = m_loader_count - m_busy;
     return std::clamp<std::size_t>((queued + idle - 1) / idle, 1, m_batch);
 }
 
-// What is on its way and `more` boxes beside may need, as large as boxes have been so far.
+// Bytes that the requested boxes and `more` additional ones may need, at the average size so far.
 std::size_t BlockManager::coming_bytes(std::size_t more) const noexcept {
     std::uint64_t loaded = 0, bytes = 0;
     for (const auto& level : m_stats.levels) {
@@ -56,7 +58,7 @@ std::size_t BlockManager::coming_bytes(std::size_t more) const noexcept {
            (loaded > 0 ? static_cast<std::size_t>(bytes / loaded) : kGuessed_bytes);
 }
 
-// The lock is held. False: nothing to load now.
+// The lock must be held. Returns false if there is nothing to load now.
 bool BlockManager::next_keys(std::vector<voxel::BoxKey>& keys) {
     keys.clear();
     if (m_unseen_bytes > m_limit_bytes / 4)
@@ -68,8 +70,8 @@ bool BlockManager::next_keys(std::vector<voxel::BoxKey>& keys) {
     return !keys.empty();
 }
 
-// The first goes whatever there is room for, or nothing would ever come; others only where all that
-// is coming fits.
+// The first box is taken even without room for it, or none would ever be loaded; others only where
+// everything requested fits.
 void BlockManager::take_wanted(std::size_t most, std::vector<voxel::BoxKey>& keys) {
     while (!m_wanted.empty() && keys.size() < most &&
            (keys.empty() || m_unseen_bytes + coming_bytes(keys.size() + 1) <= m_limit_bytes / 4)) {
@@ -84,8 +86,9 @@ void BlockManager::take_foreseen(std::size_t most, std::vector<voxel::BoxKey>& k
            (keys.empty() || m_stats.bytes + coming_bytes(keys.size() + 1) < room_bytes)) {
         const voxel::BoxKey key = m_foreseen.front();
         m_foreseen.pop_front();
-        const bool known = m_entries.contains(key) || std::find(keys.begin(), keys.end(), key) !=
-                                                          keys.end();  // here, or on its way
+        // Loaded, or being loaded.
+        const bool known =
+            m_entries.contains(key) || std::find(keys.begin(), keys.end(), key) != keys.end();
         if (!known)
             keys.push_back(key);
     }
@@ -117,11 +120,10 @@ void BlockManager::load_boxes() {
     }
 }
 
-// Returns those to be asked for once more: they are holes by what was so before holes were
-// forgotten.
+// Returns the boxes to be requested once more: they failed before holes were forgotten.
 std::vector<voxel::BoxKey> BlockManager::load(const std::vector<voxel::BoxKey>& keys) {
-    std::vector<voxel::BoxKey> asked, holes,
-        again;  // once a hole, always a hole: a picture has one answer
+    // Once a hole, always a hole: a picture has one answer.
+    std::vector<voxel::BoxKey> asked, holes, again;
     std::uint64_t forgotten = 0;
     {
         const std::lock_guard lock(m_mutex);
@@ -140,7 +142,8 @@ std::vector<voxel::BoxKey> BlockManager::load(const std::vector<voxel::BoxKey>& 
     const auto take = [&](const voxel::BoxKey& key, voxel::BoxOutcome outcome) {
         if (std::erase(missing, key) == 0)
             return;
-        // One box less must not lose the picture; it stays visible, counted and in the exit code.
+        // A box that is not available must not end the picture; it stays visible, counted and in
+        // the exit code.
         if (!outcome.failure)
             return come(key, {std::move(outcome.box), false});
         is_hole(key, is<thread::StoppedError>(outcome.failure) ? nullptr : outcome.failure);
@@ -150,14 +153,14 @@ std::vector<voxel::BoxKey> BlockManager::load(const std::vector<voxel::BoxKey>& 
     } catch (...) {
         reason = std::current_exception();
     }
-    // Nobody must wait for ever for what a world has forgotten.
+    // No thread may wait for ever for boxes that the world did not return.
     for (const voxel::BoxKey& key : missing)
         is_hole(key, reason);
     return again;
 }
 
-// False: holes were forgotten since the world was asked. Under one lock with what keeps the hole,
-// so that none is kept that is forgotten.
+// Returns false if holes were forgotten since the request. The check and the recording of the hole
+// are under one lock, so that no forgotten hole is recorded.
 bool BlockManager::come_as_hole(const voxel::BoxKey& key, const std::exception_ptr& failure,
                                 std::uint64_t forgotten) {
     std::unique_lock lock(m_mutex);
@@ -190,7 +193,7 @@ void BlockManager::come(const voxel::BoxKey& key, Block made, std::unique_lock<s
         util::give_back_free_memory();
 }
 
-// The lock is held.
+// The lock must be held.
 void BlockManager::note_hole(const voxel::BoxKey& key, const std::exception_ptr& failure) {
     const bool changed = is<voxel::ChangedError>(failure);
     const std::string reason = reason_of(failure);
@@ -202,8 +205,8 @@ void BlockManager::note_hole(const voxel::BoxKey& key, const std::exception_ptr&
             m_changed = failure;
         return;
     }
-    // A damaged file fails in the same words for each of its boxes: said once, the boxes are
-    // counted at the end.
+    // A damaged file fails with the same message for each of its boxes: it is logged once, and the
+    // boxes are counted at the end.
     if (m_holes.insert(key).second && m_hole_reasons.size() < kMaxReasons &&
         m_hole_reasons.insert(reason).second)
         spdlog::error("hole at box {}: {}", voxel::to_string(key), reason);

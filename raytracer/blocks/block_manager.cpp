@@ -7,10 +7,10 @@
 namespace terravox::blocks {
 namespace {
 
-constexpr std::size_t kMaxRemembered =
-    std::size_t{1} << 20;  // keys, for the count of boxes loaded again: some 50 MiB
+// Keys remembered to count boxes that are loaded again: some 50 MiB.
+constexpr std::size_t kMaxRemembered = std::size_t{1} << 20;
 
-// A box that somebody waits for must not stand behind whole batches of others.
+// A box with a waiter must not be queued behind whole batches of others.
 std::size_t loaders_ahead(std::size_t loaders, std::size_t batch) noexcept {
     return batch == 1 ? loaders : std::max<std::size_t>(loaders - loaders / 4, 1);
 }
@@ -95,7 +95,7 @@ void BlockManager::forget(const BlockListener& listener, std::optional<std::uint
             return w.listener == &listener && (!ticket || w.ticket == *ticket);
         });
         if (entry.unseen && entry.block && entry.getters == 0)
-            touch(entry);  // its looker may have been this one
+            touch(entry);  // this call may be the read that the box was kept for
         const bool idle =
             !entry.block && entry.waits.empty() && !entry.loading && entry.getters == 0;
         it = idle ? m_entries.erase(it) : std::next(it);
@@ -132,7 +132,7 @@ void BlockManager::prefetch(std::vector<voxel::BoxKey> keys) {
     m_work.notify_all();
 }
 
-// The lock is held.
+// The lock must be held.
 void BlockManager::keep(const voxel::BoxKey& key, BlockPin block, std::vector<BlockPin>& evicted) {
     Entry& entry = m_entries[key];
     const std::size_t bytes = block->memory_bytes();
@@ -164,8 +164,8 @@ void BlockManager::evict(std::vector<BlockPin>& evicted) {
         --it;
         const auto found = m_entries.find(*it);
         Entry& entry = found->second;
-        // A pin can only be taken under the lock, so one that nobody holds now stays free until it
-        // is gone.
+        // A pin can only be taken under the lock, so a block without one now stays unpinned until
+        // it is evicted.
         if (entry.unseen || entry.getters > 0 || entry.block.use_count() > 1 ||
             it == m_order.begin())
             continue;

@@ -28,7 +28,7 @@ int status_of(int raw) noexcept {
     return WIFEXITED(raw) ? WEXITSTATUS(raw) : 128 + WTERMSIG(raw);
 }
 
-/// A file without a name, for what a program says: unlike a pipe it is never full.
+/// An unnamed file for a program's output: unlike a pipe it never fills up.
 class Spool {
 public:
     Spool() : m_file(::memfd_create("terravox-said", MFD_CLOEXEC)) {
@@ -68,8 +68,8 @@ private:
 std::vector<char*> arguments_of(const Command& command) {
     std::vector<char*> argv;
     for (const std::string& word : command)
-        argv.push_back(
-            const_cast<char*>(word.c_str()));  // the C interface; nothing is written there
+        // For the C interface; nothing is written there.
+        argv.push_back(const_cast<char*>(word.c_str()));
     argv.push_back(nullptr);
     return argv;
 }
@@ -91,16 +91,15 @@ Child::Child(const Command& command) : m_name(command.front()) {
     if (program.empty())
         throw util::Error("start " + m_name + ": there is no such program");
     const std::vector<char*> argv = arguments_of(command);
-    std::array<int, 2> wrong{};  // closed by the program's start, or says why there is none
+    std::array<int, 2> wrong{};  // closed when the program has started, or carries the error
     if (::pipe2(wrong.data(), O_CLOEXEC) != 0)
         throw util::Error("start " + m_name + ": " + std::strerror(errno));
     const pid_t parent = ::getpid();
     m_pid = ::fork();
     if (m_pid == 0) {
-        // posix_spawn cannot ask for this: it ends with this program, however that ends.
-        const int null =
-            ::open("/dev/null",
-                   O_RDONLY | O_CLOEXEC);  // what is typed at the terminal is for this program
+        // posix_spawn cannot set this: the child ends with this program, however that ends.
+        const int null = ::open("/dev/null",
+                                O_RDONLY | O_CLOEXEC);  // terminal input is for this program
         if (::prctl(PR_SET_PDEATHSIG, SIGTERM) == 0 && ::getppid() == parent && null >= 0 &&
             ::dup2(null, STDIN_FILENO) >= 0)
             ::execv(program.c_str(), argv.data());

@@ -10,22 +10,26 @@
 
 namespace terravox::cluster {
 
-using Command =
-    std::vector<std::string>;  ///< program (looked for in PATH) and arguments; no shell reads them
+/// Program (searched for in PATH) and arguments; they are not interpreted by a shell.
+using Command = std::vector<std::string>;
 
-/// A program that was started; it gets SIGTERM should this one (or the thread that made the object)
-/// end without a word. Its status: 0 to 255, or 128 and the signal that ended it. Not thread-safe.
+/// A child process. It gets SIGTERM if this process (or the thread that made the object) ends
+/// without stopping it. Its status: 0 to 255, or 128 plus the signal that ended it. Not
+/// thread-safe.
 class Child {
 public:
-    /// What it says goes where this program's goes. @throws Error when it cannot be started
+    /// Its output goes where this program's goes.
+    /// @throws Error when it cannot be started
     explicit Child(const Command& command);
     ~Child();  ///< stop()
     Child(const Child&) = delete;
     Child& operator=(const Child&) = delete;
 
-    /// Waits at most this long, or until a signal comes. @return its status; nullopt: it runs
+    /// Waits until the child ends, at most this long, or until a signal arrives.
+    /// @return its status; nullopt: it is still running
     [[nodiscard]] std::optional<int> wait(std::chrono::milliseconds most);
-    /// SIGTERM, and SIGKILL when it has not ended by then. @return its status
+    /// Sends SIGTERM, and SIGKILL if it has not ended after the timeout.
+    /// @return its status
     int stop(std::chrono::milliseconds timeout = std::chrono::seconds(10)) noexcept;
 
 private:
@@ -37,11 +41,12 @@ private:
 struct Finished {
     int status = 0;
     std::string out, err;
-    /// The first line that it said on standard error, or else its status, for messages.
+    /// The first line of its standard error, or else its status, for messages.
     [[nodiscard]] std::string reason() const;
 };
-/// Runs a program to its end, reading nothing. @param folder where it runs; empty: here @throws
-/// Error when it cannot be started
+/// Runs a program to its end without input.
+/// @param folder working directory; empty: the current one
+/// @throws Error when it cannot be started
 [[nodiscard]] Finished run_to_end(const Command& command, const std::filesystem::path& folder = {});
 
 }  // namespace terravox::cluster

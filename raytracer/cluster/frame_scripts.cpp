@@ -18,7 +18,7 @@ std::string frames_body(const Command& command, const TaskPlan& plan, const std:
 }
 
 std::string merge_frames_body(const std::string& pattern, Range frames, const Command& command) {
-    // One %d or %0Nd, which printf of bash understands alike.
+    // One %d or %0Nd, which bash's printf interprets in the same way.
     (void)animate::FrameNames(pattern);
     const std::size_t at = pattern.find('%'), end = pattern.find('d', at) + 1;
     const std::string look =

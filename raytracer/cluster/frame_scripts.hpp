@@ -7,16 +7,18 @@
 
 namespace terravox::cluster {
 
-// What tasks of every scheduler run, as text for bash.
+// Bash code for the tasks of every scheduler.
 
-/// Renders the frames of one task. @param command to which --first and --last are added @param task
-/// what the number of the task is, as bash writes it: "$1"
+/// Renders the frames of one task.
+/// @param command to which --first and --last are added
+/// @param task the task's number as a bash expression: "$1"
 [[nodiscard]] std::string frames_body(const Command& command, const TaskPlan& plan,
                                       const std::string& task);
 
-/// Fails, and names them, when frames are missing; else runs `command`, or says that all are there
-/// when it is empty.
-/// @param pattern of the frames' names @throws UsageError when it is none
+/// Fails and lists the missing frames, if any; otherwise runs `command` or, if it is empty, reports
+/// that all frames exist.
+/// @param pattern of the frames' names
+/// @throws UsageError for an invalid pattern
 [[nodiscard]] std::string merge_frames_body(const std::string& pattern, Range frames,
                                             const Command& command);
 

@@ -36,8 +36,8 @@ Json bash(const std::string& script) {
 
 Json resources(int cpus, int memory_mib) {
     const Json asked{{"cpu", std::to_string(cpus)}, {"memory", std::to_string(memory_mib) + "Mi"}};
-    // A limit of memory alone: a process that waits for its share of a processor is slow, one
-    // without memory is ended.
+    // Only memory has a limit: a process that waits for its share of a processor is slow, one
+    // without memory is killed.
     return {{"requests", asked}, {"limits", {{"memory", asked["memory"]}}}};
 }
 
@@ -124,7 +124,7 @@ std::string kubernetes_frames(const FrameJob& job, const PodPlace& place) {
         {"completions", tasks},
         {"parallelism", std::min(tasks, place.nodes)},
         {"completionMode", "Indexed"},
-        // Each index has tries of its own; a pod that lost its node does not count.
+        // Each index has its own retries; a pod that lost its node does not count.
         {"backoffLimitPerIndex", kTries},
         {"podFailurePolicy",
          {{"rules",
@@ -135,7 +135,7 @@ std::string kubernetes_frames(const FrameJob& job, const PodPlace& place) {
             job.cpus, job.memory_mib, place);
     frames["spec"]["template"]["spec"]["restartPolicy"] = "Never";
 
-    // Jobs know no order: the merge looks again until all frames are there.
+    // Jobs cannot be ordered: the merge checks repeatedly until all frames exist.
     Command video;
     if (!job.video.empty()) {
         video = job.animate;

@@ -14,8 +14,8 @@ Json step(const std::string& name, const FrameJob& job, const std::string& body,
     const std::string script =
         "set -euo pipefail\n" +
         (job.work.empty() ? "" : "cd -- " + util::shell_word(job.work) + "\n") + body;
-    // A word between double braces would be taken for a value of the scheduler's, and there is no
-    // way to say that it is none.
+    // A word between double braces would be taken for a variable of the scheduler, and the format
+    // has no way to escape it.
     if (script.find("{{") != std::string::npos || script.find("}}") != std::string::npos)
         throw util::UsageError(
             "cluster openjd: an argument holds {{ or }}; allowed: arguments without them, which "

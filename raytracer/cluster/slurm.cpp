@@ -10,7 +10,7 @@
 namespace terravox::cluster {
 namespace {
 
-/// The number after `key` in what scontrol says, such as "MaxArraySize            = 1001".
+/// The number after `key` in the output of scontrol, such as "MaxArraySize = 1001".
 std::optional<int> number_after(const std::string& text, const std::string& key) {
     const std::size_t at = text.find(key);
     if (at == std::string::npos)
@@ -64,7 +64,7 @@ std::optional<Slurm::Counts> Slurm::counts(const std::vector<JobId>& jobs) const
             std::find(jobs.begin(), jobs.end(), job) == jobs.end())
             continue;
         (state == "PD" ? out.waiting : out.running) += 1;
-        // Nothing of ours asks to begin later: it is one that was put back.
+        // No job of this program requests a later start: this one was requeued.
         if (state == "PD" && reason == "BeginTime")
             (void)run_to_end({"scontrol", "update",
                               "JobId=" + (task == "N/A" ? job : job + "_" + task),
@@ -104,7 +104,7 @@ std::optional<int> Slurm::exit_code(const JobId& job) const {
             return std::nullopt;
     if (done.out.find("JobState=COMPLETED") != std::string::npos)
         return 0;
-    // One that was cancelled or lost its node may have an exit code of 0.
+    // A job that was cancelled or lost its node may have an exit code of 0.
     return std::max(1, number_after(done.out, "ExitCode=").value_or(1));
 }
 

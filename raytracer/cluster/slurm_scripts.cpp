@@ -10,8 +10,9 @@
 namespace terravox::cluster {
 namespace {
 
-/// @param name of the job, and of its logs @param array whether Slurm runs it as an array @param
-/// again whether it is put back into the queue when its node dies
+/// @param name of the job, and of its logs
+/// @param array whether Slurm runs it as an array
+/// @param again whether it is requeued when its node fails
 std::string head(const JobPlace& place, const std::string& name, std::string_view what, bool array,
                  bool again = true) {
     const Needs& n = place.needs;
@@ -19,7 +20,7 @@ std::string head(const JobPlace& place, const std::string& name, std::string_vie
     const auto ask = [&](const std::string& line) { out += "#SBATCH " + line + "\n"; };
     ask("--job-name=terravox-" + name);
     ask("--output=logs/" + name + (array ? "-%A_%a.txt" : "-%j.txt"));
-    ask("--open-mode=append");  // what a task has said stays when it is put back into the queue
+    ask("--open-mode=append");  // a task's output is kept when it is requeued
     ask(again ? "--requeue" : "--no-requeue");
     ask("--nodes=1 --ntasks=1");
     if (n.cpus > 0)
@@ -39,7 +40,8 @@ std::string head(const JobPlace& place, const std::string& name, std::string_vie
     return out + "set -euo pipefail\ncd -- " + util::shell_word(place.work.string()) + "\n";
 }
 
-// Arrays have numbers below a limit; where one does not do, each gets the number of its first task.
+// Numbers of an array have a limit; where one array is not enough, each gets the number of its
+// first task.
 constexpr const char* kTask = "$((${1:-0} + SLURM_ARRAY_TASK_ID))";
 
 }  // namespace
@@ -71,13 +73,13 @@ std::string pool_script(const JobPlace& place, const PoolScript& pool) {
                            "Workers for one picture: each task lends its node to the coordinator "
                            "until the array is cancelled.",
                            true);
-    // When the picture is done, or its coordinator has gone for good, the node goes back without
-    // anybody's help.
+    // When the picture is complete, or its coordinator has gone for good, the node is released
+    // automatically.
     Command command{place.program.string(),  "worker", "--once", "--idle-s", "600", "--token-file",
                     pool.token_file.string()};
     if (place.needs.cpus > 0)
         command.insert(command.end(), {"--threads", std::to_string(place.needs.cpus)});
-    // A quarter is for what is not boxes: the program, tiles, and threads.
+    // A quarter is reserved for everything except boxes: the program, tiles, and threads.
     if (place.needs.memory_mib > 0)
         command.insert(
             command.end(),

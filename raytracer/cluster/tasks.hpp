@@ -5,17 +5,19 @@
 
 namespace terravox::cluster {
 
-/// Whole numbers from `first` to `last`, both count.
+/// Whole numbers from `first` to `last`, both included.
 struct Range {
     int first = 0, last = 0;
     [[nodiscard]] int count() const noexcept { return last - first + 1; }
     bool operator==(const Range&) const = default;
 };
 
-/// "4-9" or "4". @param what begins the message @throws UsageError beyond `allowed`
+/// Parses "4-9" or "4".
+/// @param what begins the message
+/// @throws UsageError outside `allowed`
 [[nodiscard]] Range parse_range(const std::string& what, const std::string& text, Range allowed);
 
-/// Frames divided among tasks 0, 1 ...: each has a run of `per_task`, the last one what is left.
+/// Frames divided among tasks 0, 1 ...: each has a run of `per_task`, the last one the remainder.
 struct TaskPlan {
     Range frames;
     int per_task = 1;
@@ -25,21 +27,23 @@ struct TaskPlan {
     }
 };
 
-/// How many frames a task has when nobody says: a node gets about eight tasks. Fewer would leave
-/// nodes idle at the end; each one more opens the world again, and costs the scheduler some tenths
-/// of a second.
+/// Default number of frames per task: a node gets about eight tasks. Fewer would leave nodes idle
+/// at the end; each additional one opens the world again, and costs the scheduler some tenths of a
+/// second.
 [[nodiscard]] int usual_per_task(int frames, int nodes) noexcept;
 
-/// @param sorted rising, none twice @return "0-3,7,9-10", as sbatch --array takes it
+/// @param sorted ascending, without duplicates
+/// @return "0-3,7,9-10", in the format of sbatch --array
 [[nodiscard]] std::string array_text(const std::vector<int>& sorted);
 
-/// Tasks that one job array holds. Task n of the plan is number n - `offset` of the array.
+/// The tasks of one job array. Task n of the plan is number n - `offset` of the array.
 struct ArrayPiece {
     int offset = 0;
     std::vector<int> indices;
 };
-/// Schedulers limit the numbers of an array. @param tasks rising @param most numbers of an array
-/// are below this; at least 1
+/// Splits tasks into arrays, because schedulers limit the numbers of an array.
+/// @param tasks ascending
+/// @param most exclusive limit of the numbers of an array; at least 1
 [[nodiscard]] std::vector<ArrayPiece> array_pieces(const std::vector<int>& tasks, int most);
 
 }  // namespace terravox::cluster

@@ -27,9 +27,9 @@ struct Arguments {
     std::string animation;
 };
 
-/// What is shown, for the frames that are done: names and sizes of the files that a world is made
-/// of, not their times, which change when a survey is copied to another machine. The frames
-/// themselves may lie among them.
+/// Identifies the inputs of finished frames: names and sizes of the files that a world is made of,
+/// not their times, which change when a survey is copied to another machine. The frames themselves
+/// may be among them.
 std::string contents_of(const std::vector<std::string>& inputs,
                         std::initializer_list<std::string_view> endings,
                         const std::set<std::filesystem::path>& frames) {
@@ -38,7 +38,7 @@ std::string contents_of(const std::vector<std::string>& inputs,
         out += input + "\n";
         std::error_code failed;
         if (!std::filesystem::exists(input, failed))
-            continue;  // a server's address; what is wrong is said when the world is opened
+            continue;  // a server's address; errors are reported when the world is opened
         try {
             for (const auto& file : util::expand_folders({input}, endings, "inputs"))
                 if (!frames.contains(file))
@@ -67,7 +67,7 @@ util::ExitCode run(const Arguments& args, const OpenRenderer& open) {
         scene::compose_scene({scene::file_layer(args.world.scene_file),
                               [&](scene::Scene& scene) { animation.apply_base(scene); },
                               scene::fields_layer(args.world.fields)});
-    // Refuse what cannot be written, or does not fit together, before any work is done.
+    // Reject what cannot be written, or is inconsistent, before any work is done.
     output::check_image_target(animate::FrameNames(args.frames.pattern).of(args.frames.first));
     (void)animation.at(0, base);
     animate::FrameOptions frames = args.frames;
@@ -76,7 +76,7 @@ util::ExitCode run(const Arguments& args, const OpenRenderer& open) {
     frames.inputs +=
         "ortho " + contents_of(args.world.orthophotos,
                                {".tif", ".tiff", ".vrt", ".jp2", ".jpg", ".jpeg", ".png"}, own);
-    // The world is opened when the first frame has to be made: a film that is done costs nothing.
+    // The world is opened when the first frame has to be rendered: a finished film costs nothing.
     animate::RenderPicture render;
     return animate::render_frames(
         animation, base, frames,

@@ -14,14 +14,16 @@ namespace terravox::commands {
 struct RenderPoolArguments;
 struct WorldArguments;
 
-/// Opens the world of the arguments once and gives what renders its pictures.
-/// @param render_pool who renders @param base the scene that all frames share: its world, size and
-/// processing are those of every frame @param quiet say nothing but errors
+/// Opens the world of the arguments once and returns the function that renders its pictures.
+/// @param render_pool what renders: threads, workers
+/// @param base the scene that all frames share: its world, size and processing apply to every frame
+/// @param quiet print nothing but errors
 using OpenRenderer = std::function<animate::RenderPicture(const WorldArguments& world,
                                                           const RenderPoolArguments& render_pool,
                                                           const scene::Scene& base, bool quiet)>;
 
-/// Adds `animate` to the program's commands. @return runs the command once the arguments are parsed
+/// Adds `animate` to the program's commands.
+/// @return runs the command once the arguments are parsed
 /// @throws (when run) Error, UsageError
 [[nodiscard]] std::function<util::ExitCode()> add_animate_command(CLI::App& app, OpenRenderer open);
 

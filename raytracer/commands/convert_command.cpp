@@ -50,7 +50,7 @@ struct Arguments {
     bool overwrite = false, quiet = false;
 };
 
-// @param allowed what stands there, for messages
+// @param allowed the expected text, for messages
 std::vector<double> numbers_of(const std::string& flag, const std::string& text, std::size_t count,
                                const std::string& allowed) {
     std::vector<double> out;
@@ -88,8 +88,8 @@ void add_files(std::string& facts, const fs::path& path) {
         add_file(facts, file);
 }
 
-// Two conversions that are alike in what shapes their files have the same name: inputs and data
-// files with size and time, part, options.
+// Two conversions with the same settings that affect their files have the same name: inputs and
+// data files with size and time, part, options.
 std::string name_of_job(const Arguments& args, scene::Scene scene, const exports::Part& part,
                         const voxel::World& world, Format format) {
     scene.processing = {};
@@ -115,8 +115,8 @@ std::string name_of_job(const Arguments& args, scene::Scene scene, const exports
     return text;
 }
 
-// What an earlier conversion to this .vdb may have left: it, or the files that a large one is
-// divided into.
+// Files that an earlier conversion to this .vdb may have left: the file, or the files that a large
+// one is divided into.
 std::vector<fs::path> vdb_files(const fs::path& out) {
     const std::regex name(R"((.*)_\d+_\d+\.vdb)");
     std::vector<fs::path> files;
@@ -135,7 +135,7 @@ std::vector<fs::path> vdb_files(const fs::path& out) {
     return files;
 }
 
-// A Minecraft world is never written over: somebody may have built in it.
+// A Minecraft world is never overwritten: it may have been edited by players.
 void check_target(const Arguments& args, const fs::path& out, Format format) {
     if (format == Format::kAnvil) {
         util::check_writable(out / "level.dat");
@@ -230,7 +230,7 @@ util::ExitCode run(Arguments& args) {
     const auto before = format == Format::kVdb ? vdb_files(out) : std::vector<fs::path>{};
     write(args, format, job);
     meter.finish();
-    // Files of another division would lie among the new ones.
+    // Files of another division would be mixed with the new ones.
     const auto written = job.files();
     for (const fs::path& file : before)
         if (std::none_of(written.begin(), written.end(),

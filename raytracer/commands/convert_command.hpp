@@ -10,7 +10,8 @@ class App;
 
 namespace terravox::commands {
 
-/// Adds `convert`. @return what runs it
+/// Adds `convert` to the program's commands.
+/// @return runs the command once the arguments are parsed
 [[nodiscard]] std::function<util::ExitCode()> add_convert_command(CLI::App& app);
 
 }  // namespace terravox::commands

@@ -26,7 +26,8 @@ struct Arguments {
     bool info = false, quiet = false;
 };
 
-/// What one file is of, and how much of it is done. A coordinator may be writing to it meanwhile.
+/// Prints what one file belongs to, and how much of it is done. A coordinator may be writing to it
+/// meanwhile.
 void print_info(const std::filesystem::path& path) {
     const farm::TileJournal journal(farm::OpenFile(path, O_RDONLY, "read the checkpoint"));
     const farm::PictureKey& key = journal.key();

@@ -31,8 +31,8 @@ struct Arguments {
     double ui_scale = 0;
 };
 
-/// Who renders the preview: the window's thread, and those that are named; else as many as there
-/// are cores beside it.
+/// What renders the preview: the window's thread, and the given threads and workers; by default as
+/// many threads as there are other cores.
 render::RenderPoolOptions preview_render_pool(const Arguments& args, const scene::Scene& scene) {
     RenderPoolArguments asked = args.render_pool;
     asked.green = true;
@@ -40,7 +40,7 @@ render::RenderPoolOptions preview_render_pool(const Arguments& args, const scene
     out.green = out.changes = true;
     if (!scene.processing.threads)
         out.threads = std::max(thread::thread_count(0) - 1, 0);
-    // None are needed before a worker is added; then it is told.
+    // None are needed until a worker is added; a lack of them is reported then.
     if (!out.farm.any())
         out.farm.credentials = args.render_pool.credentials.find().value_or(net::Credentials());
     return out;
@@ -64,7 +64,7 @@ util::ExitCode run(const Arguments& args) {
         args.save_scene, args.light, std::make_shared<preview::LogTail>()};
     spdlog::default_logger()->sinks().push_back(options.log);
     for (const std::string& input : args.world.inputs)
-        (void)worlds::kind_of(input);  // before a window opens for nothing
+        (void)worlds::kind_of(input);  // before a window opens in vain
     if (!args.report.empty())
         util::check_writable(args.report);
     scene::Scene window_size;
@@ -81,9 +81,9 @@ util::ExitCode run(const Arguments& args) {
     if (!args.report.empty() && app != nullptr)
         util::write_file_atomically(args.report, report_of(*app).dump(2) + "\n");
     const std::size_t holes = app != nullptr ? app->holes() : 0;
-    window.hide();  // what is in progress may take a while to end
+    window.hide();  // work in progress may take a while to end
     session.close();
-    // A world of files cannot be told to stop opening; nothing of it is needed any more.
+    // Opening a world of files cannot be interrupted, and its result is no longer needed.
     if (session.is_opening()) {
         spdlog::info("left before the world was open");
         spdlog::shutdown();

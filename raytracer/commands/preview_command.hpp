@@ -10,8 +10,8 @@ class App;
 
 namespace terravox::commands {
 
-/// Adds `preview`: a window with the progressive picture. @return runs the command once the
-/// arguments are parsed
+/// Adds `preview`: a window with the progressive picture.
+/// @return runs the command once the arguments are parsed
 /// @throws (when run) Error when there is no display
 [[nodiscard]] std::function<util::ExitCode()> add_preview_command(CLI::App& app);
 

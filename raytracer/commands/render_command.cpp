@@ -30,7 +30,7 @@ util::ExitCode run(const Arguments& args) {
     util::set_up_log(args.quiet ? "error" : args.world.log_level);
     const auto start = std::chrono::steady_clock::now();
     const scene::Scene scene = args.world.scene();
-    // Refuse what cannot be written before any work is done.
+    // Reject what cannot be written before any work is done.
     if (args.outputs.empty())
         throw util::UsageError("render: no picture named; give -o FILE.png or FILE.exr");
     render::PictureRenderer::check(scene, args.outputs);

@@ -10,7 +10,8 @@ class App;
 
 namespace terravox::commands {
 
-/// Adds `render` to the program's commands. @return runs the command once the arguments are parsed
+/// Adds `render` to the program's commands.
+/// @return runs the command once the arguments are parsed
 /// @throws (when run) Error, UsageError
 [[nodiscard]] std::function<util::ExitCode()> add_render_command(CLI::App& app);
 

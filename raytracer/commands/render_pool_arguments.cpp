@@ -101,8 +101,8 @@ render::RenderPoolOptions RenderPoolArguments::options(const scene::Scene& scene
     if (!listen.empty())
         out.farm.listen = sockets::Address::parse(listen, net::kCoordinatorPort);
     out.farm.discover = discover;
-    // Whoever dials proves first that it knows the token, and what announces itself may be
-    // anybody's.
+    // The dialling side proves first that it knows the token, and an announcement may come from any
+    // machine.
     if (discover && credentials.ca.empty())
         throw util::UsageError(
             "render --discover: it dials whatever announces itself on this network; allowed: with "

@@ -13,20 +13,21 @@ class App;
 
 namespace terravox::commands {
 
-/// How a program of the farm shows that it may, as flags.
+/// Flags for the credentials of a program of the farm.
 struct CredentialArguments {
     std::string token_file, ca, certificate, key;
 
-    /// What is named, or in the environment; nullopt: nothing is. @throws UsageError, Error
+    /// The credentials given by flags or in the environment; nullopt: none.
+    /// @throws UsageError, Error
     [[nodiscard]] std::optional<net::Credentials> find() const;
-    /// @param listens without any token one is made, and told on standard error, where `how` says
-    /// what to do with it
+    /// @param listens if there is no token, one is made and printed on standard error, where `how`
+    /// explains its use
     /// @throws UsageError, Error
     [[nodiscard]] net::Credentials credentials(bool listens, const std::string& how) const;
 };
 void add_credential_arguments(CLI::App& command, CredentialArguments& args);
 
-/// Who renders, as flags.
+/// Flags for what renders.
 struct RenderPoolArguments {
     std::vector<std::string> workers;
     std::string listen, give_up;
@@ -36,10 +37,11 @@ struct RenderPoolArguments {
     /// @throws UsageError, Error
     [[nodiscard]] render::RenderPoolOptions options(const scene::Scene& scene) const;
 };
-/// `args` must outlive the parsing.
+/// Adds the flags to a command. `args` must outlive the parsing.
 void add_render_pool_arguments(CLI::App& command, RenderPoolArguments& args);
 
-/// A span of time such as 90, 90s, 5m or 2h. @throws UsageError naming the flag
+/// Parses a duration such as 90, 90s, 5m or 2h.
+/// @throws UsageError naming the flag
 [[nodiscard]] std::chrono::milliseconds parse_time(const std::string& flag,
                                                    const std::string& text);
 

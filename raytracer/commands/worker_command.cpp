@@ -26,7 +26,8 @@ void set_up_log(const farm::WorkerConfig& config) {
     util::set_up_log(config.log, config.log_json ? util::LogFormat::kJson : util::LogFormat::kText);
 }
 
-/// Without any, a daemon that only listens makes a token and says so: its coordinators can be told.
+/// Without credentials, a daemon that only listens makes a token and prints it for use by
+/// coordinators.
 net::Credentials credentials_or_new(const farm::WorkerConfig& config) {
     if (!config.tls_ca.empty() || !config.join.empty() ||
         !net::find_token(config.token_file).empty())
@@ -91,8 +92,7 @@ std::string joined(const std::vector<std::string>& names) {
     return out;
 }
 
-/// Reads the configuration again; one that cannot be read changes nothing. Used by one thread at a
-/// time.
+/// Reads the configuration again; an invalid one changes nothing. Used by one thread at a time.
 class Reloader {
 public:
     Reloader(const farm::WorkerArguments& arguments, farm::WorkerConfig running,

@@ -10,8 +10,8 @@ class App;
 
 namespace terravox::commands {
 
-/// Adds `worker`: the daemon that lends this machine to renders elsewhere. @return runs the command
-/// once the arguments are parsed
+/// Adds `worker`: the daemon that lends this machine to renders on other machines.
+/// @return runs the command once the arguments are parsed
 /// @throws (when run) Error, UsageError
 [[nodiscard]] std::function<util::ExitCode()> add_worker_command(CLI::App& app);
 

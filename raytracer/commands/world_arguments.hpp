@@ -14,26 +14,28 @@ class App;
 
 namespace terravox::commands {
 
-/// The arguments that every face of the tracer has: what to look at, and every field of the scene.
+/// The arguments that every front end of the tracer has: the world, and every field of the scene.
 struct WorldArguments {
     std::vector<std::string> inputs, orthophotos;
     std::string scene_file, log_level = "info";
-    std::string cache;                                        ///< util::cache_dir
+    std::string cache;                                        ///< as for util::cache_dir
     std::vector<std::pair<std::string, std::string>> fields;  ///< path and text, in the order given
 
     [[nodiscard]] std::vector<std::filesystem::path> orthophoto_paths() const {
         return {orthophotos.begin(), orthophotos.end()};
     }
-    /// The scene file with all flags applied over it. @throws UsageError
+    /// The scene file with all flags applied over it.
+    /// @throws UsageError
     [[nodiscard]] scene::Scene scene() const;
-    /// What to open, with the settings that the scene has for it. @throws Error for the cache
-    /// folder
+    /// The world to open, with the scene's settings for it.
+    /// @throws Error for the cache folder
     [[nodiscard]] worlds::WorldOptions options(const scene::Scene& scene) const;
 };
 
 /// Adds the flags to a command. `args` must outlive the parsing.
 void add_world_arguments(CLI::App& command, WorldArguments& args);
-/// The same but for the inputs. @param sections of the scene whose fields are flags; empty: all
+/// The same without the inputs.
+/// @param sections of the scene whose fields are flags; empty: all
 void add_opening_arguments(CLI::App& command, WorldArguments& args,
                            const std::vector<std::string>& sections);
 

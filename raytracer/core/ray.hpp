@@ -31,10 +31,10 @@ struct Vec3 {
 
 struct Ray {
     Vec3 origin;
-    Vec3 direction;  ///< need not be of unit length; t counts in its multiples
+    Vec3 direction;  ///< need not be of unit length; t is in multiples of it
 };
 
-/// Faces of a voxel by their outward normal.
+/// Faces of a voxel, named by their outward normal.
 enum class Face : signed char {
     kNone = -1,
     kWest = 0,

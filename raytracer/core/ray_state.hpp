@@ -11,7 +11,7 @@
 
 namespace terravox::core {
 
-/// An integer voxel of some level.
+/// Integer coordinates of a voxel of some level.
 struct VoxelCoord {
     std::int32_t x = 0, y = 0, z = 0;
     [[nodiscard]] std::int32_t operator[](int axis) const noexcept {
@@ -22,23 +22,23 @@ struct VoxelCoord {
 
 inline constexpr double kFar = std::numeric_limits<double>::infinity();
 
-/// A ray on its way: the voxel it is in and where it came from. A plain value, so that a ray may be
-/// laid aside and taken up again.
+/// A ray on its way: the voxel that it is in and where it came from. A plain value, so that a ray
+/// may be deferred and resumed.
 ///
 /// Every crossing is (plane - origin) / direction, never a sum, and ties go to x before y before z:
-/// a leap over a large cell ends in exactly the voxel that single steps would have reached.
-/// `origin`, `direction` and `voxel` count voxels of `level`; changing the level multiplies by
-/// powers of two, so that t does not change in the last bit. See docs/adr/0005 and 0015. Ref:
-/// Amanatides & Woo, "A Fast Voxel Traversal Algorithm", Eurographics 1987.
+/// a leap over a large cell therefore ends in exactly the voxel that single steps would have
+/// reached. `origin`, `direction` and `voxel` are in voxels of `level`; changing the level
+/// multiplies by powers of two, so that t does not change even in the last bit. See docs/adr/0005
+/// and 0015. Ref: Amanatides & Woo, "A Fast Voxel Traversal Algorithm", Eurographics 1987.
 struct RayState {
     RayState() = default;
-    /// Of level 0, placed nowhere yet: enter() or start_in() comes next.
+    /// At level 0 and not placed in a voxel yet: call enter() or start_in() next.
     explicit RayState(const Ray& ray) noexcept {
         for (int a = 0; a < 3; ++a) {
             const double d = ray.direction[a];
             // A component of zero counts as positive with an infinite inverse: its next plane lies
-            // ahead, at t = infinity. From the middle of its voxel, for on a plane that would be 0
-            // * infinity.
+            // ahead, at t = infinity. Its origin moves to the middle of its voxel, because on a
+            // plane the crossing would be 0 * infinity.
             origin[a] = d == 0 ? std::floor(ray.origin[a]) + 0.5 : ray.origin[a];
             forward[a] = !(d < 0);
             inverse[a] = d == 0 ? kFar : 1 / d;
@@ -46,8 +46,8 @@ struct RayState {
         }
     }
 
-    /// Places the ray, of level 0, in its first voxel inside the bounds. @return false when it
-    /// never gets there
+    /// Places the ray, which must be at level 0, in its first voxel inside the bounds.
+    /// @return false when it never reaches the bounds
     [[nodiscard]] bool enter(const voxel::VoxelBounds& bounds) noexcept {
         int axis = -1;
         double at = 0;
@@ -68,7 +68,7 @@ struct RayState {
             if (axis < 0 || c >= at) {
                 at = c;
                 axis = a;
-            }  // the last to be crossed; of equals the later axis
+            }  // the last axis to be crossed; of equal crossings the later axis
         }
         for (int a = 0; a < 3; ++a) {
             const auto i = static_cast<std::size_t>(a);
@@ -77,11 +77,11 @@ struct RayState {
             } else if (a == axis) {
                 voxel[a] = forward[a] ? bounds.min[i] : bounds.max[i] - 1;
             } else {
-                constexpr std::int32_t kRoom =
-                    1;  // a ray may pass the bounds before it crosses the axis: found below
-                const std::int32_t low = bounds.min[i] - kRoom,
-                                   own = floor_to_int(
-                                       origin[a]);  // its own voxel's near plane is behind it
+                // A ray may cross this axis outside the bounds, before it enters through `axis`:
+                // checked below.
+                constexpr std::int32_t kRoom = 1;
+                // The near plane of the ray's own voxel is behind it.
+                const std::int32_t low = bounds.min[i] - kRoom, own = floor_to_int(origin[a]);
                 voxel[a] = position_after(a, at, axis, forward[a] ? std::max(low, own) : low,
                                           bounds.max[i] - 1 + kRoom);
                 if (voxel[a] < bounds.min[i] || voxel[a] >= bounds.max[i])
@@ -94,7 +94,7 @@ struct RayState {
         return true;
     }
 
-    /// Places a ray that starts on a face: in voxel `start` of `its_level`, whatever rounding says
+    /// Places a ray that starts on a face: in voxel `start` of `its_level`, whatever rounding makes
     /// of its origin.
     void start_in(VoxelCoord start, int its_level) noexcept {
         rescale(its_level);
@@ -108,14 +108,14 @@ struct RayState {
         }
     }
 
-    /// Counts in voxels of another level from now on, but for the voxel: that is set next.
+    /// Switches to the scale of another level, except for `voxel`, which the caller sets next.
     void change_scale(int to) noexcept {
         if (to != level)
             rescale(to);
     }
 
-    /// Counts in voxels of another level from now on; the voxel becomes the one of that level that
-    /// the ray is in.
+    /// Switches to the scale of another level; `voxel` becomes the voxel of that level that
+    /// contains the ray.
     void change_level(int to) noexcept {
         if (to == level)
             return;
@@ -130,7 +130,7 @@ struct RayState {
             if (face == Face::kNone)
                 voxel[a] = std::clamp(floor_to_int(origin[a] + direction[a] * t), low, high);
             else if (a == axis_of(face))
-                voxel[a] = forward[a] ? low : high;  // it has just come through
+                voxel[a] = forward[a] ? low : high;  // the ray has just come through this face
             else
                 voxel[a] = position_after(a, t, axis_of(face), low, high);
         }
@@ -141,9 +141,9 @@ struct RayState {
         return (plane - origin[axis]) * inverse[axis];
     }
 
-    /// The voxel the ray is in on `axis` once it has crossed, on `by_axis`, a plane at time `at`;
-    /// known to lie in [low, high]. A crossing (t, axis) comes before (at, by_axis) in the order of
-    /// t, then axis.
+    /// The voxel coordinate of the ray on `axis` once it has crossed, on `by_axis`, a plane at time
+    /// `at`. The result is known to lie in [low, high]. A crossing (t, axis) comes before (at,
+    /// by_axis) in the order of t, then axis.
     [[nodiscard]] std::int32_t position_after(int axis, double at, int by_axis, std::int32_t low,
                                               std::int32_t high) const noexcept {
         const auto crossed = [&](double plane) {
@@ -165,7 +165,8 @@ struct RayState {
         return p;
     }
 
-    /// Leaves the aligned empty cell of 2^shift voxels on each axis that the ray is in.
+    /// Leaves, in one step, the aligned empty cell of 2^shift voxels on each axis that contains the
+    /// ray.
     void leap(int shift) noexcept { leap(shift, shift, shift); }
     void leap(int sx, int sy, int sz) noexcept {
         const int shift[3] = {sx, sy, sz};
@@ -182,7 +183,7 @@ struct RayState {
         for (int a = 0; a < 3; ++a) {
             if (a == axis || shift[a] == 0)
                 continue;
-            // A ray never turns back: what it has passed stays behind.
+            // A ray never turns back: the voxels that it has passed are excluded.
             voxel[a] = position_after(a, at, axis, forward[a] ? voxel[a] : low[a],
                                       forward[a] ? high[a] : voxel[a]);
         }
@@ -191,7 +192,7 @@ struct RayState {
         face = face_of(axis, !forward[axis]);
     }
 
-    /// The axis of the earliest of three crossings; of equals the first.
+    /// The axis of the earliest of three crossings; the first axis of equal ones.
     [[nodiscard]] static int first_of(const double (&at)[3]) noexcept {
         return at[0] <= at[1] ? (at[0] <= at[2] ? 0 : 2) : (at[1] <= at[2] ? 1 : 2);
     }
@@ -204,7 +205,7 @@ struct RayState {
     double t = 0;  ///< multiples of the ray's direction
     std::int32_t voxel[3] = {};
     bool forward[3] = {};
-    Face face = Face::kNone;  ///< that it came through into its voxel; kNone: it started there
+    Face face = Face::kNone;  ///< face through which it entered its voxel; kNone: it started there
     std::int8_t level = 0;
 
 private:

@@ -8,16 +8,16 @@
 namespace terravox::core {
 
 // The words that fields of a scene may hold: text in files, on the command line and in the window,
-// enumerators everywhere else. A new word is an enumerator and a row of its table.
+// enumerators everywhere else. To add a word, add an enumerator and a row of its table.
 
-/// A value and how a scene names it.
+/// An enumerator and the word that stands for it in a scene.
 template <class Enum>
 struct Word {
     Enum value;
     std::string_view text;
 };
 
-/// How space comes into the picture.
+/// How directions or points of space are projected into the picture.
 enum class CameraProjection : std::uint8_t {
     kPerspective,
     kOrthographic,
@@ -42,7 +42,7 @@ constexpr std::span<const Word<CameraProjection>> words_of(CameraProjection) noe
            projection == CameraProjection::kIsometric;
 }
 
-/// Of points that a scene names.
+/// Coordinates in which a scene gives its points.
 enum class CoordinateSpace : std::uint8_t {
     kCrs,     ///< easting, northing, height in metres
     kLatLon,  ///< latitude and longitude in degrees, height in metres
@@ -57,7 +57,7 @@ constexpr std::span<const Word<CoordinateSpace>> words_of(CoordinateSpace) noexc
     return kCoordinateSpaces;
 }
 
-/// Where the light of the sky comes from.
+/// Model that the light of the sky comes from.
 enum class SkyModel : std::uint8_t { kAtmosphere, kUniform };
 inline constexpr Word<SkyModel> kSkyModels[] = {
     {SkyModel::kAtmosphere, "atmosphere"},
@@ -67,7 +67,7 @@ constexpr std::span<const Word<SkyModel>> words_of(SkyModel) noexcept {
     return kSkyModels;
 }
 
-/// From linear light to what an 8-bit picture holds (raytracer/output/develop.hpp).
+/// Mapping from linear light to the values of an 8-bit picture (raytracer/output/develop.hpp).
 enum class ToneCurve : std::uint8_t { kPhotographic, kFilmic, kAgx, kLinear };
 inline constexpr Word<ToneCurve> kToneCurves[] = {
     {ToneCurve::kPhotographic, "photographic"},
@@ -79,7 +79,7 @@ constexpr std::span<const Word<ToneCurve>> words_of(ToneCurve) noexcept {
     return kToneCurves;
 }
 
-/// Which layers an EXR file holds.
+/// Layers that an EXR file contains.
 enum class PictureLayers : std::uint8_t { kBeauty, kAll };
 inline constexpr Word<PictureLayers> kPictureLayers[] = {
     {PictureLayers::kBeauty, "beauty"},
@@ -89,9 +89,9 @@ constexpr std::span<const Word<PictureLayers>> words_of(PictureLayers) noexcept 
     return kPictureLayers;
 }
 
-/// Samples of TIFF files.
+/// Sample format of TIFF files.
 enum class TiffSamples : std::uint8_t {
-    kAuto,  ///< bytes of maps (straight down, orthographic), else floats
+    kAuto,  ///< bytes for maps (orthographic, straight down), floats otherwise
     kByte,
     kFloat,
 };
@@ -104,7 +104,7 @@ constexpr std::span<const Word<TiffSamples>> words_of(TiffSamples) noexcept {
     return kTiffSamples;
 }
 
-/// Which light is computed.
+/// Which light transport is computed.
 enum class Integrator : std::uint8_t {
     kDirect,  ///< sun, sky, mirrors, water
     kPath,    ///< all light, with bounces
@@ -117,7 +117,7 @@ constexpr std::span<const Word<Integrator>> words_of(Integrator) noexcept {
     return kIntegrators;
 }
 
-/// In which order tiles are traced (raytracer/tiles/tile_order.hpp).
+/// Order in which tiles are traced (raytracer/tiles/tile_order.hpp).
 enum class TileOrder : std::uint8_t { kSpiral, kVertical, kVerticalSplit, kHilbert, kRows };
 inline constexpr Word<TileOrder> kTileOrders[] = {
     {TileOrder::kSpiral, "spiral"},
@@ -130,7 +130,7 @@ constexpr std::span<const Word<TileOrder>> words_of(TileOrder) noexcept {
     return kTileOrders;
 }
 
-/// The colour of voxels that have a true one, from orthophotos or the points.
+/// The colour of voxels that have a true one, from orthophotos or from the points.
 enum class VoxelColour : std::uint8_t { kMaterial, kTrue, kMix };
 inline constexpr Word<VoxelColour> kVoxelColours[] = {
     {VoxelColour::kMaterial, "material"},
@@ -145,7 +145,7 @@ constexpr std::span<const Word<VoxelColour>> words_of(VoxelColour) noexcept {
 template <class Enum>
 concept WordEnum = requires(Enum value) { words_of(value); };
 
-/// @return the word of a value; empty for a number without a row
+/// @return the word of a value; empty if the table has no row for it
 template <WordEnum Enum>
 [[nodiscard]] constexpr std::string_view word_of(Enum value) noexcept {
     for (const Word<Enum>& word : words_of(value))
@@ -154,7 +154,7 @@ template <WordEnum Enum>
     return {};
 }
 
-/// @return nullopt for a word that the table does not hold
+/// @return nullopt for a word that is not in the table
 template <WordEnum Enum>
 [[nodiscard]] constexpr std::optional<Enum> from_word(std::string_view text) noexcept {
     for (const Word<Enum>& word : words_of(Enum{}))

@@ -11,20 +11,20 @@ namespace terravox::material {
 
 inline constexpr int kTexels = 16;  ///< along each edge of a texture
 
-/// A texel while it is drawn. See Texel.
+/// A texel while it is being drawn. See Texel.
 struct Dot {
     voxel::Colour ratio{1, 1, 1}, own{1, 1, 1};
     float share = 0;    ///< of `own`, [0, 1]
     float opacity = 1;  ///< [0, 1]
 };
 
-/// What a texture is drawn on: s to the right, t up (of a top face: s east, t south; of a roof: t
-/// up the slope). Goes round at its edges.
+/// The surface that a texture is drawn on: s to the right, t up (of a top face: s east, t south; of
+/// a roof: t up the slope). Coordinates wrap around at its edges.
 class Canvas {
 public:
     [[nodiscard]] Dot& at(int s, int t) noexcept { return m_dots[index(s, t)]; }
     [[nodiscard]] const Dot& at(int s, int t) const noexcept { return m_dots[index(s, t)]; }
-    /// draw(dot, s, t) for every texel, row by row.
+    /// Calls draw(dot, s, t) for every texel, row by row.
     template <class Draw>
     void each(const Draw& draw) {
         for (int t = 0; t < kTexels; ++t)
@@ -39,27 +39,29 @@ private:
     std::array<Dot, kTexels * kTexels> m_dots;
 };
 
-/// [0, 1), a function of its arguments.
+/// Noise in [0, 1), a pure function of its arguments.
 [[nodiscard]] float chance(int a, int b, std::uint64_t seed) noexcept;
-/// [-1, 1), another number for each texel; goes round.
+/// Noise in [-1, 1), one value for each texel; wraps around.
 [[nodiscard]] float grain(int s, int t, std::uint64_t seed) noexcept;
-/// [-1, 1], smooth, goes round. @param cells along each edge: 2, 4 or 8
+/// Smooth noise in [-1, 1]; wraps around.
+/// @param cells along each edge: 2, 4 or 8
 [[nodiscard]] float cloud(int s, int t, int cells, std::uint64_t seed) noexcept;
-/// Cosine-like wave of period 1, from -1 to 1: two parabolas.
+/// Cosine-like wave of period 1, from -1 to 1, made of parabolas.
 [[nodiscard]] float wave(float turns) noexcept;
-/// Hue: factors of red, green and blue around 1. @param warm [-1, 1]: to red and yellow, or to blue
+/// A tint: factors of red, green and blue around 1.
+/// @param warm [-1, 1]: towards blue (-1) or towards red and yellow (1)
 [[nodiscard]] voxel::Colour tint(float brightness, float warm) noexcept;
 
-/// The plane in cells around jittered points, with gaps: cobbles, gravel, cracks. Goes round.
-/// Ref: Worley, "A cellular texture basis function", SIGGRAPH 1996.
+/// A partition of the plane into cells around jittered points, with gaps: cobbles, gravel, cracks.
+/// Wraps around. Ref: Worley, "A cellular texture basis function", SIGGRAPH 1996.
 class Stones {
 public:
     struct At {
         int id = 0;      ///< of the stone
         float edge = 0;  ///< distance to its border, texels
-        float up = 0;    ///< how far above its middle, texels
+        float up = 0;    ///< height above its middle, texels
     };
-    /// @param per_edge stones along each edge of the canvas
+    /// @param per_edge number of stones along each edge of the canvas
     Stones(int per_edge, std::uint64_t seed);
     [[nodiscard]] At at(int s, int t) const noexcept;
 

@@ -1,4 +1,4 @@
-// What people build of, but for roofs.
+// Building materials, except roofs.
 #include <algorithm>
 
 #include "raytracer/material/texture_list.hpp"
@@ -166,7 +166,7 @@ void draw_wire_top(Canvas& canvas, int) {
     });
 }
 
-// Painted metal or wood of which nobody knows more: soft blotches and a few scratches.
+// Painted metal or wood of unknown kind: soft blotches and a few scratches.
 void draw_panel(Canvas& canvas, int variant) {
     const std::uint64_t seed = 37'000 + static_cast<std::uint64_t>(variant);
     canvas.each([&](Dot& dot, int s, int t) {

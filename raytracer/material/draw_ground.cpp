@@ -20,10 +20,8 @@ voxel::Colour blades(int s, int t, std::uint64_t seed) noexcept {
 voxel::Colour earth(int s, int t, int variant, const Stones& stones) noexcept {
     const int layout = variant % kLayouts;
     const std::uint64_t seed = seed_of(2, variant);
-    const int bend = s < 2 || s > 13
-                         ? 0
-                         : static_cast<int>(chance(s / 3, 0, seed) *
-                                            2);  // none at the edges, where the next voxel goes on
+    // No bend at the edges, where the next voxel continues.
+    const int bend = s < 2 || s > 13 ? 0 : static_cast<int>(chance(s / 3, 0, seed) * 2);
     const float layer = chance((t + bend) / 3, layout, 77) - 0.5f;
     voxel::Colour c =
         tint(1 + 0.16f * layer + 0.10f * grain(s, t, seed) + 0.06f * cloud(s, t, 8, seed + 1),
@@ -102,7 +100,7 @@ void draw_rock_top(Canvas& canvas, int variant) {
         dot.ratio = tint(crack * (1 + 0.12f * (chance(plate.id, 1, seed) - 0.5f) +
                                   0.08f * cloud(s, t, 8, seed + 1) + 0.05f * grain(s, t, seed)),
                          0.04f * cloud(s, t, 4, seed + 2));
-        // Lichen, in specks that keep together.
+        // Lichen, in clusters of specks.
         const float lichen = cloud(s, t, 4, seed + 4) + 0.55f * grain(s, t, seed + 5);
         if (lichen > 0.80f)
             dot.ratio = chance(variant, 1, 9) < 0.6f ? voxel::Colour{1.22f, 1.24f, 0.80f}
@@ -113,7 +111,7 @@ void draw_rock_top(Canvas& canvas, int variant) {
 void draw_rock_side(Canvas& canvas, int variant) {
     const int layout = variant % kLayouts;
     const std::uint64_t seed = seed_of(5, variant), layers = seed_of(5, layout) + 300;
-    // Where the strata of this height begin: the same for all voxels beside each other.
+    // Where the strata of this height begin: the same for all voxels next to each other.
     std::array<int, kTexels> stratum{};
     for (int t = 0, left = 0, number = 0; t < kTexels; ++t, --left) {
         if (left == 0) {

@@ -6,7 +6,7 @@
 namespace terravox::material {
 namespace {
 
-// A leaf, or a clump of them: texels from the lower left, '#' lit by its place, '+' its lighter
+// A leaf, or a clump of them: texels from the lower left, '#' lit by its position, '+' its lighter
 // tip, '-' its shaded edge.
 struct Stamp {
     std::array<std::string_view, 4> rows;  // the upper first
@@ -46,7 +46,8 @@ int holes(const Canvas& canvas) noexcept {
     return count;
 }
 
-// Leaves from the back, dark, to the front, light; then gaps between them, as many as `open` says.
+// Leaves from the back, dark, to the front, light; then gaps between them, their number given by
+// `open`.
 template <std::size_t N>
 void leaves(Canvas& canvas, const std::array<Stamp, N>& stamps, float open, float contrast,
             std::uint64_t seed) {

@@ -4,7 +4,7 @@
 namespace terravox::material {
 namespace {
 
-constexpr int kSloped = 4;  // variants; those after them are for faces that tell no slope
+constexpr int kSloped = 4;  // variants; those after them are for faces without a known slope
 
 // A row is four texels deep: the rim of its tiles, which is lit, two rows of their faces, and the
 // shadow of the row above.
@@ -12,8 +12,8 @@ voxel::Colour tile(int s, int t, int variant) noexcept {
     const std::uint64_t seed = 40'000 + static_cast<std::uint64_t>(variant % kSloped);
     const int row = t / 4, j = t % 4, along = (s + (row % 2) * 2) & 15, column = along / 4,
               i = along % 4;
-    const bool crosses =
-        row % 2 == 1 && column == 0;  // into the next voxel, which has another variant
+    // Into the next voxel, which has another variant.
+    const bool crosses = row % 2 == 1 && column == 0;
     const float own = chance(column, row, crosses ? 41 : seed) - 0.5f,
                 age = chance(column, row, crosses ? 42 : seed + 1);
     constexpr std::array kAcross = {0.84f, 1.04f, 1.07f, 0.97f};
@@ -49,8 +49,8 @@ voxel::Colour slate(int s, int t, int variant) noexcept {
 
 template <class Paint>
 void draw_rows(Canvas& canvas, int variant, const Paint& paint) {
-    // Of a face that tells no slope, rows must not lie across the true ones: half of them runs each
-    // way.
+    // For a face without a known slope, rows must not lie across the true ones: half of the
+    // variants run each way.
     canvas.each([&](Dot& dot, int s, int t) {
         dot.ratio = variant < kSloped
                         ? paint(s, t, variant)

@@ -11,23 +11,24 @@ namespace terravox::material {
 
 using Looks = std::array<Look, voxel::kMaterialCount>;
 
-/// What a material file says.
+/// The contents of a material file.
 struct MaterialFile {
     Looks looks;
-    std::vector<std::string>
-        missing;  ///< materials that it does not name: they have the colour of `unknown`, plain
+    /// Materials that the file does not name: they get the plain colour of `unknown`.
+    std::vector<std::string> missing;
 };
 
 /// @param name empty: config/materials.toml; NAME: config/materials-NAME.toml; or a path, which
 /// ends in .toml
-/// @throws UsageError naming what there is
+/// @throws UsageError naming the files that exist
 [[nodiscard]] std::filesystem::path find_materials(const std::string& name);
 
-/// @throws UsageError naming file, material, field, value and allowed range; also for a material or
-/// a field that nobody knows
+/// @throws UsageError naming file, material, field, value and allowed range; also for unknown
+/// materials and fields
 [[nodiscard]] MaterialFile read_materials(const std::filesystem::path& file);
 
-/// The same of a text that came another way. @param name for messages
+/// The same for a text.
+/// @param name used in messages
 [[nodiscard]] MaterialFile parse_materials(const std::string& text, const std::string& name);
 
 }  // namespace terravox::material

@@ -33,13 +33,13 @@ std::uint64_t scrambled(std::int32_t a, std::int32_t b, std::uint32_t c) noexcep
     return h ^ h >> 32;
 }
 
-// Voxels, log2, that a drawing of about a metre spans.
+// log2 of the voxels that a drawing of about a metre spans.
 int span_shift(double voxel_m) noexcept {
     return voxel_m >= 0.7 ? 0 : voxel_m >= 0.35 ? 1 : voxel_m >= 0.17 ? 2 : voxel_m >= 0.08 ? 3 : 4;
 }
 
-// The turn that lets t run up a roof, by what stands around the voxel above it: bits as in Seen.
-// kNoSlope: it tells none.
+// The turn that lets t run up a roof, from the solid voxels around the one above: bits as in Seen.
+// kNoSlope: no slope is known.
 constexpr std::uint8_t kNoSlope = 8;
 constexpr std::array<std::uint8_t, 256> kSlopeTurn = [] {
     std::array<std::uint8_t, 256> out{};

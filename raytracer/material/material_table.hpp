@@ -9,24 +9,25 @@
 
 namespace terravox::material {
 
-/// What materials look like: throughout, and from place to place on the faces of voxels. Textures
-/// are drawn at construction, some milliseconds. Immutable and safe to share between threads; a
-/// function of its arguments.
+/// Appearance of materials: their overall properties, and the textures on the faces of voxels.
+/// Textures are drawn at construction, which takes some milliseconds. Immutable and safe to share
+/// between threads; a pure function of its arguments.
 class MaterialTable {
 public:
-    /// Reads config/materials.toml; warns once of materials that it lacks. @throws Error as
-    /// material::read_materials
+    /// Reads config/materials.toml; warns once about missing materials.
+    /// @throws Error as material::read_materials
     explicit MaterialTable(const std::filesystem::path& file) : MaterialTable(checked(file)) {}
     explicit MaterialTable(const material::Looks& looks);
 
-    /// A number that is no material is like `unknown`; air is black.
+    /// The look of a material. A number that is no material is treated like `unknown`; air is
+    /// black.
     [[nodiscard]] const Look& look(voxel::Material material) const noexcept {
         return m_entries[number_of(material)].look;
     }
-    /// What is drawn at a place. Texels stay square blocks up close; from afar they melt into their
-    /// mean, of which the colour is the material's own, so that distance changes no colour. Of
-    /// coarser levels there is only the mean; leaves of level n are as dense as the 2^n voxels
-    /// behind each other that they stand for.
+    /// The texture at a point. Texels stay square blocks up close; with distance they fade to their
+    /// mean, whose colour is the material's own, so that distance changes no colour. Coarser levels
+    /// have only the mean; leaves of level n are as dense as the 2^n voxels in a row that they
+    /// represent.
     [[nodiscard]] Texel texel(voxel::Material material, const FacePoint& at) const noexcept;
 
     /// For tests and the sheet of textures.

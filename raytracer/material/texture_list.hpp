@@ -9,41 +9,44 @@
 
 namespace terravox::material {
 
-/// How a drawing may be laid on a face, chosen by the voxel's hash, so that its repetition does not
-/// show. Its low three bits are those of PaintPoint::turn that the hash sets.
+/// Which orientations of a drawing may be used on a face, chosen by the voxel's hash so that
+/// repetition does not show. The low three bits are those of PaintPoint::turn that the hash sets.
 enum class Turn : std::uint8_t {
     kNone = 0,
-    kMirror = 1,  ///< left and right change places
-    kAny = 7,     ///< and up and down, and both with each other
-    kSlope = 9,  ///< its t runs up a roof's slope; mirrored. The second half of its variants is for
-                 ///< faces that tell no slope.
+    kMirror = 1,  ///< left and right may be exchanged
+    kAny = 7,     ///< also up and down, and the two axes with each other
+    /// t runs up a roof's slope; may be mirrored. The second half of the variants is for faces
+    /// without a known slope.
+    kSlope = 9,
 };
 
 inline constexpr int kLayouts = 4;
 
-/// A drawing: some variants of 16 x 16 texels.
+/// A drawing: several variants of 16 x 16 texels.
 struct Drawing {
     void (*draw)(Canvas&, int variant) = nullptr;
     int variants = 1;
     Turn turn = Turn::kNone;
-    bool metric = false;   ///< keeps to about one metre where voxels are finer: what people built
-    bool layered = false;  ///< `variant % kLayouts` goes by height alone, so that layers run
-                           ///< through all voxels of a height
+    /// Keeps its size of about one metre where voxels are finer: man-made patterns.
+    bool metric = false;
+    /// `variant % kLayouts` depends on the height alone, so that layers continue through all voxels
+    /// of one height.
+    bool layered = false;
 };
 
-/// What the faces of a material show, under the name that stands in config/materials.toml.
+/// The textures of a material's faces, under the name used in config/materials.toml.
 struct Texture {
     std::string_view name;
     Drawing top, side, bottom;
     bool windows = false;  ///< on its side faces
     bool waves = false;    ///< on its top faces
-    voxel::Material own =
-        voxel::Material::kAir;  ///< whose colour Dot::own is a ratio of; kAir: none is used
+    /// The material whose colour Dot::own is a ratio of; kAir: not used.
+    voxel::Material own = voxel::Material::kAir;
 };
 
 /// All textures; the first is "none".
 [[nodiscard]] std::span<const Texture> textures() noexcept;
-/// @return the texture's number, -1 when there is no such one
+/// @return the number of the texture, -1 if there is none of that name
 [[nodiscard]] int texture_number(std::string_view name) noexcept;
 
 // The drawings, by file. Variants differ in detail, never in what meets at the edges.

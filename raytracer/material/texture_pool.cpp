@@ -5,7 +5,7 @@
 namespace terravox::material {
 namespace {
 
-// What a texel's colours weigh in a mean: as much as is seen of them.
+// Weight of a texel's colours in a mean: the visible share of them.
 float ratio_weight(const Dot& dot) noexcept {
     return dot.opacity * (1 - dot.share);
 }
@@ -34,7 +34,8 @@ voxel::Colour mean(const Dots& dots, const Weight& weight, const Field& field) {
     return {static_cast<float>(r / sum), static_cast<float>(g / sum), static_cast<float>(b / sum)};
 }
 
-// Means of 1: of what is seen, and of what would be seen in the holes if they were closed.
+// Scales to means of 1: of the visible part, and of what would be visible in the holes if they were
+// closed.
 void normalise(Dots& dots) {
     const voxel::Colour seen = mean(dots, ratio_weight, [](const Dot& d) { return d.ratio; }),
                         own = mean(dots, own_weight, [](const Dot& d) { return d.own; }),
@@ -137,7 +138,7 @@ Dot TexturePool::dot(const PaintedFace& face, std::uint32_t variant, int mip, in
 
 void TexturePool::look_up(const PaintedFace& face, const PaintPoint& at,
                           Texel& out) const noexcept {
-    // Turns without branches: what a voxel's hash says cannot be foreseen.
+    // Turns without branches: a voxel's hash cannot be predicted.
     const std::uint32_t mirror_s = 0u - (at.turn & 1), mirror_t = 0u - (at.turn >> 1 & 1),
                         swap = 0u - (at.turn >> 2 & 1);
     const std::uint32_t variant = at.variant * kMipAt[kMips];

@@ -12,17 +12,18 @@
 namespace terravox::material {
 
 inline constexpr int kMips = 5;  ///< 16, 8, 4, 2, 1 texels along an edge
-/// Where each of them begins in a variant; the last is the variant's size.
+/// Offset of each mip in a variant; the last entry is the variant's size.
 inline constexpr std::array<std::uint32_t, kMips + 1> kMipAt = {0, 256, 320, 336, 340, 341};
 
-/// About the binary logarithm of x, between whole numbers along the chord; x > 0, normal.
+/// Approximates the binary logarithm of x, linearly between powers of two; x must be positive and
+/// normal.
 [[nodiscard]] inline float rough_log2(float x) noexcept {
     const auto bits = std::bit_cast<std::uint32_t>(x);
     return static_cast<float>(static_cast<int>(bits >> 23) - 127) +
            static_cast<float>(bits & 0x7fffff) * 0x1p-23f;
 }
 
-/// Two of the mips, and how much of the second.
+/// Two adjacent mips, and the weight of the second.
 struct MipPair {
     int fine = 0;
     float coarse_share = 0;  ///< [0, 1); 0 at the last
@@ -45,19 +46,19 @@ struct PaintedFace {
     bool metric = false, layered = false, has_own = false, has_holes = false;
 };
 
-/// Where a face's drawing is looked at.
+/// The point of a face's drawing that is looked up.
 struct PaintPoint {
-    std::uint32_t
-        variant = 0,
-        turn = 0;  ///< bits of `turn`: 4 s and t change places, then 1 s mirrored, 2 t mirrored
+    /// Bits of `turn`: 4 exchanges s and t, then 1 mirrors s and 2 mirrors t.
+    std::uint32_t variant = 0, turn = 0;
     float s = 0, t = 0;  ///< [0, 1)
     MipPair mips;
 };
 
-/// The drawings of all textures with their mips, drawn at construction. Immutable.
+/// The drawings of all textures with their mips, made at construction. Immutable.
 class TexturePool {
 public:
-    /// Draws, makes the mean ratio 1 and the mips. The same drawing is drawn once.
+    /// Draws, normalises the mean ratio to 1, and makes the mips. A drawing that was added before
+    /// is reused.
     [[nodiscard]] PaintedFace add(const Drawing& drawing);
     /// Sets ratio, opacity, own (a ratio to be multiplied by a colour) and own_share.
     void look_up(const PaintedFace& face, const PaintPoint& at, Texel& out) const noexcept;
@@ -69,8 +70,8 @@ public:
     }
 
 private:
-    using Packed = std::array<float, 4>;  ///< a colour ratio, and opacity or share: four numbers to
-                                          ///< be loaded and mixed at once
+    /// A colour ratio, and opacity or share: four numbers that are loaded and mixed together.
+    using Packed = std::array<float, 4>;
     void add_variant(const Canvas& canvas, PaintedFace& face);
     struct Known {
         void (*draw)(Canvas&, int);

@@ -32,8 +32,8 @@ std::array<float, 2> water_tilt(double x_m, double z_m, double footprint_m) noex
         0.65 + 0.35 * swing(x_m * 0.0113 + z_m * 0.0067) * swing(z_m * 0.0171 - x_m * 0.0049 + 0.3);
     std::array<double, kTrains> slope{};
     for (std::size_t i = 0; i < kTrains; ++i) {
-        const double shown = std::clamp(1.5 - 1.5 * footprint_m / kLength_m[i], 0.0,
-                                        1.0);  // all up to a third of the wave's length
+        // Full strength up to a third of the wave's length.
+        const double shown = std::clamp(1.5 - 1.5 * footprint_m / kLength_m[i], 0.0, 1.0);
         slope[i] = swing(x_m * kPerX[i] + z_m * kPerZ[i]) * kSlope[i] * shown * kLength_m[i];
     }
     double x = 0, z = 0;

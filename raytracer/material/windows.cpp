@@ -9,9 +9,9 @@ namespace terravox::material {
 namespace {
 
 constexpr double kFloor_m = 3, kSquare_m = 1.7, kLargestVoxel_m = 4;
-constexpr std::uint32_t kBlindHouses = 20,
-                        kBlind = 16;  // of 256: without any window, and single places without one
-constexpr std::uint32_t kLit = 84;    // of 256
+// Of 256: houses without any window, and single places without one.
+constexpr std::uint32_t kBlindHouses = 20, kBlind = 16;
+constexpr std::uint32_t kLit = 84;  // of 256
 constexpr float kHas = (1 - kBlindHouses / 256.0f) * (1 - kBlind / 256.0f),
                 kMeanLit = kLit / 256.0f * 0.7f;
 

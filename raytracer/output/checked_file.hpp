@@ -10,22 +10,22 @@
 
 namespace terravox::output {
 
-/// A file that OpenImageIO writes to through us. What OpenEXR and OpenImageIO open themselves is
-/// closed without a look at what that says: the last bytes of a picture could be missing on a full
-/// disk, and nobody was told. Not thread-safe.
+/// A file that OpenImageIO writes to through this class. OpenEXR and OpenImageIO close the files
+/// that they open themselves without checking the result: on a full disk, the last bytes of a
+/// picture could be missing without an error. Not thread-safe.
 class CheckedFile {
 public:
-    /// @param attempt  begins the messages, such as "write the picture a.exr"
+    /// @param attempt begins the messages, such as "write the picture a.exr"
     /// @throws Error when the file cannot be opened for writing
     CheckedFile(const std::filesystem::path& path, std::string attempt);
     CheckedFile(const CheckedFile&) = delete;
     CheckedFile& operator=(const CheckedFile&) = delete;
 
     /// Makes an output that is opened with `spec` write here. The output must be closed before this
-    /// object goes.
+    /// object is destroyed.
     void attach_to(OIIO::ImageSpec& spec);
-    /// After the output was closed. @throws Error when not all bytes could be written, with the
-    /// system's reason
+    /// To be called after the output was closed.
+    /// @throws Error when not all bytes could be written, with the system's reason
     void close();
 
 private:
@@ -35,7 +35,7 @@ private:
     std::string m_attempt;
     std::unique_ptr<std::FILE, Close> m_file;
     OIIO::Filesystem::IOFile m_proxy;
-    OIIO::Filesystem::IOProxy* m_pointer = &m_proxy;  ///< what a spec points to
+    OIIO::Filesystem::IOProxy* m_pointer = &m_proxy;  ///< address that a spec refers to
 };
 
 }  // namespace terravox::output

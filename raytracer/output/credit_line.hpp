@@ -8,16 +8,16 @@
 
 namespace terravox::output {
 
-/// A line of text at the lower right of a picture, light with a soft dark edge, so that it can be
-/// read on any ground. Its height is about a sixtieth of the picture's; a text that is wider than
-/// the picture is set smaller, then in several lines. Safe to share between threads.
+/// A line of text at the lower right of a picture, light with a soft dark edge, so that it is
+/// legible on any background. Its height is about a sixtieth of the picture's; a text that is wider
+/// than the picture is set smaller, then in several lines. Safe to share between threads.
 class CreditLine {
 public:
-    /// @param text UTF-8; what small_font.hpp has no letter for becomes '?'
+    /// @param text UTF-8; letters that small_font.hpp lacks become '?'
     CreditLine(std::string_view text, int width_px, int height_px);
 
-    /// The pixel at (x, y) from the upper left with what of the text lies over it. @param display
-    /// sRGB in [0, 1]
+    /// Composites the text over the pixel at (x, y), counted from the upper left.
+    /// @param display sRGB in [0, 1]
     [[nodiscard]] voxel::Colour over(voxel::Colour display, int x, int y) const noexcept {
         if (y < m_y0 || x < m_x0 || y >= m_y0 + m_height || x >= m_x0 + m_width)
             return display;

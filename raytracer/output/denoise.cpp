@@ -55,8 +55,8 @@ void denoise(Film& film, int threads) {
         throw util::Error("denoise the picture with " + oidn.file +
                           ": it has no way to work on this CPU");
     oidn.set_device_int(device.get(), "numThreads", threads);
-    oidn.set_device_bool(device.get(), "setAffinity",
-                         false);  // other threads of ours must not be crowded out
+    // Other threads of this process must not be crowded out.
+    oidn.set_device_bool(device.get(), "setAffinity", false);
     oidn.commit_device(device.get());
     check(oidn, device.get());
     const Handle filter(oidn.new_filter(device.get(), "RT"), oidn.release_filter);

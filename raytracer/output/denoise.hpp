@@ -4,16 +4,16 @@
 
 namespace terravox::output {
 
-/// @throws UsageError where Open Image Denoise cannot be loaded: to be asked before any work is
-/// done
+/// Checks that denoising is possible; to be called before any work is done.
+/// @throws UsageError where Open Image Denoise cannot be loaded
 void check_can_denoise();
 
-/// Takes the noise out of the film's colours through Intel Open Image Denoise, guided by albedo and
-/// normals, which must be there (the sharper they are, the more detail stays). Alpha, depth and
-/// layers stay. The result is the same in each run on a machine, but not to the last bit on CPUs
-/// with other vector instructions: the one step of a picture of which that is so.
-/// @param threads at least 1  @throws UsageError as above; Error when the film has no layers, or
-/// the library fails
+/// Denoises the film's colours with Intel Open Image Denoise, guided by albedo and normals, which
+/// must be present (the sharper they are, the more detail is kept). Alpha, depth and layers are not
+/// changed. The result is the same in each run on a machine, but not to the last bit on CPUs with
+/// other vector instructions: it is the only step of a picture with this property.
+/// @param threads at least 1
+/// @throws UsageError as above; Error when the film has no layers, or the library fails
 void denoise(Film& film, int threads);
 
 }  // namespace terravox::output

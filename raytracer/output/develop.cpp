@@ -91,8 +91,8 @@ const ToneTable& agx_table() {
         // One half of the sigmoid: `run` from the pivot, of `whole`, rises by `height` at the
         // whole.
         const auto half = [&](double run, double whole, double height, double power) {
-            const double reach =
-                kSlope * whole / height;  // above 1: a straight line would leave the range
+            // Above 1: a straight line would leave the range.
+            const double reach = kSlope * whole / height;
             const double scale = height * det::pow(1 - det::pow(reach, -power), -1 / power);
             const double u = kSlope * run / scale;
             return scale * u / det::pow(1 + det::pow(u, power), 1 / power);

@@ -25,9 +25,9 @@ std::string digits_of(std::uint64_t n) {
     return std::string(kHolesDigits - std::min(kHolesDigits, text.size()), '0') + text;
 }
 
-/// Puts another text of the same length into the header of a finished EXR file: the header is
-/// written first, and what it says of holes is known last. Ref: "OpenEXR file layout": an attribute
-/// is name, 0, type, 0, size (4 bytes), value.
+/// Replaces a text in the header of a finished EXR file by another of the same length: the header
+/// is written first, and its number of holes is known last. Ref: "OpenEXR file layout": an
+/// attribute is name, 0, type, 0, size (4 bytes), value.
 void replace_text(const std::filesystem::path& file, const std::string& name,
                   const std::string& value) {
     const std::string before = name + '\0' + "string" + '\0';
@@ -120,7 +120,7 @@ private:
     int m_edge;
     util::AtomicFile m_target;  // outlives the output that writes to it
     std::string m_name;
-    CheckedFile m_file;  // outlives the output that writes to it, too
+    CheckedFile m_file;  // must also outlive the output that writes to it
     std::unique_ptr<OIIO::ImageOutput> m_out;
     std::vector<std::byte> m_rows;
 };

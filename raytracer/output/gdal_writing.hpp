@@ -12,18 +12,18 @@
 
 namespace terravox::output {
 
-/// Remembers what GDAL has to complain of on this thread while it lives, and keeps GDAL from
-/// writing files beside the picture (.aux.xml).
+/// Collects GDAL's errors on this thread during its lifetime, and keeps GDAL from writing files
+/// next to the picture (.aux.xml).
 class GdalWatch {
 public:
     explicit GdalWatch(std::string attempt);
     ~GdalWatch();
     GdalWatch(const GdalWatch&) = delete;
     GdalWatch& operator=(const GdalWatch&) = delete;
-    /// @throws Error "attempt: what GDAL said" when anything has failed, or when `done` is false
+    /// @throws Error "attempt: GDAL's message" when anything has failed, or when `done` is false
     void check(bool done) const;
-    /// After the last dataset of a TIFF file was closed. @throws Error as check(), and when the end
-    /// of the file is missing
+    /// To be called after the last dataset of a TIFF file was closed.
+    /// @throws Error as check(), and when the end of the file is missing
     void check_closed_tiff(const std::filesystem::path& file) const;
     [[nodiscard]] const std::string& attempt() const noexcept { return m_attempt; }
 
@@ -31,8 +31,9 @@ private:
     std::string m_attempt, m_failure;
 };
 
-/// While it lives, nothing that GDAL says on this thread is printed: once started it also gets what
-/// other users of libtiff do not care for, such as the tags that OpenImageIO tries in vain.
+/// During its lifetime, no message of GDAL on this thread is printed. Once initialised, GDAL also
+/// receives messages that other users of libtiff ignore, such as those about tags that OpenImageIO
+/// tries in vain.
 struct GdalQuiet {
     GdalQuiet();
     ~GdalQuiet();
@@ -45,7 +46,7 @@ struct GdalClose {
 };
 using GdalDataset = std::unique_ptr<void, GdalClose>;
 
-/// Names and values as GDAL takes them.
+/// Names and values in the form that GDAL takes.
 class GdalOptions {
 public:
     GdalOptions(std::initializer_list<std::pair<const char*, std::string>> options);
@@ -57,12 +58,12 @@ private:
     std::vector<char*> m_pointers;
 };
 
-/// The name under which metadata stand in GDAL, which takes what follows a colon for the value:
+/// The name of a metadata item in GDAL, which would take what follows a colon for the value:
 /// terravox_holes for terravox:holes.
 [[nodiscard]] std::string gdal_name(std::string name);
 
-/// Place on Earth, and metadata: the three names that TIFF has tags for go there. @throws Error for
-/// a CRS that cannot be read
+/// Stores the place on Earth and the metadata, including the three names that TIFF has tags for.
+/// @throws Error for a CRS that cannot be read
 void describe_geotiff(GDALDatasetH dataset, const PictureInfo& info, const GdalWatch& watch);
 
 }  // namespace terravox::output

@@ -11,7 +11,7 @@ namespace {
 
 constexpr int kBands = 4;
 
-/// The picture as GDAL sees it where it lies in memory: nothing is copied.
+/// Makes the picture in memory accessible to GDAL without a copy.
 void add_bands(GDALDatasetH memory, const void* first, GDALDataType type, std::size_t sample_bytes,
                std::size_t pixel_bytes, std::size_t row_bytes, const GdalWatch& watch) {
     constexpr std::array<GDALColorInterp, kBands> kMeaning = {GCI_RedBand, GCI_GreenBand,
@@ -60,7 +60,7 @@ void write_geotiff(const Film& film, const std::filesystem::path& file, const Pi
     const int width = film.width_px(), height = film.height_px();
     const auto columns = static_cast<std::size_t>(width);
     const bool floats = info.tiff_holds_floats();
-    std::vector<std::uint8_t> bytes;  // outlives the dataset that looks at it
+    std::vector<std::uint8_t> bytes;  // must outlive the dataset that refers to it
     const GdalDataset memory(
         GDALCreate(GDALGetDriverByName("MEM"), "", width, height, 0, GDT_Byte, nullptr));
     watch.check(memory != nullptr);

@@ -7,12 +7,14 @@
 
 namespace terravox::output {
 
-/// Writes a picture that looks straight down as a GeoTIFF that a GIS lays under its maps: tiles of
-/// 512 pixels, deflate, overviews ("cloud optimized", where GDAL has its COG driver), the CRS, and
-/// an alpha band that is 0 where the view misses the world. Samples: by PictureInfo::tiff_samples,
-/// 8-bit sRGB with exposure and tone curve, or linear 32-bit float. All metadata are kept, with
-/// underscores for colons (terravox_holes).
-/// Whole or not at all. @param info with `geo` @throws Error
+/// Writes a picture that looks straight down as a GeoTIFF for use as a layer in a GIS: tiles of 512
+/// pixels, deflate, overviews ("cloud optimized", where GDAL has its COG driver), the CRS, and an
+/// alpha band that is 0 where the view misses the world. Samples depend on
+/// PictureInfo::tiff_samples: 8-bit sRGB with exposure and tone curve, or linear 32-bit float. All
+/// metadata are stored, with underscores for colons (terravox_holes). Writes the file completely or
+/// not at all.
+/// @param info must have `geo`
+/// @throws Error
 void write_geotiff(const Film& film, const std::filesystem::path& file, const PictureInfo& info);
 
 }  // namespace terravox::output

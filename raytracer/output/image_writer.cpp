@@ -39,9 +39,9 @@ bool contains(const List& list, const std::string& value) {
     return std::find(list.begin(), list.end(), value) != list.end();
 }
 
-/// A band of rows at a time: a picture's memory must not double because it is written, and a format
-/// that compresses bands in parallel can.
-/// @param pixel (x, y, where its bytes go)
+/// Writes a band of rows at a time: writing must not double a picture's memory, and a format that
+/// compresses bands in parallel can do so.
+/// @param pixel (x, y, destination of its bytes)
 template <class Pixel>
 void write_rows(OIIO::ImageOutput& out, const Film& film, OIIO::TypeDesc type,
                 std::size_t pixel_bytes, const std::string& name, const Pixel& pixel) {
@@ -101,7 +101,7 @@ void write_exr(const Film& film, const std::filesystem::path& file, const Pictur
     target.commit();
 }
 
-// OpenImageIO does not tell when the end of a file finds no room on the disk.
+// OpenImageIO does not report when the end of a file does not fit on the disk.
 void check_closed_tiff(const util::AtomicFile& written, const std::filesystem::path& file) {
     const GdalWatch watch("write the picture " + file.string());
     watch.check_closed_tiff(written.temporary_path());
@@ -150,8 +150,8 @@ void write_bytes(const Film& film, const std::filesystem::path& file, const Pict
         target.commit();
         return;
     }
-    // libpng's and libjpeg's writers do not tell when a disk is full (the second even ends the
-    // process), so these small files are made in memory, and written by us.
+    // libpng's and libjpeg's writers do not report a full disk (the second even ends the process),
+    // so these small files are made in memory, and written here.
     OIIO::Filesystem::IOVecOutput memory;
     if (!writing.out->supports("ioproxy"))
         throw util::Error("write the picture " + writing.name +

@@ -20,7 +20,7 @@ bool starts_with(const fs::path& file, const char* name) {
     return file.filename().string().starts_with(name);
 }
 
-/// Files of a folder whose names begin so, the last name first: the newest version.
+/// Files of a folder whose names begin with the prefix, the last name first: the newest version.
 std::vector<fs::path> files_in(const fs::path& folder, const char* name) {
     std::vector<fs::path> out;
     std::error_code error;
@@ -45,8 +45,8 @@ std::vector<fs::path> candidates_of(const fs::path& given) {
     return out;
 }
 
-/// Loads a library and what lies beside it and it needs: the packages bring a TBB that the loader
-/// does not look for there.
+/// Loads a library and the ones next to it that it needs: the packages contain a TBB that the
+/// loader does not search for there.
 void* open_file(const fs::path& file) {
     if (void* library = dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL))
         return library;
@@ -110,7 +110,7 @@ OidnLibrary load() {
 }  // namespace
 
 const OidnLibrary& OidnLibrary::get() {
-    static const OidnLibrary library = load();  // tried again where it throws
+    static const OidnLibrary library = load();  // retried if it throws
     return library;
 }
 

@@ -7,7 +7,7 @@
 namespace terravox::output {
 
 /// The few functions of Intel Open Image Denoise (C interface of versions 1 and 2) that are needed,
-/// found in the library when it is asked for: the programs do not depend on it. Ref: Open Image
+/// loaded at run time on first use: the programs do not depend on the library. Ref: Open Image
 /// Denoise documentation, "API".
 struct OidnLibrary {
     enum : int { kCpuDevice = 1, kFloat3 = 3 };
@@ -25,11 +25,12 @@ struct OidnLibrary {
     void (*set_filter_bool)(void* filter, const char* name, bool value) = nullptr;
     void (*commit_filter)(void* filter) = nullptr;
     void (*execute_filter)(void* filter) = nullptr;
-    std::string file;  ///< where it was found
+    std::string file;  ///< path of the library
 
     /// Looks in $TERRAVOX_OIDN (the library, or a folder: itself, lib, or where Python's package
-    /// `oidn` keeps it), then where the system's loader looks. Loaded once, for good. @throws
-    /// UsageError that says how to get it; Error for a library that lacks a function
+    /// `oidn` keeps it), then where the system's loader looks. Loaded once and never unloaded.
+    /// @throws UsageError that explains how to install it; Error for a library that lacks a
+    /// function
     static const OidnLibrary& get();
 };
 

@@ -11,37 +11,37 @@
 namespace terravox::output {
 
 /// Text stored in the picture: name and value, both UTF-8. "Software", "Copyright" and
-/// "ImageDescription" go where each format has a place of its own for them.
+/// "ImageDescription" are stored where each format has a dedicated place for them.
 using ImageMetadata = std::vector<std::pair<std::string, std::string>>;
 
-/// Where a picture that looks straight down lies on Earth.
+/// Position on Earth of a picture that looks straight down.
 struct GeoPlacement {
-    /// As GDAL has it: x = t[0] + column * t[1] + row * t[2], y = t[3] + column * t[4] + row *
+    /// In GDAL's order: x = t[0] + column * t[1] + row * t[2], y = t[3] + column * t[4] + row *
     /// t[5], in units of the CRS, of a pixel's upper left corner.
     std::array<double, 6> transform{};
     std::string crs_wkt;
 };
 
-/// All that is stored beside a picture's light, and how its light becomes what a display shows.
-/// Filled by who renders.
+/// Everything that is stored in a picture in addition to its light, and how its light becomes
+/// display values. Filled by the renderer.
 struct PictureInfo {
     double exposure_ev = 0;                                 ///< of 8-bit pictures, stops
     core::ToneCurve tone = core::ToneCurve::kPhotographic;  ///< of 8-bit pictures
-    std::string credit;      ///< a line at the lower right of 8-bit pictures, UTF-8; empty: none
-    ImageMetadata metadata;  ///< TIFF keeps the three names above only, but for GeoTIFF
+    std::string credit;      ///< line at the lower right of 8-bit pictures, UTF-8; empty: none
+    ImageMetadata metadata;  ///< TIFF stores only the three names above, GeoTIFF all
 
-    /// Row by row, for row vectors (v * M, as in OpenEXR: a shift stands in the last row). World:
-    /// metres from PictureFrame's origin, x east, y up, z south. EXR's worldToCamera (the camera
-    /// looks along -z, y is up) and worldToNDC ((0, 0) is the upper left corner, (1, 1) the lower
-    /// right one).
+    /// Row-major, for row vectors (v * M, as in OpenEXR: the translation is in the last row).
+    /// World: metres from PictureFrame's origin, x east, y up, z south. EXR's worldToCamera (the
+    /// camera looks along -z, y is up) and worldToNDC ((0, 0) is the upper left corner, (1, 1) the
+    /// lower right one).
     std::optional<std::array<float, 16>> world_to_camera, world_to_ndc;
     bool layers = true;  ///< EXR: write the film's layers, where it has any
-    std::vector<std::string>
-        square_names;  ///< by the SquareGrid's index; those beyond its end are all called "unknown"
+    /// By the SquareGrid's index; squares beyond the end are all named "unknown".
+    std::vector<std::string> square_names;
 
-    std::optional<GeoPlacement> geo;  ///< makes of .tif a GeoTIFF (geotiff.hpp)
-    /// Of .tif. kAuto: 8-bit of a GeoTIFF, which a person lays under a map, and linear 32-bit float
-    /// of any other.
+    std::optional<GeoPlacement> geo;  ///< makes a .tif a GeoTIFF (geotiff.hpp)
+    /// Of .tif. kAuto: 8-bit for a GeoTIFF, which is used as a map layer, and linear 32-bit float
+    /// for any other.
     core::TiffSamples tiff_samples = core::TiffSamples::kAuto;
     [[nodiscard]] bool tiff_holds_floats() const noexcept {
         return tiff_samples == core::TiffSamples::kFloat ||

@@ -16,15 +16,15 @@ public:
     PixelBytes(const PictureInfo& info, int width_px, int height_px)
         : m_develop(info.exposure_ev, info.tone), m_credit(info.credit, width_px, height_px) {}
 
-    /// Red, green, blue.
+    /// Writes red, green, blue.
     void put(const tiles::PixelSample& sample, int x, int y, std::uint8_t* rgb) const noexcept {
         const auto bytes = dithered_bytes(m_credit.over(m_develop(sample.colour), x, y), x, y);
         rgb[0] = bytes[0];
         rgb[1] = bytes[1];
         rgb[2] = bytes[2];
     }
-    /// Red, green, blue, and how much of the pixel shows the world; all of it where the credit line
-    /// stands.
+    /// Writes red, green, blue, and alpha: the share of the pixel that shows the world; 1 under the
+    /// credit line.
     void put_with_alpha(const tiles::PixelSample& sample, int x, int y,
                         std::uint8_t* rgba) const noexcept {
         put(sample, x, y, rgba);

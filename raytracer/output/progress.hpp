@@ -9,21 +9,23 @@
 
 namespace terravox::output {
 
-/// Tells a person how far a picture is: a bar with tiles, rays per second and time left on a
-/// terminal, a plain line now and then elsewhere. Writes to standard error. Not thread-safe.
+/// Reports the progress of a picture: on a terminal as a bar with tiles, rays per second and time
+/// left, elsewhere as an occasional plain line. Writes to standard error. Not thread-safe.
 class Progress {
 public:
-    /// @param total_pixels the unit of progress @param quiet say nothing @param time_s above 0: the
-    /// picture ends by time, which is the progress then
+    /// @param total_pixels the unit of progress
+    /// @param quiet print nothing
+    /// @param time_s above 0: the picture ends after this time, which is then the measure of
+    /// progress
     Progress(std::uint64_t total_tiles, std::uint64_t total_pixels, bool quiet, double time_s = 0);
     void tile_done(std::uint64_t pixels, std::uint64_t rays);
-    /// So many need not be done.
+    /// Removes tiles and pixels that need not be rendered from the total.
     void leave_out(std::uint64_t tiles, std::uint64_t pixels) noexcept {
         m_total_tiles -= tiles;
         m_total_pixels -= pixels;
     }
-    /// Shows how far it is if the time has come, with more lines below. @param details none:
-    /// nothing more
+    /// Prints the progress if an update is due, with more lines below.
+    /// @param details empty: no more lines
     void look(const std::function<std::vector<std::string>()>& details);
     [[nodiscard]] std::uint64_t total_tiles() const noexcept { return m_total_tiles; }
     void finish();  ///< ends the bar's line
@@ -36,7 +38,7 @@ private:
     bool m_quiet, m_terminal, m_shown = false;
     std::chrono::steady_clock::time_point m_start, m_last;
     std::vector<std::string> m_details;
-    std::size_t m_below = 0;  ///< lines of details that stand below the bar
+    std::size_t m_below = 0;  ///< lines of details printed below the bar
 };
 
 }  // namespace terravox::output

@@ -220,7 +220,7 @@ void put_mark(std::array<std::uint8_t, Glyph::kRows>& rows, Mark mark) noexcept 
         rows[10 + i] = static_cast<std::uint8_t>(rows[10 + i] | shape.below[i]);
 }
 
-/// Moves the letter to the right edge of its bits and says how wide it is.
+/// Moves the letter to the right edge of its bits and sets its width.
 Glyph trimmed(std::array<std::uint8_t, Glyph::kRows> rows) noexcept {
     std::uint8_t all = 0;
     for (const std::uint8_t row : rows)

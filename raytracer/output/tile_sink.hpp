@@ -4,16 +4,17 @@
 
 namespace terravox::output {
 
-/// Where finished tiles go: a Film, or a file (TileStream).
+/// Destination of finished tiles: a Film, or a file (TileStream).
 class TileSink {
 public:
     TileSink() = default;
     TileSink(const TileSink&) = default;
     TileSink& operator=(const TileSink&) = default;
     virtual ~TileSink() = default;
-    /// Not thread-safe. @throws Error
+    /// Not thread-safe.
+    /// @throws Error
     virtual void add(const tiles::TileResult& result) = 0;
-    /// Whether a tile that comes again takes the place of the earlier one.
+    /// Whether a tile that is added again replaces the earlier one.
     [[nodiscard]] virtual bool replaces() const noexcept { return false; }
 };
 

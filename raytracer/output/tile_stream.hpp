@@ -10,11 +10,11 @@
 
 namespace terravox::output {
 
-/// What a picture of one pass is like before it is rendered.
+/// Properties of a picture of one pass that are known before it is rendered.
 struct StreamShape {
     int width_px = 0, height_px = 0;
-    int tile_px =
-        0;  ///< edge of the plan's tiles; those at the right and lower border may be smaller
+    /// Edge of the plan's tiles; those at the right and lower border may be smaller.
+    int tile_px = 0;
     bool with_layers = false;
 };
 
@@ -25,18 +25,18 @@ struct StreamShape {
 /// of it.
 [[nodiscard]] std::uint64_t memory_to_keep_mib(const StreamShape& shape) noexcept;
 /// @throws UsageError for a file that only a film can be written to, neither .exr nor .tif, or a
-/// .tif whose tiles would be no multiple of 16
+/// .tif whose tiles are no multiple of 16
 void check_can_stream(const std::filesystem::path& file, const StreamShape& shape);
 
-/// A picture larger than memory: tiles go to the file as they come, in any order, and are
-/// forgotten. EXR has the channels that write_image gives it, in tiles that stand in the file as
-/// they came; TIFF is a BigTIFF in tiles (a GeoTIFF where `info` has a place), with samples as
-/// PictureInfo::tiff_samples says, without overviews. The file appears under its name when all is
-/// done. Not thread-safe.
+/// A picture larger than memory: tiles are written to the file as they arrive, in any order, and
+/// are not kept. EXR has the same channels as from write_image, in tiles in order of arrival; TIFF
+/// is a BigTIFF in tiles (a GeoTIFF where `info` has a place), with samples by
+/// PictureInfo::tiff_samples, without overviews. The file appears under its name when it is
+/// complete. Not thread-safe.
 class TileStream final : public TileSink {
 public:
-    /// @throws UsageError as check_can_stream or where tiles are no multiple of what the format
-    /// needs; Error when it cannot be written
+    /// @throws UsageError as check_can_stream or where the tile size is no multiple of what the
+    /// format needs; Error when the file cannot be written
     TileStream(const std::filesystem::path& file, const StreamShape& shape, PictureInfo info);
     ~TileStream() override;
     TileStream(const TileStream&) = delete;
@@ -44,12 +44,12 @@ public:
 
     /// @param result of a plan with a single pass (quality.coarse_step 1), each tile once
     void add(const tiles::TileResult& result) override;
-    /// What is known only now: stored as "terravox:holes" (EXR) or "terravox_holes" (TIFF). Nothing
-    /// may be added any more.
+    /// Completes the file; no tile may be added afterwards.
+    /// @param holes known only now: stored as "terravox:holes" (EXR) or "terravox_holes" (TIFF)
     /// @throws Error when tiles are missing, or the file cannot be finished
     void finish(std::uint64_t holes);
 
-    /// One format's way to take tiles.
+    /// How one format takes tiles.
     class Format {
     public:
         virtual ~Format() = default;

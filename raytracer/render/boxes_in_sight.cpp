@@ -9,8 +9,8 @@
 namespace terravox::render {
 namespace {
 
-/// What a camera may see of the world; more rather than less. A lens that blurs is left out: what
-/// it adds is loaded when a ray asks.
+/// A conservative estimate of what a camera may see of the world. The blur of a lens is ignored:
+/// what it adds is loaded when a ray needs it.
 class Sight {
 public:
     Sight(const scene::Camera& camera, int width_px, int height_px)
@@ -91,8 +91,8 @@ struct Column {
     double order;
     int level;
     std::int32_t bx, bz;
-    /// The nearest first out of a priority queue; of equals an order that does not depend on how
-    /// they came.
+    /// Orders a priority queue nearest first; the order of equal ones does not depend on the order
+    /// of insertion.
     friend bool operator<(const Column& a, const Column& b) noexcept {
         return std::tie(b.order, b.level, b.bx, b.bz) < std::tie(a.order, a.level, a.bx, a.bz);
     }

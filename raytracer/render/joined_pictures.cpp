@@ -24,8 +24,8 @@ bool is_exr(const std::string& file) {
     return ending == ".exr";
 }
 
-/// Layers are for EXR files, as where the picture is rendered in one go: the others name none in
-/// their metadata, and spare the memory.
+/// Layers are kept only for EXR files, as in a picture rendered in one go: the other formats list
+/// none in their metadata, and the memory is saved.
 scene::Scene scene_of(const farm::PictureKey& key, const std::vector<std::string>& files) {
     scene::Scene scene;
     scene::parse_scene(key.scene, "of the checkpoint", scene);
@@ -78,7 +78,7 @@ RenderStatistics write_joined_pictures(const farm::JoinedTiles& tiles,
     const scene::Scene scene = scene_of(key, files);
     const output::StreamShape shape = shape_of(key, scene);
     const voxel::WorldInfo world = voxel::world_from_json(key.world, "the checkpoint");
-    // No ray is traced: nothing asks for the look of a material.
+    // No ray is traced, so the looks of materials are not needed.
     const shade::View view = shade::make_view(scene, world, nullptr);
     RenderStatistics s;
     s.threads = options.threads;

@@ -11,20 +11,23 @@
 namespace terravox::render {
 
 struct PictureOptions {
-    std::size_t memory_mib = 2048;  ///< pictures whose film would take more than half of it go tile
-                                    ///< by tile into their files
-    int threads = 1;                ///< for noise and for files, at least 1
+    /// Pictures whose film would take more than half of it are streamed to their files tile by
+    /// tile.
+    std::size_t memory_mib = 2048;
+    int threads = 1;  ///< for denoising and for writing files, at least 1
 };
 
-/// Refuses what cannot be written before anything is. @throws UsageError, Error
+/// Checks, before anything is written, that all files can be.
+/// @throws UsageError, Error
 void check_joined_pictures(const farm::PictureKey& key, const std::vector<std::string>& files,
                            const PictureOptions& options);
 
 /// Writes the pictures that a coordinator with all the tiles would have written: EXR files of the
-/// same pixels, PNG, JPEG and TIFF files of the same pixels and metadata. What a run took (times,
+/// same pixels, PNG, JPEG and TIFF files of the same pixels and metadata. The cost of a run (times,
 /// boxes) is not known, and not stored.
-/// @param tiles with none missing @return counts, holes and damage of the picture @throws Error,
-/// UsageError
+/// @param tiles must be complete
+/// @return counts, holes and damage of the picture
+/// @throws Error, UsageError
 RenderStatistics write_joined_pictures(const farm::JoinedTiles& tiles,
                                        const std::vector<std::string>& files,
                                        const PictureOptions& options);

@@ -8,8 +8,8 @@
 namespace terravox::render {
 namespace {
 
-/// Where workers may have boxes from themselves. A server on this machine is none that they can
-/// reach.
+/// Where workers can get boxes from themselves. They cannot reach a server on this machine's
+/// loopback address.
 farm::BoxSource box_source(const worlds::WorldOptions& world, const std::stop_token& stop) {
     farm::BoxSource out;
     const std::string& input = world.inputs.front();
@@ -21,7 +21,8 @@ farm::BoxSource box_source(const worlds::WorldOptions& world, const std::stop_to
             break;
         }
         case worlds::FarmAccess::kByAddress: {
-            // By where it leads, not by how it is written: workers elsewhere would ask themselves.
+            // By the resolved address, not by its spelling: workers elsewhere would connect to
+            // themselves.
             const remote::AddressRanges ranges =
                 remote::ranges_of_host(remote::HttpOrigin::of(input), stop);
             if (!ranges.holds(remote::AddressRange::kLoopback) &&

@@ -14,17 +14,19 @@
 
 namespace terravox::render {
 
-/// A world with its boxes in memory, and what it was opened from: for pictures one after the other,
-/// or side by side.
+/// A world with its boxes in memory, and what it was opened from: for several pictures in sequence
+/// or in parallel.
 struct LoadedWorld {
-    /// @param scene world and processing count @param stop as open_world @throws Error, UsageError
+    /// @param scene only world and processing are used
+    /// @param stop as for open_world
+    /// @throws Error, UsageError
     LoadedWorld(const worlds::WorldOptions& from, const scene::Scene& scene,
                 const std::stop_token& stop = {});
 
     const std::vector<std::string> inputs;
     const std::vector<std::filesystem::path> orthophotos;
-    const farm::BoxSource source;  ///< where workers may have boxes from
-    util::StageTimes times;        ///< outlives the world, which writes to it
+    const farm::BoxSource source;  ///< where workers may get boxes from
+    util::StageTimes times;        ///< must outlive the world, which writes to it
     const std::unique_ptr<voxel::World> world;
     blocks::BlockManager blocks;
 };

@@ -35,8 +35,8 @@ bool is_exr(const std::string& file) {
     return ending == ".exr";
 }
 
-/// Tiles on their way to a file may take the memory that is spared the film, and no more. No
-/// picture depends on their size.
+/// Tiles on their way to a file may take the memory that would have been the film's, and no more.
+/// No picture depends on their size.
 scene::TileSize tiles_that_fit(const scene::Scene& scene) {
     constexpr int kSmallEnough_px = 64, kTiffTiles = 16;
     const output::StreamShape shape = shape_of(scene);
@@ -52,8 +52,8 @@ scene::TileSize tiles_that_fit(const scene::Scene& scene) {
     return edge_px == shape.tile_px ? scene.quality.tile : scene::TileSize{edge_px, 0};
 }
 
-/// What is asked for, less what would take memory for nothing. Layers go into EXR files alone: for
-/// others they would take seven times the memory, and be thrown away.
+/// The scene without fields that would take memory in vain. Layers are written to EXR files alone:
+/// for others they would take seven times the memory, and be discarded.
 scene::Scene drop_unneeded_layers(scene::Scene scene, const std::vector<std::string>& files,
                                   bool fit = true) {
     if (std::none_of(files.begin(), files.end(), is_exr))
@@ -85,8 +85,8 @@ private:
 PictureRenderer::PictureRenderer(const worlds::WorldOptions& world,
                                  const RenderPoolOptions& render_pool, const scene::Scene& base,
                                  bool quiet)
-    // Until the world is open a signal just ends the program: nothing is half done, and a world may
-    // take minutes to open.
+    // Until the world is open a signal just ends the program: no work would be lost, and opening a
+    // world may take minutes.
     : PictureRenderer(std::make_shared<LoadedWorld>(world, base), render_pool, base, quiet,
                       std::make_unique<thread::StopSignals>()) {}
 
@@ -140,8 +140,8 @@ RenderStatistics PictureRenderer::render(const scene::Scene& asked,
     statistics.threads = m_threads;
     scene::Scene scene = drop_unneeded_layers(asked, files, !keep.part);
     m_part = keep.part;
-    // Parts and checkpoints know whole tiles. Coarse passes are for who looks on. Each ends with
-    // workers that wait for the last.
+    // Parts and checkpoints have whole tiles. Coarse passes are for viewers; at the end of each,
+    // workers wait for the last tile.
     const bool keeps = keep.resume || keep.part ||
                        (m_render_pool->is_farm() && keep.on_farms && scene.quality.time_s == 0);
     if (keeps || m_render_pool->is_farm())
@@ -204,7 +204,7 @@ void PictureRenderer::finish(RenderStatistics& statistics,
                              std::chrono::steady_clock::time_point start) const {
     statistics.blocks = m_loaded->blocks.stats();
     statistics.damage = m_loaded->world->damage();
-    // Of what earlier runs could not read there are tiles in the picture, too.
+    // Tiles affected by damage in earlier runs are in the picture, too.
     if (m_checkpoint)
         for (const std::string& line : m_checkpoint->damage())
             if (std::find(statistics.damage.begin(), statistics.damage.end(), line) ==
@@ -282,8 +282,8 @@ void PictureRenderer::render_to_files(RenderStatistics& statistics,
                                       const std::vector<std::string>& files,
                                       std::chrono::steady_clock::time_point start) {
     const util::StageTimes::Clock timed(m_loaded->times, "ray tracing (clock)");
-    const auto samples = static_cast<std::uint32_t>(
-        m_view->scene.quality.samples);  // known before: it goes into the file first
+    // Known in advance: it is written to the file first.
+    const auto samples = static_cast<std::uint32_t>(m_view->scene.quality.samples);
     statistics.counts.samples = samples;
     const output::PictureInfo info =
         picture_info(*m_view, m_loaded->world->info(), statistics, false);

@@ -15,40 +15,45 @@
 
 namespace terravox::render {
 
-/// What a picture is kept in while it is made.
+/// How the tiles of a picture are saved while it is rendered.
 struct KeepOptions {
-    bool resume =
-        false;  ///< finished tiles are kept, and those that are there are not rendered again
-    bool on_farms =
-        false;  ///< they are kept where workers render, too, as long as there are none yet
-    std::optional<farm::Part> part;  ///< only these tiles, into their checkpoint and no picture
+    /// Finished tiles are saved, and saved ones are not rendered again.
+    bool resume = false;
+    /// Finished tiles are saved where workers render, too; there must be no saved ones yet.
+    bool on_farms = false;
+    /// Only these tiles, into their checkpoint; no picture is written.
+    std::optional<farm::Part> part;
 };
 
-/// A world, opened once, and pictures of it in files. Not thread-safe. From its making on, SIGINT
-/// and SIGTERM end a picture early instead of the program, where it has opened the world itself.
+/// A world, opened once, and pictures of it in files. Not thread-safe. If it has opened the world
+/// itself, SIGINT and SIGTERM end a picture early instead of the program from construction on.
 class PictureRenderer {
 public:
-    /// @param base what holds for all pictures: world and processing @param render_pool who renders
-    /// @param quiet say nothing but errors
+    /// @param base settings for all pictures: world and processing
+    /// @param render_pool what renders: threads, workers
+    /// @param quiet print nothing but errors
     /// @throws Error, UsageError
     PictureRenderer(const worlds::WorldOptions& world, const RenderPoolOptions& render_pool,
                     const scene::Scene& base, bool quiet);
-    /// Of a world that is open, and whose boxes others may use meanwhile. Signals are left alone.
+    /// For a world that is open, and whose boxes others may use meanwhile. Signal handlers are not
+    /// changed.
     /// @param stop ends a picture early
     PictureRenderer(std::shared_ptr<LoadedWorld> world, const RenderPoolOptions& render_pool,
                     const scene::Scene& base, bool quiet, std::stop_token stop);
     ~PictureRenderer();
-    /// Is told of each tile, on the thread that renders.
+    /// Sets a callback for each tile, called on the rendering thread.
     void on_progress(std::function<void(std::uint64_t done, std::uint64_t of)> told) {
         m_told = std::move(told);
     }
 
-    /// Refuses, before any work is done, what cannot be written. @throws UsageError, Error
+    /// Checks, before any work is done, that all files can be written.
+    /// @throws UsageError, Error
     static void check(const scene::Scene& scene, const std::vector<std::string>& files);
     /// Renders a scene and writes it to all files. Where the film would not fit into half of the
-    /// memory for boxes, tiles go straight into the files. Layers are kept for EXR files alone.
-    /// Warns when the world is out of sight, once.
-    /// @param start from which quality.time_s counts @throws Error, UsageError
+    /// memory for boxes, tiles are streamed to the files. Layers are kept only for EXR files. Warns
+    /// once when the world is out of sight.
+    /// @param start time from which quality.time_s counts
+    /// @throws Error, UsageError
     RenderStatistics render(
         const scene::Scene& scene, const std::vector<std::string>& files,
         const KeepOptions& keep = {},
@@ -76,7 +81,7 @@ private:
                          const KeepOptions& keep);
     void render_part(RenderStatistics& statistics, std::chrono::steady_clock::time_point start);
 
-    std::unique_ptr<thread::StopSignals> m_signals;  ///< null: signals are left alone
+    std::unique_ptr<thread::StopSignals> m_signals;  ///< null: signal handlers are not changed
     const std::shared_ptr<LoadedWorld> m_loaded;
     bool m_quiet;
     int m_threads;

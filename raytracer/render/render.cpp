@@ -19,13 +19,13 @@ namespace {
 constexpr std::size_t kMaxForeseen = 65'536;
 constexpr std::chrono::milliseconds kStopPeriod{50};
 
-/// Sends tiles through the processor to where they go.
+/// Passes tiles through the processor to their destination.
 class PassRunner {
 public:
     PassRunner(const RenderJob& job, output::TileSink& sink, output::Progress& progress)
         : m_job(job), m_sink(sink), m_progress(progress) {}
 
-    /// @return false: nobody is left to render, and it was not to be waited for longer
+    /// @return false: no processor is left to render, and the waiting time is over
     bool run(const std::vector<tiles::RenderTile>& tiles) {
         std::size_t submitted = 0;
         std::unordered_set<std::uint32_t> done;
@@ -33,7 +33,7 @@ public:
             while (submitted < tiles.size() &&
                    submitted - done.size() < static_cast<std::size_t>(m_job.processor.capacity()))
                 m_job.processor.submit(tiles[submitted++]);
-            // A world may take minutes over a box: who asks to stop is heard all the same.
+            // A world may take minutes for a box: a request to stop must be noticed all the same.
             while (!m_job.processor.wait(kStopPeriod) && !m_job.stop.stop_requested())
                 m_progress.look(m_job.details);
             if (m_job.stop.stop_requested()) {
@@ -46,19 +46,21 @@ public:
                 if (!result)
                     throw util::Error(
                         "render: the processor ended before the picture was finished");
-                check_world();  // a hole is known there before a tile can be finished that has it
+                // The world knows of a hole before a tile that has it can be finished.
+                check_world();
                 add(*result, done.insert(result->tile.index).second);
             } catch (const processors::NoProcessorsLeft& e) {
                 check_world();
                 spdlog::error("{}", e.what());
-                m_counts.missing += tiles.size() - done.size() +
-                                    m_doubted.size();  // those, too, are not as they should be
+                // Those are not correct, either.
+                m_counts.missing += tiles.size() - done.size() + m_doubted.size();
                 return false;
             }
         }
         return true;
     }
-    /// What is in the checkpoint goes into the picture. @return the tiles that are left to render
+    /// Adds the tiles of the checkpoint to the picture.
+    /// @return the tiles that are left to render
     std::vector<tiles::RenderTile> resume(std::vector<tiles::RenderTile> tiles) {
         if (m_job.part) {
             const int edge_px =
@@ -94,7 +96,7 @@ private:
             throw;
         }
     }
-    // At once: who is killed now must not go on with them.
+    // At once: a process that is killed now must not resume with them.
     void forget_doubted(const std::vector<tiles::RenderTile>& tiles) {
         for (const std::uint32_t index : m_job.processor.take_invalidated())
             for (const tiles::RenderTile& t : tiles)
@@ -138,9 +140,9 @@ private:
     output::TileSink& m_sink;
     output::Progress& m_progress;
     RenderCounts m_counts;
-    std::set<std::uint32_t> m_doubted;  ///< tiles that are in the picture, and are to be mended
-    std::map<std::pair<std::uint32_t, std::uint32_t>, std::set<voxel::BoxKey>>
-        m_holes;  ///< by pass and tile; of later samples as of the first
+    std::set<std::uint32_t> m_doubted;  ///< tiles in the picture that are to be mended
+    /// By pass and tile; of later samples as of the first.
+    std::map<std::pair<std::uint32_t, std::uint32_t>, std::set<voxel::BoxKey>> m_holes;
 };
 
 std::uint64_t pixels_of(const std::vector<tiles::RenderTile>& tiles) {
@@ -150,9 +152,9 @@ std::uint64_t pixels_of(const std::vector<tiles::RenderTile>& tiles) {
     return out;
 }
 
-/// More samples for the whole picture, as many again as it has, as long as there is time; tiles
-/// whose noise is low enough are left out.
-/// @return samples of a pixel at the end
+/// Adds more samples to the whole picture, as many again as it has, as long as there is time; tiles
+/// whose noise is low enough are skipped.
+/// @return samples per pixel at the end
 std::uint32_t add_samples(const RenderJob& job, const std::vector<tiles::RenderTile>& tiles,
                           const output::Film& film, std::uint32_t samples, PassRunner& runner) {
     const auto& q = job.view.scene.quality;
@@ -172,7 +174,7 @@ std::uint32_t add_samples(const RenderJob& job, const std::vector<tiles::RenderT
         for (tiles::RenderTile tile : tiles) {
             tile.first_sample = samples;
             tile.samples = more;
-            // Two samples may agree by chance.
+            // Two samples may agree by coincidence.
             if (q.noise == 0 || samples < static_cast<std::uint32_t>(q.min_samples) ||
                 film.error_above(tile, q.noise))
                 noisy.push_back(tile);
@@ -241,8 +243,8 @@ RenderCounts render_film(const RenderJob& job, output::Film& film) {
 
 namespace {
 
-/// A place as a person would look for it on the map: easting and northing in units of the CRS,
-/// height in metres; without a CRS voxels.
+/// A position in map coordinates: easting and northing in units of the CRS, height in metres;
+/// without a CRS in voxels.
 std::string place_of(core::Vec3 at, const voxel::WorldInfo& world) {
     const bool placed = !world.crs.empty();
     const core::Vec3 p = placed

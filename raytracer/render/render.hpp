@@ -20,10 +20,10 @@ namespace terravox::render {
 struct RenderCounts {
     tiles::TraceCounts trace;
     std::uint64_t tiles = 0;
-    std::uint32_t samples = 0;      ///< of a pixel at most
-    std::set<voxel::BoxKey> holes;  ///< boxes that rays needed and that could not be had
-    std::uint64_t resumed = 0;      ///< tiles that were done before
-    std::uint64_t missing = 0;      ///< tiles that nobody was left to render
+    std::uint32_t samples = 0;      ///< greatest number per pixel
+    std::set<voxel::BoxKey> holes;  ///< boxes that rays needed and that were not available
+    std::uint64_t resumed = 0;      ///< tiles restored from the checkpoint
+    std::uint64_t missing = 0;      ///< tiles that no processor was left to render
 };
 
 /// Everything about rendering that does not change while it runs.
@@ -34,32 +34,33 @@ struct RenderJob {
     std::stop_token stop;  ///< ends the picture early
     std::function<void(std::uint64_t done, std::uint64_t of)> on_progress = {};  ///< tiles
     std::function<std::vector<std::string>()> details = {};  ///< lines to show below the progress
-    farm::Checkpoint* checkpoint = nullptr;  ///< of a single pass: what is in it is not rendered
-                                             ///< again, what is finished goes into it
-    std::optional<farm::Part> part = {};     ///< only these tiles
-    std::function<void()> check_world =
-        {};  ///< throws once tiles may no longer be taken (BlockManager::check_world)
-    std::function<std::vector<std::string>()> damage =
-        {};  ///< of the world's data, for the checkpoint
-    std::chrono::steady_clock::time_point start =
-        std::chrono::steady_clock::now();  ///< from which Scene::quality.time_s counts
+    /// For a single pass: its tiles are not rendered again, and finished ones are added.
+    farm::Checkpoint* checkpoint = nullptr;
+    std::optional<farm::Part> part = {};  ///< only these tiles
+    /// Throws once tiles may no longer be accepted (BlockManager::check_world).
+    std::function<void()> check_world = {};
+    /// Returns the damage of the world's data, for the checkpoint.
+    std::function<std::vector<std::string>()> damage = {};
+    /// Time from which Scene::quality.time_s counts.
+    std::chrono::steady_clock::time_point start = std::chrono::steady_clock::now();
 };
 
-/// The passes of a picture through a processor into a film.
-/// @throws Error "interrupted" when asked to stop, and as check_world; PictureInvalidated when a
-/// tile came again for which the film has no place; whatever a tile threw
+/// Renders the passes of a picture with a processor into a film.
+/// @throws Error "interrupted" when stopped, and as check_world; PictureInvalidated when a tile was
+/// delivered again and the film cannot replace it; whatever a tile threw
 [[nodiscard]] RenderCounts render_film(const RenderJob& job, output::Film& film);
 
-/// The same in a single pass, to where tiles go that are not kept: for pictures larger than memory.
-/// The time to keep (quality.time_s) needs a film.
+/// The same in a single pass into a sink that does not keep tiles: for pictures larger than memory.
+/// A time limit (quality.time_s) needs a film.
 [[nodiscard]] RenderCounts render_stream(const RenderJob& job, output::TileSink& sink);
 
-/// Whether a picture would show nothing of the world: no box is in sight, or what the camera looks
-/// at lies farther from the world than the world is wide.
-/// @return a line that says where the view is and where the world; empty: all is well
+/// Whether a picture would show nothing of the world: no box is in sight, or the point that the
+/// camera looks at is farther from the world than the world is wide.
+/// @return a message with the positions of the view and of the world; empty if the world is in
+/// sight
 [[nodiscard]] std::string out_of_sight(const shade::View& view, const voxel::WorldInfo& world);
 
-/// Begins to load what the view may see, nearest first.
+/// Begins to load the boxes that may be visible, nearest first.
 void prefetch_visible(const shade::View& view, blocks::BlockManager& blocks);
 
 }  // namespace terravox::render

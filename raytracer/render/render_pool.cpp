@@ -16,7 +16,7 @@
 
 namespace terravox::render {
 
-/// The render pool at one picture.
+/// The render pool while it renders one picture.
 class RenderPool::PictureSession {
 public:
     PictureSession(RenderPool& render_pool, const shade::View& view)
@@ -50,7 +50,7 @@ public:
         if (!m_pool)
             return;
         auto last = m_render_pool.participants();
-        // However it ends, nobody may ask the pool once it is gone.
+        // However it ends, no thread may use the pool once it is gone.
         const std::lock_guard lock(m_render_pool.m_mutex);
         m_render_pool.m_last = std::move(last);
         m_render_pool.m_last_counts = m_pool->counts();

@@ -13,53 +13,57 @@ namespace terravox::render {
 
 struct RenderPoolOptions {
     int threads = 1;     ///< of this process; 0: none
-    bool green = false;  ///< the thread that coordinates traces, too, in slices
+    bool green = false;  ///< the coordinating thread also traces, in slices
     farm::FarmOptions farm;
-    std::optional<std::chrono::milliseconds>
-        give_up;           ///< how long to wait when nobody is left; none: for ever
-    bool changes = false;  ///< who takes part may change while a picture is under way; there may be
-                           ///< nobody for a while
+    /// How long to wait when no participant is left; none: for ever.
+    std::optional<std::chrono::milliseconds> give_up;
+    /// Participants may change while a picture is under way; for a while there may be none.
+    bool changes = false;
 };
 
-/// Who renders the pictures of a world: threads of this process, workers elsewhere, or both.
+/// The participants that render the pictures of a world: threads of this process, workers
+/// elsewhere, or both.
 ///
-/// Pictures are begun, and the render pool is changed, by one thread at a time; who takes part may
-/// be asked by any.
+/// Pictures are begun, and the render pool is changed, by one thread at a time; the participants
+/// may be queried by any.
 class RenderPool {
 public:
-    /// @param source where workers may have boxes from @throws UsageError when nobody is left to
-    /// render; Error when it cannot listen
+    /// @param source where workers may get boxes from
+    /// @throws UsageError when there is no participant; Error when it cannot listen
     RenderPool(const RenderPoolOptions& options, blocks::BlockManager& blocks,
                const farm::BoxSource& source);
     ~RenderPool();
 
-    /// All of them as one, for a picture. When the last owner lets go the picture ends, whatever is
-    /// under way; only then the next may begin.
-    /// @param view outlives what is returned; the render pool does, too @throws Error
+    /// All participants as one processor, for a picture. When the last owner releases it the
+    /// picture ends, with whatever is under way; only then may the next begin.
+    /// @param view must outlive the result, as must the render pool
+    /// @throws Error
     [[nodiscard]] std::shared_ptr<processors::TileProcessor> begin(const shade::View& view);
 
-    /// From now on, and for the picture under way, where the render pool changes.
+    /// Applies from now on, including to the picture under way, where the render pool may change.
     void set_threads(int threads);
     void set_green(bool on);
-    /// A worker that listens there is dialled, again and again. @throws Error
+    /// Dials a worker that listens at this address, again and again.
+    /// @throws Error
     void dial(const sockets::Address& worker);
-    /// It is sent away, and not dialled any more. @param worker as Address::text
+    /// Disconnects a worker and stops dialling it.
+    /// @param worker as Address::text
     void hang_up(const std::string& worker);
     [[nodiscard]] int threads() const noexcept { return m_options.threads; }
     [[nodiscard]] bool green() const noexcept { return m_options.green; }
-    /// Addresses that are dialled, there or not.
+    /// Addresses that are dialled, whether connected or not.
     [[nodiscard]] std::vector<std::string> dialled() const {
         return m_farm ? m_farm->dialled() : std::vector<std::string>{};
     }
 
     /// Whether others than threads of this process take part.
     [[nodiscard]] bool is_farm() const noexcept { return m_farm != nullptr; }
-    /// Whether this process traces, beside what it makes again for checks.
+    /// Whether this process traces, apart from tiles that it repeats as checks.
     [[nodiscard]] bool traces_here() const noexcept {
         return m_options.threads > 0 || m_options.green;
     }
 
-    /// Those who render now, or rendered the last picture.
+    /// A participant that renders now, or rendered the last picture.
     struct Participant {
         processors::ProcessorPool::Status status;
         std::string peer;
@@ -67,10 +71,10 @@ public:
     };
     [[nodiscard]] std::vector<Participant> participants() const;
     [[nodiscard]] processors::ProcessorPool::Counts counts() const;
-    /// participants() in lines for a person: a heading and one for each; empty where it is threads
-    /// of this process alone.
+    /// participants() as lines of text: a heading and one line each; empty if there are only
+    /// threads of this process.
     [[nodiscard]] std::vector<std::string> table() const;
-    /// How many tiles there are, and how many are done, for who asks from outside.
+    /// Sets the number of tiles and of finished ones, for status queries from outside.
     void set_progress(std::uint64_t tiles_done, std::uint64_t tiles) noexcept {
         m_tiles_done = tiles_done;
         m_tiles = tiles;

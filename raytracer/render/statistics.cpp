@@ -240,8 +240,8 @@ output::PictureInfo picture_info(const shade::View& view, const voxel::WorldInfo
     if (const auto ndc = view.camera.world_to_ndc())
         out.world_to_ndc = single(*ndc);
     out.layers = output.layers != core::PictureLayers::kBeauty;
-    constexpr std::uint32_t kMaxNames =
-        10'000;  // they all go into the manifest of the squares' matte
+    // They all go into the manifest of the squares' matte.
+    constexpr std::uint32_t kMaxNames = 10'000;
     if (out.layers)
         for (std::uint32_t i = 0; i < std::min(view.squares.count(), kMaxNames); ++i)
             out.square_names.push_back(view.squares.name_of(i));

@@ -11,16 +11,16 @@
 
 namespace terravox::render {
 
-/// What a rendered picture took: printed, written as a report, and stored in the picture.
+/// Cost of a rendered picture: printed, written as a report, and stored in the picture.
 struct RenderStatistics {
     RenderCounts counts;
     blocks::BlockStats blocks;
-    std::size_t limit_bytes = 0;       ///< for boxes
+    std::size_t limit_bytes = 0;       ///< limit for boxes
     std::uint64_t peak_rss_bytes = 0;  ///< of the whole process; 0: not known
     double seconds = 0;
     int threads = 1;
-    std::vector<processors::ProcessorPool::Status>
-        participants;  ///< who rendered; empty: threads of this process alone
+    /// What rendered; empty: threads of this process alone.
+    std::vector<processors::ProcessorPool::Status> participants;
     processors::ProcessorPool::Counts pool;
     std::vector<std::string> damage;  ///< of the world's data, as World::damage()
 
@@ -29,16 +29,16 @@ struct RenderStatistics {
     }
 };
 
-/// Most memory that this process has had so far, bytes; 0 where the system does not say.
+/// Peak memory of this process so far, bytes; 0 where the system does not report it.
 [[nodiscard]] std::uint64_t peak_rss_bytes() noexcept;
 
 [[nodiscard]] nlohmann::json report_of(const RenderStatistics& statistics,
                                        const util::StageTimes& times, const shade::View& view);
-/// A few lines for a person.
+/// Prints a summary of a few lines.
 void print_statistics(const RenderStatistics& statistics, const util::StageTimes& times);
-/// All that is stored in a picture beside its light. The same for each run that makes the same
-/// picture, but for `with_run`: what this run took, for formats that are kept for work (EXR), not
-/// for those that are compared byte by byte.
+/// Everything that is stored in a picture in addition to its light. It is the same for each run
+/// that makes the same picture, except with `with_run`, which adds the cost of this run: for
+/// formats that are used as working files (EXR), not for those that are compared byte by byte.
 [[nodiscard]] output::PictureInfo picture_info(const shade::View& view,
                                                const voxel::WorldInfo& world,
                                                const RenderStatistics& statistics, bool with_run);

@@ -4,18 +4,18 @@
 
 namespace terravox::scene {
 
-/// Of a picture: unit vectors at right angles.
+/// Axes of a picture: unit vectors at right angles.
 struct Axes {
     core::Vec3 forward, right, up;
 };
 
-/// The axes of a camera that is held upright; of one that looks straight down or up, north is up in
-/// the picture.
+/// The axes of a camera that is held upright; if it looks straight down or up, north is up in the
+/// picture.
 /// @param forward of unit length
 [[nodiscard]] Axes axes_of(core::Vec3 forward) noexcept;
 
-/// The camera turned about its line of sight, clockwise as seen from behind it; by 0 the same to
-/// the last bit.
+/// The axes turned about the line of sight, clockwise as seen from behind the camera; a turn of 0
+/// changes no bit.
 [[nodiscard]] Axes rolled(const Axes& axes, double roll_deg) noexcept;
 
 /// Tangent of half a field of view.

@@ -12,12 +12,12 @@
 namespace terravox::scene {
 namespace {
 
-constexpr double kFarthest =
-    1e9;  // voxels: beyond, a ray's positions are coarser than what it looks at
+// voxels: beyond that, a ray's positions are coarser than the things it hits
+constexpr double kFarthest = 1e9;
 constexpr double kMaxFov_deg = 170;
 
-// The shortest digits that say the same number; without an exponent as long as a person can read it
-// so.
+// The shortest digits that represent the same number; without an exponent as long as that is
+// readable.
 std::string text_of(double v) {
     constexpr double kMaxPlain = 1e15;
     std::array<char, 64> text{};
@@ -198,7 +198,7 @@ private:
         m_shape.up = axes.up;
     }
 
-    /// @param sharp distance of the plane of focus where none is asked for, voxels
+    /// @param sharp distance of the plane of focus where the scene gives none, voxels
     void set_lens(double sharp) {
         m_shape.lens_radius = m_camera.aperture_m / 2 / m_world.voxel_m;
         m_shape.focus =
@@ -229,7 +229,7 @@ private:
     [[nodiscard]] Camera orthographic() {
         core::Vec3 forward = m_position && !m_isometric ? core::normalized(*m_target - *m_position)
                                                         : framing_forward();
-        // Straight down is exactly so: a map.
+        // Straight down exactly, as on a map.
         if (std::abs(forward.x) + std::abs(forward.z) < 1e-9)
             forward = {0, forward.y < 0 ? -1.0 : 1.0, 0};
         const Axes axes = rolled(axes_of(forward), m_camera.roll_deg);
@@ -276,8 +276,8 @@ private:
     }
 
     [[nodiscard]] Camera fisheye() {
-        constexpr double kMaxFraming_deg =
-            85;  // wider, and the camera would stand in what it frames
+        // Wider, and the camera would stand in what it frames.
+        constexpr double kMaxFraming_deg = 85;
         m_shape.half = m_camera.fov_deg / 2 * trig::kRadPerDeg;
         const core::Vec3 forward =
             m_position ? core::normalized(*m_target - *m_position) : framing_forward();

@@ -64,7 +64,7 @@ std::size_t edit_distance(const std::string& a, const std::string& b) {
 
 std::vector<std::string> near_names(const std::string& asked, const std::vector<std::string>& names,
                                     std::size_t most) {
-    constexpr std::size_t kLongest = 200;  // nobody's name: not worth the time
+    constexpr std::size_t kLongest = 200;  // longer than any name: not worth the time
     const std::string wanted = folded(asked);
     std::vector<std::pair<std::size_t, std::string>> near;
     if (wanted.empty() || wanted.size() > kLongest)

@@ -9,17 +9,18 @@
 
 namespace terravox::scene {
 
-/// What may stand in a field of a scene.
+/// What values a field of a scene may have.
 struct FieldRule {
-    std::string_view doc;  ///< one line with the unit
+    std::string_view doc;  ///< one line of help with the unit
+    /// Closed range, for numbers.
     double min = -std::numeric_limits<double>::infinity(),
-           max = std::numeric_limits<double>::infinity();  ///< closed, for numbers
-    std::vector<std::string_view> words = {};              ///< allowed words, for text; empty = any
-    std::string_view alias = {};   ///< a shorter flag in addition to --section-field
-    std::string_view former = {};  ///< its path before it was renamed: read with a warning, for now
+           max = std::numeric_limits<double>::infinity();
+    std::vector<std::string_view> words = {};  ///< allowed words, for text; empty = any
+    std::string_view alias = {};               ///< a shorter flag in addition to --section-field
+    std::string_view former = {};  ///< its path before it was renamed: still read, with a warning
 };
 
-/// What a field that holds one of an enumeration's words may say.
+/// The rule of a field that holds a value of an enumeration.
 template <core::WordEnum Enum>
 [[nodiscard]] std::vector<std::string_view> texts_of() {
     std::vector<std::string_view> out;
@@ -28,9 +29,9 @@ template <core::WordEnum Enum>
     return out;
 }
 
-/// The one list of a scene's fields. Calls visit(path, field, rule) for each; `path` is
-/// "section.field", as in TOML. File reader, command line, and writer are visitors: a field added
-/// here is everywhere.
+/// The only list of a scene's fields. Calls visit(path, field, rule) for each; `path` is
+/// "section.field", as in TOML. File reader, command line, and writer are visitors, so a field
+/// added here is supported by all of them.
 template <class SceneType, class Visit>
 void visit_fields(SceneType& s, Visit&& visit) {
     visit("camera.look", s.camera.look,

@@ -26,7 +26,7 @@ std::string number(double v) {
     return {text.data(), end.ptr};
 }
 
-/// Of a whole number all digits, as long as they are few: 100000, not 1e+05.
+/// Writes all digits of a whole number if they are few: 100000, not 1e+05.
 std::string plain(double v) {
     return v == std::floor(v) && std::abs(v) < 1e15 ? std::to_string(static_cast<std::int64_t>(v))
                                                     : number(v);
@@ -43,7 +43,7 @@ std::string allowed(const FieldRule& rule) {
     return number(rule.min) + " to " + number(rule.max);
 }
 
-/// Puts a checked value into a field. `where` begins every message: attempt and object.
+/// Stores a checked value in a field. `where` begins every message: attempt and object.
 class Setter {
 public:
     Setter(std::string where, const FieldRule& rule) : m_where(std::move(where)), m_rule(rule) {}

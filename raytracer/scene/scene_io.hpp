@@ -13,21 +13,23 @@ namespace terravox::scene {
 
 inline constexpr int kSceneVersion = 1;
 
-/// Reads a scene file over `scene`: fields that the file does not name stay as they are.
-/// @throws UsageError naming file, field, value and allowed range, for unknown fields too
+/// Reads a scene file over `scene`: fields that are not in the file keep their values.
+/// @throws UsageError naming file, field, value and allowed range, also for unknown fields
 void read_scene(const std::filesystem::path& file, Scene& scene);
 
-/// The same of a text that came another way. @param name for messages
+/// The same for a text.
+/// @param name used in messages
 void parse_scene(const std::string& text, const std::string& name, Scene& scene);
 
-/// Sets one field from text, as on the command line. @param path "section.field"
+/// Sets one field from text, as on the command line.
+/// @param path "section.field"
 /// @throws UsageError naming field, value and allowed range
 void set_field(Scene& scene, const std::string& path, const std::string& text);
 
 /// The scene as a TOML file that read_scene takes.
 [[nodiscard]] std::string to_toml(const Scene& scene);
 
-/// What a field says, as on the command line (set_field).
+/// The value of a field in the form of the command line (set_field).
 struct FieldText {
     std::string path;
     std::optional<std::string> text;  ///< none: not set
@@ -35,16 +37,16 @@ struct FieldText {
 };
 /// All fields, in the order of the list.
 [[nodiscard]] std::vector<FieldText> field_texts(const Scene& scene);
-/// Those that say something else than in another scene.
+/// The fields whose values differ from those of another scene.
 [[nodiscard]] std::vector<FieldText> changed_fields(const Scene& scene, const Scene& from);
 /// The flag of a field: "--camera-fov-deg".
 [[nodiscard]] std::string flag_of(std::string_view path);
 
-/// The scene without what no pixel depends on: what is stored in pictures, which are the same
-/// whoever made them.
+/// The scene without the fields that no pixel depends on: this is stored in pictures, which are the
+/// same however they were made.
 [[nodiscard]] Scene what_shows(Scene scene);
 
-/// A flag of the command line for each field: its names ("--camera-fov-deg,--fov"), path, and help.
+/// A command-line flag for a field: its names ("--camera-fov-deg,--fov"), path, and help.
 struct SceneFlag {
     std::string names, path, help;
     std::string former;      ///< its name before it was renamed, or empty

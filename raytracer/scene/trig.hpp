@@ -4,8 +4,7 @@
 
 namespace terravox::scene::trig {
 
-/// The one place where cameras and animations take their angle functions from. Their values reach
-/// pixels.
+/// The only angle functions that cameras and animations use, because their values affect pixels.
 [[nodiscard]] inline double sin(double rad) noexcept {
     return det::sin(rad);
 }

@@ -181,7 +181,7 @@ Scene compose_scene(const std::vector<SceneLayer>& layers, const std::filesystem
             layer(scene);
         return scene;
     };
-    // Which view it is may be said by any layer: what comes out without a view knows.
+    // Any layer may name the view: composing once without a view finds it.
     Scene scene = over({});
     if (scene.camera.look.empty())
         return scene;

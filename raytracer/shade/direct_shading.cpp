@@ -25,7 +25,7 @@ void DirectShading::shade_opaque(const Interaction& m) const {
     add(m.ray, m.weight * s.emission, m.sum);
     voxel::Colour weight = m.weight;
     if (s.polish > 0 && q.reflections && static_cast<int>(m.ray.depth) < q.bounces) {
-        constexpr float kMin = 0.004f;  // of a sample's light, below which nobody sees it
+        constexpr float kMin = 0.004f;  // of a sample's light; less is invisible
         const float mirrored =
             s.polish *
             static_cast<float>(fresnel(std::min(1.0, -core::dot(s.direction, s.normal)), s.index));

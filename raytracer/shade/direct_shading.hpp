@@ -4,8 +4,8 @@
 
 namespace terravox::shade {
 
-/// The paper's set of rays: sun with shadows, the sky's light less what stands around (corners
-/// without rays, or ambient-occlusion rays), mirrors, and what lies in water.
+/// The paper's set of rays: sun with shadows, the sky's light less what the surroundings occlude
+/// (darkened corners without rays, or ambient-occlusion rays), mirrors, and what lies in water.
 class DirectShading final : public Shading {
 public:
     using Shading::Shading;

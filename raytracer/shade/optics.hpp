@@ -9,12 +9,12 @@
 
 namespace terravox::shade {
 
-/// Directions are of unit length; normals look to where light comes from.
+/// Directions are of unit length; normals point to the side that the light comes from.
 
-/// Share of unpolarised light that a smooth face throws back. @param cos_in of the angle to the
-/// normal, [0, 1]
-/// @param index of the medium behind the face over that before it, > 0; 1 where light is thrown
-/// back totally Ref: Fresnel's equations.
+/// Share of unpolarised light that a smooth face reflects. Ref: Fresnel's equations.
+/// @param cos_in of the angle to the normal, [0, 1]
+/// @param index of the medium behind the face over that in front of it, > 0
+/// @return [0, 1]; 1 where reflection is total
 [[nodiscard]] inline double fresnel(double cos_in, double index) noexcept {
     const double sin2 = (1 - cos_in * cos_in) / (index * index);
     if (sin2 >= 1)
@@ -29,7 +29,8 @@ namespace terravox::shade {
     return d - n * (2 * core::dot(d, n));
 }
 
-/// Snell's law. @return nullopt: total reflection
+/// Snell's law.
+/// @return nullopt: total reflection
 [[nodiscard]] inline std::optional<core::Vec3> refract(core::Vec3 d, core::Vec3 n,
                                                        double index) noexcept {
     const double eta = 1 / index, c = -core::dot(d, n), k = 1 - eta * eta * (1 - c * c);
@@ -38,7 +39,7 @@ namespace terravox::shade {
     return core::normalized(d * eta + n * (eta * c - std::sqrt(k)));
 }
 
-/// Two directions that make a right-handed frame with n.
+/// Two directions that form a right-handed frame with n.
 /// Ref: Duff et al., "Building an Orthonormal Basis, Revisited", JCGT 6(1), 2017.
 struct Frame {
     explicit Frame(core::Vec3 n) noexcept : normal(n) {
@@ -55,10 +56,10 @@ struct Frame {
 /// A direction about n with density cos / pi.
 [[nodiscard]] core::Vec3 cosine_direction(core::Vec3 n, Sampler::Pair at) noexcept;
 
-/// The normal of a facet of a rough face, about n, with the density of visible area as a flat look
-/// sees it (D cos).
+/// The normal of a facet of a rough face, about n, distributed by the area visible to a
+/// perpendicular view (D cos). Ref: Walter et al., "Microfacet Models for Refraction through Rough
+/// Surfaces", EGSR 2007.
 /// @param roughness [0, 1]; its square is GGX's alpha
-/// Ref: Walter et al., "Microfacet Models for Refraction through Rough Surfaces", EGSR 2007.
 [[nodiscard]] core::Vec3 facet_normal(core::Vec3 n, double roughness, Sampler::Pair at) noexcept;
 
 }  // namespace terravox::shade

@@ -17,17 +17,18 @@ bool PathShading::needs_surroundings(const walk::TracedRay& ray) const noexcept 
            shows_slope(m_view, ray.hit);
 }
 
-// A bounce that leaves has its direction by the matt face; the sky could have been asked for the
-// same direction.
+// The direction of a bounce that leaves the world was sampled from the matt face; the sky could
+// have been sampled in the same direction.
 void PathShading::leave(const walk::TracedRay& ray, voxel::Colour weight, SampleSum& sum) const {
     const sky::Sky& sky = m_view.sky;
     voxel::Colour light = sky.radiance(ray.ray.direction);
-    // The sun has been asked for directly, but by way of mirrors; through water, too, from its bed.
+    // The sun has been sampled directly, except by way of mirrors; also through water, from its
+    // bed.
     if (ray.density == 0 && !ray.sun_asked)
         light = light + sky.sun_disc(ray.ray.direction);
     if (const auto own = static_cast<double>(ray.density); own > 0 && sky.uneven())
         light = light * static_cast<float>(own / (own + sky.pdf(ray.ray.direction)));
-    // What comes to the first hit by a bounce has come from the sky without a detour.
+    // Light that reaches the first hit by a bounce has come from the sky without a detour.
     add(ray.direct || (ray.kind == walk::RayKind::kBounce && ray.depth == 1), weight * light, sum);
 }
 
@@ -82,7 +83,7 @@ void PathShading::send_sky(const Interaction& m, voxel::Colour weight) const {
 }
 
 void PathShading::bounce(const Interaction& m, voxel::Colour weight) const {
-    // Russian roulette: dim paths end, those that go on stand for them.
+    // Russian roulette: dim paths end, and the remaining ones represent them.
     constexpr int kSafeDepth = 2;
     if (static_cast<int>(m.ray.depth) >= kSafeDepth) {
         const float brightest = std::max({weight.r, weight.g, weight.b}),

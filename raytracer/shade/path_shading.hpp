@@ -4,9 +4,9 @@
 
 namespace terravox::shade {
 
-/// Path tracing: from each face one way on by chance, the sun asked for directly, the sky both
-/// ways. Ref: Kajiya, "The Rendering Equation", SIGGRAPH 1986; Veach & Guibas, "Optimally Combining
-/// Sampling Techniques", SIGGRAPH 1995 (balance heuristic).
+/// Path tracing: each face continues the path in one random direction; the sun is sampled directly,
+/// the sky both directly and by the path. Ref: Kajiya, "The Rendering Equation", SIGGRAPH 1986;
+/// Veach & Guibas, "Optimally Combining Sampling Techniques", SIGGRAPH 1995 (balance heuristic).
 class PathShading final : public Shading {
 public:
     using Shading::Shading;

@@ -7,17 +7,18 @@
 
 namespace terravox::shade {
 
-/// Numbers for one sample of one pixel: a function of pixel, sample and dimension alone, so that
-/// nobody's order matters. In each dimension (a pair of numbers) the samples of a pixel, taken from
-/// 0 on, are spread evenly at every power of two. Ref: Sobol' (0,2)-sequence, padded; Burley,
-/// "Practical Hash-based Owen Scrambling", JCGT 9(4), 2020; hash constants of Vegdahl, 2021.
+/// Random numbers for one sample of one pixel: a function of pixel, sample and dimension alone, so
+/// that the order of calls does not matter. In each dimension (a pair of numbers) the samples of a
+/// pixel, counted from 0, are evenly spread at every power of two. Ref: Sobol' (0,2)-sequence,
+/// padded; Burley, "Practical Hash-based Owen Scrambling", JCGT 9(4), 2020; hash constants of
+/// Vegdahl, 2021.
 class Sampler {
 public:
     struct Pair {
         double u, v;  ///< [0, 1)
     };
     Sampler() = default;
-    /// @param seed another one gives a picture with other noise
+    /// @param seed changes the noise of the picture
     Sampler(int x, int y, std::uint32_t sample, int seed = 0) noexcept
         : m_pixel(core::hash64(
               core::hash64(static_cast<std::uint64_t>(static_cast<std::uint32_t>(y)) << 32 |
@@ -32,8 +33,8 @@ public:
         return {unit(reversed_scramble(index, static_cast<std::uint32_t>(more))),
                 unit(scramble(second_dimension(index), static_cast<std::uint32_t>(more >> 32)))};
     }
-    /// One of `count` that share the place of this one: together with those of the other samples
-    /// they are evenly spread.
+    /// One of `count` samplers that share the place of this one: together with those of the other
+    /// samples they are evenly spread.
     [[nodiscard]] Sampler part(int i, int count) const noexcept {
         Sampler out = *this;
         out.m_sample = m_sample * static_cast<std::uint32_t>(count) + static_cast<std::uint32_t>(i);
@@ -53,7 +54,7 @@ private:
         v = (v >> 4 & 0x0f0f0f0f) | (v & 0x0f0f0f0f) << 4;
         return __builtin_bswap32(v);
     }
-    /// Each bit depends on those below it: Owen's scrambling of the reversed number.
+    /// Each bit depends on the bits below it: Owen's scrambling of the reversed number.
     [[nodiscard]] static constexpr std::uint32_t mix_upwards(std::uint32_t v,
                                                              std::uint32_t seed) noexcept {
         v ^= v * 0x3d20adea;
@@ -73,8 +74,8 @@ private:
         return reverse(mix_upwards(index, seed));
     }
 
-    // The second dimension's generator matrix is Pascal's triangle modulo 2: a table for each byte
-    // of the index.
+    // The generator matrix of the second dimension is Pascal's triangle modulo 2: one table for
+    // each byte of the index.
     static constexpr auto kTables = [] {
         std::array<std::array<std::uint32_t, 256>, 4> out{};
         std::array<std::uint32_t, 32> columns{};

@@ -10,11 +10,11 @@
 namespace terravox::shade {
 namespace {
 
-constexpr voxel::Colour kHoleColour{1.0f, 0.0f,
-                                    0.8f};  // nothing in nature looks like it: a hole must be seen
+// Nothing in nature has this colour: a hole must be visible.
+constexpr voxel::Colour kHoleColour{1.0f, 0.0f, 0.8f};
 constexpr voxel::Colour kWhole{1, 1, 1};
-constexpr float kDiffuseSpread =
-    0.2f;  // what a ray from a matt face stands for, beside its neighbours
+// Spread of a ray from a matt face, relative to its neighbours.
+constexpr float kDiffuseSpread = 0.2f;
 
 voxel::Colour decay(voxel::Colour per_m, double metres) noexcept {
     const auto left = [&](float c) {
@@ -94,7 +94,7 @@ void Shading::see(const walk::TracedRay& ray, SampleSum& sum,
     const bool hit = ray.end == walk::WalkEnd::kHit,
                face_met = hit && !ray.hit.hole && ray.hit.face != core::Face::kNone;
     const Surface surface = face_met ? surface_at(m_view, ray) : Surface{};
-    // Before anything is added up: what lies in front of the hole is added where the ray ends.
+    // Before anything is summed up: light from in front of the gap is added where the ray ends.
     if (face_met && slips_through(ray, surface, sum)) {
         pass(ray, next);
         return;
@@ -117,7 +117,7 @@ void Shading::see(const walk::TracedRay& ray, SampleSum& sum,
         leave(ray, weight, sum);
         return;
     }
-    // Distant things take on the colour of the air before them.
+    // Distant things take on the colour of the air in front of them.
     const auto take_air = [&] {
         if (ray.medium != voxel::Material::kAir || ray.kind == walk::RayKind::kBounce)
             return;
@@ -136,7 +136,8 @@ void Shading::see(const walk::TracedRay& ray, SampleSum& sum,
     }
     const bool transparent = is_transparent(m_view, ray.hit.attr.material);
     if (ray.hit.face == core::Face::kNone) {
-        // It starts in a voxel: in water it sees on, between leaves as well, inside rock nothing.
+        // The ray starts inside a voxel: in water or between leaves it continues, inside rock it
+        // sees nothing.
         if (ray.kind == walk::RayKind::kPrimary && transparent &&
             ray.medium == voxel::Material::kAir)
             enter_medium(ray, next);
@@ -184,8 +185,7 @@ walk::TracedRay Shading::sent(const Interaction& m, core::Vec3 direction, walk::
     return out;
 }
 
-// Ref: Snell's law for the way of the light in the medium, Beer and Lambert's for what is left of
-// it.
+// Ref: Snell's law for the path of the light in the medium, Beer and Lambert's for its attenuation.
 voxel::Colour Shading::through_medium(const Interaction& m, core::Vec3 direction) const noexcept {
     if (m.ray.medium == voxel::Material::kAir)
         return kWhole;
@@ -230,7 +230,7 @@ void Shading::send_mirror(const Interaction& m, voxel::Colour weight) const {
                                                 m.sum.numbers.pair(number_of(m.ray, kFacet)))
                                  : s.smooth_normal;
     core::Vec3 direction = reflect(s.direction, facet);
-    // What a tilted facet would throw into the face comes back out of it.
+    // A tilted facet might reflect into the face; such light leaves the face again.
     if (const double into = core::dot(direction, s.normal); into < 1e-4)
         direction = core::normalized(direction + s.normal * (1e-4 - 2 * std::min(into, 0.0)));
     m.next.push_back(sent(m, direction, walk::RayKind::kMirror, weight, kFacet));

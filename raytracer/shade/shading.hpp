@@ -9,21 +9,21 @@
 
 namespace terravox::shade {
 
-/// What has come together for one sample of a pixel.
+/// What has been summed up for one sample of a pixel.
 struct SampleSum {
-    Sampler numbers;                                     ///< of the sample
-    voxel::Colour direct, indirect;                      ///< linear light, to be added
-    double t = std::numeric_limits<double>::infinity();  ///< of the first hit, level-0 voxels;
-                                                         ///< infinity: none
-    core::Vec3 point, normal;                            ///< of the first hit
+    Sampler numbers;                 ///< generator of the sample's random numbers
+    voxel::Colour direct, indirect;  ///< linear light, to be added up
+    /// Of the first hit, in level-0 voxels; infinity: none.
+    double t = std::numeric_limits<double>::infinity();
+    core::Vec3 point, normal;  ///< of the first hit
     voxel::Colour albedo;
-    float sun = 0;  ///< share of the first hit's sun that is free
+    float sun = 0;  ///< share of the first hit's sunlight that is not in shadow
     voxel::Material material = voxel::Material::kAir;
     bool water = false;
 };
 
-/// Says what a ray's end means: light for its sample, and rays that must be traced to know more.
-/// Walks nothing itself, so that rays may wait. Immutable; a function of its arguments: random
+/// Evaluates the end of a ray: light for its sample, and further rays that must be traced. It walks
+/// no rays itself, so that rays may wait. Immutable; a pure function of its arguments: random
 /// numbers are those of the sample and of the ray's stream.
 class Shading {
 public:
@@ -32,12 +32,13 @@ public:
     Shading& operator=(const Shading&) = delete;
     virtual ~Shading() = default;
 
-    /// What a primary ray brings. Its state is the caller's.
+    /// The primary ray for a ray of the camera. The caller sets its state.
     [[nodiscard]] walk::TracedRay primary(const core::Ray& ray,
                                           std::uint32_t sample) const noexcept;
-    /// Whether shade() will ask what stands around the ray's hit (TracedRay::around).
+    /// Whether shade() will need the voxels around the ray's hit (TracedRay::around).
     [[nodiscard]] virtual bool needs_surroundings(const walk::TracedRay& ray) const noexcept = 0;
-    /// Adds to the sum what the ray has found, and to `next` the rays that this makes necessary.
+    /// Adds to the sum what the ray has found, and to `next` the rays that must be traced as a
+    /// result.
     void shade(const walk::TracedRay& ray, SampleSum& sum,
                std::vector<walk::TracedRay>& next) const;
 
@@ -49,7 +50,7 @@ protected:
         SampleSum& sum;
         std::vector<walk::TracedRay>& next;
     };
-    /// Streams of random numbers of one vertex.
+    /// Streams of random numbers used at one vertex.
     enum Use : std::uint32_t {
         kSunPoint,
         kDirection,
@@ -61,11 +62,11 @@ protected:
         kAmbientRays
     };
 
-    /// An opaque face.
+    /// Shades an opaque face.
     virtual void shade_opaque(const Interaction& m) const = 0;
-    /// What a ray that has left the world sees, by weight.
+    /// Adds what a ray that has left the world sees, scaled by the weight.
     virtual void leave(const walk::TracedRay& ray, voxel::Colour weight, SampleSum& sum) const = 0;
-    /// Whether mirrored and refracted rays are both sent (true), or one of them, by chance.
+    /// Whether mirrored and refracted rays are both sent (true), or one of them, chosen at random.
     [[nodiscard]] virtual bool splits(const walk::TracedRay& ray) const noexcept = 0;
 
     [[nodiscard]] bool allows_surroundings(const walk::TracedRay& ray) const noexcept;
@@ -73,17 +74,19 @@ protected:
         add(ray.direct, light, sum);
     }
     void add(bool direct, voxel::Colour light, SampleSum& sum) const noexcept;
-    /// The ray towards a point of the sun, with the light that it then brings to a matt surface.
+    /// Sends a ray towards a point of the sun, with the light that it brings to a matt surface if
+    /// unblocked.
     void send_sun(const Interaction& m, voxel::Colour weight) const;
-    /// The ray that a smooth coat throws back.
+    /// Sends the ray that a smooth coat reflects.
     void send_mirror(const Interaction& m, voxel::Colour weight) const;
-    /// A ray from the surface, back into where the ray came from. @param branch tells the streams
-    /// of one vertex apart
+    /// A ray from the surface, back into the medium that the ray came through.
+    /// @param branch separates the random streams of one vertex
     [[nodiscard]] walk::TracedRay sent(const Interaction& m, core::Vec3 direction,
                                        walk::RayKind kind, voxel::Colour weight,
                                        std::uint32_t branch) const noexcept;
-    /// Share of the light of the sky, or of the sun, that comes down to a bed through what lies
-    /// above it. @param direction to the light
+    /// Share of the light of the sky, or of the sun, that reaches a bed through the medium above
+    /// it.
+    /// @param direction to the light
     [[nodiscard]] voxel::Colour through_medium(const Interaction& m,
                                                core::Vec3 direction) const noexcept;
     [[nodiscard]] static std::uint32_t number_of(const walk::TracedRay& ray,
@@ -96,16 +99,17 @@ protected:
 private:
     void see(const walk::TracedRay& ray, SampleSum& sum, std::vector<walk::TracedRay>& next) const;
     void meet_transparent(const Interaction& m) const;
-    /// Whether it comes through a hole between the leaves that it has met.
+    /// Whether it passes through a gap between the leaves that it has met.
     [[nodiscard]] bool slips_through(const walk::TracedRay& ray, const Surface& surface,
                                      const SampleSum& sum) const noexcept;
-    /// The ray goes on behind the voxel that it has met.
+    /// Continues the ray behind the voxel that it has met.
     void pass(const walk::TracedRay& ray, std::vector<walk::TracedRay>& next) const;
-    /// The ray goes on inside the medium that it starts in.
+    /// Continues the ray inside the medium that it starts in.
     void enter_medium(const walk::TracedRay& ray, std::vector<walk::TracedRay>& next) const;
 };
 
-/// The shading that the scene asks for. @param view outlives it
+/// Makes the shading for the scene's integrator.
+/// @param view must outlive the result
 [[nodiscard]] std::unique_ptr<const Shading> make_shading(const View& view);
 
 }  // namespace terravox::shade

@@ -15,9 +15,9 @@ std::uint64_t voxel_hash(core::VoxelCoord v) noexcept {
                         static_cast<std::uint32_t>(v.y));
 }
 
-/// How far a photo's colour is that of a voxel, and not its neighbour's: a photo that is a metre
-/// off, or leans, shows the lake on its shore, and what stands beside a wall on top of it. Share of
-/// what the scene mixes in.
+/// How far a photo's colour can be trusted to be that of a voxel, and not its neighbour's: a photo
+/// that is a metre off, or leans, shows the lake on its shore, and what stands next to a wall on
+/// top of it. Returned as a share of the scene's colour_mix.
 float believed(voxel::Material material, voxel::Colour photo) noexcept {
     using voxel::Material;
     if (material == Material::kWall)
@@ -28,7 +28,7 @@ float believed(voxel::Material material, voxel::Colour photo) noexcept {
                      material == Material::kHighVegetation;
     if (!dry)
         return 1;
-    // Nothing that grows, nor bare ground, is mostly blue; shade is bluish only.
+    // Neither plants nor bare ground are mostly blue; shade is only bluish.
     constexpr float kShade = 1.75f, kWater = 2.5f, kBlack = 1e-3f;
     if (photo.b < photo.g)
         return 1;
@@ -55,7 +55,7 @@ voxel::Colour base_colour(const View& view, const material::Look& look, const wa
     return colour * (1 + wobble);
 }
 
-// A lamp shines in its own colour: the brightest channel is as bright as the material says.
+// A lamp shines in its own colour: its brightest channel is as bright as the material specifies.
 voxel::Colour hue_of(const voxel::VoxelAttr& attr) noexcept {
     if (attr.material != voxel::Material::kLamp || !attr.has_colour())
         return {1, 1, 1};

@@ -11,19 +11,19 @@
 
 namespace terravox::shade {
 
-/// What is common to all rays of a picture. Immutable and shared by all processors.
+/// Everything that all rays of a picture have in common. Immutable and shared by all processors.
 struct View {
     scene::Scene scene;
     scene::Camera camera;
     sky::Sky sky;
     std::shared_ptr<const material::MaterialTable> materials;
-    walk::LevelCut cut;  ///< which boxes are looked at
+    walk::LevelCut cut;  ///< which boxes are used
     double voxel_m = 1;  ///< edge of a level-0 voxel
     tiles::SquareGrid squares;
     core::Vec3 origin;       ///< of the positions in the picture's layers: Camera::picture_origin
     bool night = false;      ///< windows are lit
-    double exposure_ev = 0;  ///< of 8-bit pictures, with the adaptation to the daylight
-    float max_indirect = 0;  ///< light of one indirect sample; 0: no limit
+    double exposure_ev = 0;  ///< of 8-bit pictures, including the adaptation to the daylight
+    float max_indirect = 0;  ///< greatest light of one indirect sample; 0: no limit
 
     [[nodiscard]] bool wants_layers() const noexcept {
         return scene.output.layers != core::PictureLayers::kBeauty || scene.output.denoise;

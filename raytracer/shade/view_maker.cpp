@@ -14,7 +14,7 @@
 namespace terravox::shade {
 namespace {
 
-/// Whether a voxel of a level is solid; waits for its box.
+/// Whether a voxel of a level is solid; blocks until its box is loaded.
 bool solid_at(blocks::BlockManager& blocks, const walk::LevelCut& cut, core::VoxelCoord at,
               int level) {
     walk::BlockReader reader(blocks);
@@ -26,7 +26,7 @@ bool solid_at(blocks::BlockManager& blocks, const walk::LevelCut& cut, core::Vox
     return solid;
 }
 
-/// Stops that make up for a dim sun and sky, by what they send to level ground.
+/// Stops that compensate for a dim sun and sky, computed from the light they send to level ground.
 double adaptation_ev(const sky::Sky& sky, double share) noexcept {
     constexpr double kFullDay = 1, kDarkest = 1e-6, kMax_ev = 9, kLn2 = 0.693147180559945309417;
     const double level = static_cast<double>(

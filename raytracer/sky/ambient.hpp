@@ -8,22 +8,22 @@
 
 namespace terravox::sky {
 
-/// Light that comes from about one direction.
+/// Light from approximately one direction.
 struct LightFrom {
     core::Vec3 direction;  ///< of unit length
     voxel::Colour radiance;
     double solid_angle;  ///< steradians
 };
 
-/// What a white Lambertian surface sends under light from all around, for every normal: a table
-/// over the octahedron, exact for the normals of a voxel's faces up to the sum over the light
-/// given. Immutable, thread-safe. Ref: Meyer et al., "On floating-point normal vectors", EGSR 2010
-/// (the octahedral map).
+/// The light that a white Lambertian surface reflects under light from all around, for every
+/// normal: a table over the octahedron, exact for the normals of a voxel's faces up to the sum over
+/// the light given. Immutable, thread-safe. Ref: Meyer et al., "On floating-point normal vectors",
+/// EGSR 2010 (the octahedral map).
 class AmbientTable {
 public:
     AmbientTable() = default;  ///< darkness
     explicit AmbientTable(std::span<const LightFrom> light);
-    /// @param normal of any length but 0
+    /// @param normal of any length except 0
     [[nodiscard]] voxel::Colour at(core::Vec3 normal) const noexcept;
 
 private:

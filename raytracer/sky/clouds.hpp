@@ -4,8 +4,8 @@
 
 namespace terravox::sky {
 
-/// One layer of cumulus: how thick it is over each place. A function of the place alone, without
-/// end. Immutable, thread-safe. Ref: Perlin, "An image synthesizer", SIGGRAPH 1985 (fractal sums of
+/// One layer of cumulus: its thickness over each place. A pure function of the place, unbounded.
+/// Immutable, thread-safe. Ref: Perlin, "An image synthesizer", SIGGRAPH 1985 (fractal sums of
 /// gradient noise).
 class Clouds {
 public:
@@ -13,14 +13,14 @@ public:
     explicit Clouds(double cover);
 
     [[nodiscard]] bool any() const noexcept { return m_cover > 0; }
-    /// @return optical depth, straight up, [0, kThickest]. @param x_m, z_m east and south; beyond
-    /// 1e9 there are none
+    /// @return optical depth, straight up, [0, kThickest]
+    /// @param x_m, z_m east and south, metres; beyond 1e9 there are no clouds
     [[nodiscard]] double depth(double x_m, double z_m) const noexcept;
-    /// Of coarse features only: what lies towards the sun. Cheaper.
+    /// From coarse features only, for the clouds towards the sun. Cheaper.
     [[nodiscard]] double coarse_depth(double x_m, double z_m) const noexcept {
         return depth_of(noise(x_m, z_m, 4));
     }
-    /// Share of direct light that passes straight up, averaged over places.
+    /// Share of direct light that passes straight through, averaged over places.
     [[nodiscard]] double mean_passing() const noexcept { return m_mean_passing; }
 
     static constexpr double kThickest = 24;

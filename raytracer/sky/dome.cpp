@@ -24,8 +24,8 @@ voxel::Colour night(double y) noexcept {
     return kNight * static_cast<float>(1 + 0.6 * low * low * low);
 }
 
-/// What turns shares of the sun's spectrum into the units of a picture: a sun 45 degrees high in
-/// clear air lights with 2.4.
+/// Factor from shares of the sun's spectrum to the units of a picture: a sun 45 degrees high in
+/// clear air gives 2.4.
 double scale_of_pictures() {
     static const double scale = [] {
         constexpr double kNoonLight = 2.4, kTurbidity = 2.5;
@@ -40,7 +40,7 @@ struct ClearSky {
     bool operator==(const ClearSky&) const = default;
 };
 
-/// The last table is kept: a preview asks for the same sky each time the camera moves, and it is
+/// The last table is cached: a preview requests the same sky each time the camera moves, and it is
 /// most of the work.
 std::shared_ptr<const SkyTable> clear_sky(const ClearSky& asked, double scale) {
     static std::mutex mutex;
@@ -187,8 +187,8 @@ double Dome::sun_passing(core::Vec3 p) const noexcept {
     const double up = m_settings.place_height_m + m_settings.cloud_height_m - p.y;
     if (!m_clouds.any() || !(up > 0))
         return 1;
-    // A sun near the horizon shines through clouds far away; where the Earth's roundness would
-    // count, the sun is dim.
+    // A sun near the horizon shines through distant clouds; where the Earth's curvature would
+    // matter, the sun is dim.
     constexpr double kLowest = 0.02;
     const double s = up / std::max(m_to_sun.y, kLowest);
     return det::exp(-m_clouds.depth(p.x + m_to_sun.x * s, p.z + m_to_sun.z * s));

@@ -10,30 +10,34 @@
 
 namespace terravox::sky {
 
-/// What the upper half of the sky sends: the clear air by day and in twilight, the night's glow and
-/// stars, and clouds before them. The sun's disc is not part of it. Natural light: no strength of a
-/// scene applied. Immutable once lit; thread-safe then.
+/// Radiance of the upper half of the sky: the clear air by day and in twilight, the night's glow
+/// and stars, and clouds in front of them, without the sun's disc. Natural light: no strength of a
+/// scene is applied. Immutable and thread-safe once lit.
 class Dome {
 public:
     struct Settings {
         double turbidity = 2.5, place_height_m = 0, clouds = 0, cloud_height_m = 1500;
         std::optional<double> visibility_km;  ///< > 0
-        core::Vec3 eye_m;                     ///< around which the clouds lie
+        core::Vec3 eye_m;                     ///< eye around which the clouds lie
     };
     Dome(const Sun& sun, const Settings& settings);
 
-    /// Of the air alone, for directions on and above the horizon. @param d of unit length, y >= 0
+    /// Radiance of the air alone, for directions on and above the horizon.
+    /// @param d of unit length, y >= 0
     [[nodiscard]] voxel::Colour clear(core::Vec3 d) const noexcept;
-    /// Of the air at the horizon below or above a direction; varies smoothly up to the zenith and
-    /// nadir, too.
+    /// Radiance of the air at the horizon below or above a direction; varies smoothly, also through
+    /// the zenith and nadir.
     [[nodiscard]] voxel::Colour horizon(core::Vec3 d) const noexcept;
-    /// All of it. @param d of unit length, y >= 0
+    /// Radiance of everything together.
+    /// @param d of unit length, y >= 0
     [[nodiscard]] voxel::Colour radiance(core::Vec3 d) const noexcept;
     /// Sunlight on a surface that faces the sun, on the ground, under a clear sky.
     [[nodiscard]] voxel::Colour sun_light() const noexcept { return m_sun_light; }
-    /// Share of light from a direction that clouds let through. @param d of unit length, y >= 0
+    /// Share of light from a direction that passes through the clouds.
+    /// @param d of unit length, y >= 0
     [[nodiscard]] double passing(core::Vec3 d) const noexcept;
-    /// Share of sunlight that clouds let through to a point. @param point_m world axes, metres
+    /// Share of sunlight that passes through the clouds to a point.
+    /// @param point_m world axes, metres
     [[nodiscard]] double sun_passing(core::Vec3 point_m) const noexcept;
     [[nodiscard]] double mean_passing() const noexcept { return m_clouds.mean_passing(); }
     [[nodiscard]] const Haze& haze() const noexcept { return m_haze; }
@@ -57,7 +61,7 @@ private:
     float m_stars = 0;
 };
 
-/// Share of light that the open country around the world throws back.
+/// Share of light that the open country around the world reflects.
 [[nodiscard]] voxel::Colour ground_colour() noexcept;
 
 }  // namespace terravox::sky

@@ -4,7 +4,7 @@
 
 namespace terravox::sky {
 
-/// Light that comes down a line of sight, as shares of the sun's above the air, per steradian:
+/// Light that arrives along a line of sight, as shares of the sun's above the air, per steradian.
 /// `rayleigh` and `mie` have been scattered once and still lack their phase functions; `multiple`
 /// is complete.
 struct Scattered {
@@ -17,17 +17,19 @@ struct Scattered {
 /// and atmosphere rendering technique", EGSR 2020 (multiple scattering).
 class Scattering {
 public:
-    /// @param altitude_rad of the sun at the observer, [-pi / 2, pi / 2] @param atmosphere must
-    /// outlive this
+    /// @param altitude_rad of the sun at the observer, [-pi / 2, pi / 2]
+    /// @param atmosphere must outlive this
     Scattering(const Atmosphere& atmosphere, double altitude_rad);
 
-    /// What an observer sees. @param height_m [0, kThick_m) @param elevation sine, [0, 1] @param
-    /// azimuth_cosine from the sun
+    /// Light seen by an observer.
+    /// @param height_m [0, kThick_m)
+    /// @param elevation sine, [0, 1]
+    /// @param azimuth_cosine from the sun
     [[nodiscard]] Scattered seen(double height_m, double elevation,
                                  double azimuth_cosine) const noexcept;
 
 private:
-    /// Of light scattered any number of times: what arrives from all directions on average.
+    /// Light scattered any number of times: the average over all directions of what arrives.
     [[nodiscard]] Spectrum multiple_at(double height_m, double sun_sine) const noexcept;
     [[nodiscard]] Spectrum gathered(double height_m, double sun_sine) const noexcept;
     const Atmosphere& m_atmosphere;

@@ -12,8 +12,8 @@ namespace {
 // How high above the plain without end the eye seems to be: high enough to have haze below it, a
 // quiet ground for a model.
 constexpr double kBackdrop_m = 2500;
-constexpr int kFine =
-    2;  // directions along each edge of a sampler's cell that its light is summed over
+// Directions along each edge of a sampler's cell that its light is summed over.
+constexpr int kFine = 2;
 constexpr int kLowRows = 32, kLowColumns = 64;  // of the lower half, whose light is smooth
 
 voxel::Colour colour_of(const std::array<double, 3>& c) noexcept {
@@ -83,9 +83,9 @@ public:
     std::optional<SkySampler> sampler;
 
 private:
-    // Step 1: the light of each cell of the upper half, which is all that the ground gets beside
-    // the sun. Step 2: the lower half, which is that ground behind haze. Step 3: both on every
-    // normal.
+    // Step 1: the light of each cell of the upper half, which is all that the ground gets in
+    // addition to the sun. Step 2: the lower half, which is that ground behind haze. Step 3: both
+    // on every normal.
     void gather() {
         std::vector<LightFrom> light;
         std::vector<double> bright;

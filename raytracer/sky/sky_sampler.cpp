@@ -9,7 +9,7 @@ namespace terravox::sky {
 namespace {
 
 constexpr double kCell_sr = 2 * det::kPi / (SkySampler::kColumns * SkySampler::kRows);
-// What every direction gets: a cell's mean may be dark where a corner of it is not.
+// Share that every direction gets: a cell's mean may be dark where a corner of it is not.
 constexpr double kEven = 0.05;
 
 /// @return which of the ends a number falls before; `u` becomes its place in that cell, [0, 1]

@@ -10,7 +10,7 @@ namespace {
 // azimuths whose half has the sine j / last, close together near the sun.
 constexpr int kRows = 40, kColumns = 24;
 
-/// Cut to [0, 1]; what is no number is 0, so that no direction leads out of the table.
+/// Clamps to [0, 1]; NaN becomes 0, so that no direction leads outside the table.
 double cut(double v) noexcept {
     return v > 0 ? std::min(v, 1.0) : 0;
 }

@@ -6,15 +6,17 @@
 
 namespace terravox::sky {
 
-/// The clear sky over one place and one sun, in linear Rec. 709, without phase functions: those
-/// vary fast near the sun and are applied when it is asked. Immutable, thread-safe.
+/// The clear sky over one place and for one sun, in linear Rec. 709. Phase functions vary fast near
+/// the sun; they are not part of the table but applied by at(). Immutable, thread-safe.
 class SkyTable {
 public:
-    /// @param scale to the units of a picture, times the sun's spectrum above the air
+    /// @param scale factor from light to the units of a picture; includes the sun's spectrum above
+    /// the air
     SkyTable(const Scattering& scattering, double height_m, double scale);
 
-    /// @param elevation sine, [0, 1] @param azimuth_cosine of the azimuth from the sun @param
-    /// sun_cosine of the angle to the sun
+    /// @param elevation sine, [0, 1]
+    /// @param azimuth_cosine of the azimuth from the sun
+    /// @param sun_cosine of the angle to the sun
     /// @return radiance; components may be slightly negative where light is purer than the
     /// primaries
     [[nodiscard]] voxel::Colour at(double elevation, double azimuth_cosine,
@@ -27,8 +29,8 @@ private:
     std::vector<Node> m_nodes;
 };
 
-/// A spectrum of the sun's light, given as shares of that above the air, as a colour. @param scale
-/// times W / m^2
+/// The colour of a spectrum that is given as shares of the sun's light above the air.
+/// @param scale times W / m^2
 [[nodiscard]] voxel::Colour sun_colour(const Spectrum& share, double scale) noexcept;
 
 }  // namespace terravox::sky

@@ -74,8 +74,8 @@ voxel::Colour to_rec709(const Spectrum& s) noexcept {
 }
 
 voxel::Colour in_gamut(voxel::Colour c) noexcept {
-    // The filters of a camera overlap: no light of a sky leaves one of them in the dark. Without
-    // this the glow of a low sun would turn a flat yellow where it is overexposed.
+    // The filters of a camera overlap: no light of a sky leaves one of them dark. Without this the
+    // glow of a low sun would turn a flat yellow where it is overexposed.
     constexpr float kMin = 0.04f;
     const float grey = voxel::luminance(c);
     if (!(grey > 0))
@@ -83,7 +83,7 @@ voxel::Colour in_gamut(voxel::Colour c) noexcept {
     const float least = std::min({c.r, c.g, c.b});
     if (least >= kMin * grey)
         return c;
-    const float t = grey * (1 - kMin) / (grey - least);  // what of the colour is left
+    const float t = grey * (1 - kMin) / (grey - least);  // share of the colour that is kept
     const auto paled = [&](float v) { return std::max(0.0f, grey + (v - grey) * t); };
     return {paled(c.r), paled(c.g), paled(c.b)};
 }

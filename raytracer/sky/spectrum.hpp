@@ -22,20 +22,19 @@ using Spectrum = std::array<double, kBands>;
 inline constexpr Spectrum kSolarIrradiance = {1.5351, 1.7377, 2.0258, 1.9362, 1.8638, 1.8453,
                                               1.8103, 1.7106, 1.5909, 1.5138, 1.4087};
 
-/// Absorption of ozone, m^2 for each molecule, means over the bands.
-/// Ref: Serdyuchenko et al., "High spectral resolution ozone absorption cross-sections", AMT 2014
-/// (rounded, 223 K).
+/// Absorption cross-section of ozone, m^2 per molecule, means over the bands. Ref: Serdyuchenko et
+/// al., "High spectral resolution ozone absorption cross-sections", AMT 2014 (rounded, 223 K).
 inline constexpr Spectrum kOzoneCrossSection_m2 = {1.65e-27, 9.93e-27, 3.64e-26, 1.05e-25,
                                                    2.17e-25, 3.62e-25, 4.59e-25, 4.35e-25,
                                                    2.71e-25, 1.51e-25, 7.81e-26};
 
-/// Spectral radiance, W / (m^2 sr nm), to linear Rec. 709, balanced so that the sun's light above
-/// the air is white, as a camera set to daylight sees it. Components may be negative for light
-/// purer than the primaries. The unit of the result is about 1 / 683 cd / m^2.
+/// Converts spectral radiance, W / (m^2 sr nm), to linear Rec. 709, balanced so that the sun's
+/// light above the air is white, as with a camera set to daylight. Components may be negative for
+/// light purer than the primaries. The unit of the result is about 1 / 683 cd / m^2.
 [[nodiscard]] voxel::Colour to_rec709(const Spectrum& s) noexcept;
 
-/// The colour, paled just so far that no component is below 4 % of its luminance, which stays.
-/// Black if that is negative or no number.
+/// Desaturates the colour just so far that no component is below 4 % of its luminance, which is
+/// kept. Black if the luminance is negative or NaN.
 [[nodiscard]] voxel::Colour in_gamut(voxel::Colour c) noexcept;
 
 }  // namespace terravox::sky

@@ -48,7 +48,8 @@ voxel::Colour starlight(core::Vec3 d) noexcept {
     const auto next = [&] { return core::unit_from(hash = core::hash64(hash)); };
     if (next() >= kShare)
         return {};
-    // A star keeps so far from the edge of its cell that no other cell needs to know of it.
+    // A star keeps such a distance from the edge of its cell that it never extends into another
+    // cell.
     constexpr double kInside = 0.9;
     const auto inside = [&](int cell) {
         return (cell + 0.5 + kInside * (next() - 0.5)) * 2 / kCells - 1;

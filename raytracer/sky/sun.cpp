@@ -36,9 +36,8 @@ Sun::Sun(const geo::SunPosition& at, double size) {
 }
 
 core::Vec3 Sun::sample(double u, double v) const noexcept {
-    const double down = m_height * u,
-                 r = std::sqrt(down *
-                               (2 - down));  // 1 - cosine, and sine, of the angle from the centre
+    // 1 - cosine, and sine, of the angle from the centre.
+    const double down = m_height * u, r = std::sqrt(down * (2 - down));
     const auto turn = det::sin_cos(2 * det::kPi * v);
     return m_direction * (1 - down) + m_right * (r * turn.cos) + m_up * (r * turn.sin);
 }

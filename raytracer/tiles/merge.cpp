@@ -30,7 +30,7 @@ void mix_into(Matte& own, const Matte& more, float share) noexcept {
 }  // namespace
 
 bool PixelSample::is_known(double share) const noexcept {
-    constexpr double kDark = 0.02;  // below this nobody sees a share of so little
+    constexpr double kDark = 0.02;  // below this a small relative error is invisible
     return samples > 1 &&
            static_cast<double>(error) <=
                share * std::max(static_cast<double>(voxel::luminance(colour)), kDark);

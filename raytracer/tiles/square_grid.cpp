@@ -6,7 +6,7 @@
 namespace terravox::tiles {
 namespace {
 
-// A world whose bounds make no sense must not ask for more numbers than there are.
+// Limits the numbers for a world with invalid bounds.
 constexpr std::int64_t kMaxAcross = 1 << 15;
 
 std::int64_t floor_of(double v) noexcept {

@@ -7,13 +7,13 @@
 
 namespace terravox::tiles {
 
-/// The squares of a kilometre (1000 units of the CRS) that a world's columns lie in, numbered row
-/// by row from the north-west. In worlds without a place on Earth squares of 1000 voxels.
+/// The kilometre squares (1000 units of the CRS) that contain a world's columns, numbered row by
+/// row from the north-west. In worlds without a place on Earth, squares of 1000 voxels.
 class SquareGrid {
 public:
     explicit SquareGrid(const voxel::WorldInfo& world);
 
-    /// @param x, z level-0 voxels, anywhere: those beyond the world belong to its outermost squares
+    /// @param x, z level-0 voxels; points beyond the world belong to its outermost squares
     [[nodiscard]] std::uint32_t index_of(double x, double z) const noexcept;
     [[nodiscard]] std::uint32_t count() const noexcept { return m_columns * m_rows; }
     /// Kilometres east and north of the south-west corner, as in "462_101".

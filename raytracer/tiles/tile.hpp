@@ -11,7 +11,7 @@
 
 namespace terravox::tiles {
 
-/// A rectangle of the picture in one pass, [x0, x1) x [y0, y1) in pixels. Of it, pixels whose
+/// A rectangle of the picture in one pass, [x0, x1) x [y0, y1) in pixels. Only pixels whose
 /// coordinates are multiples of `step` are traced, except those that an earlier pass has traced
 /// (multiples of 2 * step, when `refines`).
 struct RenderTile {
@@ -20,7 +20,8 @@ struct RenderTile {
     int x0 = 0, y0 = 0, x1 = 0, y1 = 0;
     int step = 1;
     bool refines = false;
-    std::uint32_t first_sample = 0, samples = 0;  ///< of each pixel; 0: as many as the scene says
+    /// Of each pixel; 0: as many as the scene specifies.
+    std::uint32_t first_sample = 0, samples = 0;
     friend bool operator==(const RenderTile&, const RenderTile&) = default;
 
     /// Calls visit(x, y) for each pixel to trace, row by row.
@@ -38,12 +39,12 @@ struct PixelSample {
     voxel::Colour colour;       ///< linear
     float alpha = 0;            ///< share of samples that hit the world
     float depth_m = 0;          ///< mean distance of those samples; infinity where none hit
-    std::uint32_t samples = 1;  ///< that it is the mean of
+    std::uint32_t samples = 1;  ///< number of samples in the mean
     float error = 0;            ///< standard error of its brightness; 0 with a single sample
 
     /// Whether the error is at most this share of the brightness.
     [[nodiscard]] bool is_known(double share) const noexcept;
-    /// The mean with more samples of the same pixel.
+    /// Combines the mean with that of more samples of the same pixel.
     void merge(const PixelSample& more) noexcept;
 };
 
@@ -51,11 +52,12 @@ struct PixelSample {
 struct TileResult {
     RenderTile tile;
     std::vector<PixelSample> samples;
-    std::vector<LayerSample> layers;  ///< beside the samples; empty where nobody asked for them
+    /// Parallel to `samples`; empty where layers were not requested.
+    std::vector<LayerSample> layers;
     TraceCounts counts;
-    std::set<voxel::BoxKey> holes;  ///< boxes that its rays needed and that could not be had
-    bool again = false;  ///< takes the place of one that was handed out before: who made that was
-                         ///< not to be trusted
+    std::set<voxel::BoxKey> holes;  ///< boxes that its rays needed and that were not available
+    /// Replaces a result that was delivered before, whose maker turned out not to be trustworthy.
+    bool again = false;
 };
 
 }  // namespace terravox::tiles

@@ -21,12 +21,12 @@ static_assert(std::endian::native == std::endian::little,
 
 constexpr std::uint8_t kVersion = 1;
 constexpr std::size_t kBefore = 1 + sizeof(std::uint64_t);  // version and checksum
-constexpr int kFarthest_px = 1 << 24,
-              kLargestStep_px = 1 << 16;  // sums and products of these stay within 32 and 64 bits
+// Sums and products of these stay within 32 and 64 bits.
+constexpr int kFarthest_px = 1 << 24, kLargestStep_px = 1 << 16;
 constexpr std::size_t kHole_bytes = 4 * sizeof(std::int32_t);
 enum Flags : std::uint8_t { kRefines = 1, kLayers = 2, kAllFlags = 3 };
 
-/// Calls field(value) for all that a sample is made of, in the order of the planes.
+/// Calls field(value) for all parts of a sample, in the order of the planes.
 template <class Sample, class Field>
 void visit_sample(Sample& s, const Field& field) {
     field(s.colour.r);
@@ -102,7 +102,7 @@ std::string too_much(const RenderTile& t, std::uint64_t bytes) {
            "; allowed: up to " + std::to_string(kMaxTile_bytes);
 }
 
-/// Writes numbers one behind the other.
+/// Writes numbers one after the other.
 class Writer {
 public:
     template <class T>
@@ -117,7 +117,7 @@ private:
     std::vector<std::byte> m_bytes;
 };
 
-/// Reads them again; whoever asks for more than there is hears it.
+/// Reads them again; reading past the end is an error.
 class Reader {
 public:
     Reader(std::span<const std::byte> bytes, const std::string& origin)
@@ -170,7 +170,7 @@ std::uint64_t checksum_of(std::span<const std::byte> bytes) noexcept {
     return XXH3_64bits_withSeed(bytes.data(), bytes.size(), kVersion);
 }
 
-/// Checks version and checksum, reads the head, and leaves the reader behind the number of holes.
+/// Checks version and checksum, reads the head, and leaves the reader after the number of holes.
 TileHead read_head(Reader& in) {
     std::uint8_t version = 0, flags = 0;
     std::uint64_t checksum = 0;
@@ -218,9 +218,9 @@ void read_holes(Reader& in, std::uint32_t count, std::set<voxel::BoxKey>& holes)
     }
 }
 
-/// A field of all pixels at a time, its bytes by their place: all first ones, all second ones and
-/// so on. Exponents and signs of neighbours are alike, so that bytes of one place compress well
-/// where whole floats do not.
+/// Stores one field of all pixels at a time, with its bytes by significance: all first ones, all
+/// second ones and so on. Exponents and signs of neighbours are alike, so that such bytes compress
+/// well where whole floats do not.
 class Planes {
 public:
     explicit Planes(std::byte* at) noexcept : m_at(at) {}
@@ -250,8 +250,8 @@ private:
     std::byte* m_at;
 };
 
-/// Calls plane(value) for each field, where value(i) is that field of pixel i. Fields are told
-/// apart by their place in the first pixel.
+/// Calls plane(value) for each field, where value(i) is that field of pixel i. Fields are
+/// identified by their offset in the first pixel.
 template <class Samples, class Visit, class Plane>
 void each_plane(Samples& samples, const Visit& visit, const Plane& plane) {
     if (samples.empty())
@@ -284,7 +284,7 @@ bool are_shares(const Matte& m) noexcept {
     return std::all_of(m.share.begin(), m.share.end(), is_share);
 }
 
-/// @return what no pixel can have; nullptr: nothing
+/// @return which value is impossible for a pixel; nullptr: none
 const char* wrong_with(const PixelSample& s) noexcept {
     if (!is_finite(s.colour))
         return "a colour that is not finite; allowed: finite numbers";
@@ -324,7 +324,7 @@ struct ZstdDeleter {
     void operator()(ZSTD_CCtx* c) const noexcept { ZSTD_freeCCtx(c); }
     void operator()(ZSTD_DCtx* c) const noexcept { ZSTD_freeDCtx(c); }
 };
-/// The thread's own: to make one takes longer than to compress a small tile.
+/// One per thread, since making one takes longer than compressing a small tile.
 template <class Context>
 Context* context_of(Context* (*make)()) {
     thread_local const std::unique_ptr<Context, ZstdDeleter> context(make());
@@ -345,7 +345,7 @@ void compress(std::span<const std::byte> planes, std::vector<std::byte>& out) {
     out.resize(before + size);
 }
 
-/// @param bytes of the one frame that must be there, and nothing behind it
+/// @param bytes expected size of the only frame, which must fill the input
 std::vector<std::byte> decompress(std::span<const std::byte> frame, std::uint64_t bytes,
                                   const Reader& in) {
     const unsigned long long claimed = ZSTD_getFrameContentSize(frame.data(), frame.size());
@@ -448,7 +448,7 @@ TileResult decode_tile(std::span<const std::byte> bytes, const std::string& orig
 
 namespace {
 
-/// Hashes fields of pixels, not the memory that they lie in: that has gaps. By chunks on the stack,
+/// Hashes fields of pixels, not their memory, which has padding. It works in chunks on the stack,
 /// each with the hash of all before it as its seed, so that nothing is allocated.
 class PixelHash {
 public:

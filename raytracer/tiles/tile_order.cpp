@@ -42,8 +42,8 @@ std::vector<TileCell> vertical(const Grid& g) {
     return sorted_by(g, [](const TileCell& c) { return std::pair(c.column, c.row); });
 }
 
-// The sky above costs little and the land below much: taken in turns, all processors always have
-// some of both.
+// The sky above is cheap and the land below expensive: in turns, all processors always have some of
+// both.
 std::vector<TileCell> vertical_split(const Grid& g) {
     const std::int32_t upper = (g.rows + 1) / 2;
     return sorted_by(g, [&](const TileCell& c) {
@@ -51,8 +51,8 @@ std::vector<TileCell> vertical_split(const Grid& g) {
     });
 }
 
-// What people look at first comes first. Distances from the middle are counted in half cells, so
-// that they are whole numbers.
+// The middle, which is looked at first, is traced first. Distances from the middle are counted in
+// half cells, so that they are whole numbers.
 std::vector<TileCell> spiral(const Grid& g) {
     return sorted_by(g, [&](const TileCell& c) {
         const std::int32_t x = 2 * c.column - (g.columns - 1), y = 2 * c.row - (g.rows - 1);

@@ -6,15 +6,15 @@
 
 namespace terravox::tiles {
 
-/// What a thread does for a tile.
+/// Stages of a thread's work on a tile.
 enum class TraceStage : std::uint8_t {
     kBeams,      ///< blocks of pixels, and where their rays may start
     kPrimary,    ///< rays through pixels, in packets
     kSun,        ///< shadow rays: shafts and packets
-    kScattered,  ///< rays that go every way, in lanes
-    kSingle,     ///< rays that walk alone; what stands around hits
+    kScattered,  ///< rays in all directions, in lanes
+    kSingle,     ///< rays that walk alone; the voxels around hits
     kShading,
-    kPixels,  ///< samples to pixels
+    kPixels,  ///< from samples to pixels
 };
 inline constexpr std::size_t kTraceStages = 7;
 [[nodiscard]] constexpr const char* name_of(TraceStage stage) noexcept {
@@ -23,16 +23,18 @@ inline constexpr std::size_t kTraceStages = 7;
     return names[static_cast<std::size_t>(stage)];
 }
 
-/// What tracing took. Sums over tiles. Rays, and those that met holes, do not depend on who traced;
-/// steps, slabs, spared, waits and seconds do.
+/// Cost of tracing, summed over tiles. Rays, and those that met holes, do not depend on which
+/// processor traced; steps, slabs, spared, waits and seconds do.
 struct TraceCounts {
     static constexpr std::size_t kKinds = 7;  ///< RayKind
     std::array<std::uint64_t, kKinds> rays{};
-    std::uint64_t steps = 0;      ///< cells and voxels visited by rays
-    std::uint64_t slabs = 0;      ///< visited by beams and shafts
-    std::uint64_t spared = 0;     ///< rays that a beam or shaft answered: no step of their own
-    std::uint64_t parked = 0;     ///< times that a ray was laid aside
-    std::uint64_t hole_rays = 0;  ///< that ended at a box that could not be had, shadow rays too
+    std::uint64_t steps = 0;  ///< cells and voxels visited by rays
+    std::uint64_t slabs = 0;  ///< visited by beams and shafts
+    /// Rays that a beam or shaft answered: they took no steps of their own.
+    std::uint64_t spared = 0;
+    std::uint64_t parked = 0;  ///< times that a ray was deferred
+    /// Rays that ended at a box that was not available, including shadow rays.
+    std::uint64_t hole_rays = 0;
     std::array<double, kTraceStages> seconds{};  ///< by TraceStage, summed over threads
 
     [[nodiscard]] std::uint64_t all_rays() const noexcept {

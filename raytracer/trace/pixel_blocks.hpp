@@ -7,7 +7,7 @@
 
 namespace terravox::trace {
 
-/// Pixels `step` apart, columns x rows of them, from the pixel (first_x, first_y) on.
+/// Pixels `step` apart, columns x rows of them, starting with the pixel (first_x, first_y).
 struct PixelLattice {
     int first_x = 0, first_y = 0, step = 1, columns = 0, rows = 0;
 };
@@ -17,10 +17,10 @@ struct PixelBlock {
     int column = 0, row = 0, columns = 0, rows = 0;
     walk::BeamStart start;
 };
-inline constexpr int kPixelBlockSide = 4;  ///< below that a beam costs more than it spares
+inline constexpr int kPixelBlockSide = 4;  ///< with smaller blocks a beam costs more than it spares
 
-/// Cuts a lattice into blocks along a Z-order curve, by beams from large to small: what is known of
-/// a large one spares the small ones.
+/// Cuts a lattice into blocks along a Z-order curve, with beams from large to small: what is known
+/// of a large beam saves work for the small ones.
 void add_pixel_blocks(const PixelLattice& lattice, const scene::Camera& camera,
                       walk::BeamMarch& beams, std::vector<PixelBlock>& out);
 

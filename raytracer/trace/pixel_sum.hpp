@@ -5,12 +5,13 @@
 
 namespace terravox::trace {
 
-/// A pixel summed up over its samples.
+/// The sum of a pixel's samples.
 class PixelSum {
 public:
     void add(const shade::SampleSum& sample) noexcept;
     [[nodiscard]] int count() const noexcept { return m_count; }
-    /// Of at least one sample. @param voxel_m edge of a level-0 voxel
+    /// Mean of at least one sample.
+    /// @param voxel_m edge of a level-0 voxel
     [[nodiscard]] tiles::PixelSample mean(double voxel_m) const noexcept;
 
 private:
@@ -19,7 +20,7 @@ private:
     int m_count = 0, m_hits = 0;
 };
 
-/// The first hits of a pixel summed up over its samples.
+/// The sum of the first hits of a pixel's samples.
 class LayerSum {
 public:
     void add(const shade::SampleSum& sample, const shade::View& view) noexcept;

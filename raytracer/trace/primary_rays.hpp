@@ -10,12 +10,13 @@
 namespace terravox::trace {
 
 /// Makes the rays of one sample of each active pixel: in packets for a block whose rays start
-/// together, where the machine has the instructions, else one by one. A ray that meets nothing, or
-/// whose end a packet has found, is not pending.
+/// together, where the machine has the instructions, otherwise one by one. A ray that hits nothing,
+/// or whose end a packet has found, does not become pending.
 class PrimaryRays {
 public:
-    /// @param samples of the active pixels: their random numbers are set @param active indices of
-    /// `pixels` in rising order @param counts of the tile
+    /// @param samples of the active pixels; sets their random numbers
+    /// @param active indices into `pixels`, ascending
+    /// @param counts of the tile
     PrimaryRays(TracerTools& tools, std::span<const TilePixel> pixels,
                 std::span<const std::uint32_t> active, std::span<shade::SampleSum> samples,
                 RayWave& wave, tiles::TraceCounts& counts) noexcept
@@ -26,7 +27,7 @@ public:
           m_wave(wave),
           m_counts(counts) {}
 
-    /// @param sample its index, the same for all pixels
+    /// @param sample index of the sample, the same for all pixels
     void make(std::uint32_t sample);
 
 private:

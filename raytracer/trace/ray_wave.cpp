@@ -5,7 +5,7 @@
 namespace terravox::trace {
 namespace {
 
-// False: a box is missing.
+// Returns false if a box is missing.
 bool walk_ray(TracerTools& tools, walk::TracedRay& ray, voxel::BoxKey& missing) {
     if (ray.end == walk::WalkEnd::kWaits) {
         ray.end = ray.only_blocked()
@@ -98,7 +98,7 @@ void RayWave::trace_shadow_groups(TracerTools& tools, tiles::TraceCounts& counts
     for (std::size_t first = 0; first < m_shadows.size(); first += ShadowGroups::kMax)
         counts.spared += groups.trace(std::span(m_shadows).subspan(
             first, std::min(ShadowGroups::kMax, m_shadows.size() - first)));
-    // Where it counts what stops a ray, it goes once more, alone.
+    // Where it matters what stops a ray, it is walked once more, alone.
     for (walk::TracedRay& ray : m_rays)
         if (ray.leaves && ray.end == walk::WalkEnd::kHit)
             ray.end = walk::WalkEnd::kWaits;

@@ -12,23 +12,23 @@
 namespace terravox::trace {
 
 /// Sums up the samples of a tile's pixels, part by part and round by round: each round has one
-/// sample of every pixel that is still active, which is one that needs more of them.
+/// sample of every pixel that is still active, that is, needs more samples.
 class SampleAccumulator {
 public:
     /// @param pixels of the tile
     void begin_tile(std::size_t pixels, bool with_layers);
-    /// @param pixels of the part: all of them are active
+    /// @param pixels of the part; all of them become active
     void begin_part(std::size_t pixels);
-    /// Indices of pixels of the part, in rising order.
+    /// Indices of the active pixels of the part, ascending.
     [[nodiscard]] std::span<const std::uint32_t> active() const noexcept { return m_active; }
-    /// How many samples the active pixels have.
+    /// Number of samples that the active pixels have.
     [[nodiscard]] std::uint32_t round() const noexcept { return m_round; }
     /// @param samples one for each active pixel, in their order
-    /// @param wanted_samples of a pixel; 0: as many as the view's scene says
-    /// @return whether pixels are active still
+    /// @param wanted_samples of a pixel; 0: as many as the view's scene specifies
+    /// @return whether any pixels are still active
     [[nodiscard]] bool add_round(std::span<const shade::SampleSum> samples, const shade::View& view,
                                  std::uint32_t wanted_samples);
-    /// Puts the means of the part in their places.
+    /// Stores the means of the part in the tile.
     /// @param pixels of the part
     /// @param voxel_m edge of a level-0 voxel
     void end_part(std::span<const TilePixel> pixels, double voxel_m);

@@ -5,12 +5,12 @@
 namespace terravox::trace {
 namespace {
 
-constexpr std::size_t kSmallest =
-    64;  // fewer walk in packets sooner than a shaft around them is marched
+// Fewer rays are walked in packets faster than a shaft around them is marched.
+constexpr std::size_t kSmallest = 64;
 
 }  // namespace
 
-// What is known of a large group spares the small ones the same way.
+// What is known of a large group saves the small ones the same distance.
 std::uint64_t ShadowGroups::trace(std::span<const ShadowRay> rays, std::size_t size,
                                   std::optional<std::int32_t> known) {
     constexpr std::size_t kParts = 4;

@@ -8,7 +8,7 @@
 
 namespace terravox::trace {
 
-/// A ray towards the sun in somebody's array.
+/// A ray towards the sun, in the caller's array.
 struct ShadowRay {
     core::Vec3 origin;      ///< level-0 voxels
     core::RayState* state;  ///< placed in the voxel that it starts in
@@ -16,7 +16,7 @@ struct ShadowRay {
 };
 
 /// Answers shadow rays, towards points of the sun, that lie together: by shafts over 256 and 64 of
-/// them, then in packets. One for each thread.
+/// them, then in packets. Use one object per thread.
 class ShadowGroups {
 public:
     static constexpr std::size_t kMax = 256;
@@ -25,10 +25,10 @@ public:
                  double sun_radius_rad) noexcept
         : m_shafts(shafts), m_packets(packets), m_sun(sun), m_radius_rad(sun_radius_rad) {}
 
-    /// Sets `end` of those that are known; the others may have gone part of their way and are for
-    /// RayWalk.
-    /// @param rays at most kMax, neighbours beside each other @return how many no step was needed
-    /// for
+    /// Sets `end` of the rays whose end is known. The others may have advanced part of their way
+    /// and are left to RayWalk.
+    /// @param rays at most kMax, neighbours next to each other
+    /// @return number of rays that needed no step
     std::uint64_t trace(std::span<const ShadowRay> rays) {
         const std::uint64_t spared = trace(rays, kMax, std::nullopt);
         walk();
@@ -38,7 +38,8 @@ public:
 private:
     std::uint64_t trace(std::span<const ShadowRay> rays, std::size_t size,
                         std::optional<std::int32_t> known);
-    /// To the packet. @param free_from plane on `axis` from which on it is free
+    /// Adds a ray to the packet.
+    /// @param free_from plane on `axis` from which on the ray is free
     void add(const ShadowRay& ray, int axis, std::int32_t free_from);
     void walk();
     walk::ShaftMarch& m_shafts;

@@ -7,7 +7,7 @@
 
 namespace terravox::trace {
 
-/// Tells to which stage a thread's time belongs.
+/// Attributes a thread's time to stages.
 class StageClock {
 public:
     void restart() noexcept { m_since = Clock::now(); }

@@ -82,7 +82,7 @@ void TileJob::begin_round(TracerTools& tools) {
     m_clock.lap(tiles::TraceStage::kPrimary, m_counts);
 }
 
-// False: the tile is finished.
+// Returns false if the tile is finished.
 bool TileJob::end_round(TracerTools& tools) {
     const std::uint32_t wanted_samples = m_pixels.tile().samples;
     const bool part_goes_on = m_accumulator.add_round(m_samples, tools.view, wanted_samples);

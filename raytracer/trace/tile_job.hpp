@@ -14,30 +14,31 @@
 
 namespace terravox::trace {
 
-/// A tile on its way: its rays in waves. When a wave makes no next one, the next sample of each
-/// pixel begins. Only when all rays that are left wait for boxes does the tile wait. The result is
-/// a function of the tile alone: waves are shaded whole and in order. docs/adr/0015. Used by one
+/// A tile in progress: its rays in waves. When a wave makes no further one, the next sample of each
+/// pixel begins. The tile waits only when all remaining rays wait for boxes. The result is a
+/// function of the tile alone: waves are shaded whole and in order (docs/adr/0015). Used by one
 /// thread at a time.
 class TileJob {
 public:
     static constexpr std::size_t kWaveRays = 4096;  ///< about a megabyte
-    /// Begins a tile; what the one before has allocated is used again.
-    /// @param wave_rays in a wave, about: fewer are sooner done, more go faster
+    /// Begins a tile; memory that the previous one allocated is reused.
+    /// @param wave_rays approximate rays in a wave: small waves finish sooner, large ones are
+    /// faster per ray
     void start(const tiles::RenderTile& tile, std::size_t wave_rays = kWaveRays);
 
-    /// Goes on as far as the boxes in memory allow, or until it is to stop; the next run() then
-    /// goes on from there. Each call gets ahead by a ray, a wave or a beam at least, whatever
-    /// `stop` says, and hears of it again within a wave.
+    /// Continues as far as the boxes in memory allow, or until `stop` requests an end; the next
+    /// run() resumes there. Each call advances by at least a ray, a wave or a beam, whatever `stop`
+    /// requests, and checks it again within a wave.
     /// @return whether the tile is finished
     [[nodiscard]] bool run(TracerTools& tools, const thread::StopCondition& stop);
-    /// Whether it has nothing to do before box_came().
+    /// Whether it has nothing to do until box_came().
     [[nodiscard]] bool waits() const noexcept { return m_wave.waits(); }
     /// Boxes that rays have begun to wait for since the last call.
     [[nodiscard]] std::vector<voxel::BoxKey> take_missing() { return m_wave.take_missing(); }
-    /// The rays that waited for this box go on with the next run().
+    /// The rays that waited for this box continue with the next run().
     void box_came(const voxel::BoxKey& key) { m_wave.box_came(key); }
-    /// After run() said so. One sample for each pixel that RenderTile::each_pixel visits, in its
-    /// order.
+    /// To be called after run() returned true. One sample for each pixel that
+    /// RenderTile::each_pixel visits, in its order.
     [[nodiscard]] tiles::TileResult take_result();
 
 private:

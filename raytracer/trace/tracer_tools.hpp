@@ -13,7 +13,7 @@ namespace terravox::trace {
 
 /// What one thread needs to trace tiles of a view.
 struct TracerTools {
-    /// @param of, blocks outlive this
+    /// @param of, blocks must outlive this
     /// @param pinned_bytes of blocks that the thread may keep from being evicted
     TracerTools(const shade::View& of, blocks::BlockManager& blocks, std::size_t pinned_bytes)
         : view(of),

@@ -8,7 +8,7 @@
 namespace terravox::walk {
 namespace {
 
-constexpr double kMaxSlope = 8;           // a beam that leans more is no beam
+constexpr double kMaxSlope = 8;           // a beam that leans more is not marched
 constexpr double kRounding_voxel = 1e-3;  // slopes times distances, in double
 constexpr int kMaxFineSlabs = 6;          // of the finest thickness: then single rays are cheaper
 constexpr std::int32_t kFirstSlab = 4;

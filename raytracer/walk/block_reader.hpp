@@ -8,19 +8,20 @@
 
 namespace terravox::walk {
 
-/// One thread's view of the block manager: remembers, and pins, the boxes met last, so that a walk
+/// One thread's view of the block manager: it caches and pins the boxes met last, so that a walk
 /// takes no lock. Not thread-safe.
 class BlockReader {
 public:
-    /// @param budget_bytes of boxes it may pin, held ones included but for the last few
+    /// @param budget_bytes of boxes that it may pin, including held ones; only the last few may
+    /// exceed it
     explicit BlockReader(blocks::BlockManager& blocks,
                          std::size_t budget_bytes = std::size_t{64} << 20)
         : m_blocks(blocks),
           m_budget_bytes(std::min(budget_bytes, blocks.limit_bytes() / 16)),
           m_slots(kSlots) {}
 
-    /// @return nullptr when the box is not in memory; valid until the next call, or, while it is
-    /// holding, until let_go()
+    /// @return nullptr when the box is not in memory. The pointer is valid until the next call or,
+    /// while the reader is holding, until let_go().
     [[nodiscard]] const blocks::Block* get(const voxel::BoxKey& key) {
         // Neighbours get slots of their own: a ray that goes to and fro between boxes must not
         // fetch them again and again.
@@ -31,9 +32,9 @@ public:
             return slot.block.get();
         return fetch(slot, key);
     }
-    /// From now on what it has given stays valid.
+    /// From now on, blocks that get() has returned stay valid, until let_go().
     void hold() noexcept { m_holding = true; }
-    /// Whether it keeps so much for that reason that it should be let go.
+    /// Whether holding keeps so many bytes that let_go() should be called.
     [[nodiscard]] bool holds_much() const noexcept {
         return m_held_bytes > 0 && m_bytes + m_held_bytes > m_budget_bytes;
     }

@@ -1,4 +1,4 @@
-// Rays side by side, each in a box of its own; included once for each target of Highway, see
+// Rays of a vector, each in a box of its own; included once for each target of Highway, see
 // packet_steps.cpp.
 #if defined(TERRAVOX_LANE_BOX_HPP) == defined(HWY_TARGET_TOGGLE)
 #ifdef TERRAVOX_LANE_BOX_HPP
@@ -100,8 +100,9 @@ void advance(RayLanes& lanes, std::uint64_t& steps) noexcept {
             load(lanes, first + j * kWidth, way[j], w[j]), started += hn::CountTrue(du, w[j].going);
         if (started == 0)
             continue;
-        const std::size_t enough =
-            started - (started + 3) / 4;  // so many may still go when a quarter wants something
+        // Number of lanes still going at or below which the loop ends: a quarter of them needs
+        // attention.
+        const std::size_t enough = started - (started + 3) / 4;
         while (true) {
             ++steps;
             std::size_t going = 0;

@@ -8,7 +8,7 @@ namespace {
 using voxel::child_bit;
 using voxel::TreeCell;
 
-/// What idle lanes look at: steps read the cells of all of them.
+/// Cells of idle lanes: the steps read the cells of all lanes.
 constexpr TreeCell kNothing;
 
 std::uint64_t address_of(const TreeCell* cell) noexcept {
@@ -30,7 +30,7 @@ double plane_after(const core::RayState& ray, int axis, double t_max) noexcept {
                       -kFarAway, kFarAway);
 }
 
-/// Lets go however it ends.
+/// Releases the held boxes on every exit.
 struct Holding {
     explicit Holding(BlockReader& of) : reader(of) { reader.hold(); }
     ~Holding() { reader.let_go(); }
@@ -68,7 +68,7 @@ void LaneWalk::trace(std::span<const LaneRay> rays) {
     }
 }
 
-// All boxes are given up; rays that are on their way ask for theirs again.
+// Releases all boxes; rays on their way request theirs again.
 void LaneWalk::let_boxes_go() {
     const std::uint32_t going = std::exchange(m_lanes.going, 0),
                         stopped = std::exchange(m_lanes.stopped, 0);
@@ -87,7 +87,7 @@ void LaneWalk::let_boxes_go() {
     }
 }
 
-// The next ray that has a way to go.
+// Loads the next ray that has some distance to go.
 void LaneWalk::fill(int lane, std::span<const LaneRay>& rays) {
     const LaneRay*& ray = m_rays[static_cast<std::size_t>(lane)];
     for (ray = nullptr; ray == nullptr && !rays.empty(); rays = rays.subspan(1)) {
@@ -101,7 +101,7 @@ void LaneWalk::fill(int lane, std::span<const LaneRay>& rays) {
         m_lanes.cells[lane] = address_of(&kNothing);
 }
 
-// As RayWalk::walk between boxes. False: it has ended, or RayWalk has to go on.
+// As RayWalk::walk between boxes. Returns false if the ray has ended, or RayWalk has to continue.
 bool LaneWalk::enter(int lane) {
     const LaneRay& of = *m_rays[static_cast<std::size_t>(lane)];
     core::RayState& ray = *of.state;
@@ -168,7 +168,7 @@ void LaneWalk::load(int lane, const voxel::Box& box) {
     m_boxes[static_cast<std::size_t>(lane)] = &box;
 }
 
-// The ray is where its lane is.
+// Copies the lane's position to its ray.
 void LaneWalk::update(int lane) noexcept {
     core::RayState& ray = *m_rays[static_cast<std::size_t>(lane)]->state;
     if (m_lanes.axis[lane] < 0)
@@ -182,7 +182,7 @@ void LaneWalk::update(int lane) noexcept {
     ray.face = core::face_of(axis, !ray.forward[axis]);
 }
 
-// In a solid voxel: the ray has ended, or RayWalk goes on.
+// In a solid voxel: the ray has ended, or RayWalk continues.
 void LaneWalk::stop(int lane) {
     update(lane);
     const LaneRay& of = *m_rays[static_cast<std::size_t>(lane)];
@@ -196,7 +196,8 @@ void LaneWalk::stop(int lane) {
             return;
         const voxel::VoxelAttr& attr = box.attrs()[brick.index_of(bit)];
         if (attr.material == voxel::Material::kAir)
-            return;  // a strange server's: nothing stops at it
+            // Only possible with an invalid box of an untrusted server: nothing stops at it.
+            return;
         *of.hit = {ray.t, {ray.voxel[0], ray.voxel[1], ray.voxel[2]}, ray.face, ray.level, false,
                    attr};
     }

@@ -9,25 +9,25 @@
 
 namespace terravox::walk {
 
-/// A ray in somebody's array, that anything but air stops.
+/// A ray of the caller's array, stopped by anything but air.
 struct LaneRay {
     core::RayState* state;  ///< placed in a voxel
     WalkEnd* end;           ///< kWaits: not known yet
     double t_max = core::kFar;
-    Hit* hit = nullptr;  ///< set where it ends in kHit; null: it only asks
+    Hit* hit = nullptr;  ///< set when it ends in kHit; null: only whether it hits is needed
 };
 
 /// Walks rays that have nothing in common, sixteen at a time: each goes through a box of its own,
-/// and where one has ended the next takes its place. Voxel, face and t are those of RayWalk to the
-/// last bit. One for each thread.
+/// and when one has ended the next takes its lane. Voxel, face and t are those of RayWalk to the
+/// last bit. Use one object per thread.
 class LaneWalk {
 public:
     LaneWalk(BlockReader& reader, const LevelCut& cut, const PacketSteps& steps)
         : m_reader(reader), m_cut(cut), m_steps(steps) {}
 
-    /// Sets `end` of those that are known; the others are where they stopped for something that is
-    /// not done here (a box that is missing, a hole, hidden rock): RayWalk goes on from there.
-    /// @param rays neighbours beside each other
+    /// Sets `end` of the rays whose end is known. The others are left where they met something that
+    /// is not handled here (a missing box, a hole, hidden rock), and RayWalk continues from there.
+    /// @param rays neighbouring rays next to each other
     void trace(std::span<const LaneRay> rays);
     [[nodiscard]] const WalkCounts& counts() const noexcept { return m_counts; }
 
@@ -42,12 +42,12 @@ private:
     const LevelCut& m_cut;
     const PacketSteps& m_steps;
     RayLanes m_lanes;
-    std::array<const LaneRay*, RayLanes::kLanes> m_rays{};      ///< of the lanes; null: idle
-    std::array<const voxel::Box*, RayLanes::kLanes> m_boxes{};  ///< that they are in
+    std::array<const LaneRay*, RayLanes::kLanes> m_rays{};      ///< ray of each lane; null: idle
+    std::array<const voxel::Box*, RayLanes::kLanes> m_boxes{};  ///< box that each lane is in
     WalkCounts m_counts;
 };
 
-/// For this machine; nothing where it lacks the instructions.
+/// A LaneWalk for this machine; nullopt where it lacks the instructions.
 [[nodiscard]] inline std::optional<LaneWalk> lane_walk(BlockReader& reader, const LevelCut& cut) {
     const PacketSteps* steps = packet_steps();
     return steps != nullptr ? std::optional<LaneWalk>(std::in_place, reader, cut, *steps)

@@ -6,9 +6,8 @@ namespace terravox::walk {
 namespace {
 
 int level_for(double pixel_voxels, double detail, int finest, int coarsest) noexcept {
-    constexpr double kSlack =
-        1 +
-        1e-9;  // of axes that are not quite of unit length: voxels of just a pixel are fine enough
+    // For axes that are not quite of unit length: voxels of exactly a pixel are fine enough.
+    constexpr double kSlack = 1 + 1e-9;
     int level = finest;
     while (level < coarsest &&
            static_cast<double>(std::int64_t{2} << level) <= detail * pixel_voxels * kSlack)

@@ -11,31 +11,32 @@ class Camera;
 
 namespace terravox::walk {
 
-/// Which level of boxes stands for which part of the world: a quadtree cut over the columns of
-/// boxes, the same for every ray of a picture, so that shadows meet the surface that is seen.
+/// Which level of boxes represents which part of the world: a quadtree cut over the columns of
+/// boxes, the same for every ray of a picture, so that shadows match the visible surface.
 ///
-/// A column of level n is taken where the whole of it is so far from the eye that a voxel of it
-/// covers no more than `detail` pixels; where it could be coarser still, it is. Neighbours of
-/// different levels meet at faces of boxes, so a ray crosses over without seam. Immutable, a pure
-/// function of its arguments: every processor of a picture has the same.
+/// A column of level n is used where all of it is so far from the eye that a voxel of it covers at
+/// most `detail` pixels; the coarsest such level is taken. Neighbours of different levels meet at
+/// faces of boxes, so a ray crosses over without a seam. Immutable and a pure function of its
+/// arguments: every processor of a picture has the same cut.
 class LevelCut {
 public:
-    /// One level everywhere. @param bounds of the world, level-0 voxels
+    /// One level everywhere.
+    /// @param bounds of the world, level-0 voxels
     LevelCut(const voxel::VoxelBounds& bounds, int level);
-    /// @param eye level-0 voxels @param pixel_rad angle that the pixel in the middle of the picture
-    /// covers
+    /// @param eye level-0 voxels
+    /// @param pixel_rad angle covered by the pixel in the middle of the picture
     /// @param detail pixels that a voxel may cover; 0: `finest` everywhere
     /// @param finest, coarsest levels that may be used
     LevelCut(const voxel::VoxelBounds& bounds, core::Vec3 eye, double pixel_rad, double detail,
              int finest, int coarsest);
 
-    /// For any camera. Parallel rays see all of the world equally large: one level everywhere, the
-    /// coarsest of which a voxel covers no more than `detail` pixels.
+    /// For any camera. Parallel rays see all of the world at one scale, so there is one level
+    /// everywhere: the coarsest of which a voxel covers at most `detail` pixels.
     LevelCut(const voxel::VoxelBounds& bounds, const scene::Camera& camera, double detail,
              int finest, int coarsest);
 
-    /// The level at a level-0 column. @param hint where the search begins; any level gives the same
-    /// answer
+    /// The level at a level-0 column.
+    /// @param hint level at which the search begins; every hint gives the same answer
     [[nodiscard]] int level_at(std::int32_t x, std::int32_t z, int hint) const noexcept {
         int level = hint < m_finest ? m_finest : hint > m_coarsest ? m_coarsest : hint;
         while (level < m_coarsest &&
@@ -46,8 +47,8 @@ public:
             --level;
         return level;
     }
-    /// Whether the column (bx, bz) of a level is far enough for that level; then its halves are far
-    /// enough for theirs.
+    /// Whether the column (bx, bz) of a level is far enough for that level; if so, its halves are
+    /// far enough for theirs.
     [[nodiscard]] bool far_enough(int level, std::int32_t bx, std::int32_t bz) const noexcept {
         if (level <= m_finest)
             return true;
@@ -68,11 +69,11 @@ public:
         return m_level_bounds[static_cast<std::size_t>(level)];
     }
 
-    /// Where rays come in: level-0 voxels, so far rounded outwards that no voxel of any level
-    /// sticks out.
+    /// Bounds at which rays enter the world: level-0 voxels, rounded outwards so far that no voxel
+    /// of any level sticks out.
     [[nodiscard]] const voxel::VoxelBounds& entry_bounds() const noexcept { return m_entry_bounds; }
 
-    static constexpr int kSideBits = 6;  ///< of a box
+    static constexpr int kSideBits = 6;  ///< log2 of the side of a box in voxels
 
 private:
     [[nodiscard]] static double outside(double v, double low, double high) noexcept {
@@ -80,10 +81,10 @@ private:
     }
     voxel::VoxelBounds m_bounds, m_entry_bounds;
     std::array<voxel::VoxelBounds, voxel::kMaxLevel + 1> m_level_bounds{};
-    std::array<double, voxel::kMaxLevel + 1>
-        m_near2{};  ///< square of the distance from which on a level is fine enough
+    /// Square of the distance from which on a level is fine enough.
+    std::array<double, voxel::kMaxLevel + 1> m_near2{};
     core::Vec3 m_eye;
-    double m_dy = 0;  ///< from the eye to the world's heights
+    double m_dy = 0;  ///< vertical distance from the eye to the world's range of heights
     int m_finest, m_coarsest;
 };
 

@@ -13,42 +13,44 @@
 HWY_BEFORE_NAMESPACE();
 namespace terravox::walk::HWY_NAMESPACE {
 
-/// Rays side by side. Axes that they go down are mirrored, v -> -1 - v, so that all go up: a
-/// crossing is the same number to the last bit, and children of cells have the bits of their
-/// coordinates flipped.
+/// Rays of a vector. Axes on which they go down are mirrored, v -> -1 - v, so that all go up: a
+/// crossing is the same number to the last bit, and the bits of a child's coordinates are flipped.
 struct Way {
     VD origin[3], direction[3], inverse[3];
-    VD end[3];       ///< first voxels beyond the box, or from which on nothing is in the way, as
-                     ///< bits_from()
-    VD estimate[3];  ///< `origin`, less so much that the nearest whole number of a position is its
-                     ///< voxel or the one before
+    /// First voxels beyond the box, or from which on nothing is in the way; encoded as by
+    /// bits_from().
+    VD end[3];
+    /// `origin`, reduced so that rounding a position to the nearest whole number gives its voxel or
+    /// the one before.
+    VD estimate[3];
 };
 
-/// Where they are, as bits_from() a voxel, and what is there.
+/// Where the rays are (voxels encoded as by bits_from()) and what is there.
 struct Walkers {
     VU voxel[3];
-    VD axis;                           ///< last crossed; -1: none in this box
+    VD axis;                           ///< axis crossed last; -1: none in this box
     VU node, node_detail, node_first;  ///< of the cell of 16 x 16 x 16 voxels; node == 0: empty
-    VU node_size;                      ///< where it is empty, voxels that may be leapt over, less 1
-    VU brick, solid;  ///< index of the cell of 4 x 4 x 4 voxels, 0: hidden rock; its mask, 0: empty
-    VU size;          ///< of the empty cell, less 1
+    VU node_size;  ///< where it is empty: number of voxels that may be leapt over, less 1
+    /// Index of the cell of 4 x 4 x 4 voxels (0: hidden rock) and its mask (0: empty).
+    VU brick, solid;
+    VU size;  ///< of the empty cell, in voxels, less 1
     WordLanes going, stopped;
-    WordLanes new_node, new_brick;  ///< have come into another one
+    WordLanes new_node, new_brick;  ///< lanes that have entered another node or brick
 };
 
-/// Fields of roots.
+/// Fields of root cells.
 struct Root {
     VU mask, detail, first;
 };
 
-/// The tree of the box that all are in, and how its children lie for the packet.
+/// The tree of the box that all rays are in, and how its children lie for the packet's directions.
 struct SharedTree {
     const std::uint64_t* cells;
-    Root roots;  ///< bottom first, again and again
-    VU flip;     ///< of the bit of a child
+    Root roots;  ///< from the bottom up, repeated to fill the vector
+    VU flip;     ///< of the bits of a child
     VU flip_root;
 
-    /// Field 0 to 2 of cells.
+    /// Field 0 to 2 of the cells at the given indices.
     [[nodiscard]] HWY_INLINE VU field(VU index, int of) const {
         return hn::GatherIndex(
             du, cells + of,
@@ -101,14 +103,14 @@ HWY_INLINE VU child_of(const Walkers& w, const Tree& tree) {
                    tree.flip);
 }
 
-/// voxel_leap_shift(): whether the eight children around are empty.
+/// As voxel_leap_shift(): whether the eight children around are empty.
 HWY_INLINE WordLanes eight_empty(VU mask, VU bit) {
     return hn::Eq(
         hn::And(hn::Shr(mask, hn::And(bit, word(~std::uint64_t{1 | 4 | 16}))), word(0x330033)),
         hn::Zero(du));
 }
 
-/// Index of the child of a cell.
+/// Index of a child of a cell.
 HWY_INLINE VU index_of(VU detail, VU first, VU one) {
     return hn::Add(first, hn::PopulationCount(hn::And(detail, hn::Sub(one, word(1)))));
 }
@@ -124,7 +126,7 @@ HWY_INLINE void find_node(Walkers& w, const Tree& tree) {
     const VU index = hn::IfThenElseZero(fine, index_of(detail, first, one));
     const VU empty = choose(hn::Eq(mask, hn::Zero(du)), word(63),
                             choose(eight_empty(mask, bit), word(31), word(15)));
-    // Hidden rock: as if all its bricks were.
+    // Hidden rock is treated as if all its bricks were set.
     const VU node = choose(fine, tree.field(index, 0), hn::IfThenElseZero(there, word(kAll)));
     w.node = choose(w.new_node, node, w.node);
     w.node_detail =
@@ -145,7 +147,7 @@ HWY_INLINE void find_brick(Walkers& w, const Tree& tree) {
     w.size = hn::Or(choose(eight_empty(w.node, bit), word(7), word(3)), w.node_size);
 }
 
-/// Stops those that are in a solid voxel, and finds out how far the others may leap.
+/// Stops the rays that are in a solid voxel, and finds how far the others may leap.
 template <class Tree>
 HWY_INLINE void look(Walkers& w, const Tree& tree) {
     if (!hn::AllFalse(du, w.new_node))
@@ -164,7 +166,7 @@ HWY_INLINE Lanes is_before(const Walkers& w, const Way& way, int axis) {
     return hn::Lt(hn::BitCast(d, w.voxel[axis]), way.end[axis]);
 }
 
-/// Takes those that go out of their cells, or a voxel on: RayState::leap.
+/// Moves the rays that are going out of their cells, or one voxel onwards, as RayState::leap does.
 HWY_INLINE void leap_out(Walkers& w, const Way& way) {
     VU last[3], plane[3];
     VD out[3];
@@ -180,7 +182,7 @@ HWY_INLINE void leap_out(Walkers& w, const Way& way) {
     const VD at = hn::Min(out[0], hn::Min(out[1], out[2]));
     VU moved[3];
     for (int a = 0; a < 3; ++a) {
-        // RayState::position_after: `low` or the next one, according to whether the plane between
+        // RayState::position_after: `low` or the next voxel, depending on whether the plane between
         // them has been crossed.
         const VU low = bits_from(hn::Add(way.estimate[a], hn::Mul(way.direction[a], at))),
                  high = hn::Add(low, word(1));
@@ -246,7 +248,7 @@ HWY_INLINE void finish(RayPacket& p, int first, const Way& way, const Walkers& w
     hn::Store(w.brick, du, p.brick + first);
 }
 
-// A step waits for one instruction after the other: two vectors fill each other's gaps.
+// The instructions of a step depend on each other: two interleaved vectors hide the latency.
 constexpr int kTogether = 2;
 
 std::uint32_t box(RayPacket& p, const voxel::TreeCell* cells, const PacketCell& block,

@@ -1,4 +1,5 @@
-// Vectors for the steps of packets; included once for each target of Highway, see packet_steps.cpp.
+// Vector types for the steps of packets; included once for each target of Highway, see
+// packet_steps.cpp.
 #if defined(TERRAVOX_PACKET_LANES_HPP) == defined(HWY_TARGET_TOGGLE)
 #ifdef TERRAVOX_PACKET_LANES_HPP
 #undef TERRAVOX_PACKET_LANES_HPP

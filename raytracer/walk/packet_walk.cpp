@@ -14,7 +14,7 @@ template <bool kAny>
 PacketWalk::Ends PacketWalk::walk(RayPacket& p, std::uint32_t lanes, Hit* hits) {
     Ends ends;
     voxel::BoxKey own;                     // the box that the last cells were in,
-    const blocks::Block* block = nullptr;  // valid until the reader is asked for another
+    const blocks::Block* block = nullptr;  // valid until the next call of the reader
     std::uint32_t active = lanes;
     while (active != 0) {
         const int lane = std::countr_zero(active);
@@ -31,7 +31,7 @@ PacketWalk::Ends PacketWalk::walk(RayPacket& p, std::uint32_t lanes, Hit* hits) 
         if (block == nullptr || key != own) {
             const int level = m_cut.level_at(v[0] << p.level, v[2] << p.level, p.level);
             if (level > p.level) {
-                // Rays that are still among finer boxes go on alone, from where they are.
+                // Rays that are still among finer boxes continue alone, from where they are.
                 for (std::uint32_t left = active; left != 0; left &= left - 1) {
                     const int i = std::countr_zero(left);
                     const std::int32_t x = static_cast<std::int32_t>(p.voxel[0][i]) << p.level,
@@ -80,7 +80,9 @@ PacketWalk::Ends PacketWalk::walk(RayPacket& p, std::uint32_t lanes, Hit* hits) 
                     continue;
                 const voxel::VoxelAttr& attr = block->box->attrs()[brick.index_of(bit)];
                 if (attr.material == voxel::Material::kAir)
-                    continue;  // a strange server's: nothing stops at it
+                    // Only possible with an invalid box of an untrusted server: nothing stops at
+                    // it.
+                    continue;
                 const int axis = static_cast<int>(p.axis[i]);
                 hits[i] = {p.t[i],
                            at,

@@ -8,21 +8,21 @@
 
 namespace terravox::walk {
 
-/// Walks packets: all rays that are in the first one's box go on through it at the same time.
-/// Voxel, face and t are those of RayWalk to the last bit. One for each thread.
+/// Walks packets: all rays that are in the first one's box advance through it at the same time.
+/// Voxel, face and t are those of RayWalk to the last bit. Use one object per thread.
 class PacketWalk {
 public:
-    /// Lanes as bits. Those in neither are where they stopped for something that is not done in
-    /// packets (a box that is missing or of another level, a hole, hidden rock): RayWalk goes on
-    /// from there.
+    /// Bit masks of lanes. Lanes in neither mask are left where they met something that packets do
+    /// not handle (a box that is missing or of another level, a hole, hidden rock), and RayWalk
+    /// continues from there.
     struct Ends {
         std::uint32_t hit = 0, missed = 0;
     };
     PacketWalk(BlockReader& reader, const LevelCut& cut, const PacketSteps& steps)
         : m_reader(reader), m_cut(cut), m_steps(steps) {}
 
-    /// @param lanes which of the packet's are walked @param hits one for each lane, set for those
-    /// that hit
+    /// @param lanes the lanes of the packet to walk
+    /// @param hits one for each lane; set for the lanes that hit
     [[nodiscard]] Ends first_hits(RayPacket& packet, std::uint32_t lanes, Hit* hits) {
         return walk<false>(packet, lanes, hits);
     }
@@ -41,7 +41,7 @@ private:
     WalkCounts m_counts;
 };
 
-/// For this machine; nothing where it lacks the instructions.
+/// A PacketWalk for this machine; nullopt where it lacks the instructions.
 [[nodiscard]] inline std::optional<PacketWalk> packet_walk(BlockReader& reader,
                                                            const LevelCut& cut) {
     const PacketSteps* steps = packet_steps();

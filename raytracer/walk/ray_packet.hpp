@@ -8,17 +8,17 @@
 
 namespace terravox::walk {
 
-/// Up to 16 rays that go the same way on every axis, side by side for vector instructions. In each
-/// lane a RayState, with the voxel as whole doubles. Components of zero, and others whose inverse
-/// is huge, have no place here: accepts().
+/// Up to 16 rays that go the same way on every axis, laid out for vector instructions. Each lane
+/// holds a RayState, with the voxel as whole doubles. Rays with a component of zero, or with one
+/// whose inverse is huge, are not accepted: see accepts().
 struct alignas(64) RayPacket {
     static constexpr int kLanes = 16;
     RayPacket() noexcept {
         std::fill(std::begin(left_at), std::end(left_at), static_cast<std::int8_t>(-1));
     }
 
-    // Of a lane: then a crossing is off by so little that its voxel is found by one step to either
-    // side.
+    // Limits for a lane: within them a crossing is off by so little that its voxel is found by one
+    // step to either side.
     static constexpr double kMaxInverse = 1e9, kMaxOrigin = 1e8;
     /// Whether a ray may be a lane.
     [[nodiscard]] static bool accepts(const core::RayState& ray) noexcept {
@@ -28,12 +28,12 @@ struct alignas(64) RayPacket {
                 return false;
         return true;
     }
-    /// Whether it goes the way of the lanes that are there, on their level.
+    /// Whether a ray goes the way of the lanes that are there and is on their level.
     [[nodiscard]] bool fits(const core::RayState& ray) const noexcept {
         return count == 0 || (ray.level == level && ray.forward[0] == forward[0] &&
                               ray.forward[1] == forward[1] && ray.forward[2] == forward[2]);
     }
-    /// Adds a ray that is placed in a voxel; accepts() and fits().
+    /// Adds a ray that is placed in a voxel. Requires accepts() and fits().
     void add(const core::RayState& ray) noexcept {
         if (count == 0) {
             level = ray.level;
@@ -50,8 +50,8 @@ struct alignas(64) RayPacket {
         axis[count] = ray.face == core::Face::kNone ? -1 : core::axis_of(ray.face);
         ++count;
     }
-    /// The packet counts in voxels of a coarser level from now on: RayState::change_level for these
-    /// lanes. The others are done with.
+    /// Switches the packet to a coarser level, as RayState::change_level does, for these lanes. The
+    /// other lanes have finished.
     void coarsen(int to, std::uint32_t lanes) noexcept {
         for (int i = 0; i < kLanes; ++i)
             if ((lanes >> i & 1) == 0 && left_at[i] < 0)
@@ -68,14 +68,15 @@ struct alignas(64) RayPacket {
             }
         level = to;
     }
-    /// Whether nothing is known to lie ahead of lane i.
+    /// Whether it is known that nothing lies ahead of lane i.
     [[nodiscard]] bool is_free(int i) const noexcept {
         if (free_axis < 0)
             return false;
         const double at = free_from[i] * det::exp2_int(-level), v = voxel[free_axis][i];
         return forward[free_axis] ? v >= at : v + 1 <= at;
     }
-    /// Where lane i is now. @param ray what was added as this lane
+    /// Writes the position of lane i to a ray.
+    /// @param ray the one that was added as this lane
     void update(int i, core::RayState& ray) const noexcept {
         ray.change_scale(left_at[i] < 0 ? level : left_at[i]);
         for (int a = 0; a < 3; ++a)
@@ -85,19 +86,18 @@ struct alignas(64) RayPacket {
         ray.face = through < 0 ? core::Face::kNone : core::face_of(through, !forward[through]);
     }
 
-    // Lanes that no ray was added to hold nothing that is looked at.
+    // Lanes without a ray hold values that are never used.
     double origin[3][kLanes] = {}, direction[3][kLanes] = {}, inverse[3][kLanes] = {},
            voxel[3][kLanes] = {}, t[kLanes] = {}, axis[kLanes] = {};
-    double free_from[kLanes] =
-        {};  ///< plane on `free_axis`, level-0 voxels, from which on nothing is in the lane's way
-    std::uint64_t brick[kLanes] =
-        {};  ///< index of the cell in its box that a lane was stopped in; 0: hidden rock
+    /// Plane on `free_axis`, in level-0 voxels, from which on nothing is in the lane's way.
+    double free_from[kLanes] = {};
+    /// Index in its box of the cell in which a lane was stopped; 0: hidden rock.
+    std::uint64_t brick[kLanes] = {};
     bool forward[3] = {};
     int level = 0;
     int count = 0;
-    int free_axis = -1;  ///< -1: no such planes are known
-    std::int8_t
-        left_at[kLanes];  ///< level on which a lane was done with; -1: it is that of the packet
+    int free_axis = -1;           ///< -1: no such planes are known
+    std::int8_t left_at[kLanes];  ///< Level at which a lane finished; -1: that of the packet.
 };
 
 }  // namespace terravox::walk

@@ -46,7 +46,7 @@ std::int32_t ShaftMarch::free_from(const Shaft& shaft, std::optional<std::int32_
     const int back = shaft.m_forward ? -1 : 1;
     std::int32_t plane = known ? *known : shaft.m_forward ? bounds.max[i] : bounds.min[i];
     const auto free_between = [&](std::int32_t from, std::int32_t to, int shift) {
-        // What lies behind all origins is in nobody's way.
+        // What lies behind all origins blocks no ray.
         const std::int32_t last =
             shaft.m_forward ? std::max(to, shaft.m_first) : std::min(to, shaft.m_first);
         VoxelRange range;

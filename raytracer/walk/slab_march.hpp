@@ -7,13 +7,14 @@
 
 namespace terravox::walk {
 
-/// Moves a plane on as long as the slab before it is free, slab after slab, each aligned and as
-/// thick as can be shown free.
-/// @param plane in: where to begin; out: where it stopped, or `end` or a little beyond
-/// @param towards 1 or -1 @param max_fine slabs of the finest thickness to try
+/// Moves a plane onwards while the slab in front of it is free, slab after slab, each aligned and
+/// as thick as can be shown to be free.
+/// @param plane in: where to begin; out: where it stopped, or `end` or slightly beyond it
+/// @param towards 1 or -1
+/// @param max_fine number of slabs of the finest thickness to try
 /// @param free_between bool(near, far, shift): whether the slab between two planes, 2^shift thick,
 /// is free
-/// @return whether something stopped it before the end
+/// @return whether something stopped the plane before `end`
 template <class FreeBetween>
 bool march_slabs(std::int32_t& plane, std::int32_t end, int towards, const SolidQuery& query,
                  int max_fine, const FreeBetween& free_between) {
@@ -24,8 +25,8 @@ bool march_slabs(std::int32_t& plane, std::int32_t end, int towards, const Solid
             plane == 0 ? kMaxShift : std::countr_zero(static_cast<std::uint32_t>(plane));
         shift = std::max(std::min({shift, query.level() + LevelCut::kSideBits, aligned}), 0);
         while (true) {
-            // Thinner than a voxel shows nothing more; many of the thinnest cost more than the rays
-            // themselves.
+            // Slabs thinner than a voxel reveal nothing more, and many of the thinnest cost more
+            // than tracing the rays.
             if (shift <= query.level() && fine++ >= max_fine)
                 return true;
             const std::int32_t next = plane + towards * (std::int32_t{1} << shift);
@@ -42,7 +43,8 @@ bool march_slabs(std::int32_t& plane, std::int32_t end, int towards, const Solid
     return false;
 }
 
-/// The cells whose masks decide over a slab of 2^shift voxels: a quarter of its thickness.
+/// log2 size of the cells whose masks decide over a slab of 2^shift voxels: a quarter of its
+/// thickness.
 [[nodiscard]] inline int grain_of_slab(int shift) noexcept {
     return std::max(shift - 2, 0);
 }

@@ -7,22 +7,21 @@
 
 namespace terravox::walk {
 
-/// A block of level-0 voxels, both ends included.
+/// A block of level-0 voxels; both ends are included.
 struct VoxelRange {
     std::int32_t low[3], high[3];
 };
 
-/// Answers whether anything solid may lie in a range, with the masks of the 64-trees. Boxes that
-/// are not in memory and holes count as solid. One for each thread.
+/// Tests, with the masks of the 64-trees, whether a range may contain anything solid. Holes and
+/// boxes that are not in memory count as solid. Use one object per thread.
 class SolidQuery {
 public:
     SolidQuery(BlockReader& reader, const LevelCut& cut) : m_reader(reader), m_cut(cut) {}
 
-    /// @param grain_shift cells of 2^grain_shift level-0 voxels are fine enough for the answer: it
-    /// may say yes for a cell that holds
-    ///   something solid beside the range
+    /// @param grain_shift cells of 2^grain_shift level-0 voxels are fine enough for the answer,
+    /// which may be true for a cell that holds something solid next to the range
     [[nodiscard]] bool any_solid(const VoxelRange& range, int grain_shift);
-    /// Level of the cut where the last range was; what steps of a march should keep to.
+    /// Level of the cut at the last range; the steps of a march should not be finer.
     [[nodiscard]] int level() const noexcept { return m_level; }
 
 private:

@@ -24,17 +24,18 @@ bool Surroundings::look(core::VoxelCoord v, int level, bool& solid) {
 bool Surroundings::around(const Hit& hit, Seen& seen) {
     const core::VoxelCoord front = neighbour(hit.voxel, hit.face);
     const int axis = core::axis_of(hit.face), a = (axis + 1) % 3, b = (axis + 2) % 3;
-    // Mostly all eight lie in the box that the ray has just been in.
+    // Usually all eight lie in the box that the ray has just been in.
     const voxel::Box* whole = nullptr;
     const std::int32_t x = front.x & 63, y = front.y & 255, z = front.z & 63;
     const bool amid = x > 0 && x < 63 && y > 0 && y < 255 && z > 0 && z < 63;
     if (amid && m_cut.level_at(front.x << hit.level, front.z << hit.level, hit.level) == hit.level)
+        // For null, see look().
         if (const blocks::Block* block =
                 m_reader.get({hit.level, front.x >> 6, front.y >> 8, front.z >> 6}))
-            whole = block->box.get();  // null: see look()
+            whole = block->box.get();
     for (; seen.looked < 8; ++seen.looked) {
-        const int place =
-            seen.looked < 4 ? seen.looked : seen.looked + 1;  // of nine, without the middle
+        // Of nine, without the middle.
+        const int place = seen.looked < 4 ? seen.looked : seen.looked + 1;
         std::int32_t c[3] = {front.x, front.y, front.z};
         c[a] += place / 3 - 1;
         c[b] += place % 3 - 1;

@@ -15,26 +15,27 @@ namespace terravox::walk {
     return v;
 }
 
-/// What stands around the voxel before a face, as far as it has been looked at.
+/// Which voxels around the voxel in front of a face are solid, as far as they have been looked up.
 struct Seen {
     std::uint8_t bits = 0, looked = 0;
 };
 
-/// Looks at the eight voxels around the one before a face. One for each thread.
+/// Looks up the eight voxels around the one in front of a face. Use one object per thread.
 class Surroundings {
 public:
     Surroundings(BlockReader& reader, const LevelCut& cut) : m_reader(reader), m_cut(cut) {}
 
     /// Sets in `seen.bits` bit `3 * (da + 1) + (db + 1)`, less one beyond the middle (0..7), for
-    /// solid voxels, where a and b are the axes after the face's own in turn. Holes count as solid.
-    /// @return false when a box is not in memory: missing(). The next call goes on from there, so
-    /// that one box at a time is enough.
+    /// solid voxels, where a and b are the axes after the face's own in cyclic order. Holes count
+    /// as solid.
+    /// @return false when a box is not in memory: see missing(). The next call continues from
+    /// there, so that one box at a time is enough.
     [[nodiscard]] bool around(const Hit& hit, Seen& seen);
-    /// Whether a voxel of a level is solid, in the cut's own boxes. @return false when the box is
-    /// not in memory
+    /// Looks up whether a voxel of a level is solid, in the cut's own boxes.
+    /// @return false when the box is not in memory
     [[nodiscard]] bool look(core::VoxelCoord voxel, int level, bool& solid);
     [[nodiscard]] const voxel::BoxKey& missing() const noexcept { return m_missing; }
-    /// Boxes that could not be looked into since the last call.
+    /// Holes met since the last call: boxes that could not be read.
     [[nodiscard]] std::set<voxel::BoxKey> take_holes() { return std::exchange(m_holes, {}); }
 
 private:

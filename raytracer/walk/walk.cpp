@@ -10,8 +10,9 @@ using voxel::TreeCell;
 
 constexpr voxel::VoxelAttr kAir{voxel::Material::kAir, 0, 0, 0, {}, 0};
 
-/// The attributes of a solid voxel that has none of its own since no face of it could be seen in
-/// its box: where levels meet, one may be. It is what lies close above it; deep down it is rock.
+/// The attributes of a solid voxel that has none of its own because no face of it is visible within
+/// its box; where levels meet, one may be. They are those of what lies close above it; deep down it
+/// is rock.
 voxel::VoxelAttr attr_above(const voxel::Box& box, int x, int y, int z) {
     constexpr int kClose = 3;
     for (int above = y + 1; above < std::min(voxel::kBoxSizeY, y + 1 + kClose); ++above) {
@@ -40,16 +41,16 @@ struct BrickTimes {
     int room[3];  ///< steps that leave the brick
 };
 
-/// Single steps from the ray's voxel to the first one in `mask`, or out of the brick. @return
-/// whether one stopped it
+/// Single steps from the ray's voxel to the first one in `mask`, or out of the brick.
+/// @return whether one stopped it
 bool walk_brick(core::RayState& ray, std::uint64_t mask, std::uint64_t& steps) noexcept {
     const BrickTimes times(ray);
     int i = 0, j = 0, k = 0, bit = child_bit(ray.voxel[0], ray.voxel[1], ray.voxel[2]), axis = -1;
     const int dx = times.step[0], dy = times.step[1] * 16, dz = times.step[2] * 4;
     double t = ray.t;
     bool stopped = true;
-    // Without branches but the end: which axis comes next cannot be foretold, and a wrong guess
-    // costs more than all three.
+    // Without branches except the end: which axis comes next cannot be predicted, and a
+    // misprediction costs more than all three.
     while ((mask >> (bit & 63) & 1) == 0) {
         const double cx = times.at[0][i], cy = times.at[1][j], cz = times.at[2][k];
         const int a0 = static_cast<int>(cx <= cy) & static_cast<int>(cx <= cz),
@@ -137,7 +138,7 @@ bool RayWalk::walk_box(core::RayState& ray, const voxel::Box& box, StopAt stop, 
                        : attr_above(box, ray.voxel[0] & 63, ray.voxel[1] & 255, ray.voxel[2] & 63));
         return true;
     };
-    // Whether air stops the ray; else it leaves the empty cell.
+    // Returns whether air stops the ray; otherwise the ray leaves the empty cell.
     const auto in_air = [&](int shift) {
         if constexpr (!kAny)
             if (stop.air_stops)
@@ -198,7 +199,7 @@ bool RayWalk::walk_box(core::RayState& ray, const voxel::Box& box, StopAt stop, 
 template <bool kAny>
 WalkEnd RayWalk::walk(core::RayState& ray, StopAt stop, double t_max, Hit* hit,
                       Occluder* occluder) {
-    // Where there is only air, beyond the world as well: whether that stops the ray.
+    // Where there is only air, including beyond the world: returns whether that stops the ray.
     const auto in_air = [&] {
         if constexpr (!kAny)
             if (stop.air_stops)
@@ -250,9 +251,9 @@ WalkEnd RayWalk::walk(core::RayState& ray, StopAt stop, double t_max, Hit* hit,
     return WalkEnd::kMiss;
 }
 
-// Whether a ray goes from where it is to the brick through no box but its own, which is no hole,
-// and the brick's. A hole on its way has to be met, whichever ray has found the brick: what a
-// picture says of its holes must not depend on who traced which tile before.
+// Whether a ray gets from where it is to the brick through no other boxes than its own, which is no
+// hole, and the brick's. A hole on its way has to be met, whichever ray has found the brick: the
+// holes reported for a picture must not depend on which thread traced which tile before.
 bool RayWalk::nothing_between(const core::RayState& ray, const Occluder& brick) {
     const voxel::BoxKey own{ray.level, ray.voxel[0] >> 6, ray.voxel[1] >> 8, ray.voxel[2] >> 6};
     const int apart = std::abs((brick.low[0] >> 6) - own.bx) +

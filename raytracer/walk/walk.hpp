@@ -12,24 +12,25 @@
 namespace terravox::walk {
 
 struct Hit {
-    double t = 0;  ///< multiples of the ray's direction, to the face (0 when the ray starts inside)
+    /// To the face, in multiples of the ray's direction; 0 when the ray starts inside.
+    double t = 0;
     core::VoxelCoord voxel;  ///< of `level`
-    core::Face face =
-        core::Face::kNone;  ///< the face the ray came through; kNone when it starts inside
+    /// The face through which the ray entered the voxel; kNone when it starts inside.
+    core::Face face = core::Face::kNone;
     std::int8_t level = 0;
-    bool hole = false;  ///< not a voxel: a box that could not be had
+    bool hole = false;  ///< not a voxel but a box that is not available
     voxel::VoxelAttr attr;
 };
 
-/// What a walk stops at: everything but one material and, mostly, air.
+/// What a walk stops at: everything but one material and, usually, air.
 struct StopAt {
     voxel::Material passed = voxel::Material::kAir;
     bool air_stops = false;
     friend bool operator==(const StopAt&, const StopAt&) = default;
 
     static const StopAt kSolid;     ///< anything but air
-    static const StopAt kNotWater;  ///< anything but air and water: how light comes to a lake's bed
-    /// Where a medium ends, be it at air. Air is reported as a hit with the material air.
+    static const StopAt kNotWater;  ///< anything but air and water: how light reaches a lake's bed
+    /// Where a medium ends, even if at air. Air is reported as a hit with the material air.
     [[nodiscard]] static constexpr StopAt end_of(voxel::Material medium) noexcept {
         return {medium, true};
     }
@@ -40,14 +41,14 @@ inline constexpr StopAt StopAt::kNotWater{voxel::Material::kWater, false};
 enum class WalkEnd : std::uint8_t {
     kHit,
     kMiss,
-    kWaits,  ///< for a box that is not in memory: the ray may be walked on from where it is
+    kWaits,  ///< for a box that is not in memory: the walk may be resumed from where the ray is
 };
 
 struct WalkCounts {
     std::uint64_t steps = 0;  ///< cells and voxels visited
 };
 
-/// How far a leap out of an empty child of a cell goes, log2 of voxels: the child's own size, or
+/// Length of a leap out of an empty child of a cell, as log2 of voxels: the child's own size, or
 /// twice that where the seven others of its aligned 2 x 2 x 2 are empty as well.
 [[nodiscard]] inline int voxel_leap_shift(std::uint64_t mask, int bit, int child_shift) noexcept {
     constexpr std::uint64_t kEight = 0x330033;
@@ -55,37 +56,38 @@ struct WalkCounts {
     return (mask >> (bit & kCorner) & kEight) != 0 ? child_shift : child_shift + 1;
 }
 
-/// A brick that a ray was stopped by: the next ray of the same direction often meets it, too.
+/// A brick that stopped a ray: the next ray of the same direction often meets it, too.
 struct Occluder {
     std::uint64_t mask = 0;  ///< of the 4 x 4 x 4 voxels; 0: none
     std::int32_t low[3] = {};
     std::int8_t level = 0;
-    bool hole = false;  ///< the last ray was not stopped by a brick: by a box that could not be had
+    /// The last ray was stopped not by a brick but by a box that is not available.
+    bool hole = false;
 };
 
-/// Walks rays through the boxes of a cut, from box to box, in each through cells of 64, 16 and 4
-/// voxels, always leaping over the largest empty one (8 children together where all are empty). It
-/// never waits: it hands a ray back when a box is missing. Coordinates: see RayState. One for each
-/// thread. Ref: Amanatides & Woo, "A Fast Voxel Traversal Algorithm", Eurographics 1987; Museth,
-/// "Hierarchical Digital Differential Analyzer", SIGGRAPH Talks 2014.
+/// Walks rays through the boxes of a cut, from box to box, and in each through cells of 64, 16 and
+/// 4 voxels, always leaping over the largest empty one (8 children together where all are empty).
+/// It never blocks: it returns kWaits when a box is missing. For coordinates see RayState. Use one
+/// object per thread. Ref: Amanatides & Woo, "A Fast Voxel Traversal Algorithm", Eurographics 1987;
+/// Museth, "Hierarchical Digital Differential Analyzer", SIGGRAPH Talks 2014.
 class RayWalk {
 public:
     RayWalk(BlockReader& reader, const LevelCut& cut) : m_reader(reader), m_cut(cut) {}
 
-    /// From where the ray is to the first voxel that stops it with t <= t_max.
+    /// Walks from the ray's position to the first voxel that stops it with t <= t_max.
     [[nodiscard]] WalkEnd first_hit(core::RayState& ray, StopAt stop, double t_max, Hit& hit) {
         return walk<false>(ray, stop, t_max, &hit, nullptr);
     }
-    /// Whether anything solid lies ahead; kHit also for holes. @param occluder in: tried first;
-    /// out: what stopped the ray
+    /// Tests whether anything solid lies ahead; kHit also for holes.
+    /// @param occluder in: tested first; out: what stopped the ray
     [[nodiscard]] WalkEnd any_hit(core::RayState& ray, double t_max, Occluder& occluder);
 
-    /// Which box the ray that kWaits needs.
+    /// The box that a ray with kWaits needs.
     [[nodiscard]] const voxel::BoxKey& missing() const noexcept { return m_missing; }
     [[nodiscard]] BlockReader& reader() noexcept { return m_reader; }
     [[nodiscard]] const LevelCut& cut() const noexcept { return m_cut; }
     [[nodiscard]] const WalkCounts& counts() const noexcept { return m_counts; }
-    /// Boxes that rays could not look into since the last call.
+    /// Holes met since the last call: boxes that could not be read.
     [[nodiscard]] std::set<voxel::BoxKey> take_holes() { return std::exchange(m_holes, {}); }
 
 private:

@@ -6,19 +6,20 @@
 
 namespace terravox::walk {
 
-/// RayWalk for one ray at a time that waits for boxes: for tests, measurements, and looking at a
-/// single point. Not thread-safe.
+/// RayWalk for one ray at a time, blocking while boxes are loaded: for tests, measurements, and
+/// looking up a single point. Not thread-safe.
 class Walker {
 public:
-    /// @param cut outlives the walker
+    /// @param cut must outlive the walker
     Walker(BlockReader& reader, const LevelCut& cut) : m_walk(reader, cut) {}
 
-    /// The first voxel that stops the ray with t in [0, t_max]. @param ray level-0 voxels
+    /// The first voxel that stops the ray with t in [0, t_max].
+    /// @param ray level-0 voxels
     [[nodiscard]] std::optional<Hit> first_hit(const core::Ray& ray, StopAt stop = StopAt::kSolid,
                                                double t_max = core::kFar);
 
     /// The same for a ray that starts on a face: `start`, of `its_level`, is the voxel it starts
-    /// in, whatever rounding says of its origin.
+    /// in, whatever rounding makes of its origin.
     [[nodiscard]] std::optional<Hit> first_hit_from(const core::Ray& ray, core::VoxelCoord start,
                                                     int its_level = 0, StopAt stop = StopAt::kSolid,
                                                     double t_max = core::kFar);

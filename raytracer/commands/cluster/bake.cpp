@@ -45,7 +45,7 @@ util::ExitCode prepare_squares(const std::string& command, const std::string& pa
         throw util::UsageError("cluster bake: --cache " + passed.world.cache +
                                "; allowed: a folder, into which squares are prepared");
     util::StageTimes times;
-    options.orthophotos.clear();  // they have no part in a prepared square
+    options.orthophotos.clear();  // they do not affect a prepared square
     const auto opened = worlds::open_world(options, times);
     auto* world = dynamic_cast<voxelize::LidarWorld*>(opened.get());
     if (world == nullptr)
@@ -62,7 +62,7 @@ util::ExitCode prepare_squares(const std::string& command, const std::string& pa
             ++there;
             continue;
         }
-        // Whatever is asked of the ground in a square's middle, its points are needed.
+        // Any query of the ground in a square's middle loads its points.
         (void)world->ground_heights(middle_box(square.bounds.min_x, square.bounds.max_x),
                                     middle_box(square.bounds.min_z, square.bounds.max_z));
         ++prepared;

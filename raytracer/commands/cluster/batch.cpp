@@ -47,13 +47,13 @@ std::string Batch::submit_tasks(Submission& submission, const std::string& name,
         const Slurm::JobId job = submission.submit(
             name, options, static_cast<int>(piece.indices.size()), {std::to_string(piece.offset)});
         all += ":" + job;
-        wait = {"--dependency=afterany:" + job};  // one array after another: --nodes holds for all
+        wait = {"--dependency=afterany:" + job};  // one array after another: --nodes applies to all
     }
     return all;
 }
 
-/// LiDAR squares are prepared once, into a cache folder that all nodes share; other worlds need
-/// nothing of the kind.
+/// LiDAR squares are prepared once, into a cache folder that all nodes share; other worlds need no
+/// preparation.
 void Batch::find_squares() {
     const worlds::WorldKind& kind = worlds::kind_of(m_passed.world.inputs.front());
     if (!kind.has_squares || m_passed.world.cache == "none")
@@ -82,7 +82,7 @@ std::vector<std::string> Batch::submit_bake(Submission& submission) const {
     const int tasks = std::min(m_bake_tasks, array_limit());
     m_folder.write_script("bake.sbatch",
                           bake_script(m_folder.place(), m_passed.command, m_passed.words, tasks));
-    // afterany: what could not be prepared is told by the frames that need it.
+    // afterany: squares that could not be prepared are reported by the frames that need them.
     return {"--dependency=afterany:" + submission.submit("bake",
                                                          {"--array=0-" + std::to_string(tasks - 1) +
                                                           "%" + std::to_string(m_options.nodes)},

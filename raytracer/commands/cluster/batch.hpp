@@ -8,10 +8,11 @@
 
 namespace terravox::cluster {
 
-/// What batches of frames and of parts do alike. Not thread-safe.
+/// What batches of frames and batches of parts have in common. Not thread-safe.
 class Batch {
 protected:
-    /// Looks at what is rendered; nothing is submitted yet. @throws Error, UsageError
+    /// Examines what is to be rendered; nothing is submitted yet.
+    /// @throws Error, UsageError
     Batch(const SlurmOptions& options, ForwardedArguments passed);
     ~Batch() = default;
 
@@ -19,13 +20,13 @@ protected:
         return m_slurm ? &*m_slurm : nullptr;
     }  ///< nullptr in a dry run
     [[nodiscard]] int array_limit() const;
-    [[nodiscard]] Command command(const std::string& name)
-        const;  ///< the program's command with the arguments that are passed on
+    /// The program's command with the forwarded arguments.
+    [[nodiscard]] Command command(const std::string& name) const;
     [[nodiscard]] std::string logs() const { return (m_folder.path() / "logs").string(); }
 
     /// Submits an array that prepares LiDAR squares, and then `name`.sbatch for these tasks, as
     /// arrays one after the other.
-    /// @return their numbers, ":1:2", for --dependency
+    /// @return job numbers, ":1:2", for --dependency
     std::string submit_tasks(Submission& submission, const std::string& name,
                              const std::vector<int>& tasks) const;
 

@@ -23,7 +23,7 @@ struct Arguments {
     std::string name = "terravox", bake_for = "render", bake_part = "1/1";
 };
 
-/// What stands after the options of the cluster: they end where the first word does that is none.
+/// The words after the options of the cluster, which end at the first word that is no option.
 std::vector<std::string> words_of(const CLI::App& command) {
     std::vector<std::string> out = command.remaining();
     if (!out.empty() && out.front() == "--")
@@ -71,7 +71,7 @@ FrameJob frame_job(const Arguments& args, const std::string& program,
     job.video = passed.video;
     (void)animate::FrameNames(job.pattern);
     const Range all{0, animate::Animation::kMaxFrames - 1};
-    // With --frames the animation need not lie on this machine.
+    // With --frames the animation need not exist on this machine.
     job.plan.frames = args.slurm.frames.empty()
                           ? Range{0, animate::Animation::read(passed.animation).frames() - 1}
                           : parse_range("cluster: --frames", args.slurm.frames, all);
@@ -230,7 +230,7 @@ CLI::App* add_kubernetes(CLI::App& cluster, Arguments& args) {
 }
 
 util::ExitCode run_kubernetes(Arguments args, const std::vector<std::string>& words) {
-    // A pod says what it needs, or it is the first to go.
+    // A pod without resource requests is the first to be evicted.
     if (args.slurm.needs.cpus == 0)
         args.slurm.needs.cpus = 4;
     if (args.slurm.needs.memory_mib == 0)

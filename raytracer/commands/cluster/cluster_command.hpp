@@ -10,8 +10,8 @@ class App;
 
 namespace terravox::commands {
 
-/// Adds `cluster` with its commands (slurm, openjd, kubernetes, bake) to the program's. @return
-/// runs the one that was named
+/// Adds `cluster` with its subcommands (slurm, openjd, kubernetes, bake) to the program's commands.
+/// @return runs the subcommand that was given
 /// @throws (when run) Error, UsageError
 [[nodiscard]] std::function<util::ExitCode()> add_cluster_command(CLI::App& app);
 

@@ -61,7 +61,7 @@ private:
         m_passed.take({"--video"});
     }
 
-    /// Asked of `animate` itself, which knows what a frame depends on.
+    /// Determined by `animate` itself, which knows what a frame depends on.
     [[nodiscard]] std::vector<int> still_to_make() const {
         Command list = command("animate");
         list.front() = util::beside_program("terravox-raytracer").string();
@@ -113,7 +113,7 @@ private:
         return failed ? fs::file_time_type::min() : time;
     }
 
-    /// Of the frames as they are; or none is wanted.
+    /// Whether the video is up to date with the frames, or none is wanted.
     [[nodiscard]] bool video_is_made() const {
         if (m_passed.video.empty())
             return true;

@@ -64,7 +64,7 @@ void QueueTeller::tell(const Slurm::Counts& counts) {
         return;
     m_told = true;
     m_last = counts;
-    // Over the bar that the render may be drawing; it draws a new one below.
+    // Overwrites the bar that the render may be drawing; it draws a new one below.
     std::fprintf(stderr, "%sslurm: %d of %d tasks run, %d wait\n",
                  ::isatty(STDERR_FILENO) != 0 ? "\r\x1b[K" : "", counts.running, m_tasks,
                  counts.waiting);

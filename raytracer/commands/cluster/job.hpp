@@ -13,18 +13,19 @@
 
 namespace terravox::cluster {
 
-/// What a person asks of `terravox cluster slurm`.
+/// The options of `terravox cluster slurm`.
 struct SlurmOptions {
     Needs needs;
-    int nodes = 1;                  ///< that work at once
+    int nodes = 1;                  ///< number of simultaneous nodes
     std::filesystem::path folder;   ///< of the job; empty: jobs/NAME of the picture
-    std::filesystem::path program;  ///< empty: the one that runs
-    int poll_s = 5;                 ///< between looks at the queue
+    std::filesystem::path program;  ///< empty: the running one
+    int poll_s = 5;                 ///< interval between queries of the queue
     bool dry_run = false, quiet = false;
     // One picture by workers:
     bool coordinator_in_job = false;
-    std::string address;  ///< what workers call the coordinator's machine; empty: its host name
-    int port = 0;         ///< 0: a free one
+    /// Address of the coordinator's machine for workers; empty: its host name.
+    std::string address;
+    int port = 0;  ///< 0: any free one
     // Many frames, or parts of a picture:
     bool batch = false, wait = true, bake = true;
     std::string frames;       ///< "A-B"; empty: all
@@ -32,19 +33,22 @@ struct SlurmOptions {
     int parts = 0;            ///< 0: none
 };
 
-/// The folder of a job: scripts, logs/, and what else a mode keeps there. Absolute; made when it is
-/// not there.
+/// The folder of a job: scripts, logs/, and further files of each mode. Absolute; created if it
+/// does not exist.
 class JobFolder {
 public:
-    /// @param options whose folder, program and needs count @param picture name for the folder when
-    /// none was given @throws Error, UsageError
+    /// @param options of which folder, program and needs are used
+    /// @param picture name for the folder if none was given
+    /// @throws Error, UsageError
     JobFolder(const SlurmOptions& options, const std::string& picture);
 
     [[nodiscard]] const std::filesystem::path& path() const noexcept { return m_path; }
     [[nodiscard]] const JobPlace& place() const noexcept { return m_place; }
-    /// Writes a script; bash can run it. @throws Error
+    /// Writes a script for bash.
+    /// @throws Error
     void write_script(const std::string& name, const std::string& text) const;
-    /// Writes what nobody else may read (mode 0600), over what is there. @throws Error
+    /// Writes a file that only its owner can read (mode 0600), replacing an existing one.
+    /// @throws Error
     void write_secret(const std::string& name, const std::string& text) const;
 
 private:
@@ -52,7 +56,7 @@ private:
     JobPlace m_place;
 };
 
-/// Tells a person on standard error what the queue holds of a job: a line for each change.
+/// Prints the state of a job's queue on standard error: a line for each change.
 class QueueTeller {
 public:
     QueueTeller(int tasks, bool quiet) : m_tasks(tasks), m_quiet(quiet) {}
@@ -64,16 +68,17 @@ private:
     Slurm::Counts m_last;
 };
 
-/// One picture by workers that Slurm starts: this process keeps the coordinator, and cancels the
-/// workers when it ends, however it ends.
-/// @return the picture's exit code @throws Error, UsageError
+/// Renders one picture with workers that Slurm starts: this process runs the coordinator, and
+/// cancels the workers when it ends, however it ends.
+/// @return the picture's exit code
+/// @throws Error, UsageError
 [[nodiscard]] util::ExitCode run_pool(const SlurmOptions& options,
                                       const std::vector<std::string>& words);
 
-/// Frames of an animation, or parts of a picture, as tasks that know nothing of each other. What is
-/// done already is not submitted again.
-/// @return kDone; kHoles when frames have holes; kDone too when it does not wait @throws Error,
-/// UsageError
+/// Renders frames of an animation, or parts of a picture, as independent tasks. Finished ones are
+/// not submitted again.
+/// @return kDone; kHoles when frames have holes; kDone also when it does not wait
+/// @throws Error, UsageError
 [[nodiscard]] util::ExitCode run_batch(const SlurmOptions& options,
                                        const std::vector<std::string>& words);
 

@@ -27,10 +27,10 @@ public:
                 "cluster slurm --parts: the pictures cannot be told from the other arguments; "
                 "allowed: -o NAME for each, as words of their own");
         scene::Scene scene = m_passed.base_scene();
-        scene.quality.coarse_step =
-            1;  // what is kept has no coarse passes, whatever the scene says
+        // Checkpoints have no coarse passes, whatever the scene specifies.
+        scene.quality.coarse_step = 1;
         farm::check_can_checkpoint(scene);
-        // The parts' files of tiles lie in the job's folder, not beside the picture.
+        // The parts' files of tiles are in the job's folder, not next to the picture.
         const fs::path picture = m_folder.path() / "parts" / fs::path(outputs.front()).filename();
         m_passed.words.insert(m_passed.words.end(), {"-o", picture.string()});
         Submission submission(m_options, m_folder, slurm());
@@ -43,7 +43,7 @@ public:
         std::vector<int> tasks(static_cast<std::size_t>(m_options.parts));
         std::iota(tasks.begin(), tasks.end(), 0);
         const std::string all = submit_tasks(submission, "parts", tasks);
-        // afterany: it knows itself whether tiles are missing, and a part with holes is no failure.
+        // afterany: merging itself detects missing tiles, and a part with holes is no failure.
         const Slurm::JobId merging = submission.submit("merge", {"--dependency=afterany" + all}, 1);
         if (m_options.dry_run || !m_options.wait)
             return util::ExitCode::kDone;

@@ -20,7 +20,8 @@ namespace {
 namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
 
-/// A port of all interfaces that is free now. The coordinator says so when it has been taken since.
+/// Finds a port that is free now on all interfaces. If it is taken meanwhile, the coordinator
+/// reports it.
 int free_port() {
     const int socket = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
     sockaddr_in address{};
@@ -49,7 +50,7 @@ util::ExitCode code_of(int status) {
                                       : util::ExitCode::kFailed;
 }
 
-/// Jobs that end with their owner, however that ends.
+/// Jobs that are cancelled with their owner, however it ends.
 class OwnJobs {
 public:
     explicit OwnJobs(const Slurm& slurm) : m_slurm(slurm) {}
@@ -66,7 +67,7 @@ private:
     const Slurm& m_slurm;
 };
 
-/// The secret of one run: goes with it.
+/// The secret of one run; removed with it.
 class TokenFile {
 public:
     explicit TokenFile(const JobFolder& folder) : m_file(folder.path() / "token") {
@@ -91,7 +92,7 @@ public:
           m_render(std::move(render)),
           m_folder(options, fs::path(m_render.outputs.front()).stem().string()) {
         const scene::Scene scene = m_render.base_scene();
-        // The machine one submits from is not for computing, unless its owner says so.
+        // The submitting machine does not render unless its user requests it.
         if (!scene.processing.threads && !options.coordinator_in_job)
             m_render.words.insert(m_render.words.end(), {"--threads", "0"});
         if (!scene.processing.threads && options.coordinator_in_job && options.needs.cpus > 0)
@@ -182,7 +183,7 @@ private:
             if (!counts)
                 continue;
             teller.tell(*counts);
-            // Twice, so that a controller that begins anew is not believed at once.
+            // Twice, so that a controller that is restarting is not trusted at once.
             empty_looks = counts->all() == 0 ? empty_looks + 1 : 0;
             if (empty_looks == 2 && !m_renders_itself) {
                 child.stop();

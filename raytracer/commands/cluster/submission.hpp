@@ -8,25 +8,27 @@
 
 namespace terravox::cluster {
 
-/// What has been submitted of one job. It is written down in the job's folder (jobs.txt: a name and
-/// a number a line), so that the same command finds it again. Not thread-safe.
+/// The jobs submitted for one command. They are recorded in the job's folder (jobs.txt: a name and
+/// a number per line), so that the same command finds them again. Not thread-safe.
 class Submission {
 public:
-    /// The references must outlive it. @param slurm nullptr: a dry run, which says on standard
-    /// output what would be submitted
+    /// The references must outlive it.
+    /// @param slurm nullptr: a dry run, which prints to standard output what would be submitted
     Submission(const SlurmOptions& options, const JobFolder& folder, const Slurm* slurm);
 
-    /// Jobs of an earlier call that are still at work: waits for them. @throws Error when it shall
-    /// not wait, or a signal comes
+    /// Waits for jobs of an earlier call that have not ended.
+    /// @throws Error when the options forbid waiting, or a signal arrives
     void wait_for_earlier();
 
-    /// @param name of the script, without .sbatch @param tasks of the job, for the report @return
-    /// its number; in a dry run its name @throws Error
+    /// @param name of the script, without .sbatch
+    /// @param tasks of the job, for the report
+    /// @return its number; in a dry run its name
+    /// @throws Error
     Slurm::JobId submit(const std::string& name, const std::vector<std::string>& options, int tasks,
                         const std::vector<std::string>& arguments = {});
 
-    /// Until nothing of it is left in the queue. @throws Error when a signal comes: all is
-    /// cancelled
+    /// Waits until none of its jobs is left in the queue.
+    /// @throws Error when a signal arrives: all jobs are cancelled
     void follow() { follow(m_jobs, m_tasks); }
 
 private:

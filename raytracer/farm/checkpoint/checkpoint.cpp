@@ -26,7 +26,7 @@ const std::string kAttempt = "write the checkpoint";
     throw util::Error(kAttempt + " " + path.string() + ": " + why);
 }
 
-/// Whether the name still stands for the open file: another coordinator may have finished, and
+/// Whether the name still refers to the open file: another coordinator may have finished, and
 /// removed it, in between.
 bool is_named(const OpenFile& file) {
     struct stat open{}, named{};
@@ -51,13 +51,13 @@ OpenFile locked(const std::filesystem::path& path) {
     }
 }
 
-/// Some file systems (network, FUSE) do not know how: that is no failure to write.
+/// Some file systems (network, FUSE) do not support this: that is no failure to write.
 void flush_to_disk(const OpenFile& file) {
     if (::fdatasync(file.fd()) != 0 && errno != EINVAL && errno != ENOTSUP)
         fail(file.path(), std::strerror(errno));
 }
 
-/// All of it or, where there is no room, nothing: what is half written is cut off again.
+/// Writes everything or, without space, nothing: a partial write is cut off again.
 void write_all(const OpenFile& file, std::uint64_t end, std::span<const std::byte> head,
                std::span<const std::byte> payload) {
     const std::size_t all = head.size() + payload.size();
@@ -72,7 +72,7 @@ void write_all(const OpenFile& file, std::uint64_t end, std::span<const std::byt
             continue;
         if (count <= 0) {
             const std::string why = count < 0 ? std::strerror(errno) : "nothing was written";
-            // Where that fails as well, the next run cuts it off.
+            // If that fails as well, the next run cuts it off.
             if (::ftruncate(file.fd(), static_cast<off_t>(end)) != 0)
                 spdlog::debug("{} {}: a torn record stays", kAttempt, file.path().string());
             fail(file.path(), why + "; the tiles in it are good, and --resume goes on with them");
@@ -81,7 +81,7 @@ void write_all(const OpenFile& file, std::uint64_t end, std::span<const std::byt
     }
 }
 
-/// Writes the head of a new file, and sees it to the disk: without it no tile behind it could be
+/// Writes the head of a new file and flushes it to the disk: without it no tile after it could be
 /// read.
 void begin(const OpenFile& file, const std::string& text) {
     try {
@@ -128,7 +128,7 @@ Checkpoint::Checkpoint(std::filesystem::path path, const PictureKey& key, Existi
     if (is_new)
         begin(file, text);
     m_journal.emplace(std::move(file));
-    // As it comes back from a file: names that are no UTF-8 do not come back as they were.
+    // Compared in the form that a file gives back: names that are not UTF-8 change on the way.
     if (const std::string differs =
             difference(m_journal->key(), PictureKey::from_json(text, m_path.string()));
         !differs.empty())
@@ -154,9 +154,8 @@ Checkpoint::~Checkpoint() {
     if (m_empty)
         ::unlink(m_path.c_str());
     else if (m_dirty)
-        ::fdatasync(
-            m_journal->file()
-                .fd());  // there is nobody to tell any more; what the system has it will write
+        // No error can be reported here any more; the system writes what it has.
+        ::fdatasync(m_journal->file().fd());
 }
 
 void Checkpoint::each(const std::function<void(tiles::TileResult&&)>& take) {
@@ -202,7 +201,7 @@ void Checkpoint::add_encoded(std::span<const std::byte> bytes) {
                          (head.with_layers ? " has layers; the picture has none"
                                            : " lacks the picture's layers"));
     m_journal->note(append(RecordKind::kTile, cell, bytes), head.holes);
-    // With holes or without, by now it is what this run could do.
+    // With or without holes, the tile is now the result of this run.
     if (m_again[cell]) {
         m_again[cell] = false;
         --m_with_holes;

@@ -16,7 +16,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// What a program writes beside its data while it has them open, and what is hidden.
+/// Files that a program writes next to its data while they are open, and hidden files.
 bool is_passing(const std::string& name) {
     constexpr std::array kEndings = {".lock", "-wal", "-shm", "-journal"};
     return name.starts_with('.') ||
@@ -30,7 +30,7 @@ bool is_passing(const std::string& name) {
 
 class Contents {
 public:
-    /// @param as the file's name within what is named
+    /// @param as the file's name relative to the input
     void add(const fs::path& file, const std::string& as) {
         constexpr std::uint64_t kSample_bytes = 16'384;
         std::error_code failed;

@@ -13,7 +13,7 @@
 namespace terravox::farm {
 namespace {
 
-/// For reading, unless a coordinator writes to it.
+/// Opens for reading, unless a coordinator is writing to it.
 OpenFile opened(const std::filesystem::path& path) {
     OpenFile file(path, O_RDONLY, "join the checkpoint");
     if (::flock(file.fd(), LOCK_SH | LOCK_NB) != 0 && errno == EWOULDBLOCK)

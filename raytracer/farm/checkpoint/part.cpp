@@ -6,9 +6,9 @@
 namespace terravox::farm {
 namespace {
 
-/// By how many parts a row is shifted against the one above. About the golden section of their
-/// number, so that no direction in the picture meets one part more than others; without a common
-/// divisor, so that all shifts occur.
+/// Number of parts by which a row is shifted against the one above. It is close to the golden
+/// section of their number, so that no direction in the picture favours a part, and coprime to it,
+/// so that all shifts occur.
 std::uint32_t shift_of(std::uint32_t count) noexcept {
     auto shift = static_cast<std::uint32_t>(static_cast<double>(count) * 0.6180339887498949);
     while (shift > 1 && std::gcd(shift, count) != 1)

@@ -7,8 +7,8 @@
 namespace terravox::farm {
 
 /// One of several coordinators' shares of a picture's tiles: "2/5" is the second of five. Every
-/// tile belongs to one part. Parts are interleaved both ways, so that each has its share of sky,
-/// ground and whatever takes long.
+/// tile belongs to exactly one part. Parts are interleaved in both directions, so that each has its
+/// share of sky, ground and expensive regions.
 struct Part {
     static constexpr std::uint32_t kMaxParts = 65'536;
     static constexpr const char* kAllowed = "I/N, part I of N, 1/1 to 65536/65536";

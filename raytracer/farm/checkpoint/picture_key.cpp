@@ -47,7 +47,7 @@ Fields fields_of_world(const std::string& text) {
     return out;
 }
 
-/// Of long texts (a CRS) only that they differ can be said on one line.
+/// For long texts (a CRS), one line can only state that they differ.
 std::string shown(const Fields& fields, const std::string& name) {
     constexpr std::size_t kMaxLetters = 60;
     const auto found = fields.find(name);

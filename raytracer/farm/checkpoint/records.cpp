@@ -21,8 +21,8 @@ static_assert(std::endian::native == std::endian::little,
 
 constexpr std::uint32_t kVersion = 1, kMaxText_bytes = 16U << 20;
 constexpr std::array<char, 8> kMagic = {'T', 'V', 'X', 'T', 'I', 'L', 'E', 'S'};
-constexpr std::uint32_t kMarker =
-    0x9e01c57a;  // begins each record; no text, and rare among compressed bytes
+// Begins each record; it is not text, and is rare among compressed bytes.
+constexpr std::uint32_t kMarker = 0x9e01c57a;
 
 struct FileHead {
     std::array<char, 8> magic = kMagic;
@@ -34,7 +34,8 @@ static_assert(sizeof(FileHead) == 24);
 struct RecordHead {
     std::uint32_t marker = kMarker, kind = 0, cell = 0, bytes = 0;
     std::uint64_t payload_checksum = 0;
-    std::uint64_t checksum = 0;  ///< of all before it: a length is believed only when it is right
+    /// Of all fields before it: a length is trusted only if it matches.
+    std::uint64_t checksum = 0;
     [[nodiscard]] std::uint64_t own_checksum() const noexcept {
         return XXH3_64bits(this, offsetof(RecordHead, checksum));
     }

@@ -12,13 +12,13 @@
 
 namespace terravox::farm {
 
-/// A file of records that only grows: a head that says of what, then records, each with checksums
-/// of its own (docs/formats/checkpoints.md). What was cut short is the end of the file, what was
-/// damaged costs the records that it hit and no others.
+/// An append-only file of records: a head that identifies its contents, then records, each with
+/// checksums of its own (docs/formats/checkpoints.md). A torn write affects only the end of the
+/// file; damage costs the records that it hits and no others.
 enum class RecordKind : std::uint32_t {
     kTile = 1,       ///< encode_tile
-    kForgotten = 2,  ///< the tile counts for nothing from here on; no payload
-    kDamage = 3,     ///< what of the world's data could not be read: lines
+    kForgotten = 2,  ///< the tile is invalid from here on; no payload
+    kDamage = 3,     ///< which of the world's data could not be read: lines
 };
 
 struct Record {
@@ -28,10 +28,11 @@ struct Record {
     std::uint32_t bytes = 0;   ///< of the payload
 };
 
-/// An open file that is closed with its owner.
+/// An open file descriptor, closed by the destructor.
 class OpenFile {
 public:
-    /// @param flags of open(2), O_CLOEXEC is added @throws Error "<attempt> <path>: why"
+    /// @param flags of open(2); O_CLOEXEC is added
+    /// @throws Error "<attempt> <path>: why"
     OpenFile(std::filesystem::path path, int flags, const std::string& attempt);
     ~OpenFile();
     OpenFile(OpenFile&& from) noexcept
@@ -41,7 +42,8 @@ public:
     [[nodiscard]] int fd() const noexcept { return m_fd; }
     [[nodiscard]] const std::filesystem::path& path() const noexcept { return m_path; }
     [[nodiscard]] std::uint64_t size() const;
-    /// Exactly so many bytes. @throws Error where they are not there
+    /// Reads exactly `to.size()` bytes.
+    /// @throws Error where the file is shorter
     void read(std::uint64_t offset, std::span<std::byte> to) const;
 
 private:
@@ -51,24 +53,25 @@ private:
 
 inline constexpr std::size_t kRecordHead_bytes = 32;
 
-/// The head of such a file, for a new one. @param text what it is of
+/// The head for a new file.
+/// @param text identifies the contents
 [[nodiscard]] std::vector<std::byte> file_head(const std::string& text);
 [[nodiscard]] std::array<std::byte, kRecordHead_bytes> record_head(
     RecordKind kind, std::uint32_t cell, std::span<const std::byte> payload) noexcept;
 
 struct RecordScan {
     std::string text;              ///< of the head
-    std::vector<Record> spoiled;   ///< payloads that are damaged, heads that are not
-    std::uint64_t lost_bytes = 0;  ///< where no record could be made out, between others
-    std::uint64_t end = 0;         ///< of the last record that is there whole
-    std::uint64_t torn_bytes = 0;  ///< behind that
+    std::vector<Record> spoiled;   ///< records whose payloads are damaged and whose heads are not
+    std::uint64_t lost_bytes = 0;  ///< bytes between records in which no record could be recognised
+    std::uint64_t end = 0;         ///< end of the last complete record
+    std::uint64_t torn_bytes = 0;  ///< bytes after that
 };
 
-/// Reads a file from its beginning, one record at a time. @param record takes each that is not
-/// damaged, in the file's order; it returns false for one that it cannot make sense of, which is
-/// spoiled then
-/// @throws Error where the file cannot be read, is none of this kind or of another version, or its
-/// head is damaged
+/// Reads a file from its beginning, one record at a time.
+/// @param record called with each undamaged record, in the file's order; it returns false for one
+/// that it cannot interpret, which then counts as spoiled
+/// @throws Error where the file cannot be read, is not of this kind or version, or its head is
+/// damaged
 [[nodiscard]] RecordScan scan_records(
     const OpenFile& file, const std::function<bool(const std::string& text, const Record&,
                                                    std::span<const std::byte> payload)>& record);

@@ -8,8 +8,8 @@
 
 namespace terravox::farm {
 
-/// The tiles of a picture of a single pass, numbered row by row from the upper left: their *cells*,
-/// whatever order they are rendered in.
+/// The tiles of a picture of a single pass, numbered row by row from the upper left. The numbers,
+/// called *cells*, do not depend on the order of rendering.
 struct TileGrid {
     int width_px = 1, height_px = 1, tile_px = 1;  ///< each at least 1
 
@@ -21,8 +21,7 @@ struct TileGrid {
     }
     [[nodiscard]] std::uint32_t cells() const noexcept { return columns() * rows(); }
 
-    /// @return nullopt for what is no whole tile of a single pass, or holds other samples than a
-    /// pixel's first
+    /// @return nullopt for anything but a whole tile of a single pass with a pixel's first samples
     [[nodiscard]] std::optional<std::uint32_t> cell_of(const tiles::RenderTile& t) const noexcept {
         const bool whole = t.step == 1 && !t.refines && t.first_sample == 0 && t.x0 >= 0 &&
                            t.y0 >= 0 && t.x0 < width_px && t.y0 < height_px &&

@@ -46,7 +46,7 @@ bool TileJournal::take(const Record& record, std::span<const std::byte> payload)
             return false;
         note(record, head.holes);
     } catch (const util::Error&) {
-        return false;  // told as damage, with all the others
+        return false;  // reported as damage, with all the others
     }
     return true;
 }

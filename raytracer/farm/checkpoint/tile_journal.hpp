@@ -11,12 +11,12 @@
 
 namespace terravox::farm {
 
-/// The finished tiles of one picture in a file, as they were when it was opened. Opening reads all
-/// of it once and checks every tile; memory is for where tiles are, not for tiles. Of a tile that
-/// is there several times the last counts. Not thread-safe.
+/// The finished tiles of one picture in a file, as they were when it was opened. Opening reads the
+/// whole file once and checks every tile; only the positions of tiles are kept in memory. Of
+/// several versions of a tile the last one is used. Not thread-safe.
 class TileJournal {
 public:
-    /// @throws Error where it cannot be read, is no checkpoint, or its head is damaged
+    /// @throws Error where the file cannot be read, is no checkpoint, or its head is damaged
     explicit TileJournal(OpenFile file);
 
     struct Entry {
@@ -30,23 +30,24 @@ public:
     [[nodiscard]] std::uint32_t count() const noexcept {
         return m_count;
     }  ///< tiles that are there
-    /// What the picture's coordinators could not read of the world's data, one line each.
+    /// Which of the world's data the picture's coordinators could not read, one line each.
     [[nodiscard]] const std::set<std::string>& damage() const noexcept { return m_damage; }
 
-    /// The bytes of encode_tile. @param cell of a tile that is there @throws Error where they
-    /// cannot be read
+    /// The bytes made by encode_tile.
+    /// @param cell of a tile that is present
+    /// @throws Error where they cannot be read
     [[nodiscard]] std::vector<std::byte> encoded(std::uint32_t cell) const;
-    /// @throws Error for damage since it was opened, and for pixels that cannot be
+    /// @throws Error for damage since the file was opened, and for invalid pixels
     [[nodiscard]] tiles::TileResult tile(std::uint32_t cell) const;
 
-    /// For a person: what was found damaged, one line; empty: nothing. A tile that is there all the
-    /// same is not counted.
+    /// A message of one line about damage; empty: none. A damaged tile that is also present
+    /// undamaged is not counted.
     [[nodiscard]] std::string what_is_damaged() const;
-    /// Bytes that make sense; behind them lies what a coordinator that was killed had begun to
-    /// write.
+    /// End of the valid part of the file; after it there may be an incomplete record of a
+    /// coordinator that was killed.
     [[nodiscard]] std::uint64_t end() const noexcept { return m_end; }
 
-    /// For who writes to the file: what it has appended.
+    /// Registers a record that the writer of the file has appended.
     void note(const Record& record, std::uint32_t holes);
     void note_damage(const std::string& lines);
 

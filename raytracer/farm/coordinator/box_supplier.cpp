@@ -9,13 +9,13 @@
 namespace terravox::farm {
 namespace {
 
-constexpr int kMaxServing =
-    2;  // threads for one asker: one that takes nothing must not have them all
+// Threads per asker: one that accepts nothing must not block them all.
+constexpr int kMaxServing = 2;
 constexpr std::uint64_t kMaxQueued_bytes = std::uint64_t{8}
                                            << 20;    // far below what makes a sender wait
-constexpr std::chrono::milliseconds kLookAgain{50};  // at links that are slow
+constexpr std::chrono::milliseconds kLookAgain{50};  // interval between checks of slow links
 
-/// Ends the making of a packed box, so that the cache does not keep what it is not.
+/// Aborts the packing of a box that is a hole, so that the cache does not store it.
 struct IsHole {};
 
 }  // namespace
@@ -92,7 +92,7 @@ std::shared_ptr<const BoxSupplier::Packed> BoxSupplier::packed(const voxel::BoxK
     }
 }
 
-// Who is to be served, once there is one; none when it stops.
+// The next asker to be served, once there is one; none when it stops.
 BoxSupplier::Askers::iterator BoxSupplier::next(std::unique_lock<std::mutex>& lock) {
     while (!m_stop) {
         bool slow = false;

@@ -15,15 +15,15 @@
 
 namespace terravox::farm {
 
-/// Boxes for workers that cannot read the world themselves: packed once, kept packed as long as
-/// there is room, and sent to whoever asks.
+/// Boxes for workers that cannot read the world themselves: packed once, kept packed while there is
+/// room, and sent on request.
 ///
-/// Requests wait in one queue for each asker, which are served in turn, so that none starves; one
-/// whose link is slow waits until some of what was sent has gone out. Thread-safe; one lock, not
-/// held while a box is made or sent.
+/// Requests wait in one queue for each asker. The queues are served in turn, so that none starves;
+/// an asker whose link is slow waits until some of its data has gone out. Thread-safe; one lock,
+/// not held while a box is made or sent.
 class BoxSupplier {
 public:
-    /// The way to an asker. Called on threads of the supplier.
+    /// How to reach an asker. Called on threads of the supplier.
     struct Way {
         std::function<bool(farm::Frame)> send;  ///< false: the asker is gone
         std::function<std::uint64_t()> queued_bytes = [] {
@@ -37,14 +37,14 @@ public:
     BoxSupplier(const BoxSupplier&) = delete;
     BoxSupplier& operator=(const BoxSupplier&) = delete;
 
-    /// @param asker any number of its own @return false: it asks for more than is allowed at once,
-    /// or for another world's
+    /// @param asker a unique number of the asker
+    /// @return false if it requests more than is allowed at once, or boxes of another world
     [[nodiscard]] bool ask(std::uint64_t asker, const farm::BoxRequest& request, const Way& way);
-    /// Nothing is sent to it any more once this returns.
+    /// Nothing is sent to the asker after this returns.
     void forget(std::uint64_t asker);
     [[nodiscard]] std::uint64_t world_id() const noexcept { return m_world_id; }
     [[nodiscard]] const blocks::BlockManager& blocks() const noexcept { return m_blocks; }
-    static constexpr std::size_t kMaxWaiting = 65'536;  ///< keys of one asker
+    static constexpr std::size_t kMaxWaiting = 65'536;  ///< keys per asker
 
 private:
     void stop();

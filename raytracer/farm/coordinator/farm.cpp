@@ -15,23 +15,23 @@ namespace terravox::farm {
 namespace {
 
 constexpr int kSupplierThreads = 3;
-constexpr int kMaxFalse =
-    3;  // workers of one host, under whatever names: after that none of it is let in
+// False workers of one host, under any names: after that many, the host is no longer admitted.
+constexpr int kMaxFalse = 3;
 
 std::string host_of(const std::string& peer) {
     return peer.substr(0, peer.rfind(':'));
 }
 
-/// What a worker cannot have many of; the name in its hello is whatever it likes. Machines that
-/// share a certificate count as one, which only makes the pool more patient.
+/// An identity that a worker cannot have many of; the name in its hello can be chosen freely.
+/// Machines that share a certificate count as one, which only makes the pool more patient.
 std::string who_is(const WorkerLink& worker) {
     const std::string& name = worker.certified_name();
     return name.empty() ? "host " + sockets::neighbourhood_of(worker.peer())
                         : "certificate " + name;
 }
 
-// At once, as each waits for its worker to read it; one after the other where there are no threads
-// for that.
+// In parallel, as each waits for its worker to read it; one after the other if no threads can be
+// started.
 void say_goodbye(const std::vector<std::shared_ptr<WorkerLink>>& links) noexcept {
     constexpr const char* kWhy = "the coordinator has finished";
     std::vector<std::thread> threads;
@@ -68,7 +68,7 @@ Farm::Farm(FarmOptions options, blocks::BlockManager& blocks, BoxSource source)
         m_browser = std::make_unique<net::ServiceBrowser>(
             "worker", [this](net::ServiceBrowser::Event event, const net::FoundService& found) {
                 if (event != net::ServiceBrowser::Event::kFound)
-                    return;  // a link that works shall go on
+                    return;  // a working link must continue
                 const sockets::Address address{found.address, found.port};
                 spdlog::info("found worker {} at {}", found.name, address.text());
                 dial(address);
@@ -148,7 +148,7 @@ void Farm::attach(Place& place) {
     const auto processor = member.processor;
     try {
         place.member = m_pool->add(std::move(member));
-    } catch (const std::exception& e) {  // out of threads or memory: the others go on
+    } catch (const std::exception& e) {  // out of threads or memory: the others continue
         spdlog::error("worker {} is left out of the picture: {}", hello.name(), e.what());
         processor->cancel();
     }
@@ -188,7 +188,7 @@ bool Farm::is_banned(const std::string& name, const std::string& peer,
            (host->second >= kMaxFalse || m_banned.contains(name + " of " + host->first));
 }
 
-// With the lock held.
+// The lock must be held.
 void Farm::ban(const WorkerLink& worker, const std::string& dialled) {
     const std::string host = host_of(worker.peer());
     if (m_banned.insert(dialled.empty() ? worker.hello().name() + " of " + host : dialled).second &&
@@ -255,9 +255,9 @@ bool Farm::serve(std::unique_ptr<net::Link> link, const std::string& dialled) {
         }
         const std::lock_guard lock(m_mutex);
         if (m_stop || (!dialled.empty() && !m_dialled.contains(dialled)))
-            return false;  // it was sent away before it was there
+            return false;  // it was sent away before it was registered
         id = m_next_place++;
-        // With the lock held, where it is at work for a pool.
+        // Calls `act` with the lock held, if the worker is assigned to a pool.
         const auto with_place = [this, id](const auto& act) {
             const std::lock_guard own(m_mutex);
             const auto place = m_places.find(id);
@@ -288,7 +288,7 @@ bool Farm::serve(std::unique_ptr<net::Link> link, const std::string& dialled) {
     std::string why;
     try {
         why = worker->run();
-    } catch (const std::exception& e) {  // out of memory: this link ends, the others go on
+    } catch (const std::exception& e) {  // out of memory: this link ends, the others continue
         why = e.what();
         worker->abort();
     }
@@ -322,7 +322,7 @@ void Farm::dial(const sockets::Address& worker) {
         return;
     const auto run = [this, worker, turn = m_next_turn++] {
         dial_again_and_again(worker, turn);
-        // Whoever does not want to be dialled any more may be asked once more, by hand.
+        // An address that has been given up may be dialled again on request.
         const std::lock_guard own(m_mutex);
         const auto found = m_dialled.find(worker.text());
         if (found != m_dialled.end() && found->second == turn)
@@ -343,7 +343,7 @@ void Farm::hang_up(const std::string& worker) {
     for (const auto& [id, place] : m_places) {
         if (m_stop || place.dialled != worker)
             continue;
-        // A goodbye waits for a worker that does not read.
+        // A goodbye blocks on a worker that does not read.
         const auto leave = [link = place.link] {
             link->bye("it is not needed any more");
             link->abort();
@@ -403,7 +403,7 @@ void Farm::watch() {
             links.push_back(place.link);
         lock.unlock();
         for (const auto& link : links) {
-            // Its reader ends by that, and its leases go back.
+            // This ends its reader, and its leases are returned.
             if (link->silent_for() > farm_times().silence) {
                 spdlog::warn("worker {} has been silent for too long", link->hello().name());
                 link->abort();

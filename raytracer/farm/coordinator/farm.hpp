@@ -21,40 +21,44 @@ namespace terravox::farm {
 struct FarmOptions {
     std::vector<sockets::Address> dial;      ///< workers that listen
     std::optional<sockets::Address> listen;  ///< for workers that dial in
-    bool discover = false;                   ///< workers that announce themselves on this network
+    bool discover = false;  ///< use workers that announce themselves on this network
     net::Credentials credentials;
     [[nodiscard]] bool any() const noexcept { return !dial.empty() || listen || discover; }
 };
 
-/// The workers of a coordinator: dialled, or dialling in; met, watched, and given to whatever pool
-/// renders. Outlives many pictures.
+/// The workers of a coordinator, dialled or dialling in: it performs the handshake, monitors them,
+/// and assigns them to the pool that renders. Outlives many pictures.
 ///
 /// One mutex guards the workers and the picture under way. Each link has a thread that reads it;
-/// one thread pings and gives up who is silent; one for each address dials again and again. The
+/// one thread pings and gives up silent workers; one for each address dials again and again. The
 /// mutex may be held while the pool's is taken and while a picture is announced to a worker, never
 /// the other way round: gone() is called without the pool's.
 class Farm {
 public:
-    /// @param source where workers may have boxes from @throws Error when it cannot listen
+    /// @param source where workers may get boxes from
+    /// @throws Error when it cannot listen
     Farm(FarmOptions options, blocks::BlockManager& blocks, BoxSource source);
-    ~Farm();  ///< says goodbye
+    ~Farm();  ///< says goodbye to the workers
     Farm(const Farm&) = delete;
     Farm& operator=(const Farm&) = delete;
 
-    /// Every worker, there or coming, works for this pool until end(). @param scene, view of the
-    /// picture @throws Error
+    /// Assigns every worker, connected now or later, to this pool until end().
+    /// @param scene, view of the picture
+    /// @throws Error
     void begin(processors::ProcessorPool& pool, const scene::Scene& scene, const shade::View& view);
     void end();
     /// For PoolSettings::gone.
     void gone(processors::ProcessorPool::MemberId member, const std::string& why, bool expelled);
 
-    /// A worker that listens there, from now on. @throws Error when there is no thread for it
+    /// Dials a worker that listens at this address, from now on.
+    /// @throws Error when no thread can be started for it
     void dial(const sockets::Address& worker);
-    /// It is sent away, and not dialled any more. @param worker as Address::text
+    /// Disconnects a worker and stops dialling it.
+    /// @param worker as Address::text
     void hang_up(const std::string& worker);
     [[nodiscard]] std::vector<std::string> dialled() const;
 
-    /// Where it listens; 0: nowhere.
+    /// Port that it listens on; 0: none.
     [[nodiscard]] std::uint16_t port() const noexcept {
         return m_listener ? m_listener->port() : 0;
     }
@@ -69,11 +73,13 @@ public:
         bool draining = false;
     };
     [[nodiscard]] std::vector<Worker> status() const;
-    /// For observers that ask through the listener. Called on any thread.
+    /// Sets the source of the status for observers that query it through the listener. Called on
+    /// any thread.
     void set_status_source(std::function<farm::Status()> source);
 
-    /// Has a worker, or an observer, at the other end of a link for as long as that lasts.
-    /// @param dialled where; empty: it dialled in @return whether it is worth dialling again
+    /// Serves a worker, or an observer, at the other end of a link until the link ends.
+    /// @param dialled address that was dialled; empty: the peer dialled in
+    /// @return whether dialling again is worthwhile
     bool serve(std::unique_ptr<net::Link> link, const std::string& dialled);
 
 private:
@@ -81,7 +87,8 @@ private:
         std::shared_ptr<WorkerLink> link;
         std::string dialled;  ///< address; empty: it dialled in
         processors::ProcessorPool::MemberId member = 0;
-        bool paused = false;  ///< by an observer of ours; the worker may be so for itself
+        /// By an observer of this coordinator; the worker may also be paused on its own side.
+        bool paused = false;
         [[nodiscard]] bool takes_nothing() const { return paused || link->heartbeat().paused(); }
     };
     void finish() noexcept;
@@ -105,14 +112,14 @@ private:
     std::uint64_t m_next_place = 1, m_next_picture = 1;
     processors::ProcessorPool* m_pool = nullptr;
     std::optional<PictureCall> m_call;
-    std::set<std::string>
-        m_banned;  ///< addresses that were dialled; of who dialled in, names with their hosts
-    std::map<std::string, int> m_banned_of_host;  ///< how many of who dialled in
+    /// Addresses that were dialled; for workers that dialled in, names with their hosts.
+    std::set<std::string> m_banned;
+    std::map<std::string, int> m_banned_of_host;  ///< number of banned workers that dialled in
     std::function<farm::Status()> m_status_source;
     bool m_stop = false;
     std::unique_ptr<net::Listener> m_listener;
-    std::map<std::string, std::uint64_t>
-        m_dialled;  ///< addresses that have a thread, and which of those it had
+    /// Addresses that have a thread, and the turn of that thread.
+    std::map<std::string, std::uint64_t> m_dialled;
     std::uint64_t m_next_turn = 1;
     std::vector<std::thread> m_threads;
     std::unique_ptr<net::ServiceBrowser> m_browser;

@@ -10,7 +10,7 @@
 namespace terravox::farm {
 namespace {
 
-// Answers to leases that were withdrawn or given to others may come late; more than that is no
+// Answers to leases that were withdrawn or given to others may arrive late; more than this is no
 // accident.
 constexpr std::size_t kMaxStrays = 10'000;
 
@@ -38,7 +38,7 @@ void SocketProcessor::submit(tiles::RenderTile tile) {
         m_leases.emplace(id, tile);
         *task.add_tiles() = to_frame(tile, id);
     }
-    (void)m_link->send(std::move(frame));  // a link that has ended says so to its reader
+    (void)m_link->send(std::move(frame));  // if the link has ended, its reader is notified
 }
 
 bool SocketProcessor::wait(std::chrono::milliseconds most) {
@@ -49,7 +49,8 @@ bool SocketProcessor::wait(std::chrono::milliseconds most) {
 std::optional<tiles::TileResult> SocketProcessor::take() {
     std::unique_lock lock(m_mutex);
     m_done.wait(lock, [&] { return has_answer(); });
-    // What came before the link ended counts; of who sends what it should not, nothing does.
+    // Results from before the end of the link count; results of a worker that sent something
+    // invalid do not.
     if (m_failure && (m_false || m_results.empty()))
         std::rethrow_exception(m_failure);
     if (m_cancelled || m_results.empty())
@@ -73,7 +74,7 @@ void SocketProcessor::withdraw(const tiles::RenderTile& tile) noexcept {
         if (stop.ids_size() > 0)
             (void)m_link->send(std::move(frame));
     } catch (...) {
-        m_link->abort();  // out of memory: the reader tells
+        m_link->abort();  // out of memory: the reader reports it
     }
 }
 
@@ -124,7 +125,7 @@ tiles::TileResult SocketProcessor::decoded(const std::string& bytes,
                                            const tiles::RenderTile& tile) const {
     const std::string name = "tile " + std::to_string(tile.index);
     const auto data = std::as_bytes(std::span(bytes));
-    // Before any memory is taken for pixels or holes.
+    // Checked before any memory is allocated for pixels or holes.
     const tiles::TileHead head = tiles::read_tile_head(data, name);
     if (!(head.tile == tile))
         throw util::Error("it sent another tile than " + std::to_string(tile.index));

@@ -16,18 +16,18 @@
 
 namespace terravox::farm {
 
-/// Tiles of one picture on a worker. The link's reader (WorkerLink) hands it what the worker
+/// Renders tiles of one picture on a worker. The link's reader (WorkerLink) passes it the worker's
 /// answers.
 ///
 /// One mutex guards leases and results; frames are sent without it. take() throws LostProcessor
-/// when the link has ended, UntrustedProcessor when the worker sent what it should not,
+/// when the link has ended, UntrustedProcessor when the worker sent something invalid,
 /// FailingProcessor when it cannot trace a tile.
 class SocketProcessor final : public processors::TileProcessor {
 public:
     /// @param picture its id on the wire
-    /// @param layers whether tiles must come with layers
-    /// @param blocks this machine's, which outlive the processor: a box is a hole only when they
-    /// could not have it either
+    /// @param layers whether tiles must have layers
+    /// @param blocks of this machine, which must outlive the processor: a box counts as a hole only
+    /// when it is not available here either
     SocketProcessor(std::shared_ptr<net::Link> link, std::string name, std::uint64_t picture,
                     bool layers, int capacity, const blocks::BlockManager& blocks);
     [[nodiscard]] int capacity() const noexcept override { return m_capacity; }
@@ -39,12 +39,12 @@ public:
     void cancel() noexcept override;
 
     [[nodiscard]] std::uint64_t picture() const noexcept { return m_picture; }
-    /// A tile that the worker sent. What is wrong with it ends the processor.
+    /// Accepts a tile that the worker sent. An invalid one ends the processor.
     void done(const farm::Done& done);
     void failed(const farm::Failed& failed);
     void lost(const std::string& why);
     void misbehaved(const std::string& what);
-    /// Tiles of these leases, as far as there are such.
+    /// The tiles of these leases; unknown leases are skipped.
     [[nodiscard]] std::vector<tiles::RenderTile> tiles_of(const std::vector<std::uint64_t>& ids);
 
 private:
@@ -52,7 +52,7 @@ private:
         return !m_results.empty() || m_failure || m_cancelled || (m_closed && m_leases.empty());
     }
     void fail(std::exception_ptr failure);
-    /// @throws Error for what the worker ought not to have sent
+    /// @throws Error for an invalid result
     [[nodiscard]] tiles::TileResult decoded(const std::string& bytes,
                                             const tiles::RenderTile& tile) const;
 
@@ -68,7 +68,7 @@ private:
     std::deque<tiles::TileResult> m_results;
     std::exception_ptr m_failure;
     std::uint64_t m_next_id = 1;
-    std::size_t m_strays = 0;  ///< answers that nobody had asked for
+    std::size_t m_strays = 0;  ///< answers that match no request
     bool m_closed = false, m_cancelled = false, m_false = false;
 };
 

@@ -213,7 +213,7 @@ void WorkerLink::refuse_it(const std::string& why) noexcept {
 }
 
 std::chrono::steady_clock::duration WorkerLink::silent_for() noexcept {
-    // A large frame comes piece by piece.
+    // A large frame arrives piece by piece.
     if (const auto received = m_link->traffic().received_bytes;
         m_received_bytes.exchange(received) != received)
         m_heard_ns = now_ns();

@@ -15,15 +15,16 @@
 
 namespace terravox::farm {
 
-/// Where a worker has a picture's boxes from.
+/// Where a worker gets a picture's boxes from.
 struct BoxSource {
-    std::string
-        server;  ///< address of a voxel server or box archive that workers can reach; or empty
-    std::string generated;  ///< "generated:SEED"; or empty. Neither: from the coordinator, which
-                            ///< helps out in any case
+    /// Address of a voxel server or box archive that workers can reach; or empty.
+    std::string server;
+    /// "generated:SEED"; or empty. If both are empty, boxes come from the coordinator, which is
+    /// also the fallback otherwise.
+    std::string generated;
 };
 
-/// What is said to workers of the picture under way.
+/// What workers receive about the picture under way.
 struct PictureCall {
     std::uint64_t id = 0, world_id = 0;
     PictureSpec parcel;
@@ -31,25 +32,27 @@ struct PictureCall {
     bool layers = false;
 };
 
-/// The coordinator's end of a link to a worker, from the hellos on. Thread-safe.
+/// The coordinator's end of a link to a worker, after the hellos. Thread-safe.
 class WorkerLink {
 public:
-    /// What a worker tells of itself. Called on the thread of run().
+    /// Notifications from a worker. Called on the thread of run().
     struct Reported {
-        std::function<void(const std::vector<tiles::RenderTile>& given_back)>
-            drains;                           ///< it leaves
-        std::function<void(bool on)> pauses;  ///< somebody there has paused it, or let it go on
+        /// It leaves.
+        std::function<void(const std::vector<tiles::RenderTile>& given_back)> drains;
+        std::function<void(bool on)> pauses;  ///< it was paused or resumed on its own side
     };
     WorkerLink(std::unique_ptr<net::Link> link, farm::Hello worker, BoxSupplier& boxes,
                Reported told);
     ~WorkerLink();
 
-    /// Tells the worker of a picture. @return what renders its tiles there
+    /// Announces a picture to the worker.
+    /// @return the processor that renders its tiles there
     [[nodiscard]] std::shared_ptr<SocketProcessor> begin(const PictureCall& call);
-    /// Reads until the link ends. @return why it did
+    /// Reads until the link ends.
+    /// @return the reason
     [[nodiscard]] std::string run();
 
-    void ping();  ///< unless so much is to be sent before it that it would say nothing
+    void ping();  ///< skipped when so much is queued before it that it would measure nothing
     void bye(const std::string& reason) noexcept;
     void refuse_it(const std::string& why) noexcept;
     void abort() noexcept { m_link->abort(); }
@@ -64,7 +67,7 @@ public:
     [[nodiscard]] farm::Heartbeat heartbeat() const;
     [[nodiscard]] net::Link::Traffic traffic() const noexcept { return m_link->traffic(); }
     [[nodiscard]] bool draining() const noexcept { return m_draining; }
-    /// Whether run() ended because the worker sent what none sends.
+    /// Whether run() ended because the worker sent something invalid.
     [[nodiscard]] bool misbehaved() const noexcept { return m_misbehaved; }
 
 private:

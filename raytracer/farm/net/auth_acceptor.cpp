@@ -18,13 +18,13 @@ namespace terravox::net {
 namespace {
 
 constexpr int kAcceptsOfRound = 64;
-constexpr std::chrono::seconds kGrace{1};  ///< to close in order, after a refusal that was told
-constexpr std::chrono::seconds kLostAfter{15};  ///< for a peer that confirms no data
+constexpr std::chrono::seconds kGrace{1};  ///< to close in order, after a refusal that was sent
+constexpr std::chrono::seconds kLostAfter{15};  ///< for a peer that acknowledges no data
 constexpr std::byte kTlsHandshake{0x16};
 constexpr const char* kTooMany = "too many strangers at once";
 constexpr const char* kNoDescriptors = "the limit of open files is reached";
 
-/// A part of the descriptors that the process may have: others need some, too.
+/// A share of the descriptors that the process may have: other parts need some, too.
 int share_of_descriptors(int wanted, rlim_t part) {
     rlimit limit{};
     if (::getrlimit(RLIMIT_NOFILE, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY)
@@ -95,7 +95,7 @@ void AuthAcceptor::stop() noexcept {
 
 void AuthAcceptor::wake() noexcept {
     const std::uint64_t one = 1;
-    // It fails only when it has been woken very often already.
+    // It fails only when many wake-ups are pending already.
     [[maybe_unused]] const ssize_t put = ::write(m_wake.fd(), &one, sizeof one);
 }
 
@@ -139,8 +139,8 @@ void AuthAcceptor::run() noexcept {
         try {
             round();
         } catch (const std::exception& e) {
-            // One round's work is lost, at most one connection. Memory may be short: not again at
-            // once.
+            // The work of one round is lost, at most one connection. Memory may be short, so it
+            // pauses before trying again.
             spdlog::error("farm: accept connections: {}", e.what());
             rest();
         }
@@ -171,7 +171,7 @@ void AuthAcceptor::round() {
             if (!guest.witness)
                 continue;
             guests.push_back(peer);
-            polled.push_back({guest.witness.fd(), 0, 0});  // its end alone
+            polled.push_back({guest.witness.fd(), 0, 0});  // only to detect its end
             next = std::min(next, guest.deadline);
         }
     }
@@ -236,7 +236,7 @@ void AuthAcceptor::accept_from(int listening) {
                 const std::lock_guard lock(m_log_mutex);
                 m_log.refused("", "connections", std::strerror(code));
             }
-            // The connection stays in the queue of the kernel.
+            // The connection stays in the kernel's queue.
             if (code == ENOBUFS || code == ENOMEM)
                 rest();
             return;
@@ -337,7 +337,8 @@ void AuthAcceptor::first_byte(PendingPeers::iterator stranger) {
     stranger->said_something = true;
     if (first == kTlsHandshake)
         return let_in(stranger);
-    // Who comes with a token is told that it will not do; all others are refused there.
+    // token_bytes() answers a peer that has a token that it is not accepted, and refuses all
+    // others.
     stranger->phase = Phase::kToken;
     token_bytes(stranger);
 }
@@ -415,8 +416,8 @@ void AuthAcceptor::let_in(PendingPeers::iterator stranger) {
     const auto now = Clock::now();
     {
         const std::lock_guard lock(m_mutex);
-        // The deadline of gRPC's own handshake comes first: then the reason is the certificate, as
-        // far as can be seen from here.
+        // gRPC's own handshake deadline comes first: then the reason is the certificate, as far as
+        // can be determined here.
         m_guests[peer] = {.number = ++m_numbers,
                           .address = stranger->address,
                           .came = stranger->came,
@@ -429,14 +430,14 @@ void AuthAcceptor::let_in(PendingPeers::iterator stranger) {
 }
 
 bool AuthAcceptor::send(PendingPeers::iterator stranger, const Bytes& bytes) {
-    // Nothing else was sent before: so little fits into any socket.
+    // Nothing else was sent before, and so few bytes fit into any socket buffer.
     return bytes.empty() ||
            ::send(stranger->socket.fd(), bytes.data(), bytes.size(), MSG_NOSIGNAL | MSG_DONTWAIT) ==
                static_cast<ssize_t>(bytes.size());
 }
 
-/// With an answer that the peer should get: closing at once, with bytes of the peer unread, would
-/// take it back.
+/// Leaves time for the peer to receive the answer: closing at once, with unread bytes of the peer,
+/// would discard it.
 void AuthAcceptor::leave(PendingPeers::iterator stranger, const Bytes& reply,
                          const std::string& why) {
     if (!send(stranger, reply) || ::shutdown(stranger->socket.fd(), SHUT_WR) != 0)

@@ -17,42 +17,44 @@
 
 namespace terravox::net {
 
-/// Accepts connections, and lets those in whose peers show that they may: by the handshake of the
-/// token; or, where certificates are wanted, those that begin TLS, whose certificates are then
-/// looked at by whom they are handed to. Never more than the limits allow.
+/// Accepts connections, and admits those whose peers authenticate: by the handshake of the token;
+/// or, where certificates are required, those that begin TLS, whose certificates are then checked
+/// by the receiver of the connection. It never exceeds its limits.
 ///
-/// One thread of its own does all of it and never waits for a single peer. PendingPeers
-/// (connections that have shown nothing yet) have a time limit from their first moment on, so that
-/// slow ones gain nothing; when there are too many, or the process has no descriptors left, the
-/// oldest of the address with the most goes. A spare descriptor is kept for the case that there are
-/// no strangers to close: with it a connection is taken and closed, as it would otherwise stay in
-/// the queue of the kernel and keep this loop busy.
+/// A single thread of its own does all the work and never blocks on a single peer. PendingPeers
+/// (connections that have not authenticated yet) have a time limit from the moment of connection,
+/// so that slow ones gain nothing. When there are too many, or the process has no descriptors left,
+/// the oldest of the address with the most connections is closed. A spare descriptor is kept for
+/// the case that there are no pending peers to close: with it a connection is accepted and closed,
+/// as it would otherwise stay in the kernel's queue and keep this loop busy.
 ///
-/// A guest was let in; it is *expected* until joined() says that its call has come, and has a time
-/// limit for that, too. Meanwhile a second descriptor of its connection is kept here to see it end,
-/// and to end it. The mutex guards the guests alone, which joined() and left() are told about from
-/// other threads; descriptors are closed by the loop only, which may have them in its poll().
+/// An admitted peer is called a guest. It is *expected* until joined() reports that its call has
+/// arrived, and has a time limit for that, too. Meanwhile a second descriptor of its connection is
+/// kept here to detect its end, and to end it. The mutex guards only the guests, for which joined()
+/// and left() are called from other threads; descriptors are closed only by the loop, which may
+/// have them in its poll().
 class AuthAcceptor {
 public:
-    /// Takes the connection of a guest; called on the thread of the doorkeeper.
+    /// Takes the connection of a guest; called on the acceptor's thread.
     using Admit = std::function<void(sockets::Socket, const std::string& peer)>;
     /// @throws Error when it cannot listen there
     AuthAcceptor(const sockets::Address& address, const Credentials& credentials,
                  const ListenerLimits& limits, Admit admit);
     ~AuthAcceptor();  ///< as stop()
-    void start();     ///< from now on it lets in; once
+    void start();     ///< begins to admit peers; call once
     AuthAcceptor(const AuthAcceptor&) = delete;
     AuthAcceptor& operator=(const AuthAcceptor&) = delete;
 
     [[nodiscard]] std::uint16_t port() const noexcept { return m_port; }
-    void stop() noexcept;  ///< listens no more
-    /// The call of a guest has come. @return its number; nullopt: nobody is expected by that name,
-    /// or its call has come before
+    void stop() noexcept;  ///< stops listening
+    /// Reports that the call of a guest has arrived.
+    /// @return its number; nullopt: no guest of that name is expected, or its call has arrived
+    /// before
     [[nodiscard]] std::optional<std::uint64_t> joined(const std::string& peer);
-    /// @param number  a port may be another connection's by now
+    /// @param number distinguishes the guest from a later connection from the same port
     void left(const std::string& peer, std::uint64_t number);
-    void tell_refusal(const std::string& peer,
-                      const std::string& why);  ///< of one that joined() was true for
+    /// For a peer for which joined() returned a number.
+    void tell_refusal(const std::string& peer, const std::string& why);
 
 private:
     using Clock = std::chrono::steady_clock;
@@ -90,7 +92,7 @@ private:
     bool make_room(const char* why);
     std::size_t unproven() const;
     void wake() noexcept;
-    void rest() noexcept;  ///< for a moment, where going on at once would only keep a core busy
+    void rest() noexcept;  ///< pauses briefly where continuing at once would only keep a core busy
 
     const Credentials m_credentials;
     ListenerLimits m_limits;

@@ -24,10 +24,10 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr long kDay_s = 86'400;
-constexpr long kClockTolerance_s = kDay_s;  ///< clocks of a farm's machines differ
+constexpr long kClockTolerance_s = kDay_s;  ///< tolerance for clocks of a farm's machines
 constexpr mode_t kPrivate = 0600, kPublic = 0644;
 
-/// Files that appear together or, as far as that can be had, not at all.
+/// Files that appear together or, as far as possible, not at all.
 class NewFiles {
 public:
     ~NewFiles() {
@@ -54,7 +54,7 @@ public:
             if (code == 0 && ::fsync(file.fd()) != 0 && errno != EINVAL && errno != ENOTSUP)
                 code = errno;
         }
-        // Unlike a rename, a link never takes the place of a file that is there.
+        // Unlike a rename, a link never replaces an existing file.
         if (code == 0 && ::link(temporary.c_str(), path.c_str()) != 0)
             code = errno;
         fs::remove(temporary, ignored);
@@ -103,13 +103,13 @@ void add(X509* certificate, X509* issuer, int kind, const std::string& value) {
     need(extension && X509_add_ext(certificate, extension.get(), -1) == 1, "add what it is for");
 }
 
-/// @param ca nothing: of itself
+/// @param ca null: self-signed
 Pair make_pair(const std::string& name, const std::string& role, int days, const Pair* ca) {
     Pair out{CertificatePtr(X509_new()), KeyPtr(EVP_EC_gen("P-256"))};
     need(out.certificate && out.key, "make a key");
     X509* certificate = out.certificate.get();
     X509* issuer = ca != nullptr ? ca->certificate.get() : certificate;
-    // 159 random bits, the first of them set: positive, and never of fewer bytes.
+    // 159 random bits, the first of them set: positive, and always of the same length.
     std::array<unsigned char, 20> serial{};
     need(RAND_bytes(serial.data(), static_cast<int>(serial.size())) == 1, "make a serial number");
     serial[0] = static_cast<unsigned char>((serial[0] & 0x7f) | 0x40);
@@ -186,7 +186,7 @@ void add_revoked(X509_CRL* list, X509* certificate, const std::string& file) {
              X509_REVOKED_set_revocationDate(entry.get(), now.get()) == 1 &&
              X509_CRL_add0_revoked(list, entry.get()) == 1,
          "add it to the list of revoked ones");
-    (void)entry.release();  // the list's now
+    (void)entry.release();  // now owned by the list
 }
 
 }  // namespace

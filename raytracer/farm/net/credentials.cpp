@@ -15,7 +15,8 @@ void free_stack(STACK_OF(X509) * stack) noexcept {
 
 constexpr std::streamsize kMaxPem_bytes = 1 << 20;
 
-/// As the peer will do it: signed by this CA, of today, for both ends, with the farm's name.
+/// Checks the chain as the peer will: signed by this CA, valid today, for both ends, with the
+/// farm's name.
 /// @param chain the certificate, and those between it and the CA
 void check_chain(const std::vector<CertificatePtr>& ca, const std::vector<CertificatePtr>& chain,
                  const std::filesystem::path& path) {

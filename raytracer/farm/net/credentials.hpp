@@ -12,10 +12,10 @@
 namespace terravox::net {
 
 inline constexpr std::size_t kMinToken = 16;  ///< characters
-inline constexpr std::string_view kFarmName =
-    "terravox-farm";  ///< DNS name in each certificate: who has one of this CA belongs to the farm
+/// DNS name in each certificate: a peer with a certificate of this CA belongs to the farm.
+inline constexpr std::string_view kFarmName = "terravox-farm";
 
-/// What is in the three files.
+/// The contents of the three files.
 struct Pem {
     std::string ca, certificate, key;
 };
@@ -24,14 +24,15 @@ struct Pem {
 /// short token
 void check(const Credentials& credentials);
 
-/// A file of PEM. @param what it is, for messages @throws Error for one that cannot be read, or is
-/// larger than 1 MiB
+/// Reads a PEM file.
+/// @param what kind of file it is, for messages
+/// @throws Error for a file that cannot be read, or is larger than 1 MiB
 [[nodiscard]] std::string text_of_pem(const std::filesystem::path& path, const char* what);
 
-/// Reads the files and sees whether a peer with the same CA would take them.
-/// @throws Error for a file that cannot be read or is no PEM, a key of another certificate;
-/// RefusedError for a certificate that has expired,
-///         is of another CA, does not carry kFarmName or names no role
+/// Reads the files and checks that a peer with the same CA would accept them.
+/// @throws Error for a file that cannot be read or is not PEM, or a key of another certificate;
+/// RefusedError for a certificate that has expired, is of another CA, does not carry kFarmName or
+/// names no role
 [[nodiscard]] Pem read_pem(const Credentials& credentials);
 
 [[nodiscard]] std::shared_ptr<grpc::ChannelCredentials> to_dial(const Pem& pem);

@@ -23,12 +23,12 @@ std::string text_of(const grpc::Status& status) {
                                           : status.error_message();
 }
 
-/// The end that dialled. A hold keeps gRPC from calling OnDone while send() may still begin a
+/// The end that dialled. A hold keeps gRPC from calling OnDone while send() may still start a
 /// write.
 ///
-/// It holds a channel, and the last channel of a process ends gRPC's threads, which waits for them:
-/// it must not be destroyed on one of them. So gRPC holds no part in it: whoever made it waits for
-/// the end of the call, and touches it as the last.
+/// It owns a channel, and destroying the last channel of a process ends gRPC's threads and waits
+/// for them, so it must not be destroyed on one of those. Therefore gRPC has no share in its
+/// ownership: its creator waits for the end of the call, and is the last to use it.
 class DialledStream final : public Stream,
                             private grpc::ClientBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer> {
 public:
@@ -45,8 +45,8 @@ public:
         begin();
     }
 
-    /// Waits for the listener's end to take the call. @return nullopt: it has; else why not, or OK
-    /// where the time was over
+    /// Waits until the listener's end accepts the call.
+    /// @return nullopt: it has; else the reason, or OK on timeout
     std::optional<grpc::Status> wait_until_taken(Clock::time_point deadline) {
         std::unique_lock lock(m_taken_mutex);
         m_taken_changed.wait_until(lock, deadline, [&] { return m_taken || m_status; });
@@ -101,7 +101,7 @@ private:
     std::optional<grpc::Status> m_status;
 };
 
-/// @return a link once the listener's end has taken the call; else what went wrong
+/// @return a link once the listener's end has accepted the call; else the error
 struct Attempt {
     std::unique_ptr<Link> link;
     grpc::Status status;  ///< OK: no answer in time
@@ -148,16 +148,16 @@ std::unique_ptr<Link> dial_with_token(const sockets::Endpoint& endpoint, const s
     return std::move(link);
 }
 
-/// What gRPC tells of a connection with certificates that did not come about, and whether it is
-/// worth another try. There are only its words.
+/// The reason that gRPC reports for a failed connection with certificates, and whether another try
+/// is worthwhile. Only gRPC's message text is available.
 std::pair<std::string, bool> refusal_of(const grpc::Status& status, const std::string& endpoint) {
     std::string why = text_of(status);
     if (status.error_code() != grpc::StatusCode::UNAVAILABLE)
         return {why, true};
     if (const auto at = why.rfind(endpoint + ": "); at != std::string::npos)
         why.erase(0, at + endpoint.size() + 2);
-    // With TLS 1.3 the listener looks at the dialler's certificate when the dialler thinks that all
-    // is done. A listener that is slow closes in the same way, so it is worth another try.
+    // With TLS 1.3 the listener checks the dialler's certificate after the dialler considers the
+    // handshake complete. A slow listener closes in the same way, so another try is worthwhile.
     if (why.find("Socket closed") != std::string::npos)
         return {"it closed the connection when it had seen the certificate, or was too slow",
                 false};
@@ -174,9 +174,9 @@ std::unique_ptr<Link> dial_with_certificate(const sockets::Endpoint& endpoint, c
     arguments.SetSslTargetNameOverride(std::string(kFarmName));
     const auto left_ms = std::max<long long>(
         1, std::chrono::ceil<std::chrono::milliseconds>(deadline - Clock::now()).count());
+    // Also the time limit of an attempt.
     arguments.SetInt(GRPC_ARG_MIN_RECONNECT_BACKOFF_MS,
-                     static_cast<int>(std::min<long long>(
-                         left_ms, 3'600'000)));  // the time limit of an attempt, too
+                     static_cast<int>(std::min<long long>(left_ms, 3'600'000)));
     const std::string target =
         (endpoint.storage.ss_family == AF_INET6 ? "ipv6:" : "ipv4:") + endpoint.text();
     auto [link, status] =
@@ -203,7 +203,7 @@ std::unique_ptr<Link> dial(const sockets::Address& address, const Credentials& c
     const auto endpoints = sockets::resolve(address, false);
     std::string why;
     for (std::size_t i = 0; i < endpoints.size(); ++i) {
-        // An address of the name that swallows packets leaves time for the others.
+        // An address of the name that drops packets leaves time for the others.
         const auto now = Clock::now();
         const auto until = now + (deadline - now) / static_cast<long>(endpoints.size() - i);
         try {

@@ -38,9 +38,9 @@ struct FreeTexts {
 };
 using TextList = std::unique_ptr<AvahiStringList, FreeTexts>;
 
-/// A connection to Avahi's daemon with a thread of its own, made anew when the daemon has come
-/// back. All that derived classes do happens on that thread, with the poll's lock held, or before
-/// it has begun or after it has ended: that needs no lock of one's own.
+/// A connection to Avahi's daemon with a thread of its own, renewed when the daemon has come back.
+/// All work of derived classes happens on that thread, with the poll's lock held, or before it
+/// starts or after it ends: no other lock is needed.
 class Client {
 public:
     Client(const Client&) = delete;
@@ -49,8 +49,8 @@ public:
 protected:
     Client() = default;
     virtual ~Client() { end(); }
-    /// @param patient wait for a daemon that is not there yet @return 0, or Avahi's number of what
-    /// is wrong
+    /// @param patient wait for a daemon that is not there yet
+    /// @return 0, or Avahi's error code
     [[nodiscard]] int begin(bool patient) {
         m_poll.reset(avahi_threaded_poll_new());
         if (!m_poll)
@@ -59,7 +59,7 @@ protected:
             return error;
         return avahi_threaded_poll_start(m_poll.get()) == 0 ? 0 : AVAHI_ERR_FAILURE;
     }
-    /// To be called first by the destructors of derived classes: no call reaches them after it.
+    /// To be called first by the destructors of derived classes: no call reaches them afterwards.
     void end() noexcept {
         if (!m_poll)
             return;
@@ -70,10 +70,11 @@ protected:
         m_poll.reset();
     }
 
-    virtual void running(AvahiClient* client) = 0;  ///< the daemon is there: may be called again
-    virtual void lost() = 0;                        ///< all that was made with the client has gone
+    /// The daemon is available: may be called again.
+    virtual void running(AvahiClient* client) = 0;
+    virtual void lost() = 0;   ///< everything made with the client is gone
     virtual void renamed() {}  ///< the machine's name is being changed: running() follows
-    virtual void absent(const char* why) = 0;  ///< the daemon is not there
+    virtual void absent(const char* why) = 0;  ///< the daemon is not available
 
 private:
     [[nodiscard]] int connect(bool patient) {
@@ -123,7 +124,7 @@ std::string host_name() {
     return whole.substr(0, whole.find('.'));
 }
 
-// A label of DNS: what tells apart, role and port, must be within it.
+// A label of DNS is limited: the distinguishing part, role and port, must fit in it.
 std::string service_name(const std::string& role, std::uint16_t port) {
     constexpr std::size_t kMax_bytes = AVAHI_LABEL_MAX - 1, kRoomForNumber = 5;
     const std::string end = " " + std::to_string(port);
@@ -225,17 +226,17 @@ private:
     TextList m_text;
     AvahiEntryGroup* m_group = nullptr;
     bool m_warned = false;
-    mutable std::mutex
-        m_name_mutex;  ///< guards the name alone, so that asking for it never waits for the daemon
+    /// Guards the name alone, so that reading it never waits for the daemon.
+    mutable std::mutex m_name_mutex;
     std::string m_name;
 };
 
-/// A service is seen once for each network and kind of address (an instance), each resolved on its
-/// own and watched from then on. What is told is the service: found with the best address of its
-/// instances, gone with the last of them.
+/// A service appears once for each network and kind of address (an instance), each resolved
+/// separately and watched from then on. What is reported is the service: found with the best
+/// address of its instances, gone with the last of them.
 ///
 /// The instances belong to the client's thread. m_mutex guards what settle() waits for: that the
-/// daemon has told all it knows, and that each instance has been resolved or has failed.
+/// daemon has reported all it knows, and that each instance has been resolved or has failed.
 class ServiceBrowser::Impl final : private Client {
 public:
     Impl(std::string role, OnEvent on_event)
@@ -332,7 +333,7 @@ private:
             const std::lock_guard lock(m_mutex);
             ++m_unresolved;
         }
-        // It stays: what changes later is told by it as well.
+        // The resolver stays, since it also reports later changes.
         instance.resolver =
             avahi_service_resolver_new(client, interface, protocol, name.c_str(), type, domain,
                                        protocol, AvahiLookupFlags(0), on_resolver, &instance);
@@ -406,7 +407,7 @@ private:
         instance.found = std::move(service);
     }
 
-    /// What is to be said of a name now, if that is not what was said last.
+    /// Reports the state of a name if it differs from the last report.
     void tell(const std::string& name) {
         const Instance* best = nullptr;
         for (auto it = m_instances.lower_bound({name, 0, 0});

@@ -29,7 +29,7 @@ bool in_test() {
 }
 
 void to_log(gpr_log_func_args* said) {
-    // The process ends right after a failed assertion.
+    // The process aborts right after a failed assertion.
     const bool fatal =
         std::string_view(said->message).find("assertion failed") != std::string_view::npos;
     spdlog::log(fatal ? spdlog::level::critical : spdlog::level::debug, "gRPC: {} ({}:{})",
@@ -69,7 +69,7 @@ void set_up(grpc::ServerBuilder& builder, const Keepalive& keepalive,
     builder.SetMaxSendMessageSize(static_cast<int>(kMaxFrame_bytes));
     builder.AddChannelArgument(GRPC_ARG_HTTP2_MAX_PING_STRIKES, 0);
     builder.AddChannelArgument(GRPC_ARG_HTTP2_MIN_RECV_PING_INTERVAL_WITHOUT_DATA_MS, 500);
-    // A connection carries one call, and goes with it.
+    // A connection carries one call, and ends with it.
     builder.AddChannelArgument(GRPC_ARG_MAX_CONCURRENT_STREAMS, 1);
     builder.AddChannelArgument(GRPC_ARG_MAX_CONNECTION_IDLE_MS, 3000);
     builder.AddChannelArgument(GRPC_ARG_SERVER_HANDSHAKE_TIMEOUT_MS,
@@ -97,7 +97,7 @@ std::string readable_peer(const std::string& of_grpc) {
             out += of_grpc[i];
         }
     }
-    // A scope ("%2" after the address) is a matter of this machine alone.
+    // A scope ("%2" after the address) is meaningful on this machine alone.
     if (const auto scope = out.find('%'), end = out.find(']');
         scope != std::string::npos && end != std::string::npos && scope < end)
         out.erase(scope, end - scope);

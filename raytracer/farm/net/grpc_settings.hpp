@@ -9,30 +9,31 @@
 namespace terravox::net {
 
 inline constexpr const char* kJoinMethod = "/terravox.farm.Farm/Join";
-inline constexpr const char* kAcceptedKey =
-    "terravox-farm";  ///< in what the listener's end says first: without it the call was not taken
+/// Key in the listener's initial metadata: without it the call was not accepted.
+inline constexpr const char* kAcceptedKey = "terravox-farm";
 
-/// How a dead peer is found: a ping after this much silence, whose answer may take this long.
+/// How a dead peer is detected: a ping after this much silence, whose answer may take this long.
 /// TERRAVOX_FARM_TEST=1 in the environment shortens both.
 struct Keepalive {
     std::chrono::milliseconds silence{10'000}, answer{5'000};
     [[nodiscard]] static Keepalive of_environment();
 };
 
-/// After so long without a byte taken a peer is stuck, whatever it answers to pings.
-/// TERRAVOX_FARM_TEST=1 shortens it, too.
+/// A peer that accepts no byte for this long is stuck, even if it answers pings.
+/// TERRAVOX_FARM_TEST=1 shortens this, too.
 [[nodiscard]] std::chrono::milliseconds max_stalled_of_environment();
 
 [[nodiscard]] grpc::ChannelArguments channel_arguments(const Keepalive& keepalive);
 void set_up(grpc::ServerBuilder& builder, const Keepalive& keepalive,
             std::chrono::milliseconds handshake);
 
-/// Once in a process, whoever needs gRPC first. It stays: gRPC, which would end with its last
-/// object, waits for its threads then, up to ten seconds. It writes to standard error by itself, a
-/// line for each stranger with a bad certificate; from now on to the log, as details.
+/// Initialises gRPC once per process; to be called before gRPC is used. It stays initialised,
+/// because gRPC would otherwise shut down with its last object and wait up to ten seconds for its
+/// threads. By itself gRPC writes a line to standard error for each stranger with a bad
+/// certificate; after this call such lines go to the log, as details.
 void begin_grpc();
 
-/// "ipv6:%5B::1%5D:51234" as "[::1]:51234", as Endpoint::text() says it.
+/// Converts "ipv6:%5B::1%5D:51234" to "[::1]:51234", the form of Endpoint::text().
 [[nodiscard]] std::string readable_peer(const std::string& of_grpc);
 
 }  // namespace terravox::net

@@ -43,7 +43,7 @@ Bytes hello_of(const Nonce& nonce) {
     return out;
 }
 
-/// Whether what is there so far could be the beginning of a hello.
+/// Whether the bytes so far could be the beginning of a hello.
 bool begins_like_hello(std::span<const std::byte> bytes) {
     const auto magic = bytes_of(kHandshakeMagic);
     const auto size_bytes = std::min(bytes.size(), magic.size());

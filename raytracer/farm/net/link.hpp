@@ -12,14 +12,14 @@
 namespace terravox::net {
 
 inline constexpr std::uint32_t kProtocol = 1;
-inline constexpr std::size_t kMaxBeforePing_bytes =
-    std::size_t{16} << 20;  ///< a ping or a heartbeat that has to wait for more says nothing
-inline constexpr std::size_t kMaxFrame_bytes =
-    std::size_t{16} << 20;  ///< a larger frame ends the link on either side
+/// A ping or a heartbeat that waits behind more bytes than this measures nothing.
+inline constexpr std::size_t kMaxBeforePing_bytes = std::size_t{16} << 20;
+/// A larger frame ends the link on either side.
+inline constexpr std::size_t kMaxFrame_bytes = std::size_t{16} << 20;
 
-/// One connection between a coordinator and a worker, whoever dialled: frames both ways, in order,
-/// each once. The peer has shown that it may (token or certificate) before a Link exists.
-/// Thread-safe; receive() is for one thread at a time.
+/// One connection between a coordinator and a worker, whichever side dialled: frames in both
+/// directions, in order, each exactly once. The peer has authenticated (token or certificate)
+/// before a Link exists. Thread-safe; receive() is for one thread at a time.
 class Link {
 public:
     Link() = default;
@@ -27,38 +27,39 @@ public:
     Link& operator=(const Link&) = delete;
     virtual ~Link() = default;  ///< as abort()
 
-    /// Queues a frame; waits while more than 32 MiB are queued. Where nothing at all goes out for
-    /// 10 s meanwhile the link is aborted; a peer that takes 64 KiB in that time is slow, not
-    /// stuck. TERRAVOX_FARM_TEST=1 in the environment makes it 2 s.
+    /// Queues a frame; blocks while more than 32 MiB are queued. If nothing at all goes out for 10
+    /// s meanwhile the link is aborted; a peer that accepts 64 KiB in that time is slow, not stuck.
+    /// TERRAVOX_FARM_TEST=1 in the environment makes it 2 s.
     /// @return false: the link has ended, the frame is lost
     virtual bool send(farm::Frame frame) = 0;
-    /// Waits for the next frame. @return nullopt: the link has ended, by either side
+    /// Blocks until the next frame.
+    /// @return nullopt: the link has ended, by either side
     [[nodiscard]] virtual std::optional<farm::Frame> receive() = 0;
-    /// Ends the link once what is queued has been sent, but no later than after this; send() fails
-    /// from now on. Idempotent.
+    /// Ends the link once everything queued has been sent, at the latest after the timeout; send()
+    /// fails from now on. Idempotent.
     virtual void close(std::chrono::milliseconds timeout = std::chrono::seconds(2)) noexcept = 0;
-    /// Ends it at once: receive() returns. Idempotent.
+    /// Ends the link at once: receive() returns. Idempotent.
     virtual void abort() noexcept = 0;
-    [[nodiscard]] virtual const std::string& peer()
-        const noexcept = 0;  ///< its address, for messages
-    /// What the peer's certificate lets it be ("worker", "coordinator":
+    /// The peer's address, for messages.
+    [[nodiscard]] virtual const std::string& peer() const noexcept = 0;
+    /// Role of the peer according to its certificate ("worker", "coordinator":
     /// raytracer/farm/net/peer_certificate.hpp); empty with a token.
     [[nodiscard]] virtual std::string certified_role() const { return {}; }
-    /// The name that the CA has given the peer in its certificate; empty with a token. Several
+    /// The name of the peer in its certificate, assigned by the CA; empty with a token. Several
     /// machines may share a certificate.
     [[nodiscard]] virtual std::string certified_name() const { return {}; }
-    /// Whether the peer's certificate has been revoked since it was let in, by the list of this
-    /// machine; false with a token. Asks the file system: for now and then, as with each heartbeat.
-    /// Whoever is told so ends the link.
+    /// Whether the peer's certificate has been revoked since it was admitted, according to the list
+    /// on this machine; false with a token. Reads the file system: call it occasionally, such as
+    /// with each heartbeat. A caller that gets true must end the link.
     [[nodiscard]] virtual bool is_revoked() { return false; }
-    /// Why it ended, for messages; empty before that, and after a close() of our own.
+    /// Why the link ended, for messages; empty before that, and after a close() by this side.
     [[nodiscard]] virtual std::string why_ended() const = 0;
-    /// Bytes on the wire so far, near enough: serialized frames. They grow while a large frame is
-    /// on its way.
+    /// Approximate bytes on the wire so far: serialized frames. They grow while a large frame is
+    /// being sent.
     struct Traffic {
         std::uint64_t sent_bytes = 0, received_bytes = 0;
-        std::uint64_t queued_bytes =
-            0;  ///< of what send() took, not sent yet; above 32 MiB send() waits
+        /// Bytes accepted by send() and not sent yet; above 32 MiB send() blocks.
+        std::uint64_t queued_bytes = 0;
     };
     [[nodiscard]] virtual Traffic traffic() const noexcept = 0;
 };

@@ -8,7 +8,7 @@
 namespace terravox::net {
 namespace {
 
-/// Frames one way. Serialized on the way, as on a wire: nothing but their bytes arrives.
+/// Frames in one direction. They are serialized as on a wire: nothing but their bytes arrives.
 class Pipe {
 public:
     bool put(const farm::Frame& frame) {
@@ -36,7 +36,7 @@ public:
             return std::nullopt;
         return frame;
     }
-    /// Nothing more goes in; what is in comes out, which is waited for.
+    /// Accepts no more frames, and waits until those inside have been received.
     void end(std::chrono::milliseconds timeout) noexcept {
         std::unique_lock lock(m_mutex);
         m_ended = true;

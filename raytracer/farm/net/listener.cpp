@@ -16,9 +16,9 @@
 namespace terravox::net {
 namespace {
 
-/// The end that was dialled. gRPC wants Finish exactly once, and nothing begun after it: it may
-/// call OnDone at any time from then on, and would go on with what was begun later when this is
-/// destroyed.
+/// The end that was dialled. gRPC requires Finish exactly once, and nothing started after it: it
+/// may call OnDone at any time from then on, and would continue with what was started later when
+/// this is destroyed.
 class AcceptedStream final : public Stream,
                              public std::enable_shared_from_this<AcceptedStream>,
                              public grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer> {
@@ -68,7 +68,7 @@ private:
     bool m_finished = false;
 };
 
-/// Takes a call only to say why it is not wanted.
+/// Accepts a call only to send the reason of its refusal.
 class RefusedCall final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer> {
 public:
     explicit RefusedCall(const std::string& why) {
@@ -79,11 +79,11 @@ public:
 
 }  // namespace
 
-/// Three kinds of threads: the doorkeeper's, gRPC's own few, and one for each call of on_link.
+/// Three kinds of threads: the acceptor's, gRPC's own few, and one for each call of on_link.
 ///
 /// The mutex guards the hosts (one for each link that came) and the count of streams that gRPC has
-/// not let go. on_link runs without it. A host whose thread has ended is joined when the next link
-/// comes, or by stop().
+/// not released. on_link runs without it. A host whose thread has ended is joined when the next
+/// link comes, or by stop().
 class Listener::Impl final : private farm::Farm::WithRawCallbackMethod_Join<farm::Farm::Service> {
 public:
     Impl(const sockets::Address& address, const Credentials& credentials, OnLink on_link,
@@ -124,8 +124,8 @@ public:
                 if (const auto stream = host.stream.lock())
                     stream->abort();
         }
-        // What links had sent before they were closed goes out; peers that do not go by themselves
-        // are cut off.
+        // Data that links sent before they were closed still goes out; peers that do not leave by
+        // themselves are cut off.
         m_server->Shutdown(std::chrono::system_clock::now() + std::chrono::milliseconds(500));
         std::list<Host> hosts;
         {
@@ -182,7 +182,7 @@ private:
             host = next;
         }
         for (auto& host : ended)
-            host.thread.join();  // it has nothing left to do but to end
+            host.thread.join();  // it is about to end
         const auto stream = std::make_shared<AcceptedStream>(
             context, peer, [this, peer, number = *number] { stream_done(peer, number); });
         if (m_tls)

@@ -24,7 +24,7 @@ using CertificatePtr = std::unique_ptr<X509, FreeBy<X509_free>>;
 using CrlPtr = std::unique_ptr<X509_CRL, FreeBy<X509_CRL_free>>;
 using KeyPtr = std::unique_ptr<EVP_PKEY, FreeBy<EVP_PKEY_free>>;
 
-/// What OpenSSL says of the last failure on this thread; forgets it.
+/// OpenSSL's reason for the last failure on this thread; clears it.
 inline std::string openssl_reason() {
     const unsigned long code = ERR_get_error();
     ERR_clear_error();
@@ -48,11 +48,11 @@ inline std::vector<CertificatePtr> certificates_of(const std::string& pem) {
             break;
         out.push_back(std::move(one));
     }
-    ERR_clear_error();  // the end of the file is one
+    ERR_clear_error();  // the end of the file is reported as an error
     return out;
 }
 
-/// @return the list of revoked certificates, or nothing
+/// @return the list of revoked certificates, or null
 inline CrlPtr crl_of(const std::string& pem) {
     const BioPtr in(BIO_new_mem_buf(pem.data(), static_cast<int>(pem.size())));
     CrlPtr out(in ? PEM_read_bio_X509_CRL(in.get(), nullptr, nullptr, nullptr) : nullptr);
@@ -60,7 +60,7 @@ inline CrlPtr crl_of(const std::string& pem) {
     return out;
 }
 
-/// @return the key, or nothing; one with a pass phrase is none
+/// @return the key, or null; keys with a pass phrase are not supported
 inline KeyPtr key_of(const std::string& pem) {
     const BioPtr in(BIO_new_mem_buf(pem.data(), static_cast<int>(pem.size())));
     const auto no_phrase = [](char*, int, int, void*) { return -1; };

@@ -18,7 +18,7 @@ void free_names(GENERAL_NAMES* names) noexcept {
     GENERAL_NAMES_free(names);
 }
 
-/// @return false: there is no such list, so nothing is revoked
+/// @return false if there is no such list, since nothing is revoked then
 bool is_revoked(X509* certificate, const std::filesystem::path& ca) {
     const std::filesystem::path path = revocation_list_of(ca);
     std::error_code unknown;
@@ -111,7 +111,7 @@ RevocationWatch::Stamp RevocationWatch::stamp_of(const std::filesystem::path& fi
 
 bool RevocationWatch::is_revoked() {
     const std::lock_guard lock(m_mutex);
-    // The stamp first: what changes while the list is read is seen with the next look.
+    // The stamp is taken first: a change while the list is read is noticed at the next check.
     const Stamp now = stamp_of(m_list);
     if (m_revoked || !now || now == m_read)
         return m_revoked;

@@ -9,30 +9,32 @@
 
 namespace terravox::net {
 
-/// Tells why strangers were refused: each reason once a minute for each address, so that a flood
-/// fills no disk. Remembers at most kMaxKept of them; while it is full, others count together as
-/// "other addresses". Not thread-safe.
+/// Logs why connections were refused: each reason once a minute for each address, so that a flood
+/// does not fill the disk. Remembers at most kMaxKept of them; while it is full, others count
+/// together as "other addresses". Not thread-safe.
 class RefusalLog {
 public:
     using Clock = std::chrono::steady_clock;
     static constexpr std::size_t kMaxKept = 1024;
     static constexpr std::chrono::seconds kQuiet{60};
 
-    /// @param say where the lines go; none: the log, as warnings
+    /// @param say receives the lines; none: they are logged as warnings
     explicit RefusalLog(std::function<void(const std::string&)> say = {});
-    /// @param who one address, whatever its port @param peer with its port
+    /// @param who the address without its port
+    /// @param peer the address with its port
     void refused(const std::string& who, const std::string& peer, const std::string& why,
                  Clock::time_point now = Clock::now());
 
 private:
     struct Reported {
         Clock::time_point when;
-        std::uint64_t since = 0;  ///< refusals that were not told
+        std::uint64_t since = 0;  ///< refusals that were not logged
     };
     std::function<void(const std::string&)> m_say;
     std::map<std::pair<std::string, std::string>, Reported> m_told;
-    Clock::time_point
-        m_cleared{};  ///< of what is old; not for each refusal, which there may be very many of
+    /// When old entries were last removed; that is not done for each refusal, since there may be
+    /// very many.
+    Clock::time_point m_cleared{};
 };
 
 }  // namespace terravox::net

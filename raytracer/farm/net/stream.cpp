@@ -53,7 +53,7 @@ bool Stream::send(const farm::Frame& frame) {
     if (fits)
         messages = messages_of(frame, size_bytes, m_peer);
     std::unique_lock lock(m_mutex);
-    // A peer that takes nothing must not hold up who serves others, too.
+    // A peer that accepts nothing must not block a thread that serves others, too.
     if (!wait_for_room(lock)) {
         finish("it took nothing for " +
                std::to_string(std::chrono::ceil<std::chrono::seconds>(m_max_stalled).count()) +
@@ -204,8 +204,8 @@ void Stream::read_done(bool ok, const char* why_not) {
     m_reading = false;
     if (ok) {
         m_received_bytes += m_being_read.Length();
-        // Who has closed the link waits for its end alone, and must not be kept from it by frames
-        // that nobody takes.
+        // After closing, the owner only waits for the end of the link, and unread frames must not
+        // delay that.
         if (!m_closing) {
             m_in_bytes += m_being_read.Length();
             m_in.push_back(std::move(m_being_read));

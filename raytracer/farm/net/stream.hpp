@@ -16,18 +16,19 @@
 
 namespace terravox::net {
 
-/// One end of a call of Farm.Join as gRPC's callbacks see it. It lives until done() has returned,
-/// and until the Link lets it go.
+/// One end of a call of Farm.Join as gRPC's callbacks see it. It lives until done() has returned
+/// and the Link has released it.
 ///
-/// One mutex guards all of it; it is never held while anything waits but in condition variables,
-/// and gRPC never calls back from within the start_ functions, so they are called under it. Frames
-/// go through two queues of messages: a frame is one, a large one several (Piece). Outward: send()
-/// fills it, waits while it is full (kMaxQueued_bytes), and one write is under way at a time. gRPC
-/// tells when a message has gone out, not how much of it has: pieces are how a slow peer is told
-/// from one that takes nothing. Inward: reads go on ahead of receive() up to kMaxAhead_bytes, then
-/// the peer is slowed down by HTTP/2's flow control. Neither direction waits for the other. The end
-/// of the inward direction is the end of the call: a write that fails only ends the writing, since
-/// the frame that says why (Refusal, Bye) may still be on its way in.
+/// One mutex guards all of it. It is never held while anything waits, except in condition
+/// variables, and gRPC never calls back from within the start_ functions, so they are called under
+/// it. Frames pass through two queues of messages: a frame is one message, a large one several
+/// (Piece). Outward: send() fills the queue and blocks while it is full (kMaxQueued_bytes), and one
+/// write is under way at a time. gRPC reports when a message has gone out, but not how much of it
+/// has: pieces are how a slow peer is distinguished from one that accepts nothing. Inward: reads
+/// run ahead of receive() up to kMaxAhead_bytes, then HTTP/2's flow control slows the peer down.
+/// Neither direction waits for the other. The end of the inward direction is the end of the call: a
+/// failed write only ends the writing, since the frame with the reason (Refusal, Bye) may still be
+/// on its way in.
 class Stream {
 public:
     static constexpr std::size_t kMaxQueued_bytes = std::size_t{32} << 20;
@@ -43,7 +44,8 @@ public:
     [[nodiscard]] std::optional<farm::Frame> receive();
     void close(std::chrono::milliseconds timeout) noexcept;
     void abort() noexcept;
-    void wait_until_done() noexcept;  ///< gRPC is out of it; comes after the end of the call
+    /// Waits until gRPC no longer uses it, which follows the end of the call.
+    void wait_until_done() noexcept;
     [[nodiscard]] const std::string& peer() const noexcept { return m_peer; }
     [[nodiscard]] const Certified& certified() const noexcept { return m_certified; }
     [[nodiscard]] bool is_revoked() { return m_revocations && m_revocations->is_revoked(); }
@@ -51,33 +53,35 @@ public:
     [[nodiscard]] Link::Traffic traffic() const noexcept;
 
 protected:
-    // What gRPC is told; called with the mutex held, never after done().
+    // Operations on gRPC; called with the mutex held, never after done().
     virtual void start_read(grpc::ByteBuffer* into) = 0;
     virtual void start_write(const grpc::ByteBuffer* frame) = 0;
-    virtual void end_writes() = 0;  ///< all is written: the peer may know that this end has closed
-                                    ///< the link; once
+    /// Ends writing: the peer learns that this end has closed the link; once.
+    virtual void end_writes() = 0;
     virtual void cancel() = 0;
     virtual void let_go() = 0;  ///< nothing more will be started; once
 
-    /// The peer has shown this certificate. @param ca file of the CA's
+    /// Sets the certificate that the peer has presented.
+    /// @param ca file of the CA's certificate
     void set_certified(Certified certified, const std::filesystem::path& ca) {
         m_certified = std::move(certified);
         m_revocations = std::make_unique<RevocationWatch>(m_certified.pem, ca);
     }
 
-    /// With the mutex held: no read is begun any more; gRPC may be done before it would take one.
+    /// To be called with the mutex held: no further read is started; gRPC may have finished before
+    /// it would accept one.
     void end_reads() noexcept { m_reads_ended = true; }
 
-    // What gRPC tells.
+    // Notifications from gRPC.
     void begin();
     void read_done(bool ok, const char* why_not);
     void write_done(bool ok);
-    void ended(const std::string& why);  ///< done() comes
-    void done() noexcept;                ///< the last
+    void ended(const std::string& why);  ///< done() will follow
+    void done() noexcept;                ///< the last notification
 
     // Not changed once a Link exists.
     std::string m_peer;
-    Certified m_certified;  ///< what the peer's certificate says; nothing with a token
+    Certified m_certified;  ///< contents of the peer's certificate; empty with a token
     std::unique_ptr<RevocationWatch> m_revocations;  ///< nullptr with a token
 
 private:
@@ -96,19 +100,19 @@ private:
     std::condition_variable m_changed;
     std::deque<grpc::ByteBuffer> m_in, m_out;
     std::size_t m_in_bytes = 0, m_out_bytes = 0;
-    std::chrono::steady_clock::time_point m_last_write;  ///< when a message had gone out
+    std::chrono::steady_clock::time_point m_last_write;  ///< when the last message had gone out
     grpc::ByteBuffer m_being_read, m_being_written;
     bool m_reading = false, m_writing = false, m_reads_ended = false;
-    bool m_closing = false;       ///< by us
+    bool m_closing = false;       ///< by this side
     bool m_writes_ended = false;  ///< end_writes() was called, or a write failed
-    bool m_aborted = false;       ///< by us
-    bool m_over = false;          ///< nothing comes any more
+    bool m_aborted = false;       ///< by this side
+    bool m_over = false;          ///< nothing more will arrive
     bool m_let_go = false, m_ended = false, m_done = false;
     std::string m_why;
     std::uint64_t m_sent_bytes = 0, m_received_bytes = 0;
 };
 
-/// A Stream as a Link. Its destructor waits until gRPC is out of the call, which an abort makes
+/// A Stream as a Link. Its destructor waits until gRPC has finished the call; an abort makes that
 /// soon.
 class StreamLink final : public Link {
 public:

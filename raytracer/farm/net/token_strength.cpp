@@ -25,7 +25,7 @@ constexpr std::string_view kPairs =
     "fa ry ye su bl ef ap pl fi fr ck bo gh ig os up gr ty ff ni na mi sc ba by br ex av uc ue ua "
     "ga go gi if";
 
-/// What people who are asked for a secret write first, and what this farm is about.
+/// Words that people often choose as a secret, and words of this farm.
 constexpr std::array<std::string_view, 40> kWords = {
     "password",    "passwort", "passphrase", "letmein",  "welcome",   "changeme", "terravox",
     "coordinator", "secret",   "worker",     "render",   "raytracer", "voxel",    "token",
@@ -53,7 +53,7 @@ char lower(char c) noexcept {
     return is_upper(c) ? static_cast<char>(c - 'A' + 'a') : c;
 }
 
-/// The letter that a digit or a sign is written for.
+/// The letter that a digit or a sign often replaces.
 char as_letter(char c) noexcept {
     constexpr std::string_view kWritten = "01345$7@!", kMeant = "oieassta";
     if (c == '!')
@@ -82,8 +82,8 @@ bool goes_on(char before, char c) noexcept {
     return false;
 }
 
-/// How many characters from here on stood in the token before; the copy may begin within what it
-/// copies.
+/// Number of characters from here on that occurred in the token before; the copy may overlap its
+/// original.
 std::size_t copied_from_before(std::string_view plain, std::size_t at) noexcept {
     std::size_t longest = 0;
     for (std::size_t from = 0; from < at; ++from) {

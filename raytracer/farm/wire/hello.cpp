@@ -32,7 +32,7 @@ std::string features() {
     return out;
 }
 
-/// Ends a link that nothing comes from in time. receive() itself has no limit.
+/// Aborts a link on which nothing arrives in time. receive() itself has no limit.
 class Alarm {
 public:
     Alarm(net::Link& link, std::chrono::milliseconds timeout)
@@ -72,16 +72,16 @@ std::string name_of(farm::Role role) {
     }
 }
 
-/// A peer's text in one line of ours.
+/// A peer's text, made safe for one line of a message.
 std::string shown(const std::string& text) {
     return util::printable(text.substr(0, 200));
 }
 
-/// Whether the role of a certificate allows for that of a hello. Who asks for states and pauses may
-/// do what a coordinator may.
+/// Whether the role of a certificate permits that of a hello. A peer that queries states and pauses
+/// may have a coordinator's role.
 bool is_certified_as(const std::string& certified, farm::Role role) {
     if (certified.empty())
-        return true;  // with a token, which all have
+        return true;  // with a token, which all peers share
     return (certified == "worker") == (role == farm::WORKER);
 }
 
@@ -120,7 +120,7 @@ farm::Hello make_hello(const OwnHello& own) {
     out.set_protocol(net::kProtocol);
     out.set_role(own.role);
     out.set_software(std::string("terravox ") + kVersion);
-    // The C library has a say, too: pictures depend on its tangent.
+    // The C library counts, too: pictures depend on its tangent.
     out.set_build(std::string(kBuild) + " glibc " + gnu_get_libc_version());
     out.set_architecture(machine.machine);
     out.set_cpu_features(features());

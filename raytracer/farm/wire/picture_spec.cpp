@@ -23,7 +23,7 @@ std::string text_of(const std::filesystem::path& file) {
     return text;
 }
 
-/// The scene with all that a table of this machine decides already decided: time zones, map
+/// The scene with everything resolved that depends on tables of this machine: time zones, map
 /// projections, named views. No path is left.
 scene::Scene decided(const scene::Scene& scene, const voxel::WorldInfo& world) {
     scene::Scene out = scene::what_shows(scene);

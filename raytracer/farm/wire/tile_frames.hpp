@@ -43,10 +43,11 @@ inline void to_frame(const voxel::BoxKey& key, farm::BoxKey& out) {
     return out;
 }
 
-/// Shorter in tests (TERRAVOX_FARM_TEST=1), so that they need not wait for what takes long on
-/// purpose.
+/// Intervals and limits. They are shorter in tests (TERRAVOX_FARM_TEST=1), which would otherwise
+/// wait for deliberately long times.
 struct FarmTimes {
-    std::chrono::milliseconds ping{1000};  ///< from the coordinator; the answer tells the latency
+    /// From the coordinator; the answer measures the latency.
+    std::chrono::milliseconds ping{1000};
     std::chrono::milliseconds silence{12'000};  ///< after which a peer is given up
     std::chrono::milliseconds heartbeat{2000};  ///< from the worker
     std::chrono::milliseconds min_deadline{10'000};

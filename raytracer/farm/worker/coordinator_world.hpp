@@ -21,12 +21,12 @@ namespace terravox::farm {
 /// Thread-safe.
 class BoxShelf {
 public:
-    /// @param max_worlds whose boxes are kept: each coordinator has numbers of its own, and most
-    /// never come back
+    /// @param max_worlds number of worlds whose boxes are kept: each coordinator numbers its worlds
+    /// itself, and most never return
     BoxShelf(std::size_t memory_bytes, std::size_t max_worlds)
         : m_frames(memory_bytes), m_max_worlds(max_worlds) {}
-    /// A world is in use; boxes of the one that was last so before all others go where there are
-    /// too many.
+    /// Marks a world as in use; where there are too many, the boxes of the least recently used
+    /// world are dropped.
     void open(std::uint64_t world_id);
     struct Key {
         std::uint64_t world_id;
@@ -53,11 +53,11 @@ private:
     std::deque<std::uint64_t> m_worlds;  ///< the latest first
 };
 
-/// A world whose boxes the coordinator sends. Thread-safe: threads that ask wait for the link's
-/// reader, which hands in what comes.
+/// A world whose boxes the coordinator sends. Thread-safe: requesting threads block until the
+/// link's reader delivers the reply.
 class CoordinatorWorld final : public voxel::World {
 public:
-    /// @param send a frame to the coordinator; false: the link has ended
+    /// @param send sends a frame to the coordinator; false: the link has ended
     CoordinatorWorld(voxel::WorldInfo info, std::uint64_t world_id,
                      std::function<bool(farm::Frame)> send, BoxShelf& shelf);
 
@@ -68,11 +68,12 @@ public:
     [[nodiscard]] int useful_concurrency(int threads) const noexcept override {
         return std::max(threads, 8);
     }
-    /// All boxes of the world's own, full range: nobody is asked.
+    /// All boxes of the world's full vertical range; no request is sent.
     [[nodiscard]] voxel::ColumnExtent column(int level, std::int32_t bx, std::int32_t bz) override;
     void stop() noexcept override;
 
-    /// A reply of the coordinator's. @return false: nobody has asked for that
+    /// Accepts a reply of the coordinator.
+    /// @return false: it was not requested
     [[nodiscard]] bool came(const farm::BoxReply& reply);
     [[nodiscard]] std::uint64_t world_id() const noexcept { return m_world_id; }
 
@@ -80,7 +81,7 @@ private:
     struct Asked {
         int waiting = 0;  ///< threads
         bool here = false;
-        std::shared_ptr<const BoxShelf::Frame> frame;  ///< nullptr when it could not be had
+        std::shared_ptr<const BoxShelf::Frame> frame;  ///< nullptr when the box was not available
         std::string hole;
     };
     [[nodiscard]] std::shared_ptr<const voxel::Box> unpacked(const voxel::BoxKey& key,
@@ -96,8 +97,8 @@ private:
     bool m_stop = false;
 };
 
-/// A world that asks another for what it cannot have itself, so that a picture does not depend on
-/// who computed it.
+/// A world that requests from another one the boxes that it cannot get itself, so that a picture
+/// does not depend on which machine computed it.
 class FallbackWorld final : public voxel::World {
 public:
     FallbackWorld(std::unique_ptr<voxel::World> own, voxel::World& helper)

@@ -97,7 +97,8 @@ void send(mg_connection* connection, const Reply& reply, bool head_only) {
     if (!head_only)
         out += reply.body;
     mg_write(connection, out.data(), out.size());
-    // Or CivetWeb would read, and wait for, a body of any length that the client has announced.
+    // Otherwise CivetWeb would read, and wait for, a body of any length that the client has
+    // announced.
     mg_disable_connection_keep_alive(connection);
 }
 
@@ -154,8 +155,8 @@ std::string metrics_text(const WorkerMetrics& m) {
     return text.take();
 }
 
-/// CivetWeb calls back on its own threads, through C: nothing may be thrown there. A lock guards
-/// the message of a start that fails; nothing else changes once it has started.
+/// CivetWeb calls back on its own threads, through C: no exception may leave a callback. A lock
+/// guards the message of a failed start; nothing else changes once it has started.
 class MetricsPage::Impl {
 public:
     Impl(const MetricsAddress& address, Snapshot snapshot)
@@ -170,7 +171,7 @@ public:
         callbacks.log_message = on_log;
         const std::string listen = listening_port(address.host, address.port),
                           threads = std::to_string(kThreads);
-        // Names and values in turns, as CivetWeb takes them.
+        // Names and values alternate, as CivetWeb expects them.
         std::array<const char*, 15> settings = {"listening_ports",
                                                 listen.c_str(),
                                                 "num_threads",
@@ -199,7 +200,7 @@ public:
         try {
             m_slow_clients.watch(m_port);
         } catch (...) {
-            mg_stop(m_context);  // its threads know this object
+            mg_stop(m_context);  // its threads use this object
             throw;
         }
     }
@@ -236,7 +237,7 @@ private:
         const std::string_view method = info.request_method,
                                path = info.local_uri_raw != nullptr ? info.local_uri_raw : "";
         const std::string_view host = header(info, "Host");
-        // HTTP/1.0 may leave it out; browsers never do.
+        // HTTP/1.0 permits leaving it out; browsers never do.
         if (!m_names.allow(host) && !(host.empty() && std::string_view(info.http_version) == "1.0"))
             return {421, "Misdirected Request",
                     "allowed as Host: localhost, a numeric address, or a name of metrics_names\n"};

@@ -17,11 +17,11 @@ namespace terravox::farm {
 namespace {
 
 constexpr int kThreadsPerCollector = 8;
-constexpr std::uint64_t kCopies =
-    3;  // of a tile's pixels: as they were traced, as the codec orders them, and compressed
+// Of a tile's pixels: as they were traced, as the codec orders them, and compressed.
+constexpr std::uint64_t kCopies = 3;
 
-/// @return nullptr, said in the log, where this worker's configuration does not allow the server
-/// that the coordinator names
+/// @return nullptr, which is logged, if this worker's configuration does not allow the server that
+/// the coordinator names
 std::unique_ptr<voxel::World> open_server(const WorkerGround& ground, const scene::Scene& scene,
                                           util::StageTimes& times) {
     const remote::HttpOrigin origin = remote::HttpOrigin::of(ground.server);
@@ -41,22 +41,22 @@ worlds::WorldOptions options_of(const std::string& input, const scene::Scene& sc
     return out;
 }
 
-/// The world as the worker can have it itself. @return nullptr, said in the log, when it is another
-/// than the coordinator's or not to be had
+/// The world as the worker can open it itself.
+/// @return nullptr, which is logged, if it differs from the coordinator's or is not available
 std::unique_ptr<voxel::World> open_own(const WorkerGround& ground, const std::string& scene_text) {
     static util::StageTimes times;
     if (ground.server.empty() && ground.generated.empty())
         return nullptr;
     try {
-        // Of a coordinator's scene no more is used than what a made-up world needs; how long a
-        // server is tried for is this worker's default.
+        // Only what a generated world needs is used of a coordinator's scene; the time limit for a
+        // server is this worker's default.
         scene::Scene scene;
         scene.generated = unpack_scene(scene_text).generated;
         scene.world.voxel_m = ground.far->info().voxel_m;
         std::unique_ptr<voxel::World> own;
         if (!ground.server.empty())
             own = open_server(ground, scene, times);
-        // What a coordinator names is looked at as a seed, never as a path.
+        // The coordinator's text is interpreted as a seed, never as a path.
         else if (ground.generated.starts_with("generated:"))
             own = worlds::open_world(options_of(ground.generated, scene), times,
                                      ground.ending.get_token());
@@ -160,17 +160,19 @@ bool PictureContext::wait_idle(std::chrono::steady_clock::time_point until) {
 
 PictureContext::Load PictureContext::load() const {
     const std::lock_guard lock(m_mutex);
-    // Boxes are there once the processor is.
+    // Boxes exist once the processor does.
     return {m_waiting.size(), m_begun.size(),
             m_processor != nullptr ? m_ground->blocks->stats().bytes : 0};
 }
 
-// False: it was stopped.
+// Returns false if it was stopped.
 bool PictureContext::open_ground() {
     const std::lock_guard lock(m_ground->opening);
     if (m_ground->blocks) {
-        m_ground->blocks
-            ->forget_holes();  // those of an earlier picture: the coordinator says what is one now
+        m_ground
+            ->blocks
+            // Those of an earlier picture: the coordinator decides what is a hole now.
+            ->forget_holes();
         return true;
     }
     voxel::World* world = m_ground->far.get();
@@ -205,7 +207,7 @@ void PictureContext::trace() {
         if (m_cancelled)
             processor.cancel();
     }
-    // However this ends, nobody may reach the processor once it is gone.
+    // However this ends, no thread may use the processor once it is gone.
     std::vector<std::thread> collectors;
     const auto count = static_cast<std::size_t>(m_threads / kThreadsPerCollector + 1);
     std::exception_ptr failure;
@@ -227,7 +229,7 @@ void PictureContext::trace() {
         std::rethrow_exception(failure);
 }
 
-// With the lock held.
+// The lock must be held.
 bool PictureContext::has_room(const tiles::RenderTile& tile, bool with_layers) const {
     std::uint64_t bytes = tiles::pixel_bytes(tile, with_layers);
     for (const auto& [id, begun] : m_begun)
@@ -279,7 +281,7 @@ void PictureContext::collect(processors::TileProcessor& processor) {
                 id = begun->first;
             }
             m_answers.done(id, std::move(*result));
-            // Only now: who waits for what is begun must know it sent.
+            // Only now: a thread that waits for what is begun must find it sent.
             const std::lock_guard lock(m_mutex);
             std::erase_if(m_begun, [&](const auto& b) { return b.first == id; });
             m_work.notify_all();

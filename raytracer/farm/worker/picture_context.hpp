@@ -22,43 +22,44 @@
 
 namespace terravox::farm {
 
-/// A world as a worker has it, with its boxes in memory: kept from one picture to the next of the
-/// same world.
+/// A world on a worker, with its boxes in memory: kept from one picture to the next of the same
+/// world.
 struct WorkerGround {
     std::uint64_t world_id = 0;
-    std::string world, server, generated;  ///< text, and where boxes are from
-    remote::HttpAccess http =
-        remote::access_to_nobody();  ///< servers that this worker may ask itself
+    std::string world, server, generated;  ///< text, and where boxes come from
+    /// Servers that this worker may request from itself.
+    remote::HttpAccess http = remote::access_to_nobody();
     std::unique_ptr<CoordinatorWorld> far;
-    std::unique_ptr<voxel::World>
-        own;  ///< opened by the first stage; nullptr: boxes are the coordinator's
+    /// Opened by the first stage; nullptr: boxes come from the coordinator.
+    std::unique_ptr<voxel::World> own;
     std::unique_ptr<blocks::BlockManager> blocks;
     std::mutex opening;
     std::stop_source ending;
 
-    /// Whatever is asked for or opened ends soon.
+    /// Makes requests and opening under way end soon.
     void stop() noexcept {
         far->stop();
         ending.request_stop();
     }
 };
 
-/// One picture on a worker: what has to be made before the first tile, then tiles through threads.
+/// One picture on a worker: the preparation before the first tile, then the rendering of tiles on
+/// threads.
 ///
-/// A thread of its own opens the world and makes the view, then feeds tiles to the threads; others
-/// take results and hand them on. One mutex guards the tiles that wait and those that are begun, of
-/// which no more are begun than fit the memory: together they may take as much as the boxes, and
-/// one may always be begun. A tile whose pixels no frame could hold is refused. Ends, cancelled,
-/// when it is told to; the threads' end is waited for by the destructor.
+/// A thread of its own opens the world and makes the view, then feeds tiles to the threads; other
+/// threads take results and pass them on. One mutex guards the waiting tiles and those begun. Only
+/// as many are begun as fit the memory: together they may take as much as the boxes, and one may
+/// always be begun. A tile whose pixels would not fit a frame is refused. The context ends,
+/// cancelled, on end(); the destructor waits for the threads.
 class PictureContext {
 public:
-    /// What came of a tile. Called on threads of the stage.
+    /// Callbacks for results. Called on threads of the stage.
     struct Answers {
         std::function<void(std::uint64_t id, tiles::TileResult)> done;
         /// @param id of the lease that cannot be rendered here; 0: the picture as a whole
         std::function<void(std::uint64_t id, const std::string& why)> failed;
     };
-    /// @throws Error when there is no thread for it; what is refused later is an answer (failed)
+    /// @throws Error when no thread can be started; later refusals are reported by Answers::failed
     PictureContext(std::uint64_t picture, PictureSpec parcel, std::shared_ptr<WorkerGround> ground,
                    int threads, std::size_t memory_bytes, Answers answers);
     ~PictureContext();
@@ -67,24 +68,25 @@ public:
 
     [[nodiscard]] std::uint64_t picture() const noexcept { return m_picture; }
     void add(std::uint64_t id, const tiles::RenderTile& tile);
-    /// Their results are not needed any more: none comes, unless it is on its way.
+    /// Cancels leases: their results are not reported, unless they are on their way.
     void drop(const std::vector<std::uint64_t>& ids);
-    /// All that are not begun. @return their leases
+    /// Cancels all tiles that are not begun.
+    /// @return their leases
     [[nodiscard]] std::vector<std::uint64_t> drop_all();
     void cancel() noexcept;
-    /// Cancels, and waits for all threads: no answer comes after this.
+    /// Cancels, and waits for all threads: no callback is called after this.
     void end() noexcept;
     /// Whether all its threads have ended.
     [[nodiscard]] bool is_over() const noexcept { return m_over; }
-    /// Waits until nothing is begun any more, but no longer than this.
+    /// Waits until no tile is in progress, at most until the given time.
     bool wait_idle(std::chrono::steady_clock::time_point until);
     struct Load {
         std::size_t waiting = 0, begun = 0, box_bytes = 0;
     };
     [[nodiscard]] Load load() const;
     static constexpr std::size_t kMaxWaiting = 1 << 16;
-    /// Of a lease's pixels, not compressed: what compresses to a frame's size
-    /// (net::kMaxFrame_bytes) has not more than twice that.
+    /// Limit of a lease's pixels, uncompressed: what compresses to a frame's size
+    /// (net::kMaxFrame_bytes) has at most twice that.
     static constexpr std::uint64_t kMaxLease_bytes = 2 * net::kMaxFrame_bytes;
     [[nodiscard]] const WorkerGround& ground() const noexcept { return *m_ground; }
 

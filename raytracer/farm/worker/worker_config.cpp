@@ -25,11 +25,11 @@ struct Rule {
     const char* help;
     bool live = false;  ///< may change while the worker runs
     double min = 0, max = 0;
-    std::uint16_t port = 0;  ///< of an address that names none; 0: it must
+    std::uint16_t port = 0;  ///< default port of an address without one; 0: it must have one
 };
 
-/// visit(name, field, rule) for every field, in order: reading, flags and comparing all go by this
-/// list.
+/// Calls visit(name, field, rule) for every field, in order; reading, flags and comparison all use
+/// this list.
 template <class Config, class Visit>
 void visit_fields(Config& c, const Visit& visit) {
     constexpr bool kLive = true;
@@ -94,7 +94,7 @@ std::string text_of(double value) {
     return out;
 }
 
-/// Puts a value of a file, or a text of the command line, into a field.
+/// Stores a value of a file, or a text of the command line, in a field.
 class Setter {
 public:
     Setter(std::string attempt, std::string name, const Rule& rule, std::filesystem::path folder)
@@ -128,7 +128,7 @@ public:
         } else
             set_text(text_in(node), field);
     }
-    /// A text more for a list; the text of anything else.
+    /// Appends a text to a list; sets any other field.
     template <class Field>
     void from_text(const std::string& text, Field& field) const {
         if constexpr (std::is_same_v<Field, bool>)
@@ -252,7 +252,7 @@ void apply_flags(const WorkerArguments& arguments, WorkerConfig& out) {
             out, [&, &name = name, &text = text](const char* of, auto& field, const Rule& rule) {
                 if (name != of)
                     return;
-                // The first of several replaces what the file says.
+                // The first of several replaces the values of the file.
                 if constexpr (kIsList<std::decay_t<decltype(field)>>)
                     if (std::find(given.begin(), given.end(), name) == given.end())
                         field.clear();
@@ -269,7 +269,8 @@ void check_servers(const WorkerConfig& c) {
     const auto fail = [](const std::string& what) {
         throw util::UsageError("start the worker: " + what);
     };
-    // A name is judged by where it leads when it is asked for; a number leads nowhere else.
+    // A name is checked by the address it resolves to when it is requested; a numeric address is
+    // fixed.
     for (const remote::HttpOrigin& o : c.allow_origins)
         if (const auto range = remote::range_of_number(o);
             range && *range != remote::AddressRange::kPublic)

@@ -18,8 +18,9 @@ using std::chrono::milliseconds;
 
 namespace {
 
-constexpr int kTilesOfThread =
-    256;  // small ones on a long way: the coordinator sees to it that they are no more than hide it
+// Enough for small tiles over a slow connection; the coordinator leases only as many as hide the
+// latency.
+constexpr int kTilesOfThread = 256;
 
 }  // namespace
 
@@ -109,7 +110,8 @@ void WorkerDaemon::run(const std::stop_token& stop) {
     m_wake.wait_for(lock, milliseconds(2000), [&] { return m_sessions.empty(); });
 }
 
-// All at once, as they share the time for it; those without a thread for that are ended.
+// All in parallel, as they share the time limit; those for which no thread can be started are
+// ended.
 void WorkerDaemon::drain(const std::vector<std::shared_ptr<WorkerSession>>& sessions) {
     std::vector<std::thread> threads;
     for (const auto& session : sessions) {

@@ -20,43 +20,43 @@ struct WorkerDaemonOptions {
     std::optional<sockets::Address> listen;
     std::vector<sockets::Address> join;
     net::Credentials credentials;
-    std::string name;                                    ///< for people; empty: host and process
-    int threads = 1;                                     ///< of each session
+    std::string name;                                    ///< for display; empty: host and process
+    int threads = 1;                                     ///< per session
     std::size_t memory_bytes = std::size_t{2048} << 20;  ///< for boxes, of all sessions
-    int sessions = 1;  ///< coordinators at once; others are told to come again
-    remote::HttpAccess http =
-        remote::access_to_nobody();  ///< servers that it may ask itself; it has all other
-                                     ///< boxes from coordinators
+    int sessions = 1;  ///< simultaneous coordinators; others are refused as busy
+    /// Servers that it may request boxes from itself; all other boxes come from coordinators.
+    remote::HttpAccess http = remote::access_to_nobody();
     std::chrono::milliseconds timeout{10'000};  ///< for tiles under way when it ends
     bool once = false;                          ///< it ends when the first coordinator has finished
-    std::optional<std::chrono::milliseconds>
-        idle;  ///< it ends when no coordinator has come for so long
+    /// It ends when no coordinator has connected for this long.
+    std::optional<std::chrono::milliseconds> idle;
 };
 
-/// Lends this machine to coordinators: sessions over links that it listens for or dials.
+/// Lends this machine to coordinators: sessions over links that it accepts or dials.
 ///
 /// One mutex guards the list of sessions. Each link has its own thread (the listener's, or that of
 /// the address it joins).
 class WorkerDaemon {
 public:
-    /// @throws Error when it cannot listen, or there is no thread for an address to join
+    /// @throws Error when it cannot listen, or no thread can be started for an address to join
     explicit WorkerDaemon(WorkerDaemonOptions options);
     ~WorkerDaemon();
 
-    /// Works until it is stopped, `once` or `idle`; then gives back what is not begun and finishes
-    /// the rest.
-    /// @throws Error when nothing is left to do: all addresses to join refuse us
+    /// Works until `stop` is requested, or an end by `once` or `idle`; then returns tiles that are
+    /// not begun and finishes the rest.
+    /// @throws Error when nothing is left to do: all addresses to join refuse it
     void run(const std::stop_token& stop);
-    /// What may change while it works: all but listen, name, credentials, http and once; sessions
-    /// under way keep what they have.
+    /// Changes the options of a running daemon: all but listen, name, credentials, http and once;
+    /// sessions under way keep theirs.
     void reload(const WorkerDaemonOptions& options);
     [[nodiscard]] std::uint16_t port() const noexcept {
         return m_listener ? m_listener->port() : 0;
     }
 
     struct Totals {
+        /// busy, unfit: refused sessions.
         std::uint64_t tiles = 0, pixels = 0, rays = 0, result_bytes = 0, box_requests = 0,
-                      sessions = 0, busy = 0, unfit = 0, failed = 0;  ///< busy, unfit: refused
+                      sessions = 0, busy = 0, unfit = 0, failed = 0;
         double busy_s = 0, uptime_s = 0;
         std::vector<WorkerSession::Status> now;
         int threads = 0;
@@ -65,7 +65,8 @@ public:
     };
     [[nodiscard]] Totals totals() const;
 
-    /// Works over a link until it ends. @param dialled by us: a refusal is final then
+    /// Works over a link until it ends.
+    /// @param dialled whether this side dialled: a refusal is final then
     WorkerSession::End serve(std::unique_ptr<net::Link> link, bool dialled);
 
 private:
@@ -85,8 +86,8 @@ private:
     std::condition_variable m_wake;
     std::vector<std::shared_ptr<WorkerSession>> m_sessions;
     std::uint64_t m_all_sessions = 0, m_busy = 0, m_unfit = 0;
-    int m_taken = 0;                  ///< places for sessions
-    std::set<std::string> m_joining;  ///< addresses that a thread joins, or tries to
+    int m_taken = 0;                  ///< places for sessions that are taken
+    std::set<std::string> m_joining;  ///< addresses that a thread has joined, or tries to
     bool m_ending = false, m_finished = false, m_paused = false;
     const std::chrono::steady_clock::time_point m_start = std::chrono::steady_clock::now();
     std::chrono::steady_clock::time_point m_idle_since = m_start;

@@ -18,8 +18,8 @@ namespace {
 using std::chrono::milliseconds;
 
 constexpr std::size_t kMaxStates_bytes = std::size_t{16} << 20;
-constexpr std::size_t kMaxText_bytes =
-    std::size_t{1} << 20;  // of a scene, its materials or its world: some kilobytes in fact
+// Of a scene, its materials or its world: in practice some kilobytes.
+constexpr std::size_t kMaxText_bytes = std::size_t{1} << 20;
 constexpr std::size_t kMaxOld = 16;  // pictures that have ended, and whose threads have not
 constexpr int kMaxOldWorlds = 1;     // of those, which each keep boxes in memory
 constexpr int kMaxEdge_px = 65'536;
@@ -28,8 +28,8 @@ std::int64_t now_ns() noexcept {
     return std::chrono::steady_clock::now().time_since_epoch().count();
 }
 
-/// What is wrong with a tile that a coordinator wants; empty: nothing. What the scene's size has to
-/// say is seen to by the tracer, which traces any point of the picture's plane.
+/// What is wrong with a tile that a coordinator requests; empty: nothing. The scene's size need not
+/// be checked: the tracer can trace any point of the picture's plane.
 std::string fault_of(const tiles::RenderTile& t) {
     const auto within = [](int a, int b) { return a >= 0 && a < b && b <= kMaxEdge_px; };
     if (!within(t.x0, t.x1) || !within(t.y0, t.y1))
@@ -62,7 +62,7 @@ WorkerSession::End WorkerSession::run(std::string& why) {
         try {
             beat();
         } catch (...) {
-            // Without heartbeats the coordinator takes this worker for lost: the session ends here,
+            // Without heartbeats the coordinator considers this worker lost: the session ends here,
             // too, instead of the program.
             beat_failure = std::current_exception();
             m_link->abort();
@@ -338,7 +338,7 @@ void WorkerSession::end_stage() {
     if (!stage)
         return;
     stage->cancel();
-    m_old.push_back(std::move(stage));  // whatever it waits for, the reader does not
+    m_old.push_back(std::move(stage));  // the reader does not wait for its threads
 }
 
 void WorkerSession::give_back(const std::vector<std::uint64_t>& ids) {
@@ -399,7 +399,7 @@ void WorkerSession::beat() {
         lock.unlock();
         const net::Link::Traffic traffic = m_link->traffic();
         if (std::exchange(received_bytes, traffic.received_bytes) != traffic.received_bytes)
-            m_heard_ns = now_ns();  // a large frame comes piece by piece
+            m_heard_ns = now_ns();  // a large frame arrives piece by piece
         if (std::chrono::nanoseconds(now_ns() - m_heard_ns) > farm_times().silence) {
             spdlog::warn("{} has been silent for too long", m_coordinator);
             m_link->abort();

@@ -31,12 +31,13 @@ struct WorkerShared {
 
 struct SessionOptions {
     int threads = 1;
-    std::size_t memory_bytes = std::size_t{2048} << 20;    ///< for boxes
-    remote::HttpAccess http = remote::access_to_nobody();  ///< servers that it may ask itself
+    std::size_t memory_bytes = std::size_t{2048} << 20;  ///< for boxes
+    /// Servers that it may request boxes from itself.
+    remote::HttpAccess http = remote::access_to_nobody();
 };
 
-/// A worker's end of a link to a coordinator, from the hellos on: renders what it is asked for
-/// until the link ends.
+/// A worker's end of a link to a coordinator, after the hellos: renders the requested tiles until
+/// the link ends.
 ///
 /// The thread of run() reads frames and waits for nothing else. Each picture has a stage: its
 /// world, boxes, view and threads, made on a thread of its own, which then feeds the threads with
@@ -48,20 +49,21 @@ public:
     ~WorkerSession();
 
     enum class End : std::uint8_t {
-        kLost,     ///< the link ended, or the coordinator sent what none sends
+        kLost,     ///< the link ended, or the coordinator sent something invalid
         kBye,      ///< the coordinator has finished
-        kRefused,  ///< it does not want us any more
-        kDrained,  ///< we left
+        kRefused,  ///< it refuses this worker
+        kDrained,  ///< this worker left
     };
-    /// @return how it ended; `why` says more @throws Error, std::bad_alloc without threads or
-    /// memory; the link has ended then, too
+    /// @return how it ended; `why` has details
+    /// @throws Error, std::bad_alloc without threads or memory; the link has ended then, too
     End run(std::string& why);
 
-    /// Gives back what is not begun, finishes the rest, and ends the link, no later than after
-    /// this. From any thread.
+    /// Returns tiles that are not begun, finishes the rest, and ends the link, at the latest after
+    /// the timeout. From any thread.
     void drain(std::chrono::milliseconds timeout);
     void abort() noexcept { m_link->abort(); }
-    /// Tells the coordinator that it wants no more tiles for now, or does again. From any thread.
+    /// Notifies the coordinator that it accepts no more tiles for now, or does again. From any
+    /// thread.
     void pause(bool on);
 
     struct Status {
@@ -87,14 +89,14 @@ private:
     const std::string m_coordinator;
     const SessionOptions m_options;
     WorkerShared& m_shared;
-    // Of the reader alone.
-    std::optional<farm::Picture> m_awaited;      ///< whose texts are not all here
-    std::map<std::string, std::string> m_texts;  ///< of that one, by hash
-    std::vector<farm::Task> m_early;             ///< tasks of that one
+    // Used by the reader alone.
+    std::optional<farm::Picture> m_awaited;      ///< picture whose texts have not all arrived
+    std::map<std::string, std::string> m_texts;  ///< texts of that picture, by hash
+    std::vector<farm::Task> m_early;             ///< tasks of that picture
     std::size_t m_early_tiles = 0;
     std::shared_ptr<WorkerGround> m_ground;
-    std::vector<std::shared_ptr<PictureContext>>
-        m_old;  ///< cancelled, with threads that may still run
+    /// Cancelled, with threads that may still run.
+    std::vector<std::shared_ptr<PictureContext>> m_old;
     std::optional<End> m_end;
 
     mutable std::mutex m_mutex;
