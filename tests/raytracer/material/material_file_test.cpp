@@ -96,13 +96,13 @@ TEST_CASE("a material that the file lacks has the colour of unknown", "[raytrace
     SECTION("which the file has") {
         const MaterialFile file = read_materials(written(
             folder, "rock = { colour = \"#ffffff\" }\nunknown = { colour = \"#0000ff\" }\n"));
-        CHECK(file.missing.size() == 29);
+        CHECK(static_cast<int>(file.missing.size()) == voxel::kMaterialCount - 3);
         CHECK(look(file, Material::kSnow).colour.b == 1);
         CHECK(look(file, Material::kRock).colour.r == 1);
     }
     SECTION("which it lacks, too: magenta") {
         const MaterialFile file = read_materials(written(folder, ""));
-        CHECK(file.missing.size() == 31);
+        CHECK(static_cast<int>(file.missing.size()) == voxel::kMaterialCount - 1);
         const voxel::Colour c = look(file, Material::kWater).colour;
         CHECK((c.r > 2 * c.g && c.b > 2 * c.g));
         CHECK_NOTHROW(material::MaterialTable(written(folder, "")));
