@@ -1,8 +1,8 @@
 #include "raytracer/processors/thread_processor.hpp"
 
 #include <atomic>
-#include <functional>
 #include <chrono>
+#include <functional>
 #include <limits>
 #include <map>
 #include <set>
