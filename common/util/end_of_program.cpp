@@ -1,5 +1,6 @@
 #include "common/util/end_of_program.hpp"
 
+#include <execinfo.h>
 #include <unistd.h>
 
 #include <atomic>
@@ -87,6 +88,14 @@ void end_as_the_only_one() noexcept {
     std::_Exit(static_cast<int>(ExitCode::kFailed));
 }
 
+// An exception that leaves std::call_once passes through pthread_once(), and the C library loads
+// libgcc_s by name for such frames of its own when the first exception gets there. Without memory
+// for that it calls abort(). backtrace() is its documented way to load the library early.
+void load_unwinder() noexcept {
+    void* frame = nullptr;
+    [[maybe_unused]] const int frames = ::backtrace(&frame, 1);
+}
+
 }  // namespace
 
 std::string message_of(const std::exception_ptr& error) {
@@ -106,6 +115,7 @@ void end_program(const char* attempt, const char* reason) noexcept {
 }
 
 void end_with_a_line_on_uncaught_exceptions() noexcept {
+    load_unwinder();
     std::set_terminate(end_by_exception);
 }
 

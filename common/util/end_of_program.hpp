@@ -13,7 +13,9 @@ namespace terravox::util {
 /// Installs a terminate handler: from now on an uncaught exception (in a thread, a destructor, a
 /// callback of a C library) ends the program with one line on standard error and ExitCode::kFailed,
 /// as run_program does, instead of by a signal. Destructors do not run: unfinished files keep their
-/// temporary names, as after a kill. Must be called once, before threads are started.
+/// temporary names, as after a kill. Also loads now what the C library needs to pass exceptions on,
+/// since without memory it could not be loaded any more. Must be called once, before threads are
+/// started.
 void end_with_a_line_on_uncaught_exceptions() noexcept;
 
 /// Ends the program at once with the line "terravox: attempt: reason" on standard error and

@@ -1,10 +1,13 @@
 #include "common/util/end_of_program.hpp"
 
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <cstdlib>
 #include <functional>
 #include <latch>
+#include <mutex>
 #include <new>
 #include <stdexcept>
 #include <system_error>
@@ -23,6 +26,19 @@ namespace {
 template <class Thrown>
 void throw_in_a_thread(const Thrown& thrown) {
     std::thread([&] { throw thrown; }).join();
+}
+
+/// Leaves the process without any memory to allocate.
+void use_up_memory() {
+    const rlimit none{1, 1};
+    REQUIRE(::setrlimit(RLIMIT_AS, &none) == 0);
+    void* last = nullptr;
+    for (std::size_t bytes = std::size_t{1} << 20; bytes >= sizeof(void*); bytes /= 2) {
+        while (void* const block = std::malloc(bytes)) {
+            *static_cast<void**>(block) = last;
+            last = block;
+        }
+    }
 }
 
 }  // namespace
@@ -79,6 +95,21 @@ TEST_CASE("of errors in several threads at once the first is told, in one line",
         REQUIRE(end.error_output ==
                 "terravox: out of memory; lower memory limits or a smaller task may help\n");
     }
+}
+
+TEST_CASE("an exception leaves std::call_once when there is no memory left", "[common][util]") {
+    const test::ChildEnd end = test::run_in_child([] {
+        use_up_memory();
+        try {
+            std::once_flag once;
+            std::call_once(once, [] { throw std::bad_alloc(); });
+        } catch (const std::bad_alloc&) {
+            ::_exit(3);
+        }
+    });
+    CHECK(WIFEXITED(end.status));
+    CHECK(WEXITSTATUS(end.status) == 3);
+    CHECK(end.error_output.empty());
 }
 
 TEST_CASE("messages of errors name a lack of memory and of threads in plain words",
