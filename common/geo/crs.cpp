@@ -15,8 +15,8 @@
 
 #include "common/geo/crs_text.hpp"
 #include "common/geo/gdal.hpp"
+#include "common/geo/gdal_error_scope.hpp"
 #include "common/geo/proj_check.hpp"
-#include "common/geo/quiet_gdal.hpp"
 #include "common/util/error.hpp"
 
 namespace terravox::geo {
@@ -150,7 +150,7 @@ std::string exported(const OGRSpatialReference& ogr, const char* format) {
 }  // namespace
 
 Crs Crs::from_text(const std::string& text) {
-    const QuietGdal quiet;
+    const GdalErrorScope errors;
     auto ogr = empty_reference();
     std::string fault = fault_of_crs_text(text);
     if (fault.empty() &&
@@ -165,7 +165,7 @@ Crs Crs::from_text(const std::string& text) {
 }
 
 Crs Crs::from_wkt(const std::string& wkt) {
-    const QuietGdal quiet;
+    const GdalErrorScope errors;
     auto ogr = empty_reference();
     std::string fault =
         notation_of(wkt) == CrsNotation::kWkt ? fault_of_crs_text(wkt) : "no well-known text";
@@ -177,7 +177,7 @@ Crs Crs::from_wkt(const std::string& wkt) {
 }
 
 Crs Crs::from_ogr(const OGRSpatialReference& read, const std::string& origin) {
-    const QuietGdal quiet;
+    const GdalErrorScope errors;
     // WKT 2 describes the system completely; WKT 1, which cannot represent every system, contains
     // what GDAL passes to PROJ in addition (EXTENSION).
     std::string fault = fault_of_crs_text(exported(read, "FORMAT=WKT2_2019"));
@@ -198,7 +198,7 @@ std::optional<Crs> Crs::from_geokeys(std::span<const std::uint16_t> directory,
     constexpr std::size_t kHeaderWords = 4, kMaxKeys = 4096;
     if (directory.size() < 2 * kHeaderWords || directory.size() > kMaxKeys * 4)
         return std::nullopt;
-    const QuietGdal quiet;
+    const GdalErrorScope errors;
     start_gdal();
     static std::atomic<unsigned> counter{0};
     const std::string name = "/vsimem/terravox-geokeys-" + std::to_string(counter++) + ".tif";
@@ -286,7 +286,7 @@ bool Crs::same_horizontal(const Crs& other) const {
 }
 
 Transform::Transform(const Crs& from, const Crs& to) : m_between(from.name() + " to " + to.name()) {
-    const QuietGdal quiet;
+    const GdalErrorScope errors;
     m_ogr.reset(OGRCreateCoordinateTransformation(&from.ogr(), &to.ogr()));
     if (!m_ogr)
         throw util::Error("transform coordinates from " + m_between +
@@ -303,7 +303,7 @@ void Transform::apply(std::span<double> x, std::span<double> y) const {
                           std::to_string(y.size()) + " y");
     if (x.empty())
         return;
-    const QuietGdal quiet;
+    const GdalErrorScope errors;
     const double first_x = x[0], first_y = y[0];
     const int ok =
         m_ogr->Transform(static_cast<int>(x.size()), x.data(), y.data(), nullptr, nullptr);

@@ -2,12 +2,12 @@
 
 #include <ogr_spatialref.h>
 
-#include "common/geo/quiet_gdal.hpp"
+#include "common/geo/gdal_error_scope.hpp"
 
 namespace terravox::geo {
 
 void check_proj_is_usable(const std::string& attempt) {
-    const QuietGdal quiet;
+    const GdalErrorScope errors;
     constexpr int kKnownToAll = 4326;  // WGS 84
     OGRSpatialReference known;
     if (known.importFromEPSG(kKnownToAll) == OGRERR_NONE)

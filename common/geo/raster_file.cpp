@@ -3,7 +3,7 @@
 #include <array>
 
 #include "common/geo/gdal.hpp"
-#include "common/geo/quiet_gdal.hpp"
+#include "common/geo/gdal_error_scope.hpp"
 #include "common/geo/raster_gate.hpp"
 #include "common/util/error.hpp"
 
@@ -13,7 +13,7 @@ namespace fs = std::filesystem;
 
 GDALDatasetUniquePtr open_raster(const fs::path& path, const std::string& attempt, int overview) {
     start_gdal();
-    const QuietGdal quiet;
+    const GdalErrorScope errors;
     const auto fail = [&](const std::string& what) {
         throw util::Error(attempt + " " + path.string() + ": " + what);
     };
@@ -31,7 +31,8 @@ GDALDatasetUniquePtr open_raster(const fs::path& path, const std::string& attemp
                                                 kRasterDrivers,
                                                 overview >= 0 ? options.data() : nullptr));
     if (!data)
-        fail("no raster that can be read: " + QuietGdal::reason() + "; allowed: " + kRasterFormats);
+        fail("no raster that can be read: " + GdalErrorScope::reason() +
+             "; allowed: " + kRasterFormats);
     if (data->GetRasterCount() < 1)
         fail("a raster without bands");
     return data;

@@ -8,7 +8,7 @@
 #include <cstdlib>
 #include <fstream>
 
-#include "common/geo/quiet_gdal.hpp"
+#include "common/geo/gdal_error_scope.hpp"
 
 namespace terravox::geo {
 namespace {
@@ -155,12 +155,12 @@ std::optional<std::string> lost_directory_of_tiff(const std::filesystem::path& f
 }
 
 std::optional<std::string> missing_of_tiff(const std::filesystem::path& file) {
-    const QuietGdal quiet;
+    const GdalErrorScope errors;
     const char* const drivers[] = {"GTiff", nullptr};
     const GDALDatasetUniquePtr image{
         GDALDataset::Open(file.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY, drivers)};
     if (!image)
-        return "its directory: " + QuietGdal::reason();
+        return "its directory: " + GdalErrorScope::reason();
     std::uint64_t end = 0;
     for (GDALRasterBand* band : image->GetBands()) {
         end = std::max(end, end_of_blocks(*band));

@@ -41,11 +41,11 @@ std::optional<Rgb8> rgb8_from_hex(std::string_view text) noexcept {
     return Rgb8{out[0], out[1], out[2]};
 }
 
-bool is_look_field(std::string_view name) noexcept {
+bool is_appearance_field(std::string_view name) noexcept {
     return std::find(kLookFields.begin(), kLookFields.end(), name) != kLookFields.end();
 }
 
-std::string look_fields() {
+std::string appearance_fields() {
     std::string out;
     for (const auto field : kLookFields)
         out += (out.empty() ? "" : ", ") + std::string(field);
@@ -78,9 +78,9 @@ Palette load_palette(const std::filesystem::path& file) {
         if (!known || *known == Material::kAir)
             fail("[" + std::string(name.str()) + "] is no material");
         for (const auto& [field, value] : *node.as_table())
-            if (!is_look_field(field.str()))
+            if (!is_appearance_field(field.str()))
                 fail("[" + std::string(name.str()) + "] " + std::string(field.str()) +
-                     " is no field; allowed: " + look_fields());
+                     " is no field; allowed: " + appearance_fields());
     }
     return palette;
 }

@@ -199,8 +199,8 @@ struct Rgb8 {
 
 /// Whether a field is allowed for a material in config/materials.toml. The palette needs only
 /// colour and variation; the other fields are the ray tracer's, which validates them.
-[[nodiscard]] bool is_look_field(std::string_view name) noexcept;
-[[nodiscard]] std::string look_fields();  ///< their names, for messages
+[[nodiscard]] bool is_appearance_field(std::string_view name) noexcept;
+[[nodiscard]] std::string appearance_fields();  ///< their names, for messages
 
 /// The colour of each material, and its variation.
 struct Palette {

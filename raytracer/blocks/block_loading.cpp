@@ -66,7 +66,7 @@ bool BlockManager::next_keys(std::vector<voxel::BoxKey>& keys) {
     if (!m_wanted.empty())
         take_wanted(share_of(m_wanted.size()), keys);
     else if (m_ahead < m_max_ahead)
-        take_foreseen(share_of(m_foreseen.size()), keys);
+        take_prefetched(share_of(m_prefetched.size()), keys);
     return !keys.empty();
 }
 
@@ -80,12 +80,12 @@ void BlockManager::take_wanted(std::size_t most, std::vector<voxel::BoxKey>& key
     }
 }
 
-void BlockManager::take_foreseen(std::size_t most, std::vector<voxel::BoxKey>& keys) {
+void BlockManager::take_prefetched(std::size_t most, std::vector<voxel::BoxKey>& keys) {
     const std::size_t room_bytes = m_limit_bytes / 4 * 3;
-    while (!m_foreseen.empty() && keys.size() < most && m_stats.bytes < room_bytes &&
+    while (!m_prefetched.empty() && keys.size() < most && m_stats.bytes < room_bytes &&
            (keys.empty() || m_stats.bytes + coming_bytes(keys.size() + 1) < room_bytes)) {
-        const voxel::BoxKey key = m_foreseen.front();
-        m_foreseen.pop_front();
+        const voxel::BoxKey key = m_prefetched.front();
+        m_prefetched.pop_front();
         // Loaded, or being loaded.
         const bool known =
             m_entries.contains(key) || std::find(keys.begin(), keys.end(), key) != keys.end();

@@ -128,7 +128,7 @@ BlockPin BlockManager::get(const voxel::BoxKey& key) {
 
 void BlockManager::prefetch(std::vector<voxel::BoxKey> keys) {
     const std::lock_guard lock(m_mutex);
-    m_foreseen.assign(keys.begin(), keys.end());
+    m_prefetched.assign(keys.begin(), keys.end());
     m_work.notify_all();
 }
 

@@ -59,7 +59,7 @@ struct BlockStats {
 /// The boxes of a world in memory, hashed by Morton code, and the threads that fetch missing ones.
 ///
 /// Tracing threads never block here: find() returns at once, and wait_for() calls back when the box
-/// has arrived. Boxes with a waiter are loaded before those that are only foreseen (prefetch). At
+/// has arrived. Boxes with a waiter are loaded before those that are only prefetched (prefetch). At
 /// the memory limit the least recently used boxes are evicted, but never one that is pinned or that
 /// has arrived for a waiter which has not read it yet; loaders pause while such boxes fill a
 /// quarter of the memory.
@@ -130,7 +130,7 @@ private:
     void load_boxes();
     [[nodiscard]] bool next_keys(std::vector<voxel::BoxKey>& keys);
     void take_wanted(std::size_t most, std::vector<voxel::BoxKey>& keys);
-    void take_foreseen(std::size_t most, std::vector<voxel::BoxKey>& keys);
+    void take_prefetched(std::size_t most, std::vector<voxel::BoxKey>& keys);
     [[nodiscard]] std::size_t share_of(std::size_t queued) const noexcept;
     [[nodiscard]] std::size_t coming_bytes(std::size_t more) const noexcept;
     [[nodiscard]] std::vector<voxel::BoxKey> load(const std::vector<voxel::BoxKey>& keys);
@@ -156,7 +156,7 @@ private:
     std::condition_variable m_work, m_came;
     std::unordered_map<voxel::BoxKey, Entry, voxel::BoxKeyHash> m_entries;
     std::list<voxel::BoxKey> m_order;  ///< least recently used last
-    std::deque<voxel::BoxKey> m_wanted, m_foreseen;
+    std::deque<voxel::BoxKey> m_wanted, m_prefetched;
     std::unordered_set<voxel::BoxKey, voxel::BoxKeyHash> m_loaded_once;
     BlockStats m_stats;
     std::size_t m_unseen_bytes = 0, m_freed_bytes = 0;

@@ -104,7 +104,7 @@ Child::Child(const Command& command) : m_name(command.front()) {
             ::dup2(null, STDIN_FILENO) >= 0)
             ::execv(program.c_str(), argv.data());
         const int code = errno;
-        [[maybe_unused]] const ssize_t told = ::write(wrong[1], &code, sizeof code);
+        [[maybe_unused]] const ssize_t reported = ::write(wrong[1], &code, sizeof code);
         ::_exit(127);
     }
     int code = m_pid < 0 ? errno : 0;

@@ -93,9 +93,9 @@ public:
     }
     void check_names() const {
         for (const auto& [field, value] : m_table)
-            if (!voxel::is_look_field(field.str()))
-                throw util::UsageError(said(std::string(field.str()) +
-                                            " is no field; allowed: " + voxel::look_fields()));
+            if (!voxel::is_appearance_field(field.str()))
+                throw util::UsageError(said(std::string(field.str()) + " is no field; allowed: " +
+                                            voxel::appearance_fields()));
     }
 
 private:
@@ -117,23 +117,23 @@ private:
     const std::filesystem::path& m_file;
 };
 
-Look look_of(const Fields& fields) {
+MaterialAppearance appearance_of(const Fields& fields) {
     std::vector<std::pair<std::string_view, int>> names;
     for (const Texture& texture : textures())
         names.emplace_back(texture.name, static_cast<int>(names.size()));
-    Look look;
+    MaterialAppearance appearance;
     fields.check_names();
-    fields.colour(look.colour);
-    fields.number("variation", 0, 1, look.variation);
-    fields.word("kind", kKinds, look.kind);
-    fields.word("texture", names, look.texture);
-    fields.number("roughness", 0, 1, look.roughness);
-    fields.number("index", 1, 4, look.index);
-    fields.light("absorption", 1000, look.absorption_per_m);
-    fields.light("glow", 1, look.glow);
-    fields.light("emission", 1000, look.emission);
-    fields.flag("reflects", look.reflects);
-    return look;
+    fields.colour(appearance.colour);
+    fields.number("variation", 0, 1, appearance.variation);
+    fields.word("kind", kKinds, appearance.kind);
+    fields.word("texture", names, appearance.texture);
+    fields.number("roughness", 0, 1, appearance.roughness);
+    fields.number("index", 1, 4, appearance.index);
+    fields.light("absorption", 1000, appearance.absorption_per_m);
+    fields.light("glow", 1, appearance.glow);
+    fields.light("emission", 1000, appearance.emission);
+    fields.flag("reflects", appearance.reflects);
+    return appearance;
 }
 
 std::function<void(const std::string&)> failing(const std::filesystem::path& file) {
@@ -154,19 +154,20 @@ MaterialFile materials_of(const toml::table& root, const std::filesystem::path& 
     }
     MaterialFile out;
     constexpr auto kUnknown = static_cast<std::size_t>(voxel::Material::kUnknown);
-    for (std::size_t i = 1; i < out.looks.size(); ++i) {
+    for (std::size_t i = 1; i < out.appearances.size(); ++i) {
         const std::string name(voxel::material_name(static_cast<voxel::Material>(i)));
         if (const toml::table* table = root[name].as_table())
-            out.looks[i] = look_of(Fields(*table, name, file));
+            out.appearances[i] = appearance_of(Fields(*table, name, file));
         else {
             out.missing.push_back(name);
             if (i == kUnknown)
-                out.looks[i].colour = voxel::to_linear(kMagenta);
+                out.appearances[i].colour = voxel::to_linear(kMagenta);
         }
     }
     for (const std::string& name : out.missing) {
-        Look& look = out.looks[static_cast<std::size_t>(*voxel::material_from_name(name))];
-        look.colour = out.looks[kUnknown].colour;
+        MaterialAppearance& appearance =
+            out.appearances[static_cast<std::size_t>(*voxel::material_from_name(name))];
+        appearance.colour = out.appearances[kUnknown].colour;
     }
     return out;
 }

@@ -5,15 +5,15 @@
 #include <string>
 #include <vector>
 
-#include "raytracer/material/look.hpp"
+#include "raytracer/material/appearance.hpp"
 
 namespace terravox::material {
 
-using Looks = std::array<Look, voxel::kMaterialCount>;
+using MaterialAppearances = std::array<MaterialAppearance, voxel::kMaterialCount>;
 
 /// The contents of a material file.
 struct MaterialFile {
-    Looks looks;
+    MaterialAppearances appearances;
     /// Materials that the file does not name: they get the plain colour of `unknown`.
     std::vector<std::string> missing;
 };

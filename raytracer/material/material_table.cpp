@@ -100,7 +100,7 @@ PaintPoint paint_point(const PaintedFace& face, const FacePoint& at, OnFace on) 
 
 }  // namespace
 
-material::Looks MaterialTable::checked(const std::filesystem::path& file) {
+material::MaterialAppearances MaterialTable::checked(const std::filesystem::path& file) {
     const material::MaterialFile read = material::read_materials(file);
     if (!read.missing.empty()) {
         std::string names;
@@ -109,16 +109,16 @@ material::Looks MaterialTable::checked(const std::filesystem::path& file) {
         spdlog::warn("the materials {} lack {}: shown in the colour of unknown", file.string(),
                      names);
     }
-    return read.looks;
+    return read.appearances;
 }
 
-MaterialTable::MaterialTable(const material::Looks& looks) {
+MaterialTable::MaterialTable(const material::MaterialAppearances& appearances) {
     const auto textures = material::textures();
-    for (std::size_t i = 0; i < looks.size(); ++i) {
+    for (std::size_t i = 0; i < appearances.size(); ++i) {
         Entry& entry = m_entries[i];
-        entry.look = looks[i];
+        entry.appearance = appearances[i];
         const material::Texture& texture =
-            textures[static_cast<std::size_t>(entry.look.texture) % textures.size()];
+            textures[static_cast<std::size_t>(entry.appearance.texture) % textures.size()];
         // The top first: it may have more variants than a side of the same drawing, which then
         // finds them there.
         entry.faces[2] = m_pool.add(texture.top);
@@ -127,7 +127,7 @@ MaterialTable::MaterialTable(const material::Looks& looks) {
         entry.windows = texture.windows;
         entry.waves = texture.waves;
         if (texture.own != voxel::Material::kAir)
-            entry.own = looks[static_cast<std::size_t>(texture.own)].colour;
+            entry.own = appearances[static_cast<std::size_t>(texture.own)].colour;
     }
 }
 

@@ -2,7 +2,7 @@
 
 #include <filesystem>
 
-#include "raytracer/material/look.hpp"
+#include "raytracer/material/appearance.hpp"
 #include "raytracer/material/material_file.hpp"
 #include "raytracer/material/texture_pool.hpp"
 #include "raytracer/material/windows.hpp"
@@ -17,12 +17,12 @@ public:
     /// Reads config/materials.toml; warns once about missing materials.
     /// @throws Error as material::read_materials
     explicit MaterialTable(const std::filesystem::path& file) : MaterialTable(checked(file)) {}
-    explicit MaterialTable(const material::Looks& looks);
+    explicit MaterialTable(const material::MaterialAppearances& appearances);
 
     /// The look of a material. A number that is no material is treated like `unknown`; air is
     /// black.
-    [[nodiscard]] const Look& look(voxel::Material material) const noexcept {
-        return m_entries[number_of(material)].look;
+    [[nodiscard]] const MaterialAppearance& appearance(voxel::Material material) const noexcept {
+        return m_entries[number_of(material)].appearance;
     }
     /// The texture at a point. Texels stay square blocks up close; with distance they fade to their
     /// mean, whose colour is the material's own, so that distance changes no colour. Coarser levels
@@ -39,12 +39,12 @@ public:
 
 private:
     struct Entry {
-        Look look;
+        MaterialAppearance appearance;
         std::array<material::PaintedFace, 3> faces;  ///< side, bottom, top
         voxel::Colour own{1, 1, 1};
         bool windows = false, waves = false;
     };
-    static material::Looks checked(const std::filesystem::path& file);
+    static material::MaterialAppearances checked(const std::filesystem::path& file);
     [[nodiscard]] static std::size_t number_of(voxel::Material material) noexcept {
         const auto number = static_cast<std::size_t>(material);
         return number < voxel::kMaterialCount ? number

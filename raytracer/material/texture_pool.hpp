@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "raytracer/material/look.hpp"
+#include "raytracer/material/appearance.hpp"
 #include "raytracer/material/texture_list.hpp"
 
 namespace terravox::material {

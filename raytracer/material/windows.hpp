@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "raytracer/material/look.hpp"
+#include "raytracer/material/appearance.hpp"
 #include "raytracer/material/texture_pool.hpp"
 
 namespace terravox::material {

@@ -70,13 +70,6 @@ void GdalWatch::check_closed_tiff(const std::filesystem::path& file) const {
             m_attempt + ": not all could be written (the disk may be full); missing: " + *missing);
 }
 
-GdalQuiet::GdalQuiet() {
-    CPLPushErrorHandler(geo::drop_gdal_message);
-}
-GdalQuiet::~GdalQuiet() {
-    CPLPopErrorHandler();
-}
-
 GdalOptions::GdalOptions(std::initializer_list<std::pair<const char*, std::string>> options) {
     m_pointers.push_back(nullptr);
     for (const auto& [name, value] : options)

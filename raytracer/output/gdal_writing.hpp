@@ -31,16 +31,6 @@ private:
     std::string m_attempt, m_failure;
 };
 
-/// During its lifetime, no message of GDAL on this thread is printed. Once initialised, GDAL also
-/// receives messages that other users of libtiff ignore, such as those about tags that OpenImageIO
-/// tries in vain.
-struct GdalQuiet {
-    GdalQuiet();
-    ~GdalQuiet();
-    GdalQuiet(const GdalQuiet&) = delete;
-    GdalQuiet& operator=(const GdalQuiet&) = delete;
-};
-
 struct GdalClose {
     void operator()(GDALDatasetH dataset) const noexcept { GDALClose(dataset); }
 };

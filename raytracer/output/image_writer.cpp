@@ -9,6 +9,7 @@
 #include <memory>
 #include <span>
 
+#include "common/geo/gdal_error_scope.hpp"
 #include "common/util/atomic_file.hpp"
 #include "common/util/error.hpp"
 #include "raytracer/output/checked_file.hpp"
@@ -109,7 +110,7 @@ void check_closed_tiff(const util::AtomicFile& written, const std::filesystem::p
 
 void write_float_tiff(const Film& film, const std::filesystem::path& file,
                       const PictureInfo& info) {
-    const GdalQuiet quiet;
+    const geo::GdalErrorScope errors;
     const Writing writing(film, file, info);
     OIIO::ImageSpec spec(film.width_px(), film.height_px(), 4, OIIO::TypeDesc::FLOAT);
     spec.alpha_channel = 3;
@@ -130,7 +131,7 @@ void write_float_tiff(const Film& film, const std::filesystem::path& file,
 }
 
 void write_bytes(const Film& film, const std::filesystem::path& file, const PictureInfo& info) {
-    const GdalQuiet quiet;
+    const geo::GdalErrorScope errors;
     const Writing writing(film, file, info);
     OIIO::ImageSpec spec(film.width_px(), film.height_px(), 3, OIIO::TypeDesc::UINT8);
     spec.attribute("compression", is_tiff(file) ? "zip" : "jpeg:95");

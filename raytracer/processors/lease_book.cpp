@@ -224,7 +224,7 @@ LeaseBook::Taken LeaseBook::take(Member member, tiles::TileResult&& result) {
     }
     if (unit.done) {
         out.hash = tiles::hash_of_pixels(result);
-        out.answer = unit.disowned || out.hash == unit.hash ? Answer::kLate : Answer::kUnequal;
+        out.answer = unit.revoked || out.hash == unit.hash ? Answer::kLate : Answer::kUnequal;
         out.holes = std::move(result.holes);
         out.other = unit.by;
         out.other_hash = unit.hash;
@@ -362,7 +362,7 @@ std::vector<std::uint32_t> LeaseBook::revoke(Member member) {
     for (auto it = m_units.begin(); it != m_units.end();) {
         Unit& unit = it->second;
         if (!unit.is_check && unit.done && unit.by == member)
-            unit.disowned = true;
+            unit.revoked = true;
         if (unit.is_check && unit.by == member && !unit.done) {
             unit.done = true;
             --m_open_checks;

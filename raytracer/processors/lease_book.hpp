@@ -126,8 +126,8 @@ private:
     /// A band that is or was leased.
     struct Unit {
         tiles::RenderTile band;
-        Holes holes;            ///< in the answer
-        bool disowned = false;  ///< by who answered first: nothing is compared with it
+        Holes holes;           ///< in the answer
+        bool revoked = false;  ///< by who answered first: nothing is compared with it
         bool done = false, is_check = false,
              waits = false;  ///< waits: in m_pending, beside those who have it
         int copies = 0;

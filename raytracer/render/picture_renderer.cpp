@@ -226,8 +226,8 @@ RenderJob PictureRenderer::job(processors::TileProcessor& processor,
     out.damage = [this] { return m_loaded->world->damage(); };
     out.on_progress = [this](std::uint64_t done, std::uint64_t of) {
         m_render_pool->set_progress(done, of);
-        if (m_told)
-            m_told(done, of);
+        if (m_reported)
+            m_reported(done, of);
     };
     if (m_render_pool->is_farm()) {
         out.details = [this] { return m_render_pool->table(); };

@@ -42,8 +42,8 @@ public:
                     const scene::Scene& base, bool quiet, std::stop_token stop);
     ~PictureRenderer();
     /// Sets a callback for each tile, called on the rendering thread.
-    void on_progress(std::function<void(std::uint64_t done, std::uint64_t of)> told) {
-        m_told = std::move(told);
+    void on_progress(std::function<void(std::uint64_t done, std::uint64_t of)> reported) {
+        m_reported = std::move(reported);
     }
 
     /// Checks, before any work is done, that all files can be written.
@@ -86,7 +86,7 @@ private:
     bool m_quiet;
     int m_threads;
     const std::stop_token m_stop;
-    std::function<void(std::uint64_t, std::uint64_t)> m_told;
+    std::function<void(std::uint64_t, std::uint64_t)> m_reported;
     shade::ViewMaker m_views;
     std::unique_ptr<RenderPool> m_render_pool;
     std::unique_ptr<shade::View> m_view;

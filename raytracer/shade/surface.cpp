@@ -36,9 +36,10 @@ float believed(voxel::Material material, voxel::Colour photo) noexcept {
                           1.0f);
 }
 
-voxel::Colour base_colour(const View& view, const material::Look& look, const walk::Hit& hit) {
+voxel::Colour base_colour(const View& view, const material::MaterialAppearance& appearance,
+                          const walk::Hit& hit) {
     const auto& q = view.scene.quality;
-    voxel::Colour colour = look.colour;
+    voxel::Colour colour = appearance.colour;
     if (hit.attr.has_colour() && q.colour != core::VoxelColour::kMaterial) {
         const voxel::Colour photo = voxel::to_linear(hit.attr.colour);
         colour =
@@ -49,7 +50,7 @@ voxel::Colour base_colour(const View& view, const material::Look& look, const wa
     }
     // The mean of the many voxels that a coarse one stands for varies less.
     const auto variation =
-        static_cast<float>(static_cast<double>(look.variation) * det::exp2_int(-hit.level));
+        static_cast<float>(static_cast<double>(appearance.variation) * det::exp2_int(-hit.level));
     const auto wobble =
         static_cast<float>(core::unit_from(voxel_hash(hit.voxel)) - 0.5) * 2 * variation;
     return colour * (1 + wobble);
@@ -70,7 +71,7 @@ double part_of_voxel(double point, int level, std::int32_t voxel) noexcept {
 }
 
 material::Texel texel_at(const View& view, const walk::TracedRay& ray, core::Vec3 point,
-                         const material::Look& look) noexcept {
+                         const material::MaterialAppearance& appearance) noexcept {
     const walk::Hit& hit = ray.hit;
     if (!view.scene.quality.textures) {
         material::Texel plain;
@@ -79,7 +80,7 @@ material::Texel texel_at(const View& view, const walk::TracedRay& ray, core::Vec
             plain.emission = 0;
         return plain;
     }
-    if (look.kind == material::Kind::kSolid && look.texture == 0)
+    if (appearance.kind == material::Kind::kSolid && appearance.texture == 0)
         return {};
     const int axis = core::axis_of(hit.face), a = (axis + 1) % 3, b = (axis + 2) % 3;
     material::FacePoint at;
@@ -100,17 +101,17 @@ material::Texel texel_at(const View& view, const walk::TracedRay& ray, core::Vec
 Medium medium_of(const View& view, voxel::Material material) noexcept {
     if (material == voxel::Material::kAir)
         return {};
-    const material::Look& look = view.materials->look(material);
-    return {look.absorption_per_m, look.glow, static_cast<double>(look.index)};
+    const material::MaterialAppearance& appearance = view.materials->appearance(material);
+    return {appearance.absorption_per_m, appearance.glow, static_cast<double>(appearance.index)};
 }
 
 bool is_transparent(const View& view, voxel::Material material) noexcept {
-    const material::Kind kind = view.materials->look(material).kind;
+    const material::Kind kind = view.materials->appearance(material).kind;
     return kind == material::Kind::kWater || kind == material::Kind::kGlass;
 }
 
 bool has_holes(const View& view, voxel::Material material) noexcept {
-    return view.materials->look(material).kind == material::Kind::kLeaves &&
+    return view.materials->appearance(material).kind == material::Kind::kLeaves &&
            view.scene.quality.cut_outs;
 }
 
@@ -121,17 +122,19 @@ Surface surface_at(const View& view, const walk::TracedRay& ray) {
     out.direction = ray.ray.direction;
     if (ray.hit.attr.material == voxel::Material::kAir)
         return out;  // out of a medium
-    const material::Look& look = view.materials->look(ray.hit.attr.material);
-    const material::Texel texel = texel_at(view, ray, out.point, look);
-    out.albedo = base_colour(view, look, ray.hit) * texel.ratio * (1 - texel.own_share) +
+    const material::MaterialAppearance& appearance =
+        view.materials->appearance(ray.hit.attr.material);
+    const material::Texel texel = texel_at(view, ray, out.point, appearance);
+    out.albedo = base_colour(view, appearance, ray.hit) * texel.ratio * (1 - texel.own_share) +
                  texel.own * texel.own_share;
-    out.emission = look.emission * texel.emission * hue_of(ray.hit.attr);
-    out.leaves = look.kind == material::Kind::kLeaves && view.scene.quality.cut_outs;
+    out.emission = appearance.emission * texel.emission * hue_of(ray.hit.attr);
+    out.leaves = appearance.kind == material::Kind::kLeaves && view.scene.quality.cut_outs;
     out.opacity = out.leaves ? texel.opacity : 1;
-    out.transparent = look.kind == material::Kind::kWater || look.kind == material::Kind::kGlass;
-    out.polish = out.transparent ? 0 : look.reflects ? 1 : texel.gloss;
-    out.roughness = look.roughness;
-    out.index = static_cast<double>(look.index);
+    out.transparent =
+        appearance.kind == material::Kind::kWater || appearance.kind == material::Kind::kGlass;
+    out.polish = out.transparent ? 0 : appearance.reflects ? 1 : texel.gloss;
+    out.roughness = appearance.roughness;
+    out.index = static_cast<double>(appearance.index);
     if (ray.hit.face == core::Face::kTop && (texel.tilt[0] != 0 || texel.tilt[1] != 0))
         out.smooth_normal = core::normalized(
             {static_cast<double>(texel.tilt[0]), 1, static_cast<double>(texel.tilt[1])});

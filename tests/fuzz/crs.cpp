@@ -1,7 +1,7 @@
 // Coordinate reference systems as texts, as in point clouds, archives and replies of servers.
 #include "common/geo/crs.hpp"
 
-#include "common/geo/quiet_gdal.hpp"
+#include "common/geo/gdal_error_scope.hpp"
 #include "common/util/error.hpp"
 #include "tests/fuzz/fuzz.hpp"
 
@@ -20,7 +20,7 @@ geo::Crs read(const std::string& text) {
 }  // namespace
 
 void run(Input input) {
-    const geo::QuietGdal quiet;
+    const geo::GdalErrorScope errors;
     const geo::Crs crs = read(as_text(input));
     (void)crs.name();
     (void)crs.wkt();

@@ -1,5 +1,5 @@
 // LAS and LAZ files: header, records, chunk table, points, and the index inside (COPC).
-#include "common/geo/quiet_gdal.hpp"
+#include "common/geo/gdal_error_scope.hpp"
 #include "tests/fuzz/fuzz.hpp"
 #include "voxelserver/lidar/las_file.hpp"
 #include "voxelserver/lidar/spatial_index.hpp"
@@ -30,7 +30,7 @@ void read_points(const lidar::LasInfo& info) {
 }  // namespace
 
 void run(Input input) {
-    const geo::QuietGdal quiet;
+    const geo::GdalErrorScope errors;
     const auto info = lidar::read_las_info(as_file(input, "input.laz"));
     allow_errors([&] { read_points(info); });
     allow_errors([&] {

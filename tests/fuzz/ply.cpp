@@ -1,12 +1,12 @@
 // PLY point clouds: header, vertices as text and as numbers, the CRS of a comment.
-#include "common/geo/quiet_gdal.hpp"
+#include "common/geo/gdal_error_scope.hpp"
 #include "tests/fuzz/fuzz.hpp"
 #include "voxelserver/ply/ply_source.hpp"
 
 namespace terravox::fuzz {
 
 void run(Input input) {
-    const geo::QuietGdal quiet;
+    const geo::GdalErrorScope errors;
     const ply::PlySource source(as_file(input, "input.ply"));
     std::uint64_t count = 0;
     const auto parts = source.parts(20'000);

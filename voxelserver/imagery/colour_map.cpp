@@ -121,7 +121,7 @@ private:
     }
 
     void check(const PaletteFile& file) const {
-        std::uint32_t told = 0, asked = 0;
+        std::uint32_t reported = 0, asked = 0;
         for (const auto& e : m_entries)
             told |= bit_of(e.material);
         for (const std::uint32_t c : m_map.m_candidates)

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstdlib>
 
-#include "common/geo/quiet_gdal.hpp"
+#include "common/geo/gdal_error_scope.hpp"
 #include "common/geo/raster_file.hpp"
 #include "common/util/error.hpp"
 
@@ -45,7 +45,7 @@ void Image::fail(const std::string& what) const {
 }
 
 Image::Image(const fs::path& path) : m_path(path) {
-    const geo::QuietGdal quiet;
+    const geo::GdalErrorScope errors;
     open();
     learn_georeference();
     learn_values();
@@ -55,7 +55,7 @@ Image::Image(const fs::path& path) : m_path(path) {
 void Image::open() {
     if (m_data)
         return;
-    const geo::QuietGdal quiet;
+    const geo::GdalErrorScope errors;
     m_data = geo::open_raster(m_path, "read the orthophoto", m_overview);
     if (m_data->GetRasterXSize() < 1 || m_data->GetRasterYSize() < 1)
         fail("an image without pixels");
@@ -75,7 +75,7 @@ void Image::open() {
 }
 
 void Image::learn_georeference() {
-    const geo::QuietGdal quiet;
+    const geo::GdalErrorScope errors;
     if (m_data->GetGeoTransform(m_geo.data()) != CE_None)
         fail("no place on Earth (neither GeoTIFF tags nor a world file)");
     const double area = m_geo[1] * m_geo[5] - m_geo[2] * m_geo[4];
@@ -162,7 +162,7 @@ void Image::choose_overview(double pixels_per_voxel) {
 
 void Image::read(const PixelWindow& window, Pixels& out) {
     open();
-    const geo::QuietGdal quiet;
+    const geo::GdalErrorScope errors;
     out.window = window;
     out.values.assign(
         static_cast<std::size_t>(window.width) * static_cast<std::size_t>(window.height), Pixel{});
@@ -182,7 +182,7 @@ void Image::read_bands(const PixelWindow& window, Pixels& out) {
         window.height, GDT_Byte, static_cast<int>(m_bands.size()), m_bands.data(), sizeof(Pixel),
         static_cast<GSpacing>(sizeof(Pixel)) * window.width, 1, nullptr);
     if (failed != CE_None)
-        fail("damaged: " + geo::QuietGdal::reason());
+        fail("damaged: " + geo::GdalErrorScope::reason());
     if (m_mask == Mask::kValue) {
         out.valid.resize(out.values.size());
         const auto none = static_cast<std::uint8_t>(m_nodata);
@@ -205,7 +205,7 @@ void Image::read_wide(const PixelWindow& window, Pixels& out) {
         window.height, GDT_UInt16, static_cast<int>(bands), m_bands.data(), pixel_bytes,
         pixel_bytes * window.width, sizeof(std::uint16_t), nullptr);
     if (failed != CE_None)
-        fail("damaged: " + geo::QuietGdal::reason());
+        fail("damaged: " + geo::GdalErrorScope::reason());
     const auto narrow = [&](std::uint16_t v) {
         return static_cast<std::uint8_t>(std::min(v >> m_shift, 255));
     };
@@ -254,7 +254,7 @@ void Image::apply_mask(const PixelWindow& window, Pixels& out) {
         mask->RasterIO(GF_Read, window.x, window.y, window.width, window.height, out.valid.data(),
                        window.width, window.height, GDT_Byte, 0, 0, nullptr);
     if (failed != CE_None)
-        fail("damaged: " + geo::QuietGdal::reason());
+        fail("damaged: " + geo::GdalErrorScope::reason());
     constexpr std::uint8_t kHalf = 128;  // of an alpha band: mostly transparent counts as no data
     for (std::uint8_t& v : out.valid)
         v = v >= kHalf ? 1 : 0;

@@ -74,11 +74,11 @@ Grid specialize(const SurfaceColumns& columns, const Raster& raster, const Colou
 }
 
 std::vector<std::uint8_t> looks_wet(std::span<const Material> material,
-                                    std::span<const std::uint8_t> told, int width, int height,
+                                    std::span<const std::uint8_t> reported, int width, int height,
                                     int cell, double share, double min_told) {
     const auto count = static_cast<std::size_t>(std::max(width, 0)) *
                        static_cast<std::size_t>(std::max(height, 0));
-    if (material.size() != count || (!told.empty() && told.size() != count))
+    if (material.size() != count || (!reported.empty() && reported.size() != count))
         throw util::Error("find wet cells: lists do not have the " + std::to_string(width) + " x " +
                           std::to_string(height) + " columns");
     if (cell < 1 || cell > 4096)
@@ -94,7 +94,7 @@ std::vector<std::uint8_t> looks_wet(std::span<const Material> material,
                     const auto i = static_cast<std::size_t>(z) * static_cast<std::size_t>(width) +
                                    static_cast<std::size_t>(x);
                     const bool tells =
-                        material[i] != Material::kAir && (told.empty() || told[i] != 0);
+                        material[i] != Material::kAir && (reported.empty() || reported[i] != 0);
                     ++all;
                     tell += tells;
                     wet += tells && material[i] == Material::kWater;

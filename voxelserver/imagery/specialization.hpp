@@ -45,7 +45,7 @@ struct SurfaceColumns {
 /// @return row by row, ceil(width / cell) x ceil(height / cell); 1 = wet
 /// @throws Error when the sizes are inconsistent
 [[nodiscard]] std::vector<std::uint8_t> looks_wet(std::span<const voxel::Material> material,
-                                                  std::span<const std::uint8_t> told, int width,
+                                                  std::span<const std::uint8_t> reported, int width,
                                                   int height, int cell, double share = 0.6,
                                                   double min_told = 0.25);
 

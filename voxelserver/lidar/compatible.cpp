@@ -13,10 +13,10 @@ constexpr std::uint32_t kNowhere = 0xFFFFFFFF;
 
 // Bytes per value. Types 1-10 are scalars, 11-20 pairs and 21-30 triples of them; for type 0 the
 // size is stored separately.
-std::optional<std::uint32_t> value_bytes(std::uint8_t type, std::uint8_t told) {
+std::optional<std::uint32_t> value_bytes(std::uint8_t type, std::uint8_t reported) {
     constexpr std::array<std::uint32_t, 10> kBytes = {1, 1, 2, 2, 4, 4, 8, 8, 4, 8};
     if (type == 0)
-        return told;
+        return reported;
     if (type > 3 * kBytes.size())
         return std::nullopt;
     return kBytes[(type - 1U) % kBytes.size()] * ((type - 1U) / kBytes.size() + 1);

@@ -60,7 +60,7 @@ void sort_patch(std::span<VoxelPoint> points, std::vector<VoxelPoint>& scratch) 
 
 void PointCounts::add(const PointCounts& other) noexcept {
     kept += other.kept;
-    wild += other.wild;
+    outliers += other.outliers;
     withheld += other.withheld;
     noise += other.noise;
     for (std::size_t i = 0; i < by_class.size(); ++i)

@@ -24,7 +24,7 @@ static_assert(sizeof(PatchEntry) == 32);
 /// Statistics from decoding a square. Stored as is in prepared squares.
 struct PointCounts {
     std::uint64_t kept = 0;
-    std::uint64_t wild = 0;  ///< far outside the bounds: errors of the survey
+    std::uint64_t outliers = 0;  ///< far outside the bounds: errors of the survey
     /// Marked as withheld by the survey, or as overlap where that is dropped.
     std::uint64_t withheld = 0;
     std::uint64_t noise = 0;                    ///< of classes that the table drops

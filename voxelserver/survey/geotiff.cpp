@@ -7,7 +7,7 @@
 
 #include "common/geo/crs.hpp"
 #include "common/geo/gdal.hpp"
-#include "common/geo/quiet_gdal.hpp"
+#include "common/geo/gdal_error_scope.hpp"
 #include "common/geo/whole_tiff.hpp"
 #include "common/util/atomic_file.hpp"
 #include "common/util/error.hpp"
@@ -16,7 +16,7 @@ namespace terravox::survey {
 namespace {
 
 [[noreturn]] void fail(const std::filesystem::path& path) {
-    throw util::Error("write " + path.string() + ": " + geo::QuietGdal::reason());
+    throw util::Error("write " + path.string() + ": " + geo::GdalErrorScope::reason());
 }
 
 template <class Value>
@@ -25,7 +25,7 @@ void write(const std::filesystem::path& path, const SquareExtent& extent,
     geo::start_gdal();
     geo::check_memory_for_gdal();
     util::AtomicFile file(path);
-    const geo::QuietGdal quiet;
+    const geo::GdalErrorScope errors;
     GDALDriver* driver = GetGDALDriverManager()->GetDriverByName("GTiff");
     if (driver == nullptr)
         fail(path);
@@ -80,7 +80,7 @@ std::string survey_wkt1() {
     const geo::Crs crs = geo::Crs::from_text(kSurveyCrs);
     char* text = nullptr;
     const char* const options[] = {"FORMAT=WKT1_GDAL", "MULTILINE=NO", nullptr};
-    const geo::QuietGdal quiet;
+    const geo::GdalErrorScope errors;
     if (crs.ogr().exportToWkt(&text, options) != OGRERR_NONE)
         throw util::Error(std::string("describe ") + kSurveyCrs + " as WKT 1: GDAL failed");
     std::string wkt = text;

@@ -59,10 +59,10 @@ void JobFolder::write_secret(const std::string& name, const std::string& text) c
         fail(code != 0 ? code : errno);
 }
 
-void QueueTeller::tell(const Slurm::Counts& counts) {
-    if (m_quiet || (m_told && counts == m_last))
+void QueueReporter::report(const Slurm::Counts& counts) {
+    if (m_quiet || (m_reported && counts == m_last))
         return;
-    m_told = true;
+    m_reported = true;
     m_last = counts;
     // Overwrites the bar that the render may be drawing; it draws a new one below.
     std::fprintf(stderr, "%sslurm: %d of %d tasks run, %d wait\n",

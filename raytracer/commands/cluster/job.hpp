@@ -57,14 +57,14 @@ private:
 };
 
 /// Prints the state of a job's queue on standard error: a line for each change.
-class QueueTeller {
+class QueueReporter {
 public:
-    QueueTeller(int tasks, bool quiet) : m_tasks(tasks), m_quiet(quiet) {}
-    void tell(const Slurm::Counts& counts);
+    QueueReporter(int tasks, bool quiet) : m_tasks(tasks), m_quiet(quiet) {}
+    void report(const Slurm::Counts& counts);
 
 private:
     int m_tasks;
-    bool m_quiet, m_told = false;
+    bool m_quiet, m_reported = false;
     Slurm::Counts m_last;
 };
 

@@ -165,7 +165,7 @@ private:
         Child child(coordinator());
         own.jobs.push_back(slurm.submit(m_folder.path(), "pool.sbatch", {array_option()}));
         said(own.jobs);
-        QueueTeller teller(m_options.nodes, m_options.quiet);
+        QueueReporter reporter(m_options.nodes, m_options.quiet);
         int empty_looks = 0;
         for (auto next = Clock::now();;) {
             if (const auto status = child.wait(std::chrono::milliseconds(200)))
@@ -182,7 +182,7 @@ private:
             const auto counts = slurm.counts(own.jobs);
             if (!counts)
                 continue;
-            teller.tell(*counts);
+            reporter.report(*counts);
             // Twice, so that a controller that is restarting is not trusted at once.
             empty_looks = counts->all() == 0 ? empty_looks + 1 : 0;
             if (empty_looks == 2 && !m_renders_itself) {
@@ -201,10 +201,10 @@ private:
         own.jobs.push_back(slurm.submit(m_folder.path(), "pool.sbatch",
                                         {array_option(), "--dependency=after:" + coordinator}));
         said(own.jobs);
-        QueueTeller teller(m_options.nodes + 1, m_options.quiet);
+        QueueReporter reporter(m_options.nodes + 1, m_options.quiet);
         for (int empty_looks = 0;;) {
             if (const auto counts = slurm.counts(own.jobs))
-                teller.tell(*counts);
+                reporter.report(*counts);
             if (const auto code = slurm.exit_code(coordinator)) {
                 if (*code != 0)
                     std::fprintf(

@@ -66,11 +66,11 @@ Slurm::JobId Submission::submit(const std::string& name, const std::vector<std::
 void Submission::follow(const std::vector<Slurm::JobId>& jobs, int tasks) {
     const thread::StopSignals signals(
         thread::StopSignals::Options{{SIGINT, SIGTERM, SIGHUP}, false, {}});
-    QueueTeller teller(tasks, m_options.quiet);
+    QueueReporter reporter(tasks, m_options.quiet);
     for (int empty_looks = 0; empty_looks < 2;) {
         const auto counts = m_slurm->counts(jobs);
         if (counts)
-            teller.tell(*counts);
+            reporter.report(*counts);
         empty_looks = counts && counts->all() == 0 ? empty_looks + 1 : 0;
         const std::chrono::seconds period(m_options.poll_s);
         if (empty_looks < 2 && thread::wait_for_stop(signals.token(), period)) {

@@ -264,17 +264,17 @@ bool Farm::serve(std::unique_ptr<net::Link> link, const std::string& dialled) {
             if (place != m_places.end() && place->second.member != 0 && m_pool != nullptr)
                 act(place->second);
         };
-        WorkerLink::Reported told;
-        told.drains = [this, with_place](const std::vector<tiles::RenderTile>& given_back) {
+        WorkerLink::Reported reported;
+        reported.drains = [this, with_place](const std::vector<tiles::RenderTile>& given_back) {
             with_place([&](Place& place) { m_pool->drain(place.member, given_back); });
         };
-        told.pauses = [this, with_place](bool) {
+        reported.pauses = [this, with_place](bool) {
             with_place([&](Place& place) { m_pool->pause(place.member, place.takes_nothing()); });
         };
         spdlog::info("worker {} at {}: {} threads, {}", hello.name(), link->peer(), hello.threads(),
                      hello.cpu_features());
         worker = std::make_shared<WorkerLink>(std::move(link), std::move(hello), m_supplier,
-                                              std::move(told));
+                                              std::move(reported));
         attach(m_places.emplace(id, Place{worker, dialled}).first->second);
     } catch (const HelloError& e) {
         spdlog::log(e.busy ? spdlog::level::info : spdlog::level::warn, "{}", e.what());
@@ -366,7 +366,7 @@ std::vector<std::string> Farm::dialled() const {
 
 void Farm::dial_again_and_again(const sockets::Address& address, std::uint64_t turn) {
     auto pause = farm_times().redial;
-    bool told = false;
+    bool reported = false;
     const auto stopped_after = [&](std::chrono::milliseconds time) {
         std::unique_lock lock(m_mutex);
         const auto is_over = [&] {
@@ -379,14 +379,14 @@ void Farm::dial_again_and_again(const sockets::Address& address, std::uint64_t t
         try {
             auto link = net::dial(address, m_options.credentials, std::chrono::seconds(5));
             pause = farm_times().redial;
-            told = false;
+            reported = false;
             if (!serve(std::move(link), address.text()))
                 return;
         } catch (const net::RefusedError& e) {
             spdlog::error("{}", e.what());
             return;
         } catch (const std::exception& e) {
-            if (!std::exchange(told, true))
+            if (!std::exchange(reported, true))
                 spdlog::warn("{}; trying again", e.what());
         }
         if (stopped_after(pause))

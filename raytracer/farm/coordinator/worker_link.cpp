@@ -19,13 +19,13 @@ std::uint64_t next_asker() {
 }  // namespace
 
 WorkerLink::WorkerLink(std::unique_ptr<net::Link> link, farm::Hello worker, BoxSupplier& boxes,
-                       Reported told)
+                       Reported reported)
     : m_link(std::move(link)),
       m_hello(std::move(worker)),
       m_certified_name(m_link->certified_name()),
       m_boxes(boxes),
       m_asker(next_asker()),
-      m_told(std::move(told)),
+      m_reported(std::move(reported)),
       m_heard_ns(now_ns()) {}
 
 WorkerLink::~WorkerLink() {
@@ -137,7 +137,7 @@ std::string WorkerLink::take(const farm::Frame& frame) {
                 m_heartbeat = frame.heartbeat();
             }
             if (changed)
-                m_told.pauses(frame.heartbeat().paused());
+                m_reported.pauses(frame.heartbeat().paused());
             return {};
         }
         case farm::Frame::kDrain: {
@@ -147,9 +147,9 @@ std::string WorkerLink::take(const farm::Frame& frame) {
                 const std::lock_guard lock(m_mutex);
                 processor = m_processor;
             }
-            m_told.drains(processor ? processor->tiles_of({frame.drain().given_back().begin(),
-                                                           frame.drain().given_back().end()})
-                                    : std::vector<tiles::RenderTile>{});
+            m_reported.drains(processor ? processor->tiles_of({frame.drain().given_back().begin(),
+                                                               frame.drain().given_back().end()})
+                                        : std::vector<tiles::RenderTile>{});
             return {};
         }
         case farm::Frame::kBye: m_bye = true; return {};

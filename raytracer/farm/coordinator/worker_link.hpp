@@ -42,7 +42,7 @@ public:
         std::function<void(bool on)> pauses;  ///< it was paused or resumed on its own side
     };
     WorkerLink(std::unique_ptr<net::Link> link, farm::Hello worker, BoxSupplier& boxes,
-               Reported told);
+               Reported reported);
     ~WorkerLink();
 
     /// Announces a picture to the worker.
@@ -80,7 +80,7 @@ private:
     const std::string m_certified_name;
     BoxSupplier& m_boxes;
     const std::uint64_t m_asker;
-    const Reported m_told;
+    const Reported m_reported;
     mutable std::mutex m_mutex;
     std::shared_ptr<SocketProcessor> m_processor;
     std::map<std::string, std::string> m_states;  ///< texts of the picture under way, by hash

@@ -123,7 +123,7 @@ void AuthAcceptor::left(const std::string& peer, std::uint64_t number) {
     wake();
 }
 
-void AuthAcceptor::tell_refusal(const std::string& peer, const std::string& why) {
+void AuthAcceptor::log_refusal(const std::string& peer, const std::string& why) {
     std::string address = peer;
     {
         const std::lock_guard lock(m_mutex);

@@ -54,7 +54,7 @@ public:
     /// @param number distinguishes the guest from a later connection from the same port
     void left(const std::string& peer, std::uint64_t number);
     /// For a peer for which joined() returned a number.
-    void tell_refusal(const std::string& peer, const std::string& why);
+    void log_refusal(const std::string& peer, const std::string& why);
 
 private:
     using Clock = std::chrono::steady_clock;

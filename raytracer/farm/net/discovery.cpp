@@ -282,9 +282,9 @@ private:
             m_told_all = false;
             m_unresolved = 0;
         }
-        const auto told = std::move(m_told);
-        m_told.clear();
-        for (const auto& [name, service] : told)
+        const auto reported = std::move(m_reported);
+        m_reported.clear();
+        for (const auto& [name, service] : reported)
             m_on_event(Event::kGone, service);
     }
     void absent(const char* why) override {
@@ -351,7 +351,7 @@ private:
         if (found->second.resolver != nullptr)
             avahi_service_resolver_free(found->second.resolver);
         m_instances.erase(found);
-        tell(std::get<0>(key));
+        report(std::get<0>(key));
     }
 
     static void on_resolver(AvahiServiceResolver* /*resolver*/, AvahiIfIndex interface,
@@ -368,7 +368,7 @@ private:
                 spdlog::debug("look up the service '{}': no answer", util::printable(name));
                 instance.found.reset();
             }
-            self.tell(instance.name);
+            self.report(instance.name);
         } catch (const std::exception& e) {
             spdlog::error("look up a service: {}", e.what());
         }
@@ -408,7 +408,7 @@ private:
     }
 
     /// Reports the state of a name if it differs from the last report.
-    void tell(const std::string& name) {
+    void report(const std::string& name) {
         const Instance* best = nullptr;
         for (auto it = m_instances.lower_bound({name, 0, 0});
              it != m_instances.end() && std::get<0>(it->first) == name; ++it) {
@@ -421,15 +421,15 @@ private:
             if (best == nullptr || instance.rank < best->rank)
                 best = &instance;
         }
-        const auto told = m_told.find(name);
+        const auto reported = m_reported.find(name);
         if (best == nullptr) {
-            if (told == m_told.end())
+            if (reported == m_reported.end())
                 return;
-            const FoundService gone = std::move(told->second);
-            m_told.erase(told);
+            const FoundService gone = std::move(reported->second);
+            m_reported.erase(reported);
             m_on_event(Event::kGone, gone);
-        } else if (told == m_told.end() || told->second != *best->found) {
-            const FoundService found = m_told[name] = *best->found;
+        } else if (reported == m_reported.end() || reported->second != *best->found) {
+            const FoundService found = m_reported[name] = *best->found;
             m_on_event(Event::kFound, found);
         }
     }
@@ -451,7 +451,7 @@ private:
     const OnEvent m_on_event;
     AvahiServiceBrowser* m_browser = nullptr;
     std::map<Key, Instance> m_instances;
-    std::map<std::string, FoundService> m_told;
+    std::map<std::string, FoundService> m_reported;
     bool m_warned = false, m_too_many = false;
     std::mutex m_mutex;
     std::condition_variable m_settled;

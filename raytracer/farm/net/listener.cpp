@@ -165,7 +165,7 @@ private:
             why = e.what();
         }
         if (!why.empty()) {
-            m_door->tell_refusal(peer, why);
+            m_door->log_refusal(peer, why);
             m_door->left(peer, *number);
             return new RefusedCall(why);
         }
@@ -193,7 +193,7 @@ private:
             host.thread = std::thread([this, &host, stream] { run(host, stream); });
         } catch (const std::system_error& e) {
             m_hosts.pop_back();
-            m_door->tell_refusal(peer, std::string("no thread for it: ") + e.what());
+            m_door->log_refusal(peer, std::string("no thread for it: ") + e.what());
             m_door->left(peer, *number);
             return new RefusedCall("the listener has no thread for another link now");
         }

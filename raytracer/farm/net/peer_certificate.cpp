@@ -120,9 +120,9 @@ bool RevocationWatch::is_revoked() {
         m_revoked = !chain.empty() && net::is_revoked(chain.front().get(), m_ca);
         m_read = now;
     } catch (const std::exception& e) {
-        if (m_told != now)
+        if (m_reported != now)
             spdlog::warn("{}; links that are there go on", e.what());
-        m_told = now;
+        m_reported = now;
     }
     return m_revoked;
 }

@@ -66,7 +66,7 @@ private:
     const std::filesystem::path m_ca, m_list;
     std::mutex m_mutex;
     /// Of the list that was read last, and of the last one that could not be.
-    Stamp m_read, m_told;
+    Stamp m_read, m_reported;
     bool m_revoked = false;
 };
 

@@ -31,7 +31,7 @@ private:
         std::uint64_t since = 0;  ///< refusals that were not logged
     };
     std::function<void(const std::string&)> m_say;
-    std::map<std::pair<std::string, std::string>, Reported> m_told;
+    std::map<std::pair<std::string, std::string>, Reported> m_reported;
     /// When old entries were last removed; that is not done for each refusal, since there may be
     /// very many.
     Clock::time_point m_cleared{};

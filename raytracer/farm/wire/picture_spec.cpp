@@ -82,7 +82,7 @@ shade::View unpack(const PictureSpec& parcel, const voxel::WorldInfo& world) {
     return shade::make_view(
         unpack_scene(parcel.scene), world,
         std::make_shared<material::MaterialTable>(
-            material::parse_materials(parcel.materials, "of the coordinator").looks));
+            material::parse_materials(parcel.materials, "of the coordinator").appearances));
 }
 
 std::string state_hash(const std::string& content) {

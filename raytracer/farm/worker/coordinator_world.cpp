@@ -60,7 +60,7 @@ void CoordinatorWorld::boxes(std::span<const voxel::BoxKey> keys, const voxel::T
         }
         take(key, std::move(outcome));
     };
-    std::vector<std::pair<voxel::BoxKey, std::shared_ptr<Asked>>> open;
+    std::vector<std::pair<voxel::BoxKey, std::shared_ptr<PendingBox>>> open;
     farm::Frame request;
     request.mutable_need_box()->set_world_id(m_world_id);
     for (const voxel::BoxKey& key : keys) {
@@ -69,18 +69,18 @@ void CoordinatorWorld::boxes(std::span<const voxel::BoxKey> keys, const voxel::T
             continue;
         }
         const std::lock_guard lock(m_mutex);
-        auto& asked = m_asked[key];
-        if (!asked) {
-            asked = std::make_shared<Asked>();
+        auto& pending = m_pending[key];
+        if (!pending) {
+            pending = std::make_shared<PendingBox>();
             to_frame(key, *request.mutable_need_box()->add_keys());
         }
-        ++asked->waiting;
-        open.emplace_back(key, asked);
+        ++pending->waiting;
+        open.emplace_back(key, pending);
     }
     if (request.need_box().keys_size() > 0 && !m_send(std::move(request)))
         stop();
     while (!open.empty()) {
-        std::vector<std::pair<voxel::BoxKey, std::shared_ptr<Asked>>> here;
+        std::vector<std::pair<voxel::BoxKey, std::shared_ptr<PendingBox>>> here;
         bool stopped = false;
         {
             std::unique_lock lock(m_mutex);
@@ -94,13 +94,13 @@ void CoordinatorWorld::boxes(std::span<const voxel::BoxKey> keys, const voxel::T
                     it = open.erase(it);
                 } else
                     ++it;
-            for (const auto& [key, asked] : here)
-                if (--asked->waiting == 0)
-                    m_asked.erase(key);
+            for (const auto& [key, pending] : here)
+                if (--pending->waiting == 0)
+                    m_pending.erase(key);
         }
-        for (const auto& [key, asked] : here)
-            hand_over(key, asked->here ? asked->frame.get() : nullptr,
-                      asked->here ? asked->hole : std::string());
+        for (const auto& [key, pending] : here)
+            hand_over(key, pending->here ? pending->frame.get() : nullptr,
+                      pending->here ? pending->hole : std::string());
     }
 }
 
@@ -117,14 +117,15 @@ bool CoordinatorWorld::came(const farm::BoxReply& reply) {
     }
     {
         const std::lock_guard lock(m_mutex);
-        const auto asked = m_asked.find(key);
-        if (asked == m_asked.end())
+        const auto pending = m_pending.find(key);
+        if (pending == m_pending.end())
             return m_stop;
-        asked->second->here = true;
-        asked->second->frame = frame;
-        asked->second->hole = reply.outcome_case() == farm::BoxReply::kHole && !reply.hole().empty()
-                                  ? reply.hole()
-                                  : "the coordinator gave no answer";
+        pending->second->here = true;
+        pending->second->frame = frame;
+        pending->second->hole =
+            reply.outcome_case() == farm::BoxReply::kHole && !reply.hole().empty()
+                ? reply.hole()
+                : "the coordinator gave no answer";
     }
     m_came.notify_all();
     if (frame)

@@ -78,7 +78,7 @@ public:
     [[nodiscard]] std::uint64_t world_id() const noexcept { return m_world_id; }
 
 private:
-    struct Asked {
+    struct PendingBox {
         int waiting = 0;  ///< threads
         bool here = false;
         std::shared_ptr<const BoxShelf::Frame> frame;  ///< nullptr when the box was not available
@@ -93,7 +93,7 @@ private:
     BoxShelf& m_shelf;
     std::mutex m_mutex;
     std::condition_variable m_came;
-    std::unordered_map<voxel::BoxKey, std::shared_ptr<Asked>, voxel::BoxKeyHash> m_asked;
+    std::unordered_map<voxel::BoxKey, std::shared_ptr<PendingBox>, voxel::BoxKeyHash> m_pending;
     bool m_stop = false;
 };
 

@@ -260,7 +260,7 @@ void WorkerDaemon::pause(bool on) {
 
 void WorkerDaemon::join_again_and_again(const sockets::Address& address) {
     auto pause = farm_times().redial;
-    bool told = false;
+    bool reported = false;
     const auto leave = [&] {
         const std::lock_guard lock(m_mutex);
         m_joining.erase(address.text());
@@ -274,12 +274,12 @@ void WorkerDaemon::join_again_and_again(const sockets::Address& address) {
                 return leave();
             if (end == WorkerSession::End::kBye)
                 pause = farm_times().redial;
-            told = false;
+            reported = false;
         } catch (const net::RefusedError& e) {
             spdlog::error("{}", e.what());
             return leave();
         } catch (const std::exception& e) {
-            if (!std::exchange(told, true))
+            if (!std::exchange(reported, true))
                 spdlog::info("{}; trying again", e.what());
         }
         if (stopped_after(pause))

@@ -33,7 +33,7 @@ void draw_buttons(EditorState& editor_state) {
 /// @return whether what is below it is shown
 bool draw_heading(const char* name, ImGuiTreeNodeFlags flags) {
     const bool shows = ImGui::CollapsingHeader(name, flags);
-    panels::widgets::tell_place(name);
+    panels::widgets::report_place(name);
     return shows;
 }
 

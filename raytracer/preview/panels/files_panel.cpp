@@ -30,7 +30,7 @@ void file_row(const char* label, std::string& file) {
     ImGui::SetNextItemWidth(ImGui::GetContentRegionAvail().x);
     if (const auto typed = widgets::text_input(label, file, 1000, "file"))
         file = typed->text;
-    widgets::tell_place(label);
+    widgets::report_place(label);
 }
 
 }  // namespace

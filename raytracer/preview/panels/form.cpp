@@ -269,7 +269,7 @@ bool SceneForm::Row::draw() {
     ImGui::SameLine(width * 0.42f);
     ImGui::SetNextItemWidth(width * 0.58f - reset_width - ImGui::GetStyle().ItemSpacing.x);
     std::visit([this](auto* value) { (*this)(value); }, m_field.value);
-    widgets::tell_place(std::string(m_path));
+    widgets::report_place(std::string(m_path));
     ImGui::SameLine(width - reset_width);
     draw_reset();
     ImGui::PopID();

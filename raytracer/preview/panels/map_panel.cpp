@@ -91,7 +91,7 @@ void MapPanel::draw(preview::EditorState& editor_state, preview::PickTool& tool,
     const ImVec2 low = ImGui::GetCursorScreenPos();
     ImGui::Image(reinterpret_cast<ImTextureID>(static_cast<std::uintptr_t>(m_texture.name())),
                  size);
-    widgets::tell_place("map");
+    widgets::report_place("map");
     if (ImGui::IsItemClicked() && view) {
         const ImVec2 mouse = ImGui::GetIO().MousePos;
         const auto [x, z] = m_map->place_of(static_cast<double>((mouse.x - low.x) / size.x),

@@ -111,7 +111,7 @@ void PathPanel::draw_line(preview::EditorState& editor_state) {
                 key_colour = ImGui::GetColorU32(ImGuiCol_PlotHistogram),
                 now = ImGui::GetColorU32(ImGuiCol_Text);
     ImGui::InvisibleButton("##line", {width, height});
-    widgets::tell_place("time line");
+    widgets::report_place("time line");
     const bool pressed = ImGui::IsItemActivated(), held = ImGui::IsItemActive();
     const float mouse = ImGui::GetIO().MousePos.x;
     if (pressed && ImGui::IsMouseDown(ImGuiMouseButton_Left)) {

@@ -112,7 +112,7 @@ void PlacesPanel::draw(preview::EditorState& editor_state, preview::PickTool& to
     ImGui::SetNextItemWidth(ImGui::GetContentRegionAvail().x * 0.7f);
     const auto typed = widgets::text_input(
         "##place", m_place, 100, editor_state.info().crs.empty() ? "x, z" : "lat, lon or E, N");
-    widgets::tell_place("place");
+    widgets::report_place("place");
     if (typed)
         m_place = typed->text;
     ImGui::SameLine();

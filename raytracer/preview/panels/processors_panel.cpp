@@ -57,7 +57,7 @@ void ProcessorsPanel::draw_local(render::RenderPool& render_pool) const {
     ImGui::BeginDisabled(green && alone);
     if (ImGui::Checkbox("green: on the window's own thread", &green))
         render_pool.set_green(green);
-    widgets::tell_place("green");
+    widgets::report_place("green");
     ImGui::EndDisabled();
     widgets::tip("rays between two frames, for a slice of time");
     int threads = render_pool.threads();
@@ -67,7 +67,7 @@ void ProcessorsPanel::draw_local(render::RenderPool& render_pool) const {
         if (threads == 0 && m_dialled.empty())
             render_pool.set_green(true);  // somebody must
     }
-    widgets::tell_place("threads");
+    widgets::report_place("threads");
 }
 
 /// Workers that are dialled, and a field for another one.
@@ -76,7 +76,7 @@ void ProcessorsPanel::draw_workers(preview::EditorState& editor_state,
     ImGui::SetNextItemWidth(ImGui::GetContentRegionAvail().x * 0.5f);
     if (const auto typed = widgets::text_input("##address", m_address, 200, "host:port"))
         m_address = typed->text;
-    widgets::tell_place("address");
+    widgets::report_place("address");
     ImGui::SameLine();
     if (widgets::button("Add worker", !m_address.empty())) {
         try {

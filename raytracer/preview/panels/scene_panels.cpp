@@ -125,7 +125,7 @@ void draw_picture(preview::EditorState& editor_state, SceneForm& form) {
         ImGui::EndCombo();
     }
     widgets::tip("what of the picture is looked at (F5, F6)");
-    widgets::tell_place("layer");
+    widgets::report_place("layer");
     if (editor_state.layer != preview::Layer::kBeauty)
         ImGui::TextWrapped("%s", facts.doc);
     if (editor_state.layer == preview::Layer::kMaterial)

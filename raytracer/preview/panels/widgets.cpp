@@ -61,15 +61,15 @@ bool reset_button(bool enabled) {
     return pressed;
 }
 
-void tell_place(const std::string& name) {
+void report_place(const std::string& name) {
     if (!spdlog::should_log(spdlog::level::trace))
         return;
-    static std::map<std::string, std::array<float, 4>> told;
+    static std::map<std::string, std::array<float, 4>> reported;
     const ImVec2 low = ImGui::GetItemRectMin(), high = ImGui::GetItemRectMax();
     const std::array<float, 4> place{low.x, low.y, high.x, high.y};
-    if (told[name] == place)
+    if (reported[name] == place)
         return;
-    told[name] = place;
+    reported[name] = place;
     spdlog::trace("place of {}: {:.0f} {:.0f} {:.0f} {:.0f}", name, low.x, low.y, high.x, high.y);
 }
 
@@ -77,7 +77,7 @@ bool button(const char* label, bool enabled) {
     ImGui::BeginDisabled(!enabled);
     const bool pressed = ImGui::Button(label);
     ImGui::EndDisabled();
-    widgets::tell_place(label);
+    widgets::report_place(label);
     return pressed;
 }
 

@@ -24,8 +24,8 @@ struct Typed {
 
 /// For tests that drive the window: says in the log, at level trace, where the item before lies,
 /// when it has moved.
-void tell_place(const std::string& name);
-/// ImGui::Button, whose place is told.
+void report_place(const std::string& name);
+/// ImGui::Button, whose place is reported.
 [[nodiscard]] bool button(const char* label, bool enabled = true);
 
 }  // namespace terravox::panels::widgets

@@ -171,11 +171,12 @@ LinearPicture reference(const Context& c, const ArrayWorld& world, const scene::
 void measure(const Context& c, bool roofed, Readings& readings) {
     const auto world = room(roofed);
     blocks::BlockManager blocks(*world, kBoxMemory_bytes);
-    material::Looks looks;
+    material::MaterialAppearances appearances;
     for (const Part& part : kParts) {
-        material::Look& look = looks[static_cast<std::size_t>(part.material)];
-        look.colour = part.albedo;
-        look.emission = part.emission;
+        material::MaterialAppearance& appearance =
+            appearances[static_cast<std::size_t>(part.material)];
+        appearance.colour = part.albedo;
+        appearance.emission = part.emission;
     }
     scene::Scene scene = scene_of(roofed);
     std::array<LinearPicture, 2> halves;
@@ -183,7 +184,7 @@ void measure(const Context& c, bool roofed, Readings& readings) {
     for (int seed = 0; seed < 2; ++seed) {
         scene.quality.seed = seed;
         shade::View view = shade::make_view(scene, blocks);
-        view.materials = std::make_shared<material::MaterialTable>(looks);
+        view.materials = std::make_shared<material::MaterialTable>(appearances);
         TracedPicture traced = trace_picture(view, blocks, c.threads);
         halves[static_cast<std::size_t>(seed)] = std::move(traced.picture);
         cpu_s += traced.cost.cpu_s;

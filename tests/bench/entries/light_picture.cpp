@@ -80,11 +80,11 @@ TracedPicture trace_picture(const shade::View& view, blocks::BlockManager& block
 }
 
 std::shared_ptr<const material::MaterialTable> grey_materials(float albedo) {
-    material::Look grey;
+    material::MaterialAppearance grey;
     grey.colour = {albedo, albedo, albedo};
-    material::Looks looks;
-    looks.fill(grey);
-    return std::make_shared<material::MaterialTable>(looks);
+    material::MaterialAppearances appearances;
+    appearances.fill(grey);
+    return std::make_shared<material::MaterialTable>(appearances);
 }
 
 void set_sun(scene::Scene& scene, core::Vec3 to_sun) {

@@ -8,7 +8,7 @@
 #include <thread>
 
 #include "common/geo/gdal.hpp"
-#include "common/geo/quiet_gdal.hpp"
+#include "common/geo/gdal_error_scope.hpp"
 #include "tests/catch.hpp"
 #include "tests/common/child_process.hpp"
 
@@ -32,7 +32,7 @@ TEST_CASE("where GDAL would abort, the program ends with one line and exit code 
     const auto c = GENERATE_COPY(values<Case>({
         {"while its messages are dropped",
          [=] {
-             const geo::QuietGdal quiet;
+             const geo::GdalErrorScope errors;
              out_of_memory();
          }},
         {"while its messages are printed",
@@ -72,7 +72,7 @@ TEST_CASE("what GDAL needs to write a file is missing before it begins, not on t
 TEST_CASE("errors of GDAL that do not end the program are dropped or printed", "[common][geo]") {
     const auto fail = [] { CPLError(CE_Failure, CPLE_AppDefined, "a file is damaged"); };
     CHECK(test::run_in_child([=] {
-              const geo::QuietGdal quiet;
+              const geo::GdalErrorScope errors;
               fail();
           }).error_output.empty());
     const std::string printed = test::run_in_child([=] {

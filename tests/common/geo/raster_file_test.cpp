@@ -14,7 +14,7 @@
 
 #include "common/geo/crs.hpp"
 #include "common/geo/gdal.hpp"
-#include "common/geo/quiet_gdal.hpp"
+#include "common/geo/gdal_error_scope.hpp"
 #include "common/geo/raster_gate.hpp"
 #include "common/geo/virtual_raster.hpp"
 #include "common/geo/whole_tiff.hpp"
@@ -100,7 +100,7 @@ std::string source(const std::string& name, bool relative = true) {
 std::string shown(const fs::path& file) {
     try {
         const GDALDatasetUniquePtr data = geo::open_raster(file, "read");
-        const geo::QuietGdal quiet;
+        const geo::GdalErrorScope errors;
         GDALRasterBand& first = *data->GetRasterBand(1);
         std::string out;
         for (int i = -1; i < first.GetOverviewCount(); ++i) {
@@ -471,7 +471,7 @@ TEST_CASE("no raster asks the network", "[common][geo][raster][hostile]") {
     }
     SECTION("nor does GDAL when it is asked itself") {
         geo::start_gdal();
-        const geo::QuietGdal quiet;
+        const geo::GdalErrorScope errors;
         CHECK_FALSE(GDALDatasetUniquePtr(GDALDataset::Open(url.c_str(), GDAL_OF_RASTER)));
         CHECK_FALSE(listener.was_asked());
     }
@@ -483,7 +483,7 @@ TEST_CASE("the formats that are allowed are read, with their side files", "[comm
         const GDALDatasetUniquePtr from = geo::open_raster(place.here / "a.tif", "read");
         GDALDriver* const to = GetGDALDriverManager()->GetDriverByName(driver);
         REQUIRE(to != nullptr);
-        const geo::QuietGdal quiet;
+        const geo::GdalErrorScope errors;
         std::array<const char*, 3> exact{"REVERSIBLE=YES", "QUALITY=100", nullptr};  // of JPEG 2000
         char** const options =
             std::string_view(driver) == "JP2OpenJPEG" ? const_cast<char**>(exact.data()) : nullptr;

@@ -161,7 +161,7 @@ TEST_CASE("a world that asks for nothing better is asked box by box", "[raytrace
     CHECK(std::all_of(batches.begin(), batches.end(), [](const Keys& b) { return b.size() == 1; }));
 }
 
-TEST_CASE("boxes that are only foreseen leave loaders for those that somebody waits for",
+TEST_CASE("boxes that are only prefetched leave loaders for those that somebody waits for",
           "[raytracer][world][batch]") {
     BatchWorld world(2);
     const Keys keys = keys_of(world);

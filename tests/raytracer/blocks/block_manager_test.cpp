@@ -137,7 +137,7 @@ TEST_CASE("holes are counted once, however often and by however many threads the
     CHECK(world->asked() >= 2);
 }
 
-TEST_CASE("foreseen boxes are made once, so that a walk asks the world for nothing",
+TEST_CASE("prefetched boxes are made once, so that a walk asks the world for nothing",
           "[raytracer][world]") {
     const auto world = landscape();
     blocks::BlockManager blocks(*world, kPlenty);
@@ -151,7 +151,7 @@ TEST_CASE("foreseen boxes are made once, so that a walk asks the world for nothi
     CHECK(world->asked() == static_cast<int>(keys.size()));
 }
 
-TEST_CASE("foreseen boxes leave a quarter of the memory free", "[raytracer][world]") {
+TEST_CASE("prefetched boxes leave a quarter of the memory free", "[raytracer][world]") {
     const auto world = landscape();
     constexpr std::size_t kLittle = 40'000;
     blocks::BlockManager blocks(*world, kLittle, 1);

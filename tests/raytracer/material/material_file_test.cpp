@@ -21,8 +21,8 @@ std::filesystem::path written(const TemporaryFolder& folder, const std::string& 
     std::ofstream(folder.path() / "materials.toml") << text;
     return folder.path() / "materials.toml";
 }
-const material::Look& look(const MaterialFile& file, Material material) {
-    return file.looks[static_cast<std::size_t>(material)];
+const material::MaterialAppearance& appearance(const MaterialFile& file, Material material) {
+    return file.appearances[static_cast<std::size_t>(material)];
 }
 
 }  // namespace
@@ -39,17 +39,18 @@ TEST_CASE(
         const bool bare = material == Material::kUnknown || material == Material::kGlass ||
                           material == Material::kIce || material == Material::kLamp ||
                           material == Material::kPlain;
-        CHECK((look(file, material).texture > 0) != bare);
+        CHECK((appearance(file, material).texture > 0) != bare);
     }
-    const material::Look& water = look(file, Material::kWater);
+    const material::MaterialAppearance& water = appearance(file, Material::kWater);
     CHECK(water.kind == material::Kind::kWater);
     CHECK(water.index == 1.333f);
     CHECK(water.absorption_per_m.r > water.absorption_per_m.g);
     CHECK(water.glow.b > water.glow.r);
     for (const Material m :
          {Material::kLowVegetation, Material::kMediumVegetation, Material::kHighVegetation})
-        CHECK(look(file, m).kind == material::Kind::kLeaves);
-    CHECK(look(file, Material::kWall).emission.r > look(file, Material::kWall).emission.b);
+        CHECK(appearance(file, m).kind == material::Kind::kLeaves);
+    CHECK(appearance(file, Material::kWall).emission.r >
+          appearance(file, Material::kWall).emission.b);
 }
 
 TEST_CASE("every field of a material is read, and has a default", "[raytracer][material]") {
@@ -68,7 +69,7 @@ glow = [0, 0.5, 1]
 emission = [3, 0, 0.25]
 reflects = true
 )"));
-    const material::Look& plain = look(file, Material::kRock);
+    const material::MaterialAppearance& plain = appearance(file, Material::kRock);
     CHECK(plain.colour.r == 1);
     CHECK(plain.variation == 0);
     CHECK(plain.texture == 0);
@@ -77,7 +78,7 @@ reflects = true
     CHECK(plain.index == 1.5f);
     CHECK(plain.emission.r == 0);
     CHECK_FALSE(plain.reflects);
-    const material::Look& snow = look(file, Material::kSnow);
+    const material::MaterialAppearance& snow = appearance(file, Material::kSnow);
     CHECK(snow.colour.r == 0);
     CHECK(snow.variation == 0.25f);
     CHECK(snow.texture == texture_number("snow"));
@@ -97,13 +98,13 @@ TEST_CASE("a material that the file lacks has the colour of unknown", "[raytrace
         const MaterialFile file = read_materials(written(
             folder, "rock = { colour = \"#ffffff\" }\nunknown = { colour = \"#0000ff\" }\n"));
         CHECK(static_cast<int>(file.missing.size()) == voxel::kMaterialCount - 3);
-        CHECK(look(file, Material::kSnow).colour.b == 1);
-        CHECK(look(file, Material::kRock).colour.r == 1);
+        CHECK(appearance(file, Material::kSnow).colour.b == 1);
+        CHECK(appearance(file, Material::kRock).colour.r == 1);
     }
     SECTION("which it lacks, too: magenta") {
         const MaterialFile file = read_materials(written(folder, ""));
         CHECK(static_cast<int>(file.missing.size()) == voxel::kMaterialCount - 1);
-        const voxel::Colour c = look(file, Material::kWater).colour;
+        const voxel::Colour c = appearance(file, Material::kWater).colour;
         CHECK((c.r > 2 * c.g && c.b > 2 * c.g));
         CHECK_NOTHROW(material::MaterialTable(written(folder, "")));
     }
@@ -182,7 +183,8 @@ TEST_CASE("the palette of colours reads the same file", "[raytracer][material]")
     for (int i = 1; i < voxel::kMaterialCount; ++i) {
         const auto material = static_cast<Material>(i);
         INFO(voxel::material_name(material));
-        CHECK(voxel::to_linear(palette.of(material).colour).g == look(file, material).colour.g);
-        CHECK(palette.of(material).variation == look(file, material).variation);
+        CHECK(voxel::to_linear(palette.of(material).colour).g ==
+              appearance(file, material).colour.g);
+        CHECK(palette.of(material).variation == appearance(file, material).variation);
     }
 }

@@ -47,12 +47,13 @@ private:
     std::vector<std::uint8_t> m_bytes;
 };
 
-voxel::Colour shown(const material::Look& look, const material::Texel& texel, bool night) {
+voxel::Colour shown(const material::MaterialAppearance& appearance, const material::Texel& texel,
+                    bool night) {
     const voxel::Colour base =
-        look.colour * texel.ratio * (1 - texel.own_share) + texel.own * texel.own_share;
+        appearance.colour * texel.ratio * (1 - texel.own_share) + texel.own * texel.own_share;
     const voxel::Colour behind{0.006f, 0.012f, 0.010f};
     return voxel::mix(behind, base * (night ? 0.04f : 1.0f), texel.opacity) +
-           look.emission * (night ? texel.emission : 0.0f);
+           appearance.emission * (night ? texel.emission : 0.0f);
 }
 
 void faces(Sheet& sheet, const material::MaterialTable& table, voxel::Material material,
@@ -73,10 +74,10 @@ void faces(Sheet& sheet, const material::MaterialTable& table, voxel::Material m
             at.around = i == 3 && j == 0 ? 0 : i < 2 ? 0b11100000 : 0b10010100;
             at.night = night;
             material::Texel texel = table.texel(material, at);
-            const material::Look& look = table.look(material);
-            if (look.kind == material::Kind::kWater)
+            const material::MaterialAppearance& appearance = table.appearance(material);
+            if (appearance.kind == material::Kind::kWater)
                 texel.ratio = texel.ratio * (1 + 12 * texel.tilt[0] + 7 * texel.tilt[1]);
-            sheet.set(x0 + x, y0 + y, shown(look, texel, night));
+            sheet.set(x0 + x, y0 + y, shown(appearance, texel, night));
         }
 }
 
@@ -90,11 +91,11 @@ void mips(Sheet& sheet, const material::MaterialTable& table, voxel::Material ma
                 const material::Dot dot = table.pool().dot(painted, 0, mip, x / kScale,
                                                            ((16 * kScale >> mip) - 1 - y) / kScale);
                 const material::Texel texel{
-                    dot.ratio, dot.own * table.look(voxel::Material::kSoil).colour,
+                    dot.ratio, dot.own * table.appearance(voxel::Material::kSoil).colour,
                     dot.share, dot.opacity,
                     0,         0,
                     {}};
-                sheet.set(x0 + x, y0 + at + y, shown(table.look(material), texel, false));
+                sheet.set(x0 + x, y0 + at + y, shown(table.appearance(material), texel, false));
             }
 }
 
@@ -113,7 +114,7 @@ void wall(Sheet& sheet, const material::MaterialTable& table, double voxel_m, in
             at.v = t - std::floor(t);
             at.night = night;
             sheet.set(x0 + x, y0 + y,
-                      shown(table.look(voxel::Material::kWall),
+                      shown(table.appearance(voxel::Material::kWall),
                             table.texel(voxel::Material::kWall, at), night));
         }
 }

@@ -126,7 +126,7 @@ TEST_CASE("a band is about as large as asked for, in whole blocks, and never mor
     CHECK(book.load_of(1).pixels == 64 * 56);
 }
 
-TEST_CASE("what a disowned member has made is made again, what others made is kept",
+TEST_CASE("what a revoked member has made is made again, what others made is kept",
           "[raytracer][sched]") {
     processors::LeaseBook book;
     const auto tiles = plan(64, 32, 32);
@@ -239,7 +239,7 @@ TEST_CASE("two answers that differ are unequal whatever holes they report", "[ra
     CHECK((taken.other_holes == processors::LeaseBook::Holes{hole} && taken.holes.empty()));
 }
 
-TEST_CASE("a check of who is disowned meanwhile settles nothing any more", "[raytracer][sched]") {
+TEST_CASE("a check of who is revoked meanwhile settles nothing any more", "[raytracer][sched]") {
     processors::LeaseBook book;
     book.add({0, 0, 0, 0, 32, 32, 1, false, 0, 0});
     const auto band = book.lease(1, 100'000, Time{});

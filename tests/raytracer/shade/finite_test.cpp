@@ -56,29 +56,30 @@ std::unique_ptr<ArrayWorld> world_of_everything() {
 }
 
 /// Looks at the ends of their ranges.
-material::Looks strange_looks(Chooser& choose) {
-    material::Looks out = material::read_materials(std::filesystem::path(TERRAVOX_SOURCE_DIR) /
-                                                   "config/materials.toml")
-                              .looks;
-    for (material::Look& look : out) {
+material::MaterialAppearances strange_appearances(Chooser& choose) {
+    material::MaterialAppearances out =
+        material::read_materials(std::filesystem::path(TERRAVOX_SOURCE_DIR) /
+                                 "config/materials.toml")
+            .appearances;
+    for (material::MaterialAppearance& appearance : out) {
         if (choose.one_in(2))
             continue;
-        look.kind = choose.of({material::Kind::kSolid, material::Kind::kLeaves,
-                               material::Kind::kWater, material::Kind::kGlass});
+        appearance.kind = choose.of({material::Kind::kSolid, material::Kind::kLeaves,
+                                     material::Kind::kWater, material::Kind::kGlass});
         const auto colour = [&](double most) {
             const double r = choose.between(0, most), g = choose.of({0.0, most}),
                          b = choose.between(0, most);
             return voxel::Colour{static_cast<float>(r), static_cast<float>(g),
                                  static_cast<float>(b)};
         };
-        look.colour = colour(1);
-        look.variation = choose.of({0.0f, 0.3f, 1.0f});
-        look.roughness = choose.of({0.0f, 1e-4f, 0.3f, 1.0f});
-        look.index = choose.of({1.0f, 1.0001f, 1.333f, 4.0f});
-        look.absorption_per_m = colour(choose.of({0.0, 1.0, 1000.0}));
-        look.glow = colour(1);
-        look.emission = colour(choose.of({0.0, 1.0, 1000.0}));
-        look.reflects = choose.one_in(3);
+        appearance.colour = colour(1);
+        appearance.variation = choose.of({0.0f, 0.3f, 1.0f});
+        appearance.roughness = choose.of({0.0f, 1e-4f, 0.3f, 1.0f});
+        appearance.index = choose.of({1.0f, 1.0001f, 1.333f, 4.0f});
+        appearance.absorption_per_m = colour(choose.of({0.0, 1.0, 1000.0}));
+        appearance.glow = colour(1);
+        appearance.emission = colour(choose.of({0.0, 1.0, 1000.0}));
+        appearance.reflects = choose.one_in(3);
     }
     return out;
 }
@@ -222,7 +223,7 @@ std::string fault_of_picture(const scene::Scene& scene, Chooser& choose) {
     world->editable_info().voxel_m = choose.of({0.25, 1.0, 1.0, 8.0});
     test::Job job(scene, std::size_t{64} << 20, std::move(world));
     if (choose.one_in(2))
-        job.view.materials = std::make_shared<material::MaterialTable>(strange_looks(choose));
+        job.view.materials = std::make_shared<material::MaterialTable>(strange_appearances(choose));
     const output::Film film = test::render_scene(job, 1);
     for (int y = 0; y < film.height_px(); ++y)
         for (int x = 0; x < film.width_px(); ++x) {

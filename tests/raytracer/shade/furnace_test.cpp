@@ -16,24 +16,24 @@ using voxel::Material;
 namespace {
 
 constexpr int kManyBounces = 250;  // no path of these worlds has more that count
-using Looks = material::Looks;
+using MaterialAppearances = material::MaterialAppearances;
 
-Looks matt(float albedo) {
-    material::Look look;
-    look.colour = {albedo, albedo, albedo};
-    Looks out;
-    out.fill(look);
+MaterialAppearances matt(float albedo) {
+    material::MaterialAppearance appearance;
+    appearance.colour = {albedo, albedo, albedo};
+    MaterialAppearances out;
+    out.fill(appearance);
     return out;
 }
 
 /// A clear pool's water, or ice: it takes nothing from the light.
-material::Look clear(material::Kind kind, float index) {
-    material::Look look;
-    look.kind = kind;
-    look.colour = {1, 1, 1};
-    look.index = index;
-    look.roughness = 0;
-    return look;
+material::MaterialAppearance clear(material::Kind kind, float index) {
+    material::MaterialAppearance appearance;
+    appearance.kind = kind;
+    appearance.colour = {1, 1, 1};
+    appearance.index = index;
+    appearance.roughness = 0;
+    return appearance;
 }
 
 scene::Scene scene_of(core::Integrator integrator, int samples, std::array<double, 3> eye,
@@ -76,10 +76,11 @@ Mean mean_of(const output::Film& film) {
     return out;
 }
 
-Mean light_of(const scene::Scene& scene, std::unique_ptr<ArrayWorld> world, const Looks& looks) {
+Mean light_of(const scene::Scene& scene, std::unique_ptr<ArrayWorld> world,
+              const MaterialAppearances& appearances) {
     world->editable_info().bounds = world->level_bounds();
     test::Job job(scene, std::size_t{256} << 20, std::move(world));
-    job.view.materials = std::make_shared<material::MaterialTable>(looks);
+    job.view.materials = std::make_shared<material::MaterialTable>(appearances);
     return mean_of(test::render_scene(job, 2));
 }
 
@@ -131,32 +132,32 @@ TEST_CASE("in a furnace of white things everything is as bright as the sky",
           "[raytracer][shade][light][furnace]") {
     struct Case {
         const char* name;
-        std::function<void(Looks&, scene::Scene&)> set;
+        std::function<void(MaterialAppearances&, scene::Scene&)> set;
     };
     const auto number = [](Material m) { return static_cast<std::size_t>(m); };
     const Case cases[] = {
-        {"matt", [](Looks&, scene::Scene&) {}},
+        {"matt", [](MaterialAppearances&, scene::Scene&) {}},
         {"matt, with water that takes nothing",
-         [&](Looks& l, scene::Scene&) {
+         [&](MaterialAppearances& l, scene::Scene&) {
              l[number(Material::kWater)] = clear(material::Kind::kWater, 1.333f);
          }},
         {"the same with waves",
-         [&](Looks& l, scene::Scene& s) {
+         [&](MaterialAppearances& l, scene::Scene& s) {
              s.quality.textures = true;
-             material::Look water =
+             material::MaterialAppearance water =
                  material::read_materials(std::filesystem::path(TERRAVOX_SOURCE_DIR) /
                                           "config/materials.toml")
-                     .looks[number(Material::kWater)];
+                     .appearances[number(Material::kWater)];
              water.absorption_per_m = water.glow = {};
              water.colour = {1, 1, 1};
              l[number(Material::kWater)] = water;
          }},
         {"matt, with ice",
-         [&](Looks& l, scene::Scene&) {
+         [&](MaterialAppearances& l, scene::Scene&) {
              l[number(Material::kWater)] = clear(material::Kind::kGlass, 1.31f);
          }},
         {"varnished and rough mirrors",
-         [&](Looks& l, scene::Scene&) {
+         [&](MaterialAppearances& l, scene::Scene&) {
              for (const Material m : {Material::kWall, Material::kConcrete}) {
                  l[number(m)].reflects = true;
                  l[number(m)].roughness = 0.4f;
@@ -165,7 +166,7 @@ TEST_CASE("in a furnace of white things everything is as bright as the sky",
              l[number(Material::kRock)].roughness = 0;
          }},
         {"seen from under water",
-         [&](Looks& l, scene::Scene& s) {
+         [&](MaterialAppearances& l, scene::Scene& s) {
              l[number(Material::kWater)] = clear(material::Kind::kWater, 1.333f);
              s.camera.position = {{-17.3, -4.4, 18.2}};
              s.camera.target = {{-10, -4, 40}};
@@ -173,11 +174,11 @@ TEST_CASE("in a furnace of white things everything is as bright as the sky",
          }},
     };
     for (const Case& c : cases) {
-        Looks looks = matt(1);
+        MaterialAppearances appearances = matt(1);
         scene::Scene scene = scene_of(core::Integrator::kPath, 16, {-38, 22, 39}, {0, -2, 0});
         scene.camera.fov_deg = 60;
-        c.set(looks, scene);
-        const Mean found = light_of(scene, furnace_world(), looks);
+        c.set(appearances, scene);
+        const Mean found = light_of(scene, furnace_world(), appearances);
         INFO(c.name << ": " << found.pixels << " pixels from " << found.least << " to "
                     << found.most);
         REQUIRE(found.pixels > 400);
@@ -206,16 +207,16 @@ TEST_CASE("in a closed box that glows, light is its own over what is lost at eac
         float albedo, emission;
     };
     for (const Case& c : {Case{0.5f, 0.25f}, {0.9f, 0.1f}, {0.2f, 3}}) {
-        Looks looks = matt(c.albedo);
-        for (material::Look& look : looks)
-            look.emission = {c.emission, c.emission, c.emission};
+        MaterialAppearances appearances = matt(c.albedo);
+        for (material::MaterialAppearance& appearance : appearances)
+            appearance.emission = {c.emission, c.emission, c.emission};
         auto world = std::make_unique<ArrayWorld>(ArrayWorld::Coord{-12, -8, -10},
                                                   ArrayWorld::Coord{12, 8, 10});
         world->fill({-12, -8, -10}, {12, 8, 10}, Material::kConcrete);
         world->fill({-10, -6, -8}, {10, 6, 8}, Material::kAir);
         world->fill({-2, -6, -2}, {3, 1, 2}, Material::kConcrete);
         const Mean found = light_of(scene_of(core::Integrator::kPath, 64, {-8, 4, 6}, {0, -2, 0}),
-                                    std::move(world), looks);
+                                    std::move(world), appearances);
         const double expected =
             static_cast<double>(c.emission) / (1 - static_cast<double>(c.albedo));
         INFO("albedo " << c.albedo << ", emission " << c.emission << ": " << found.least << " to "
@@ -303,13 +304,13 @@ TEST_CASE("on a floor in a corner of two walls the sky's light is the share that
             world->fill({-4, -4, -4}, {40, 0, 40}, Material::kGround);
             world->fill({-2, 0, 0}, {0, 9, 30}, Material::kRock);
             world->fill({0, 0, -2}, {30, 9, 0}, Material::kRock);
-            Looks looks = matt(0.8f);
-            looks[static_cast<std::size_t>(Material::kRock)]
+            MaterialAppearances appearances = matt(0.8f);
+            appearances[static_cast<std::size_t>(Material::kRock)]
                 .colour = {};  // what the walls throw back is no light of the sky
             scene::Scene scene = spot_scene(integrator, 1024, c.x, c.z);
             scene.quality.ao_rays = 4;
             scene.quality.ao_range_m = 1000;
-            const Mean found = light_of(scene, std::move(world), looks);
+            const Mean found = light_of(scene, std::move(world), appearances);
             INFO(integrator << " at " << c.x << ", " << c.z << ", open " << 1 - kept);
             CHECK(found.light == Approx(0.8 * (1 - kept)).epsilon(0.01));
         }
@@ -335,10 +336,11 @@ TEST_CASE(
                           {core::Integrator::kPath, 60},
                           {core::Integrator::kDirect, 12},
                           {core::Integrator::kPath, 12}}) {
-        Looks looks = matt(static_cast<float>(kAlbedo));
-        material::Look water = clear(material::Kind::kWater, static_cast<float>(kIndex));
+        MaterialAppearances appearances = matt(static_cast<float>(kAlbedo));
+        material::MaterialAppearance water =
+            clear(material::Kind::kWater, static_cast<float>(kIndex));
         water.absorption_per_m = voxel::Colour{1, 1, 1} * static_cast<float>(kAbsorption_per_m);
-        looks[static_cast<std::size_t>(Material::kWater)] = water;
+        appearances[static_cast<std::size_t>(Material::kWater)] = water;
         double expected = kGlow * up;
         // One bounce lets light into the water and out of it, and takes none from bed to bed by way
         // of the surface.
@@ -358,14 +360,14 @@ TEST_CASE(
             expected =
                 kAlbedo * kSun * sin * (1 - (s * s + p * p) / 2) * left(kDepth_m / cos_in) * up;
         } else {
-            looks[static_cast<std::size_t>(Material::kRock)].emission =
+            appearances[static_cast<std::size_t>(Material::kRock)].emission =
                 voxel::Colour{1, 1, 1} * static_cast<float>(kGlow);
         }
         auto world = std::make_unique<ArrayWorld>(ArrayWorld::Coord{-40, -8, -40},
                                                   ArrayWorld::Coord{40, 12, 40});
         world->fill({-40, -8, -40}, {40, -3, 40}, Material::kRock);
         world->fill({-40, -3, -40}, {40, 0, 40}, Material::kWater);
-        const Mean found = light_of(scene, std::move(world), looks);
+        const Mean found = light_of(scene, std::move(world), appearances);
         INFO(c.integrator << ", sun at " << c.altitude_deg);
         CHECK(found.light == Approx(expected).epsilon(0.005));
     }

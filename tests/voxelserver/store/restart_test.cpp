@@ -84,7 +84,7 @@ TEST_CASE("a second world over the same cache folder decodes nothing and makes t
     TimedWorld second(place.options());
     CHECK((second.boxes(shuffle) == plain));
     CHECK(second.count("point load") == 0);
-    CHECK(second->stats().wild_points == TimedWorld(place.options(false))->stats().wild_points);
+    CHECK(second->stats().outliers == TimedWorld(place.options(false))->stats().outliers);
     CHECK(place.squares().size() == 2);
 }
 

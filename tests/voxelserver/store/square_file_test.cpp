@@ -28,7 +28,7 @@ TEST_CASE("a prepared square is read back as it was written", "[voxelserver][sto
         REQUIRE(read);
         CHECK(read->patches().size() == written->patches().size());
         CHECK(read->all().size() == c.points);
-        CHECK(read->counts().wild == 11);
+        CHECK(read->counts().outliers == 11);
         CHECK(read->counts().kept == c.points);
         CHECK(same_square(*written, *read));
         CHECK(read->points({1000, 1000}).empty());

@@ -125,18 +125,18 @@ TEST_CASE("a mapped patch whose bytes changed is refused, the others are not",
 TEST_CASE("counts add up", "[voxelserver][voxelize][square]") {
     store::PointCounts a, b;
     a.kept = 1;
-    a.wild = 2;
+    a.outliers = 2;
     a.withheld = 3;
     a.noise = 4;
     a.by_class[0] = 5;
     a.by_class[255] = 6;
     b.kept = 10;
-    b.wild = 20;
+    b.outliers = 20;
     b.withheld = 30;
     b.noise = 40;
     b.by_class[0] = 50;
     b.by_class[255] = 60;
     a.add(b);
-    CHECK((a.kept == 11 && a.wild == 22 && a.withheld == 33 && a.noise == 44 &&
+    CHECK((a.kept == 11 && a.outliers == 22 && a.withheld == 33 && a.noise == 44 &&
            a.by_class[0] == 55 && a.by_class[255] == 66 && a.by_class[1] == 0));
 }

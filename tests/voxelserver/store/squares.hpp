@@ -35,7 +35,7 @@ inline SquarePtr made_square(unsigned seed, std::size_t points, int patches) {
         ++counts.kept;
         ++counts.by_class[p.source_class];
     }
-    counts.wild = seed;
+    counts.outliers = seed;
     counts.noise = points / 3;
     counts.withheld = 7;
     return store::bin_points({std::move(part)}, counts, 1);

@@ -107,7 +107,7 @@ private:
     BlockId block(Material material, const std::string& where, const std::string& text) {
         const minecraft::BlockState state = minecraft::block_state_from(
             text, [&](const std::string& what) { fail("[" + where + "] " + what); });
-        const minecraft::BlockLook look = m_colours.of(state.name, {});
+        const minecraft::BlockAppearance look = m_colours.of(state.name, {});
         if (!look.known)
             fail("[" + where + "] '" + state.name + "' is no block of blocks.toml");
         if (look.material == Material::kAir)

@@ -26,8 +26,9 @@ voxel::ColumnExtent Job::column(std::int32_t bx, std::int32_t bz) {
     const voxel::BoxRange range = part.boxes();
     voxel::ColumnExtent extent{range.min.by, range.max.by};
     try {
-        const voxel::ColumnExtent told = m_world.column(part.level, bx, bz);
-        extent = {std::max(extent.by_begin, told.by_begin), std::min(extent.by_end, told.by_end)};
+        const voxel::ColumnExtent reported = m_world.column(part.level, bx, bz);
+        extent = {std::max(extent.by_begin, reported.by_begin),
+                  std::min(extent.by_end, reported.by_end)};
     } catch (const voxel::ChangedError&) {
         throw;
     } catch (const util::Error& e) {
@@ -63,10 +64,10 @@ Columns Job::columns(std::size_t edge) {
 
 void Job::hole(const voxel::BoxKey& key, const char* what) {
     const std::lock_guard lock(m_mutex);
-    constexpr std::size_t kMaxTold = 20;
+    constexpr std::size_t kMaxReported = 20;
     if (m_holes.insert(key).second)
-        spdlog::log(m_holes.size() <= kMaxTold ? spdlog::level::err : spdlog::level::debug, "{}",
-                    what);
+        spdlog::log(m_holes.size() <= kMaxReported ? spdlog::level::err : spdlog::level::debug,
+                    "{}", what);
 }
 
 void Job::wrote(const std::filesystem::path& file) {

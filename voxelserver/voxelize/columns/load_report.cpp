@@ -30,9 +30,9 @@ LoadReport::LoadReport(std::span<const SquareSource> files, const ClassTable& cl
 void LoadReport::add_whole(std::size_t file, const store::PointCounts& counts) {
     std::call_once(m_logged[file].whole, [&] {
         const std::string path = m_files[file].info.path.string();
-        if (counts.wild > 0)
+        if (counts.outliers > 0)
             spdlog::warn("{}: {} stray points, outside the bounds of all others; left out", path,
-                         counts.wild);
+                         counts.outliers);
         const std::string unknown = unknown_classes(counts, m_classes);
         if (!unknown.empty())
             spdlog::warn("{}: classes that the table '{}' does not name: {}; shown as `unknown`",
@@ -46,7 +46,7 @@ void LoadReport::add_part(std::size_t file, const store::PointCounts& counts) {
     const std::lock_guard lock(m_mutex);
     Logged& logged = m_logged[file];
     const std::string path = m_files[file].info.path.string();
-    if (counts.wild > 0 && !std::exchange(logged.stray, true))
+    if (counts.outliers > 0 && !std::exchange(logged.stray, true))
         spdlog::warn("{}: stray points, outside the bounds of all others; left out", path);
     for (std::size_t c = 0; c < counts.by_class.size(); ++c)
         if (counts.by_class[c] > 0 && !m_classes.meaning[c].known && !logged.classes[c]) {

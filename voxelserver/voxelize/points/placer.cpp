@@ -77,7 +77,7 @@ void Placer::transform(std::span<const pointcloud::Point> batch, store::PointCou
         }
         if (p.x < m_min[0] || p.x > m_max[0] || p.y < m_min[1] || p.y > m_max[1] ||
             p.z < m_min[2] || p.z > m_max[2]) {
-            ++counts.wild;
+            ++counts.outliers;
             continue;
         }
         m_kept.push_back(i);
@@ -99,7 +99,7 @@ void Placer::quantize(std::span<const pointcloud::Point> batch,
             m_frame.y(p.z * m_source.vertical_metres) * (1 << store::VoxelPoint::kHeightBits);
         constexpr double kFarthest = 1.0e9 * static_cast<double>(kPlanOne);  // voxels are 32-bit
         if (!(std::abs(x) < kFarthest && std::abs(z) < kFarthest && std::abs(y) < 2147483000.0)) {
-            ++counts.wild;
+            ++counts.outliers;
             continue;
         }
         const std::int64_t ix = floor_to_int(x), iz = floor_to_int(z);
@@ -108,7 +108,7 @@ void Placer::quantize(std::span<const pointcloud::Point> batch,
             return static_cast<std::int32_t>(v >> store::VoxelPoint::kPlanBits);
         };
         if (m_source.islands.size() > 1 && !m_source.on_island(column(ix), column(iz))) {
-            ++counts.wild;
+            ++counts.outliers;
             continue;
         }
         const grid::PatchKey patch{static_cast<std::int32_t>(ix >> kPatchShift),

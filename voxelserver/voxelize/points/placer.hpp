@@ -28,7 +28,7 @@ struct SquareSource {
     /// Parts of the bounds, kilometres apart, outside which there is nothing; mostly one, the
     /// bounds.
     std::vector<grid::ColumnRect> islands;
-    /// Heights beyond these are wild; file units, within info's min and max.
+    /// Heights beyond these are outliers; file units, within info's min and max.
     double lowest = 0, highest = 0;
     bool has_colour = false;
     /// Bits to drop for 8-bit colour: the format has 16 bits a channel, but many writers store 8.

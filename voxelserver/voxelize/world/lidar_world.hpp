@@ -18,7 +18,7 @@ struct LidarWorldStats {
     double water_cell_m = 0;  ///< edge of the cells in which water is searched for
     // Of what has been made so far:
     /// Left out: far outside their file's bounds, or far from all others.
-    std::uint64_t wild_points = 0;
+    std::uint64_t outliers = 0;
     /// Inside the files' bounds, but with nothing seen around them.
     std::uint64_t hole_columns = 0;
 };

@@ -8,7 +8,7 @@
 #include <memory>
 #include <optional>
 
-#include "common/geo/quiet_gdal.hpp"
+#include "common/geo/gdal_error_scope.hpp"
 #include "common/geo/raster_file.hpp"
 #include "common/util/error.hpp"
 
@@ -58,7 +58,7 @@ void HeightFile::fail(const std::string& what) const {
 }
 
 HeightFile::HeightFile(const Reading& reading) : m_reading(reading) {
-    const geo::QuietGdal quiet;
+    const geo::GdalErrorScope errors;
     open();
     if (m_reading.warped_to)
         warp();
@@ -93,7 +93,7 @@ void HeightFile::warp() {
                 : nullptr);
     if (!m_warped)
         fail("cannot be warped to " + m_reading.warped_to->name() + ": " +
-             geo::QuietGdal::reason());
+             geo::GdalErrorScope::reason());
     m_data = m_warped.get();
 }
 
@@ -229,7 +229,7 @@ HeightFile::Grid HeightFile::grid_for(double side) const noexcept {
 }
 
 Cells HeightFile::read(const Grid& grid, int x, int y, int width, int height) {
-    const geo::QuietGdal quiet;
+    const geo::GdalErrorScope errors;
     Cells out;
     out.x = x;
     out.y = y;
@@ -241,7 +241,7 @@ Cells HeightFile::read(const Grid& grid, int x, int y, int width, int height) {
     const auto get = [&](GDALRasterBand* from, void* to, GDALDataType type) {
         if (from->RasterIO(GF_Read, x * s, y * s, width * s, height * s, to, width, height, type, 0,
                            0, nullptr) != CE_None)
-            fail("damaged: " + geo::QuietGdal::reason());
+            fail("damaged: " + geo::GdalErrorScope::reason());
     };
     get(band, out.metres.data(), GDT_Float64);
     std::vector<std::uint8_t> mask;

@@ -8,7 +8,7 @@
 #include "common/voxel/bytes.hpp"
 #include "voxelserver/imagery/image_identity.hpp"
 #include "voxelserver/imagery/orthophoto_files.hpp"
-#include "voxelserver/worlds/heightmap/relief_world.hpp"
+#include "voxelserver/worlds/heightmap/heightmap_world.hpp"
 
 namespace terravox::worlds {
 namespace {
@@ -57,7 +57,7 @@ voxel::Fingerprint state_of_rasters(const worlds::WorldOptions& options) {
 
 std::unique_ptr<voxel::World> open_heightmap(const OpenRequest& request) {
     const worlds::WorldOptions& from = request.options;
-    heightmap::ReliefOptions options;
+    heightmap::HeightmapOptions options;
     options.rasters = rasters_of(from);
     options.orthophotos = from.orthophotos;
     options.voxel_m = from.voxel_m;
@@ -67,7 +67,7 @@ std::unique_ptr<voxel::World> open_heightmap(const OpenRequest& request) {
     options.base_m = from.base_m;
     options.memory_bytes = from.memory_bytes;
     options.threads = thread::thread_count(from.threads);
-    return heightmap::open_relief_world(options);
+    return heightmap::open_heightmap_world(options);
 }
 
 }  // namespace

@@ -57,12 +57,12 @@ bool layer_holds(const NodeBlock& block, int y) noexcept {
     return false;
 }
 
-Facts facts_of(MapDatabase& database, NodeLooks& looks, MapBlockReader& reader,
+Facts facts_of(MapDatabase& database, NodeAppearances& appearances, MapBlockReader& reader,
                const BlockPlace& place) {
     Facts out;
     const std::vector<std::uint8_t> blob = database.read(place);
     const MapBlock& stored = reader.read(blob);
-    const auto block = node_block_of(stored, looks);
+    const auto block = node_block_of(stored, appearances);
     out.version = static_cast<std::uint8_t>(stored.version);
     if (block == nullptr)
         return out;
@@ -77,8 +77,9 @@ Facts facts_of(MapDatabase& database, NodeLooks& looks, MapBlockReader& reader,
     return out;
 }
 
-std::vector<Facts> look_at(MapDatabase& database, NodeLooks& looks, worlds::DamageLog& damage,
-                           const std::vector<BlockPlace>& places, int threads) {
+std::vector<Facts> look_at(MapDatabase& database, NodeAppearances& appearances,
+                           worlds::DamageLog& damage, const std::vector<BlockPlace>& places,
+                           int threads) {
     std::vector<Facts> out(places.size());
     const std::size_t batches = (places.size() + kBatch - 1) / kBatch;
     thread::parallel_for(batches, threads, [&](std::size_t batch) {
@@ -86,7 +87,7 @@ std::vector<Facts> look_at(MapDatabase& database, NodeLooks& looks, worlds::Dama
         const std::size_t end = std::min(places.size(), (batch + 1) * kBatch);
         for (std::size_t i = batch * kBatch; i < end; ++i) {
             try {
-                out[i] = facts_of(database, looks, reader, places[i]);
+                out[i] = facts_of(database, appearances, reader, places[i]);
             } catch (const util::Error& e) {
                 damage.add(name_of(places[i]) + ": " + e.what());
             }
@@ -118,8 +119,8 @@ voxel::VoxelBounds add_holding(const std::vector<BlockPlace>& places,
 
 }  // namespace
 
-BlockSurvey survey_blocks(MapDatabase& database, NodeLooks& looks, worlds::DamageLog& damage,
-                          int threads, std::size_t most) {
+BlockSurvey survey_blocks(MapDatabase& database, NodeAppearances& appearances,
+                          worlds::DamageLog& damage, int threads, std::size_t most) {
     BlockSurvey out;
     Sample sample(most);
     const std::uint64_t misplaced = database.for_each_place([&](const BlockPlace& place) {
@@ -132,7 +133,7 @@ BlockSurvey survey_blocks(MapDatabase& database, NodeLooks& looks, worlds::Damag
                                    : " blocks have keys that stand for no place") +
                    "; allowed: -2048 to 2047 blocks on each axis");
     const std::vector<BlockPlace>& places = sample.places();
-    const std::vector<Facts> facts = look_at(database, looks, damage, places, threads);
+    const std::vector<Facts> facts = look_at(database, appearances, damage, places, threads);
     out.blocks = sample.added();
     out.looked_at = places.size();
     for (const Facts& block : facts) {

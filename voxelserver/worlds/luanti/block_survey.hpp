@@ -8,7 +8,7 @@
 #include "voxelserver/worlds/kind/damage_log.hpp"
 #include "voxelserver/worlds/luanti/block_index.hpp"
 #include "voxelserver/worlds/luanti/map_database.hpp"
-#include "voxelserver/worlds/luanti/node_looks.hpp"
+#include "voxelserver/worlds/luanti/node_appearances.hpp"
 
 namespace terravox::luanti {
 
@@ -30,7 +30,7 @@ struct BlockSurvey {
 /// @param threads 0 = one for each core
 /// @param most at least 1
 /// @throws Error when the keys cannot be read
-[[nodiscard]] BlockSurvey survey_blocks(MapDatabase& database, NodeLooks& looks,
+[[nodiscard]] BlockSurvey survey_blocks(MapDatabase& database, NodeAppearances& appearances,
                                         worlds::DamageLog& damage, int threads, std::size_t most);
 
 }  // namespace terravox::luanti

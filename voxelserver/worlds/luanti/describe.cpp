@@ -120,10 +120,11 @@ worlds::Description describe(const worlds::DescribeRequest& request,
     facts.files = find_world_files(request.input);
     MapDatabase database(facts.files.map);
     facts.key = database.is_key_encoded() ? "pos" : "x, y, z";
-    NodeLooks looks(nodes);
+    NodeAppearances appearances(nodes);
     worlds::DamageLog damage;
-    facts.survey = survey_blocks(database, looks, damage, request.threads, kMaxDescribedBlocks);
-    facts.unknown_nodes = looks.unknown_names();
+    facts.survey =
+        survey_blocks(database, appearances, damage, request.threads, kMaxDescribedBlocks);
+    facts.unknown_nodes = appearances.unknown_names();
     facts.damage = damage.lines();
     return {request.as_json ? json_of(facts) : text_of(facts), !facts.damage.empty()};
 }

@@ -31,10 +31,10 @@ public:
         : PyramidWorld(options.memory_bytes / 2),
           m_files(find_world_files(options.path)),
           m_database(m_files.map),
-          m_looks(nodes),
+          m_appearances(nodes),
           m_blocks(options.memory_bytes / 4) {
-        BlockSurvey survey =
-            survey_blocks(m_database, m_looks, m_damage, options.threads, options.look_through);
+        BlockSurvey survey = survey_blocks(m_database, m_appearances, m_damage, options.threads,
+                                           options.look_through);
         if (survey.blocks == 0 && m_damage.lines().empty())
             throw util::UsageError(opening(options) +
                                    "it has no map blocks; allowed: at least one");
@@ -112,7 +112,7 @@ private:
     std::shared_ptr<const NodeBlock> read(const BlockPlace& place, MapBlockReader& reader) {
         try {
             const std::vector<std::uint8_t> blob = m_database.read(place);
-            return blob.empty() ? nullptr : node_block_of(reader.read(blob), m_looks);
+            return blob.empty() ? nullptr : node_block_of(reader.read(blob), m_appearances);
         } catch (const util::Error& e) {
             m_damage.add(name_of(place) + ": " + e.what());
             return nullptr;
@@ -121,7 +121,7 @@ private:
 
     const WorldFiles m_files;
     MapDatabase m_database;
-    NodeLooks m_looks;
+    NodeAppearances m_appearances;
     worlds::DamageLog m_damage;
     voxel::WorldInfo m_info;
     BlockIndex m_index;

@@ -6,21 +6,22 @@
 
 #include "common/voxel/box.hpp"
 #include "voxelserver/worlds/luanti/map_block.hpp"
-#include "voxelserver/worlds/luanti/node_looks.hpp"
+#include "voxelserver/worlds/luanti/node_appearances.hpp"
 
 namespace terravox::luanti {
 
 /// A map block as voxels, in voxel axes. Holds something other than air. Immutable once made.
 struct NodeBlock {
-    std::vector<voxel::VoxelAttr> looks;  ///< that occur, at least one
-    std::vector<std::uint16_t> cells;     ///< indices into looks; empty: all are looks[0]
+    std::vector<voxel::VoxelAttr> appearances;  ///< that occur, at least one
+    std::vector<std::uint16_t> cells;           ///< indices into looks; empty: all are looks[0]
 
     /// @param x, y, z in [0, 16); z southwards
     [[nodiscard]] const voxel::VoxelAttr& at(int x, int y, int z) const noexcept {
-        return looks[cells.empty() ? 0 : cells[static_cast<std::size_t>(x + 16 * y + 256 * z)]];
+        return appearances[cells.empty() ? 0
+                                         : cells[static_cast<std::size_t>(x + 16 * y + 256 * z)]];
     }
     [[nodiscard]] std::size_t memory_bytes() const noexcept {
-        return sizeof *this + looks.capacity() * sizeof(voxel::VoxelAttr) +
+        return sizeof *this + appearances.capacity() * sizeof(voxel::VoxelAttr) +
                cells.capacity() * sizeof(std::uint16_t);
     }
 };
@@ -29,6 +30,6 @@ struct NodeBlock {
 /// @return nullptr when all of it is air
 /// @throws Error for a node whose id has no name
 [[nodiscard]] std::shared_ptr<const NodeBlock> node_block_of(const MapBlock& block,
-                                                             NodeLooks& looks);
+                                                             NodeAppearances& appearances);
 
 }  // namespace terravox::luanti

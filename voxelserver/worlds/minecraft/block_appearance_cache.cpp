@@ -10,15 +10,15 @@ namespace terravox::minecraft {
 namespace {
 
 // There are a few thousand looks; a file of invented blocks must not fill the memory.
-constexpr std::size_t kMaxLooks = std::size_t{1} << 17, kMaxTold = 100'000;
+constexpr std::size_t kMaxAppearances = std::size_t{1} << 17, kMaxReported = 100'000;
 constexpr std::uint64_t kUnset = ~std::uint64_t{0};
 
-voxel::VoxelAttr attr_of(const BlockLook& look) noexcept {
+voxel::VoxelAttr attr_of(const BlockAppearance& appearance) noexcept {
     voxel::VoxelAttr out;
-    out.material = look.material;
-    if (look.has_colour) {
+    out.material = appearance.material;
+    if (appearance.has_colour) {
         out.flags = voxel::VoxelAttr::kHasColour;
-        out.colour = look.colour;
+        out.colour = appearance.colour;
     }
     return out;
 }
@@ -62,8 +62,8 @@ void BlockAppearanceCache::of(std::span<const std::string_view> entries,
     {
         const std::shared_lock lock(m_mutex);
         for (std::size_t i = 0; i < entries.size(); ++i) {
-            const auto found = m_looks.find(entries[i]);
-            if (found != m_looks.end())
+            const auto found = m_appearances.find(entries[i]);
+            if (found != m_appearances.end())
                 out[i] = found->second;
             else {
                 out[i].reserved = 1;
@@ -76,20 +76,20 @@ void BlockAppearanceCache::of(std::span<const std::string_view> entries,
     for (std::size_t i = 0; i < entries.size(); ++i) {
         if (out[i].reserved == 0)
             continue;
-        out[i] = look_of(entries[i]);
+        out[i] = appearance_of(entries[i]);
         const std::unique_lock lock(m_mutex);
-        if (m_looks.size() < kMaxLooks)
-            m_looks.emplace(entries[i], out[i]);
+        if (m_appearances.size() < kMaxAppearances)
+            m_appearances.emplace(entries[i], out[i]);
     }
 }
 
-voxel::VoxelAttr BlockAppearanceCache::look_of(std::string_view entry) {
+voxel::VoxelAttr BlockAppearanceCache::appearance_of(std::string_view entry) {
     PaletteName block;
     palette_name(entry, block);
-    const BlockLook look = m_table.of(block.name, block.properties);
-    if (!look.known)
+    const BlockAppearance appearance = m_table.of(block.name, block.properties);
+    if (!appearance.known)
         tell(utf8_of(block.name));
-    return attr_of(look);
+    return attr_of(appearance);
 }
 
 voxel::VoxelAttr BlockAppearanceCache::of_number(std::uint16_t number) {
@@ -97,27 +97,27 @@ voxel::VoxelAttr BlockAppearanceCache::of_number(std::uint16_t number) {
     if (kept != kUnset)
         return std::bit_cast<voxel::VoxelAttr>(kept);
     const int id = number >> 4, data = number & 15;
-    const BlockLook look = m_table.of_number(id, data);
-    if (!look.known)
+    const BlockAppearance appearance = m_table.of_number(id, data);
+    if (!appearance.known)
         tell(std::to_string(id) + ":" + std::to_string(data));
-    const voxel::VoxelAttr out = attr_of(look);
+    const voxel::VoxelAttr out = attr_of(appearance);
     m_numbers[number].store(std::bit_cast<std::uint64_t>(out), std::memory_order_relaxed);
     return out;
 }
 
 void BlockAppearanceCache::tell(const std::string& name) {
     const std::lock_guard lock(m_told_mutex);
-    if (m_told.size() >= kMaxTold || !m_told.insert(name).second)
+    if (m_reported.size() >= kMaxReported || !m_reported.insert(name).second)
         return;
-    if (m_told.size() <= static_cast<std::size_t>(kToldBlocks))
+    if (m_reported.size() <= static_cast<std::size_t>(kReportedBlocks))
         spdlog::warn("no table knows the block {}: it is shown as material 'unknown'", name);
-    if (m_told.size() == static_cast<std::size_t>(kToldBlocks))
+    if (m_reported.size() == static_cast<std::size_t>(kReportedBlocks))
         spdlog::warn("further unknown blocks are not reported one by one");
 }
 
 std::size_t BlockAppearanceCache::unknown_kinds() const {
     const std::lock_guard lock(m_told_mutex);
-    return m_told.size();
+    return m_reported.size();
 }
 
 }  // namespace terravox::minecraft

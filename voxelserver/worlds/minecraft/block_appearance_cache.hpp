@@ -27,10 +27,10 @@ struct PaletteName {
 void palette_name(std::string_view entry, PaletteName& out);
 
 /// The look of each block; the table is searched once for each distinct entry. Thread-safe. Blocks
-/// that match no entry of the table are logged, once each, up to kToldBlocks.
+/// that match no entry of the table are logged, once each, up to kReportedBlocks.
 class BlockAppearanceCache {
 public:
-    static constexpr int kToldBlocks = 20;
+    static constexpr int kReportedBlocks = 20;
 
     explicit BlockAppearanceCache(BlockTable table);
 
@@ -51,17 +51,17 @@ private:
             return std::hash<std::string_view>{}(text);
         }
     };
-    [[nodiscard]] voxel::VoxelAttr look_of(std::string_view entry);
+    [[nodiscard]] voxel::VoxelAttr appearance_of(std::string_view entry);
     void tell(const std::string& name);
 
     const BlockTable m_table;
-    std::shared_mutex m_mutex;  ///< guards m_looks, by the bytes of a palette entry
-    std::unordered_map<std::string, voxel::VoxelAttr, TextHash, std::equal_to<>> m_looks;
+    std::shared_mutex m_mutex;  ///< guards m_appearances, by the bytes of a palette entry
+    std::unordered_map<std::string, voxel::VoxelAttr, TextHash, std::equal_to<>> m_appearances;
     static constexpr std::size_t kNumbers = 65536;
     /// A VoxelAttr each; kUnset until it is first queried.
     std::unique_ptr<std::atomic<std::uint64_t>[]> m_numbers;
     mutable std::mutex m_told_mutex;
-    std::unordered_set<std::string> m_told;
+    std::unordered_set<std::string> m_reported;
 };
 
 }  // namespace terravox::minecraft

@@ -33,7 +33,7 @@ private:
 struct Tools {
     ChunkReader reader;
     VoxelMaker maker;
-    std::vector<voxel::VoxelAttr> looks{};
+    std::vector<voxel::VoxelAttr> appearances{};
     Tools(const ChunkStore& store, BlockAppearanceCache& book) : reader(store), maker(book) {}
 };
 
@@ -42,12 +42,13 @@ bool may_hold(Tools& tools, BlockAppearanceCache& book, const ChunkBlocks& block
               const ChunkSection& section) {
     if (section.numeric)
         return !tools.maker.make(blocks, section).air();
-    tools.looks.resize(section.palette_size);
+    tools.appearances.resize(section.palette_size);
     book.of(std::span(blocks.palette).subspan(section.palette_begin, section.palette_size),
-            tools.looks);
-    return std::any_of(tools.looks.begin(), tools.looks.end(), [](const voxel::VoxelAttr& look) {
-        return look.material != voxel::Material::kAir;
-    });
+            tools.appearances);
+    return std::any_of(tools.appearances.begin(), tools.appearances.end(),
+                       [](const voxel::VoxelAttr& appearance) {
+                           return appearance.material != voxel::Material::kAir;
+                       });
 }
 
 // The layers of a section that hold anything.

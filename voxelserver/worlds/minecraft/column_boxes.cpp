@@ -68,7 +68,7 @@ private:
 
 // For uniform sections: all bits or none.
 bool uniform_opaque(const VoxelSection& section) noexcept {
-    return !voxel::see_through(section.looks.front().material);
+    return !voxel::see_through(section.appearances.front().material);
 }
 
 void add_column(BoxBuilder& builder, const Stack& stack, int x, int z, std::size_t column,

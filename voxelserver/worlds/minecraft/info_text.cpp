@@ -35,17 +35,18 @@ std::string block_line(const std::string& name, std::int64_t count, const BlockT
     std::string out = "    " + std::to_string(count) + " " + name;
     if (blocks == nullptr)
         return out;
-    BlockLook look;
+    BlockAppearance appearance;
     if (is_number(name)) {
         const int id = std::stoi(name), data = std::stoi(name.substr(name.find(':') + 1));
-        look = blocks->of_number(id, data);
-        if (look.known)
+        appearance = blocks->of_number(id, data);
+        if (appearance.known)
             out += " " + blocks->name_of_number(id, data);
     } else {
-        look = blocks->of(name, {});
+        appearance = blocks->of(name, {});
     }
-    return out + (look.known ? " (" + std::string(voxel::material_name(look.material)) + ")"
-                             : " (in no table)");
+    return out + (appearance.known
+                      ? " (" + std::string(voxel::material_name(appearance.material)) + ")"
+                      : " (in no table)");
 }
 
 std::string text_of(const DimensionFacts& d, const BlockTable* blocks) {

@@ -12,14 +12,14 @@ constexpr std::size_t kCells = kSectionVoxels;
 // Both kinds of bits of a column are gathered in one word, opaque below and see-through above: one
 // table to look up instead of two.
 template <class Index>
-void fill_bits(const Index* indices, const std::vector<VoxelAttr>& looks,
+void fill_bits(const Index* indices, const std::vector<VoxelAttr>& appearances,
                VoxelSection::Bits& bits) {
     std::vector<std::uint32_t> kinds;
-    kinds.reserve(looks.size());
-    for (const VoxelAttr& look : looks)
-        kinds.push_back(look.material == voxel::Material::kAir ? 0u
-                        : voxel::see_through(look.material)    ? 0x10000u
-                                                               : 1u);
+    kinds.reserve(appearances.size());
+    for (const VoxelAttr& appearance : appearances)
+        kinds.push_back(appearance.material == voxel::Material::kAir ? 0u
+                        : voxel::see_through(appearance.material)    ? 0x10000u
+                                                                     : 1u);
     std::array<std::uint32_t, 256> columns{};
     for (unsigned y = 0; y < 16; ++y)
         for (std::size_t column = 0; column < 256; ++column)
@@ -31,14 +31,14 @@ void fill_bits(const Index* indices, const std::vector<VoxelAttr>& looks,
 }
 
 template <class Index>
-void fill_indices(const std::uint16_t* cells, const std::uint16_t* looks, Index* out) {
+void fill_indices(const std::uint16_t* cells, const std::uint16_t* appearances, Index* out) {
     for (std::size_t i = 0; i < kCells; ++i)
-        out[i] = static_cast<Index>(looks[cells[i]]);
+        out[i] = static_cast<Index>(appearances[cells[i]]);
 }
 
-bool all_air(const std::vector<VoxelAttr>& looks) noexcept {
-    return std::all_of(looks.begin(), looks.end(), [](const VoxelAttr& look) {
-        return look.material == voxel::Material::kAir;
+bool all_air(const std::vector<VoxelAttr>& appearances) noexcept {
+    return std::all_of(appearances.begin(), appearances.end(), [](const VoxelAttr& appearance) {
+        return appearance.material == voxel::Material::kAir;
     });
 }
 
@@ -47,18 +47,18 @@ bool all_air(const std::vector<VoxelAttr>& looks) noexcept {
 std::size_t VoxelChunk::memory_bytes() const noexcept {
     std::size_t bytes = sizeof *this;
     for (const VoxelSection& s : sections)
-        bytes += sizeof s + s.looks.capacity() * sizeof(VoxelAttr) + (s.narrow ? kCells : 0) +
+        bytes += sizeof s + s.appearances.capacity() * sizeof(VoxelAttr) + (s.narrow ? kCells : 0) +
                  (s.wide ? 2 * kCells : 0) + (s.bits ? sizeof *s.bits : 0);
     return bytes;
 }
 
 // Blocks of the same look share an entry: most sections need few.
-std::uint16_t VoxelMaker::look_index(const VoxelAttr& look, VoxelSection& out) const {
-    const auto found = std::find(out.looks.begin(), out.looks.end(), look);
-    if (found != out.looks.end())
-        return static_cast<std::uint16_t>(found - out.looks.begin());
-    out.looks.push_back(look);
-    return static_cast<std::uint16_t>(out.looks.size() - 1);
+std::uint16_t VoxelMaker::appearance_index(const VoxelAttr& appearance, VoxelSection& out) const {
+    const auto found = std::find(out.appearances.begin(), out.appearances.end(), appearance);
+    if (found != out.appearances.end())
+        return static_cast<std::uint16_t>(found - out.appearances.begin());
+    out.appearances.push_back(appearance);
+    return static_cast<std::uint16_t>(out.appearances.size() - 1);
 }
 
 void VoxelMaker::look_up_numbers(const ChunkSection& section, VoxelSection& out) {
@@ -74,39 +74,39 @@ void VoxelMaker::look_up_numbers(const ChunkSection& section, VoxelSection& out)
         if (m_stamps[number] == m_stamp)
             continue;
         m_stamps[number] = m_stamp;
-        m_number_looks[number] = look_index(m_book.of_number(number), out);
+        m_number_appearances[number] = appearance_index(m_book.of_number(number), out);
     }
 }
 
 VoxelSection VoxelMaker::make(const ChunkBlocks& blocks, const ChunkSection& section) {
     VoxelSection out;
-    const std::uint16_t* looks = m_number_looks.data();
+    const std::uint16_t* appearances = m_number_appearances.data();
     if (section.numeric) {
         look_up_numbers(section, out);
     } else {
         m_attrs.resize(section.palette_size);
-        m_looks.resize(section.palette_size);
+        m_appearances.resize(section.palette_size);
         m_book.of(std::span(blocks.palette).subspan(section.palette_begin, section.palette_size),
                   m_attrs);
         for (std::size_t i = 0; i < m_attrs.size(); ++i)
-            m_looks[i] = look_index(m_attrs[i], out);
-        looks = m_looks.data();
+            m_appearances[i] = appearance_index(m_attrs[i], out);
+        appearances = m_appearances.data();
     }
-    if (all_air(out.looks)) {
-        out.looks.clear();
+    if (all_air(out.appearances)) {
+        out.appearances.clear();
         return out;
     }
-    if (out.looks.size() == 1)
+    if (out.appearances.size() == 1)
         return out;
     out.bits = std::make_unique_for_overwrite<VoxelSection::Bits>();
-    if (out.looks.size() <= 256) {
+    if (out.appearances.size() <= 256) {
         out.narrow = std::make_unique_for_overwrite<std::uint8_t[]>(kCells);
-        fill_indices(section.cells.data(), looks, out.narrow.get());
-        fill_bits(out.narrow.get(), out.looks, *out.bits);
+        fill_indices(section.cells.data(), appearances, out.narrow.get());
+        fill_bits(out.narrow.get(), out.appearances, *out.bits);
     } else {
         out.wide = std::make_unique_for_overwrite<std::uint16_t[]>(kCells);
-        fill_indices(section.cells.data(), looks, out.wide.get());
-        fill_bits(out.wide.get(), out.looks, *out.bits);
+        fill_indices(section.cells.data(), appearances, out.wide.get());
+        fill_bits(out.wide.get(), out.appearances, *out.bits);
     }
     return out;
 }

@@ -18,15 +18,15 @@ struct VoxelSection {
     struct Bits {
         std::array<std::uint16_t, 256> opaque, clear;
     };
-    std::vector<voxel::VoxelAttr> looks;  ///< that occur; empty: the section is air
+    std::vector<voxel::VoxelAttr> appearances;  ///< that occur; empty: the section is air
     /// Indices into looks, as cells; unless there is only one look.
     std::unique_ptr<std::uint8_t[]> narrow;
     std::unique_ptr<std::uint16_t[]> wide;  ///< the same, for more than 256 looks
     std::unique_ptr<Bits> bits;             ///< unless all voxels are alike
 
-    [[nodiscard]] bool air() const noexcept { return looks.empty(); }
+    [[nodiscard]] bool air() const noexcept { return appearances.empty(); }
     [[nodiscard]] const voxel::VoxelAttr& at(std::size_t cell) const noexcept {
-        return looks[narrow ? narrow[cell] : wide ? wide[cell] : 0];
+        return appearances[narrow ? narrow[cell] : wide ? wide[cell] : 0];
     }
 };
 
@@ -47,19 +47,19 @@ struct VoxelChunk {
 class VoxelMaker {
 public:
     explicit VoxelMaker(BlockAppearanceCache& book)
-        : m_book(book), m_number_looks(65536), m_stamps(65536) {}
+        : m_book(book), m_number_appearances(65536), m_stamps(65536) {}
     /// @throws NbtError for an invalid palette entry
     [[nodiscard]] VoxelChunk make(const ChunkBlocks& blocks);
     [[nodiscard]] VoxelSection make(const ChunkBlocks& blocks, const ChunkSection& section);
 
 private:
-    std::uint16_t look_index(const voxel::VoxelAttr& look, VoxelSection& out) const;
+    std::uint16_t appearance_index(const voxel::VoxelAttr& appearance, VoxelSection& out) const;
     void look_up_numbers(const ChunkSection& section, VoxelSection& out);
 
     BlockAppearanceCache& m_book;
     std::vector<voxel::VoxelAttr> m_attrs;
-    std::vector<std::uint16_t> m_looks;         ///< of each palette entry
-    std::vector<std::uint16_t> m_number_looks;  ///< of each number that has the current stamp
+    std::vector<std::uint16_t> m_appearances;         ///< of each palette entry
+    std::vector<std::uint16_t> m_number_appearances;  ///< of each number that has the current stamp
     std::vector<std::uint32_t> m_stamps;
     std::uint32_t m_stamp = 0;
 };

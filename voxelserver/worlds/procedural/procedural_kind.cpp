@@ -4,7 +4,7 @@
 #include <filesystem>
 
 #include "common/util/error.hpp"
-#include "voxelserver/worlds/procedural/generated_world.hpp"
+#include "voxelserver/worlds/procedural/procedural_world.hpp"
 
 namespace terravox::worlds {
 namespace {
@@ -36,7 +36,7 @@ std::unique_ptr<voxel::World> open_generated(const OpenRequest& request) {
                                    "'; allowed: 0 to 18446744073709551615");
         }
     }
-    return procedural::open_generated_world(settings);
+    return procedural::open_procedural_world(settings);
 }
 
 }  // namespace

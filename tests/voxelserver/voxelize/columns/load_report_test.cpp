@@ -26,7 +26,7 @@ struct Fixture {
 
 store::PointCounts counts_of(const std::vector<int>& classes, std::uint64_t stray = 0) {
     store::PointCounts out;
-    out.wild = stray;
+    out.outliers = stray;
     for (const int c : classes) {
         ++out.by_class[static_cast<std::size_t>(c)];
         ++out.kept;
@@ -47,7 +47,7 @@ TEST_CASE("a file that was decoded whole is reported and counted once",
           "a.laz: classes that the table 'small' does not name: 40 (2 points), 255 (1 points); "
           "shown as `unknown`\n");
     CHECK(f.report.counts().kept == 4);
-    CHECK(f.report.counts().wild == 3);
+    CHECK(f.report.counts().outliers == 3);
     f.report.add_whole(1, counts_of({2}));
     CHECK(f.report.counts().kept == 5);
     CHECK(f.report.counts().by_class[2] == 2);

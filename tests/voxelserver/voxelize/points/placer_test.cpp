@@ -158,12 +158,12 @@ TEST_CASE("what is no return of the land is left out and counted",
     const auto c = GENERATE_COPY(values<Case>({
         {"kept", with(1200, 2200, 200), usual, "kept"},
         {"within rounding", with(999.5, 2500.5, 90), usual, "kept"},
-        {"west of it", with(999.25, 2200, 200), usual, "wild"},
-        {"north of it", with(1200, 2500.75, 200), usual, "wild"},
-        {"too low", with(1200, 2200, 89.75), usual, "wild"},
-        {"too high", with(1200, 2200, 410.25), usual, "wild"},
+        {"west of it", with(999.25, 2200, 200), usual, "outlier"},
+        {"north of it", with(1200, 2500.75, 200), usual, "outlier"},
+        {"too low", with(1200, 2200, 89.75), usual, "outlier"},
+        {"too high", with(1200, 2200, 410.25), usual, "outlier"},
         {"at the highest", with(1200, 2200, 410), usual, "kept"},
-        {"too high, whatever the filters", with(1200, 2200, 4100), all, "wild"},
+        {"too high, whatever the filters", with(1200, 2200, 4100), all, "outlier"},
         {"withheld", with(1200, 2200, 200, 2, true), usual, "withheld"},
         {"withheld, and wanted so", with(1200, 2200, 200, 2, true), all, "kept"},
         {"overlap", with(1200, 2200, 200, 2, false, true), usual, "kept"},
@@ -175,10 +175,10 @@ TEST_CASE("what is no return of the land is left out and counted",
     DYNAMIC_SECTION(c.name) {
         const auto placed = place(source, frame, {c.point}, c.filters);
         const store::PointCounts& n = placed.counts;
-        CHECK(n.kept + n.wild + n.withheld + n.noise == 1);
+        CHECK(n.kept + n.outliers + n.withheld + n.noise == 1);
         CHECK(placed.out.points.size() == n.kept);
         CHECK((n.kept == 1       ? "kept"
-               : n.wild == 1     ? "wild"
+               : n.outliers == 1 ? "outlier"
                : n.withheld == 1 ? "withheld"
                                  : "noise") == std::string(c.counted));
         CHECK(n.by_class[c.point.classification] == n.kept);
@@ -193,10 +193,10 @@ TEST_CASE("bounds of a single place hold what lies there", "[voxelserver][voxeli
     const grid::Frame frame(geo::Crs::from_text(kMetres), 1, 0, 0);
     const Placed placed = place(
         source, frame, {raw(source, 7, 8, 100), raw(source, 8, 8, 100), raw(source, 7, 8, 100.25)});
-    CHECK((placed.counts.kept == 1 && placed.counts.wild == 2));
+    CHECK((placed.counts.kept == 1 && placed.counts.outliers == 2));
 }
 
-TEST_CASE("a return between parts of a file that lie far apart is wild",
+TEST_CASE("a return between parts of a file that lie far apart is an outlier",
           "[voxelserver][voxelize][placer]") {
     SquareSource source = source_of(kMetres);
     source.islands = {{0, 0, 100, 100}, {9000, 0, 9100, 100}};
@@ -205,10 +205,10 @@ TEST_CASE("a return between parts of a file that lie far apart is wild",
         place(source, frame,
               {raw(source, 0, 0, 1), raw(source, 99.75, -99.75, 1), raw(source, 9000, -50, 1),
                raw(source, 100, -50, 1), raw(source, 5000, -50, 1), raw(source, 9000, 0.25, 1)});
-    CHECK((placed.counts.kept == 3 && placed.counts.wild == 3));
+    CHECK((placed.counts.kept == 3 && placed.counts.outliers == 3));
 }
 
-TEST_CASE("coordinates beyond 32-bit voxels are wild, whatever the bounds",
+TEST_CASE("coordinates beyond 32-bit voxels are outliers, whatever the bounds",
           "[voxelserver][voxelize][placer]") {
     const SquareSource source = without_bounds(
         source_of(kMetres, 1000));  // kilometres: raw coordinates of 32 bits reach 2e12 m
@@ -236,7 +236,7 @@ TEST_CASE("coordinates beyond 32-bit voxels are wild, whatever the bounds",
         p.classification = 2;
         const Placed placed = place(source, frame, {p});
         CHECK(placed.counts.kept == (c.kept ? 1 : 0));
-        CHECK(placed.counts.wild == (c.kept ? 0 : 1));
+        CHECK(placed.counts.outliers == (c.kept ? 0 : 1));
         if (c.kept)
             CHECK(placed.voxel() == std::array{c.x * 1000, c.z * 1000, -c.y * 1000});
     }

@@ -98,7 +98,7 @@ TEST_CASE(
         OpenWorld world(file), clean(folder.path() / "clean.las");
         CHECK((world.info().bounds == clean.info().bounds));
         CHECK((land_of(world) == land_of(clean)));
-        CHECK(world.world().stats().wild_points == 1);
+        CHECK(world.world().stats().outliers == 1);
         CHECK(warnings.count(std::string(c.file) + ": its header states the bounds") == 1);
         CHECK(warnings.count("clean.las") == 0);
     }
@@ -129,7 +129,7 @@ TEST_CASE("bounds that hold part of the points are widened to all of them",
         OpenWorld world(file), clean(folder.path() / "clean.laz");
         CHECK((world.info().bounds == clean.info().bounds));
         CHECK((land_of(world) == land_of(clean)));
-        CHECK(world.world().stats().wild_points == 0);
+        CHECK(world.world().stats().outliers == 0);
         CHECK(warnings.count("its header states the bounds") == 1);
     }
 }
@@ -217,7 +217,7 @@ TEST_CASE("honest headers of odd surveys are believed, and all their land is the
                 INFO(name << ": " << e << ", " << n);
                 CHECK(world.top(voxel_x(e), voxel_z(n)) == 50);
             }
-            CHECK(world.world().stats().wild_points == 0);
+            CHECK(world.world().stats().outliers == 0);
             CHECK(warnings.text().empty());
         }
     }

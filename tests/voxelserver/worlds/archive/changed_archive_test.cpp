@@ -63,7 +63,7 @@ bool same(const std::shared_ptr<const voxel::Box>& box, const voxel::BoxKey& key
 }  // namespace
 
 TEST_CASE("an archive that changes on its web server is told by what the server says of it",
-          "[raytracer][world][far_archive]") {
+          "[raytracer][world][remote_archive]") {
     struct Case {
         const char* name;
         std::string first, later;
@@ -128,7 +128,7 @@ TEST_CASE("an archive that changes on its web server is told by what the server 
 }
 
 TEST_CASE("a later request says which archive it is about, as strongly as the server does",
-          "[raytracer][world][far_archive]") {
+          "[raytracer][world][remote_archive]") {
     struct Case {
         const char* name;
         std::string told, sent;
@@ -162,7 +162,7 @@ TEST_CASE("a later request says which archive it is about, as strongly as the se
 }
 
 TEST_CASE("a server that refuses what has changed, or has another range of it, ends the reading",
-          "[raytracer][world][far_archive]") {
+          "[raytracer][world][remote_archive]") {
     struct Case {
         const char* name;
         std::string told;
@@ -209,7 +209,7 @@ TEST_CASE("a server that refuses what has changed, or has another range of it, e
 }
 
 TEST_CASE("a change is seen through replies that are late, busy or damaged",
-          "[raytracer][world][far_archive]") {
+          "[raytracer][world][remote_archive]") {
     std::atomic<bool> later{false};
     int since = 0;
     BadServer server([&](const std::string&, int, const std::string& range) {
@@ -227,7 +227,7 @@ TEST_CASE("a change is seen through replies that are late, busy or damaged",
 }
 
 TEST_CASE("an archive that changes while it is opened is no archive",
-          "[raytracer][world][far_archive]") {
+          "[raytracer][world][remote_archive]") {
     BadServer server([&](const std::string&, int n, const std::string& range) {
         Deed deed = part_of_archive(range);
         deed.headers = etag('"' + std::to_string(n) + '"');
@@ -240,7 +240,8 @@ TEST_CASE("an archive that changes while it is opened is no archive",
     CHECK_THROWS_AS(open(), voxel::ChangedError);
 }
 
-TEST_CASE("a state of an archive on a web server has a name", "[raytracer][world][far_archive]") {
+TEST_CASE("a state of an archive on a web server has a name",
+          "[raytracer][world][remote_archive]") {
     const std::string size = std::to_string(archive_bytes().size());
     struct Case {
         const char* name;

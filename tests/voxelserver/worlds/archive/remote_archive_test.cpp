@@ -29,7 +29,7 @@ std::unique_ptr<voxel::World> open(const BadServer& server, int timeout_s = 20) 
 }  // namespace
 
 TEST_CASE("an archive on a web server gives its boxes by ranges of bytes",
-          "[raytracer][world][far_archive]") {
+          "[raytracer][world][remote_archive]") {
     std::size_t sent = 0;
     BadServer server([&](const std::string&, int, const std::string& range) {
         Deed deed = part_of_archive(range);
@@ -47,7 +47,7 @@ TEST_CASE("an archive on a web server gives its boxes by ranges of bytes",
 }
 
 TEST_CASE("a late, busy, broken or damaged reply is asked for again",
-          "[raytracer][world][far_archive]") {
+          "[raytracer][world][remote_archive]") {
     struct Case {
         const char* name;
         Deed (*spoil)(Deed);
@@ -75,7 +75,7 @@ TEST_CASE("a late, busy, broken or damaged reply is asked for again",
 }
 
 TEST_CASE("a server that gives out whole files only is told apart, and one that has no such file",
-          "[raytracer][world][far_archive]") {
+          "[raytracer][world][remote_archive]") {
     BadServer whole([](const std::string&, int, const std::string&) {
         return Deed{.status = 200, .type = "application/octet-stream", .body = archive_bytes()};
     });
@@ -87,7 +87,7 @@ TEST_CASE("a server that gives out whole files only is told apart, and one that 
                     util::UsageError);
 }
 
-TEST_CASE("a small archive that comes whole is as good", "[raytracer][world][far_archive]") {
+TEST_CASE("a small archive that comes whole is as good", "[raytracer][world][remote_archive]") {
     const test::TemporaryFolder folder;
     voxel::WorldInfo info;
     info.title = "small";
@@ -103,13 +103,13 @@ TEST_CASE("a small archive that comes whole is as good", "[raytracer][world][far
 }
 
 TEST_CASE("an address names an archive by the ending of its path",
-          "[raytracer][world][far_archive]") {
+          "[raytracer][world][remote_archive]") {
     CHECK(worlds::names_archive("https://example.org/a/b.tvx"));
     CHECK_FALSE(worlds::names_archive("https://example.org"));
 }
 
 TEST_CASE("an archive's address holds no secret that messages would tell",
-          "[raytracer][world][far_archive]") {
+          "[raytracer][world][remote_archive]") {
     BadServer server(
         [](const std::string&, int, const std::string& range) { return part_of_archive(range); });
     const std::string url = server.url() + "/a.tvx";

@@ -1,6 +1,6 @@
 #include "tests/catch.hpp"
 #include "tests/voxelserver/worlds/luanti/made_luanti.hpp"
-#include "voxelserver/worlds/luanti/node_looks.hpp"
+#include "voxelserver/worlds/luanti/node_appearances.hpp"
 
 namespace terravox::luanti {
 namespace {
@@ -85,13 +85,13 @@ TEST_CASE("nodes of other mods have the material that their name suggests", "[lu
 }
 
 TEST_CASE("a node that no entry fits is shown as unknown, and counted once", "[luanti]") {
-    NodeLooks looks(shipped_nodes());
+    NodeAppearances appearances(shipped_nodes());
     for (int again = 0; again < 3; ++again) {
-        CHECK(looks.of("xyz:qqq").material == Material::kUnknown);
-        CHECK(looks.of("xyz:zzz").material == Material::kUnknown);
-        CHECK(looks.of("default:stone").material == Material::kRock);
+        CHECK(appearances.of("xyz:qqq").material == Material::kUnknown);
+        CHECK(appearances.of("xyz:zzz").material == Material::kUnknown);
+        CHECK(appearances.of("default:stone").material == Material::kRock);
     }
-    CHECK(looks.unknown_names() == 2);
+    CHECK(appearances.unknown_names() == 2);
 }
 
 TEST_CASE("the mod is a part of a node's name", "[luanti]") {

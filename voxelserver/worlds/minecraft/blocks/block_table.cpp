@@ -18,19 +18,19 @@ bool all_hold(const std::vector<Condition>& conditions, Properties properties) n
 
 }  // namespace
 
-BlockLook BlockTable::chosen(const Candidate& candidate, Properties properties) const {
-    BlockLook look = candidate.look;
-    if (candidate.fixed || !m_drowned[static_cast<std::size_t>(look.material)])
-        return look;
+BlockAppearance BlockTable::chosen(const Candidate& candidate, Properties properties) const {
+    BlockAppearance appearance = candidate.appearance;
+    if (candidate.fixed || !m_drowned[static_cast<std::size_t>(appearance.material)])
+        return appearance;
     const auto drowned = [](const Property& p) {
         return p.name == "waterlogged" && p.value == "true";
     };
     if (std::any_of(properties.begin(), properties.end(), drowned))
-        look = {voxel::Material::kWater, false, {}, true};
-    return look;
+        appearance = {voxel::Material::kWater, false, {}, true};
+    return appearance;
 }
 
-BlockLook BlockTable::look_of(std::string_view name, Properties properties) const {
+BlockAppearance BlockTable::appearance_of(std::string_view name, Properties properties) const {
     if (const auto found = m_names.find(name); found != m_names.end())
         for (const Candidate& candidate : found->second)
             if (all_hold(candidate.conditions, properties))
@@ -41,21 +41,21 @@ BlockLook BlockTable::look_of(std::string_view name, Properties properties) cons
     return {};
 }
 
-BlockLook BlockTable::of(std::string_view name, Properties properties) const {
+BlockAppearance BlockTable::of(std::string_view name, Properties properties) const {
     name = without_namespace(name);
     const auto renamed = m_renamed.find(name);
     if (renamed == m_renamed.end())
-        return look_of(name, properties);
+        return appearance_of(name, properties);
     std::vector<Property> all(properties.begin(), properties.end());
     for (const Condition& c : renamed->second.conditions)
         all.push_back({c.property, c.values.front()});
-    return look_of(renamed->second.name, all);
+    return appearance_of(renamed->second.name, all);
 }
 
-BlockLook BlockTable::of_number(int id, int data) const {
+BlockAppearance BlockTable::of_number(int id, int data) const {
     if (id < 0 || id >= kNumbers)
         return {};
-    return m_number_looks[static_cast<std::size_t>(id * kData + (data & (kData - 1)))];
+    return m_number_appearances[static_cast<std::size_t>(id * kData + (data & (kData - 1)))];
 }
 
 std::string BlockTable::name_of_number(int id, int data) const {
@@ -71,9 +71,9 @@ void BlockTable::overlay(const std::map<std::string, voxel::Material>& blocks) {
     for (const auto& [full_name, material] : blocks) {
         const std::string name(without_namespace(full_name));
         Candidate candidate;
-        candidate.look = of(name, {});
-        candidate.look.material = material;
-        candidate.look.known = true;
+        candidate.appearance = of(name, {});
+        candidate.appearance.material = material;
+        candidate.appearance.known = true;
         candidate.fixed = true;
         m_renamed.erase(name);
         m_names[name] = {candidate};

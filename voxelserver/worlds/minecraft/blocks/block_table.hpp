@@ -15,13 +15,13 @@
 namespace terravox::minecraft {
 
 /// What a block is represented by.
-struct BlockLook {
+struct BlockAppearance {
     voxel::Material material = voxel::Material::kUnknown;
     bool has_colour = false;
     voxel::Rgb8 colour;
     /// Some entry of the table matches; else the material is kUnknown, which is visible.
     bool known = false;
-    friend bool operator==(const BlockLook&, const BlockLook&) = default;
+    friend bool operator==(const BlockAppearance&, const BlockAppearance&) = default;
 };
 
 /// Which material and colour each block of Minecraft has (config/blocks/blocks.toml,
@@ -36,12 +36,14 @@ public:
     [[nodiscard]] static BlockTable load_names(const std::filesystem::path& file);
 
     /// @param name with or without its namespace ("minecraft:"); old names are known as well
-    [[nodiscard]] BlockLook of(std::string_view name, Properties properties) const;
+    [[nodiscard]] BlockAppearance of(std::string_view name, Properties properties) const;
     /// The same for a game in which the namespace is part of a name, and which has no older names.
-    [[nodiscard]] BlockLook of_full_name(std::string_view name) const { return look_of(name, {}); }
+    [[nodiscard]] BlockAppearance of_full_name(std::string_view name) const {
+        return appearance_of(name, {});
+    }
     /// A block of a world before 1.13.
     /// @param data 0 to 15, other bits are ignored
-    [[nodiscard]] BlockLook of_number(int id, int data) const;
+    [[nodiscard]] BlockAppearance of_number(int id, int data) const;
     /// The name that the block has today, with its properties ("snow[layers=3]"); "id:data" for one
     /// that no version had.
     [[nodiscard]] std::string name_of_number(int id, int data) const;
@@ -54,7 +56,7 @@ private:
     friend class BlockTableReader;
     struct Candidate {
         std::vector<Condition> conditions;
-        BlockLook look;
+        BlockAppearance appearance;
         std::size_t own = 0;  ///< own_letters() of its pattern
         bool fixed = false;   ///< waterlogged=true has no effect
     };
@@ -76,8 +78,8 @@ private:
     using ByName = std::unordered_map<std::string, Value, TextHash, std::equal_to<>>;
     static constexpr int kNumbers = 256, kData = 16;
 
-    [[nodiscard]] BlockLook look_of(std::string_view name, Properties properties) const;
-    [[nodiscard]] BlockLook chosen(const Candidate& candidate, Properties properties) const;
+    [[nodiscard]] BlockAppearance appearance_of(std::string_view name, Properties properties) const;
+    [[nodiscard]] BlockAppearance chosen(const Candidate& candidate, Properties properties) const;
 
     ByName<std::vector<Candidate>> m_names;  ///< best first
     std::vector<Wildcard> m_wildcards;       ///< best first
@@ -86,7 +88,7 @@ private:
     std::array<bool, voxel::kMaterialCount> m_drowned{};
     /// By number, then data; empty: no such number.
     std::vector<std::vector<std::string>> m_number_names;
-    std::vector<BlockLook> m_number_looks;  ///< number * 16 + data
+    std::vector<BlockAppearance> m_number_appearances;  ///< number * 16 + data
 };
 
 }  // namespace terravox::minecraft

@@ -131,9 +131,9 @@ private:
             Candidate candidate;
             candidate.conditions = state.conditions;
             candidate.own = own_letters(state.name);
-            candidate.look = {material, !colour.empty(), {}, true};
+            candidate.appearance = {material, !colour.empty(), {}, true};
             if (!colour.empty())
-                candidate.look.colour =
+                candidate.appearance.colour =
                     colour_of(colour, expanded, "[" + where + "] \"" + std::string(pattern) + "\"");
             if (++m_entries > kMaxEntries)
                 fail("more than " + std::to_string(kMaxEntries) + " names; allowed: up to that");
@@ -177,8 +177,8 @@ private:
                          });
     }
     static std::string twice(const Candidate& a, const Candidate& b) {
-        return "[" + std::string(voxel::material_name(a.look.material)) + "] and [" +
-               std::string(voxel::material_name(b.look.material)) + "]; allowed: once";
+        return "[" + std::string(voxel::material_name(a.appearance.material)) + "] and [" +
+               std::string(voxel::material_name(b.appearance.material)) + "]; allowed: once";
     }
 
     /// A block with its properties.
@@ -192,7 +192,7 @@ private:
                      " open; allowed: one value");
             properties.push_back({c.property, c.values.front()});
         }
-        if (!m_table.look_of(state.name, properties).known)
+        if (!m_table.appearance_of(state.name, properties).known)
             fail("[" + where + "] '" + text + "' is none of blocks.toml");
         return {std::move(state.name), std::move(state.conditions)};
     }
@@ -248,7 +248,7 @@ private:
 
     void look_up_numbers() {
         m_table.m_number_names.resize(BlockTable::kNumbers);
-        m_table.m_number_looks.resize(std::size_t{BlockTable::kNumbers} * BlockTable::kData);
+        m_table.m_number_appearances.resize(std::size_t{BlockTable::kNumbers} * BlockTable::kData);
         for (int id = 0; id < BlockTable::kNumbers; ++id)
             for (int data = 0; data < BlockTable::kData; ++data) {
                 if (m_table.m_number_names[static_cast<std::size_t>(id)].empty())
@@ -258,8 +258,9 @@ private:
                 std::vector<Property> properties;
                 for (const Condition& c : state.conditions)
                     properties.push_back({c.property, c.values.front()});
-                m_table.m_number_looks[static_cast<std::size_t>(id * BlockTable::kData + data)] =
-                    m_table.look_of(state.name, properties);
+                m_table
+                    .m_number_appearances[static_cast<std::size_t>(id * BlockTable::kData + data)] =
+                    m_table.appearance_of(state.name, properties);
             }
     }
 

@@ -21,7 +21,7 @@ const BlockTable& shipped() {
     return table;
 }
 
-BlockLook look(const std::string& state) {
+BlockAppearance appearance(const std::string& state) {
     const BlockState parsed =
         block_state_from(state, [](const std::string& what) { throw util::Error(what); });
     std::vector<Property> properties;
@@ -64,7 +64,7 @@ TEST_CASE(
     int count = 0;
     while (std::getline(in, name)) {
         ++count;
-        if (!look("minecraft:" + name).known)
+        if (!appearance("minecraft:" + name).known)
             unknown += " " + name;
         const bool renamed = name == "grass" || name == "sign" || name == "wall_sign" ||
                              name == "prismarine_bricks_slab";
@@ -171,7 +171,7 @@ TEST_CASE("blocks have the material that they look like", "[minecraft][blocks]")
         {"", Material::kUnknown},
     }));
     DYNAMIC_SECTION(c.state) {
-        const BlockLook found = *c.state == 0 ? shipped().of("", {}) : look(c.state);
+        const BlockAppearance found = *c.state == 0 ? shipped().of("", {}) : appearance(c.state);
         CHECK(voxel::material_name(found.material) == voxel::material_name(c.material));
         CHECK(found.known == (c.material != Material::kUnknown));
     }
@@ -210,12 +210,12 @@ TEST_CASE("old names and numbers mean what they meant", "[minecraft][blocks]") {
     }));
     DYNAMIC_SECTION(c.id << ":" << c.data) {
         CHECK(shipped().name_of_number(c.id, c.data) == c.name);
-        CHECK(shipped().of_number(c.id, c.data) == look(c.name));
+        CHECK(shipped().of_number(c.id, c.data) == appearance(c.name));
     }
-    CHECK(look("grass") == look("short_grass"));
-    CHECK(look("sign") == look("oak_sign"));
-    CHECK(look("lit_furnace").material == Material::kLamp);
-    CHECK(look("unlit_redstone_torch[facing=up]").material == Material::kAir);
+    CHECK(appearance("grass") == appearance("short_grass"));
+    CHECK(appearance("sign") == appearance("oak_sign"));
+    CHECK(appearance("lit_furnace").material == Material::kLamp);
+    CHECK(appearance("unlit_redstone_torch[facing=up]").material == Material::kAir);
 }
 
 TEST_CASE("words give names and colours; more own letters go first, names before stars",
@@ -251,7 +251,7 @@ blue = "#0000ff"
     CHECK(rgb("blue_box_slab") == voxel::Rgb8{0, 0, 255});
     CHECK(table.of("blue_box", {}).material == Material::kRock);
     CHECK(table.of("green_box", {}).material == Material::kPlain);
-    CHECK(table.of("big_green_box", {}) == BlockLook{Material::kRock, false, {}, true});
+    CHECK(table.of("big_green_box", {}) == BlockAppearance{Material::kRock, false, {}, true});
     const std::array<Property, 2> both = {Property{"y", "3"}, Property{"x", "1"}};
     CHECK(table.of("a_c", both).material == Material::kRock);
     CHECK(table.of("_c", both).material == Material::kRock);
@@ -273,9 +273,9 @@ TEST_CASE("a side-car's blocks go before the table's", "[minecraft][blocks]") {
                    {"glass_pane", Material::kRoof},
                    {"grass", Material::kSnow},
                    {"mod:x", Material::kRail}});
-    const BlockLook wall = table.of("minecraft:white_terracotta", {});
+    const BlockAppearance wall = table.of("minecraft:white_terracotta", {});
     CHECK(wall.material == Material::kWall);
-    CHECK(wall.colour == look("white_terracotta").colour);
+    CHECK(wall.colour == appearance("white_terracotta").colour);
     CHECK(wall.has_colour);
     const std::array<Property, 1> wet = {Property{"waterlogged", "true"}};
     CHECK(table.of("glass_pane", wet).material == Material::kRoof);

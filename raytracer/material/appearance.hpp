@@ -18,7 +18,7 @@ enum class Kind : std::uint8_t {
 };
 
 /// Properties of a material that are the same everywhere. Colours are linear.
-struct Look {
+struct MaterialAppearance {
     Kind kind = Kind::kSolid;
     voxel::Colour colour;
     float variation = 0;             ///< relative spread of brightness between voxels, [0, 1]
@@ -58,7 +58,8 @@ struct Texel {
     float own_share = 0;  ///< [0, 1]
     /// 0: hole, 1: solid; between: share of the pixel's footprint that is covered.
     float opacity = 1;
-    float emission = 1;  ///< factor of Look::emission; of walls: 0, or how brightly a window is lit
+    float emission = 1;  ///< factor of MaterialAppearance::emission; of walls: 0, or how brightly a
+                         ///< window is lit
     float gloss = 0;     ///< share that reflects like polished glass, [0, 1]
     /// Of water's top: the normal is (tilt[0], 1, tilt[1]), normalised.
     std::array<float, 2> tilt{};

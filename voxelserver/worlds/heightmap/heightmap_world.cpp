@@ -1,4 +1,4 @@
-#include "voxelserver/worlds/heightmap/relief_world.hpp"
+#include "voxelserver/worlds/heightmap/heightmap_world.hpp"
 
 #include <spdlog/spdlog.h>
 
@@ -15,7 +15,7 @@
 #include "voxelserver/grid/frame.hpp"
 #include "voxelserver/imagery/orthophotos.hpp"
 #include "voxelserver/worlds/heightmap/height_grid.hpp"
-#include "voxelserver/worlds/heightmap/relief_columns.hpp"
+#include "voxelserver/worlds/heightmap/heightmap_columns.hpp"
 
 namespace terravox::heightmap {
 namespace {
@@ -33,7 +33,7 @@ struct Survey {
     std::string attribution;
 };
 
-std::optional<geo::Crs> crs_of(const ReliefOptions& options) {
+std::optional<geo::Crs> crs_of(const HeightmapOptions& options) {
     return options.crs ? std::optional(geo::Crs::from_text(*options.crs)) : std::nullopt;
 }
 
@@ -46,10 +46,10 @@ struct Found {
     std::array<double, 2> middle{};
 };
 
-std::vector<Found> find_rasters(const ReliefOptions& options) {
+std::vector<Found> find_rasters(const HeightmapOptions& options) {
     if (options.rasters.empty())
         throw util::UsageError(
-            "open a relief: no raster given; allowed: one or more rasters of heights");
+            "open a heightmap: no raster given; allowed: one or more rasters of heights");
     std::vector<Found> found;
     for (const fs::path& path : options.rasters) {
         const Reading reading{path, crs_of(options), std::nullopt, options.height_unit_m};
@@ -76,7 +76,7 @@ std::vector<Found> find_rasters(const ReliefOptions& options) {
 
 /// Inspects all rasters: those in another CRS than the first, in degrees, or turned, will be warped
 /// as they are read.
-Survey survey(const ReliefOptions& options) {
+Survey survey(const HeightmapOptions& options) {
     constexpr double kMaxCells = 16e6;  // to read for the lowest and highest: a second
     const std::vector<Found> found = find_rasters(options);
     const Found& first = found.front();
@@ -93,14 +93,14 @@ Survey survey(const ReliefOptions& options) {
             out.attribution = opened.copyright();
         if (!range) {
             if (found.size() == 1)
-                throw util::Error("open the relief " + f.reading.path.string() +
+                throw util::Error("open the heightmap " + f.reading.path.string() +
                                   ": no heights in it, none between -12000 m and 10000 m");
-            spdlog::warn("relief {}: no heights in it", f.reading.path.string());
+            spdlog::warn("heightmap {}: no heights in it", f.reading.path.string());
             continue;
         }
         if (!range->exact && opened.overviews() == 0)
             spdlog::info(
-                "relief {}: no overviews; gdaladdo -r average makes far views of it faster",
+                "heightmap {}: no overviews; gdaladdo -r average makes far views of it faster",
                 f.reading.path.string());
         out.files.push_back(file);
         const HeightFile::Outline& o = file.outline;
@@ -115,14 +115,14 @@ Survey survey(const ReliefOptions& options) {
         any = true;
     }
     if (!any)
-        throw util::Error("open the relief: no heights in any of " + std::to_string(found.size()) +
-                          " rasters");
+        throw util::Error("open the heightmap: no heights in any of " +
+                          std::to_string(found.size()) + " rasters");
     return out;
 }
 
-class ReliefWorld final : public voxel::World {
+class HeightmapWorld final : public voxel::World {
 public:
-    ReliefWorld(const ReliefOptions& options, Survey found)
+    HeightmapWorld(const HeightmapOptions& options, Survey found)
         : m_options(options),
           m_middle{(found.outline.west + found.outline.east) / 2,
                    (found.outline.south + found.outline.north) / 2},
@@ -171,9 +171,9 @@ private:
         const auto voxel_at = [&](double v, const char* what) {
             constexpr double kMax = 1 << 29;  // room for coarse voxels that extend beyond
             if (!(std::abs(v) < kMax))
-                throw util::Error("open the relief " + found.files.front().reading.path.string() +
-                                  ": its " + what + " is " + std::to_string(v) +
-                                  " voxels; allowed: within +-2^29");
+                throw util::Error("open the heightmap " +
+                                  found.files.front().reading.path.string() + ": its " + what +
+                                  " is " + std::to_string(v) + " voxels; allowed: within +-2^29");
             return static_cast<std::int32_t>(std::floor(v));
         };
         const std::int32_t low = voxel_at(m_frame.y(found.range.low_m), "lowest height"),
@@ -224,18 +224,18 @@ private:
         return *at;
     }
 
-    [[nodiscard]] std::shared_ptr<const ReliefColumns> make_columns(int level, std::int32_t bx,
-                                                                    std::int32_t bz) {
+    [[nodiscard]] std::shared_ptr<const HeightmapColumns> make_columns(int level, std::int32_t bx,
+                                                                       std::int32_t bz) {
         const std::int32_t x0 = bx * voxel::kBoxSizeX, z0 = bz * voxel::kBoxSizeZ;
         const ColumnHeights heights =
-            m_grid.read(level, x0 - 1, z0 - 1, ReliefColumns::kSide, ReliefColumns::kSide);
+            m_grid.read(level, x0 - 1, z0 - 1, HeightmapColumns::kSide, HeightmapColumns::kSide);
         imagery::Raster colours;
         const bool any = std::any_of(heights.voxels.begin(), heights.voxels.end(),
                                      [](double h) { return !std::isnan(h); });
         if (any && !m_options.orthophotos.empty())
             colours = photos(level).read(x0, z0, voxel::kBoxSizeX, voxel::kBoxSizeZ);
-        auto out = std::make_shared<const ReliefColumns>(level, heights, colours);
-        if (out->highest() != ReliefColumns::kNothing)
+        auto out = std::make_shared<const HeightmapColumns>(level, heights, colours);
+        if (out->highest() != HeightmapColumns::kNothing)
             check_heights(level, bx, bz, *out);
         return out;
     }
@@ -243,7 +243,7 @@ private:
     // The bounds were fixed before all cells were read: anything beyond them cannot be shown, and
     // must not be cut off silently.
     void check_heights(int level, std::int32_t bx, std::int32_t bz,
-                       const ReliefColumns& columns) const {
+                       const HeightmapColumns& columns) const {
         const std::int64_t high =
                                (std::int64_t{columns.highest()} - 1) * (std::int64_t{1} << level),
                            low = std::int64_t{columns.lowest()} * (std::int64_t{1} << level);
@@ -259,16 +259,16 @@ private:
     }
 
     [[nodiscard]] std::shared_ptr<const Box> make_box(const BoxKey& key,
-                                                      const ReliefColumns& columns) const {
+                                                      const HeightmapColumns& columns) const {
         const std::int32_t y0 = key.by * voxel::kBoxSizeY;
-        if (columns.highest() == ReliefColumns::kNothing || columns.highest() <= y0)
+        if (columns.highest() == HeightmapColumns::kNothing || columns.highest() <= y0)
             return nullptr;
         const std::int32_t base = m_base >> key.level;
         voxel::BoxBuilder builder;
         for (int z = -1; z <= voxel::kBoxSizeZ; ++z)
             for (int x = -1; x <= voxel::kBoxSizeX; ++x) {
                 const std::int32_t top = columns.top(x, z);
-                if (top != ReliefColumns::kNothing)
+                if (top != HeightmapColumns::kNothing)
                     builder.add(x, z,
                                 std::min(base, top - std::max(kThinnest >> key.level, 1)) - y0,
                                 top - y0, true);
@@ -281,13 +281,13 @@ private:
     static constexpr std::int32_t kBelow = 8;  ///< voxels of rock below the lowest ground, at least
     static constexpr std::int32_t kThinnest = 2;  ///< voxels of ground, wherever the base is
 
-    const ReliefOptions m_options;
+    const HeightmapOptions m_options;
     const std::array<double, 2> m_middle;  ///< easting, northing: where the frame's scale is true
     const grid::Frame m_frame;
     HeightGrid m_grid;
     voxel::WorldInfo m_info;
     std::int32_t m_base = 0;
-    util::Cache<BoxKey, ReliefColumns, voxel::BoxKeyHash> m_columns;  ///< by = 0
+    util::Cache<BoxKey, HeightmapColumns, voxel::BoxKeyHash> m_columns;  ///< by = 0
     std::mutex m_photos_mutex;
     std::array<std::unique_ptr<imagery::Orthophotos>, voxel::kMaxLevel + 1> m_photos;
     std::atomic<bool> m_stopped{false};
@@ -295,18 +295,18 @@ private:
 
 }  // namespace
 
-std::unique_ptr<voxel::World> open_relief_world(const ReliefOptions& options) {
+std::unique_ptr<voxel::World> open_heightmap_world(const HeightmapOptions& options) {
     if (!(options.voxel_m > 0 && options.voxel_m <= 1000))
-        throw util::UsageError("open a relief: voxel_m = " + std::to_string(options.voxel_m) +
+        throw util::UsageError("open a heightmap: voxel_m = " + std::to_string(options.voxel_m) +
                                "; allowed: above 0, up to 1000");
     if (options.height_unit_m && !(*options.height_unit_m > 0 && *options.height_unit_m <= 1000))
         throw util::UsageError(
-            "open a relief: height_unit_m = " + std::to_string(*options.height_unit_m) +
+            "open a heightmap: height_unit_m = " + std::to_string(*options.height_unit_m) +
             "; allowed: above 0, up to 1000");
     if (options.base_m && !(std::abs(*options.base_m) <= 1e5))
-        throw util::UsageError("open a relief: base_m = " + std::to_string(*options.base_m) +
+        throw util::UsageError("open a heightmap: base_m = " + std::to_string(*options.base_m) +
                                "; allowed: -100000 to 100000");
-    return std::make_unique<ReliefWorld>(options, survey(options));
+    return std::make_unique<HeightmapWorld>(options, survey(options));
 }
 
 bool is_height_raster(const std::filesystem::path& path) noexcept {

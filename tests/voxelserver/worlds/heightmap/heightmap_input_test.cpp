@@ -1,4 +1,4 @@
-#include "voxelserver/worlds/heightmap/relief_world.hpp"
+#include "voxelserver/worlds/heightmap/heightmap_world.hpp"
 
 #include <cmath>
 #include <fstream>
@@ -7,8 +7,8 @@
 #include "common/util/error.hpp"
 #include "tests/catch.hpp"
 #include "tests/common/temporary_folder.hpp"
+#include "tests/voxelserver/worlds/heightmap/heightmap_voxels.hpp"
 #include "tests/voxelserver/worlds/heightmap/raster_files.hpp"
-#include "tests/voxelserver/worlds/heightmap/relief_voxels.hpp"
 #include "voxelserver/worlds/heightmap/height_file.hpp"
 
 using namespace terravox;
@@ -20,7 +20,7 @@ using terravox::test::RasterSpec;
 using terravox::test::Voxels;
 using terravox::test::write_heights;
 
-TEST_CASE("rasters in degrees or turned are warped as they are read", "[raytracer][relief]") {
+TEST_CASE("rasters in degrees or turned are warped as they are read", "[raytracer][heightmap]") {
     const test::TemporaryFolder folder;
     struct Case {
         const char* name;
@@ -52,7 +52,7 @@ TEST_CASE("rasters in degrees or turned are warped as they are read", "[raytrace
     }
 }
 
-TEST_CASE("south-up rasters are read as they lie", "[raytracer][relief]") {
+TEST_CASE("south-up rasters are read as they lie", "[raytracer][heightmap]") {
     const test::TemporaryFolder folder;
     RasterSpec spec;
     spec.geo = {460'000, 1, 0, 101'000, 0, 1};
@@ -63,7 +63,7 @@ TEST_CASE("south-up rasters are read as they lie", "[raytracer][relief]") {
     CHECK(voxels.top(460'050, -101'080) == 179);
 }
 
-TEST_CASE("what is no raster of heights is refused by name", "[raytracer][relief]") {
+TEST_CASE("what is no raster of heights is refused by name", "[raytracer][heightmap]") {
     const test::TemporaryFolder folder;
     const auto file = folder.path() / "a.tif";
     const auto flat = [](int, int) { return 100.0; };
@@ -85,10 +85,10 @@ TEST_CASE("what is no raster of heights is refused by name", "[raytracer][relief
         spec.epsg = 0;
         write_heights(file, spec, flat);
         CHECK_THROWS_WITH(open({file}), contains("give one with --crs"));
-        ReliefOptions options;
+        HeightmapOptions options;
         options.rasters = {file};
         options.crs = "EPSG:3794";
-        CHECK(open_relief_world(options)->info().crs == "EPSG:3794");
+        CHECK(open_heightmap_world(options)->info().crs == "EPSG:3794");
     }
     SECTION("a system that names a file") {
         const auto grid = folder.path() / "a.asc";
@@ -103,10 +103,10 @@ TEST_CASE("what is no raster of heights is refused by name", "[raytracer][relief
             << R"(UNIT["metre",1],EXTENSION["PROJ4","+proj=tmerc +lon_0=15 +nadgrids=/a"]])";
         CHECK_THROWS_WITH(open({grid}),
                           contains("a.asc") && contains("allowed: one without names of files"));
-        ReliefOptions options;
+        HeightmapOptions options;
         options.rasters = {grid};
         options.crs = "EPSG:3794";
-        const auto world = open_relief_world(options);
+        const auto world = open_heightmap_world(options);
         CHECK(world->info().crs == "EPSG:3794");
         CHECK(Voxels(*world).top(460'001, -101'002) == 7);
     }
@@ -130,13 +130,13 @@ TEST_CASE("what is no raster of heights is refused by name", "[raytracer][relief
         CHECK_THROWS_AS(open({}), util::UsageError);
         CHECK_THROWS_AS(open({write_heights(file, spec, flat)}, 0), util::UsageError);
         CHECK(is_height_raster(file));
-        ReliefOptions options;
+        HeightmapOptions options;
         options.rasters = {file};
         options.base_m = std::nan("");
-        CHECK_THROWS_AS(open_relief_world(options), util::UsageError);
+        CHECK_THROWS_AS(open_heightmap_world(options), util::UsageError);
         options.base_m.reset();
         options.height_unit_m = -1;
-        CHECK_THROWS_AS(open_relief_world(options), util::UsageError);
+        CHECK_THROWS_AS(open_heightmap_world(options), util::UsageError);
     }
     SECTION("a picture") {
         spec.type = GDT_Byte;
@@ -146,7 +146,7 @@ TEST_CASE("what is no raster of heights is refused by name", "[raytracer][relief
 }
 
 TEST_CASE("a damaged raster is a hole where it is damaged, and nowhere else",
-          "[raytracer][relief]") {
+          "[raytracer][heightmap]") {
     const test::TemporaryFolder folder;
     RasterSpec spec;
     spec.width = 5000;
@@ -176,7 +176,7 @@ TEST_CASE("a damaged raster is a hole where it is damaged, and nowhere else",
 }
 
 TEST_CASE("directories of a TIFF that lead back to themselves are not followed for ever",
-          "[raytracer][relief]") {
+          "[raytracer][heightmap]") {
     const test::TemporaryFolder folder;
     const auto file = folder.path() / "a.tif";
     {
@@ -193,7 +193,7 @@ TEST_CASE("directories of a TIFF that lead back to themselves are not followed f
 TEST_CASE(
     "a raster that was cut short before its last overview is refused, and read where all of it is "
     "there",
-    "[raytracer][relief]") {
+    "[raytracer][heightmap]") {
     struct Case {
         const char* name;
         std::vector<std::string> options;
@@ -237,7 +237,7 @@ TEST_CASE(
     }
 }
 
-TEST_CASE("heights that no overview told are an error, never cut off", "[raytracer][relief]") {
+TEST_CASE("heights that no overview told are an error, never cut off", "[raytracer][heightmap]") {
     const test::TemporaryFolder folder;
     RasterSpec spec;
     spec.width = 5000;

@@ -1,4 +1,4 @@
-#include "voxelserver/worlds/procedural/generated_world.hpp"
+#include "voxelserver/worlds/procedural/procedural_world.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -36,7 +36,7 @@ Settings seeded(std::uint64_t seed) {
 
 TEST_CASE("a generated world has no place on Earth, wide bounds and a small frame",
           "[raytracer][generated]") {
-    const auto world = open_generated_world({});
+    const auto world = open_procedural_world({});
     const WorldInfo& info = world->info();
     CHECK(info.crs.empty());
     CHECK(!info.centre);
@@ -50,7 +50,7 @@ TEST_CASE("a generated world has no place on Earth, wide bounds and a small fram
         CHECK(info.framed.min[a] >= info.bounds.min[a]);
         CHECK(info.framed.max[a] <= info.bounds.max[a]);
     }
-    CHECK_THROWS_AS(open_generated_world({.harmonics = 99}), util::UsageError);
+    CHECK_THROWS_AS(open_procedural_world({.harmonics = 99}), util::UsageError);
     CHECK_THROWS_AS(world->box({info.levels, 0, 0, 0}), util::UsageError);
     CHECK_THROWS_AS(world->box({-1, 0, 0, 0}), util::UsageError);
     world->stop();
@@ -63,8 +63,8 @@ TEST_CASE("a box of a generated world is the same in whatever order boxes are as
     for (int level : {0, 1, 2, 3, 7})
         for (int i = 0; i < 8; ++i)
             keys.push_back({level, (i & 1) - 1, (i >> 1 & 1) - 1, (i >> 2) - 1});
-    const auto first = open_generated_world(seeded(3)), second = open_generated_world(seeded(3)),
-               other = open_generated_world(seeded(4));
+    const auto first = open_procedural_world(seeded(3)), second = open_procedural_world(seeded(3)),
+               other = open_procedural_world(seeded(4));
     std::vector<std::shared_ptr<const Box>> boxes;
     for (const BoxKey& key : keys)
         boxes.push_back(first->box(key));
@@ -83,7 +83,7 @@ TEST_CASE("a generated world has the same bits on every machine", "[raytracer][g
         BoxKey key;
         std::uint64_t checksum;
     };
-    const auto world = open_generated_world(seeded(1));
+    const auto world = open_procedural_world(seeded(1));
     for (const Case& c :
          {Case{{0, 0, 0, 0}, 0xAE974D0B9392D8E4ULL}, Case{{0, -3, -1, 2}, 0xA3A4D485DD1FCA51ULL},
           Case{{2, 1, 0, -1}, 0xC8179255398A5980ULL}, Case{{9, 0, -1, 0}, 0xA6DB0F7345B3FDF3ULL}}) {
@@ -135,7 +135,7 @@ TEST_CASE("neighbouring boxes of a generated world know the same columns",
 TEST_CASE("levels of a generated world that are made by themselves look like downsampled ones",
           "[raytracer][generated]") {
     for (const std::uint64_t seed : {1, 6}) {
-        const auto world = open_generated_world(seeded(seed));
+        const auto world = open_procedural_world(seeded(seed));
         for (const int level : {1, 2, 3}) {
             test::FromAbove direct, made;
             for (int i = 0; i < 16 >> level; ++i) {
@@ -166,7 +166,7 @@ TEST_CASE("levels of a generated world that are made by themselves look like dow
 
 TEST_CASE("woods, seas and snow of a generated world keep their shares far away",
           "[raytracer][generated]") {
-    const auto world = open_generated_world(seeded(2));
+    const auto world = open_procedural_world(seeded(2));
     const auto all = [&](int level, int boxes) {
         test::FromAbove out;
         for (int bz = -boxes; bz < boxes; ++bz)
@@ -266,7 +266,7 @@ TEST_CASE("plants of a generated world stand on ground, are of many kinds, and c
         CHECK(stem.runs[static_cast<std::size_t>(stem.count - 1)].y1 <= kTreeHeight);
     }
     CHECK(kinds.size() == 7);
-    const auto bare = open_generated_world(without);
+    const auto bare = open_procedural_world(without);
     for (const int level : {0, 2, 4})
         for (int i = 0; i < 4; ++i) {
             const auto box = bare->box({level, (i & 1) - 1, 0, (i >> 1) - 1});
@@ -296,7 +296,7 @@ TEST_CASE("a generated world has boxes for any settings, to its very edges",
         INFO("settings " << i << ": water " << s.water_level << ", height " << s.world_height
                          << ", harmonics " << s.harmonics << ", frequency " << s.frequency
                          << ", smoothness " << s.smoothness);
-        const auto world = open_generated_world(s);
+        const auto world = open_procedural_world(s);
         for (const int level : {0, 3, world->info().levels - 1}) {
             const BoxRange range = boxes_over(world->info().bounds, level);
             for (const std::int32_t bx : {range.min.bx, 0, range.max.bx - 1}) {

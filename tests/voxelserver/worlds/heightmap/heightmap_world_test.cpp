@@ -1,4 +1,4 @@
-#include "voxelserver/worlds/heightmap/relief_world.hpp"
+#include "voxelserver/worlds/heightmap/heightmap_world.hpp"
 
 #include <algorithm>
 #include <atomic>
@@ -9,8 +9,8 @@
 #include "common/util/error.hpp"
 #include "tests/catch.hpp"
 #include "tests/common/temporary_folder.hpp"
+#include "tests/voxelserver/worlds/heightmap/heightmap_voxels.hpp"
 #include "tests/voxelserver/worlds/heightmap/raster_files.hpp"
-#include "tests/voxelserver/worlds/heightmap/relief_voxels.hpp"
 
 using namespace terravox;
 using namespace terravox::heightmap;
@@ -30,7 +30,7 @@ double hilly(int x, int y) {
 
 }  // namespace
 
-TEST_CASE("a relief's voxels lie where the raster's cells are", "[raytracer][relief]") {
+TEST_CASE("a heightmap's voxels lie where the raster's cells are", "[raytracer][heightmap]") {
     const test::TemporaryFolder folder;
     RasterSpec spec;
     const auto world = open({write_heights(folder.path() / "a.tif", spec, hilly)});
@@ -63,7 +63,7 @@ TEST_CASE("a relief's voxels lie where the raster's cells are", "[raytracer][rel
     CHECK(floor <= 300 - 65 - 8);
 }
 
-TEST_CASE("equal heights on a voxel's boundary make a flat face", "[raytracer][relief]") {
+TEST_CASE("equal heights on a voxel's boundary make a flat face", "[raytracer][heightmap]") {
     struct Case {
         const char* name;
         double cell, voxel_m, height;
@@ -95,7 +95,8 @@ TEST_CASE("equal heights on a voxel's boundary make a flat face", "[raytracer][r
     }
 }
 
-TEST_CASE("between cells heights are linear, and of many cells the mean", "[raytracer][relief]") {
+TEST_CASE("between cells heights are linear, and of many cells the mean",
+          "[raytracer][heightmap]") {
     const test::TemporaryFolder folder;
     // A plane that rises by one metre for each metre east, in cells of 4 m: between their middles
     // it stays that plane.
@@ -119,7 +120,7 @@ TEST_CASE("between cells heights are linear, and of many cells the mean", "[rayt
     CHECK(means.top(115'000 + 13, -25'260) == 12);
 }
 
-TEST_CASE("where a raster has no value there is nothing", "[raytracer][relief]") {
+TEST_CASE("where a raster has no value there is nothing", "[raytracer][heightmap]") {
     struct Case {
         const char* name;
         GDALDataType type;
@@ -158,8 +159,8 @@ TEST_CASE("where a raster has no value there is nothing", "[raytracer][relief]")
     }
 }
 
-TEST_CASE("a relief's boxes are the same in any order and fit at their edges",
-          "[raytracer][relief]") {
+TEST_CASE("a heightmap's boxes are the same in any order and fit at their edges",
+          "[raytracer][heightmap]") {
     const test::TemporaryFolder folder;
     RasterSpec spec;
     spec.width = 300;
@@ -217,7 +218,8 @@ TEST_CASE("a relief's boxes are the same in any order and fit at their edges",
     }
 }
 
-TEST_CASE("coarse levels of a relief have the heights of the fine one", "[raytracer][relief]") {
+TEST_CASE("coarse levels of a heightmap have the heights of the fine one",
+          "[raytracer][heightmap]") {
     const test::TemporaryFolder folder;
     RasterSpec spec;
     spec.width = 1024;
@@ -252,8 +254,8 @@ TEST_CASE("coarse levels of a relief have the heights of the fine one", "[raytra
     }
 }
 
-TEST_CASE("rasters that adjoin make one relief without a step, the finer one first",
-          "[raytracer][relief]") {
+TEST_CASE("rasters that adjoin make one heightmap without a step, the finer one first",
+          "[raytracer][heightmap]") {
     const test::TemporaryFolder folder;
     const auto slope = [](double east, double north) {
         return 500 + 0.3 * (east - 460'000) + 0.2 * (north - 101'000);
@@ -293,7 +295,7 @@ TEST_CASE("rasters that adjoin make one relief without a step, the finer one fir
     CHECK(c.top(460'040, -101'040) == a.top(460'040, -101'040));
 }
 
-TEST_CASE("units of heights, scales and the floor are as told", "[raytracer][relief]") {
+TEST_CASE("units of heights, scales and the floor are as told", "[raytracer][heightmap]") {
     const test::TemporaryFolder folder;
     RasterSpec feet;
     feet.unit = "ft";
@@ -302,24 +304,24 @@ TEST_CASE("units of heights, scales and the floor are as told", "[raytracer][rel
     const auto in_feet =
         open({write_heights(folder.path() / "ft.tif", feet, [](int, int) { return 1000.0; })});
     CHECK(Voxels(*in_feet).top(460'050, -101'050) == 304);
-    ReliefOptions options;
+    HeightmapOptions options;
     options.rasters = {plain};
     options.height_unit_m = 0.5;
     options.base_m = 100;
-    const auto told = open_relief_world(options);
+    const auto told = open_heightmap_world(options);
     Voxels voxels(*told);
     CHECK(voxels.top(460'050, -101'050) == 500);
     CHECK(voxels.at(460'050, 100, -101'050));
     CHECK(!voxels.at(460'050, 99, -101'050));
     options.base_m = 900;  // above the ground: a sheet
-    const auto sheet = open_relief_world(options);
+    const auto sheet = open_heightmap_world(options);
     Voxels thin(*sheet);
     CHECK(thin.top(460'050, -101'050) == 500);
     CHECK(!thin.at(460'050, 490, -101'050));
 }
 
 TEST_CASE("steep ground is rock, an orthophoto's colours lie on their columns",
-          "[raytracer][relief]") {
+          "[raytracer][heightmap]") {
     const test::TemporaryFolder folder;
     RasterSpec spec;
     const auto raster = write_heights(folder.path() / "a.tif", spec, [](int x, int) {
@@ -346,10 +348,10 @@ TEST_CASE("steep ground is rock, an orthophoto's colours lie on their columns",
     CHECK(plain.at(460'070, plain.top(460'070, -101'040).value(), -101'040)->material ==
           Material::kRock);
     CHECK(plain.at(460'000, 98, -101'040)->material == Material::kSoil);  // at the cut
-    ReliefOptions options;
+    HeightmapOptions options;
     options.rasters = {raster};
     options.orthophotos = {photo};
-    const auto world = open_relief_world(options);
+    const auto world = open_heightmap_world(options);
     Voxels voxels(*world);
     CHECK(voxels.at(460'020, 100, -101'040)->colour == Rgb8{40, 180, 40});
     CHECK(voxels.at(460'020, 100, -101'040)->material == Material::kGrass);

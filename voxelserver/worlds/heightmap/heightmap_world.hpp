@@ -11,7 +11,7 @@
 
 namespace terravox::heightmap {
 
-struct ReliefOptions {
+struct HeightmapOptions {
     /// Rasters of heights (common/geo/raster_gate.hpp). Where several have heights, the finer one
     /// counts, then the one first by name: their order here does not matter.
     std::vector<std::filesystem::path> rasters;
@@ -26,9 +26,9 @@ struct ReliefOptions {
     int threads = 1;  ///< how many threads read at once: determines how many files are kept open
 };
 
-/// A world from rasters of heights: a block of rock whose upper face is the relief, of grass, or of
-/// rock where it is steep, in the colours of the orthophotos where there are any. Voxels lie as in
-/// the worlds from LiDAR: x = floor(E / voxel), y = floor(H / voxel), z = floor(-N / voxel).
+/// A world from rasters of heights: a block of rock whose upper face is the heightmap, of grass, or
+/// of rock where it is steep, in the colours of the orthophotos where there are any. Voxels lie as
+/// in the worlds from LiDAR: x = floor(E / voxel), y = floor(H / voxel), z = floor(-N / voxel).
 ///
 /// The surface of a column is the height at its middle, interpolated between the middles of the
 /// raster's cells; where cells are finer than voxels, it is their mean. Where the raster has no
@@ -39,7 +39,7 @@ struct ReliefOptions {
 /// A box that touches damaged data throws Error: a hole.
 /// @throws UsageError for no raster, a bad voxel size or unit; Error naming a file that is missing,
 /// not a raster, not georeferenced, damaged, or too large
-[[nodiscard]] std::unique_ptr<voxel::World> open_relief_world(const ReliefOptions& options);
+[[nodiscard]] std::unique_ptr<voxel::World> open_heightmap_world(const HeightmapOptions& options);
 
 /// Whether GDAL reads the file as a raster of heights: one band of numbers, no colours. Reads only
 /// its header; false for a file that cannot be read.

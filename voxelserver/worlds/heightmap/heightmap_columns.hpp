@@ -13,14 +13,14 @@ namespace terravox::heightmap {
 
 /// The columns of one stack of boxes: one past the highest voxel, with a margin of one, and the
 /// looks of the stack's own columns.
-class ReliefColumns {
+class HeightmapColumns {
 public:
     static constexpr std::int32_t kNothing = std::numeric_limits<std::int32_t>::min();
     static constexpr int kSide = voxel::kBoxSizeX + 2;
 
     /// @param heights of 66 x 66 columns
     /// @param colours of the inner 64 x 64, or empty
-    ReliefColumns(int level, const ColumnHeights& heights, const imagery::Raster& colours);
+    HeightmapColumns(int level, const ColumnHeights& heights, const imagery::Raster& colours);
 
     /// One past the highest voxel of a column, in voxels of the level; kNothing: the column is air.
     /// @param x, z in [-1, 65)
@@ -35,14 +35,14 @@ public:
     [[nodiscard]] voxel::VoxelAttr attr(int x, int z, std::int32_t depth) const noexcept;
     [[nodiscard]] std::size_t memory_bytes() const noexcept {
         return sizeof(*this) + m_tops.capacity() * 4 +
-               m_looks.capacity() * sizeof(voxel::VoxelAttr);
+               m_appearances.capacity() * sizeof(voxel::VoxelAttr);
     }
 
 private:
-    [[nodiscard]] static voxel::VoxelAttr look(double slope, const imagery::Raster& colours,
-                                               std::size_t at) noexcept;
+    [[nodiscard]] static voxel::VoxelAttr appearance(double slope, const imagery::Raster& colours,
+                                                     std::size_t at) noexcept;
     std::vector<std::int32_t> m_tops;
-    std::vector<voxel::VoxelAttr> m_looks;
+    std::vector<voxel::VoxelAttr> m_appearances;
     std::int32_t m_highest = kNothing, m_lowest = std::numeric_limits<std::int32_t>::max();
 };
 

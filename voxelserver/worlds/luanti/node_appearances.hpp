@@ -17,11 +17,11 @@ namespace terravox::luanti {
 
 /// Material and colour of each node name; the table is searched once for each. Thread-safe. Names
 /// that match no entry of the table are logged as warnings, once each, up to kLoggedNames.
-class NodeLooks {
+class NodeAppearances {
 public:
     static constexpr std::size_t kLoggedNames = 20;
 
-    explicit NodeLooks(minecraft::BlockTable table) : m_table(std::move(table)) {}
+    explicit NodeAppearances(minecraft::BlockTable table) : m_table(std::move(table)) {}
 
     [[nodiscard]] voxel::VoxelAttr of(std::string_view name);
     /// How many different names matched no entry of the table.
@@ -37,8 +37,8 @@ private:
     void log_unknown(std::string_view name);
 
     const minecraft::BlockTable m_table;
-    std::shared_mutex m_looks_mutex;  ///< guards m_looks
-    std::unordered_map<std::string, voxel::VoxelAttr, TextHash, std::equal_to<>> m_looks;
+    std::shared_mutex m_appearances_mutex;  ///< guards m_appearances
+    std::unordered_map<std::string, voxel::VoxelAttr, TextHash, std::equal_to<>> m_appearances;
     mutable std::mutex m_unknown_mutex;  ///< guards m_unknown
     std::unordered_set<std::string> m_unknown;
 };

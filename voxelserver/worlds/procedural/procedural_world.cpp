@@ -1,4 +1,4 @@
-#include "voxelserver/worlds/procedural/generated_world.hpp"
+#include "voxelserver/worlds/procedural/procedural_world.hpp"
 
 #include <algorithm>
 #include <atomic>
@@ -19,9 +19,9 @@ using voxel::BoxKey;
 constexpr std::int32_t kHalfWidth = std::int32_t{1} << 24;
 constexpr std::int32_t kHalfFrame = 256;
 
-class GeneratedWorld final : public voxel::World {
+class ProceduralWorld final : public voxel::World {
 public:
-    explicit GeneratedWorld(const Settings& settings) : m_maker(settings) { describe(); }
+    explicit ProceduralWorld(const Settings& settings) : m_maker(settings) { describe(); }
 
     [[nodiscard]] const voxel::WorldInfo& info() const noexcept override { return m_info; }
 
@@ -114,8 +114,8 @@ private:
 
 }  // namespace
 
-std::unique_ptr<voxel::World> open_generated_world(const Settings& settings) {
-    return std::make_unique<GeneratedWorld>(settings);
+std::unique_ptr<voxel::World> open_procedural_world(const Settings& settings) {
+    return std::make_unique<ProceduralWorld>(settings);
 }
 
 }  // namespace terravox::procedural

@@ -1,7 +1,7 @@
 #include <ctime>
 
 #include "tests/bench/bench.hpp"
-#include "voxelserver/worlds/procedural/generated_world.hpp"
+#include "voxelserver/worlds/procedural/procedural_world.hpp"
 
 namespace terravox::bench {
 namespace {
@@ -46,7 +46,7 @@ Entry entry() {
     out.prepare = [](const Context&) -> Body {
         return [](Readings& readings) {
             const double start = cpu_seconds();
-            const auto world = procedural::open_generated_world({});
+            const auto world = procedural::open_procedural_world({});
             readings.add("open", "ms", (cpu_seconds() - start) * 1e3);
             for (const int level : {0, 1, 2, 3, 8}) {
                 const Made made = make_all(*world, level, 8);

@@ -1,4 +1,4 @@
-#include "voxelserver/worlds/heightmap/relief_columns.hpp"
+#include "voxelserver/worlds/heightmap/heightmap_columns.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -21,10 +21,10 @@ double slope_of(double before, double here, double after) noexcept {
 
 }  // namespace
 
-ReliefColumns::ReliefColumns(int level, const ColumnHeights& heights,
-                             const imagery::Raster& colours)
+HeightmapColumns::HeightmapColumns(int level, const ColumnHeights& heights,
+                                   const imagery::Raster& colours)
     : m_tops(kSide * kSide, kNothing),
-      m_looks(static_cast<std::size_t>(voxel::kBoxSizeX) * voxel::kBoxSizeZ) {
+      m_appearances(static_cast<std::size_t>(voxel::kBoxSizeX) * voxel::kBoxSizeZ) {
     // The voxel that holds the height is solid, so columns of level 0 end half a voxel above it on
     // average; coarser ones end where those do, rounded. A mean of equal numbers may be one bit too
     // small: heights that miss a voxel by less than a millionth are counted as in it.
@@ -47,12 +47,12 @@ ReliefColumns::ReliefColumns(int level, const ColumnHeights& heights,
             const auto at = static_cast<std::size_t>(z * voxel::kBoxSizeX + x);
             const double dx = slope_of(height(-1, 0), here, height(1, 0)),
                          dz = slope_of(height(0, -1), here, height(0, 1));
-            m_looks[at] = look(std::sqrt(dx * dx + dz * dz), colours, at);
+            m_appearances[at] = appearance(std::sqrt(dx * dx + dz * dz), colours, at);
         }
 }
 
-VoxelAttr ReliefColumns::look(double slope, const imagery::Raster& colours,
-                              std::size_t at) noexcept {
+VoxelAttr HeightmapColumns::appearance(double slope, const imagery::Raster& colours,
+                                       std::size_t at) noexcept {
     constexpr double kBare = 0.75,
                      kRock = 1.1;  // 37 and 48 degrees: soil slides, then nothing holds
     VoxelAttr out;
@@ -70,10 +70,10 @@ VoxelAttr ReliefColumns::look(double slope, const imagery::Raster& colours,
     return out;
 }
 
-VoxelAttr ReliefColumns::attr(int x, int z, std::int32_t depth) const noexcept {
+VoxelAttr HeightmapColumns::attr(int x, int z, std::int32_t depth) const noexcept {
     // Voxels of soil below grass; in the photo's colour, because a photo shows the slope as soil.
     constexpr std::int32_t kTurf = 3;
-    VoxelAttr out = m_looks[static_cast<std::size_t>(z * voxel::kBoxSizeX + x)];
+    VoxelAttr out = m_appearances[static_cast<std::size_t>(z * voxel::kBoxSizeX + x)];
     if (depth == 0)
         return out;
     if (depth > kTurf || out.material == Material::kRock) {

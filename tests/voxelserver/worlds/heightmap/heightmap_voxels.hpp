@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "voxelserver/worlds/heightmap/relief_world.hpp"
+#include "voxelserver/worlds/heightmap/heightmap_world.hpp"
 
 namespace terravox::test {
 
@@ -43,10 +43,10 @@ private:
 
 inline std::unique_ptr<voxel::World> open(std::vector<std::filesystem::path> rasters,
                                           double voxel_m = 1) {
-    heightmap::ReliefOptions options;
+    heightmap::HeightmapOptions options;
     options.rasters = std::move(rasters);
     options.voxel_m = voxel_m;
-    return heightmap::open_relief_world(options);
+    return heightmap::open_heightmap_world(options);
 }
 
 inline bool same(const std::shared_ptr<const voxel::Box>& a,

@@ -16,6 +16,6 @@ namespace terravox::procedural {
 /// box_maker.hpp. Thread-safe; no state but a cache of box columns of at most 16 MiB.
 /// @throws UsageError as check(). Its boxes throw UsageError for a level that it does not have, and
 /// Error after stop()
-[[nodiscard]] std::unique_ptr<voxel::World> open_generated_world(const Settings& settings);
+[[nodiscard]] std::unique_ptr<voxel::World> open_procedural_world(const Settings& settings);
 
 }  // namespace terravox::procedural

@@ -11,15 +11,15 @@ namespace terravox::geo {
 
 /// RAII guard: during its lifetime GDAL's messages on this thread are kept for our own errors
 /// instead of being printed to standard error.
-class QuietGdal {
+class GdalErrorScope {
 public:
-    QuietGdal() {
+    GdalErrorScope() {
         CPLPushErrorHandler(drop_gdal_message);
         CPLErrorReset();
     }
-    ~QuietGdal() { CPLPopErrorHandler(); }
-    QuietGdal(const QuietGdal&) = delete;
-    QuietGdal& operator=(const QuietGdal&) = delete;
+    ~GdalErrorScope() { CPLPopErrorHandler(); }
+    GdalErrorScope(const GdalErrorScope&) = delete;
+    GdalErrorScope& operator=(const GdalErrorScope&) = delete;
 
     /// GDAL's last message as one line.
     [[nodiscard]] static std::string reason() {
