@@ -121,17 +121,17 @@ private:
     }
 
     void check(const PaletteFile& file) const {
-        std::uint32_t reported = 0, asked = 0;
+        std::uint32_t mapped = 0, requested = 0;
         for (const auto& e : m_entries)
-            told |= bit_of(e.material);
+            mapped |= bit_of(e.material);
         for (const std::uint32_t c : m_map.m_candidates)
-            asked |= c;
+            requested |= c;
         for (int m = 0; m < voxel::kMaterialCount; ++m)
-            if ((asked & ~told & bit_of(static_cast<Material>(m))) != 0)
+            if ((requested & ~mapped & bit_of(static_cast<Material>(m))) != 0)
                 file.fail("[candidates] names '" +
                           std::string(voxel::material_name(static_cast<Material>(m))) +
                           "', which no [[entry]] has; allowed: materials with an entry");
-        if (asked == 0)
+        if (requested == 0)
             file.fail(
                 "[candidates] is missing or empty; allowed: lists of materials for ground, "
                 "dry_ground, building, vegetation, water");

@@ -6,6 +6,7 @@
 #include "common/util/error.hpp"
 #include "voxelserver/module/load_module.hpp"
 #include "voxelserver/voxelize/world/store_options.hpp"
+#include "voxelserver/worlds/kind/http_address.hpp"
 #include "voxelserver/worlds/kind/suitable_flags.hpp"
 #include "voxelserver/worlds/lidar/lidar_inputs.hpp"
 
@@ -13,7 +14,7 @@ namespace terravox::serve {
 namespace {
 
 bool is_lidar_or_store(const std::string& input) {
-    return !is_address(input) && (worlds::is_store(input) || worlds::is_lidar(input));
+    return !worlds::is_http_address(input) && (worlds::is_store(input) || worlds::is_lidar(input));
 }
 
 OpenedForServing open_lidar(const Options& options, const Plan& plan, util::StageTimes& times) {

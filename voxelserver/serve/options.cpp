@@ -13,6 +13,7 @@
 #include "common/util/secret.hpp"
 #include "voxelserver/sockets/http_host.hpp"
 #include "voxelserver/voxelize/points/step_switches.hpp"
+#include "voxelserver/worlds/kind/http_address.hpp"
 
 namespace terravox::serve {
 namespace {
@@ -190,10 +191,6 @@ void add_options(CLI::App& app, Options& o) {
     add_server_options(app, o);
 }
 
-bool is_address(const std::string& input) noexcept {
-    return input.starts_with("http://") || input.starts_with("https://");
-}
-
 namespace {
 
 /// TERRAVOX_SERVER_TOKEN is the token that this server requires of its clients, unless the world is
@@ -202,7 +199,8 @@ namespace {
 std::string own_token(const Options& o) {
     const char* origin = std::getenv("TERRAVOX_SERVER_ORIGIN");
     const bool is_bound = origin != nullptr && *origin != '\0';
-    const bool is_far = std::any_of(o.world.inputs.begin(), o.world.inputs.end(), is_address);
+    const bool is_far =
+        std::any_of(o.world.inputs.begin(), o.world.inputs.end(), worlds::is_http_address);
     if (!o.token_file.empty() || !is_bound || !is_far)
         return util::find_server_token(o.token_file);
     if (!sockets::is_loopback(o.server.bind))

@@ -40,9 +40,6 @@ struct Options {
     bool log_json = false;
 };
 
-/// Whether an input is the address of a voxel server or of a box archive.
-[[nodiscard]] bool is_address(const std::string& input) noexcept;
-
 /// Declares the flags; they are stored into `options` when the app parses.
 void add_options(CLI::App& app, Options& options);
 

@@ -2,7 +2,6 @@
 
 #include <sqlite3.h>
 
-#include <algorithm>
 #include <cmath>
 
 #include "common/util/error.hpp"
@@ -10,30 +9,8 @@
 namespace terravox::store {
 namespace {
 
-constexpr int kBusyTimeout_ms = 10'000;         // while another process recovers or checkpoints
-constexpr int kLongestValue_bytes = 1'000'000;  // and row: the longest are lists of addresses
+constexpr int kMaxValue_bytes = 1'000'000;  // and row: the longest are lists of addresses
 constexpr int kStepsPerLook = 1'000'000, kMaxLooks = 2'000;
-
-/// Escapes the characters of a name that have a meaning in SQLite's URIs.
-std::string uri_of(const std::filesystem::path& file, bool immutable) {
-    std::string out = "file:";
-    constexpr char kHex[] = "0123456789ABCDEF";
-    for (const unsigned char c : std::filesystem::absolute(file).string()) {
-        if (c == '%' || c == '?' || c == '#') {
-            out += '%';
-            out += kHex[c >> 4];
-            out += kHex[c & 15];
-        } else
-            out += static_cast<char>(c);
-    }
-    return out + (immutable ? "?immutable=1" : "");
-}
-
-std::string one_line(std::string text) {
-    std::replace_if(
-        text.begin(), text.end(), [](unsigned char c) { return c < ' ' || c > '~'; }, ' ');
-    return text.substr(0, 300);
-}
 
 int count_down(void* looks) noexcept {
     return --*static_cast<int*>(looks) < 0 ? 1 : 0;
@@ -42,34 +19,19 @@ int count_down(void* looks) noexcept {
 }  // namespace
 
 ReadOnlyDatabase::ReadOnlyDatabase(const std::filesystem::path& file, bool immutable)
-    : m_file(file.string()), m_looks_left(kMaxLooks) {
-    const int flags =
-        SQLITE_OPEN_READONLY | SQLITE_OPEN_URI | SQLITE_OPEN_NOMUTEX | SQLITE_OPEN_PRIVATECACHE;
-    if (sqlite3_open_v2(uri_of(file, immutable).c_str(), &m_database, flags, nullptr) !=
-        SQLITE_OK) {
-        const std::string why =
-            m_database != nullptr ? sqlite3_errmsg(m_database) : "out of memory";
-        sqlite3_close(m_database);
-        throw util::Error("read the store's list " + m_file + ": " + one_line(why));
-    }
-    sqlite3_busy_timeout(m_database, kBusyTimeout_ms);
-    sqlite3_limit(m_database, SQLITE_LIMIT_LENGTH, kLongestValue_bytes);
-    sqlite3_db_config(m_database, SQLITE_DBCONFIG_DEFENSIVE, 1, nullptr);
-    sqlite3_db_config(m_database, SQLITE_DBCONFIG_TRUSTED_SCHEMA, 0, nullptr);
-    sqlite3_progress_handler(m_database, kStepsPerLook, count_down, &m_looks_left);
-}
-
-ReadOnlyDatabase::~ReadOnlyDatabase() {
-    sqlite3_close(m_database);
+    : m_attempt("read the store's list " + file.string()),
+      m_looks_left(kMaxLooks),
+      m_database(sqlite::open_untrusted(
+          file, {.immutable = immutable, .max_value_bytes = kMaxValue_bytes}, m_attempt)) {
+    sqlite3_progress_handler(m_database.get(), kStepsPerLook, count_down, &m_looks_left);
 }
 
 void ReadOnlyDatabase::fail() const {
-    const int code = sqlite3_errcode(m_database) & 0xff;
+    const int code = sqlite3_errcode(m_database.get()) & 0xff;
     const char* hint = code == SQLITE_NOTADB || code == SQLITE_CORRUPT
                            ? "; allowed: a sound fishnet.gpkg that the grabber made"
                            : "";
-    throw util::Error("read the store's list " + m_file + ": " +
-                      one_line(sqlite3_errmsg(m_database)) + hint);
+    throw util::Error(m_attempt + ": " + sqlite::last_error(m_database.get()) + hint);
 }
 
 std::optional<std::int64_t> ReadOnlyDatabase::number(const char* sql) {

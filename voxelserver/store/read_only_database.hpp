@@ -5,7 +5,8 @@
 #include <optional>
 #include <string>
 
-struct sqlite3;
+#include "voxelserver/sqlite/untrusted_database.hpp"
+
 struct sqlite3_stmt;
 
 namespace terravox::store {
@@ -15,12 +16,9 @@ namespace terravox::store {
 /// memory or cause an endless loop. For one thread at a time.
 class ReadOnlyDatabase {
 public:
-    /// @param immutable true: no process writes to the file; no lock is taken and no file next to
-    /// it is read or created, so that a read-only disk suffices; false: the content of its
-    /// write-ahead log is included
+    /// @param immutable as of sqlite::UntrustedFileOptions
     /// @throws Error
     ReadOnlyDatabase(const std::filesystem::path& file, bool immutable);
-    ~ReadOnlyDatabase();
     ReadOnlyDatabase(const ReadOnlyDatabase&) = delete;
     ReadOnlyDatabase& operator=(const ReadOnlyDatabase&) = delete;
 
@@ -30,13 +28,13 @@ public:
     [[nodiscard]] std::optional<std::int64_t> number(const char* sql);
     /// Whether it has an ordinary table of that name. A view could be endless.
     [[nodiscard]] bool has_table(const char* name);
-    [[nodiscard]] sqlite3* get() const noexcept { return m_database; }
+    [[nodiscard]] sqlite3* get() const noexcept { return m_database.get(); }
     [[noreturn]] void fail() const;  ///< @throws Error with SQLite's message
 
 private:
-    std::string m_file;
-    int m_looks_left;  // remaining budget of steps for all statements together
-    sqlite3* m_database = nullptr;
+    std::string m_attempt;  ///< begins messages
+    int m_looks_left;       ///< remaining budget of steps for all statements together
+    sqlite::Connection m_database;
 };
 
 /// A statement without parameters, and its result rows.

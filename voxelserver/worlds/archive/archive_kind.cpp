@@ -4,6 +4,7 @@
 #include "common/voxel/archive/byte_source.hpp"
 #include "common/voxel/file_identity.hpp"
 #include "voxelserver/worlds/archive/remote_archive.hpp"
+#include "voxelserver/worlds/kind/http_address.hpp"
 #include "voxelserver/worlds/remote/http_access.hpp"
 
 namespace terravox::worlds {
@@ -14,8 +15,7 @@ bool is_file_of_boxes(const std::string& input) {
 }
 
 bool is_address_of_archive(const std::string& input) {
-    const bool is_address = input.starts_with("http://") || input.starts_with("https://");
-    return is_address && names_archive(input);
+    return is_http_address(input) && names_archive(input);
 }
 
 voxel::Fingerprint state_of_file(const WorldOptions& options) {

@@ -10,28 +10,11 @@
 namespace terravox::luanti {
 namespace {
 
-constexpr int kBusyTimeout_ms = 10'000;
-constexpr int kMaxValueBytes = 16 << 20;  // and row: the largest blocks have some hundred KiB
+constexpr int kMaxValue_bytes = 16 << 20;  // and row: the largest blocks have some hundred KiB
 
 // Encoded places: z * 2^24 + y * 2^12 + x, each in [-2048, 2048).
 constexpr std::int64_t kEncodedOrigin = 0x800800800;
 constexpr std::int64_t kEncodedEnd = std::int64_t{1} << 36;
-
-/// A file name with SQLite's own special characters escaped.
-std::string uri_of(const std::filesystem::path& file) {
-    std::string out = "file:";
-    constexpr char kHex[] = "0123456789ABCDEF";
-    for (const unsigned char c : std::filesystem::absolute(file).string()) {
-        if (c == '%' || c == '?' || c == '#') {
-            out += '%';
-            out += kHex[c >> 4];
-            out += kHex[c & 15];
-        } else {
-            out += static_cast<char>(c);
-        }
-    }
-    return out;
-}
 
 std::int64_t encoded(const BlockPlace& place) noexcept {
     return std::int64_t{mirrored(place.z)} * (1 << 24) + std::int64_t{place.y} * (1 << 12) +
@@ -84,41 +67,21 @@ void MapDatabase::Finalize::operator()(sqlite3_stmt* statement) const noexcept {
     sqlite3_finalize(statement);
 }
 
-MapDatabase::MapDatabase(const std::filesystem::path& file) : m_file(file.string()) {
-    const int flags =
-        SQLITE_OPEN_READONLY | SQLITE_OPEN_URI | SQLITE_OPEN_NOMUTEX | SQLITE_OPEN_PRIVATECACHE;
-    try {
-        if (sqlite3_open_v2(uri_of(file).c_str(), &m_database, flags, nullptr) != SQLITE_OK)
-            fail();
-        configure();
-        find_schema();
-    } catch (...) {
-        m_select.reset();
-        sqlite3_close(m_database);
-        throw;
-    }
+MapDatabase::MapDatabase(const std::filesystem::path& file)
+    : m_attempt("read the map " + file.string()),
+      m_database(sqlite::open_untrusted(file, {.max_value_bytes = kMaxValue_bytes}, m_attempt)) {
+    find_schema();
 }
 
-MapDatabase::~MapDatabase() {
-    m_select.reset();
-    sqlite3_close(m_database);
-}
-
-void MapDatabase::configure() {
-    sqlite3_busy_timeout(m_database, kBusyTimeout_ms);
-    sqlite3_limit(m_database, SQLITE_LIMIT_LENGTH, kMaxValueBytes);
-    sqlite3_db_config(m_database, SQLITE_DBCONFIG_DEFENSIVE, 1, nullptr);
-    sqlite3_db_config(m_database, SQLITE_DBCONFIG_TRUSTED_SCHEMA, 0, nullptr);
-}
+MapDatabase::~MapDatabase() = default;
 
 void MapDatabase::fail() const {
-    throw util::Error("read the map " + m_file + ": " +
-                      (m_database != nullptr ? sqlite3_errmsg(m_database) : "out of memory"));
+    throw util::Error(m_attempt + ": " + sqlite::last_error(m_database.get()));
 }
 
 MapDatabase::Statement MapDatabase::prepare(const char* sql) {
     sqlite3_stmt* out = nullptr;
-    if (sqlite3_prepare_v2(m_database, sql, -1, &out, nullptr) != SQLITE_OK)
+    if (sqlite3_prepare_v2(m_database.get(), sql, -1, &out, nullptr) != SQLITE_OK)
         fail();
     return Statement(out);
 }
@@ -152,7 +115,7 @@ void MapDatabase::find_schema() {
     if (!is_key_of_column.contains("data") ||
         !(m_encoded || (is_key("x") && is_key("y") && is_key("z"))))
         throw util::Error(
-            "read the map " + m_file +
+            m_attempt +
             ": no blocks of a known form; allowed: a table 'blocks' with data and the "
             "primary key pos, or x, y, z");
     m_select = prepare(m_encoded ? "SELECT data FROM blocks WHERE pos = ?1"

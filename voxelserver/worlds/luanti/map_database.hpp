@@ -8,9 +8,9 @@
 #include <string>
 #include <vector>
 
+#include "voxelserver/sqlite/untrusted_database.hpp"
 #include "voxelserver/worlds/luanti/block_place.hpp"
 
-struct sqlite3;
 struct sqlite3_stmt;
 
 namespace terravox::luanti {
@@ -44,15 +44,14 @@ private:
     };
     using Statement = std::unique_ptr<sqlite3_stmt, Finalize>;
 
-    void configure();
     void find_schema();
     [[nodiscard]] Statement prepare(const char* sql);
     [[nodiscard]] bool step(sqlite3_stmt* statement);
     [[noreturn]] void fail() const;
 
-    const std::string m_file;
+    const std::string m_attempt;  ///< begins messages
     std::mutex m_mutex;  ///< guards everything below: one connection, used by one thread at a time
-    sqlite3* m_database = nullptr;
+    sqlite::Connection m_database;
     bool m_encoded = false;  ///< the key is one number
     Statement m_select;
 };

@@ -10,6 +10,7 @@
 
 #include "common/thread/call_until_stopped.hpp"
 #include "common/util/error.hpp"
+#include "voxelserver/worlds/kind/http_address.hpp"
 
 namespace terravox::remote {
 namespace {
@@ -38,7 +39,7 @@ std::string authority_of(const std::string& url) {
 
 /// The fault of an address; empty: it is valid, and the origin and the path are set.
 std::string fault_of(const std::string& text, HttpOrigin& origin, std::string& path) {
-    if (!text.starts_with("http://") && !text.starts_with("https://"))
+    if (!worlds::is_http_address(text))
         return "not an address";
     if (text.size() > kMax_bytes)
         return "an address of " + std::to_string(text.size()) + " bytes";

@@ -1,14 +1,11 @@
 #include "voxelserver/worlds/remote/remote_kind.hpp"
 
+#include "voxelserver/worlds/kind/http_address.hpp"
 #include "voxelserver/worlds/remote/http_access.hpp"
 #include "voxelserver/worlds/remote/remote_world.hpp"
 
 namespace terravox::worlds {
 namespace {
-
-bool is_address(const std::string& input) {
-    return input.starts_with("http://") || input.starts_with("https://");
-}
 
 std::unique_ptr<voxel::World> open_server(const OpenRequest& request) {
     return remote::open_remote_world(request.input(), request.times, request.options.box_timeout,
@@ -20,7 +17,7 @@ std::unique_ptr<voxel::World> open_server(const OpenRequest& request) {
 constinit const WorldKind kServerKind{
     .noun = "the address of a voxel server",
     .input = "the http:// address of a voxel server or box archive",
-    .recognises = is_address,
+    .recognises = is_http_address,
     .open = open_server,
     .flags = "--processing-box-timeout-s",
     .is_path = false,
