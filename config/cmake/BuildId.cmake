@@ -1,5 +1,6 @@
-# Writes HEADER with a name for what this build makes of a scene: a hash of the sources that pictures depend on, the compiler and its flags.
-# Run as a script before each build; the header changes only when the name does.
+# Writes HEADER with a name for what this build makes of a scene: a hash of the sources that
+# pictures depend on, the compiler and its flags. Run as a script before each build; the header
+# changes only when the name does.
 #   cmake -DROOT=... -DHEADER=... -DCOMPILER=... -P BuildId.cmake
 file(GLOB_RECURSE sources RELATIVE "${ROOT}" "${ROOT}/common/*.[ch]pp" "${ROOT}/raytracer/*.[ch]pp" "${ROOT}/voxelserver/*.[ch]pp" "${ROOT}/raytracer/*.proto")
 list(SORT sources)

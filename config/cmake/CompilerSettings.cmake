@@ -1,5 +1,5 @@
-# One interface target, terravox::settings, that every target of the project links: include root, warnings, floating
-# point and sanitizers. Third-party code (LASzip) does not link it.
+# One interface target, terravox::settings, that every target of the project links: include root,
+# warnings, floating point and sanitizers. Third-party code (LASzip) does not link it.
 include_guard(GLOBAL)
 
 option(TERRAVOX_WERROR "Treat warnings as errors" OFF)
@@ -18,23 +18,26 @@ endif()
 add_library(terravox_settings INTERFACE)
 add_library(terravox::settings ALIAS terravox_settings)
 target_include_directories(terravox_settings INTERFACE "${PROJECT_SOURCE_DIR}" "${PROJECT_BINARY_DIR}/generated")
-# No contraction: a picture must not depend on whether a CPU (or compiler flag) has fused multiply-add.
+# No contraction: a picture must not depend on whether a CPU (or compiler flag) has fused
+# multiply-add.
 target_compile_options(terravox_settings INTERFACE -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor -ffp-contract=off
-                       # GCC 12 reports false positives inside libstdc++ strings and vectors at -O3 (bugs 105329, 105651).
+                       # GCC 12 reports false positives inside libstdc++ strings and vectors at -O3
+                       # (bugs 105329, 105651).
                        $<$<CXX_COMPILER_ID:GNU>:-Wno-restrict> $<$<CXX_COMPILER_ID:GNU>:-Wno-stringop-overflow>)
 # For all alike, those without threads, too: precompiled headers want it.
 target_compile_options(terravox_settings INTERFACE -pthread)
 if(TERRAVOX_WERROR)
   target_compile_options(terravox_settings INTERFACE -Werror)
 endif()
-# The baseline is every x86-64 CPU since about 2009: the 64-tree needs a popcount instruction. Wider SIMD is chosen at run time.
+# The baseline is every x86-64 CPU since about 2009: the 64-tree needs a popcount instruction. Wider
+# SIMD is chosen at run time.
 if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
   target_compile_options(terravox_settings INTERFACE -march=x86-64-v2)
 endif()
-# A damaged or hostile file that finds a fault in a parser should end the program, not run code in it.
-# tests/e2e/hardening_test.py reads these back from the built programs.
-# - LASzip does not link terravox::settings, so it takes the same list (config/cmake/LASzip.cmake).
-# - FORTIFY_SOURCE needs an optimising compiler, and hides from the address sanitizer what it checks itself.
+# A damaged or hostile file that finds a fault in a parser should end the program, not run code in
+# it. tests/e2e/hardening_test.py reads these back from the built programs. - LASzip does not link
+# terravox::settings, so it takes the same list (config/cmake/LASzip.cmake). - FORTIFY_SOURCE needs
+# an optimising compiler, and hides from the address sanitizer what it checks itself.
 set(TERRAVOX_HARDENING -fstack-protector-strong)
 if(NOT TERRAVOX_SANITIZE)
   list(APPEND TERRAVOX_HARDENING -fstack-clash-protection
@@ -46,13 +49,15 @@ endif()
 target_compile_options(terravox_settings INTERFACE ${TERRAVOX_HARDENING})
 # For all targets, modules in C among them.
 add_link_options(-Wl,-z,relro,-z,now,-z,noexecstack)
-# Programs at random addresses. Not by POSITION_INDEPENDENT_CODE, which would compile libraries for shared objects (-fPIC):
-# those cost more. What the module terravox-worlds.so holds asks for it by itself.
+# Programs at random addresses. Not by POSITION_INDEPENDENT_CODE, which would compile libraries for
+# shared objects (-fPIC): those cost more. What the module terravox-worlds.so holds asks for it by
+# itself.
 target_compile_options(terravox_settings INTERFACE $<$<NOT:$<BOOL:$<TARGET_PROPERTY:POSITION_INDEPENDENT_CODE>>>:-fPIE>)
 target_link_options(terravox_settings INTERFACE $<$<STREQUAL:$<TARGET_PROPERTY:TYPE>,EXECUTABLE>:-pie>)
-# The standard library checks indexes, empty containers and iterators. Sources that trace rays or fill voxels leave it out
-# (terravox_without_assertions): they read only what this program itself has made and checked, and in loops that are small enough
-# the checks cost a fifth to twice the time.
+# The standard library checks indexes, empty containers and iterators. Sources that trace rays or
+# fill voxels leave it out (terravox_without_assertions): they read only what this program itself
+# has made and checked, and in loops that are small enough the checks cost a fifth to twice the
+# time.
 target_compile_definitions(terravox_settings INTERFACE _GLIBCXX_ASSERTIONS)
 function(terravox_without_assertions target)
   set_property(SOURCE ${ARGN} TARGET_DIRECTORY ${target} APPEND PROPERTY COMPILE_OPTIONS -U_GLIBCXX_ASSERTIONS)

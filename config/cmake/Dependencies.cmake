@@ -1,4 +1,5 @@
-# Every third-party library as an imported target. Names are those of Debian 12; config/setup/debian-packages.txt installs them.
+# Every third-party library as an imported target. Names are those of Debian 12;
+# config/setup/debian-packages.txt installs them.
 include_guard(GLOBAL)
 
 find_package(Threads REQUIRED)
@@ -17,7 +18,8 @@ find_package(date REQUIRED)
 find_package(OpenVDB REQUIRED)
 find_package(Protobuf REQUIRED)
 find_program(TERRAVOX_GRPC_PLUGIN grpc_cpp_plugin REQUIRED)
-# Not by its CMake package: Debian's names OpenCV's headers, which its -dev package does not need or install.
+# Not by its CMake package: Debian's names OpenCV's headers, which its -dev package does not need or
+# install.
 pkg_check_modules(OpenImageIO REQUIRED IMPORTED_TARGET OpenImageIO)
 pkg_check_modules(geographiclib REQUIRED IMPORTED_TARGET geographiclib)
 pkg_check_modules(tomlplusplus REQUIRED IMPORTED_TARGET tomlplusplus)

@@ -1,5 +1,6 @@
-# CivetWeb as CivetWeb::civetweb. Debian's own CMake package names files (the civetweb executable) that the -dev package does
-# not install, so find_package(civetweb CONFIG) fails there; header and library are looked up instead.
+# CivetWeb as CivetWeb::civetweb. Debian's own CMake package names files (the civetweb executable)
+# that the -dev package does not install, so find_package(civetweb CONFIG) fails there; header and
+# library are looked up instead.
 find_path(CivetWeb_INCLUDE_DIR civetweb.h)
 find_library(CivetWeb_LIBRARY civetweb)
 include(FindPackageHandleStandardArgs)

@@ -1,9 +1,10 @@
 # LASzip as the imported target LASzip::laszip.
 #
-# Why a module of our own: Debian 12 has no LASzip package, and damaged files crash LASzip as it is (below). The official sources are
-# taken from the source package `laszip` of the Python package index, which `./terravox deps` downloads and checks
-# (config/setup/laszip.sh). The project's own CMake files in there force C++11 late and fail with GCC 12, so this module compiles the
-# same list of sources as a static library with C++17 (docs/adr/0002).
+# Why a module of our own: Debian 12 has no LASzip package, and damaged files crash LASzip as it is
+# (below). The official sources are taken from the source package `laszip` of the Python package
+# index, which `./terravox deps` downloads and checks (config/setup/laszip.sh). The project's own
+# CMake files in there force C++11 late and fail with GCC 12, so this module compiles the same list
+# of sources as a static library with C++17 (docs/adr/0002).
 include_guard(GLOBAL)
 
 set(TERRAVOX_LASZIP_DIR "${PROJECT_SOURCE_DIR}/build/deps/laszip" CACHE PATH "Unpacked LASzip sources")
@@ -19,9 +20,11 @@ list(REMOVE_DUPLICATES laszip_sources)
 list(TRANSFORM laszip_sources PREPEND "${TERRAVOX_LASZIP_DIR}/src/")
 
 # Damaged files crash LASzip in two places, so two of its sources are compiled from copies.
-# - GPS times of point formats 1 to 5 are read by a function that calls itself each time the file says "the other sequence". A good file says
+# - GPS times of point formats 1 to 5 are read by a function that calls itself each time the file
+# says "the other sequence". A good file says
 #   so once for a point, a damaged one a hundred thousand times: the stack ends. The calls are counted (laszip_guard.h).
-# - The arithmetic decoder looks symbols up in tables, and is safe while its value is below its length. It begins with a length of
+# - The arithmetic decoder looks symbols up in tables, and is safe while its value is below its
+# length. It begins with a length of
 #   2^32 - 1 and four bytes of the file as value: only 0xFFFFFFFF is too much, which no encoder writes.
 function(terravox_guard_laszip source from to)
   set(original "${TERRAVOX_LASZIP_DIR}/src/${source}")
@@ -42,7 +45,8 @@ terravox_guard_laszip(lasreaditemcompressed_v2.cpp "read(item, context);" "{ TER
 terravox_guard_laszip(arithmeticdecoder.cpp "value |= (instream->getByte());" "value |= (instream->getByte()); terravox_laszip::check_value(value);")
 target_sources(terravox_laszip PRIVATE ${laszip_sources})
 
-# The API header lives in dll/ but is included as <laszip/laszip_api.h> once installed: lay it out the same way.
+# The API header lives in dll/ but is included as <laszip/laszip_api.h> once installed: lay it out
+# the same way.
 file(MAKE_DIRECTORY "${PROJECT_BINARY_DIR}/laszip-include/laszip")
 foreach(header dll/laszip_api.h include/laszip/laszip_common.h include/laszip/laszip_api_version.h)
   file(COPY "${TERRAVOX_LASZIP_DIR}/${header}" DESTINATION "${PROJECT_BINARY_DIR}/laszip-include/laszip")
@@ -50,12 +54,14 @@ endforeach()
 target_compile_features(terravox_laszip PRIVATE cxx_std_17)
 target_compile_definitions(terravox_laszip PRIVATE LASZIPDLL_EXPORTS UNORDERED HAVE_UNORDERED_MAP=1 NDEBUG)
 set_target_properties(terravox_laszip PROPERTIES POSITION_INDEPENDENT_CODE ON)  # a part of terravox-worlds.so (voxelserver/module)
-# It deletes intervals of a spatial index through a base without a virtual destructor: the size that would be handed to the allocator is
-# the base's, which allocators and the address sanitizer may take for damage.
+# It deletes intervals of a spatial index through a base without a virtual destructor: the size that
+# would be handed to the allocator is the base's, which allocators and the address sanitizer may
+# take for damage.
 target_compile_options(terravox_laszip PRIVATE -w -O3 -fno-semantic-interposition -fno-sized-deallocation ${TERRAVOX_HARDENING})
 if(TERRAVOX_SANITIZE)
-  # What a damaged file does to memory within LASzip counts, too. Its arithmetic relies on what the standard leaves undefined
-  # (shifts of negative numbers, unaligned loads), so that sanitizer is left out.
+  # What a damaged file does to memory within LASzip counts, too. Its arithmetic relies on what the
+  # standard leaves undefined (shifts of negative numbers, unaligned loads), so that sanitizer is
+  # left out.
   string(REPLACE "," ";" laszip_sanitizers "${TERRAVOX_SANITIZE}")
   list(REMOVE_ITEM laszip_sanitizers undefined)
   list(TRANSFORM laszip_sanitizers PREPEND "-fsanitize=")

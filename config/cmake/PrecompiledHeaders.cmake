@@ -26,8 +26,8 @@ set(TERRAVOX_COMMON_HEADERS
 file(CONFIGURE OUTPUT "${PROJECT_BINARY_DIR}/generated/nothing.cpp"
      CONTENT "// A library of precompiled headers needs a source.\n")
 
-# Some libraries' packages define this for their users, and Catch2 looks at it: it has to be the same
-# for all that use one precompiled header.
+# Some libraries' packages define this for their users, and Catch2 looks at it: it has to be the
+# same for all that use one precompiled header.
 set(TERRAVOX_PRECOMPILED_DEFINITIONS NOMINMAX)
 
 # ccache wants the first. In precompiled headers GCC 12 reports false positives of the others within
