@@ -29,7 +29,7 @@ export default defineConfig(
       '@typescript-eslint/switch-exhaustiveness-check': 'error',
       // Messages contain numbers; everything else is turned into text deliberately.
       '@typescript-eslint/restrict-template-expressions': ['error', { allowNumber: true }],
-      // The runner waits for the tests that it was given; nobody else has to.
+      // The test runner awaits the tests; the file that declares them does not have to.
       '@typescript-eslint/no-floating-promises': [
         'error',
         { allowForKnownSafeCalls: [{ from: 'package', name: 'test', package: 'node:test' }] },
@@ -62,7 +62,7 @@ export default defineConfig(
   {
     files: ['**/tests/grabber/**/*.ts'],
     rules: {
-      // A test tells one story from its fixture to its last assertion.
+      // A test is one sequence from its fixture to its last assertion.
       'max-lines-per-function': ['error', { max: 100, skipBlankLines: true, skipComments: true }],
     },
   },

@@ -55,9 +55,9 @@ demo_store() {
 demo_source() {
     cat <<TOML
 id = "demo"
-title = "An invented survey, published on this machine"
+title = "A synthetic survey, published on this machine"
 licence = "CC0 1.0"
-attribution = "Nobody: the place is invented"
+attribution = "None: the survey is synthetic"
 crs = "EPSG:3794"
 square_m = 1000
 extent_m = [370000, 25000, 630000, 200000]
@@ -75,9 +75,9 @@ TOML
 demo_ortho_source() {
     cat <<TOML
 id = "demo"
-title = "Orthophotos of an invented survey, published on this machine"
+title = "Orthophotos of a synthetic survey, published on this machine"
 licence = "CC0 1.0"
-attribution = "Nobody: the place is invented"
+attribution = "None: the survey is synthetic"
 crs = "EPSG:3794"
 resolution_m = 0.5
 allow_private_addresses = true

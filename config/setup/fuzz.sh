@@ -51,8 +51,8 @@ FUZZ_UBSAN=halt_on_error=1:print_stacktrace=1
 
 fuzz_help() {
     cat <<'TEXT'
-Runs the fuzz targets (tests/fuzz): readers of strangers' files and messages, on inputs that
-libFuzzer makes up.
+Runs the fuzz targets (tests/fuzz): readers of untrusted files and messages, on inputs that
+libFuzzer generates.
 
 Usage: terravox fuzz [--seconds N] [--jobs N] [-v] [NAME...]
        terravox fuzz --list
@@ -79,7 +79,7 @@ fuzz_list() {
     printf '%-14s %s\n' "$FUZZ_GRABBER" "The grabber's readers (TypeScript)."
 }
 
-# fuzz_data NAME LONGEST-INPUT-BYTES: real files for a target from beside the checkout, one a line;
+# fuzz_data NAME LONGEST-INPUT-BYTES: real files for a target from next to the checkout, one a line;
 # none where there are none.
 fuzz_data() {
     local patterns=()

@@ -1,4 +1,4 @@
-# The gallery: views of a synthetic place, each a scene of config/scenes/gallery.
+# The gallery: views of a synthetic survey, each a scene of config/scenes/gallery.
 # Sourced by ./terravox.
 # shellcheck shell=bash
 
@@ -34,7 +34,7 @@ GALLERY_SEED=7
 
 gallery_help() {
     cat <<'TEXT'
-Renders the pictures of docs/gallery from an invented place.
+Renders the pictures of docs/gallery from a synthetic survey.
 
 Usage: terravox gallery [--size WxH] [--output FOLDER] [-v] [NAME...]
        terravox gallery --list
@@ -78,7 +78,7 @@ gallery_place() {
     (
         flock 9
         [[ ! -d $folder ]] || exit 0
-        say "Inventing the place (49 squares; a few minutes, once)"
+        say "Making the survey (49 squares; a few minutes, once)"
         find "$ROOT/build/gallery" -mindepth 1 -maxdepth 1 \
             -name 'place-*' ! -name "place-$key*" -exec rm -rf {} +
         for part in AROUND MIDDLE; do gallery_part "$program" "$folder" "$part"; done
@@ -98,7 +98,7 @@ gallery_part() {
     [[ ! -d $2-$3 ]] || return 0
     rm -rf "$2-$3.part"
     quietly "$LOGS/gallery-survey.log" "$1" "${options[@]}" -o "$2-$3.part" ||
-        die "gallery: the place could not be invented"
+        die "gallery: the survey could not be made"
     mv "$2-$3.part" "$2-$3"
 }
 

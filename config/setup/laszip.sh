@@ -1,4 +1,4 @@
-# Sources of LASzip, into build/deps/laszip (config/cmake/LASzip.cmake says why).
+# Sources of LASzip, into build/deps/laszip (config/cmake/LASzip.cmake has the reasons).
 # Sourced by ./terravox.
 # shellcheck shell=bash
 

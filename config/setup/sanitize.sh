@@ -1,7 +1,7 @@
 # Tests with sanitizers (presets asan and tsan). Sourced by ./terravox.
 # shellcheck shell=bash
 
-# What reads strangers' files, with the address and the undefined-behaviour sanitizer. Part of every
+# Readers of untrusted files, with the address and the undefined-behaviour sanitizer. Part of every
 # test run, so chosen to be built from few libraries.
 SANITIZED_PARSERS=(common_test lidar_test lidar_bad_files_test minecraft_test)
 

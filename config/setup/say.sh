@@ -1,4 +1,4 @@
-# Messages and quiet commands, for ./terravox and the scripts beside this one. Sourced, never run.
+# Messages and quiet commands, for ./terravox and the other scripts here. Sourced, never run.
 # Everything goes to standard error: standard output belongs to the program that is run in the end.
 # shellcheck shell=bash
 
@@ -36,9 +36,9 @@ quietly() {
 check_sha256() { [[ -f $1 ]] && printf '%s  %s\n' "$2" "$1" | sha256sum --check --status -; }
 
 # fetch_from_pypi FILE SUM [pip options] NAME==VERSION: downloads FILE into the cache folder, unless
-# it is there already; prints its path. pip asks the build backend of a source archive for its name
-# and version, and would fetch and run that backend in its newest version, with all that it
-# requires. config/setup/python/no_build replaces it with one that only reads them.
+# it is there already; prints its path. pip gets name and version of a source archive from its build
+# backend, and would fetch and run the newest version of that backend with all that it requires.
+# config/setup/python/no_build replaces it with one that only reads them.
 fetch_from_pypi() {
     local cache=${XDG_CACHE_HOME:-$HOME/.cache}/terravox file sum=$2 part wanted=${*: -1}
     file=$cache/$1

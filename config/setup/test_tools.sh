@@ -6,7 +6,7 @@ SERVICE_PACKAGE_LIST=$ROOT/config/setup/debian-service-packages.txt
 NGINX_DIR=$ROOT/build/deps/nginx
 
 # nginx is unpacked, not installed: its package would start a web server on this machine. Without it
-# its tests are skipped and say so.
+# its tests are skipped, with a message.
 fetch_nginx() {
     if command -v nginx >/dev/null ||
         [[ -x /usr/sbin/nginx || -x $NGINX_DIR/usr/sbin/nginx ]]; then

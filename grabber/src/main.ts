@@ -4,8 +4,8 @@ import { run } from './cli/program.js';
 import { kExit } from './cli/exit-codes.js';
 import { describeError } from './util/errors.js';
 
-// Left alone, garbage grows to four times what lives before it is collected; at twice, a run over a
-// country needs less than 200 MB and no more time.
+// By default the heap grows to four times the live objects before garbage is collected; with twice,
+// a run over a country needs less than 200 MB and no more time.
 setFlagsFromString('--heap-growing-percent=100');
 
 const stop = new AbortController();

@@ -1,4 +1,5 @@
-// What a person does with the page, in a real browser. TERRAVOX_URL: against that server, else against a small invented one.
+// What a user does with the page, in a real browser. With TERRAVOX_URL the page of that server,
+// else that of a small fake server.
 import assert from 'node:assert/strict';
 import { after, before, describe, test } from 'node:test';
 import type { Browser, Page } from 'playwright-core';
@@ -37,9 +38,9 @@ describe('the page of the voxel server', { skip: noBrowser }, () => {
     await until('the map is drawn', async () => (await coloursOnMap(watched.page)) > 5);
     return watched;
   }
-  async function closeClean({ page, errors, strangers }: WatchedPage): Promise<void> {
+  async function closeClean({ page, errors, foreign }: WatchedPage): Promise<void> {
     assert.deepEqual(errors, [], 'errors in the console');
-    assert.deepEqual(strangers, [], 'requests to other hosts');
+    assert.deepEqual(foreign, [], 'requests to other hosts');
     await page.context().close();
   }
   const position = (page: Page): Promise<string> => textOf(page, '#position');
@@ -76,8 +77,8 @@ describe('the page of the voxel server', { skip: noBrowser }, () => {
     await until('plus zooms', async () => (await scale()) !== before);
     const box = (await page.locator('#map').boundingBox())!;
     const [x, y] = [box.x + box.width / 2, box.y + box.height / 2];
-    // The map may still be zooming, and tells its middle once more when it stands.
-    await until('the place under the mouse is told', async () => {
+    // The map may still be zooming, and reports its middle once more at the end.
+    await until('the place under the mouse is shown', async () => {
       await page.mouse.move(x + 1, y);
       await page.mouse.move(x, y);
       return !/^Middle/.test(await position(page));
@@ -89,13 +90,13 @@ describe('the page of the voxel server', { skip: noBrowser }, () => {
     await page.mouse.down();
     await page.mouse.move(x - 150, y - 100, { steps: 5 });
     await page.mouse.up();
-    await until('dragging asks for more', () => watched.paths.length > tiles);
+    await until('dragging requests more tiles', () => watched.paths.length > tiles);
     await page.locator('.ol-zoom-in').click();
     await closeClean(watched);
   });
 
-  test('Enter tells what is in the middle, with a command that renders it', async () => {
-    const watched = await openMap({ permissions: ['clipboard-read', 'clipboard-write'] }, 1);  // the button says 'Copied' for a while
+  test('Enter shows what is in the middle, with a command that renders it', async () => {
+    const watched = await openMap({ permissions: ['clipboard-read', 'clipboard-write'] }, 1);  // the button shows 'Copied' for a while
     const { page } = watched;
     await untilText(page, '#squares', /in all/);
     await page.locator('#map').focus();
@@ -116,7 +117,7 @@ describe('the page of the voxel server', { skip: noBrowser }, () => {
     await closeClean(watched);
   });
 
-  test('a click shows the square beneath, and one outside the world says so', { skip: kRealUrl !== undefined }, async () => {
+  test('a click shows the square beneath, and one outside the world shows that', { skip: kRealUrl !== undefined }, async () => {
     const watched = await openMap();
     const { page } = watched;
     await untilText(page, '#squares', /4 in all: 1 wanted, 1 fetched, 1 prepared, 1 failed/);
@@ -142,7 +143,7 @@ describe('the page of the voxel server', { skip: noBrowser }, () => {
     await screenshot(page, 'light-1280-boxes');
     const text = await textOf(page, '#layers');
     await page.getByLabel('Level of the boxes').selectOption('1');
-    await until('level 1 is asked for', () => watched.paths.includes('v2/cached/1'));
+    await until('level 1 is requested', () => watched.paths.includes('v2/cached/1'));
     if (kRealUrl === undefined) await until('other numbers', async () => (await textOf(page, '#layers')) !== text);
     for (const name of ['Top view', 'LiDAR squares', 'Kept boxes']) await page.getByLabel(name).uncheck();
     await until('nothing is drawn any more', async () => (await coloursOnMap(page)) <= 5);
@@ -196,13 +197,13 @@ describe('the page of the voxel server', { skip: noBrowser }, () => {
     const watched = await openPage(browser, behind.url);
     await until('the map is drawn', async () => (await coloursOnMap(watched.page)) > 5);
     await untilText(watched.page, '#squares', /4 in all/);
-    assert.ok(behind.asked.every((path) => path.startsWith(behind.prefix)), behind.asked.join(' '));
+    assert.ok(behind.requestPaths.every((path) => path.startsWith(behind.prefix)), behind.requestPaths.join(' '));
     await closeClean(watched);
     behind.close();
   });
 
   for (const colorScheme of ['light', 'dark'] as const)
-    test(`colours can be told from what is behind them: ${colorScheme}`, async () => {
+    test(`colours contrast with their background: ${colorScheme}`, async () => {
       const watched = await openMap({ colorScheme });
       const value = (name: string): Promise<string> =>
         watched.page.evaluate((n) => getComputedStyle(document.documentElement).getPropertyValue(n).trim(), name);
@@ -217,7 +218,7 @@ describe('the page of the voxel server', { skip: noBrowser }, () => {
       await closeClean(watched);
     });
 
-  test('unfinished tiles are asked for again when boxes were made', { skip: kRealUrl !== undefined }, async () => {
+  test('unfinished tiles are requested again when boxes were made', { skip: kRealUrl !== undefined }, async () => {
     fake.made = 3;
     const watched = await openMap();
     const { page } = watched;

@@ -29,7 +29,7 @@ const checks = (withServer ? [] : [page, here]).map((folder) => run(join(modules
 const built = await run(join(page, 'build.mjs'), join(page, 'dist'));
 if (built !== 0) process.exit(built);
 
-// Beside node_modules, so that what is not bundled is found.
+// Next to node_modules, so that packages that are not bundled are found.
 const out = join(page, 'dist-test');
 rmSync(out, { recursive: true, force: true });
 const { build } = createRequire(join(page, 'package.json'))('esbuild');

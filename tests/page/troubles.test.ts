@@ -1,11 +1,12 @@
-// What goes wrong: a token, a server that is away or busy, texts that mean harm. Needs a server that does so: the invented one.
+// Errors: a token, a server that is away or busy, malicious texts. Needs a server that does so: the
+// fake one.
 import assert from 'node:assert/strict';
 import { after, before, beforeEach, describe, test } from 'node:test';
 import type { Browser } from 'playwright-core';
 import { coloursOnMap, noBrowser, openBrowser, openPage, screenshot, textOf, until, untilText } from './support/browser.js';
 import { FakeServer } from './support/fake-server.js';
 
-// The browser itself says in its console that a request failed: that is no error of the page.
+// The browser itself logs to its console that a request failed: that is no error of the page.
 const ownErrors = (errors: readonly string[]): string[] => errors.filter((text) => !/Failed to load resource/.test(text));
 
 describe('the page in trouble', { skip: noBrowser }, () => {
@@ -18,7 +19,7 @@ describe('the page in trouble', { skip: noBrowser }, () => {
     if ('after' in context) context.after(() => fake.close());
   });
 
-  test('a token is asked for, refused when wrong, and then sent with everything', async () => {
+  test('the page asks the user for a token, reports a wrong one, and sends the right one with everything', async () => {
     fake.token = 'right';
     const { page, errors } = await openPage(browser, fake.url);
     await untilText(page, '#status', /wants a token/);
@@ -43,7 +44,7 @@ describe('the page in trouble', { skip: noBrowser }, () => {
     await page.context().close();
   });
 
-  test('a server that goes away is told of, and is found again', async () => {
+  test('the page reports a server that goes away, and finds it again', async () => {
     const { page, errors } = await openPage(browser, fake.url);
     await until('the map is drawn', async () => (await coloursOnMap(page)) > 5);
     fake.close();
@@ -61,7 +62,7 @@ describe('the page in trouble', { skip: noBrowser }, () => {
 
   test('another world in its place starts the page anew', async () => {
     const { page } = await openPage(browser, fake.url);
-    await untilText(page, '#title', /Invented hills/);
+    await untilText(page, '#title', /Synthetic hills/);
     fake.close();
     await untilText(page, '#status', /does not answer/);
     fake.title = 'Other hills';
@@ -70,26 +71,26 @@ describe('the page in trouble', { skip: noBrowser }, () => {
     await page.context().close();
   });
 
-  test('a busy server is told of, and is found again', async () => {
+  test('the page reports a busy server, and finds it again', async () => {
     const { page, errors } = await openPage(browser, fake.url);
     await untilText(page, '#status', /is up/);
     fake.busy = true;
     await untilText(page, '#status', /too busy/);
     await page.locator('#map').focus();
     await page.keyboard.press('Enter');
-    await untilText(page, '.command .note', /could not be learnt/);
+    await untilText(page, '.command .note', /could not be loaded/);
     fake.busy = false;
     await untilText(page, '#status', /is up/);
     assert.deepEqual(ownErrors(errors), []);
     await page.context().close();
   });
 
-  test('texts that mean harm stay texts', async () => {
+  test('malicious texts stay texts', async () => {
     const harm = '<img src=x onerror="alert(1)"><script>alert(2)</script>';
     fake.title = `T ${harm}`;
     fake.stepName = `S ${harm}`;
     fake.squares = [{ name: `N ${harm}`, state: 'failed', licence: `L ${harm}`, error: `E ${harm}` }];
-    const { page, errors, strangers } = await openPage(browser, fake.url);
+    const { page, errors, foreign } = await openPage(browser, fake.url);
     await untilText(page, '#squares', /N <img/);
     await untilText(page, '#steps', /S <img/);
     await page.getByRole('button', { name: harm }).click();
@@ -98,7 +99,7 @@ describe('the page in trouble', { skip: noBrowser }, () => {
     await until('there is a command', async () => (await page.locator('#command').inputValue()) !== '');
     assert.match(await page.locator('#command').inputValue(), /-o N-img-src-x-onerror-alert-1-script-alert-2-script\.png$/);
     assert.equal(await page.evaluate(() => document.querySelectorAll('img, main script, header script').length), 0);
-    assert.deepEqual([errors, strangers], [[], []]);
+    assert.deepEqual([errors, foreign], [[], []]);
     await page.context().close();
   });
 });

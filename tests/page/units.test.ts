@@ -14,10 +14,10 @@ import crsCases from './support/crs.json';
 import { heightAt, kCrs, squaresJson, worldJson } from './support/fake-world.js';
 import { makeBox, type Voxel } from './support/make-box.js';
 
-const world = readWorld(worldJson('Invented hills'));
+const world = readWorld(worldJson('Synthetic hills'));
 const projection = new WorldProjection(world);
 
-// What PROJ says of one place in each CRS; a metre is more than the map needs.
+// Coordinates by PROJ of one place in each CRS; a metre is more than the map needs.
 for (const item of crsCases)
   test(`latitude and longitude agree with PROJ in ${item.crs}`, () => {
     const [e, n] = [Math.floor(item.easting), Math.floor(-item.northing)];
@@ -46,7 +46,7 @@ test('the horizontal part of a compound CRS ends where its bracket does, bracket
   assert.equal(horizontalWkt('COMPOUNDCRS["x",PROJCRS["never closed"'), 'COMPOUNDCRS["x",PROJCRS["never closed"');
 });
 
-test('voxels, tiles and boxes lie where the contract says', () => {
+test('voxels, tiles and boxes lie where the interface defines', () => {
   assert.deepEqual(projection.extent, [462000, 101000, 463024, 102024]);
   assert.deepEqual(projection.toVoxel(462000.5, 101999.5), [462000, -102000]);
   assert.deepEqual(projection.boxExtent(0, 7218, -1595), [461952, 102016, 462016, 102080]);
@@ -58,7 +58,7 @@ test('voxels, tiles and boxes lie where the contract says', () => {
   assert.deepEqual(feet.toVoxel(-0.1, 0.1), [-1, -1]);
 });
 
-test('places are read as people write them', () => {
+test('places are read as users write them', () => {
   const degrees = projection.toLatLon(462500, 101500)!;
   const near = (text: string): void => {
     const found = parsePlace(text, projection);
@@ -197,7 +197,7 @@ test('numbers read well', () => {
 
 const emptyStore = { getItem: () => null, setItem: () => undefined, removeItem: () => undefined };
 
-test('troubles are told apart, and the words of the server are kept', async () => {
+test('kinds of errors are distinguished, and the message of the server is kept', async () => {
   const cases = [[401, 'token'], [403, 'token'], [404, 'missing'], [429, 'busy'], [500, 'refused'], [502, 'gone'], [503, 'busy']] as const;
   for (const [status, trouble] of cases) {
     const api = new Api('http://h/p/', async () => new Response(JSON.stringify({ title: 'T', detail: 'd <b>' }), { status }), emptyStore);
@@ -225,7 +225,7 @@ test('requests stay below the path of the page and carry the token', async () =>
   assert.deepEqual(seen, [['https://host/terravox/v2/world', {}], ['https://host/terravox/map/0/-1/-2.png', { Authorization: 'Bearer secret' }]]);
 });
 
-test('a poll waits longer after failures, runs once at a time, and rests while nobody looks', async () => {
+test('a poll waits longer after failures, runs once at a time, and rests while the tab is hidden', async () => {
   const timers: { ms: number; run: () => void }[] = [];
   let [runs, paused, fails] = [0, false, true];
   const settle = (): Promise<void> => new Promise((resolve) => setImmediate(resolve));

@@ -7,7 +7,7 @@ import { formatTable } from './output.js';
 export function addAreasCommand(program: Command, context: CliContext): void {
   program
     .command('areas')
-    .description('list the areas that --area knows')
+    .description('list the areas for --area')
     .option('--json', 'print JSON')
     .action(async ({ json }: { json?: boolean }) => {
       const areas = await loadAreas(join(context.configFolder(), 'areas'), context.signal);

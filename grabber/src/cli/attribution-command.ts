@@ -12,7 +12,7 @@ type AttributionOptions = StoreOption & { readonly output?: string };
 export function addAttributionCommand(program: Command, context: CliContext): void {
   program
     .command('attribution')
-    .description('whom to name with pictures of this data: source, licence, attribution and years')
+    .description('credits for pictures of this data: source, licence, attribution and years')
     .addOption(storeOption())
     .option('--output <file>', 'write to this file (default: standard output)')
     .action((options: AttributionOptions) => attributionCommand(options, context));

@@ -31,7 +31,7 @@ export function addConvertCommand(program: Command, context: CliContext): void {
     .description('bring files of a store into the form that is kept: zLAS and LAS to LAZ')
     .addOption(storeOption())
     .option('--source <id>', 'files of this source only')
-    .option('--index', 'write a spatial index (.lax) beside each LAZ file that has none')
+    .option('--index', 'write a spatial index (.lax) next to each LAZ file that has none')
     .option(
       '--keep-original',
       'move what was converted to lidar/<source>/original/ instead of removing it',

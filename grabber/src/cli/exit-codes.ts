@@ -5,7 +5,7 @@ export const kExit = {
   done: 0,
   /** Some square failed, or the command could not run. */
   failed: 1,
-  /** Wrong usage, or a configuration file that says what is not allowed. */
+  /** Wrong usage, or a configuration file with a value that is not allowed. */
   usage: 2,
   /** Done, but the source lacks some of the requested squares, or some wait for another command. */
   holes: 3,

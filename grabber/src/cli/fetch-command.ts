@@ -39,13 +39,13 @@ export function addFetchCommand(program: Command, context: CliContext): void {
     context,
   );
   addRunOptions(command, 'store to fill; made when it is not there')
-    .option('--refetch', 'fetch again what is verified already, and ask again for what was missing')
+    .option('--refetch', 'fetch verified squares again, and request missing ones again')
     .option(
       '--ortho <id>',
       'then make an orthophoto for each of the squares, from this source of sources/ortho',
     )
     .option('--dry-run', 'only list the squares, their addresses and sizes')
-    .option('--sizes', 'with --dry-run: ask the server for sizes that are not known')
+    .option('--sizes', 'with --dry-run: request unknown sizes from the server')
     .action(async (options: FetchOptions) =>
       context.exit(await fetchCommand(options, context, conversionFor(context))),
     );
@@ -210,7 +210,7 @@ async function fetchInto(
 }
 
 /**
- * Without a configured source, names say nothing of where a file came from: the same name from
+ * Without a configured source, names do not identify the origin of a file: the same name from
  * elsewhere is another file.
  */
 function checkSameAddresses(

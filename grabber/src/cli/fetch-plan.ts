@@ -78,9 +78,9 @@ function squareLine(square: CatalogueSquare, size: Size | null): string {
   return `${square.name}\t${shown}\t${square.urls[0] ?? '(to be looked for)'}`;
 }
 
-/** @param requested whether the server was asked for the sizes */
+/** @param requested whether the sizes were requested from the server */
 function planLine(plan: Plan, requested: boolean): string {
-  const hint = requested ? '' : ' (--sizes asks)';
+  const hint = requested ? '' : ' (--sizes requests it)';
   const more = plan.unknown_sizes === 0 ? '' : ` and ${plan.unknown_sizes} of unknown size${hint}`;
   const gone = plan.missing === 0 ? '' : `, ${plan.missing} missing`;
   const known = formatBytes(plan.known_bytes);

@@ -38,7 +38,7 @@ type ImportOptions = Omit<SelectionOptions, 'from'> &
 type ListOptions = { store: string; source?: string; state?: string[]; json?: boolean };
 
 export function addFishnetCommand(program: Command, context: CliContext): void {
-  const fishnet = program.command('fishnet').description('the squares that a store knows of');
+  const fishnet = program.command('fishnet').description('the squares in the database of a store');
   const command = fishnet
     .command('import')
     .description("learn squares from a fishnet file, or from the source's catalogue")
@@ -67,7 +67,7 @@ export function addFishnetCommand(program: Command, context: CliContext): void {
   );
   fishnet
     .command('list')
-    .description('print the squares that a store knows of')
+    .description('print the squares in the database of a store')
     .addOption(storeOption())
     .option('--source <id>', 'of this source only')
     .option('--state <list>', `in these states only: ${kStates.join(', ')}`, parseNameList)

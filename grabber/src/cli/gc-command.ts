@@ -13,12 +13,12 @@ export function addGcCommand(program: Command, context: CliContext): void {
   program
     .command('gc')
     .description(
-      'remove files of the store that no record names, and unfinished ones that nobody ' +
-        'wants any more',
+      'remove files of the store that no record names, and unfinished ones that are no ' +
+        'longer needed',
     )
     .addOption(storeOption())
     .option('--source <id>', 'drop all files of this source; its squares stay known', parseSourceId)
-    .option('--dry-run', 'only say what would go')
+    .option('--dry-run', 'only list what would be removed')
     .action((options: GcOptions) =>
       writeStore(options.store, context.signal, (store) => gcCommand(store, options, context)),
     );

@@ -20,7 +20,7 @@ export function accessOf(profile: AccessProfile): Access {
   };
 }
 
-/** Squares of one source; `http` may talk to its hosts. */
+/** Squares of one source; `http` may contact its hosts. */
 export function lidarJob(
   records: readonly StoreRecord[],
   profile: AccessProfile,

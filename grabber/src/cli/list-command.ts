@@ -102,7 +102,7 @@ function sourcesCommand(
   );
 }
 
-/** Variables that only the user knows. */
+/** Variables without a value in the configuration: the user has to give one. */
 function needsOf(source: Source): string {
   const open = Object.entries(variablesOf(source)).filter(
     ([, { value, values }]) => value === undefined && values === undefined,

@@ -9,7 +9,7 @@ export type OrthoTally = {
   readonly failed: number;
 };
 
-/** Reports the progress of orthophotos, to people or as JSON. */
+/** Reports the progress of orthophotos, as text or as JSON. */
 export type OrthoReporter = {
   would(square: string): void;
   made(square: string, made: Made): void;

@@ -31,7 +31,7 @@ const kFromFolder =
 
 export function addResumeCommand(program: Command, context: CliContext): void {
   const about =
-    'finish the squares that earlier runs have begun, and tell which orthophotos are not finished';
+    'finish the squares that earlier runs have begun, and report unfinished orthophotos';
   addRunOptions(program.command('resume').description(about), 'store to continue')
     .option('--source <id>', 'only the squares of this source')
     .action(async (options: ResumeOptions) =>

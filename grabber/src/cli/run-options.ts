@@ -21,7 +21,7 @@ export type RunOptions = RequestOptions & {
   json?: boolean;
 };
 
-/** @param store what to say of --store, which the caller checks for */
+/** @param store help text of --store, whose presence the caller checks */
 export function addRunOptions(command: Command, store: string): Command {
   return addRequestOptions(
     command.addOption(new Option('--store <folder>', store).env('TERRAVOX_STORE')),
@@ -105,7 +105,7 @@ export function storeOf(options: { readonly store?: string }): string {
   );
 }
 
-/** Bars are for eyes: only where a person looks, and nothing else is written to the terminal. */
+/** Bars are shown on a terminal only, and only where nothing else is written to it. */
 export function chooseReporter(options: RunOptions, output: Output): Reporter {
   if (options.json === true) return jsonReporter(output);
   const terminal = process.stderr.isTTY && process.stdout.isTTY && process.env['TERM'] !== 'dumb';

@@ -16,7 +16,7 @@ import {
 /** Everything that SelectionOptions holds: which source, which ground. */
 export function addSelectionOptions(command: Command, context: CliContext): Command {
   command
-    .option('--source <id>', 'source to ask, one of those that "sources" lists')
+    .option('--source <id>', 'source of the squares, one of those that "sources" lists')
     .option('--from <folder>', 'take LAZ, LAS and zLAS files of this folder instead of the web');
   addVariableOptions(addRegionOptions(command, context));
   return command

@@ -68,7 +68,7 @@ async function verifyCommand(
 }
 
 /**
- * Removes a bad file and wants it again. The file goes first: after a kill the record names a
+ * Removes a bad file and marks it as wanted. The file goes first: after a kill the record names a
  * missing file, which the next run finds.
  */
 async function repair(store: Store, { kind, key, file }: BadFile): Promise<void> {

@@ -10,7 +10,7 @@ export type CommandLimits = {
   readonly time_limit_s: number;
   /** Limit for all files in its folder together, and for each file that it writes anywhere. */
   readonly disk_bytes: number;
-  /** Address space; undefined = as much as it wants. */
+  /** Address space; undefined = no limit. */
   readonly memory_bytes?: number;
 };
 

@@ -10,7 +10,7 @@ const kHeaderBytes = 375;
 const kMinHeaderBytes = 227;
 
 /**
- * Some zLAS files begin with a plain LAS header, which then tells how many points there are.
+ * Some zLAS files begin with a plain LAS header, which then states the number of points.
  * Nothing is concluded from a file that begins with anything else, or whose header makes no sense
  * as one of LAS. Ref: ASPRS, "LAS Specification 1.4 - R15", 2019, section 2.4.
  */

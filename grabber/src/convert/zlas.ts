@@ -100,7 +100,7 @@ async function countWarnings(
     );
   }
   return [
-    `${shown} does not tell its number of points: the ${header.pointCount} converted ones ` +
+    `${shown} does not state its number of points: the ${header.pointCount} converted ones ` +
       'could only be checked for lying in the square',
   ];
 }

@@ -15,7 +15,7 @@ export const kMaxGrowth = 100;
 /** Output below this size is never refused. */
 export const kGrowthFree_bytes = 64 * 1024 * 1024;
 
-/** @throws GrabberError TOO_LARGE when `grown` bytes out of `packed` can be no honest data */
+/** @throws GrabberError TOO_LARGE when `grown` bytes out of `packed` cannot be genuine data */
 export function checkGrowth(shown: string, packed: number, grown: number): void {
   if (grown <= kGrowthFree_bytes || grown <= packed * kMaxGrowth) return;
   throw new GrabberError(

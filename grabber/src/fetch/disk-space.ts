@@ -77,7 +77,7 @@ export class DiskSpace {
       grow: (more) => {
         left -= more;
         if (left >= 0) return;
-        // What was reserved is written, so that the disk itself knows of it now.
+        // The reserved bytes are written, so that the free space of the disk includes them now.
         release();
         left = Math.max(more, kReserveAhead_bytes);
         release = this.reserve(left, shown);

@@ -18,7 +18,7 @@ export type HostAccess = {
 };
 
 /**
- * All addresses of a name, as `dns.lookup` with `all` gives them; tests put their own in its place.
+ * All addresses of a name, as `dns.lookup` with `all` gives them; tests replace it.
  */
 export type Resolve = (
   name: string,
@@ -26,7 +26,7 @@ export type Resolve = (
   done: (error: NodeJS.ErrnoException | null, addresses: LookupAddress[]) => void,
 ) => void;
 
-/** Ranges that lead into an office or this machine, but to a machine. */
+/** Ranges of single machines (no multicast, for example) in a private network or on this host. */
 const kPrivateRanges = ['loopback', 'private', 'linkLocal', 'uniqueLocal', 'carrierGradeNat'];
 
 /**
@@ -113,8 +113,8 @@ export function policedConnector(
 }
 
 /**
- * Resolves names at the moment a connection is made, and gives only addresses that may be talked
- * to: a check before that could be passed by a name that resolves differently the second time.
+ * Resolves names at the moment a connection is made, and returns permitted addresses only: a name
+ * could pass an earlier check and resolve differently the second time (DNS rebinding).
  */
 function policedLookup(allowPrivate: boolean, resolve: Resolve): LookupFunction {
   return (name, options, done) => {

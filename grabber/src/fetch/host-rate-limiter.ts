@@ -3,9 +3,9 @@ import { tooLongWait } from './retry.js';
 
 /**
  * Delays all requests to a host that sent Retry-After, not only the one that it answered, and
- * spaces requests to a host with a rate limit. A host that asks for more than `max_wait_ms` fails
- * its squares at once, without a request: waiting for hours inside a run is of no use, and asking
- * earlier would ignore the server.
+ * spaces requests to a host with a rate limit. When Retry-After exceeds `max_wait_ms`, the squares
+ * of the host fail at once, without a request: waiting for hours inside a run is of no use, and an
+ * earlier request would ignore the server's limit.
  */
 export class HostRateLimiter {
   readonly #clock: Clock;
@@ -30,7 +30,9 @@ export class HostRateLimiter {
       signal.throwIfAborted();
       const left_ms = (this.#openAt_ms.get(host) ?? 0) - this.#clock.now().getTime();
       if (left_ms <= 0) break;
-      if (left_ms > this.#max_wait_ms) throw tooLongWait(`ask ${host}`, left_ms, this.#max_wait_ms);
+      if (left_ms > this.#max_wait_ms) {
+        throw tooLongWait(`request from ${host}`, left_ms, this.#max_wait_ms);
+      }
       await this.#clock.sleep(left_ms, signal);
     }
     if (max_per_s !== null) await this.#waitForTurn(host, 1000 / max_per_s, signal);

@@ -49,11 +49,11 @@ export type Access = HostAccess & {
   readonly secretOrigins: readonly string[];
 };
 
-/** A client that speaks to the hosts of one source only. */
+/** A client that contacts the hosts of one source only. */
 export type SourceClient = HttpClient & {
   /** As get, but the answer has no body. */
   head(url: string, headers: Headers, signal: AbortSignal): Promise<HttpResponse>;
-  /** Replaces the permitted hosts, which a selection knows only after its source was read. */
+  /** Replaces the permitted hosts, which are known only after the source was read. */
   permit(access: Access): void;
 };
 
@@ -77,7 +77,7 @@ export const kNoAccess: Access = {
 
 const kMaxRedirects = 5;
 const kRedirects = [301, 302, 303, 307, 308];
-/** Servers close idle connections after 5 to 60 s; ours are given up a little earlier. */
+/** Servers close idle connections after 5 to 60 s; the client closes them a little earlier. */
 const kKeepAlive_ms = 4000;
 /** A short rest of a body is read, so that its connection can be used again. */
 const kRest_bytes = 16 * 1024;

@@ -140,7 +140,7 @@ async function attempt(
               signal,
             ),
           );
-    // A stop does not reach in here: what has arrived is brought home, which takes a moment.
+    // A stop does not interrupt this: a received file is checked and renamed, which is quick.
     const finalized = await finalize(
       record,
       { partial: places.file, url, bytes, sha256 },

@@ -69,8 +69,8 @@ async function hasContent(
 }
 
 /**
- * A file under its final name whose record had no time to say so: taken when its length or hash is
- * the expected one.
+ * A file under its final name whose record does not have it yet, since the run was killed before:
+ * taken when its length or hash is the expected one.
  */
 async function adoptFinished(
   record: StoreRecord,

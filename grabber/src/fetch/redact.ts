@@ -1,6 +1,6 @@
 import { GrabberError, describeError } from '../util/errors.js';
 
-/** Makes text safe that goes to people, logs or the store. */
+/** Removes secrets from text for messages, logs or the store. */
 export type Redact = (text: string) => string;
 
 /** Shortest beginning of a secret that is hidden; shorter ones may be ordinary words. */

@@ -50,7 +50,7 @@ function codingOf(url: string, response: HttpResponse): Coding | undefined {
   if (coding !== undefined) return coding;
   throw new GrabberError(
     'HTTP_PROTOCOL',
-    `fetch ${shownUrl(url)}: Content-Encoding is ${name}; allowed: identity, as asked for, ` +
+    `fetch ${shownUrl(url)}: Content-Encoding is ${name}; allowed: identity, as requested, ` +
       `or ${kCodings.join(', ')}`,
   );
 }
@@ -108,8 +108,8 @@ function checkSameFile(url: string, response: HttpResponse, resumable: Resumable
 }
 
 /**
- * @return what the server says of another file than the one before; undefined when it is the same,
- * or it says nothing
+ * @return the validators or length that differ from those before; undefined when the file is the
+ * same, or the server sends none of them
  */
 function otherValidator(response: HttpResponse, { if_range }: Resumable): string | undefined {
   const name = if_range.startsWith('"') ? 'ETag' : 'Last-Modified';

@@ -32,7 +32,7 @@ export function statusError(
 
 /**
  * Portals send error pages, log-in pages and "file moved" pages with status 200. Worth another try:
- * most of them are gone when the portal is well again.
+ * most of them are gone once the portal works again.
  */
 export function htmlError(
   url: string,
@@ -40,7 +40,7 @@ export function htmlError(
   start: Uint8Array,
   redact: Redact,
 ): GrabberError | undefined {
-  // A file with the right magic is believed over a wrong Content-Type.
+  // A file with the right signature overrides a wrong Content-Type.
   const magic = Buffer.from(start.subarray(0, 4)).toString('latin1');
   if (kFileMagics.includes(magic)) return undefined;
   const text = Buffer.from(start.subarray(0, kSniffBytes))

@@ -10,8 +10,8 @@ import { fetchRecord } from './fetch-record.js';
 import { NearBlocks } from './near-blocks.js';
 
 /**
- * Syncs that wait together share a commit of the file system's journal; more would fill the four
- * threads that there are.
+ * Syncs that wait together share a commit of the file system's journal; more would occupy all four
+ * worker threads of Node.js.
  */
 const kMaxSyncs = 3;
 
@@ -21,8 +21,8 @@ export function syncQueue(): PQueue {
 }
 
 /**
- * Files that wait for another try or for the disk keep no place at the host; so more are under way
- * than it serves.
+ * Files that wait for another try or for the disk do not occupy a slot of the host, so more files
+ * are in progress than it serves at a time.
  */
 const kFilesPerRequest = 4;
 
@@ -40,7 +40,7 @@ export async function runJobs(
   const tally: Tally = { verified: 0, converted: 0, fetched: 0, kept: 0, missing: 0, failed: 0 };
   const stop = new AbortController();
   const both = AbortSignal.any([signal, stop.signal]);
-  // Every request and every wait listens, for as long as it lasts.
+  // Every request and every wait adds a listener for as long as it lasts.
   setMaxListeners(0, both, signal);
   const done = (outcome: Outcome): void => {
     ++tally[outcome.state];

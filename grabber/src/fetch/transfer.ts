@@ -29,7 +29,7 @@ export type TransferContext = {
   readonly clock: Clock;
   readonly missingStatus: readonly number[];
   readonly max_bytes: number;
-  /** What a catalogue says, 0 = nothing; only for the space on the disk. */
+  /** Size by the catalogue, 0 when it gives none; used to reserve disk space only. */
   readonly expected_bytes: number;
   /**
    * @throws GrabberError when a file may not begin so; before hundreds of megabytes are spent on it
@@ -100,7 +100,7 @@ async function transfer(
 
 /**
  * Compressed transfer would hide the length and break ranges, and LAZ does not shrink; some servers
- * do it unless told.
+ * compress unless the request names another encoding.
  */
 function requestHeaders(resumable: Resumable | undefined): Record<string, string> {
   const headers = { 'accept-encoding': 'identity' };
@@ -134,7 +134,7 @@ async function planOf(
     return bodyPlan(url, response, resumable);
   } catch (error) {
     await response.discard();
-    // A busy server says nothing of the file; any other refusal makes what we have of it useless.
+    // A busy server implies nothing about the file; any other refusal makes our part of it useless.
     if (!(error instanceof GrabberError) || error.code !== 'HTTP_STATUS') removePartial(partial);
     throw error;
   }
@@ -190,11 +190,11 @@ async function store(
   reservation: Reservation,
 ): Promise<number> {
   const { offset_bytes, total_bytes, coding } = plan;
-  // A state of before would claim that the new file is the old one.
+  // An earlier state file would describe the new file as the old one.
   if (offset_bytes === 0) forgetState(partial);
   const fd = openPartial(partial, offset_bytes);
   try {
-    // What a compressed body gives has no place in the compressed file, so it cannot be continued.
+    // An offset in the unpacked file is none in the compressed body, so it cannot be continued.
     if (offset_bytes === 0 && coding === undefined) {
       rememberState(partial, url, response, total_bytes);
     }

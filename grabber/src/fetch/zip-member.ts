@@ -10,7 +10,7 @@ import type { DiskSpace } from './disk-space.js';
 import { openPartial } from './partial.js';
 
 const kPointFile = /\.(laz|las)$/i;
-/** Archives of portals hold one file to a few; a directory of millions is meant to keep us busy. */
+/** Archives of portals hold one file to a few; a directory of millions is an attack. */
 const kMaxMembers = 10_000;
 
 export type UnzipContext = {

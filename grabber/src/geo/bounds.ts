@@ -105,7 +105,7 @@ export function withShortEdges(line: readonly Point[], longest: number): Point[]
 }
 
 /**
- * A box in degrees that encloses the box, a little wider than needed: for questions to catalogues.
+ * A box in degrees that encloses the box, a little wider than needed: for queries to catalogues.
  */
 export function boundsToDegrees(bounds: BoundsM, projection: Projection): BoundsDeg {
   return padded(

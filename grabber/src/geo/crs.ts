@@ -38,7 +38,7 @@ const known = new Map<string, Projection>();
 
 /**
  * @param code `EPSG:n`
- * @throws GrabberError CRS when nobody knows how to project it
+ * @throws GrabberError CRS when its projection is not known
  */
 export function projectionOf(code: string): Projection {
   const found = known.get(code) ?? makeProjection(code);
@@ -98,7 +98,7 @@ function unknownCrs(code: string, why: string, cause?: unknown): GrabberError {
   );
 }
 
-/** proj4 throws for some points out of reach and answers NaN or infinity for others. */
+/** proj4 throws for some points out of range and returns NaN or infinity for others. */
 function checked(attempt: string, action: () => number[]): Point {
   let x: number | undefined;
   let y: number | undefined;

@@ -11,7 +11,7 @@ export type Polygon = readonly (readonly Point[])[];
 type Edge = { readonly from: Point; readonly to: Point };
 
 /**
- * Height of a row of edges: about a square, so that a square asks few rows and an edge of an
+ * Height of a row of edges: about a square, so that a square needs few rows and an edge of an
  * outline lies in few.
  */
 const kRowHeight = 1000;
@@ -25,8 +25,8 @@ export function touchesSquare(polygon: Polygon, square: BoundsM): boolean {
 }
 
 /**
- * A polygon that can tell quickly which squares it touches: its edges lie in rows from south to
- * north.
+ * A polygon with an index, for fast tests of which squares it touches: its edges are sorted into
+ * rows from south to north.
  */
 export class PolygonIndex {
   readonly bounds: BoundsM;

@@ -20,8 +20,8 @@ const collectionSchema = z.looseObject({ features: z.array(featureSchema) });
 export type VectorFeature = z.infer<typeof featureSchema>;
 
 /**
- * GDAL guesses formats by content, and some (VRT, web services) lead elsewhere: all others are
- * switched off.
+ * GDAL guesses formats by content, and some (VRT, web services) refer to other files or addresses:
+ * all drivers but these are switched off.
  */
 const kDrivers = ['ESRI Shapefile', 'GeoJSON', 'GPKG', 'FlatGeobuf', 'LIBKML', 'KML'];
 /** A line of `ogr2ogr --formats`: "  ESRI Shapefile -vector- (rw+v): ..." */
@@ -37,7 +37,7 @@ export type ReadVectorOptions = {
    * be read.
    */
   readonly crs?: string;
-  /** Of the errors. */
+  /** Code of the errors that are thrown. */
   readonly code: ErrorCode;
   /** In messages, such as "read polygon". */
   readonly what: string;
@@ -104,7 +104,7 @@ async function checkedPath(file: string, { what, code }: ReadVectorOptions): Pro
 
 type Run = { readonly what: string; readonly code: ErrorCode };
 
-/** Not a list of what is known to be harmful: what GDAL learns next year is off as well. */
+/** All drivers but the allowed ones, so that those of future GDAL versions are off as well. */
 async function otherDrivers(run: Run, signal: AbortSignal): Promise<string> {
   const lines = (await runOgr2ogr(['--formats'], {}, run, signal)).split('\n');
   const names = lines

@@ -8,14 +8,14 @@ const kLaszipUser = 'laszip encoded';
 const kLaszipRecord = 22204;
 /** LASzip's compressor 1 writes one unbroken stream without a chunk table; 2 and 3 write chunks. */
 const kPointwise = 1;
-/** A header names its VLRs by count; a broken one must not make us walk the file forever. */
+/** A header names its VLRs by count; a wrong count must not cause an endless walk. */
 const kMaxVlrs = 10_000;
 
 /**
- * Checks that a file on disk is a LAS or LAZ file and whole, as far as that can be told without
- * decoding points: plain records fit the file, and a LAZ file holds its chunk table, which is
- * written last. Three small reads, made at once: on the way to another thread and back each would
- * cost a hundred times its own time.
+ * Checks that a file on disk is a LAS or LAZ file and whole, as far as is possible without decoding
+ * points: plain records fit the file, and a LAZ file holds its chunk table, which is written last.
+ * The three small reads are synchronous: passing one to a worker thread and back would cost a
+ * hundred times the read itself.
  */
 export async function verifyLasFile(
   path: string,

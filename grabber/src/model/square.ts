@@ -10,14 +10,14 @@ export type RecordKey = { readonly source: string; readonly grid: string; readon
 
 /**
  * The states of a record:
- * known      a fishnet has it, and nobody asked for it
- * wanted     it was asked for and waits for its turn
+ * known      a fishnet lists it; it was not requested
+ * wanted     it was requested and waits for its turn
  * fetching   a transfer has begun; an unfinished file may lie next to the place of the finished one
  * fetched    all bytes are stored and hashed, but not checked
  * verified   the file is whole, and is what it claims to be
  * converted  verified, and converted to the form that is kept (zLAS and LAS to LAZ, images to
  *            GeoTIFF)
- * missing    its source says that there is no such square
+ * missing    its source has no such square
  * failed     the last attempt ended with `lastError`; another attempt may succeed
  */
 export const kStates = [
@@ -34,7 +34,7 @@ export type State = (typeof kStates)[number];
 
 /**
  * States in which the file of a record can be used. It still can while another is fetched: then
- * only `verifiedAt` tells.
+ * only `verifiedAt` shows that.
  */
 export const kUsable: readonly State[] = ['verified', 'converted'];
 
@@ -117,7 +117,7 @@ export type StoreRecord = Terms & {
   readonly published: string | null;
   /**
    * Where the file came from, after redirects were followed by name only: the address that was
-   * asked.
+   * requested.
    */
   readonly url: string | null;
   /** The last whole file; it stays when a later attempt fails. */

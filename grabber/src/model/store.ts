@@ -79,7 +79,7 @@ export type RecordTable = {
   missing(key: RecordKey, reason: string): void;
   /**
    * A file that could be used before still can, and a whole one that waits for its conversion still
-   * waits: `lastError` tells.
+   * waits; `lastError` has the reason.
    */
   failed(key: RecordKey, code: string, message: string): void;
   /** Back to known; the caller has removed the file. */
@@ -127,17 +127,17 @@ export type FilePlaces = {
   unfinished(kind: 'lidar' | 'ortho', key: RecordKey): string;
 };
 
-/** Ground that was asked for, seen in the CRS of one source. */
+/** Requested ground, in the CRS of one source. */
 export type Region = {
   /** Encloses all of it. */
   readonly bounds: BoundsM;
   /** Whether a square has any of that ground. */
   touches(square: BoundsM): boolean;
-  /** The squares that were asked for by name; undefined = all that touch. */
+  /** The squares that were requested by name; undefined = all that touch. */
   readonly names: ReadonlySet<string> | undefined;
 };
 
-/** What a source has. */
+/** The squares that a source offers. */
 export type Catalogue = {
   /**
    * Squares of the region, each once, from south to north, then west to east.
@@ -145,12 +145,12 @@ export type Catalogue = {
    *   reported to the caller that opened the store
    */
   readonly find: (region: Region, signal: AbortSignal) => AsyncIterable<CatalogueSquare>;
-  /** Addresses that were found are good for a while only, so that each run finds them anew. */
+  /** Whether found addresses expire, so that each run finds them anew. */
   readonly addressesExpire?: boolean;
   /**
-   * Finds the address of a square whose `urls` are empty, by asking for it.
+   * Finds the address of a square whose `urls` are empty, by trying addresses.
    * @param near  blocks of the squares around it, most likely first
-   * @param there asks whether a file is there; counts as a request to its host
+   * @param there checks whether a file exists; counts as a request to its host
    * @return undefined when the source has no such square
    */
   readonly locate?: (

@@ -20,11 +20,11 @@ export type BandFacts = {
   readonly type: string;
 };
 
-/** What gdalinfo says of a picture. */
+/** The facts that gdalinfo prints of a picture. */
 export type RasterFacts = {
   readonly width_px: number;
   readonly height_px: number;
-  /** Undefined where the file does not tell where it lies. */
+  /** Undefined where the file has no georeference. */
   readonly geo: readonly number[] | undefined;
   readonly wkt: string | undefined;
   readonly bands: readonly BandFacts[];
@@ -143,13 +143,13 @@ function environmentFor(formats: string): Record<string, string> {
     GDAL_HTTP_TIMEOUT: '1',
     PROJ_NETWORK: 'OFF',
     GDAL_TIFF_INTERNAL_MASK: 'YES',
-    // A picture of a map service lies where it was asked for, whatever tags it carries: our world
-    // file goes first.
+    // A picture of a map service lies where it was requested, whatever tags it carries: our world
+    // file has precedence.
     GDAL_GEOREF_SOURCES: 'WORLDFILE,INTERNAL',
   };
 }
 
-/** Tells where a picture without tags lies, in a file beside it. */
+/** Writes a world file for a picture without tags. */
 export async function writeWorldFile(
   image: string,
   kind: ImageKind,

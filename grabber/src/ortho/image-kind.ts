@@ -5,7 +5,7 @@ import { GrabberError, oneLine } from '../util/errors.js';
 export type ImageKind = {
   readonly driver: 'GTiff' | 'JPEG' | 'PNG' | 'JP2OpenJPEG';
   readonly extension: 'tif' | 'jpg' | 'png' | 'jp2';
-  /** Ending of a file that says where it lies. */
+  /** Ending of its world file. */
   readonly world: 'tfw' | 'jgw' | 'pgw' | 'j2w';
 };
 
@@ -45,7 +45,7 @@ export function requireImage(start: Uint8Array, shown: string): ImageKind {
   if (exception !== undefined) {
     throw new GrabberError(
       'MAP_SERVICE',
-      `ask for a picture ${shown}: the server says "${exception}"; allowed: a picture`,
+      `request the picture ${shown}: the server says "${exception}"; allowed: a picture`,
       {
         retryable: false,
       },

@@ -16,7 +16,7 @@ type LocalImage = Piece & { readonly bounds: BoundsM; readonly resolution_m: num
 
 /**
  * Pictures that lie on this machine: one file, or all of a folder; GeoTIFF, or JPEG and PNG with a
- * world file. One without a CRS is taken to be in `crs`. Each is looked into once.
+ * world file. One without a CRS is taken to be in `crs`. Each is opened once.
  */
 export function localGather(from: string, crs: string | null): Gather {
   const path = resolve(from);
@@ -69,7 +69,7 @@ async function readImages(
       path: one,
       kind,
       channels: channelsOf(facts.bands.map((band) => band.interpretation)),
-      // Names compare; what the file calls its system is used where it has no number.
+      // An EPSG code can be compared; the WKT of the file is used where it has no code.
       crs: facts.wkt === undefined ? crs : (own ?? facts.wkt),
       bounds,
       resolution_m: (bounds[2] - bounds[0]) / facts.width_px,

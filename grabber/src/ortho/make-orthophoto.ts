@@ -42,8 +42,8 @@ export function orthoKey(source: string, square: StoreRecord): RecordKey {
 }
 
 /**
- * Makes the rows of orthophotos known, so that they can be worked on; nothing else changes: of when
- * a picture is says its row once it is made, or another year would pass for what is there.
+ * Adds the rows of orthophotos to the store, so that they can be worked on. The date of a picture
+ * is recorded once it is made: before, it would be wrong for the picture that is there.
  */
 export function learnOrthophotos(
   store: Store,
@@ -80,7 +80,7 @@ function learnOne(
   store.orthophotos.learn(source, key.source, crs, { crs, classTable: null, ...terms }, [row]);
 }
 
-/** A picture that is there and is what is asked for now. */
+/** Whether a picture is there that matches the current request. */
 export async function isMade(
   record: StoreRecord,
   store: Store,

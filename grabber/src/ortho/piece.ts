@@ -7,7 +7,7 @@ import type { Target } from './target.js';
 /** What the samples of a pixel are. */
 export type Channels = 'rgb' | 'rgba' | 'grey' | 'greya' | 'palette' | 'other';
 
-/** A picture on disk with its place: in its tags, or in a world file beside it. */
+/** A picture on disk with its place: in its tags, or in a world file. */
 export type Piece = {
   readonly path: string;
   readonly kind: ImageKind;
@@ -35,7 +35,7 @@ export type Gathered = {
 
 /** What a kind of source needs to gather pieces. */
 export type GatherContext = {
-  /** Of this one picture; removed behind it. */
+  /** Of this one picture; removed afterwards. */
   readonly folder: string;
   /** Of the whole run: whole files that several squares need. */
   readonly cache: string;
@@ -106,7 +106,7 @@ export function requireSize(
   throw new GrabberError(
     'NOT_IMAGE',
     `read the picture ${shown}: ${probe.width_px} x ${probe.height_px} pixels; allowed: ` +
-      `${width_px} x ${height_px}, as asked for`,
+      `${width_px} x ${height_px}, as requested`,
   );
 }
 

@@ -6,8 +6,8 @@ const kPointsPerEdge = 8;
 const kPad_px = 4;
 
 /**
- * The pixels to ask a server for that draws in another CRS than the target's: they enclose it, and
- * are as fine. In the target's own CRS it is the target itself, pixel by pixel.
+ * The pixels to request from a server that draws in another CRS than the target's: they enclose it,
+ * and are as fine. In the target's own CRS it is the target itself, pixel by pixel.
  */
 export async function requestGrid(
   target: Target,

@@ -8,12 +8,12 @@ export const kAllowed = {
   title: 'text of 1 to 200 characters',
   licence: 'text of 1 to 200 characters',
   attribution: 'text of 1 to 200 characters',
-  crs: 'EPSG:<number>, such as EPSG:3794: what the pictures are asked in, or lie in',
+  crs: 'EPSG:<number>, such as EPSG:3794: the CRS of requests and pictures',
   resolution_m: 'a number from 0.01 to 100, metres a pixel',
   bands: '"rgb" or "rgbi" (the fourth is near infrared)',
   max_concurrent: 'an integer from 1 to 32, requests at a time',
   missing_status: 'a list of HTTP statuses from 400 to 499',
-  hosts: 'a list of further host names that may be talked to, host or host:port',
+  hosts: 'a list of further host names that may be contacted, host or host:port',
   allow_private_addresses: 'true or false',
   secret_headers: 'a table of header = name of an environment variable',
   access: 'a table with kind = "wms", "wmts", "stac" or "template" and the fields of that kind',
@@ -129,7 +129,7 @@ export const kOrthoKind: ConfigKind<OrthoSource> = {
   allowed: kAllowed,
 };
 
-/** Hosts that a source may make us talk to: those of its addresses and those that it names. */
+/** Hosts that a source permits: those of its addresses and those that it names. */
 export function orthoHosts(source: OrthoSource): string[] {
   return [
     ...new Set([new URL(source.access.url.replace(/\{[^}]*\}/g, '0')).host, ...source.hosts]),

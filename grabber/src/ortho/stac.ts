@@ -31,8 +31,7 @@ type Item = z.infer<typeof itemSchema>;
 type Asset = { readonly url: string; readonly date: string; readonly place: string };
 
 /**
- * Whole files of a catalogue, cut later; the newest of each place (or of the time that was asked
- * for).
+ * Whole files of a catalogue, cut later; the newest of each place (or of the requested time).
  */
 export function stacGather(source: OrthoSource, access: StacAccess, cache: AssetCache): Gather {
   return async (target, context, signal) => {

@@ -42,7 +42,7 @@ export function getMapUrl(
 }
 
 /**
- * Asks for a target in pictures that the server is willing to draw; together they are it, without a
+ * Requests a target in pictures no larger than the server draws; together they cover it without a
  * seam.
  */
 export function wmsGather(source: OrthoSource, access: WmsAccess): Gather {
@@ -84,7 +84,7 @@ export function wmsGather(source: OrthoSource, access: WmsAccess): Gather {
   };
 }
 
-/** No digits that only arithmetic has put there. */
+/** Removes digits that are rounding errors. */
 function rounded(value: number): number {
   return Number(value.toFixed(6));
 }

@@ -3,7 +3,7 @@ import { z } from 'zod';
 import { GrabberError } from '../util/errors.js';
 import type { TileMatrix } from './wmts-matrix.js';
 
-/** What is needed of a tile service to ask for tiles of one layer. */
+/** What is needed of a tile service to request tiles of one layer. */
 export type TileService = {
   readonly crs: string;
   readonly matrices: readonly TileMatrix[];

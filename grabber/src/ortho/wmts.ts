@@ -14,8 +14,8 @@ const kMaxCapabilities_bytes = 32 << 20;
 const kMaxTile_bytes = 8 << 20;
 
 /**
- * Joins the tiles of the matrix that is as fine as wanted. The service is asked for its
- * capabilities once.
+ * Joins the tiles of the matrix that is as fine as wanted. The capabilities of the service are
+ * requested once.
  */
 export function wmtsGather(source: OrthoSource, access: WmtsAccess): Gather {
   let service: Promise<TileService> | undefined;

@@ -5,8 +5,8 @@ import type { RecordKey, StoredFile } from '../model/square.js';
 export type Outcome = { readonly key: RecordKey; readonly url: string | null } & (
   | {
       /**
-       * fetched: whole, but of no use before a conversion, which nobody has done. kept: was there
-       * before the run.
+       * fetched: whole, but not usable before a conversion, which has not been made. kept: was
+       * there before the run.
        */
       readonly state: 'verified' | 'converted' | 'fetched' | 'kept';
       readonly file: StoredFile;
@@ -35,13 +35,13 @@ export type Summary = Tally & {
 };
 
 /**
- * Hears how a run goes. Called often, so an implementation decides itself what it shows; must not
- * throw.
+ * Receives the progress of a run. Called often, so an implementation decides itself what it shows;
+ * must not throw.
  */
 export type FetchEvents = {
   plan(plan: Plan): void;
   begin(key: RecordKey, url: string): void;
-  /** @param total_bytes undefined = the server does not tell */
+  /** @param total_bytes undefined = not known */
   bytes(
     key: RecordKey,
     done_bytes: number,

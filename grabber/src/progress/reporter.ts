@@ -1,6 +1,6 @@
 import type { FetchEvents, Summary } from './events.js';
 
-/** Tells the user, or a program, how a run goes. */
+/** Reports the progress of a run to the user or to a program. */
 export type Reporter = FetchEvents & {
   /** With --from: a file whose name is not one of the source's. */
   ignored(path: string, source: string): void;

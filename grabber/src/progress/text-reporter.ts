@@ -76,7 +76,7 @@ export function summaryLine(sum: Summary): string {
     `${sum.missing} missing`,
     ...(sum.known_missing === 0
       ? []
-      : [`${sum.known_missing} known to be missing (--refetch asks again)`]),
+      : [`${sum.known_missing} known to be missing (--refetch requests them again)`]),
     `${sum.failed} failed`,
     formatBytes(sum.received_bytes),
     `${sum.seconds.toFixed(1)} s`,

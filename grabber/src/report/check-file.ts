@@ -20,7 +20,7 @@ export async function problemOf(
   const path = join(root, file.path);
   try {
     const wrong = await wrongBytes(root, file, signal);
-    // zLAS is Esri's own; nobody else knows its header.
+    // zLAS is Esri's own format, and its header is not published.
     if (wrong !== undefined || file.path.endsWith('.zlas')) return wrong;
     return await (kind === 'lidar'
       ? lasProblem(path, file.path, signal)

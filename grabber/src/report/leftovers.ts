@@ -11,21 +11,21 @@ export type Leftovers = {
   /** Files that no record names, by path. */
   readonly files: readonly Leftover[];
   /**
-   * Links, folders outside of the store, and names that this program does not give: nobody's
-   * business but the user's.
+   * Links, folders outside of the store, and names that this program does not give: they are
+   * left to the user.
    */
   readonly leftAlone: readonly string[];
 };
 
 const kKinds: readonly FileKind[] = ['lidar', 'ortho'];
-/** Names that this program gives: finished and unfinished files, and what lies beside them. */
+/** Names that this program gives: finished and unfinished files, and their side-cars. */
 const kOwnNames =
   /\.(laz|las|zlas|lax|tif|tif\.(aux\.xml|ovr|msk))$|\/\.[^/]+\.part(\.json(\.tmp)?)?$/i;
 const kKeptOriginal = /^lidar\/[^/]+\/original\//;
 const kUnfinished = new Set(['wanted', 'fetching', 'fetched']);
 
 /**
- * Looks for files in the store's folders that no record needs. Nobody may write to the store
+ * Looks for files in the store's folders that no record needs. The store must not be written to
  * meanwhile.
  * @param dropped a source whose records count as if they named nothing, and the only one whose
  *   folders are looked at
@@ -84,15 +84,15 @@ class Needed {
     if (!kUnfinished.has(state)) return;
     const unfinished = kPlaces.unfinished(kind, key);
     this.#unfinished.add(unfinished).add(archiveBeside(unfinished));
-    // A run that was killed may have brought the file to its place, and not told the record.
+    // A run that was killed may have renamed the file before it updated the record.
     for (const extension of kFileExtensions[kind]) {
       this.#addFile(kPlaces.finished(kind, key, extension));
     }
   }
 
-  /** Indices and overviews lie beside their file: a.lax or a.tif.aux.xml. */
+  /** Indices and overviews lie next to their file: a.lax or a.tif.aux.xml. */
   has(path: string): boolean {
-    // What --keep-original has put away is there because somebody wanted it.
+    // Originals that --keep-original has moved away are there at the request of the user.
     if (this.#files.has(path) || (this.#keepsPutAway && kKeptOriginal.test(path))) return true;
     const part = /^(.*\/\.[^/]+?\.part)(\.[^/]*)?$/.exec(path)?.[1];
     if (part !== undefined) return this.#unfinished.has(part);

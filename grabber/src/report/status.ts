@@ -43,7 +43,7 @@ function tableStatus(table: RecordTable): TableStatus {
   return { tally: table.tally(), errors };
 }
 
-/** For people: tables, the latest errors, and a picture of the squares of each source. */
+/** As text: tables, the latest errors, and a picture of the squares of each source. */
 export function statusText(
   status: Status,
   places: readonly Place[],

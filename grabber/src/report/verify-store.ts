@@ -23,7 +23,7 @@ export function tableOf(store: Store, kind: FileKind): RecordTable {
   return kind === 'lidar' ? store.squares : store.orthophotos;
 }
 
-/** Those that can be used, and whole ones that wait for somebody to look into them. */
+/** Usable files, and whole ones that have not been checked yet. */
 export function wholeFiles(store: Store, source: string | undefined): FileToCheck[] {
   const of = source === undefined ? {} : { source };
   return (['lidar', 'ortho'] as const).flatMap((kind) => {

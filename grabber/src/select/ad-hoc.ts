@@ -12,7 +12,7 @@ export const kAdHocSquareM = 1000;
 const kAdHocConcurrent = 4;
 const kCornerNames = ['E', 'N', 'x', 'y'];
 
-/** What the user said of files whose source has no configuration. */
+/** Facts that the user gave of files whose source has no configuration. */
 export function adHocTerms(options: SelectionOptions): Terms {
   return {
     crs: options.crs ?? null,
@@ -22,7 +22,7 @@ export function adHocTerms(options: SelectionOptions): Terms {
   };
 }
 
-/** @param template the address that was typed; undefined = no host may be talked to */
+/** @param template the address that was typed; undefined = no host may be contacted */
 export function adHocProfile(
   options: SelectionOptions,
   template: string | undefined,

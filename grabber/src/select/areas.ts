@@ -47,7 +47,7 @@ const areaSchema = z
 type AreaFile = z.infer<typeof areaSchema>;
 const kKind: ConfigKind<AreaFile> = { what: 'area', schema: areaSchema, allowed: kAllowed };
 
-/** An area of the configuration, with the names it answers to. */
+/** An area of the configuration, with all its names. */
 export type NamedArea = Area & { readonly aliases: readonly string[] };
 
 const kNearest = 3;

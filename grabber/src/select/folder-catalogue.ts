@@ -22,7 +22,7 @@ type SquareFiles = { readonly square: Square; readonly files: PointFile[] };
 
 /**
  * Point clouds below a folder; addresses are file: ones. With a source whose squares have a grid,
- * file names tell the place, and squares of a region that the folder lacks come without an address:
+ * file names give the place, and squares of a region that the folder lacks come without an address:
  * they are holes.
  */
 export async function openFolder(

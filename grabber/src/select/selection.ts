@@ -32,7 +32,7 @@ import {
 import { usage } from './usage.js';
 
 /**
- * What the command line says of sources and ground; cli/selection.ts makes it
+ * The options of the command line for sources and ground; cli/selection.ts makes them
  * (`addSelectionOptions`).
  */
 export type SelectionOptions = {
@@ -215,7 +215,7 @@ async function fromFolder(
   if (source?.square_m === undefined && regionOption !== undefined && regionOption !== 'squares') {
     throw usage(
       'choose squares: a place with --from but without a grid; allowed: --squares, or ' +
-        '--source ID whose file names tell the place',
+        '--source ID whose file names give the place',
     );
   }
   const { catalogue, ignored } = await openFolder(folder, source, signal);

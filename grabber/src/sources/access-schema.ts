@@ -26,10 +26,10 @@ export const kAccessAllowed = {
   'access.name_pattern':
     'regular expression with the groups (?<E>) and (?<N>) in kilometres or (?<x>) and ' +
     '(?<y>) in metres',
-  'access.name_corner': '"sw" or "nw", the corner that names tell',
+  'access.name_corner': '"sw" or "nw", the corner that names refer to',
   'access.block_field': 'field that holds the part of the survey',
   'access.block_pattern': 'regular expression with the group (?<block>)',
-  'access.edition_field': 'field that tells which of two features of a square is newer',
+  'access.edition_field': 'field that shows which of two features of a square is newer',
   'access.published_field': 'field that holds the date of the survey',
 } as const;
 
@@ -129,7 +129,7 @@ export type AssetChoice = z.infer<typeof assetSchema>;
 export type SourceVariable = z.infer<typeof variableSchema>;
 export type SourceVariables = Readonly<Record<string, SourceVariable>>;
 
-/** Whether all of the text is what the pattern says. */
+/** Whether the pattern matches all of the text. */
 export function matches(pattern: string, text: string): boolean {
   return new RegExp(`^(?:${pattern})$`).test(text);
 }

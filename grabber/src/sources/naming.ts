@@ -11,7 +11,7 @@ export type NameReader = (name: string) => Square | undefined;
 
 /**
  * @param pattern groups E and N (kilometres) or x and y (metres); not anchored
- * @param corner which one they tell
+ * @param corner the one that they refer to
  */
 export function patternReader(pattern: string, corner: 'sw' | 'nw', square_m: number): NameReader {
   const reader = new RegExp(pattern, 'i');

@@ -10,7 +10,7 @@ export type AccessProfile = {
   readonly max_per_s: number | null;
   /** HTTP statuses that mean "no such square". */
   readonly missing_status: readonly number[];
-  /** Host names in lower case that may be talked to (sources/hosts.ts). */
+  /** Host names in lower case that may be contacted (sources/hosts.ts). */
   readonly hosts: readonly string[];
   /** Origins that may lead to loopback, link-local and private addresses (sources/hosts.ts). */
   readonly privateOrigins: readonly string[];

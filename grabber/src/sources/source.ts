@@ -87,13 +87,13 @@ export const sourceSchema = z
 export type Source = z.infer<typeof sourceSchema>;
 
 /**
- * What the addresses of a source leave open; sources whose catalogue knows the addresses have none.
+ * What the addresses of a source leave open; sources whose catalogue lists the addresses have none.
  */
 export function variablesOf(source: Source): SourceVariables {
   return source.access.kind === 'stac' ? {} : source.access.variables;
 }
 
-/** Addresses made of a square's name, best first; empty where the catalogue knows them. */
+/** Addresses made of a square's name, best first; empty where the catalogue lists them. */
 export function templatesOf(source: Source): readonly string[] {
   return source.access.kind === 'stac' ? [] : (source.access.urls ?? []);
 }
@@ -111,11 +111,11 @@ function addressProblem(access: Source['access']): { field: string; message: str
     return { field: 'variables', message: `${unused}, which no address uses` };
   }
   const probed = names.filter((name) => access.variables[name]?.values !== undefined);
-  // The row of a square remembers one thing that was found, its block.
+  // The row of a square keeps only one found value, its block.
   if (probed.length > 1) {
     return {
       field: 'variables',
-      message: `values for ${probed.join(' and ')}, where one can be found by asking`,
+      message: `values for ${probed.join(' and ')}, where one can be found by trying`,
     };
   }
   return undefined;

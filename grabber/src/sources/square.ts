@@ -12,7 +12,7 @@ export type Square = {
 
 export type { BoundsM };
 
-/** What is known of the grid; ad-hoc templates know no extent. */
+/** What is known of the grid; ad-hoc templates have no extent. */
 export type Grid = {
   readonly square_m: number;
   readonly extent_m: BoundsM | undefined;

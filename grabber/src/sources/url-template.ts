@@ -38,7 +38,7 @@ export function templateProblem(
     (used.includes('E') && used.includes('N')) ||
     (used.includes('x') && used.includes('y'));
   if (!placed) {
-    return 'no placeholder that tells squares apart; allowed: {E} and {N}, {x} and {y}, or {name}';
+    return 'no placeholder that differs by square; allowed: {E} and {N}, {x} and {y}, or {name}';
   }
   const sample = template.replace(kPlaceholder, '0');
   if (!URL.canParse(sample) || !['http:', 'https:'].includes(new URL(sample).protocol)) {

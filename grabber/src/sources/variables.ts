@@ -3,12 +3,12 @@ import { matches, type SourceVariables } from './access-schema.js';
 import { templatesOf, variablesOf, type Source } from './source.js';
 import { placeholdersOf, type Variables } from './url-template.js';
 
-/** What is known before any square is asked for. */
+/** What is known before any square is requested. */
 export type ChosenVariables = {
   readonly given: Variables;
   /**
-   * The one variable that is found by asking, with all it may be; undefined when nothing is left
-   * open.
+   * The one variable that is found by trying, with all its possible values; undefined when
+   * nothing is left open.
    */
   readonly probed: { readonly name: string; readonly values: readonly string[] } | undefined;
 };
@@ -47,7 +47,7 @@ function refuseUnused(source: Source, all: SourceVariables, given: Variables): v
 }
 
 /**
- * The name of the variable that is a square's block: the one found by asking, else one named so.
+ * The name of the variable that is a square's block: the one found by trying, else one named so.
  */
 export function blockVariableOf(source: Source): string | undefined {
   const all = variablesOf(source);

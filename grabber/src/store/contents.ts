@@ -2,8 +2,8 @@ import type { Database, Statement } from 'better-sqlite3';
 import { envelopeOfBlob, type Envelope } from './geopackage-geometry.js';
 
 /**
- * Keeps what gpkg_contents says of a layer right: its extent, and when it last changed. Called
- * within the change's transaction.
+ * Keeps the row of a layer in gpkg_contents up to date: its extent, and when it last changed.
+ * Called within the change's transaction.
  */
 export class Contents {
   readonly #touch: Statement;

@@ -34,7 +34,7 @@ export class FootprintEncoder {
     return encodePolygon([[...ring, first]]);
   }
 
-  /** Undefined for a CRS that nobody knows how to project. */
+  /** Undefined for a CRS without a known projection. */
   #projection(crs: string): Projection | undefined {
     if (this.#projections.has(crs)) return this.#projections.get(crs);
     let found: Projection | undefined;

@@ -28,7 +28,7 @@ export type Catalogued = {
   readonly now: string;
 };
 
-/** Takes what catalogues say into a table of records; within the caller's transaction. */
+/** Updates a table of records from catalogues; within the caller's transaction. */
 export class Learner {
   readonly #table: string;
   readonly #sql: Readonly<Record<keyof RecordSql, Statement>>;

@@ -34,8 +34,7 @@ export function columnsOf(
 }
 
 /**
- * A catalogue that does not know the address must not wipe out the one that was found by asking for
- * it.
+ * A catalogue without the address must not erase the one that was found by trying.
  */
 export function keepLocatedAddress(columns: LearnedColumns, old: Row): LearnedColumns {
   if (columns.urls !== '[]') return columns;

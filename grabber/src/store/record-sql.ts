@@ -64,8 +64,8 @@ type ChangeName =
 export type RecordSql = Readonly<Record<ReadName | LearnName | ChangeName, string>>;
 
 /**
- * The statements on one table of records. Where a call needs a file, its WHERE says so, and no row
- * is changed without.
+ * The statements on one table of records. Where a call needs a file, its WHERE requires it, and no
+ * row is changed without.
  */
 export function recordSql(table: 'squares' | 'orthophotos'): RecordSql {
   return { ...readStatements(table), ...learnStatements(table), ...changeStatements(table) };

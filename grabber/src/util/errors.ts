@@ -44,7 +44,7 @@ export type GrabberErrorOptions = {
   readonly cause?: unknown;
   /** Whether the same attempt may succeed later without any change. */
   readonly retryable?: boolean;
-  /** How long the server asked to wait, in milliseconds. */
+  /** Wait that the server requested (Retry-After), in milliseconds. */
   readonly retryAfterMs?: number;
 };
 

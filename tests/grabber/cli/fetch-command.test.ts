@@ -18,7 +18,7 @@ const kSecretTable = `
 X-Key = "${kSecretVariable}"
 `;
 
-test('fetch fills a store, and its exit code tells holes from failures', async (t) => {
+test('fetch fills a store, and its exit code separates holes from failures', async (t) => {
   const server = await serve(t, (request, response) => {
     if (request.url === '/TM_463_101.laz') return sendStatus(response, 403);
     if (request.url === '/TM_464_101.laz') return sendStatus(response, 401);
@@ -93,7 +93,10 @@ test('fetch fills a store, and its exit code tells holes from failures', async (
   );
   const known = await fetch('462_101,463_101');
   assert.equal(known.code, 3);
-  assert.match(known.out, /0 missing, 1 known to be missing \(--refetch asks again\), 0 failed/);
+  assert.match(
+    known.out,
+    /0 missing, 1 known to be missing \(--refetch requests them again\), 0 failed/,
+  );
   assert.match((await fetch('463_101', '--refetch')).err, /^hole: here has no square 463_101/);
 
   assert.deepEqual(await storedFiles(store), ['lidar/here/462_101.laz']);
@@ -163,11 +166,11 @@ test('--allow-private permits the origin that was typed, not where it redirects 
     assert.equal(code, 1, name);
     assert.match(err, /HOST_REFUSED/, name);
   }
-  assert.equal(other.seen.length, 0, 'another port of this machine is not asked');
+  assert.equal(other.seen.length, 0, 'no request goes to another port of this machine');
   assert.equal((await fetch('castle')).code, 0);
 });
 
-test('fetch copies a local folder, and says which files it could not use', async (t) => {
+test('fetch copies a local folder, and lists the files that it could not use', async (t) => {
   const folder = await temporaryFolder(t);
   await mkdir(join(folder, 'b_35'));
   await writeFile(join(folder, 'b_35', 'TM_462_101.laz'), kLaz);
@@ -277,12 +280,12 @@ test('a dry run lists squares, addresses and sizes, and makes nothing', async (t
     plain.out,
     new RegExp(
       String.raw`^462_101\t\?\thttp[^\n]*TM_462_101\.laz\n463_101[^\n]*\n2 squares, 0 B ` +
-        String.raw`and 2 of unknown size \(--sizes asks\); [^\n]* free\n$`,
+        String.raw`and 2 of unknown size \(--sizes requests it\); [^\n]* free\n$`,
     ),
   );
   assert.equal(server.seen.length, 0);
-  const asked = await cli([...args, '--sizes', '--json']);
-  const lines = asked.out
+  const sized = await cli([...args, '--sizes', '--json']);
+  const lines = sized.out
     .trimEnd()
     .split('\n')
     .map((line) => JSON.parse(line) as Record<string, unknown>);
@@ -294,7 +297,7 @@ test('a dry run lists squares, addresses and sizes, and makes nothing', async (t
   await assert.rejects(storedFiles(store), { code: 'ENOENT' });
 });
 
-test('resume continues what is unfinished, and says what it cannot', async (t) => {
+test('resume continues unfinished squares, and reports those that it cannot', async (t) => {
   const server = await serve(t, (_request, response) => sendFile(response, kLaz));
   const sources = await configFolder(t, templateAccess(server.base));
   const store = await temporaryFolder(t);
@@ -339,7 +342,7 @@ test('resume continues what is unfinished, and says what it cannot', async (t) =
   );
 });
 
-test('no secret is printed, whatever is asked for', async (t) => {
+test('no secret is printed, whatever the options', async (t) => {
   const server = await serve(t, (request, response) => {
     if (request.headers['x-key'] !== 'hush-hush') return sendStatus(response, 401);
     if (request.url === '/TM_463_101.laz') {

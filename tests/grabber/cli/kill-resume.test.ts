@@ -20,7 +20,7 @@ const kConcurrency = 4;
 /** Of a body, as it is read. */
 const kPiece_bytes = 64 * 1024;
 /**
- * Bytes a second of each body; a server on this machine is otherwise far ahead of whoever reads.
+ * Bytes a second of each body; a server on this machine is otherwise far ahead of its clients.
  */
 const kRate = process.env['TERRAVOX_RATE'];
 const kSeed = Number(process.env['TERRAVOX_SEED'] ?? 11);
@@ -43,7 +43,7 @@ async function makeSurvey(root: string, random: () => number): Promise<string[]>
 }
 
 /**
- * Runs the grabber; with `killAt`, until so many squares were told verified, and a little longer.
+ * Runs the grabber; with `killAt`, until so many squares are reported verified, and a bit longer.
  */
 function fetchSome(
   portal: Portal,
@@ -123,7 +123,7 @@ test(`after 10 % faults and ${kKills} kills ${kSquares} squares are verified`, a
       random,
     );
     assert.equal(code, null, `ended by the kill, not by itself: ${err}`);
-    // The server notices later that nobody reads any more.
+    // The server notices later that the connection is gone.
     await portal.idle();
     for (const name of namesIn(store, kUsable)) {
       if (!sentWhenVerified.has(name)) sentWhenVerified.set(name, statsOf(name).bytes);
@@ -154,13 +154,13 @@ test(`after 10 % faults and ${kKills} kills ${kSquares} squares are verified`, a
   }
   open.close();
   const seconds = (performance.now() - began_ms) / 1000;
-  // A fault may be that the rest of a file cannot be had.
+  // A fault may be that the rest of a file cannot be fetched.
   const again = [...wholeWhenBegun]
     .filter(([name, whole]) => statsOf(name).faults === 0 && statsOf(name).whole > whole)
     .map(([name]) => name);
   assert.deepEqual(again, [], 'begun before a kill, and then sent whole');
-  // What the server has handed to the network, but nobody has read when the process dies, is sent
-  // again: a file a connection.
+  // Bytes that the server has sent, but the process has not read when it dies, are sent again: up
+  // to a file for each connection.
   const stats = Object.values(portal.context.stats.toJSON());
   const twice = stats.filter(({ whole }) => whole > 1).length;
   const largeTwice = portal.context.squares.filter(

@@ -8,7 +8,7 @@ import { sendFile, serve } from '../support/http-fixture.js';
 import { makeLaz } from '../support/las-fixture.js';
 import { temporaryFolder } from '../support/store-fixture.js';
 
-test('sources and areas print tables, and JSON where asked', async () => {
+test('sources and areas print tables, and JSON where requested', async () => {
   const table = await cli(['sources']);
   assert.equal(table.code, 0, table.err);
   assert.match(table.out, /^id +crs/);
@@ -30,7 +30,7 @@ test('sources and areas print tables, and JSON where asked', async () => {
   assert.ok((all.find(({ name }) => name === 'bled')?.polygon[0]?.length ?? 0) > 3);
 });
 
-test('list computes the addresses that follow a rule, without asking anybody', async () => {
+test('list computes the addresses that follow a rule, without a request', async () => {
   const list = await cli([
     'list',
     '--source',
@@ -46,7 +46,7 @@ test('list computes the addresses that follow a rule, without asking anybody', a
     /^462_101\thttps:\/\/[^\n]*\/b_35\/D96TM\/TM_462_101\.laz\n463_101\t[^\n]*\n$/,
   );
   const open = await cli(['list', '--source', 'si-lss', '--squares', '462_101']);
-  assert.equal(open.out, '462_101\t?\n', 'which block is found by asking, when it is fetched');
+  assert.equal(open.out, '462_101\t?\n', 'the fetch finds the block by trying');
   const line = await cli([
     'list',
     '--url-template',
@@ -87,7 +87,7 @@ async function catalogueFolder(t: TestContext, base: string): Promise<string> {
   return folder;
 }
 
-test('list asks the catalogues of other sources, and a catalogue that fails ends it', async (t) => {
+test('list reads catalogues of other sources, and a catalogue that fails ends it', async (t) => {
   const server = await serve(t, (_request, response, index) => {
     if (index > 0) return void response.writeHead(404).end();
     response.end(
@@ -111,7 +111,7 @@ test('list asks the catalogues of other sources, and a catalogue that fails ends
   );
 });
 
-test('wrong usage ends with exit code 2 and one line that says what is allowed', async (t) => {
+test('wrong usage ends with exit code 2 and one line that states what is allowed', async (t) => {
   const cases: { args: string[]; message: RegExp }[] = [
     {
       args: ['--source', 'de-by', '--bbox', '1,2,3'],
@@ -227,13 +227,13 @@ test('unreadable entries of a catalogue are reported, and the rest is fetched', 
   });
   const config = await catalogueFolder(t, server.base);
   const store = await temporaryFolder(t);
-  const ask = ['--source', 'here', '--squares', '462_101,463_101'];
+  const selection = ['--source', 'here', '--squares', '462_101,463_101'];
   const warning = /warning: left out of the catalogue \(1\): list here: [^\n]*castle/;
-  const list = await cli(['--config', config, 'list', ...ask]);
+  const list = await cli(['--config', config, 'list', ...selection]);
   assert.equal(list.code, 3, list.err);
   assert.equal(list.out, `462_101\t${server.base}/a.laz\n`);
   assert.match(list.err, warning);
-  const fetch = await cli(['--config', config, 'fetch', ...ask, '--store', store]);
+  const fetch = await cli(['--config', config, 'fetch', ...selection, '--store', store]);
   assert.equal(fetch.code, 3, fetch.err);
   assert.match(fetch.err, warning);
   assert.match(fetch.out, /^verified 462_101[^]*1 fetched, 0 already there, 0 missing/);

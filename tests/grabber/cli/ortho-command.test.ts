@@ -97,9 +97,9 @@ test('ortho makes the picture of each square once', async (t) => {
     wrongPixels(await readPicture(join(root, 'ortho/here/si-lss/462_101.tif'), root)),
     { count: 0, first: '' },
   );
-  const asked = server.seen.length;
+  const requests = server.seen.length;
   assert.match((await command(config, args)).out, /0 made, 1 already there/);
-  assert.equal(server.seen.length, asked);
+  assert.equal(server.seen.length, requests);
   assert.match((await command(config, [...args, '--resolution-m', '1'])).out, /120 x 120 pixels/);
   assert.match(
     (await command(config, [...args, '--resolution-m', '1', '--time', '2023'])).out,
@@ -162,7 +162,7 @@ test('fetch brings squares and their orthophotos in one go', async (t) => {
   ]);
 });
 
-test('a failing server leaves the existing picture, and the exit code says so', async (t) => {
+test('a failing server leaves the existing picture, and the exit code shows it', async (t) => {
   const options = { layer: 'dof', crs: ['EPSG:3794'], mostPixels: 100 };
   let refuse = false;
   const server = await serve(
@@ -181,7 +181,7 @@ test('a failing server leaves the existing picture, and the exit code says so', 
   assert.ok((await storedFiles(root)).includes('ortho/here/si-lss/462_101.tif'));
 });
 
-test('wrong wishes are refused with what is allowed', async (t) => {
+test('wrong options are refused with what is allowed', async (t) => {
   const config = await configWith(t, 'http://127.0.0.1:9');
   const root = await storeWith(t, makeLaz(), 'laz');
   const cases: { args: string[]; message: RegExp }[] = [
@@ -206,7 +206,7 @@ test('wrong wishes are refused with what is allowed', async (t) => {
   }
 });
 
-test('convert brings LAS to LAZ, and tells what failed', async (t) => {
+test('convert compresses LAS to LAZ, and reports what failed', async (t) => {
   const config = await temporaryFolder(t);
   await writeFile(join(config, 'small.laz'), makeLaz());
   const tool = await script(

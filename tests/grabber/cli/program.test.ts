@@ -18,7 +18,7 @@ test('help and version go to standard output with exit code 0', async () => {
   assert.deepEqual(version, { code: 0, out: `${readPackageInfo().version}\n`, err: '' });
 });
 
-test('wrong usage ends with exit code 2 and one line that says what is allowed', async (t) => {
+test('wrong usage ends with exit code 2 and one line that states what is allowed', async (t) => {
   const store = await temporaryFolder(t);
   const cases: { args: string[]; message: RegExp }[] = [
     { args: ['grab'], message: /unknown command 'grab'/ },

@@ -205,7 +205,7 @@ test('verify also reads files that await conversion or are fetched again', async
   );
 });
 
-test('resume tells which orthophotos are unfinished, and how they are continued', async (t) => {
+test('resume reports which orthophotos are unfinished, and how they are continued', async (t) => {
   const root = await temporaryFolder(t);
   const store = openStore(root, {}, kNever);
   store.orthophotos.learn('si-dof', 'si-lss', null, kTerms, [
@@ -219,10 +219,10 @@ test('resume tells which orthophotos are unfinished, and how they are continued'
   ]);
   store.squares.learn('de-by', 'de-by', null, kTerms, [catalogueSquare(690, 5336)]);
   store.close();
-  const told = await cli(['resume', '--store', root]);
-  assert.equal(told.code, 3, told.err);
+  const resumed = await cli(['resume', '--store', root]);
+  assert.equal(resumed.code, 3, resumed.err);
   assert.match(
-    told.err,
+    resumed.err,
     /^warning: 2 orthophotos of si-dof are unfinished \(grab ortho --source si-dof --grid si-lss; /,
   );
   assert.equal((await cli(['resume', '--store', root, '--source', 'de-by'])).code, 0);

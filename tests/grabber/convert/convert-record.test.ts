@@ -99,7 +99,7 @@ test('LAS becomes LAZ, and the original is remembered', async (t) => {
   assert.equal(row.points?.pointCount, 10);
 });
 
-test('a kept original lies where nobody takes it for a square', async (t) => {
+test('a kept original lies where no program takes it for a square', async (t) => {
   const { store, record } = await storeWith(t, 'las', makeLas());
   await convertRecord(record(), store, await tools(t), { ...kOptions, keepOriginal: true }, kNever);
   assert.deepEqual(await storedFiles(store.root), [
@@ -133,7 +133,7 @@ test('zLAS without a point count is accepted by its bounds, with a warning', asy
   await convertRecord(record(), store, await tools(t, kCopies(makeLaz())), kOptions, kNever);
   assert.match(
     record().warnings.join(),
-    /does not tell its number of points: the 10 converted ones/,
+    /does not state its number of points: the 10 converted ones/,
   );
 });
 
@@ -206,7 +206,7 @@ test('a converter that does wrong changes nothing in the store', async (t) => {
   }
 });
 
-test('without a converter or the tool the message says how to get one', async (t) => {
+test('without a converter or the tool the message explains how to get one', async (t) => {
   const zlas = await storeWith(t, 'zlas', kZlas);
   await assert.rejects(
     convertRecord(zlas.record(), zlas.store, await tools(t), kOptions, kNever),

@@ -74,7 +74,7 @@ test('what a program may not do ends it with the reason', async (t) => {
       message: /ran longer than 0\.5 s/,
     },
     {
-      name: 'will not listen',
+      name: 'ignores SIGTERM',
       body: 'process.on("SIGTERM", () => 0); setInterval(() => 0, 1000)',
       limits: { time_limit_s: 0.5 },
       message: /ran longer/,
@@ -92,7 +92,7 @@ test('what a program may not do ends it with the reason', async (t) => {
       message: /SIGXFSZ|EFBIG|exit code/,
     },
     {
-      name: 'talks without end',
+      name: 'writes without end',
       body: 'const s = "x".repeat(65536); (function f() { process.stdout.write(s, f) })()',
       message: /characters to standard output/,
     },

@@ -51,7 +51,7 @@ test('a good file is stored under its square, hashed and recorded', async (t) =>
   assert.equal(server.seen[0]?.headers['accept-encoding'], 'identity');
 });
 
-test('a file without compression is stored as LAS, whatever its address says', async (t) => {
+test('a file without compression is stored as LAS, whatever the ending of its URL', async (t) => {
   const server = await serve(t, (_request, response) => sendFile(response, makeLas()));
   const fixture = await fetchFixture(t, server.base);
   await fixture.fetch(one(server.base));
@@ -170,7 +170,7 @@ const kBadAnswers: BadAnswer[] = [
     requests: 4,
   },
   {
-    name: 'an encoding that nobody knows',
+    name: 'an unknown encoding',
     answer: (_request, response) => sendFile(response, kLaz, { 'content-encoding': 'br' }),
     code: 'HTTP_PROTOCOL',
     message: /Content-Encoding is br; allowed: identity/,
@@ -229,14 +229,14 @@ const kBadAnswers: BadAnswer[] = [
     requests: 4,
   },
   {
-    name: 'a LAS with fewer points than it says',
+    name: 'a LAS with fewer points than its header states',
     answer: (_request, response) => sendFile(response, makeLas({ claimedPoints: 5000 })),
     code: 'LAS_TRUNCATED',
     message: /5000 point records/,
     requests: 4,
   },
   {
-    name: 'a cut file whose server tells no length',
+    name: 'a cut file whose server sends no length',
     answer: (_request, response) => void response.writeHead(200).end(kLaz.subarray(0, 5000)),
     code: 'LAS_TRUNCATED',
     message: /the chunk table needs/,
@@ -341,7 +341,7 @@ test('a redirect is followed to the file', async (t) => {
   assert.equal((await fixture.fetch(one(server.base)))[0]?.state, 'verified');
 });
 
-test('a busy server is asked again when it said, and no earlier', async (t) => {
+test('a request to a busy server is retried after its Retry-After, and no earlier', async (t) => {
   const server = await serve(t, (_request, response, index) =>
     index === 0 ? sendStatus(response, 503, { 'retry-after': '7' }) : sendFile(response, kLaz),
   );
@@ -368,7 +368,7 @@ test('points in another place are kept, but said', async (t) => {
   assert.match(fixture.record()?.warnings[0] ?? '', /lie elsewhere: x 0 to 9/);
 });
 
-test('mirrors are asked in order, and a square is missing only where all say so', async (t) => {
+test('mirrors are tried in order, and a square is missing only where all lack it', async (t) => {
   type Case = { name: string; answers: Record<string, number>; state: string; seen: string[] };
   const cases: Case[] = [
     {

@@ -40,7 +40,7 @@ const kOffice = {
   privateOrigins: [...kOfficeHosts, '10.0.0.6:8080'].map((host) => `http://${host}`),
 };
 
-test("only addresses of the source's hosts may be asked", async (t) => {
+test("only addresses of the source's hosts may be requested", async (t) => {
   const cases: { url: string; access: HostAccess; problem: RegExp | undefined }[] = [
     { url: 'https://data.example/a.laz', access: kPublic, problem: undefined },
     { url: 'https://DATA.example:443/a.laz', access: kPublic, problem: undefined },
@@ -213,7 +213,7 @@ href = 'laz$'
   );
 });
 
-test('a client may talk to nobody before it is told to whom', async (t) => {
+test('a client may contact no host before hosts are permitted', async (t) => {
   const server = await serve(t, (_request, response) => sendStatus(response, 200));
   const http = clientOf({});
   t.after(() => http.close());
@@ -222,7 +222,7 @@ test('a client may talk to nobody before it is told to whom', async (t) => {
   assert.equal((await http.get(server.base, {}, kNever)).status, 200);
 });
 
-test('secret headers go to the host that was asked, and on no redirect elsewhere', async (t) => {
+test('secret headers go to the requested host, and on no redirect elsewhere', async (t) => {
   const other = await serve(t, (_request, response) => sendFile(response, makeLaz()));
   const own = await serve(t, (request, response) => {
     if (request.url === '/there') return sendStatus(response, 302, { location: '/here' });
@@ -255,7 +255,7 @@ test('secret headers go to the host that was asked, and on no redirect elsewhere
   );
 });
 
-test('secret headers do not travel unencrypted through the open net', async (t) => {
+test('secret headers do not travel unencrypted through the internet', async (t) => {
   const http = clientOf({
     hosts: ['data.example'],
     secretHeaders: { 'x-key': 'hush' },
@@ -386,7 +386,7 @@ test('a secret in a title is hidden before the title is cut', async (t) => {
   assert.match(outcome?.state === 'failed' ? outcome.message : '', /x\*\*\*"/);
 });
 
-test('what a catalogue throws shows no secret, whoever asked it', async (t) => {
+test('no error of a catalogue shows a secret, whichever call failed', async (t) => {
   const replies: ((key: string) => string)[] = [
     (key) => `<ows:ExceptionText>Bad key ${key}</ows:ExceptionText>`,
     (key) => JSON.stringify({ features: [{ id: key, properties: {}, assets: {} }] }),

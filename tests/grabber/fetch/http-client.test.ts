@@ -3,7 +3,7 @@ import type { ServerResponse } from 'node:http';
 import { test, type TestContext } from 'node:test';
 import { createHttpClient, type HttpClient } from '../../../grabber/src/fetch/http-client.js';
 import { fakeClock } from '../support/fake-clock.js';
-import { kHere, kNobody, sendFile, serve } from '../support/http-fixture.js';
+import { kHere, kNoListener, sendFile, serve } from '../support/http-fixture.js';
 import { kNever } from '../support/store-fixture.js';
 
 /** A body that never ends, a byte at a time. */
@@ -26,7 +26,7 @@ function clientWith(t: TestContext, timeout_ms: number): HttpClient {
 /** For servers that fall silent. */
 const impatient = (t: TestContext): HttpClient => clientWith(t, 200);
 /** For those that answer, however loaded the machine is. */
-const patient = (t: TestContext): HttpClient => clientWith(t, 300_000);
+const slowTimeout = (t: TestContext): HttpClient => clientWith(t, 300_000);
 
 async function readAll(body: AsyncIterable<Uint8Array>): Promise<number> {
   let bytes = 0;
@@ -57,7 +57,7 @@ test('a server that falls silent in the middle of a body is given up on', async 
 });
 
 test('a server that is not there is a network error that names the address', async (t) => {
-  await assert.rejects(patient(t).get(`${kNobody}/a.laz`, {}, kNever), {
+  await assert.rejects(slowTimeout(t).get(`${kNoListener}/a.laz`, {}, kNever), {
     code: 'NETWORK',
     message: /fetch http:\/\/127\.0\.0\.1:1\/a\.laz: .*ECONNREFUSED/,
   });
@@ -66,19 +66,19 @@ test('a server that is not there is a network error that names the address', asy
 test('a stop is passed on as what it is, before the answer and within the body', async (t) => {
   const stop = new AbortController();
   const silent = await serve(t, () => stop.abort(new Error('stopped')));
-  await assert.rejects(patient(t).get(silent.base, {}, stop.signal), { message: 'stopped' });
+  await assert.rejects(slowTimeout(t).get(silent.base, {}, stop.signal), { message: 'stopped' });
 
   const later = new AbortController();
   const halting = await serve(t, (_request, response) => {
     response.writeHead(200, { 'content-length': '100' });
     response.write('x');
   });
-  const response = await patient(t).get(halting.base, {}, later.signal);
+  const response = await slowTimeout(t).get(halting.base, {}, later.signal);
   later.abort(new Error('stopped later'));
   await assert.rejects(readAll(response.body), { message: 'stopped later' });
 });
 
-test('a body that trickles is given up on, whoever reads it', async (t) => {
+test('a body that trickles is given up on, in every way of reading it', async (t) => {
   const server = await serve(t, (_request, response) => trickle(response, 200));
   const clock = fakeClock();
   // Each call finds the clock 50 s later.
@@ -102,7 +102,7 @@ test('a body that trickles is given up on, whoever reads it', async (t) => {
   });
 });
 
-test('a body that nobody wants is not waited for', async (t) => {
+test('a dropped body is not waited for', async (t) => {
   const server = await serve(t, (request, response) => {
     if (request.url === '/moved') return trickle(response, 302, { location: '/file' });
     if (request.url === '/file') return sendFile(response, Buffer.from('here'));

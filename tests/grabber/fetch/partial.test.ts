@@ -160,12 +160,12 @@ test('a body of unknown length stops when the disk is full, while it comes', asy
     more();
   });
   // The room is there when the body begins, and a while later others have taken it.
-  let asked = 0;
+  let queries = 0;
   const fixture = await fetchFixture(t, server.base, {
     retries: 0,
     freeBytes: () => {
-      asked += 1;
-      return 1024 ** 2 * (asked <= 3 ? 600 : 200);
+      queries += 1;
+      return 1024 ** 2 * (queries <= 3 ? 600 : 200);
     },
   });
   await assert.rejects(fixture.fetch([squareOf(kName, [`${server.base}/a.laz`])]), {

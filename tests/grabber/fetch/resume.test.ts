@@ -141,7 +141,7 @@ test('a wrong answer to Range starts anew', async (t) => {
   }
 });
 
-test('a server that gives the rest in pieces is asked until the file is whole', async (t) => {
+test('a rest that comes in pieces is requested until the file is whole', async (t) => {
   const piece = 100_000;
   const server = await serve(t, (request, response, index) => {
     if (index === 0) return sendPart(response, kLaz, kCutAt, { etag: kEtag });

@@ -50,7 +50,7 @@ test('bad squares do not stop the good ones, and all are counted', async (t) => 
   );
 });
 
-test('a square that waits for another try keeps no place at its host', async (t) => {
+test('a square that waits for another try does not occupy a slot of its host', async (t) => {
   const served: string[] = [];
   const server = await serve(t, (request, response) => {
     served.push(request.url ?? '');
@@ -115,10 +115,10 @@ test('a cut connection on every try is a failure that leaves the part for later'
   ]);
 });
 
-test('an address that nobody knew is looked for, next door first, and remembered', async (t) => {
-  const asked: string[] = [];
+test('an unknown address is looked for, in neighbouring blocks first, and recorded', async (t) => {
+  const requests: string[] = [];
   const server = await serve(t, (request, response) => {
-    asked.push(`${request.method ?? ''} ${request.url ?? ''}`);
+    requests.push(`${request.method ?? ''} ${request.url ?? ''}`);
     if (request.method === 'HEAD' && request.url === '/b_12/461_101') {
       return sendStatus(response, 405);
     }
@@ -137,10 +137,10 @@ test('an address that nobody knew is looked for, next door first, and remembered
     },
   });
   await fixture.fetch([squareOf('460_101', [`${server.base}/b_12/460_101`], { block: 'b_12' })]);
-  asked.length = 0;
+  requests.length = 0;
   const [outcome] = await fixture.fetch([squareOf('461_101', [])]);
   assert.equal(outcome?.state, 'verified');
-  assert.deepEqual(asked, ['HEAD /b_12/461_101', 'GET /b_12/461_101', 'GET /b_12/461_101']);
+  assert.deepEqual(requests, ['HEAD /b_12/461_101', 'GET /b_12/461_101', 'GET /b_12/461_101']);
   const record = fixture.store.squares.get(keyOf('461_101'));
   assert.deepEqual([record?.block, record?.urls], ['b_12', [`${server.base}/b_12/461_101`]]);
   const nowhere = await fetchFixture(t, server.base, {

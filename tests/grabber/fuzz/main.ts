@@ -3,7 +3,7 @@ import { FuzzUsageError, kUsage, parseFuzzOptions, type FuzzOptions } from './op
 import { TargetProcesses } from './target-process.js';
 import { allTargets } from './targets.js';
 
-// Looks for inputs that a reader neither accepts nor refuses as its contract says. Prints a line
+// Looks for inputs that a reader neither accepts nor refuses as its contract demands. Prints a line
 // for each target. Exit codes: 0 nothing was found, 1 something was found, 2 wrong usage.
 
 function readOptions(): FuzzOptions {

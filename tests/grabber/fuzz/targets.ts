@@ -42,7 +42,7 @@ import { makeZip } from '../support/zip-fixture.js';
 import { arrived, damagedOneOf } from './damage.js';
 import { acceptedOrRefused } from './refusal.js';
 
-/** A reader of what strangers send, with what must hold for every input. */
+/** A reader of untrusted input, with the properties that must hold for every input. */
 export type Target = {
   readonly name: string;
   /** In `npm test`, which takes a few seconds for all targets together. */
@@ -236,7 +236,7 @@ function vectorTargets(): Target[] {
   }));
   const plain = join(kFolder, 'in.geojson');
   return kinds.map(({ driver, name }) => {
-    // Made when it is first asked for: a run of another target needs no GDAL.
+    // Made on first use: a run of another target needs no GDAL.
     let good: Buffer | undefined;
     const folder = join(kFolder, `vector-${driver.replaceAll(' ', '-')}-${name}`);
     const path = join(folder, name);

@@ -17,14 +17,14 @@ import { seeded } from '../support/seeded.js';
 
 type Geometry = { readonly type: 'Polygon'; readonly coordinates: readonly (readonly Point[])[] };
 
-// Tests lie beside the package, not in it, so its packages are found from its folder.
+// Tests lie outside of the package, so its packages are found from its folder.
 const { booleanIntersects } = createRequire(join(readPackageInfo().root, 'package.json'))(
   '@turf/boolean-intersects',
 ) as {
   booleanIntersects: (a: Geometry, b: Geometry) => boolean;
 };
 
-test('places are where the national surveys say they are', async (t) => {
+test('places are where the national surveys have them', async (t) => {
   // Values of PROJ (gdaltransform). The Bessel datum of D48 has better parameters there than in the
   // index.
   const cases: { crs: string; lonLat: Point; eastNorth: Point; within_m?: number }[] = [

@@ -7,7 +7,7 @@ import { verifyLasFile } from '../../../grabber/src/las/verify.js';
 import { makeLas, makeLaz, type LasFixture } from '../support/las-fixture.js';
 import { kNever, temporaryFolder } from '../support/store-fixture.js';
 
-test('a header tells version, format, point count and bounds', async (t) => {
+test('a header gives version, format, point count and bounds', async (t) => {
   const cases: { name: string; fixture: LasFixture; version: string }[] = [
     { name: 'LAS 1.0', fixture: { minor: 0, format: 0 }, version: '1.0' },
     { name: 'LAS 1.2', fixture: { minor: 2, format: 3 }, version: '1.2' },

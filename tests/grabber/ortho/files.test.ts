@@ -69,7 +69,7 @@ async function local(t: TestContext, from: string): Promise<Bench> {
 const pictureOf = (at: Bench): Promise<Picture> =>
   readPicture(join(at.store.root, 'ortho/here/lidar/462_101.tif'), at.store.root);
 
-test('pictures of a folder are joined and cut: PNG with a world file beside GeoTIFF', async (t) => {
+test('pictures of a folder are joined and cut: PNG with a world file, and GeoTIFF', async (t) => {
   const folder = await temporaryFolder(t);
   await writePng(join(folder, 'west.png'), [461_900, 100_900, 462_050, 101_200]);
   await geoTiff(await temporaryFolder(t), 'unused', [0, 0, 10, 10]);
@@ -228,7 +228,7 @@ test('placeholders of addresses', () => {
   assert.throws(() => squareUrl('{block}', [0, 0], 1000), /\{block\}; allowed: \{E\}/);
 });
 
-test('a picture longer than any memory is looked into by its start', async (t) => {
+test('a picture larger than any memory is checked by its first bytes', async (t) => {
   const folder = await temporaryFolder(t);
   const gdal = await openGdal(folder, kNever);
   const tif = await geoTiff(folder, 'long', [462_000, 101_000, 462_010, 101_020]);

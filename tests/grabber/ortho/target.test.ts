@@ -9,7 +9,7 @@ import { kNever } from '../support/store-fixture.js';
 
 const kConfig = join(readPackageInfo().root, '..', 'config', 'sources', 'ortho');
 
-test('the configured sources can be read, and each says what hosts it talks to', async () => {
+test('the configured sources can be read, and each lists its hosts', async () => {
   const sources = await loadConfigFolder(kConfig, kOrthoKind, kNever);
   assert.deepEqual(
     [...sources.keys()],

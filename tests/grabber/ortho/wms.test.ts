@@ -45,7 +45,7 @@ test('a square from several pictures equals the truth in any version and axis or
   }
 });
 
-test('the row says what was made, and nothing else is left in the store', async (t) => {
+test('the row describes what was made, and nothing else is left in the store', async (t) => {
   const handler = wmsHandler(kServer);
   const server = await serve(t, (request, response) => void handler(request, response));
   const at = await bench(t, wmsSource(server.base));
@@ -148,11 +148,11 @@ test('a picture of another size is refused', async (t) => {
     handler(request, response);
   });
   const at = await bench(t, wmsSource(server.base));
-  await assert.rejects(at.make(), /50 x \d+ pixels; allowed: \d+ x \d+, as asked for/);
+  await assert.rejects(at.make(), /50 x \d+ pixels; allowed: \d+ x \d+, as requested/);
 });
 
 test('a square in a foreign CRS gets a picture in its own CRS', async (t) => {
-  // 3794 and 3912 differ by a datum; the square is asked in 3794 and turned into UTM 33.
+  // 3794 and 3912 differ by a datum; the square is requested in 3794 and turned into UTM 33.
   const handler = wmsHandler({ ...kServer, mostPixels: 2000 });
   const server = await serve(t, (request, response) => void handler(request, response));
   const at = await bench(

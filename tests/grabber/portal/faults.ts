@@ -10,7 +10,7 @@ export const kFaults = [
   'html', // status 200, but a page
   'norange', // Range is ignored
   'etag', // another ETag than before
-  'gzip', // Content-Encoding although identity was asked for
+  'gzip', // Content-Encoding although identity was requested
   'redirect', // to the same file of this server
   'foreign', // redirect to a server elsewhere
   'slow', // a trickle

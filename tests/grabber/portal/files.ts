@@ -109,7 +109,7 @@ function answerWithoutFile(
   return true;
 }
 
-/** @return where to begin; 0 = the whole file, undefined = the range cannot be had */
+/** @return where to begin; 0 = the whole file, undefined = the range cannot be satisfied */
 function rangeStart(
   request: IncomingMessage,
   etag: string,
@@ -169,7 +169,7 @@ async function* pace(
   }
 }
 
-/** Resolves when there is room again, or nobody to write to. */
+/** Resolves when there is room again, or the connection is closed. */
 function drained(response: ServerResponse): Promise<void> {
   return new Promise((resolve) => {
     const done = (): void => {

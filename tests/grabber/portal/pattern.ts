@@ -1,10 +1,10 @@
 import { deflateSync } from 'node:zlib';
 
-/** Side of the pixels of the invented picture. */
+/** Side of the pixels of the synthetic picture. */
 export const kPatternStep_m = 0.5;
 
 /**
- * The invented picture: each pixel of a grid of 0.5 m has a colour that says which one it is, so
+ * The synthetic picture: each pixel of a grid of 0.5 m has a colour that identifies it, so
  * that a picture that is shifted by half a pixel, turned, or joined wrongly differs everywhere.
  */
 export function patternAt(easting: number, northing: number): [number, number, number] {

@@ -109,7 +109,7 @@ type WfsPage = {
 };
 type Stats = Readonly<Record<string, { readonly whole: number }>>;
 
-test('the portal speaks as portals do', async (t) => {
+test('the portal answers as real portals do', async (t) => {
   const portal = await portalOf(t, 5, 2000);
   const json = async <T>(path: string): Promise<T> =>
     (await (await fetch(`${portal.base}${path}`)).json()) as T;

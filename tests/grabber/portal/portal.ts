@@ -41,7 +41,7 @@ export type PortalContext = {
   readonly stats: PortalStats;
 };
 
-/** @return whether the request was this handler's; the first that says so answers it */
+/** @return whether it answered the request; else the next handler is tried */
 export type PortalHandler = (
   request: IncomingMessage,
   response: ServerResponse,

@@ -38,7 +38,7 @@ export async function scanSquares(root: string): Promise<PortalSquare[]> {
   return squares.sort((a, b) => a.north_km - b.north_km || a.east_km - b.east_km);
 }
 
-/** Invented: strips of 20 km, so that neighbours mostly share a block. */
+/** Synthetic: strips of 20 km, so that neighbours mostly share a block. */
 export function blockOf(east_km: number, north_km: number): string {
   return `b_${11 + ((Math.floor(east_km / 20) + Math.floor(north_km / 20) * 5) % 27)}`;
 }

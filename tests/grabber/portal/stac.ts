@@ -7,7 +7,7 @@ const kLimit = 100;
 
 /**
  * A STAC API like that of swisstopo: GET items?bbox=&limit=, paged by links with rel "next".
- * Invented squares.
+ * The squares are synthetic.
  */
 export const stacHandler: PortalHandler = (request, response, context) => {
   const { pathname, searchParams } = pathOf(request);

@@ -12,7 +12,7 @@ export type WmsOptions = {
 };
 
 /**
- * A map server that draws the invented picture.
+ * A map server that draws the synthetic picture.
  * @return whether the request was for it (path /wms)
  */
 export function wmsHandler(

@@ -14,7 +14,7 @@ export type WmtsOptions = {
   /** Tiles to each side. */
   readonly tiles: number;
   /**
-   * Write an address template into the capabilities; without it tiles are asked for by parameters.
+   * Write an address template into the capabilities; without it tiles are requested by parameters.
    */
   readonly rest: boolean;
   /** Corners with the northing first. */
@@ -25,7 +25,7 @@ export type WmtsOptions = {
 };
 
 /**
- * A tile server that cuts the invented picture.
+ * A tile server that cuts the synthetic picture.
  * @return whether the request was for it (path /wmts...)
  */
 export function wmtsHandler(

@@ -22,7 +22,7 @@ async function lss(): Promise<Source> {
 
 type Row = Record<string, string | number | null>;
 
-/** A fishnet as ARSO publishes it: NAME, BLOK, CENTERX, CENTERY; rows are invented. */
+/** A fishnet as ARSO publishes it: NAME, BLOK, CENTERX, CENTERY; rows are synthetic. */
 async function fishnet(
   t: TestContext,
   rows: Row[],
@@ -149,7 +149,7 @@ test('a fishnet that cannot be right is refused with its row', async (t) => {
       message: /row 4: name "A1"; allowed: E_N/,
     },
     {
-      name: 'a block nobody knows',
+      name: 'an unknown block',
       rows: [{ NAME: '462_101', BLOK: 'b_99' }],
       message: /row 1: block "b_99"; allowed: one of b_11/,
     },

@@ -89,7 +89,7 @@ test('the places of the paper are on their squares', async (t) => {
   }
 });
 
-test('an area answers to its name however it is spelled', async (t) => {
+test('an area is found by its name however it is spelled', async (t) => {
   const areas = await loadAreas(kAreas, kNever);
   for (const name of ['bled', 'Bled', ' BLED ']) assert.equal(findArea(name, areas).name, 'bled');
   for (const name of ['Škofja Loka', 'skofja loka', 'SKOFJA-LOKA', 's\u030ckofjaloka']) {
@@ -226,7 +226,7 @@ test('a choice that cannot be meant is a usage error', async (t) => {
       message: /"690"; allowed: E_N/,
     },
     {
-      name: 'a source nobody knows',
+      name: 'an unknown source',
       options: { source: 'xx', squares: ['1_1'] },
       message: /"xx"; allowed: ch-swisstopo, de-by/,
     },
@@ -253,7 +253,7 @@ test('a choice that cannot be meant is a usage error', async (t) => {
     {
       name: 'a template that names nothing',
       options: { urlTemplate: 'http://h/a.laz', squares: ['1_1'] },
-      message: /tells squares apart/,
+      message: /differs by square/,
     },
     {
       name: 'a folder by place',
@@ -272,7 +272,7 @@ test('a choice that cannot be meant is a usage error', async (t) => {
   }
 });
 
-test('a selection says what to record and whom to ask', async (t) => {
+test('a selection holds what to record and which hosts to contact', async (t) => {
   const { source, grid, gridCrs, terms, profile } = await chosen(t, {
     source: 'nl-ahn',
     squares: ['85_446'],
@@ -394,7 +394,7 @@ test('a folder is a catalogue of file addresses, and what it lacks is a hole', a
   });
 });
 
-test('a square asked for by name is never dropped, even if no catalogue lists it', async (t) => {
+test('a square requested by name is never dropped, even if no catalogue lists it', async (t) => {
   const folder = await temporaryFolder(t);
   await writeFile(join(folder, 'TM_462_101.laz'), 'x');
   const { catalogue, region } = await chosen(t, {
@@ -457,7 +457,7 @@ async function polygonFile(
   );
   if (driver === undefined) return geojson;
   const file = join(folder, `out.${extension}`);
-  // In metres, so that the file's own CRS matters; KML knows degrees only.
+  // In metres, so that the file's own CRS matters; KML has degrees only.
   const crs = driver === 'KML' ? [] : ['-t_srs', 'EPSG:3794'];
   execFileSync('ogr2ogr', ['-f', driver, ...crs, file, geojson], { stdio: 'ignore' });
   return file;
@@ -476,7 +476,7 @@ async function leading(t: TestContext): Promise<string> {
   return file;
 }
 
-test('polygons come from every format that people have', async (t) => {
+test('polygons come from every supported format', async (t) => {
   const expected = await names(t, { source: 'si-lss', polygon: await polygonFile(t, kTriangle) });
   assert.deepEqual(expected.sort(), kTriangleSquares);
   const formats = [
@@ -504,7 +504,7 @@ test('an outline too long to follow is refused before it fills memory', () => {
   });
 });
 
-test('a polygon file that cannot be used is an error that says why', async (t) => {
+test('a polygon file that cannot be used is an error with the reason', async (t) => {
   const folder = await temporaryFolder(t);
   const bad = join(folder, 'bad.geojson');
   await writeFile(bad, 'no geojson');
@@ -540,14 +540,14 @@ test('a polygon file that cannot be used is an error that says why', async (t) =
   }
 });
 
-test('the catalogue of a probed source still knows how to find a block', async (t) => {
+test('the catalogue of a probed source can still find a block', async (t) => {
   const sources = await shipped();
   const source = sources.get('nl-ahn6');
   assert.ok(source);
   assert.ok(openCatalogue(source, clientFor(t)).locate);
 });
 
-test('the program that reads polygons is told no secrets', async (t) => {
+test('the program that reads polygons gets no secrets', async (t) => {
   const folder = await temporaryFolder(t);
   const seen = join(folder, 'environment');
   await writeFile(
@@ -567,11 +567,11 @@ test('the program that reads polygons is told no secrets', async (t) => {
     GDAL_DATA: before['GDAL_DATA'] ?? '/usr/share/gdal',
   });
   assert.deepEqual((await names(t, { source: 'si-lss', polygon })).sort(), kTriangleSquares);
-  const told = (await readFile(seen, 'utf8'))
+  const passed = (await readFile(seen, 'utf8'))
     .split('\n')
     .flatMap((line) => /^\w+(?==)/.exec(line) ?? []);
   const shell = ['PWD', 'OLDPWD', 'SHLVL', '_'];
-  assert.deepEqual(told.filter((name) => !shell.includes(name)).sort(), [
+  assert.deepEqual(passed.filter((name) => !shell.includes(name)).sort(), [
     'GDAL_DATA',
     'HOME',
     'LANG',

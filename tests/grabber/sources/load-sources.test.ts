@@ -37,7 +37,7 @@ test('every shipped source is valid, polite, and has a class table', async () =>
   const sources = await loadSources(kShipped, kNever);
   assert.deepEqual([...sources.keys()], kIds);
   for (const [id, source] of sources) {
-    assert.ok(source.max_concurrent <= 4, `${id} is asked politely`);
+    assert.ok(source.max_concurrent <= 4, `${id} limits its requests`);
     await access(join(kConfig, 'classes', `${source.class_table}.toml`));
     assert.ok(hostsOf(source).length > 0, id);
     assert.equal(source.allow_private_addresses, false, id);
@@ -110,7 +110,7 @@ test('sources whose addresses follow a rule give the published addresses', async
   }
 });
 
-test('file names of every source tell their square', async (t) => {
+test('file names of every source give their square', async (t) => {
   const sources = await loadSources(kShipped, kNever);
   const cases: Record<string, [stem: string, name: string]> = {
     'ch-swisstopo': ['swisssurface3d_2020_2722-1124_2056_5728', '2722_1124'],
@@ -220,13 +220,13 @@ const kBad: { name: string; from: string; to: string; message: RegExp }[] = [
     message: /field licence is missing; allowed: text of 1 to 200/,
   },
   {
-    name: 'a field nobody knows',
+    name: 'an unknown field',
     from: 'licence = "CC0"',
     to: 'licence = "CC0"\nlicense = "CC0"',
     message: /field license is "CC0"; allowed: the fields id, title/,
   },
   {
-    name: 'an access field nobody knows',
+    name: 'an unknown access field',
     from: 'kind = "template"',
     to: 'kind = "template"\nurl = "x"',
     message: /field access\.url is "x"; allowed: a table \[access\]|http/,
@@ -250,7 +250,7 @@ const kBad: { name: string; from: string; to: string; message: RegExp }[] = [
     message: /field extent_m is \[9,0,1,1\]; allowed: \[west/,
   },
   {
-    name: 'a placeholder nobody fills',
+    name: 'a placeholder without a value',
     from: '//example.org/{block}/',
     to: '//example.org/{blok}/',
     message: /field access\.urls is .*placeholder \{blok\}/,
@@ -262,7 +262,7 @@ const kBad: { name: string; from: string; to: string; message: RegExp }[] = [
     message: /placeholder in the host/,
   },
   {
-    name: 'a variable nobody uses',
+    name: 'an unused variable',
     from: 'variables.block]',
     to: 'variables.blok]',
     message: /blok/,

@@ -70,7 +70,7 @@ test('a template expands to the address of a square', async (t) => {
 test('a template that cannot name squares is refused', async (t) => {
   const cases: { template: string; problem: RegExp }[] = [
     { template: 'http://h/{e}_{N}.laz', problem: /placeholder \{e\}; allowed: \{E\} \{N\}/ },
-    { template: 'http://h/{E}.laz', problem: /tells squares apart/ },
+    { template: 'http://h/{E}.laz', problem: /differs by square/ },
     { template: 'http://h/{name.laz', problem: /brace/ },
     { template: 'ftp://h/{name}.laz', problem: /no web address/ },
     { template: '{name}.laz', problem: /no web address/ },

@@ -300,7 +300,7 @@ test('a file that is no store is refused and stays as it is', async (t) => {
   });
 });
 
-test('a store is read beside its writer, and from a disk that cannot be written', async (t) => {
+test('a store is read while it is written, and from a disk that cannot be written', async (t) => {
   const root = await temporaryFolder(t);
   const writer = openStore(root, {}, kNever);
   writer.squares.learn('si-lss', 'si-lss', null, kTerms, [catalogueSquare(462, 101)]);

@@ -28,7 +28,7 @@ test('squares lie on the map where PROJ has them', () => {
   }
 });
 
-test('ground in a CRS that nobody can project has no polygon', () => {
+test('ground in a CRS without a known projection has no polygon', () => {
   for (const crs of ['EPSG:999999', 'EPSG:4326', 'here', null]) {
     assert.equal(new FootprintEncoder().polygon([0, 0, 1, 1], crs), null);
   }

@@ -13,22 +13,22 @@ const kWriter = fileURLToPath(new URL('../support/store-writer.js', import.meta.
 const kOrder: readonly State[] = ['known', 'wanted', 'fetching', 'fetched', 'verified'];
 
 /**
- * Runs the writer until it has told `lines` things, kills it, and reads what it told until then.
+ * Runs the writer until it has reported `lines` calls, kills it, and returns the reports.
  */
 function killAfter(root: string, first: number, lines: number): Promise<string[]> {
   return new Promise((resolve, reject) => {
     const child = spawn(process.execPath, [kWriter, root, String(first)], {
       stdio: ['ignore', 'pipe', 'inherit'],
     });
-    let told = '';
+    let reported = '';
     child.stdout.setEncoding('utf8').on('data', (text: string) => {
-      told += text;
-      if (told.split('\n').length > lines) child.kill('SIGKILL');
+      reported += text;
+      if (reported.split('\n').length > lines) child.kill('SIGKILL');
     });
     child.on('error', reject);
     child.on('close', (_code, signal) => {
-      if (signal === 'SIGKILL') resolve(told.split('\n').slice(0, -1));
-      else reject(new Error(`the writer ended by itself after: ${told.slice(-200)}`));
+      if (signal === 'SIGKILL') resolve(reported.split('\n').slice(0, -1));
+      else reject(new Error(`the writer ended by itself after: ${reported.slice(-200)}`));
     });
   });
 }
@@ -36,16 +36,16 @@ function killAfter(root: string, first: number, lines: number): Promise<string[]
 test('a process killed 50 times while it writes keeps every finished call', async (t) => {
   const root = await temporaryFolder(t);
   const random = seeded(20260621);
-  const told = new Map<string, State>();
+  const reported = new Map<string, State>();
   let next = 100;
   for (let round = 0; round < 50; ++round) {
     for (const line of await killAfter(root, next, random(60))) {
       const [e = '', state = ''] = line.split(' ');
-      told.set(`${e}_101`, state as State);
+      reported.set(`${e}_101`, state as State);
       next = Math.max(next, Number(e));
     }
     const store = openStore(root, {}, kNever);
-    for (const [name, state] of told) {
+    for (const [name, state] of reported) {
       const record = store.squares.get(keyOfSquare(name));
       assert.ok(
         record !== undefined && kOrder.indexOf(record.state) >= kOrder.indexOf(state),
@@ -53,14 +53,14 @@ test('a process killed 50 times while it writes keeps every finished call', asyn
       );
     }
     assert.ok(
-      store.squares.list({}).length <= told.size + round + 1,
-      'at most one square more than was told of each round',
+      store.squares.list({}).length <= reported.size + round + 1,
+      'at most one square more than was reported of each round',
     );
     store.close();
     // The square that was cut off is begun again by the next writer, under another name.
     next += 2;
   }
-  assert.ok(told.size > 50, `${told.size} squares`);
+  assert.ok(reported.size > 50, `${reported.size} squares`);
   const db = new Sqlite(join(root, 'fishnet.gpkg'), { readonly: true });
   assert.equal(db.pragma('integrity_check', { simple: true }), 'ok');
   db.close();

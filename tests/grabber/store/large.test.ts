@@ -14,7 +14,7 @@ function* country(): Generator<CatalogueSquare> {
   }
 }
 
-test('a country of 20,000 squares is learnt, wanted and told', async (t) => {
+test('a country of 20,000 squares is learnt, wanted and listed', async (t) => {
   const root = await temporaryFolder(t);
   const store = openStore(root, {}, kNever);
   const times: string[] = [];

@@ -59,7 +59,7 @@ function fallBack(model: Model, to: State, code: string): void {
   model.error = code;
 }
 
-/** A catalogue tells another length of the file. */
+/** A catalogue gives another length of the file. */
 function relearn(model: Model, bytes: number): void {
   if (model.bytes !== undefined && model.expected !== bytes) model.warned = true;
   model.expected = bytes;
@@ -157,7 +157,7 @@ function checkRecord(store: OpenStore, name: string, expected: Model, shown: str
   );
 }
 
-test('any sequence of calls leaves what a simple model says', async (t) => {
+test('any sequence of calls has the outcome of a simple model', async (t) => {
   const names = ['462_101', '463_101', '464_101'];
   for (let seed = 1; seed <= 25; ++seed) {
     const random = seeded(seed);

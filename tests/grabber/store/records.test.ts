@@ -127,7 +127,7 @@ test('a missing square is requested again after a month, or on request', async (
   assert.equal(store.squares.want([kKey], true), 1);
 });
 
-test('a conversion keeps what was sent in mind', async (t) => {
+test('a conversion keeps length and hash of what was sent', async (t) => {
   const store = await newStore(t);
   learn(store);
   store.squares.begin(kKey, 'http://h/a');
@@ -261,7 +261,7 @@ test('the CRS that a file names outlives its catalogue; that of a source does no
   assert.equal(store.squares.get(kKey)?.crs, 'EPSG:3035');
 });
 
-test('an address found by probing survives a catalogue that does not know it', async (t) => {
+test('an address found by probing survives a catalogue that lacks it', async (t) => {
   const store = await newStore(t);
   const unknown = catalogueSquare(462, 101, { urls: [] });
   learn(store, unknown);

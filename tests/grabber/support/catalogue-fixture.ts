@@ -31,7 +31,7 @@ ${access}
   );
 }
 
-/** Asks without waiting between its tries. */
+/** Requests without waits between the tries. */
 export function catalogueOf(
   t: TestContext,
   source: Source,

@@ -2,11 +2,11 @@ import { createServer, type IncomingMessage, type ServerResponse } from 'node:ht
 import type { AddressInfo } from 'node:net';
 import type { TestContext } from 'node:test';
 
-/** Port 1 is reserved and nobody listens on it. */
-export const kNobody = 'http://127.0.0.1:1';
-const kServed = [kNobody];
+/** Port 1 is reserved, and no server listens on it. */
+export const kNoListener = 'http://127.0.0.1:1';
+const kServed = [kNoListener];
 
-/** What a client needs to talk to kNobody and to all servers that serve() has started. */
+/** What a client needs to talk to kNoListener and to all servers that serve() has started. */
 export const kHere = {
   hosts: ['127.0.0.1'],
   privateOrigins: kServed,
@@ -84,7 +84,7 @@ export function sendPart(
   response.write(body.subarray(0, sentBytes));
 }
 
-/** Answers `Range: bytes=N-` as RFC 9110 wants, for a file with this ETag. */
+/** Answers `Range: bytes=N-` as RFC 9110 requires, for a file with this ETag. */
 export function sendRest(
   request: IncomingMessage,
   response: ServerResponse,

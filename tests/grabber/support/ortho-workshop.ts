@@ -151,7 +151,7 @@ export async function readPicture(path: string, folder: string): Promise<Picture
   };
 }
 
-/** Pixels that are not what the invented picture has there; the first of them as text. */
+/** Pixels that are not what the synthetic picture has there; the first of them as text. */
 export function wrongPixels(
   picture: Picture,
   skip: (easting: number, northing: number) => boolean = () => false,

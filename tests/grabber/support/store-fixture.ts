@@ -93,7 +93,7 @@ export type Fixture = {
   record(name?: string): StoreRecord | undefined;
 };
 
-/** Tells how many bytes of a body the reader has taken and dealt with. */
+/** Counts the bytes of a body that the reader has taken and processed. */
 function watched(http: SourceClient, onStored: (bytes: number) => void): SourceClient {
   async function* watch(body: AsyncIterable<Uint8Array>): AsyncGenerator<Uint8Array> {
     let bytes = 0;

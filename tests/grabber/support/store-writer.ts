@@ -3,10 +3,10 @@ import { openStore } from '../../../grabber/src/store/open-store.js';
 import { catalogueSquare, kTerms, kVerified, keyOfSquare, storedFile } from './record-fixture.js';
 
 /**
- * Waits for a reader that is slow: process.stdout would queue the text, and a kill would take what
- * has happened and was not told.
+ * Waits for a reader that is slow: process.stdout would queue the text, and a kill would lose
+ * reports of calls that have returned.
  */
-function tell(text: string): void {
+function report(text: string): void {
   for (let rest = Buffer.from(text); rest.length > 0;) {
     try {
       rest = rest.subarray(writeSync(1, rest));
@@ -17,8 +17,8 @@ function tell(text: string): void {
 }
 
 /**
- * A child that tests kill: works through squares one after the other, and tells of each call once
- * it has returned.
+ * A child that tests kill: works through squares one after the other, and reports each call once it
+ * has returned.
  */
 const [root = '', first = '0'] = process.argv.slice(2);
 const store = openStore(root, {}, new AbortController().signal);
@@ -39,6 +39,6 @@ for (let e = Number(first); ; ++e) {
   ];
   for (const [state, call] of calls) {
     call();
-    tell(`${e} ${state}\n`);
+    report(`${e} ${state}\n`);
   }
 }

@@ -16,21 +16,21 @@ export const openBrowser = (): Promise<Browser> =>
   chromium.launch({ executablePath: kChromium, headless: true, args: process.getuid?.() === 0 ? ['--no-sandbox'] : [] });
 
 /** A page that keeps what must not happen: errors, and requests to anyone but the server. */
-export type WatchedPage = { readonly page: Page; readonly errors: string[]; readonly strangers: string[]; readonly paths: string[] };
+export type WatchedPage = { readonly page: Page; readonly errors: string[]; readonly foreign: string[]; readonly paths: string[] };
 
 /** @param speed of waits of a second and more: 1 where the test looks for what stays for such a while alone */
 export async function openPage(browser: Browser, url: string, options: BrowserContextOptions = {}, speed = kSpeed): Promise<WatchedPage> {
   const context = await browser.newContext({ viewport: { width: 1280, height: 800 }, ...options });
   context.setDefaultTimeout(kHangs_ms);
   const page = await context.newPage();
-  // Shorter waits stay as they are: those tell a click from a double click, or animate.
+  // Shorter waits stay as they are: those separate clicks from double clicks, or animate.
   await page.addInitScript((times) => {
     const wait = window.setTimeout.bind(window);
     const second_ms = 1000;
     const quick = (run: () => void, ms = 0): number => wait(run, ms >= second_ms ? ms / times : ms);
     window.setTimeout = quick as typeof window.setTimeout;
   }, speed);
-  const watched: WatchedPage = { page, errors: [], strangers: [], paths: [] };
+  const watched: WatchedPage = { page, errors: [], foreign: [], paths: [] };
   page.on('console', (message) => {
     if (message.type() === 'error' || message.type() === 'warning') watched.errors.push(message.text());
   });
@@ -40,10 +40,10 @@ export async function openPage(browser: Browser, url: string, options: BrowserCo
     void dialog.dismiss();
   });
   page.on('request', (request) => {
-    const asked = new URL(request.url());
-    if (['data:', 'blob:'].includes(asked.protocol)) return;
-    if (asked.origin === new URL(url).origin) watched.paths.push(asked.pathname.slice(new URL(url).pathname.length));
-    else watched.strangers.push(request.url());
+    const requested = new URL(request.url());
+    if (['data:', 'blob:'].includes(requested.protocol)) return;
+    if (requested.origin === new URL(url).origin) watched.paths.push(requested.pathname.slice(new URL(url).pathname.length));
+    else watched.foreign.push(request.url());
   });
   await page.goto(url);
   return watched;
@@ -62,7 +62,7 @@ export async function untilText(page: Page, selector: string, pattern: RegExp): 
   await page
     .waitForFunction(([s, p]) => new RegExp(p!, 's').test(document.querySelector(s!)?.textContent ?? ''), [selector, pattern.source])
     .catch(async () => {
-      throw new Error(`${selector} says "${await textOf(page, selector)}"; expected ${String(pattern)}`);
+      throw new Error(`${selector} shows "${await textOf(page, selector)}"; expected ${String(pattern)}`);
     });
   return textOf(page, selector);
 }

@@ -18,7 +18,7 @@ export class FakeServer {
   token = '';
   /** Where a proxy would put it. */
   prefix = '/';
-  title = 'Invented hills';
+  title = 'Synthetic hills';
   busy = false;
   squares: SquareRow[] = [
     { name: 'TM_462_101', state: 'prepared' },
@@ -29,7 +29,7 @@ export class FakeServer {
   stepName = 'point load';
   /** Boxes made so far: tiles of the coarse zooms are whole once it is above 10. */
   made = 3;
-  readonly asked: string[] = [];
+  readonly requestPaths: string[] = [];
   #requests = 0;
   #started = Date.now();
   #server: Server | undefined;
@@ -56,7 +56,10 @@ export class FakeServer {
     return this;
   }
 
-  /** From now on nobody gets an answer. The port stays held, so that no other program has it when the server opens again. */
+  /**
+   * Answers no request from now on. The port stays reserved, so that no other program takes it
+   * before the server opens again.
+   */
   close(): void {
     this.#closed = true;
     this.#server?.closeAllConnections();
@@ -64,7 +67,7 @@ export class FakeServer {
   }
 
   #answer(request: IncomingMessage, reply: ServerResponse): void {
-    this.asked.push(request.url ?? '');
+    this.requestPaths.push(request.url ?? '');
     if (request.url?.startsWith(this.prefix) !== true) return problem(reply, 404, 'not below the prefix');
     const path = request.url.slice(this.prefix.length);
     ++this.#requests;

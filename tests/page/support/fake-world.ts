@@ -2,7 +2,7 @@ import crsCases from './crs.json';
 import { makeBox, type Voxel } from './make-box.js';
 import { makePng } from './make-png.js';
 
-/** An invented world of 1024 x 1024 m in EPSG:3794: what the voxel server would say of it. */
+/** A synthetic world of 1024 x 1024 m in EPSG:3794, as a voxel server describes it. */
 
 export const kCrs = crsCases[0]!;
 export const kMin = [462000, 200, -102024] as const;
@@ -27,7 +27,7 @@ export function worldJson(title: string): unknown {
     crs_units_per_voxel: 1,
     materials: ['air', 'rock', 'soil', 'ground', 'grass', 'low_vegetation'],
     licence: 'CC BY 4.0',
-    attribution: 'Invented Survey Office <b>2026</b>',
+    attribution: 'Synthetic Survey Office <b>2026</b>',
     centre: { lat_deg: 46.0478, lon_deg: 14.5155 },
     map: { tile_px: kTilePx, zooms: [0, kLevels - 1] },
   };
@@ -77,9 +77,9 @@ export function squaresJson(rows: readonly SquareRow[]): unknown {
           points: row.state === 'prepared' ? 2_345_678 : null,
           density_per_m2: row.state === 'prepared' ? 8.95 : null,
           bytes: 12_345_678,
-          source: 'Invented Survey Office',
+          source: 'Synthetic Survey Office',
           licence: row.licence ?? 'CC BY 4.0',
-          attribution: 'Invented Survey Office',
+          attribution: 'Synthetic Survey Office',
           error: row.error ?? null,
         },
       };

@@ -1,6 +1,6 @@
 import { isFields, textOf } from './replies.js';
 
-/** Talks to the server that the page came from: every request of the page goes through here. */
+/** Client of the server that the page came from: every request of the page goes through here. */
 
 export type Trouble = 'token' | 'busy' | 'missing' | 'refused' | 'gone';
 

@@ -6,12 +6,15 @@ import { readSquares } from './squares.js';
 import { StatsPanel } from './stats-panel.js';
 import { WorldView } from './world-view.js';
 
-/** The page: learns the world, then watches the server. Three polls: statistics, squares, and what of the map is not whole. */
+/**
+ * The page: loads the facts of the world, then watches the server. Three polls: statistics,
+ * squares, and unfinished tiles of the map.
+ */
 
 const kStatsMs = 1000;
 const kSquaresMs = 10_000;
 const kTilesMs = 3000;
-const kQuietTilesS = 15;  // unfinished tiles are asked for again after this even if nothing was made
+const kQuietTilesS = 15;  // unfinished tiles are requested again after this even if nothing was made
 
 const clock: Clock = { after: (ms, run) => void setTimeout(run, ms), isPaused: () => document.hidden };
 const nowS = (): number => performance.now() / 1000;
@@ -49,7 +52,7 @@ async function watch(): Promise<void> {
     if (mustLearnWorld) await learnWorld();
     mustLearnWorld = false;
     const stats = readStats(await api.getJson('v2/stats'));
-    // Started anew so quickly that no poll fell into the gap.
+    // The server was restarted so quickly that no poll noticed.
     if (last !== undefined && stats.uptimeS < last.uptimeS) {
       await learnWorld();
       view?.refresh();
@@ -73,7 +76,8 @@ async function learnSquares(): Promise<void> {
   try {
     view.squares = readSquares(await api.getJson('v2/squares'));
   } catch (error) {
-    // A server without squares (another kind of world) is no trouble; any other is told by the statistics' poll.
+    // A server without squares (another kind of world) is no error; the statistics' poll reports all
+    // others.
     if (error instanceof ApiError && error.trouble === 'missing') view.squares = [];
     else throw error;
   }

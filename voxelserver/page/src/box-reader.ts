@@ -1,4 +1,4 @@
-/** Reads boxes of version 1 (docs/formats/box.md): what is on top of a column, and of what. */
+/** Reads boxes of version 1 (docs/formats/box.md): the top of a column, and its material. */
 
 export type Look = { readonly material: number; readonly colour: string | undefined };
 /** `y` is that of the highest solid voxel within the box, 0 to 255; `look` is unknown for rock that no one can see. */
@@ -28,7 +28,7 @@ export class BoxView {
     this.#cells = this.#view.getUint32(28, true);
     this.#attributes = this.#view.getUint32(32, true);
     if (this.#cells < 4 || bytes.byteLength !== kHeaderBytes + this.#cells * kCellBytes + this.#attributes * kAttributeBytes)
-      throw new Error('read a box: its size is not what its header says');
+      throw new Error('read a box: its size is not that of its header');
   }
 
   /** The highest solid voxel above column (x, z), 0 to 63 each. */

@@ -11,8 +11,9 @@ import type { CachedBoxes } from './squares.js';
 import type { WorldProjection } from './world-projection.js';
 
 /**
- * The boxes of one level that the server keeps, seen from above: those in memory hatched, those on disk dotted, both where both.
- * One feature a kind: with ten thousand boxes, as many features would be slow.
+ * The boxes of one level that the server keeps, seen from above: those in memory hatched, those on
+ * disk dotted, boxes in both with both patterns. One feature a kind, because a feature for each of
+ * ten thousand boxes would be slow.
  */
 export class CachedLayer {
   readonly layer = new VectorLayer({ source: new VectorSource<Feature<MultiPolygon>>({ wrapX: false }), zIndex: 2 });

@@ -1,7 +1,7 @@
 import { ApiError, messageOf, type Api } from './api.js';
 import { byId, setText } from './dom.js';
 
-/** Tells in words how the server is, and asks for a token when it wants one. */
+/** Shows the state of the server in words, and asks the user for a token when one is required. */
 export class Connection {
   readonly #status = byId('status', HTMLElement);
   readonly #form = byId('token', HTMLFormElement);
@@ -10,10 +10,12 @@ export class Connection {
   #isWell = true;
   #hasTried = false;
 
-  /** @param onBack the server answers again, or a token was given: what is missing can be asked for */
+  /**
+   * @param onBack the server answers again, or a token was given: missing data can be requested
+   */
   constructor(api: Api, onBack: () => void) {
     this.#onBack = onBack;
-    this.#say('Asking the server …', false);
+    this.#say('Connecting to the server …', false);
     this.#form.addEventListener('submit', (event) => {
       event.preventDefault();
       api.setToken(this.#field.value.trim());

@@ -1,15 +1,16 @@
 import type { WorldProjection } from './world-projection.js';
 
-/** Coordinates as people write and read them. */
+/** Coordinates as users write and read them. */
 
 export type FoundPlace = { readonly easting: number; readonly northing: number };
 
 const kNumber = /^[-+]?(\d+(\.\d*)?|\.\d+)$/;
 
 /**
- * Reads "easting, northing" or "latitude, longitude", separated by a comma, a semicolon or blanks; N, S, E and W may follow a number.
- * What lies within the world as easting and northing is that; else what can be a latitude and longitude is those.
- * @return the place, or a sentence that says why there is none
+ * Reads "easting, northing" or "latitude, longitude", separated by a comma, a semicolon or blanks;
+ * N, S, E and W may follow a number. Two numbers that lie within the world as easting and northing
+ * are read so; others are latitude and longitude where they can be.
+ * @return the place, or a sentence with the reason why there is none
  */
 export function parsePlace(text: string, projection: WorldProjection): FoundPlace | string {
   const parts = text
@@ -41,7 +42,7 @@ export function isInside(easting: number, northing: number, { extent: [west, sou
   return easting >= west && easting < east && northing > south && northing <= north;
 }
 
-/** Decimals that tell a tenth of a voxel apart, 0 to 6. */
+/** Decimals that resolve a tenth of a voxel, 0 to 6. */
 export function decimalsFor(unitsPerVoxel: number): number {
   return Math.min(6, Math.max(0, Math.ceil(-Math.log10(unitsPerVoxel) + 1)));
 }

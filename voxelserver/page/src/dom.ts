@@ -20,7 +20,7 @@ export function byId<T extends HTMLElement>(id: string, type: new () => T): T {
   return found;
 }
 
-/** Only when it differs: a screen reader would say the same again. */
+/** Sets the text only when it differs: a screen reader would repeat the same text. */
 export function setText(target: Element, text: string): void {
   if (target.textContent !== text) target.textContent = text;
 }
@@ -40,7 +40,7 @@ export function setFacts(list: HTMLDListElement, facts: readonly (readonly [stri
 /** The value of a colour or the like from app.css, which differs between light and dark. */
 export const cssValue = (name: string): string => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 
-/** A button that copies a text, and says so. */
+/** A button that copies a text, and confirms it. */
 export function copyButton(label: string, text: () => string): HTMLButtonElement {
   const button = element('button', { type: 'button' }, label);
   button.addEventListener('click', () => {

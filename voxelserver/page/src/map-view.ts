@@ -35,7 +35,7 @@ export class MapView {
 
   constructor(target: HTMLElement, projection: WorldProjection, events: MapEvents) {
     const { unitsPerVoxel, crs } = projection.world;
-    // OpenLayers only needs the length of a unit: latitude and longitude are the business of WorldProjection.
+    // OpenLayers only needs the length of a unit: WorldProjection handles latitude and longitude.
     this.mapProjection = new Projection({
       code: crs === '' ? 'world' : crs,
       units: 'm',
@@ -69,7 +69,7 @@ export class MapView {
     this.map.addLayer(layer);
   }
 
-  /** Shows all of an extent; by default what is to be seen first of the world. */
+  /** Shows all of an extent; by default the first view of the world. */
   fit(extent: readonly number[] = this.#framedExtent): void {
     this.map.updateSize();
     if (!isEmpty([...extent])) this.#view.fit([...extent], { padding: [24, 24, 40, 24] });
@@ -80,7 +80,7 @@ export class MapView {
     if (resolution !== undefined) this.#view.setResolution(resolution);
   }
 
-  /** A ring around the place that the panel speaks of. */
+  /** A ring around the place that the panel describes. */
   mark(easting: number, northing: number): void {
     this.#marker.setGeometry(new Point([easting, northing]));
   }

@@ -1,4 +1,4 @@
-/** Numbers for people. English, as is the rest of the page. */
+/** Numbers as text. English, as is the rest of the page. */
 
 const kBytes = ['B', 'KiB', 'MiB', 'GiB', 'TiB'];
 

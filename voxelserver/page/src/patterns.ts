@@ -1,7 +1,7 @@
 import { cssValue } from './dom.js';
 import type { SquareState } from './squares.js';
 
-/** Hatches, so that no state is told by colour alone. Colours come from app.css. */
+/** Hatches, so that no state is shown by colour alone. Colours come from app.css. */
 
 export type Hatch = 'dots' | 'rising' | 'falling' | 'cross';
 export type Sign = { readonly letter: string; readonly hatch: Hatch; readonly colour: string; readonly label: string };

@@ -42,7 +42,7 @@ export class PlacePanel {
     byId('place', HTMLElement).hidden = true;
   }
 
-  /** Shows a place: at once what is known, then, when the server has told, what is on top of it. */
+  /** Shows a place: known facts at once, then, with the reply of the server, what is on top. */
   async show(easting: number, northing: number, resolution: number, square: Square | undefined): Promise<void> {
     const mine = ++this.#shown;
     this.#place = [easting, northing];
@@ -56,7 +56,7 @@ export class PlacePanel {
     const camera = cameraPlace({ easting, northing }, this.#projection);
     try {
       const top = await this.#tops.find(easting, northing);
-      // Only the camera's safety depends on this one: without it the command is still of use.
+      // This height only keeps the camera out of hills: without it the command is still useful.
       const ground = await this.#tops.find(...camera).catch(() => undefined);
       if (mine !== this.#shown) return;
       this.#height = top?.heightM;
@@ -65,7 +65,7 @@ export class PlacePanel {
     } catch (error) {
       if (mine !== this.#shown) return;
       this.#draw(square, 'unknown');
-      setText(this.#note, `What is on top could not be learnt. ${messageOf(error)} Choose the place again to retry.`);
+      setText(this.#note, `The top of this place could not be loaded. ${messageOf(error)} Choose the place again to retry.`);
     }
   }
 
@@ -114,7 +114,7 @@ function describe(top: Top, materials: readonly string[]): string {
   return `${material}, ${height}${top.look.colour ? `, ${top.look.colour}` : ''}`;
 }
 
-/** Rows about a square; empty texts are left out by who shows them. */
+/** Rows about a square; those with an empty text are not shown. */
 export function factsOf(square: Square | undefined): [string, string][] {
   if (square === undefined) return [];
   return [

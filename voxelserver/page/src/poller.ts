@@ -1,13 +1,13 @@
 /** Time enters here, so that tests can replace it. */
 export type Clock = {
   readonly after: (ms: number, run: () => void) => void;
-  /** True while nobody looks: the tab is hidden. */
+  /** True while the tab is hidden. */
   readonly isPaused: () => boolean;
 };
 
 /**
- * Runs a job again and again, never twice at once. After a failure the next run waits longer, up to ten times as long; wake() runs it soon,
- * for a tab that is looked at again or a token that was given.
+ * Runs a job again and again, never twice at once. After a failure the next run waits longer, up to
+ * ten times as long; wake() runs it soon, for a tab that is visible again or a new token.
  */
 export class Poller {
   readonly #job: () => Promise<void>;
@@ -35,7 +35,7 @@ export class Poller {
       await this.#job();
       this.#failures = 0;
     } catch {
-      // The job has told about it.
+      // The job has reported the error.
       ++this.#failures;
     } finally {
       this.#running = false;

@@ -26,10 +26,11 @@ export function renderCommand(server: string, target: Spot, camera: Spot, name: 
   return `./terravox render ${quoted(server)} --camera-target=${list(target)} --camera-position=${list(camera)} -o ${fileName(name)}.png`;
 }
 
-// The server's address comes from the browser's own address bar, but a path may hold what a shell would act upon.
+// The server's address comes from the browser's own address bar, but a path may hold characters
+  // with a meaning for the shell.
 const quoted = (text: string): string => (/^[\w:/.[\]@%+-]*$/.test(text) && !text.includes('[') ? text : `'${text.replace(/'/g, `'\\''`)}'`);
 
-/** Letters, digits, dashes and dots only, as names from the server end up in a person's shell. */
+/** Letters, digits, dashes and dots only, as names from the server end up in the shell of a user. */
 export function fileName(name: string): string {
   const safe = name.replace(/[^A-Za-z0-9_.-]+/g, '-').replace(/^[-.]+|[-.]+$/g, '').slice(0, 60);
   return safe === '' ? 'picture' : safe;

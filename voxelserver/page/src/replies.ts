@@ -1,4 +1,7 @@
-/** What the server answers, checked and brought into types. Readers take anything and throw an Error that names the field. */
+/**
+ * Replies of the server, checked and typed. Readers accept any JSON and throw an Error that names
+ * the field.
+ */
 
 export type Vec3 = readonly [number, number, number];
 

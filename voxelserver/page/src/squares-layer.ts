@@ -50,7 +50,7 @@ export class SquaresLayer {
     return this.#squares.find((square) => squareContains(square, position));
   }
 
-  /** To be called when light turned dark or back. */
+  /** To be called when the colour scheme has changed. */
   recolour(): void {
     this.#styles = stylesOfStates();
     this.layer.changed();

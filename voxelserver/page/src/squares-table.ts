@@ -5,7 +5,7 @@ import { kSquareStates, type Square } from './squares.js';
 
 const kMostRows = 500;
 
-/** The squares as text: the map for who cannot see it. A name leads to its place. */
+/** The squares as text, for users who cannot see the map. A name is a link to its place. */
 export class SquaresTable {
   readonly #count = element('p');
   readonly #body = element('tbody');
@@ -45,7 +45,7 @@ export class SquaresTable {
 }
 
 export function summaryOf(squares: readonly Square[]): string {
-  if (squares.length === 0) return 'The server knows of no squares.';
+  if (squares.length === 0) return 'The server has no squares.';
   const parts = kSquareStates.flatMap((state) => {
     const times = squares.filter((square) => square.state === state).length;
     return times === 0 ? [] : [`${formatCount(times)} ${state}`];

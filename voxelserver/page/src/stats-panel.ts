@@ -96,8 +96,8 @@ const ofLimit = (bytes: number, limit: number): string => (limit > 0 ? `${format
 
 function cacheText(cache: CacheStats | undefined): string {
   if (cache === undefined) return '';
-  const asked = cache.hits + cache.misses;
-  const hits = asked > 0 ? `, ${formatShare(cache.hits, asked)} of ${formatCount(asked)} found` : '';
+  const lookups = cache.hits + cache.misses;
+  const hits = lookups > 0 ? `, ${formatShare(cache.hits, lookups)} of ${formatCount(lookups)} found` : '';
   return `${ofLimit(cache.bytes, cache.limitBytes)}, ${formatCount(cache.entries)} boxes${hits}`;
 }
 

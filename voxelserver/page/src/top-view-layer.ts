@@ -12,8 +12,9 @@ const kMostUnfinished = 512;
 const kRetriesAtOnce = 6;
 
 /**
- * The top view. Tiles come by fetch, so that they can carry a token and tell whether they are whole. One that is not whole, or that could not
- * be had, is remembered and asked for again by retry(), and replaced where it stands: no flicker.
+ * The top view. Tiles are loaded by fetch, so that requests can carry a token and replies can state
+ * whether a tile is whole. A tile that is not whole, or could not be fetched, is requested again by
+ * retry(), and replaced in place, so that the map does not flicker.
  */
 export class TopViewLayer {
   readonly layer: TileLayer<TileImage>;
@@ -57,7 +58,7 @@ export class TopViewLayer {
     this.#source.refresh();
   }
 
-  /** Asks again for what unfinishedIn() yields. Calls while one runs do nothing. */
+  /** Requests the tiles of unfinishedIn() again. Calls while one runs do nothing. */
   async retry(extent: number[], resolution: number): Promise<void> {
     if (this.#retrying) return;
     this.#retrying = true;
@@ -78,7 +79,7 @@ export class TopViewLayer {
       else this.#unfinished.delete(path);
       tile.setImage(image);
     } catch {
-      // The status line tells what is wrong with the server. What is drawn already stays.
+      // The status line shows the state of the server. Tiles that are drawn already stay.
       this.#remember(path, tile);
       if (tile.getState() === TileState.LOADING) (tile as Tile).setState(TileState.ERROR);
     }

@@ -4,8 +4,8 @@ import type { World } from './replies.js';
 export type LatLon = { readonly latDeg: number; readonly lonDeg: number };
 
 /**
- * The world's space: CRS coordinates (easting, northing in CRS units), voxels (x east, z south) and, where the CRS is understood,
- * latitude and longitude. All functions are pure.
+ * The world's space: CRS coordinates (easting, northing in CRS units), voxels (x east, z south)
+ * and, where the CRS is supported, latitude and longitude. All functions are pure.
  */
 export class WorldProjection {
   readonly world: World;
@@ -81,9 +81,10 @@ export function horizontalWkt(wkt: string): string {
 }
 
 /**
- * A converter between WGS 84 and the world's CRS. WKT 2 names the datum, while a PROJ string of today's GDAL has lost its shift
- * (Amersfoort by 114 m, OSGB36 by 125 m); so both are tried, and what comes nearest to the server's own latitude and longitude of the
- * centre is taken, the WKT if there is none.
+ * A converter between WGS 84 and the world's CRS. WKT 2 names the datum, while a PROJ string of
+ * current GDAL versions lacks its shift (Amersfoort by 114 m, OSGB36 by 125 m); so both are tried,
+ * and the one nearest to the server's own latitude and longitude of the centre is used, or the WKT
+ * when the server has none.
  */
 function geographicOf(world: World, centre: readonly [number, number]): proj4.Converter | undefined {
   let best: { readonly converter: proj4.Converter; readonly errorDeg: number } | undefined;
@@ -95,7 +96,7 @@ function geographicOf(world: World, centre: readonly [number, number]): proj4.Co
       const errorDeg = errorOf(world, latDeg, lonDeg);
       if (errorDeg <= kLargestErrorDeg && (best === undefined || errorDeg < best.errorDeg)) best = { converter, errorDeg };
     } catch {
-      // Not understood: the next definition, or a map without latitude and longitude.
+      // Not supported: the next definition is tried, or the map has no latitude and longitude.
     }
   }
   return best?.converter;

@@ -13,9 +13,9 @@ import { extentOf, readCachedBoxes, type CachedBoxes, type Square } from './squa
 import { TopViewLayer } from './top-view-layer.js';
 import { WorldProjection } from './world-projection.js';
 
-const kPlaceVoxels = 400;  // shown across 512 pixels when a place is gone to
+const kPlaceVoxels = 400;  // shown across 512 pixels when the map moves to a place
 
-/** The map with its layers and panels: all that there is once the world is known. */
+/** The map with its layers and panels: the whole page once the world is known. */
 export class WorldView {
   readonly #api: Api;
   readonly #projection: WorldProjection;
@@ -66,7 +66,10 @@ export class WorldView {
     this.#table.squares = squares;
   }
 
-  /** Asks for the kept boxes if they are shown. @param always also when they need not have changed */
+  /**
+   * Requests the kept boxes if they are shown.
+   * @param always also when the view has not changed
+   */
   async updateBoxes(always: boolean): Promise<void> {
     if (!this.#showsBoxes) return;
     const level = this.#level;
@@ -78,7 +81,7 @@ export class WorldView {
       this.#cached.show(boxes);
       this.#layers.boxes = boxes;
     } catch {
-      if (level === this.#level) this.#layers.boxesTrouble = 'The kept boxes could not be learnt.';
+      if (level === this.#level) this.#layers.boxesTrouble = 'The kept boxes could not be loaded.';
     }
   }
 
@@ -87,7 +90,7 @@ export class WorldView {
     return this.#map.shownExtent.join();
   }
 
-  /** Asks again for what of the top view is not whole. */
+  /** Requests the unfinished tiles of the top view again. */
   async retryTiles(): Promise<void> {
     await this.#topView?.retry(this.#map.shownExtent, this.#map.resolution);
   }

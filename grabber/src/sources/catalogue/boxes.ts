@@ -12,7 +12,7 @@ import { boundsOfSquare } from '../naming.js';
 const kMaxSingles = 50;
 const kSpread = 8;
 
-/** The boxes to ask a catalogue for, within the source's extent. */
+/** The boxes to request from a catalogue, within the source's extent. */
 export function boxesOf(region: Region, source: Source): BoundsM[] {
   const whole = intersectionOf(region.bounds, source.extent_m);
   if (whole === undefined) return [];

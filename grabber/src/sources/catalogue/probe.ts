@@ -11,7 +11,7 @@ export type FileProbe = (url: string, signal: AbortSignal) => Promise<boolean>;
 /** Addresses of squares that follow a rule. */
 export type Addresses = {
   /**
-   * @param block of the square, null when nobody knows; then the list is empty if an address needs
+   * @param block of the square, null when not known; then the list is empty if an address needs
    * it
    */
   of(square: Square, block: string | null): string[];

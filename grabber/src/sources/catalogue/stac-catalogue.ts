@@ -159,7 +159,7 @@ function nextOf(
   if (next === undefined) return undefined;
   const method = next.method ?? 'GET';
   if (method.toUpperCase() !== 'GET') {
-    throw catalogueError(client.what, `the next page is asked for with ${method}`, 'GET');
+    throw catalogueError(client.what, `the next page needs a request with ${method}`, 'GET');
   }
   if (!URL.canParse(next.href, base)) {
     throw catalogueError(client.what, `the next page is at ${next.href}`, 'a web address');

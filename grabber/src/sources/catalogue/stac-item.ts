@@ -148,7 +148,7 @@ function placeOf(
       : patternReader(access.name_pattern, access.name_corner, source.square_m)(item.id);
   if (square === undefined) {
     const allowed = `names with ${access.name_pattern ?? ''}, multiples of ${source.square_m} m`;
-    throw catalogueError(what, 'its name tells no square', allowed);
+    throw catalogueError(what, 'its name does not give a square', allowed);
   }
   return { name: square.name, bounds: boundsOfSquare(square, source.square_m) };
 }

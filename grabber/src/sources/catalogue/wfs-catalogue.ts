@@ -99,7 +99,7 @@ function inLayerCrs(box: BoundsM, source: Source, crs: string): BoundsM {
 
 /**
  * All features of a box, page by page.
- * @throws GrabberError CATALOGUE when the service gave fewer than it says it has
+ * @throws GrabberError CATALOGUE when the service sent fewer than it announced
  */
 async function* featuresIn(
   client: CatalogueClient,
@@ -167,7 +167,7 @@ function requestUrl(access: Layer, box: BoundsM, start: number): string {
 }
 
 /**
- * A reply of another place means swapped axes or another CRS: taken as it is, it would pass for "no
+ * A reply for another place means swapped axes or another CRS; accepted, it would look like "no
  * squares here".
  */
 function checkPlace(
@@ -178,13 +178,13 @@ function checkPlace(
 ): void {
   const footprints = reply.features.map(footprintOf).filter((found) => found !== undefined);
   if (footprints.length === 0) return;
-  const asked: BoundsM =
+  const requested: BoundsM =
     access.axes === 'en' ? [west, south, east, north] : [south, west, north, east];
-  const reach: BoundsM = [asked[0] - 1, asked[1] - 1, asked[2] + 1, asked[3] + 1];
+  const reach: BoundsM = [requested[0] - 1, requested[1] - 1, requested[2] + 1, requested[3] + 1];
   if (footprints.some((found) => overlap(found, reach))) return;
   throw catalogueError(
     client.what,
     `the first of ${footprints.length} features lies at ${(footprints[0] ?? []).join(',')}`,
-    `within ${asked.join(',')}; crs or axes may be wrong`,
+    `within ${requested.join(',')}; crs or axes may be wrong`,
   );
 }

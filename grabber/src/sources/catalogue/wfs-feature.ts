@@ -53,7 +53,7 @@ export function readFeature(
   if (square === undefined) {
     throw catalogueError(
       what,
-      `the name ${name} tells no square`,
+      `the name ${name} does not give a square`,
       `names with ${access.name_pattern ?? ''}, multiples of ${size} m`,
     );
   }

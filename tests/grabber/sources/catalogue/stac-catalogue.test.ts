@@ -9,7 +9,7 @@ import type { Source } from '../../../../grabber/src/sources/source.js';
 import { squareAt } from '../../../../grabber/src/sources/square.js';
 import { catalogueOf, found, sourceWith } from '../../support/catalogue-fixture.js';
 import { fakeClock } from '../../support/fake-clock.js';
-import { kNobody, serve, type HttpFixture } from '../../support/http-fixture.js';
+import { kNoListener, serve, type HttpFixture } from '../../support/http-fixture.js';
 import { kNever } from '../../support/store-fixture.js';
 
 const kSha = 'e8be2c5f50b61b0a2ce72d65b3a6d2af095d7feac0083fc33f2961d063db1ec1';
@@ -19,7 +19,7 @@ type Item = { id: string; [field: string]: unknown };
 
 /**
  * An item as data.geo.admin.ch sends it: assets under their file names, checksums as multihashes.
- * Places are moved to the grid of the tests, and dates, sizes and sums are invented.
+ * Places are moved to the grid of the tests, and dates, sizes and sums are synthetic.
  */
 function item(
   base: string,
@@ -132,9 +132,9 @@ test('items become squares: all pages, the newest of each, COPC rather than ZIP'
   });
   assert.equal(squares[0]?.member, '*');
   assert.equal(server.seen.length, 3);
-  const asked = new URL(server.seen[0]?.path ?? '', server.base).searchParams;
-  assert.equal(asked.get('limit'), '2');
-  const [west = 0, south = 0, east = 0, north = 0] = (asked.get('bbox') ?? '')
+  const requested = new URL(server.seen[0]?.path ?? '', server.base).searchParams;
+  assert.equal(requested.get('limit'), '2');
+  const [west = 0, south = 0, east = 0, north = 0] = (requested.get('bbox') ?? '')
     .split(',')
     .map(Number);
   const [lon, lat] = projectionOf('EPSG:3794').toDegrees([463_000, 102_000]);
@@ -151,7 +151,7 @@ test('which item of a square counts does not depend on the order of the reply', 
   }
 });
 
-test('squares far apart are asked for one by one', async (t) => {
+test('squares far apart are requested one by one', async (t) => {
   const server = await portal(t, (base) => [
     item(base, 2019, 462, 101, 'las.zip'),
     item(base, 2019, 600, 180, 'las.zip'),
@@ -197,7 +197,7 @@ test('a reply that cannot be trusted is an error, never fewer squares', async (t
     {
       name: 'a name of another form',
       reply: (base) => ({ features: [{ ...good(base), id: 'other' }] }),
-      message: /item other: its name tells no square/,
+      message: /item other: its name does not give a square/,
     },
     { name: 'no features', reply: () => ({ type: 'FeatureCollection' }), message: /features/ },
     {
@@ -244,7 +244,7 @@ test('a reply that cannot be trusted is an error, never fewer squares', async (t
   }
 });
 
-test('a portal that runs wild is stopped', async (t) => {
+test('the limits of pages, items and bytes end a listing', async (t) => {
   const server = await serve(t, (_request, response, index) =>
     sendJson(response, {
       features: [item(server.base, 2019, 462, 101, 'las.zip')],
@@ -284,7 +284,7 @@ test('a portal that runs wild is stopped', async (t) => {
   );
 });
 
-test('a busy portal is asked again, a broken one is an error', async (t) => {
+test('a request to a busy portal is retried, a broken portal is an error', async (t) => {
   const busy = await serve(t, (_request, response, index) => {
     if (index < 2) response.writeHead(index === 0 ? 503 : 429, { 'retry-after': '1' }).end();
     else sendJson(response, { features: [item(busy.base, 2019, 462, 101, 'las.zip')] });
@@ -302,13 +302,13 @@ test('a busy portal is asked again, a broken one is an error', async (t) => {
     message: /HTTP 404/,
   });
   assert.equal(gone.seen.length, 1);
-  await assert.rejects(found(catalogueOf(t, stacSource(kNobody)), kRegion), {
+  await assert.rejects(found(catalogueOf(t, stacSource(kNoListener)), kRegion), {
     code: 'CATALOGUE',
     message: /ECONNREFUSED/,
   });
 });
 
-test('a portal that asks for too long a wait is an error, and retries are shown', async (t) => {
+test('too long a Retry-After of a portal is an error, and retries are shown', async (t) => {
   const server = await serve(
     t,
     (_request, response, index) =>
@@ -328,7 +328,7 @@ test('a portal that asks for too long a wait is an error, and retries are shown'
   assert.deepEqual(clock.slept_ms, [30_000]);
 });
 
-test('a signed address is asked for when its turn has come', async (t) => {
+test('a signed address is requested when its turn has come', async (t) => {
   const server = await serve(t, (request, response) => {
     const url = new URL(request.url ?? '', server.base);
     const one = {
@@ -399,7 +399,7 @@ test('an unreadable item is reported and left out, and the rest is listed', asyn
     {
       name: 'a name of another form',
       change: (one) => ({ ...one, id: 'other' }),
-      message: /item other: its name tells no square/,
+      message: /item other: its name does not give a square/,
     },
     {
       name: 'no properties',
@@ -424,10 +424,10 @@ test('an unreadable item is reported and left out, and the rest is listed', asyn
         change(good(base, 102)) as Item,
         good(base, 102),
       ]);
-      const told: string[] = [];
+      const reported: string[] = [];
       const squares = await found(
         catalogueOf(t, stacSource(server.base), {
-          onLeftOut: (error) => void told.push(error.message),
+          onLeftOut: (error) => void reported.push(error.message),
         }),
         kRegion,
       );
@@ -435,8 +435,8 @@ test('an unreadable item is reported and left out, and the rest is listed', asyn
         squares.map((square) => square.name),
         ['462_101', '462_102'],
       );
-      assert.equal(told.length, 1);
-      assert.match(told[0] ?? '', message);
+      assert.equal(reported.length, 1);
+      assert.match(reported[0] ?? '', message);
     });
   }
 });
@@ -449,15 +449,15 @@ test('a catalogue without one readable item is an error', async (t) => {
         id: `other${index}`,
       })),
     );
-    let told = 0;
+    let reported = 0;
     const onLeftOut = (): void => {
-      told += 1;
+      reported += 1;
     };
     const catalogue = catalogueOf(t, stacSource(server.base), { onLeftOut });
     await assert.rejects(found(catalogue, kRegion), {
       code: 'CATALOGUE',
-      message: /item other0: its name tells no square/,
+      message: /item other0: its name does not give a square/,
     });
-    assert.equal(told, Math.min(count, 100));
+    assert.equal(reported, Math.min(count, 100));
   }
 });

@@ -50,58 +50,58 @@ test('a grid ends where its source ends, and a country is too much for one run',
   });
 });
 
-test('a block nobody gave is found by asking, neighbours first', async (t) => {
+test('a block that was not given is found by trying, neighbours first', async (t) => {
   const cases: {
     name: string;
     there: string[];
     near: string[];
     block: string | undefined;
-    asked: string[];
+    requested: string[];
   }[] = [
     {
       name: 'in the block of a neighbour',
       there: ['a/b_3'],
       near: ['b_3', 'b_2', 'b_3'],
       block: 'b_3',
-      asked: ['a/b_3'],
+      requested: ['a/b_3'],
     },
     {
       name: 'the lesser address of a neighbour',
       there: ['b/b_3'],
       near: ['b_3'],
       block: 'b_3',
-      asked: ['a/b_3', 'b/b_3'],
+      requested: ['a/b_3', 'b/b_3'],
     },
     {
       name: 'elsewhere',
       there: ['a/b_2'],
       near: ['b_3'],
       block: 'b_2',
-      asked: ['a/b_3', 'b/b_3', 'a/b_1', 'a/b_2'],
+      requested: ['a/b_3', 'b/b_3', 'a/b_1', 'a/b_2'],
     },
     {
       name: 'without neighbours',
       there: ['b/b_1'],
       near: [],
       block: 'b_1',
-      asked: ['a/b_1', 'a/b_2', 'a/b_3', 'a/b_4', 'b/b_1'],
+      requested: ['a/b_1', 'a/b_2', 'a/b_3', 'a/b_4', 'b/b_1'],
     },
     {
-      name: 'a block the source has not',
+      name: 'a block that the source lacks',
       there: ['a/b_9', 'a/b_4'],
       near: ['b_9'],
       block: 'b_4',
-      asked: ['a/b_1', 'a/b_2', 'a/b_3', 'a/b_4'],
+      requested: ['a/b_1', 'a/b_2', 'a/b_3', 'a/b_4'],
     },
     {
       name: 'nowhere',
       there: [],
       near: [],
       block: undefined,
-      asked: ['a/b_1', 'a/b_2', 'a/b_3', 'a/b_4', 'b/b_1', 'b/b_2', 'b/b_3', 'b/b_4'],
+      requested: ['a/b_1', 'a/b_2', 'a/b_3', 'a/b_4', 'b/b_1', 'b/b_2', 'b/b_3', 'b/b_4'],
     },
   ];
-  for (const { name, there, near, block, asked } of cases) {
+  for (const { name, there, near, block, requested } of cases) {
     await t.test(name, async (t) => {
       const catalogue = catalogueOf(t, sourceWith(kProbed));
       const [square] = await found(catalogue, kOne);
@@ -119,11 +119,11 @@ test('a block nobody gave is found by asking, neighbours first', async (t) => {
         kNever,
       );
       assert.equal(located?.block, block);
-      assert.deepEqual(seen, asked);
+      assert.deepEqual(seen, requested);
       if (located !== undefined) {
         assert.equal(located.urls.length, 2);
         assert.ok(
-          located.urls[0]?.includes(asked.at(-1) ?? '?'),
+          located.urls[0]?.includes(requested.at(-1) ?? '?'),
           'the address that answered comes first',
         );
       }
@@ -131,7 +131,7 @@ test('a block nobody gave is found by asking, neighbours first', async (t) => {
   }
 });
 
-test('a failure while asking for a block is no "not there"', async (t) => {
+test('a failure while trying a block does not count as "not there"', async (t) => {
   const catalogue = catalogueOf(t, sourceWith(kProbed));
   const [square] = await found(catalogue, kOne);
   assert.ok(square);
@@ -142,7 +142,7 @@ test('a failure while asking for a block is no "not there"', async (t) => {
   );
 });
 
-test('variables are given, fixed, found, or asked for', async (t) => {
+test('variables are given, fixed, found, or reported as missing', async (t) => {
   const access = (line: string): string => kProbed.replace(/values = .*/, line);
   const fixed = await found(catalogueOf(t, sourceWith(access('value = "b_7"'))), kOne);
   assert.equal(fixed[0]?.urls[0], 'https://example.org/a/b_7/462_101.laz');

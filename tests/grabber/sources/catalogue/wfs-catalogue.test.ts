@@ -42,7 +42,7 @@ function feature(
   };
 }
 
-/** A feature as data.geopf.fr sends it; dates and paths are invented. */
+/** A feature as data.geopf.fr sends it; dates and paths are synthetic. */
 function ignFeature(
   base: string,
   east: number,
@@ -87,10 +87,10 @@ async function service(
   change: (reply: Reply) => unknown = (reply) => reply,
 ): Promise<HttpFixture> {
   const server = await serve(t, (request, response) => {
-    const asked = new URL(request.url ?? '', server.base).searchParams;
-    const start = Number(asked.get('STARTINDEX'));
+    const requested = new URL(request.url ?? '', server.base).searchParams;
+    const start = Number(requested.get('STARTINDEX'));
     const all = features(server.base);
-    const page = all.slice(start, start + Number(asked.get('COUNT')));
+    const page = all.slice(start, start + Number(requested.get('COUNT')));
     const reply = {
       type: 'FeatureCollection',
       features: page,
@@ -133,8 +133,10 @@ test('features become squares: all pages, north-west names, the newest edition',
     published: '2021-06-30',
   });
   assert.equal(server.seen.length, 3);
-  const asked = Object.fromEntries(new URL(server.seen[1]?.path ?? '', server.base).searchParams);
-  assert.deepEqual(asked, {
+  const requested = Object.fromEntries(
+    new URL(server.seen[1]?.path ?? '', server.base).searchParams,
+  );
+  assert.deepEqual(requested, {
     SERVICE: 'WFS',
     VERSION: '2.0.0',
     REQUEST: 'GetFeature',
@@ -148,7 +150,7 @@ test('features become squares: all pages, north-west names, the newest edition',
   });
 });
 
-test('a service that takes north first is asked so', async (t) => {
+test('requests to a service that takes north first have that order', async (t) => {
   const server = await service(t, (base) => [
     { ...ignFeature(base, 462, 101, '2025'), geometry: feature(462, 101, {}, true).geometry },
   ]);
@@ -160,16 +162,16 @@ test('a service that takes north first is asked so', async (t) => {
   );
 });
 
-test('a layer in another CRS is asked in it', async (t) => {
+test('a layer in another CRS is requested in it', async (t) => {
   const server = await service(t, () => []);
   assert.deepEqual(
     await found(catalogueOf(t, ignSource(server.base, 'crs = "EPSG:3857"')), kRegion),
     [],
   );
-  const asked = new URL(server.seen[0]?.path ?? '', server.base).searchParams;
-  assert.equal(asked.get('SRSNAME'), 'EPSG:3857');
+  const requested = new URL(server.seen[0]?.path ?? '', server.base).searchParams;
+  assert.equal(requested.get('SRSNAME'), 'EPSG:3857');
   assert.match(
-    asked.get('BBOX') ?? '',
+    requested.get('BBOX') ?? '',
     /^1615\d{3}\.\d+,5788\d{3}\.\d+,1618\d{3}\.\d+,5790\d{3}\.\d+,EPSG:3857$/,
   );
 });
@@ -202,15 +204,15 @@ test('an index of names gives addresses: block from its path, the user, or probi
     feature(463, 101, { ti_name: '463_101' }),
   ]);
   const catalogue = catalogueOf(t, indexSource(server.base));
-  const [told, untold] = await found(catalogue, kRegion);
+  const [withBlock, withoutBlock] = await found(catalogue, kRegion);
   assert.deepEqual(
-    [told?.block, told?.urls],
+    [withBlock?.block, withBlock?.urls],
     ['05-ljubljana', [`${server.base}/clss/raw/05-ljubljana/zls/gkot/GKOT_462_101.laz`]],
   );
-  assert.ok(untold);
-  assert.deepEqual([untold.block, untold.urls], [null, []]);
+  assert.ok(withoutBlock);
+  assert.deepEqual([withoutBlock.block, withoutBlock.urls], [null, []]);
   const located = await catalogue.locate?.(
-    untold,
+    withoutBlock,
     ['05-ljubljana'],
     (url) => Promise.resolve(url.includes('04-')),
     kNever,
@@ -245,7 +247,7 @@ test('a reply that cannot be trusted is an error, never fewer squares', async (t
     message: RegExp;
   }[] = [
     {
-      name: 'fewer than it says',
+      name: 'fewer than announced',
       features: (base) => [one(base)],
       change: (reply) => ({
         ...reply,
@@ -281,7 +283,7 @@ test('a reply that cannot be trusted is an error, never fewer squares', async (t
     {
       name: 'a name of another form',
       features: () => [feature(462, 101, { url_npl: 'http://127.0.0.1/a.laz' })],
-      message: /tells no square/,
+      message: /does not give a square/,
     },
     {
       name: 'an address elsewhere',

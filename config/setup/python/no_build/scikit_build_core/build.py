@@ -1,7 +1,7 @@
 """Stands in for the build backend scikit-build-core while pip downloads a source archive.
 
-fetch_from_pypi in say.sh puts this folder into PYTHONPATH. Before pip saves an archive it asks the
-backend for name and version. This backend reads them from the PKG-INFO of the archive and builds
+fetch_from_pypi in say.sh puts this folder into PYTHONPATH. Before pip saves an archive it gets name
+and version from the backend. This backend reads them from the PKG-INFO of the archive and builds
 nothing.
 """
 
@@ -24,4 +24,4 @@ def prepare_metadata_for_build_wheel(metadata_directory, config_settings=None):
 
 
 def build_wheel(wheel_directory, config_settings=None, metadata_directory=None):
-    raise NotImplementedError("build a wheel: this backend only tells name and version")
+    raise NotImplementedError("build a wheel: this backend only gives name and version")
