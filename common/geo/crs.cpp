@@ -46,7 +46,8 @@ std::vector<std::uint8_t> tiff_with_keys(std::span<const std::uint16_t> director
     const auto put16 = [&](std::uint16_t v) { put(&v, 2); };
     const auto put32 = [&](std::uint32_t v) { put(&v, 4); };
     struct Tag {
-        std::uint16_t id, type;
+        std::uint16_t id;
+        std::uint16_t type;
         std::uint32_t count;
         std::uint32_t value;
     };
@@ -91,8 +92,10 @@ struct LengthUnit {
 
 // The unit of heights in the keys (VerticalUnitsGeoKey), if present.
 std::optional<LengthUnit> stated_vertical_unit(std::span<const std::uint16_t> directory) {
-    constexpr std::uint16_t kVerticalUnits = 4099, kMetre = 9001, kFoot = 9002,
-                            kUsSurveyFoot = 9003;
+    constexpr std::uint16_t kVerticalUnits = 4099;
+    constexpr std::uint16_t kMetre = 9001;
+    constexpr std::uint16_t kFoot = 9002;
+    constexpr std::uint16_t kUsSurveyFoot = 9003;
     for (std::size_t i = 4; i + 3 < directory.size(); i += 4) {
         if (directory[i] != kVerticalUnits || directory[i + 1] != 0)
             continue;
@@ -195,7 +198,8 @@ Crs Crs::from_ogr(const OGRSpatialReference& read, const std::string& origin) {
 
 std::optional<Crs> Crs::from_geokeys(std::span<const std::uint16_t> directory,
                                      std::span<const double> doubles, std::span<const char> ascii) {
-    constexpr std::size_t kHeaderWords = 4, kMaxKeys = 4096;
+    constexpr std::size_t kHeaderWords = 4;
+    constexpr std::size_t kMaxKeys = 4096;
     if (directory.size() < 2 * kHeaderWords || directory.size() > kMaxKeys * 4)
         return std::nullopt;
     const GdalErrorScope errors;
@@ -281,7 +285,8 @@ bool Crs::same_horizontal(const Crs& other) const {
     };
     const char* const options[] = {"IGNORE_DATA_AXIS_TO_SRS_AXIS_MAPPING=YES",
                                    "CRITERION=EQUIVALENT", nullptr};
-    const auto mine = flat(*m_ogr), theirs = flat(*other.m_ogr);
+    const auto mine = flat(*m_ogr);
+    const auto theirs = flat(*other.m_ogr);
     return mine.IsSame(&theirs, options) != 0;
 }
 
@@ -304,7 +309,8 @@ void Transform::apply(std::span<double> x, std::span<double> y) const {
     if (x.empty())
         return;
     const GdalErrorScope errors;
-    const double first_x = x[0], first_y = y[0];
+    const double first_x = x[0];
+    const double first_y = y[0];
     const int ok =
         m_ogr->Transform(static_cast<int>(x.size()), x.data(), y.data(), nullptr, nullptr);
     if (ok == 0 || !std::isfinite(x[0]) || !std::isfinite(y[0]))
@@ -315,7 +321,8 @@ void Transform::apply(std::span<double> x, std::span<double> y) const {
 
 LatLon to_lat_lon(const Crs& crs, double easting, double northing) {
     const Transform transform(crs, Crs::from_text("EPSG:4326"));
-    double x = easting, y = northing;
+    double x = easting;
+    double y = northing;
     transform.apply({&x, 1}, {&y, 1});
     return {.lat_deg = y, .lon_deg = x};
 }

@@ -237,7 +237,7 @@ public:
     }
 
 private:
-    static constexpr std::size_t kDeepest = 16;  // nesting of nodes: PROJ's own limit
+    static constexpr std::size_t kMaxDepth = 16;  // nesting of nodes: PROJ's own limit
 
     std::string take_string() {
         if (m_open.empty())
@@ -299,8 +299,8 @@ private:
             m_open.back().values.emplace_back(word);
             return "";
         }
-        if (m_open.size() >= kDeepest)
-            return "nested deeper than " + std::to_string(kDeepest);
+        if (m_open.size() >= kMaxDepth)
+            return "nested deeper than " + std::to_string(kMaxDepth);
         m_open.push_back({upper(word), m_rest.front() == '[' ? ']' : ')', {}, {}});
         m_began = true;
         m_rest.remove_prefix(1);

@@ -6,9 +6,12 @@
 namespace terravox::geo {
 namespace {
 
-constexpr double kCentralMeridianDeg = 15, kScale = 0.9999, kFalseEastingM = 500'000,
-                 kFalseNorthingM = -5'000'000;
-constexpr double kGrs80RadiusM = 6'378'137, kGrs80Flattening = 1 / 298.257222101;
+constexpr double kCentralMeridianDeg = 15;
+constexpr double kScale = 0.9999;
+constexpr double kFalseEastingM = 500'000;
+constexpr double kFalseNorthingM = -5'000'000;
+constexpr double kGrs80RadiusM = 6'378'137;
+constexpr double kGrs80Flattening = 1 / 298.257222101;
 
 const GeographicLib::TransverseMercator& d96tm() {
     static const GeographicLib::TransverseMercator projection(kGrs80RadiusM, kGrs80Flattening,
@@ -35,7 +38,8 @@ LatLon LocalFrame::to_lat_lon(const EastNorthUp& local, double& height_m) const 
 }
 
 Projected d96tm_from_lat_lon(LatLon place) {
-    double x = 0, y = 0;
+    double x = 0;
+    double y = 0;
     d96tm().Forward(kCentralMeridianDeg, place.lat_deg, place.lon_deg, x, y);
     return {x + kFalseEastingM, y + kFalseNorthingM};
 }

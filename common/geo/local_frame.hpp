@@ -7,7 +7,9 @@ namespace terravox::geo {
 /// A point on the local tangent plane, in metres east, north and up of its origin; free of
 /// distortion near the origin.
 struct EastNorthUp {
-    double east_m = 0, north_m = 0, up_m = 0;
+    double east_m = 0;
+    double north_m = 0;
+    double up_m = 0;
 };
 
 /// A local frame at a place on the WGS 84 ellipsoid (GeographicLib's LocalCartesian). Immutable,
@@ -27,7 +29,8 @@ private:
 
 /// Easting and northing in metres.
 struct Projected {
-    double easting_m = 0, northing_m = 0;
+    double easting_m = 0;
+    double northing_m = 0;
 };
 
 /// D96/TM (EPSG:3794), the system of Slovenia's LiDAR squares: transverse Mercator on GRS 80,

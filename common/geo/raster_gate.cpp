@@ -54,9 +54,9 @@ void check_crs_texts(const CPLXMLNode* node) {
             continue;
         // All keys under which GDAL's and Esri's .aux.xml define a system.
         const std::string_view name = node->pszValue;
-        const bool tells = EQUAL(name.data(), "SRS") || EQUAL(name.data(), "WKT") ||
-                           EQUAL(name.data(), "Projection");
-        const std::string text = tells ? CPLGetXMLValue(node, nullptr, "") : "";
+        const bool names_crs = EQUAL(name.data(), "SRS") || EQUAL(name.data(), "WKT") ||
+                               EQUAL(name.data(), "Projection");
+        const std::string text = names_crs ? CPLGetXMLValue(node, nullptr, "") : "";
         if (text.empty())
             continue;
         if (const std::string fault = fault_of_crs_text(text); !fault.empty())
@@ -94,15 +94,16 @@ void check_for_grids(const fs::path& file) {
 }
 
 void check_side_files(const fs::path& raster) {
-    const fs::path beside = raster.parent_path(), own = fs::canonical(raster).parent_path();
+    const fs::path folder = raster.parent_path();
+    const fs::path own = fs::canonical(raster).parent_path();
     for (const fs::path& side : side_files(raster)) {
         std::error_code failed;
         if (!fs::exists(fs::symlink_status(side, failed)))
             continue;
-        const bool stays = lies_in(side, beside) || lies_in(side, own);
+        const bool stays = lies_in(side, folder) || lies_in(side, own);
         if (!fs::is_regular_file(side, failed) || !stays)
             throw util::Error("its side file " + side.filename().string() +
-                              " is no file beside or below it");
+                              " is no file next to or below it");
         const std::string ending = side.extension().string();
         if (ending == ".xml")
             check_aux_xml(side);

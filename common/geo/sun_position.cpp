@@ -14,12 +14,14 @@ double wrap_deg(double a) {
 }
 
 double julian_day(const DateTime& t) {
-    int y = t.year, m = t.month;
+    int y = t.year;
+    int m = t.month;
     if (m <= 2) {
         --y;
         m += 12;
     }
-    const double a = std::floor(y / 100.0), b = 2 - a + std::floor(a / 4);
+    const double a = std::floor(y / 100.0);
+    const double b = 2 - a + std::floor(a / 4);
     return std::floor(365.25 * (y + 4716)) + std::floor(30.6001 * (m + 1)) + t.day + b - 1524.5 +
            (t.hour - t.utc_offset_h) / 24;
 }
@@ -45,7 +47,8 @@ double refraction_deg(double altitude_deg) {
 }  // namespace
 
 SunPosition sun_position(const DateTime& time, LatLon place) noexcept {
-    const double jd = julian_day(time), t = (jd - 2451545) / 36525;
+    const double jd = julian_day(time);
+    const double t = (jd - 2451545) / 36525;
     // Step 1: the sun's apparent ecliptic longitude.
     const double mean_longitude = wrap_deg(280.46646 + t * (36000.76983 + t * 0.0003032));
     const double anomaly = (357.52911 + t * (35999.05029 - 0.0001537 * t)) * kRad;

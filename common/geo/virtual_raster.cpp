@@ -3,9 +3,9 @@
 #include <cpl_minixml.h>
 
 #include <algorithm>
-#include <array>
 #include <cctype>
 #include <fstream>
+#include <iterator>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -19,7 +19,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr int kDeepest = 4;  // a .vrt of .vrts
+constexpr int kMaxDepth = 4;  // a .vrt of .vrts
 constexpr std::uintmax_t kMaxText_bytes = std::uintmax_t{64} << 20;
 
 std::string lower(std::string_view text) {
@@ -34,90 +34,38 @@ std::string in_quotes(std::string_view text) {
     return "'" + std::string(text.substr(0, kShown)) + "'";
 }
 
-/// Elements and attributes alike: GDAL finds either by the same name, case-insensitively.
+/// The elements and attributes that a mosaic may have, in lower case. One list is enough: GDAL
+/// finds either by the same name, case-insensitively.
+constexpr std::string_view kKnownNames[] = {
+    // The declaration of XML.
+    "?xml", "version", "encoding",
+    // The data set.
+    "vrtdataset", "rasterxsize", "rasterysize", "srs", "dataaxistosrsaxismapping",
+    "coordinateepoch", "geotransform", "metadata", "overviewlist", "resampling", "blockxsize",
+    "blockysize",
+    // Bands, their masks and overviews.
+    "vrtrasterband", "datatype", "band", "description", "unittype", "offset", "scale",
+    "categorynames", "category", "colorinterp", "colortable", "entry", "c1", "c2", "c3", "c4",
+    "nodatavalue", "hidenodatavalue", "histograms", "histitem", "histmin", "histmax", "bucketcount",
+    "includeoutofrange", "approximate", "histcounts", "maskband", "overview",
+    // Sources.
+    "simplesource", "complexsource", "averagedsource", "kernelfilteredsource", "kernel",
+    "normalized", "size", "coefs", "sourcefilename", "relativetovrt", "shared", "sourceband",
+    "sourceproperties", "srcrect", "dstrect", "xoff", "yoff", "xsize", "ysize", "nodata",
+    "usemaskband", "lut", "scaleoffset", "scaleratio", "exponent", "srcmin", "srcmax", "dstmin",
+    "dstmax", "colortablecomponent"};
+
+/// @param name in lower case
 bool is_known(std::string_view name) {
-    static constexpr auto kNames = std::to_array<std::string_view>({"?xml",
-                                                                    "version",
-                                                                    "encoding",
-                                                                    "vrtdataset",
-                                                                    "rasterxsize",
-                                                                    "rasterysize",
-                                                                    "srs",
-                                                                    "dataaxistosrsaxismapping",
-                                                                    "coordinateepoch",
-                                                                    "geotransform",
-                                                                    "metadata",
-                                                                    "overviewlist",
-                                                                    "resampling",
-                                                                    "blockxsize",
-                                                                    "blockysize",
-                                                                    "vrtrasterband",
-                                                                    "datatype",
-                                                                    "band",
-                                                                    "description",
-                                                                    "unittype",
-                                                                    "offset",
-                                                                    "scale",
-                                                                    "categorynames",
-                                                                    "category",
-                                                                    "colorinterp",
-                                                                    "colortable",
-                                                                    "entry",
-                                                                    "c1",
-                                                                    "c2",
-                                                                    "c3",
-                                                                    "c4",
-                                                                    "nodatavalue",
-                                                                    "hidenodatavalue",
-                                                                    "histograms",
-                                                                    "histitem",
-                                                                    "histmin",
-                                                                    "histmax",
-                                                                    "bucketcount",
-                                                                    "includeoutofrange",
-                                                                    "approximate",
-                                                                    "histcounts",
-                                                                    "maskband",
-                                                                    "overview",
-                                                                    "simplesource",
-                                                                    "complexsource",
-                                                                    "averagedsource",
-                                                                    "kernelfilteredsource",
-                                                                    "kernel",
-                                                                    "normalized",
-                                                                    "size",
-                                                                    "coefs",
-                                                                    "sourcefilename",
-                                                                    "relativetovrt",
-                                                                    "shared",
-                                                                    "sourceband",
-                                                                    "sourceproperties",
-                                                                    "srcrect",
-                                                                    "dstrect",
-                                                                    "xoff",
-                                                                    "yoff",
-                                                                    "xsize",
-                                                                    "ysize",
-                                                                    "nodata",
-                                                                    "usemaskband",
-                                                                    "lut",
-                                                                    "scaleoffset",
-                                                                    "scaleratio",
-                                                                    "exponent",
-                                                                    "srcmin",
-                                                                    "srcmax",
-                                                                    "dstmin",
-                                                                    "dstmax",
-                                                                    "colortablecomponent"});
-    return std::find(kNames.begin(), kNames.end(), name) != kNames.end();
+    return std::find(std::begin(kKnownNames), std::end(kKnownNames), name) != std::end(kKnownNames);
 }
 
 class Check {
 public:
     void file(const fs::path& vrt, int depth) {
-        if (depth > kDeepest)
+        if (depth > kMaxDepth)
             throw util::Error("virtual rasters in virtual rasters deeper than " +
-                              std::to_string(kDeepest));
+                              std::to_string(kMaxDepth));
         // GDAL searches for sources in the folder of the file itself, not in that of a link to it.
         const fs::path own = fs::canonical(vrt);
         const auto tree = parsed(own);
@@ -149,7 +97,7 @@ private:
         const std::string name = lower(node.pszValue);
         if (!is_known(name))
             throw util::Error("a virtual raster with " + in_quotes(node.pszValue) +
-                              "; allowed: mosaics of files beside or below it");
+                              "; allowed: mosaics of files next to or below it");
         // Harmless with any content; references that GDAL may follow in it are checked once the
         // raster is open.
         if (name == "metadata")
@@ -174,7 +122,7 @@ private:
         const std::string text = CPLGetXMLValue(&node, nullptr, "");
         const auto refuse = [&](const char* why) {
             throw util::Error("the source " + in_quotes(text) + " " + why +
-                              "; allowed: files beside or below the .vrt");
+                              "; allowed: files next to or below the .vrt");
         };
         if (node.eType != CXT_Element || text.empty())
             refuse("is no file's name");

@@ -64,7 +64,8 @@ private:
     static constexpr std::uint64_t kBeyond = ~std::uint64_t{0};
 
     [[nodiscard]] bool read_header() {
-        constexpr std::uint64_t kClassic = 42, kBig = 43;
+        constexpr std::uint64_t kClassic = 42;
+        constexpr std::uint64_t kBig = 43;
         std::array<char, 2> order{};
         if (!m_in.read(order.data(), order.size()))
             return false;
@@ -99,7 +100,8 @@ private:
     /// The offset after the directory at m_at and its lists; advances to the next directory.
     [[nodiscard]] std::uint64_t end_of_directory() {
         const int wide = m_big ? 8 : 4;
-        const std::uint64_t count_bytes = m_big ? 8 : 2, entry_bytes = m_big ? 20 : 12;
+        const std::uint64_t count_bytes = m_big ? 8 : 2;
+        const std::uint64_t entry_bytes = m_big ? 20 : 12;
         const std::uint64_t first = sum(m_at, count_bytes);
         if (first > m_bytes)
             return first;
@@ -129,8 +131,11 @@ private:
         constexpr std::array<std::uint64_t, 4> kTags{273, 279, 324, 325};
         if (std::find(kTags.begin(), kTags.end(), number(entry, 2)) == kTags.end())
             return 0;
-        constexpr std::uint64_t kShort = 3, kLong = 4, kLong8 = 16;
-        const std::uint64_t type = number(entry + 2, 2), count = number(entry + 4, wide);
+        constexpr std::uint64_t kShort = 3;
+        constexpr std::uint64_t kLong = 4;
+        constexpr std::uint64_t kLong8 = 16;
+        const std::uint64_t type = number(entry + 2, 2);
+        const std::uint64_t count = number(entry + 4, wide);
         const std::uint64_t each = type == kShort ? 2 : type == kLong ? 4 : type == kLong8 ? 8 : 0;
         if (each == 0)
             return 0;
@@ -145,7 +150,8 @@ private:
     const std::uint64_t m_bytes;
     std::uint64_t m_at = 0;       ///< of the next directory; 0: none
     std::uint64_t m_entries = 0;  ///< of all directories so far
-    bool m_little = true, m_big = false;
+    bool m_little = true;
+    bool m_big = false;
 };
 
 }  // namespace

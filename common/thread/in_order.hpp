@@ -26,8 +26,8 @@ void in_order(std::size_t count, int threads, const Make& make, const Use& use) 
         Made made;
     };
     using ItemPtr = std::shared_ptr<Item>;
-    const int most = thread_count(threads);
-    tbb::task_arena arena(most);
+    const int max_threads = thread_count(threads);
+    tbb::task_arena arena(max_threads);
     std::size_t next = 0;
     // When a filter throws, TBB leaks the items in flight: exceptions are therefore held back until
     // the pipeline has ended.
@@ -44,7 +44,7 @@ void in_order(std::size_t count, int threads, const Make& make, const Use& use) 
     };
     arena.execute([&] {
         tbb::parallel_pipeline(
-            static_cast<std::size_t>(most) * 2,
+            static_cast<std::size_t>(max_threads) * 2,
             tbb::make_filter<void, std::size_t>(tbb::filter_mode::serial_in_order,
                                                 [&](tbb::flow_control& control) {
                                                     const bool ends = next == count || failed;

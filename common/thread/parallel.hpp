@@ -8,11 +8,11 @@
 
 namespace terravox::thread {
 
-/// @param asked requested number of threads; 0 = one per core
+/// @param requested requested number of threads; 0 = one per core
 /// @return at least 1
-[[nodiscard]] inline int thread_count(int asked) noexcept {
-    if (asked > 0)
-        return asked;
+[[nodiscard]] inline int thread_count(int requested) noexcept {
+    if (requested > 0)
+        return requested;
     const unsigned cores = std::thread::hardware_concurrency();
     return cores == 0 ? 1 : static_cast<int>(cores);
 }

@@ -6,7 +6,7 @@
 
 namespace terravox::thread {
 
-/// Tells when running work must stop: when a stop is requested on either of two tokens, or at a
+/// Whether running work must stop: when a stop is requested on either of two tokens, or at a
 /// deadline.
 class StopCondition {
 public:

@@ -86,11 +86,11 @@ SignalsBlocked::SignalsBlocked() {
     ::pthread_sigmask(SIG_BLOCK, &both, &m_before);
 }
 
-bool wait_for_stop(const std::stop_token& stop, std::chrono::milliseconds longest) {
+bool wait_for_stop(const std::stop_token& stop, std::chrono::milliseconds max_wait) {
     std::mutex mutex;
     std::condition_variable_any change;
     std::unique_lock lock(mutex);
-    return change.wait_for(lock, stop, longest, [&] { return stop.stop_requested(); });
+    return change.wait_for(lock, stop, max_wait, [&] { return stop.stop_requested(); });
 }
 
 }  // namespace terravox::thread

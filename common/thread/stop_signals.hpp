@@ -58,8 +58,8 @@ private:
     sigset_t m_before{};
 };
 
-/// Waits until a stop is requested, for at most `longest`.
+/// Waits until a stop is requested, for at most `max_wait`.
 /// @return whether a stop was requested
-bool wait_for_stop(const std::stop_token& stop, std::chrono::milliseconds longest);
+bool wait_for_stop(const std::stop_token& stop, std::chrono::milliseconds max_wait);
 
 }  // namespace terravox::thread

@@ -45,7 +45,8 @@ void flush_to_disk(const std::filesystem::path& path) {
 }  // namespace
 
 void check_writable(const std::filesystem::path& target) {
-    std::error_code failed, ignored;
+    std::error_code failed;
+    std::error_code ignored;
     if (target.filename().empty() || std::filesystem::is_directory(target, ignored))
         throw UsageError("write " + target.string() + ": this is a folder; give a file name");
     const auto folder = folder_of(target);

@@ -11,8 +11,12 @@
 namespace terravox::util {
 
 struct CacheStats {
-    std::uint64_t hits = 0, misses = 0, waits = 0, evictions = 0;
-    std::size_t bytes = 0, entries = 0;
+    std::uint64_t hits = 0;
+    std::uint64_t misses = 0;
+    std::uint64_t waits = 0;
+    std::uint64_t evictions = 0;
+    std::size_t bytes = 0;
+    std::size_t entries = 0;
 };
 
 /// An LRU cache with a byte limit that makes each value once: threads that request a key while its

@@ -15,10 +15,10 @@ std::filesystem::path config_dir() {
         std::error_code ignored;
         return fs::is_regular_file(p / "materials.toml", ignored);
     };
-    if (const char* asked = std::getenv("TERRAVOX_CONFIG"); asked != nullptr && *asked != '\0') {
-        if (holds_config(asked))
-            return asked;
-        throw UsageError("find the configuration: TERRAVOX_CONFIG = '" + std::string(asked) +
+    if (const char* folder = std::getenv("TERRAVOX_CONFIG"); folder != nullptr && *folder != '\0') {
+        if (holds_config(folder))
+            return folder;
+        throw UsageError("find the configuration: TERRAVOX_CONFIG = '" + std::string(folder) +
                          "' holds no materials.toml");
     }
     std::error_code ignored;
@@ -53,8 +53,8 @@ std::filesystem::path base_file(const std::filesystem::path& file, const std::st
                                 const std::string& kind) {
     const std::string name = id + ".toml";
     std::error_code ignored;
-    if (auto beside = file.parent_path() / name; std::filesystem::exists(beside, ignored))
-        return beside;
+    if (auto neighbour = file.parent_path() / name; std::filesystem::exists(neighbour, ignored))
+        return neighbour;
     if (auto shipped = config_dir() / kind / name; std::filesystem::exists(shipped, ignored))
         return shipped;
     return {};

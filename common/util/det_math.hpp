@@ -26,19 +26,22 @@ inline constexpr double kPi = 3.141592653589793238463;
     if (x > 700)
         x = 700;
     // ln 2 in two parts, the first so short that its multiples are exact.
-    constexpr double kLn2High = 0x1.62e42feep-1, kLn2Low = 1.9082149292705877e-10,
-                     kInverseLn2 = 1.44269504088896340736;
+    constexpr double kLn2High = 0x1.62e42feep-1;
+    constexpr double kLn2Low = 1.9082149292705877e-10;
+    constexpr double kInverseLn2 = 1.44269504088896340736;
     const int n = static_cast<int>(x * kInverseLn2 + (x < 0 ? -0.5 : 0.5));
     const double r = (x - n * kLn2High) - n * kLn2Low;  // |r| <= ln 2 / 2
     // Taylor series; 13 terms leave an error below 1e-15 for |r| <= 0.347. Evaluated in pairs, and
     // pairs of pairs: a dependency chain of four operations instead of thirteen. Ref: Estrin,
     // "Organization of computer systems", 1960.
-    const double r2 = r * r, r4 = r2 * r2, r8 = r4 * r4;
-    const double low = (1 + r) + (1.0 / 2 + r * (1.0 / 6)) * r2,
-                 next = (1.0 / 24 + r * (1.0 / 120)) + (1.0 / 720 + r * (1.0 / 5040)) * r2;
-    const double high = (1.0 / 40320 + r * (1.0 / 362880)) +
-                        (1.0 / 3628800 + r * (1.0 / 39916800)) * r2,
-                 last = 1.0 / 479001600 + r * (1.0 / 6227020800);
+    const double r2 = r * r;
+    const double r4 = r2 * r2;
+    const double r8 = r4 * r4;
+    const double low = (1 + r) + (1.0 / 2 + r * (1.0 / 6)) * r2;
+    const double next = (1.0 / 24 + r * (1.0 / 120)) + (1.0 / 720 + r * (1.0 / 5040)) * r2;
+    const double high =
+        (1.0 / 40320 + r * (1.0 / 362880)) + (1.0 / 3628800 + r * (1.0 / 39916800)) * r2;
+    const double last = 1.0 / 479001600 + r * (1.0 / 6227020800);
     const double sum = (low + next * r4) + (high + last * r4) * r8;
     return sum * exp2_int(n);
 }
@@ -54,9 +57,11 @@ inline constexpr double kPi = 3.141592653589793238463;
         ++exponent;
     }
     const double s = (m - 1) / (m + 1), s2 = s * s;  // log m = 2 atanh s, |s| < 0.172
-    const double s4 = s2 * s2, s8 = s4 * s4, s16 = s8 * s8;
-    const double low = (1 + s2 * (1.0 / 3)) + (1.0 / 5 + s2 * (1.0 / 7)) * s4,
-                 next = (1.0 / 9 + s2 * (1.0 / 11)) + (1.0 / 13 + s2 * (1.0 / 15)) * s4;
+    const double s4 = s2 * s2;
+    const double s8 = s4 * s4;
+    const double s16 = s8 * s8;
+    const double low = (1 + s2 * (1.0 / 3)) + (1.0 / 5 + s2 * (1.0 / 7)) * s4;
+    const double next = (1.0 / 9 + s2 * (1.0 / 11)) + (1.0 / 13 + s2 * (1.0 / 15)) * s4;
     const double high = (1.0 / 17 + s2 * (1.0 / 19)) + (1.0 / 21 + s2 * (1.0 / 23)) * s4;
     return 2 * (s * (low + next * s8 + high * s16)) + exponent * 0.693147180559945309417;
 }
@@ -68,7 +73,8 @@ inline constexpr double kPi = 3.141592653589793238463;
 
 /// Sine and cosine of one angle.
 struct SinCos {
-    double sin, cos;
+    double sin;
+    double cos;
 };
 
 /// Sine and cosine of x radians; absolute error below 1e-15 for |x| <= 1e5. NaN and values beyond
@@ -78,12 +84,14 @@ struct SinCos {
         x = 0;
     // Ref: Cody & Waite, "Software Manual for the Elementary Functions", 1980: pi / 2 in three
     // parts, the first two short enough that their multiples are exact.
-    constexpr double kHalfPi1 = 1.57079632673412561417, kHalfPi2 = 6.07710050630396597660e-11,
-                     kHalfPi3 = 2.02226624879595063154e-21;
+    constexpr double kHalfPi1 = 1.57079632673412561417;
+    constexpr double kHalfPi2 = 6.07710050630396597660e-11;
+    constexpr double kHalfPi3 = 2.02226624879595063154e-21;
     const double n = std::floor(x * (2 / kPi) + 0.5);
     const double r = x - n * kHalfPi1 - n * kHalfPi2 - n * kHalfPi3, r2 = r * r;  // |r| <= pi / 4
     // Taylor series; the omitted terms are below 1e-17. Evaluated in pairs, as in exp().
-    const double r4 = r2 * r2, r8 = r4 * r4;
+    const double r4 = r2 * r2;
+    const double r8 = r4 * r4;
     const double s_low = (-1.0 / 6 + r2 * (1.0 / 120)) + (-1.0 / 5040 + r2 * (1.0 / 362880)) * r4;
     const double s_high = (-1.0 / 39916800 + r2 * (1.0 / 6227020800)) +
                           (-1.0 / 1307674368000 + r2 * (1.0 / 355687428096000)) * r4;
@@ -91,8 +99,8 @@ struct SinCos {
         (1.0 / 24 + r2 * (-1.0 / 720)) + (1.0 / 40320 + r2 * (-1.0 / 3628800)) * r4;
     const double c_high = (1.0 / 479001600 + r2 * (-1.0 / 87178291200)) +
                           (1.0 / 20922789888000 + r2 * (-1.0 / 6402373705728000)) * r4;
-    const double s = r + r * r2 * (s_low + s_high * r8),
-                 c = 1 - (0.5 * r2 - r4 * (c_low + c_high * r8));
+    const double s = r + r * r2 * (s_low + s_high * r8);
+    const double c = 1 - (0.5 * r2 - r4 * (c_low + c_high * r8));
     switch (static_cast<std::int64_t>(n) & 3) {
         case 0: return {s, c};
         case 1: return {c, -s};
@@ -114,7 +122,8 @@ struct SinCos {
 /// Angle of the point (x, y) from the x axis, (-pi, pi]; 0 for the origin and for NaN. The sign of
 /// a zero is ignored.
 [[nodiscard]] inline double atan2(double y, double x) noexcept {
-    const double ax = std::fabs(x), ay = std::fabs(y);
+    const double ax = std::fabs(x);
+    const double ay = std::fabs(y);
     if (!(ax + ay > 0) || !(ax + ay < 1e300))
         return 0;
     const bool steep = ay > ax;

@@ -2,6 +2,7 @@
 
 #include <spdlog/pattern_formatter.h>
 #include <spdlog/sinks/stdout_color_sinks.h>
+#include <spdlog/spdlog.h>
 
 #include <array>
 #include <chrono>
@@ -70,6 +71,18 @@ std::unique_ptr<spdlog::formatter> log_formatter(LogFormat format) {
     return std::make_unique<Cleaning>(std::make_unique<spdlog::pattern_formatter>("[%^%l%$] %v"));
 }
 
+spdlog::level::level_enum level_of(LogLevel level) noexcept {
+    switch (level) {
+        case LogLevel::kTrace: return spdlog::level::trace;
+        case LogLevel::kDebug: return spdlog::level::debug;
+        case LogLevel::kInfo: return spdlog::level::info;
+        case LogLevel::kWarning: return spdlog::level::warn;
+        case LogLevel::kError: return spdlog::level::err;
+        case LogLevel::kCritical: break;
+    }
+    return spdlog::level::critical;
+}
+
 }  // namespace
 
 void set_up_log(const std::string& level, LogFormat format) {
@@ -85,6 +98,20 @@ void set_up_log(const std::string& level, LogFormat format) {
     logger->set_formatter(log_formatter(format));
     logger->set_level(spdlog::level::from_str(level == "warn" ? "warning" : level));
     spdlog::set_default_logger(std::move(logger));
+}
+
+bool is_logged(LogLevel level) {
+    return spdlog::should_log(level_of(level));
+}
+
+void write_log(LogLevel level, fmt::string_view format, fmt::format_args arguments) noexcept {
+    try {
+        if (is_logged(level))
+            spdlog::default_logger_raw()->log(level_of(level), fmt::vformat(format, arguments));
+    } catch (...) {
+        // Without memory for the text, or with arguments that do not fit it.
+        std::fputs("[error] a message of the log could not be written\n", stderr);
+    }
 }
 
 }  // namespace terravox::util

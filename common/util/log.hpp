@@ -1,7 +1,8 @@
 #pragma once
 
-#include <spdlog/spdlog.h>
+#include <fmt/core.h>
 
+#include <cstdint>
 #include <string>
 
 namespace terravox::util {
@@ -16,5 +17,43 @@ enum class LogFormat {
 /// @param level trace, debug, info, warn, error or off
 /// @throws UsageError for another level
 void set_up_log(const std::string& level, LogFormat format = LogFormat::kText);
+
+enum class LogLevel : std::uint8_t { kTrace, kDebug, kInfo, kWarning, kError, kCritical };
+
+/// Whether messages of this level are written. Thread-safe.
+[[nodiscard]] bool is_logged(LogLevel level);
+
+/// Writes a message whose arguments have lost their types. Thread-safe. A message that cannot be
+/// formatted or written is replaced by a line that says so.
+void write_log(LogLevel level, fmt::string_view format, fmt::format_args arguments) noexcept;
+
+/// Writes a message, in the syntax of the library fmt. The logging library itself is included by
+/// log.cpp alone: compiling its headers takes longer than most sources that log.
+template <class... Arguments>
+void log_message(LogLevel level, fmt::format_string<Arguments...> format,
+                 Arguments&&... arguments) {
+    write_log(level, format, fmt::make_format_args(arguments...));
+}
+
+template <class... Arguments>
+void log_trace(fmt::format_string<Arguments...> format, Arguments&&... arguments) {
+    write_log(LogLevel::kTrace, format, fmt::make_format_args(arguments...));
+}
+template <class... Arguments>
+void log_debug(fmt::format_string<Arguments...> format, Arguments&&... arguments) {
+    write_log(LogLevel::kDebug, format, fmt::make_format_args(arguments...));
+}
+template <class... Arguments>
+void log_info(fmt::format_string<Arguments...> format, Arguments&&... arguments) {
+    write_log(LogLevel::kInfo, format, fmt::make_format_args(arguments...));
+}
+template <class... Arguments>
+void log_warn(fmt::format_string<Arguments...> format, Arguments&&... arguments) {
+    write_log(LogLevel::kWarning, format, fmt::make_format_args(arguments...));
+}
+template <class... Arguments>
+void log_error(fmt::format_string<Arguments...> format, Arguments&&... arguments) {
+    write_log(LogLevel::kError, format, fmt::make_format_args(arguments...));
+}
 
 }  // namespace terravox::util

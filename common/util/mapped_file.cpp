@@ -50,8 +50,8 @@ bool readable(std::span<const std::byte> part) noexcept {
         return true;
 #ifdef MADV_POPULATE_READ
     static const auto page = static_cast<std::uintptr_t>(::sysconf(_SC_PAGESIZE));
-    const auto begin = reinterpret_cast<std::uintptr_t>(part.data()) / page * page,
-               end = reinterpret_cast<std::uintptr_t>(part.data() + part.size());
+    const auto begin = reinterpret_cast<std::uintptr_t>(part.data()) / page * page;
+    const auto end = reinterpret_cast<std::uintptr_t>(part.data() + part.size());
     // The check uses the mapping itself, so that no file needs to stay open for it. Pages that were
     // read are kept, so an interrupted call makes progress when it is repeated.
     int rc = -1;

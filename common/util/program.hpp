@@ -21,8 +21,8 @@ namespace terravox::util {
     try {
         app.parse(argc, argv);
         return std::nullopt;
-    } catch (const CLI::Success& asked) {
-        return app.exit(asked);
+    } catch (const CLI::Success& exit) {
+        return app.exit(exit);
     } catch (const CLI::ParseError& e) {
         throw UsageError(std::string(e.what()) + "; --help lists what is allowed");
     }

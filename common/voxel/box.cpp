@@ -14,8 +14,12 @@ namespace {
 struct BlobHeader {
     char magic[8];
     std::uint32_t version;
-    std::int32_t level, bx, by, bz;
-    std::uint32_t cell_count, attr_count;
+    std::int32_t level;
+    std::int32_t bx;
+    std::int32_t by;
+    std::int32_t bz;
+    std::uint32_t cell_count;
+    std::uint32_t attr_count;
     std::uint32_t reserved[5];
     // XXH64 of the 56 preceding bytes, then of everything after the header, chained as the seed.
     std::uint64_t checksum;
@@ -38,7 +42,8 @@ std::uint64_t checksum_of(const BlobHeader& header, const std::byte* payload, st
 // Every `first` must refer to cells of the next level (or attributes) inside the arrays, so that no
 // traversal can leave them.
 bool indices_hold(std::span<const TreeCell> cells, std::size_t attr_count) {
-    std::size_t begin = 0, end = Box::kRootCount;
+    std::size_t begin = 0;
+    std::size_t end = Box::kRootCount;
     for (int depth = 0; depth < 3; ++depth) {
         std::size_t children = 0;
         for (std::size_t i = begin; i < end; ++i) {

@@ -21,7 +21,9 @@ inline constexpr int kBoxSizeZ = 64;
 /// 256 x 64 voxels of that level.
 struct BoxKey {
     int level = 0;
-    std::int32_t bx = 0, by = 0, bz = 0;
+    std::int32_t bx = 0;
+    std::int32_t by = 0;
+    std::int32_t bz = 0;
     friend auto operator<=>(const BoxKey&, const BoxKey&) = default;
 };
 /// The hash for every cache of boxes: the Morton code, with the level in bits that only boxes a

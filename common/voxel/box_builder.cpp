@@ -27,7 +27,8 @@ void transpose_squares(Words& words) noexcept {
 
 // After the transposition: the four layers of 16 bits of brick `part`, lowest first.
 std::uint64_t brick_of(const Words& layers, unsigned part) noexcept {
-    const unsigned first = (part & 3) * 4, lane = (part >> 2) * 16;
+    const unsigned first = (part & 3) * 4;
+    const unsigned lane = (part >> 2) * 16;
     std::uint64_t brick = 0;
     for (unsigned y = 0; y < 4; ++y)
         brick |= (layers[first + y] >> lane & 0xFFFF) << (16 * y);
@@ -45,8 +46,10 @@ void ColumnBits::fill(int y0, int y1) noexcept {
     y1 = std::min(y1, kBoxSizeY);
     if (y0 >= y1)
         return;
-    const int first = y0 >> 6, last = (y1 - 1) >> 6;
-    const std::uint64_t from_y0 = kAll << (y0 & 63), up_to_y1 = kAll >> (63 - ((y1 - 1) & 63));
+    const int first = y0 >> 6;
+    const int last = (y1 - 1) >> 6;
+    const std::uint64_t from_y0 = kAll << (y0 & 63);
+    const std::uint64_t up_to_y1 = kAll >> (63 - ((y1 - 1) & 63));
     for (int i = first; i <= last; ++i)
         m_words[static_cast<std::size_t>(i)] |=
             (i == first ? from_y0 : kAll) & (i == last ? up_to_y1 : kAll);
@@ -66,7 +69,8 @@ bool ColumnBits::at(int y) const noexcept {
 struct BoxBuilder::Storey {
     static constexpr unsigned kStacks = 16;
     struct Brick {
-        std::uint64_t mask, detail;
+        std::uint64_t mask;
+        std::uint64_t detail;
     };
     struct Stack {
         Brick bricks[16];
@@ -110,11 +114,16 @@ std::uint64_t BoxBuilder::detail_word(int x, int z, int word, std::uint64_t soli
 // Turns columns of bits into bricks: four bits of a column are the column's share of a brick.
 void BoxBuilder::sort_into_bricks(int word, Storey& storey) const noexcept {
     for (unsigned stack = 0; stack < 256; ++stack) {
-        Words solid, detail;
-        std::uint64_t any = 0, all = kAll, seen = 0;
-        const int x0 = static_cast<int>(stack % 16) * 4, z0 = static_cast<int>(stack / 16) * 4;
+        Words solid;
+        Words detail;
+        std::uint64_t any = 0;
+        std::uint64_t all = kAll;
+        std::uint64_t seen = 0;
+        const int x0 = static_cast<int>(stack % 16) * 4;
+        const int z0 = static_cast<int>(stack / 16) * 4;
         for (unsigned c = 0; c < 16; ++c) {
-            const int x = x0 + static_cast<int>(c & 3), z = z0 + static_cast<int>(c >> 2);
+            const int x = x0 + static_cast<int>(c & 3);
+            const int z = z0 + static_cast<int>(c >> 2);
             const Column& column = m_columns[index(x, z)];
             solid[c] = column.opaque.word(word) | column.clear.word(word);
             detail[c] = solid[c] == 0 ? 0 : detail_word(x, z, word, solid[c]);
@@ -139,7 +148,8 @@ void BoxBuilder::sort_into_bricks(int word, Storey& storey) const noexcept {
 BoxBuilder::Tree BoxBuilder::make_tree() const {
     Storey storey;
     std::array<TreeCell, Box::kRootCount> roots;
-    std::vector<TreeCell> middles, bricks;
+    std::vector<TreeCell> middles;
+    std::vector<TreeCell> bricks;
     Tree tree;
     for (int root = 0; root < Box::kRootCount; ++root) {
         TreeCell& top = roots[static_cast<std::size_t>(root)];
@@ -148,7 +158,9 @@ BoxBuilder::Tree BoxBuilder::make_tree() const {
             continue;
         sort_into_bricks(root, storey);
         for (unsigned bit = 0; bit < 64; ++bit) {
-            const unsigned bx0 = (bit & 3) * 4, bz0 = (bit >> 2 & 3) * 4, by0 = (bit >> 4) * 4;
+            const unsigned bx0 = (bit & 3) * 4;
+            const unsigned bz0 = (bit >> 2 & 3) * 4;
+            const unsigned by0 = (bit >> 4) * 4;
             TreeCell middle = storey.middle_at(bx0, by0, bz0);
             if (middle.mask == 0)
                 continue;
@@ -160,7 +172,9 @@ BoxBuilder::Tree BoxBuilder::make_tree() const {
             middles.push_back(middle);
             for (std::uint64_t left = middle.detail; left != 0; left &= left - 1) {
                 const auto b = static_cast<unsigned>(std::countr_zero(left));
-                const unsigned bx = bx0 + (b & 3), by = by0 + (b >> 4), bz = bz0 + (b >> 2 & 3);
+                const unsigned bx = bx0 + (b & 3);
+                const unsigned by = by0 + (b >> 4);
+                const unsigned bz = bz0 + (b >> 2 & 3);
                 const auto* brick = storey.find(bx, by, bz);
                 bricks.push_back(
                     {brick->mask, brick->detail, static_cast<std::uint32_t>(tree.attr_count), 0});

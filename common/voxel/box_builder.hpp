@@ -33,7 +33,8 @@ public:
 
 private:
     std::array<std::uint64_t, 4> m_words{};
-    bool m_below = false, m_above = false;
+    bool m_below = false;
+    bool m_above = false;
 };
 
 /// Builds a box from columns with a margin of one voxel on every side, so that hidden faces are
@@ -80,17 +81,21 @@ private:
     static constexpr int kSide = kBoxSizeX + 2;
     /// The voxels added to one column; a voxel in both sets is opaque.
     struct Column {
-        ColumnBits opaque, clear;
+        ColumnBits opaque;
+        ColumnBits clear;
     };
     struct Corner {
-        std::uint8_t x, y, z;
+        std::uint8_t x;
+        std::uint8_t y;
+        std::uint8_t z;
     };  ///< lowest corner voxel of a brick
     /// A complete box except for its attributes: cells[first_brick + i] lies at corners[i]. No
     /// cells: nothing is solid.
     struct Tree {
         std::vector<TreeCell> cells;
         std::vector<Corner> corners;
-        std::size_t first_brick = 0, attr_count = 0;
+        std::size_t first_brick = 0;
+        std::size_t attr_count = 0;
     };
     struct Storey;
 

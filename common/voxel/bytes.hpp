@@ -63,15 +63,16 @@ public:
     }
     [[nodiscard]] std::string text() { return std::string(take(get<std::uint64_t>())); }
     [[nodiscard]] voxel::Fingerprint print() {
-        const auto a = get<std::uint64_t>(), b = get<std::uint64_t>();
+        const auto a = get<std::uint64_t>();
+        const auto b = get<std::uint64_t>();
         return {a, b};
     }
     /// Reads the length of a list.
-    /// @param least minimum size of each element in bytes: a list longer than the remaining bytes
-    /// allow is invalid
-    [[nodiscard]] std::size_t count(std::size_t least) {
+    /// @param min_bytes minimum size of each element in bytes: a list longer than the remaining
+    /// bytes allow is invalid
+    [[nodiscard]] std::size_t count(std::size_t min_bytes) {
         const auto n = get<std::uint64_t>();
-        if (n > m_left.size() / least)
+        if (n > m_left.size() / min_bytes)
             m_ok = false;
         return m_ok ? static_cast<std::size_t>(n) : 0;
     }

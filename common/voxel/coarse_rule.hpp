@@ -38,12 +38,10 @@ inline constexpr int kShellsKeptTo = 2;
 ///   keep a voxel for each child of at least one column, and ground would grow at every slope. So
 ///   terrain is closed when thick, flat, or without steps of two (overhangs are kept).
 /// - Thin structures survive: sheets of anything (four of eight) at all levels; decks, walls and
-/// strips one
-///   voxel wide, diagonal ones too, to level 2. Kept at all levels they would fill a town: in a
-///   real one 28 % lies under roofs, and 67 % would at level 5; by this rule 52 %.
+///   strips one voxel wide, diagonal ones too, to level 2. Kept at all levels they would fill a
+///   town: in a real one 28 % lies under roofs, and 67 % would at level 5; by this rule 52 %.
 /// - Ground keeps its height: half full counts as full. Flat ground can only be rounded up, by at
-/// most
-///   half a coarse voxel on average.
+///   most half a coarse voxel on average.
 /// - Lakes stay flat and whole: a surface fills four or eight children, whatever its parity, and
 ///   shallow water wins over its bed. The shore keeps its place on average, since columns vote.
 ///   Brooks one voxel wide are interrupted. Where water wins, the rock below has no attributes.
@@ -52,10 +50,9 @@ inline constexpr int kShellsKeptTo = 2;
 ///   block; any threshold on counts would fill one and lose the other. Wires fade on purpose:
 ///   preserved, they would become beams of 32 voxels at level 5.
 /// - The appearance is that of the visible surface: the topmost child with attributes of each
-/// column
-///   votes among the children that decided (in step 1, with fewer than four opaque ones, without
-///   the terrain that did not decide); the most frequent material wins, the highest on a tie; its
-///   colours are averaged.
+///   column votes among the children that decided (in step 1, with fewer than four opaque ones,
+///   without the terrain that did not decide); the most frequent material wins, the highest on a
+///   tie; its colours are averaged.
 ///
 /// Ref: Laine & Karras, "Efficient Sparse Voxel Octrees", 2010, and Crassin et al., "GigaVoxels",
 /// 2009, average density instead, which needs partly transparent voxels.
@@ -110,7 +107,9 @@ inline constexpr std::array<Grain, 256> kGrainOf = [] {
 // The number of set children of the eight, for all corners at once, as binary digits.
 // Ref: carry-save adders as in Warren, "Hacker's Delight", section 5-1.
 struct Counts {
-    std::uint64_t twos, fours, eights;
+    std::uint64_t twos;
+    std::uint64_t fours;
+    std::uint64_t eights;
     [[nodiscard]] std::uint64_t two_or_more() const noexcept {
         return (twos | fours | eights) & kCorners;
     }
@@ -120,15 +119,18 @@ struct Counts {
 };
 inline Counts count_children(std::uint64_t m) noexcept {
     struct Sum {
-        std::uint64_t digit, carry;
+        std::uint64_t digit;
+        std::uint64_t carry;
     };
     const auto add = [](std::uint64_t a, std::uint64_t b, std::uint64_t c) {
         return Sum{a ^ b ^ c, (a & b) | ((a ^ b) & c)};
     };
-    const Sum one = add(m, m >> 1, m >> 4), two = add(m >> 5, m >> 16, m >> 17),
-              three = add(m >> 20, m >> 21, 0);
+    const Sum one = add(m, m >> 1, m >> 4);
+    const Sum two = add(m >> 5, m >> 16, m >> 17);
+    const Sum three = add(m >> 20, m >> 21, 0);
     const Sum ones = add(one.digit, two.digit, three.digit);
-    const Sum low = add(one.carry, two.carry, three.carry), twos = add(low.digit, ones.carry, 0);
+    const Sum low = add(one.carry, two.carry, three.carry);
+    const Sum twos = add(low.digit, ones.carry, 0);
     return {twos.digit, low.carry ^ twos.carry, low.carry & twos.carry};
 }
 
@@ -142,7 +144,8 @@ inline std::uint64_t columns_of(std::uint64_t voxels) noexcept {
 }
 /// Corners that have at least one child set.
 inline std::uint64_t any_child(std::uint64_t voxels) noexcept {
-    const std::uint64_t columns = columns_of(voxels), pairs = columns | columns >> 4;
+    const std::uint64_t columns = columns_of(voxels);
+    const std::uint64_t pairs = columns | columns >> 4;
     return (pairs | pairs >> 1) & kCorners;
 }
 /// Corners whose key column contains one of these voxels, or whose three other columns all do:
@@ -156,8 +159,8 @@ inline std::uint64_t sampled(std::uint64_t voxels) noexcept {
 inline std::uint64_t won_by_water(std::uint64_t shared, std::uint64_t opaque,
                                   std::uint64_t water) noexcept {
     constexpr std::uint64_t kColumns = kEightChildren & 0xFFFF;
-    const std::uint64_t water_tops = columns_of(water & ~((opaque & kUpper) >> 16)),
-                        opaque_tops = columns_of(opaque & ~((water & kUpper) >> 16));
+    const std::uint64_t water_tops = columns_of(water & ~((opaque & kUpper) >> 16));
+    const std::uint64_t opaque_tops = columns_of(opaque & ~((water & kUpper) >> 16));
     std::uint64_t won = 0;
     for (; shared != 0; shared &= shared - 1) {
         const int corner = std::countr_zero(shared);
@@ -183,8 +186,10 @@ inline CoarseVoxels coarse_voxels(const TreeCell& brick, std::span<const VoxelAt
     for (std::uint64_t left = brick.detail; left != 0; left &= left - 1)
         grains[static_cast<std::size_t>(grain_of(attrs[next++].material))] |= left & (~left + 1);
     const auto of = [&](Grain grain) { return grains[static_cast<std::size_t>(grain)]; };
-    const std::uint64_t shell = of(Grain::kShell), object = of(Grain::kObject),
-                        water = of(Grain::kWater), sparse = of(Grain::kSparse);
+    const std::uint64_t shell = of(Grain::kShell);
+    const std::uint64_t object = of(Grain::kObject);
+    const std::uint64_t water = of(Grain::kWater);
+    const std::uint64_t sparse = of(Grain::kSparse);
     const std::uint64_t terrain = of(Grain::kTerrain) | (brick.mask & ~brick.detail);
     const std::uint64_t opaque = terrain | shell | object;
 
@@ -197,7 +202,8 @@ inline CoarseVoxels coarse_voxels(const TreeCell& brick, std::span<const VoxelAt
                                      (columns_of(object) & kCorners));
     // Step 2: what fills at least half.
     const std::uint64_t half_full = count_children(opaque | water).four_or_more() & ~kept;
-    const std::uint64_t wet = half_full & any_child(water), dry = any_child(opaque);
+    const std::uint64_t wet = half_full & any_child(water);
+    const std::uint64_t dry = any_child(opaque);
     const std::uint64_t coarse_water = (wet & ~dry) | won_by_water(wet & dry, opaque, water);
     const std::uint64_t coarse_opaque = kept | (half_full & ~coarse_water);
     // Step 3: what stands in the key column.
@@ -226,13 +232,13 @@ inline VoxelAttr coarse_attr(const TreeCell& brick, std::span<const VoxelAttr> a
         for (std::uint64_t left = layer; left != 0; left &= left - 1)
             found[count++] = &attrs[brick.index_of(std::countr_zero(left)) - brick.first];
     std::size_t best = 0;
-    int most = 0;
+    int most_votes = 0;
     for (std::size_t i = 0; i < count; ++i) {
         int votes = 0;
         for (std::size_t k = 0; k < count; ++k)
             votes += found[k]->material == found[i]->material;
-        if (votes > most) {
-            most = votes;
+        if (votes > most_votes) {
+            most_votes = votes;
             best = i;
         }
     }

@@ -12,7 +12,9 @@ namespace terravox::voxel {
 
 /// Linear light, Rec. 709 primaries; 1 = a white surface in full daylight.
 struct Colour {
-    float r = 0, g = 0, b = 0;
+    float r = 0;
+    float g = 0;
+    float b = 0;
     friend Colour operator+(Colour x, Colour y) noexcept {
         return {x.r + y.r, x.g + y.g, x.b + y.b};
     }
@@ -48,7 +50,8 @@ struct Colour {
     static const std::array<float, kSteps + 2> table = [] {
         std::array<float, kSteps + 2> out{};
         for (int i = 0; i <= kSteps + 1; ++i) {
-            const double root = static_cast<double>(i) / kSteps, linear = root * root;
+            const double root = static_cast<double>(i) / kSteps;
+            const double linear = root * root;
             out[static_cast<std::size_t>(i)] = static_cast<float>(
                 linear <= 0.0031308 ? linear * 12.92 : 1.055 * det::pow(linear, 1 / 2.4) - 0.055);
         }

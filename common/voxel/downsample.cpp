@@ -9,7 +9,8 @@ namespace terravox::voxel {
 namespace {
 
 constexpr std::uint64_t kAll = ~std::uint64_t{0};
-constexpr TreeCell kAir{0, 0, 0, 0}, kHidden{kAll, 0, 0, 0};
+constexpr TreeCell kAir{0, 0, 0, 0};
+constexpr TreeCell kHidden{kAll, 0, 0, 0};
 
 // A cell of a fine box. Air and hidden rock are represented as cells too, so that the steps below
 // need not distinguish them; these have no box.
@@ -41,7 +42,9 @@ struct Place {
     int corner;
 };
 constexpr Place place_of(int bit) noexcept {
-    const int x = bit & 3, z = bit >> 2 & 3, y = bit >> 4;
+    const int x = bit & 3;
+    const int z = bit >> 2 & 3;
+    const int y = bit >> 4;
     return {static_cast<std::size_t>(x >> 1 | (z >> 1) << 1 | (y >> 1) << 2),
             child_bit(2 * (x & 1), 2 * (y & 1), 2 * (z & 1))};
 }
@@ -57,8 +60,8 @@ public:
         if (std::all_of(m_roots.begin(), m_roots.end(),
                         [](const TreeCell& root) { return root.mask == 0; }))
             return nullptr;
-        const auto middle_base = static_cast<std::uint32_t>(m_roots.size()),
-                   brick_base = static_cast<std::uint32_t>(m_roots.size() + m_middles.size());
+        const auto middle_base = static_cast<std::uint32_t>(m_roots.size());
+        const auto brick_base = static_cast<std::uint32_t>(m_roots.size() + m_middles.size());
         for (TreeCell& cell : m_roots)
             cell.first += middle_base;
         for (TreeCell& cell : m_middles)
@@ -92,7 +95,8 @@ private:
         for (int bit = 0; bit < 64; ++bit) {
             const auto [octant, corner] = place_of(bit);
             const Node& parent = parents[octant];
-            const std::uint64_t covered = kEightChildren << corner, flag = std::uint64_t{1} << bit;
+            const std::uint64_t covered = kEightChildren << corner;
+            const std::uint64_t flag = std::uint64_t{1} << bit;
             if ((parent.cell->mask & covered) == 0)
                 continue;
             if ((parent.cell->mask & covered) == covered && (parent.cell->detail & covered) == 0) {
@@ -111,7 +115,8 @@ private:
         }
     }
     struct Masks {
-        std::uint64_t mask, detail;
+        std::uint64_t mask;
+        std::uint64_t detail;
     };
 
     TreeCell make_root(const Eight& roots) {
@@ -156,7 +161,8 @@ private:
 
     int m_level;
     std::array<TreeCell, Box::kRootCount> m_roots;
-    std::vector<TreeCell> m_middles, m_bricks;
+    std::vector<TreeCell> m_middles;
+    std::vector<TreeCell> m_bricks;
     std::vector<VoxelAttr> m_attrs;
 };
 

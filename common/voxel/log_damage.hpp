@@ -1,10 +1,10 @@
 #pragma once
 
-#include <spdlog/spdlog.h>
-
 #include <algorithm>
 #include <string>
 #include <vector>
+
+#include "common/util/log.hpp"
 
 namespace terravox::voxel {
 
@@ -12,9 +12,9 @@ namespace terravox::voxel {
 inline void log_damage(const std::vector<std::string>& damage) {
     constexpr std::size_t kMaxLines = 20;
     for (std::size_t i = 0; i < std::min(damage.size(), kMaxLines); ++i)
-        spdlog::error("{}", damage[i]);
-    spdlog::error("the world is damaged in {} {}; the rest is there", damage.size(),
-                  damage.size() == 1 ? "place" : "places");
+        util::log_error("{}", damage[i]);
+    util::log_error("the world is damaged in {} {}; the rest is there", damage.size(),
+                    damage.size() == 1 ? "place" : "places");
 }
 
 }  // namespace terravox::voxel

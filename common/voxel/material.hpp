@@ -190,7 +190,9 @@ static_assert(
 
 /// sRGB, 8 bits per channel.
 struct Rgb8 {
-    std::uint8_t r = 0, g = 0, b = 0;
+    std::uint8_t r = 0;
+    std::uint8_t g = 0;
+    std::uint8_t b = 0;
     friend bool operator==(const Rgb8&, const Rgb8&) = default;
 };
 

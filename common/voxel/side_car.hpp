@@ -16,7 +16,11 @@ namespace terravox::voxel {
 /// georeference, and the meaning of its blocks. A JSON file next to the other
 /// (docs/formats/side-car.md).
 struct SideCar {
-    std::string title, crs, crs_wkt, licence, attribution;
+    std::string title;
+    std::string crs;
+    std::string crs_wkt;
+    std::string licence;
+    std::string attribution;
     double voxel_m = 1;              ///< edge of a voxel of the file, metres
     double crs_units_per_voxel = 1;  ///< the same in units of the CRS
     /// Voxel of the file plus offset = voxel of the world (of the file's voxel size): easting = (x

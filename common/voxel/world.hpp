@@ -20,7 +20,8 @@ namespace terravox::voxel {
 
 /// An axis-aligned block of voxels, half-open: min <= coordinate < max, in voxels of level 0.
 struct VoxelBounds {
-    std::array<std::int32_t, 3> min{}, max{};
+    std::array<std::int32_t, 3> min{};
+    std::array<std::int32_t, 3> max{};
     [[nodiscard]] bool empty() const noexcept {
         return min[0] >= max[0] || min[1] >= max[1] || min[2] >= max[2];
     }
@@ -39,7 +40,8 @@ struct WorldInfo {
     /// height_m = y * voxel_m.
     double crs_units_per_voxel = 1;
     std::optional<geo::LatLon> centre;
-    std::string licence, attribution;
+    std::string licence;
+    std::string attribution;
     /// The bounds that a camera should frame by default, for worlds without end; empty: `bounds`.
     VoxelBounds framed;
     [[nodiscard]] const VoxelBounds& framed_bounds() const noexcept {
@@ -61,7 +63,8 @@ struct ColumnExtent {
 /// The boxes of a level that cover bounds: keys with min <= coordinate < max (level is set in
 /// both).
 struct BoxRange {
-    BoxKey min, max;
+    BoxKey min;
+    BoxKey max;
     /// @param key of the same level
     [[nodiscard]] bool contains(const BoxKey& key) const noexcept {
         return key.bx >= min.bx && key.bx < max.bx && key.by >= min.by && key.by < max.by &&
@@ -155,7 +158,10 @@ public:
 
 /// The extent of all inputs that contributed to a box: box columns of level 0, half-open.
 struct InputExtent {
-    std::int32_t min_bx = 0, min_bz = 0, max_bx = 0, max_bz = 0;
+    std::int32_t min_bx = 0;
+    std::int32_t min_bz = 0;
+    std::int32_t max_bx = 0;
+    std::int32_t max_bz = 0;
     [[nodiscard]] bool empty() const noexcept { return min_bx >= max_bx || min_bz >= max_bz; }
     /// Grows to include `other`.
     void add(const InputExtent& other) noexcept {

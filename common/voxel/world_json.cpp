@@ -20,7 +20,8 @@ namespace {
 /// project have 2 x 2 columns of them, or, with orthophotos that limit the levels, a few hundred
 /// thousand.
 void check_size(const WorldInfo& info, const std::function<void(const std::string&)>& fail) {
-    constexpr std::int64_t kMaxOnEdge = 16'384, kMaxBoxes = 4'194'304;
+    constexpr std::int64_t kMaxOnEdge = 16'384;
+    constexpr std::int64_t kMaxBoxes = 4'194'304;
     if (info.bounds.empty())
         return;
     const BoxRange range = boxes_over(info.bounds, info.levels - 1);
@@ -77,8 +78,8 @@ WorldInfo world_from_json(const std::string& text, const std::string& origin) {
             fail("boxes of another size than 64 x 256 x 64");
         info.title = in.at("title").get<std::string>();
         const auto read_bounds = [&](const json& from, VoxelBounds& into) {
-            const auto min = from.at("min").get<std::array<std::int64_t, 3>>(),
-                       max = from.at("max").get<std::array<std::int64_t, 3>>();
+            const auto min = from.at("min").get<std::array<std::int64_t, 3>>();
+            const auto max = from.at("max").get<std::array<std::int64_t, 3>>();
             constexpr std::int64_t kFarthest = 1 << 30;
             for (std::size_t a = 0; a < 3; ++a) {
                 if (min[a] < -kFarthest || max[a] > kFarthest || min[a] > max[a])

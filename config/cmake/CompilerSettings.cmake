@@ -35,9 +35,10 @@ if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
   target_compile_options(terravox_settings INTERFACE -march=x86-64-v2)
 endif()
 # A damaged or hostile file that finds a fault in a parser should end the program, not run code in
-# it. tests/e2e/hardening_test.py reads these back from the built programs. - LASzip does not link
-# terravox::settings, so it takes the same list (config/cmake/LASzip.cmake). - FORTIFY_SOURCE needs
-# an optimising compiler, and hides from the address sanitizer what it checks itself.
+# it. tests/e2e/hardening_test.py reads these back from the built programs.
+# - LASzip does not link terravox::settings, so it takes the same list (config/cmake/LASzip.cmake).
+# - FORTIFY_SOURCE needs an optimising compiler, and hides from the address sanitizer what it checks
+#   itself.
 set(TERRAVOX_HARDENING -fstack-protector-strong)
 if(NOT TERRAVOX_SANITIZE)
   list(APPEND TERRAVOX_HARDENING -fstack-clash-protection
@@ -50,8 +51,8 @@ target_compile_options(terravox_settings INTERFACE ${TERRAVOX_HARDENING})
 # For all targets, modules in C among them.
 add_link_options(-Wl,-z,relro,-z,now,-z,noexecstack)
 # Programs at random addresses. Not by POSITION_INDEPENDENT_CODE, which would compile libraries for
-# shared objects (-fPIC): those cost more. What the module terravox-worlds.so holds asks for it by
-# itself.
+# shared objects (-fPIC): those cost more. The parts of the module terravox-worlds.so set it
+# themselves.
 target_compile_options(terravox_settings INTERFACE $<$<NOT:$<BOOL:$<TARGET_PROPERTY:POSITION_INDEPENDENT_CODE>>>:-fPIE>)
 target_link_options(terravox_settings INTERFACE $<$<STREQUAL:$<TARGET_PROPERTY:TYPE>,EXECUTABLE>:-pie>)
 # The standard library checks indexes, empty containers and iterators. Sources that trace rays or

@@ -1,6 +1,6 @@
-# OpenVDB as OpenVDB::openvdb. The module that Debian ships lies outside CMake's own path and asks
-# for more than the -dev package brings; header and library are looked up instead. The headers use
-# half floats of Imath, and TBB.
+# OpenVDB as OpenVDB::openvdb. The module that Debian ships lies outside CMake's own path and
+# requires more than the -dev package brings; header and library are looked up instead.
+# The headers use half floats of Imath, and TBB.
 find_path(OpenVDB_INCLUDE_DIR openvdb/openvdb.h)
 find_library(OpenVDB_LIBRARY openvdb)
 find_package(Imath CONFIG QUIET)

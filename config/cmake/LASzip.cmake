@@ -21,18 +21,18 @@ list(TRANSFORM laszip_sources PREPEND "${TERRAVOX_LASZIP_DIR}/src/")
 
 # Damaged files crash LASzip in two places, so two of its sources are compiled from copies.
 # - GPS times of point formats 1 to 5 are read by a function that calls itself each time the file
-# says "the other sequence". A good file says
-#   so once for a point, a damaged one a hundred thousand times: the stack ends. The calls are counted (laszip_guard.h).
+#   switches to the other sequence. A good file switches once for a point, a damaged one a hundred
+#   thousand times, which overflows the stack. The calls are counted (laszip_guard.h).
 # - The arithmetic decoder looks symbols up in tables, and is safe while its value is below its
-# length. It begins with a length of
-#   2^32 - 1 and four bytes of the file as value: only 0xFFFFFFFF is too much, which no encoder writes.
+#   length. It begins with a length of 2^32 - 1 and four bytes of the file as value: only 0xFFFFFFFF
+#   is too much, which no encoder writes.
 function(terravox_guard_laszip source from to)
   set(original "${TERRAVOX_LASZIP_DIR}/src/${source}")
   set(guarded "${PROJECT_BINARY_DIR}/laszip-guarded/${source}")
   file(READ "${original}" text)
   string(REPLACE "${from}" "${to}" guarded_text "${text}")
   if(text STREQUAL guarded_text)
-    message(FATAL_ERROR "LASzip: ${original} is not the one that config/cmake/LASzip.cmake knows how to guard")
+    message(FATAL_ERROR "LASzip: ${original} is not the version that config/cmake/LASzip.cmake can guard")
   endif()
   file(CONFIGURE OUTPUT "${guarded}" CONTENT "${guarded_text}" @ONLY)
   set_property(SOURCE "${guarded}" TARGET_DIRECTORY terravox_laszip APPEND PROPERTY COMPILE_OPTIONS "-include;${PROJECT_SOURCE_DIR}/config/cmake/laszip_guard.h")
@@ -59,7 +59,7 @@ set_target_properties(terravox_laszip PROPERTIES POSITION_INDEPENDENT_CODE ON)  
 # take for damage.
 target_compile_options(terravox_laszip PRIVATE -w -O3 -fno-semantic-interposition -fno-sized-deallocation ${TERRAVOX_HARDENING})
 if(TERRAVOX_SANITIZE)
-  # What a damaged file does to memory within LASzip counts, too. Its arithmetic relies on what the
+  # The address sanitizer checks LASzip, too, since damaged files reach its memory. Its arithmetic relies on what the
   # standard leaves undefined (shifts of negative numbers, unaligned loads), so that sanitizer is
   # left out.
   string(REPLACE "," ";" laszip_sanitizers "${TERRAVOX_SANITIZE}")
@@ -68,7 +68,7 @@ if(TERRAVOX_SANITIZE)
   target_compile_options(terravox_laszip PRIVATE ${laszip_sanitizers} -fno-omit-frame-pointer)
 endif()
 target_compile_definitions(terravox_laszip PRIVATE _GLIBCXX_ASSERTIONS)
-# The one source that holds the file stream; others say std::getc, which a macro would break.
+# The one source that holds the file stream; others call std::getc, which a macro would break.
 set_property(SOURCE "${TERRAVOX_LASZIP_DIR}/src/laszip_dll.cpp" APPEND PROPERTY COMPILE_OPTIONS
              "-include;${PROJECT_SOURCE_DIR}/config/cmake/laszip_unlocked_getc.h")
 target_include_directories(terravox_laszip PRIVATE "${TERRAVOX_LASZIP_DIR}/src" "${TERRAVOX_LASZIP_DIR}/dll")

@@ -2,18 +2,19 @@
 # links it gets no more than that.
 include_guard(GLOBAL)
 
-# terravox_library(name [IN_MODULE] [WITHOUT_ASSERTIONS] [OPTIMISE_LITTLE]
+# terravox_library(name [IN_MODULE] [WITHOUT_ASSERTIONS] [OPTIMISE_LITTLE | COMMAND_LINE]
 #                  [SOURCES file...] [PUBLIC library...] [PRIVATE library...])
 #   name                of the static library terravox_<name>, known as terravox::<name>
 #   IN_MODULE           a part of the module terravox-worlds.so, too (voxelserver/module): compiled
 #                       for shared objects
 #   WITHOUT_ASSERTIONS  all of its sources are (terravox_without_assertions)
-#   OPTIMISE_LITTLE     for what no picture or box waits for, command lines for example: compiled
-#                       with -O1, which takes two thirds of the time
+#   OPTIMISE_LITTLE     for what no picture or box waits for: links of a farm, panels of a window;
+#                       compiled with -O1, which takes two thirds of the time
+#   COMMAND_LINE        the same, with precompiled headers of the library CLI11
 #   SOURCES             none: a folder of headers
 #   PUBLIC              what its headers include; PRIVATE: what only its sources include
 function(terravox_library name)
-  cmake_parse_arguments(PARSE_ARGV 1 arg "IN_MODULE;WITHOUT_ASSERTIONS;OPTIMISE_LITTLE" "" "SOURCES;PUBLIC;PRIVATE")
+  cmake_parse_arguments(PARSE_ARGV 1 arg "IN_MODULE;WITHOUT_ASSERTIONS;OPTIMISE_LITTLE;COMMAND_LINE" "" "SOURCES;PUBLIC;PRIVATE")
   if(arg_UNPARSED_ARGUMENTS)
     message(FATAL_ERROR "terravox_library(${name} ...): not understood: ${arg_UNPARSED_ARGUMENTS}")
   endif()
@@ -31,6 +32,9 @@ function(terravox_library name)
     elseif(arg_OPTIMISE_LITTLE)
       target_compile_options(${target} PRIVATE ${TERRAVOX_OPTIMISE_LITTLE})
       terravox_use_precompiled(${target} little)
+    elseif(arg_COMMAND_LINE)
+      target_compile_options(${target} PRIVATE ${TERRAVOX_OPTIMISE_LITTLE})
+      terravox_use_precompiled(${target} commands)
     else()
       terravox_use_precompiled(${target} programs)
     endif()
@@ -45,7 +49,7 @@ endfunction()
 function(terravox_program name)
   add_executable(${name} ${ARGN})
   target_compile_options(${name} PRIVATE ${TERRAVOX_OPTIMISE_LITTLE})
-  terravox_use_precompiled(${name} little)
+  terravox_use_precompiled(${name} commands)
 endfunction()
 
 # terravox_optimise_little(target source...): the same for single sources of a library.

@@ -1,21 +1,21 @@
 # The standard library's headers are most of what a compiler reads of a source here, and Catch2's
-# most of what it reads of a test. They are compiled once for each set of flags, which GCC wants to
-# be the same as those of the source.
+# most of what it reads of a test. They are compiled once for each set of flags: GCC requires the
+# same flags as for the source.
 include_guard(GLOBAL)
 
 option(TERRAVOX_PRECOMPILED_HEADERS
        "Compile the headers of the standard library once; without it, forgotten includes are found"
        ON)
 
-# ccache keeps what was compiled with precompiled headers only when it is told that times and macros
-# in them do not matter.
+# ccache keeps what was compiled with precompiled headers only with the setting that times and
+# macros in them do not matter.
 if(TERRAVOX_PRECOMPILED_HEADERS AND TERRAVOX_CCACHE)
   set(ccache "${CMAKE_COMMAND}" -E env "CCACHE_SLOPPINESS=pch_defines,time_macros"
       "${TERRAVOX_CCACHE}")
   set(CMAKE_CXX_COMPILER_LAUNCHER "${ccache}")
 endif()
 
-# What most sources include. No source may count on it: some builds go without.
+# Headers that most sources include. No source may rely on it: some builds go without.
 set(TERRAVOX_COMMON_HEADERS
     <algorithm> <array> <atomic> <bit> <charconv> <chrono> <cmath> <condition_variable>
     <cstddef> <cstdint> <cstdio> <cstdlib> <cstring> <deque> <exception> <filesystem> <fstream>
@@ -30,7 +30,7 @@ file(CONFIGURE OUTPUT "${PROJECT_BINARY_DIR}/generated/nothing.cpp"
 # same for all that use one precompiled header.
 set(TERRAVOX_PRECOMPILED_DEFINITIONS NOMINMAX)
 
-# ccache wants the first. In precompiled headers GCC 12 reports false positives of the others within
+# ccache needs the first. In precompiled headers GCC 12 reports false positives of the others within
 # strings (bug 105651); the preset `dev` goes without them, and takes warnings for errors.
 set(TERRAVOX_PRECOMPILED_OPTIONS
     $<$<CXX_COMPILER_ID:GNU>:-fpch-preprocess>
@@ -76,3 +76,6 @@ set(TERRAVOX_OPTIMISE_LITTLE $<$<CONFIG:Release>:-O1>)
 terravox_precompile(programs)
 terravox_precompile(module IN_MODULE OPTIONS -fno-semantic-interposition)
 terravox_precompile(little OPTIONS ${TERRAVOX_OPTIMISE_LITTLE})
+# Command lines: reading the headers of CLI11 takes longer than compiling what uses them.
+terravox_precompile(commands OPTIONS ${TERRAVOX_OPTIMISE_LITTLE} HEADERS <CLI/CLI.hpp>
+                    LIBRARIES CLI11::CLI11)

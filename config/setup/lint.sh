@@ -6,6 +6,10 @@ LINT_PACKAGE_LIST=$ROOT/config/setup/debian-lint-packages.txt
 LINT_DIR=$ROOT/build/deps/lint
 CLANG_FORMAT=$LINT_DIR/clang_format/data/bin/clang-format
 LINE_COLUMNS=100
+# What tests/measure_form.py may find, a little above what it finds today: so dense is the code of
+# formulas and vector instructions, and none of it should become denser.
+MAX_TOKENS_PER_LINE=10.5
+MAX_BRANCHES_PER_10_LINES=3.2
 
 # Installs clang-format, ruff and lizard, unless the pinned versions are there already.
 # tests/measure_form.py imports lizard from this folder.
@@ -98,6 +102,13 @@ lint_shell() {
     return "$status"
 }
 
+# lint_density: tokens and branches of production code by line. Returns 1 when they are too many.
+lint_density() {
+    install_linters
+    python3 -B "$ROOT/tests/measure_form.py" --limit-tokens "$MAX_TOKENS_PER_LINE" \
+        --limit-branches "$MAX_BRANCHES_PER_10_LINES" --limit-long-percent 0 >&2
+}
+
 # lint_layers: which folder includes which (config/layers.toml).
 lint_layers() {
     python3 -B "$ROOT/tests/layers_test.py" >&2
@@ -168,6 +179,7 @@ format() {
 lint_form() {
     local status=0
     lint_cpp_form || status=1
+    lint_density || status=1
     lint_python || status=1
     lint_shell || status=1
     lint_grabber || status=1

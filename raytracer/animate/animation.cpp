@@ -25,7 +25,8 @@ struct Turn {
         north = north * cos - east * sin;
         east = e;
     }
-    double cos, sin;
+    double cos;
+    double sin;
 };
 
 Triple turned(const Triple& point, const Triple& centre, core::CoordinateSpace space,
@@ -41,7 +42,8 @@ Triple turned(const Triple& point, const Triple& centre, core::CoordinateSpace s
     // In voxels z grows to the south, the northing to the north.
     const std::size_t across = space == core::CoordinateSpace::kVoxel ? 2 : 1;
     const double sign = space == core::CoordinateSpace::kVoxel ? -1 : 1;
-    double east = point[0] - centre[0], north = sign * (point[across] - centre[across]);
+    double east = point[0] - centre[0];
+    double north = sign * (point[across] - centre[across]);
     turn.apply(east, north);
     Triple out = point;
     out[0] = centre[0] + east;

@@ -57,11 +57,14 @@ private:
         std::vector<Word> words;
     };
     struct Turntable {
-        double turns = 1, seconds = 0;
+        double turns = 1;
+        double seconds = 0;
         std::optional<std::array<double, 3>> target;
     };
     struct Day {
-        double from = 0, to = 24, seconds = 0;
+        double from = 0;
+        double to = 24;
+        double seconds = 0;
     };
     void turn(scene::Scene& scene, double time_s) const;
     [[nodiscard]] static const Word& word_at(const Track& track, double time_s);

@@ -128,8 +128,8 @@ private:
     Key read_key(const toml::table& table, const std::string& name) const {
         Key out;
         out.name = name;
-        const auto time = number(table, "time_s", name + ": time_s", 0, kMaxSeconds),
-                   frame = number(table, "frame", name + ": frame", 0, Animation::kMaxFrames - 1);
+        const auto time = number(table, "time_s", name + ": time_s", 0, kMaxSeconds);
+        const auto frame = number(table, "frame", name + ": frame", 0, Animation::kMaxFrames - 1);
         if (time.has_value() == frame.has_value())
             refuse(name + ": " + (time ? "time_s and frame" : "no time") +
                    "; allowed: one of time_s, frame");
@@ -184,8 +184,8 @@ private:
         const auto* table = section("day", {"from", "to", "seconds"});
         if (table == nullptr)
             return;
-        const auto from = number(*table, "from", "day.from", 0, 24),
-                   to = number(*table, "to", "day.to", 0, 24);
+        const auto from = number(*table, "from", "day.from", 0, 24);
+        const auto to = number(*table, "to", "day.to", 0, 24);
         if (!from || !to)
             refuse(std::string("day.") + (from ? "to" : "from") +
                    " is missing; allowed: 0 to 24, clock hours");

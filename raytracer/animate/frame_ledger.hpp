@@ -11,7 +11,7 @@ namespace terravox::animate {
 /// interrupted run can continue, and frames whose scene has changed since are rendered anew. Not
 /// thread-safe, but several processes, on several machines too, may add to one file: each line is
 /// appended under a lock (flock, which network file systems support; one that does not must append
-/// whole lines). A reader sees what was there when it opened the file.
+/// whole lines). A reader uses the lines that the file had when it was opened.
 class FrameLedger {
 public:
     /// Reads the existing lines; lines that cannot be parsed (cut off, damaged) are ignored.

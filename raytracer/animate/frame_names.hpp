@@ -16,7 +16,9 @@ public:
     [[nodiscard]] std::filesystem::path ledger() const;
 
 private:
-    std::string m_pattern, m_before, m_after;
+    std::string m_pattern;
+    std::string m_before;
+    std::string m_after;
     std::size_t m_digits = 0;
 };
 

@@ -114,7 +114,9 @@ util::ExitCode render_frames(const Animation& animation, const scene::Scene& bas
     for (int frame = options.first; frame <= last;
          frame += std::min(options.every, last - frame + 1))
         prints[frame] = fingerprint(animation.at(frame, base), options.inputs);
-    int made = 0, with_holes = 0, kept = 0;
+    int made = 0;
+    int with_holes = 0;
+    int kept = 0;
     for (const auto& [frame, print] : prints) {
         const scene::Scene scene = animation.at(frame, base);
         const std::filesystem::path picture = names.of(frame);

@@ -19,7 +19,8 @@ double round_rate(double h0, double h1, double slope0, double slope1) noexcept {
 double monotone_rate(double h0, double h1, double slope0, double slope1) noexcept {
     if (!(slope0 * slope1 > 0))
         return 0;
-    const double w0 = 2 * h1 + h0, w1 = h1 + 2 * h0;
+    const double w0 = 2 * h1 + h0;
+    const double w1 = h1 + 2 * h0;
     return (w0 + w1) / (w0 / slope0 + w1 / slope1);
 }
 
@@ -48,7 +49,9 @@ double SmoothPath::at(double time) const noexcept {
     const auto next = static_cast<std::size_t>(
         std::upper_bound(m_times.begin(), m_times.end(), time) - m_times.begin());
     const std::size_t i = next - 1;
-    const double h = m_times[next] - m_times[i], s = (time - m_times[i]) / h, r = 1 - s;
+    const double h = m_times[next] - m_times[i];
+    const double s = (time - m_times[i]) / h;
+    const double r = 1 - s;
     if (m_values[i] == m_values[next] && m_rates[i] == 0 && m_rates[next] == 0)
         return m_values[i];
     return m_values[i] * (r * r * (1 + 2 * s)) + m_values[next] * (s * s * (3 - 2 * s)) +

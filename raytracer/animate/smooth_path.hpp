@@ -20,7 +20,9 @@ public:
     [[nodiscard]] double at(double time) const noexcept;
 
 private:
-    std::vector<double> m_times, m_values, m_rates;
+    std::vector<double> m_times;
+    std::vector<double> m_values;
+    std::vector<double> m_rates;
 };
 
 }  // namespace terravox::animate

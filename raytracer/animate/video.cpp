@@ -88,8 +88,8 @@ void make_video(const std::filesystem::path& file, const FrameNames& frames, int
     util::AtomicFile out(file);
     // Absolute, since ffmpeg takes text before a colon as a protocol, and a leading dash as an
     // option.
-    const std::string pictures = std::filesystem::absolute(frames.pattern()).string(),
-                      target = std::filesystem::absolute(out.temporary_path()).string();
+    const std::string pictures = std::filesystem::absolute(frames.pattern()).string();
+    const std::string target = std::filesystem::absolute(out.temporary_path()).string();
     const int status =
         run(find_program(program).string(),
             {"ffmpeg", "-nostdin", "-hide_banner", "-loglevel", "error", "-y", "-f", "image2",

@@ -1,10 +1,10 @@
 // The loaders of the block manager: what they request from the world, and how they handle the
 // results.
-#include <spdlog/spdlog.h>
 
-#include <algorithm>
 #include <exception>
-#include <string>
+#include <memory>
+#include <utility>
+#include <vector>
 
 #include "common/thread/stopped_error.hpp"
 #include "common/util/free_memory.hpp"
@@ -13,126 +13,61 @@
 namespace terravox::blocks {
 namespace {
 
-constexpr std::size_t kMaxReasons = 100;
 constexpr std::size_t kMuchFreed_bytes = std::size_t{64} << 20;
-// Of a box, until one has been loaded.
-constexpr std::size_t kGuessed_bytes = std::size_t{64} << 10;
 
-template <class Kind>
-bool is(const std::exception_ptr& failure) {
+bool is_stopped(const std::exception_ptr& failure) {
     try {
         std::rethrow_exception(failure);
-    } catch (const Kind&) {
+    } catch (const thread::StoppedError&) {
         return true;
     } catch (...) {
         return false;
     }
 }
 
-std::string reason_of(const std::exception_ptr& failure) {
-    try {
-        std::rethrow_exception(failure);
-    } catch (const std::exception& e) {
-        return e.what();
-    } catch (...) {
-        return "an error without a name";
-    }
-}
-
 }  // namespace
 
-// Shares the queue among the idle loaders. The caller, one of them, holds the lock.
-std::size_t BlockManager::share_of(std::size_t queued) const noexcept {
-    const std::size_t idle = m_loader_count - m_busy;
-    return std::clamp<std::size_t>((queued + idle - 1) / idle, 1, m_batch);
-}
-
-// Bytes that the requested boxes and `more` additional ones may need, at the average size so far.
-std::size_t BlockManager::coming_bytes(std::size_t more) const noexcept {
-    std::uint64_t loaded = 0, bytes = 0;
-    for (const auto& level : m_stats.levels) {
-        loaded += level.loaded;
-        bytes += level.bytes_loaded;
-    }
-    return (m_coming + more) *
-           (loaded > 0 ? static_cast<std::size_t>(bytes / loaded) : kGuessed_bytes);
-}
-
 // The lock must be held. Returns false if there is nothing to load now.
-bool BlockManager::next_keys(std::vector<voxel::BoxKey>& keys) {
-    keys.clear();
-    if (m_unseen_bytes > m_limit_bytes / 4)
-        return false;
-    if (!m_wanted.empty())
-        take_wanted(share_of(m_wanted.size()), keys);
-    else if (m_ahead < m_max_ahead)
-        take_prefetched(share_of(m_prefetched.size()), keys);
-    return !keys.empty();
-}
-
-// The first box is taken even without room for it, or none would ever be loaded; others only where
-// everything requested fits.
-void BlockManager::take_wanted(std::size_t most, std::vector<voxel::BoxKey>& keys) {
-    while (!m_wanted.empty() && keys.size() < most &&
-           (keys.empty() || m_unseen_bytes + coming_bytes(keys.size() + 1) <= m_limit_bytes / 4)) {
-        keys.push_back(m_wanted.front());
-        m_wanted.pop_front();
-    }
-}
-
-void BlockManager::take_prefetched(std::size_t most, std::vector<voxel::BoxKey>& keys) {
-    const std::size_t room_bytes = m_limit_bytes / 4 * 3;
-    while (!m_prefetched.empty() && keys.size() < most && m_stats.bytes < room_bytes &&
-           (keys.empty() || m_stats.bytes + coming_bytes(keys.size() + 1) < room_bytes)) {
-        const voxel::BoxKey key = m_prefetched.front();
-        m_prefetched.pop_front();
-        // Loaded, or being loaded.
-        const bool known =
-            m_entries.contains(key) || std::find(keys.begin(), keys.end(), key) != keys.end();
-        if (!known)
-            keys.push_back(key);
-    }
+bool BlockManager::next_request(LoadQueue::Request& request) {
+    const auto is_known = [this](const voxel::BoxKey& key) { return m_cache.contains(key); };
+    return m_queue.take(m_cache.memory_use(), is_known, request);
 }
 
 void BlockManager::load_boxes() {
-    std::vector<voxel::BoxKey> keys;
+    LoadQueue::Request request;
     std::unique_lock lock(m_mutex);
     while (true) {
-        m_work.wait(lock, [&] { return m_stop || next_keys(keys); });
+        m_work.wait(lock, [&] { return m_stop || next_request(request); });
         if (m_stop)
             return;
-        bool ahead = true;
-        for (const voxel::BoxKey& key : keys) {
-            Entry& queued = m_entries[key];
-            ahead = ahead && !queued.wanted;
+        for (const voxel::BoxKey& key : request.keys) {
+            Entry& queued = m_cache.entry_of(key);
             queued.wanted = false;
             queued.loading = true;
         }
-        ++m_busy;
-        m_ahead += ahead ? 1 : 0;
-        m_coming += keys.size();
         lock.unlock();
-        while (!keys.empty())
-            keys = load(keys);
+        while (!request.keys.empty())
+            request.keys = load(request.keys);
         lock.lock();
-        --m_busy;
-        m_ahead -= ahead ? 1 : 0;
+        m_queue.finish(request);
     }
 }
 
 // Returns the boxes to be requested once more: they failed before holes were forgotten.
 std::vector<voxel::BoxKey> BlockManager::load(const std::vector<voxel::BoxKey>& keys) {
     // Once a hole, always a hole: a picture has one answer.
-    std::vector<voxel::BoxKey> asked, holes, again;
-    std::uint64_t forgotten = 0;
+    std::vector<voxel::BoxKey> asked;
+    std::vector<voxel::BoxKey> holes;
+    std::vector<voxel::BoxKey> again;
+    std::uint64_t generation = 0;
     {
         const std::lock_guard lock(m_mutex);
-        forgotten = m_forgotten;
+        generation = m_holes.generation();
         for (const voxel::BoxKey& key : keys)
             (m_holes.contains(key) ? holes : asked).push_back(key);
     }
     const auto is_hole = [&](const voxel::BoxKey& key, const std::exception_ptr& failure) {
-        if (!come_as_hole(key, failure, forgotten))
+        if (!come_as_hole(key, failure, generation))
             again.push_back(key);
     };
     for (const voxel::BoxKey& key : holes)
@@ -146,7 +81,7 @@ std::vector<voxel::BoxKey> BlockManager::load(const std::vector<voxel::BoxKey>& 
         // the exit code.
         if (!outcome.failure)
             return come(key, {std::move(outcome.box), false});
-        is_hole(key, is<thread::StoppedError>(outcome.failure) ? nullptr : outcome.failure);
+        is_hole(key, is_stopped(outcome.failure) ? nullptr : outcome.failure);
     };
     try {
         m_world.boxes(asked, take);
@@ -162,12 +97,12 @@ std::vector<voxel::BoxKey> BlockManager::load(const std::vector<voxel::BoxKey>& 
 // Returns false if holes were forgotten since the request. The check and the recording of the hole
 // are under one lock, so that no forgotten hole is recorded.
 bool BlockManager::come_as_hole(const voxel::BoxKey& key, const std::exception_ptr& failure,
-                                std::uint64_t forgotten) {
+                                std::uint64_t generation) {
     std::unique_lock lock(m_mutex);
-    if (forgotten != m_forgotten && !m_stop)
+    if (generation != m_holes.generation() && !m_stop)
         return false;
-    if (failure)
-        note_hole(key, failure);
+    if (failure && !m_stop)
+        m_holes.add(key, failure);
     come(key, {nullptr, true}, std::move(lock));
     return true;
 }
@@ -179,9 +114,9 @@ void BlockManager::come(const voxel::BoxKey& key, Block made) {
 void BlockManager::come(const voxel::BoxKey& key, Block made, std::unique_lock<std::mutex> lock) {
     auto block = std::make_shared<const Block>(std::move(made));
     std::vector<BlockPin> evicted;  // freed without the lock
-    --m_coming;
+    m_queue.on_box_loaded();
     keep(key, std::move(block), evicted);
-    m_came.notify_all();
+    m_loaded.notify_all();
     for (const BlockPin& gone : evicted)
         m_freed_bytes += gone->memory_bytes();
     const bool much = m_freed_bytes > kMuchFreed_bytes;
@@ -194,22 +129,16 @@ void BlockManager::come(const voxel::BoxKey& key, Block made, std::unique_lock<s
 }
 
 // The lock must be held.
-void BlockManager::note_hole(const voxel::BoxKey& key, const std::exception_ptr& failure) {
-    const bool changed = is<voxel::ChangedError>(failure);
-    const std::string reason = reason_of(failure);
-    if (m_stop)
-        return;
-    if (changed) {
-        m_holes.insert(key);
-        if (!m_changed)
-            m_changed = failure;
-        return;
-    }
-    // A damaged file fails with the same message for each of its boxes: it is logged once, and the
-    // boxes are counted at the end.
-    if (m_holes.insert(key).second && m_hole_reasons.size() < kMaxReasons &&
-        m_hole_reasons.insert(reason).second)
-        spdlog::error("hole at box {}: {}", voxel::to_string(key), reason);
+void BlockManager::keep(const voxel::BoxKey& key, BlockPin block, std::vector<BlockPin>& evicted) {
+    Entry& entry = m_cache.insert(key, std::move(block));
+    bool will_be_read = false;
+    for (const BlockCache::Wait& wait : entry.waits)
+        will_be_read |= wait.listener->on_block_loaded(key, wait.ticket);
+    if (will_be_read)
+        m_cache.set_unseen(entry);
+    entry.waits.clear();
+    entry.waits.shrink_to_fit();
+    m_cache.evict(evicted);
 }
 
 }  // namespace terravox::blocks

@@ -120,8 +120,8 @@ Child::~Child() {
     stop();
 }
 
-std::optional<int> Child::wait(std::chrono::milliseconds most) {
-    const auto end = Clock::now() + most;
+std::optional<int> Child::wait(std::chrono::milliseconds timeout) {
+    const auto end = Clock::now() + timeout;
     while (!m_status) {
         int raw = 0;
         const pid_t got = ::waitpid(m_pid, &raw, WNOHANG);
@@ -165,7 +165,8 @@ std::string Finished::reason() const {
 }
 
 Finished run_to_end(const Command& command, const std::filesystem::path& folder) {
-    const Spool out, err;
+    const Spool out;
+    const Spool err;
     FileActions actions;
     ::posix_spawn_file_actions_addopen(actions.get(), STDIN_FILENO, "/dev/null", O_RDONLY, 0);
     ::posix_spawn_file_actions_adddup2(actions.get(), out.file(), STDOUT_FILENO);

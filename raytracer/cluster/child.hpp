@@ -27,7 +27,7 @@ public:
 
     /// Waits until the child ends, at most this long, or until a signal arrives.
     /// @return its status; nullopt: it is still running
-    [[nodiscard]] std::optional<int> wait(std::chrono::milliseconds most);
+    [[nodiscard]] std::optional<int> wait(std::chrono::milliseconds timeout);
     /// Sends SIGTERM, and SIGKILL if it has not ended after the timeout.
     /// @return its status
     int stop(std::chrono::milliseconds timeout = std::chrono::seconds(10)) noexcept;
@@ -40,7 +40,8 @@ private:
 
 struct Finished {
     int status = 0;
-    std::string out, err;
+    std::string out;
+    std::string err;
     /// The first line of its standard error, or else its status, for messages.
     [[nodiscard]] std::string reason() const;
 };

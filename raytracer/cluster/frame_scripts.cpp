@@ -6,7 +6,8 @@
 namespace terravox::cluster {
 
 std::string frames_body(const Command& command, const TaskPlan& plan, const std::string& task) {
-    const std::string per = std::to_string(plan.per_task), last = std::to_string(plan.frames.last);
+    const std::string per = std::to_string(plan.per_task);
+    const std::string last = std::to_string(plan.frames.last);
     return util::shell_array("command", command) + "task=" + task + "\nfirst=$((" +
            std::to_string(plan.frames.first) + " + task * " + per + "))\n" + "last=$((first + " +
            per +
@@ -20,7 +21,8 @@ std::string frames_body(const Command& command, const TaskPlan& plan, const std:
 std::string merge_frames_body(const std::string& pattern, Range frames, const Command& command) {
     // One %d or %0Nd, which bash's printf interprets in the same way.
     (void)animate::FrameNames(pattern);
-    const std::size_t at = pattern.find('%'), end = pattern.find('d', at) + 1;
+    const std::size_t at = pattern.find('%');
+    const std::size_t end = pattern.find('d', at) + 1;
     const std::string look =
         "missing=0\n"
         "for ((frame = " +

@@ -97,8 +97,8 @@ void PodPlace::check(const std::string& name) const {
     const auto refuse = [](const std::string& what, const char* allowed) {
         throw util::UsageError("cluster kubernetes: " + what + "; allowed: " + allowed);
     };
-    const auto is_label = [](const std::string& text, std::size_t most) {
-        return !text.empty() && text.size() <= most && text.front() != '-' && text.back() != '-' &&
+    const auto is_label = [](const std::string& text, std::size_t max) {
+        return !text.empty() && text.size() <= max && text.front() != '-' && text.back() != '-' &&
                std::all_of(text.begin(), text.end(), [](char c) {
                    return (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '-';
                });

@@ -59,7 +59,10 @@ std::optional<Slurm::Counts> Slurm::counts(const std::vector<JobId>& jobs) const
     std::istringstream lines(done.out);
     for (std::string line; std::getline(lines, line);) {
         std::istringstream words(line);
-        std::string job, task, state, reason;
+        std::string job;
+        std::string task;
+        std::string state;
+        std::string reason;
         if (!(words >> job >> task >> state >> reason) ||
             std::find(jobs.begin(), jobs.end(), job) == jobs.end())
             continue;
@@ -90,7 +93,7 @@ int Slurm::array_limit() const {
     const Finished done = run_to_end({"scontrol", "show", "config"});
     const auto limit = number_after(done.out, "\nMaxArraySize");
     if (done.status != 0 || !limit || *limit < 1)
-        throw util::Error("ask Slurm for MaxArraySize: " + done.reason());
+        throw util::Error("query Slurm for MaxArraySize: " + done.reason());
     return *limit;
 }
 

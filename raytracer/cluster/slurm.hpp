@@ -26,7 +26,8 @@ public:
                                const std::vector<std::string>& arguments = {}) const;
 
     struct Counts {
-        int running = 0, waiting = 0;
+        int running = 0;
+        int waiting = 0;
         [[nodiscard]] int all() const noexcept { return running + waiting; }
         bool operator==(const Counts&) const = default;
     };

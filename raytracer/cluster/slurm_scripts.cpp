@@ -110,7 +110,7 @@ std::string coordinator_script(const JobPlace& place, const Command& command,
                 "The coordinator: renders the picture with the workers that join it.", false,
                 false) +
            util::shell_array("command", command) +
-           "# The first port that nobody answers at.\n"
+           "# The first port without a listener.\n"
            "port=$((20000 + SLURM_JOB_ID % 10000))\n"
            "while (exec 3<>\"/dev/tcp/127.0.0.1/$port\") 2>/dev/null; do port=$((port + 1)); done\n"
            "printf '%s:%s\\n' " +

@@ -39,7 +39,8 @@ struct JobPlace {
 /// it
 struct PoolScript {
     std::string address;
-    std::filesystem::path address_file, token_file;
+    std::filesystem::path address_file;
+    std::filesystem::path token_file;
 };
 [[nodiscard]] std::string pool_script(const JobPlace& place, const PoolScript& pool);
 

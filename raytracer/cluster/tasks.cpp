@@ -46,10 +46,10 @@ std::string array_text(const std::vector<int>& sorted) {
     return out;
 }
 
-std::vector<ArrayPiece> array_pieces(const std::vector<int>& tasks, int most) {
+std::vector<ArrayPiece> array_pieces(const std::vector<int>& tasks, int limit) {
     std::vector<ArrayPiece> out;
     for (const int task : tasks) {
-        const int offset = task / most * most;
+        const int offset = task / limit * limit;
         if (out.empty() || out.back().offset != offset)
             out.push_back({offset, {}});
         out.back().indices.push_back(task - offset);

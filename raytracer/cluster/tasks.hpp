@@ -7,7 +7,8 @@ namespace terravox::cluster {
 
 /// Whole numbers from `first` to `last`, both included.
 struct Range {
-    int first = 0, last = 0;
+    int first = 0;
+    int last = 0;
     [[nodiscard]] int count() const noexcept { return last - first + 1; }
     bool operator==(const Range&) const = default;
 };
@@ -43,7 +44,7 @@ struct ArrayPiece {
 };
 /// Splits tasks into arrays, because schedulers limit the numbers of an array.
 /// @param tasks ascending
-/// @param most exclusive limit of the numbers of an array; at least 1
-[[nodiscard]] std::vector<ArrayPiece> array_pieces(const std::vector<int>& tasks, int most);
+/// @param limit exclusive limit of the numbers of an array; at least 1
+[[nodiscard]] std::vector<ArrayPiece> array_pieces(const std::vector<int>& tasks, int limit);
 
 }  // namespace terravox::cluster

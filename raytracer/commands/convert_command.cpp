@@ -1,6 +1,5 @@
 #include "raytracer/commands/convert_command.hpp"
 
-#include <spdlog/spdlog.h>
 #include <xxhash.h>
 #include <CLI/CLI.hpp>
 
@@ -11,7 +10,6 @@
 #include <cstdio>
 #include <filesystem>
 #include <memory>
-#include <regex>
 #include <sstream>
 
 #include "common/util/atomic_file.hpp"
@@ -23,13 +21,8 @@
 #include "raytracer/commands/world_arguments.hpp"
 #include "raytracer/material/material_file.hpp"
 #include "raytracer/scene/scene_io.hpp"
-#include "voxelserver/export/anvil/write_anvil.hpp"
-#include "voxelserver/export/archive/archive_export.hpp"
-#include "voxelserver/export/core/format.hpp"
 #include "voxelserver/export/core/part.hpp"
-#include "voxelserver/export/mesh/mesh.hpp"
-#include "voxelserver/export/vdb/vdb.hpp"
-#include "voxelserver/export/vox/vox.hpp"
+#include "voxelserver/export/formats/formats.hpp"
 #include "voxelserver/worlds/open/open_world.hpp"
 #include "voxelserver/worlds/open/world_kinds.hpp"
 
@@ -37,17 +30,19 @@ namespace terravox::commands {
 namespace {
 
 namespace fs = std::filesystem;
-using exports::Format;
 
 struct Arguments {
     WorldArguments world;
     std::vector<std::string> paths;
-    std::string to, colours = "true", up = "z";
-    exports::MeshOptions mesh;
-    std::string area, heights;
+    std::string to;
+    std::string colours = "true";
+    std::string up = "z";
+    exports::WriteOptions write;
+    std::string area;
+    std::string heights;
     exports::Selection selection;
     int memory_mib = 1024;
-    bool overwrite = false, quiet = false;
+    bool quiet = false;
 };
 
 // @param allowed the expected text, for messages
@@ -91,7 +86,7 @@ void add_files(std::string& facts, const fs::path& path) {
 // Two conversions with the same settings that affect their files have the same name: inputs and
 // data files with size and time, part, options.
 std::string name_of_job(const Arguments& args, scene::Scene scene, const exports::Part& part,
-                        const voxel::World& world, Format format) {
+                        const voxel::World& world, const exports::Format& format) {
     scene.processing = {};
     scene.world.memory_mib = scene::Scene::World{}.memory_mib;
     std::string facts = std::string(kVersion) + '\n' + scene::to_toml(scene) +
@@ -108,75 +103,10 @@ std::string name_of_job(const Arguments& args, scene::Scene scene, const exports
         facts +=
             ' ' + std::to_string(part.bounds.min[a]) + ' ' + std::to_string(part.bounds.max[a]);
     char text[64];
-    std::snprintf(text, sizeof text, "terravox %s %016llx",
-                  std::string(exports::name_of(format)).c_str(),
+    std::snprintf(text, sizeof text, "terravox %s %016llx", std::string(format.name).c_str(),
                   static_cast<unsigned long long>(
                       XXH64(facts.data(), facts.size(), static_cast<std::uint64_t>(part.level))));
     return text;
-}
-
-// Files that an earlier conversion to this .vdb may have left: the file, or the files that a large
-// one is divided into.
-std::vector<fs::path> vdb_files(const fs::path& out) {
-    const std::regex name(R"((.*)_\d+_\d+\.vdb)");
-    std::vector<fs::path> files;
-    std::error_code failed;
-    if (fs::exists(out, failed))
-        files.push_back(out);
-    const fs::path folder = out.has_parent_path() ? out.parent_path() : fs::path(".");
-    for (fs::directory_iterator it(folder, failed), end; !failed && it != end;
-         it.increment(failed)) {
-        std::smatch match;
-        const std::string file = it->path().filename().string();
-        if (std::regex_match(file, match, name) && match[1] == out.stem().string())
-            files.push_back(it->path());
-    }
-    std::sort(files.begin(), files.end());
-    return files;
-}
-
-// A Minecraft world is never overwritten: it may have been edited by players.
-void check_target(const Arguments& args, const fs::path& out, Format format) {
-    if (format == Format::kAnvil) {
-        util::check_writable(out / "level.dat");
-        if (args.overwrite)
-            throw util::UsageError(
-                "convert to " + out.string() +
-                ": --overwrite; allowed: with files, not with a Minecraft world's folder");
-        return;
-    }
-    util::check_writable(out);
-    if (format == Format::kVdb)
-        if (const auto there = vdb_files(out); !there.empty() && !args.overwrite)
-            throw util::UsageError("convert to " + out.string() + ": " + there.front().string() +
-                                   " is there already; allowed: another name, or --overwrite");
-    if (fs::is_directory(out))
-        throw util::UsageError("convert to " + out.string() +
-                               ": it is a folder; allowed: the name of a file");
-    if (fs::exists(out) && !args.overwrite)
-        throw util::UsageError("convert to " + out.string() +
-                               ": it is there already; allowed: another name, or --overwrite");
-}
-
-std::uint64_t steps_of(Format format, const exports::Part& part, const voxel::WorldInfo& world) {
-    if (format == Format::kArchive)
-        return exports::archive_steps(part, world);
-    const voxel::BoxRange boxes = part.boxes();
-    return static_cast<std::uint64_t>(boxes.max.bx - boxes.min.bx) *
-           static_cast<std::uint64_t>(boxes.max.bz - boxes.min.bz);
-}
-
-void write(const Arguments& args, Format format, exports::Job& job) {
-    switch (format) {
-        case Format::kArchive: return exports::write_archive(job);
-        case Format::kAnvil: return exports::anvil::write_anvil(job, {});
-        case Format::kVox: return exports::write_vox(job);
-        case Format::kVdb:
-            return exports::write_vdb(job,
-                                      {args.up == "y" ? exports::VdbUp::kY : exports::VdbUp::kZ});
-        case Format::kGlb: return exports::write_mesh(job, exports::MeshFormat::kGlb, args.mesh);
-        case Format::kPly: return exports::write_mesh(job, exports::MeshFormat::kPly, args.mesh);
-    }
 }
 
 util::ExitCode report(const exports::Job& job, const voxel::World& world, double seconds,
@@ -195,7 +125,7 @@ util::ExitCode report(const exports::Job& job, const voxel::World& world, double
     const auto holes = job.holes().size();
     const auto damage = world.damage();
     if (holes > 0)
-        spdlog::error("what was written has holes: {} boxes could not be loaded", holes);
+        util::log_error("what was written has holes: {} boxes could not be loaded", holes);
     if (!damage.empty())
         voxel::log_damage(damage);
     return holes > 0 || !damage.empty() ? util::ExitCode::kHoles : util::ExitCode::kDone;
@@ -210,34 +140,26 @@ util::ExitCode run(Arguments& args) {
     const fs::path named = args.paths.back(),
                    out = named.has_filename() ? named : named.parent_path();  // "a/" is "a"
     args.world.inputs.assign(args.paths.begin(), args.paths.end() - 1);
-    const Format format = exports::format_of(args.to, out);
+    const exports::Format& format = exports::format_of(args.to, out);
+    args.write.up = args.up == "y" ? exports::UpAxis::kY : exports::UpAxis::kZ;
     args.selection.area = numbers_of(
         "--area", args.area, 4, "west,south,east,north, or x0,z0,x1,z1 in a world without a CRS");
     args.selection.heights = numbers_of("--heights", args.heights, 2, "lowest,highest in metres");
-    check_target(args, out, format);
+    format.check_target(out, args.write);
     const scene::Scene scene = args.world.scene();
     util::StageTimes times;
     const auto world = worlds::open_world(args.world.options(scene), times);
     const exports::Part part = exports::part_of(world->info(), args.selection);
     const voxel::Palette palette = voxel::load_palette(material::find_materials(""));
-    exports::Meter meter("convert", steps_of(format, part, world->info()), args.quiet);
+    exports::Meter meter("convert", format.steps(part, world->info()), args.quiet);
     exports::Job job(*world, part, out, palette, meter);
     job.name = name_of_job(args, scene, part, *world, format);
     job.colours =
         args.colours == "material" ? exports::Colours::kMaterial : exports::Colours::kTrue;
     job.threads = scene.processing.threads.value_or(0);
     job.memory_bytes = static_cast<std::size_t>(args.memory_mib) << 20;
-    const auto before = format == Format::kVdb ? vdb_files(out) : std::vector<fs::path>{};
-    write(args, format, job);
+    format.write(job, args.write);
     meter.finish();
-    // Files of another division would be mixed with the new ones.
-    const auto written = job.files();
-    for (const fs::path& file : before)
-        if (std::none_of(written.begin(), written.end(),
-                         [&](const fs::path& w) { return w.filename() == file.filename(); })) {
-            fs::remove(file);
-            fs::remove(file.string() + ".georef.json");
-        }
     return report(job, *world,
                   std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(),
                   args.quiet);
@@ -254,8 +176,9 @@ std::function<util::ExitCode()> add_convert_command(CLI::App& app) {
         ->add_option("paths", args->paths,
                      "what to convert: " + worlds::allowed_inputs() + "; then what to write")
         ->required();
-    command->add_option("--to", args->to,
-                        "format: " + exports::formats() + "; default: by the output's ending");
+    command->add_option(
+        "--to", args->to,
+        "format: " + exports::allowed_formats() + "; default: by the output's ending");
     command
         ->add_option("--level", args->selection.level,
                      "level of the world: voxels of 2^level times its finest")
@@ -271,22 +194,22 @@ std::function<util::ExitCode()> add_convert_command(CLI::App& app) {
         ->capture_default_str();
     command
         ->add_option("--write-memory-mib", args->memory_mib,
-                     "what writing may hold, beside the world's own limit, MiB")
+                     "memory for writing, in addition to the world's own limit, MiB")
         ->check(CLI::Range(64, 1 << 20))
         ->capture_default_str();
     command->add_option("--up", args->up, "of .vdb: z (Blender) or y (Houdini)")
         ->check(CLI::IsMember({"z", "y"}))
         ->capture_default_str();
     command
-        ->add_option("--colour-steps", args->mesh.colour_steps,
+        ->add_option("--colour-steps", args->write.colour_steps,
                      "of .glb and .ply: steps of each colour channel, fewer for larger faces; 0: "
                      "colours as they are")
         ->check(CLI::Range(0, 255))
         ->capture_default_str();
     command->add_flag_callback(
-        "--no-merge", [args] { args->mesh.merge = false; },
+        "--no-merge", [args] { args->write.merge_faces = false; },
         "of .glb and .ply: a face for each side of a voxel");
-    command->add_flag("--overwrite", args->overwrite, "write over what is there");
+    command->add_flag("--overwrite", args->write.overwrite, "write over what is there");
     command->add_flag("-q,--quiet", args->quiet, "say nothing but errors");
     add_opening_arguments(*command, args->world, {"world", "generated", "processing"});
     return [args] { return run(*args); };

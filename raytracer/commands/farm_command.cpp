@@ -18,7 +18,8 @@ namespace {
 
 struct Arguments {
     std::string folder = "farm-certs";
-    std::vector<std::string> names, revoked;
+    std::vector<std::string> names;
+    std::vector<std::string> revoked;
     std::string role;
     int days = 365;
     std::vector<std::string> addresses;
@@ -31,7 +32,8 @@ util::ExitCode make_certificates(const Arguments& args) {
     if (!args.revoked.empty()) {
         net::revoke_certs(args.folder, args.revoked);
         std::printf(
-            "wrote %s: copy it beside ca.pem on each machine; connections from then on are refused "
+            "wrote %s: copy it next to ca.pem on each machine; connections from then on are "
+            "refused "
             "to what it names\n",
             net::revocation_list_of(std::filesystem::path(args.folder) / "ca.pem").c_str());
         return util::ExitCode::kDone;
@@ -56,10 +58,10 @@ farm::Status ask(const sockets::Address& address, const net::Credentials& creden
         if (frame->has_status())
             return std::move(*frame->mutable_status());
         if (frame->has_refusal())
-            throw util::Error("ask " + address.text() +
+            throw util::Error("query " + address.text() +
                               ": it refuses: " + frame->refusal().reason());
     }
-    throw util::Error("ask " + address.text() + " for its state: it hung up");
+    throw util::Error("query the state of " + address.text() + ": the link ended");
 }
 
 nlohmann::json to_json(const std::string& address, const farm::Status& s) {

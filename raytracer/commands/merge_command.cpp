@@ -1,7 +1,6 @@
 #include "raytracer/commands/merge_command.hpp"
 
 #include <fcntl.h>
-#include <spdlog/spdlog.h>
 #include <CLI/CLI.hpp>
 
 #include <cstdio>
@@ -23,7 +22,8 @@ struct Arguments {
     std::string tiles;
     render::PictureOptions picture;
     std::string log_level = "info";
-    bool info = false, quiet = false;
+    bool info = false;
+    bool quiet = false;
 };
 
 /// Prints what one file belongs to, and how much of it is done. A coordinator may be writing to it
@@ -99,7 +99,8 @@ util::ExitCode run(Arguments& args) {
         for (const std::string& output : args.outputs)
             std::printf("wrote %s\n", output.c_str());
     if (!s.counts.holes.empty())
-        spdlog::error("the picture has holes: {} boxes could not be loaded", s.counts.holes.size());
+        util::log_error("the picture has holes: {} boxes could not be loaded",
+                        s.counts.holes.size());
     if (!s.damage.empty())
         voxel::log_damage(s.damage);
     return s.has_holes() ? util::ExitCode::kHoles : util::ExitCode::kDone;

@@ -25,7 +25,8 @@ namespace {
 struct Arguments {
     WorldArguments world;
     RenderPoolArguments render_pool;
-    std::string save_scene = "preview-scene.toml", report;
+    std::string save_scene = "preview-scene.toml";
+    std::string report;
     std::string size = "1280x720";
     bool light = false;
     double ui_scale = 0;
@@ -85,7 +86,7 @@ util::ExitCode run(const Arguments& args) {
     session.close();
     // Opening a world of files cannot be interrupted, and its result is no longer needed.
     if (session.is_opening()) {
-        spdlog::info("left before the world was open");
+        util::log_info("left before the world was open");
         spdlog::shutdown();
         std::_Exit(static_cast<int>(util::ExitCode::kDone));
     }

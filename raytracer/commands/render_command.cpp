@@ -1,6 +1,5 @@
 #include "raytracer/commands/render_command.hpp"
 
-#include <spdlog/spdlog.h>
 #include <CLI/CLI.hpp>
 
 #include <memory>
@@ -22,8 +21,11 @@ struct Arguments {
     WorldArguments world;
     RenderPoolArguments render_pool;
     std::vector<std::string> outputs;
-    std::string save_scene, report, part;
-    bool quiet = false, resume = false;
+    std::string save_scene;
+    std::string report;
+    std::string part;
+    bool quiet = false;
+    bool resume = false;
 };
 
 util::ExitCode run(const Arguments& args) {
@@ -60,11 +62,11 @@ util::ExitCode run(const Arguments& args) {
                 std::printf("wrote %s\n", output.c_str());
     }
     if (!statistics.counts.holes.empty())
-        spdlog::error("the picture has holes: {} boxes could not be loaded",
-                      statistics.counts.holes.size());
+        util::log_error("the picture has holes: {} boxes could not be loaded",
+                        statistics.counts.holes.size());
     if (statistics.counts.missing > 0)
-        spdlog::error("the picture lacks {} tiles: nobody was left to render them",
-                      statistics.counts.missing);
+        util::log_error("the picture lacks {} tiles: no processor was left to render them",
+                        statistics.counts.missing);
     if (!statistics.damage.empty())
         voxel::log_damage(statistics.damage);
     return statistics.has_holes() ? util::ExitCode::kHoles : util::ExitCode::kDone;

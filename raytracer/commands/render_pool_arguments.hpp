@@ -15,7 +15,10 @@ namespace terravox::commands {
 
 /// Flags for the credentials of a program of the farm.
 struct CredentialArguments {
-    std::string token_file, ca, certificate, key;
+    std::string token_file;
+    std::string ca;
+    std::string certificate;
+    std::string key;
 
     /// The credentials given by flags or in the environment; nullopt: none.
     /// @throws UsageError, Error
@@ -30,8 +33,10 @@ void add_credential_arguments(CLI::App& command, CredentialArguments& args);
 /// Flags for what renders.
 struct RenderPoolArguments {
     std::vector<std::string> workers;
-    std::string listen, give_up;
-    bool discover = false, green = false;
+    std::string listen;
+    std::string give_up;
+    bool discover = false;
+    bool green = false;
     CredentialArguments credentials;
 
     /// @throws UsageError, Error

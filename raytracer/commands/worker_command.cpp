@@ -1,6 +1,5 @@
 #include "raytracer/commands/worker_command.hpp"
 
-#include <spdlog/spdlog.h>
 #include <CLI/CLI.hpp>
 
 #include <memory>
@@ -106,12 +105,12 @@ public:
             m_running = farm::reloaded(m_running, wanted);
             set_up_log(m_running);
             m_daemon.reload(options_of(m_running));
-            spdlog::info("configuration read again; changed: {}",
-                         change.now.empty() ? "nothing" : joined(change.now));
+            util::log_info("configuration read again; changed: {}",
+                           change.now.empty() ? "nothing" : joined(change.now));
             if (!change.restart.empty())
-                spdlog::warn("after a restart only: {}", joined(change.restart));
+                util::log_warn("after a restart only: {}", joined(change.restart));
         } catch (const std::exception& e) {
-            spdlog::error("{}; the configuration stays as it was", e.what());
+            util::log_error("{}; the configuration stays as it was", e.what());
         }
     }
 
@@ -141,7 +140,7 @@ util::ExitCode run(const farm::WorkerArguments& arguments) {
     if (config.metrics) {
         page = std::make_unique<farm::MetricsPage>(metrics_address(config),
                                                    [&daemon] { return metrics_of(daemon); });
-        spdlog::info("page of metrics at port {}", page->port());
+        util::log_info("page of metrics at port {}", page->port());
     }
     std::unique_ptr<net::Announcement> announcement;
     if (config.announce && daemon.port() != 0)
@@ -156,7 +155,7 @@ util::ExitCode run(const farm::WorkerArguments& arguments) {
         handling.on_hangup = [&reloader] { reloader.reload(); };
         const thread::StopSignals signals(std::move(handling));
         if (daemon.port() != 0)
-            spdlog::info("waiting for coordinators on port {}", daemon.port());
+            util::log_info("waiting for coordinators on port {}", daemon.port());
         daemon.run(signals.token());
         announcement.reset();
     }

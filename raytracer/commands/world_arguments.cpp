@@ -1,11 +1,10 @@
 #include "raytracer/commands/world_arguments.hpp"
 
-#include <spdlog/spdlog.h>
-
 #include <algorithm>
 #include <CLI/CLI.hpp>
 
 #include "common/util/cache_dir.hpp"
+#include "common/util/log.hpp"
 #include "raytracer/scene/scene_io.hpp"
 #include "raytracer/scene/views.hpp"
 #include "raytracer/scene/world_options_of.hpp"
@@ -64,8 +63,8 @@ void add_opening_arguments(CLI::App& command, WorldArguments& args,
         if (flag.former.empty())
             continue;
         const auto keep_former = [keep, flag](const std::string& text) {
-            spdlog::warn("{} is called {} now; a later version will refuse the former name",
-                         flag.former, flag.names);
+            util::log_warn("{} is called {} now; a later version will refuse the former name",
+                           flag.former, flag.names);
             keep(text);
         };
         command.add_option_function<std::string>(flag.former, keep_former)->group("");

@@ -16,8 +16,10 @@ namespace terravox::commands {
 
 /// The arguments that every front end of the tracer has: the world, and every field of the scene.
 struct WorldArguments {
-    std::vector<std::string> inputs, orthophotos;
-    std::string scene_file, log_level = "info";
+    std::vector<std::string> inputs;
+    std::vector<std::string> orthophotos;
+    std::string scene_file;
+    std::string log_level = "info";
     std::string cache;                                        ///< as for util::cache_dir
     std::vector<std::pair<std::string, std::string>> fields;  ///< path and text, in the order given
 

@@ -18,7 +18,8 @@ namespace {
 
 struct Arguments {
     WorldArguments world;
-    bool json = false, blocks = false;
+    bool json = false;
+    bool blocks = false;
 };
 
 util::ExitCode describe(const Arguments& args, const scene::Scene& scene,

@@ -6,7 +6,9 @@ namespace terravox::core {
 
 /// A vector in voxel units of level 0; x east, y up, z south.
 struct Vec3 {
-    double x = 0, y = 0, z = 0;
+    double x = 0;
+    double y = 0;
+    double z = 0;
     [[nodiscard]] double operator[](int axis) const noexcept {
         return axis == 0 ? x : axis == 1 ? y : z;
     }

@@ -13,7 +13,9 @@ namespace terravox::core {
 
 /// Integer coordinates of a voxel of some level.
 struct VoxelCoord {
-    std::int32_t x = 0, y = 0, z = 0;
+    std::int32_t x = 0;
+    std::int32_t y = 0;
+    std::int32_t z = 0;
     [[nodiscard]] std::int32_t operator[](int axis) const noexcept {
         return axis == 0 ? x : axis == 1 ? y : z;
     }
@@ -81,7 +83,8 @@ struct RayState {
                 // checked below.
                 constexpr std::int32_t kRoom = 1;
                 // The near plane of the ray's own voxel is behind it.
-                const std::int32_t low = bounds.min[i] - kRoom, own = floor_to_int(origin[a]);
+                const std::int32_t low = bounds.min[i] - kRoom;
+                const std::int32_t own = floor_to_int(origin[a]);
                 voxel[a] = position_after(a, at, axis, forward[a] ? std::max(low, own) : low,
                                           bounds.max[i] - 1 + kRoom);
                 if (voxel[a] < bounds.min[i] || voxel[a] >= bounds.max[i])
@@ -126,7 +129,8 @@ struct RayState {
                 voxel[a] >>= -finer;
                 continue;
             }
-            const std::int32_t low = voxel[a] << finer, high = low + (std::int32_t{1} << finer) - 1;
+            const std::int32_t low = voxel[a] << finer;
+            const std::int32_t high = low + (std::int32_t{1} << finer) - 1;
             if (face == Face::kNone)
                 voxel[a] = std::clamp(floor_to_int(origin[a] + direction[a] * t), low, high);
             else if (a == axis_of(face))
@@ -210,7 +214,8 @@ struct RayState {
 
 private:
     void rescale(int to) noexcept {
-        const double up = det::exp2_int(to - level), down = det::exp2_int(level - to);
+        const double up = det::exp2_int(to - level);
+        const double down = det::exp2_int(level - to);
         for (int a = 0; a < 3; ++a) {
             origin[a] *= down;
             direction[a] *= down;

@@ -41,7 +41,8 @@ struct FacePoint {
     /// [0, 1) over the face along the axes after the face's own in cyclic order: of an east face u
     /// along y and v along z, of a top face u along z and v along x, of a south face u along x and
     /// v along y. The bits of `around` use the same axes.
-    double u = 0, v = 0;
+    double u = 0;
+    double v = 0;
     double footprint = 0;  ///< edge of what a pixel covers here, level-0 voxels
     /// Seen::bits of the face, which give the slope of a roof. 0: not known, or nothing there.
     std::uint8_t around = 0;

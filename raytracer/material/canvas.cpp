@@ -34,16 +34,18 @@ float cloud(int s, int t, int cells, std::uint64_t seed) noexcept {
     const int size = kTexels / cells;
     s &= kTexels - 1;
     t &= kTexels - 1;
-    const int i = s / size, j = t / size;
+    const int i = s / size;
+    const int j = t / size;
     const auto corner = [&](int di, int dj) {
         return 2 * chance((i + di) % cells, (j + dj) % cells, seed) - 1;
     };
     const auto within = [&](int v) {
         return smooth((static_cast<float>(v % size) + 0.5f) / static_cast<float>(size));
     };
-    const float x = within(s), y = within(t);
-    const float low = corner(0, 0) * (1 - x) + corner(1, 0) * x,
-                high = corner(0, 1) * (1 - x) + corner(1, 1) * x;
+    const float x = within(s);
+    const float y = within(t);
+    const float low = corner(0, 0) * (1 - x) + corner(1, 0) * x;
+    const float high = corner(0, 1) * (1 - x) + corner(1, 1) * x;
     return low * (1 - y) + high * y;
 }
 
@@ -68,11 +70,12 @@ Stones::Stones(int per_edge, std::uint64_t seed) {
 }
 
 Stones::At Stones::at(int s, int t) const noexcept {
-    float nearest = 1e9f, second = 1e9f;
+    float nearest = 1e9f;
+    float second = 1e9f;
     At out;
     for (std::size_t i = 0; i < m_points.size(); ++i) {
-        const float ds = around(static_cast<float>(s) + 0.5f - m_points[i][0]),
-                    dt = around(static_cast<float>(t) + 0.5f - m_points[i][1]);
+        const float ds = around(static_cast<float>(s) + 0.5f - m_points[i][0]);
+        const float dt = around(static_cast<float>(t) + 0.5f - m_points[i][1]);
         const float far = std::sqrt(ds * ds + dt * dt);
         if (far < nearest) {
             second = nearest;

@@ -13,7 +13,8 @@ inline constexpr int kTexels = 16;  ///< along each edge of a texture
 
 /// A texel while it is being drawn. See Texel.
 struct Dot {
-    voxel::Colour ratio{1, 1, 1}, own{1, 1, 1};
+    voxel::Colour ratio{1, 1, 1};
+    voxel::Colour own{1, 1, 1};
     float share = 0;    ///< of `own`, [0, 1]
     float opacity = 1;  ///< [0, 1]
 };

@@ -30,7 +30,8 @@ void draw_asphalt(Canvas& canvas, int variant) {
 void draw_slabs(Canvas& canvas, int variant) {
     const std::uint64_t seed = 31'000 + static_cast<std::uint64_t>(variant);
     canvas.each([&](Dot& dot, int s, int t) {
-        const int i = s % 8, j = t % 8;
+        const int i = s % 8;
+        const int j = t % 8;
         const float own = chance(s / 8, t / 8, seed) - 0.5f;
         float b =
             1 + 0.09f * own + 0.025f * grain(s, t, seed + 1) + 0.025f * cloud(s, t, 4, seed + 2);
@@ -49,8 +50,8 @@ void draw_ballast(Canvas& canvas, int variant) {
     const Stones stones(5, seed);
     canvas.each([&](Dot& dot, int s, int t) {
         const Stones::At stone = stones.at(s, t);
-        const float own = chance(stone.id, 1, seed) - 0.5f,
-                    rust = chance(stone.id, 2, seed) < 0.3f ? 0.20f : -0.03f;
+        const float own = chance(stone.id, 1, seed) - 0.5f;
+        const float rust = chance(stone.id, 2, seed) < 0.3f ? 0.20f : -0.03f;
         const float body = stone.edge < 0.5f ? 0.58f : 1.06f + 0.36f * own + 0.075f * stone.up;
         dot.ratio = tint(body + 0.05f * grain(s, t, seed), rust);
     });
@@ -61,15 +62,18 @@ void draw_ballast(Canvas& canvas, int variant) {
 void draw_masonry(Canvas& canvas, int variant) {
     const std::uint64_t seed = 33'000 + static_cast<std::uint64_t>(variant);
     constexpr std::array<int, kTexels> kCourse = {0, 0, 0, 0, 1, 1, 1, 1, 1, 2, 2, 2, 3, 3, 3, 3};
-    constexpr std::array kShift = {0, 4, 2, 5}, kWidth = {8, 8, 5, 8};
+    constexpr std::array kShift = {0, 4, 2, 5};
+    constexpr std::array kWidth = {8, 8, 5, 8};
     canvas.each([&](Dot& dot, int s, int t) {
         const int course = kCourse[static_cast<std::size_t>(t)];
-        const int shift = kShift[static_cast<std::size_t>(course)],
-                  width = kWidth[static_cast<std::size_t>(course)];
-        const int along = (s + kTexels - shift) & 15, last = course == 2 ? 2 : 1,
-                  block = std::min(along / width, last), i = along - block * width;
-        const bool foot = t == 0 || kCourse[static_cast<std::size_t>(t - 1)] != course,
-                   head = t == 15 || kCourse[static_cast<std::size_t>(t + 1)] != course;
+        const int shift = kShift[static_cast<std::size_t>(course)];
+        const int width = kWidth[static_cast<std::size_t>(course)];
+        const int along = (s + kTexels - shift) & 15;
+        const int last = course == 2 ? 2 : 1;
+        const int block = std::min(along / width, last);
+        const int i = along - block * width;
+        const bool foot = t == 0 || kCourse[static_cast<std::size_t>(t - 1)] != course;
+        const bool head = t == 15 || kCourse[static_cast<std::size_t>(t + 1)] != course;
         const bool crosses = block == last && shift != 0;
         const float own = chance(course, block, crosses ? 33 : seed) - 0.5f;
         float b =
@@ -88,7 +92,8 @@ void draw_planks(Canvas& canvas, int variant) {
     const std::uint64_t seed = 38'000 + static_cast<std::uint64_t>(variant);
     constexpr std::array kJoint = {4, 11, 7, 14};
     canvas.each([&](Dot& dot, int s, int t) {
-        const int board = t / 4, joint = kJoint[static_cast<std::size_t>(board)];
+        const int board = t / 4;
+        const int joint = kJoint[static_cast<std::size_t>(board)];
         const float own = chance(board, s < joint ? 0 : 1, 38) - 0.5f;
         float b = 1 + 0.13f * own + 0.05f * chance(s / 3, t, seed) + 0.03f * grain(s, t, seed + 1);
         if (t % 4 == 0)
@@ -103,8 +108,11 @@ void draw_planks(Canvas& canvas, int variant) {
 void draw_paving(Canvas& canvas, int variant) {
     const std::uint64_t seed = 34'000 + static_cast<std::uint64_t>(variant);
     canvas.each([&](Dot& dot, int s, int t) {
-        const int row = t / 4, along = (s + (row % 2) * 2) & 15, stone = along / 4, i = along % 4,
-                  j = t % 4;
+        const int row = t / 4;
+        const int along = (s + (row % 2) * 2) & 15;
+        const int stone = along / 4;
+        const int i = along % 4;
+        const int j = t % 4;
         const bool crosses = row % 2 == 1 && stone == 0;
         const float own = chance(stone, row, crosses ? 35 : seed) - 0.5f;
         float b = 1.03f + 0.20f * own + 0.04f * grain(s, t, seed + 1);
@@ -129,8 +137,9 @@ void draw_plaster(Canvas& canvas, int variant) {
 void draw_lattice(Canvas& canvas, int variant) {
     const std::uint64_t seed = 36'000 + static_cast<std::uint64_t>(variant);
     canvas.each([&](Dot& dot, int s, int t) {
-        const bool frame = s < 2 || s > 13 || t < 1 || t > 14, up = s == t || s == t + 1,
-                   down = s + t == 15 || s + t == 16;
+        const bool frame = s < 2 || s > 13 || t < 1 || t > 14;
+        const bool up = s == t || s == t + 1;
+        const bool down = s + t == 15 || s + t == 16;
         float b = 0.42f + 0.05f * grain(s, t, seed);
         if (frame)
             b = s == 0 || s == 14 ? 1.55f : 1.30f;
@@ -174,8 +183,8 @@ void draw_panel(Canvas& canvas, int variant) {
                          0.04f * cloud(s, t, 2, seed + 2));
     });
     for (int i = 0; i < 4; ++i) {
-        const int s = static_cast<int>(chance(i, 0, seed) * 16),
-                  t = static_cast<int>(chance(i, 1, seed) * 16);
+        const int s = static_cast<int>(chance(i, 0, seed) * 16);
+        const int t = static_cast<int>(chance(i, 1, seed) * 16);
         for (int k = 0; k < 3; ++k)
             canvas.at(s + k, t).ratio = tint(i % 2 == 0 ? 1.14f : 0.84f, 0);
     }

@@ -40,8 +40,8 @@ void draw_grass_top(Canvas& canvas, int variant) {
     const std::uint64_t seed = seed_of(1, variant);
     canvas.each([&](Dot& dot, int s, int t) { dot.ratio = blades(s, t, seed); });
     for (int i = 0; i < 22; ++i) {  // single blades with their shadow
-        const int s = static_cast<int>(chance(i, 0, seed) * 16),
-                  t = static_cast<int>(chance(i, 1, seed) * 16);
+        const int s = static_cast<int>(chance(i, 0, seed) * 16);
+        const int t = static_cast<int>(chance(i, 1, seed) * 16);
         const int blade = 1 + static_cast<int>(chance(i, 2, seed) * 3);
         for (int k = 0; k < blade; ++k)
             canvas.at(s, t + k).ratio = tint(1.16f + 0.10f * static_cast<float>(k), 0.16f);
@@ -110,7 +110,8 @@ void draw_rock_top(Canvas& canvas, int variant) {
 
 void draw_rock_side(Canvas& canvas, int variant) {
     const int layout = variant % kLayouts;
-    const std::uint64_t seed = seed_of(5, variant), layers = seed_of(5, layout) + 300;
+    const std::uint64_t seed = seed_of(5, variant);
+    const std::uint64_t layers = seed_of(5, layout) + 300;
     // Where the strata of this height begin: the same for all voxels next to each other.
     std::array<int, kTexels> stratum{};
     for (int t = 0, left = 0, number = 0; t < kTexels; ++t, --left) {

@@ -63,14 +63,14 @@ void leaves(Canvas& canvas, const std::array<Stamp, N>& stamps, float open, floa
             1 + contrast * (front - 0.55f) + 0.24f * (chance(i, 3, seed) - 0.5f),
             0.22f * (chance(i, 4, seed) - 0.45f) + 0.08f * front);
     }
-    const int most = static_cast<int>(open * kTexels * kTexels);
-    for (int i = 0; i < 500 && holes(canvas) < most; ++i) {
+    const int max_holes = static_cast<int>(open * kTexels * kTexels);
+    for (int i = 0; i < 500 && holes(canvas) < max_holes; ++i) {
         const auto& gap =
             kGaps[static_cast<std::size_t>(chance(i, 5, seed) * static_cast<float>(kGaps.size()))];
-        const int s = static_cast<int>(chance(i, 6, seed) * 16),
-                  t = static_cast<int>(chance(i, 7, seed) * 16);
+        const int s = static_cast<int>(chance(i, 6, seed) * 16);
+        const int t = static_cast<int>(chance(i, 7, seed) * 16);
         each_of(gap, s, t, [&](char, int x, int y) {
-            if (holes(canvas) < most)
+            if (holes(canvas) < max_holes)
                 canvas.at(x, y).opacity = 0;
         });
     }
@@ -96,10 +96,10 @@ void draw_tufts(Canvas& canvas, int variant) {
     constexpr int kMaxHoles = 80;
     for (int i = 0; i < 400 && holes(canvas) > kMaxHoles; ++i) {
         int s = static_cast<int>(chance(i, 0, seed) * 16);
-        const int top = 8 + static_cast<int>(chance(i, 1, seed) * 9),
-                  lean = chance(i, 2, seed) < 0.5f ? -1 : 1;
-        const float b = 0.86f + 0.3f * chance(i, 3, seed),
-                    warm = 0.30f * (chance(i, 4, seed) - 0.4f);
+        const int top = 8 + static_cast<int>(chance(i, 1, seed) * 9);
+        const int lean = chance(i, 2, seed) < 0.5f ? -1 : 1;
+        const float b = 0.86f + 0.3f * chance(i, 3, seed);
+        const float warm = 0.30f * (chance(i, 4, seed) - 0.4f);
         for (int t = 0; t <= top; ++t) {
             if (t > top - 3 && t % 2 == 0)
                 s += lean;
@@ -138,8 +138,9 @@ void draw_bark(Canvas& canvas, int variant) {
 void draw_rings(Canvas& canvas, int variant) {
     const std::uint64_t seed = 25'000 + static_cast<std::uint64_t>(variant);
     canvas.each([&](Dot& dot, int s, int t) {
-        const int ds = s < 8 ? 7 - s : s - 8, dt = t < 8 ? 7 - t : t - 8,
-                  ring = std::max(std::max(ds, dt), (2 * (ds + dt) + 2) / 3);
+        const int ds = s < 8 ? 7 - s : s - 8;
+        const int dt = t < 8 ? 7 - t : t - 8;
+        const int ring = std::max(std::max(ds, dt), (2 * (ds + dt) + 2) / 3);
         const float b = ring >= 7 ? 0.62f : ring % 2 == 0 ? 1.22f : 1.04f;
         dot.ratio = tint(b + 0.07f * grain(s, t, seed), ring >= 7 ? 0.0f : 0.12f);
     });

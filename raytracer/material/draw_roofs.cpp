@@ -10,12 +10,15 @@ constexpr int kSloped = 4;  // variants; those after them are for faces without 
 // shadow of the row above.
 voxel::Colour tile(int s, int t, int variant) noexcept {
     const std::uint64_t seed = 40'000 + static_cast<std::uint64_t>(variant % kSloped);
-    const int row = t / 4, j = t % 4, along = (s + (row % 2) * 2) & 15, column = along / 4,
-              i = along % 4;
+    const int row = t / 4;
+    const int j = t % 4;
+    const int along = (s + (row % 2) * 2) & 15;
+    const int column = along / 4;
+    const int i = along % 4;
     // Into the next voxel, which has another variant.
     const bool crosses = row % 2 == 1 && column == 0;
-    const float own = chance(column, row, crosses ? 41 : seed) - 0.5f,
-                age = chance(column, row, crosses ? 42 : seed + 1);
+    const float own = chance(column, row, crosses ? 41 : seed) - 0.5f;
+    const float age = chance(column, row, crosses ? 42 : seed + 1);
     constexpr std::array kAcross = {0.84f, 1.04f, 1.07f, 0.97f};
     constexpr std::array kUp = {1.13f, 1.06f, 0.99f, 0.74f};
     float b = kAcross[static_cast<std::size_t>(i)] * kUp[static_cast<std::size_t>(j)] *
@@ -33,8 +36,11 @@ voxel::Colour tile(int s, int t, int variant) noexcept {
 
 voxel::Colour slate(int s, int t, int variant) noexcept {
     const std::uint64_t seed = 43'000 + static_cast<std::uint64_t>(variant % kSloped);
-    const int row = t / 4, j = t % 4, along = (s + (row % 2) * 3) & 15,
-              column = along / 5 > 2 ? 2 : along / 5, i = along - 5 * column;
+    const int row = t / 4;
+    const int j = t % 4;
+    const int along = (s + (row % 2) * 3) & 15;
+    const int column = along / 5 > 2 ? 2 : along / 5;
+    const int i = along - 5 * column;
     const bool crosses = row % 2 == 1 && column == 0;
     const float own = chance(column, row, crosses ? 44 : seed) - 0.5f;
     float b = 1.02f + 0.20f * own + 0.035f * grain(s, t, seed + 1);

@@ -176,7 +176,8 @@ MaterialFile materials_of(const toml::table& root, const std::filesystem::path& 
 
 std::filesystem::path find_materials(const std::string& name) {
     namespace fs = std::filesystem;
-    constexpr std::string_view kPrefix = "materials-", kEnding = ".toml";
+    constexpr std::string_view kPrefix = "materials-";
+    constexpr std::string_view kEnding = ".toml";
     const fs::path folder = util::config_dir();
     if (name.empty())
         return folder / "materials.toml";

@@ -14,13 +14,17 @@ using material::PaintPoint;
 
 /// A face as a drawing sees it: s along the wall or east, t up or south.
 struct OnFace {
-    std::int32_t voxel_s, voxel_t, into;
-    float s, t;
+    std::int32_t voxel_s;
+    std::int32_t voxel_t;
+    std::int32_t into;
+    float s;
+    float t;
 };
 
 OnFace on_face(const FacePoint& at) noexcept {
     const int axis = core::axis_of(at.face);
-    const auto u = static_cast<float>(at.u), v = static_cast<float>(at.v);
+    const auto u = static_cast<float>(at.u);
+    const auto v = static_cast<float>(at.v);
     return {axis == 0 ? at.voxel.z : at.voxel.x, axis == 1 ? at.voxel.z : at.voxel.y,
             at.voxel[axis], axis == 2 ? u : v, axis == 2 ? v : u};
 }
@@ -44,7 +48,8 @@ constexpr std::uint8_t kNoSlope = 8;
 constexpr std::array<std::uint8_t, 256> kSlopeTurn = [] {
     std::array<std::uint8_t, 256> out{};
     for (int around = 0; around < 256; ++around) {
-        int east = 0, south = 0;
+        int east = 0;
+        int south = 0;
         for (int bit = 0; bit < 8; ++bit) {
             if ((around >> bit & 1) == 0)
                 continue;
@@ -86,7 +91,8 @@ PaintPoint paint_point(const PaintedFace& face, const FacePoint& at, OnFace on) 
     out.variant = pick(face.variants);
     out.turn = static_cast<std::uint32_t>(hash >> 20) & static_cast<std::uint32_t>(face.turn);
     if (face.turn == material::Turn::kSlope) {
-        const std::uint32_t turn = kSlopeTurn[at.around], half = face.variants / 2;
+        const std::uint32_t turn = kSlopeTurn[at.around];
+        const std::uint32_t half = face.variants / 2;
         out.turn = (out.turn & 1) | (turn & 6);
         out.variant = pick(half) + (turn == kNoSlope ? half : 0);
     }
@@ -106,8 +112,8 @@ material::MaterialAppearances MaterialTable::checked(const std::filesystem::path
         std::string names;
         for (const std::string& name : read.missing)
             names += (names.empty() ? "" : ", ") + name;
-        spdlog::warn("the materials {} lack {}: shown in the colour of unknown", file.string(),
-                     names);
+        util::log_warn("the materials {} lack {}: shown in the colour of unknown", file.string(),
+                       names);
     }
     return read.appearances;
 }

@@ -42,7 +42,8 @@ private:
         MaterialAppearance appearance;
         std::array<material::PaintedFace, 3> faces;  ///< side, bottom, top
         voxel::Colour own{1, 1, 1};
-        bool windows = false, waves = false;
+        bool windows = false;
+        bool waves = false;
     };
     static material::MaterialAppearances checked(const std::filesystem::path& file);
     [[nodiscard]] static std::size_t number_of(voxel::Material material) noexcept {

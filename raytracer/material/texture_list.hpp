@@ -37,7 +37,9 @@ struct Drawing {
 /// The textures of a material's faces, under the name used in config/materials.toml.
 struct Texture {
     std::string_view name;
-    Drawing top, side, bottom;
+    Drawing top;
+    Drawing side;
+    Drawing bottom;
     bool windows = false;  ///< on its side faces
     bool waves = false;    ///< on its top faces
     /// The material whose colour Dot::own is a ratio of; kAir: not used.

@@ -20,7 +20,10 @@ using Dots = std::vector<Dot>;
 
 template <class Weight, class Field>
 voxel::Colour mean(const Dots& dots, const Weight& weight, const Field& field) {
-    double r = 0, g = 0, b = 0, sum = 0;
+    double r = 0;
+    double g = 0;
+    double b = 0;
+    double sum = 0;
     for (const Dot& dot : dots) {
         const double w = static_cast<double>(weight(dot));
         const voxel::Colour c = field(dot);
@@ -37,9 +40,9 @@ voxel::Colour mean(const Dots& dots, const Weight& weight, const Field& field) {
 // Scales to means of 1: of the visible part, and of what would be visible in the holes if they were
 // closed.
 void normalise(Dots& dots) {
-    const voxel::Colour seen = mean(dots, ratio_weight, [](const Dot& d) { return d.ratio; }),
-                        own = mean(dots, own_weight, [](const Dot& d) { return d.own; }),
-                        closed = mean(dots, hole_weight, [](const Dot& d) { return d.ratio; });
+    const voxel::Colour seen = mean(dots, ratio_weight, [](const Dot& d) { return d.ratio; });
+    const voxel::Colour own = mean(dots, own_weight, [](const Dot& d) { return d.own; });
+    const voxel::Colour closed = mean(dots, hole_weight, [](const Dot& d) { return d.ratio; });
     for (Dot& dot : dots) {
         const voxel::Colour by = dot.opacity > 0 ? seen : closed;
         dot.ratio = dot.ratio * voxel::Colour{1 / by.r, 1 / by.g, 1 / by.b};
@@ -139,8 +142,9 @@ Dot TexturePool::dot(const PaintedFace& face, std::uint32_t variant, int mip, in
 void TexturePool::look_up(const PaintedFace& face, const PaintPoint& at,
                           Texel& out) const noexcept {
     // Turns without branches: a voxel's hash cannot be predicted.
-    const std::uint32_t mirror_s = 0u - (at.turn & 1), mirror_t = 0u - (at.turn >> 1 & 1),
-                        swap = 0u - (at.turn >> 2 & 1);
+    const std::uint32_t mirror_s = 0u - (at.turn & 1);
+    const std::uint32_t mirror_t = 0u - (at.turn >> 1 & 1);
+    const std::uint32_t swap = 0u - (at.turn >> 2 & 1);
     const std::uint32_t variant = at.variant * kMipAt[kMips];
     const auto place = [&](int mip) {
         const auto size = static_cast<float>(kTexels >> mip);
@@ -148,15 +152,16 @@ void TexturePool::look_up(const PaintedFace& face, const PaintPoint& at,
         const auto texel_of = [&](float v) {
             return std::min(static_cast<std::uint32_t>(static_cast<std::int32_t>(v * size)), last);
         };
-        std::uint32_t s = texel_of(at.s), t = texel_of(at.t);
+        std::uint32_t s = texel_of(at.s);
+        std::uint32_t t = texel_of(at.t);
         const std::uint32_t changed = (s ^ t) & swap;
         s ^= changed ^ (mirror_s & last);
         t ^= changed ^ (mirror_t & last);
         return variant + kMipAt[static_cast<std::size_t>(mip)] + (t << (4 - mip)) + s;
     };
     const float share = at.mips.coarse_share;
-    const std::uint32_t fine = place(at.mips.fine),
-                        coarse = share > 0 ? place(at.mips.fine + 1) : fine;
+    const std::uint32_t fine = place(at.mips.fine);
+    const std::uint32_t coarse = share > 0 ? place(at.mips.fine + 1) : fine;
     const auto mixed = [&](const Packed& a, const Packed& b) {
         Packed sum;
         for (std::size_t i = 0; i < 4; ++i)

@@ -40,16 +40,21 @@ struct MipPair {
 
 /// A drawing in the pool.
 struct PaintedFace {
-    std::uint32_t first = 0, own_first = 0;
+    std::uint32_t first = 0;
+    std::uint32_t own_first = 0;
     std::uint32_t variants = 0;  ///< 0: nothing is drawn
     Turn turn = Turn::kNone;
-    bool metric = false, layered = false, has_own = false, has_holes = false;
+    bool metric = false;
+    bool layered = false;
+    bool has_own = false;
+    bool has_holes = false;
 };
 
 /// The point of a face's drawing that is looked up.
 struct PaintPoint {
     /// Bits of `turn`: 4 exchanges s and t, then 1 mirrors s and 2 mirrors t.
-    std::uint32_t variant = 0, turn = 0;
+    std::uint32_t variant = 0;
+    std::uint32_t turn = 0;
     float s = 0, t = 0;  ///< [0, 1)
     MipPair mips;
 };
@@ -77,7 +82,8 @@ private:
         void (*draw)(Canvas&, int);
         PaintedFace face;
     };
-    std::vector<Packed> m_ratio, m_own;
+    std::vector<Packed> m_ratio;
+    std::vector<Packed> m_own;
     std::vector<Known> m_known;
 };
 

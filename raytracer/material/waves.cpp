@@ -36,7 +36,8 @@ std::array<float, 2> water_tilt(double x_m, double z_m, double footprint_m) noex
         const double shown = std::clamp(1.5 - 1.5 * footprint_m / kLength_m[i], 0.0, 1.0);
         slope[i] = swing(x_m * kPerX[i] + z_m * kPerZ[i]) * kSlope[i] * shown * kLength_m[i];
     }
-    double x = 0, z = 0;
+    double x = 0;
+    double z = 0;
     for (std::size_t i = 0; i < kTrains; ++i) {
         x += slope[i] * kPerX[i];
         z += slope[i] * kPerZ[i];

@@ -8,12 +8,15 @@
 namespace terravox::material {
 namespace {
 
-constexpr double kFloor_m = 3, kSquare_m = 1.7, kLargestVoxel_m = 4;
+constexpr double kFloor_m = 3;
+constexpr double kSquare_m = 1.7;
+constexpr double kLargestVoxel_m = 4;
 // Of 256: houses without any window, and single places without one.
-constexpr std::uint32_t kBlindHouses = 20, kBlind = 16;
+constexpr std::uint32_t kBlindHouses = 20;
+constexpr std::uint32_t kBlind = 16;
 constexpr std::uint32_t kLit = 84;  // of 256
-constexpr float kHas = (1 - kBlindHouses / 256.0f) * (1 - kBlind / 256.0f),
-                kMeanLit = kLit / 256.0f * 0.7f;
+constexpr float kHas = (1 - kBlindHouses / 256.0f) * (1 - kBlind / 256.0f);
+constexpr float kMeanLit = kLit / 256.0f * 0.7f;
 
 // One letter a texel, the upper row first:
 // space wall, l lintel, s sill, d shade on the wall, r reveal, f white frame, b brown frame, k dark
@@ -160,20 +163,21 @@ Windows::Grid Windows::grid_of(double voxel_m) noexcept {
 
 Windows::Pane Windows::found_at(const At& at, const Grid& grid, float texels,
                                 float& lit) const noexcept {
-    const std::int32_t window = divided(at.along, grid.per_across),
-                       floor = divided(at.up, grid.per_floor);
+    const std::int32_t window = divided(at.along, grid.per_across);
+    const std::int32_t floor = divided(at.up, grid.per_floor);
     const std::int32_t in_s = at.along - window * grid.across - (grid.across - grid.edge) / 2;
     const std::int32_t in_t = at.up - floor * grid.floor - (grid.floor - grid.edge + 1) / 2;
     if (in_s < 0 || in_s >= grid.edge || in_t < 0 || in_t >= grid.edge)
         return {};
-    const float per_edge = 1 / (static_cast<float>(grid.edge) * grid.fills),
-                border = (1 - 1 / grid.fills) / 2;
-    const float s = (static_cast<float>(in_s) + at.s) * per_edge + border,
-                t = (static_cast<float>(in_t) + at.t) * per_edge + border;
+    const float per_edge = 1 / (static_cast<float>(grid.edge) * grid.fills);
+    const float border = (1 - 1 / grid.fills) / 2;
+    const float s = (static_cast<float>(in_s) + at.s) * per_edge + border;
+    const float t = (static_cast<float>(in_t) + at.t) * per_edge + border;
     if (!(s >= 0 && s < 1 && t >= 0 && t < 1))
         return {};
     // Four windows, as many in depth, and eight floors share a style.
-    const std::int32_t deep = divided(at.into, grid.per_across) >> 2, house = window >> 2;
+    const std::int32_t deep = divided(at.into, grid.per_across) >> 2;
+    const std::int32_t house = window >> 2;
     const std::uint64_t of_house =
         mixed(at.along_x ? house : deep, at.along_x ? deep : house, floor >> 3, 1);
     const std::uint64_t of_window = mixed(window, at.into, floor, at.along_x ? 2 : 3);

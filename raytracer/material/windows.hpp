@@ -18,7 +18,9 @@ class Windows {
 public:
     /// A point on a side face: voxel coordinates along the wall, upwards, and into it.
     struct At {
-        std::int32_t along = 0, up = 0, into = 0;
+        std::int32_t along = 0;
+        std::int32_t up = 0;
+        std::int32_t into = 0;
         float s = 0, t = 0;    ///< [0, 1), along and up
         bool along_x = false;  ///< north and south faces
     };
@@ -37,7 +39,9 @@ public:
 private:
     struct Grid {
         /// Voxels from window to window, from floor to floor, and along a window's square.
-        int across = 3, floor = 3, edge = 1;
+        int across = 3;
+        int floor = 3;
+        int edge = 1;
         double per_across = 0, per_floor = 0;  ///< reciprocals
         float fills = 1;                       ///< edge of the drawing as a share of the square's
     };

@@ -7,9 +7,11 @@
 namespace terravox::output {
 namespace {
 
-constexpr int kLineRows = static_cast<int>(Glyph::kRows), kGap = 1;
+constexpr int kLineRows = static_cast<int>(Glyph::kRows);
+constexpr int kGap = 1;
 // Of the picture's height to a row of a letter's pixels; and larger letters are not small any more.
-constexpr int kRowsInPicture = 60 * kLineRows, kMaxScale = 12;
+constexpr int kRowsInPicture = 60 * kLineRows;
+constexpr int kMaxScale = 12;
 
 int width_of(std::u32string_view line) noexcept {
     int width = 0;
@@ -18,8 +20,8 @@ int width_of(std::u32string_view line) noexcept {
     return std::max(width - kGap, 0);
 }
 
-/// Lines no wider than `most`, broken at spaces, or within a word that is too long for one.
-std::vector<std::u32string> broken(const std::u32string& text, int most) {
+/// Lines no wider than `max_width`, broken at spaces, or within a word that is too long for one.
+std::vector<std::u32string> broken(const std::u32string& text, int max_width) {
     std::vector<std::u32string> lines(1);
     std::size_t last_space = std::u32string::npos;
     for (const char32_t c : text) {
@@ -29,7 +31,7 @@ std::vector<std::u32string> broken(const std::u32string& text, int most) {
         line.push_back(c);
         if (c == U' ')
             last_space = line.size() - 1;
-        if (width_of(line) <= most || line.size() == 1)
+        if (width_of(line) <= max_width || line.size() == 1)
             continue;
         const std::size_t cut = last_space == std::u32string::npos ? line.size() - 1 : last_space;
         std::u32string rest = line.substr(line[cut] == U' ' ? cut + 1 : cut);
@@ -74,10 +76,10 @@ CreditLine::CreditLine(std::string_view text, int width_px, int height_px) {
     constexpr int kEdge = 3;
     while (scale > 1 && (width_of(letters) + 4 * kEdge) * scale > width_px)
         --scale;
-    const int most = width_px / scale - 4 * kEdge;
-    if (most < 8)
+    const int max_width = width_px / scale - 4 * kEdge;
+    if (max_width < 8)
         return;  // not even one letter
-    std::vector<std::u32string> lines = broken(letters, most);
+    std::vector<std::u32string> lines = broken(letters, max_width);
     const int fit = (height_px / scale - 4 * kEdge) / kLineRows;
     if (fit < static_cast<int>(lines.size()))
         lines.resize(static_cast<std::size_t>(std::max(fit, 0)));
@@ -110,13 +112,15 @@ CreditLine::CreditLine(std::string_view text, int width_px, int height_px) {
         }
         top += kLineRows * scale;
     }
-    const auto columns = static_cast<std::size_t>(m_width),
-               rows = static_cast<std::size_t>(m_height), radius = static_cast<std::size_t>(scale);
+    const auto columns = static_cast<std::size_t>(m_width);
+    const auto rows = static_cast<std::size_t>(m_height);
+    const auto radius = static_cast<std::size_t>(scale);
     for (int pass = 0; pass < 2; ++pass) {
         blur(edge, rows, columns, columns, 1, radius);
         blur(edge, columns, 1, rows, columns, radius);
     }
-    constexpr float kStrength = 2.4f, kDarkest = 165;
+    constexpr float kStrength = 2.4f;
+    constexpr float kDarkest = 165;
     for (std::size_t i = 0; i < edge.size(); ++i)
         m_inks[i].dark = static_cast<std::uint8_t>(std::min(edge[i] * kStrength, 1.0f) * kDarkest);
 }

@@ -33,13 +33,17 @@ public:
 private:
     static constexpr float kLight = 0.96f;
     struct Ink {
-        std::uint8_t light = 0, dark = 0;
+        std::uint8_t light = 0;
+        std::uint8_t dark = 0;
     };
     [[nodiscard]] std::size_t index(int x, int y) const noexcept {
         return static_cast<std::size_t>(y - m_y0) * static_cast<std::size_t>(m_width) +
                static_cast<std::size_t>(x - m_x0);
     }
-    int m_x0 = 0, m_y0 = 0, m_width = 0, m_height = 0;
+    int m_x0 = 0;
+    int m_y0 = 0;
+    int m_width = 0;
+    int m_height = 0;
     std::vector<Ink> m_inks;
 };
 

@@ -45,7 +45,8 @@ std::uint32_t murmur3_32(std::string_view bytes, std::uint32_t seed) noexcept {
 }
 
 std::uint32_t cryptomatte_id(std::string_view name) noexcept {
-    const std::uint32_t hash = murmur3_32(name), exponent = hash >> 23 & 255;
+    const std::uint32_t hash = murmur3_32(name);
+    const std::uint32_t exponent = hash >> 23 & 255;
     return exponent == 0 || exponent == 255 ? hash ^ 1u << 23 : hash;
 }
 

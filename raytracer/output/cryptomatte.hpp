@@ -39,7 +39,8 @@ public:
     [[nodiscard]] std::array<float, kChannels> ranks_of(const tiles::Matte& matte) const noexcept;
 
 private:
-    std::string m_type, m_manifest;
+    std::string m_type;
+    std::string m_manifest;
     std::vector<std::uint32_t> m_ids;
     std::uint32_t m_unknown;
 };

@@ -34,9 +34,11 @@ void denoise(Film& film, int threads) {
     if (!film.has_layers())
         throw util::Error("denoise the picture: it has no layers to be guided by");
     const OidnLibrary& oidn = OidnLibrary::get();
-    const auto width = static_cast<std::size_t>(film.width_px()),
-               height = static_cast<std::size_t>(film.height_px());
-    std::vector<voxel::Colour> colour, albedo, normal;
+    const auto width = static_cast<std::size_t>(film.width_px());
+    const auto height = static_cast<std::size_t>(film.height_px());
+    std::vector<voxel::Colour> colour;
+    std::vector<voxel::Colour> albedo;
+    std::vector<voxel::Colour> normal;
     for (auto* plane : {&colour, &albedo, &normal})
         plane->reserve(width * height);
     for (int y = 0; y < film.height_px(); ++y)

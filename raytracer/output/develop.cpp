@@ -32,7 +32,8 @@ public:
             return m_values[0] * (c * kPerFirst);
         if (bits >= kLast)
             return m_values.back();
-        const std::uint32_t at = bits - kFirst, i = at >> kShift;
+        const std::uint32_t at = bits - kFirst;
+        const std::uint32_t i = at >> kShift;
         const float part = static_cast<float>(at & kMask) * (1.0f / (kMask + 1));
         return m_values[i] + (m_values[i + 1] - m_values[i]) * part;
     }
@@ -40,9 +41,11 @@ public:
 private:
     static constexpr int kShift = 23 - 7;
     static constexpr std::uint32_t kMask = (1u << kShift) - 1;
-    static constexpr float kMin = 0x1p-18f, kMax = 0x1p8f, kPerFirst = 0x1p18f;
-    static constexpr std::uint32_t kFirst = std::bit_cast<std::uint32_t>(kMin),
-                                   kLast = std::bit_cast<std::uint32_t>(kMax);
+    static constexpr float kMin = 0x1p-18f;
+    static constexpr float kMax = 0x1p8f;
+    static constexpr float kPerFirst = 0x1p18f;
+    static constexpr std::uint32_t kFirst = std::bit_cast<std::uint32_t>(kMin);
+    static constexpr std::uint32_t kLast = std::bit_cast<std::uint32_t>(kMax);
     static constexpr double kSteps = 1 << 22;
     std::array<float, ((kLast - kFirst) >> kShift) + 1> m_values{};
 };
@@ -82,9 +85,15 @@ const ToneTable& filmic_table() {
 // out is meant for a display of gamma 2.2; here it is made linear again.
 const ToneTable& agx_table() {
     static const ToneTable table([](double c) {
-        constexpr double kMiddleGrey = 0.18, kStopsBelow = 10, kStopsAbove = 6.5, kSlope = 2,
-                         kToe = 3, kShoulder = 3.25, kLn2 = 0.693147180559945309417;
-        constexpr double kPivotX = kStopsBelow / (kStopsBelow + kStopsAbove), kPivotY = 0.5;
+        constexpr double kMiddleGrey = 0.18;
+        constexpr double kStopsBelow = 10;
+        constexpr double kStopsAbove = 6.5;
+        constexpr double kSlope = 2;
+        constexpr double kToe = 3;
+        constexpr double kShoulder = 3.25;
+        constexpr double kLn2 = 0.693147180559945309417;
+        constexpr double kPivotX = kStopsBelow / (kStopsBelow + kStopsAbove);
+        constexpr double kPivotY = 0.5;
         const double x =
             std::min(1.0, std::max(0.0, (det::log(c / kMiddleGrey) / kLn2 + kStopsBelow) /
                                             (kStopsBelow + kStopsAbove)));
@@ -108,7 +117,9 @@ const ToneTable& agx_table() {
 /// Light that goes from each primary to the two others: what a matrix does that keeps greys and
 /// whose rows are alike but for the diagonal.
 struct Exchange {
-    float r, g, b;
+    float r;
+    float g;
+    float b;
     // By differences, which are exactly 0 for greys.
     [[nodiscard]] voxel::Colour operator()(voxel::Colour c) const noexcept {
         return {c.r + (g * (c.g - c.r) + b * (c.b - c.r)),
@@ -126,7 +137,9 @@ constexpr Exchange kOutset = {-0.05299866f, -0.09803771f, -0.09896363f};
 // Light before the curve: at exposure 0 a white wall in the sun lands at four fifths of the
 // display's range, and middle grey within a quarter of a stop of where the photographic curve takes
 // it.
-constexpr double kPhotographicScale = 1.15, kFilmicScale = 3.06, kAgxScale = 1;
+constexpr double kPhotographicScale = 1.15;
+constexpr double kFilmicScale = 3.06;
+constexpr double kAgxScale = 1;
 
 }  // namespace
 

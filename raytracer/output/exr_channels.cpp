@@ -56,7 +56,8 @@ ExrChannels::ExrChannels(bool with_layers, const PictureInfo& info)
             m_types.push_back(type);
         }
     };
-    const OIIO::TypeDesc half_type = OIIO::TypeDesc::HALF, float_type = OIIO::TypeDesc::FLOAT;
+    const OIIO::TypeDesc half_type = OIIO::TypeDesc::HALF;
+    const OIIO::TypeDesc float_type = OIIO::TypeDesc::FLOAT;
     add(float_type, {"R", "G", "B", "A", "Z"});
     if (with_layers) {
         add(half_type,

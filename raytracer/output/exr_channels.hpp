@@ -43,7 +43,8 @@ public:
 private:
     const PictureInfo& m_info;
     bool m_with_layers;
-    Cryptomatte m_materials, m_squares;
+    Cryptomatte m_materials;
+    Cryptomatte m_squares;
     std::vector<std::string> m_names;
     std::vector<OIIO::TypeDesc> m_types;
     std::size_t m_pixel_bytes = 0;

@@ -52,7 +52,8 @@ private:
         return static_cast<std::size_t>(y) * static_cast<std::size_t>(m_width) +
                static_cast<std::size_t>(x);
     }
-    int m_width, m_height;
+    int m_width;
+    int m_height;
     std::vector<tiles::PixelSample> m_pixels;
     std::vector<tiles::LayerSample> m_layers;
 };

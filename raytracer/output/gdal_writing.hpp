@@ -28,7 +28,8 @@ public:
     [[nodiscard]] const std::string& attempt() const noexcept { return m_attempt; }
 
 private:
-    std::string m_attempt, m_failure;
+    std::string m_attempt;
+    std::string m_failure;
 };
 
 struct GdalClose {

@@ -57,7 +57,8 @@ void write_copy(GDALDatasetH from, const std::string& path, bool floats, const G
 
 void write_geotiff(const Film& film, const std::filesystem::path& file, const PictureInfo& info) {
     const GdalWatch watch("write the picture " + file.string());
-    const int width = film.width_px(), height = film.height_px();
+    const int width = film.width_px();
+    const int height = film.height_px();
     const auto columns = static_cast<std::size_t>(width);
     const bool floats = info.tiff_holds_floats();
     std::vector<std::uint8_t> bytes;  // must outlive the dataset that refers to it

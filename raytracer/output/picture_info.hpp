@@ -34,7 +34,8 @@ struct PictureInfo {
     /// World: metres from PictureFrame's origin, x east, y up, z south. EXR's worldToCamera (the
     /// camera looks along -z, y is up) and worldToNDC ((0, 0) is the upper left corner, (1, 1) the
     /// lower right one).
-    std::optional<std::array<float, 16>> world_to_camera, world_to_ndc;
+    std::optional<std::array<float, 16>> world_to_camera;
+    std::optional<std::array<float, 16>> world_to_ndc;
     bool layers = true;  ///< EXR: write the film's layers, where it has any
     /// By the SquareGrid's index; squares beyond the end are all named "unknown".
     std::vector<std::string> square_names;

@@ -7,7 +7,8 @@
 namespace terravox::output {
 namespace {
 
-constexpr double kTerminalEvery_s = 0.1, kPlainEvery_s = 5;
+constexpr double kTerminalEvery_s = 0.1;
+constexpr double kPlainEvery_s = 5;
 
 double seconds(std::chrono::steady_clock::duration d) {
     return std::chrono::duration<double>(d).count();
@@ -56,15 +57,14 @@ void Progress::show(bool last) {
     if (m_quiet)
         return;
     m_shown = true;
-    const double elapsed = seconds(std::chrono::steady_clock::now() - m_start),
-                 share =
-                     std::min(1.0, m_time_s > 0 ? elapsed / m_time_s
-                                                : static_cast<double>(m_pixels) /
-                                                      static_cast<double>(std::max<std::uint64_t>(
-                                                          m_total_pixels, 1)));
+    const double elapsed = seconds(std::chrono::steady_clock::now() - m_start);
+    const double share = std::min(
+        1.0, m_time_s > 0 ? elapsed / m_time_s
+                          : static_cast<double>(m_pixels) /
+                                static_cast<double>(std::max<std::uint64_t>(m_total_pixels, 1)));
     const double left = share > 0 ? elapsed / share - elapsed : 0;
-    const auto tiles = static_cast<unsigned long long>(m_tiles),
-               total = static_cast<unsigned long long>(m_total_tiles);
+    const auto tiles = static_cast<unsigned long long>(m_tiles);
+    const auto total = static_cast<unsigned long long>(m_total_tiles);
     const double rate = static_cast<double>(m_rays) / 1e6 / (elapsed > 0 ? elapsed : 1);
     if (m_terminal) {
         constexpr int kWidth = 32;

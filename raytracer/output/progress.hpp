@@ -33,10 +33,17 @@ public:
 private:
     void show(bool last);
     void erase_details();
-    std::uint64_t m_total_tiles, m_total_pixels, m_tiles = 0, m_pixels = 0, m_rays = 0;
+    std::uint64_t m_total_tiles;
+    std::uint64_t m_total_pixels;
+    std::uint64_t m_tiles = 0;
+    std::uint64_t m_pixels = 0;
+    std::uint64_t m_rays = 0;
     double m_time_s;
-    bool m_quiet, m_terminal, m_shown = false;
-    std::chrono::steady_clock::time_point m_start, m_last;
+    bool m_quiet;
+    bool m_terminal;
+    bool m_shown = false;
+    std::chrono::steady_clock::time_point m_start;
+    std::chrono::steady_clock::time_point m_last;
     std::vector<std::string> m_details;
     std::size_t m_below = 0;  ///< lines of details printed below the bar
 };

@@ -257,8 +257,8 @@ std::u32string letters_of(std::string_view utf8) {
     std::u32string out;
     for (std::size_t i = 0; i < utf8.size();) {
         const auto byte = [&](std::size_t at) { return static_cast<unsigned char>(utf8[at]); };
-        const std::size_t ones = static_cast<std::size_t>(std::countl_one(byte(i))),
-                          length = ones == 0 ? 1 : ones;
+        const std::size_t ones = static_cast<std::size_t>(std::countl_one(byte(i)));
+        const std::size_t length = ones == 0 ? 1 : ones;
         bool good = ones != 1 && ones <= 4 && i + length <= utf8.size();
         char32_t letter = ones == 0 ? byte(i) : byte(i) & (0x7fu >> ones);
         for (std::size_t k = 1; good && k < length; ++k) {

@@ -45,7 +45,8 @@ public:
     void write(const tiles::TileResult& result) override {
         const GdalWatch watch(m_attempt);
         const tiles::RenderTile& t = result.tile;
-        const int width = t.x1 - t.x0, height = t.y1 - t.y0;
+        const int width = t.x1 - t.x0;
+        const int height = t.y1 - t.y0;
         const tiles::PixelSample* from = result.samples.data();
         if (m_floats) {
             // Red, green, blue and alpha are the first four floats of each sample.
@@ -76,7 +77,8 @@ public:
 private:
     void put(const tiles::RenderTile& t, void* first, GDALDataType type, std::size_t pixel_bytes,
              std::size_t band_bytes, const GdalWatch& watch) {
-        const int width = t.x1 - t.x0, height = t.y1 - t.y0;
+        const int width = t.x1 - t.x0;
+        const int height = t.y1 - t.y0;
         watch.check(GDALDatasetRasterIOEx(m_out.get(), GF_Write, t.x0, t.y0, width, height, first,
                                           width, height, type, kBands, nullptr,
                                           static_cast<GSpacing>(pixel_bytes),

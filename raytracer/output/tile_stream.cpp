@@ -34,9 +34,9 @@ std::uint64_t memory_to_keep_mib(const StreamShape& s) noexcept {
 
 void check_can_stream(const std::filesystem::path& file, const StreamShape& s) {
     constexpr int kTiffTiles = 16;
-    const std::string ending = ending_of(file),
-                      attempt = "write the picture " + file.string() + ": ",
-                      memory = std::to_string(memory_to_keep_mib(s));
+    const std::string ending = ending_of(file);
+    const std::string attempt = "write the picture " + file.string() + ": ";
+    const std::string memory = std::to_string(memory_to_keep_mib(s));
     if (ending == ".exr")
         return;
     if (ending != ".tif" && ending != ".tiff")
@@ -55,7 +55,8 @@ void check_can_stream(const std::filesystem::path& file, const StreamShape& s) {
 }
 
 int file_tile_px(int tile_px, int multiple_of) noexcept {
-    constexpr int kMax = 512, kMin = 16;
+    constexpr int kMax = 512;
+    constexpr int kMin = 16;
     for (int edge = std::min(tile_px, kMax); edge >= kMin; --edge)
         if (tile_px % edge == 0 && edge % multiple_of == 0)
             return edge;
@@ -66,8 +67,8 @@ TileStream::TileStream(const std::filesystem::path& file, const StreamShape& sha
                        PictureInfo info)
     : m_shape(shape) {
     check_can_stream(file, shape);
-    const auto columns = static_cast<std::uint64_t>(tiles_along(shape.width_px, shape.tile_px)),
-               rows = static_cast<std::uint64_t>(tiles_along(shape.height_px, shape.tile_px));
+    const auto columns = static_cast<std::uint64_t>(tiles_along(shape.width_px, shape.tile_px));
+    const auto rows = static_cast<std::uint64_t>(tiles_along(shape.height_px, shape.tile_px));
     m_left = columns * rows;
     m_done.resize(m_left);
     m_format = ending_of(file) == ".exr" ? make_exr_stream(file, shape, std::move(info))

@@ -12,7 +12,8 @@ namespace terravox::output {
 
 /// Properties of a picture of one pass that are known before it is rendered.
 struct StreamShape {
-    int width_px = 0, height_px = 0;
+    int width_px = 0;
+    int height_px = 0;
     /// Edge of the plan's tiles; those at the right and lower border may be smaller.
     int tile_px = 0;
     bool with_layers = false;

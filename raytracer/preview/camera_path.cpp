@@ -11,7 +11,8 @@
 namespace terravox::preview {
 namespace {
 
-/// What moves between keys, where it differs; the camera's place always does.
+/// The fields that are interpolated between keys where they differ; the camera's position always
+/// is.
 constexpr std::array<std::string_view, 12> kMoving{
     "camera.fov_deg",  "camera.height_m",    "camera.aperture_m", "camera.focus_m",
     "camera.roll_deg", "camera.azimuth_deg", "sun.time_h",        "sun.altitude_deg",
@@ -21,7 +22,7 @@ bool is_place(std::string_view path) {
     return path == "camera.position" || path == "camera.target";
 }
 
-/// As TOML has it: what the command line writes "a,b,c" is a list.
+/// A field's value as TOML: a list for what the command line writes "a,b,c".
 std::string value_of(const scene::FieldText& field) {
     return is_place(field.path) ? "[" + *field.text + "]" : *field.text;
 }
@@ -29,7 +30,8 @@ std::string value_of(const scene::FieldText& field) {
 }  // namespace
 
 std::size_t CameraPath::put(double time_s, const scene::Scene& scene) {
-    const double frame_s = 1 / fps, at_s = std::max(time_s, 0.0);
+    const double frame_s = 1 / fps;
+    const double at_s = std::max(time_s, 0.0);
     std::erase_if(m_keys, [&](const Key& k) { return std::abs(k.time_s - at_s) < frame_s / 2; });
     const auto later = std::upper_bound(m_keys.begin(), m_keys.end(), at_s,
                                         [](double t, const Key& k) { return t < k.time_s; });
@@ -39,8 +41,8 @@ std::size_t CameraPath::put(double time_s, const scene::Scene& scene) {
 
 void CameraPath::move(std::size_t key, double time_s) {
     const double frame_s = 1 / fps;
-    const double from_s = key > 0 ? m_keys[key - 1].time_s + frame_s : 0,
-                 to_s = key + 1 < m_keys.size() ? m_keys[key + 1].time_s - frame_s : time_s;
+    const double from_s = key > 0 ? m_keys[key - 1].time_s + frame_s : 0;
+    const double to_s = key + 1 < m_keys.size() ? m_keys[key + 1].time_s - frame_s : time_s;
     if (from_s <= to_s || key + 1 == m_keys.size())
         m_keys[key].time_s = std::clamp(time_s, from_s, std::max(from_s, to_s));
 }
@@ -51,7 +53,7 @@ std::string CameraPath::to_toml(const scene::Scene& base) const {
         for (const scene::FieldText& field : scene::changed_fields(key.scene, m_keys.front().scene))
             if (std::find(kMoving.begin(), kMoving.end(), field.path) != kMoving.end())
                 moving.insert(field.path);
-    // A field that some keys leave to the default cannot move.
+    // A field that some keys leave at the default cannot be interpolated.
     for (const Key& key : m_keys)
         for (const scene::FieldText& field : scene::field_texts(key.scene))
             if (!field.text)

@@ -8,21 +8,22 @@
 
 namespace terravox::preview {
 
-/// Key frames of a flight on a time line: scenes, of which camera, sun and exposure count. What
-/// `terravox animate` takes.
+/// Key frames of a flight on a time line: scenes, of which only camera, sun and exposure are used.
+/// It is written as the input of `terravox animate`.
 class CameraPath {
 public:
     struct Key {
         double time_s = 0;
         scene::Scene scene;
     };
-    /// In order of time; it takes the place of those within half a frame. @param time_s at least 0
-    /// @return its place
+    /// Inserts a key frame in order of time. It replaces key frames within half a frame.
+    /// @param time_s at least 0
+    /// @return its index
     std::size_t put(double time_s, const scene::Scene& scene);
     void remove(std::size_t key) {
         m_keys.erase(m_keys.begin() + static_cast<std::ptrdiff_t>(key));
     }
-    /// To another time, but not past the keys beside it.
+    /// Moves a key frame to another time, but not past its neighbours.
     void move(std::size_t key, double time_s);
     void clear() noexcept { m_keys.clear(); }
     [[nodiscard]] const std::vector<Key>& keys() const noexcept { return m_keys; }
@@ -31,11 +32,13 @@ public:
     }
 
     double fps = 25;
-    bool ease = true;  ///< it begins and ends at rest
+    bool ease = true;  ///< the camera accelerates at the start and decelerates at the end
 
-    /// The animation's file (docs/formats/animation.md). @param base fields of all frames
+    /// The animation's file (docs/formats/animation.md).
+    /// @param base fields of all frames
     [[nodiscard]] std::string to_toml(const scene::Scene& base) const;
-    /// Ready to be played. @throws UsageError with less than one key
+    /// The animation, ready to be played.
+    /// @throws UsageError without any key
     [[nodiscard]] animate::Animation animation(const scene::Scene& base) const {
         return animate::Animation::parse(to_toml(base), "of the camera path");
     }

@@ -11,7 +11,7 @@ std::string render_command_line(const scene::Scene& scene, const std::vector<std
     const auto add = [&](const std::string& word) { out += " " + util::shell_word(word); };
     for (const std::string& word : world)
         add(word);
-    // In one word each: numbers below zero would be taken for flags.
+    // Option and value form one word, as negative numbers would be parsed as flags.
     for (const scene::FieldText& field : scene::changed_fields(scene, scene::Scene{}))
         if (field.text)
             out += " " + scene::flag_of(field.path) + "=" + util::shell_word(*field.text);

@@ -1,6 +1,5 @@
 #include "raytracer/preview/editor_state.hpp"
-
-#include <spdlog/spdlog.h>
+#include "common/util/log.hpp"
 
 #include <utility>
 
@@ -8,9 +7,9 @@ namespace terravox::preview {
 namespace {
 
 scene::Scene for_a_window(scene::Scene scene) {
-    scene.camera.look.clear();         // what the view says stands in the fields
+    scene.camera.look.clear();         // the named view is expanded into the fields
     scene.camera.inside_rock = true;   // flying through a roof must not end the preview
-    scene.processing.threads.reset();  // who renders the preview is no part of the picture
+    scene.processing.threads.reset();  // the preview's processors are not part of the picture
     return scene;
 }
 
@@ -75,17 +74,17 @@ void EditorState::redo() {
         show(history.redo());
 }
 
-void EditorState::heard(std::string line) {
-    said = std::move(line);
-    said_bad = true;
-    said_at = std::chrono::steady_clock::now();
+void EditorState::show_logged(std::string line) {
+    notice = std::move(line);
+    notice_is_bad = true;
+    noticed_at = std::chrono::steady_clock::now();
 }
 
-void EditorState::say(std::string line, bool bad) {
-    spdlog::log(bad ? spdlog::level::warn : spdlog::level::info, "{}", line);
-    said = std::move(line);
-    said_bad = bad;
-    said_at = std::chrono::steady_clock::now();
+void EditorState::notify(std::string line, bool bad) {
+    util::log_message(bad ? util::LogLevel::kWarning : util::LogLevel::kInfo, "{}", line);
+    notice = std::move(line);
+    notice_is_bad = bad;
+    noticed_at = std::chrono::steady_clock::now();
 }
 
 }  // namespace terravox::preview

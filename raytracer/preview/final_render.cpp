@@ -10,7 +10,7 @@
 namespace terravox::preview {
 namespace {
 
-constexpr int kGivesWay = 10;  // nice: the window's threads come first
+constexpr int kGivesWay = 10;  // nice value: the window's threads have priority
 
 }  // namespace
 
@@ -45,7 +45,7 @@ void FinalRender::stop() noexcept {
 void FinalRender::run(const std::shared_ptr<render::LoadedWorld>& world, const scene::Scene& scene,
                       const std::vector<std::string>& files,
                       const render::RenderPoolOptions& render_pool) {
-    // Of this thread and those that it makes.
+    // The nice value of this thread and those that it starts.
     (void)::setpriority(PRIO_PROCESS, 0, kGivesWay);
     State state = State::kDone;
     std::string message;

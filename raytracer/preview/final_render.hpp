@@ -12,26 +12,30 @@
 
 namespace terravox::preview {
 
-/// The picture of a scene in files, as `terravox render` makes it, on a thread beside the window:
-/// bit for bit the same. Threads that trace for it give way to the window's.
+/// Renders a scene to files in the background, bit-identical to `terravox render`. Its tracing
+/// threads have a lower priority than the window's.
 class FinalRender {
 public:
     ~FinalRender() { stop(); }
-    /// One that was under way is waited for. @param world whose boxes it shares
+    /// Starts a rendering. Blocks until one that is in progress has ended.
+    /// @param world whose boxes it shares
     void start(std::shared_ptr<render::LoadedWorld> world, const scene::Scene& scene,
                std::vector<std::string> files, const render::RenderPoolOptions& render_pool);
-    void give_up() noexcept { m_stop.request_stop(); }  ///< soon; not once it is being written
-    /// Gives it up, and waits until that is so.
+    /// Requests the end of the rendering, unless its files are being written already.
+    void give_up() noexcept { m_stop.request_stop(); }
+    /// Cancels the rendering, and blocks until it has ended.
     void stop() noexcept;
 
     enum class State : std::uint8_t { kIdle, kRunning, kDone, kFailed };
     struct Status {
         State state = State::kIdle;
-        std::uint64_t done = 0, of = 0;  ///< tiles
+        std::uint64_t done = 0;  ///< finished tiles
+        std::uint64_t of = 0;    ///< all tiles
         double seconds = 0;
-        std::string message;  ///< of one that has ended: what was written, or what went wrong
+        std::string message;  ///< after the end: the files that were written, or the error
     };
-    static constexpr const char* kGivenUp = "given up";  ///< message of one that was
+    /// Message of a rendering that was cancelled.
+    static constexpr const char* kGivenUp = "given up";
     [[nodiscard]] Status status() const;
     [[nodiscard]] bool runs() const { return status().state == State::kRunning; }
 

@@ -8,7 +8,8 @@ namespace terravox::preview {
 namespace {
 
 constexpr double kFrame_s = 1.0 / 60;
-// Of each frame, however long drawing takes: otherwise a picture would never be finished.
+// Minimum tracing time of each frame, however long drawing takes: else a picture might never be
+// finished.
 constexpr double kMinWork_s = 0.004;
 constexpr double kIdle_s = 0.25;      // between two frames without input
 constexpr int kSettlingFrames = 3;    // after input

@@ -10,8 +10,8 @@
 
 namespace terravox::preview {
 
-/// Asks again, now and then, for one of the boxes that a picture lacks, and more and more seldom: a
-/// server may be back. Used by one thread.
+/// Retries one of the boxes that a picture lacks, at growing intervals: a server may be back. Used
+/// by one thread.
 class HoleWatch final : public blocks::BlockListener {
 public:
     using Clock = std::chrono::steady_clock;
@@ -21,25 +21,29 @@ public:
     HoleWatch(const HoleWatch&) = delete;
     HoleWatch& operator=(const HoleWatch&) = delete;
 
-    /// To be called often: a box that has come stays in memory until then.
-    /// @param holes that the last picture met @param idle_since when it was finished; nullopt: one
-    /// is being rendered. All holes are forgotten when
-    ///        one is asked for, which is never done meanwhile
-    /// @return one of them has come: the picture can be begun anew
+    /// To be called often: a box that has been loaded stays in memory until then. A retry forgets
+    /// all holes.
+    /// @param holes that the last picture met
+    /// @param idle_since when that picture was finished; nullopt: a picture is being rendered, and
+    /// nothing is retried
+    /// @return whether one of the boxes has been loaded, so that the picture should be rendered
+    /// again
     [[nodiscard]] bool look(const std::set<voxel::BoxKey>& holes,
                             std::optional<Clock::time_point> idle_since, Clock::time_point now);
 
-    bool block_came(const voxel::BoxKey&, std::uint64_t) noexcept override { return m_came = true; }
-
-    static constexpr std::chrono::seconds kFirst{10}, kMax{640};
+    bool on_block_loaded(const voxel::BoxKey&, std::uint64_t) noexcept override {
+        return m_loaded = true;
+    }
+    static constexpr std::chrono::seconds kFirst{10};
+    static constexpr std::chrono::seconds kMax{640};
 
 private:
     blocks::BlockManager& m_blocks;
     std::chrono::seconds m_wait = kFirst;
     Clock::time_point m_since;
-    std::optional<voxel::BoxKey> m_asked;
+    std::optional<voxel::BoxKey> m_requested;
     std::size_t m_turn = 0;
-    std::atomic<bool> m_came{false};
+    std::atomic<bool> m_loaded{false};
 };
 
 }  // namespace terravox::preview

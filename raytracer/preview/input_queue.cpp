@@ -10,7 +10,7 @@ bool is(const InputEvent& event) {
     return std::holds_alternative<Input>(event);
 }
 
-/// The kind of frame that an event would end.
+/// The kind of frame that an event ends.
 enum class Ending { kNone, kPress, kRelease, kCharacters, kButton, kWheel, kDrag };
 
 Ending ending_of(const InputEvent& event, bool dragging) {
@@ -25,7 +25,7 @@ Ending ending_of(const InputEvent& event, bool dragging) {
     return dragging ? Ending::kDrag : Ending::kNone;
 }
 
-/// Whether an event may still come into a frame that another one has ended.
+/// Whether an event may still be added to a frame that another one has ended.
 bool may_follow(Ending ended, Ending next) {
     switch (ended) {
         case Ending::kNone: return true;
@@ -41,7 +41,7 @@ bool may_follow(Ending ended, Ending next) {
     return false;
 }
 
-/// Of a key that is released and pressed again within one frame Dear ImGui would see nothing.
+/// Dear ImGui would not notice a key that is released and pressed again within one frame.
 bool changes_again(const InputEvent& event, const std::vector<InputEvent>& frame) {
     const auto* key = std::get_if<KeyInput>(&event);
     return key != nullptr &&

@@ -8,7 +8,9 @@ namespace terravox::preview {
 
 /// Key and button numbers are those of the window system; the queue only compares them.
 struct KeyInput {
-    int key = 0, scancode = 0, mods = 0;
+    int key = 0;
+    int scancode = 0;
+    int mods = 0;
     bool down = false;
     bool operator==(const KeyInput&) const = default;
 };
@@ -18,7 +20,8 @@ struct CharacterInput {
 };
 /// Position of the mouse, pixels of the window.
 struct CursorInput {
-    double x = 0, y = 0;
+    double x = 0;
+    double y = 0;
     bool operator==(const CursorInput&) const = default;
 };
 struct ButtonInput {
@@ -27,7 +30,8 @@ struct ButtonInput {
     bool operator==(const ButtonInput&) const = default;
 };
 struct WheelInput {
-    double x = 0, y = 0;
+    double x = 0;
+    double y = 0;
     bool operator==(const WheelInput&) const = default;
 };
 using InputEvent = std::variant<KeyInput, CharacterInput, CursorInput, ButtonInput, WheelInput>;

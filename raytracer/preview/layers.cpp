@@ -8,17 +8,18 @@
 namespace terravox::preview {
 namespace {
 
-constexpr voxel::Colour kNothing{0.06f, 0.06f, 0.07f};  // where a ray meets nothing
+constexpr voxel::Colour kNothing{0.06f, 0.06f, 0.07f};  // for rays that hit nothing
 
-/// Colours that can be told apart, whatever the number: hues by the golden ratio, which come near
-/// each other where numbers are a Fibonacci number apart; brightness and saturation differ there.
-/// Ref: Knuth, The Art of Computer Programming 3, 6.4.
+/// Distinguishable colours for any number: hues by the golden ratio, which are similar for numbers
+/// that differ by a Fibonacci number; brightness and saturation differ there. Ref: Knuth, The Art
+/// of Computer Programming 3, 6.4.
 voxel::Colour hue(std::uint32_t number) noexcept {
     constexpr double kGolden = 0.6180339887498949;
     constexpr std::array kBrightness{0.95, 0.6, 0.78};
     constexpr std::array kPale{0.05, 0.33};
-    const double h = std::fmod((number + 1) * kGolden, 1.0) * 6, bright = kBrightness[number % 3],
-                 pale = kPale[number / 3 % 2];
+    const double h = std::fmod((number + 1) * kGolden, 1.0) * 6;
+    const double bright = kBrightness[number % 3];
+    const double pale = kPale[number / 3 % 2];
     const auto channel = [&](double shift) {
         return static_cast<float>(
             bright * std::clamp(std::abs(std::fmod(h + shift, 6.0) - 3) - 1, pale, 1.0));
@@ -33,15 +34,17 @@ voxel::Colour plain(float v) noexcept {
 /// How far from the eye the world's nearest and farthest point can be, metres; at the least one and
 /// two.
 struct DepthRange {
-    float near_m, far_m;
+    float near_m;
+    float far_m;
 };
 DepthRange depths_of(const shade::View& view) noexcept {
     const voxel::VoxelBounds& b = view.cut.bounds();
     const core::Vec3 eye = view.camera.position();
-    double near2 = 0, far2 = 0;
+    double near2 = 0;
+    double far2 = 0;
     const auto axis = [&](double at, double low, double high) {
-        const double out = std::max({low - at, at - high, 0.0}),
-                     through = std::max(std::abs(at - low), std::abs(at - high));
+        const double out = std::max({low - at, at - high, 0.0});
+        const double through = std::max(std::abs(at - low), std::abs(at - high));
         near2 += out * out;
         far2 += through * through;
     };
@@ -78,7 +81,7 @@ float ratio(float of, float to) noexcept {
     return to > 0 ? of / to : 0;
 }
 
-/// What a layer says of a pixel, as shown on a screen, but for layers of light.
+/// The colour in which a layer shows a pixel, except for layers of light.
 voxel::Colour value_of(Layer layer, const tiles::PixelSample& pixel, const tiles::LayerSample& l,
                        const DepthRange& depths) noexcept {
     switch (layer) {
@@ -96,7 +99,7 @@ voxel::Colour value_of(Layer layer, const tiles::PixelSample& pixel, const tiles
                                                         voxel::luminance(l.albedo) * pixel.alpha),
                                                   1.0f)))
                                    : kNothing;
-        default: return pixel.colour;  // a probe's: as it is to be seen
+        default: return pixel.colour;  // of a probe layer: shown as it is
     }
 }
 
@@ -104,7 +107,7 @@ bool is_light(Layer layer) noexcept {
     return layer == Layer::kBeauty || layer == Layer::kDirect || layer == Layer::kIndirect;
 }
 
-/// How much of a film a layer needs: pixels alone, or layers too; and which light.
+/// The parts of a film that a layer needs: pixels alone, or layers too; and which light.
 enum class FilmKind : std::uint8_t { kPixels, kLayers, kEvenLight, kLevels, kSteps, kCache };
 FilmKind kind_of(Layer layer) noexcept {
     switch (layer) {
@@ -126,8 +129,7 @@ scene::Scene scene_for(Layer layer, scene::Scene scene) {
                               : core::PictureLayers::kBeauty;
     scene.output.denoise = false;
     if (kind == FilmKind::kEvenLight) {
-        // What comes of an even sky to a surface is its ambient occlusion, times what the surface
-        // sends back.
+        // The light of a uniform sky at a surface is its ambient occlusion times its albedo.
         scene.sky.model = core::SkyModel::kUniform;
         scene.sky.colour.reset();
         scene.sky.strength = 1;
@@ -163,7 +165,7 @@ void ScreenPicture::resize(int width, int height) {
 
 void show(const output::Film& film, const shade::View& view, const scene::Scene::Output& output,
           Layer layer, const tiles::RenderTile& tile, ScreenPicture& to) {
-    // The view's exposure holds the adaptation to its daylight beside what the person asks for.
+    // The view's exposure is the sum of the adaptation to its daylight and the scene's setting.
     const output::Developer develop(
         view.exposure_ev - view.scene.output.exposure_ev + output.exposure_ev, output.tone);
     const DepthRange depths = depths_of(view);
@@ -182,8 +184,8 @@ void show(const output::Film& film, const shade::View& view, const scene::Scene:
                                               : layer == Layer::kDirect ? layers.direct
                                                                         : layers.indirect);
         const auto bytes = output::dithered_bytes(c, x, y);
-        const int width = std::min(tile.step, to.width_px - x),
-                  height = std::min(tile.step, to.height_px - y);
+        const int width = std::min(tile.step, to.width_px - x);
+        const int height = std::min(tile.step, to.height_px - y);
         std::uint8_t* row = place(x, y);
         for (int i = 0; i < width; ++i)
             std::copy(bytes.begin(), bytes.end(), row + static_cast<std::ptrdiff_t>(i) * 3);

@@ -11,7 +11,7 @@
 
 namespace terravox::preview {
 
-/// What of a picture is looked at.
+/// What the window shows of a picture.
 enum class Layer : std::uint8_t {
     kBeauty,
     kDirect,
@@ -33,11 +33,11 @@ struct LayerFacts {
     const char* name;
     const char* doc;
 };
-/// All of them, in the order of the enumeration, in which they are offered.
+/// All layers, in the order of the enumeration, in which the window lists them.
 inline constexpr std::array<LayerFacts, 13> kLayers{{
     {Layer::kBeauty, "beauty", "the picture"},
     {Layer::kDirect, "direct light", "from sun and sky alone"},
-    {Layer::kIndirect, "indirect light", "by way of other things"},
+    {Layer::kIndirect, "indirect light", "by way of other surfaces"},
     {Layer::kDepth, "depth",
      "distance, from the world's nearest point, bright, to its farthest; each grey step is a "
      "factor"},
@@ -57,29 +57,31 @@ inline constexpr std::array<LayerFacts, 13> kLayers{{
     return kLayers[static_cast<std::size_t>(layer)];
 }
 
-/// What has to be rendered for a layer, instead of the picture of the scene.
+/// The scene that must be rendered for a layer.
 [[nodiscard]] scene::Scene scene_for(Layer layer, scene::Scene scene);
-/// Layers that come from walking rays rather than from shading: a ProbeProcessor makes them.
+/// Whether a layer shows how rays are walked rather than shading: a ProbeProcessor makes it.
 [[nodiscard]] constexpr bool is_probe(Layer layer) noexcept {
     return layer == Layer::kLevels || layer == Layer::kSteps || layer == Layer::kCache;
 }
 
-/// Whether a film for this layer is one of the scene's picture, too.
+/// Whether a film rendered for this layer holds the scene's picture, too.
 [[nodiscard]] constexpr bool has_picture(Layer layer) noexcept {
     return !is_probe(layer) && layer != Layer::kOcclusion;
 }
-/// Whether two layers can be shown of the same film: no new picture is needed.
+/// Whether two layers can be shown from the same film, without a new rendering.
 [[nodiscard]] bool same_film(Layer a, Layer b) noexcept;
-/// Bytes as a screen shows them: RGB, 8-bit sRGB, rows from the top.
+/// A picture for a screen: RGB, 8-bit sRGB, rows from the top.
 struct ScreenPicture {
-    int width_px = 0, height_px = 0;
+    int width_px = 0;
+    int height_px = 0;
     std::vector<std::uint8_t> rgb;
 
     void resize(int width, int height);
 };
 
 /// Shows the pixels of a tile of a film, coarse ones as squares.
-/// @param output exposure and tone; the view may be of others @param to as large as the film
+/// @param output exposure and tone, which may differ from the view's
+/// @param to as large as the film
 void show(const output::Film& film, const shade::View& view, const scene::Scene::Output& output,
           Layer layer, const tiles::RenderTile& tile, ScreenPicture& to);
 

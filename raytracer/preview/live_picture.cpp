@@ -1,23 +1,23 @@
 #include "raytracer/preview/live_picture.hpp"
 
-#include <spdlog/spdlog.h>
-
 #include <algorithm>
 #include <cmath>
 
 #include "common/util/error.hpp"
+#include "common/util/log.hpp"
 #include "raytracer/preview/seconds.hpp"
 
 namespace terravox::preview {
 namespace {
 
-// A first pass may continue for so long though the scene has changed: otherwise nothing would be
-// seen while the camera flies.
+// A first pass may continue for this long after the scene has changed: else nothing would be shown
+// while the camera moves.
 constexpr std::chrono::milliseconds kMaxOutdated{50};
-constexpr double kMaxFirst_s = 0.03, kMinFirst_s = 0.008;  // that a first pass should take
-constexpr int kCoarsest = 64, kFinest = 4;
+constexpr double kMaxFirst_s = 0.03, kMinFirst_s = 0.008;  // range of the time for a first pass
+constexpr int kCoarsest = 64;
+constexpr int kFinest = 4;
 
-/// What does not touch the light that a picture is made of.
+/// The fields that do not affect a picture's light.
 void leave_out_developing(scene::Scene& scene) {
     const scene::Scene::Output usual;
     scene.output.exposure_ev = usual.exposure_ev;
@@ -27,7 +27,8 @@ void leave_out_developing(scene::Scene& scene) {
     scene.output.denoise = usual.denoise;
 }
 
-/// Whether a picture of one scene is one of the other. A film may have more layers than are wanted.
+/// Whether a picture of one scene is also a picture of the other. A film may have more layers than
+/// requested.
 bool shows(const scene::Scene& shown, const scene::Scene& wanted) {
     if (wanted == shown)
         return true;
@@ -72,14 +73,14 @@ std::shared_ptr<processors::TileProcessor> LivePicture::begin(const shade::View&
     return m_probe;
 }
 
-bool LivePicture::has_missing_box_come(bool may_retry, Clock::time_point now) {
+bool LivePicture::has_missing_box_arrived(bool may_retry, Clock::time_point now) {
     if (m_picture.busy())
         m_idle_since = now;
     const bool idle = may_retry && !m_picture.busy();
     const bool came =
         m_holes.look(m_picture.holes(), idle ? std::optional(m_idle_since) : std::nullopt, now);
     if (came)
-        spdlog::debug("a box that was a hole has come");
+        util::log_debug("a box that was a hole has come");
     return came;
 }
 
@@ -101,8 +102,8 @@ void LivePicture::update(const scene::Scene& wanted, Layer layer, bool restart,
     start(wanted, m_first_step, now);
 }
 
-// The film is the right one. Boxes that probes did not find may be in memory now; the new pixels
-// take the place of the old ones tile by tile.
+// The film is unchanged. Boxes that probes did not find may be in memory now; new pixels replace
+// the old ones tile by tile.
 void LivePicture::update_layer(const scene::Scene& wanted, Layer layer, Clock::time_point now) {
     if (m_layer != layer)
         m_developer.develop_again();
@@ -137,7 +138,7 @@ void LivePicture::note_shown(Clock::time_point now) {
         return;
     const double after_s = seconds(now - *m_changed_at);
     m_times.first_picture(after_s);
-    spdlog::debug("first picture after {:.1f} ms, step {}", after_s * 1e3, m_first_step);
+    util::log_debug("first picture after {:.1f} ms, step {}", after_s * 1e3, m_first_step);
     m_changed_at.reset();
     m_first_step = next_first_step(m_first_step, m_picture.status().first_s);
 }

@@ -8,8 +8,8 @@
 
 namespace terravox::preview {
 
-/// Keeps the newest warning or error of the log, for who cannot see it: workers that are lost,
-/// boxes that cannot be had. Thread-safe.
+/// Keeps the newest warning or error of the log for display in the window: lost workers, boxes that
+/// cannot be loaded. Thread-safe.
 class LogTail final : public spdlog::sinks::base_sink<std::mutex> {
 public:
     LogTail() { set_level(spdlog::level::warn); }

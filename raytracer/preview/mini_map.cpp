@@ -20,8 +20,8 @@ MiniMap::MiniMap(blocks::BlockManager& blocks, const scene::Scene& scene, int ed
     m_width = std::max(b.max[0] - b.min[0], 1);
     m_height = std::max(b.max[2] - b.min[2], 1);
     const double scale = edge_px / std::max(m_width, m_height);
-    const int width = std::clamp(static_cast<int>(m_width * scale), 1, edge_px),
-              height = std::clamp(static_cast<int>(m_height * scale), 1, edge_px);
+    const int width = std::clamp(static_cast<int>(m_width * scale), 1, edge_px);
+    const int height = std::clamp(static_cast<int>(m_height * scale), 1, edge_px);
     scene::Scene map;
     map.world = scene.world;
     map.generated = scene.generated;
@@ -32,15 +32,16 @@ MiniMap::MiniMap(blocks::BlockManager& blocks, const scene::Scene& scene, int ed
     map.quality.ambient_occlusion = map.quality.reflections = map.quality.refraction = false;
     map.sky.visibility_km = 0;
     map.sun.altitude_deg = 45;
-    map.sun.azimuth_deg = 315;  // as cartographers light hills
+    map.sun.azimuth_deg = 315;  // as is usual for hill shading
     map.camera.projection = core::CameraProjection::kOrthographic;
     map.camera.space = core::CoordinateSpace::kVoxel;
     map.camera.inside_rock = true;
-    const double x = b.min[0] + m_width / 2, z = b.min[2] + m_height / 2;
+    const double x = b.min[0] + m_width / 2;
+    const double z = b.min[2] + m_height / 2;
     map.camera.position = {x, b.max[1] + 100.0, z};
     map.camera.target = {x, b.max[1] + 0.0, z};
     map.camera.height_m = std::clamp(height * (m_width / width) * world.voxel_m, 0.001, 1e7);
-    // The picture's pixels are square: it may show a little more or less than the bounds along one
+    // As pixels are square, the picture may show a little more or less than the bounds along one
     // side.
     const double voxels_per_px = *map.camera.height_m / world.voxel_m / height;
     m_width = width * voxels_per_px;

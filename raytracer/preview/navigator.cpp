@@ -9,10 +9,12 @@
 namespace terravox::preview {
 namespace {
 
-constexpr double kDegreesPerPixel = 0.25, kPadDegreesPerSecond = 90;
-constexpr float kDrag_px = 4;            // less is a click
+constexpr double kDegreesPerPixel = 0.25;
+constexpr double kPadDegreesPerSecond = 90;
+constexpr float kDrag_px = 4;            // a shorter drag is a click
 constexpr double kReachPerSecond = 0.9;  // of the distance to the target
-constexpr double kFast = 4, kSlow = 0.25;
+constexpr double kFast = 4;
+constexpr double kSlow = 0.25;
 constexpr std::array kMoving{GLFW_KEY_A,  GLFW_KEY_D,    GLFW_KEY_S,       GLFW_KEY_W,
                              GLFW_KEY_Q,  GLFW_KEY_E,    GLFW_KEY_LEFT,    GLFW_KEY_RIGHT,
                              GLFW_KEY_UP, GLFW_KEY_DOWN, GLFW_KEY_PAGE_UP, GLFW_KEY_PAGE_DOWN};
@@ -38,7 +40,7 @@ bool Navigator::handle(EditorState& editor_state, const Gamepad& gamepad, double
     return true;
 }
 
-// How far one goes in a second, voxels.
+// Speed of movement, voxels per second.
 double Navigator::reach(const EditorState& editor_state) const noexcept {
     const ImGuiIO& io = ImGui::GetIO();
     return editor_state.viewpoint.distance() * kReachPerSecond *
@@ -48,7 +50,7 @@ double Navigator::reach(const EditorState& editor_state) const noexcept {
 }
 
 bool Navigator::closer(EditorState& editor_state, double factor) {
-    // Of parallel rays only what the picture's height covers says how near one is.
+    // For parallel rays the height of the picture's area replaces the distance.
     if (parallel(editor_state.scene)) {
         const scene::Camera camera = scene::make_camera(editor_state.scene, editor_state.info(),
                                                         editor_state.info().framed_bounds());
@@ -78,8 +80,8 @@ bool Navigator::drag(EditorState& editor_state) {
         std::abs(io.MousePos.x - m_pressed_at[0]) + std::abs(io.MousePos.y - m_pressed_at[1]) >
             kDrag_px)
         m_dragged = true;
-    const double dx = static_cast<double>(io.MouseDelta.x),
-                 dy = static_cast<double>(io.MouseDelta.y);
+    const double dx = static_cast<double>(io.MouseDelta.x);
+    const double dy = static_cast<double>(io.MouseDelta.y);
     if (m_pressed && m_dragged && (dx != 0 || dy != 0)) {
         if (editor_state.fly)
             editor_state.viewpoint.look(dx * kDegreesPerPixel, dy * kDegreesPerPixel);
@@ -91,7 +93,7 @@ bool Navigator::drag(EditorState& editor_state) {
         (ImGui::IsMouseDown(ImGuiMouseButton_Right) ||
          ImGui::IsMouseDown(ImGuiMouseButton_Middle)) &&
         (dx != 0 || dy != 0)) {
-        // What lies under the mouse goes along with it, about.
+        // The point under the mouse follows it approximately.
         const double voxels = editor_state.viewpoint.distance() /
                               static_cast<double>(std::max(io.DisplaySize.y, 1.0f));
         editor_state.viewpoint.walk(-dx * voxels, 0, dy * voxels);
@@ -115,7 +117,7 @@ bool Navigator::drag(EditorState& editor_state) {
 
 bool Navigator::keys(EditorState& editor_state, double seconds) {
     const ImGuiIO& io = ImGui::GetIO();
-    // A key of a command, as Ctrl+S, does not move when Ctrl is let go first.
+    // A key of a command, such as Ctrl+S, does not move the viewpoint if Ctrl is released first.
     std::erase_if(m_commands, [](int key) { return !ImGui::IsKeyDown(key); });
     if (Window::typing() || io.KeyCtrl || io.KeySuper) {
         for (const int key : kMoving)
@@ -127,12 +129,14 @@ bool Navigator::keys(EditorState& editor_state, double seconds) {
         return ImGui::IsKeyDown(key) && !m_commands.contains(key) ? 1.0 : 0.0;
     };
     const auto axis = [&](int minus, int plus) { return down(plus) - down(minus); };
-    const double right = axis(GLFW_KEY_A, GLFW_KEY_D), ahead = axis(GLFW_KEY_S, GLFW_KEY_W),
-                 up = axis(GLFW_KEY_Q, GLFW_KEY_E);
-    const double turn = io.NavActive ? 0 : axis(GLFW_KEY_LEFT, GLFW_KEY_RIGHT),
-                 tilt = io.NavActive ? 0 : axis(GLFW_KEY_DOWN, GLFW_KEY_UP);
+    const double right = axis(GLFW_KEY_A, GLFW_KEY_D);
+    const double ahead = axis(GLFW_KEY_S, GLFW_KEY_W);
+    const double up = axis(GLFW_KEY_Q, GLFW_KEY_E);
+    const double turn = io.NavActive ? 0 : axis(GLFW_KEY_LEFT, GLFW_KEY_RIGHT);
+    const double tilt = io.NavActive ? 0 : axis(GLFW_KEY_DOWN, GLFW_KEY_UP);
     const double nearer = io.NavActive ? 0 : axis(GLFW_KEY_PAGE_DOWN, GLFW_KEY_PAGE_UP);
-    const double step = reach(editor_state) * seconds, degrees = kPadDegreesPerSecond / 2 * seconds;
+    const double step = reach(editor_state) * seconds;
+    const double degrees = kPadDegreesPerSecond / 2 * seconds;
     if (right != 0 || ahead != 0 || up != 0) {
         if (editor_state.fly)
             editor_state.viewpoint.fly(right * step, up * step, ahead * step);
@@ -156,7 +160,8 @@ bool Navigator::pad(EditorState& editor_state, const Gamepad& p, double seconds)
     if (p.left_x == 0 && p.left_y == 0 && p.right_x == 0 && p.right_y == 0 && p.left_trigger == 0 &&
         p.right_trigger == 0)
         return false;
-    const double step = reach(editor_state) * seconds, degrees = kPadDegreesPerSecond * seconds;
+    const double step = reach(editor_state) * seconds;
+    const double degrees = kPadDegreesPerSecond * seconds;
     editor_state.viewpoint.fly(p.left_x * step, (p.right_trigger - p.left_trigger) * step,
                                -p.left_y * step);
     editor_state.viewpoint.look(p.right_x * degrees, p.right_y * degrees);

@@ -9,21 +9,23 @@
 
 namespace terravox::preview {
 
-/// Moves the viewpoint by mouse, keys and gamepad, and tells clicks from drags. Positions: pixels
-/// of the window.
+/// Moves the viewpoint by mouse, keys and gamepad, and distinguishes clicks from drags. Positions
+/// are in pixels of the window.
 class Navigator {
 public:
-    /// After ImGui has begun the frame. @param seconds since the last @return the viewpoint has
-    /// moved
+    /// Handles the input of a frame, after Dear ImGui has begun it.
+    /// @param seconds since the last frame
+    /// @return whether the viewpoint has moved
     bool handle(EditorState& editor_state, const Gamepad& pad, double seconds);
 
     struct Click {
-        double x = 0, y = 0;
+        double x = 0;
+        double y = 0;
         bool twice = false;
     };
-    /// On the picture, without a drag, since the last handle().
+    /// The click on the picture since the last handle(), if there was one.
     [[nodiscard]] const std::optional<Click>& click() const noexcept { return m_click; }
-    /// A key or button is held that moves.
+    /// Whether a key or button that moves the viewpoint is held.
     [[nodiscard]] bool moving() const noexcept { return m_moving; }
 
 private:
@@ -34,9 +36,11 @@ private:
     bool closer(EditorState& editor_state, double factor);
 
     std::optional<Click> m_click;
-    std::set<int> m_commands;  ///< keys that are down for something else
+    std::set<int> m_commands;  ///< keys that are down for something other than movement
     std::array<float, 2> m_pressed_at{};
-    bool m_pressed = false, m_dragged = false, m_moving = false;
+    bool m_pressed = false;
+    bool m_dragged = false;
+    bool m_moving = false;
 };
 
 }  // namespace terravox::preview

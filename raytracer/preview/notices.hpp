@@ -10,28 +10,28 @@
 
 namespace terravox::preview {
 
-/// A line for the person at the window.
+/// A line to show in the window.
 struct Notice {
     std::string text;
     bool bad = false;
-    bool logged = false;  ///< it comes from the log, and need not be written there again
+    bool logged = false;  ///< the line comes from the log, and need not be logged again
 };
 
-/// Finds out what has happened elsewhere that nothing else in the window shows: warnings of the
-/// log, a world whose data were replaced, the end of a final picture. Used by one thread.
+/// Collects events that nothing else in the window shows: warnings of the log, a world whose data
+/// were replaced, the end of a final picture. Used by one thread.
 class Notices {
 public:
     /// @param log may be nullptr
     explicit Notices(std::shared_ptr<LogTail> log) : m_log(std::move(log)) {}
 
-    /// @return what is new since the last call, oldest first; a changed world is reported once
+    /// @return the notices since the last call, oldest first; a changed world is reported once
     [[nodiscard]] std::vector<Notice> take(const blocks::BlockManager& blocks,
                                            const FinalRender::Status& final_render);
 
 private:
     std::shared_ptr<LogTail> m_log;
-    bool m_world_changed = false;  ///< and it was reported
-    bool m_final_ran = false;      ///< at the last call
+    bool m_world_changed = false;  ///< and this was reported
+    bool m_final_ran = false;      ///< a final picture was in progress at the last call
 };
 
 }  // namespace terravox::preview

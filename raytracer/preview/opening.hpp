@@ -12,17 +12,17 @@
 
 namespace terravox::preview {
 
-/// A world that is being opened, on a thread of its own: that may take minutes.
+/// Opens a world on a thread of its own, as that may take minutes.
 class Opening {
 public:
     Opening(worlds::WorldOptions from, const scene::Scene& scene);
-    ~Opening();  ///< gives it up; a world of files is opened to its end first
+    ~Opening();  ///< cancels the opening; a world of files is opened to the end first
 
-    /// @return the world, once; nullptr while it is being opened, and when it could not be
+    /// @return the world, once; nullptr while it is being opened, and if that failed
     [[nodiscard]] std::shared_ptr<render::LoadedWorld> take();
-    /// Why it could not be opened; empty: it is being opened still, or is open.
+    /// Why the world could not be opened; empty: it is being opened, or is open.
     [[nodiscard]] std::string failure() const;
-    [[nodiscard]] bool runs() const;  ///< neither open nor failed
+    [[nodiscard]] bool runs() const;  ///< whether it is neither open nor failed
 
 private:
     mutable std::mutex m_mutex;

@@ -1,7 +1,7 @@
 #include "raytracer/preview/pick_tool.hpp"
+#include "common/util/log.hpp"
 
 #include <imgui.h>
-#include <spdlog/spdlog.h>
 
 #include <algorithm>
 #include <cmath>
@@ -74,16 +74,16 @@ bool PickTool::update(EditorState& editor_state) {
         case Use::kRead:
             m_read = picked;
             if (!picked) {
-                editor_state.say("nothing there: the ray leaves the world");
+                editor_state.notify("nothing there: the ray leaves the world");
                 return false;
             }
             m_facts = facts_of(*picked, editor_state.info());
             for (const PickedFact& fact : m_facts)
-                spdlog::debug("picked {}: {}", fact.name, fact.value);
+                util::log_debug("picked {}: {}", fact.name, fact.value);
             return false;
         case Use::kMeasure:
             if (!picked)
-                editor_state.say("nothing there to measure: the ray leaves the world");
+                editor_state.notify("nothing there to measure: the ray leaves the world");
             else if (!m_first || m_second) {
                 m_first = picked;
                 m_second.reset();
@@ -91,8 +91,8 @@ bool PickTool::update(EditorState& editor_state) {
                 m_second = picked;
             if (m_second) {
                 const Measured m = measure(*m_first, *m_second, editor_state.info().voxel_m);
-                spdlog::debug("measured {:.2f} m on the map, {:.2f} m up, {:.2f} m in all",
-                              m.level_m, m.height_m, m.length_m);
+                util::log_debug("measured {:.2f} m on the map, {:.2f} m up, {:.2f} m in all",
+                                m.level_m, m.height_m, m.length_m);
             }
             return false;
         case Use::kFocus:
@@ -107,8 +107,9 @@ bool PickTool::update(EditorState& editor_state) {
 }
 
 void PickTool::draw_marks(const shade::View& view, const Pane& pane) const {
-    constexpr ImU32 kDark = IM_COL32(0, 0, 0, 200), kReading = IM_COL32(90, 220, 255, 255),
-                    kMeasuring = IM_COL32(255, 210, 60, 255);
+    constexpr ImU32 kDark = IM_COL32(0, 0, 0, 200);
+    constexpr ImU32 kReading = IM_COL32(90, 220, 255, 255);
+    constexpr ImU32 kMeasuring = IM_COL32(255, 210, 60, 255);
     ImDrawList& above = *ImGui::GetBackgroundDrawList();
     above.PushClipRect(
         {static_cast<float>(pane.x), static_cast<float>(pane.y)},
@@ -119,7 +120,8 @@ void PickTool::draw_marks(const shade::View& view, const Pane& pane) const {
             return std::nullopt;
         return ImVec2{static_cast<float>(pane.x + (*at)[0]), static_cast<float>(pane.y + (*at)[1])};
     };
-    const auto from = place_of(m_first), to = place_of(m_second);
+    const auto from = place_of(m_first);
+    const auto to = place_of(m_second);
     if (from && to) {
         above.AddLine(*from, *to, kDark, 4);
         above.AddLine(*from, *to, kMeasuring, 2);

@@ -51,8 +51,9 @@ std::vector<PickedFact> facts_of(const Picked& picked, const voxel::WorldInfo& w
     out.push_back({"voxel", text("%d, %d, %d", picked.voxel.x, picked.voxel.y, picked.voxel.z) +
                                 (picked.level > 0 ? text(" of level %d", picked.level) : "")});
     const core::Vec3 p = picked.point;
-    const double easting = p.x * world.crs_units_per_voxel,
-                 northing = -p.z * world.crs_units_per_voxel, height_m = p.y * world.voxel_m;
+    const double easting = p.x * world.crs_units_per_voxel;
+    const double northing = -p.z * world.crs_units_per_voxel;
+    const double height_m = p.y * world.voxel_m;
     if (!world.crs.empty()) {
         out.push_back({world.crs, text("%.2f, %.2f", easting, northing)});
         try {

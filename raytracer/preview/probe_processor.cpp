@@ -7,11 +7,12 @@
 namespace terravox::preview {
 namespace {
 
-constexpr std::size_t kPixelsAtOnce = 256;  // between two looks at the clock
-constexpr voxel::Colour kSky{0.06f, 0.06f, 0.07f}, kMissing{1.0f, 0.55f, 0.1f},
-    kHole{1.0f, 0.0f, 0.8f};
+constexpr std::size_t kPixelsAtOnce = 256;  // between two readings of the clock
+constexpr voxel::Colour kSky{0.06f, 0.06f, 0.07f};
+constexpr voxel::Colour kMissing{1.0f, 0.55f, 0.1f};
+constexpr voxel::Colour kHole{1.0f, 0.0f, 0.8f};
 
-/// Brighter from above, so that shapes can be made out.
+/// Shades faces, brightest from above, so that shapes are recognizable.
 float light_on(core::Face face) noexcept {
     switch (face) {
         case core::Face::kTop: return 1;
@@ -36,7 +37,8 @@ voxel::Colour of_steps(std::uint64_t steps) noexcept {
 }
 
 voxel::Colour chequer(const walk::Hit& hit) noexcept {
-    const int shift = 6, high = 8;
+    const int shift = 6;
+    const int high = 8;
     const bool odd =
         (((hit.voxel.x >> shift) + (hit.voxel.y >> high) + (hit.voxel.z >> shift)) & 1) != 0;
     return odd ? voxel::Colour{0.35f, 0.75f, 0.45f} : voxel::Colour{0.25f, 0.55f, 0.75f};
@@ -80,7 +82,7 @@ voxel::Colour ProbeProcessor::probe(double px, double py, tiles::PixelSample& sa
            light_on(hit.face);
 }
 
-bool ProbeProcessor::go_on(std::chrono::steady_clock::time_point until) {
+bool ProbeProcessor::trace_until(std::chrono::steady_clock::time_point until) {
     do {
         if (!m_begun) {
             if (m_waiting.empty())
@@ -103,7 +105,7 @@ bool ProbeProcessor::go_on(std::chrono::steady_clock::time_point until) {
         if (m_next == m_pixels.size()) {
             m_result = std::move(m_under_way);
             m_begun = false;
-            // Where no ray waits for it nobody else would ask for it.
+            // No ray waits for the box, so it must be requested here.
             if (m_waiting.empty() && !m_missing.empty())
                 m_blocks.prefetch({m_missing.begin(), m_missing.end()});
             return true;
@@ -112,12 +114,12 @@ bool ProbeProcessor::go_on(std::chrono::steady_clock::time_point until) {
     return false;
 }
 
-bool ProbeProcessor::wait(std::chrono::milliseconds most) {
-    return m_result || m_closed || go_on(std::chrono::steady_clock::now() + most);
+bool ProbeProcessor::wait(std::chrono::milliseconds timeout) {
+    return m_result || m_closed || trace_until(std::chrono::steady_clock::now() + timeout);
 }
 
 std::optional<tiles::TileResult> ProbeProcessor::take() {
-    while (!m_result && !m_closed && go_on(std::chrono::steady_clock::time_point::max())) {
+    while (!m_result && !m_closed && trace_until(std::chrono::steady_clock::time_point::max())) {
     }
     return std::exchange(m_result, std::nullopt);
 }

@@ -8,17 +8,19 @@
 
 namespace terravox::preview {
 
-/// Tiles of what walking the middle ray of each pixel takes, as colours for a screen: levels,
-/// steps, what is in memory. It waits for no box: where one is missing, the pixel says so, and the
-/// box is asked for. It works while somebody waits for it, on their thread, and is for one thread.
+/// Makes tiles that show how the middle ray of each pixel is walked, as colours for a screen:
+/// levels, steps, boxes in memory. It does not wait for boxes: where one is missing, the pixel
+/// shows that, and the box is requested. It works in wait() and take(), on the caller's thread.
+/// Used by one thread.
 class ProbeProcessor final : public processors::TileProcessor {
 public:
-    /// @param layer of which is_probe() says so @param view, blocks outlive the processor
+    /// @param view, blocks outlive the processor
+    /// @param layer a probe layer (is_probe)
     ProbeProcessor(const shade::View& view, blocks::BlockManager& blocks, Layer layer);
 
     [[nodiscard]] int capacity() const noexcept override { return 1'000'000; }
     void submit(tiles::RenderTile tile) override { m_waiting.push_back(tile); }
-    [[nodiscard]] bool wait(std::chrono::milliseconds most) override;
+    [[nodiscard]] bool wait(std::chrono::milliseconds timeout) override;
     std::optional<tiles::TileResult> take() override;
     void close() noexcept override { m_closed = true; }
     void cancel() noexcept override {
@@ -26,12 +28,12 @@ public:
         m_waiting.clear();
     }
 
-    /// Boxes that were missing so far: what is shown is not all there is.
+    /// Number of boxes that were missing so far, so that the tiles are incomplete.
     [[nodiscard]] std::size_t missing() const noexcept { return m_missing.size(); }
 
 private:
     [[nodiscard]] voxel::Colour probe(double px, double py, tiles::PixelSample& sample);
-    [[nodiscard]] bool go_on(std::chrono::steady_clock::time_point until);
+    [[nodiscard]] bool trace_until(std::chrono::steady_clock::time_point until);
 
     const shade::View& m_view;
     blocks::BlockManager& m_blocks;
@@ -39,12 +41,14 @@ private:
     walk::BlockReader m_reader;
     walk::RayWalk m_walk;
     std::deque<tiles::RenderTile> m_waiting;
-    std::optional<tiles::TileResult> m_result;  ///< finished
+    std::optional<tiles::TileResult> m_result;  ///< the finished tile
     tiles::TileResult m_under_way;
-    std::vector<std::pair<int, int>> m_pixels;  ///< of it, still to do from m_next on
+    /// Pixels of m_under_way; those from m_next on are to be done.
+    std::vector<std::pair<int, int>> m_pixels;
     std::size_t m_next = 0;
     std::set<voxel::BoxKey> m_missing;
-    bool m_closed = false, m_begun = false;
+    bool m_closed = false;
+    bool m_begun = false;
 };
 
 }  // namespace terravox::preview

@@ -43,10 +43,11 @@ void Progressive::start(const scene::Scene& scene, int first_step) {
 
 void Progressive::plan() {
     const auto& q = m_view->scene.quality;
-    const int width = m_film->width_px(), height = m_film->height_px();
+    const int width = m_film->width_px();
+    const int height = m_film->height_px();
     m_passes.clear();
     for (int step = m_first_step; step >= 1; step /= 2) {
-        // A tile of a coarse pass is larger, so that there is something to do in it.
+        // Tiles of a coarse pass are larger, so that each has enough pixels to trace.
         auto tiles =
             tiles::plan_tiles(width, height, step,
                               std::max(q.tile.in_picture(width), step * kTilePixels), q.tile_order)
@@ -60,8 +61,7 @@ void Progressive::plan() {
     }
 }
 
-// The next pass, or more samples: as many again as there are, of tiles that are not known well
-// enough.
+// Begins the next pass, or doubles the samples of tiles that have not converged.
 void Progressive::next_pass() {
     m_pass = {};
     if (m_next_pass < m_passes.size()) {
@@ -115,7 +115,7 @@ void Progressive::work(Clock::time_point until) {
             if (!m_processor->wait(std::max(left, kMin)))
                 continue;
             (void)m_processor
-                ->take_invalidated();  // they come again, and take the place of what is there
+                ->take_invalidated();  // they are delivered again, and replace these pixels
             const auto result = m_processor->take();
             if (!result)
                 throw util::Error("render: the processor ended before the picture was finished");

@@ -7,19 +7,18 @@
 
 namespace terravox::preview {
 
-/// What a scene was, for undo and redo.
+/// The history of a scene, for undo and redo.
 class SceneHistory {
 public:
     explicit SceneHistory(const scene::Scene& first) : m_scenes{first} {}
-    /// The scene is like this now. What was undone is forgotten; nothing happens where it is the
-    /// same. The oldest goes when there are too many.
+    /// Adds the scene unless it equals now(). Scenes that were undone are dropped, and the oldest
+    /// one when there are more than kMax.
     void note(const scene::Scene& scene);
-    [[nodiscard]] const scene::Scene& now() const noexcept {
-        return m_scenes[m_at];
-    }  ///< as noted, or gone back to
+    /// The scene that was added last, or that undo or redo has returned to.
+    [[nodiscard]] const scene::Scene& now() const noexcept { return m_scenes[m_at]; }
     [[nodiscard]] bool can_undo() const noexcept { return m_at > 0; }
     [[nodiscard]] bool can_redo() const noexcept { return m_at + 1 < m_scenes.size(); }
-    /// @return the scene as it was; the oldest there is when there is none before
+    /// @return the previous scene; the oldest one if there is no previous one
     const scene::Scene& undo() noexcept { return m_scenes[m_at -= can_undo() ? 1 : 0]; }
     const scene::Scene& redo() noexcept { return m_scenes[m_at += can_redo() ? 1 : 0]; }
 

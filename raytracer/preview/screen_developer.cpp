@@ -6,7 +6,7 @@ namespace terravox::preview {
 
 RowRange ScreenDeveloper::update(Progressive& picture, const scene::Scene::Output& output,
                                  Layer layer) {
-    // After a scene that cannot be rendered the film is that of the picture before.
+    // After a scene that cannot be rendered, the film is that of the previous picture.
     const output::Film* const film = picture.film();
     if (film == nullptr || film->width_px() != m_screen.width_px ||
         film->height_px() != m_screen.height_px)

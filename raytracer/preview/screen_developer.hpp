@@ -7,7 +7,8 @@ namespace terravox::preview {
 
 /// Rows of a picture, half-open; empty where first >= end.
 struct RowRange {
-    int first = 0, end = 0;
+    int first = 0;
+    int end = 0;
     [[nodiscard]] bool empty() const noexcept { return first >= end; }
 };
 
@@ -15,23 +16,24 @@ struct RowRange {
 /// when exposure, tone or layer have changed. Used by one thread.
 class ScreenDeveloper {
 public:
-    /// Another picture is in progress; what is seen stays until its tiles take its place.
+    /// To be called when a new picture begins; the screen stays until its tiles replace it.
     void begin_picture() noexcept { m_develops_all = false; }
-    /// Of the picture in progress. What is seen goes where the size is another.
+    /// Sets the size of the picture in progress. The screen is cleared if the size differs.
     void resize(int width_px, int height_px) { m_screen.resize(width_px, height_px); }
-    /// Another layer of the same film is to be shown.
+    /// To be called when another layer of the same film is shown.
     void develop_again() noexcept { m_develops_all = true; }
 
-    /// @param output exposure and tone @return the rows in which the screen has changed
+    /// @param output exposure and tone
+    /// @return the rows of the screen that have changed
     [[nodiscard]] RowRange update(Progressive& picture, const scene::Scene::Output& output,
                                   Layer layer);
     [[nodiscard]] const ScreenPicture& screen() const noexcept { return m_screen; }
 
 private:
     ScreenPicture m_screen;
-    scene::Scene::Output m_output;  ///< exposure and tone that the screen has
-    /// What the screen has was developed otherwise. It is done again once the picture is whole, so
-    /// that no pixels of the picture before come back.
+    scene::Scene::Output m_output;  ///< exposure and tone of the screen
+    /// The screen was developed with other settings. It is developed again once the picture is
+    /// whole, so that no pixels of the previous picture reappear.
     bool m_develops_all = false;
 };
 

@@ -13,7 +13,8 @@ constexpr double kRad = std::numbers::pi / 180;
 constexpr double kSteepest_deg = 89.9;  // straight down has no heading
 
 core::Vec3 direction_of(double heading_deg, double down_deg) {
-    const double h = heading_deg * kRad, d = down_deg * kRad;
+    const double h = heading_deg * kRad;
+    const double d = down_deg * kRad;
     return {std::sin(h) * std::cos(d), -std::sin(d), -std::cos(h) * std::cos(d)};
 }
 
@@ -24,8 +25,10 @@ double to_millimetres(double v) {
 }  // namespace
 
 Viewpoint Viewpoint::of(const scene::Camera& camera, double ground_y) {
-    constexpr double kLevel = 0.01, kAhead = 500;
-    const core::Vec3 p = camera.position(), f = camera.forward();
+    constexpr double kLevel = 0.01;
+    constexpr double kAhead = 500;
+    const core::Vec3 p = camera.position();
+    const core::Vec3 f = camera.forward();
     const double reach = f.y < -kLevel ? (ground_y - p.y) / f.y : kAhead;
     return {p, p + f * std::clamp(reach, kNearest, kFarthest)};
 }

@@ -71,7 +71,7 @@ void Texture::set(const ScreenPicture& picture, int first_row, int end_row) {
 }
 
 Window::Window(int width_px, int height_px, const char* title, double scale)
-    : m_asked_scale(scale) {
+    : m_requested_scale(scale) {
     if (glfwInit() == GLFW_FALSE)
         throw util::Error("open the preview window: " + glfw_reason() + kInstead);
     glfwWindowHint(GLFW_CONTEXT_VERSION_MAJOR, 3);
@@ -86,7 +86,7 @@ Window::Window(int width_px, int height_px, const char* title, double scale)
                           "; OpenGL 3.3 is needed, Mesa's llvmpipe will do" + kInstead);
     }
     glfwMakeContextCurrent(m_window);
-    // The picture's work is timed by the clock: a swap that waits would take from it.
+    // Tracing is limited by time: waiting for the vertical sync would reduce it.
     glfwSwapInterval(0);
     glfwSetWindowUserPointer(m_window, this);
     glfwSetDropCallback(m_window, [](GLFWwindow* w, int count, const char** paths) noexcept {
@@ -94,7 +94,7 @@ Window::Window(int width_px, int height_px, const char* title, double scale)
         dropped.insert(dropped.end(), paths, paths + count);
     });
     ImGui::CreateContext();
-    ImGui::GetIO().IniFilename = nullptr;  // no files left in the person's folder
+    ImGui::GetIO().IniFilename = nullptr;  // no file is written to the working folder
     ImGui::GetIO().ConfigFlags |= ImGuiConfigFlags_NavEnableKeyboard;
     ImGui_ImplGlfw_InitForOpenGL(m_window, true);
     queue_input();
@@ -127,12 +127,14 @@ void Window::copy_text(const std::string& text) {
 }
 
 std::pair<int, int> Window::size_px() const noexcept {
-    int width = 0, height = 0;
+    int width = 0;
+    int height = 0;
     glfwGetFramebufferSize(m_window, &width, &height);
     return {width, height};
 }
 
-// From the start each time: sizes are scaled once. While Dear ImGui draws nothing only.
+// Starts from the default style each time, as sizes are scaled once. Only while Dear ImGui draws
+// nothing.
 void Window::restyle() {
     ImGuiStyle style;
     m_light ? ImGui::StyleColorsLight(&style) : ImGui::StyleColorsDark(&style);
@@ -155,7 +157,7 @@ void Window::restyle() {
     m_styled = {m_scale, m_light};
 }
 
-// In place of the callbacks that Dear ImGui has installed: it would receive events at once.
+// Replaces the callbacks that Dear ImGui has installed, with which it would receive events at once.
 void Window::queue_input() {
     m_cursor = kNowhere;
     static constexpr auto kQueue = [](GLFWwindow* window) -> InputQueue& {
@@ -183,7 +185,7 @@ void Window::queue_input() {
         CursorInput cursor = kNowhere;
         if (entered == GLFW_TRUE)
             glfwGetCursorPos(w, &cursor.x, &cursor.y);
-        // A drag goes on outside of the window, with positions there.
+        // A drag continues outside of the window, with positions there.
         else if (any_button_down(w))
             return;
         kQueue(w).push(cursor);
@@ -213,17 +215,19 @@ void Window::begin_frame(double wait_s) {
     m_had_input = !events.empty();
     for (const InputEvent& event : events)
         hand_over(event);
-    float x = 1, y = 1;
+    float x = 1;
+    float y = 1;
     glfwGetWindowContentScale(m_window, &x, &y);
     m_scale =
-        m_asked_scale > 0
-            ? m_asked_scale
+        m_requested_scale > 0
+            ? m_requested_scale
             : std::clamp(std::round(static_cast<double>(std::max(x, y)) * 4) / 4, 1.0, kMaxScale);
     ImGui_ImplOpenGL3_NewFrame();
     if (m_styled != std::pair(m_scale, m_light))
         restyle();
     ImGui_ImplGlfw_NewFrame();
-    // It has read the mouse as it is now; events that are still in the queue would be overtaken.
+    // Dear ImGui has read the current mouse position, which would overtake events that are still in
+    // the queue.
     ImGuiIO& io = ImGui::GetIO();
     io.MousePos = {static_cast<float>(m_cursor.x), static_cast<float>(m_cursor.y)};
     std::copy(m_buttons_down.begin(), m_buttons_down.end(), io.MouseDown);
@@ -264,7 +268,7 @@ Gamepad Window::gamepad() {
             continue;
         const auto at_rest = [](double v) {
             return std::abs(v) < 0.15 ? 0.0 : std::clamp(v, -1.0, 1.0);
-        };  // neither rests where it should
+        };  // neither is centred at rest
         const auto stick = [&](int axis) { return at_rest(static_cast<double>(state.axes[axis])); };
         const auto trigger = [&](int axis) {
             return at_rest((static_cast<double>(state.axes[axis]) + 1) / 2);

@@ -22,31 +22,36 @@ public:
     ~Texture();
     Texture(const Texture&) = delete;
     Texture& operator=(const Texture&) = delete;
-    /// Only rows in which something has changed are sent, where the size stays.
+    /// Uploads a picture; if the size is unchanged, only these rows.
     void set(const ScreenPicture& picture, int first_row, int end_row);
-    [[nodiscard]] unsigned name() const noexcept {
-        return m_name;
-    }  ///< of OpenGL; 0: nothing was set
+    /// The name that OpenGL gave it; 0: nothing was set.
+    [[nodiscard]] unsigned name() const noexcept { return m_name; }
     [[nodiscard]] int width_px() const noexcept { return m_width; }
     [[nodiscard]] int height_px() const noexcept { return m_height; }
 
 private:
     unsigned m_name = 0;
-    int m_width = 0, m_height = 0;
+    int m_width = 0;
+    int m_height = 0;
 };
 
 /// Both sticks and the triggers of a gamepad, -1 to 1 (triggers 0 to 1); right and down are
-/// positive. Without one all are 0.
+/// positive. Without a gamepad all are 0.
 struct Gamepad {
-    double left_x = 0, left_y = 0, right_x = 0, right_y = 0, left_trigger = 0, right_trigger = 0;
+    double left_x = 0;
+    double left_y = 0;
+    double right_x = 0;
+    double right_y = 0;
+    double left_trigger = 0;
+    double right_trigger = 0;
 };
 
 /// A GLFW window with an OpenGL 3.3 context, Dear ImGui, and one picture. Use from the main thread
 /// only.
 class Window {
 public:
-    /// @param scale of text and handles, 1 on a plain monitor; 0: as the monitor says @throws Error
-    /// when there is no display or no OpenGL 3.3
+    /// @param scale of text and handles, 1 on a plain monitor; 0: the monitor's content scale
+    /// @throws Error when there is no display or no OpenGL 3.3
     Window(int width_px, int height_px, const char* title, double scale);
     ~Window();
     Window(const Window&) = delete;
@@ -55,25 +60,25 @@ public:
     [[nodiscard]] bool open() const noexcept;
     void close() noexcept;
     void set_title(const std::string& title);
-    /// Handles input, waiting for some up to wait_s, and begins what is drawn. Afterwards the style
-    /// suits the monitor's scale.
+    /// Waits for input for at most wait_s, handles it, and begins a frame with the style of the
+    /// monitor's scale.
     void begin_frame(double wait_s);
-    /// Draws the picture where it belongs, and panels and marks above it, and shows it all.
+    /// Draws the picture in its pane, panels and marks over it, and shows the frame.
     void end_frame(const Pane& pane);
     [[nodiscard]] Texture& picture() noexcept { return *m_picture; }
     /// Size of the drawing area, pixels; 0, 0 while it is minimized.
     [[nodiscard]] std::pair<int, int> size_px() const noexcept;
-    /// Whether the frame that has begun last has any input.
+    /// Whether the current frame has any input.
     [[nodiscard]] bool had_input() const noexcept { return m_had_input; }
     [[nodiscard]] double scale() const noexcept { return m_scale; }
     void set_light(bool light) noexcept { m_light = light; }  ///< from the next frame on
     void copy_text(const std::string& text);
     [[nodiscard]] static Gamepad gamepad();
     [[nodiscard]] static bool has_gamepad();
-    /// The key that the person's layout has a letter on, 'a' to 'z'; GLFW's own numbers are those
-    /// of places.
+    /// The key of a letter, 'a' to 'z', in the user's keyboard layout; GLFW's own numbers are those
+    /// of the US layout.
     [[nodiscard]] static int key_of(char letter);
-    /// A text field takes the keys of this frame.
+    /// Whether a text field takes the keys of this frame.
     [[nodiscard]] static bool typing() noexcept;
     void hide() noexcept;
     /// Files that were dropped on the window since the last call.
@@ -84,16 +89,16 @@ private:
     void queue_input();
     void hand_over(const InputEvent& event);
     GLFWwindow* m_window = nullptr;
-    std::unique_ptr<Texture> m_picture;  ///< goes while there is a context
+    std::unique_ptr<Texture> m_picture;  ///< destroyed before the context
     unsigned m_framebuffer = 0;
-    const double m_asked_scale;
+    const double m_requested_scale;
     double m_scale = 1;
     bool m_light = false;
     std::pair<double, bool> m_styled{0, false};  ///< scale and light that the style is for
     std::vector<std::string> m_dropped;
-    InputQueue m_input;  ///< what Dear ImGui has not received yet
+    InputQueue m_input;  ///< events that Dear ImGui has not received yet
     bool m_had_input = false;
-    CursorInput m_cursor;  ///< as of the events that it has received
+    CursorInput m_cursor;  ///< position in the last event that it has received
     std::array<bool, 5> m_buttons_down{};
 };
 

@@ -19,19 +19,19 @@ public:
     };
 
     /// A pool begins without members.
-    /// @param timeout  how long to wait without any; none: for ever
+    /// @param timeout  how long to wait without members; nullopt: forever
     AbsenceWatchdog(std::optional<Duration> timeout, Time now) noexcept
         : m_timeout(timeout), m_absent_since(now), m_warned(now) {}
 
-    /// Members are there.
+    /// There is at least one member.
     void set_present() noexcept { m_absent = false; }
-    /// The last one has left: the wait begins anew.
+    /// The last member has left, so the wait begins anew.
     void set_absent(Time now) noexcept;
 
-    /// To be called from time to time while there is something to do.
+    /// To be called regularly while there is work.
     /// @return kWarn at most every ten seconds; kTimeout always once the timeout has passed
     [[nodiscard]] Alarm poll(Time now) noexcept;
-    /// @return the time without members, as of the last one that has left
+    /// @return the time since the last member left
     [[nodiscard]] Duration absent_for(Time now) const noexcept { return now - m_absent_since; }
 
 private:

@@ -12,14 +12,16 @@ bool share_rows(const tiles::RenderTile& a, const tiles::RenderTile& b) noexcept
 
 }  // namespace
 
-std::size_t FailureLog::add(const tiles::RenderTile& band, const std::string& who) {
-    const auto is_known = [&](const Failure& f) { return f.who == who && f.band == band; };
+std::size_t FailureLog::add(const tiles::RenderTile& band, const std::string& identity) {
+    const auto is_known = [&](const Failure& f) {
+        return f.identity == identity && f.band == band;
+    };
     if (std::none_of(m_failures.begin(), m_failures.end(), is_known))
-        m_failures.push_back({band, who});
+        m_failures.push_back({band, identity});
     std::set<std::string> different;
     for (const Failure& f : m_failures)
         if (share_rows(f.band, band))
-            different.insert(f.who);
+            different.insert(f.identity);
     return different.size();
 }
 

@@ -8,22 +8,22 @@
 
 namespace terravox::processors {
 
-/// Which bands which members could not trace. When enough different ones fail at the same rows, it
-/// is the picture that is at fault rather than they. Bands are cut anew when they go to others, so
+/// Records which members failed at which bands. When enough different members fail at the same
+/// rows, the picture is at fault rather than they. Bands are cut anew when they are reassigned, so
 /// rows are compared, not bands. Not thread-safe.
 class FailureLog {
 public:
-    /// Rows that so many different members cannot trace, no member can.
+    /// When this many different members fail at the same rows, the rows are considered untraceable.
     static constexpr std::size_t kMaxMembers = 3;
 
-    /// @param who  the identity of the member; one that fails again and again counts once
-    /// @return how many different members have failed at any of these rows so far
-    std::size_t add(const tiles::RenderTile& band, const std::string& who);
+    /// @param identity of the member (MemberSpec::identity); one that fails repeatedly counts once
+    /// @return number of different members that have failed at any of these rows so far
+    std::size_t add(const tiles::RenderTile& band, const std::string& identity);
 
 private:
     struct Failure {
         tiles::RenderTile band;
-        std::string who;
+        std::string identity;
     };
     std::vector<Failure> m_failures;  ///< all different
 };

@@ -3,7 +3,8 @@
 namespace terravox::processors {
 namespace {
 
-// A wave of the usual size takes up to 8 ms, one of these up to 3 ms, and the picture no longer.
+// A wave of the usual size takes up to 8 ms, one of these up to 3 ms, without slowing the picture
+// down.
 constexpr std::size_t kWaveRays = trace::TileJob::kWaveRays / 4;
 
 }  // namespace
@@ -24,8 +25,8 @@ void GreenProcessor::submit(tiles::RenderTile tile) {
     m_change.notify_all();
 }
 
-bool GreenProcessor::wait(std::chrono::milliseconds most) {
-    return work_until(thread::StopCondition::Clock::now() + most);
+bool GreenProcessor::wait(std::chrono::milliseconds timeout) {
+    return work_until(thread::StopCondition::Clock::now() + timeout);
 }
 
 std::optional<tiles::TileResult> GreenProcessor::take() {
@@ -67,9 +68,9 @@ void GreenProcessor::cancel() noexcept {
     m_change.notify_all();
 }
 
-bool GreenProcessor::block_came(const voxel::BoxKey& key, std::uint64_t ticket) noexcept {
+bool GreenProcessor::on_block_loaded(const voxel::BoxKey& key, std::uint64_t ticket) noexcept {
     const std::lock_guard lock(m_mutex);
-    const auto goes_on = m_jobs.box_came(key, ticket);
+    const auto goes_on = m_jobs.on_box_loaded(key, ticket);
     if (goes_on.value_or(false))
         m_change.notify_all();
     return goes_on.has_value();
@@ -79,14 +80,14 @@ bool GreenProcessor::work_until(thread::StopCondition::Clock::time_point end) {
     std::unique_lock lock(m_mutex);
     bool first = true;
     while (!has_answer()) {
-        if (m_jobs.can_go_on()) {
+        if (m_jobs.has_next()) {
             if (!first && thread::StopCondition::Clock::now() >= end)
                 return false;
             trace(lock, end);
             first = false;
             continue;
         }
-        const auto something = [&] { return has_answer() || m_jobs.can_go_on(); };
+        const auto something = [&] { return has_answer() || m_jobs.has_next(); };
         if (end == thread::StopCondition::Clock::time_point::max())
             m_change.wait(lock, something);
         else if (!m_change.wait_until(lock, end, something))
@@ -98,7 +99,7 @@ bool GreenProcessor::work_until(thread::StopCondition::Clock::time_point end) {
 void GreenProcessor::trace(std::unique_lock<std::mutex>& lock,
                            thread::StopCondition::Clock::time_point end) {
     try {
-        go_on(lock, m_jobs.next(kWaveRays), end);
+        resume(lock, m_jobs.next(kWaveRays), end);
     } catch (...) {
         if (!lock.owns_lock())
             lock.lock();
@@ -109,8 +110,8 @@ void GreenProcessor::trace(std::unique_lock<std::mutex>& lock,
     }
 }
 
-void GreenProcessor::go_on(std::unique_lock<std::mutex>& lock, const TileJobs::Turn& turn,
-                           thread::StopCondition::Clock::time_point end) {
+void GreenProcessor::resume(std::unique_lock<std::mutex>& lock, const TileJobs::Turn& turn,
+                            thread::StopCondition::Clock::time_point end) {
     lock.unlock();
     const bool finished = turn.job.job.run(
         m_tools, thread::StopCondition(m_stop.get_token(), turn.job.dropped.get_token(), end));
@@ -125,7 +126,7 @@ void GreenProcessor::go_on(std::unique_lock<std::mutex>& lock, const TileJobs::T
         m_jobs.finish(turn, std::move(*result));
         return;
     }
-    const bool stays = m_jobs.rest(turn, turn.job.job.waits());
+    const bool stays = m_jobs.park(turn, turn.job.job.waits());
     lock.unlock();
     if (stays) {
         for (const voxel::BoxKey& key : missing)

@@ -10,20 +10,20 @@
 
 namespace terravox::processors {
 
-/// Tiles on the stack of whoever waits for them: for programs without threads to spare, and for a
-/// window whose main thread traces between two events. wait(most) traces for that long, a slice,
+/// Traces tiles on the thread that waits for them: for programs without threads to spare, and for a
+/// window whose main thread traces between two events. wait(timeout) traces for that time slice,
 /// and overruns it by a small wave of rays at most, or by the beams of a new tile: a few
-/// milliseconds for tiles of up to 256 x 256 pixels. take() traces until there is an answer. A
-/// slice without any time still gets ahead, so that nobody who asks again and again asks for ever.
+/// milliseconds for tiles of up to 256 x 256 pixels. take() traces until there is a result. A slice
+/// of zero length still makes progress, so that polling terminates.
 ///
 /// wait() and take() are for one thread at a time; the others are thread-safe. submit() never
-/// blocks, since it may be the tracing thread that calls it: who submits more than capacity() only
-/// makes the others' share smaller.
+/// blocks, since the tracing thread itself may call it; submitting more than capacity() only leaves
+/// less for other processors.
 ///
-/// One mutex guards the tiles and what has failed; it is not held while rays are traced. A job that
-/// was paused is the first to go on, then come those whose boxes came, then new tiles. `m_change`
-/// wakes who waits with nothing to trace: a tile, a box, or the end. The block manager calls with
-/// its own lock held: never call it under m_mutex.
+/// One mutex guards the tiles and the failure; it is not held while rays are traced. An interrupted
+/// job continues first, then jobs whose boxes were loaded, then new tiles. `m_change` wakes a
+/// thread that waits with nothing to trace: for a tile, a box, or the end. The block manager calls
+/// back with its own lock held: never call it under m_mutex.
 class GreenProcessor final : public TileProcessor, private blocks::BlockListener {
 public:
     /// @param view, blocks outlive the processor
@@ -31,14 +31,15 @@ public:
     ~GreenProcessor() override;
     [[nodiscard]] int capacity() const noexcept override { return kJobs + 1; }
     void submit(tiles::RenderTile tile) override;
-    [[nodiscard]] bool wait(std::chrono::milliseconds most) override;
+    [[nodiscard]] bool wait(std::chrono::milliseconds timeout) override;
     std::optional<tiles::TileResult> take() override;
     [[nodiscard]] std::vector<tiles::RenderTile> take_back() override;
     void withdraw(const tiles::RenderTile& tile) noexcept override;
     void close() noexcept override;
     void cancel() noexcept override;
 
-    /// Most tiles begun, about 2 MiB each: one is traced while others wait for boxes.
+    /// Maximum number of tiles in progress, about 2 MiB each: one is traced while others wait for
+    /// boxes.
     static constexpr std::size_t kJobs = 4;
 
 private:
@@ -48,9 +49,9 @@ private:
     }
     [[nodiscard]] bool work_until(thread::StopCondition::Clock::time_point end);
     void trace(std::unique_lock<std::mutex>& lock, thread::StopCondition::Clock::time_point end);
-    void go_on(std::unique_lock<std::mutex>& lock, const TileJobs::Turn& turn,
-               thread::StopCondition::Clock::time_point end);
-    bool block_came(const voxel::BoxKey& key, std::uint64_t ticket) noexcept override;
+    void resume(std::unique_lock<std::mutex>& lock, const TileJobs::Turn& turn,
+                thread::StopCondition::Clock::time_point end);
+    bool on_block_loaded(const voxel::BoxKey& key, std::uint64_t ticket) noexcept override;
 
     blocks::BlockManager& m_blocks;
     trace::TracerTools m_tools;

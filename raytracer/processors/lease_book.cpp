@@ -13,7 +13,7 @@ int rows_of(const tiles::RenderTile& band) noexcept {
     return band.y1 - band.y0;
 }
 
-/// Where a band of about so many pixels ends: a multiple of the least number of rows, so that
+/// The end of a band of about this many pixels: a multiple of the minimum number of rows, so that
 /// blocks of pixels stay whole.
 int end_row(const tiles::RenderTile& band, std::size_t pixels) noexcept {
     const std::size_t all = LeaseBook::pixels_of(band);
@@ -99,11 +99,11 @@ std::optional<tiles::RenderTile> LeaseBook::lease(Member member, std::size_t pix
             const UnitId id = it->unit;
             const auto found = m_units.find(id);
             if (found == m_units.end() || found->second.done)
-                continue;  // it has come in the meantime: forget_done()
+                continue;  // it was answered in the meantime: forget_done()
             const auto& own = m_leases[member];
             if (std::any_of(own.begin(), own.end(), [&](const Lease& l) { return l.unit == id; }))
                 continue;
-            found->second.waits = false;
+            found->second.is_pending = false;
             m_pending.erase(it);
             return begin(member, id, now);
         }
@@ -144,8 +144,8 @@ void LeaseBook::set_deadline(Member member, const tiles::RenderTile& band, Time 
             lease.deadline = deadline;
 }
 
-// Of two leases of the same band, one that is still wanted: the other was withdrawn, and its answer
-// may never come.
+// Of two leases of the same band, returns the one that is still needed: the other was withdrawn,
+// and may never be answered.
 std::vector<LeaseBook::Lease>::iterator LeaseBook::lease_of(std::vector<Lease>& leases,
                                                             const tiles::RenderTile& band) {
     const auto first = std::find_if(leases.begin(), leases.end(), [&](const Lease& l) {
@@ -163,7 +163,7 @@ void LeaseBook::end_lease(Member member, std::size_t place) {
     own.erase(own.begin() + static_cast<std::ptrdiff_t>(place));
     Unit& unit = m_units.at(id);
     --unit.copies;
-    if (unit.copies == 0 && unit.done && !unit.waits)
+    if (unit.copies == 0 && unit.done && !unit.is_pending)
         m_units.erase(id);
 }
 
@@ -208,7 +208,7 @@ LeaseBook::Taken LeaseBook::take(Member member, tiles::TileResult&& result) {
     const UnitId id = lease->unit;
     Unit& unit = m_units.at(id);
     if (unit.is_check) {
-        // Settled before: whose band it is was found out otherwise.
+        // Settled before: its member was expelled for another reason.
         if (unit.done)
             out.answer = Answer::kLate;
         else if (tiles::hash_of_pixels(result) == unit.hash)
@@ -273,12 +273,12 @@ void LeaseBook::put_back(UnitId id) {
         return;
     }
     if (unit.copies > 0)
-        return;  // somebody else has it
+        return;  // another member leases it
     if (!unit.done) {
         m_leased_pixels -= pixels_of(unit.band);
         m_pending_pixels += pixels_of(unit.band);
-        // Whoever takes it next may cut it; where it waits already, it does so from now on as a
-        // band like any other.
+        // The next lease may cut it; if it is pending already, it is from now on a band like any
+        // other.
         std::erase_if(m_pending, [&](const Pending& p) { return p.unit == id; });
         m_pending.push_front({unit.band, 0});
     }
@@ -324,7 +324,7 @@ std::vector<LeaseBook::Member> LeaseBook::expire(Time now) {
                 continue;
             if (late.empty() || late.back() != member)
                 late.push_back(member);
-            if (std::exchange(unit.waits, true))
+            if (std::exchange(unit.is_pending, true))
                 continue;
             m_pending.push_front({unit.band, lease.unit});
             ++m_pending_again;
@@ -358,7 +358,7 @@ std::vector<std::uint32_t> LeaseBook::revoke(Member member) {
             it = slot.parts.erase(it);
         }
     }
-    // Its other checks are settled by this.
+    // This settles its other checks.
     for (auto it = m_units.begin(); it != m_units.end();) {
         Unit& unit = it->second;
         if (!unit.is_check && unit.done && unit.by == member)
@@ -384,7 +384,7 @@ std::vector<LeaseBook::Open> LeaseBook::open_leases() const {
             const Unit& unit = m_units.at(lease.unit);
             if (!unit.done && !unit.is_check)
                 out.push_back({member, unit.band, pixels_of(unit.band), lease.given,
-                               unit.copies == 1 && !unit.waits});
+                               unit.copies == 1 && !unit.is_pending});
         }
     return out;
 }

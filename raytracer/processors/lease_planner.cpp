@@ -8,17 +8,17 @@ namespace {
 
 using Seconds = std::chrono::duration<double>;
 
-/// Of work that a member has at once: many times what its results take to come and go.
+/// Duration of the work that a member has leased at once: many times the round-trip time.
 constexpr double kWindow_s = 0.3;
-/// Below so many pixels a band costs more on its way than it is worth.
+/// A smaller band costs more to transfer than to compute.
 constexpr std::size_t kMinBand = 1024;
-/// With layers a band of so many pixels has some 13 MB, which a frame holds.
+/// With layers a band of this many pixels has some 13 MB, which fit a frame.
 constexpr std::size_t kMaxBand = 65'536;
-/// Of a thread of this process whose speed is not known yet.
+/// Assumed speed of a thread of this process whose speed is unknown.
 constexpr std::size_t kFirstBand = 4096;
-/// A bound for what a member should take, so that no deadline overflows.
+/// Upper bound of an expected duration, so that no deadline overflows.
 constexpr double kMaxExpected_s = 86'400;
-/// What a member of unknown speed should take for a band.
+/// Expected duration of a band for a member of unknown speed.
 constexpr double kUnknownBand_s = 0.1;
 
 }  // namespace
@@ -37,8 +37,8 @@ std::vector<LeasePlanner::Grant> LeasePlanner::plan(Time now, bool checks_only) 
     return out;
 }
 
-// A member that can have lost work done first gets it at once, however much it has already: it need
-// not wait for answers.
+// Returned bands are leased at once to the members that will finish first, however much these have
+// leased already.
 void LeasePlanner::reassign_returned(Time now, std::vector<Grant>& out) {
     for (; m_returned > 0; --m_returned) {
         const MemberId id = first_to_be_done();
@@ -51,12 +51,13 @@ void LeasePlanner::reassign_returned(Time now, std::vector<Grant>& out) {
     }
 }
 
-/// @return the member whose leases end first, of those that may have any number; 0: there is none
+/// @return of the members without a limit of leases, the one that will finish first; 0: there is
+/// none
 MemberId LeasePlanner::first_to_be_done() const {
     MemberId best = 0;
     double best_s = 0;
     for (const auto& [id, member] : m_members.all()) {
-        // Threads of this process have no queue without end.
+        // Threads of this process have a bounded queue.
         if (!m_members.takes_work(member) || member.is_on_probation() || member.spec().trusted ||
             member.pixels_per_s() <= 0)
             continue;
@@ -85,7 +86,7 @@ void LeasePlanner::plan_member(MemberId id, PoolMember& member, Time now, std::v
     const std::size_t size = std::clamp(wanted / (threads * 2), kMinBand, kMaxBand);
     while (true) {
         const LeaseBook::Load load = m_book.load_of(id);
-        // One band more than it has threads hides the way, however small they are.
+        // One band more than it has threads hides the latency, however small the bands are.
         const bool has_enough = load.pixels >= wanted && load.leases > threads;
         const bool must_answer = member.is_on_probation() && load.leases > 0;
         if (load.leases >= max_leases || has_enough || must_answer)
@@ -101,8 +102,8 @@ std::size_t LeasePlanner::wanted_pixels(const PoolMember& member) const {
     const std::size_t threads = member.threads();
     const bool trusted = member.spec().trusted;
     const double speed = member.pixels_per_s();
-    // Threads of this process lay tiles aside that wait for boxes: they have use for more. What a
-    // worker holds is lost with it.
+    // Threads of this process put tiles aside that wait for boxes, so they can use more. A worker's
+    // leases are lost with it.
     const std::size_t at_first = threads * (trusted ? kFirstBand * 6 : kMinBand * 2);
     if (speed <= 0)
         return at_first;
@@ -137,8 +138,8 @@ bool LeasePlanner::repeat_lease(MemberId id, PoolMember& member, Time now,
     return true;
 }
 
-/// @return for how many seconds the owner of a lease should still be at it; nullopt where it will
-/// have it done about as soon as the member would, and is left alone
+/// @return expected seconds until the owner of a lease has finished it; nullopt if repeating it is
+/// not worthwhile, as the member would not finish much sooner
 std::optional<double> LeasePlanner::worthwhile_left_s(const LeaseBook::Open& lease,
                                                       const PoolMember& member, Time now) const {
     const PoolMember* owner = m_members.find(lease.member);

@@ -14,7 +14,7 @@ namespace terravox::processors {
 /// reads no clock. Not thread-safe.
 ///
 /// Members get bands in proportion to their measured speed, so that all end together (weighted
-/// factoring), and so much at once that the way of results is hidden. When nothing is left to
+/// factoring), and enough at once to hide the latency. When nothing is left to
 /// lease, idle members repeat what others are computing.
 /// Ref: Hummel, Schmidt, Uma, Wein, "Load-sharing in heterogeneous systems via weighted factoring",
 /// SPAA 1996.
@@ -22,7 +22,7 @@ class LeasePlanner {
 public:
     using Time = LeaseBook::Time;
 
-    /// A lease, whose band is to be handed to the processor.
+    /// A lease whose band must be submitted to the processor.
     struct Grant {
         MemberId member = 0;
         std::shared_ptr<TileProcessor> processor;
@@ -31,19 +31,19 @@ public:
     };
 
     /// @param book, members  outlive the planner
-    /// @param min_deadline   of a lease of a member that is not trusted; else three times what the
-    /// member should take
+    /// @param min_deadline   minimum deadline of leases of untrusted members; else it is three
+    /// times the expected duration
     LeasePlanner(LeaseBook& book, MemberRegistry& members,
                  std::chrono::milliseconds min_deadline) noexcept
         : m_book(book), m_members(members), m_min_deadline(min_deadline) {}
 
-    /// So many bands of a member that was lost are back in the book: the next plan() leases them at
-    /// once.
+    /// To be called when this many bands of a lost member are back in the book: the next plan()
+    /// leases them at once.
     void add_returned(std::size_t bands) noexcept { m_returned += bands; }
-    /// Leases to all members what they have use for.
-    /// @param checks_only  nothing but checks
+    /// Leases bands to all members as far as they can use them.
+    /// @param checks_only lease only checks
     [[nodiscard]] std::vector<Grant> plan(Time now, bool checks_only);
-    /// @return how much a member should have at once
+    /// @return number of pixels that a member should have leased at once
     [[nodiscard]] std::size_t wanted_pixels(const PoolMember& member) const;
 
 private:

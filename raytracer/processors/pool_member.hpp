@@ -14,22 +14,22 @@ namespace terravox::processors {
 
 using MemberId = LeaseBook::Member;
 
-/// A processor that is to join a pool.
+/// A processor that joins a pool.
 struct MemberSpec {
-    std::string name;       ///< for people
+    std::string name;       ///< for display
     const char* kind = "";  ///< green, threads, socket
     int threads = 1;
-    bool trusted = false;    ///< of this process
+    bool trusted = false;    ///< it is of this process
     bool on_caller = false;  ///< it works on the thread that calls wait() and take(): green
     std::shared_ptr<TileProcessor> processor;
-    std::function<double()> latency_s;  ///< there and back; none: 0
+    std::function<double()> latency_s;  ///< round-trip time; empty: 0
     bool paused = false;
-    /// The identity by which failures are counted: what a machine cannot have many of, as the name
-    /// in its certificate or its host. Empty: it is the same as no other member.
-    std::string who = {};
+    /// The identity by which failures are counted, of which a machine cannot have many: the name in
+    /// its certificate or its host. Empty: the member differs from all others.
+    std::string identity = {};
 };
 
-/// What people see of a member.
+/// The state of a member for display.
 struct MemberStatus {
     MemberId id = 0;
     std::string name;
@@ -50,14 +50,14 @@ class PoolMember {
 public:
     using Time = LeaseBook::Time;
 
-    /// @param checks_only  it is there to check the bands of others
+    /// @param checks_only it only checks the bands of others
     PoolMember(MemberSpec spec, bool checks_only, Time now);
 
     [[nodiscard]] const MemberSpec& spec() const noexcept { return m_spec; }
     [[nodiscard]] bool checks_only() const noexcept { return m_checks_only; }
     /// @return at least 1
     [[nodiscard]] std::size_t threads() const noexcept;
-    /// @return how many leases its processor has use for at once, at least 1
+    /// @return number of leases that its processor can use at once, at least 1
     [[nodiscard]] std::size_t max_leases() const noexcept;
     [[nodiscard]] double latency_s() const;
     [[nodiscard]] double pixels_per_s() const noexcept { return m_speed.pixels_per_s(); }
@@ -65,7 +65,8 @@ public:
 
     void drain() noexcept { m_draining = true; }
     void pause(bool on) noexcept { m_paused = on; }
-    /// It has not answered by a deadline. @return whether it is late only since now
+    /// To be called when it has missed a deadline.
+    /// @return whether it was not late before
     [[nodiscard]] bool set_late() noexcept;
     /// @return whether it may be given bands
     [[nodiscard]] bool is_available() const noexcept { return !m_draining && !m_paused && !m_late; }
@@ -73,16 +74,17 @@ public:
     [[nodiscard]] bool is_on_probation() const noexcept { return m_on_probation; }
 
     void on_lease(Time now) noexcept { m_speed.start(now); }
-    /// It has no lease. Others have done what it was late with, so it may try again.
+    /// To be called when it has no lease. Others have computed the bands that it was late with, so
+    /// it may try again.
     void on_idle(Time now) noexcept;
-    /// Counts the time up to an answer, before it is known what the answer is worth.
+    /// Counts the time up to an answer, before the answer is validated.
     void count_time(Time now) noexcept { m_speed.advance(now); }
-    /// An answer to a lease has come, whatever it is worth.
+    /// To be called for each answer to a lease, valid or not.
     void on_answer(std::size_t pixels) noexcept;
-    /// A band of it counts.
+    /// Counts a valid band.
     void add_band(std::size_t pixels) noexcept;
 
-    /// Its next band is checked, too: the last check of one decided nothing.
+    /// Requests a check of its next band, too, because the last check was inconclusive.
     void request_check() noexcept { m_check_requested = true; }
     /// @return whether request_check() has been called since the last call
     [[nodiscard]] bool take_check_request() noexcept;

@@ -1,21 +1,20 @@
 #include "raytracer/processors/processor_pool.hpp"
 
-#include <spdlog/spdlog.h>
-
 #include <algorithm>
 #include <limits>
 #include <utility>
 
 #include "common/thread/start_threads.hpp"
+#include "common/util/log.hpp"
 
 namespace terravox::processors {
 namespace {
 
 using std::chrono::milliseconds;
 
-/// Of deadlines and absent members.
+/// Interval of the checks for deadlines and absent members.
 constexpr milliseconds kTick{100};
-/// Of a member that works on the caller's thread, before it is the next one's turn.
+/// Time slice of a member that works on the caller's thread.
 constexpr milliseconds kSlice{10};
 
 }  // namespace
@@ -38,7 +37,7 @@ ProcessorPool::~ProcessorPool() {
             entry.thread.join();
 }
 
-// It must know all that is to do, so that all members end together.
+// The book must know all tiles, so that all members end together.
 int ProcessorPool::capacity() const noexcept {
     return std::numeric_limits<int>::max();
 }
@@ -54,7 +53,7 @@ ProcessorPool::MemberId ProcessorPool::add(Member member) {
     return id;
 }
 
-// With the lock held, for which its thread waits before it touches anything.
+// The lock must be held; the new thread waits for it before it accesses anything.
 ProcessorPool::MemberId ProcessorPool::begin_member(Member member, bool checks_only) {
     const MemberId id = m_members.add(member, checks_only, Clock::now());
     try {
@@ -105,7 +104,7 @@ void ProcessorPool::submit(tiles::RenderTile tile) {
         const std::lock_guard lock(m_mutex);
         if (m_closed)
             return;
-        // What is to be mended is in the mean of an earlier pass by now.
+        // The tile to mend is in the mean of an earlier pass by now.
         if (m_results.begins_pass(tile) && m_results.again_left() > 0)
             fail(std::make_exception_ptr(
                 PictureInvalidated("render: a worker was not to be trusted")));
@@ -114,8 +113,8 @@ void ProcessorPool::submit(tiles::RenderTile tile) {
         m_book.add(tile);
         m_results.expect(tile);
     }
-    // Not yet: members are fed when the caller asks for answers, and all that it has submitted is
-    // known by then.
+    // Nothing is leased yet: that happens when the caller waits for results, as all submitted tiles
+    // are known by then.
 }
 
 void ProcessorPool::fail(std::exception_ptr failure) noexcept {
@@ -131,8 +130,8 @@ bool ProcessorPool::has_answer() const noexcept {
     return m_failure || m_cancelled || can_take() || (m_closed && m_results.tiles_left() == 0);
 }
 
-bool ProcessorPool::wait(milliseconds most) {
-    const auto until = Clock::now() + most;
+bool ProcessorPool::wait(milliseconds timeout) {
+    const auto until = Clock::now() + timeout;
     feed();
     run_green(until);
     std::unique_lock lock(m_mutex);
@@ -246,8 +245,8 @@ bool ProcessorPool::accept(MemberId id, tiles::TileResult&& result) {
         if (member == nullptr)
             return false;
         verdict = m_validator.validate(id, *member, std::move(result), Clock::now());
-        spdlog::debug("answer: tile {} rows {} to {} step {} sample {} of {}", band.index, band.y0,
-                      band.y1, band.step, band.first_sample, member->spec().name);
+        util::log_debug("answer: tile {} rows {} to {} step {} sample {} of {}", band.index,
+                        band.y0, band.y1, band.step, band.first_sample, member->spec().name);
         count(verdict.answer);
         if (verdict.whole)
             m_results.push(std::move(*verdict.whole));
@@ -268,8 +267,8 @@ void ProcessorPool::count(LeaseBook::Answer answer) noexcept {
     using Answer = LeaseBook::Answer;
     if (answer == Answer::kLate)
         ++m_counts.late;
-    else if (answer == Answer::kUnasked)
-        ++m_counts.unasked;
+    else if (answer == Answer::kUnrequested)
+        ++m_counts.unrequested;
     else if (answer == Answer::kChecked || answer == Answer::kFalse)
         ++m_counts.checked;
 }
@@ -290,28 +289,30 @@ void ProcessorPool::need_checker(std::unique_lock<std::mutex>& lock) {
 void ProcessorPool::note_failure(MemberId id, const Member& member, const tiles::RenderTile& band,
                                  const std::string& why) {
     if (band.step == 0)
-        return;  // the picture as a whole: others say more of each band
-    const std::string who = member.who.empty() ? "member " + std::to_string(id) : member.who;
-    const std::size_t different = m_failures.add(band, who);
+        return;  // the picture as a whole: other members report each band
+    const std::string identity =
+        member.identity.empty() ? "member " + std::to_string(id) : member.identity;
+    const std::size_t different = m_failures.add(band, identity);
     if (different < FailureLog::kMaxMembers || m_members.traces_here())
         return;
     fail(std::make_exception_ptr(
         util::Error("render: " + std::to_string(different) + " workers failed at rows " +
                     std::to_string(band.y0) + " to " + std::to_string(band.y1) + " of tile " +
-                    std::to_string(band.index) + "; the last said: " + why)));
+                    std::to_string(band.index) + "; the last error: " + why)));
 }
 
-// All that were there have failed. Whether it is they or the picture, this process finds out.
+// All members have failed. This process continues, which shows whether they or the picture are at
+// fault.
 void ProcessorPool::stand_in(std::unique_lock<std::mutex>& lock, const std::string& why) {
     if (m_failure || m_cancelled || m_members.stands_in())
         return;
     if (!m_settings.make_checker) {
         fail(std::make_exception_ptr(
-            util::Error("render: all workers failed; the last said: " + why)));
+            util::Error("render: all workers failed; the last error: " + why)));
         return;
     }
     m_members.stand_in();
-    spdlog::warn("every worker has failed; this machine goes on with one thread");
+    util::log_warn("every worker has failed; this machine goes on with one thread");
     try {
         need_checker(lock);
     } catch (...) {
@@ -364,12 +365,12 @@ void ProcessorPool::revoke_results(MemberId id, const std::string& why) {
     for (const std::uint32_t index : m_book.revoke(id))
         m_results.invalidate(index);
     const bool is_beyond_mending = m_results.is_merged() && m_results.again_left() > 0;
-    if (m_book.spoiled_earlier(id) || is_beyond_mending)
+    if (m_book.contributed_earlier(id) || is_beyond_mending)
         fail(std::make_exception_ptr(
             PictureInvalidated("render: a worker is not to be trusted (" + why + ")")));
 }
 
-// What members have use for, handed to them.
+// Leases bands to members, and submits them.
 void ProcessorPool::feed() {
     std::vector<LeasePlanner::Grant> grants;
     {
@@ -380,10 +381,11 @@ void ProcessorPool::feed() {
         for (const LeasePlanner::Grant& g : grants) {
             if (g.repeated)
                 ++m_counts.second;
-            // Read by the benches that break farms: rows, so that a band cut anew is known again.
-            spdlog::debug("lease: tile {} rows {} to {} step {} sample {} to {}", g.band.index,
-                          g.band.y0, g.band.y1, g.band.step, g.band.first_sample,
-                          m_members.find(g.member)->spec().name);
+            // Benchmarks that break farms read this line: it names rows, so that a band that is cut
+            // anew can be recognized.
+            util::log_debug("lease: tile {} rows {} to {} step {} sample {} to {}", g.band.index,
+                            g.band.y0, g.band.y1, g.band.step, g.band.first_sample,
+                            m_members.find(g.member)->spec().name);
         }
     }
     for (const LeasePlanner::Grant& g : grants)
@@ -408,7 +410,7 @@ bool ProcessorPool::expire_leases(Clock::time_point now) {
     const std::vector<MemberId> late = m_book.expire(now);
     for (const MemberId id : late)
         if (PoolMember* member = m_members.find(id); member != nullptr && member->set_late())
-            spdlog::warn("{} is late; others do its tiles, too", member->spec().name);
+            util::log_warn("{} is late; others do its tiles, too", member->spec().name);
     return !late.empty();
 }
 
@@ -424,13 +426,13 @@ void ProcessorPool::watch_for_members(Clock::time_point now) {
             NoProcessorsLeft("render: no worker for " + std::to_string(absent.count()) + " s")));
     } else if (alarm == AbsenceWatchdog::Alarm::kWarn) {
         if (m_members.stands_in())
-            spdlog::warn("no worker: {} tiles are left to this machine", tiles);
+            util::log_warn("no worker: {} tiles are left to this machine", tiles);
         else
-            spdlog::warn("no worker: {} tiles wait for one", tiles);
+            util::log_warn("no worker: {} tiles wait for one", tiles);
     }
 }
 
-// Threads of members that have left end on their own; here they are let go.
+// Threads of members that have left end on their own, and are joined here.
 void ProcessorPool::join_ended_pumps() {
     std::map<MemberId, Pump> ended;
     {

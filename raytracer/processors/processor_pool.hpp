@@ -25,75 +25,76 @@
 
 namespace terravox::processors {
 
-/// take() of a member whose worker is gone: what it had goes to others.
+/// Thrown by take() of a member whose worker is lost: its leases are reassigned.
 class LostProcessor : public util::Error {
 public:
     using util::Error::Error;
 };
-/// take() of a member that has sent what it should not: nothing of what it sent is kept.
+/// Thrown by take() of a member that has sent something invalid: all its results are discarded.
 class UntrustedProcessor : public util::Error {
 public:
     using util::Error::Error;
 };
-/// take() of a member that cannot trace a band; others may.
+/// Thrown by take() of a member that cannot trace a band; others may.
 class FailingProcessor : public util::Error {
 public:
     FailingProcessor(const std::string& message, const tiles::RenderTile& at)
         : util::Error(message), band(at) {}
     tiles::RenderTile band;
 };
-/// No member for as long as was to be waited.
+/// There was no member for longer than PoolSettings::give_up.
 class NoProcessorsLeft : public util::Error {
 public:
     using util::Error::Error;
 };
-/// A member was not to be trusted, and what it did cannot be taken out of the picture any more: it
-/// must begin anew.
+/// A member turned out to be untrustworthy, and its results cannot be removed from the picture any
+/// more: the picture must start again.
 class PictureInvalidated : public util::Error {
 public:
     using util::Error::Error;
 };
 
 struct PoolSettings {
-    /// Of a lease; else three times what the member should take.
+    /// Minimum deadline of a lease; else it is three times the expected duration.
     std::chrono::milliseconds min_deadline{10'000};
-    /// How long to wait without any member; none: for ever.
+    /// How long to wait without any member; nullopt: forever.
     std::optional<std::chrono::milliseconds> give_up;
-    /// Of that many bands of a member that is not trusted, some rows of one are computed again, and
-    /// some of its first.
+    /// Some rows of one of this many bands of an untrusted member are recomputed, and some rows of
+    /// its first band.
     int check_every = 100;
-    /// Of the choice of those; a member must not be able to predict it.
+    /// Seed of that choice; a member must not be able to predict it.
     std::uint64_t seed = 1;
-    /// A processor to be trusted, for checks where no member is, and for all the work where every
-    /// member has failed; made once, when it is first needed. None: nothing is checked then, and
-    /// members that have all failed end the picture with an error.
+    /// Makes a trusted processor, for checks if no member is trusted, and for all work if every
+    /// member has failed. Called once, when it is first needed. Empty: nothing is checked then, and
+    /// the picture ends with an error when all members have failed.
     std::function<std::shared_ptr<TileProcessor>()> make_checker;
-    /// A member is no more. Called without locks, on any thread. @param expelled it must not come
-    /// back
+    /// Called when a member has left, without locks, on any thread.
+    /// @param expelled the member must not be admitted again
     std::function<void(LeaseBook::Member, const std::string& why, bool expelled)> gone;
 };
 
-/// Several processors as one: any mix of green, threads and sockets, which come and go while it
-/// runs. Every tile comes back once (again where it has to be mended: TileResult::again), with the
-/// same pixels whoever made it.
+/// Several processors as one: any mix of green, threads and sockets, which join and leave while it
+/// runs. Every tile is returned once (twice if it must be mended: TileResult::again), with the same
+/// pixels whichever member computed it.
 ///
 /// Rows of tiles are leased to members in proportion to their measured speed, so that all end
 /// together (LeasePlanner), with as much under way as hides a member's latency. A lost member's
-/// leases go back at once, late ones after a deadline; when nothing else is left, idle members get
-/// what others are at, and the first answer counts. Of members that are not trusted some bands are
-/// made again by one that is (ResultValidator).
+/// leases are reassigned at once, late ones after a deadline; when nothing else is left, idle
+/// members repeat what others are computing, and the first answer counts. Some bands of untrusted
+/// members are recomputed by a trusted one (ResultValidator).
 ///
-/// A member that cannot trace a band (FailingProcessor) is left out of the picture, and the band
-/// goes to others. Three different members (Member::who) that fail at the same rows end the picture
-/// with an error, unless this process traces, too; one that joins again and again counts once.
-/// Where the last member that was there has failed, this process goes on by itself, with the
-/// processor of make_checker, until the picture ends; whoever joins later takes part as well. So a
-/// picture that can be made here is made, whoever fails and under however many names of one host;
-/// and what nobody can trace ends with the error of this process.
+/// A member that cannot trace a band (FailingProcessor) is left out of the picture, and the band is
+/// reassigned. Three different members (Member::identity) that fail at the same rows end the
+/// picture with an error, unless this process traces, too; one that joins repeatedly counts once.
+/// When the last member has failed, this process continues alone, with the processor of
+/// make_checker, until the picture ends; members that join later take part as well. So a picture
+/// that can be made here is made, whichever members fail and under however many names of one host;
+/// and a band that no member can trace ends the picture with the error of this process.
 ///
 /// The decisions are made by parts that have neither threads nor clocks; the pool connects them to
 /// processors, threads and the time. One mutex guards all of them. Each member has a thread that
-/// waits for its results. Tiles are handed to a processor, and callbacks made, without the lock.
+/// waits for its results. Tiles are submitted to processors, and callbacks called, without the
+/// lock.
 class ProcessorPool final : public TileProcessor {
 public:
     using MemberId = processors::MemberId;
@@ -102,19 +103,21 @@ public:
     explicit ProcessorPool(PoolSettings settings);
     ~ProcessorPool() override;
 
-    /// @throws Error when there is no thread for it: then it is no member
+    /// Adds a member.
+    /// @throws Error when no thread can be started for it; it is not a member then
     MemberId add(Member member);
-    /// What it has goes to others, and its processor is cancelled. Unknown ids are ignored.
+    /// Removes a member: its leases are reassigned, and its processor is cancelled. Unknown ids are
+    /// ignored.
     void remove(MemberId id, const std::string& why);
-    /// It gets nothing more; what it has it may finish. @param given_back tiles of what it has that
-    /// it will not begin
+    /// Leases nothing more to the member; it may finish its leases.
+    /// @param given_back tiles of its leases that it will not begin
     void drain(MemberId id, const std::vector<tiles::RenderTile>& given_back);
-    /// It gets nothing while this is so.
+    /// Leases nothing to the member while it is paused.
     void pause(MemberId id, bool on);
 
     [[nodiscard]] int capacity() const noexcept override;
     void submit(tiles::RenderTile tile) override;
-    [[nodiscard]] bool wait(std::chrono::milliseconds most) override;
+    [[nodiscard]] bool wait(std::chrono::milliseconds timeout) override;
     /// @throws what a trusted member or make_checker threw; NoProcessorsLeft, PictureInvalidated;
     /// Error when three different members failed at the same rows
     std::optional<tiles::TileResult> take() override;
@@ -124,22 +127,22 @@ public:
 
     [[nodiscard]] std::vector<Status> status() const;
     struct Counts {
-        std::uint64_t late = 0;        ///< answers to leases that somebody had answered before
-        std::uint64_t unasked = 0;     ///< answers to no lease
-        std::uint64_t checked = 0;     ///< answers to checks
-        std::uint64_t expelled = 0;    ///< members
-        std::uint64_t lost = 0;        ///< members that have left otherwise
-        std::uint64_t given_back = 0;  ///< bands of members that left or were drained
-        std::uint64_t second = 0;      ///< leases of bands that another member was computing
-        std::uint64_t mended = 0;      ///< tiles that were taken again
+        std::uint64_t late = 0;  ///< answers to leases that another member had answered before
+        std::uint64_t unrequested = 0;  ///< answers without a lease
+        std::uint64_t checked = 0;      ///< answers to checks
+        std::uint64_t expelled = 0;     ///< members
+        std::uint64_t lost = 0;         ///< members that have left for other reasons
+        std::uint64_t given_back = 0;   ///< bands of members that left or were drained
+        std::uint64_t second = 0;       ///< leases of bands that another member was computing
+        std::uint64_t mended = 0;       ///< tiles that were returned again
     };
     [[nodiscard]] Counts counts() const;
 
 private:
     using Clock = std::chrono::steady_clock;
-    /// What waits for the results of a member. It lives until its thread has been joined.
+    /// Waits for the results of a member. It lives until its thread has been joined.
     struct Pump {
-        MemberSpec member;   ///< keeps what the member owns alive, if nothing else does
+        MemberSpec member;   ///< keeps the member's processor alive, if nothing else does
         std::thread thread;  ///< none for a member that works on the caller's thread
     };
     MemberId begin_member(Member member, bool checks_only);
@@ -174,10 +177,11 @@ private:
     ResultQueue m_results;
     FailureLog m_failures;
     AbsenceWatchdog m_watchdog;
-    std::exception_ptr m_failure;      ///< ends the picture; the first one counts
+    std::exception_ptr m_failure;      ///< ends the picture; the first failure counts
     std::map<MemberId, Pump> m_pumps;  ///< also of members that have left, until they are joined
     Counts m_counts;
-    bool m_closed = false, m_cancelled = false;
+    bool m_closed = false;
+    bool m_cancelled = false;
 };
 
 }  // namespace terravox::processors

@@ -17,7 +17,7 @@ void ResultQueue::expect(const tiles::RenderTile& tile) {
 
 void ResultQueue::push(tiles::TileResult&& result) {
     result.again = m_taken.contains(result.tile.index);
-    // Those that come again go first: the last of the others may have to wait for them.
+    // Tiles that are returned again are first, as the last of the others may have to wait for them.
     if (result.again)
         m_ready.push_front(std::move(result));
     else
@@ -41,7 +41,7 @@ tiles::TileResult ResultQueue::take() {
 }
 
 void ResultQueue::invalidate(std::uint32_t index) {
-    // Of one that was not taken the new result takes the old one's place.
+    // If the tile was not taken, the new result replaces the old one.
     const auto is_it = [&](const tiles::TileResult& r) { return r.tile.index == index; };
     if (std::erase_if(m_ready, is_it) > 0)
         return;

@@ -10,30 +10,31 @@
 
 namespace terravox::processors {
 
-/// Finished tiles that wait for the caller, who takes each tile of a pass once. A tile whose pixels
-/// turn out to be wrong is invalidated: where the caller has taken it already, it comes again
+/// Finished tiles for the caller, which takes each tile of a pass once. A tile whose pixels turn
+/// out to be wrong is invalidated: if the caller has taken it already, it is returned again
 /// (TileResult::again). Not thread-safe.
 class ResultQueue {
 public:
-    /// A tile that the caller will take. The first tile of another pass begins that pass.
+    /// Announces a tile that the caller will take. The first tile of another pass begins that pass.
     void expect(const tiles::RenderTile& tile);
     /// @return whether expect(tile) would begin another pass
     [[nodiscard]] bool begins_pass(const tiles::RenderTile& tile) const noexcept;
 
     void push(tiles::TileResult&& result);
-    /// The last tile is kept back until nothing can invalidate another: with it the picture ends.
-    /// @param checks_open  some checks are still to be answered
+    /// Whether there is a tile to take. The last tile is kept back until no tile can be invalidated
+    /// any more, as it ends the picture.
+    /// @param checks_open whether some checks are not answered yet
     [[nodiscard]] bool can_take(bool checks_open) const noexcept;
     /// @pre can_take()
     [[nodiscard]] tiles::TileResult take();
 
-    /// A finished tile is computed again.
+    /// To be called when a finished tile is computed again.
     void invalidate(std::uint32_t index);
     /// @return indices of tiles that had been taken when they were invalidated, since the last call
     [[nodiscard]] std::vector<std::uint32_t> take_invalidated();
 
-    /// @return whether the caller is slower than all members: they wait, so that memory stays
-    /// bounded
+    /// @return whether so many tiles wait for the caller that members must wait, to bound the
+    /// memory
     [[nodiscard]] bool is_full() const noexcept { return m_ready.size() > kMaxReady; }
     /// @return tiles that are still to be taken, for the first time or again
     [[nodiscard]] std::size_t tiles_left() const noexcept { return m_first_left + m_again_left; }

@@ -21,7 +21,7 @@ ResultValidator::Verdict ResultValidator::validate(MemberId id, PoolMember& memb
     std::optional<Check> check = choose_check(member, result);
     member.count_time(now);
     LeaseBook::Taken taken = m_book.take(id, std::move(result));
-    if (taken.answer != Answer::kUnasked)
+    if (taken.answer != Answer::kUnrequested)
         member.on_answer(taken.pixels);
     Verdict out;
     out.answer = taken.answer;
@@ -49,7 +49,7 @@ ResultValidator::Verdict ResultValidator::validate(MemberId id, PoolMember& memb
             break;
         case Answer::kLate:
         case Answer::kChecked:
-        case Answer::kUnasked: break;
+        case Answer::kUnrequested: break;
     }
     return out;
 }
@@ -65,8 +65,8 @@ std::optional<ResultValidator::Check> ResultValidator::choose_check(
     return out;
 }
 
-/// One of two members that are not both trusted is wrong. @return which, or 0 where nothing can be
-/// said yet: a third one then computes the band
+/// One of two members that are not both trusted is wrong.
+/// @return that member; 0 while this is undecided: a third member then computes the band
 MemberId ResultValidator::settle_unequal(MemberId id, const PoolMember& member,
                                          const tiles::RenderTile& band, LeaseBook::Taken&& taken) {
     const PoolMember* other = m_members.find(taken.other);

@@ -11,20 +11,20 @@
 
 namespace terravox::processors {
 
-/// Enters answers into the lease book, has some of them checked, and finds members that send wrong
-/// pixels. It has no thread and reads no clock. Not thread-safe.
+/// Enters answers into the lease book, requests checks of some of them, and detects members that
+/// send wrong pixels. It has no thread and reads no clock. Not thread-safe.
 class ResultValidator {
 public:
     using Time = LeaseBook::Time;
 
-    /// What an answer leads to.
+    /// The consequences of an answer.
     struct Verdict {
-        LeaseBook::Answer answer = LeaseBook::Answer::kUnasked;
-        std::optional<tiles::TileResult> whole;  ///< a tile that is whole by this answer
+        LeaseBook::Answer answer = LeaseBook::Answer::kUnrequested;
+        std::optional<tiles::TileResult> whole;  ///< a tile that this answer completes
         /// Processors of other members that compute the same band.
         std::vector<std::shared_ptr<TileProcessor>> withdraw_from;
         MemberId untrusted = 0;  ///< a member that has sent wrong pixels; 0: none
-        std::string reason;      ///< why, where there is one
+        std::string reason;      ///< why it is not trusted
     };
 
     /// @param book, members  outlive the validator
@@ -36,7 +36,7 @@ public:
                                    Time now);
 
 private:
-    /// Rows that shall be computed again, and what the member has sent of them.
+    /// Rows to recompute, and the hash and holes that the member has sent for them.
     struct Check {
         tiles::RenderTile rows;
         std::uint64_t hash = 0;

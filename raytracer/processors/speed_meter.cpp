@@ -8,7 +8,7 @@ namespace {
 
 using Seconds = std::chrono::duration<double>;
 
-/// After so long, pixels and seconds count half.
+/// Half-life of the counted pixels and seconds.
 constexpr double kHalfLife_s = 4;
 
 }  // namespace

@@ -6,26 +6,26 @@
 namespace terravox::processors {
 
 /// Measures how many pixels a second a member computes while it has work. Recent seconds count more
-/// than earlier ones, so that the estimate follows a machine that gets other work to do. It reads
+/// than earlier ones, so that the estimate adapts to a machine that gets other load. It reads
 /// no clock. Not thread-safe.
 class SpeedMeter {
 public:
     using Time = std::chrono::steady_clock::time_point;
 
-    /// @param has_warm_up  the time before the first answer says nothing of the speed: until then a
-    /// worker prepares the picture
+    /// @param has_warm_up  whether the time before the first answer is ignored, as a worker
+    /// prepares the picture then
     explicit SpeedMeter(bool has_warm_up) noexcept : m_is_warming_up(has_warm_up) {}
 
-    /// The member has work from now on; nothing changes where it had some already.
+    /// The member has work from now on; nothing changes if it had some already.
     void start(Time now) noexcept;
-    /// Counts the time since start() or the last call, where the member has work.
+    /// Counts the time since start() or the last call, if the member has work.
     void advance(Time now) noexcept;
     /// The member has no work any more.
     void stop(Time now) noexcept;
-    /// An answer with so many pixels has come; advance() has been called before.
+    /// Counts an answer with this many pixels; advance() must have been called before.
     void add_answer(std::size_t pixels) noexcept;
 
-    /// @return 0 while nothing is known
+    /// @return 0 while the speed is unknown
     [[nodiscard]] double pixels_per_s() const noexcept;
     [[nodiscard]] bool is_busy() const noexcept { return m_is_busy; }
     /// @return all the time with work, in seconds
@@ -34,7 +34,7 @@ public:
 private:
     bool m_is_warming_up;
     bool m_is_busy = false;
-    Time m_counted_until;  ///< of the time with work
+    Time m_counted_until;  ///< end of the time with work that is counted
     double m_recent_pixels = 0;
     double m_recent_s = 0;
     double m_busy_s = 0;

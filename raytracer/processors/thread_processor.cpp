@@ -7,8 +7,8 @@
 namespace terravox::processors {
 namespace {
 
-// Tiles under way lie beside the boxes in memory: of many threads they must not take more than
-// those.
+// Tiles in progress take memory in addition to the boxes: with many threads they must not take more
+// than the boxes.
 std::size_t max_jobs(std::size_t limit_bytes, std::size_t threads) noexcept {
     constexpr std::size_t kShare = std::size_t{8} << 20;
     return std::clamp(limit_bytes / kShare, threads, threads * ThreadProcessor::kJobsPerThread);
@@ -43,9 +43,9 @@ void ThreadProcessor::submit(tiles::RenderTile tile) {
     m_work.notify_one();
 }
 
-bool ThreadProcessor::wait(std::chrono::milliseconds most) {
+bool ThreadProcessor::wait(std::chrono::milliseconds timeout) {
     std::unique_lock lock(m_mutex);
-    return m_done.wait_for(lock, most, [&] { return has_answer(); });
+    return m_done.wait_for(lock, timeout, [&] { return has_answer(); });
 }
 
 std::optional<tiles::TileResult> ThreadProcessor::take() {
@@ -91,9 +91,9 @@ void ThreadProcessor::cancel() noexcept {
     m_room.notify_all();
 }
 
-bool ThreadProcessor::block_came(const voxel::BoxKey& key, std::uint64_t ticket) noexcept {
+bool ThreadProcessor::on_block_loaded(const voxel::BoxKey& key, std::uint64_t ticket) noexcept {
     const std::lock_guard lock(m_mutex);
-    const auto goes_on = m_jobs.box_came(key, ticket);
+    const auto goes_on = m_jobs.on_box_loaded(key, ticket);
     if (goes_on.value_or(false))
         m_work.notify_one();
     return goes_on.has_value();
@@ -123,19 +123,19 @@ void ThreadProcessor::trace_tiles(trace::TracerTools& tools) {
     std::unique_lock lock(m_mutex);
     while (true) {
         m_work.wait(lock, [&] {
-            return m_stop.stop_requested() || m_jobs.can_go_on() || (m_closed && m_jobs.idle());
+            return m_stop.stop_requested() || m_jobs.has_next() || (m_closed && m_jobs.idle());
         });
-        if (m_stop.stop_requested() || !m_jobs.can_go_on())
+        if (m_stop.stop_requested() || !m_jobs.has_next())
             return;
         const TileJobs::Turn turn = m_jobs.next(trace::TileJob::kWaveRays);
         m_room.notify_one();
         lock.unlock();
-        go_on(tools, turn);
+        resume(tools, turn);
         lock.lock();
     }
 }
 
-void ThreadProcessor::go_on(trace::TracerTools& tools, const TileJobs::Turn& turn) {
+void ThreadProcessor::resume(trace::TracerTools& tools, const TileJobs::Turn& turn) {
     const bool finished = turn.job.job.run(
         tools, thread::StopCondition(m_stop.get_token(), turn.job.dropped.get_token()));
     if (m_stop.stop_requested())
@@ -152,7 +152,7 @@ void ThreadProcessor::go_on(trace::TracerTools& tools, const TileJobs::Turn& tur
     bool stays = false;
     {
         const std::lock_guard lock(m_mutex);
-        stays = m_jobs.rest(turn, turn.job.job.waits());
+        stays = m_jobs.park(turn, turn.job.job.waits());
         m_work.notify_all();
     }
     // From here on another thread may have the job.

@@ -26,19 +26,19 @@ TileJobs::Turn TileJobs::next(std::size_t wave_rays) {
     }
     job->running = true;
     job->queued = false;
-    for (const voxel::BoxKey& key : job->came)
-        job->job.box_came(key);
-    job->came.clear();
+    for (const voxel::BoxKey& key : job->loaded)
+        job->job.on_box_loaded(key);
+    job->loaded.clear();
     return {ticket, *job};
 }
 
-bool TileJobs::rest(const Turn& turn, bool waits) {
+bool TileJobs::park(const Turn& turn, bool waits) {
     if (turn.job.dropped.stop_requested()) {
         end(turn.ticket);
         return false;
     }
     turn.job.running = false;
-    if (waits && turn.job.came.empty())
+    if (waits && turn.job.loaded.empty())
         return true;
     turn.job.queued = true;
     if (waits)
@@ -56,17 +56,17 @@ void TileJobs::finish(const Turn& turn, tiles::TileResult&& result) {
 
 void TileJobs::end(std::uint64_t ticket) {
     const auto done = m_jobs.find(ticket);
-    done->second->came.clear();
+    done->second->loaded.clear();
     m_idle.push_back(std::move(done->second));
     m_jobs.erase(done);
 }
 
-std::optional<bool> TileJobs::box_came(const voxel::BoxKey& key, std::uint64_t ticket) {
+std::optional<bool> TileJobs::on_box_loaded(const voxel::BoxKey& key, std::uint64_t ticket) {
     const auto found = m_jobs.find(ticket);
     if (found == m_jobs.end())
         return std::nullopt;
     Job& job = *found->second;
-    job.came.push_back(key);
+    job.loaded.push_back(key);
     if (job.running || job.queued)
         return false;
     job.queued = true;
@@ -85,7 +85,7 @@ std::optional<std::uint64_t> TileJobs::drop(const tiles::RenderTile& tile) {
             continue;
         job->dropped.request_stop();
         if (job->running)
-            return std::nullopt;  // it hears of it within a wave
+            return std::nullopt;  // it checks for that after each wave
         const std::uint64_t ticket = known;
         std::erase(m_ready, ticket);
         end(ticket);

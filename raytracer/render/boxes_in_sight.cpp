@@ -51,7 +51,8 @@ public:
 
 private:
     struct Side {
-        core::Vec3 point, inwards;
+        core::Vec3 point;
+        core::Vec3 inwards;
     };
     // Planes through the eye and two corners of the picture.
     void add_sides_from_eye(const scene::Camera& camera, double w, double h) {
@@ -73,15 +74,18 @@ private:
     }
     // By the sphere around the block: it reaches asin(radius / distance) beyond its middle.
     [[nodiscard]] bool in_cone(const core::Vec3& low, const core::Vec3& high) const noexcept {
-        const core::Vec3 middle = (low + high) * 0.5, to = middle - m_eye;
-        const double radius = core::length(high - middle), distance = core::length(to);
+        const core::Vec3 middle = (low + high) * 0.5;
+        const core::Vec3 to = middle - m_eye;
+        const double radius = core::length(high - middle);
+        const double distance = core::length(to);
         if (distance <= radius)
             return true;
         return std::acos(std::clamp(core::dot(to, m_forward) / distance, -1.0, 1.0)) <=
                m_half_angle + std::asin(radius / distance) + 1e-9;
     }
 
-    core::Vec3 m_eye, m_forward;
+    core::Vec3 m_eye;
+    core::Vec3 m_forward;
     scene::Projection m_projection;
     double m_half_angle = 0;
     std::array<Side, 4> m_sides;
@@ -90,7 +94,8 @@ private:
 struct Column {
     double order;
     int level;
-    std::int32_t bx, bz;
+    std::int32_t bx;
+    std::int32_t bz;
     /// Orders a priority queue nearest first; the order of equal ones does not depend on the order
     /// of insertion.
     friend bool operator<(const Column& a, const Column& b) noexcept {
@@ -101,7 +106,7 @@ struct Column {
 }  // namespace
 
 std::vector<voxel::BoxKey> boxes_in_sight(const scene::Camera& camera, int width_px, int height_px,
-                                          const walk::LevelCut& cut, std::size_t most) {
+                                          const walk::LevelCut& cut, std::size_t max) {
     std::vector<voxel::BoxKey> out;
     if (cut.bounds().empty())
         return out;
@@ -131,12 +136,12 @@ std::vector<voxel::BoxKey> boxes_in_sight(const scene::Camera& camera, int width
     for (std::int32_t bx = top.min.bx; bx < top.max.bx; ++bx)
         for (std::int32_t bz = top.min.bz; bz < top.max.bz; ++bz)
             consider(level, bx, bz);
-    while (!queue.empty() && out.size() < most) {
+    while (!queue.empty() && out.size() < max) {
         const Column c = queue.top();
         queue.pop();
         if (cut.far_enough(c.level, c.bx, c.bz)) {
             const voxel::BoxRange range = voxel::boxes_over(cut.bounds(), c.level);
-            for (std::int32_t by = range.min.by; by < range.max.by && out.size() < most; ++by)
+            for (std::int32_t by = range.min.by; by < range.max.by && out.size() < max; ++by)
                 out.push_back({c.level, c.bx, by, c.bz});
             continue;
         }

@@ -1,13 +1,12 @@
 #include "raytracer/render/picture_renderer.hpp"
 
-#include <spdlog/spdlog.h>
-
 #include <algorithm>
 #include <cctype>
 #include <utility>
 
 #include "common/thread/parallel.hpp"
 #include "common/util/error.hpp"
+#include "common/util/log.hpp"
 #include "raytracer/farm/checkpoint/input_names.hpp"
 #include "raytracer/output/denoise.hpp"
 #include "raytracer/output/image_writer.hpp"
@@ -38,7 +37,8 @@ bool is_exr(const std::string& file) {
 /// Tiles on their way to a file may take the memory that would have been the film's, and no more.
 /// No picture depends on their size.
 scene::TileSize tiles_that_fit(const scene::Scene& scene) {
-    constexpr int kSmallEnough_px = 64, kTiffTiles = 16;
+    constexpr int kSmallEnough_px = 64;
+    constexpr int kTiffTiles = 16;
     const output::StreamShape shape = shape_of(scene);
     const auto in_flight = static_cast<std::uint64_t>(processors::ThreadProcessor::tiles_in_flight(
         thread::thread_count(scene.processing.threads.value_or(0))));
@@ -149,7 +149,7 @@ RenderStatistics PictureRenderer::render(const scene::Scene& asked,
     m_view = std::make_unique<shade::View>(m_views.make(scene, m_loaded->blocks));
     if (const std::string why = out_of_sight(*m_view, m_loaded->world->info());
         !why.empty() && !std::exchange(m_warned, true))
-        spdlog::warn("{}", why);
+        util::log_warn("{}", why);
     if (m_render_pool->traces_here())
         prefetch_visible(*m_view, m_loaded->blocks);
     m_checkpoint.reset();
@@ -175,7 +175,7 @@ void PictureRenderer::open_checkpoint(const scene::Scene& scene,
                                       const KeepOptions& keep) {
     farm::check_can_checkpoint(scene);
     const auto path = farm::checkpoint_path(files.front(), keep.part);
-    const auto existing = keep.resume || keep.part ? farm::Checkpoint::Existing::kGoOn
+    const auto existing = keep.resume || keep.part ? farm::Checkpoint::Existing::kResume
                                                    : farm::Checkpoint::Existing::kRefuse;
     auto inputs = farm::name_inputs(m_loaded->inputs, m_loaded->orthophotos, scene);
     if (const std::string edition = m_loaded->world->edition(); !edition.empty())
@@ -183,7 +183,7 @@ void PictureRenderer::open_checkpoint(const scene::Scene& scene,
     m_checkpoint = std::make_unique<farm::Checkpoint>(
         path, farm::key_of(scene, m_loaded->world->info(), std::move(inputs)), existing);
     if (m_checkpoint->count() > 0 && !m_quiet)
-        spdlog::info("{} tiles are in {} already", m_checkpoint->count(), path.string());
+        util::log_info("{} tiles are in {} already", m_checkpoint->count(), path.string());
 }
 
 void PictureRenderer::render_part(RenderStatistics& statistics,
@@ -244,7 +244,7 @@ void PictureRenderer::render_with_pool(const std::function<void(processors::Tile
             processor->close();
             break;
         } catch (const processors::PictureInvalidated& e) {
-            spdlog::error("{}; the picture begins anew", e.what());
+            util::log_error("{}; the picture starts again", e.what());
         }
     }
     for (const RenderPool::Participant& participant : m_render_pool->participants())

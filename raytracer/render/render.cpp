@@ -1,13 +1,12 @@
 #include "raytracer/render/render.hpp"
 
-#include <spdlog/spdlog.h>
-
 #include <cmath>
 #include <map>
 #include <unordered_set>
 #include <utility>
 
 #include "common/util/error.hpp"
+#include "common/util/log.hpp"
 #include "raytracer/output/progress.hpp"
 #include "raytracer/processors/processor_pool.hpp"
 #include "raytracer/render/boxes_in_sight.hpp"
@@ -51,7 +50,7 @@ public:
                 add(*result, done.insert(result->tile.index).second);
             } catch (const processors::NoProcessorsLeft& e) {
                 check_world();
-                spdlog::error("{}", e.what());
+                util::log_error("{}", e.what());
                 // Those are not correct, either.
                 m_counts.missing += tiles.size() - done.size() + m_doubted.size();
                 return false;
@@ -163,7 +162,8 @@ std::uint32_t add_samples(const RenderJob& job, const std::vector<tiles::RenderT
     };
     double per_sample_s = seconds() / samples;
     while (samples < static_cast<std::uint32_t>(q.samples)) {
-        const double before = seconds(), left = q.time_s - before;
+        const double before = seconds();
+        const double left = q.time_s - before;
         const auto affordable =
             static_cast<std::uint32_t>(std::clamp(left / std::max(per_sample_s, 1e-6), 0.0, 1e6));
         const std::uint32_t more =
@@ -260,8 +260,8 @@ std::string place_of(core::Vec3 at, const voxel::WorldInfo& world) {
 
 /// Whether a place lies farther from the world, on the map, than the world is wide.
 bool far_off(core::Vec3 at, const voxel::VoxelBounds& b) noexcept {
-    const double x = std::max({b.min[0] - at.x, at.x - b.max[0], 0.0}),
-                 z = std::max({b.min[2] - at.z, at.z - b.max[2], 0.0});
+    const double x = std::max({b.min[0] - at.x, at.x - b.max[0], 0.0});
+    const double z = std::max({b.min[2] - at.z, at.z - b.max[2], 0.0});
     return std::hypot(x, z) > std::hypot(static_cast<double>(b.max[0]) - b.min[0],
                                          static_cast<double>(b.max[2]) - b.min[2]);
 }

@@ -50,7 +50,7 @@ public:
         if (!m_pool)
             return;
         auto last = m_render_pool.participants();
-        // However it ends, no thread may use the pool once it is gone.
+        // However the picture ends, no thread may use the pool after it is destroyed.
         const std::lock_guard lock(m_render_pool.m_mutex);
         m_render_pool.m_last = std::move(last);
         m_render_pool.m_last_counts = m_pool->counts();
@@ -96,7 +96,8 @@ private:
     const shade::View& m_view;
     std::unique_ptr<processors::ThreadProcessor> m_alone;
     std::unique_ptr<processors::ProcessorPool> m_pool;
-    processors::ProcessorPool::MemberId m_threads = 0, m_green = 0;
+    processors::ProcessorPool::MemberId m_threads = 0;
+    processors::ProcessorPool::MemberId m_green = 0;
 };
 
 RenderPool::RenderPool(const RenderPoolOptions& options, blocks::BlockManager& blocks,
@@ -104,7 +105,7 @@ RenderPool::RenderPool(const RenderPoolOptions& options, blocks::BlockManager& b
     : m_options(options), m_blocks(blocks), m_source(source) {
     if (m_options.threads == 0 && !m_options.green && !m_options.changes && !m_options.farm.any())
         throw util::UsageError(
-            "render: processing.threads = 0, and nobody else is there; allowed: 1 and more, or "
+            "render: processing.threads = 0, and there is no worker; allowed: 1 and more, or "
             "--worker, --listen, --discover, --green");
     if (m_options.farm.any())
         open_farm();
@@ -115,7 +116,7 @@ RenderPool::~RenderPool() = default;
 void RenderPool::open_farm() {
     util::allow_many_open_files();
     m_farm = std::make_unique<farm::Farm>(m_options.farm, m_blocks, m_source);
-    m_farm->set_status_source([this] { return told_status(); });
+    m_farm->set_status_source([this] { return reported_status(); });
 }
 
 std::shared_ptr<processors::TileProcessor> RenderPool::begin(const shade::View& view) {
@@ -214,7 +215,7 @@ std::vector<std::string> RenderPool::table() const {
     return out;
 }
 
-farm::Status RenderPool::told_status() const {
+farm::Status RenderPool::reported_status() const {
     farm::Status out;
     out.set_role(farm::COORDINATOR);
     out.set_name(farm::make_hello({}).name());

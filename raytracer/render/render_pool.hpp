@@ -15,7 +15,7 @@ struct RenderPoolOptions {
     int threads = 1;     ///< of this process; 0: none
     bool green = false;  ///< the coordinating thread also traces, in slices
     farm::FarmOptions farm;
-    /// How long to wait when no participant is left; none: for ever.
+    /// How long to wait when no participant is left; nullopt: forever.
     std::optional<std::chrono::milliseconds> give_up;
     /// Participants may change while a picture is under way; for a while there may be none.
     bool changes = false;
@@ -43,7 +43,7 @@ public:
     /// Applies from now on, including to the picture under way, where the render pool may change.
     void set_threads(int threads);
     void set_green(bool on);
-    /// Dials a worker that listens at this address, again and again.
+    /// Dials a worker that listens at this address, repeatedly.
     /// @throws Error
     void dial(const sockets::Address& worker);
     /// Disconnects a worker and stops dialling it.
@@ -67,7 +67,8 @@ public:
     struct Participant {
         processors::ProcessorPool::Status status;
         std::string peer;
-        std::uint64_t memory_bytes = 0, received_bytes = 0;
+        std::uint64_t memory_bytes = 0;
+        std::uint64_t received_bytes = 0;
     };
     [[nodiscard]] std::vector<Participant> participants() const;
     [[nodiscard]] processors::ProcessorPool::Counts counts() const;
@@ -83,7 +84,7 @@ public:
 private:
     class PictureSession;
     void open_farm();
-    [[nodiscard]] farm::Status told_status() const;
+    [[nodiscard]] farm::Status reported_status() const;
 
     RenderPoolOptions m_options;
     blocks::BlockManager& m_blocks;
@@ -93,7 +94,8 @@ private:
     PictureSession* m_session = nullptr;  ///< of the picture under way
     std::vector<Participant> m_last;
     processors::ProcessorPool::Counts m_last_counts;
-    std::atomic<std::uint64_t> m_tiles_done{0}, m_tiles{0};
+    std::atomic<std::uint64_t> m_tiles_done{0};
+    std::atomic<std::uint64_t> m_tiles{0};
     const std::chrono::steady_clock::time_point m_start = std::chrono::steady_clock::now();
 };
 

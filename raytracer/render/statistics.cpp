@@ -92,10 +92,15 @@ nlohmann::json render_pool_of(const RenderStatistics& s) {
                                 {"latency_s", h.latency_s},
                                 {"busy_share", h.busy_share}});
     const processors::ProcessorPool::Counts& c = s.pool;
-    return {
-        {"processors", participants}, {"late_answers", c.late},    {"unasked_answers", c.unasked},
-        {"checked", c.checked},       {"expelled", c.expelled},    {"lost", c.lost},
-        {"given_back", c.given_back}, {"second_leases", c.second}, {"mended", c.mended}};
+    return {{"processors", participants},
+            {"late_answers", c.late},
+            {"unasked_answers", c.unrequested},
+            {"checked", c.checked},
+            {"expelled", c.expelled},
+            {"lost", c.lost},
+            {"given_back", c.given_back},
+            {"second_leases", c.second},
+            {"mended", c.mended}};
 }
 
 }  // namespace

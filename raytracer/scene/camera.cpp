@@ -22,8 +22,8 @@ Axes axes_of(core::Vec3 forward) noexcept {
 Axes rolled(const Axes& axes, double roll_deg) noexcept {
     if (roll_deg == 0)
         return axes;
-    const double c = trig::cos(roll_deg * trig::kRadPerDeg),
-                 s = trig::sin(roll_deg * trig::kRadPerDeg);
+    const double c = trig::cos(roll_deg * trig::kRadPerDeg);
+    const double s = trig::sin(roll_deg * trig::kRadPerDeg);
     return {axes.forward, axes.right * c - axes.up * s, axes.up * c + axes.right * s};
 }
 
@@ -80,19 +80,23 @@ bool Camera::sees(double px, double py) const noexcept {
         return std::abs(m_height - 2 * py) <= m_width / 2;
     if (m_projection != Projection::kFisheye)
         return true;
-    const double x = 2 * px - m_width, y = m_height - 2 * py, radius = std::min(m_width, m_height);
+    const double x = 2 * px - m_width;
+    const double y = m_height - 2 * py;
+    const double radius = std::min(m_width, m_height);
     return x * x + y * y <= radius * radius;
 }
 
 core::Vec3 Camera::panorama_direction(double px, double py) const noexcept {
-    const double azimuth = (2 * px - m_width) / m_width * kPi,
-                 altitude = (m_height - 2 * py) / m_width * kPi;
+    const double azimuth = (2 * px - m_width) / m_width * kPi;
+    const double altitude = (m_height - 2 * py) / m_width * kPi;
     return (m_forward * trig::cos(azimuth) + m_right * trig::sin(azimuth)) * trig::cos(altitude) +
            m_up * trig::sin(altitude);
 }
 
 core::Vec3 Camera::fisheye_direction(double px, double py) const noexcept {
-    const double x = 2 * px - m_width, y = m_height - 2 * py, r = std::sqrt(x * x + y * y);
+    const double x = 2 * px - m_width;
+    const double y = m_height - 2 * py;
+    const double r = std::sqrt(x * x + y * y);
     if (r == 0)
         return m_forward;
     const double angle = r / std::min(m_width, m_height) * m_half;
@@ -131,7 +135,8 @@ std::optional<core::Ray> Camera::ray(double px, double py, double lens_u,
 }
 
 std::array<double, 2> concentric_disc(double u, double v) noexcept {
-    const double a = 2 * u - 1, b = 2 * v - 1;
+    const double a = 2 * u - 1;
+    const double b = 2 * v - 1;
     if (a == 0 && b == 0)
         return {0, 0};
     if (a * a > b * b) {

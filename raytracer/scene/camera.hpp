@@ -28,7 +28,9 @@ struct CameraShape {
     Projection projection = Projection::kPerspective;
     core::Vec3 position;
     /// Of unit length, at right angles; of a panorama up is (0, 1, 0).
-    core::Vec3 forward{0, 0, -1}, right{1, 0, 0}, up{0, 1, 0};
+    core::Vec3 forward{0, 0, -1};
+    core::Vec3 right{1, 0, 0};
+    core::Vec3 up{0, 1, 0};
     /// Perspective: tangent of half the vertical field of view; orthographic: half of what the
     /// height covers; fisheye: half the field of view, radians.
     double half = 1;
@@ -37,7 +39,8 @@ struct CameraShape {
     /// Orthographic: distance behind the lens of `position`, and with it of the plane that rays
     /// start on.
     double back = 0;
-    int width_px = 1, height_px = 1;
+    int width_px = 1;
+    int height_px = 1;
     double voxel_m = 1;  ///< edge of a voxel, for results in metres
 };
 
@@ -72,8 +75,12 @@ public:
     /// + up * v, u = (2 px - width) / height, v = (height - 2 py) / height, times one over its
     /// length.
     struct Basis {
-        core::Vec3 position, forward, right, up;
-        double width, height;
+        core::Vec3 position;
+        core::Vec3 forward;
+        core::Vec3 right;
+        core::Vec3 up;
+        double width;
+        double height;
     };
     [[nodiscard]] Basis basis() const noexcept {
         return {m_position, m_forward, m_right, m_up, m_width, m_height};
@@ -121,12 +128,21 @@ private:
     [[nodiscard]] core::Vec3 fisheye_direction(double px, double py) const noexcept;
 
     // Perspective and orthographic: right and up span one picture height / 2.
-    core::Vec3 m_position, m_forward, m_right, m_up;
-    double m_width, m_height;
+    core::Vec3 m_position;
+    core::Vec3 m_forward;
+    core::Vec3 m_right;
+    core::Vec3 m_up;
+    double m_width;
+    double m_height;
     Projection m_projection = Projection::kPerspective;
     // m_lens_scale: of the lens where rays start, seen through the plane of focus.
-    double m_half = 0, m_lens_radius = 0, m_focus = 1, m_lens_scale = 1;
-    double m_pixel_rad = 0, m_pixel_voxels = 0, m_voxel_m = 1;
+    double m_half = 0;
+    double m_lens_radius = 0;
+    double m_focus = 1;
+    double m_lens_scale = 1;
+    double m_pixel_rad = 0;
+    double m_pixel_voxels = 0;
+    double m_voxel_m = 1;
 };
 
 /// Maps the unit square to the unit disc: equal areas stay equal, neighbours stay neighbours. Ref:

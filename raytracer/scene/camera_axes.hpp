@@ -6,7 +6,9 @@ namespace terravox::scene {
 
 /// Axes of a picture: unit vectors at right angles.
 struct Axes {
-    core::Vec3 forward, right, up;
+    core::Vec3 forward;
+    core::Vec3 right;
+    core::Vec3 up;
 };
 
 /// The axes of a camera that is held upright; if it looks straight down or up, north is up in the

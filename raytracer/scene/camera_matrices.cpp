@@ -31,12 +31,15 @@ std::optional<std::array<double, 16>> Camera::world_to_ndc() const noexcept {
     if (!perspective && m_projection != Projection::kOrthographic)
         return std::nullopt;
     const auto camera = world_to_camera();
-    const double half_y = core::length(m_up) * (perspective ? 1 : m_voxel_m),
-                 half_x = half_y * m_width / m_height;
+    const double half_y = core::length(m_up) * (perspective ? 1 : m_voxel_m);
+    const double half_x = half_y * m_width / m_height;
     std::array<double, 16> m{};
     for (std::size_t row = 0; row < 4; ++row) {
-        const double x = camera[row * 4], y = camera[row * 4 + 1], depth = -camera[row * 4 + 2],
-                     one = row == 3 ? 1 : 0, w = perspective ? depth : one;
+        const double x = camera[row * 4];
+        const double y = camera[row * 4 + 1];
+        const double depth = -camera[row * 4 + 2];
+        const double one = row == 3 ? 1 : 0;
+        const double w = perspective ? depth : one;
         m[row * 4] = x / (2 * half_x) + w / 2;
         m[row * 4 + 1] = -y / (2 * half_y) + w / 2;
         m[row * 4 + 2] = perspective ? one : depth;
@@ -50,7 +53,9 @@ std::optional<std::array<double, 6>> Camera::geotransform(
     if (m_projection != Projection::kOrthographic || world.crs.empty() || m_forward.x != 0 ||
         m_forward.z != 0 || m_forward.y > 0)
         return std::nullopt;
-    const double unit = world.crs_units_per_voxel, aspect = m_width / m_height, step = 2 / m_height;
+    const double unit = world.crs_units_per_voxel;
+    const double aspect = m_width / m_height;
+    const double step = 2 / m_height;
     return std::array<double, 6>{unit * (m_position.x - m_right.x * aspect + m_up.x),
                                  unit * m_right.x * step,
                                  -unit * m_up.x * step,

@@ -50,7 +50,9 @@ struct Block {
         return {(i & 1) != 0 ? high.x : low.x, (i & 2) != 0 ? high.y : low.y,
                 (i & 4) != 0 ? high.z : low.z};
     }
-    core::Vec3 low, high, middle;
+    core::Vec3 low;
+    core::Vec3 high;
+    core::Vec3 middle;
 };
 
 /// The camera on a given line of sight that sees all eight corners of a block, as near as possible.
@@ -59,11 +61,16 @@ struct Block {
 /// another; the farther one frames both.
 core::Vec3 frame_position(const Block& block, const Axes& axes, double tan_x, double tan_y) {
     constexpr double kBig = 1e30;
-    double low_x = kBig, high_x = -kBig, low_y = kBig, high_y = -kBig, nearest = kBig;
+    double low_x = kBig;
+    double high_x = -kBig;
+    double low_y = kBig;
+    double high_y = -kBig;
+    double nearest = kBig;
     for (int i = 0; i < 8; ++i) {
         const core::Vec3 corner = block.corner(i) - block.middle;
-        const double d = core::dot(corner, axes.forward), x = core::dot(corner, axes.right),
-                     y = core::dot(corner, axes.up);
+        const double d = core::dot(corner, axes.forward);
+        const double x = core::dot(corner, axes.right);
+        const double y = core::dot(corner, axes.up);
         // Camera at (cx, cy, -depth): |x - cx| <= tan_x (d + depth).
         low_x = std::min(low_x, x + tan_x * d);
         high_x = std::max(high_x, x - tan_x * d);
@@ -130,8 +137,8 @@ public:
 private:
     void check() const {
         const Scene::Camera& c = m_camera;
-        const bool parallel = m_shape.projection == Projection::kOrthographic,
-                   perspective = m_shape.projection == Projection::kPerspective;
+        const bool parallel = m_shape.projection == Projection::kOrthographic;
+        const bool perspective = m_shape.projection == Projection::kPerspective;
         if (c.position.has_value() != c.target.has_value() && !(parallel && c.target))
             refuse(std::string("camera.") + (c.position ? "target" : "position") +
                    " is missing; give both, or none to frame the world");
@@ -235,7 +242,9 @@ private:
         const Axes axes = rolled(axes_of(forward), m_camera.roll_deg);
         look_along(axes);
         const core::Vec3 about = m_target ? *m_target : m_block.middle;
-        double half_x = 0, half_y = 0, nearest = 1e30;
+        double half_x = 0;
+        double half_y = 0;
+        double nearest = 1e30;
         for (int i = 0; i < 8; ++i) {
             const core::Vec3 corner = m_block.corner(i) - about;
             half_x = std::max(half_x, std::abs(core::dot(corner, axes.right)));
@@ -295,9 +304,11 @@ private:
     const Scene::Camera& m_camera;
     const voxel::WorldInfo& m_world;
     Block m_block;
-    int m_width, m_height;
+    int m_width;
+    int m_height;
     bool m_isometric = false;
-    std::optional<core::Vec3> m_position, m_target;
+    std::optional<core::Vec3> m_position;
+    std::optional<core::Vec3> m_target;
     CameraShape m_shape;
 };
 
@@ -311,7 +322,8 @@ core::Vec3 to_voxels(const std::array<double, 3>& p, core::CoordinateSpace space
         throw util::UsageError("place the camera: camera.space = '" +
                                std::string(core::word_of(space)) +
                                "', but this world has no place on Earth; allowed: voxel");
-    double easting = p[0], northing = p[1];
+    double easting = p[0];
+    double northing = p[1];
     if (space == core::CoordinateSpace::kLatLon) {
         if (!(std::abs(p[0]) <= 90))
             refuse("latitude = " + text_of(p[0]) +

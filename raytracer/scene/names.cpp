@@ -12,8 +12,8 @@ namespace {
 unsigned small_letter(unsigned c) {
     if (c >= 0xC0 && c <= 0xDE && c != 0xD7)
         return c + 32;
-    const bool even_capitals = (c >= 0x100 && c <= 0x137) || (c >= 0x14A && c <= 0x177),
-               odd_capitals = (c >= 0x139 && c <= 0x148) || (c >= 0x179 && c <= 0x17E);
+    const bool even_capitals = (c >= 0x100 && c <= 0x137) || (c >= 0x14A && c <= 0x177);
+    const bool odd_capitals = (c >= 0x139 && c <= 0x148) || (c >= 0x179 && c <= 0x17E);
     if ((even_capitals && c % 2 == 0) || (odd_capitals && c % 2 == 1))
         return c + 1;
     return c;
@@ -63,7 +63,7 @@ std::size_t edit_distance(const std::string& a, const std::string& b) {
 }
 
 std::vector<std::string> near_names(const std::string& asked, const std::vector<std::string>& names,
-                                    std::size_t most) {
+                                    std::size_t max) {
     constexpr std::size_t kLongest = 200;  // longer than any name: not worth the time
     const std::string wanted = folded(asked);
     std::vector<std::pair<std::size_t, std::string>> near;
@@ -80,7 +80,7 @@ std::vector<std::string> near_names(const std::string& asked, const std::vector<
     }
     std::sort(near.begin(), near.end());
     std::vector<std::string> out;
-    for (std::size_t i = 0; i < std::min(most, near.size()); ++i)
+    for (std::size_t i = 0; i < std::min(max, near.size()); ++i)
         out.push_back(near[i].second);
     return out;
 }

@@ -15,9 +15,9 @@ namespace terravox::scene {
 [[nodiscard]] std::size_t edit_distance(const std::string& a, const std::string& b);
 
 /// The names that may have been meant: nearly the same, or one contains the other; the nearest
-/// first, at most `most`.
+/// first, at most `max`.
 [[nodiscard]] std::vector<std::string> near_names(const std::string& asked,
                                                   const std::vector<std::string>& names,
-                                                  std::size_t most = 5);
+                                                  std::size_t max = 5);
 
 }  // namespace terravox::scene

@@ -35,7 +35,8 @@ struct Scene {
         double down_deg = 35;
         double margin = 0.04;  ///< free border around the framed world, share of the picture
         double zoom = 1;       ///< above 1: nearer than framing requires
-        std::optional<std::array<double, 3>> position, target;
+        std::optional<std::array<double, 3>> position;
+        std::optional<std::array<double, 3>> target;
         core::CoordinateSpace space = core::CoordinateSpace::kCrs;  ///< of position and target
         bool inside_rock = false;  ///< allow a camera inside a solid voxel
         friend bool operator==(const Camera&, const Camera&) = default;
@@ -100,10 +101,14 @@ struct Scene {
         int coarse_step = 8;
         TileSize tile;
         core::TileOrder tile_order = core::TileOrder::kSpiral;
-        bool shadows = true, ambient_occlusion = true, reflections = true, refraction = true;
+        bool shadows = true;
+        bool ambient_occlusion = true;
+        bool reflections = true;
+        bool refraction = true;
         /// Ambient-occlusion rays for each hit; 0: corners are darkened without rays.
         int ao_rays = 0;
-        double ao_range_m = 40, ao_strength = 1;
+        double ao_range_m = 40;
+        double ao_strength = 1;
         /// Another material file: NAME for config/materials-NAME.toml, or a path; empty:
         /// config/materials.toml.
         std::string materials;
@@ -122,7 +127,10 @@ struct Scene {
         friend bool operator==(const Processing&, const Processing&) = default;
     } processing;
     struct World {
-        std::string crs, classes = "asprs", vertical_unit, settings;
+        std::string crs;
+        std::string classes = "asprs";
+        std::string vertical_unit;
+        std::string settings;
         std::string steps;  ///< of voxelization, overriding those of `settings`; empty: no change
         double voxel_m = 1;
         int memory_mib = 4096;                ///< decoded squares and columns

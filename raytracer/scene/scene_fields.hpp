@@ -13,8 +13,8 @@ namespace terravox::scene {
 struct FieldRule {
     std::string_view doc;  ///< one line of help with the unit
     /// Closed range, for numbers.
-    double min = -std::numeric_limits<double>::infinity(),
-           max = std::numeric_limits<double>::infinity();
+    double min = -std::numeric_limits<double>::infinity();
+    double max = std::numeric_limits<double>::infinity();
     std::vector<std::string_view> words = {};  ///< allowed words, for text; empty = any
     std::string_view alias = {};               ///< a shorter flag in addition to --section-field
     std::string_view former = {};  ///< its path before it was renamed: still read, with a warning
@@ -31,7 +31,8 @@ template <core::WordEnum Enum>
 
 /// The only list of a scene's fields. Calls visit(path, field, rule) for each; `path` is
 /// "section.field", as in TOML. File reader, command line, and writer are visitors, so a field
-/// added here is supported by all of them.
+/// added here is supported by all of them. It is one long function because it is a table: its order
+/// is that of files, flags and help.
 template <class SceneType, class Visit>
 void visit_fields(SceneType& s, Visit&& visit) {
     visit("camera.look", s.camera.look,

@@ -1,6 +1,5 @@
 #include "raytracer/scene/scene_io.hpp"
 
-#include <spdlog/spdlog.h>
 #include <toml++/toml.h>
 
 #include <algorithm>
@@ -10,6 +9,7 @@
 #include <sstream>
 
 #include "common/util/error.hpp"
+#include "common/util/log.hpp"
 #include "common/util/toml_file.hpp"
 #include "raytracer/scene/scene_fields.hpp"
 #include "raytracer/scene/scene_table.hpp"
@@ -185,7 +185,7 @@ std::vector<double> numbers_of(const Setter& s, const toml::node& node) {
         for (const auto& item : *array) {
             const auto v = item.value<double>();
             if (!v)
-                s.fail("a list with other things than numbers", "numbers");
+                s.fail("a list with other values than numbers", "numbers");
             out.push_back(*v);
         }
     return out;
@@ -283,7 +283,8 @@ std::string flag_text(const Triple& v) {
 }  // namespace
 
 void read_scene_table(const toml::table& root, const std::string& attempt, Scene& scene) {
-    std::set<std::string> known, sections;
+    std::set<std::string> known;
+    std::set<std::string> sections;
     visit_fields(scene, [&](std::string_view path, auto& field, const FieldRule& rule) {
         known.emplace(path);
         sections.emplace(path.substr(0, path.find('.')));
@@ -301,8 +302,8 @@ void read_scene_table(const toml::table& root, const std::string& attempt, Scene
                                    std::string(rule.former) +
                                    ", which is its former name; allowed: one of them");
         put_node(Setter(attempt + ": " + std::string(rule.former), rule), *former.node(), field);
-        spdlog::warn("{}: {} is called {} now; a later version will refuse the former name",
-                     attempt, rule.former, path);
+        util::log_warn("{}: {} is called {} now; a later version will refuse the former name",
+                       attempt, rule.former, path);
     });
     for (const auto& [section, node] : root) {
         const auto* table = node.as_table();

@@ -48,7 +48,9 @@ struct FieldText {
 
 /// A command-line flag for a field: its names ("--camera-fov-deg,--fov"), path, and help.
 struct SceneFlag {
-    std::string names, path, help;
+    std::string names;
+    std::string path;
+    std::string help;
     std::string former;      ///< its name before it was renamed, or empty
     bool is_switch = false;  ///< yes or no
 };

@@ -8,7 +8,8 @@ namespace terravox::scene {
 /// The edge of a tile: pixels, or a share of the picture's width.
 struct TileSize {
     static constexpr int kMax_px = 4096;
-    static constexpr double kMin_percent = 0.1, kMax_percent = 100;
+    static constexpr double kMin_percent = 0.1;
+    static constexpr double kMax_percent = 100;
     static constexpr const char* kAllowed =
         "1 to 4096 pixels, or 0.1% to 100% of the picture's width";
 

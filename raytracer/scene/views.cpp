@@ -49,7 +49,7 @@ NamedView read_view(const toml::node& node, const std::filesystem::path& file,
             if (!text || folded(*text).empty())
                 throw util::UsageError(
                     attempt +
-                    ": aliases = a list with other things than names; allowed: a list of texts");
+                    ": aliases = a list with other values than names; allowed: a list of texts");
             out.aliases.push_back(*text);
         }
     }
@@ -73,7 +73,8 @@ std::string joined(const std::vector<std::string>& names) {
 [[noreturn]] void refuse_look(const std::string& look, const std::vector<NamedView>& views,
                               const std::filesystem::path& folder) {
     constexpr std::size_t kMax = 30;
-    std::vector<std::string> names, all;
+    std::vector<std::string> names;
+    std::vector<std::string> all;
     for (const NamedView& view : views) {
         all.push_back(view.name);
         names.push_back(view.name);

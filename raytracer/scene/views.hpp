@@ -14,7 +14,8 @@ namespace terravox::scene {
 
 /// A part of a scene that has a name: where to stand to see something.
 struct NamedView {
-    std::string name, title;
+    std::string name;
+    std::string title;
     std::vector<std::string> aliases;
     std::string area;  ///< of config/areas, whose data contain what it shows; may be empty
     std::filesystem::path file;

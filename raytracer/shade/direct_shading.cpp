@@ -13,7 +13,7 @@ bool DirectShading::needs_surroundings(const walk::TracedRay& ray) const noexcep
            shows_slope(m_view, ray.hit);
 }
 
-void DirectShading::leave(const walk::TracedRay& ray, voxel::Colour weight, SampleSum& sum) const {
+void DirectShading::miss(const walk::TracedRay& ray, voxel::Colour weight, SampleSum& sum) const {
     add(ray,
         weight * (m_view.sky.radiance(ray.ray.direction) + m_view.sky.sun_disc(ray.ray.direction)),
         sum);

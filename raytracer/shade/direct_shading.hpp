@@ -13,7 +13,7 @@ public:
 
 private:
     void shade_opaque(const Interaction& m) const override;
-    void leave(const walk::TracedRay& ray, voxel::Colour weight, SampleSum& sum) const override;
+    void miss(const walk::TracedRay& ray, voxel::Colour weight, SampleSum& sum) const override;
     [[nodiscard]] bool splits(const walk::TracedRay& ray) const noexcept override {
         return ray.depth == 0;
     }

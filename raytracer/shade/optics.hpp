@@ -20,8 +20,8 @@ namespace terravox::shade {
     if (sin2 >= 1)
         return 1;
     const double cos_out = std::sqrt(1 - sin2);
-    const double s = (cos_in - index * cos_out) / (cos_in + index * cos_out),
-                 p = (index * cos_in - cos_out) / (index * cos_in + cos_out);
+    const double s = (cos_in - index * cos_out) / (cos_in + index * cos_out);
+    const double p = (index * cos_in - cos_out) / (index * cos_in + cos_out);
     return (s * s + p * p) / 2;
 }
 
@@ -33,7 +33,9 @@ namespace terravox::shade {
 /// @return nullopt: total reflection
 [[nodiscard]] inline std::optional<core::Vec3> refract(core::Vec3 d, core::Vec3 n,
                                                        double index) noexcept {
-    const double eta = 1 / index, c = -core::dot(d, n), k = 1 - eta * eta * (1 - c * c);
+    const double eta = 1 / index;
+    const double c = -core::dot(d, n);
+    const double k = 1 - eta * eta * (1 - c * c);
     if (k <= 0)
         return std::nullopt;
     return core::normalized(d * eta + n * (eta * c - std::sqrt(k)));
@@ -43,14 +45,18 @@ namespace terravox::shade {
 /// Ref: Duff et al., "Building an Orthonormal Basis, Revisited", JCGT 6(1), 2017.
 struct Frame {
     explicit Frame(core::Vec3 n) noexcept : normal(n) {
-        const double sign = std::copysign(1.0, n.z), a = -1 / (sign + n.z), b = n.x * n.y * a;
+        const double sign = std::copysign(1.0, n.z);
+        const double a = -1 / (sign + n.z);
+        const double b = n.x * n.y * a;
         tangent = {1 + sign * n.x * n.x * a, sign * b, -sign * n.x};
         bitangent = {b, sign + n.y * n.y * a, -n.y};
     }
     [[nodiscard]] core::Vec3 to_world(double x, double y, double z) const noexcept {
         return tangent * x + bitangent * y + normal * z;
     }
-    core::Vec3 normal, tangent, bitangent;
+    core::Vec3 normal;
+    core::Vec3 tangent;
+    core::Vec3 bitangent;
 };
 
 /// A direction about n with density cos / pi.

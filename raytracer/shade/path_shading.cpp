@@ -19,12 +19,12 @@ bool PathShading::needs_surroundings(const walk::TracedRay& ray) const noexcept 
 
 // The direction of a bounce that leaves the world was sampled from the matt face; the sky could
 // have been sampled in the same direction.
-void PathShading::leave(const walk::TracedRay& ray, voxel::Colour weight, SampleSum& sum) const {
+void PathShading::miss(const walk::TracedRay& ray, voxel::Colour weight, SampleSum& sum) const {
     const sky::Sky& sky = m_view.sky;
     voxel::Colour light = sky.radiance(ray.ray.direction);
     // The sun has been sampled directly, except by way of mirrors; also through water, from its
     // bed.
-    if (ray.density == 0 && !ray.sun_asked)
+    if (ray.density == 0 && !ray.sun_counted)
         light = light + sky.sun_disc(ray.ray.direction);
     if (const auto own = static_cast<double>(ray.density); own > 0 && sky.uneven())
         light = light * static_cast<float>(own / (own + sky.pdf(ray.ray.direction)));
@@ -86,8 +86,8 @@ void PathShading::bounce(const Interaction& m, voxel::Colour weight) const {
     // Russian roulette: dim paths end, and the remaining ones represent them.
     constexpr int kSafeDepth = 2;
     if (static_cast<int>(m.ray.depth) >= kSafeDepth) {
-        const float brightest = std::max({weight.r, weight.g, weight.b}),
-                    goes_on = std::clamp(brightest, 0.05f, 1.0f);
+        const float brightest = std::max({weight.r, weight.g, weight.b});
+        const float goes_on = std::clamp(brightest, 0.05f, 1.0f);
         if (m.sum.numbers.number(number_of(m.ray, kEnd)) >= static_cast<double>(goes_on))
             return;
         weight = weight * (1 / goes_on);
@@ -95,7 +95,7 @@ void PathShading::bounce(const Interaction& m, voxel::Colour weight) const {
     const core::Vec3 direction =
         cosine_direction(m.surface.normal, m.sum.numbers.pair(number_of(m.ray, kDirection)));
     walk::TracedRay out = sent(m, direction, walk::RayKind::kBounce, weight, kDirection);
-    out.sun_asked = m.ray.medium != voxel::Material::kAir;
+    out.sun_counted = m.ray.medium != voxel::Material::kAir;
     out.density = static_cast<float>(core::dot(direction, m.surface.normal) * kInversePi);
     m.next.push_back(out);
 }

@@ -14,7 +14,7 @@ public:
 
 private:
     void shade_opaque(const Interaction& m) const override;
-    void leave(const walk::TracedRay& ray, voxel::Colour weight, SampleSum& sum) const override;
+    void miss(const walk::TracedRay& ray, voxel::Colour weight, SampleSum& sum) const override;
     [[nodiscard]] bool splits(const walk::TracedRay&) const noexcept override { return false; }
     void send_sky(const Interaction& m, voxel::Colour weight) const;
     void send_even_sky(const Interaction& m, voxel::Colour weight) const;

@@ -51,22 +51,23 @@ walk::TracedRay Shading::primary(const core::Ray& ray, std::uint32_t sample) con
 }
 
 bool Shading::allows_surroundings(const walk::TracedRay& ray) const noexcept {
-    return ray.end == walk::WalkEnd::kHit && !ray.asks() && !ray.hit.hole &&
+    return ray.end == walk::WalkEnd::kHit && !ray.is_occlusion() && !ray.hit.hole &&
            ray.hit.face != core::Face::kNone && ray.hit.attr.material != voxel::Material::kAir;
 }
 
 void Shading::add(bool direct, voxel::Colour light, SampleSum& sum) const noexcept {
     voxel::Colour& to = direct ? sum.direct : sum.indirect;
-    const float brightest = std::max({light.r, light.g, light.b}), most = m_view.max_indirect;
-    if (!direct && most > 0 && brightest > most)
-        light = light * (most / brightest);
+    const float brightest = std::max({light.r, light.g, light.b});
+    const float limit = m_view.max_indirect;
+    if (!direct && limit > 0 && brightest > limit)
+        light = light * (limit / brightest);
     to = to + light;
 }
 
 void Shading::shade(const walk::TracedRay& ray, SampleSum& sum,
                     std::vector<walk::TracedRay>& next) const {
-    if (!ray.asks()) {
-        see(ray, sum, next);
+    if (!ray.is_occlusion()) {
+        shade_hit(ray, sum, next);
         return;
     }
     if (ray.end == walk::WalkEnd::kHit) {
@@ -74,7 +75,7 @@ void Shading::shade(const walk::TracedRay& ray, SampleSum& sum,
             return;
         // A face between leaves sends its rays from among them.
         if (ray.hit.face == core::Face::kNone || slips_through(ray, surface_at(m_view, ray), sum))
-            pass(ray, next);
+            continue_through(ray, next);
         return;
     }
     add(ray, ray.weight, sum);
@@ -89,63 +90,72 @@ bool Shading::slips_through(const walk::TracedRay& ray, const Surface& surface,
            static_cast<double>(surface.opacity) <= sum.numbers.number(number_of(ray, kOpacity));
 }
 
-void Shading::see(const walk::TracedRay& ray, SampleSum& sum,
-                  std::vector<walk::TracedRay>& next) const {
-    const bool hit = ray.end == walk::WalkEnd::kHit,
-               face_met = hit && !ray.hit.hole && ray.hit.face != core::Face::kNone;
+voxel::Colour Shading::through_water(const walk::TracedRay& ray, voxel::Colour weight,
+                                     SampleSum& sum) const {
+    constexpr double kBottomless_m = 1000;
+    const bool hit = ray.end == walk::WalkEnd::kHit;
+    const Medium medium = medium_of(m_view, ray.medium);
+    const voxel::Colour left =
+        decay(medium.absorption_per_m, hit ? ray.hit.t * m_view.voxel_m : kBottomless_m);
+    const sky::Sky& sky = m_view.sky;
+    const voxel::Colour glow =
+        medium.glow * (sky.ambient({0, 1, 0}) +
+                       sky.sun_light() * static_cast<float>(std::max(0.0, sky.to_sun().y)));
+    add(ray, weight * glow * voxel::Colour{1 - left.r, 1 - left.g, 1 - left.b}, sum);
+    return weight * left;
+}
+
+voxel::Colour Shading::through_air(const walk::TracedRay& ray, voxel::Colour weight,
+                                   SampleSum& sum) const {
+    if (ray.medium != voxel::Material::kAir || ray.kind == walk::RayKind::kBounce)
+        return weight;
+    // Parallel rays start wherever the picture's plane is: there is no air to look through.
+    if (ray.kind == walk::RayKind::kPrimary &&
+        m_view.camera.projection() == scene::Projection::kOrthographic)
+        return weight;
+    const auto air = m_view.sky.air(ray.ray.direction, ray.hit.t * m_view.voxel_m);
+    add(ray, weight * air.light, sum);
+    return weight * air.transmittance;
+}
+
+void Shading::start_inside(const walk::TracedRay& ray, bool transparent,
+                           std::vector<walk::TracedRay>& next) const {
+    if (ray.kind == walk::RayKind::kPrimary && transparent && ray.medium == voxel::Material::kAir)
+        enter_medium(ray, next);
+    else if (has_holes(m_view, ray.hit.attr.material))
+        continue_through(ray, next);
+}
+
+void Shading::shade_hit(const walk::TracedRay& ray, SampleSum& sum,
+                        std::vector<walk::TracedRay>& next) const {
+    const bool hit = ray.end == walk::WalkEnd::kHit;
+    const bool face_met = hit && !ray.hit.hole && ray.hit.face != core::Face::kNone;
     const Surface surface = face_met ? surface_at(m_view, ray) : Surface{};
     // Before anything is summed up: light from in front of the gap is added where the ray ends.
     if (face_met && slips_through(ray, surface, sum)) {
-        pass(ray, next);
+        continue_through(ray, next);
         return;
     }
     voxel::Colour weight = ray.weight;
     if (ray.medium != voxel::Material::kAir) {
-        constexpr double kBottomless_m = 1000;
-        const Medium medium = medium_of(m_view, ray.medium);
-        const voxel::Colour left =
-            decay(medium.absorption_per_m, hit ? ray.hit.t * m_view.voxel_m : kBottomless_m);
-        const sky::Sky& sky = m_view.sky;
-        const voxel::Colour glow =
-            medium.glow * (sky.ambient({0, 1, 0}) +
-                           sky.sun_light() * static_cast<float>(std::max(0.0, sky.to_sun().y)));
-        add(ray, weight * glow * voxel::Colour{1 - left.r, 1 - left.g, 1 - left.b}, sum);
-        weight = weight * left;
+        weight = through_water(ray, weight, sum);
         if (!hit)
             return;
     } else if (!hit) {
-        leave(ray, weight, sum);
+        miss(ray, weight, sum);
         return;
     }
-    // Distant things take on the colour of the air in front of them.
-    const auto take_air = [&] {
-        if (ray.medium != voxel::Material::kAir || ray.kind == walk::RayKind::kBounce)
-            return;
-        // Parallel rays start wherever the picture's plane stands: there is no air to look through.
-        if (ray.kind == walk::RayKind::kPrimary &&
-            m_view.camera.projection() == scene::Projection::kOrthographic)
-            return;
-        const auto air = m_view.sky.air(ray.ray.direction, ray.hit.t * m_view.voxel_m);
-        add(ray, weight * air.light, sum);
-        weight = weight * air.transmittance;
-    };
     if (ray.hit.hole) {
-        take_air();
+        weight = through_air(ray, weight, sum);
         add(ray, weight * kHoleColour, sum);
         return;
     }
     const bool transparent = is_transparent(m_view, ray.hit.attr.material);
     if (ray.hit.face == core::Face::kNone) {
-        // The ray starts inside a voxel: in water or between leaves it continues, inside rock it
-        // sees nothing.
-        if (ray.kind == walk::RayKind::kPrimary && transparent &&
-            ray.medium == voxel::Material::kAir)
-            enter_medium(ray, next);
-        else if (has_holes(m_view, ray.hit.attr.material))
-            pass(ray, next);
+        start_inside(ray, transparent, next);
         return;
     }
-    take_air();
+    weight = through_air(ray, weight, sum);
     if (ray.kind == walk::RayKind::kPrimary) {
         sum.t = ray.hit.t;
         sum.point = surface.point;
@@ -156,7 +166,7 @@ void Shading::see(const walk::TracedRay& ray, SampleSum& sum,
     }
     const Interaction m{ray, surface, weight, sum, next};
     if (transparent || ray.hit.attr.material == voxel::Material::kAir)
-        meet_transparent(m);
+        shade_transparent(m);
     else
         shade_opaque(m);
 }
@@ -178,7 +188,7 @@ walk::TracedRay Shading::sent(const Interaction& m, core::Vec3 direction, walk::
     out.kind = kind;
     out.depth = static_cast<std::uint8_t>(m.ray.depth + 1);
     out.direct = false;
-    out.leaves = out.asks() && shows_leaves(m_view, m.ray.hit, out.footprint);
+    out.leaves = out.is_occlusion() && shows_leaves(m_view, m.ray.hit, out.footprint);
     out.medium = m.ray.medium;
     if (out.medium != voxel::Material::kAir)
         out.stop = walk::StopAt::end_of(out.medium);
@@ -191,8 +201,8 @@ voxel::Colour Shading::through_medium(const Interaction& m, core::Vec3 direction
         return kWhole;
     const Medium medium = medium_of(m_view, m.ray.medium);
     const double depth_m = m.ray.hit.t * std::abs(m.ray.ray.direction.y) * m_view.voxel_m;
-    const double sin2 = (1 - direction.y * direction.y) / (medium.index * medium.index),
-                 cos = std::sqrt(std::max(1e-6, 1 - sin2));
+    const double sin2 = (1 - direction.y * direction.y) / (medium.index * medium.index);
+    const double cos = std::sqrt(std::max(1e-6, 1 - sin2));
     return decay(medium.absorption_per_m, depth_m / cos) *
            static_cast<float>(1 - fresnel(std::max(direction.y, 0.0), medium.index));
 }
@@ -236,7 +246,7 @@ void Shading::send_mirror(const Interaction& m, voxel::Colour weight) const {
     m.next.push_back(sent(m, direction, walk::RayKind::kMirror, weight, kFacet));
 }
 
-void Shading::meet_transparent(const Interaction& m) const {
+void Shading::shade_transparent(const Interaction& m) const {
     const auto& q = m_view.scene.quality;
     const voxel::Material beyond = m.ray.hit.attr.material == voxel::Material::kAir ||
                                            is_transparent(m_view, m.ray.hit.attr.material)
@@ -271,13 +281,14 @@ void Shading::meet_transparent(const Interaction& m) const {
     out.state = core::RayState(out.ray);
     out.state.start_in(m.ray.hit.voxel, m.ray.hit.level);
     out.medium = beyond;
-    out.sun_asked = m.ray.sun_asked;
+    out.sun_counted = m.ray.sun_counted;
     out.stop =
         beyond == voxel::Material::kAir ? walk::StopAt::kSolid : walk::StopAt::end_of(beyond);
     m.next.push_back(out);
 }
 
-void Shading::pass(const walk::TracedRay& ray, std::vector<walk::TracedRay>& next) const {
+void Shading::continue_through(const walk::TracedRay& ray,
+                               std::vector<walk::TracedRay>& next) const {
     walk::TracedRay out = ray;
     out.state = behind(ray);
     out.state.leap(0);

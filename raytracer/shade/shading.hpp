@@ -12,10 +12,10 @@ namespace terravox::shade {
 /// What has been summed up for one sample of a pixel.
 struct SampleSum {
     Sampler numbers;                 ///< generator of the sample's random numbers
-    voxel::Colour direct, indirect;  ///< linear light, to be added up
-    /// Of the first hit, in level-0 voxels; infinity: none.
+    voxel::Colour direct, indirect;  ///< linear light; their sum is the sample's colour
+    /// Distance of the first hit, in level-0 voxels; infinity: none.
     double t = std::numeric_limits<double>::infinity();
-    core::Vec3 point, normal;  ///< of the first hit
+    core::Vec3 point, normal;  ///< position and smooth normal of the first hit
     voxel::Colour albedo;
     float sun = 0;  ///< share of the first hit's sunlight that is not in shadow
     voxel::Material material = voxel::Material::kAir;
@@ -65,7 +65,7 @@ protected:
     /// Shades an opaque face.
     virtual void shade_opaque(const Interaction& m) const = 0;
     /// Adds what a ray that has left the world sees, scaled by the weight.
-    virtual void leave(const walk::TracedRay& ray, voxel::Colour weight, SampleSum& sum) const = 0;
+    virtual void miss(const walk::TracedRay& ray, voxel::Colour weight, SampleSum& sum) const = 0;
     /// Whether mirrored and refracted rays are both sent (true), or one of them, chosen at random.
     [[nodiscard]] virtual bool splits(const walk::TracedRay& ray) const noexcept = 0;
 
@@ -97,13 +97,29 @@ protected:
     const View& m_view;
 
 private:
-    void see(const walk::TracedRay& ray, SampleSum& sum, std::vector<walk::TracedRay>& next) const;
-    void meet_transparent(const Interaction& m) const;
-    /// Whether it passes through a gap between the leaves that it has met.
+    // The steps of shade(). They are called for each ray, so they are kept in one source, where the
+    // compiler can inline them.
+
+    /// Shades the end of a ray that is not a shadow ray: a hit, a hole, or a miss.
+    void shade_hit(const walk::TracedRay& ray, SampleSum& sum,
+                   std::vector<walk::TracedRay>& next) const;
+    void shade_transparent(const Interaction& m) const;
+    /// Adds the glow of the medium that the ray comes through, up to its hit if it has one.
+    /// @return the weight after the medium's absorption
+    [[nodiscard]] voxel::Colour through_water(const walk::TracedRay& ray, voxel::Colour weight,
+                                              SampleSum& sum) const;
+    /// Adds the light of the air in front of the hit (aerial perspective).
+    /// @return the weight after the air's extinction
+    [[nodiscard]] voxel::Colour through_air(const walk::TracedRay& ray, voxel::Colour weight,
+                                            SampleSum& sum) const;
+    /// Continues a ray that starts inside a voxel: in water or between leaves; inside rock it ends.
+    void start_inside(const walk::TracedRay& ray, bool transparent,
+                      std::vector<walk::TracedRay>& next) const;
+    /// Whether the ray passes through a gap between the leaves that it has met.
     [[nodiscard]] bool slips_through(const walk::TracedRay& ray, const Surface& surface,
                                      const SampleSum& sum) const noexcept;
     /// Continues the ray behind the voxel that it has met.
-    void pass(const walk::TracedRay& ray, std::vector<walk::TracedRay>& next) const;
+    void continue_through(const walk::TracedRay& ray, std::vector<walk::TracedRay>& next) const;
     /// Continues the ray inside the medium that it starts in.
     void enter_medium(const walk::TracedRay& ray, std::vector<walk::TracedRay>& next) const;
 };

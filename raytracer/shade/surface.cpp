@@ -29,7 +29,9 @@ float believed(voxel::Material material, voxel::Colour photo) noexcept {
     if (!dry)
         return 1;
     // Neither plants nor bare ground are mostly blue; shade is only bluish.
-    constexpr float kShade = 1.75f, kWater = 2.5f, kBlack = 1e-3f;
+    constexpr float kShade = 1.75f;
+    constexpr float kWater = 2.5f;
+    constexpr float kBlack = 1e-3f;
     if (photo.b < photo.g)
         return 1;
     return 1 - std::clamp((photo.b / std::max(photo.r, kBlack) - kShade) / (kWater - kShade), 0.0f,
@@ -82,7 +84,9 @@ material::Texel texel_at(const View& view, const walk::TracedRay& ray, core::Vec
     }
     if (appearance.kind == material::Kind::kSolid && appearance.texture == 0)
         return {};
-    const int axis = core::axis_of(hit.face), a = (axis + 1) % 3, b = (axis + 2) % 3;
+    const int axis = core::axis_of(hit.face);
+    const int a = (axis + 1) % 3;
+    const int b = (axis + 2) % 3;
     material::FacePoint at;
     at.voxel = hit.voxel;
     at.level = hit.level;
@@ -155,18 +159,21 @@ bool shows_slope(const View& view, const walk::Hit& hit) noexcept {
 float open_share(const walk::Hit& hit, core::Vec3 point, std::uint8_t bits) noexcept {
     if (bits == 0)
         return 1;
-    const int axis = core::axis_of(hit.face), a = (axis + 1) % 3, b = (axis + 2) % 3;
+    const int axis = core::axis_of(hit.face);
+    const int a = (axis + 1) % 3;
+    const int b = (axis + 2) % 3;
     const auto solid = [&](int i, int j) {  // 0..2 each, the middle is free
         const int place = 3 * i + j;
         return bits >> (place > 4 ? place - 1 : place) & 1;
     };
     const auto corner = [&](int i, int j) {
-        const int side_a = solid(i, 1), side_b = solid(1, j);
+        const int side_a = solid(i, 1);
+        const int side_b = solid(1, j);
         return side_a + side_b == 2 ? 3 : side_a + side_b + solid(i, j);
     };
     const double size = det::exp2_int(hit.level);
-    const double u = std::clamp(point[a] / size - hit.voxel[a], 0.0, 1.0),
-                 v = std::clamp(point[b] / size - hit.voxel[b], 0.0, 1.0);
+    const double u = std::clamp(point[a] / size - hit.voxel[a], 0.0, 1.0);
+    const double v = std::clamp(point[b] / size - hit.voxel[b], 0.0, 1.0);
     const double level = (corner(0, 0) * (1 - u) + corner(2, 0) * u) * (1 - v) +
                          (corner(0, 2) * (1 - u) + corner(2, 2) * u) * v;
     return static_cast<float>(1 - 0.22 * level);

@@ -11,12 +11,14 @@ struct Surface {
     core::Vec3 normal;         ///< of the face, on the side that the ray came from
     core::Vec3 smooth_normal;  ///< including waves
     core::Vec3 direction;      ///< of the ray
-    voxel::Colour albedo, emission;
+    voxel::Colour albedo;
+    voxel::Colour emission;
     float opacity = 1;    ///< leaves: share of rays that it stops
     float polish = 0;     ///< share of the face that reflects like a smooth coat
     float roughness = 0;  ///< of that coat
     double index = 1;     ///< of refraction
-    bool transparent = false, leaves = false;
+    bool transparent = false;
+    bool leaves = false;
 };
 
 /// Properties of the inside of a transparent material.

@@ -28,7 +28,10 @@ bool solid_at(blocks::BlockManager& blocks, const walk::LevelCut& cut, core::Vox
 
 /// Stops that compensate for a dim sun and sky, computed from the light they send to level ground.
 double adaptation_ev(const sky::Sky& sky, double share) noexcept {
-    constexpr double kFullDay = 1, kDarkest = 1e-6, kMax_ev = 9, kLn2 = 0.693147180559945309417;
+    constexpr double kFullDay = 1;
+    constexpr double kDarkest = 1e-6;
+    constexpr double kMax_ev = 9;
+    constexpr double kLn2 = 0.693147180559945309417;
     const double level = static_cast<double>(
         voxel::luminance(sky.ambient({0, 1, 0}) +
                          sky.sun_light() * static_cast<float>(std::max(0.0, sky.to_sun().y))));

@@ -8,10 +8,13 @@ namespace {
 
 constexpr double kMieAlbedo = 0.92;  // of dust and droplets inland
 constexpr double kMieForward = 0.8;
-constexpr double kOzoneMiddle_m = 25'000, kOzoneHalf_m = 15'000;
+constexpr double kOzoneMiddle_m = 25'000;
+constexpr double kOzoneHalf_m = 15'000;
 constexpr double kOzoneMolecules_m2 = 300 * 2.687e20;  // 300 Dobson units
 
-constexpr int kHeights = 32, kSines = 64, kSteps = 40;
+constexpr int kHeights = 32;
+constexpr int kSines = 64;
+constexpr int kSteps = 40;
 
 /// Substance between a point and the end of the air, metres of the densest: the same for every
 /// turbidity, so made once.
@@ -20,9 +23,10 @@ public:
     Columns() : m_nodes(static_cast<std::size_t>(kHeights) * kSines) {
         for (int i = 0; i < kHeights; ++i)
             for (int j = 0; j < kSines; ++j) {
-                const double u = static_cast<double>(i) / (kHeights - 1),
-                             v = static_cast<double>(j) / (kSines - 1);
-                const double height = Atmosphere::kThick_m * u * u, low = horizon_sine(height);
+                const double u = static_cast<double>(i) / (kHeights - 1);
+                const double v = static_cast<double>(j) / (kSines - 1);
+                const double height = Atmosphere::kThick_m * u * u;
+                const double low = horizon_sine(height);
                 m_nodes[place(i, j)] = integrate(height, low + (1 - low) * v * v);
             }
     }
@@ -36,9 +40,10 @@ public:
             std::sqrt(std::clamp(height / Atmosphere::kThick_m, 0.0, 1.0)) * (kHeights - 1);
         const double v =
             std::sqrt(std::clamp((sine - horizon) / (1 - horizon), 0.0, 1.0)) * (kSines - 1);
-        const int i = std::min(static_cast<int>(u), kHeights - 2),
-                  j = std::min(static_cast<int>(v), kSines - 2);
-        const double a = u - i, b = v - j;
+        const int i = std::min(static_cast<int>(u), kHeights - 2);
+        const int j = std::min(static_cast<int>(v), kSines - 2);
+        const double a = u - i;
+        const double b = v - j;
         Atmosphere::Densities out;
         const auto add = [&](int di, int dj, double w) {
             const auto& n = m_nodes[place(i + di, j + dj)];
@@ -58,8 +63,8 @@ private:
         return static_cast<std::size_t>(i) * kSines + static_cast<std::size_t>(j);
     }
     static Atmosphere::Densities integrate(double height, double sine) noexcept {
-        const double r = Atmosphere::kEarth_m + height,
-                     top = Atmosphere::kEarth_m + Atmosphere::kThick_m;
+        const double r = Atmosphere::kEarth_m + height;
+        const double top = Atmosphere::kEarth_m + Atmosphere::kThick_m;
         const double end =
             -r * sine + std::sqrt(std::max(0.0, r * r * (sine * sine - 1) + top * top));
         // A ray that sinks first is densest at its lowest point: steps are finest there, and grow
@@ -68,10 +73,10 @@ private:
         Atmosphere::Densities sum;
         const auto part = [&](double from, double to) {
             for (int i = 0; i < kSteps; ++i) {
-                const double a = static_cast<double>(i) / kSteps,
-                             b = static_cast<double>(i + 1) / kSteps;
-                const double s = from + (to - from) * (a * a + b * b) / 2,
-                             step = std::fabs(to - from) * (b * b - a * a);
+                const double a = static_cast<double>(i) / kSteps;
+                const double b = static_cast<double>(i + 1) / kSteps;
+                const double s = from + (to - from) * (a * a + b * b) / 2;
+                const double step = std::fabs(to - from) * (b * b - a * a);
                 const auto d = Atmosphere::densities(std::sqrt(r * r + s * s + 2 * r * s * sine) -
                                                      Atmosphere::kEarth_m);
                 sum.rayleigh += d.rayleigh * step;
@@ -99,7 +104,8 @@ Atmosphere::Atmosphere(double turbidity) {
     const double angstrom = std::max(0.0, 0.04608 * turbidity - 0.04586);
     for (int band = 0; band < kBands; ++band) {
         const auto i = static_cast<std::size_t>(band);
-        const double um = wavelength_nm(band) / 1000, um2 = um * um;
+        const double um = wavelength_nm(band) / 1000;
+        const double um2 = um * um;
         m_rayleigh[i] = 1.24062e-6 / (um2 * um2);
         m_mie_extinction[i] = angstrom * det::pow(um, -1.3) / kMieScale_m;
         m_mie_scattering[i] = kMieAlbedo * m_mie_extinction[i];
@@ -138,8 +144,8 @@ Spectrum Atmosphere::transmittance(double height_m, double sine) const noexcept 
 
 Spectrum Atmosphere::sunlight(double height_m, double sine) const noexcept {
     const double above = sine - Columns::horizon_sine(height_m);
-    const double t = std::clamp(above / (2 * kSunRadius_rad) + 0.5, 0.0, 1.0),
-                 seen = t * t * (3 - 2 * t);
+    const double t = std::clamp(above / (2 * kSunRadius_rad) + 0.5, 0.0, 1.0);
+    const double seen = t * t * (3 - 2 * t);
     if (seen <= 0)
         return {};
     Spectrum out = transmittance(height_m, sine);
@@ -153,7 +159,8 @@ double rayleigh_phase(double c) noexcept {
 }
 
 double mie_phase(double c) noexcept {
-    constexpr double g = kMieForward, g2 = g * g;
+    constexpr double g = kMieForward;
+    constexpr double g2 = g * g;
     const double d = 1 + g2 - 2 * g * c;
     return 3 / (8 * det::kPi) * (1 - g2) * (1 + c * c) / ((2 + g2) * d * std::sqrt(d));
 }

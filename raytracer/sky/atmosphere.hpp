@@ -15,7 +15,8 @@ namespace terravox::sky {
 class Atmosphere {
 public:
     /// Radius of the ground; height of the top of the air.
-    static constexpr double kEarth_m = 6'360'000, kThick_m = 100'000;
+    static constexpr double kEarth_m = 6'360'000;
+    static constexpr double kThick_m = 100'000;
     static constexpr double kSunRadius_rad = 0.004653;
     /// Height over which the density of the molecules falls to 1 / e.
     static constexpr double kRayleighScale_m = 8000;
@@ -28,7 +29,9 @@ public:
 
     /// Density of each substance, relative to that where it is densest.
     struct Densities {
-        double rayleigh = 0, mie = 0, ozone = 0;
+        double rayleigh = 0;
+        double mie = 0;
+        double ozone = 0;
     };
     [[nodiscard]] static Densities densities(double height_m) noexcept;
 
@@ -50,7 +53,10 @@ public:
     [[nodiscard]] Spectrum sunlight(double height_m, double sine) const noexcept;
 
 private:
-    Spectrum m_rayleigh, m_mie_scattering, m_mie_extinction, m_ozone;
+    Spectrum m_rayleigh;
+    Spectrum m_mie_scattering;
+    Spectrum m_mie_extinction;
+    Spectrum m_ozone;
 };
 
 /// Phase function of molecules: share of scattered light per steradian at an angle; integrates to 1

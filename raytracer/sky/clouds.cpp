@@ -16,20 +16,25 @@ constexpr double kRise = 0.36;  // of the noise, from a cloud's edge to its full
 
 // Gradient noise, about [-1, 1], smooth; gradients are functions of the lattice point.
 double gradient_noise(double x, double y, std::uint64_t octave) noexcept {
-    const double fx = std::floor(x), fy = std::floor(y), a = x - fx, b = y - fy;
-    const auto ix = static_cast<std::int64_t>(fx), iy = static_cast<std::int64_t>(fy);
+    const double fx = std::floor(x);
+    const double fy = std::floor(y);
+    const double a = x - fx;
+    const double b = y - fy;
+    const auto ix = static_cast<std::int64_t>(fx);
+    const auto iy = static_cast<std::int64_t>(fy);
     const auto corner = [&](int i, int j) {
         const std::uint64_t h =
             core::hash64(static_cast<std::uint64_t>(ix + i) * 0x9e3779b97f4a7c15 ^
                          static_cast<std::uint64_t>(iy + j) * 0xc2b2ae3d27d4eb4f ^ octave);
-        const double gx = static_cast<double>(h >> 40) * 0x1.0p-23 - 1,
-                     gy = static_cast<double>(h & 0xffffff) * 0x1.0p-23 - 1;
+        const double gx = static_cast<double>(h >> 40) * 0x1.0p-23 - 1;
+        const double gy = static_cast<double>(h & 0xffffff) * 0x1.0p-23 - 1;
         return gx * (a - i) + gy * (b - j);
     };
     const auto ease = [](double t) { return t * t * t * (t * (t * 6 - 15) + 10); };
-    const double u = ease(a), v = ease(b);
-    const double low = corner(0, 0) * (1 - u) + corner(1, 0) * u,
-                 high = corner(0, 1) * (1 - u) + corner(1, 1) * u;
+    const double u = ease(a);
+    const double v = ease(b);
+    const double low = corner(0, 0) * (1 - u) + corner(1, 0) * u;
+    const double high = corner(0, 1) * (1 - u) + corner(1, 1) * u;
     return 1.6 * (low * (1 - v) + high * v);
 }
 
@@ -57,10 +62,13 @@ Clouds::Clouds(double cover) : m_cover(std::clamp(cover, 0.0, 1.0)) {
 double Clouds::noise(double x_m, double z_m, int octaves) noexcept {
     if (!(std::fabs(x_m) < 1e9 && std::fabs(z_m) < 1e9))
         return -1e9;
-    double x = x_m / kLargest_m, y = z_m / kLargest_m, sum = 0, weight = 0.55;
+    double x = x_m / kLargest_m;
+    double y = z_m / kLargest_m;
+    double sum = 0;
+    double weight = 0.55;
     // The largest features bend the smaller ones, which makes heaps out of blots.
-    const double bend_x = gradient_noise(x * 0.7 + 31.4, y * 0.7, 101),
-                 bend_y = gradient_noise(x * 0.7, y * 0.7 - 17.7, 102);
+    const double bend_x = gradient_noise(x * 0.7 + 31.4, y * 0.7, 101);
+    const double bend_y = gradient_noise(x * 0.7, y * 0.7 - 17.7, 102);
     x += 0.35 * bend_x;
     y += 0.35 * bend_y;
     for (int octave = 0; octave < octaves; ++octave) {

@@ -28,7 +28,9 @@ public:
 private:
     [[nodiscard]] static double noise(double x_m, double z_m, int octaves) noexcept;
     [[nodiscard]] double depth_of(double noise) const noexcept;
-    double m_cover, m_threshold = 0, m_mean_passing = 1;
+    double m_cover;
+    double m_threshold = 0;
+    double m_mean_passing = 1;
 };
 
 }  // namespace terravox::sky

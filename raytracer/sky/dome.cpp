@@ -28,7 +28,8 @@ voxel::Colour night(double y) noexcept {
 /// clear air gives 2.4.
 double scale_of_pictures() {
     static const double scale = [] {
-        constexpr double kNoonLight = 2.4, kTurbidity = 2.5;
+        constexpr double kNoonLight = 2.4;
+        constexpr double kTurbidity = 2.5;
         return kNoonLight / static_cast<double>(voxel::luminance(sun_colour(
                                 Atmosphere(kTurbidity).transmittance(0, det::sin(45 * kRad)), 1)));
     }();
@@ -36,7 +37,9 @@ double scale_of_pictures() {
 }
 
 struct ClearSky {
-    double turbidity, altitude_rad, height_m;
+    double turbidity;
+    double altitude_rad;
+    double height_m;
     bool operator==(const ClearSky&) const = default;
 };
 
@@ -93,11 +96,14 @@ Dome::Dome(const Sun& sun, const Settings& settings)
 void Dome::light_clouds(const Atmosphere& air, double scale) {
     m_cloud_sun = in_gamut(sun_colour(
         air.sunlight(m_settings.place_height_m + m_settings.cloud_height_m, m_to_sun.y), scale));
-    constexpr int kRows = 8, kColumns = 16;
-    voxel::Colour mean, flat;
+    constexpr int kRows = 8;
+    constexpr int kColumns = 16;
+    voxel::Colour mean;
+    voxel::Colour flat;
     for (int i = 0; i < kRows; ++i)
         for (int j = 0; j < kColumns; ++j) {
-            const double y = (i + 0.5) / kRows, r = std::sqrt(1 - y * y);
+            const double y = (i + 0.5) / kRows;
+            const double r = std::sqrt(1 - y * y);
             const auto turn = det::sin_cos(2 * det::kPi * (j + 0.5) / kColumns);
             const voxel::Colour c =
                 clear({r * turn.cos, y, r * turn.sin}) * (1.0f / (kRows * kColumns));
@@ -144,17 +150,19 @@ voxel::Colour Dome::radiance(core::Vec3 d) const noexcept {
     if (depth <= 0)
         return c;
     // The air before the cloud is part of the clear sky; only what is behind it changes.
-    const voxel::Colour cloud = cloud_light(at, depth, core::dot(d, m_to_sun)),
-                        seen = m_haze.transmittance(d, at.distance_m) *
-                               static_cast<float>(1 - det::exp(-depth));
+    const voxel::Colour cloud = cloud_light(at, depth, core::dot(d, m_to_sun));
+    const voxel::Colour seen =
+        m_haze.transmittance(d, at.distance_m) * static_cast<float>(1 - det::exp(-depth));
     return {c.r + seen.r * (cloud.r - c.r), c.g + seen.g * (cloud.g - c.g),
             c.b + seen.b * (cloud.b - c.b)};
 }
 
 Dome::CloudPlace Dome::cloud_place(core::Vec3 d) const noexcept {
     // The layer follows the Earth, so that it ends at a horizon.
-    const double ry = Atmosphere::kEarth_m * d.y, h = m_settings.cloud_height_m;
-    const double q = h * (2 * Atmosphere::kEarth_m + h), s = q / (ry + std::sqrt(ry * ry + q));
+    const double ry = Atmosphere::kEarth_m * d.y;
+    const double h = m_settings.cloud_height_m;
+    const double q = h * (2 * Atmosphere::kEarth_m + h);
+    const double s = q / (ry + std::sqrt(ry * ry + q));
     return {s, m_settings.eye_m.x + d.x * s, m_settings.eye_m.z + d.z * s};
 }
 
@@ -164,12 +172,17 @@ Dome::CloudPlace Dome::cloud_place(core::Vec3 d) const noexcept {
 // light and some of its observable consequences", Am. J. Phys. 1987 (two streams).
 voxel::Colour Dome::cloud_light(const CloudPlace& at, double depth,
                                 double sun_cosine) const noexcept {
-    constexpr double kBack = 0.13, kSide_m = 500, kSideDepth = 0.09;
+    constexpr double kBack = 0.13;
+    constexpr double kSide_m = 500;
+    constexpr double kSideDepth = 0.09;
     const double aside =
         m_clouds.coarse_depth(at.x_m + m_sun_flat.x * kSide_m, at.z_m + m_sun_flat.z * kSide_m);
-    const double through = 1 / (1 + kBack * depth), lit = det::exp(-kSideDepth * aside);
-    const double c = std::max(0.0, sun_cosine), c2 = c * c, c8 = c2 * c2 * c2 * c2,
-                 glow = 0.9 * c8 * c8 * det::exp(-0.4 * depth) + 0.35 * c2 * c2;
+    const double through = 1 / (1 + kBack * depth);
+    const double lit = det::exp(-kSideDepth * aside);
+    const double c = std::max(0.0, sun_cosine);
+    const double c2 = c * c;
+    const double c8 = c2 * c2 * c2 * c2;
+    const double glow = 0.9 * c8 * c8 * det::exp(-0.4 * depth) + 0.35 * c2 * c2;
     const double sun = (0.3 + 0.7 * std::max(0.0, m_to_sun.y)) *
                        (0.35 * through + 0.65 * lit * std::sqrt(through)) * (0.85 + glow);
     return m_cloud_sun * static_cast<float>(sun) + m_cloud_above * static_cast<float>(through) +
@@ -199,8 +212,8 @@ voxel::Colour ground_colour() noexcept {
         // Of the albedo under the sun's own light, as a share of what white would send.
         Spectrum white;
         white.fill(1);
-        const voxel::Colour lit = sun_colour(Atmosphere::ground_albedo(), 1),
-                            all = sun_colour(white, 1);
+        const voxel::Colour lit = sun_colour(Atmosphere::ground_albedo(), 1);
+        const voxel::Colour all = sun_colour(white, 1);
         return voxel::Colour{lit.r / all.r, lit.g / all.g, lit.b / all.b};
     }();
     return colour;

@@ -16,7 +16,10 @@ namespace terravox::sky {
 class Dome {
 public:
     struct Settings {
-        double turbidity = 2.5, place_height_m = 0, clouds = 0, cloud_height_m = 1500;
+        double turbidity = 2.5;
+        double place_height_m = 0;
+        double clouds = 0;
+        double cloud_height_m = 1500;
         std::optional<double> visibility_km;  ///< > 0
         core::Vec3 eye_m;                     ///< eye around which the clouds lie
     };
@@ -44,7 +47,9 @@ public:
 
 private:
     struct CloudPlace {
-        double distance_m, x_m, z_m;
+        double distance_m;
+        double x_m;
+        double z_m;
     };
     [[nodiscard]] double azimuth_cosine(core::Vec3 d, double flat) const noexcept;
     [[nodiscard]] CloudPlace cloud_place(core::Vec3 d) const noexcept;
@@ -57,7 +62,10 @@ private:
     Haze m_haze;
     Clouds m_clouds;
     std::shared_ptr<const SkyTable> m_table;
-    voxel::Colour m_sun_light, m_cloud_sun, m_cloud_above, m_cloud_below;
+    voxel::Colour m_sun_light;
+    voxel::Colour m_cloud_sun;
+    voxel::Colour m_cloud_above;
+    voxel::Colour m_cloud_below;
     float m_stars = 0;
 };
 

@@ -10,7 +10,9 @@ namespace {
 
 constexpr double kLog20 = 2.995732273553991;  // 5 % is what is left
 // The bands that come nearest to the primaries: 600 - 630, 540 - 570 and 450 - 480 nm.
-constexpr std::size_t kRed = 7, kGreen = 5, kBlue = 2;
+constexpr std::size_t kRed = 7;
+constexpr std::size_t kGreen = 5;
+constexpr std::size_t kBlue = 2;
 
 voxel::Colour channels(const Spectrum& s, double times) noexcept {
     return {static_cast<float>(s[kRed] * times), static_cast<float>(s[kGreen] * times),
@@ -28,12 +30,13 @@ double dense_length(double metres, double rise, double scale_m) noexcept {
 Haze::Haze(double turbidity, double place_height_m, std::optional<double> visibility_km) {
     const Atmosphere air(turbidity);
     const auto at = Atmosphere::densities(place_height_m);
-    double rayleigh = at.rayleigh, mie = at.mie;
+    double rayleigh = at.rayleigh;
+    double mie = at.mie;
     if (visibility_km) {
         // Molecules are always there; haze makes up the rest. Air clearer than molecules allow
         // keeps their colour.
-        const double wanted = kLog20 / (*visibility_km * 1000),
-                     molecules = rayleigh * air.rayleigh()[kGreen];
+        const double wanted = kLog20 / (*visibility_km * 1000);
+        const double molecules = rayleigh * air.rayleigh()[kGreen];
         mie = std::max(0.0, wanted - molecules) / air.mie_extinction()[kGreen];
         rayleigh *= std::min(1.0, wanted / molecules);
     }
@@ -46,8 +49,8 @@ voxel::Colour Haze::transmittance(core::Vec3 direction, double metres) const noe
         return {1, 1, 1};
     metres = std::min(metres, 1e12);
     const double rise = std::fabs(direction.y);
-    const double rayleigh = dense_length(metres, rise, Atmosphere::kRayleighScale_m),
-                 mie = dense_length(metres, rise, Atmosphere::kMieScale_m);
+    const double rayleigh = dense_length(metres, rise, Atmosphere::kRayleighScale_m);
+    const double mie = dense_length(metres, rise, Atmosphere::kMieScale_m);
     const auto left = [&](float r, float m) {
         return static_cast<float>(
             det::exp(-static_cast<double>(r) * rayleigh - static_cast<double>(m) * mie));

@@ -22,7 +22,8 @@ public:
     [[nodiscard]] voxel::Colour transmittance(core::Vec3 direction, double metres) const noexcept;
 
 private:
-    voxel::Colour m_rayleigh_per_m, m_mie_per_m;
+    voxel::Colour m_rayleigh_per_m;
+    voxel::Colour m_mie_per_m;
 };
 
 }  // namespace terravox::sky

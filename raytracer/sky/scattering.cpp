@@ -9,8 +9,8 @@ namespace {
 constexpr int kHeights = 10, kSines = 14;  // of the table of multiple scattering
 // Along a level line of sight the sun's altitude changes by up to 10.2 degrees until the air ends.
 constexpr double kReach_rad = 0.2;
-constexpr double kGround_m = Atmosphere::kEarth_m,
-                 kTop_m = Atmosphere::kEarth_m + Atmosphere::kThick_m;
+constexpr double kGround_m = Atmosphere::kEarth_m;
+constexpr double kTop_m = Atmosphere::kEarth_m + Atmosphere::kThick_m;
 
 /// Walks a line of sight through the air in steps that grow with the distance, and calls
 /// visit(height, sine of the sun's altitude, densities, weight per band), where weight is the
@@ -23,15 +23,19 @@ Spectrum march(const Atmosphere& air, double height, core::Vec3 direction, core:
     left.fill(1);
     const core::Vec3 start{0, kGround_m + height, 0};
     for (int i = 0; i < steps; ++i) {
-        const double a = static_cast<double>(i) / steps, b = static_cast<double>(i + 1) / steps;
-        const double from = end * a * a, step = end * b * b - from;
+        const double a = static_cast<double>(i) / steps;
+        const double b = static_cast<double>(i + 1) / steps;
+        const double from = end * a * a;
+        const double step = end * b * b - from;
         const core::Vec3 at = start + direction * (from + step / 2);
-        const double r = core::length(at), here = std::max(0.0, r - kGround_m);
+        const double r = core::length(at);
+        const double here = std::max(0.0, r - kGround_m);
         const auto densities = Atmosphere::densities(here);
         const Spectrum extinction = air.extinction(densities);
         Spectrum weight;
         for (std::size_t k = 0; k < kBands; ++k) {
-            const double depth = extinction[k] * step, through = det::exp(-depth);
+            const double depth = extinction[k] * step;
+            const double through = det::exp(-depth);
             // (1 - e^-x) / x loses its digits for small x, where it is 1 - x / 2.
             weight[k] = left[k] * step * (depth > 1e-6 ? (1 - through) / depth : 1 - depth / 2);
             left[k] *= through;
@@ -48,7 +52,8 @@ double to_top(double height, double sine) noexcept {
 
 /// @return the distance to the ground, or a negative number
 double to_ground(double height, double sine) noexcept {
-    const double r = kGround_m + height, inside = r * r * (sine * sine - 1) + kGround_m * kGround_m;
+    const double r = kGround_m + height;
+    const double inside = r * r * (sine * sine - 1) + kGround_m * kGround_m;
     return sine < 0 && inside > 0 ? -r * sine - std::sqrt(inside) : -1;
 }
 
@@ -63,8 +68,8 @@ Scattering::Scattering(const Atmosphere& atmosphere, double altitude_rad)
     m_multiple.reserve(static_cast<std::size_t>(kHeights) * kSines);
     for (int i = 0; i < kHeights; ++i)
         for (int j = 0; j < kSines; ++j) {
-            const double u = static_cast<double>(i) / (kHeights - 1),
-                         v = static_cast<double>(j) / (kSines - 1);
+            const double u = static_cast<double>(i) / (kHeights - 1);
+            const double v = static_cast<double>(j) / (kSines - 1);
             m_multiple.push_back(gathered(Atmosphere::kThick_m * u * u,
                                           m_first_sine + (m_last_sine - m_first_sine) * v));
         }
@@ -84,11 +89,13 @@ Spectrum Scattering::gathered(double height_m, double sun_sine) const noexcept {
                                           -0.3826834323650898, -0.9238795325112867};
     constexpr int kSteps = 12;
     const core::Vec3 to_sun{std::sqrt(std::max(0.0, 1 - sun_sine * sun_sine)), sun_sine, 0};
-    Spectrum twice{}, again{};
+    Spectrum twice{};
+    Spectrum again{};
     for (int n = 0; n < 8; ++n) {
-        const double sine = n < 4 ? kNodes[n] : -kNodes[n - 4], flat = std::sqrt(1 - sine * sine);
-        const double ground = to_ground(height_m, sine),
-                     end = ground >= 0 ? ground : to_top(height_m, sine);
+        const double sine = n < 4 ? kNodes[n] : -kNodes[n - 4];
+        const double flat = std::sqrt(1 - sine * sine);
+        const double ground = to_ground(height_m, sine);
+        const double end = ground >= 0 ? ground : to_top(height_m, sine);
         for (const double c : kAzimuthCosines) {
             const double share = kWeights[n % 4] / 2 / 4;
             const core::Vec3 direction{flat * c, sine, flat * std::sqrt(1 - c * c)};
@@ -125,9 +132,10 @@ Spectrum Scattering::multiple_at(double height_m, double sun_sine) const noexcep
     const double v =
         std::clamp((sun_sine - m_first_sine) / (m_last_sine - m_first_sine), 0.0, 1.0) *
         (kSines - 1);
-    const int i = std::min(static_cast<int>(u), kHeights - 2),
-              j = std::min(static_cast<int>(v), kSines - 2);
-    const double a = u - i, b = v - j;
+    const int i = std::min(static_cast<int>(u), kHeights - 2);
+    const int j = std::min(static_cast<int>(v), kSines - 2);
+    const double a = u - i;
+    const double b = v - j;
     const Spectrum* node = &m_multiple[static_cast<std::size_t>(i * kSines + j)];
     Spectrum out;
     for (std::size_t k = 0; k < kBands; ++k)
@@ -140,15 +148,16 @@ Scattered Scattering::seen(double height_m, double elevation,
                            double azimuth_cosine) const noexcept {
     constexpr int kSteps = 32;
     Scattered out;
-    const double flat = std::sqrt(std::max(0.0, 1 - elevation * elevation)),
-                 across = std::sqrt(std::max(0.0, 1 - azimuth_cosine * azimuth_cosine));
+    const double flat = std::sqrt(std::max(0.0, 1 - elevation * elevation));
+    const double across = std::sqrt(std::max(0.0, 1 - azimuth_cosine * azimuth_cosine));
     const core::Vec3 direction{flat * azimuth_cosine, elevation, flat * across};
     march(m_atmosphere, height_m, direction, m_to_sun, to_top(height_m, elevation), kSteps,
           [&](double h, double s, const auto& d, const Spectrum& weight) {
-              const Spectrum sun = m_atmosphere.sunlight(h, s), multiple = multiple_at(h, s);
+              const Spectrum sun = m_atmosphere.sunlight(h, s);
+              const Spectrum multiple = multiple_at(h, s);
               for (std::size_t k = 0; k < kBands; ++k) {
-                  const double rayleigh = d.rayleigh * m_atmosphere.rayleigh()[k] * weight[k],
-                               mie = d.mie * m_atmosphere.mie_scattering()[k] * weight[k];
+                  const double rayleigh = d.rayleigh * m_atmosphere.rayleigh()[k] * weight[k];
+                  const double mie = d.mie * m_atmosphere.mie_scattering()[k] * weight[k];
                   out.rayleigh[k] += rayleigh * sun[k];
                   out.mie[k] += mie * sun[k];
                   out.multiple[k] += (rayleigh + mie) * multiple[k];

@@ -8,7 +8,9 @@ namespace terravox::sky {
 /// `rayleigh` and `mie` have been scattered once and still lack their phase functions; `multiple`
 /// is complete.
 struct Scattered {
-    Spectrum rayleigh{}, mie{}, multiple{};
+    Spectrum rayleigh{};
+    Spectrum mie{};
+    Spectrum multiple{};
 };
 
 /// Scattered sunlight in the air for one altitude of the sun. Immutable, thread-safe.
@@ -34,7 +36,8 @@ private:
     [[nodiscard]] Spectrum gathered(double height_m, double sun_sine) const noexcept;
     const Atmosphere& m_atmosphere;
     core::Vec3 m_to_sun;  ///< x away from the observer, y up
-    double m_first_sine, m_last_sine;
+    double m_first_sine;
+    double m_last_sine;
     std::vector<Spectrum> m_multiple;
 };
 

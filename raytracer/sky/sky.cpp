@@ -78,7 +78,8 @@ public:
     const float strength;
     std::optional<voxel::Colour> uniform;
     bool has_air = true;
-    voxel::Colour sun_light, ground;
+    voxel::Colour sun_light;
+    voxel::Colour ground;
     AmbientTable ambient;
     std::optional<SkySampler> sampler;
 
@@ -95,8 +96,8 @@ private:
             for (int column = 0; column < SkySampler::kColumns; ++column) {
                 voxel::Colour mean;
                 for (int i = 0; i < kFine * kFine; ++i) {
-                    const double y = (row + (i / kFine + 0.5) / kFine) / SkySampler::kRows,
-                                 turn = (column + (i % kFine + 0.5) / kFine) / SkySampler::kColumns;
+                    const double y = (row + (i / kFine + 0.5) / kFine) / SkySampler::kRows;
+                    const double turn = (column + (i % kFine + 0.5) / kFine) / SkySampler::kColumns;
                     mean = mean + radiance(direction_at(y, turn)) * (1.0f / (kFine * kFine));
                 }
                 const core::Vec3 d = direction_at((row + 0.5) / SkySampler::kRows,

@@ -13,7 +13,8 @@ namespace terravox::sky {
 /// The air between the eye and a thing: the light that arrives is the thing's times
 /// `transmittance`, plus `light`.
 struct Air {
-    voxel::Colour transmittance{1, 1, 1}, light;
+    voxel::Colour transmittance{1, 1, 1};
+    voxel::Colour light;
 };
 
 /// Daylight over one place: the sun, the sky with its clouds and stars, and the air in front of

@@ -16,7 +16,8 @@ constexpr double kEven = 0.05;
 int find(const double* ends, int count, double& u) noexcept {
     const int i =
         std::min(static_cast<int>(std::upper_bound(ends, ends + count, u) - ends), count - 1);
-    const double low = i > 0 ? ends[i - 1] : 0, size = ends[i] - low;
+    const double low = i > 0 ? ends[i - 1] : 0;
+    const double size = ends[i] - low;
     u = size > 0 ? std::clamp((u - low) / size, 0.0, 1.0) : 0.5;
     return i;
 }
@@ -48,9 +49,10 @@ SkySampler::SkySampler(const std::vector<double>& luminance)
 }
 
 SkySample SkySampler::sample(double u, double v) const noexcept {
-    const int row = find(m_row_ends.data(), kRows, v),
-              column = find(&m_cell_ends[static_cast<std::size_t>(row * kColumns)], kColumns, u);
-    const double y = (row + v) / kRows, flat = std::sqrt(std::max(0.0, 1 - y * y));
+    const int row = find(m_row_ends.data(), kRows, v);
+    const int column = find(&m_cell_ends[static_cast<std::size_t>(row * kColumns)], kColumns, u);
+    const double y = (row + v) / kRows;
+    const double flat = std::sqrt(std::max(0.0, 1 - y * y));
     const auto turn = det::sin_cos(2 * det::kPi * (column + u) / kColumns);
     return {{flat * turn.cos, y, flat * turn.sin},
             m_pdf[static_cast<std::size_t>(row * kColumns + column)]};

@@ -24,7 +24,9 @@ public:
 
 private:
     struct Node {
-        voxel::Colour rayleigh, mie, multiple;
+        voxel::Colour rayleigh;
+        voxel::Colour mie;
+        voxel::Colour multiple;
     };
     std::vector<Node> m_nodes;
 };

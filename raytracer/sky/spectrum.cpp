@@ -4,7 +4,9 @@ namespace terravox::sky {
 namespace {
 
 struct Xyz {
-    double x = 0, y = 0, z = 0;
+    double x = 0;
+    double y = 0;
+    double z = 0;
 };
 
 double lobe(double nm, double middle, double below, double above) noexcept {
@@ -22,7 +24,9 @@ Xyz matching(double nm) noexcept {
 }
 
 struct Weights {
-    std::array<double, kBands> r, g, b;
+    std::array<double, kBands> r;
+    std::array<double, kBands> g;
+    std::array<double, kBands> b;
 };
 
 // What a band brings to each primary: the mean of the matching functions over the band. Ref: ITU-R
@@ -47,7 +51,9 @@ Weights make_weights() noexcept {
     }
     // A camera set to daylight: the sun's light above the air is white (a plain scaling of the
     // primaries, all are close to it).
-    double r = 0, g = 0, b = 0;
+    double r = 0;
+    double g = 0;
+    double b = 0;
     for (std::size_t i = 0; i < kBands; ++i) {
         r += w.r[i] * kSolarIrradiance[i];
         g += w.g[i] * kSolarIrradiance[i];
@@ -64,7 +70,9 @@ Weights make_weights() noexcept {
 
 voxel::Colour to_rec709(const Spectrum& s) noexcept {
     static const Weights weights = make_weights();
-    double r = 0, g = 0, b = 0;
+    double r = 0;
+    double g = 0;
+    double b = 0;
     for (std::size_t i = 0; i < kBands; ++i) {
         r += s[i] * weights.r[i];
         g += s[i] * weights.g[i];

@@ -19,7 +19,9 @@ struct Place {
 };
 
 Place place_of(core::Vec3 d) noexcept {
-    const double ax = std::fabs(d.x), ay = std::fabs(d.y), az = std::fabs(d.z);
+    const double ax = std::fabs(d.x);
+    const double ay = std::fabs(d.y);
+    const double az = std::fabs(d.z);
     if (ay >= ax && ay >= az)
         return {d.y > 0 ? 0 : 1, d.x / ay, d.z / ay};
     if (ax >= az)
@@ -42,7 +44,8 @@ int cell_of(double u) noexcept {
 
 voxel::Colour starlight(core::Vec3 d) noexcept {
     const Place at = place_of(d);
-    const int i = cell_of(at.u), j = cell_of(at.v);
+    const int i = cell_of(at.u);
+    const int j = cell_of(at.v);
     std::uint64_t hash =
         core::hash64(kSeed, static_cast<std::uint64_t>((at.face * kCells + i) * kCells + j));
     const auto next = [&] { return core::unit_from(hash = core::hash64(hash)); };
@@ -54,15 +57,17 @@ voxel::Colour starlight(core::Vec3 d) noexcept {
     const auto inside = [&](int cell) {
         return (cell + 0.5 + kInside * (next() - 0.5)) * 2 / kCells - 1;
     };
-    const double u = inside(i), v = inside(j);
+    const double u = inside(i);
+    const double v = inside(j);
     const core::Vec3 apart = d - direction_of({at.face, u, v});
     const double r2 = core::dot(apart, apart) / (kRadius * kRadius);
     if (!(r2 < 1))
         return {};
     // Ten stars of half the brightness for each one; the few bright ones are what the eye finds
     // patterns in.
-    const double rank = 1 - next(), brightness = std::min(12 / std::sqrt(rank) - 8, 160.0),
-                 warmth = next();
+    const double rank = 1 - next();
+    const double brightness = std::min(12 / std::sqrt(rank) - 8, 160.0);
+    const double warmth = next();
     const double falloff = (1 - r2) * (1 - r2);
     const voxel::Colour tint = voxel::mix({0.72f, 0.84f, 1.25f}, {1.25f, 0.98f, 0.72f},
                                           static_cast<float>(warmth * warmth));

@@ -6,7 +6,8 @@
 namespace terravox::sky {
 namespace {
 
-constexpr double kRad = det::kPi / 180, kTrueRadius_rad = 0.2666 * kRad;
+constexpr double kRad = det::kPi / 180;
+constexpr double kTrueRadius_rad = 0.2666 * kRad;
 constexpr double kLimb = 0.6;
 
 // Share of a circle above a line at `y` radii over its middle.
@@ -20,8 +21,8 @@ double share_above(double y) noexcept {
 Sun::Sun(const geo::SunPosition& at, double size) {
     m_altitude_rad = at.altitude_deg * kRad;
     m_radius_rad = std::min(kTrueRadius_rad * std::max(0.0, size), 80 * kRad);
-    const auto altitude = det::sin_cos(m_altitude_rad),
-               azimuth = det::sin_cos(at.azimuth_deg * kRad);
+    const auto altitude = det::sin_cos(m_altitude_rad);
+    const auto azimuth = det::sin_cos(at.azimuth_deg * kRad);
     m_direction =
         core::normalized({azimuth.sin * altitude.cos, altitude.sin, -azimuth.cos * altitude.cos});
     m_right = {azimuth.cos, 0, azimuth.sin};
@@ -37,7 +38,8 @@ Sun::Sun(const geo::SunPosition& at, double size) {
 
 core::Vec3 Sun::sample(double u, double v) const noexcept {
     // 1 - cosine, and sine, of the angle from the centre.
-    const double down = m_height * u, r = std::sqrt(down * (2 - down));
+    const double down = m_height * u;
+    const double r = std::sqrt(down * (2 - down));
     const auto turn = det::sin_cos(2 * det::kPi * v);
     return m_direction * (1 - down) + m_right * (r * turn.cos) + m_up * (r * turn.sin);
 }

@@ -15,9 +15,8 @@ public:
     /// does
     Sun(const geo::SunPosition& at, double size);
 
-    [[nodiscard]] core::Vec3 direction() const noexcept {
-        return m_direction;
-    }  ///< to its centre; x east, y up, z south
+    /// Direction to its centre; x east, y up, z south.
+    [[nodiscard]] core::Vec3 direction() const noexcept { return m_direction; }
     [[nodiscard]] double altitude_rad() const noexcept { return m_altitude_rad; }
     [[nodiscard]] double radius_rad() const noexcept { return m_radius_rad; }
     /// Share of the disc above a level horizon, [0, 1]; continuous.
@@ -36,7 +35,11 @@ public:
 private:
     core::Vec3 m_direction, m_right, m_up;  ///< right and up span the disc
     /// m_height: 1 - cosine of the radius.
-    double m_altitude_rad, m_radius_rad, m_share_up, m_seen_altitude_rad, m_height = 0;
+    double m_altitude_rad;
+    double m_radius_rad;
+    double m_share_up;
+    double m_seen_altitude_rad;
+    double m_height = 0;
 };
 
 }  // namespace terravox::sky

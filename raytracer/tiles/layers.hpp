@@ -37,7 +37,7 @@ struct LayerSample {
     /// Light that reached the first hit directly from sun and sky; `direct` + `indirect` is the
     /// pixel's colour.
     voxel::Colour direct;
-    voxel::Colour indirect;  ///< by way of other things
+    voxel::Colour indirect;  ///< by way of other surfaces
     voxel::Colour albedo;    ///< share of light that the surface reflects; 0 where nothing is hit
     std::array<float, 3> normal{};    ///< x east, y up, z south
     std::array<float, 3> position{};  ///< metres from PictureFrame's origin, the same axes

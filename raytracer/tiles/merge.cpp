@@ -37,8 +37,10 @@ bool PixelSample::is_known(double share) const noexcept {
 }
 
 void PixelSample::merge(const PixelSample& more) noexcept {
-    const auto own = static_cast<float>(samples), others = static_cast<float>(more.samples),
-               own_hits = own * alpha, other_hits = others * more.alpha;
+    const auto own = static_cast<float>(samples);
+    const auto others = static_cast<float>(more.samples);
+    const auto own_hits = own * alpha;
+    const auto other_hits = others * more.alpha;
     const float share = share_of(own, others);
     mix_into(colour, more.colour, share);
     mix_into(alpha, more.alpha, share);
@@ -53,8 +55,8 @@ void PixelSample::merge(const PixelSample& more) noexcept {
 
 void LayerSample::merge(const LayerSample& more, float own, float others, float own_hits,
                         float other_hits) noexcept {
-    const float share = share_of(own, others),
-                hit_share = own_hits + other_hits > 0 ? share_of(own_hits, other_hits) : 0;
+    const float share = share_of(own, others);
+    const float hit_share = own_hits + other_hits > 0 ? share_of(own_hits, other_hits) : 0;
     mix_into(direct, more.direct, share);
     mix_into(indirect, more.indirect, share);
     mix_into(albedo, more.albedo, hit_share);

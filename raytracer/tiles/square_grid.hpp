@@ -21,8 +21,10 @@ public:
 
 private:
     double m_voxels_per_square;
-    std::int64_t m_first_column, m_first_row;
-    std::uint32_t m_columns, m_rows;
+    std::int64_t m_first_column;
+    std::int64_t m_first_row;
+    std::uint32_t m_columns;
+    std::uint32_t m_rows;
 };
 
 }  // namespace terravox::tiles

@@ -17,11 +17,15 @@ namespace terravox::tiles {
 struct RenderTile {
     std::uint32_t index = 0;  ///< within the pass, in the order of the plan
     std::uint32_t pass = 0;
-    int x0 = 0, y0 = 0, x1 = 0, y1 = 0;
+    int x0 = 0;
+    int y0 = 0;
+    int x1 = 0;
+    int y1 = 0;
     int step = 1;
     bool refines = false;
     /// Of each pixel; 0: as many as the scene specifies.
-    std::uint32_t first_sample = 0, samples = 0;
+    std::uint32_t first_sample = 0;
+    std::uint32_t samples = 0;
     friend bool operator==(const RenderTile&, const RenderTile&) = default;
 
     /// Calls visit(x, y) for each pixel to trace, row by row.

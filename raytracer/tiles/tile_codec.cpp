@@ -22,7 +22,8 @@ static_assert(std::endian::native == std::endian::little,
 constexpr std::uint8_t kVersion = 1;
 constexpr std::size_t kBefore = 1 + sizeof(std::uint64_t);  // version and checksum
 // Sums and products of these stay within 32 and 64 bits.
-constexpr int kFarthest_px = 1 << 24, kLargestStep_px = 1 << 16;
+constexpr int kFarthest_px = 1 << 24;
+constexpr int kLargestStep_px = 1 << 16;
 constexpr std::size_t kHole_bytes = 4 * sizeof(std::int32_t);
 enum Flags : std::uint8_t { kRefines = 1, kLayers = 2, kAllFlags = 3 };
 
@@ -172,7 +173,8 @@ std::uint64_t checksum_of(std::span<const std::byte> bytes) noexcept {
 
 /// Checks version and checksum, reads the head, and leaves the reader after the number of holes.
 TileHead read_head(Reader& in) {
-    std::uint8_t version = 0, flags = 0;
+    std::uint8_t version = 0;
+    std::uint8_t flags = 0;
     std::uint64_t checksum = 0;
     in.get(version);
     if (version != kVersion)
@@ -352,7 +354,7 @@ std::vector<std::byte> decompress(std::span<const std::byte> frame, std::uint64_
     if (claimed == ZSTD_CONTENTSIZE_ERROR || claimed == ZSTD_CONTENTSIZE_UNKNOWN)
         in.fail("its pixels are no zstd frame with a known size");
     if (claimed != bytes)
-        in.fail(std::to_string(claimed) + " bytes of pixels; its rectangle asks for " +
+        in.fail(std::to_string(claimed) + " bytes of pixels; its rectangle requires " +
                 std::to_string(bytes));
     if (ZSTD_findFrameCompressedSize(frame.data(), frame.size()) != frame.size())
         in.fail("its pixels are not one whole zstd frame");
@@ -362,7 +364,7 @@ std::vector<std::byte> decompress(std::span<const std::byte> frame, std::uint64_
     if (ZSTD_isError(size) != 0)
         in.fail(ZSTD_getErrorName(size));
     if (size != bytes)
-        in.fail(std::to_string(size) + " bytes of pixels; its rectangle asks for " +
+        in.fail(std::to_string(size) + " bytes of pixels; its rectangle requires " +
                 std::to_string(bytes));
     return raw;
 }

@@ -10,7 +10,8 @@ namespace terravox::tiles {
 namespace {
 
 struct Grid {
-    std::int32_t columns, rows;
+    std::int32_t columns;
+    std::int32_t rows;
 };
 
 std::vector<TileCell> rows_of(const Grid& g) {
@@ -55,7 +56,8 @@ std::vector<TileCell> vertical_split(const Grid& g) {
 // half cells, so that they are whole numbers.
 std::vector<TileCell> spiral(const Grid& g) {
     return sorted_by(g, [&](const TileCell& c) {
-        const std::int32_t x = 2 * c.column - (g.columns - 1), y = 2 * c.row - (g.rows - 1);
+        const std::int32_t x = 2 * c.column - (g.columns - 1);
+        const std::int32_t y = 2 * c.row - (g.rows - 1);
         const std::int32_t ring = std::max(std::abs(x), std::abs(y));
         // How far along the ring, clockwise from its upper left corner; each side is 2 rings long.
         const std::int32_t along = y == -ring  ? ring + x
@@ -78,7 +80,8 @@ std::uint64_t along_hilbert(TileCell cell, int bits) {
     std::uint64_t along = 0;
     for (int bit = bits - 1; bit >= 0; --bit) {
         const std::int32_t edge = std::int32_t{1} << bit;
-        const bool right = (cell.column & edge) != 0, lower = (cell.row & edge) != 0;
+        const bool right = (cell.column & edge) != 0;
+        const bool lower = (cell.row & edge) != 0;
         along = along << 2 | kQuarter[right ? 1 : 0][lower ? 1 : 0];
         cell.column &= edge - 1;
         cell.row &= edge - 1;

@@ -9,7 +9,8 @@ namespace terravox::tiles {
 
 /// A position in the grid of tiles: column from the left, row from the top.
 struct TileCell {
-    std::int32_t column = 0, row = 0;
+    std::int32_t column = 0;
+    std::int32_t row = 0;
     friend bool operator==(const TileCell&, const TileCell&) = default;
 };
 

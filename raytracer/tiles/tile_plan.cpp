@@ -28,8 +28,8 @@ void check(int width_px, int height_px, int coarse_step, int tile_px, std::int64
 
 std::vector<std::vector<RenderTile>> plan_tiles(int width_px, int height_px, int coarse_step,
                                                 int tile_px, core::TileOrder order) {
-    const int columns = (width_px + tile_px - 1) / tile_px,
-              rows = (height_px + tile_px - 1) / tile_px;
+    const int columns = (width_px + tile_px - 1) / tile_px;
+    const int rows = (height_px + tile_px - 1) / tile_px;
     check(width_px, height_px, coarse_step, tile_px, std::int64_t{columns} * rows);
     const std::vector<TileCell> cells = order_cells(columns, rows, order);
     std::vector<std::vector<RenderTile>> passes;

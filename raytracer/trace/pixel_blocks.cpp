@@ -14,8 +14,8 @@ struct Cutter {
 
     // The square of the lattice from (column, row) on, cut to it.
     void cut(int column, int row, int size, const walk::BeamStart& known) const {
-        const int columns = std::min(size, lattice.columns - column),
-                  rows = std::min(size, lattice.rows - row);
+        const int columns = std::min(size, lattice.columns - column);
+        const int rows = std::min(size, lattice.rows - row);
         if (columns <= 0 || rows <= 0)
             return;
         const walk::BeamStart start = known.kind == walk::BeamStart::Kind::kMiss
@@ -34,10 +34,10 @@ struct Cutter {
                                         const walk::BeamStart& known) const {
         if (!camera.pinhole())
             return known;
-        const double x0 = lattice.first_x + column * lattice.step,
-                     y0 = lattice.first_y + row * lattice.step;
-        const double x1 = x0 + (columns - 1) * lattice.step + 1,
-                     y1 = y0 + (rows - 1) * lattice.step + 1;
+        const double x0 = lattice.first_x + column * lattice.step;
+        const double y0 = lattice.first_y + row * lattice.step;
+        const double x1 = x0 + (columns - 1) * lattice.step + 1;
+        const double y1 = y0 + (rows - 1) * lattice.step + 1;
         const core::Vec3 corners[4] = {camera.ray(x0, y0).direction, camera.ray(x1, y0).direction,
                                        camera.ray(x0, y1).direction, camera.ray(x1, y1).direction};
         walk::Beam beam;

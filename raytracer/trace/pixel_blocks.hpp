@@ -9,12 +9,19 @@ namespace terravox::trace {
 
 /// Pixels `step` apart, columns x rows of them, starting with the pixel (first_x, first_y).
 struct PixelLattice {
-    int first_x = 0, first_y = 0, step = 1, columns = 0, rows = 0;
+    int first_x = 0;
+    int first_y = 0;
+    int step = 1;
+    int columns = 0;
+    int rows = 0;
 };
 
 /// Up to 4 x 4 neighbours of a lattice, and where all rays through them may start.
 struct PixelBlock {
-    int column = 0, row = 0, columns = 0, rows = 0;
+    int column = 0;
+    int row = 0;
+    int columns = 0;
+    int rows = 0;
     walk::BeamStart start;
 };
 inline constexpr int kPixelBlockSide = 4;  ///< with smaller blocks a beam costs more than it spares

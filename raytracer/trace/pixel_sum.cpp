@@ -49,8 +49,9 @@ tiles::PixelSample PixelSum::mean(double voxel_m) const noexcept {
     out.samples = static_cast<std::uint32_t>(m_count);
     if (m_count < 2)
         return out;
-    const double n = m_count, bright = m_bright / n,
-                 variance = std::max(0.0, m_bright2 / n - bright * bright) / (n - 1);
+    const double n = m_count;
+    const double bright = m_bright / n;
+    const double variance = std::max(0.0, m_bright2 / n - bright * bright) / (n - 1);
     out.error = static_cast<float>(std::sqrt(variance));
     return out;
 }

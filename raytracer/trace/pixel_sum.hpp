@@ -16,8 +16,10 @@ public:
 
 private:
     double m_colour[3] = {}, m_t = 0;
-    double m_bright = 0, m_bright2 = 0;
-    int m_count = 0, m_hits = 0;
+    double m_bright = 0;
+    double m_bright2 = 0;
+    int m_count = 0;
+    int m_hits = 0;
 };
 
 /// The sum of the first hits of a pixel's samples.
@@ -30,9 +32,12 @@ private:
     double m_direct[3] = {}, m_indirect[3] = {}, m_albedo[3] = {}, m_normal[3] = {},
            m_position[3] = {};
     double m_sun = 0;
-    int m_count = 0, m_hits = 0, m_water = 0;
+    int m_count = 0;
+    int m_hits = 0;
+    int m_water = 0;
     voxel::Material m_material = voxel::Material::kAir;
-    tiles::Matte m_materials, m_squares;
+    tiles::Matte m_materials;
+    tiles::Matte m_squares;
 };
 
 }  // namespace terravox::trace

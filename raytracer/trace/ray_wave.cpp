@@ -38,7 +38,7 @@ std::span<walk::TracedRay> RayWave::begin(std::size_t count) {
     return m_rays;
 }
 
-void RayWave::box_came(const voxel::BoxKey& key) {
+void RayWave::on_box_loaded(const voxel::BoxKey& key) {
     const auto found = m_parked.find(key);
     if (found == m_parked.end())
         return;

@@ -38,12 +38,12 @@ public:
     void shade(TracerTools& tools, std::span<shade::SampleSum> samples, StageClock& clock,
                tiles::TraceCounts& counts);
     [[nodiscard]] bool empty() const noexcept { return m_rays.empty(); }
-    /// Whether walk() has nothing to do until box_came().
+    /// Whether walk() has nothing to do until on_box_loaded().
     [[nodiscard]] bool waits() const noexcept { return m_pending.empty() && !m_parked.empty(); }
     /// Boxes that rays have begun to wait for since the last call.
     [[nodiscard]] std::vector<voxel::BoxKey> take_missing() { return std::exchange(m_missing, {}); }
     /// Makes the rays that wait for this box pending again.
-    void box_came(const voxel::BoxKey& key);
+    void on_box_loaded(const voxel::BoxKey& key);
 
 private:
     void trace_shadow_groups(TracerTools& tools, tiles::TraceCounts& counts);

@@ -31,12 +31,12 @@ public:
     /// requests, and checks it again within a wave.
     /// @return whether the tile is finished
     [[nodiscard]] bool run(TracerTools& tools, const thread::StopCondition& stop);
-    /// Whether it has nothing to do until box_came().
+    /// Whether it has nothing to do until on_box_loaded().
     [[nodiscard]] bool waits() const noexcept { return m_wave.waits(); }
     /// Boxes that rays have begun to wait for since the last call.
     [[nodiscard]] std::vector<voxel::BoxKey> take_missing() { return m_wave.take_missing(); }
     /// The rays that waited for this box continue with the next run().
-    void box_came(const voxel::BoxKey& key) { m_wave.box_came(key); }
+    void on_box_loaded(const voxel::BoxKey& key) { m_wave.on_box_loaded(key); }
     /// To be called after run() returned true. One sample for each pixel that
     /// RenderTile::each_pixel visits, in its order.
     [[nodiscard]] tiles::TileResult take_result();

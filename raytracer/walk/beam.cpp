@@ -14,7 +14,9 @@ constexpr int kMaxFineSlabs = 6;          // of the finest thickness: then singl
 constexpr std::int32_t kFirstSlab = 4;
 
 int major_axis(core::Vec3 d) noexcept {
-    const double x = std::abs(d.x), y = std::abs(d.y), z = std::abs(d.z);
+    const double x = std::abs(d.x);
+    const double y = std::abs(d.y);
+    const double z = std::abs(d.z);
     return x >= y ? (x >= z ? 0 : 2) : (y >= z ? 1 : 2);
 }
 
@@ -58,7 +60,9 @@ bool BeamStart::place(core::RayState& ray, const LevelCut& cut) const noexcept {
 
 BeamStart BeamMarch::march(const Beam& beam, const BeamStart& from) {
     const auto axis = static_cast<std::size_t>(beam.axis);
-    const int u = (beam.axis + 1) % 3, w = (beam.axis + 2) % 3, towards = beam.forward ? 1 : -1;
+    const int u = (beam.axis + 1) % 3;
+    const int w = (beam.axis + 2) % 3;
+    const int towards = beam.forward ? 1 : -1;
     const voxel::VoxelBounds& bounds = m_cut.entry_bounds();
     const std::int32_t end = beam.forward ? bounds.max[axis] : bounds.min[axis];
     std::int32_t plane;
@@ -74,8 +78,8 @@ BeamStart BeamMarch::march(const Beam& beam, const BeamStart& from) {
     }
     const auto free_between = [&](std::int32_t near, std::int32_t far, int shift) {
         // What lies behind the eye is not in the beam; the first slab may begin there.
-        const double d0 = std::max(0.0, towards * (near - beam.eye[axis])),
-                     d1 = std::max(0.0, towards * (far - beam.eye[axis]));
+        const double d0 = std::max(0.0, towards * (near - beam.eye[axis]));
+        const double d1 = std::max(0.0, towards * (far - beam.eye[axis]));
         VoxelRange range;
         range.low[axis] = std::min(near, far);
         range.high[axis] = std::max(near, far) - 1;

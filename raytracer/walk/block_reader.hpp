@@ -21,7 +21,7 @@ public:
           m_slots(kSlots) {}
 
     /// @return nullptr when the box is not in memory. The pointer is valid until the next call or,
-    /// while the reader is holding, until let_go().
+    /// while the reader is holding, until release().
     [[nodiscard]] const blocks::Block* get(const voxel::BoxKey& key) {
         // Neighbours get slots of their own: a ray that goes to and fro between boxes must not
         // fetch them again and again.
@@ -32,13 +32,13 @@ public:
             return slot.block.get();
         return fetch(slot, key);
     }
-    /// From now on, blocks that get() has returned stay valid, until let_go().
+    /// From now on, blocks that get() has returned stay valid, until release().
     void hold() noexcept { m_holding = true; }
-    /// Whether holding keeps so many bytes that let_go() should be called.
+    /// Whether holding keeps so many bytes that release() should be called.
     [[nodiscard]] bool holds_much() const noexcept {
         return m_held_bytes > 0 && m_bytes + m_held_bytes > m_budget_bytes;
     }
-    void let_go() noexcept {
+    void release() noexcept {
         m_held.clear();
         m_held_bytes = 0;
         m_holding = false;
@@ -74,7 +74,8 @@ private:
         return slot.block.get();
     }
     blocks::BlockManager& m_blocks;
-    std::size_t m_budget_bytes, m_bytes = 0;
+    std::size_t m_budget_bytes;
+    std::size_t m_bytes = 0;
     std::vector<Slot> m_slots;
     bool m_holding = false;
     std::vector<blocks::BlockPin> m_held;

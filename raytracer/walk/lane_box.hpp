@@ -33,7 +33,8 @@ struct LaneTrees {
         return choose(upper, choose(odd, at(3), at(2)), choose(odd, at(1), at(0)));
     }
     [[nodiscard]] HWY_INLINE Root root(VU number) const {
-        const WordLanes odd = hn::TestBit(number, word(1)), upper = hn::TestBit(number, word(2));
+        const WordLanes odd = hn::TestBit(number, word(1));
+        const WordLanes upper = hn::TestBit(number, word(2));
         return {root_field(0, odd, upper), root_field(1, odd, upper), root_field(2, odd, upper)};
     }
     [[nodiscard]] static HWY_INLINE VU root_number(VU y) {
@@ -88,7 +89,8 @@ HWY_INLINE void store(const Walkers& w, int first, RayLanes& lanes) {
 }
 
 void advance(RayLanes& lanes, std::uint64_t& steps) noexcept {
-    std::uint32_t going_on = 0, stopped = 0;
+    std::uint32_t going_on = 0;
+    std::uint32_t stopped = 0;
     for (int first = 0; first < RayLanes::kLanes; first += kWidth * kTogether) {
         const LaneTrees trees[kTogether] = {trees_of(lanes, first),
                                             trees_of(lanes, first + kWidth)};

@@ -24,7 +24,8 @@ double whole_of_bits(double bits) noexcept {
 
 /// A plane that the ray reaches after t_max, in voxels of its level.
 double plane_after(const core::RayState& ray, int axis, double t_max) noexcept {
-    constexpr double kRoom_voxels = 2, kFarAway = 1e9;
+    constexpr double kRoom_voxels = 2;
+    constexpr double kFarAway = 1e9;
     const double at = ray.origin[axis] + ray.direction[axis] * t_max;
     return std::clamp(std::floor(ray.forward[axis] ? at + kRoom_voxels : at - kRoom_voxels),
                       -kFarAway, kFarAway);
@@ -33,7 +34,7 @@ double plane_after(const core::RayState& ray, int axis, double t_max) noexcept {
 /// Releases the held boxes on every exit.
 struct Holding {
     explicit Holding(BlockReader& of) : reader(of) { reader.hold(); }
-    ~Holding() { reader.let_go(); }
+    ~Holding() { reader.release(); }
     Holding(const Holding&) = delete;
     Holding& operator=(const Holding&) = delete;
     BlockReader& reader;
@@ -70,15 +71,15 @@ void LaneWalk::trace(std::span<const LaneRay> rays) {
 
 // Releases all boxes; rays on their way request theirs again.
 void LaneWalk::let_boxes_go() {
-    const std::uint32_t going = std::exchange(m_lanes.going, 0),
-                        stopped = std::exchange(m_lanes.stopped, 0);
+    const std::uint32_t going = std::exchange(m_lanes.going, 0);
+    const std::uint32_t stopped = std::exchange(m_lanes.stopped, 0);
     for (int lane = 0; lane < RayLanes::kLanes; ++lane) {
         if ((stopped >> lane & 1) != 0)
             stop(lane);
         else if ((going >> lane & 1) != 0)
             update(lane);
     }
-    m_reader.let_go();
+    m_reader.release();
     m_reader.hold();
     for (int lane = 0; lane < RayLanes::kLanes; ++lane) {
         m_lanes.cells[lane] = address_of(&kNothing);
@@ -138,8 +139,8 @@ void LaneWalk::load(int lane, const voxel::Box& box) {
     for (int a = 0; a < 3; ++a) {
         const bool forward = ray.forward[a];
         const double sign = forward ? 1 : -1;
-        const std::int32_t low = ray.voxel[a] >> kShift[a] << kShift[a],
-                           high = low + (1 << kShift[a]);
+        const std::int32_t low = ray.voxel[a] >> kShift[a] << kShift[a];
+        const std::int32_t high = low + (1 << kShift[a]);
         double end = forward ? high : -low;
         if (of.t_max < core::kFar)
             end = std::min(

@@ -55,8 +55,8 @@ public:
         if (level > m_coarsest)
             return false;
         const double side = static_cast<double>(std::int64_t{1} << (kSideBits + level));
-        const double dx = outside(m_eye.x, bx * side, (bx + 1.0) * side),
-                     dz = outside(m_eye.z, bz * side, (bz + 1.0) * side);
+        const double dx = outside(m_eye.x, bx * side, (bx + 1.0) * side);
+        const double dz = outside(m_eye.z, bz * side, (bz + 1.0) * side);
         return dx * dx + m_dy * m_dy + dz * dz >= m_near2[static_cast<std::size_t>(level)];
     }
     [[nodiscard]] int finest() const noexcept { return m_finest; }
@@ -79,13 +79,15 @@ private:
     [[nodiscard]] static double outside(double v, double low, double high) noexcept {
         return v < low ? low - v : v > high ? v - high : 0;
     }
-    voxel::VoxelBounds m_bounds, m_entry_bounds;
+    voxel::VoxelBounds m_bounds;
+    voxel::VoxelBounds m_entry_bounds;
     std::array<voxel::VoxelBounds, voxel::kMaxLevel + 1> m_level_bounds{};
     /// Square of the distance from which on a level is fine enough.
     std::array<double, voxel::kMaxLevel + 1> m_near2{};
     core::Vec3 m_eye;
     double m_dy = 0;  ///< vertical distance from the eye to the world's range of heights
-    int m_finest, m_coarsest;
+    int m_finest;
+    int m_coarsest;
 };
 
 }  // namespace terravox::walk

@@ -32,15 +32,19 @@ struct Walkers {
     VU node, node_detail, node_first;  ///< of the cell of 16 x 16 x 16 voxels; node == 0: empty
     VU node_size;  ///< where it is empty: number of voxels that may be leapt over, less 1
     /// Index of the cell of 4 x 4 x 4 voxels (0: hidden rock) and its mask (0: empty).
-    VU brick, solid;
+    VU brick;
+    VU solid;
     VU size;  ///< of the empty cell, in voxels, less 1
-    WordLanes going, stopped;
+    WordLanes going;
+    WordLanes stopped;
     WordLanes new_node, new_brick;  ///< lanes that have entered another node or brick
 };
 
 /// Fields of root cells.
 struct Root {
-    VU mask, detail, first;
+    VU mask;
+    VU detail;
+    VU first;
 };
 
 /// The tree of the box that all rays are in, and how its children lie for the packet's directions.
@@ -89,7 +93,8 @@ HWY_INLINE SharedTree tree_of(const voxel::TreeCell* cells, const bool (&forward
 /// child_bit() of voxel >> shift.
 template <int kShift, class Tree>
 HWY_INLINE VU child_of(const Walkers& w, const Tree& tree) {
-    VU z = w.voxel[2], y = w.voxel[1];
+    VU z = w.voxel[2];
+    VU y = w.voxel[1];
     if constexpr (kShift == 0) {
         z = hn::ShiftLeft<2>(z);
         y = hn::ShiftLeft<4>(y);
@@ -120,9 +125,10 @@ constexpr std::uint64_t kAll = ~std::uint64_t{0};
 template <class Tree>
 HWY_INLINE void find_node(Walkers& w, const Tree& tree) {
     const auto [mask, detail, first] = tree.root(tree.root_number(w.voxel[1]));
-    const VU bit = child_of<4>(w, tree), one = hn::Shl(word(1), bit);
-    const WordLanes there = hn::And(w.new_node, hn::TestBit(mask, one)),
-                    fine = hn::And(there, hn::TestBit(detail, one));
+    const VU bit = child_of<4>(w, tree);
+    const VU one = hn::Shl(word(1), bit);
+    const WordLanes there = hn::And(w.new_node, hn::TestBit(mask, one));
+    const WordLanes fine = hn::And(there, hn::TestBit(detail, one));
     const VU index = hn::IfThenElseZero(fine, index_of(detail, first, one));
     const VU empty = choose(hn::Eq(mask, hn::Zero(du)), word(63),
                             choose(eight_empty(mask, bit), word(31), word(15)));
@@ -138,9 +144,10 @@ HWY_INLINE void find_node(Walkers& w, const Tree& tree) {
 
 template <class Tree>
 HWY_INLINE void find_brick(Walkers& w, const Tree& tree) {
-    const VU bit = child_of<2>(w, tree), one = hn::Shl(word(1), bit);
-    const WordLanes there = hn::And(w.going, hn::TestBit(w.node, one)),
-                    fine = hn::And(there, hn::TestBit(w.node_detail, one));
+    const VU bit = child_of<2>(w, tree);
+    const VU one = hn::Shl(word(1), bit);
+    const WordLanes there = hn::And(w.going, hn::TestBit(w.node, one));
+    const WordLanes fine = hn::And(there, hn::TestBit(w.node_detail, one));
     const VU index = hn::IfThenElseZero(fine, index_of(w.node_detail, w.node_first, one));
     w.brick = choose(w.going, index, w.brick);
     w.solid = choose(fine, tree.field(index, 0), hn::IfThenElseZero(there, word(kAll)));
@@ -175,8 +182,8 @@ HWY_INLINE void leap_out(Walkers& w, const Way& way) {
         plane[a] = hn::Add(last[a], word(1));
         out[a] = hn::Mul(hn::Sub(number_from(plane[a]), way.origin[a]), way.inverse[a]);
     }
-    const Lanes x_first = hn::And(hn::Le(out[0], out[1]), hn::Le(out[0], out[2])),
-                y_first = hn::AndNot(x_first, hn::Le(out[1], out[2]));
+    const Lanes x_first = hn::And(hn::Le(out[0], out[1]), hn::Le(out[0], out[2]));
+    const Lanes y_first = hn::AndNot(x_first, hn::Le(out[1], out[2]));
     const Lanes z_first = hn::Not(hn::Or(x_first, y_first));
     const Lanes first[3] = {x_first, y_first, z_first};
     const VD at = hn::Min(out[0], hn::Min(out[1], out[2]));
@@ -184,8 +191,8 @@ HWY_INLINE void leap_out(Walkers& w, const Way& way) {
     for (int a = 0; a < 3; ++a) {
         // RayState::position_after: `low` or the next voxel, depending on whether the plane between
         // them has been crossed.
-        const VU low = bits_from(hn::Add(way.estimate[a], hn::Mul(way.direction[a], at))),
-                 high = hn::Add(low, word(1));
+        const VU low = bits_from(hn::Add(way.estimate[a], hn::Mul(way.direction[a], at)));
+        const VU high = hn::Add(low, word(1));
         const VD c = hn::Mul(hn::Sub(number_from(high), way.origin[a]), way.inverse[a]);
         const Lanes crossed = a == 0   ? hn::Le(c, at)
                               : a == 1 ? hn::Or(hn::Lt(c, at), hn::And(z_first, hn::Eq(c, at)))
@@ -210,8 +217,8 @@ HWY_INLINE void start(const RayPacket& p, int first, std::uint32_t lanes, const 
                       Way& way, Walkers& w) {
     Lanes in = lanes_of(lanes, first);
     for (int a = 0; a < 3; ++a) {
-        const VD sign = hn::Set(d, p.forward[a] ? 1.0 : -1.0),
-                 shift = hn::Set(d, p.forward[a] ? 0.0 : -1.0);
+        const VD sign = hn::Set(d, p.forward[a] ? 1.0 : -1.0);
+        const VD shift = hn::Set(d, p.forward[a] ? 0.0 : -1.0);
         way.origin[a] = hn::Mul(hn::Load(d, p.origin[a] + first), sign);
         way.direction[a] = hn::Mul(hn::Load(d, p.direction[a] + first), sign);
         way.inverse[a] = hn::Mul(hn::Load(d, p.inverse[a] + first), sign);

@@ -43,7 +43,8 @@ HWY_INLINE VD position_after(VD origin, VD direction, VD inverse, bool forward, 
     };
     const VD p = hn::Min(hn::Max(hn::Floor(hn::Add(origin, hn::Mul(direction, at))), low), high);
     const VD up = hn::Add(p, one);
-    Lanes more, less;
+    Lanes more;
+    Lanes less;
     if (forward) {
         more = hn::And(hn::Lt(p, high), crossed(up));
         less = hn::AndNot(crossed(p), hn::Gt(p, low));
@@ -57,8 +58,10 @@ HWY_INLINE VD position_after(VD origin, VD direction, VD inverse, bool forward, 
 // Operation by operation what Camera::ray, RayState and BeamStart::place do for one.
 std::uint32_t primary(RayPacket& p, const PrimaryLanes& wanted) noexcept {
     const scene::Camera::Basis& c = wanted.camera;
-    const VD one = hn::Set(d, 1.0), two = hn::Set(d, 2.0), height = hn::Set(d, c.height),
-             width = hn::Set(d, c.width);
+    const VD one = hn::Set(d, 1.0);
+    const VD two = hn::Set(d, 2.0);
+    const VD height = hn::Set(d, c.height);
+    const VD width = hn::Set(d, c.width);
     std::uint32_t out = 0;
     p.level = 0;
     p.count = RayPacket::kLanes;
@@ -66,9 +69,10 @@ std::uint32_t primary(RayPacket& p, const PrimaryLanes& wanted) noexcept {
         if (!(std::abs(c.position[a]) < RayPacket::kMaxOrigin))
             return 0;
     for (int first = 0; first < RayPacket::kLanes; first += kWidth) {
-        const VD px = hn::Load(d, wanted.px + first), py = hn::Load(d, wanted.py + first);
-        const VD u = hn::Div(hn::Sub(hn::Mul(two, px), width), height),
-                 v = hn::Div(hn::Sub(height, hn::Mul(two, py)), height);
+        const VD px = hn::Load(d, wanted.px + first);
+        const VD py = hn::Load(d, wanted.py + first);
+        const VD u = hn::Div(hn::Sub(hn::Mul(two, px), width), height);
+        const VD v = hn::Div(hn::Sub(height, hn::Mul(two, py)), height);
         VD direction[3], inverse[3];
         for (int a = 0; a < 3; ++a) {
             const VD aside = hn::Add(hn::Set(d, c.forward[a]), hn::Mul(hn::Set(d, c.right[a]), u));
@@ -90,11 +94,13 @@ std::uint32_t primary(RayPacket& p, const PrimaryLanes& wanted) noexcept {
             hn::Store(direction[a], d, p.direction[a] + first);
             hn::Store(inverse[a], d, p.inverse[a] + first);
         }
-        const VD plane = hn::Set(d, wanted.plane), eye = hn::Set(d, c.position[wanted.axis]);
+        const VD plane = hn::Set(d, wanted.plane);
+        const VD eye = hn::Set(d, c.position[wanted.axis]);
         const VD at = hn::Mul(hn::Sub(plane, eye), inverse[wanted.axis]);
         for (int a = 0; a < 3; ++a) {
-            const VD origin = hn::Set(d, c.position[a]), low = hn::Set(d, wanted.low[a]),
-                     high = hn::Set(d, wanted.high[a]);
+            const VD origin = hn::Set(d, c.position[a]);
+            const VD low = hn::Set(d, wanted.low[a]);
+            const VD high = hn::Set(d, wanted.high[a]);
             VD voxel = p.forward[a] ? plane : hn::Sub(plane, one);
             if (a != wanted.axis) {
                 const Lanes earlier = a < wanted.axis ? hn::Eq(one, one) : hn::Lt(one, one);
@@ -129,15 +135,16 @@ void leap(RayPacket& p, const PacketCell& cell, std::uint32_t lanes) noexcept {
                 hn::Sub(hn::Set(d, p.forward[a] ? cell.high[a] + 1 : cell.low[a]), origin[a]),
                 inverse[a]);
         }
-        const Lanes x_first = hn::And(hn::Le(out[0], out[1]), hn::Le(out[0], out[2])),
-                    y_first = hn::AndNot(x_first, hn::Le(out[1], out[2]));
+        const Lanes x_first = hn::And(hn::Le(out[0], out[1]), hn::Le(out[0], out[2]));
+        const Lanes y_first = hn::AndNot(x_first, hn::Le(out[1], out[2]));
         const Lanes z_first = hn::Not(hn::Or(x_first, y_first));
         const Lanes chosen[3] = {x_first, y_first, z_first};
         const VD at = hn::Min(out[0], hn::Min(out[1], out[2]));
         // Which axes come before the chosen one: x before y and z, y before z.
         const Lanes earlier[3] = {hn::Not(x_first), z_first, hn::Lt(one, one)};
         for (int a = 0; a < 3; ++a) {
-            const VD low = hn::Set(d, cell.low[a]), high = hn::Set(d, cell.high[a]);
+            const VD low = hn::Set(d, cell.low[a]);
+            const VD high = hn::Set(d, cell.high[a]);
             const VD beside =
                 position_after(origin[a], direction[a], inverse[a], p.forward[a], at, earlier[a],
                                p.forward[a] ? voxel[a] : low, p.forward[a] ? high : voxel[a]);

@@ -10,6 +10,8 @@ using voxel::TreeCell;
 
 }  // namespace
 
+// One function, because its masks and pointers must stay in registers: calls in this loop cost more
+// than they would clarify.
 template <bool kAny>
 PacketWalk::Ends PacketWalk::walk(RayPacket& p, std::uint32_t lanes, Hit* hits) {
     Ends ends;
@@ -34,8 +36,8 @@ PacketWalk::Ends PacketWalk::walk(RayPacket& p, std::uint32_t lanes, Hit* hits) 
                 // Rays that are still among finer boxes continue alone, from where they are.
                 for (std::uint32_t left = active; left != 0; left &= left - 1) {
                     const int i = std::countr_zero(left);
-                    const std::int32_t x = static_cast<std::int32_t>(p.voxel[0][i]) << p.level,
-                                       z = static_cast<std::int32_t>(p.voxel[2][i]) << p.level;
+                    const std::int32_t x = static_cast<std::int32_t>(p.voxel[0][i]) << p.level;
+                    const std::int32_t z = static_cast<std::int32_t>(p.voxel[2][i]) << p.level;
                     if (m_cut.level_at(x, z, p.level) < level)
                         active &= ~(1u << i);
                 }
@@ -57,7 +59,9 @@ PacketWalk::Ends PacketWalk::walk(RayPacket& p, std::uint32_t lanes, Hit* hits) 
             }
             own = key;
         }
-        const double x = key.bx * 64.0, y = key.by * 256.0, z = key.bz * 64.0;
+        const double x = key.bx * 64.0;
+        const double y = key.by * 256.0;
+        const double z = key.bz * 64.0;
         const PacketCell cell{{x, y, z}, {x + 63, y + 255, z + 63}};
         if (!block->box) {
             m_steps.leap(p, cell, m_steps.inside(p, cell, active));

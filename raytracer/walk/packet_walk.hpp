@@ -16,7 +16,8 @@ public:
     /// not handle (a box that is missing or of another level, a hole, hidden rock), and RayWalk
     /// continues from there.
     struct Ends {
-        std::uint32_t hit = 0, missed = 0;
+        std::uint32_t hit = 0;
+        std::uint32_t missed = 0;
     };
     PacketWalk(BlockReader& reader, const LevelCut& cut, const PacketSteps& steps)
         : m_reader(reader), m_cut(cut), m_steps(steps) {}

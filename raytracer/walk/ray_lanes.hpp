@@ -8,7 +8,8 @@ namespace terravox::walk {
 /// are mirrored, v -> -1 - v, so that all go up. Voxels are whole numbers, stored as the bits of
 /// kWholeNumber + v.
 struct alignas(64) RayLanes {
-    static constexpr int kLanes = 16, kRoots = 4;
+    static constexpr int kLanes = 16;
+    static constexpr int kRoots = 4;
     /// Adding a whole number of magnitude below 2^51 to this leaves it in the low bits of the sum.
     static constexpr double kWholeNumber = 6755399441055744.0;
     /// Far greater than the rounding error of a position, and far smaller than a voxel.

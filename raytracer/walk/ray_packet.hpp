@@ -19,7 +19,8 @@ struct alignas(64) RayPacket {
 
     // Limits for a lane: within them a crossing is off by so little that its voxel is found by one
     // step to either side.
-    static constexpr double kMaxInverse = 1e9, kMaxOrigin = 1e8;
+    static constexpr double kMaxInverse = 1e9;
+    static constexpr double kMaxOrigin = 1e8;
     /// Whether a ray may be a lane.
     [[nodiscard]] static bool accepts(const core::RayState& ray) noexcept {
         for (int a = 0; a < 3; ++a)
@@ -56,7 +57,8 @@ struct alignas(64) RayPacket {
         for (int i = 0; i < kLanes; ++i)
             if ((lanes >> i & 1) == 0 && left_at[i] < 0)
                 left_at[i] = static_cast<std::int8_t>(level);
-        const double down = det::exp2_int(level - to), up = det::exp2_int(to - level);
+        const double down = det::exp2_int(level - to);
+        const double up = det::exp2_int(to - level);
         for (int a = 0; a < 3; ++a)
             for (int i = 0; i < kLanes; ++i) {
                 if ((lanes >> i & 1) == 0)
@@ -72,7 +74,8 @@ struct alignas(64) RayPacket {
     [[nodiscard]] bool is_free(int i) const noexcept {
         if (free_axis < 0)
             return false;
-        const double at = free_from[i] * det::exp2_int(-level), v = voxel[free_axis][i];
+        const double at = free_from[i] * det::exp2_int(-level);
+        const double v = voxel[free_axis][i];
         return forward[free_axis] ? v >= at : v + 1 <= at;
     }
     /// Writes the position of lane i to a ray.

@@ -15,7 +15,9 @@ constexpr int kMaxFineSlabs = 4;
 }  // namespace
 
 Shaft::Shaft(core::Vec3 direction, double radius_rad) noexcept {
-    const double x = std::abs(direction.x), y = std::abs(direction.y), z = std::abs(direction.z);
+    const double x = std::abs(direction.x);
+    const double y = std::abs(direction.y);
+    const double z = std::abs(direction.z);
     m_axis = y >= x && y >= z ? 1 : x >= z ? 0 : 2;
     m_forward = direction[m_axis] > 0;
     for (int a = 0; a < 3; ++a) {
@@ -40,7 +42,9 @@ void Shaft::add(const core::Vec3& origin, const core::RayState& ray) noexcept {
 }
 
 std::int32_t ShaftMarch::free_from(const Shaft& shaft, std::optional<std::int32_t> known) {
-    const int axis = shaft.m_axis, u = (axis + 1) % 3, w = (axis + 2) % 3;
+    const int axis = shaft.m_axis;
+    const int u = (axis + 1) % 3;
+    const int w = (axis + 2) % 3;
     const voxel::VoxelBounds& bounds = m_cut.entry_bounds();
     const auto i = static_cast<std::size_t>(axis);
     const int back = shaft.m_forward ? -1 : 1;
@@ -53,7 +57,8 @@ std::int32_t ShaftMarch::free_from(const Shaft& shaft, std::optional<std::int32_
         range.low[axis] = std::min(from, last);
         range.high[axis] = std::max(from, last) - 1;
         for (const int a : {u, w}) {
-            const double p = shaft.m_slope[a] * from, q = shaft.m_slope[a] * last;
+            const double p = shaft.m_slope[a] * from;
+            const double q = shaft.m_slope[a] * last;
             const double farthest =
                 std::abs(static_cast<double>(shaft.m_forward ? std::max(from, last)
                                                              : std::min(from, last)) -

@@ -19,7 +19,8 @@ template <class FreeBetween>
 bool march_slabs(std::int32_t& plane, std::int32_t end, int towards, const SolidQuery& query,
                  int max_fine, const FreeBetween& free_between) {
     constexpr int kMaxShift = 30;
-    int shift = kMaxShift, fine = 0;
+    int shift = kMaxShift;
+    int fine = 0;
     while (towards > 0 ? plane < end : plane > end) {
         const int aligned =
             plane == 0 ? kMaxShift : std::countr_zero(static_cast<std::uint32_t>(plane));

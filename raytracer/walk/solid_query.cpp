@@ -52,7 +52,8 @@ bool SolidQuery::any_solid(const VoxelRange& wanted, int grain_shift) {
             return false;
     }
     m_level = m_cut.level_at(range.low[0], range.low[2], m_level);
-    const int side = LevelCut::kSideBits + m_level, start = m_level;
+    const int side = LevelCut::kSideBits + m_level;
+    const int start = m_level;
     for (std::int32_t bx = range.low[0] >> side; bx <= range.high[0] >> side; ++bx)
         for (std::int32_t bz = range.low[2] >> side; bz <= range.high[2] >> side; ++bz) {
             // Another part of the range may be coarser, or finer.
@@ -69,7 +70,8 @@ bool SolidQuery::column(int level, std::int32_t bx, std::int32_t bz, const Voxel
     if (!m_cut.far_enough(level, bx, bz)) {
         const int side = LevelCut::kSideBits + level - 1;
         for (int half = 0; half < 4; ++half) {
-            const std::int32_t x = bx * 2 + (half & 1), z = bz * 2 + (half >> 1);
+            const std::int32_t x = bx * 2 + (half & 1);
+            const std::int32_t z = bz * 2 + (half >> 1);
             if (range.high[0] >> side < x || range.low[0] >> side > x ||
                 range.high[2] >> side < z || range.low[2] >> side > z)
                 continue;

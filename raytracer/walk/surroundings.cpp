@@ -8,7 +8,9 @@ bool Surroundings::look(core::VoxelCoord v, int level, bool& solid) {
     const auto moved = [&](std::int32_t c) {
         return own >= level ? c >> (own - level) : (c << (level - own)) + (1 << (level - own - 1));
     };
-    const std::int32_t x = moved(v.x), y = moved(v.y), z = moved(v.z);
+    const std::int32_t x = moved(v.x);
+    const std::int32_t y = moved(v.y);
+    const std::int32_t z = moved(v.z);
     const voxel::BoxKey key{own, x >> 6, y >> 8, z >> 6};
     const blocks::Block* block = m_reader.get(key);
     if (block == nullptr) {
@@ -23,10 +25,14 @@ bool Surroundings::look(core::VoxelCoord v, int level, bool& solid) {
 
 bool Surroundings::around(const Hit& hit, Seen& seen) {
     const core::VoxelCoord front = neighbour(hit.voxel, hit.face);
-    const int axis = core::axis_of(hit.face), a = (axis + 1) % 3, b = (axis + 2) % 3;
+    const int axis = core::axis_of(hit.face);
+    const int a = (axis + 1) % 3;
+    const int b = (axis + 2) % 3;
     // Usually all eight lie in the box that the ray has just been in.
     const voxel::Box* whole = nullptr;
-    const std::int32_t x = front.x & 63, y = front.y & 255, z = front.z & 63;
+    const std::int32_t x = front.x & 63;
+    const std::int32_t y = front.y & 255;
+    const std::int32_t z = front.z & 63;
     const bool amid = x > 0 && x < 63 && y > 0 && y < 255 && z > 0 && z < 63;
     if (amid && m_cut.level_at(front.x << hit.level, front.z << hit.level, hit.level) == hit.level)
         // For null, see look().

@@ -17,7 +17,8 @@ namespace terravox::walk {
 
 /// Which voxels around the voxel in front of a face are solid, as far as they have been looked up.
 struct Seen {
-    std::uint8_t bits = 0, looked = 0;
+    std::uint8_t bits = 0;
+    std::uint8_t looked = 0;
 };
 
 /// Looks up the eight voxels around the one in front of a face. Use one object per thread.

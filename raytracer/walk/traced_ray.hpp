@@ -43,22 +43,22 @@ struct TracedRay {
     WalkEnd end = WalkEnd::kWaits;
     std::uint8_t depth = 0;  ///< number of faces that have reflected or refracted it
     bool direct = true;      ///< its light reached the first hit without a detour
-    /// Of occlusion rays: leaves may let it pass, so the voxel that it meets must be known.
+    /// For occlusion rays: leaves may let the ray pass, so the voxel that it hits must be known.
     bool leaves = false;
-    /// Of paths: the sun that it may reach has been counted at its origin, in water.
-    bool sun_asked = false;
+    /// For paths: the sunlight that the ray may reach was sampled at its origin, in water.
+    bool sun_counted = false;
     voxel::Material medium = voxel::Material::kAir;  ///< that it passes through
     StopAt stop;
     Seen around;  ///< the voxels around the one in front of the face
     Hit hit;      ///< valid with kHit; of occlusion rays only `hole`, unless `leaves`
 
-    /// Whether only occlusion matters: free or not.
-    [[nodiscard]] bool asks() const noexcept {
+    /// Whether it is an occlusion ray: only whether it is free matters.
+    [[nodiscard]] bool is_occlusion() const noexcept {
         return kind == RayKind::kShadow || kind == RayKind::kSky || kind == RayKind::kAmbient;
     }
-    /// Whether it does not matter what stops the ray.
+    /// Whether only the existence of a hit matters, not what was hit.
     [[nodiscard]] bool only_blocked() const noexcept {
-        return asks() && !leaves && stop == StopAt::kSolid;
+        return is_occlusion() && !leaves && stop == StopAt::kSolid;
     }
 };
 

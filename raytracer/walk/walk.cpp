@@ -45,16 +45,25 @@ struct BrickTimes {
 /// @return whether one stopped it
 bool walk_brick(core::RayState& ray, std::uint64_t mask, std::uint64_t& steps) noexcept {
     const BrickTimes times(ray);
-    int i = 0, j = 0, k = 0, bit = child_bit(ray.voxel[0], ray.voxel[1], ray.voxel[2]), axis = -1;
-    const int dx = times.step[0], dy = times.step[1] * 16, dz = times.step[2] * 4;
+    int i = 0;
+    int j = 0;
+    int k = 0;
+    int bit = child_bit(ray.voxel[0], ray.voxel[1], ray.voxel[2]);
+    int axis = -1;
+    const int dx = times.step[0];
+    const int dy = times.step[1] * 16;
+    const int dz = times.step[2] * 4;
     double t = ray.t;
     bool stopped = true;
     // Without branches except the end: which axis comes next cannot be predicted, and a
     // misprediction costs more than all three.
     while ((mask >> (bit & 63) & 1) == 0) {
-        const double cx = times.at[0][i], cy = times.at[1][j], cz = times.at[2][k];
-        const int a0 = static_cast<int>(cx <= cy) & static_cast<int>(cx <= cz),
-                  a1 = (a0 ^ 1) & static_cast<int>(cy <= cz), a2 = (a0 | a1) ^ 1;
+        const double cx = times.at[0][i];
+        const double cy = times.at[1][j];
+        const double cz = times.at[2][k];
+        const int a0 = static_cast<int>(cx <= cy) & static_cast<int>(cx <= cz);
+        const int a1 = (a0 ^ 1) & static_cast<int>(cy <= cz);
+        const int a2 = (a0 | a1) ^ 1;
         i += a0;
         j += a1;
         k += a2;
@@ -86,7 +95,9 @@ bool meets(const core::RayState& from, const Occluder& brick, std::uint64_t& ste
     int axis = -1;
     double at = 0;
     for (int a = 0; a < 3; ++a) {
-        const std::int32_t low = brick.low[a], high = low + 3, v = ray.voxel[a];
+        const std::int32_t low = brick.low[a];
+        const std::int32_t high = low + 3;
+        const std::int32_t v = ray.voxel[a];
         if (ray.forward[a] ? v > high : v < low)
             return false;
         if (!(ray.forward[a] ? v < low : v > high))
@@ -101,7 +112,8 @@ bool meets(const core::RayState& from, const Occluder& brick, std::uint64_t& ste
         if (!(at < core::kFar))
             return false;
         for (int a = 0; a < 3; ++a) {
-            const std::int32_t low = brick.low[a], high = low + 3;
+            const std::int32_t low = brick.low[a];
+            const std::int32_t high = low + 3;
             if (a == axis) {
                 ray.voxel[a] = ray.forward[a] ? low : high;
                 continue;
@@ -119,13 +131,16 @@ bool meets(const core::RayState& from, const Occluder& brick, std::uint64_t& ste
 
 }  // namespace
 
-// From the ray's voxel, which lies in the box, until something stops it (true) or it has left the
-// box (false).
+// Walks from the ray's voxel, which lies in the box, until something stops the ray (true) or it has
+// left the box (false). One function, because this is the hot loop of single rays: the cell, its
+// level and the ray's state must stay in registers.
 template <bool kAny>
 bool RayWalk::walk_box(core::RayState& ray, const voxel::Box& box, StopAt stop, Hit* hit,
                        Occluder* occluder) {
     const TreeCell* cells = box.cells().data();
-    const std::int32_t bx = ray.voxel[0] >> 6, by = ray.voxel[1] >> 8, bz = ray.voxel[2] >> 6;
+    const std::int32_t bx = ray.voxel[0] >> 6;
+    const std::int32_t by = ray.voxel[1] >> 8;
+    const std::int32_t bz = ray.voxel[2] >> 6;
     const auto report = [&](const voxel::VoxelAttr& attr) {
         if constexpr (!kAny)
             *hit = {ray.t, {ray.voxel[0], ray.voxel[1], ray.voxel[2]}, ray.face, ray.level, false,
@@ -148,7 +163,9 @@ bool RayWalk::walk_box(core::RayState& ray, const voxel::Box& box, StopAt stop, 
     };
     do {
         ++m_counts.steps;
-        const std::int32_t x = ray.voxel[0], y = ray.voxel[1], z = ray.voxel[2];
+        const std::int32_t x = ray.voxel[0];
+        const std::int32_t y = ray.voxel[1];
+        const std::int32_t z = ray.voxel[2];
         const TreeCell* cell = &cells[y >> 6 & 3];
         if (cell->mask == 0) {
             if (in_air(6))

@@ -19,8 +19,8 @@ struct Context {
     ChildRunner& children;
 };
 
-/// What a value should reach. It is printed beside the value and fails nothing: a bench measures, a
-/// test judges.
+/// What a value should reach. It is printed next to the value and fails nothing: a bench measures,
+/// a test judges.
 struct Target {
     enum class Sense { kNone, kAtMost, kAtLeast };
     Sense sense = Sense::kNone;
@@ -37,7 +37,8 @@ struct Target {
 }
 
 struct Reading {
-    std::string metric, unit;
+    std::string metric;
+    std::string unit;
     double value = 0;
     Target target = {};
 };
@@ -69,7 +70,7 @@ struct Entry {
     std::string work;      ///< one line: the fixed work
     std::string floor;     ///< what the ratios are to, measured in the same run; empty = no ratios
     /// Why it cannot run here (data or a peer are absent), one line; empty = it can. Cheap:
-    /// `--list` asks too.
+    /// `--list` calls it, too.
     std::function<std::string(const Context&)> missing;
     /// Everything that is not measured. @throws Error
     std::function<Body(const Context&)> prepare;

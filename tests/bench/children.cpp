@@ -68,7 +68,7 @@ ChildOutcome start_and_wait(const char* output, char** command) {
 
 /// The helper's life: a request, a program, a reply, until the other side is gone.
 [[noreturn]] void serve(int socket) {
-    std::signal(SIGINT, SIG_IGN);  // the program gets its own; its end is still to be told
+    std::signal(SIGINT, SIG_IGN);  // the program gets its own; its end is still to be reported
     std::array<char, kMaxRequest_bytes> request{};
     while (true) {
         const ssize_t bytes = ::recv(socket, request.data(), request.size(), 0);
@@ -133,7 +133,8 @@ ChildOutcome ChildRunner::run(const std::vector<std::string>& command,
 
 std::string last_line(const std::filesystem::path& output) {
     std::ifstream file(output);
-    std::string line, last;
+    std::string line;
+    std::string last;
     while (std::getline(file, line))
         if (!line.empty())
             last = line;

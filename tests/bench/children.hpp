@@ -11,7 +11,8 @@ namespace terravox::bench {
 struct ChildOutcome {
     int exit_code = 0;  ///< 128 + signal when a signal ended it; 127 when it could not be started
     double wall_s = 0;  ///< from before the fork to after its end was seen
-    double user_s = 0, system_s = 0;
+    double user_s = 0;
+    double system_s = 0;
     std::int64_t peak_kib = 0;  ///< peak resident memory of the largest process in its tree
 };
 
@@ -32,7 +33,7 @@ public:
 
     /// Runs a program to its end. @param command program (looked up in PATH without a slash) and
     /// arguments, none with a NUL byte
-    /// @param output file that takes what it says on both channels, from its start @throws Error
+    /// @param output file that takes its output on both channels, from its start @throws Error
     /// when the helper is gone
     [[nodiscard]] ChildOutcome run(const std::vector<std::string>& command,
                                    const std::filesystem::path& output);

@@ -15,7 +15,8 @@ namespace terravox::bench {
 
 /// What some work took.
 struct Cost {
-    double wall_s = 0, cpu_s = 0;
+    double wall_s = 0;
+    double cpu_s = 0;
 };
 template <class Work>
 [[nodiscard]] Cost cost_of(const Work& work) {

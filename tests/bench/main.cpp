@@ -21,7 +21,7 @@ using namespace terravox::bench;
 
 std::atomic<bool> g_stop{false};
 
-/// The first asks to end after the run in progress, the second ends at once.
+/// The first signal ends the bench after the run in progress, the second at once.
 void stop_after_run(int signal) {
     g_stop = true;
     std::signal(signal, SIG_DFL);
@@ -32,7 +32,10 @@ struct Arguments {
     bool list = false;
     Repeats repeats;
     int threads = 0;
-    std::string data = TERRAVOX_SHARED_DATA, programs, json, markdown;
+    std::string data = TERRAVOX_SHARED_DATA;
+    std::string programs;
+    std::string json;
+    std::string markdown;
 };
 
 void add_arguments(CLI::App& app, Arguments& args) {

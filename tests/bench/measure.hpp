@@ -13,7 +13,8 @@ namespace terravox::bench {
 struct Summary {
     double median = 0;
     double mad = 0;  ///< median absolute deviation from the median: one bad run does not move it
-    double min = 0, max = 0;
+    double min = 0;
+    double max = 0;
     std::size_t count = 0;
 };
 
@@ -22,7 +23,8 @@ struct Summary {
 [[nodiscard]] Summary summarize(const std::vector<double>& values);
 
 struct Metric {
-    std::string name, unit;
+    std::string name;
+    std::string unit;
     std::vector<double> values;  ///< in the order of the runs
     Target target = {};
 };
@@ -31,7 +33,10 @@ enum class Status { kMeasured, kSkipped, kFailed };
 [[nodiscard]] const char* status_name(Status status) noexcept;
 
 struct Result {
-    std::string name, measures, work, floor;
+    std::string name;
+    std::string measures;
+    std::string work;
+    std::string floor;
     Status status = Status::kMeasured;
     std::string reason;           ///< one line, when skipped or failed
     std::vector<Metric> metrics;  ///< of the runs after the warm-up; empty unless measured
@@ -41,7 +46,8 @@ struct Result {
 };
 
 struct Repeats {
-    int warmup = 1, runs = 5;
+    int warmup = 1;
+    int runs = 5;
 };
 
 /// Collects the readings of one more run. @throws Error when a metric changes its unit

@@ -32,7 +32,10 @@ TEST_CASE("median and spread of numbers in any order", "[bench][measure]") {
     struct Case {
         const char* name;
         std::vector<double> values;
-        double median, mad, min, max;
+        double median;
+        double mad;
+        double min;
+        double max;
     };
     const auto c = GENERATE(values<Case>({
         {"one number", {4}, 4, 0, 4, 4},
@@ -131,7 +134,8 @@ TEST_CASE("an exact entry runs once, and its notes are those of the last run", "
 
 TEST_CASE("a metric keeps its unit", "[bench][measure]") {
     std::vector<Metric> metrics;
-    Readings seconds, milliseconds;
+    Readings seconds;
+    Readings milliseconds;
     seconds.add("time", "s", 1);
     milliseconds.add("time", "ms", 1000);
     add_readings(metrics, seconds);

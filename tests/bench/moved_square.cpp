@@ -11,7 +11,7 @@ namespace {
 
 // Doubles of the public header block, bytes from the start of the file. Ref: ASPRS, "LAS
 // Specification", versions 1.2 to 1.4.
-constexpr std::array<std::streamoff, 3> kEast = {155, 179, 187};   // offset, greatest, least x
+constexpr std::array<std::streamoff, 3> kEast = {155, 179, 187};   // offset, maximum, minimum x
 constexpr std::array<std::streamoff, 3> kNorth = {163, 195, 203};  // the same of y
 
 void shift(std::fstream& file, std::streamoff at, double by) {

@@ -15,8 +15,14 @@ namespace {
 double busy_s() {
     std::ifstream file("/proc/stat");
     std::string label;
-    double user = 0, nice = 0, system = 0, idle = 0, wait = 0, interrupt = 0, soft_interrupt = 0,
-           steal = 0;
+    double user = 0;
+    double nice = 0;
+    double system = 0;
+    double idle = 0;
+    double wait = 0;
+    double interrupt = 0;
+    double soft_interrupt = 0;
+    double steal = 0;
     if (!(file >> label >> user >> nice >> system >> idle >> wait >> interrupt >> soft_interrupt >>
           steal) ||
         label != "cpu")
@@ -43,9 +49,9 @@ double NoiseMeter::own_s() const {
 }
 
 double NoiseMeter::others_cores() const {
-    const double busy = busy_s(),
-                 wall = std::chrono::duration<double>(std::chrono::steady_clock::now() - m_start)
-                            .count();
+    const double busy = busy_s();
+    const double wall =
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - m_start).count();
     if (m_busy_s < 0 || busy < 0 || !(wall > 0))
         return -1;
     // The kernel counts in hundredths of a second: over a short time the difference can fall below

@@ -11,7 +11,7 @@ inline constexpr double kQuietCores = 0.2;
 
 /// Finds out how much of the machine others took while something was measured: what all processors
 /// did, less what this process and the programs it started did. The load average at the start
-/// cannot say what came later.
+/// does not cover the time after it.
 class NoiseMeter {
 public:
     /// Starts now. @param children those whose CPU time is our own; outlives the meter
@@ -24,7 +24,8 @@ private:
     [[nodiscard]] double own_s() const;
     const ChildRunner& m_children;
     std::chrono::steady_clock::time_point m_start;
-    double m_busy_s, m_own_s;
+    double m_busy_s;
+    double m_own_s;
 };
 
 }  // namespace terravox::bench

@@ -142,7 +142,8 @@ std::string to_json(const Report& report) {
 
 std::string to_markdown(const Report& report) {
     std::vector<Row> rows = {{"entry", "metric", "unit", "median", "MAD", "min", "max"}};
-    std::string others, notes;
+    std::string others;
+    std::string notes;
     const bool targets =
         std::any_of(report.results.begin(), report.results.end(), [](const Result& r) {
             return std::any_of(r.metrics.begin(), r.metrics.end(), [](const Metric& m) {

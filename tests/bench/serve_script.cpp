@@ -10,7 +10,7 @@
 namespace terravox::bench {
 namespace {
 
-// Debian has nginx where a person's PATH does not look.
+// Debian installs nginx outside of the PATH of normal users.
 std::string search_path() {
     const char* path = std::getenv("PATH");
     return std::string(path != nullptr ? path : "/usr/bin:/bin") + ":/usr/sbin:/usr/local/sbin";

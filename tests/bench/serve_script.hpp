@@ -11,7 +11,7 @@ namespace terravox::bench {
 /// The entries serve/..., grab/... and paper/... : a Python script in tests/bench starts the real
 /// programs, loads them, and ends with its figures, one line of JSON.
 
-/// Why such an entry cannot run here; empty = it can. @param others programs it needs beside the
+/// Why such an entry cannot run here; empty = it can. @param others programs it needs besides the
 /// server, the survey's maker and Python
 [[nodiscard]] std::string missing_for_serving(const Context& context,
                                               const std::vector<std::string>& others = {});

@@ -1,4 +1,4 @@
-// terravox-bench-stream: asks for every level-0 box of a LiDAR world once and says what it took. A
+// terravox-bench-stream: requests every level-0 box of a LiDAR world once and reports the costs. A
 // program of its own, so that its peak memory is that of the voxelizer alone.
 #include <atomic>
 #include <chrono>
@@ -25,8 +25,8 @@ std::size_t ask_block(voxel::World& world, const voxel::BoxRange& range, std::in
                       std::int32_t bz0, int threads) {
     std::atomic<std::size_t> solid{0};
     thread::parallel_for(static_cast<std::size_t>(kBlock) * kBlock, threads, [&](std::size_t i) {
-        const std::int32_t bx = bx0 + static_cast<std::int32_t>(i) % kBlock,
-                           bz = bz0 + static_cast<std::int32_t>(i) / kBlock;
+        const std::int32_t bx = bx0 + static_cast<std::int32_t>(i) % kBlock;
+        const std::int32_t bz = bz0 + static_cast<std::int32_t>(i) / kBlock;
         if (bx >= range.max.bx || bz >= range.max.bz)
             return;
         const auto extent = world.column(0, bx, bz);

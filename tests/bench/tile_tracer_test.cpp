@@ -10,10 +10,10 @@ using namespace terravox::bench;
 
 namespace {
 
-constexpr int kAcross = NeutralScene::kWidthPx / kTracedTilePx,
-              kDown = NeutralScene::kHeightPx / kTracedTilePx;
+constexpr int kAcross = NeutralScene::kWidthPx / kTracedTilePx;
+constexpr int kDown = NeutralScene::kHeightPx / kTracedTilePx;
 
-/// Counts how often each tile was asked for.
+/// Counts how often each tile was traced.
 class CountingTracer final : public TileTracer {
 public:
     explicit CountingTracer(int threads) : m_busy(static_cast<std::size_t>(threads)) {}
@@ -52,8 +52,8 @@ private:
         ++counts.at(tile(x0, y0));
         busy = false;
     }
-    Counts m_primary = Counts(std::size_t{kAcross} * kDown),
-           m_shadow = Counts(std::size_t{kAcross} * kDown);
+    Counts m_primary = Counts(std::size_t{kAcross} * kDown);
+    Counts m_shadow = Counts(std::size_t{kAcross} * kDown);
     std::vector<std::atomic<bool>> m_busy;
     std::atomic<int> m_faults{0};
 };

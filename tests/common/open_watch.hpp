@@ -10,7 +10,7 @@
 
 namespace terravox::test {
 
-/// Notices when a file is opened, by any thread and library: the kernel tells (inotify).
+/// Detects when a file is opened, by any thread and library (inotify).
 class OpenWatch {
 public:
     explicit OpenWatch(const std::filesystem::path& file)

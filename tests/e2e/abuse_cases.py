@@ -17,7 +17,7 @@ def health(*headers, body=b""):
 
 CLOSED = None
 
-# name: (bytes, allowed statuses of the first reply, most replies)
+# name: (bytes, allowed statuses of the first reply, maximum number of replies)
 REQUEST_LINES = {
     "as it should be": (health(), [200], 1),
     "a lone query mark": (get("/healthz?"), [200, 400], 1),
@@ -33,7 +33,7 @@ REQUEST_LINES = {
         1,
     ),
     "TLS hello": (bytes.fromhex("16030100c8010000c403033f") + b"\x11" * 190, [400, CLOSED], 1),
-    "asks for HTTP/2": (
+    "requests HTTP/2": (
         health(
             b"Connection: Upgrade, HTTP2-Settings",
             b"Upgrade: h2c",
@@ -42,7 +42,7 @@ REQUEST_LINES = {
         [200],
         1,
     ),
-    "asks for a web socket": (
+    "requests a web socket": (
         health(
             b"Connection: Upgrade",
             b"Upgrade: websocket",

@@ -83,7 +83,11 @@ class BadInput(Case):
                 [laz_with_bytes(self.inputs, "nowhere.laz", bytes(no_crs))],
                 "--crs EPSG:",
             ),
-            "an address beside files": (2, [square(), "http://127.0.0.1:1"], "http://127.0.0.1:1"),
+            "an address together with files": (
+                2,
+                [square(), "http://127.0.0.1:1"],
+                "http://127.0.0.1:1",
+            ),
             "orthophoto missing": (2, [square(), "--ortho", self.inputs / "none.tif"], "none.tif"),
             "orthophoto that is no image": (
                 1,

@@ -114,7 +114,7 @@ class BadLink:
 
 
 class _Connection:
-    """@param number of it; with the seed it says what happens"""
+    """@param number of it; with the seed it determines what happens"""
 
     def __init__(self, link, number):
         self._link = link

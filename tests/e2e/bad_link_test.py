@@ -165,12 +165,14 @@ class FileServer(ThreadingHTTPServer):
             protocol_version = "HTTP/1.1"
 
             def do_GET(self):
-                asked = re.fullmatch(r"bytes=(\d+)-(\d+)", self.headers.get("Range", ""))
+                requested = re.fullmatch(r"bytes=(\d+)-(\d+)", self.headers.get("Range", ""))
                 begin, end = (
-                    (int(asked[1]), min(int(asked[2]) + 1, len(data))) if asked else (0, len(data))
+                    (int(requested[1]), min(int(requested[2]) + 1, len(data)))
+                    if requested
+                    else (0, len(data))
                 )
-                self.send_response(206 if asked else 200)
-                if asked:
+                self.send_response(206 if requested else 200)
+                if requested:
                     self.send_header("Content-Range", f"bytes {begin}-{end - 1}/{len(data)}")
                 self.send_header("Content-Length", str(end - begin))
                 self.end_headers()

@@ -121,7 +121,7 @@ class BigPictures(Case):
         self.assertTrue(entries(out))
         return child
 
-    def test_who_stops_it_leaves_nothing_behind(self):
+    def test_a_stop_leaves_nothing_behind(self):
         for ending in (".exr", ".tif"):
             with self.subTest(ending):
                 out = temporary_folder()

@@ -23,7 +23,7 @@ PROGRAMS = {
 GRABBER = ROOT / "grabber" / "dist" / "main.js"
 PORTS = ("7878", "7879", "8888")  # in the pages
 
-# Those of the person at this machine are not for these commands.
+# Those of the user of this machine must not reach these commands.
 for variable in ("FARM_TOKEN", "SERVER_TOKEN", "SERVER_ORIGIN", "STORE"):
     os.environ.pop(f"TERRAVOX_{variable}", None)
 

@@ -1,7 +1,8 @@
 // Compares two pictures. Exit code 0: alike, 1: not, 2: cannot be compared. What is different goes
 // to standard output.
 //   compare_pictures A B            alike to the eye: few blocks of 10 x 10 pixels differ in their
-//   mean colour compare_pictures --exact A B    the same bits in every channel
+//                                   mean colour
+//   compare_pictures --exact A B    the same bits in every channel
 #include <OpenImageIO/imageio.h>
 
 #include <algorithm>
@@ -19,7 +20,9 @@ constexpr double kMaxBlockDifference = 0.07;  // of the display's range
 constexpr double kMaxBlocks = 0.03;           // share of blocks that may differ by more
 
 struct Picture {
-    int width = 0, height = 0, channels = 0;
+    int width = 0;
+    int height = 0;
+    int channels = 0;
     std::vector<float> values;
 };
 
@@ -55,7 +58,8 @@ int main(int argc, char** argv) {
         std::printf("usage: compare_pictures [--exact] A B\n");
         return 2;
     }
-    const Picture a = read(argv[argc - 2]), b = read(argv[argc - 1]);
+    const Picture a = read(argv[argc - 2]);
+    const Picture b = read(argv[argc - 1]);
     if (a.width != b.width || a.height != b.height || a.channels != b.channels) {
         std::printf("%d x %d of %d channels, and %d x %d of %d\n", a.width, a.height, a.channels,
                     b.width, b.height, b.channels);
@@ -68,7 +72,8 @@ int main(int argc, char** argv) {
         std::printf("%zu of %zu values differ\n", different, a.values.size());
         return different == 0 ? 0 : 1;
     }
-    int blocks = 0, different = 0;
+    int blocks = 0;
+    int different = 0;
     double worst = 0;
     for (int y = 0; y < a.height; y += kBlock_px)
         for (int x = 0; x < a.width; x += kBlock_px) {

@@ -1,4 +1,4 @@
-"""A thousand clients that do not mean well, on one thread."""
+"""A thousand misbehaving clients, on one thread."""
 
 import select
 import socket

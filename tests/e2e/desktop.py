@@ -36,8 +36,8 @@ class Desktop:
             stderr=subprocess.DEVNULL,
         )
         os.close(write)
-        with os.fdopen(read) as told:
-            self.display = ":" + told.readline().strip()
+        with os.fdopen(read) as display_number:
+            self.display = ":" + display_number.readline().strip()
         self.environment = {"DISPLAY": self.display, "LIBGL_ALWAYS_SOFTWARE": "1", "XAUTHORITY": ""}
 
     def stop(self):
@@ -45,7 +45,7 @@ class Desktop:
         self.server.wait(HANGS_S)
 
     def do(self, *words):
-        """As the person does: words of xdotool."""
+        """Input of a user: words of xdotool."""
         subprocess.run(
             ["xdotool", *map(str, words)],
             env={**os.environ, **self.environment},
@@ -125,7 +125,7 @@ class Desktop:
         return width, height, rows
 
     def save(self, path):
-        """Saves a PPM file for a person to look at."""
+        """Saves a PPM file for visual checks."""
         width, height, rows = self.see()
         pathlib.Path(path).write_bytes(b"P6 %d %d 255\n" % (width, height) + b"".join(rows))
 

@@ -30,7 +30,7 @@ from support import (
 TOKEN = "kv7r2mx9q4tz8wpd5hcn"
 ENVIRONMENT = {"TERRAVOX_FARM_TOKEN": TOKEN, "TERRAVOX_FARM_TEST": "1"}
 PICTURE = ["--size", "256x144", "--tile", "16", "--integrator", "path", "--bounces", "4"]
-# Some seconds on one thread: long enough to be killed, asked and joined in the middle of.
+# Some seconds on one thread: long enough to be killed, queried and joined meanwhile.
 SCENE = [*PICTURE, "--samples", "40"]
 # As many tiles, for tests in which nothing happens while it is rendered.
 SHORT = [*PICTURE, "--samples", "4"]
@@ -142,15 +142,15 @@ class Farm(unittest.TestCase):
             [binary("RAYTRACER"), "farm", "status", address, "--json"], environment=ENVIRONMENT
         )
         self.assertEqual(status.code, 0, status)
-        told = json.loads(status.out)[0]
-        self.assertEqual((told["role"], told["tiles_total"]), ("coordinator", 144))
+        shown = json.loads(status.out)[0]
+        self.assertEqual((shown["role"], shown["tiles_total"]), ("coordinator", 144))
         self.check(coordinator, "join.png")
         for worker in workers:
             self.assertEqual(worker.end(), 0, worker.log())
 
-    def test_a_generated_token_is_told(self):
+    def test_a_generated_token_is_shown(self):
         coordinator = self.coordinator(
-            "told.png",
+            "shown.png",
             "--listen",
             "127.0.0.1:0",
             "--threads",
@@ -166,9 +166,9 @@ class Farm(unittest.TestCase):
             address,
             environment={"TERRAVOX_FARM_TOKEN": token, "TERRAVOX_FARM_TEST": "1"},
         )
-        self.check(coordinator, "told.png", wanted="short.png")
+        self.check(coordinator, "shown.png", wanted="short.png")
 
-    def test_green_alone_and_beside_others(self):
+    def test_green_alone_and_together_with_others(self):
         self.check(
             self.coordinator("green.png", "--green", scene=SHORT), "green.png", wanted="short.png"
         )
@@ -209,8 +209,8 @@ class Farm(unittest.TestCase):
         coordinator = self.coordinator(
             "lost.png", "--worker", a, "--threads", "0", "--give-up", "1s", "--log", "debug"
         )
-        # From its own log: asking the worker would take the start of a program, and the picture may
-        # be finished by then.
+        # From its own log: querying the worker would take the start of a program, and the picture
+        # may be finished by then.
         coordinator.saw("answer: tile", times=4)
         worker.kill()
         self.assertEqual(coordinator.end(), 3, coordinator.log())
@@ -283,11 +283,11 @@ class Farm(unittest.TestCase):
             "tls.png",
             wanted="short.png",
         )
-        stranger = Run(
+        peer = Run(
             [binary("RAYTRACER"), "farm", "status", a, *flags(self.out / "others", "coordinator")]
         )
-        self.assertEqual(stranger.code, 1, stranger)
-        # A worker's certificate gives no orders, and one that is revoked opens nothing.
+        self.assertEqual(peer.code, 1, peer)
+        # A worker's certificate gives no control, and a revoked one gives no access.
         refused = Run(
             [binary("RAYTRACER"), "farm", "pause", a, *flags(folder, "worker")], environment=bare
         )
@@ -332,18 +332,18 @@ class Farm(unittest.TestCase):
             b"\x16\x03\x01\x02\x00\x01\x00",
             os.urandom(4096),
         ):
-            stranger = socket.create_connection(("127.0.0.1", port))
-            stranger.sendall(garbage)
-            held.append(stranger)
+            peer = socket.create_connection(("127.0.0.1", port))
+            peer.sendall(garbage)
+            held.append(peer)
         self.check(
             self.coordinator("unwelcome.png", "--worker", a, "--threads", "0", scene=SHORT),
             "unwelcome.png",
             wanted="short.png",
         )
-        for stranger in held:
-            stranger.close()
+        for peer in held:
+            peer.close()
         self.assertIsNone(daemon.process.poll(), daemon.log())
-        # A worker without a coordinator says so, and a render that its only worker refuses
+        # A worker without a coordinator reports that, and a render that its only worker refuses
         # continues alone.
         coordinator = self.coordinator(
             "alone.png",
@@ -356,7 +356,7 @@ class Farm(unittest.TestCase):
         )
         self.check(coordinator, "alone.png", wanted="short.png")
 
-    def test_a_busy_worker_works_for_one_after_the_other(self):
+    def test_a_busy_worker_serves_coordinators_one_after_the_other(self):
         _, a = self.worker()
         first = self.coordinator("first.png", "--worker", a, "--threads", "0")
         second = self.coordinator("second.png", "--worker", a, "--threads", "0")
@@ -390,7 +390,7 @@ class Farm(unittest.TestCase):
         daemon.process.send_signal(signal.SIGTERM)
         self.assertEqual(daemon.end(), 0, daemon.log())
 
-    def test_a_worker_that_opens_a_silent_server_ends_when_told(self):
+    def test_a_worker_that_opens_a_silent_server_ends_at_a_signal(self):
         server = Server(survey())
         self.addCleanup(server.stop)
         coordinator = self.program(
@@ -409,7 +409,7 @@ class Farm(unittest.TestCase):
         self.addCleanup(server.process.send_signal, signal.SIGCONT)
         worker = self.program("worker", "--join", address, "--threads", "1")
         worker.saw("works for")
-        wait_until(lambda: unread_bytes(server.port) > 0, "the stopped server is asked")
+        wait_until(lambda: unread_bytes(server.port) > 0, "the stopped server has a request")
         worker.process.send_signal(signal.SIGTERM)
         self.assertEqual(worker.end(), 0, worker.log())
         self.assertNotIn("hole", worker.log())
@@ -423,22 +423,22 @@ class Farm(unittest.TestCase):
             members = json.loads(status.out)[0]["members"]
             return members[0]["state"] if members else "not there yet"
 
-        def tell(what, address, *more):
+        def control(what, address, *more):
             return Run([binary("RAYTRACER"), "farm", what, address, *more], environment=ENVIRONMENT)
 
         # Paused before there is a picture, which then stands still until the last of these.
         _, a = self.worker()
-        self.assertEqual(tell("pause", a).code, 0)
+        self.assertEqual(control("pause", a).code, 0)
         arguments = ["--worker", a, "--threads", "0", "--listen", "127.0.0.1:0"]
         coordinator = self.coordinator("paused.png", *arguments, scene=SHORT)
         b = "127.0.0.1:" + coordinator.saw(r"on port (\d+)").group(1)
         wait_until(lambda: state(b) == "paused", "the coordinator sees the pause")
-        unknown = tell("pause", b, "--worker", "nobody")
+        unknown = control("pause", b, "--worker", "nobody")
         self.assertEqual((unknown.code, "no such worker" in unknown.err), (1, True), unknown)
-        self.assertEqual(tell("pause", b).code, 0)
-        self.assertEqual(tell("resume", a).code, 0)
+        self.assertEqual(control("pause", b).code, 0)
+        self.assertEqual(control("resume", a).code, 0)
         self.assertEqual(state(b), "paused", "the coordinator has not let it go on")
-        self.assertEqual(tell("resume", b).code, 0)
+        self.assertEqual(control("resume", b).code, 0)
         self.check(coordinator, "paused.png", wanted="short.png")
 
     def background(self, environment, *command):
@@ -501,7 +501,7 @@ class Farm(unittest.TestCase):
             if not shutil.which(p, path=path)
         ]
         if os.geteuid() != 0 or missing:
-            self.skipTest(f"wants {', '.join(missing) or 'root'}, for a network of its own")
+            self.skipTest(f"needs {', '.join(missing) or 'root'}, for a network of its own")
         folder = self.out / "network"
         folder.mkdir()
         environment = {
@@ -541,9 +541,9 @@ class Farm(unittest.TestCase):
                 self.assertEqual(run.code, 2, run)
                 self.assertIn("can be guessed", run.err)
 
-    def test_what_cannot_be_is_said(self):
+    def test_impossible_options_are_reported(self):
         for arguments, code, says in (
-            (["--threads", "0"], 2, "nobody else is there"),
+            (["--threads", "0"], 2, "there is no worker"),
             (["--worker", "nowhere:0"], 2, "port"),
             (["--worker", "127.0.0.1:1", "--give-up", "soon"], 2, "--give-up"),
             (["--listen", "300.1.2.3:1"], 1, "300.1.2.3"),

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Faults of the machine: full disk, no descriptors, no memory, EINTR, a clock that jumps.
 
-Whatever happens, a program ends with an exit code of its own and a line that says why, never by a
+Whatever happens, a program ends with an exit code of its own and a line with the reason, never by a
 signal; no partial file appears under the requested name; and complete files have the same bytes as
 without faults. With --long the sweeps have more steps. docs/reliability.md lists what is covered
 where.
@@ -27,7 +27,7 @@ FAKETIME = next(pathlib.Path("/usr/lib").glob("*/faketime/libfaketimeMT.so.1"), 
 def least_address_space(program, among):
     """@return the smallest tried limit with which the program's libraries load
 
-    What fails before main() is outside this project.
+    Failures before main() are outside this project.
     """
     for value in among:
         if all(Ended([program, "--version"], "address space", value).code == 0 for _ in range(3)):
@@ -36,7 +36,7 @@ def least_address_space(program, among):
 
 
 class Faults(Writers):
-    def test_a_full_disk_is_told_and_leaves_nothing_half_written(self):
+    def test_a_full_disk_is_reported_and_leaves_nothing_half_written(self):
         for name in WRITERS:
             whole = self.whole_bytes(name)
             for size in (0, whole // 2, whole * 99 // 100):
@@ -57,7 +57,7 @@ class Faults(Writers):
                 self.assertEqual(again.code, 0, str(again))
                 self.assert_as_on_a_good_day(name, out)
 
-    def test_too_few_descriptors_are_told(self):
+    def test_too_few_descriptors_are_reported(self):
         for name in WRITERS if LONG else ("render to EXR", "archive", "glTF", "synthetic survey"):
             for value in range(3, 40) if LONG else (3, 5, 6, 8, 11, 16, 24):
                 with self.subTest(name, descriptors=value):
@@ -68,7 +68,7 @@ class Faults(Writers):
                     self.assert_told(run, name)
                     self.assert_nothing_half_written(name, run, out)
 
-    def test_too_little_memory_is_told(self):
+    def test_too_little_memory_is_reported(self):
         mib = 1 << 20
         least = {}
         for name in (

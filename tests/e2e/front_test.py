@@ -202,7 +202,7 @@ class FrontTest(Case):
         air = self.through("/v2/boxes/0/2147483647/0/0")
         self.assertEqual((air.status, air.body), (204, b""))
 
-    def test_host_names_are_the_servers_to_judge(self):
+    def test_host_names_are_checked_by_the_server(self):
         port = self.front.port
         for host, status in {
             "voxels.example.org": 200,
@@ -246,7 +246,7 @@ class FrontTest(Case):
                 self.assertEqual(said.statuses(), [status], str(said))
                 self.assertEqual(said.replies[0].problem(), "", str(said))
 
-    def test_too_many_of_one_address_are_told_to_come_again(self):
+    def test_too_many_requests_of_one_address_get_429_and_retry_after(self):
         # A smaller rate than that of the requests, however slow this machine is.
         with Front(
             self.server.port, [("rate=1000r/s", "rate=1r/m"), ("burst=2000", "burst=50")]
@@ -295,11 +295,11 @@ class FrontTest(Case):
     def test_a_good_client_among_slow_readers(self):
         # Each requests 300 KB of replies and never reads; there are far more than server threads.
         size = len(self.server.get(self.box)[2])
-        asked = get(self.box) * (300_000 // size + 1)
+        requests = get(self.box) * (300_000 // size + 1)
 
         def slow_reader(connection, step):
             if step == 0:
-                connection.sendall(asked)
+                connection.sendall(requests)
             elif select.select([connection], [], [], 0)[0] and not connection.recv(64):
                 raise ConnectionError
 

@@ -26,7 +26,7 @@ GIB_PAGES = (1 << 30) // PAGE_BYTES
 
 @unittest.skipIf(REASON, REASON)
 class FullDisk(Writers):
-    def test_each_writer_tells_of_it_and_leaves_nothing_half_written(self):
+    def test_each_writer_reports_it_and_leaves_nothing_half_written(self):
         for name in WRITERS:
             pages = self.whole_pages(name, PAGE_BYTES)
             for free in sorted({0, pages // 2, pages - 1}):
@@ -152,7 +152,7 @@ class FullDiskOfTheGrabber(Writers):
                 self.assertDone(self.fetch(disk, "--from", self.survey))
                 self.assertEqual(self.kept(disk), {"TM_462_101.laz": self.square})
 
-    def test_a_disk_that_somebody_else_fills_in_the_middle_of_a_file(self):
+    def test_a_disk_that_another_program_fills_in_the_middle_of_a_file(self):
         with SmallDisk(GIB_PAGES) as disk:
             filled = []
 

@@ -67,7 +67,7 @@ class Fuzz(Case):
         self.assertEqual(sorted(built), sorted(sources))
         self.assertEqual(listed, sources | {"grabber"})
 
-    def test_every_list_line_says_what_is_read(self):
+    def test_every_list_line_describes_what_is_read(self):
         for line in fuzz("--list").out.splitlines():
             self.assertRegex(line, r"^[a-z_]+ +\S.*\S\.$")
 
@@ -104,7 +104,7 @@ class Fuzz(Case):
         self.assertTrue(find.exists())
         self.assertTrue(run.err.rstrip().endswith(f"{folder}/targets/fuzz-nbt {find}"), run.err)
 
-    def test_targets_at_a_time_are_lines_each_and_a_find_of_one_is_told(self):
+    def test_targets_at_a_time_are_lines_each_and_a_find_of_one_is_reported(self):
         for good in ("box", "nbt", "zip"):
             with self.subTest(good):
                 folder = temporary_folder()

@@ -16,7 +16,7 @@ MOST_BYTES = 350_000
 MOST_BYTES_IN_ALL = 4_000_000
 MOST_BYTES_BEFORE = 60_000
 
-# A place small enough for a test: two squares, the first of them again with more pulses.
+# A survey small enough for a test: two squares, the first of them again with more pulses.
 SMALL_PLACE = """
 set -euo pipefail
 shopt -s inherit_errexit
@@ -61,7 +61,7 @@ class Gallery(Case):
             )
         self.assertLessEqual(sum(sizes.values()), MOST_BYTES_IN_ALL)
 
-    def test_every_list_line_says_what_it_shows(self):
+    def test_every_list_line_describes_its_picture(self):
         for line in gallery("--list").out.splitlines():
             self.assertRegex(line, r"^[a-z-]+ +\S.*\S\.$")
 

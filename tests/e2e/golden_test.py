@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Pictures of a synthetic place compared with those in tests/fixtures/golden, with a tolerance.
+"""Pictures of the synthetic survey compared with those in tests/fixtures/golden, with a tolerance.
 
 golden_test.py --refresh makes the kept pictures anew (look at them before you commit them).
 """

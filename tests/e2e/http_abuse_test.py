@@ -21,7 +21,7 @@ FUZZED = 10_000
 
 
 class GoodClient:
-    """Asks for /healthz and one box over and over while others misbehave."""
+    """Requests /healthz and one box over and over while others misbehave."""
 
     def __init__(self, server, path, body):
         self._server = server

@@ -81,7 +81,7 @@ class Stopping(Case):
         counts = [len(log) for log in logs]
         wait_until(
             lambda: all(len(log) >= count + 2 for log, count in zip(logs, counts)),
-            "each client has asked in vain",
+            "each client was refused",
         )
         stop.set()
         for thread in threads:

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""What the voxel server keeps from strangers: the folders of its machine, all of it from web pages
-of elsewhere, and its threads from clients that do not finish their requests."""
+"""What the voxel server protects: its folder names from clients, its replies from web pages of
+other origins, and its threads from clients that do not finish their requests."""
 
 import http.client
 import json
@@ -71,7 +71,9 @@ class Folders(Case):
             seen = self.replies(server)
         finally:
             self.assertEqual(server.stop(), 0, server.err)
-        self.assertIn(500, {reply[0] for reply in seen.values()}, "nothing failed, nothing to tell")
+        self.assertIn(
+            500, {reply[0] for reply in seen.values()}, "nothing failed, so no error was tested"
+        )
         squares = json.loads(seen["/v2/squares, once one has failed"][2])["features"]
         errors = [s["properties"]["error"] for s in squares if s["properties"]["error"]]
         self.assertTrue(any("damaged.laz" in error for error in errors), errors)
@@ -80,11 +82,11 @@ class Folders(Case):
                 for part in (str(place.parent), place.name, "/usr/", "/home/"):
                     self.assertNotIn(part.encode(), body)
                     self.assertNotIn(part, str(headers))
-        self.assertIn(str(place), server.err, "the log says where the damaged file is")
+        self.assertIn(str(place), server.err, "the log names the damaged file")
 
 
 class Pages(Case):
-    """A web page of elsewhere cannot read a server of this machine, whatever name leads to it."""
+    """A web page of another origin cannot read a server of this machine, by any host name."""
 
     @classmethod
     def setUpClass(cls):

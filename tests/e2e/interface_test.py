@@ -74,7 +74,7 @@ class Interface(Case):
     def tearDownClass(cls):
         assert cls.server.stop() == 0, cls.server.err
 
-    def test_every_path_of_the_document_is_answered_as_it_says(self):
+    def test_every_path_of_the_document_is_answered_as_documented(self):
         document = json.loads((ROOT / "docs" / "openapi.json").read_text())
         self.assertEqual(self.server.json("/openapi.json"), document)
         level, bx, by, bz = next(
@@ -102,9 +102,9 @@ class Interface(Case):
                     self.assertIn(str(status), facts["responses"])
                     kind = headers["Content-Type"].split(";")[0]
                     self.assertIn(kind, facts["responses"]["200"].get("content", {kind: {}}))
-        # Nothing is served that the document does not know.
-        asked = set(self.server.json("/v2/stats")["requests"]) - {"unknown", "refused"}
-        self.assertLessEqual(asked, set(document["paths"]))
+        # Nothing is served that the document lacks.
+        requested = set(self.server.json("/v2/stats")["requests"]) - {"unknown", "refused"}
+        self.assertLessEqual(requested, set(document["paths"]))
 
     def test_a_batch_is_the_single_boxes(self):
         body = json.dumps({"boxes": self.keys + [[0, 0, 0, 0]]})
@@ -212,7 +212,7 @@ class Kept(Case):
         self.assertEqual(all_boxes("--classes", classes), (other, 0))
         self.assertEqual(all_boxes(), (first, 0))
 
-    def test_preparing_makes_everything_and_says_how_it_went(self):
+    def test_preparing_makes_everything_and_reports_the_outcome(self):
         cache = temporary_folder()
         run = Run([binary("VOXELSERVER"), survey(), "--cache", cache, "--prepare-only"])
         self.assertDone(run)
@@ -256,7 +256,7 @@ class Kept(Case):
             if damage is not None:
                 facts[0].write_bytes(damage)
 
-    def test_facts_that_are_not_those_of_the_world_are_told_and_gone_at_the_next_start(self):
+    def test_facts_that_are_not_those_of_the_world_are_reported_and_gone_at_the_next_start(self):
         cache = temporary_folder()
         for voxel in ("1", "2"):
             self.assertEqual(Server(square(), "--cache", cache, "--voxel", voxel).stop(), 0)
@@ -265,14 +265,14 @@ class Kept(Case):
         first.write_bytes(second.read_bytes())
         second.write_bytes(kept)
         server = Server(square(), "--cache", cache)
-        wait_until(lambda: server.get("/healthz")[0] == 503, "the facts are found to be others")
+        wait_until(lambda: server.get("/healthz")[0] == 503, "the facts are found to differ")
         server.stop()
         self.assertIn("start it again", server.err)
         server = Server(square(), "--cache", cache)
         self.assertEqual((server.get("/healthz")[0], server.json("/v2/world")["voxel_m"]), (200, 1))
         self.assertEqual(server.stop(), 0, server.err)
 
-    def test_a_damaged_square_is_told_and_counted(self):
+    def test_a_damaged_square_is_reported_and_counted(self):
         place = temporary_folder()
         data = bytearray(square().read_bytes())
         data[len(data) // 2 : len(data) // 2 + 2000] = bytes(2000)

@@ -177,7 +177,7 @@ class Layers(Case):
         self.assertLess(math.hypot(x, y, z), 1e-4)
 
     @of_each_picture
-    def test_mattes_cover_what_is_hit_and_say_what_it_is(self, p):
+    def test_mattes_cover_what_is_hit_and_identify_it(self, p):
         covered = p.channel("A")
         for kind in ("CryptoMaterial", "CryptoSquare"):
             for i, (named, a) in enumerate(zip(p.mattes(kind), covered)):
@@ -202,7 +202,7 @@ class Layers(Case):
         self.assertIn({"water": 1.0}, materials)
         self.assertEqual({name for named in squares for name in named}, {"462_101"})
 
-    def test_the_metadata_say_what_the_picture_is_of(self):
+    def test_the_metadata_describe_the_picture(self):
         p = picture("path", 5)
         said = p.metadata
         self.assertTrue(said["Software"].startswith("terravox "))

@@ -1,4 +1,4 @@
-"""terravox-laz as a person runs it: what it writes, says and refuses."""
+"""terravox-laz as a user runs it: what it writes, prints and refuses."""
 
 import json
 import pathlib
@@ -40,7 +40,7 @@ class LazTest(unittest.TestCase):
         self.assertEqual(run.err, "")
         self.assertIn(f"{facts['point_count']} points", laz("check", square).out)
 
-    def test_an_index_appears_beside_the_file(self):
+    def test_an_index_appears_next_to_the_file(self):
         square = pathlib.Path(self.square())
         run = laz("index", square)
         self.assertEqual(run.code, 0, str(run))

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""A Luanti world, as a person uses it: described, rendered, converted, and refused."""
+"""A Luanti world, as a user has it: described, rendered, converted, and refused."""
 
 import contextlib
 import json

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Maps: GeoTIFF files lie where they say they lie, and show what is there."""
+"""Maps: GeoTIFF files have a correct georeference, and show what is there."""
 
 import json
 import shutil
@@ -58,7 +58,7 @@ class Maps(Case):
         self.assertGreater(hits, 5000)
         return transform, area
 
-    def test_a_geotiff_lies_where_it_says(self):
+    def test_a_geotiff_is_georeferenced(self):
         out = temporary_folder()
         for name, more in {"north up": [], "turned": ["--camera-roll-deg", "30"]}.items():
             with self.subTest(name):

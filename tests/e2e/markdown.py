@@ -1,6 +1,6 @@
 """Reads the project's Markdown pages: blocks of code, links, headings, and named options.
 
-A comment before a block says what the documents test does with it. Readers do not see it:
+A comment before a block controls what the documents test does with it. Readers do not see it:
 
     <!-- not run: REASON -->          leave it out
     <!-- file: NAME -->               it is the content of this file

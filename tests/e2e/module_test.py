@@ -124,7 +124,7 @@ class Module(Case):
         finally:
             del os.environ["TERRAVOX_CONFIG"]
 
-    def test_without_the_module_the_program_says_so(self):
+    def test_without_the_module_the_program_reports_that(self):
         alone = temporary_folder() / PROGRAM.name
         shutil.copy(PROGRAM, alone)
         os.environ["TERRAVOX_CONFIG"] = str(CONFIG)

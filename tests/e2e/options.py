@@ -6,7 +6,7 @@ import re
 import markdown
 from support import ROOT, Run, binary
 
-# Those that the pages name most come first: a program is started only when it is needed.
+# In the order of how often the pages name them: a program is started only when it is needed.
 RAYTRACER = (
     "render",
     "convert",

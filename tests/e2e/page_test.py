@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """The web page of the real voxel server, in a browser.
 
-Runs the page's own tests with the server in place of a mock.
+Runs the page's own tests with the real server instead of a fake one.
 """
 
 import os

@@ -1,7 +1,8 @@
-// Shows all that stands in a picture to a test. Exit code 0: done, 2: it cannot be read.
+// Prints all that a picture file contains, for tests. Exit code 0: done, 2: it cannot be read.
 //   picture_values FILE         size, tiles, channels with their types, and metadata, as JSON on
-//   standard output picture_values FILE RAW     and all values to RAW: 32-bit floats of this
-//   machine, row by row, the channels of a pixel side by side
+//                               standard output
+//   picture_values FILE RAW     and all values to RAW: 32-bit floats of this machine, row by row,
+//                               the channels of a pixel side by side
 #include <OpenImageIO/imageio.h>
 
 #include <cstdio>

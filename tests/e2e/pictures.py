@@ -1,4 +1,4 @@
-"""What stands in a picture: size, metadata, and every channel as numbers."""
+"""The contents of a picture file: size, metadata, and every channel as numbers."""
 
 import array
 import json
@@ -108,7 +108,7 @@ def scene_of(picture):
 
 
 class Tags:
-    """The tags of the first directory of a TIFF file that say where it lies.
+    """The tags of the first directory of a TIFF file that give its place on Earth.
 
     Classic and BigTIFF, little-endian.
 

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The preview window as a person uses it, on a virtual display.
+"""The preview window as a user works with it, on a virtual display.
 
 Fly, drag the sun, pick, save, render; and what fails meanwhile.
 """
@@ -33,7 +33,7 @@ FIRST = "first picture after"  # of a change
 PICTURE = (440, 160, 740, 370)
 MIDDLE = (682, 340)
 FRAMES_TO_GROW = 2
-KEEP = os.environ.get("TERRAVOX_KEEP_SCREENS")  # a folder of pictures for a person to look at
+KEEP = os.environ.get("TERRAVOX_KEEP_SCREENS")  # a folder of pictures for visual checks
 
 
 class NoDisplay(Case):
@@ -46,7 +46,7 @@ class NoDisplay(Case):
             run, 1, "open the preview window", "terravox render WORLD -o picture.png"
         )
 
-    def test_what_is_wrong_is_told_before_a_window_opens(self):
+    def test_errors_are_reported_before_a_window_opens(self):
         self.assertRefused(Run([binary("RAYTRACER"), "preview", "/nowhere"]), 2, "/nowhere")
         self.assertRefused(
             Run([binary("RAYTRACER"), "preview", "generated:3", "--window", "0x5"]),
@@ -488,7 +488,7 @@ class Window(Case):
         self.quit(program)  # in the middle: the picture would take hours
         self.assertEqual([p.name for p in self.out.iterdir() if p.name.startswith("picture")], [])
 
-    def test_a_broken_scene_is_told_and_the_window_stays(self):
+    def test_a_broken_scene_is_reported_and_the_window_stays(self):
         program = self.preview(survey(), "--samples", "1", "--voxel", "2")
         broken = self.out / "scene.toml"
         for text, said in (
@@ -531,7 +531,7 @@ class Window(Case):
         self.keep("not-open")
 
         def closed():
-            # Its place is not the last one before the window has grown to what it says.
+            # Its place is not final before the window has grown to the text.
             self.desktop.click(*self.places(program, "Close")[-1][:2])
             return program.process.poll() is not None
 

@@ -170,7 +170,7 @@ class Render(Case):
             self.assertDone(render(survey(), *SMALL, *flags, "-o", out / name))
             return out / name
 
-        # Files also say how they were made: pixels are compared.
+        # Metadata of the files differ: pixels are compared.
         everything = picture("all.png")
         less = picture("less.png", "--steps", "-vegetation,-water_deepening")
         none = picture("none.png", "--steps", "none")

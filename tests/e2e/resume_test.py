@@ -195,7 +195,7 @@ class Resume(Case):
         self.assertWhole()
         self.assertFalse(self.journal.exists())
 
-    def test_told_to_stop_it_keeps_what_it_has(self):
+    def test_at_a_signal_to_stop_it_keeps_what_it_has(self):
         self.assertEqual(self.cut_off(60_000, signal.SIGTERM), 1, self.said)
         self.assertFalse(self.picture.exists())
         before = len(cells(self.journal))
@@ -204,7 +204,7 @@ class Resume(Case):
         self.assertEqual(self.report()["tiles_resumed"], before)
         self.assertWhole()
 
-    def test_who_renders_and_in_which_order_does_not_matter(self):
+    def test_the_choice_and_order_of_processors_do_not_matter(self):
         before = self.half_done("--quality-tile-order", "rows", "--threads", "1")
         self.assertDone(
             self.resume(
@@ -229,7 +229,7 @@ class Resume(Case):
         self.assertEqual(Picture(self.picture).tile, [TILE, TILE])
         self.assertWhole()
 
-    def test_without_asking_nothing_is_kept_and_at_the_end_nothing_is_left(self):
+    def test_without_the_option_nothing_is_kept_and_at_the_end_nothing_is_left(self):
         self.assertDone(render(square(), *FLAGS, "-o", self.out / "b.exr"))
         self.assertDone(self.resume())
         self.assertEqual(entries(self.out), ["a.exr", "b.exr", "report.json"])
@@ -304,7 +304,7 @@ class Resume(Case):
         self.assertRefused(self.resume(), 1, "a.exr.tiles", "no checkpoint of a picture")
         self.assertEqual(self.journal.read_text(), "my notes")
 
-    def test_a_full_disk_is_told_and_gone_on_from(self):
+    def test_a_full_disk_is_reported_and_resumed_from(self):
         run = self.resume(file_bytes=80_000)
         self.assertRefused(run, 1, "a.exr.tiles", "File too large", "--resume goes on with them")
         before = len(cells(self.journal))
@@ -423,7 +423,7 @@ class Merge(Case):
         )
         self.assertEqual(entries(self.out), ["half.tiles"])
         self.assertEqual(set(cells(self.out / "half.tiles")), set(cells(self.parts[0])))
-        # What there is can be gone on with.
+        # The existing tiles can be resumed from.
         shutil.move(self.out / "half.tiles", self.out / "b.exr.tiles")
         self.assertDone(
             render(

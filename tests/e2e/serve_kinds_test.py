@@ -4,6 +4,7 @@
 import contextlib
 import json
 import os
+import re
 import shutil
 import struct
 import subprocess
@@ -53,6 +54,17 @@ def variables(**values):
     finally:
         for name in values:
             del os.environ[name]
+
+
+class Help(unittest.TestCase):
+    def test_the_server_names_the_inputs_that_the_renderer_names(self):
+        rendered = Run([binary("RAYTRACER"), "render", "--help"]).out
+        inputs = re.search(r"inputs TEXT \.\.\. REQUIRED\s+(.+)", rendered).group(1).split(", ")
+        self.assertGreater(len(inputs), 6)
+        served = serve("--help").out
+        for name in inputs:
+            with self.subTest(name):
+                self.assertIn(name, served)
 
 
 class WebServer:
@@ -185,7 +197,7 @@ class Kinds(Case):
 
     @classmethod
     def server_of(cls, kind):
-        """A server without a cache, for all tests that only ask it."""
+        """A server without a cache, for all tests that only send requests."""
         if kind not in cls.servers:
             cls.servers[kind] = Server(*cls.kinds[kind], "--cache", "none")
         return cls.servers[kind]
@@ -240,7 +252,7 @@ class Kinds(Case):
             direct = Run([binary("RAYTRACER"), "world", "info", *inputs, "--json"])
             self.assertDone(direct)
             facts = json.loads(direct.out)
-            # Of a Minecraft world, `world info` tells what its own files say.
+            # Of a Minecraft world, `world info` shows the facts of its own files.
             fields = ("title", "bounds", "levels", "crs", "voxel_m", "attribution")
             for field in fields if "Minecraft" not in name else ():
                 self.assertEqual(world[field], facts[field], field)
@@ -372,7 +384,7 @@ class Kinds(Case):
         self.assertRefused(
             Run([binary("VOXELSERVER"), web.url, "--cache", cache, "--prepare-only"]),
             2,
-            "does not say in which state it is",
+            "does not name the state of its world",
         )
 
     def test_all_boxes_can_be_made_ahead(self):
@@ -386,7 +398,7 @@ class Kinds(Case):
         self.assertEqual(server.json("/v2/stats")["making"]["made"], 0)
         self.stopped(server)
 
-    def test_what_does_not_suit_or_is_broken_is_refused_by_one_line(self):
+    def test_unsuitable_or_broken_inputs_are_refused_by_one_line(self):
         folder = temporary_folder()
         (folder / "cut.tvx").write_bytes(self.archive.read_bytes()[:1000])
         (folder / "bad.zip").write_bytes(b"PK\x03\x04" + b"x" * 500)
@@ -418,7 +430,7 @@ class Kinds(Case):
             "no ZIP": ([folder / "bad.zip"], 2, ["bad.zip"]),
             "no raster": ([folder / "bad.asc"], 2, ["bad.asc"]),
             "noise without end, prepared": ([SEED, "--prepare"], 2, ["columns of boxes"]),
-            "nobody listens": (
+            "no server listens": (
                 ["http://127.0.0.1:1", "--processing-box-timeout-s", "1"],
                 1,
                 ["127.0.0.1:1"],
@@ -438,7 +450,7 @@ class Far(Case):
         self.archive = temporary_folder() / "noise.tvx"
         self.assertDone(convert(SEED, self.archive, *AREA))
 
-    def test_a_far_server_that_is_gone_makes_502_and_nothing_wrong_is_kept(self):
+    def test_a_remote_server_that_is_gone_makes_502_and_nothing_wrong_is_kept(self):
         port = hold_port()
         far = Server(self.archive, "--cache", "none", port=port)
         cache = temporary_folder()
@@ -461,7 +473,7 @@ class Far(Case):
         self.assertEqual(near.json("/v2/stats")["disk"]["damaged"], 0)
         self.assertEqual((near.stop(), far.stop()), (0, 0), near.err)
 
-    def test_a_far_server_with_another_world_is_not_mixed_with_the_first(self):
+    def test_a_remote_server_with_another_world_is_not_mixed_with_the_first(self):
         port = hold_port()
         far = Server(self.archive, "--cache", "none", port=port)
         near = Server(far.url, "--cache", "none", *self.TIMEOUT)
@@ -509,7 +521,7 @@ class Far(Case):
         self.assertRefused(open_to_all, 2, "--token-file")
         self.assertEqual((near.stop(), far.stop()), (0, 0))
 
-    def test_the_own_token_is_shown_to_no_far_server(self):
+    def test_the_own_token_is_sent_to_no_remote_server(self):
         shown = []
 
         class Handler(BaseHTTPRequestHandler):
@@ -533,16 +545,16 @@ class Far(Case):
         self.assertRefused(run, 1, "404")
         self.assertEqual(shown, [None])
 
-    def test_a_wish_to_stop_ends_opening(self):
+    def test_a_signal_to_stop_ends_opening(self):
         class Silent(BaseHTTPRequestHandler):
             def do_GET(self):
-                asked.set()
+                requested.set()
                 done.wait(HANGS_S)
 
             def log_message(self, *_):
                 pass
 
-        asked = threading.Event()
+        requested = threading.Event()
         done = threading.Event()
         server = ThreadingHTTPServer(("127.0.0.1", 0), Silent)
         threading.Thread(target=server.serve_forever, daemon=True).start()
@@ -552,7 +564,7 @@ class Far(Case):
             text=True,
         )
         try:
-            self.assertTrue(asked.wait(HANGS_S))
+            self.assertTrue(requested.wait(HANGS_S))
             process.terminate()
             _, err = process.communicate(timeout=HANGS_S)
         finally:

@@ -93,7 +93,7 @@ class Serve(Case):
 
 
 class Fake(BaseHTTPRequestHandler):
-    """Answers /v2/world with what the test says, and boxes with an error."""
+    """Answers /v2/world with the body of the test, and boxes with an error."""
 
     protocol_version = "HTTP/1.1"
     world = b""
@@ -138,13 +138,13 @@ class BadServer(Case):
                 self.assertRefused(run, 1, said)
                 self.assertEqual(entries(out), [])
 
-    def test_nobody_listens(self):
+    def test_no_server_listens(self):
         out = temporary_folder()
         run = render("http://127.0.0.1:1", *SMALL, "-o", out / "a.png")
         self.assertRefused(run, 1, "http://127.0.0.1:1")
         self.assertEqual(entries(out), [])
 
-    def test_boxes_that_cannot_be_had_are_holes_in_log_exit_code_and_picture(self):
+    def test_boxes_that_cannot_be_fetched_are_holes_in_log_exit_code_and_picture(self):
         server = Server(square())
         try:
             world = urllib.request.urlopen(server.url + "/v2/world", timeout=HANGS_S).read()

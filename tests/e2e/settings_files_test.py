@@ -15,7 +15,7 @@ class SettingsFiles(Case):
         self.out = temporary_folder()
 
     def commands(self):
-        """What takes a TOML file: name -> the command line with that file."""
+        """Commands that read a TOML file: name -> the command line with that file."""
         raytracer = binary("RAYTRACER")
         server = binary("VOXELSERVER")
         picture = self.out / "a.png"
@@ -58,7 +58,7 @@ class SettingsFiles(Case):
         }
 
     def files(self):
-        """What is wrong with the file -> the file."""
+        """The error in the file -> the file."""
         malformed = self.inputs / "malformed.toml"
         malformed.write_text("[camera\nposition = 1\n")
         of_another = self.inputs / "another.toml"

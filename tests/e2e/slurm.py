@@ -164,7 +164,7 @@ class Cluster:
             time.sleep(0.1)
 
     def run(self, *command, timeout_s=20):
-        """A command of Slurm. @return what it says; empty when it fails"""
+        """A command of Slurm. @return its output; empty when it fails"""
         return subprocess.run(
             [str(c) for c in command],
             capture_output=True,

@@ -42,7 +42,7 @@ esac
 """
 
 
-def knows(*command):
+def has_command(*command):
     """Whether this raytracer has that command."""
     return Run([binary("RAYTRACER"), *command, "--help"]).code == 0
 
@@ -233,7 +233,7 @@ class OnSlurm(Case):
         )
 
     @long
-    def test_a_signal_cancels_all_and_what_failed_is_told(self):
+    def test_a_signal_cancels_all_and_failed_frames_are_reported(self):
         child = self.start(*self.film_arguments())
         self.until(lambda: self.running("terravox-frames"), "frames at work", child=child)
         child.send_signal(signal.SIGINT)
@@ -280,7 +280,7 @@ class OnSlurm(Case):
 
     def test_a_picture_by_workers_of_which_some_die(self):
         if (
-            not knows("worker")
+            not has_command("worker")
             or "--listen" not in Run([binary("RAYTRACER"), "render", "--help"]).out
         ):
             self.skipTest("this raytracer has no worker --join and render --listen")
@@ -291,7 +291,7 @@ class OnSlurm(Case):
             "--folder", "the pool", "--address", "127.0.0.1", survey(), *look, "-o", "picture.exr"
         )
         self.until(lambda: len(self.running("terravox-worker")) == 4, "four workers", child=child)
-        self.until(lambda: self.worker_logs(), "a worker that says something", child=child)
+        self.until(lambda: self.worker_logs(), "the log of a worker", child=child)
         nodes = self.running("terravox-worker")
         workers = [
             pid
@@ -303,7 +303,7 @@ class OnSlurm(Case):
             os.kill(pid, signal.SIGKILL)
         self.cluster.kill_node(nodes[1])
         self.addCleanup(self.bring_back, nodes[1])
-        self.assertIsNone(child.poll(), "the picture was done before anybody died")
+        self.assertIsNone(child.poll(), "the picture was done before a worker was killed")
         self.assertEqual(child.wait(timeout=100), 0, f"{self.said(child)} {self.logs()}")
         self.assertAlike(self.folder / "picture.exr", whole, exact=True)
         self.until(lambda: not self.cluster.tasks(), "cancelled workers", 30)
@@ -397,7 +397,7 @@ class OnSlurm(Case):
     @long
     def test_a_picture_whose_coordinator_is_a_job(self):
         if (
-            not knows("worker")
+            not has_command("worker")
             or "--listen" not in Run([binary("RAYTRACER"), "render", "--help"]).out
         ):
             self.skipTest("this raytracer has no worker --join and render --listen")
@@ -424,7 +424,10 @@ class OnSlurm(Case):
 
     @long
     def test_a_picture_in_parts(self):
-        if not knows("merge") or "--part" not in Run([binary("RAYTRACER"), "render", "--help"]).out:
+        if (
+            not has_command("merge")
+            or "--part" not in Run([binary("RAYTRACER"), "render", "--help"]).out
+        ):
             self.skipTest("this raytracer has no merge and render --part")
         whole = self.folder / "whole.exr"
         self.assertDone(render(survey(), *FRAMES, "--quiet", "-o", whole))
@@ -444,7 +447,7 @@ class OnSlurm(Case):
 
 
 class WithoutSlurm(Case):
-    def test_where_slurm_is_missing_it_says_so_and_a_dry_run_works(self):
+    def test_a_missing_slurm_is_reported_and_a_dry_run_works(self):
         folder = temporary_folder()
         words = [
             "--nodes",
@@ -528,7 +531,7 @@ class WithoutSlurm(Case):
             ),
         )
 
-    def test_what_is_wrong_is_said_before_anything_is_submitted(self):
+    def test_errors_are_reported_before_anything_is_submitted(self):
         folder = temporary_folder()
         command = [binary("RAYTRACER"), "cluster", "slurm", "--dry-run"]
         for name, words, said in self.wrong_commands(folder):

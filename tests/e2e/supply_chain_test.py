@@ -212,7 +212,7 @@ class Pins(Case):
                         line, r"^[a-z0-9-]+==[0-9.]+( +--hash=sha256:[0-9a-f]{64})+$", path
                     )
 
-    def test_whoever_uses_pip_asks_for_hashes(self):
+    def test_every_call_of_pip_requires_hashes(self):
         lines = [
             (path, line)
             for path in [
@@ -251,7 +251,7 @@ def needed(path):
 
 
 class ThirdParty(Case):
-    """THIRD_PARTY.md says what is there: no row is missing, and none is left over."""
+    """THIRD_PARTY.md is complete: no row is missing, and none is left over."""
 
     def setUp(self):
         super().setUp()
@@ -272,7 +272,7 @@ class ThirdParty(Case):
                 listed = {library for library, programs in rows.items() if name in programs}
                 self.assertEqual(found, listed - (OPTIONAL - found))
 
-    def test_packages_of_debian_are_those_the_build_asks_for(self):
+    def test_packages_of_debian_are_those_the_build_needs(self):
         wanted = (
             (ROOT / "config" / "setup" / "debian-packages.txt")
             .read_text(encoding="utf-8")

@@ -190,7 +190,7 @@ class Server:
         return self.process.returncode
 
     def stop(self, timeout_s=HANGS_S):
-        """As a person would: SIGTERM. @return the exit code"""
+        """Ends it by SIGTERM. @return the exit code"""
         self.process.send_signal(signal.SIGTERM)
         return self.end(timeout_s)
 

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""What the end-to-end tests stand on."""
+"""The shared parts of the end-to-end tests."""
 
 import contextlib
 import errno
@@ -13,11 +13,11 @@ IP_LOCAL_PORT_RANGE = 51  # linux/in.h
 
 
 class HeldPort(Case):
-    def test_nobody_listens_there(self):
+    def test_no_program_listens_there(self):
         with self.assertRaises(ConnectionRefusedError):
             socket.create_connection(("127.0.0.1", hold_port()))
 
-    def test_the_kernel_gives_it_to_nobody_who_asks_for_a_free_one(self):
+    def test_the_kernel_gives_it_to_no_program_that_requests_a_free_one(self):
         def ask(port):
             """For any free port of a range that is one port long."""
             with socket.socket() as other:

@@ -8,7 +8,7 @@ from support import Program, Run, Server, binary, render, survey, temporary_fold
 
 FARM = "w8nq3vz6tk2mx9rj5hcp"
 SERVER = "the-secret-of-the-server"
-# What a test does not set is not set by the person at this machine either.
+# Variables of the user of this machine must not reach the tests.
 NOTHING = {
     "TERRAVOX_FARM_TEST": "1",
     **dict.fromkeys(
@@ -31,11 +31,11 @@ class Recorder:
 
     def __init__(self, name, content):
         recorder = self
-        self.asked = []
+        self.requests = []
 
         class Handler(http.server.BaseHTTPRequestHandler):
             def do_GET(self):
-                recorder.asked.append(
+                recorder.requests.append(
                     (self.path, self.headers.get("Authorization"), self.headers.get("Range"))
                 )
                 if self.path != "/" + name:
@@ -65,11 +65,11 @@ class Recorder:
         self.server.server_close()
 
     def shown(self):
-        return {authorization for _, authorization, _ in self.asked}
+        return {authorization for _, authorization, _ in self.requests}
 
     def opened(self):
         """How often a client began to read the file."""
-        return sum(shown_range.startswith("bytes=0-") for _, _, shown_range in self.asked)
+        return sum(shown_range.startswith("bytes=0-") for _, _, shown_range in self.requests)
 
 
 class Tokens(unittest.TestCase):
@@ -134,12 +134,12 @@ class Tokens(unittest.TestCase):
         )
         for host in ("127.0.0.1", "2130706433", "0x7f.1", "LOCALHOST"):
             with self.subTest(host):
-                web.asked.clear()
+                web.requests.clear()
                 run = self.render(
                     f"http://{host}:{port}", environment, "--worker", worker, "--threads", "0"
                 )
                 self.assertEqual(run.code, 0, run)
-                self.assertEqual(web.opened(), 1, web.asked)
+                self.assertEqual(web.opened(), 1, web.requests)
 
     def test_a_server_s_token_goes_to_the_origin_that_it_is_bound_to_alone(self):
         bound = self.recorder()
@@ -147,7 +147,7 @@ class Tokens(unittest.TestCase):
         for origin in (bound.origin, bound.origin + "/"):
             for web, shown in ((bound, "Bearer " + SERVER), (other, None)):
                 with self.subTest(f"{origin} {web.url}"):
-                    web.asked.clear()
+                    web.requests.clear()
                     run = self.render(
                         web.url,
                         {
@@ -159,7 +159,7 @@ class Tokens(unittest.TestCase):
                     self.assertEqual(run.code, 0, run)
                     self.assertEqual(web.shown(), {shown})
 
-    def test_a_voxel_server_that_wants_a_token_gets_it_from_who_has_bound_it(self):
+    def test_a_voxel_server_that_wants_a_token_gets_it_from_clients_that_have_bound_it(self):
         file = self.out / "token"
         file.write_text(SERVER + "\n")
         file.chmod(0o600)
@@ -173,7 +173,7 @@ class Tokens(unittest.TestCase):
         )
         self.assertEqual(run.code, 0, run)
 
-    def test_what_would_tell_a_secret_is_refused_before_anything_is_asked(self):
+    def test_arguments_that_would_show_a_secret_are_refused_before_any_request(self):
         web = self.recorder()
         secret = {"TERRAVOX_SERVER_TOKEN": SERVER}
         cases = (
@@ -217,9 +217,9 @@ class Tokens(unittest.TestCase):
                     1,
                     run,
                 )
-        self.assertEqual(web.asked, [])
+        self.assertEqual(web.requests, [])
 
-    def test_the_old_name_of_both_tokens_is_refused_by_all_that_knew_it(self):
+    def test_the_old_name_of_both_tokens_is_refused_by_all_that_used_it(self):
         environment = {**NOTHING, "TERRAVOX_TOKEN": "a-token-that-was-for-all"}
         commands = (
             ("VOXELSERVER", survey(), "--port", "0"),

@@ -17,7 +17,7 @@ class Reply:
         self.body = body
 
     def problem(self):
-        """What an error must be. @return why it is not, or an empty string"""
+        """Checks the form of an error. @return what is wrong with it, or an empty string"""
         kind = self.headers.get("content-type", "")
         if kind != "application/problem+json":
             return f"content type '{kind}'"

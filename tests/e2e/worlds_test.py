@@ -36,7 +36,7 @@ class RangeServer:
 
     def __init__(self, data, other=None, after=0):
         outer = self
-        self.sent = self.asked = 0
+        self.sent = self.requests = 0
         self.after = after
 
         class Handler(BaseHTTPRequestHandler):
@@ -49,8 +49,8 @@ class RangeServer:
                 first, last = map(
                     int, re.fullmatch(r"bytes=(\d+)-(\d+)", self.headers["Range"]).groups()
                 )
-                changed = other is not None and outer.asked >= outer.after
-                outer.asked += 1
+                changed = other is not None and outer.requests >= outer.after
+                outer.requests += 1
                 body = (other if changed else data)[first : last + 1]
                 outer.sent += len(body)
                 self.send_response(206)
@@ -107,7 +107,7 @@ class Worlds(Case):
         self.assertEqual(facts["crs"], "EPSG:3794")
         self.assertGreater(facts["levels"], 2)
 
-    def test_a_web_server_gives_out_an_archive_by_parts(self):
+    def test_a_web_server_serves_an_archive_by_parts(self):
         data = self.archive().read_bytes()
         server = RangeServer(data)
         flags = [*SMALL, "--detail", "8"]
@@ -121,7 +121,7 @@ class Worlds(Case):
         data = self.archive().read_bytes()
         reading = RangeServer(data, data, after=1 << 30)
         self.picture("whole.png", reading.url, *SMALL, "--detail", "8")
-        self.assertGreater(reading.asked, 3)
+        self.assertGreater(reading.requests, 3)
         (self.out / "whole.png").unlink()
         for after in (1, 3):
             for name in ("place.png", "copy.tvx", "copy.vox", "town"):
@@ -145,15 +145,15 @@ class Worlds(Case):
         server = RangeServer(data, data, after=1 << 30)
         never = 1 << 30
         self.done(convert(server.url, self.out / "whole.tvx", "--threads", "1"))
-        most = server.asked
+        most = server.requests
         for goes_on in (True, False):
             with self.subTest(goes_on=goes_on):
                 copy = self.out / f"copy-{goes_on}.tvx"
-                server.asked = 0
+                server.requests = 0
                 server.after = most - 2
                 self.assertRefused(convert(server.url, copy, "--threads", "1"), 1, "has changed")
                 self.assertIn(";", (self.out / f"{copy.name}.journal").read_text())
-                server.asked = 0
+                server.requests = 0
                 server.after = never if goes_on else 0
                 run = self.done(
                     Run([binary("RAYTRACER"), "convert", server.url, copy, "--threads", "1"])
@@ -299,7 +299,7 @@ class Worlds(Case):
         empty.mkdir()
         self.done(convert("generated:3", empty, "--area", "-64,-64,64,64"))
 
-    def test_a_divided_volume_is_not_written_over_unasked_nor_mixed(self):
+    def test_a_divided_volume_is_not_overwritten_by_default_nor_mixed(self):
         volume = self.out / "place.vdb"
         self.done(convert(survey(), volume, "--write-memory-mib", "64"))
         parts = [f for f in entries(self.out) if f.endswith(".vdb")]
@@ -339,7 +339,7 @@ class Worlds(Case):
             [bounds["min"][0], bounds["max"][0], bounds["max"][1]], [462400, 462500, 480]
         )
 
-    def test_a_damaged_archive_is_told(self):
+    def test_a_damaged_archive_is_reported(self):
         data = bytearray(self.archive().read_bytes())
         records = struct.unpack_from("<QQ", data, 16)
         at = sum(records) + 32 + 40  # in the frame of the first box
@@ -405,7 +405,7 @@ class Worlds(Case):
             ),
         }
 
-    def test_what_cannot_be_is_refused(self):
+    def test_impossible_arguments_are_refused(self):
         (self.out / "text.txt").write_text("nothing to see here\n")
         (self.out / "empty").mkdir()
         (self.out / "there.tvx").write_text("mine")

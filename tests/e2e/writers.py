@@ -1,4 +1,4 @@
-"""What writes files, and what must hold of each when a write fails."""
+"""Programs that write files, and what must hold for each when a write fails."""
 
 import itertools
 import os
@@ -89,7 +89,7 @@ class Ended:
 
 
 class Writers(Case):
-    """What tests of these have in common."""
+    """The common part of tests of writers."""
 
     @classmethod
     def setUpClass(cls):
@@ -122,7 +122,7 @@ class Writers(Case):
         return [binary(program), *arguments], out
 
     def whole(self, name):
-        """What a writer makes on a good day."""
+        """Output of a writer without faults."""
         if name not in self.good:
             arguments, out = self.writer(name)
             run = Ended(arguments)
@@ -134,7 +134,7 @@ class Writers(Case):
         return self.whole(name).stat().st_size
 
     def whole_pages(self, name, page_bytes):
-        """Of all files that a writer leaves on a good day."""
+        """Of all files that a writer leaves without faults."""
         self.whole(name)
         return sum(
             -(-path.stat().st_size // page_bytes)
@@ -148,11 +148,11 @@ class Writers(Case):
         if whole.suffix in (
             ".exr",
             ".tif",
-        ):  # these say when they were made, and how long that took
+        ):  # these record when they were made, and how long that took
             self.assertAlike(made, whole, exact=True)
         else:
             self.assertEqual(
-                made.read_bytes(), whole.read_bytes(), f"{name}: other bytes than on a good day"
+                made.read_bytes(), whole.read_bytes(), f"{name}: other bytes than without faults"
             )
 
     def assert_told(self, run, what):

@@ -5,10 +5,10 @@
 namespace terravox::fuzz {
 
 void run(Input input) {
-    const auto animation = Animation::parse(as_text(input), "the input");
-    expect(animation.frames() <= Animation::kMaxFrames,
+    const auto animation = animate::Animation::parse(as_text(input), "the input");
+    expect(animation.frames() <= animate::Animation::kMaxFrames,
            "no animation has more frames than allowed");
-    Scene scene;
+    scene::Scene scene;
     animation.apply_base(scene);
     for (const int frame : {0, animation.frames() / 2, animation.frames() - 1})
         (void)animation.at(frame, scene);

@@ -19,7 +19,7 @@ public:
     [[nodiscard]] std::span<const std::byte> read(std::uint64_t offset, std::size_t bytes,
                                                   std::vector<std::byte>&) override {
         if (!m_bytes.holds(offset, bytes))
-            throw Error("read the input: it ends before that");
+            throw util::Error("read the input: it ends before that");
         return m_bytes.part(offset, bytes);
     }
 

@@ -8,7 +8,8 @@ namespace terravox::fuzz {
 namespace {
 
 constexpr std::uint32_t kZstdMagic = 0xFD2FB528;
-constexpr std::size_t kChecksumAt = 56, kHeader_bytes = 64;
+constexpr std::size_t kChecksumAt = 56;
+constexpr std::size_t kHeader_bytes = 64;
 
 std::shared_ptr<const voxel::Box> read(Input input) {
     Editable blob(input);

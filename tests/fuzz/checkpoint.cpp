@@ -7,9 +7,13 @@
 namespace terravox::fuzz {
 namespace {
 
-constexpr std::uint64_t kFileHead_bytes = 24, kTextBytesAt = 12, kTextChecksumAt = 16;
+constexpr std::uint64_t kFileHead_bytes = 24;
+constexpr std::uint64_t kTextBytesAt = 12;
+constexpr std::uint64_t kTextChecksumAt = 16;
 constexpr std::uint32_t kMarker = 0x9e01c57a;
-constexpr std::uint64_t kCountAt = 12, kPayloadChecksumAt = 16, kChecksumAt = 24;
+constexpr std::uint64_t kCountAt = 12;
+constexpr std::uint64_t kPayloadChecksumAt = 16;
+constexpr std::uint64_t kChecksumAt = 24;
 constexpr std::uint32_t kMaxCells = 64;
 constexpr int kMaxTile_px = 64;
 
@@ -21,9 +25,10 @@ void put_checksums(Editable& file) {
         return;
     const auto text = file.part(kFileHead_bytes, text_bytes);
     file.put(kTextChecksumAt, XXH3_64bits(text.data(), text.size()));
-    for (std::uint64_t at = kFileHead_bytes + text_bytes; file.holds(at, kRecordHead_bytes);) {
+    for (std::uint64_t at = kFileHead_bytes + text_bytes;
+         file.holds(at, farm::kRecordHead_bytes);) {
         const auto bytes = file.get<std::uint32_t>(at + kCountAt);
-        const std::uint64_t payload_at = at + kRecordHead_bytes;
+        const std::uint64_t payload_at = at + farm::kRecordHead_bytes;
         if (file.get<std::uint32_t>(at) != kMarker || !file.holds(payload_at, bytes)) {
             ++at;
             continue;
@@ -41,9 +46,10 @@ void put_checksums(Editable& file) {
 void run(Input input) {
     Editable file(input);
     put_checksums(file);
-    const TileJournal journal(OpenFile(as_file(file.input(), "input.tiles"), O_RDONLY, "read"));
+    const farm::TileJournal journal(
+        farm::OpenFile(as_file(file.input(), "input.tiles"), O_RDONLY, "read"));
     (void)journal.what_is_damaged();
-    (void)PictureKey::from_json(journal.key().to_json(), "what was written");
+    (void)farm::PictureKey::from_json(journal.key().to_json(), "what was written");
     if (journal.key().grid.tile_px > kMaxTile_px)
         return;
     for (std::uint32_t cell = 0; cell < std::min(journal.key().grid.cells(), kMaxCells); ++cell)

@@ -30,13 +30,13 @@ public:
         out << bytes;
         out.close();
         if (!out)
-            throw Error("write " + (m_folder / name).string() + ": it cannot be written");
+            throw util::Error("write " + (m_folder / name).string() + ": it cannot be written");
     }
     void add_file(const std::filesystem::path& file) const {
         std::ifstream in(file, std::ios::binary);
         const std::string bytes{std::istreambuf_iterator<char>(in), {}};
         if (!in)
-            throw Error("read " + file.string() + ": it cannot be read");
+            throw util::Error("read " + file.string() + ": it cannot be read");
         add(file.filename().string(), bytes);
     }
     [[nodiscard]] std::filesystem::path path(const std::string& name) const {

@@ -8,11 +8,11 @@
 namespace terravox::fuzz {
 namespace {
 
-/// As what a file or another program says, else as what a person types.
+/// As text from a file or another program, else as text that a user types.
 geo::Crs read(const std::string& text) {
     try {
         return geo::Crs::from_wkt(text);
-    } catch (const Error&) {
+    } catch (const util::Error&) {
         return geo::Crs::from_text(text);
     }
 }

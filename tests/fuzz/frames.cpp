@@ -79,21 +79,21 @@ private:
 void take_tile(const std::string& result) {
     Editable tile(Input(reinterpret_cast<const std::uint8_t*>(result.data()), result.size()));
     put_tile_checksum(tile, 0, result.size());
-    const TileHead head = read_tile_head(tile.bytes(), "the input");
+    const tiles::TileHead head = tiles::read_tile_head(tile.bytes(), "the input");
     if (head.pixels <= 64 * 64)
-        (void)decode_tile(tile.bytes(), "the input");
+        (void)tiles::decode_tile(tile.bytes(), "the input");
 }
 
 void take(const farm::Frame& frame) {
     switch (frame.what_case()) {
         case farm::Frame::kHello: {
             FirstFrame link(frame);
-            (void)meet(link, make_hello({}), {farm::WORKER, farm::OBSERVER},
-                       std::chrono::minutes(1));
+            (void)farm::meet(link, farm::make_hello({}), {farm::WORKER, farm::OBSERVER},
+                             std::chrono::minutes(1));
             break;
         }
         case farm::Frame::kState: {
-            allow_errors([&] { (void)unpack_scene(frame.state().content()); });
+            allow_errors([&] { (void)farm::unpack_scene(frame.state().content()); });
             allow_errors(
                 [&] { (void)voxel::world_from_json(frame.state().content(), "the input"); });
             break;

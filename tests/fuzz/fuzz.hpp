@@ -25,7 +25,7 @@ template <class Read>
 void allow_errors(const Read& read) {
     try {
         read();
-    } catch (const Error&) {  // the right answer to a damaged input
+    } catch (const util::Error&) {  // the right answer to a damaged input
     }
 }
 

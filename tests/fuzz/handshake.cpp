@@ -17,7 +17,7 @@ void listen(Input input, std::size_t at_once) {
         left = left.subspan(part.size());
         const auto step = listener.take(part);
         expect(step.outcome != net::ListenerHandshake::Outcome::kProven,
-               "nobody proves a token by chance");
+               "no random input proves a token");
         if (step.outcome != net::ListenerHandshake::Outcome::kMore)
             break;
     }

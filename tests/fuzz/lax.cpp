@@ -1,4 +1,4 @@
-// An index beside a point cloud (.lax): the input is the index, the point cloud is a good one.
+// An index next to a point cloud (.lax): the input is the index, the point cloud is a good one.
 #include <fstream>
 
 #include "tests/fuzz/fuzz.hpp"

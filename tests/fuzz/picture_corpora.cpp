@@ -18,8 +18,8 @@ using namespace terravox;
 using namespace terravox::fuzz;
 namespace fs = std::filesystem;
 
-std::string as_tile_input(const TileResult& tile, bool encoded) {
-    const std::string bytes = chars(encode_tile(tile));
+std::string as_tile_input(const tiles::TileResult& tile, bool encoded) {
+    const std::string bytes = chars(tiles::encode_tile(tile));
     if (encoded)
         return '\x01' + bytes;
     const std::size_t before = tile_head_bytes() + tile.holes.size() * kTileHole_bytes;
@@ -30,9 +30,9 @@ std::string as_tile_input(const TileResult& tile, bool encoded) {
     return '\x02' + bytes.substr(0, before) + pixels;
 }
 
-void tiles(const fs::path& folder) {
+void tiles_and_checkpoints(const fs::path& folder) {
     const Corpus corpus(folder, "tile");
-    RenderTile place;
+    tiles::RenderTile place;
     place.x0 = 4;
     place.x1 = 8;
     place.y1 = 3;
@@ -44,20 +44,20 @@ void tiles(const fs::path& folder) {
         }
 
     for (const bool with_layers : {false, true}) {
-        std::string file = chars(file_head(test::small_key(with_layers).to_json()));
-        const auto add = [&file](RecordKind kind, std::uint32_t cell,
+        std::string file = chars(farm::file_head(test::small_key(with_layers).to_json()));
+        const auto add = [&file](farm::RecordKind kind, std::uint32_t cell,
                                  std::span<const std::byte> payload) {
-            file += chars(record_head(kind, cell, payload)) + chars(payload);
+            file += chars(farm::record_head(kind, cell, payload)) + chars(payload);
         };
         std::uint32_t cell = 0;
-        for (const TileResult& tile : test::small_tiles(with_layers)) {
-            add(RecordKind::kTile, cell++, encode_tile(tile));
+        for (const tiles::TileResult& tile : test::small_tiles(with_layers)) {
+            add(farm::RecordKind::kTile, cell++, tiles::encode_tile(tile));
             if (cell == 2)
                 break;
         }
-        add(RecordKind::kForgotten, 0, {});
+        add(farm::RecordKind::kForgotten, 0, {});
         const std::string damage = "a square was damaged\n";
-        add(RecordKind::kDamage, 0, std::as_bytes(std::span(damage)));
+        add(farm::RecordKind::kDamage, 0, std::as_bytes(std::span(damage)));
         Corpus(folder, "checkpoint").add(with_layers ? "layers" : "plain", file);
     }
 }
@@ -71,30 +71,31 @@ std::string message(const farm::Frame& frame) {
 
 void frames(const fs::path& folder) {
     const Corpus corpus(folder, "frames");
-    OwnHello own;
+    farm::OwnHello own;
     own.role = farm::WORKER;
     own.threads = 2;
     own.capacity = 20;
     own.name = "worker";
     farm::Frame hello;
-    *hello.mutable_hello() = make_hello(own);
+    *hello.mutable_hello() = farm::make_hello(own);
     corpus.add("hello", message(hello));
 
-    RenderTile place;
+    tiles::RenderTile place;
     place.x1 = 3;
     place.y1 = 2;
     farm::Frame task;
     task.mutable_task()->set_picture(1);
-    *task.mutable_task()->add_tiles() = to_frame(place, 5);
+    *task.mutable_task()->add_tiles() = farm::to_frame(place, 5);
     farm::Frame done;
-    done.mutable_done()->set_result(chars(encode_tile(test::tile_of_chance(place, true, 3))));
+    done.mutable_done()->set_result(
+        chars(tiles::encode_tile(test::tile_of_chance(place, true, 3))));
     farm::Frame box;
-    to_frame({0, 1, 0, -1}, *box.mutable_box()->mutable_key());
+    farm::to_frame({0, 1, 0, -1}, *box.mutable_box()->mutable_key());
     box.mutable_box()->set_frame(chars(voxel::compress(*small_box({0, 1, 0, -1}))));
     corpus.add("work", message(task) + message(done) + message(box));
 
     farm::Frame scene;
-    scene.mutable_state()->set_content(to_toml(Scene{}));
+    scene.mutable_state()->set_content(scene::to_toml(scene::Scene{}));
     farm::Frame world;
     world.mutable_state()->set_content(voxel::world_to_json(small_info()));
     corpus.add("state", message(scene) + message(world));
@@ -110,8 +111,8 @@ void frames(const fs::path& folder) {
 
 void scenes(const fs::path& folder) {
     const Corpus corpus(folder, "scene");
-    corpus.add("plain.toml", to_toml(Scene{}));
-    corpus.add("small.toml", to_toml(test::small_picture(true)));
+    corpus.add("plain.toml", scene::to_toml(scene::Scene{}));
+    corpus.add("small.toml", scene::to_toml(test::small_picture(true)));
 }
 
 }  // namespace
@@ -123,7 +124,7 @@ int main(int count, char** arguments) {
     }
     try {
         const fs::path folder = arguments[1];
-        tiles(folder);
+        tiles_and_checkpoints(folder);
         frames(folder);
         scenes(folder);
     } catch (const std::exception& e) {

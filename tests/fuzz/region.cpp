@@ -15,7 +15,7 @@ public:
     [[nodiscard]] std::uint64_t size() const noexcept override { return m_bytes.size(); }
     void read(std::uint64_t offset, std::span<std::uint8_t> out) const override {
         if (offset > m_bytes.size() || out.size() > m_bytes.size() - offset)
-            throw Error("read the input: it ends before that");
+            throw util::Error("read the input: it ends before that");
         if (!out.empty())
             std::memcpy(out.data(), m_bytes.data() + offset, out.size());
     }

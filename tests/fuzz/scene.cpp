@@ -5,10 +5,10 @@
 namespace terravox::fuzz {
 
 void run(Input input) {
-    Scene scene;
-    parse_scene(as_text(input), "the input", scene);
-    Scene again;
-    parse_scene(to_toml(scene), "what was written", again);
+    scene::Scene scene;
+    scene::parse_scene(as_text(input), "the input", scene);
+    scene::Scene again;
+    scene::parse_scene(scene::to_toml(scene), "what was written", again);
     expect(changed_fields(again, scene).empty(), "a scene comes back as it was written");
 }
 

@@ -1,5 +1,5 @@
 // Finished tiles, as workers and checkpoints have them.
-// The first byte tells how the others are to be taken: an odd one as an encoded tile, an even one
+// The first byte defines how the others are used: an odd one as an encoded tile, an even one
 // as a tile whose pixels are not compressed yet, so that mutations reach their values.
 #include "tests/fuzz/tile_bytes.hpp"
 
@@ -40,12 +40,13 @@ void run(Input input) {
         encoded ? std::vector<std::uint8_t>(rest.begin(), rest.end()) : with_packed_pixels(rest);
     Editable tile(bytes);
     put_tile_checksum(tile, 0, bytes.size());
-    const TileHead head = read_tile_head(tile.bytes(), "the input");
+    const tiles::TileHead head = tiles::read_tile_head(tile.bytes(), "the input");
     if (head.pixels > kMaxPixels)
         return;
-    const TileResult result = decode_tile(tile.bytes(), "the input");
+    const tiles::TileResult result = tiles::decode_tile(tile.bytes(), "the input");
     expect(result.samples.size() == head.pixels, "a tile has as many pixels as its head says");
-    const TileResult again = decode_tile(encode_tile(result), "what was written");
+    const tiles::TileResult again =
+        tiles::decode_tile(tiles::encode_tile(result), "what was written");
     expect(hash_of_pixels(again) == hash_of_pixels(result), "a tile comes back as it was written");
     expect(again.holes == result.holes, "holes come back as they were written");
 }

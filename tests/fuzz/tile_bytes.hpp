@@ -10,18 +10,20 @@
 /// Encoded tiles (raytracer/tiles/tile_codec.cpp) as the fuzz targets change them.
 namespace terravox::fuzz {
 
-inline constexpr std::size_t kTileChecksumAt = 1, kTileChecked = 9, kTileHolesAt = 46;
+inline constexpr std::size_t kTileChecksumAt = 1;
+inline constexpr std::size_t kTileChecked = 9;
+inline constexpr std::size_t kTileHolesAt = 46;
 inline constexpr std::uint64_t kTileVersion = 1;
 inline constexpr std::size_t kTileHole_bytes = 16;
 
 /// Bytes before the holes of a tile, all of a fixed size.
 inline std::size_t tile_head_bytes() {
     static const std::size_t bytes = [] {
-        RenderTile one;
+        tiles::RenderTile one;
         one.x1 = one.y1 = 1;
-        TileResult tile = test::tile_of_chance(one, false, 1);
+        tiles::TileResult tile = test::tile_of_chance(one, false, 1);
         tile.holes.clear();
-        const auto encoded = encode_tile(tile);
+        const auto encoded = tiles::encode_tile(tile);
         for (std::size_t at = kTileHolesAt; at + 4 <= encoded.size(); ++at) {
             std::uint32_t word = 0;
             std::memcpy(&word, &encoded[at], sizeof word);

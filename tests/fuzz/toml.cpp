@@ -6,7 +6,7 @@ namespace terravox::fuzz {
 
 void run(Input input) {
     (void)util::parse_toml(as_text(input), "the input", [](const std::string& what) {
-        throw UsageError("read the input: " + what);
+        throw util::UsageError("read the input: " + what);
     });
 }
 

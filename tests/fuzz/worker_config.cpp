@@ -6,10 +6,10 @@
 namespace terravox::fuzz {
 
 void run(Input input) {
-    WorkerArguments arguments;
+    farm::WorkerArguments arguments;
     arguments.file = as_file(input, "worker.toml");
-    const WorkerConfig config = load_worker_config(arguments);
-    expect(difference(config, load_worker_config(arguments)).now.empty(),
+    const farm::WorkerConfig config = farm::load_worker_config(arguments);
+    expect(difference(config, farm::load_worker_config(arguments)).now.empty(),
            "a file says the same each time it is read");
 }
 

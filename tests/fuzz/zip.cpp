@@ -8,8 +8,9 @@
 namespace terravox::fuzz {
 namespace {
 
-constexpr std::size_t kCache_bytes = std::size_t{16} << 20, kMaxWhole_bytes = std::size_t{1} << 20,
-                      kMaxRead = 8;
+constexpr std::size_t kCache_bytes = std::size_t{16} << 20;
+constexpr std::size_t kMaxWhole_bytes = std::size_t{1} << 20;
+constexpr std::size_t kMaxRead = 8;
 
 void read_entries(const std::filesystem::path& path) {
     const auto source = minecraft::open_zip(path, kCache_bytes);
@@ -22,7 +23,7 @@ void read_entries(const std::filesystem::path& path) {
             "no entry leads outside");
         expect(entries[i].path.front() != '/', "no entry begins at the root");
         allow_errors([&] {
-            expect(source->head(i, 100).size() <= 100, "no more is handed out than was asked for");
+            expect(source->head(i, 100).size() <= 100, "no more is returned than was requested");
         });
         allow_errors([&] {
             expect(source->whole(i, kMaxWhole_bytes).size() <= kMaxWhole_bytes,

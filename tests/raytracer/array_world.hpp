@@ -64,7 +64,7 @@ public:
         m_holes[key] = std::move(thrower);
     }
 
-    /// It can be had again.
+    /// Makes the box available again.
     void mend_hole(const voxel::BoxKey& key) { m_holes.erase(key); }
 
     /// Asking for this box does that first.
@@ -97,7 +97,7 @@ public:
     [[nodiscard]] voxel::WorldInfo& editable_info() noexcept { return m_info; }
     [[nodiscard]] const voxel::WorldInfo& info() const noexcept override { return m_info; }
     [[nodiscard]] std::shared_ptr<const voxel::Box> box(const voxel::BoxKey& key) override {
-        ++m_asked;
+        ++m_requests;
         if (key.level != m_level)
             throw std::logic_error("box of another level asked: " + voxel::to_string(key));
         if (const auto delay = m_delays.find(key); delay != m_delays.end())
@@ -105,8 +105,9 @@ public:
         if (const auto hole = m_holes.find(key); hole != m_holes.end())
             hole->second();
         voxel::BoxBuilder builder;
-        const std::int32_t x0 = key.bx * voxel::kBoxSizeX, y0 = key.by * voxel::kBoxSizeY,
-                           z0 = key.bz * voxel::kBoxSizeZ;
+        const std::int32_t x0 = key.bx * voxel::kBoxSizeX;
+        const std::int32_t y0 = key.by * voxel::kBoxSizeY;
+        const std::int32_t z0 = key.bz * voxel::kBoxSizeZ;
         for (int z = -1; z <= voxel::kBoxSizeZ; ++z)
             for (int x = -1; x <= voxel::kBoxSizeX; ++x)
                 for (int y = -1; y <= voxel::kBoxSizeY; ++y)
@@ -121,7 +122,7 @@ public:
         return {range.min.by, range.max.by};
     }
     [[nodiscard]] int level() const noexcept { return m_level; }
-    [[nodiscard]] int asked() const noexcept { return m_asked; }
+    [[nodiscard]] int requests() const noexcept { return m_requests; }
 
 private:
     [[nodiscard]] std::size_t index(std::int32_t x, std::int32_t y, std::int32_t z) const noexcept {
@@ -137,7 +138,7 @@ private:
     voxel::VoxelBounds m_bounds;
     voxel::WorldInfo m_info;
     std::map<voxel::BoxKey, std::function<void()>> m_holes, m_delays;
-    std::atomic<int> m_asked{0};
+    std::atomic<int> m_requests{0};
 };
 
 }  // namespace terravox::test

@@ -17,7 +17,7 @@
 
 namespace terravox::test {
 
-/// Deadlines and heartbeats of tests: before anything asks for them.
+/// Sets the short deadlines and heartbeats of tests, before they are first read.
 inline const bool kShortFarmTimes = ::setenv("TERRAVOX_FARM_TEST", "1", 1) == 0;
 
 inline processors::PoolSettings pool_settings(Job& job) {
@@ -33,7 +33,7 @@ inline processors::PoolSettings pool_settings(Job& job) {
 /// A coordinator in this process, with workers at the other ends of links in memory.
 class FarmBench {
 public:
-    /// @param source where workers are told that they may have boxes from
+    /// @param source where workers may get boxes from
     explicit FarmBench(Job& job, std::optional<std::chrono::milliseconds> give_up = std::nullopt,
                        int check_every = 200, farm::BoxSource source = {})
         : m_job(job), m_farm(farm::FarmOptions{}, job.blocks, std::move(source)) {
@@ -61,7 +61,8 @@ public:
             t.join();
     }
 
-    /// The coordinator's end of a new link goes to the farm. @return the other end
+    /// Gives the coordinator's end of a new link to the farm.
+    /// @return the other end
     std::unique_ptr<net::Link> plug() {
         auto [mine, theirs] = net::link_pair();
         m_threads.emplace_back(
@@ -70,8 +71,10 @@ public:
             });
         return std::move(theirs);
     }
-    /// A worker of this many threads. @param http servers that it may ask itself @return its number
-    std::size_t add_worker(int threads = 1, remote::HttpAccess http = remote::access_to_nobody()) {
+    /// Adds a worker of this many threads.
+    /// @param http servers that it may request boxes from itself
+    /// @return its number
+    std::size_t add_worker(int threads = 1, remote::HttpAccess http = remote::no_http_access()) {
         farm::WorkerDaemonOptions options;
         options.threads = threads;
         options.http = std::move(http);
@@ -118,7 +121,7 @@ public:
     }
 
 private:
-    /// A link that somebody else may end as well.
+    /// A link that another owner may end as well.
     class Shared final : public net::Link {
     public:
         explicit Shared(std::shared_ptr<net::Link> link) : m_link(std::move(link)) {}
@@ -145,7 +148,7 @@ private:
     std::vector<std::thread> m_threads;
 };
 
-/// One pass, so that all that differs is who renders.
+/// A single pass, so that only the processors differ.
 inline scene::Scene farm_scene(bool layers = false) {
     scene::Scene scene = small_scene();
     scene.quality.coarse_step = 1;

@@ -37,7 +37,8 @@ public:
 private:
     static std::unique_ptr<ArrayWorld> coarser(const ArrayWorld& fine, int level) {
         const voxel::VoxelBounds& b = fine.level_bounds();
-        ArrayWorld::Coord min{}, max{};
+        ArrayWorld::Coord min{};
+        ArrayWorld::Coord max{};
         for (std::size_t a = 0; a < 3; ++a) {
             min[a] = voxel::floor_div(b.min[a], 2);
             max[a] = voxel::floor_div(b.max[a] - 1, 2) + 1;

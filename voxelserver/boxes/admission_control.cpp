@@ -20,7 +20,7 @@ void AdmissionControl::enter() {
         if (m_waiting >= m_max_waiting)
             throw OverloadedError("make a box: " + std::to_string(m_inside) +
                                   " are being made and " + std::to_string(m_waiting) +
-                                  " wait; ask again later");
+                                  " wait; retry later");
         ++m_waiting;
         m_left.wait(lock, [&] { return m_refused || m_inside < m_max_inside; });
         --m_waiting;
@@ -71,12 +71,12 @@ bool AdmissionControl::refusing() const {
     return m_refused;
 }
 
-Slots::Place::Place(Slots& places) : m_places(places) {
-    if (++m_places.m_taken <= m_places.m_max)
+Slots::Permit::Permit(Slots& slots) : m_slots(slots) {
+    if (++m_slots.m_taken <= m_slots.m_max)
         return;
-    --m_places.m_taken;
-    throw OverloadedError("wait for a box: " + std::to_string(m_places.m_max) +
-                          " requests wait already; ask again later");
+    --m_slots.m_taken;
+    throw OverloadedError("wait for a box: " + std::to_string(m_slots.m_max) +
+                          " requests wait already; retry later");
 }
 
 void AdmissionControl::close() {

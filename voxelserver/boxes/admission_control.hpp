@@ -25,33 +25,35 @@ public:
     AdmissionControl(int inside, int waiting) : m_max_inside(inside), m_max_waiting(waiting) {}
 
     struct Counts {
-        int running = 0, waiting = 0, ahead_running = 0;
+        int running = 0;
+        int waiting = 0;
+        int ahead_running = 0;
     };
     [[nodiscard]] Counts counts() const;
 
     /// RAII permit for requested work, for which a caller waits.
-    class Pass {
+    class Permit {
     public:
         /// Waits in the queue for its turn.
         /// @throws OverloadedError when the queue is full
-        explicit Pass(AdmissionControl& gate) : m_gate(gate) { m_gate.enter(); }
-        ~Pass() { m_gate.leave(); }
-        Pass(const Pass&) = delete;
-        Pass& operator=(const Pass&) = delete;
+        explicit Permit(AdmissionControl& control) : m_control(control) { m_control.enter(); }
+        ~Permit() { m_control.leave(); }
+        Permit(const Permit&) = delete;
+        Permit& operator=(const Permit&) = delete;
 
     private:
-        AdmissionControl& m_gate;
+        AdmissionControl& m_control;
     };
 
     /// RAII permit for prefetching.
     class PrefetchPermit {
     public:
         /// Waits until the machine is idle, or close().
-        explicit PrefetchPermit(AdmissionControl& gate)
-            : m_gate(gate), m_inside(gate.enter_ahead()) {}
+        explicit PrefetchPermit(AdmissionControl& control)
+            : m_control(control), m_inside(control.enter_ahead()) {}
         ~PrefetchPermit() {
             if (m_inside)
-                m_gate.leave_ahead();
+                m_control.leave_ahead();
         }
         PrefetchPermit(const PrefetchPermit&) = delete;
         PrefetchPermit& operator=(const PrefetchPermit&) = delete;
@@ -59,7 +61,7 @@ public:
         explicit operator bool() const noexcept { return m_inside; }
 
     private:
-        AdmissionControl& m_gate;
+        AdmissionControl& m_control;
         bool m_inside;
     };
 
@@ -73,28 +75,33 @@ private:
     void leave() noexcept;
     [[nodiscard]] bool enter_ahead();
     void leave_ahead() noexcept;
-    const int m_max_inside, m_max_waiting;
+    const int m_max_inside;
+    const int m_max_waiting;
     mutable std::mutex m_mutex;
-    std::condition_variable m_left, m_idle;
-    int m_inside = 0, m_waiting = 0, m_ahead = 0;
-    bool m_closed = false, m_refused = false;
+    std::condition_variable m_left;
+    std::condition_variable m_idle;
+    int m_inside = 0;
+    int m_waiting = 0;
+    int m_ahead = 0;
+    bool m_closed = false;
+    bool m_refused = false;
 };
 
 /// A limited number of slots for callers that may have to wait for work, their own or that of other
 /// threads. Thread-safe.
 class Slots {
 public:
-    explicit Slots(int most) : m_max(most) {}
+    explicit Slots(int max) : m_max(max) {}
 
-    class Place {
+    class Permit {
     public:
-        explicit Place(Slots& places);  ///< @throws OverloadedError when all are taken
-        ~Place() { --m_places.m_taken; }
-        Place(const Place&) = delete;
-        Place& operator=(const Place&) = delete;
+        explicit Permit(Slots& slots);  ///< @throws OverloadedError when all are taken
+        ~Permit() { --m_slots.m_taken; }
+        Permit(const Permit&) = delete;
+        Permit& operator=(const Permit&) = delete;
 
     private:
-        Slots& m_places;
+        Slots& m_slots;
     };
 
 private:

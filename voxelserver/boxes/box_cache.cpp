@@ -1,13 +1,14 @@
 #include "voxelserver/boxes/box_cache.hpp"
 
-#include <spdlog/spdlog.h>
 #include <xxhash.h>
 
 #include <algorithm>
 #include <array>
+#include <optional>
 
 #include "common/thread/start_threads.hpp"
 #include "common/util/error.hpp"
+#include "common/util/log.hpp"
 #include "common/voxel/box_codec.hpp"
 #include "common/voxel/downsample.hpp"
 
@@ -33,8 +34,8 @@ BoxCache::BoxCache(voxel::ProvenanceWorld& world, util::StageTimes& times,
                    const BoxCacheOptions& options)
     : m_world(world),
       m_times(times),
-      m_gate(std::max(options.makers, 1), std::max(options.queue, 0)),
-      m_places(std::max(options.asking, 1)),
+      m_admission(std::max(options.makers, 1), std::max(options.queue, 0)),
+      m_slots(std::max(options.max_requests, 1)),
       m_downsample(options.downsample),
       m_ahead_on(options.ahead),
       m_memory(options.memory_bytes),
@@ -42,31 +43,28 @@ BoxCache::BoxCache(voxel::ProvenanceWorld& world, util::StageTimes& times,
                  ? nullptr
                  : std::make_unique<DiskCache>(
                        options.file, options.disk_bytes,
-                       [&world](const voxel::InputExtent& r) { return world.fingerprint(r); })) {
+                       [&world](const voxel::InputExtent& r) { return world.fingerprint(r); })),
+      m_prefetch_queue(kMaxAhead) {
     // Half as many threads as makers, so that requests in the meantime still find an idle core.
     if (!options.ahead)
         return;
     const auto count = static_cast<std::size_t>(std::max(options.makers / 2, 1));
     thread::start_threads(
-        m_threads, count, [this] { work_ahead(); }, [this] { tell_threads_to_stop(); });
+        m_threads, count, [this] { prefetch_queued(); }, [this] { request_stop(); });
 }
 
 BoxCache::~BoxCache() {
     close();
 }
 
-void BoxCache::tell_threads_to_stop() {
-    m_gate.close();
-    {
-        const std::lock_guard lock(m_wanting);
-        m_closed = true;
-    }
-    m_wanted.notify_all();
+void BoxCache::request_stop() {
+    m_admission.close();
+    m_prefetch_queue.close();
 }
 
 void BoxCache::close() {
-    tell_threads_to_stop();
-    const std::lock_guard lock(m_joining);
+    request_stop();
+    const std::lock_guard lock(m_join_mutex);
     for (std::thread& t : m_threads)
         if (t.joinable())
             t.join();
@@ -84,8 +82,8 @@ KeptBoxPtr BoxCache::known_air(const voxel::BoxKey& key) const {
 KeptBoxPtr BoxCache::get(const voxel::BoxKey& key) {
     if (auto kept = m_memory.hit(key))
         return kept;
-    const Slots::Place place(m_places);
-    return get(key, Way::kAsked);
+    const Slots::Permit permit(m_slots);
+    return get(key, Origin::kCaller);
 }
 
 KeptBoxPtr BoxCache::get_ahead(const voxel::BoxKey& key) {
@@ -97,8 +95,8 @@ KeptBoxPtr BoxCache::get_ahead(const voxel::BoxKey& key) {
             if (!get_ahead({key.level - 1, 2 * key.bx + (i & 1), 2 * key.by + (i >> 2),
                             2 * key.bz + (i >> 1 & 1)}))
                 return nullptr;
-    const AdmissionControl::PrefetchPermit pass(m_gate);
-    return pass ? get(key, Way::kAhead) : nullptr;
+    const AdmissionControl::PrefetchPermit permit(m_admission);
+    return permit ? get(key, Origin::kPrefetch) : nullptr;
 }
 
 KeptBoxPtr BoxCache::find(const voxel::BoxKey& key, Keep keep) {
@@ -112,7 +110,7 @@ KeptBoxPtr BoxCache::find(const voxel::BoxKey& key, Keep keep) {
     return kept;
 }
 
-KeptBoxPtr BoxCache::get(const voxel::BoxKey& key, Way way) {
+KeptBoxPtr BoxCache::get(const voxel::BoxKey& key, Origin origin) {
     if (auto air = known_air(key))
         return air;
     bool fresh = false;
@@ -122,7 +120,7 @@ KeptBoxPtr BoxCache::get(const voxel::BoxKey& key, Way way) {
             fresh = true;
             if (auto kept = from_disk(key))
                 return kept;
-            return make(key, way);
+            return make(key, origin);
         },
         [](const KeptBoxPtr& k) { return k->memory_bytes(); });
     if (fresh && m_listener)
@@ -138,7 +136,7 @@ KeptBoxPtr BoxCache::from_disk(const voxel::BoxKey& key) {
     return item ? keep(item->tag, item->bytes, item->reach) : nullptr;
 }
 
-voxel::BoxWithInputs BoxCache::build(const voxel::BoxKey& key, Way way) {
+voxel::BoxWithInputs BoxCache::build(const voxel::BoxKey& key, Origin origin) {
     if (key.level == 0 || !m_downsample)
         return m_world.traced_box(key);
     voxel::BoxWithInputs out;
@@ -149,26 +147,26 @@ voxel::BoxWithInputs BoxCache::build(const voxel::BoxKey& key, Way way) {
     for (int i = 0; i < 8; ++i) {
         const voxel::BoxKey child{key.level - 1, 2 * key.bx + (i & 1), 2 * key.by + (i >> 2),
                                   2 * key.bz + (i >> 1 & 1)};
-        const auto kept = get(child, way == Way::kAhead ? way : Way::kChild);
+        const auto kept = get(child, origin == Origin::kPrefetch ? origin : Origin::kParent);
         out.reach.add(kept->reach);
         children[static_cast<std::size_t>(i)] = unpacked(*kept, child);
     }
-    std::optional<AdmissionControl::Pass> pass;
-    if (way != Way::kAhead)
-        pass.emplace(m_gate);
+    std::optional<AdmissionControl::Permit> permit;
+    if (origin != Origin::kPrefetch)
+        permit.emplace(m_admission);
     const util::StageTimes::Scope timed(m_times, "downsample");
     out.box = voxel::downsample(key, children);
     return out;
 }
 
-KeptBoxPtr BoxCache::make(const voxel::BoxKey& key, Way way) {
-    std::optional<AdmissionControl::Pass> pass;
+KeptBoxPtr BoxCache::make(const voxel::BoxKey& key, Origin origin) {
+    std::optional<AdmissionControl::Permit> permit;
     // A box that waits for its children must not occupy a slot that they need.
-    if (way != Way::kAhead && (key.level == 0 || !m_downsample))
-        pass.emplace(m_gate);
+    if (origin != Origin::kPrefetch && (key.level == 0 || !m_downsample))
+        permit.emplace(m_admission);
     KeptBoxPtr kept;
     try {
-        voxel::BoxWithInputs made = build(key, way);
+        voxel::BoxWithInputs made = build(key, origin);
         made.reach.add(footprint(key));
         std::shared_ptr<const std::string> frame;
         if (made.box) {
@@ -185,13 +183,14 @@ KeptBoxPtr BoxCache::make(const voxel::BoxKey& key, Way way) {
         throw;
     }
     ++m_made;
-    if (way == Way::kAhead)
+    if (origin == Origin::kPrefetch)
         ++m_made_ahead;
     if (m_disk)
-        m_disk->put(Kind::kBox, key, item_of(*kept),
-                    way == Way::kAhead ? DiskCache::WhenFull::kWait : DiskCache::WhenFull::kDrop);
-    if (way == Way::kAsked)
-        want_ahead(key);
+        m_disk->put(
+            Kind::kBox, key, item_of(*kept),
+            origin == Origin::kPrefetch ? DiskCache::WhenFull::kWait : DiskCache::WhenFull::kDrop);
+    if (origin == Origin::kCaller)
+        queue_neighbours(key);
     return kept;
 }
 
@@ -203,7 +202,7 @@ std::shared_ptr<const voxel::Box> BoxCache::unpacked(const KeptBox& kept,
 }
 
 // Prefetches the boxes above and below it, which share nearly all of its work, and its neighbours.
-void BoxCache::want_ahead(const voxel::BoxKey& key) {
+void BoxCache::queue_neighbours(const voxel::BoxKey& key) {
     if (!m_ahead_on)
         return;
     std::vector<voxel::BoxKey> wanted;
@@ -214,37 +213,18 @@ void BoxCache::want_ahead(const voxel::BoxKey& key) {
     const voxel::ColumnExtent column = m_world.column(key.level, key.bx, key.bz);
     for (std::int32_t by = column.by_begin; by < column.by_end; ++by)
         wanted.push_back({key.level, key.bx, by, key.bz});
-    const std::lock_guard lock(m_wanting);
-    if (m_closed)
-        return;
-    for (const voxel::BoxKey& next : wanted)
-        if (next != key && !known_air(next) && !m_memory.holds(next) &&
-            m_ahead_set.insert(next).second)
-            m_ahead.push_front(next);
-    while (m_ahead.size() > kMaxAhead) {
-        m_ahead_set.erase(m_ahead.back());
-        m_ahead.pop_back();
-    }
-    m_wanted.notify_all();
+    m_prefetch_queue.add(wanted, [&](const voxel::BoxKey& next) {
+        return next != key && !known_air(next) && !m_memory.holds(next);
+    });
 }
 
-void BoxCache::work_ahead() {
-    for (;;) {
-        voxel::BoxKey key;
-        {
-            std::unique_lock lock(m_wanting);
-            m_wanted.wait(lock, [&] { return m_closed || !m_ahead.empty(); });
-            if (m_closed)
-                return;
-            key = m_ahead.front();
-            m_ahead.pop_front();
-            m_ahead_set.erase(key);
-        }
+void BoxCache::prefetch_queued() {
+    while (const std::optional<voxel::BoxKey> key = m_prefetch_queue.take()) {
         try {
-            (void)get_ahead(key);
+            (void)get_ahead(*key);
         } catch (const std::exception& e) {
             // A request for it will report the error.
-            spdlog::debug("make box {} ahead: {}", voxel::to_string(key), e.what());
+            util::log_debug("make box {} ahead: {}", voxel::to_string(*key), e.what());
         }
     }
 }
@@ -252,19 +232,18 @@ void BoxCache::work_ahead() {
 BoxCache::Stats BoxCache::stats() const {
     Stats out;
     out.memory = m_memory.stats();
-    out.gate = m_gate.counts();
+    out.admission = m_admission.counts();
     out.made = m_made;
     out.made_ahead = m_made_ahead;
     out.failed = m_failed;
-    const std::lock_guard lock(m_wanting);
-    out.ahead_waiting = m_ahead.size();
+    out.ahead_waiting = m_prefetch_queue.size();
     return out;
 }
 
-std::vector<voxel::BoxKey> BoxCache::in_memory(int level, std::size_t most) const {
+std::vector<voxel::BoxKey> BoxCache::in_memory(int level, std::size_t max_keys) const {
     std::vector<voxel::BoxKey> out;
     m_memory.each_key([&](const voxel::BoxKey& key) {
-        if (key.level == level && out.size() < most)
+        if (key.level == level && out.size() < max_keys)
             out.push_back(key);
     });
     std::sort(out.begin(), out.end());

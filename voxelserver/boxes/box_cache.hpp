@@ -1,14 +1,10 @@
 #pragma once
 
 #include <atomic>
-#include <condition_variable>
-#include <deque>
 #include <filesystem>
 #include <functional>
 #include <memory>
 #include <mutex>
-#include <optional>
-#include <set>
 #include <thread>
 #include <vector>
 
@@ -18,14 +14,15 @@
 #include "voxelserver/boxes/admission_control.hpp"
 #include "voxelserver/boxes/disk_cache.hpp"
 #include "voxelserver/boxes/kept_box.hpp"
+#include "voxelserver/boxes/prefetch_queue.hpp"
 
 namespace terravox::boxes {
 
 struct BoxCacheOptions {
     std::size_t memory_bytes = std::size_t{256} << 20;  ///< limit for compressed boxes
     int makers = 1;                                     ///< boxes made in parallel, at least 1
-    int queue = 64;     ///< boxes that may wait to be made, at least 0
-    int asking = 1024;  ///< Calls of get() that may make or wait at the same time, at least 1.
+    int queue = 64;           ///< boxes that may wait to be made, at least 0
+    int max_requests = 1024;  ///< calls of get() that may make a box or wait for one, at least 1
     /// Whether the cache makes boxes above level 0 from their eight children, so that cached
     /// children are not made again; otherwise the world makes the boxes of every level.
     bool downsample = true;
@@ -78,58 +75,58 @@ public:
 
     /// The slots for waiting requests, for callers that may wait for boxes by other means than
     /// get().
-    [[nodiscard]] Slots& places() noexcept { return m_places; }
+    [[nodiscard]] Slots& slots() noexcept { return m_slots; }
     /// From now on, requests for boxes that are not cached, and requests that wait in the queue,
     /// fail with OverloadedError.
-    void refuse() { m_gate.refuse(); }
-    [[nodiscard]] bool refusing() const { return m_gate.refusing(); }
+    void refuse() { m_admission.refuse(); }
+    [[nodiscard]] bool refusing() const { return m_admission.refusing(); }
 
     /// Stops prefetching; returns when the boxes in progress are finished. Idempotent.
     void close();
 
     struct Stats {
         util::CacheStats memory;
-        AdmissionControl::Counts gate;
+        AdmissionControl::Counts admission;
         std::size_t ahead_waiting = 0;
-        std::uint64_t made = 0, made_ahead = 0, failed = 0;
+        std::uint64_t made = 0;
+        std::uint64_t made_ahead = 0;
+        std::uint64_t failed = 0;
     };
     [[nodiscard]] Stats stats() const;
     [[nodiscard]] std::size_t limit_bytes() const noexcept { return m_memory.limit_bytes(); }
-    [[nodiscard]] std::vector<voxel::BoxKey> in_memory(int level, std::size_t most) const;
+    [[nodiscard]] std::vector<voxel::BoxKey> in_memory(int level, std::size_t max_keys) const;
     /// nullptr: no disk cache.
     [[nodiscard]] DiskCache* disk() const noexcept { return m_disk.get(); }
     [[nodiscard]] voxel::ProvenanceWorld& world() const noexcept { return m_world; }
 
 private:
-    void tell_threads_to_stop();
+    void request_stop();
     /// Origin of a request: an external caller, a parent box that needs a child, or prefetching.
     /// The first two wait in the queue; prefetching holds a PrefetchPermit already.
-    enum class Way { kAsked, kChild, kAhead };
-    KeptBoxPtr get(const voxel::BoxKey& key, Way way);
-    KeptBoxPtr make(const voxel::BoxKey& key, Way way);
-    voxel::BoxWithInputs build(const voxel::BoxKey& key, Way way);
+    enum class Origin { kCaller, kParent, kPrefetch };
+    KeptBoxPtr get(const voxel::BoxKey& key, Origin origin);
+    KeptBoxPtr make(const voxel::BoxKey& key, Origin origin);
+    voxel::BoxWithInputs build(const voxel::BoxKey& key, Origin origin);
     [[nodiscard]] KeptBoxPtr known_air(const voxel::BoxKey& key) const;
     [[nodiscard]] KeptBoxPtr from_disk(const voxel::BoxKey& key);
-    void want_ahead(const voxel::BoxKey& key);
-    void work_ahead();
+    void queue_neighbours(const voxel::BoxKey& key);
+    void prefetch_queued();
 
     voxel::ProvenanceWorld& m_world;
     util::StageTimes& m_times;
-    AdmissionControl m_gate;
-    Slots m_places;
+    AdmissionControl m_admission;
+    Slots m_slots;
     const bool m_downsample;
     const bool m_ahead_on;
     util::Cache<voxel::BoxKey, KeptBox, voxel::BoxKeyHash> m_memory;
     const std::unique_ptr<DiskCache> m_disk;
     std::function<void(const voxel::BoxKey&)> m_listener;
-    std::atomic<std::uint64_t> m_made{0}, m_made_ahead{0}, m_failed{0};
+    std::atomic<std::uint64_t> m_made{0};
+    std::atomic<std::uint64_t> m_made_ahead{0};
+    std::atomic<std::uint64_t> m_failed{0};
 
-    mutable std::mutex m_wanting;  ///< guards the following members
-    std::condition_variable m_wanted;
-    std::deque<voxel::BoxKey> m_ahead;  ///< prefetch queue, most recent request first
-    std::set<voxel::BoxKey> m_ahead_set;
-    bool m_closed = false;
-    std::mutex m_joining;  ///< held while threads are joined
+    PrefetchQueue m_prefetch_queue;
+    std::mutex m_join_mutex;  ///< held while threads are joined
     std::vector<std::thread> m_threads;
 };
 

@@ -1,12 +1,12 @@
 #include "voxelserver/boxes/disk_cache.hpp"
 
-#include <spdlog/spdlog.h>
 #include <xxhash.h>
 
 #include <algorithm>
 #include <chrono>
 #include <cstring>
 
+#include "common/util/log.hpp"
 #include "common/voxel/morton.hpp"
 #include "voxelserver/boxes/sqlite.hpp"
 
@@ -15,13 +15,11 @@ namespace terravox::boxes {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr std::size_t kQueueBytes = std::size_t{16} << 20;
 // Overhead of an item in addition to its bytes, approximately.
 constexpr std::size_t kRowBytes = 200;
 // Resolution of the time of last use, so that a row in steady use is not written each time.
 constexpr std::int64_t kTouchAfter_s = 600;
 constexpr int kEvictRows = 64;  // per batch
-constexpr std::chrono::seconds kIdle{6};
 
 // With WAL and synchronous=NORMAL, killing the process loses nothing, a power failure loses the
 // latest writes, and neither leaves partial items.
@@ -118,7 +116,7 @@ public:
             database.run(kSchema);
         find.emplace(database.get(), kFind);
         put.emplace(database.get(), kPut);
-        touch.emplace(database.get(), "UPDATE item SET used=?1 WHERE id=?2");
+        mark_used.emplace(database.get(), "UPDATE item SET used=?1 WHERE id=?2");
         evict.emplace(
             database.get(),
             "DELETE FROM item WHERE id IN (SELECT id FROM item ORDER BY used, id LIMIT ?1)");
@@ -129,7 +127,10 @@ public:
             database.number("PRAGMA page_size"));
     }
     Database database;
-    std::optional<Statement> find, put, touch, evict;
+    std::optional<Statement> find;
+    std::optional<Statement> put;
+    std::optional<Statement> mark_used;
+    std::optional<Statement> evict;
 };
 
 DiskCache::DiskCache(fs::path file, std::uint64_t limit_bytes, FingerprintOf fingerprint)
@@ -139,17 +140,19 @@ DiskCache::DiskCache(fs::path file, std::uint64_t limit_bytes, FingerprintOf fin
     try {
         open();
     } catch (const SqliteError& e) {
-        give_up(e);
-        if (e.why() == SqliteError::Why::kDamaged)
-            begin_anew();
+        disable(e);
+        if (e.category() == SqliteError::Category::kDamaged)
+            recreate();
     }
     if (m_broken)
         return;
-    m_thread = std::thread([this] { write_on(); });
+    m_batch_writer.emplace(
+        BatchWriter::Limits{}, [this] { begin_writing(); },
+        [this](const std::vector<BatchWriter::Write>& writes) { write_batch(writes); });
 }
 
 // Deleting the file is acceptable, since it is only a cache.
-void DiskCache::begin_anew() {
+void DiskCache::recreate() {
     m_reader.reset();
     m_lister.reset();
     m_writer.reset();
@@ -157,7 +160,7 @@ void DiskCache::begin_anew() {
         open();
         m_broken = false;
     } catch (const SqliteError& e) {
-        spdlog::warn("{}", e.what());
+        util::log_warn("{}", e.what());
     }
 }
 
@@ -167,23 +170,16 @@ void DiskCache::open() {
     m_lister = std::make_unique<Connection>(m_file);
 }
 
-DiskCache::~DiskCache() {
-    {
-        const std::lock_guard lock(m_queueing);
-        m_closing = true;
-    }
-    m_queued.notify_all();
-    if (m_thread.joinable())
-        m_thread.join();
-}
+DiskCache::~DiskCache() = default;
 
 std::optional<Item> DiskCache::find(Kind kind, const voxel::BoxKey& key) {
     if (m_broken)
         return std::nullopt;
-    std::int64_t used_row = 0, damaged_row = 0;
+    std::int64_t used_row = 0;
+    std::int64_t damaged_row = 0;
     std::optional<Item> out;
     try {
-        const std::lock_guard lock(m_reading);
+        const std::lock_guard lock(m_reader_mutex);
         Statement& row = *m_reader->find;
         const Resetting reset(row);
         bind_key(row, kind, key);
@@ -204,16 +200,16 @@ std::optional<Item> DiskCache::find(Kind kind, const voxel::BoxKey& key) {
             out = std::move(item);
         }
     } catch (const SqliteError& e) {
-        complain(e);
+        warn(e);
     }
     if (damaged_row != 0) {
-        ++m_damaged;
-        spdlog::warn("read {} from the cache file {}: wrong checksum; it is made again",
-                     voxel::to_string(key), m_file.string());
+        ++m_counters.damaged;
+        util::log_warn("read {} from the cache file {}: wrong checksum; it is made again",
+                       voxel::to_string(key), m_file.string());
     }
     if (used_row != 0)
-        touch(used_row);
-    ++(out ? m_hits : m_misses);
+        m_batch_writer->mark_used(used_row);
+    ++(out ? m_counters.hits : m_counters.misses);
     return out;
 }
 
@@ -221,107 +217,71 @@ void DiskCache::put(Kind kind, const voxel::BoxKey& key, const Item& item, WhenF
     const std::size_t bytes = kRowBytes + (item.bytes ? item.bytes->size() : 0);
     if (failing() || bytes > m_limit_bytes / 4)
         return;
-    std::unique_lock lock(m_queueing);
-    if (m_queue_bytes + bytes > kQueueBytes) {
-        if (when_full == WhenFull::kDrop) {
-            ++m_dropped;
-            return;
-        }
-        m_written.wait(lock, [&] {
-            return m_queue_bytes + bytes <= kQueueBytes || m_queue.empty() || m_closing;
-        });
-    }
-    m_queue_bytes += bytes;
-    m_queue.push_back({kind, key, item, 0});
-    lock.unlock();
-    m_queued.notify_one();
-}
-
-void DiskCache::touch(std::int64_t row) {
-    const std::lock_guard lock(m_queueing);
-    if (m_queue.size() > 10'000)
-        return;  // the times of last use may be late, but the queue must stay short
-    Write write;
-    write.touched = row;
-    m_queue.push_back(std::move(write));
-    m_queued.notify_one();
+    if (!m_batch_writer->put({kind, key, item, 0}, bytes, when_full))
+        ++m_counters.dropped;
 }
 
 void DiskCache::flush() {
-    std::unique_lock lock(m_queueing);
-    m_written.wait(lock, [&] { return (m_queue.empty() && !m_busy) || !m_thread.joinable(); });
+    if (m_batch_writer)
+        m_batch_writer->flush();
 }
 
-void DiskCache::write_on() {
+void DiskCache::begin_writing() {
     try {
-        count_now_and_then();
+        count_periodically();
     } catch (const SqliteError& e) {
-        complain(e);
+        warn(e);
     }
-    for (;;) {
-        std::vector<Write> writes;
-        {
-            std::unique_lock lock(m_queueing);
-            m_busy = false;
-            m_written.notify_all();
-            // Wakes up periodically also without work, to update the counts after a burst.
-            const bool work =
-                m_queued.wait_for(lock, kIdle, [&] { return !m_queue.empty() || m_closing; });
-            if (work && m_queue.empty())
-                return;
-            writes.assign(std::make_move_iterator(m_queue.begin()),
-                          std::make_move_iterator(m_queue.end()));
-            m_queue.clear();
-            m_queue_bytes = 0;
-            m_busy = true;
+}
+
+// An empty batch, after a burst, only updates the counts.
+void DiskCache::write_batch(const std::vector<BatchWriter::Write>& writes) {
+    if (failing())
+        return;
+    try {
+        if (!writes.empty()) {
+            m_counters.writes += write_all(writes);
+            ++m_counters.changes;
+            evict();
         }
-        if (failing())
-            continue;
-        try {
-            if (!writes.empty()) {
-                m_writes += write_all(writes);
-                ++m_changes;
-                evict();
-            }
-            count_now_and_then();
-        } catch (const SqliteError& e) {
-            m_dropped += writes.size();
-            if (e.why() == SqliteError::Why::kOther)
-                stop_writing(e);
-            else
-                complain(e);
-        } catch (const std::exception& e) {
-            m_dropped += writes.size();
+        count_periodically();
+    } catch (const SqliteError& e) {
+        m_counters.dropped += writes.size();
+        if (e.category() == SqliteError::Category::kOther)
             stop_writing(e);
-        }
+        else
+            warn(e);
+    } catch (const std::exception& e) {
+        m_counters.dropped += writes.size();
+        stop_writing(e);
     }
 }
 
 // For example on a full disk: the stored items stay valid.
 void DiskCache::stop_writing(const std::exception& e) {
     if (!m_read_only.exchange(true))
-        spdlog::warn("{}; further boxes are kept in memory only", e.what());
+        util::log_warn("{}; further boxes are kept in memory only", e.what());
 }
 
 // Counting reads a whole index.
-void DiskCache::count_now_and_then() {
+void DiskCache::count_periodically() {
     constexpr auto kEach = std::chrono::seconds(5);
     if (const auto now = std::chrono::steady_clock::now();
         m_counted == std::chrono::steady_clock::time_point{} || now - m_counted > kEach) {
-        m_entries = static_cast<std::uint64_t>(
+        m_counters.entries = static_cast<std::uint64_t>(
             m_writer->database.number("SELECT count(*) FROM item INDEXED BY item_used"));
         m_counted = now;
     }
 }
 
-std::size_t DiskCache::write_all(const std::vector<Write>& writes) {
+std::size_t DiskCache::write_all(const std::vector<BatchWriter::Write>& writes) {
     std::size_t count = 0;
     m_writer->database.run("BEGIN IMMEDIATE");
     try {
-        for (const Write& w : writes) {
-            if (w.touched != 0) {
-                m_writer->touch->bind(1, now_s()).bind(2, w.touched);
-                m_writer->touch->run();
+        for (const BatchWriter::Write& w : writes) {
+            if (w.used_row != 0) {
+                m_writer->mark_used->bind(1, now_s()).bind(2, w.used_row);
+                m_writer->mark_used->run();
                 continue;
             }
             const voxel::Fingerprint print = m_fingerprint(w.item.reach);
@@ -355,7 +315,7 @@ void DiskCache::evict() {
         const int gone = sqlite3_changes(m_writer->database.get());
         if (gone == 0)
             break;
-        m_evictions += static_cast<std::uint64_t>(gone);
+        m_counters.evictions += static_cast<std::uint64_t>(gone);
     }
     // Freed pages are reused; they are returned to the file system only when the file has exceeded
     // its limit.
@@ -366,61 +326,62 @@ void DiskCache::evict() {
 
 DiskStats DiskCache::stats() {
     DiskStats out;
-    out.hits = m_hits;
-    out.misses = m_misses;
-    out.writes = m_writes;
-    out.evictions = m_evictions;
-    out.dropped = m_dropped;
-    out.damaged = m_damaged;
+    out.hits = m_counters.hits;
+    out.misses = m_counters.misses;
+    out.writes = m_counters.writes;
+    out.evictions = m_counters.evictions;
+    out.dropped = m_counters.dropped;
+    out.damaged = m_counters.damaged;
     if (m_broken)
         return out;
     try {
-        const std::lock_guard lock(m_listing);
+        const std::lock_guard lock(m_lister_mutex);
         out.bytes = m_lister->used_bytes();
-        out.entries = m_entries;
+        out.entries = m_counters.entries;
     } catch (const SqliteError& e) {
-        complain(e);
+        warn(e);
     }
     return out;
 }
 
-std::vector<voxel::BoxKey> DiskCache::keys(Kind kind, int level, std::size_t most) {
+std::vector<voxel::BoxKey> DiskCache::keys(Kind kind, int level, std::size_t max_keys) {
     std::vector<voxel::BoxKey> out;
     if (m_broken)
         return out;
     try {
-        const std::lock_guard lock(m_listing);
+        const std::lock_guard lock(m_lister_mutex);
         Statement row(m_lister->database.get(), kKeys);
         row.bind(1, static_cast<int>(kind)).bind(2, level);
-        while (out.size() < most && row.step())
+        while (out.size() < max_keys && row.step())
             if (m_fingerprint(reach_at(row, 5)) == fingerprint_at(row, 3))
                 out.push_back({level, static_cast<std::int32_t>(row.integer(0)),
                                static_cast<std::int32_t>(row.integer(1)),
                                static_cast<std::int32_t>(row.integer(2))});
     } catch (const SqliteError& e) {
-        complain(e);
+        warn(e);
     }
     return out;
 }
 
 // When another process writes for long, some items are lost, but not the cache. A damaged file is
 // deleted, so that the next process starts with a new one.
-void DiskCache::complain(const SqliteError& e) {
-    if (e.why() == SqliteError::Why::kBusy) {
-        spdlog::debug("{}", e.what());
+void DiskCache::warn(const SqliteError& e) {
+    if (e.category() == SqliteError::Category::kBusy) {
+        util::log_debug("{}", e.what());
         return;
     }
-    give_up(e);
+    disable(e);
 }
 
-void DiskCache::give_up(const SqliteError& e) {
+void DiskCache::disable(const SqliteError& e) {
     if (m_broken.exchange(true))
         return;
-    if (e.why() == SqliteError::Why::kDamaged)
+    if (e.category() == SqliteError::Category::kDamaged)
         remove_files(m_file);
-    spdlog::warn("{}; {}", e.what(),
-                 e.why() == SqliteError::Why::kDamaged ? "the cache file is removed"
-                                                       : "finished boxes are kept in memory only");
+    util::log_warn("{}; {}", e.what(),
+                   e.category() == SqliteError::Category::kDamaged
+                       ? "the cache file is removed"
+                       : "finished boxes are kept in memory only");
 }
 
 }  // namespace terravox::boxes

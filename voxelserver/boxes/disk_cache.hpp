@@ -2,38 +2,32 @@
 
 #include <atomic>
 #include <chrono>
-#include <condition_variable>
 #include <cstdint>
-#include <deque>
 #include <filesystem>
 #include <functional>
 #include <memory>
 #include <mutex>
 #include <optional>
-#include <string>
-#include <thread>
 #include <vector>
 
 #include "common/voxel/box.hpp"
 #include "common/voxel/world.hpp"
+#include "voxelserver/boxes/batch_writer.hpp"
+#include "voxelserver/boxes/item.hpp"
 
 namespace terravox::boxes {
 
 class SqliteError;
 
-/// The kind of a cached item.
-enum class Kind : int { kBox = 0, kMapTile = 1 };
-
-/// The bytes of an item, and the extent of its inputs.
-struct Item {
-    std::uint64_t tag = 0;                     ///< opaque to the cache: returned as it was given
-    std::shared_ptr<const std::string> bytes;  ///< nullptr is a value, too: known to be empty
-    voxel::InputExtent reach;
-};
-
 struct DiskStats {
-    std::uint64_t hits = 0, misses = 0, writes = 0, evictions = 0, dropped = 0, damaged = 0;
-    std::uint64_t bytes = 0, entries = 0;
+    std::uint64_t hits = 0;
+    std::uint64_t misses = 0;
+    std::uint64_t writes = 0;
+    std::uint64_t evictions = 0;
+    std::uint64_t dropped = 0;
+    std::uint64_t damaged = 0;
+    std::uint64_t bytes = 0;
+    std::uint64_t entries = 0;
 };
 
 /// A persistent cache. Thread-safe; several processes may share a file.
@@ -65,7 +59,7 @@ public:
 
     [[nodiscard]] std::optional<Item> find(Kind kind, const voxel::BoxKey& key);
 
-    enum class WhenFull { kDrop, kWait };
+    using WhenFull = BatchWriter::WhenFull;
     /// Queues an item for writing.
     /// @param when_full what to do when the queue is full; dropped items are counted
     void put(Kind kind, const voxel::BoxKey& key, const Item& item,
@@ -78,57 +72,55 @@ public:
     [[nodiscard]] bool failing() const noexcept { return m_broken || m_read_only; }
     [[nodiscard]] DiskStats stats();  ///< the number of entries may be some seconds old
     /// A counter that increases with every change of the cache's content.
-    [[nodiscard]] std::uint64_t changes() const noexcept { return m_changes; }
+    [[nodiscard]] std::uint64_t changes() const noexcept { return m_counters.changes; }
     /// Keys of the currently valid items of a level, in Morton order.
-    /// @param most maximum number of keys to return
-    [[nodiscard]] std::vector<voxel::BoxKey> keys(Kind kind, int level, std::size_t most);
+    /// @param max_keys maximum number of keys to return
+    [[nodiscard]] std::vector<voxel::BoxKey> keys(Kind kind, int level, std::size_t max_keys);
 
     [[nodiscard]] const std::filesystem::path& file() const noexcept { return m_file; }
     [[nodiscard]] std::uint64_t limit_bytes() const noexcept { return m_limit_bytes; }
 
 private:
     class Connection;
-    struct Write {
-        Kind kind = Kind::kBox;
-        voxel::BoxKey key;
-        Item item;
-        /// When not 0: the row to mark as used; all other members are then ignored.
-        std::int64_t touched = 0;
+    struct Counters {
+        std::atomic<std::uint64_t> hits{0};
+        std::atomic<std::uint64_t> misses{0};
+        std::atomic<std::uint64_t> writes{0};
+        std::atomic<std::uint64_t> evictions{0};
+        std::atomic<std::uint64_t> dropped{0};
+        std::atomic<std::uint64_t> damaged{0};
+        std::atomic<std::uint64_t> changes{0};
+        std::atomic<std::uint64_t> entries{0};  ///< as of the last count
     };
     void open();
-    void begin_anew();
-    void write_on();
-    void count_now_and_then();
+    void recreate();
+    void count_periodically();
     void stop_writing(const std::exception& e);
-    [[nodiscard]] std::size_t write_all(const std::vector<Write>& writes);
+    void begin_writing();
+    void write_batch(const std::vector<BatchWriter::Write>& writes);
+    [[nodiscard]] std::size_t write_all(const std::vector<BatchWriter::Write>& writes);
     void evict();
-    void touch(std::int64_t row);
-    void complain(const SqliteError& e);
-    void give_up(const SqliteError& e);
+    void warn(const SqliteError& e);
+    void disable(const SqliteError& e);
 
     const std::filesystem::path m_file;
     const std::uint64_t m_limit_bytes;
     const FingerprintOf m_fingerprint;
-    std::atomic<bool> m_broken{false}, m_read_only{false};
-    std::atomic<std::uint64_t> m_hits{0}, m_misses{0}, m_writes{0}, m_evictions{0}, m_dropped{0},
-        m_damaged{0}, m_changes{0};
+    std::atomic<bool> m_broken{false};
+    std::atomic<bool> m_read_only{false};
+    Counters m_counters;
 
-    std::mutex m_reading;  ///< guards m_reader
+    std::mutex m_reader_mutex;  ///< guards m_reader
     std::unique_ptr<Connection> m_reader;
-    std::mutex m_listing;  ///< guards m_lister
+    std::mutex m_lister_mutex;  ///< guards m_lister
     std::unique_ptr<Connection> m_lister;
     std::unique_ptr<Connection> m_writer;  ///< used only by the writing thread
-    std::atomic<std::uint64_t> m_entries{0};
     /// Last count; used only by the writing thread.
     std::chrono::steady_clock::time_point m_counted;
 
-    std::mutex m_queueing;  ///< guards the following members
-    std::condition_variable m_queued, m_written;
-    std::deque<Write> m_queue;
-    std::size_t m_queue_bytes = 0;
-    /// m_busy: whether the writing thread is working; its first task is to count.
-    bool m_busy = true, m_closing = false;
-    std::thread m_thread;
+    /// nullopt when the file could not be opened: m_broken is then set for good. The last member,
+    /// since its thread uses the others until it is joined.
+    std::optional<BatchWriter> m_batch_writer;
 };
 
 }  // namespace terravox::boxes

@@ -25,7 +25,8 @@ public:
 private:
     struct Node {
         int level = 0;
-        std::int32_t bx = 0, bz = 0;
+        std::int32_t bx = 0;
+        std::int32_t bz = 0;
         bool opened = false;  ///< its children have been enumerated
     };
     void push(int level, std::int32_t bx, std::int32_t bz) {
@@ -64,7 +65,8 @@ private:
     std::function<void(const std::string&)> m_on_failure;
     std::mutex m_mutex;  ///< guards m_walk and m_on_failure
     BoxWalk m_walk;
-    std::atomic<std::uint64_t> m_done{0}, m_failed{0};
+    std::atomic<std::uint64_t> m_done{0};
+    std::atomic<std::uint64_t> m_failed{0};
     std::once_flag m_counted;
     std::atomic<std::uint64_t> m_total{0};  ///< 0 until counting has finished
     std::atomic<bool> m_stop{false};

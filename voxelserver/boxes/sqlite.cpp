@@ -8,13 +8,14 @@ constexpr int kBusyTimeout_ms = 5000;  // while another process writes
 [[noreturn]] void fail(sqlite3* database, const char* attempt) {
     const int code = database != nullptr ? sqlite3_extended_errcode(database) : SQLITE_NOMEM;
     const int plain = code & 0xff;
-    const auto why = plain == SQLITE_CORRUPT || plain == SQLITE_NOTADB ? SqliteError::Why::kDamaged
-                     : plain == SQLITE_BUSY || plain == SQLITE_LOCKED  ? SqliteError::Why::kBusy
-                                                                       : SqliteError::Why::kOther;
+    const auto category =
+        plain == SQLITE_CORRUPT || plain == SQLITE_NOTADB ? SqliteError::Category::kDamaged
+        : plain == SQLITE_BUSY || plain == SQLITE_LOCKED  ? SqliteError::Category::kBusy
+                                                          : SqliteError::Category::kOther;
     const char* file = database != nullptr ? sqlite3_db_filename(database, "main") : nullptr;
     throw SqliteError(std::string(attempt) + " " + (file != nullptr ? file : "") + ": " +
                           (database != nullptr ? sqlite3_errmsg(database) : "out of memory"),
-                      why);
+                      category);
 }
 
 }  // namespace
@@ -68,7 +69,8 @@ Database::Database(const std::string& file) {
         const std::string why =
             m_database != nullptr ? sqlite3_errmsg(m_database) : "out of memory";
         sqlite3_close(m_database);
-        throw SqliteError("open the cache file " + file + ": " + why, SqliteError::Why::kOther);
+        throw SqliteError("open the cache file " + file + ": " + why,
+                          SqliteError::Category::kOther);
     }
     sqlite3_busy_timeout(m_database, kBusyTimeout_ms);
 }

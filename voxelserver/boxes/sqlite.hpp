@@ -15,14 +15,17 @@ namespace terravox::boxes {
 /// An error reported by SQLite.
 class SqliteError : public util::Error {
 public:
-    /// Category of the error. kDamaged: not a database, or a corrupt one; kBusy: locked by another
-    /// process.
-    enum class Why { kOther, kDamaged, kBusy };
-    SqliteError(const std::string& message, Why why) : util::Error(message), m_why(why) {}
-    [[nodiscard]] Why why() const noexcept { return m_why; }
+    enum class Category {
+        kOther,
+        kDamaged,  ///< not a database, or a corrupt one
+        kBusy,     ///< locked by another process
+    };
+    SqliteError(const std::string& message, Category category)
+        : util::Error(message), m_category(category) {}
+    [[nodiscard]] Category category() const noexcept { return m_category; }
 
 private:
-    Why m_why;
+    Category m_category;
 };
 
 /// A prepared statement. Usage: bind, call step() until it returns false while reading columns,

@@ -17,7 +17,8 @@ using voxel::TreeCell;
 
 /// Boxes along one axis, half-open.
 struct Span {
-    std::int32_t begin = 0, end = 0;
+    std::int32_t begin = 0;
+    std::int32_t end = 0;
 };
 
 // The boxes of `size` voxels, among those from `begin` to `end`, that intersect [from, from +
@@ -26,8 +27,8 @@ Span boxes_met(std::int64_t from, std::int32_t length, std::int64_t size, std::i
                std::int32_t end) {
     if (from >= end * size || from <= begin * size - length)
         return {};
-    const std::int64_t first = std::max(from, begin * size),
-                       last = std::min(from + length, end * size) - 1;
+    const std::int64_t first = std::max(from, begin * size);
+    const std::int64_t last = std::min(from + length, end * size) - 1;
     static_assert((-1 >> 1) == -1);  // so that shifts and floor agree
     const int shift = std::countr_zero(static_cast<std::uint64_t>(size));
     return {static_cast<std::int32_t>(first >> shift),
@@ -40,8 +41,8 @@ public:
     Filler(const Region& region, std::vector<std::uint32_t>& out) : m_region(region), m_out(out) {}
 
     void fill(const Box& box) {
-        const std::int64_t x = std::int64_t{box.key().bx} * voxel::kBoxSizeX,
-                           z = std::int64_t{box.key().bz} * voxel::kBoxSizeZ;
+        const std::int64_t x = std::int64_t{box.key().bx} * voxel::kBoxSizeX;
+        const std::int64_t z = std::int64_t{box.key().bz} * voxel::kBoxSizeZ;
         const std::int64_t y = std::int64_t{box.key().by} * voxel::kBoxSizeY;
         for (int root = 0; root < Box::kRootCount; ++root)
             children(box, box.cells()[static_cast<std::size_t>(root)],
@@ -199,11 +200,13 @@ std::vector<std::int64_t> column_tops(const voxel::VoxelBounds& bounds, std::int
     if (bounds.empty())
         return out;
     const auto range = voxel::boxes_over(bounds, 0);
-    const std::int64_t column_x = x >> 6, column_z = z >> 6;
+    const std::int64_t column_x = x >> 6;
+    const std::int64_t column_z = z >> 6;
     if (column_x < range.min.bx || column_x >= range.max.bx || column_z < range.min.bz ||
         column_z >= range.max.bz)
         return out;
-    const auto bx = static_cast<std::int32_t>(column_x), bz = static_cast<std::int32_t>(column_z);
+    const auto bx = static_cast<std::int32_t>(column_x);
+    const auto bz = static_cast<std::int32_t>(column_z);
     for (std::int32_t by = range.max.by - 1; by >= range.min.by; --by) {
         const auto box = fetch({0, bx, by, bz});
         if (!box)

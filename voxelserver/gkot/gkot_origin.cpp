@@ -13,7 +13,8 @@ namespace {
 
 /// Lowest and highest top of a box column, in voxels.
 struct Tops {
-    std::int32_t low = 0, high = 0;
+    std::int32_t low = 0;
+    std::int32_t high = 0;
 };
 
 // As a reply would contain them, so that "the top" means the same in both.

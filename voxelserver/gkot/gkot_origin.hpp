@@ -19,7 +19,9 @@ struct Origin {
     double tmx = 0, tmy = 0;  ///< as requested
     double tmz = -1;          ///< the automatic height of y = 0; -1 in a world without any voxel
     /// Lowest and highest column top around the origin, and their difference.
-    double zmin = -1, zmax = -1, zrange = 0;
+    double zmin = -1;
+    double zmax = -1;
+    double zrange = 0;
 };
 
 /// Determines the automatic height: that of the lowest of the 64 x 64 column tops (ground, water or

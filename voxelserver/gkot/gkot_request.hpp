@@ -10,7 +10,8 @@ inline constexpr int kMaxSide = 512;  ///< edge of a box, voxels
 /// Volume of a box: 64 MiB of words.
 inline constexpr std::int64_t kMaxVoxels = std::int64_t{16} << 20;
 /// Absolute limits of an origin's coordinates and height.
-inline constexpr double kMaxCoordinate = 1e9, kMaxHeight_m = 1e6;
+inline constexpr double kMaxCoordinate = 1e9;
+inline constexpr double kMaxHeight_m = 1e6;
 inline constexpr std::size_t kMaxQueryBytes = 2048;
 
 /// The origin of box (0, 0, 0) in CRS units (metres in the first system). Decimals are significant;
@@ -24,9 +25,13 @@ struct OriginRequest {
 struct BoxRequest {
     OriginRequest origin;
     std::optional<double> tmz;  ///< height of y = 0, metres; nullopt = automatic (gkot_origin.hpp)
-    std::int32_t x = 0, y = 0, z = 0;
+    std::int32_t x = 0;
+    std::int32_t y = 0;
+    std::int32_t z = 0;
     /// Powers of two in [1, kMaxSide]; their product at most kMaxVoxels.
-    std::int32_t sx = 0, sy = 0, sz = 0;
+    std::int32_t sx = 0;
+    std::int32_t sy = 0;
+    std::int32_t sz = 0;
 };
 
 /// Parses the query of /gkot/origin.json: tmx, tmy. Unknown names are ignored here and below: old

@@ -16,7 +16,8 @@ static_assert(kPatchSize == voxel::kBoxSizeX && kPatchSize == voxel::kBoxSizeZ);
 
 /// The index of a patch: floor(x / 64), floor(z / 64) of its absolute voxels.
 struct PatchKey {
-    std::int32_t px = 0, pz = 0;
+    std::int32_t px = 0;
+    std::int32_t pz = 0;
     /// First column, in absolute voxels.
     [[nodiscard]] std::int32_t x0() const noexcept { return px * kPatchSize; }
     [[nodiscard]] std::int32_t z0() const noexcept { return pz * kPatchSize; }
@@ -33,7 +34,10 @@ struct PatchKeyHash {
 
 /// A rectangle of columns in absolute voxels, half-open.
 struct ColumnRect {
-    std::int32_t min_x = 0, min_z = 0, max_x = 0, max_z = 0;
+    std::int32_t min_x = 0;
+    std::int32_t min_z = 0;
+    std::int32_t max_x = 0;
+    std::int32_t max_z = 0;
     [[nodiscard]] bool overlaps(const ColumnRect& o) const noexcept {
         return min_x < o.max_x && o.min_x < max_x && min_z < o.max_z && o.min_z < max_z;
     }
@@ -48,7 +52,8 @@ struct ColumnRect {
 
 /// The patches that cover a rectangle of columns, half-open.
 struct PatchRect {
-    PatchKey min, max;
+    PatchKey min;
+    PatchKey max;
     [[nodiscard]] bool contains(PatchKey k) const noexcept {
         return k.px >= min.px && k.px < max.px && k.pz >= min.pz && k.pz < max.pz;
     }

@@ -1,7 +1,5 @@
 #include "voxelserver/http/batch_route.hpp"
 
-#include <spdlog/spdlog.h>
-
 #include <algorithm>
 #include <atomic>
 #include <chrono>
@@ -12,6 +10,7 @@
 #include <system_error>
 #include <thread>
 
+#include "common/util/log.hpp"
 #include "common/voxel/unreachable_error.hpp"
 
 namespace terravox::http {
@@ -36,7 +35,7 @@ public:
             return;
         --g_batches;
         throw boxes::OverloadedError("make a batch of boxes: " + std::to_string(kMaxBatches) +
-                                     " batches are being made; ask again later");
+                                     " batches are being made; retry later");
     }
     ~Counted() { --g_batches; }
     Counted(const Counted&) = delete;
@@ -97,7 +96,7 @@ std::string record(const BoxKey& key, std::uint32_t status, std::string_view pay
 }
 
 // The queue may be full of other clients' boxes: a batch waits longer than a single request may.
-boxes::KeptBoxPtr patiently(boxes::BoxCache& cache, const BoxKey& key) {
+boxes::KeptBoxPtr get_with_retries(boxes::BoxCache& cache, const BoxKey& key) {
     for (const auto give_up = std::chrono::steady_clock::now() + kTimeout;;) {
         try {
             return cache.get(key);
@@ -111,15 +110,15 @@ boxes::KeptBoxPtr patiently(boxes::BoxCache& cache, const BoxKey& key) {
 
 std::string record_of(boxes::BoxCache& cache, const BoxKey& key) {
     try {
-        const auto kept = patiently(cache, key);
+        const auto kept = get_with_retries(cache, key);
         return kept->air() ? record(key, 204, "") : record(key, 200, *kept->frame);
     } catch (const boxes::OverloadedError& e) {
         return record(key, 503, e.what());
     } catch (const voxel::UnreachableError& e) {
-        spdlog::error("make box {} of a batch: {}", voxel::to_string(key), e.what());
+        util::log_error("make box {} of a batch: {}", voxel::to_string(key), e.what());
         return record(key, 502, kUnreachable);
     } catch (const std::exception& e) {
-        spdlog::error("make box {} of a batch: {}", voxel::to_string(key), e.what());
+        util::log_error("make box {} of a batch: {}", voxel::to_string(key), e.what());
         return record(key, 500, without_folders(e.what()));
     }
 }
@@ -167,14 +166,14 @@ void send_all(boxes::BoxCache& cache, const std::vector<BoxKey>& keys, const Wri
 
 }  // namespace
 
-Response answer_batch(Service& service, const RouteRequest& asked) {
-    const std::string type = asked.request.header("Content-Type");
+Response answer_batch(Service& service, const RouteRequest& call) {
+    const std::string type = call.request.header("Content-Type");
     if (!same_word(type.substr(0, type.find(';')), "application/json"))
         return problem(
             415, "read the list of boxes: Content-Type '" + type + "'; allowed: application/json");
     std::vector<BoxKey> keys;
     try {
-        keys = keys_of(asked.request.body, service.world.info().levels);
+        keys = keys_of(call.request.body, service.world.info().levels);
     } catch (const util::UsageError& e) {
         return problem(400, e.what());
     }

@@ -11,7 +11,9 @@ namespace {
 using voxel::kBoxSizeY;
 
 // Part of every entity tag: each content coding is a separate representation.
-constexpr std::string_view kZstdTag = "z1", kIdentityTag = "i1", kAirTag = "\"air\"";
+constexpr std::string_view kZstdTag = "z1";
+constexpr std::string_view kIdentityTag = "i1";
+constexpr std::string_view kAirTag = "\"air\"";
 
 template <std::size_t N>
 std::optional<std::array<std::int32_t, N>> numbers_of(const PathParts& parts) {
@@ -27,14 +29,14 @@ std::optional<std::array<std::int32_t, N>> numbers_of(const PathParts& parts) {
 
 }  // namespace
 
-Response answer_box(Service& service, const RouteRequest& asked) {
-    const auto numbers = numbers_of<4>(asked.parts);
+Response answer_box(Service& service, const RouteRequest& call) {
+    const auto numbers = numbers_of<4>(call.parts);
     if (!numbers)
-        return not_numbers(asked.request);
+        return not_numbers(call.request);
     const auto [level, bx, by, bz] = *numbers;
     if (const int levels = service.world.info().levels; level < 0 || level >= levels)
         return no_such_level(level, levels);
-    const Coding coding = choose_coding(asked.request.header("Accept-Encoding"));
+    const Coding coding = choose_coding(call.request.header("Accept-Encoding"));
     if (coding == Coding::kNone)
         return not_acceptable();
     const voxel::BoxKey key{level, bx, by, bz};
@@ -43,7 +45,7 @@ Response answer_box(Service& service, const RouteRequest& asked) {
     const std::string etag = kept->air() ? std::string(kAirTag)
                                          : etag_of(packed ? kept->frame_hash : kept->checksum,
                                                    packed ? kZstdTag : kIdentityTag);
-    if (etag_matches(asked.request.header("If-None-Match"), etag))
+    if (etag_matches(call.request.header("If-None-Match"), etag))
         return not_modified(etag).add("Vary", "Accept-Encoding");
     Response out;
     out.status = kept->air() ? 204 : 200;
@@ -64,16 +66,17 @@ Response answer_box(Service& service, const RouteRequest& asked) {
     return out;
 }
 
-Response answer_column(Service& service, const RouteRequest& asked) {
-    const auto numbers = numbers_of<3>(asked.parts);
+Response answer_column(Service& service, const RouteRequest& call) {
+    const auto numbers = numbers_of<3>(call.parts);
     if (!numbers)
-        return not_numbers(asked.request);
+        return not_numbers(call.request);
     const auto [level, bx, bz] = *numbers;
     const voxel::WorldInfo& info = service.world.info();
     if (level < 0 || level >= info.levels)
         return no_such_level(level, info.levels);
     const voxel::ColumnExtent extent = service.world.column(level, bx, bz);
-    std::int64_t min_y = 0, max_y = 0;
+    std::int64_t min_y = 0;
+    std::int64_t max_y = 0;
     if (!extent.empty()) {
         const std::int64_t side = std::int64_t{kBoxSizeY} << level;
         min_y = std::max<std::int64_t>(extent.by_begin * side, info.bounds.min[1]);
@@ -83,7 +86,7 @@ Response answer_column(Service& service, const RouteRequest& asked) {
                                 {"by_end", extent.by_end},
                                 {"min_y", min_y},
                                 {"max_y", max_y}};
-    return json_reply(out.dump() + "\n", asked.request);
+    return json_reply(out.dump() + "\n", call.request);
 }
 
 }  // namespace terravox::http

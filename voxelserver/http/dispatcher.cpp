@@ -14,10 +14,10 @@ Dispatcher::Dispatcher(Service service, const RequestCounts& counts)
       m_counts(counts),
       m_world(m_service.world.info(), m_service.edition) {}
 
-Response Dispatcher::run(Route route, const RouteRequest& asked) {
-    if (auto refused = refuse_edition(asked.request))
+Response Dispatcher::run(Route route, const RouteRequest& call) {
+    if (auto refused = refuse_edition(call.request))
         return std::move(*refused);
-    return call_handler(route, asked);
+    return call_handler(route, call);
 }
 
 std::optional<Response> Dispatcher::refuse_edition(const Request& request) const {
@@ -30,25 +30,25 @@ std::optional<Response> Dispatcher::refuse_edition(const Request& request) const
                        std::string(kEditionHeader));
 }
 
-Response Dispatcher::call_handler(Route route, const RouteRequest& asked) {
+Response Dispatcher::call_handler(Route route, const RouteRequest& call) {
     switch (route) {
         case Route::kPage:
-        case Route::kPageFile: return answer_page(asked);
-        case Route::kOpenApi: return answer_open_api(asked);
-        case Route::kHealth: return answer_health(m_service, asked);
-        case Route::kWorld: return m_world.answer(asked.request);
-        case Route::kBox: return answer_box(m_service, asked);
-        case Route::kBatch: return answer_batch(m_service, asked);
-        case Route::kColumn: return answer_column(m_service, asked);
+        case Route::kPageFile: return answer_page(call);
+        case Route::kOpenApi: return answer_open_api(call);
+        case Route::kHealth: return answer_health(m_service, call);
+        case Route::kWorld: return m_world.answer(call.request);
+        case Route::kBox: return answer_box(m_service, call);
+        case Route::kBatch: return answer_batch(m_service, call);
+        case Route::kColumn: return answer_column(m_service, call);
         case Route::kSquares:
             return json_reply(squares_json(m_service.squares(), m_service.world.info()),
-                              asked.request);
-        case Route::kCached: return answer_cached(m_service, asked);
-        case Route::kStats: return answer_stats(m_service, asked, m_counts, uptime_s());
+                              call.request);
+        case Route::kCached: return answer_cached(m_service, call);
+        case Route::kStats: return answer_stats(m_service, call, m_counts, uptime_s());
         case Route::kMetrics: return answer_metrics(m_service, m_counts, uptime_s());
-        case Route::kMapTile: return answer_map_tile(m_service, asked);
-        case Route::kGkotBox: return answer_gkot_box(m_service, asked);
-        case Route::kGkotOrigin: return answer_gkot_origin(m_service, asked);
+        case Route::kMapTile: return answer_map_tile(m_service, call);
+        case Route::kGkotBox: return answer_gkot_box(m_service, call);
+        case Route::kGkotOrigin: return answer_gkot_origin(m_service, call);
         case Route::kUnknown:
         case Route::kRefused: break;
     }

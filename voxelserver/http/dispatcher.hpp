@@ -18,11 +18,11 @@ public:
     Dispatcher(Service service, const RequestCounts& counts);
 
     /// @throws whatever the handler throws; the router converts it to a reply (error_reply.hpp)
-    [[nodiscard]] Response run(Route route, const RouteRequest& asked);
+    [[nodiscard]] Response run(Route route, const RouteRequest& call);
 
 private:
     [[nodiscard]] std::optional<Response> refuse_edition(const Request& request) const;
-    [[nodiscard]] Response call_handler(Route route, const RouteRequest& asked);
+    [[nodiscard]] Response call_handler(Route route, const RouteRequest& call);
     [[nodiscard]] double uptime_s() const noexcept;
 
     Service m_service;

@@ -1,10 +1,9 @@
 #include "voxelserver/http/error_reply.hpp"
 
-#include <spdlog/spdlog.h>
-
 #include <exception>
 #include <new>
 
+#include "common/util/log.hpp"
 #include "common/voxel/unreachable_error.hpp"
 #include "voxelserver/boxes/admission_control.hpp"
 #include "voxelserver/http/service.hpp"
@@ -18,16 +17,16 @@ Response reply_to_current_exception(const Request& request) {
         return problem(503, e.what()).add("Retry-After", "1");
     } catch (const voxel::UnreachableError& e) {
         // The address of the other server is only for the operator of this one.
-        spdlog::error("{} {}: {}", request.method, request.path, e.what());
+        util::log_error("{} {}: {}", request.method, request.path, e.what());
         return problem(502, kUnreachable).add("Retry-After", "5");
     } catch (const std::bad_alloc&) {
-        spdlog::error("{} {}: out of memory", request.method, request.path);
+        util::log_error("{} {}: out of memory", request.method, request.path);
         return problem(500, "out of memory");
     } catch (const std::exception& e) {
-        spdlog::error("{} {}: {}", request.method, request.path, e.what());
+        util::log_error("{} {}: {}", request.method, request.path, e.what());
         return problem(500, without_folders(e.what()));
     } catch (...) {
-        spdlog::error("{} {}: unknown error", request.method, request.path);
+        util::log_error("{} {}: unknown error", request.method, request.path);
         return problem(500, "unknown error");
     }
 }

@@ -9,9 +9,11 @@ namespace {
 
 // A reply takes eight bytes per voxel while it is made, up to 130 MiB: one at a time, and at most
 // an eighth of the process's memory.
-constexpr int kAtOnce = 1, kInLine = 32;
-constexpr std::size_t kBytesPerVoxel = 8, kShare = 8;
-boxes::AdmissionControl& gate() {
+constexpr int kAtOnce = 1;
+constexpr int kInLine = 32;
+constexpr std::size_t kBytesPerVoxel = 8;
+constexpr std::size_t kShare = 8;
+boxes::AdmissionControl& admission() {
     static boxes::AdmissionControl one(kAtOnce, kInLine);
     return one;
 }
@@ -34,15 +36,15 @@ Response answer(const Parse& parse, const Work& work) {
     } catch (const util::UsageError& e) {
         return problem(400, e.what());
     }
-    const boxes::AdmissionControl::Pass pass(gate());
+    const boxes::AdmissionControl::Permit permit(admission());
     return work(request);
 }
 
 }  // namespace
 
-Response answer_gkot_box(Service& service, const RouteRequest& asked) {
+Response answer_gkot_box(Service& service, const RouteRequest& call) {
     return answer(
-        [&] { return gkot::parse_box_request(asked.request.query); },
+        [&] { return gkot::parse_box_request(call.request.query); },
         [&](const gkot::BoxRequest& request) {
             const std::size_t voxels = static_cast<std::size_t>(request.sx) *
                                        static_cast<std::size_t>(request.sy) *
@@ -58,8 +60,8 @@ Response answer_gkot_box(Service& service, const RouteRequest& asked) {
         });
 }
 
-Response answer_gkot_origin(Service& service, const RouteRequest& asked) {
-    return answer([&] { return gkot::parse_origin_request(asked.request.query); },
+Response answer_gkot_origin(Service& service, const RouteRequest& call) {
+    return answer([&] { return gkot::parse_origin_request(call.request.query); },
                   [&](const gkot::OriginRequest& request) {
                       return reply(200, "application/json",
                                    gkot::to_json(gkot::find_origin(service.world.info(), request,

@@ -6,13 +6,14 @@
 
 namespace terravox::http {
 
-Response answer_map_tile(Service& service, const RouteRequest& asked) {
+Response answer_map_tile(Service& service, const RouteRequest& call) {
     constexpr std::string_view kEnding = ".png";
-    const auto& part = asked.parts.part;
-    const auto z = parse_int32(part[1]), x = parse_int32(part[2]),
-               y = parse_int32(part[3].substr(0, part[3].size() - kEnding.size()));
+    const auto& part = call.parts.part;
+    const auto z = parse_int32(part[1]);
+    const auto x = parse_int32(part[2]);
+    const auto y = parse_int32(part[3].substr(0, part[3].size() - kEnding.size()));
     if (!z || !x || !y)
-        return not_numbers(asked.request);
+        return not_numbers(call.request);
     if (service.map == nullptr)
         return problem(404, "this server has no map");
     map::Tile tile;
@@ -25,7 +26,7 @@ Response answer_map_tile(Service& service, const RouteRequest& asked) {
     Response out;
     if (tile.complete) {
         const std::string etag = etag_of(XXH64(png->data(), png->size(), 0), "m");
-        if (etag_matches(asked.request.header("If-None-Match"), etag))
+        if (etag_matches(call.request.header("If-None-Match"), etag))
             return not_modified(etag);
         add_validators(out, etag);
     } else {

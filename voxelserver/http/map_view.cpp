@@ -1,12 +1,12 @@
 #include "voxelserver/http/map_view.hpp"
 
-#include <spdlog/spdlog.h>
 #include <xxhash.h>
 
 #include <map>
 #include <vector>
 
 #include "common/util/error.hpp"
+#include "common/util/log.hpp"
 #include "voxelserver/map/png.hpp"
 
 namespace terravox::http {
@@ -42,16 +42,16 @@ MapView::MapView(boxes::BoxCache& cache, map::TopColours colours, std::size_t me
     m_cache.set_listener([this](const voxel::BoxKey& key) { note(key); });
 }
 
-void MapView::look_through_disk() {
+void MapView::scan_disk() {
     if (m_cache.disk() != nullptr)
-        m_looking = std::thread([this] { note_kept(); });
+        m_scan_thread = std::thread([this] { note_kept(); });
 }
 
 MapView::~MapView() {
     m_cache.close();  // the listener is not called from now on
     m_stop = true;
-    if (m_looking.joinable())
-        m_looking.join();
+    if (m_scan_thread.joinable())
+        m_scan_thread.join();
     m_cache.set_listener({});
 }
 
@@ -62,7 +62,7 @@ map::Tile MapView::get(int z, std::int32_t x, std::int32_t y) {
         if (const auto kept = disk->find(boxes::Kind::kMapTile, key_of(z, x, y));
             kept && kept->tag == m_look)
             return {kept->bytes, true, kept->reach};
-    const boxes::Slots::Place place(m_cache.places());
+    const boxes::Slots::Permit permit(m_cache.slots());
     const map::Tile tile = m_tiles.get(z, x, y);
     // Outside the world there are infinitely many empty tiles, which need not be stored.
     if (disk != nullptr && tile.complete && !tile.reach.empty())
@@ -104,7 +104,7 @@ void MapView::note(const voxel::BoxKey& key) {
     } catch (const util::Error& e) {
         // A remote world's server does not respond: the box itself was made, and the request for
         // it must not fail.
-        spdlog::debug("show box {} on the map: {}", voxel::to_string(key), e.what());
+        util::log_debug("show box {} on the map: {}", voxel::to_string(key), e.what());
     }
 }
 
@@ -121,8 +121,7 @@ void MapView::note_kept() {
                 m_tops.note_made(place.first, place.second);
         }
     } catch (const std::exception& e) {
-        spdlog::warn("look through the boxes on disk: {}; overviews of the map begin empty",
-                     e.what());
+        util::log_warn("list the boxes on disk: {}; overviews of the map begin empty", e.what());
     }
 }
 

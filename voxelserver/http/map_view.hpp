@@ -23,7 +23,7 @@ public:
     /// Starts a thread that searches the disk cache for boxes left by earlier processes; until it
     /// has finished, overviews show only boxes that have become available since. Must be called
     /// once, when the server is responding, so that it does not delay the start.
-    void look_through_disk();
+    void scan_disk();
     MapView(const MapView&) = delete;
     MapView& operator=(const MapView&) = delete;
 
@@ -40,12 +40,12 @@ private:
     void note_kept();
 
     boxes::BoxCache& m_cache;
-    /// A hash of the colours and the drawing method: tiles of another look are not used.
+    /// A hash of the colours and the drawing method: tiles with another hash are not used.
     const std::uint64_t m_look;
     map::TopCache m_tops;
     map::MapTiles m_tiles;
     std::atomic<bool> m_stop{false};
-    std::thread m_looking;  ///< registers the columns that earlier processes have left on disk
+    std::thread m_scan_thread;  ///< registers the columns that earlier processes have left on disk
 };
 
 }  // namespace terravox::http

@@ -86,7 +86,8 @@ Response& Response::add(std::string_view name, std::string_view value) {
 std::string Response::header(std::string_view name) const {
     std::size_t at = 0;
     while (at < head.size()) {
-        const std::size_t colon = head.find(": ", at), end = head.find("\r\n", at);
+        const std::size_t colon = head.find(": ", at);
+        const std::size_t end = head.find("\r\n", at);
         if (same_word(std::string_view(head).substr(at, colon - at), name))
             return head.substr(colon + 2, end - colon - 2);
         at = end + 2;
@@ -178,7 +179,9 @@ bool etag_matches(std::string_view if_none_match, std::string_view etag) noexcep
 }
 
 Coding choose_coding(std::string_view accept_encoding) noexcept {
-    bool zstd = false, identity = true, named_identity = false;
+    bool zstd = false;
+    bool identity = true;
+    bool named_identity = false;
     while (!accept_encoding.empty()) {
         const std::size_t end = std::min(accept_encoding.find(','), accept_encoding.size());
         std::string_view one = accept_encoding.substr(0, end);
@@ -191,8 +194,8 @@ Coding choose_coding(std::string_view accept_encoding) noexcept {
             return text;
         };
         const std::size_t semicolon = std::min(one.find(';'), one.size());
-        const std::string_view name = trim(one.substr(0, semicolon)),
-                               weight = trim(one.substr(std::min(semicolon + 1, one.size())));
+        const std::string_view name = trim(one.substr(0, semicolon));
+        const std::string_view weight = trim(one.substr(std::min(semicolon + 1, one.size())));
         // q=0, q=0.0 ...: not acceptable.
         const bool wanted = !(weight.size() >= 3 && lower(weight[0]) == 'q' && weight[1] == '=' &&
                               weight.find_first_not_of("0.", 2) == std::string_view::npos);

@@ -10,7 +10,8 @@
 namespace terravox::http {
 
 struct Header {
-    std::string_view name, value;
+    std::string_view name;
+    std::string_view value;
 };
 
 /// A request of a client. The views are valid while the request is handled.

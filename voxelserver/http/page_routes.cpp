@@ -27,20 +27,20 @@ Response fixed(std::string_view content_type, std::string_view bytes, const Requ
 
 }  // namespace
 
-Response answer_page(const RouteRequest& asked) {
+Response answer_page(const RouteRequest& call) {
     const std::string_view name =
-        asked.parts.count == 1 ? std::string_view("index.html") : asked.parts.part[1];
+        call.parts.count == 1 ? std::string_view("index.html") : call.parts.part[1];
     const page::Asset* asset = page::find(name);
     if (asset == nullptr)
         return problem(404, "the page has no file " + std::string(name));
-    Response out = fixed(asset->content_type, asset->bytes, asked.request);
+    Response out = fixed(asset->content_type, asset->bytes, call.request);
     return out.add("Content-Security-Policy", kPolicy)
         .add("Referrer-Policy", "no-referrer")
         .add("Cross-Origin-Opener-Policy", "same-origin");
 }
 
-Response answer_open_api(const RouteRequest& asked) {
-    return fixed("application/json", page::open_api(), asked.request);
+Response answer_open_api(const RouteRequest& call) {
+    return fixed("application/json", page::open_api(), call.request);
 }
 
 }  // namespace terravox::http

@@ -32,7 +32,8 @@ public:
     [[nodiscard]] std::uint64_t bytes() const noexcept { return m_bytes; }  ///< of bodies, as sent
 
 private:
-    static constexpr int kFirstStatus = 100, kStatuses = 500;
+    static constexpr int kFirstStatus = 100;
+    static constexpr int kStatuses = 500;
     struct OfRoute {
         std::array<std::atomic<std::uint64_t>, kStatuses> status{};
         std::array<std::atomic<std::uint64_t>, kBuckets> bucket{};

@@ -8,8 +8,7 @@
 
 namespace terravox::http {
 
-/// The route of a request. kUnknown: no such path; kRefused: not a valid request (malformed, too
-/// large, too late).
+/// The route of a request.
 enum class Route {
     kPage,
     kPageFile,
@@ -26,8 +25,8 @@ enum class Route {
     kMapTile,
     kGkotBox,
     kGkotOrigin,
-    kUnknown,
-    kRefused
+    kUnknown,  ///< no such path
+    kRefused   ///< not a valid request: malformed, too large, too late
 };
 inline constexpr std::size_t kRouteCount = static_cast<std::size_t>(Route::kRefused) + 1;
 
@@ -44,12 +43,12 @@ struct RouteFacts {
 [[nodiscard]] std::span<const RouteFacts> routes() noexcept;
 [[nodiscard]] const RouteFacts& facts_of(Route route) noexcept;
 
-/// The parts of a path between its slashes. split_path() returns nullopt for a path that does not
-/// begin with a slash, or has more parts than any route.
+/// The parts of a path between its slashes.
 struct PathParts {
     std::array<std::string_view, 6> part;
     std::size_t count = 0;
 };
+/// @return nullopt for a path that does not begin with a slash, or has more parts than any route
 [[nodiscard]] std::optional<PathParts> split_path(std::string_view path) noexcept;
 [[nodiscard]] Route route_of(const PathParts& parts) noexcept;
 

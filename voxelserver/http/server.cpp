@@ -2,7 +2,6 @@
 
 #include <arpa/inet.h>
 #include <civetweb.h>
-#include <spdlog/spdlog.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
@@ -18,6 +17,7 @@
 #include <vector>
 
 #include "common/util/error.hpp"
+#include "common/util/log.hpp"
 #include "common/util/stage_times.hpp"
 #include "voxelserver/sockets/slow_clients.hpp"
 #include "voxelserver/tls/tls_library.hpp"
@@ -187,7 +187,7 @@ bool send_stream(mg_connection* connection, const Response& r, bool chunked, boo
         if (alive)
             r.stream(write);
     } catch (const std::exception& e) {
-        spdlog::error("send a stream: {}", e.what());
+        util::log_error("send a stream: {}", e.what());
         alive = false;
     }
     if (alive && chunked)
@@ -244,6 +244,34 @@ sockets::SlowClients::Limits limits_of(const ServerOptions& options) {
     return {std::max(threads - (threads + 7) / 8, 1), options.timeout};
 }
 
+/// An option of CivetWeb.
+struct Setting {
+    const char* name;
+    std::string value;
+};
+
+// There is no document_root: CivetWeb serves no files. Its check of Host against a domain is not
+// used: the server has only one world.
+std::vector<Setting> settings_of(const ServerOptions& options) {
+    const bool secure = !options.tls_certificate.empty();
+    std::vector<Setting> out = {
+        {"listening_ports", endpoint(options.bind, options.port) + (secure ? "s" : "")},
+        {"num_threads", std::to_string(std::max(options.request_threads, 1))},
+        {"connection_queue", kConnectionQueue},
+        {"max_request_size", kMaxHeaderBytes},
+        {"request_timeout_ms", std::to_string(options.request_timeout.count())},
+        {"keep_alive_timeout_ms", std::to_string(options.keep_alive_timeout.count())},
+        {"enable_keep_alive", "yes"},
+        {"tcp_nodelay", "1"},
+        {"decode_url", "no"},
+        {"enable_auth_domain_check", "no"}};
+    if (secure) {
+        out.push_back({"ssl_certificate", options.tls_certificate});
+        out.push_back({"ssl_protocol_version", kTlsOldest});
+    }
+    return out;
+}
+
 // Replies for requests that CivetWeb itself refuses. 1.15 reports a header that is too long, too
 // slow or truncated as a malformed message (400); where a version uses 413 for the first, that is
 // about the header, for which 431 is the proper status.
@@ -258,7 +286,8 @@ Response refusal(int status, const char* message) {
 
 // OpenSSL, which takes milliseconds to load, is loaded only when it is needed.
 void init_library(bool with_tls) {
-    static std::once_flag plain, secure;
+    static std::once_flag plain;
+    static std::once_flag secure;
     std::call_once(plain, [] { mg_init_library(MG_FEATURES_DEFAULT); });
     if (!with_tls)
         return;
@@ -299,67 +328,8 @@ public:
         : m_router(router), m_options(options), m_slow_clients(limits_of(options)) {
         check_can_listen(options);
         init_library(!options.tls_certificate.empty());
-        mg_callbacks callbacks{};
-        callbacks.init_thread = new_buffer;
-        callbacks.exit_thread = delete_buffer;
-        callbacks.begin_request = on_request;
-        callbacks.http_error = on_refusal;
-        callbacks.log_message = on_log;
-        callbacks.init_connection = on_connection;
-        callbacks.connection_close = on_connection_close;
-        const std::string listen = endpoint(options.bind, options.port) +
-                                   (options.tls_certificate.empty() ? "" : "s"),
-                          threads = std::to_string(std::max(options.request_threads, 1));
-        const std::string request_ms = std::to_string(options.request_timeout.count()),
-                          keep_ms = std::to_string(options.keep_alive_timeout.count());
-        // No document_root: CivetWeb serves no files. Its check of Host against a domain is not
-        // used: the server has only one world.
-        std::vector<const char*> settings = {"listening_ports",
-                                             listen.c_str(),
-                                             "num_threads",
-                                             threads.c_str(),
-                                             "connection_queue",
-                                             kConnectionQueue,
-                                             "max_request_size",
-                                             kMaxHeaderBytes,
-                                             "request_timeout_ms",
-                                             request_ms.c_str(),
-                                             "keep_alive_timeout_ms",
-                                             keep_ms.c_str(),
-                                             "enable_keep_alive",
-                                             "yes",
-                                             "tcp_nodelay",
-                                             "1",
-                                             "decode_url",
-                                             "no",
-                                             "enable_auth_domain_check",
-                                             "no"};
-        if (!options.tls_certificate.empty())
-            settings.insert(settings.end(), {"ssl_certificate", options.tls_certificate.c_str(),
-                                             "ssl_protocol_version", kTlsOldest});
-        settings.push_back(nullptr);
-        m_context = mg_start(&callbacks, this, const_cast<const char**>(settings.data()));
-        if (m_context == nullptr && !options.tls_certificate.empty())
-            throw util::Error(
-                "serve with the certificate " + options.tls_certificate + ": " +
-                (m_last_message.empty() ? "CivetWeb could not start" : m_last_message) +
-                "; allowed: a PEM file with certificate and private key");
-        if (m_context == nullptr)
-            fail_to_listen(options,
-                           m_last_message.empty() ? "CivetWeb could not start" : m_last_message);
-        {
-            const std::lock_guard lock(m_mutex);
-            m_started = true;
-        }
-        mg_server_port port{};
-        if (mg_get_server_ports(m_context, 1, &port) == 1)
-            m_port = port.port;
-        try {
-            m_slow_clients.watch(m_port);
-        } catch (...) {
-            mg_stop(m_context);  // its threads use this object
-            throw;
-        }
+        start();
+        watch_for_slow_clients();
     }
 
     ~Impl() { stop({}); }
@@ -370,7 +340,7 @@ public:
                endpoint(m_options.bind, m_port);
     }
 
-    void stop(const std::function<void()>& time_is_up) noexcept {
+    void stop(const std::function<void()>& after_drain) noexcept {
         if (m_context == nullptr)
             return;
         {
@@ -378,20 +348,73 @@ public:
             std::unique_lock lock(m_mutex);
             m_draining = true;
             if (!m_finished.wait_for(lock, m_options.drain_timeout, [&] { return m_running == 0; }))
-                spdlog::warn("stopping with {} requests unfinished after {} s", m_running,
-                             m_options.drain_timeout.count() / 1000.0);
+                util::log_warn("stopping with {} requests unfinished after {} s", m_running,
+                               m_options.drain_timeout.count() / 1000.0);
         }
         try {
-            if (time_is_up)
-                time_is_up();
+            if (after_drain)
+                after_drain();
         } catch (const std::exception& e) {
-            spdlog::error("stop the server: {}", e.what());
+            util::log_error("stop the server: {}", e.what());
         }
         mg_stop(m_context);
         m_context = nullptr;
     }
 
 private:
+    /// Starts CivetWeb: from then on it answers requests.
+    /// @throws Error when it cannot start, with its last message
+    void start() {
+        const mg_callbacks callbacks = callbacks_of_this();
+        const std::vector<Setting> settings = settings_of(m_options);
+        std::vector<const char*> words;
+        for (const Setting& setting : settings) {
+            words.push_back(setting.name);
+            words.push_back(setting.value.c_str());
+        }
+        words.push_back(nullptr);
+        m_context = mg_start(&callbacks, this, words.data());
+        if (m_context == nullptr)
+            fail_to_start();
+        {
+            const std::lock_guard lock(m_mutex);
+            m_started = true;
+        }
+        mg_server_port port{};
+        if (mg_get_server_ports(m_context, 1, &port) == 1)
+            m_port = port.port;
+    }
+
+    static mg_callbacks callbacks_of_this() noexcept {
+        mg_callbacks out{};
+        out.init_thread = new_buffer;
+        out.exit_thread = delete_buffer;
+        out.begin_request = on_request;
+        out.http_error = on_refusal;
+        out.log_message = on_log;
+        out.init_connection = on_connection;
+        out.connection_close = on_connection_close;
+        return out;
+    }
+
+    [[noreturn]] void fail_to_start() const {
+        const std::string why =
+            m_last_message.empty() ? "CivetWeb could not start" : m_last_message;
+        if (!m_options.tls_certificate.empty())
+            throw util::Error("serve with the certificate " + m_options.tls_certificate + ": " +
+                              why + "; allowed: a PEM file with certificate and private key");
+        fail_to_listen(m_options, why);
+    }
+
+    void watch_for_slow_clients() {
+        try {
+            m_slow_clients.watch(m_port);
+        } catch (...) {
+            mg_stop(m_context);  // its threads use this object
+            throw;
+        }
+    }
+
     static Impl& self(const mg_connection* connection) noexcept {
         return *static_cast<Impl*>(mg_get_user_data(mg_get_context(connection)));
     }
@@ -414,7 +437,7 @@ private:
         try {
             const Response out = refusal(status, message);
             self(connection).m_router.counts().add(Route::kRefused, out.status, 0);
-            spdlog::debug("refused: {} {}", out.status, message != nullptr ? message : "");
+            util::log_debug("refused: {} {}", out.status, message != nullptr ? message : "");
             send(connection, out, false);
         } catch (...) {
             send_last_resort(connection);
@@ -424,7 +447,7 @@ private:
 
     static int on_log(const mg_connection* connection, const char* message) noexcept {
         try {
-            spdlog::debug("CivetWeb: {}", message);
+            util::log_debug("CivetWeb: {}", message);
             Impl& me = self(connection);
             const std::lock_guard lock(me.m_mutex);
             if (!me.m_started)
@@ -470,9 +493,9 @@ private:
                 !out.close && !others_wait && wants_keep_alive(request, info.http_version);
             m_router.counts().add_bytes(
                 send(connection, out, keep_alive, std::string_view(info.http_version) == "1.0"));
-            if (spdlog::should_log(spdlog::level::debug))
-                spdlog::debug("{} {} {} {:.1f} ms", request.method, request.path, out.status,
-                              clock.seconds() * 1e3);
+            if (util::is_logged(util::LogLevel::kDebug))
+                util::log_debug("{} {} {} {:.1f} ms", request.method, request.path, out.status,
+                                clock.seconds() * 1e3);
             return out.status;
         } catch (const std::exception& e) {
             log_failure(e.what());
@@ -485,7 +508,7 @@ private:
 
     static void log_failure(const char* what) noexcept {
         try {
-            spdlog::error("answer a request: {}", what);
+            util::log_error("answer a request: {}", what);
         } catch (...) {
         }
     }
@@ -514,7 +537,7 @@ private:
 
     Response body_missing() {
         Response out =
-            problem(408, "read the request: its body did not come, or not in " +
+            problem(408, "read the request: its body was not received, or not in " +
                              std::to_string(m_options.request_timeout.count() / 1000.0) + " s");
         out.close = true;
         m_router.counts().add(Route::kRefused, out.status, 0);
@@ -582,7 +605,8 @@ private:
     std::mutex m_mutex;
     std::condition_variable m_finished;
     int m_running = 0;
-    bool m_started = false, m_draining = false;
+    bool m_started = false;
+    bool m_draining = false;
 };
 
 Server::Server(Router& router, const ServerOptions& options)
@@ -594,8 +618,8 @@ int Server::port() const noexcept {
 std::string Server::url() const {
     return m_impl->url();
 }
-void Server::stop(const std::function<void()>& time_is_up) noexcept {
-    m_impl->stop(time_is_up);
+void Server::stop(const std::function<void()>& after_drain) noexcept {
+    m_impl->stop(after_drain);
 }
 
 }  // namespace terravox::http

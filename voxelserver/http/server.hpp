@@ -57,9 +57,9 @@ public:
     /// Answers new requests with 503, lets the running ones finish (for at most drain_timeout),
     /// then closes everything and waits for that. Takes up to two seconds when idle: CivetWeb's
     /// threads poll that often. Idempotent; must not be called by several threads at once.
-    /// @param time_is_up called when the time for running requests has passed, whether they have
+    /// @param after_drain called when the time for running requests has passed, whether they have
     /// finished or not: to cancel those that would take longer
-    void stop(const std::function<void()>& time_is_up = {}) noexcept;
+    void stop(const std::function<void()>& after_drain = {}) noexcept;
 
 private:
     class Impl;

@@ -91,7 +91,8 @@ std::optional<std::int32_t> parse_int32(std::string_view text) noexcept {
 std::uint64_t resident_bytes() noexcept {
     try {
         std::ifstream in("/proc/self/statm");
-        std::uint64_t size = 0, resident = 0;
+        std::uint64_t size = 0;
+        std::uint64_t resident = 0;
         if (in >> size >> resident)
             return resident * static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
     } catch (...) {

@@ -50,8 +50,9 @@ struct RouteRequest {
 inline constexpr const char* kUnreachable =
     "the server that this world comes from does not answer, or refuses; the log says why";
 
-/// Helpers shared by the routes. json_reply() makes a reply that must not be cached; it is
-/// compressed where that helps and the client accepts it.
+// Helpers shared by the routes.
+
+/// A reply that must not be cached. It is compressed where that helps and the client accepts it.
 [[nodiscard]] Response json_reply(std::string text, const Request& request);
 void add_validators(Response& out, std::string_view etag);
 [[nodiscard]] Response not_modified(std::string_view etag);

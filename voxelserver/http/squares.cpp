@@ -11,10 +11,10 @@ using nlohmann::json;
 std::string squares_json(const std::vector<SquareEntry>& squares, const voxel::WorldInfo& info) {
     json features = json::array();
     for (const SquareEntry& s : squares) {
-        const double west = s.min_x * info.crs_units_per_voxel,
-                     east = s.max_x * info.crs_units_per_voxel;
-        const double north = -s.min_z * info.crs_units_per_voxel,
-                     south = -s.max_z * info.crs_units_per_voxel;
+        const double west = s.min_x * info.crs_units_per_voxel;
+        const double east = s.max_x * info.crs_units_per_voxel;
+        const double north = -s.min_z * info.crs_units_per_voxel;
+        const double south = -s.max_z * info.crs_units_per_voxel;
         const double area_m2 = (static_cast<double>(s.max_x) - s.min_x) *
                                (static_cast<double>(s.max_z) - s.min_z) * info.voxel_m *
                                info.voxel_m;

@@ -13,10 +13,13 @@ namespace terravox::http {
 /// A LiDAR square as shown by the HTTP interface.
 struct SquareEntry {
     std::string name, state;  ///< "wanted", "fetched", "prepared", "failed"
-    std::optional<std::string> file, error;
+    std::optional<std::string> file;
+    std::optional<std::string> error;
     std::optional<std::uint64_t> points;
     std::uint64_t bytes = 0;
-    std::string source, licence, attribution;
+    std::string source;
+    std::string licence;
+    std::string attribution;
     std::int32_t min_x = 0, min_z = 0, max_x = 0, max_z = 0;  ///< voxels of level 0, half-open
 };
 

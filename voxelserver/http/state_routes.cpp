@@ -47,11 +47,11 @@ json requests_json(const RequestCounts& counts) {
 
 }  // namespace
 
-Response answer_health(const Service& service, const RouteRequest& asked) {
+Response answer_health(const Service& service, const RouteRequest& call) {
     const Health now = service.health();
     if (now.state == Health::State::kFailed)
         return problem(503,
-                       asked.has_token
+                       call.has_token
                            ? "failed: " + without_folders(now.reason)
                            : "failed: only kept boxes can be served; the server's log says why")
             .add("Retry-After", "60");
@@ -60,10 +60,10 @@ Response answer_health(const Service& service, const RouteRequest& asked) {
         .add("Cache-Control", "no-store");
 }
 
-Response answer_cached(Service& service, const RouteRequest& asked) {
-    const auto level = parse_int32(asked.parts.part[2]);
+Response answer_cached(Service& service, const RouteRequest& call) {
+    const auto level = parse_int32(call.parts.part[2]);
     if (!level)
-        return not_numbers(asked.request);
+        return not_numbers(call.request);
     if (const int levels = service.world.info().levels; *level < 0 || *level >= levels)
         return no_such_level(*level, levels);
     boxes::DiskCache* disk = service.boxes.disk();
@@ -78,10 +78,10 @@ Response answer_cached(Service& service, const RouteRequest& asked) {
                       ",\"memory\":" + boxes_text(in_memory) + ",\"disk\":" + boxes_text(on_disk);
     out += std::string(",\"truncated\":") +
            (in_memory.size() == kMaxKeys || on_disk.size() == kMaxKeys ? "true" : "false") + "}\n";
-    return json_reply(std::move(out), asked.request);
+    return json_reply(std::move(out), call.request);
 }
 
-Response answer_stats(Service& service, const RouteRequest& asked, const RequestCounts& counts,
+Response answer_stats(Service& service, const RouteRequest& call, const RequestCounts& counts,
                       double uptime_s) {
     json stages = json::array();
     for (const auto& s : service.times.stages())
@@ -109,8 +109,8 @@ Response answer_stats(Service& service, const RouteRequest& asked, const Request
           {"limit_bytes", service.boxes.limit_bytes()}}},
         {"disk", disk_json(service.boxes.disk())},
         {"making",
-         {{"running", b.gate.running + b.gate.ahead_running},
-          {"waiting", b.gate.waiting},
+         {{"running", b.admission.running + b.admission.ahead_running},
+          {"waiting", b.admission.waiting},
           {"ahead_waiting", b.ahead_waiting},
           {"made", b.made},
           {"made_ahead", b.made_ahead},
@@ -118,7 +118,7 @@ Response answer_stats(Service& service, const RouteRequest& asked, const Request
         {"memory", {{"rss_bytes", resident_bytes()}, {"limit_bytes", service.memory_limit_bytes}}},
         {"prepare", prepare}};
     return json_reply(out.dump(-1, ' ', false, json::error_handler_t::replace) + "\n",
-                      asked.request);
+                      call.request);
 }
 
 namespace {
@@ -143,7 +143,8 @@ public:
     [[nodiscard]] std::string take() { return std::move(m_out); }
 
 private:
-    std::string m_name, m_out;
+    std::string m_name;
+    std::string m_out;
 };
 
 std::string label(const char* name, std::string_view value) {
@@ -186,7 +187,12 @@ void write_requests(MetricsText& text, const RequestCounts& counts) {
 
 struct CacheFacts {
     const char* name;
-    std::uint64_t hits, misses, evictions, bytes, entries, limit;
+    std::uint64_t hits;
+    std::uint64_t misses;
+    std::uint64_t evictions;
+    std::uint64_t bytes;
+    std::uint64_t entries;
+    std::uint64_t limit;
 };
 
 // All metrics of a family are consecutive, as the format requires.
@@ -237,14 +243,14 @@ Response answer_metrics(Service& service, const RequestCounts& counts, double up
              "Requests that waited for a box that was being made already.",
              static_cast<double>(b.memory.waits));
     text.one("terravox_boxes_made_total", "counter", "Boxes made.", static_cast<double>(b.made));
-    text.one("terravox_boxes_made_ahead_total", "counter", "Of these, made before anybody asked.",
+    text.one("terravox_boxes_made_ahead_total", "counter", "Of these, made before any request.",
              static_cast<double>(b.made_ahead));
     text.one("terravox_boxes_failed_total", "counter", "Boxes that could not be made.",
              static_cast<double>(b.failed));
     text.one("terravox_boxes_making", "gauge", "Boxes being made now.",
-             b.gate.running + b.gate.ahead_running);
-    text.one("terravox_boxes_waiting", "gauge", "Boxes asked for that wait to be made.",
-             b.gate.waiting);
+             b.admission.running + b.admission.ahead_running);
+    text.one("terravox_boxes_waiting", "gauge", "Requested boxes that wait to be made.",
+             b.admission.waiting);
     const auto stages = service.times.stages();
     text.family("terravox_step_seconds_total", "counter",
                 "Time spent in a step, summed over threads.");

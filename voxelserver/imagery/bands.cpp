@@ -55,14 +55,14 @@ BandRoles roles_of(GDALDataset& image, const std::string& file_name) {
     const std::string name = lower(file_name);
     if (image.GetRasterBand(1)->GetColorTable() != nullptr)
         return {1, 1, 1, 0, true};
-    bool infrared_told = false;
+    bool infrared_described = false;
     for (int b = 1; b <= bands; ++b) {
         GDALRasterBand& band = *image.GetRasterBand(b);
         const GDALColorInterp meaning = band.GetColorInterpretation();
         const std::string says = lower(band.GetDescription());
         if (says_near_infrared(band)) {
             roles.nir = roles.nir == 0 ? b : roles.nir;
-            infrared_told = true;
+            infrared_described = true;
         } else if (meaning == GCI_RedBand || says == "red")
             roles.red = roles.red == 0 ? b : roles.red;
         else if (meaning == GCI_GreenBand || says == "green")
@@ -71,9 +71,9 @@ BandRoles roles_of(GDALDataset& image, const std::string& file_name) {
             roles.blue = roles.blue == 0 ? b : roles.blue;
     }
     // Described as near infrared, but tagged as if red, green, blue.
-    if (infrared_told && roles.nir == 1 && roles.blue != 0 && bands < 4)
+    if (infrared_described && roles.nir == 1 && roles.blue != 0 && bands < 4)
         roles = {2, 3, 0, 1, false};
-    if (infrared_told && roles.red != 0)
+    if (infrared_described && roles.red != 0)
         return roles;
     if (bands >= 3 && has_word(name, {"irc", "cir"}))
         return {2, 3, 0, 1, false};

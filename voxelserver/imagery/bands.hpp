@@ -8,7 +8,9 @@ namespace terravox::imagery {
 
 /// Assignment of an image's bands: GDAL's band numbers from 1, 0 = not present.
 struct BandRoles {
-    int red = 0, green = 0, blue = 0;
+    int red = 0;
+    int green = 0;
+    int blue = 0;
     int nir = 0;
     bool palette = false;  ///< the first band holds indices into a colour table
     [[nodiscard]] bool colour() const noexcept { return blue != 0; }

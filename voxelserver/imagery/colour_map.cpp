@@ -121,7 +121,8 @@ private:
     }
 
     void check(const PaletteFile& file) const {
-        std::uint32_t mapped = 0, requested = 0;
+        std::uint32_t mapped = 0;
+        std::uint32_t requested = 0;
         for (const auto& e : m_entries)
             mapped |= bit_of(e.material);
         for (const std::uint32_t c : m_map.m_candidates)
@@ -208,7 +209,9 @@ Material ColourMap::nearest(Rgb8 colour, Group group, float index) const noexcep
     const std::size_t count = set.material.size();
     std::int32_t least = std::numeric_limits<std::int32_t>::max();
     for (std::size_t i = 0; i < count; ++i) {
-        const std::int32_t dx = p.x - set.x[i], dy = p.y - set.y[i], dz = p.z - set.z[i];
+        const std::int32_t dx = p.x - set.x[i];
+        const std::int32_t dy = p.y - set.y[i];
+        const std::int32_t dz = p.z - set.z[i];
         const std::int32_t d = dx * dx + dy * dy + dz * dz;
         distances[i] = d;
         least = std::min(least, d);

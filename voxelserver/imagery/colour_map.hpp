@@ -74,19 +74,24 @@ private:
     /// A range of the vegetation index and the materials that it allows. The first matching rule
     /// applies.
     struct NdviRule {
-        float above = -2, below = 2;
+        float above = -2;
+        float below = 2;
         double darker_than = 1000;  ///< upper limit of the lightness, L*
         std::uint32_t only = ~std::uint32_t{0};
     };
     /// A position in the colour space in whole steps of 1/64 (CIELAB) or 1/16 (RGB) of a unit, so
     /// that squared distances are exact, fit in 32 bits, and can be compared four at a time.
     struct Place {
-        std::int32_t x = 0, y = 0, z = 0;
+        std::int32_t x = 0;
+        std::int32_t y = 0;
+        std::int32_t z = 0;
     };
     /// The entries of one set of candidates, as a structure of arrays, padded to a multiple of four
     /// with the first entry.
     struct Set {
-        std::vector<std::int32_t> x, y, z;
+        std::vector<std::int32_t> x;
+        std::vector<std::int32_t> y;
+        std::vector<std::int32_t> z;
         std::vector<voxel::Material> material;
         std::uint32_t materials = 0;
     };

@@ -9,7 +9,9 @@ namespace {
 
 /// The contributions of one channel to X/Xn, Y/Yn and Z/Zn.
 struct Share {
-    double x, y, z;
+    double x;
+    double y;
+    double z;
 };
 
 using Shares = std::array<std::array<Share, 256>, 3>;
@@ -35,7 +37,8 @@ Shares make_shares() noexcept {
 }
 
 double f(double t) noexcept {
-    constexpr double kEdge = 216.0 / 24389, kSlope = 24389.0 / 27;
+    constexpr double kEdge = 216.0 / 24389;
+    constexpr double kSlope = 24389.0 / 27;
     return t > kEdge ? cube_root(t) : (kSlope * t + 16) / 116;
 }
 
@@ -44,7 +47,9 @@ double f(double t) noexcept {
 Lab to_lab(voxel::Rgb8 colour) noexcept {
     static const Shares shares = make_shares();
     const Share &r = shares[0][colour.r], &g = shares[1][colour.g], &b = shares[2][colour.b];
-    const double x = f(r.x + g.x + b.x), y = f(r.y + g.y + b.y), z = f(r.z + g.z + b.z);
+    const double x = f(r.x + g.x + b.x);
+    const double y = f(r.y + g.y + b.y);
+    const double z = f(r.z + g.z + b.z);
     return {116 * y - 16, 500 * (x - y), 200 * (y - z)};
 }
 

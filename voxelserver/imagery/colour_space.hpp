@@ -10,7 +10,9 @@ namespace terravox::imagery {
 /// CIELAB with the D65 white point: `l` in [0, 100], `a` (green to red) and `b` (blue to yellow)
 /// about -110 to 110.
 struct Lab {
-    double l = 0, a = 0, b = 0;
+    double l = 0;
+    double a = 0;
+    double b = 0;
 };
 
 /// Cube root of x >= 1e-6, relative error below 1e-12; the same bits on every machine (see

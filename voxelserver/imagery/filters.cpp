@@ -32,7 +32,7 @@ std::vector<int> reaches_of(const Filters& filters, const std::vector<int>& radi
     return reach;
 }
 
-int longest(const Filters& filters, const std::vector<int>& radii) {
+int longest_chain(const Filters& filters, const std::vector<int>& radii) {
     const auto reach = reaches_of(filters, radii);
     int most = 0;
     for (std::size_t i = 0; i < filters.size(); ++i)
@@ -159,7 +159,8 @@ private:
     void count(std::uint32_t materials, std::vector<std::uint16_t>& into) {
         if ((materials & m_present) == 0)
             return;
-        const int z0 = m_inset - m_radius, z1 = m_grid.height - m_inset + m_radius;
+        const int z0 = m_inset - m_radius;
+        const int z1 = m_grid.height - m_inset + m_radius;
         const auto stride = static_cast<std::size_t>(m_grid.width) + 1;
         m_sums.resize(stride * static_cast<std::size_t>(m_grid.height));
         for (int z = z0; z < z1; ++z) {
@@ -217,7 +218,9 @@ private:
     }
 
     [[nodiscard]] bool changes(std::size_t i) const noexcept {
-        const std::int32_t best = m_best[i], own = m_own[i], total = m_total[i];
+        const std::int32_t best = m_best[i];
+        const std::int32_t own = m_own[i];
+        const std::int32_t total = m_total[i];
         if (m_row.at_most_permille >= 0)
             return own * 1000 <= m_row.at_most_permille * total;
         if (best == 0 || (!m_row.to && own == best))
@@ -230,7 +233,8 @@ private:
             if (m_work[static_cast<std::size_t>(z)] == 0)
                 continue;
             for (std::size_t x = 0; x < m_width; ++x) {
-                const std::size_t i = local(z) + x, to = at(m_inset, z) + x;
+                const std::size_t i = local(z) + x;
+                const std::size_t to = at(m_inset, z) + x;
                 if (may_change(to) && changes(i))
                     out[to] = m_winner[i];
             }
@@ -239,15 +243,20 @@ private:
 
     const Grid& m_grid;
     const FilterRow& m_row;
-    int m_radius, m_inset;
+    int m_radius;
+    int m_inset;
     std::size_t m_width;
     std::array<int, kMaxRadius + 1> m_disc;
     bool m_any_work = false;
     std::uint32_t m_present = 0;
     std::vector<std::uint8_t> m_work;
-    std::vector<std::uint16_t> m_sums, m_votes, m_total, m_best, m_own;
-    /// m_votes_for: for the grid's columns (kAir: none); m_winner: for the part's.
-    std::vector<Material> m_votes_for, m_winner;
+    std::vector<std::uint16_t> m_sums;
+    std::vector<std::uint16_t> m_votes;
+    std::vector<std::uint16_t> m_total;
+    std::vector<std::uint16_t> m_best;
+    std::vector<std::uint16_t> m_own;
+    std::vector<Material> m_votes_for;  ///< for each of the grid's columns; kAir: no vote
+    std::vector<Material> m_winner;     ///< for each of the part's columns
 };
 
 }  // namespace
@@ -284,7 +293,7 @@ std::vector<int> radii_of(const Filters& filters, double voxel_m) {
     for (const FilterRow& row : filters)
         radii.push_back(static_cast<int>(std::clamp(std::floor(row.radius_m / voxel_m + 0.5), 1.0,
                                                     static_cast<double>(kMaxRadius))));
-    while (longest(filters, radii) > kMaxMargin) {
+    while (longest_chain(filters, radii) > kMaxMargin) {
         const auto widest = std::max_element(radii.rbegin(), radii.rend());
         if (*widest <= 1)
             throw util::Error("run the neighbourhood filters: " + std::to_string(filters.size()) +
@@ -295,7 +304,7 @@ std::vector<int> radii_of(const Filters& filters, double voxel_m) {
 }
 
 int margin_of(const Filters& filters, double voxel_m) {
-    return longest(filters, radii_of(filters, voxel_m));
+    return longest_chain(filters, radii_of(filters, voxel_m));
 }
 
 void apply_filters(Grid& grid, const Filters& filters, double voxel_m) {
@@ -310,7 +319,7 @@ void apply_filters(Grid& grid, const Filters& filters, double voxel_m) {
                           std::to_string(grid.material.size()) + " materials");
     const auto radii = radii_of(filters, voxel_m);
     const auto reaches = reaches_of(filters, radii);
-    if (const int margin = longest(filters, radii); grid.margin < margin)
+    if (const int margin = longest_chain(filters, radii); grid.margin < margin)
         throw util::Error("run the neighbourhood filters: the grid's margin is " +
                           std::to_string(grid.margin) + "; allowed: " + std::to_string(margin) +
                           " or more");

@@ -11,7 +11,11 @@ static_assert(PixelPlace::kOne == std::int64_t{1} << kShift);
 
 /// Accumulates weighted pixels.
 struct Sum {
-    std::uint64_t r = 0, g = 0, b = 0, nir = 0, weight = 0;
+    std::uint64_t r = 0;
+    std::uint64_t g = 0;
+    std::uint64_t b = 0;
+    std::uint64_t nir = 0;
+    std::uint64_t weight = 0;
     void add(const Pixel& p, std::uint64_t w) noexcept {
         r += w * p.r;
         g += w * p.g;
@@ -56,10 +60,12 @@ private:
 
 Pixel bilinear(const View& view, PixelPlace centre) noexcept {
     // Shifted so that pixel centres are integers.
-    const std::int64_t u = centre.u - PixelPlace::kOne / 2, v = centre.v - PixelPlace::kOne / 2;
-    const std::int64_t iu = u >> kShift, iv = v >> kShift;
-    const auto fu = static_cast<std::uint64_t>(u & (PixelPlace::kOne - 1)),
-               fv = static_cast<std::uint64_t>(v & (PixelPlace::kOne - 1));
+    const std::int64_t u = centre.u - PixelPlace::kOne / 2;
+    const std::int64_t v = centre.v - PixelPlace::kOne / 2;
+    const std::int64_t iu = u >> kShift;
+    const std::int64_t iv = v >> kShift;
+    const auto fu = static_cast<std::uint64_t>(u & (PixelPlace::kOne - 1));
+    const auto fv = static_cast<std::uint64_t>(v & (PixelPlace::kOne - 1));
     constexpr auto kOne = static_cast<std::uint64_t>(PixelPlace::kOne);
     Sum sum;
     const auto tap = [&](std::int64_t tu, std::int64_t tv, std::uint64_t weight) {
@@ -76,7 +82,10 @@ Pixel bilinear(const View& view, PixelPlace centre) noexcept {
 /// For samples that all lie in the window and have data: plain 32-bit sums.
 Pixel plain_mean(const View& view, PixelPlace centre, const PixelPlace* offsets,
                  int count) noexcept {
-    std::uint32_t r = 0, g = 0, b = 0, nir = 0;
+    std::uint32_t r = 0;
+    std::uint32_t g = 0;
+    std::uint32_t b = 0;
+    std::uint32_t nir = 0;
     for (int i = 0; i < count; ++i) {
         const Pixel& p =
             view.at((centre.u + offsets[i].u) >> kShift, (centre.v + offsets[i].v) >> kShift);
@@ -107,10 +116,11 @@ ColumnPlaces places_of(const PixelMap& map, const ColumnRect& rect) {
     ColumnPlaces out;
     out.rect = rect;
     out.samples = samples_for(map.pixels_per_voxel());
-    const std::int32_t cx0 = rect.x >> 6, cz0 = rect.z >> 6;
+    const std::int32_t cx0 = rect.x >> 6;
+    const std::int32_t cz0 = rect.z >> 6;
     static_assert(kCell == 64);
-    const int nx = ((rect.x + rect.width - 1) >> 6) - cx0 + 1,
-              nz = ((rect.z + rect.height - 1) >> 6) - cz0 + 1;
+    const int nx = ((rect.x + rect.width - 1) >> 6) - cx0 + 1;
+    const int nz = ((rect.z + rect.height - 1) >> 6) - cz0 + 1;
     const auto cells = map.cells(cx0, cz0, nx, nz);
     const auto count = static_cast<std::size_t>(rect.width) * static_cast<std::size_t>(rect.height);
     out.centres.reserve(count);
@@ -123,11 +133,13 @@ ColumnPlaces places_of(const PixelMap& map, const ColumnRect& rect) {
         }
     const int n = out.samples;
     for (const auto& cell : cells) {
-        const PixelPlace dx = cell.step_x(), dz = cell.step_z();
+        const PixelPlace dx = cell.step_x();
+        const PixelPlace dz = cell.step_z();
         for (int j = 0; j < n; ++j)
             for (int i = 0; i < n; ++i) {
                 // In units of 1/2n of a column from its centre.
-                const std::int64_t a = 2 * i + 1 - n, b = 2 * j + 1 - n;
+                const std::int64_t a = 2 * i + 1 - n;
+                const std::int64_t b = 2 * j + 1 - n;
                 out.offsets.push_back(
                     {(a * dx.u + b * dz.u) / (2 * n), (a * dx.v + b * dz.v) / (2 * n)});
             }
@@ -137,14 +149,18 @@ ColumnPlaces places_of(const PixelMap& map, const ColumnRect& rect) {
 
 PixelWindow window_of(const ColumnPlaces& places, int image_width, int image_height) noexcept {
     // Bilinear interpolation needs one pixel more.
-    std::int64_t reach_u = PixelPlace::kOne, reach_v = PixelPlace::kOne;
+    std::int64_t reach_u = PixelPlace::kOne;
+    std::int64_t reach_v = PixelPlace::kOne;
     for (const PixelPlace& o : places.offsets) {
         reach_u = std::max(reach_u, std::abs(o.u) + 1);
         reach_v = std::max(reach_v, std::abs(o.v) + 1);
     }
-    const std::int64_t end_u = std::int64_t{image_width} << kShift,
-                       end_v = std::int64_t{image_height} << kShift;
-    std::int64_t u0 = end_u, u1 = -1, v0 = end_v, v1 = -1;
+    const std::int64_t end_u = std::int64_t{image_width} << kShift;
+    const std::int64_t end_v = std::int64_t{image_height} << kShift;
+    std::int64_t u0 = end_u;
+    std::int64_t u1 = -1;
+    std::int64_t v0 = end_v;
+    std::int64_t v1 = -1;
     for (const PixelPlace& c : places.centres) {
         if (c.u < 0 || c.v < 0 || c.u >= end_u || c.v >= end_v)
             continue;
@@ -158,7 +174,8 @@ PixelWindow window_of(const ColumnPlaces& places, int image_width, int image_hei
     const auto low = [](std::int64_t v) {
         return static_cast<int>(std::max<std::int64_t>(v >> kShift, 0));
     };
-    const int x0 = low(u0 - reach_u), y0 = low(v0 - reach_v);
+    const int x0 = low(u0 - reach_u);
+    const int y0 = low(v0 - reach_v);
     const int x1 =
         static_cast<int>(std::min<std::int64_t>(((u1 + reach_u) >> kShift) + 1, image_width));
     const int y1 =
@@ -190,8 +207,8 @@ bool mean_at(const ColumnPlaces& places, std::size_t index, const Pixels& pixels
     }
     Sum sum;
     for (int i = 0; i < count; ++i) {
-        const std::int64_t u = (centre.u + offsets[i].u) >> kShift,
-                           v = (centre.v + offsets[i].v) >> kShift;
+        const std::int64_t u = (centre.u + offsets[i].u) >> kShift;
+        const std::int64_t v = (centre.v + offsets[i].v) >> kShift;
         if (view.has(u, v))
             sum.add(view.at(u, v), 1);
     }

@@ -62,7 +62,8 @@ void Image::open() {
     // A file may declare a block of any size; GDAL would allocate the memory before it reads the
     // data.
     constexpr double kMaxBlock_bytes = 512e6;
-    int block_x = 0, block_y = 0;
+    int block_x = 0;
+    int block_y = 0;
     GDALRasterBand* band = m_data->GetRasterBand(1);
     band->GetBlockSize(&block_x, &block_y);
     const double bytes = static_cast<double>(block_x) * block_y * m_data->GetRasterCount() *
@@ -124,8 +125,8 @@ void Image::learn_values() {
         m_mask = Mask::kNone;
     else if ((flags & GMF_NODATA) != 0 && has_nodata != 0 &&
              (type == GDT_Byte || type == GDT_UInt16)) {
-        const double most = type == GDT_Byte ? 255 : 65535;
-        const bool possible = nodata >= 0 && nodata <= most && nodata == std::floor(nodata);
+        const double max_value = type == GDT_Byte ? 255 : 65535;
+        const bool possible = nodata >= 0 && nodata <= max_value && nodata == std::floor(nodata);
         m_mask = possible ? Mask::kValue : Mask::kNone;
         if (possible)
             m_nodata = static_cast<std::uint16_t>(nodata);
@@ -135,7 +136,8 @@ void Image::learn_values() {
 
 void Image::choose_overview(double pixels_per_voxel) {
     // Pixels per voxel edge: more than sufficient; the minimum that must remain.
-    constexpr double kEnough = 8, kMin = 4;
+    constexpr double kEnough = 8;
+    constexpr double kMin = 4;
     if (!(pixels_per_voxel > kEnough) || m_overview >= 0)
         return;
     open();

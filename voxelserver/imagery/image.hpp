@@ -21,12 +21,18 @@ namespace terravox::imagery {
 
 /// A rectangle of an image's own pixels.
 struct PixelWindow {
-    int x = 0, y = 0, width = 0, height = 0;
+    int x = 0;
+    int y = 0;
+    int width = 0;
+    int height = 0;
 };
 
 /// One pixel as 8-bit values; 0 for missing bands.
 struct Pixel {
-    std::uint8_t r = 0, g = 0, b = 0, nir = 0;
+    std::uint8_t r = 0;
+    std::uint8_t g = 0;
+    std::uint8_t b = 0;
+    std::uint8_t nir = 0;
 };
 
 struct Pixels {
@@ -79,7 +85,8 @@ private:
     std::filesystem::path m_path;
     GDALDatasetUniquePtr m_data;
     int m_overview = -1;
-    int m_width = 0, m_height = 0;
+    int m_width = 0;
+    int m_height = 0;
     std::array<double, 6> m_geo{};
     std::optional<geo::Crs> m_crs;
     std::string m_date;

@@ -17,7 +17,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr int kDeepest = 4;                // a .vrt of .vrts
+constexpr int kMaxDepth = 4;               // a .vrt of .vrts
 constexpr std::size_t kMaxSources = 4096;  // of one .vrt
 constexpr std::size_t kMaxVrtBytes = std::size_t{16} << 20;
 
@@ -48,7 +48,7 @@ void add(voxel::ByteWriter& out, const fs::path& file, int depth) {
             out.add(other.extension().string());
             out.add(voxel::file_identity(other, "orthophoto"));
         }
-    if (lower(file.extension().string()) != ".vrt" || depth >= kDeepest)
+    if (lower(file.extension().string()) != ".vrt" || depth >= kMaxDepth)
         return;
     for (const fs::path& source : sources_of(file))
         if (source != file && fs::is_regular_file(source, ignored))

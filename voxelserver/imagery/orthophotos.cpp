@@ -4,10 +4,9 @@
 #include <cmath>
 #include <list>
 
-#include <spdlog/spdlog.h>
-
 #include "common/geo/gdal.hpp"
 #include "common/util/error.hpp"
+#include "common/util/log.hpp"
 #include "voxelserver/imagery/footprint.hpp"
 #include "voxelserver/imagery/image_identity.hpp"
 #include "voxelserver/imagery/orthophoto_files.hpp"
@@ -32,8 +31,8 @@ struct Orthophotos::Layer {
                               std::to_string(map.pixels_per_voxel()) +
                               " pixels to a voxel's edge; allowed: up to 4096");
         if (!image.crs())
-            spdlog::info("orthophoto {}: no CRS in the file; taken to be in {}", path.string(),
-                         frame.crs().name());
+            util::log_info("orthophoto {}: no CRS in the file; taken to be in {}", path.string(),
+                           frame.crs().name());
     }
 };
 
@@ -99,8 +98,8 @@ void fill(Raster& raster, const ColumnRect& whole, const ColumnPlaces& places, c
     for (int z = 0; z < places.rect.height; ++z)
         for (int x = 0; x < places.rect.width; ++x) {
             const auto from = static_cast<std::size_t>(z * places.rect.width + x);
-            const auto row = static_cast<std::size_t>(places.rect.z - whole.z + z),
-                       column = static_cast<std::size_t>(places.rect.x - whole.x + x);
+            const auto row = static_cast<std::size_t>(places.rect.z - whole.z + z);
+            const auto column = static_cast<std::size_t>(places.rect.x - whole.x + x);
             const std::size_t to = row * static_cast<std::size_t>(whole.width) + column;
             if (!raster.empty() && (raster.flags[to] & has) == has)
                 continue;
@@ -132,8 +131,8 @@ Orthophotos::Orthophotos(const std::vector<fs::path>& paths, const grid::Frame& 
             return a->pixel_mm < b->pixel_mm;
         if (a->image.date() != b->image.date())
             return a->image.date() > b->image.date();
-        const std::string name_a = a->image.path().filename().string(),
-                          name_b = b->image.path().filename().string();
+        const std::string name_a = a->image.path().filename().string();
+        const std::string name_b = b->image.path().filename().string();
         return name_a != name_b ? name_a < name_b : a->image.path() < b->image.path();
     });
 }
@@ -164,8 +163,8 @@ void Orthophotos::warn_of_outside(const grid::ColumnRect& world) const {
     };
     const PixelMap::Extent& e = shown->map.extent();
     const bool suspicious = outside == m_layers.size() || !shown->image.crs();
-    spdlog::log(
-        suspicious ? spdlog::level::warn : spdlog::level::info,
+    util::log_message(
+        suspicious ? util::LogLevel::kWarning : util::LogLevel::kInfo,
         "orthophoto {}{} covers nothing of the world: it lies at {} ({}{}), the world at {}",
         shown->image.path().string(), outside > 1 ? fmt::format(" (one of {} such)", outside) : "",
         place(e.x0, e.z0, e.x1, e.z1), m_frame.crs().name(),

@@ -1,6 +1,6 @@
 #include "voxelserver/imagery/palette_file.hpp"
 
-#include <spdlog/fmt/fmt.h>
+#include <fmt/format.h>
 
 #include <algorithm>
 
@@ -21,15 +21,15 @@ void PaletteFile::fail(const std::string& what) const {
 }
 
 double PaletteFile::number(const toml::table& table, const std::string& where, const char* field,
-                           double least, double most, double otherwise) const {
+                           double min, double max, double otherwise) const {
     const auto* node = table.get(field);
     if (node == nullptr)
         return otherwise;
-    const std::string allowed = fmt::format("; allowed: {} to {}", least, most);
+    const std::string allowed = fmt::format("; allowed: {} to {}", min, max);
     const auto value = node->value<double>();
     if (!value || !node->is_number())
         fail(where + field + " is not a number" + allowed);
-    if (!(*value >= least && *value <= most))
+    if (!(*value >= min && *value <= max))
         fail(where + field + fmt::format(" = {}", *value) + allowed);
     return *value;
 }
@@ -114,7 +114,7 @@ std::vector<PaletteFile> read_palette(const std::string& id_or_path) {
             last.fail("extends is no text");
         file = util::base_file(file, *base, "palettes");
         if (file.empty())
-            last.fail("extends = '" + *base + "'; allowed: a palette beside it, or " +
+            last.fail("extends = '" + *base + "'; allowed: a palette next to it, or " +
                       util::toml_ids(util::config_dir() / "palettes"));
     }
     std::reverse(out.begin(), out.end());

@@ -20,10 +20,9 @@ public:
     [[nodiscard]] const toml::table& root() const noexcept { return m_root; }
 
     [[noreturn]] void fail(const std::string& what) const;
-    /// A number in [least, most]; `otherwise` where the field is not set.
+    /// A number in [min, max]; `otherwise` where the field is not set.
     [[nodiscard]] double number(const toml::table& table, const std::string& where,
-                                const char* field, double least, double most,
-                                double otherwise) const;
+                                const char* field, double min, double max, double otherwise) const;
     [[nodiscard]] voxel::Material material(const std::string& where, const std::string& name) const;
     /// The materials of a list as a bit mask, bit m for material m; 0 where the field is not set.
     [[nodiscard]] std::uint32_t materials(const toml::table& table, const std::string& where,

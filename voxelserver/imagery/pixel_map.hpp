@@ -13,15 +13,18 @@ namespace terravox::imagery {
 
 /// A rectangle of columns, in absolute voxels.
 struct ColumnRect {
-    std::int32_t x = 0, z = 0;
-    int width = 0, height = 0;
+    std::int32_t x = 0;
+    std::int32_t z = 0;
+    int width = 0;
+    int height = 0;
 };
 
 /// A position in the pixels of an image, e.g. that of a column's centre, or a step from column to
 /// column. Fixed point, kOne per pixel, so that further arithmetic is exact.
 struct PixelPlace {
     static constexpr std::int64_t kOne = 65536;
-    std::int64_t u = 0, v = 0;
+    std::int64_t u = 0;
+    std::int64_t v = 0;
 };
 
 /// Maps columns to pixels of one image. The exact transform (affine, or through PROJ for another
@@ -39,7 +42,10 @@ public:
     /// The bounding box of the image's outline, west to east and north to south: continuous voxels.
     /// Not finite where PROJ has no operation.
     struct Extent {
-        double x0 = 0, z0 = 0, x1 = 0, z1 = 0;
+        double x0 = 0;
+        double z0 = 0;
+        double x1 = 0;
+        double z1 = 0;
     };
     [[nodiscard]] const Extent& extent() const noexcept { return m_extent; }
     /// The columns outside of which the image has no influence.
@@ -52,7 +58,8 @@ public:
 
     /// One lattice cell: pixel coordinates of the corners in the order (0,0), (1,0), (0,1), (1,1).
     struct Cell {
-        std::array<double, 4> u{}, v{};
+        std::array<double, 4> u{};
+        std::array<double, 4> v{};
         /// Position of the column (x, z) in [0, kCell).
         [[nodiscard]] PixelPlace centre(int x, int z) const noexcept;
         [[nodiscard]] PixelPlace step_x() const noexcept;  ///< pixels from one column to the next

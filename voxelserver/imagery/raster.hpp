@@ -13,7 +13,8 @@ struct Raster {
     static constexpr std::uint8_t kColour = 1;  ///< flag: `colour` is known
     static constexpr std::uint8_t kNir = 2;     ///< flag: `nir` and `red` are known
 
-    int width = 0, height = 0;
+    int width = 0;
+    int height = 0;
     std::vector<voxel::Rgb8> colour;
     std::vector<std::uint8_t> nir;  ///< near infrared
     /// Red value of the same image that `nir` comes from, since only the two together give a

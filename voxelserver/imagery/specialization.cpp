@@ -75,7 +75,7 @@ Grid specialize(const SurfaceColumns& columns, const Raster& raster, const Colou
 
 std::vector<std::uint8_t> looks_wet(std::span<const Material> material,
                                     std::span<const std::uint8_t> reported, int width, int height,
-                                    int cell, double share, double min_told) {
+                                    int cell, double share, double min_valid) {
     const auto count = static_cast<std::size_t>(std::max(width, 0)) *
                        static_cast<std::size_t>(std::max(height, 0));
     if (material.size() != count || (!reported.empty() && reported.size() != count))
@@ -84,11 +84,14 @@ std::vector<std::uint8_t> looks_wet(std::span<const Material> material,
     if (cell < 1 || cell > 4096)
         throw util::Error("find wet cells: cells of " + std::to_string(cell) +
                           " columns; allowed: 1 to 4096");
-    const int across = (width + cell - 1) / cell, down = (height + cell - 1) / cell;
+    const int across = (width + cell - 1) / cell;
+    const int down = (height + cell - 1) / cell;
     std::vector<std::uint8_t> out;
     for (int cz = 0; cz < down; ++cz)
         for (int cx = 0; cx < across; ++cx) {
-            int all = 0, tell = 0, wet = 0;
+            int all = 0;
+            int tell = 0;
+            int wet = 0;
             for (int z = cz * cell; z < std::min((cz + 1) * cell, height); ++z)
                 for (int x = cx * cell; x < std::min((cx + 1) * cell, width); ++x) {
                     const auto i = static_cast<std::size_t>(z) * static_cast<std::size_t>(width) +
@@ -99,7 +102,7 @@ std::vector<std::uint8_t> looks_wet(std::span<const Material> material,
                     tell += tells;
                     wet += tells && material[i] == Material::kWater;
                 }
-            out.push_back(tell > 0 && tell >= min_told * all && wet >= share * tell ? 1 : 0);
+            out.push_back(tell > 0 && tell >= min_valid * all && wet >= share * tell ? 1 : 0);
         }
     return out;
 }

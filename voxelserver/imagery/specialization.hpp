@@ -38,15 +38,15 @@ struct SurfaceColumns {
 
 /// Finds cells of `cell` x `cell` columns that look wet: at least `share` of their valid columns
 /// are water. For water bodies in surveys without a class for water.
-/// @param material, told  width x height columns each; `told` 0 = the column is not valid (no
+/// @param material, valid  width x height columns each; `valid` 0 = the column is not valid (no
 /// ground was seen), empty = all columns except kAir are valid
 /// @param cell [1, 4096] columns; the last cells may be narrower
-/// @param min_told minimum share of a cell's columns that must be valid, (0, 1]
+/// @param min_valid minimum share of a cell's columns that must be valid, (0, 1]
 /// @return row by row, ceil(width / cell) x ceil(height / cell); 1 = wet
 /// @throws Error when the sizes are inconsistent
 [[nodiscard]] std::vector<std::uint8_t> looks_wet(std::span<const voxel::Material> material,
                                                   std::span<const std::uint8_t> reported, int width,
                                                   int height, int cell, double share = 0.6,
-                                                  double min_told = 0.25);
+                                                  double min_valid = 0.25);
 
 }  // namespace terravox::imagery

@@ -122,8 +122,8 @@ std::vector<fs::path> vrt_sources(std::string_view text, const fs::path& folder,
         const std::string_view name = text.substr(at, name_end - at);
         if (!same_name(name, "SourceFilename") && !same_name(name, "SourceDataset"))
             continue;
-        const std::size_t begin = text.find('>', name_end),
-                          end = begin == std::string_view::npos ? begin : text.find('<', begin);
+        const std::size_t begin = text.find('>', name_end);
+        const std::size_t end = begin == std::string_view::npos ? begin : text.find('<', begin);
         if (end == std::string_view::npos)
             break;
         at = end;

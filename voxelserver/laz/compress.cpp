@@ -19,8 +19,12 @@ namespace fs = std::filesystem;
 namespace {
 
 // Offsets in the header. Ref: ASPRS, "LAS Specification 1.4 - R15", 2019, section 2.4.
-constexpr std::uint64_t kEncodingAt = 6, kPointsAt = 96, kRecordBytesAt = 105, kWaveformsAt = 227,
-                        kExtendedAt = 235, kExtendedCountAt = 243;
+constexpr std::uint64_t kEncodingAt = 6;
+constexpr std::uint64_t kPointsAt = 96;
+constexpr std::uint64_t kRecordBytesAt = 105;
+constexpr std::uint64_t kWaveformsAt = 227;
+constexpr std::uint64_t kExtendedAt = 235;
+constexpr std::uint64_t kExtendedCountAt = 243;
 constexpr std::uint16_t kInternalWaveforms = 2;
 
 /// LAS 1.4 stores point counts twice, with 32 and with 64 bits; LASzip refuses headers in which the
@@ -101,7 +105,8 @@ private:
 
 /// The data after the points of an uncompressed file, and the header fields that refer to them.
 struct Tail {
-    std::uint64_t at = 0, bytes = 0;
+    std::uint64_t at = 0;
+    std::uint64_t bytes = 0;
     std::uint64_t waveforms = 0, extended = 0;  ///< offsets in the file; 0 = none
     std::uint32_t extended_count = 0;
 };

@@ -6,7 +6,9 @@
 namespace terravox::laz {
 
 struct Compressed {
-    std::uint64_t points = 0, bytes_before = 0, bytes_after = 0;
+    std::uint64_t points = 0;
+    std::uint64_t bytes_before = 0;
+    std::uint64_t bytes_after = 0;
 };
 
 /// Compresses a LAS file (1.0-1.4, point formats 0-10) losslessly to LAZ: header, variable-length

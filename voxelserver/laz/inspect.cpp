@@ -58,8 +58,8 @@ std::uint64_t check(const std::filesystem::path& path) {
         const laszip_point_struct& p = points.point();
         const std::array<laszip_I32, 3> raw = {p.X, p.Y, p.Z};
         for (std::size_t axis = 0; axis < 3; ++axis) {
-            const double value = raw[axis] * info.scale[axis] + info.offset[axis],
-                         step = info.scale[axis];
+            const double value = raw[axis] * info.scale[axis] + info.offset[axis];
+            const double step = info.scale[axis];
             if (value < info.min[axis] - step || value > info.max[axis] + step) [[unlikely]]
                 file.fail("point " + std::to_string(count) + " has " + "xyz"[axis] + " = " +
                           std::to_string(value) + "; allowed by its header: " +

@@ -86,12 +86,16 @@ public:
             m_first += 1U << (2 * level);
     }
     [[nodiscard]] std::uint32_t cell_of(double x, double y) const noexcept {
-        float min_x = m_min_x, max_x = m_max_x, min_y = m_min_y, max_y = m_max_y;
+        float min_x = m_min_x;
+        float max_x = m_max_x;
+        float min_y = m_min_y;
+        float max_y = m_max_y;
         std::uint32_t within = 0;
         for (std::uint32_t level = 0; level < m_levels; ++level) {
-            const float mid_x = (min_x + max_x) / 2, mid_y = (min_y + max_y) / 2;
-            const bool east = !(x < static_cast<double>(mid_x)),
-                       north = !(y < static_cast<double>(mid_y));
+            const float mid_x = (min_x + max_x) / 2;
+            const float mid_y = (min_y + max_y) / 2;
+            const bool east = !(x < static_cast<double>(mid_x));
+            const bool north = !(y < static_cast<double>(mid_y));
             (east ? min_x : max_x) = mid_x;
             (north ? min_y : max_y) = mid_y;
             within = within << 2 | (north ? 2U : 0U) | (east ? 1U : 0U);
@@ -104,8 +108,12 @@ public:
     }
 
 private:
-    float m_min_x, m_max_x, m_min_y, m_max_y;
-    std::uint32_t m_levels = 0, m_first = 0;
+    float m_min_x;
+    float m_max_x;
+    float m_min_y;
+    float m_max_y;
+    std::uint32_t m_levels = 0;
+    std::uint32_t m_first = 0;
 };
 
 class Bytes {
@@ -125,7 +133,9 @@ private:
 
 std::string lax_bytes(const Quadtree& tree, const Intervals& found) {
     Bytes out;
-    const std::uint32_t version = 0, quadtree = 0, whole_file = 0;
+    const std::uint32_t version = 0;
+    const std::uint32_t quadtree = 0;
+    const std::uint32_t whole_file = 0;
     out.sign("LASX");
     out.put(version);
     out.sign("LASS");

@@ -9,7 +9,9 @@ namespace terravox::laz {
 
 struct Indexed {
     std::filesystem::path path;
-    std::uint64_t bytes = 0, cells = 0, intervals = 0;
+    std::uint64_t bytes = 0;
+    std::uint64_t cells = 0;
+    std::uint64_t intervals = 0;
 };
 
 /// Writes the .lax file next to a point cloud: a quadtree whose cells hold intervals of points. The

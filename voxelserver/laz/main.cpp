@@ -16,7 +16,8 @@ namespace {
 using namespace terravox;
 
 struct Names {
-    std::string from, to;
+    std::string from;
+    std::string to;
 };
 
 void compress(const Names& names) {
@@ -46,11 +47,11 @@ int run(int argc, char** argv) {
         "compress", "write a LAS file as LAZ, without loss, and compare what was written");
     compressing->add_option("in", names.from, "LAS file")->required();
     compressing->add_option("out", names.to, "LAZ file to write")->required();
-    auto* const indexing = app.add_subcommand("index", "write a .lax spatial index beside a file");
-    auto* const telling = app.add_subcommand("info", "print what the header says, as JSON");
+    auto* const indexing = app.add_subcommand("index", "write a .lax spatial index next to a file");
+    auto* const inspecting = app.add_subcommand("info", "print what the header says, as JSON");
     auto* const checking =
         app.add_subcommand("check", "decode every point; all must lie within the header's bounds");
-    for (auto* const command : {indexing, telling, checking})
+    for (auto* const command : {indexing, inspecting, checking})
         command->add_option("file", names.from, "LAS or LAZ file")->required();
     if (const auto answered = util::parse_arguments(app, argc, argv))
         return *answered;
@@ -61,7 +62,7 @@ int run(int argc, char** argv) {
         compress(names);
     if (*indexing)
         index(names);
-    if (*telling)
+    if (*inspecting)
         std::printf("%s\n", laz::info_json(names.from).c_str());
     if (*checking)
         std::printf("%s: %llu points\n", names.from.c_str(),

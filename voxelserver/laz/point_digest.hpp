@@ -22,7 +22,11 @@ private:
     struct Free {
         void operator()(XXH3_state_t* state) const noexcept { XXH3_freeState(state); }
     };
-    bool m_extended, m_time, m_colour, m_infrared, m_wave;
+    bool m_extended;
+    bool m_time;
+    bool m_colour;
+    bool m_infrared;
+    bool m_wave;
     std::unique_ptr<XXH3_state_t, Free> m_state;
 };
 

@@ -36,7 +36,8 @@ private:
     const pointcloud::FileBytes& m_file;
     std::uint64_t m_at;
     std::array<unsigned char, 4096> m_block{};
-    std::size_t m_used = 0, m_count = 0;
+    std::size_t m_used = 0;
+    std::size_t m_count = 0;
 };
 
 std::uint64_t find_table(const pointcloud::FileBytes& file, std::uint64_t points_at) {
@@ -55,8 +56,8 @@ std::uint64_t find_table(const pointcloud::FileBytes& file, std::uint64_t points
 std::uint32_t check_claims(const pointcloud::FileBytes& file, const LaszipRecord& record,
                            std::uint64_t table_at, std::uint64_t max_chunks,
                            std::uint64_t point_count) {
-    const auto version = file.at<std::uint32_t>(table_at),
-               chunks = file.at<std::uint32_t>(table_at + 4);
+    const auto version = file.at<std::uint32_t>(table_at);
+    const auto chunks = file.at<std::uint32_t>(table_at + 4);
     if (version != 0)
         file.fail("chunk table of version " + std::to_string(version) + "; allowed: 0");
     if (chunks == 0 || max_chunks == 0 || chunks > max_chunks + kMaxEmptyChunks)
@@ -98,10 +99,11 @@ ChunkTable read_chunk_table(const pointcloud::FileBytes& file, const LaszipRecor
     RangeDecoder decoder([&] { return queue.next(); });
     IntegerDecoder numbers(decoder);
     const bool variable = record.chunk_points == LaszipRecord::kVariableChunks;
-    std::int32_t points = 0, bytes = 0;
+    std::int32_t points = 0;
+    std::int32_t bytes = 0;
     for (std::uint32_t i = 0; i < chunks; ++i) {
-        const std::uint64_t points_left = point_count - table.first_point.back(),
-                            bytes_left = table_at - table.first_byte.back();
+        const std::uint64_t points_left = point_count - table.first_point.back();
+        const std::uint64_t bytes_left = table_at - table.first_byte.back();
         if (variable)
             points = numbers.next(points, 0);
         bytes = numbers.next(bytes, 1);
@@ -137,8 +139,8 @@ ChunkTable read_chunk_table(const pointcloud::FileBytes& file, const LaszipRecor
 void check_chunk(const pointcloud::FileBytes& file, const ChunkTable& table, std::size_t chunk) {
     if (table.layers == 0)
         return;
-    const std::uint64_t begin = table.first_byte[chunk] + table.record_bytes,
-                        end = table.first_byte[chunk + 1];
+    const std::uint64_t begin = table.first_byte[chunk] + table.record_bytes;
+    const std::uint64_t end = table.first_byte[chunk + 1];
     const std::uint64_t points = table.first_point[chunk + 1] - table.first_point[chunk];
     const auto count = file.at<std::uint32_t>(begin);
     if (count != points)

@@ -16,7 +16,8 @@ namespace terravox::lidar {
 struct ChunkTable {
     std::vector<std::uint64_t> first_point, first_byte;  ///< size() + 1 elements each
     /// Bytes per point; layers per chunk, 0 for formats 0-5.
-    std::uint32_t record_bytes = 0, layers = 0;
+    std::uint32_t record_bytes = 0;
+    std::uint32_t layers = 0;
     [[nodiscard]] std::size_t size() const noexcept { return first_point.size() - 1; }
     [[nodiscard]] bool empty_chunk(std::size_t chunk) const noexcept {
         return first_point[chunk] == first_point[chunk + 1];

@@ -36,8 +36,11 @@ std::optional<CompatibleBytes> find_compatible_bytes(const pointcloud::FileBytes
     const auto descriptions = find("LASF_Spec", 4);
     if (!can || find("lascompatible", 22204) == records.end() || descriptions == records.end())
         return std::nullopt;
-    std::uint32_t returns = kNowhere, classification = kNowhere, flags = kNowhere,
-                  infrared = kNowhere, at = 0;
+    std::uint32_t returns = kNowhere;
+    std::uint32_t classification = kNowhere;
+    std::uint32_t flags = kNowhere;
+    std::uint32_t infrared = kNowhere;
+    std::uint32_t at = 0;
     for (std::uint64_t i = 0; i < descriptions->bytes / kDescriptionBytes; ++i) {
         const std::uint64_t description = descriptions->at + i * kDescriptionBytes;
         const auto name = file.at<std::array<char, 32>>(description + 4);

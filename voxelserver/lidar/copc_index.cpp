@@ -17,13 +17,15 @@ constexpr std::int32_t kAnotherPage = -1;
 constexpr int kDeepestLevel = 30;  ///< 2^30 nodes along an axis: 1 mm in 1000 km
 
 struct Page {
-    std::uint64_t at = 0, bytes = 0;
+    std::uint64_t at = 0;
+    std::uint64_t bytes = 0;
 };
 
 struct Entry {
     std::array<std::int32_t, 4> key;  ///< level, x, y, z
     std::uint64_t at;
-    std::int32_t bytes, points;
+    std::int32_t bytes;
+    std::int32_t points;
 };
 static_assert(sizeof(Entry) == kEntryBytes);
 
@@ -127,8 +129,10 @@ private:
         // Writers round coordinates after they have chosen the node: one step of tolerance on each
         // side.
         const double size = std::ldexp(2 * m_half, -entry.key[0]);
-        const double x = m_low[0] + entry.key[1] * size, y = m_low[1] + entry.key[2] * size;
-        const double pad_x = m_info.scale[0] + size * 1e-6, pad_y = m_info.scale[1] + size * 1e-6;
+        const double x = m_low[0] + entry.key[1] * size;
+        const double y = m_low[1] + entry.key[2] * size;
+        const double pad_x = m_info.scale[0] + size * 1e-6;
+        const double pad_y = m_info.scale[1] + size * 1e-6;
         m_index.cells.push_back({x - pad_x, y - pad_y, x + size + pad_x, y + size + pad_y, points});
         if (entry.key[0] == 0)
             m_index.root = points;

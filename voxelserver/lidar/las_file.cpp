@@ -1,7 +1,5 @@
 #include "voxelserver/lidar/las_file.hpp"
 
-#include <spdlog/spdlog.h>
-
 #include <algorithm>
 #include <atomic>
 #include <cstring>
@@ -10,6 +8,7 @@
 #include "common/geo/proj_check.hpp"
 #include "common/thread/parallel.hpp"
 #include "common/util/error.hpp"
+#include "common/util/log.hpp"
 #include "voxelserver/lidar/chunk_table.hpp"
 #include "voxelserver/lidar/las_header.hpp"
 #include "voxelserver/lidar/laszip_reader.hpp"
@@ -56,7 +55,7 @@ std::optional<geo::Crs> crs_of(const laszip_header_struct& header,
         } catch (const util::Error& e) {
             // Some writers store text that is not WKT in addition to valid GeoTIFF keys: then the
             // keys are used, or the user's --crs.
-            spdlog::info("{}: {}; its GeoTIFF keys decide, or --crs", path.string(), e.what());
+            util::log_info("{}: {}; its GeoTIFF keys decide, or --crs", path.string(), e.what());
         }
     }
     try {
@@ -64,7 +63,7 @@ std::optional<geo::Crs> crs_of(const laszip_header_struct& header,
     } catch (const geo::ProjUnusableError&) {
         throw;
     } catch (const util::Error& e) {
-        spdlog::info("{}: {}; --crs sets one", path.string(), e.what());
+        util::log_info("{}: {}; --crs sets one", path.string(), e.what());
     }
     return std::nullopt;
 }

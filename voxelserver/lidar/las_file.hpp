@@ -19,7 +19,9 @@ struct ChunkTable;
 /// Offsets, within the extra bytes of a point, of the fields that the older point format lacks
 /// (compatible.hpp).
 struct CompatibleBytes {
-    std::uint32_t returns = 0, classification = 0, flags = 0;
+    std::uint32_t returns = 0;
+    std::uint32_t classification = 0;
+    std::uint32_t flags = 0;
     std::optional<std::uint32_t> near_infrared;
 };
 
@@ -41,7 +43,8 @@ struct LasInfo {
     std::shared_ptr<const ChunkTable> chunks;
     /// Set for formats 6-10 stored within an older one; points are then returned as in the former.
     std::optional<CompatibleBytes> compatible;
-    std::array<double, 3> scale{}, offset{};
+    std::array<double, 3> scale{};
+    std::array<double, 3> offset{};
     std::array<double, 3> min{}, max{};  ///< as stated in the header; closed interval
     /// From WKT or GeoTIFF keys; nullopt when the file has none that can be parsed.
     std::optional<geo::Crs> crs;
@@ -58,10 +61,14 @@ using pointcloud::PointRange;
 
 /// One return as stored in the file: coordinates are info.scale * X + info.offset.
 struct RawPoint {
-    std::int32_t x = 0, y = 0, z = 0;
+    std::int32_t x = 0;
+    std::int32_t y = 0;
+    std::int32_t z = 0;
     std::uint8_t classification = 0;  ///< all 8 bits for formats 6-10; the 5 bits of older formats
-    std::uint8_t return_number = 1, return_count = 1;
-    bool withheld = false, overlap = false;
+    std::uint8_t return_number = 1;
+    std::uint8_t return_count = 1;
+    bool withheld = false;
+    bool overlap = false;
     std::array<std::uint16_t, 3> rgb{};  ///< 0 when the format has no colour
     std::uint16_t nir = 0;  ///< 0 when the format has no near infrared (only 8 and 10 do)
     [[nodiscard]] bool operator==(const RawPoint&) const = default;

@@ -35,12 +35,12 @@ void check_version(const pointcloud::FileBytes& bytes, LasInfo& info) {
     if (major != 1 || info.version_minor > 4)
         bytes.fail("LAS version " + std::to_string(major) + "." +
                    std::to_string(info.version_minor) + "; allowed: 1.0 to 1.4");
-    const std::uint64_t header_bytes = bytes.at<std::uint16_t>(94),
-                        points_at = bytes.at<std::uint32_t>(96);
-    const std::uint64_t least = info.version_minor == 4   ? 375
-                                : info.version_minor == 3 ? 235
-                                                          : kSmallestHeader;
-    if (header_bytes < least || points_at < header_bytes || points_at > bytes.size())
+    const std::uint64_t header_bytes = bytes.at<std::uint16_t>(94);
+    const std::uint64_t points_at = bytes.at<std::uint32_t>(96);
+    const std::uint64_t min_header_bytes = info.version_minor == 4   ? 375
+                                           : info.version_minor == 3 ? 235
+                                                                     : kSmallestHeader;
+    if (header_bytes < min_header_bytes || points_at < header_bytes || points_at > bytes.size())
         bytes.fail("header of " + std::to_string(header_bytes) + " bytes and points at byte " +
                    std::to_string(points_at) + " of " + std::to_string(bytes.size()));
 }
@@ -89,11 +89,12 @@ void check_compressed(const pointcloud::FileBytes& bytes, LasInfo& info, const L
     // Damaged files may claim billions of points in a few bytes. The coder uses at least a few
     // hundredths of a bit per symbol: with identical points one byte holds at most 148 of them
     // (format 0; 133 in format 1, 96 in format 6), whatever the length of their record.
-    constexpr std::uint64_t kMaxAByte = 200, kAlwaysAllowed = 1'000'000;
-    const std::uint64_t most = (bytes.size() - layout.points_at) * kMaxAByte + kAlwaysAllowed;
-    if (info.point_count > most)
+    constexpr std::uint64_t kMaxAByte = 200;
+    constexpr std::uint64_t kAlwaysAllowed = 1'000'000;
+    const std::uint64_t max_points = (bytes.size() - layout.points_at) * kMaxAByte + kAlwaysAllowed;
+    if (info.point_count > max_points)
         bytes.fail(std::to_string(info.point_count) + " points; the compressed ones hold at most " +
-                   std::to_string(most));
+                   std::to_string(max_points));
     if (!info.seekable)
         return;
     if (info.point_count == 0)

@@ -115,8 +115,9 @@ private:
     /// The next point that LASzip decodes. At the beginning LASzip is in the first chunk, which may
     /// be empty.
     std::uint64_t m_at = m_info.chunks && m_info.chunks->empty_chunk(0) ? kNowhere : 0;
-    const bool m_extended = m_info.point_format >= 6, m_colour = m_info.has_colour(),
-               m_near_infrared = m_extended && m_info.has_near_infrared();
+    const bool m_extended = m_info.point_format >= 6;
+    const bool m_colour = m_info.has_colour();
+    const bool m_near_infrared = m_extended && m_info.has_near_infrared();
 };
 
 }  // namespace

@@ -35,8 +35,8 @@ std::vector<PointRange> beginnings(const LasInfo& info, std::size_t about) {
     std::vector<PointRange> out;
     const std::uint64_t chunks =
         info.chunks ? info.chunks->size() : std::min<std::uint64_t>(pieces, info.point_count);
-    const std::uint64_t used = std::min<std::uint64_t>(pieces, chunks),
-                        each = (about + used - 1) / used;
+    const std::uint64_t used = std::min<std::uint64_t>(pieces, chunks);
+    const std::uint64_t each = (about + used - 1) / used;
     for (std::uint64_t i = 0; i < used; ++i) {
         const std::uint64_t chunk = i * chunks / used;
         const std::uint64_t begin =

@@ -15,7 +15,8 @@
 namespace terravox::lidar {
 namespace {
 
-constexpr std::uint16_t kGlobalGpsTime = 1, kGlobalWkt = 16;
+constexpr std::uint16_t kGlobalGpsTime = 1;
+constexpr std::uint16_t kGlobalWkt = 16;
 constexpr double kAngleStep_deg = 0.006;  ///< unit of the scan angle in formats 6-10
 
 // Bytes of a point without extra bytes, by format.
@@ -128,7 +129,8 @@ laszip_I32 LasWriter::State::quantised(double value, std::size_t axis) const {
 }
 
 void LasWriter::State::fill_returns(const LasWritePoint& from) const {
-    const int max_returns = extended() ? 15 : 7, max_class = extended() ? 255 : 31;
+    const int max_returns = extended() ? 15 : 7;
+    const int max_class = extended() ? 255 : 31;
     if (from.return_number < 1 || from.return_number > from.return_count ||
         from.return_count > max_returns)
         fail("return " + std::to_string(from.return_number) + " of " +

@@ -10,7 +10,9 @@ namespace terravox::lidar {
 
 /// One return to write, in the coordinates of the file.
 struct LasWritePoint {
-    double x = 0, y = 0, z = 0;
+    double x = 0;
+    double y = 0;
+    double z = 0;
     std::uint16_t intensity = 0;
     std::uint8_t return_number = 1, return_count = 1;  ///< [1, 15]; [1, 7] for formats 0-5
     std::uint8_t classification = 1;                   ///< [0, 255]; [0, 31] for formats 0-5
@@ -30,7 +32,8 @@ struct LasWriterOptions {
     std::string generating_software = "Terravox";  ///< truncated to 31 characters
     std::string system_identifier = "Terravox";
     /// 0 = not recorded, so that two runs write the same bytes
-    std::uint16_t creation_year = 0, creation_day = 0;
+    std::uint16_t creation_year = 0;
+    std::uint16_t creation_day = 0;
 };
 
 /// Writes a LAS or LAZ file (by the extension .laz) point by point; memory use does not depend on

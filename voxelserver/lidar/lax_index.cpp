@@ -92,17 +92,22 @@ private:
     // The writer chose cells by bisection with 32-bit numbers, and compared only with the
     // midpoints: points outside of the tree are in its outer cells.
     SpatialIndex::Cell bounds_of(std::uint32_t number) const {
-        std::uint32_t level = 0, within = number;
+        std::uint32_t level = 0;
+        std::uint32_t within = number;
         for (; within >= std::uint64_t{1} << (2 * level); ++level)
             within -= 1U << (2 * level);
         if (level > m_levels)
             fail("cell " + std::to_string(number) + " on level " + std::to_string(level) + " of " +
                  std::to_string(m_levels));
         SpatialIndex::Cell cell{-kInfinite, -kInfinite, kInfinite, kInfinite, {}};
-        float min_x = m_min_x, max_x = m_max_x, min_y = m_min_y, max_y = m_max_y;
+        float min_x = m_min_x;
+        float max_x = m_max_x;
+        float min_y = m_min_y;
+        float max_y = m_max_y;
         while (level-- > 0) {
             const std::uint32_t quarter = within >> (2 * level) & 3;
-            const float mid_x = (min_x + max_x) / 2, mid_y = (min_y + max_y) / 2;
+            const float mid_x = (min_x + max_x) / 2;
+            const float mid_y = (min_y + max_y) / 2;
             if ((quarter & 1) != 0)
                 cell.min_x = min_x = mid_x;
             else
@@ -124,7 +129,8 @@ private:
         m_points += next<std::uint32_t>();
         std::uint64_t next_free = 0;
         for (std::uint32_t i = 0; i < intervals; ++i) {
-            const std::uint64_t begin = next<std::uint32_t>(), last = next<std::uint32_t>();
+            const std::uint64_t begin = next<std::uint32_t>();
+            const std::uint64_t last = next<std::uint32_t>();
             if (begin < next_free || last < begin || last >= m_info.point_count)
                 fail("points " + std::to_string(begin) + " to " + std::to_string(last) +
                      " in cell " + std::to_string(number) + "; allowed: " +
@@ -159,7 +165,10 @@ private:
     std::vector<unsigned char> m_bytes;
     std::size_t m_at = 0;
     std::uint32_t m_levels = 0;
-    float m_min_x = 0, m_max_x = 0, m_min_y = 0, m_max_y = 0;
+    float m_min_x = 0;
+    float m_max_x = 0;
+    float m_min_y = 0;
+    float m_max_y = 0;
     std::uint64_t m_points = 0;
     std::vector<SpatialIndex::Cell> m_cells;
 };

@@ -5,7 +5,9 @@
 namespace terravox::lidar {
 namespace {
 
-constexpr std::uint32_t kSymbolBits = 15, kBitBits = 13, kShortest = 1U << 24;
+constexpr std::uint32_t kSymbolBits = 15;
+constexpr std::uint32_t kBitBits = 13;
+constexpr std::uint32_t kShortest = 1U << 24;
 /// Number of high bits of a correction that are coded with a model; the rest are stored directly.
 constexpr std::uint32_t kMaxHighBits = 8;
 
@@ -69,8 +71,8 @@ std::uint32_t RangeDecoder::symbol(SymbolModel& model) {
     const std::uint32_t share = m_value / m_length;
     const auto above = std::upper_bound(model.m_below.begin() + 1, model.m_below.end(), share);
     const auto found = static_cast<std::size_t>(above - model.m_below.begin()) - 1;
-    const std::uint32_t from = model.m_below[found] * m_length,
-                        to = above == model.m_below.end() ? whole : *above * m_length;
+    const std::uint32_t from = model.m_below[found] * m_length;
+    const std::uint32_t to = above == model.m_below.end() ? whole : *above * m_length;
     m_value -= from;
     m_length = to - from;
     refill();

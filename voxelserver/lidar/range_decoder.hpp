@@ -21,15 +21,21 @@ public:
     private:
         friend class RangeDecoder;
         void update();
-        /// m_below: cumulative probability of all smaller symbols, in units of 2^-15.
-        std::vector<std::uint32_t> m_counts, m_below;
-        std::uint32_t m_total = 0, m_cycle = 0, m_until_update = 0;
+        std::vector<std::uint32_t> m_counts;
+        /// The cumulative probability of all smaller symbols, in units of 2^-15.
+        std::vector<std::uint32_t> m_below;
+        std::uint32_t m_total = 0;
+        std::uint32_t m_cycle = 0;
+        std::uint32_t m_until_update = 0;
     };
     class BitModel {
         friend class RangeDecoder;
         void update();
-        std::uint32_t m_zeros = 1, m_total = 2, m_zero_share = 1U << 12, m_cycle = 4,
-                      m_until_update = 4;
+        std::uint32_t m_zeros = 1;
+        std::uint32_t m_total = 2;
+        std::uint32_t m_zero_share = 1U << 12;
+        std::uint32_t m_cycle = 4;
+        std::uint32_t m_until_update = 4;
     };
 
     /// @param next_byte  returns the next input byte; throws at the end of the input
@@ -42,7 +48,8 @@ public:
 private:
     void refill();
     std::function<std::uint8_t()> m_next_byte;
-    std::uint32_t m_value = 0, m_length = 0xFFFFFFFF;
+    std::uint32_t m_value = 0;
+    std::uint32_t m_length = 0xFFFFFFFF;
 };
 
 /// LASzip's decoder of 32-bit integers as corrections of a prediction, with two contexts.

@@ -76,17 +76,20 @@ std::vector<Part> parts_of(int format) {
 // versions that it recognises but cannot read.
 std::uint32_t check_parts(const pointcloud::FileBytes& file, const VariableRecord& record,
                           int format, std::uint32_t record_bytes) {
-    constexpr std::uint64_t kFixedBytes = 34, kPartBytes = 6;
+    constexpr std::uint64_t kFixedBytes = 34;
+    constexpr std::uint64_t kPartBytes = 6;
     const auto count = file.at<std::uint16_t>(record.at + 32);
     if (record.bytes != kFixedBytes + kPartBytes * count)
         file.fail("LASzip's record has " + std::to_string(record.bytes) + " bytes for " +
                   std::to_string(count) + " parts of a point");
     const auto wanted = parts_of(format);
-    std::uint32_t layers = 0, bytes = 0;
+    std::uint32_t layers = 0;
+    std::uint32_t bytes = 0;
     for (std::size_t i = 0; i < count; ++i) {
         const std::uint64_t at = record.at + kFixedBytes + kPartBytes * i;
-        const auto type = file.at<std::uint16_t>(at), size = file.at<std::uint16_t>(at + 2),
-                   version = file.at<std::uint16_t>(at + 4);
+        const auto type = file.at<std::uint16_t>(at);
+        const auto size = file.at<std::uint16_t>(at + 2);
+        const auto version = file.at<std::uint16_t>(at + 4);
         const Part part = i < wanted.size() ? wanted[i] : format >= 6 ? kExtra14 : kExtra;
         const bool right_size = bytes_of(part) == 0 ? size > 0 : size == bytes_of(part);
         if (i > wanted.size() || type != part || !right_size || !version_is_known(part, version))
@@ -107,8 +110,8 @@ std::uint32_t check_parts(const pointcloud::FileBytes& file, const VariableRecor
 
 std::vector<VariableRecord> read_records(const pointcloud::FileBytes& file) {
     constexpr std::uint64_t kRecordHeader = 54;
-    const std::uint64_t header_bytes = file.at<std::uint16_t>(94),
-                        points_at = file.at<std::uint32_t>(96);
+    const std::uint64_t header_bytes = file.at<std::uint16_t>(94);
+    const std::uint64_t points_at = file.at<std::uint32_t>(96);
     const auto count = file.at<std::uint32_t>(100);
     if (count * kRecordHeader > points_at - header_bytes)
         file.fail(std::to_string(count) + " variable-length records; the " +

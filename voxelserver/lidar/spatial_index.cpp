@@ -12,7 +12,8 @@ namespace {
 // An index that belongs to another file may happen to have the same number of points. Checks the
 // first points of some chunks, which is cheap.
 void check_by_points(const LasInfo& info, const SpatialIndex& index) {
-    constexpr std::uint64_t kLookUps = 16, kPointsEach = 16;
+    constexpr std::uint64_t kLookUps = 16;
+    constexpr std::uint64_t kPointsEach = 16;
     const auto pieces = split_by_chunk(info, 1);
     std::vector<PointRange> firsts;
     for (std::size_t i = 0; i < pieces.size(); i += pieces.size() / kLookUps + 1)
@@ -24,8 +25,8 @@ void check_by_points(const LasInfo& info, const SpatialIndex& index) {
     auto number = numbers.begin();
     read_point_batches(info, firsts, [&](std::span<const RawPoint> batch) {
         for (const RawPoint& p : batch) {
-            const double x = p.x * info.scale[0] + info.offset[0],
-                         y = p.y * info.scale[1] + info.offset[1];
+            const double x = p.x * info.scale[0] + info.offset[0];
+            const double y = p.y * info.scale[1] + info.offset[1];
             const std::uint64_t wanted = *number++;
             const auto ranges = index.ranges_over(x, y, x, y);
             if (std::none_of(ranges.begin(), ranges.end(), [&](const PointRange& r) {

@@ -27,7 +27,7 @@ constexpr std::uint32_t layer_of(std::uint64_t mask, int layer) {
     return static_cast<std::uint32_t>(mask >> (16 * layer)) & 0xffffU;
 }
 
-/// Looks down into the boxes, highest first, and only in columns where nothing was found so far.
+/// Searches the boxes from the top down, only in columns where nothing was found so far.
 class Looker {
 public:
     Looker(const TopColours& colours, BoxTop& out) : m_colours(colours), m_out(out) {
@@ -50,7 +50,8 @@ private:
     void look_into_root(const Box& box, const TreeCell& root, std::int32_t y) {
         for (int layer = 3; layer >= 0; --layer)
             for (std::uint32_t left = layer_of(root.mask, layer); left != 0; left &= left - 1) {
-                const int place = std::countr_zero(left), bit = layer * 16 + place;
+                const int place = std::countr_zero(left);
+                const int bit = layer * 16 + place;
                 const int bx = (place & 3) * 4, bz = (place >> 2) * 4;  // in bricks
                 if ((root.detail >> bit & 1) != 0)
                     look_into_middle(box, box.cells()[root.index_of(bit)], bx, bz, y + layer * 16);
@@ -64,8 +65,10 @@ private:
                           std::int32_t y) {
         for (int layer = 3; layer >= 0; --layer)
             for (std::uint32_t left = layer_of(middle.mask, layer); left != 0; left &= left - 1) {
-                const int place = std::countr_zero(left), bit = layer * 16 + place;
-                const int bx = bx0 + (place & 3), bz = bz0 + (place >> 2);
+                const int place = std::countr_zero(left);
+                const int bit = layer * 16 + place;
+                const int bx = bx0 + (place & 3);
+                const int bz = bz0 + (place >> 2);
                 if (m_open[brick_index(bx, bz)] == 0)
                     continue;
                 if ((middle.detail >> bit & 1) != 0)
@@ -78,8 +81,8 @@ private:
     void look_into_brick(const Box& box, const TreeCell& brick, int bx, int bz, std::int32_t y) {
         std::uint16_t& open = m_open[brick_index(bx, bz)];
         for (int layer = 3; layer >= 0 && open != 0; --layer) {
-            const std::uint32_t met = layer_of(brick.mask, layer) & open,
-                                detailed = met & layer_of(brick.detail, layer);
+            const std::uint32_t met = layer_of(brick.mask, layer) & open;
+            const std::uint32_t detailed = met & layer_of(brick.detail, layer);
             for (std::uint32_t left = detailed; left != 0; left &= left - 1) {
                 const int place = std::countr_zero(left);
                 set(bx * 4 + (place & 3), bz * 4 + (place >> 2), y + layer,

@@ -22,8 +22,9 @@ public:
           m_make(make),
           m_out(out) {}
 
-    void ask(int dx, int dz) {
-        const std::int64_t bx = m_bx + dx, bz = m_bz + dz;
+    void fetch(int dx, int dz) {
+        const std::int64_t bx = m_bx + dx;
+        const std::int64_t bz = m_bz + dz;
         if (bx < m_world.min_bx || bx >= m_world.max_bx || bz < m_world.min_bz ||
             bz >= m_world.max_bz)
             return;
@@ -32,7 +33,8 @@ public:
         m_out.complete = m_out.complete && top.known;
         if (!top.known)
             return;
-        const auto x = static_cast<std::int32_t>(bx), z = static_cast<std::int32_t>(bz);
+        const auto x = static_cast<std::int32_t>(bx);
+        const auto z = static_cast<std::int32_t>(bz);
         m_out.reach.add({x, z, x + 1, z + 1});
         m_out.reach.add(top.reach);
         m_tops[index(dx, dz)] = top.top;
@@ -50,7 +52,8 @@ private:
     }
     TopSource& m_source;
     const voxel::InputExtent& m_world;
-    const std::int64_t m_bx, m_bz;
+    const std::int64_t m_bx;
+    const std::int64_t m_bz;
     const bool m_make;
     FinestTile& m_out;
     std::array<std::shared_ptr<const BoxTop>, kRingSide * kRingSide> m_tops;
@@ -64,15 +67,15 @@ bool has_neighbour_inside(const Patchwork& tops, int dx, int dz) {
     return false;
 }
 
-void ask_all(Patchwork& tops) {
+void fetch_all(Patchwork& tops) {
     for (int dz = 0; dz < kTileBoxes; ++dz)
         for (int dx = 0; dx < kTileBoxes; ++dx)
-            tops.ask(dx, dz);
+            tops.fetch(dx, dz);
     for (int dz = -1; dz <= kTileBoxes; ++dz)
         for (int dx = -1; dx <= kTileBoxes; ++dx) {
             const bool inside = dx >= 0 && dx < kTileBoxes && dz >= 0 && dz < kTileBoxes;
             if (!inside && has_neighbour_inside(tops, dx, dz))
-                tops.ask(dx, dz);
+                tops.fetch(dx, dz);
         }
 }
 
@@ -92,7 +95,7 @@ FinestTile make_finest_tile(TopSource& source, const voxel::InputExtent& world, 
                             std::int32_t z, bool make) {
     FinestTile out;
     Patchwork tops(source, world, x, z, make, out);
-    ask_all(tops);
+    fetch_all(tops);
     for (int dz = 0; dz < kTileBoxes; ++dz)
         for (int dx = 0; dx < kTileBoxes; ++dx)
             if (tops.top(dx, dz)) {

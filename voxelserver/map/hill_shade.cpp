@@ -10,7 +10,8 @@ namespace {
 
 constexpr std::int64_t kMaxStep = 5;  ///< limit of the difference between neighbours, voxels
 constexpr float kStrength = 0.5f;     ///< 1 = the shading of a white landscape, 0 = none
-constexpr float kDarkest = 0.6f, kBrightestShade = 1.25f;
+constexpr float kDarkest = 0.6f;
+constexpr float kBrightestShade = 1.25f;
 
 }  // namespace
 

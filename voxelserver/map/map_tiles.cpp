@@ -38,7 +38,8 @@ Rgba8 mean_of(const std::array<Rgba8, 4>& four) {
 /// Downsamples one picture into a quarter of another.
 /// @param quarter bit 0: east, bit 1: south
 void put_quarter(const std::vector<Rgba8>& from, int quarter, std::vector<Rgba8>& to) {
-    const int x0 = (quarter & 1) * kTilePx / 2, z0 = (quarter >> 1) * kTilePx / 2;
+    const int x0 = (quarter & 1) * kTilePx / 2;
+    const int z0 = (quarter >> 1) * kTilePx / 2;
     for (int z = 0; z < kTilePx / 2; ++z)
         for (int x = 0; x < kTilePx / 2; ++x) {
             const auto at = [&](int dx, int dz) {
@@ -129,8 +130,8 @@ MapTiles::PicturePtr MapTiles::finest(const TileArea& area, const Work& work) {
 MapTiles::PicturePtr MapTiles::mean_of_four(const TileArea& area, Work& work) {
     auto out = std::make_shared<Picture>();
     for (int quarter = 0; quarter < 4; ++quarter) {
-        const std::int64_t x = 2 * std::int64_t{area.x} + (quarter & 1),
-                           z = 2 * std::int64_t{area.z} + (quarter >> 1);
+        const std::int64_t x = 2 * std::int64_t{area.x} + (quarter & 1);
+        const std::int64_t z = 2 * std::int64_t{area.z} + (quarter >> 1);
         if (!in_world(area.zooms_out - 1, x, z))
             continue;
         const PicturePtr part = picture(

@@ -83,7 +83,8 @@ private:
     // Versions of complete pictures, which stay valid. Pictures made only from available
     // columns have a version of their own, so that a request that makes nothing never waits in the
     // cache for one that makes the same picture.
-    static constexpr std::uint64_t kWhole = ~std::uint64_t{0}, kSeenWhole = kWhole - 1;
+    static constexpr std::uint64_t kWhole = ~std::uint64_t{0};
+    static constexpr std::uint64_t kSeenWhole = kWhole - 1;
 
     [[nodiscard]] bool in_world(int zooms_out, std::int64_t x, std::int64_t z) const noexcept;
     [[nodiscard]] PicturePtr picture(const TileArea& area, Work& work);

@@ -42,7 +42,8 @@ public:
 
 private:
     struct Place {
-        std::int32_t bx, bz;
+        std::int32_t bx;
+        std::int32_t bz;
         friend bool operator==(const Place&, const Place&) = default;
     };
     struct PlaceHash {

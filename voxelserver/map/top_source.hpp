@@ -19,7 +19,8 @@ struct Top {
 /// tiles per side, the first one at (x, z) * 2^zooms_out.
 struct TileArea {
     int zooms_out = 0;
-    std::int32_t x = 0, z = 0;
+    std::int32_t x = 0;
+    std::int32_t z = 0;
     friend bool operator==(const TileArea&, const TileArea&) = default;
 };
 inline constexpr int kTileBoxes = 4;  ///< box columns per side of a finest tile

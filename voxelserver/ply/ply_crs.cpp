@@ -1,13 +1,12 @@
 #include "voxelserver/ply/ply_crs.hpp"
 
-#include <spdlog/spdlog.h>
-
 #include <algorithm>
 #include <string_view>
 #include <vector>
 
 #include "common/geo/proj_check.hpp"
 #include "common/util/error.hpp"
+#include "common/util/log.hpp"
 #include "voxelserver/ply/ply_format.hpp"
 #include "voxelserver/pointcloud/file_bytes.hpp"
 
@@ -17,7 +16,8 @@ namespace {
 /// Whether a text is EPSG:n or EPSG:n+m. Any other text in a file is parsed as WKT: PROJ strings
 /// are accepted from users only.
 bool is_epsg(std::string_view text) {
-    constexpr std::string_view kAuthority = "EPSG:", kNumbers = "0123456789+";
+    constexpr std::string_view kAuthority = "EPSG:";
+    constexpr std::string_view kNumbers = "0123456789+";
     return text.starts_with(kAuthority) && text.size() > kAuthority.size() &&
            text.find_first_not_of(kNumbers, kAuthority.size()) == std::string_view::npos;
 }
@@ -39,18 +39,18 @@ std::string text_of(const std::filesystem::path& file) {
 }  // namespace
 
 std::optional<geo::Crs> crs_of(const std::filesystem::path& file, const std::string& comment) {
-    std::filesystem::path beside = file;
-    beside.replace_extension(PlyFormat::kSideEnding);
+    std::filesystem::path side_file = file;
+    side_file.replace_extension(PlyFormat::kSideEnding);
     std::error_code failed;
-    const bool has_side_file = std::filesystem::exists(beside, failed);
+    const bool has_side_file = std::filesystem::exists(side_file, failed);
     if (comment.empty() && !has_side_file)
         return std::nullopt;
     try {
-        return crs_from(comment.empty() ? text_of(beside) : comment);
+        return crs_from(comment.empty() ? text_of(side_file) : comment);
     } catch (const geo::ProjUnusableError&) {
         throw;
     } catch (const util::Error& e) {
-        spdlog::info("{}: {}; --crs sets one", file.string(), e.what());
+        util::log_info("{}: {}; --crs sets one", file.string(), e.what());
         return std::nullopt;
     }
 }

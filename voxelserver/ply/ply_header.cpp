@@ -203,7 +203,8 @@ private:
 
     // "comment crs EPSG:2154", "comment CRS: PROJCS[...]"
     void take_comment(const std::string& line) {
-        constexpr std::string_view kKey = "comment crs", kBetween = " \t:=";
+        constexpr std::string_view kKey = "comment crs";
+        constexpr std::string_view kBetween = " \t:=";
         if (!lower(line).starts_with(kKey) || !m_header.crs.empty())
             return;
         const std::size_t begin = line.find_first_not_of(kBetween, kKey.size());

@@ -1,12 +1,11 @@
 #include "voxelserver/ply/ply_source.hpp"
 
-#include <spdlog/spdlog.h>
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <string>
 
+#include "common/util/log.hpp"
 #include "voxelserver/ply/ply_crs.hpp"
 #include "voxelserver/ply/ply_format.hpp"
 #include "voxelserver/ply/ply_vertices.hpp"
@@ -43,7 +42,7 @@ void warn_of_coarse_floats(const PointCloudInfo& info, const Header& header) {
         const float step = std::nextafter(value, std::numeric_limits<float>::infinity()) - value;
         if (property.type != Scalar::kFloat32 || !(step > kFine))
             continue;
-        spdlog::warn(
+        util::log_warn(
             "{}: {} is stored as 32-bit float, whose values lie {:.3g} apart near {:.0f}; points "
             "form rows unless the file is written with double",
             info.path.string(), property.name, step, farthest);

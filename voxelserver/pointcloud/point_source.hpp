@@ -21,9 +21,11 @@ struct PointCloudInfo {
     std::uint64_t point_count = 0;
     /// The grid of the coordinates: scale * integer + offset along each axis, in double precision.
     /// A scale of 0: the coordinates are not quantised.
-    std::array<double, 3> scale{}, offset{};
+    std::array<double, 3> scale{};
+    std::array<double, 3> offset{};
     /// Closed bounds of all points; if not measured_bounds, as claimed by the file.
-    std::array<double, 3> min{}, max{};
+    std::array<double, 3> min{};
+    std::array<double, 3> max{};
     /// Whether min and max were computed from the points instead of read from a header.
     bool measured_bounds = false;
     std::optional<geo::Crs> crs;  ///< nullopt when the file has none that can be parsed

@@ -14,7 +14,10 @@ public:
     /// A closed rectangle in file coordinates, and points that lie in it. The rectangle may be
     /// infinite.
     struct Cell {
-        double min_x = 0, min_y = 0, max_x = 0, max_y = 0;
+        double min_x = 0;
+        double min_y = 0;
+        double max_x = 0;
+        double max_y = 0;
         PointRange points;
     };
     /// @param source  the index's origin, for messages

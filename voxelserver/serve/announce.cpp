@@ -1,11 +1,11 @@
 #include "voxelserver/serve/announce.hpp"
 
-#include <spdlog/fmt/fmt.h>
-#include <spdlog/spdlog.h>
+#include <fmt/format.h>
 
 #include <cmath>
 #include <iostream>
 
+#include "common/util/log.hpp"
 #include "voxelserver/sockets/http_host.hpp"
 
 namespace terravox::serve {
@@ -56,7 +56,7 @@ void announce(const worlds::ServedWorld& world, const Options& options, const Pl
                           size_text(static_cast<double>(options.cache_mib) * 1048576.0),
                           plan.boxes.file.parent_path().string());
     say("boxes",
-        std::string(options.prepare ? "all are made now" : "are made when they are asked for") +
+        std::string(options.prepare ? "all are made now" : "are made on request") +
             fmt::format("; kept: {} of memory in all, {}",
                         size_text(static_cast<double>(options.memory_mib) * 1048576.0), where));
     say("map", url + "/");
@@ -64,9 +64,10 @@ void announce(const worlds::ServedWorld& world, const Options& options, const Pl
     std::cout << std::flush;
     const std::string& bind = options.server.bind;
     if (!sockets::is_loopback(bind) && plan.token.empty())
-        spdlog::warn(
-            "whoever reaches {} may ask: --token-file wants a token of them, config/nginx/ is a "
-            "front for open networks",
+        util::log_warn(
+            "every client that reaches {} is answered: --token-file requires a token, "
+            "config/nginx/ "
+            "is a front for open networks",
             bind);
 }
 

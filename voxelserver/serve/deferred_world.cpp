@@ -1,7 +1,5 @@
 #include "voxelserver/serve/deferred_world.hpp"
 
-#include <spdlog/spdlog.h>
-
 #include <algorithm>
 #include <fstream>
 #include <iterator>
@@ -9,6 +7,7 @@
 
 #include "common/util/atomic_file.hpp"
 #include "common/util/error.hpp"
+#include "common/util/log.hpp"
 #include "voxelserver/module/load_module.hpp"
 #include "voxelserver/voxelize/world/world_name.hpp"
 
@@ -28,14 +27,15 @@ std::optional<voxelize::WorldFacts> read_facts(const fs::path& file) {
     try {
         return voxelize::facts_from_bytes(bytes);
     } catch (const util::Error& e) {
-        spdlog::warn("{}: {}; the world is opened anew", file.string(), e.what());
+        util::log_warn("{}: {}; the world is opened anew", file.string(), e.what());
         return std::nullopt;
     }
 }
 
 void forget_old(const fs::path& folder) {
     std::vector<std::pair<fs::file_time_type, fs::path>> files;
-    std::error_code failed, gone;
+    std::error_code failed;
+    std::error_code gone;
     for (fs::directory_iterator entry(folder, failed), end; !failed && entry != end;
          entry.increment(failed))
         if (entry->path().extension() == ".facts")
@@ -98,8 +98,8 @@ void DeferredWorld::open() noexcept {
         m_promise.set_value(std::move(world));
         m_is_open = true;
     } catch (const std::exception& e) {
-        spdlog::error("{}; only boxes that were kept can be served", e.what());
-        m_trouble = e.what();
+        util::log_error("{}; only boxes that were kept can be served", e.what());
+        m_failure = e.what();
         m_failed = true;
         m_promise.set_exception(std::current_exception());
     }
@@ -127,7 +127,7 @@ void DeferredWorld::keep(const voxelize::WorldFacts& facts) const noexcept {
         util::write_file_atomically(m_file, voxelize::to_bytes(facts));
         forget_old(m_file.parent_path());
     } catch (const std::exception& e) {
-        spdlog::warn("{}; the next start takes longer", e.what());
+        util::log_warn("{}; the next start takes longer", e.what());
     }
 }
 

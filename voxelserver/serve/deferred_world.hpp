@@ -61,7 +61,7 @@ public:
     [[nodiscard]] std::vector<voxelize::SquareInfo> squares() const;
     [[nodiscard]] bool is_open() const noexcept override { return m_is_open; }
     /// Why the world cannot be opened; "" while that is unknown, and when opening succeeded.
-    [[nodiscard]] std::string trouble() const override { return m_failed ? m_trouble : ""; }
+    [[nodiscard]] std::string failure() const override { return m_failed ? m_failure : ""; }
     [[nodiscard]] std::string summary() const override;
     [[nodiscard]] bool makes_all_levels() const noexcept override { return false; }
 
@@ -81,8 +81,8 @@ private:
     std::promise<std::shared_ptr<voxelize::LidarWorld>> m_promise;
     const std::shared_future<std::shared_ptr<voxelize::LidarWorld>> m_world;
     std::atomic<bool> m_is_open{false};  ///< set when m_world holds a world
-    std::atomic<bool> m_failed{false};   ///< set after m_trouble was written
-    std::string m_trouble;
+    std::atomic<bool> m_failed{false};   ///< set after m_failure was written
+    std::string m_failure;
     std::once_flag m_begun;
     std::thread m_opening;
 };

@@ -14,6 +14,7 @@
 #include "voxelserver/sockets/http_host.hpp"
 #include "voxelserver/voxelize/points/step_switches.hpp"
 #include "voxelserver/worlds/kind/http_address.hpp"
+#include "voxelserver/worlds/lidar/lidar_inputs.hpp"
 
 namespace terravox::serve {
 namespace {
@@ -108,11 +109,13 @@ void add_other_kinds_options(CLI::App& app, Options& o) {
 }
 
 void add_world_options(CLI::App& app, Options& o) {
-    app.add_option(
-        "inputs", o.world.inputs,
-        "LAS, LAZ, COPC or PLY files or folders of them, the grabber's store, rasters of "
-        "heights, a Minecraft world (folder or ZIP), generated:SEED, a box archive "
-        "(.tvx), or the http(s):// address of a voxel server or box archive");
+    // The table of all kinds of worlds is in the module, which --help does without.
+    app.add_option("inputs", o.world.inputs,
+                   std::string(worlds::kLidarInputs) +
+                       " or folders of them, the grabber's store, a box archive (.tvx), a "
+                       "Luanti (Minetest) world (folder), a Minecraft world (folder or ZIP), a "
+                       "raster of heights, generated:SEED, or the http:// address of a voxel "
+                       "server or box archive");
     add_lidar_options(app, o);
     add_other_kinds_options(app, o);
     app.add_option("--cache", o.cache,
@@ -130,10 +133,10 @@ void add_world_options(CLI::App& app, Options& o) {
         ->capture_default_str()
         ->check(CLI::Range(std::int64_t{64}, std::int64_t{1} << 30));
     app.add_flag("--prepare", o.prepare,
-                 "make all boxes ahead, while nobody waits for another one");
+                 "make all boxes ahead, while no request waits for another one");
     app.add_flag("--prepare-only", o.prepare_only,
                  "the same without serving, then end: 0 all made, 3 some cannot be made");
-    app.add_flag("--no-ahead", o.no_ahead, "do not make the neighbours of what was asked for");
+    app.add_flag("--no-ahead", o.no_ahead, "do not prefetch the neighbours of requested boxes");
 }
 
 void add_server_options(CLI::App& app, Options& o) {
@@ -147,7 +150,7 @@ void add_server_options(CLI::App& app, Options& o) {
            "those that read replies slowly are not: config/nginx is a front for open networks")
         ->capture_default_str();
     app.add_option("--public-name", o.public_names,
-                   "host name by which clients ask for this server or its front, without a port; "
+                   "host name by which clients address this server or its front, without a port; "
                    "may be given several times. Others are refused (421), as any web page could "
                    "make its own name lead here; always known: localhost, numeric addresses and, "
                    "with --bind beyond loopback, this machine's name")
@@ -199,9 +202,9 @@ namespace {
 std::string own_token(const Options& o) {
     const char* origin = std::getenv("TERRAVOX_SERVER_ORIGIN");
     const bool is_bound = origin != nullptr && *origin != '\0';
-    const bool is_far =
+    const bool is_remote =
         std::any_of(o.world.inputs.begin(), o.world.inputs.end(), worlds::is_http_address);
-    if (!o.token_file.empty() || !is_bound || !is_far)
+    if (!o.token_file.empty() || !is_bound || !is_remote)
         return util::find_server_token(o.token_file);
     if (!sockets::is_loopback(o.server.bind))
         throw util::UsageError(
@@ -226,13 +229,13 @@ Plan finish(Options& o) {
     const std::size_t all = static_cast<std::size_t>(o.memory_mib) << 20;
     plan.image_bytes =
         std::clamp(all / 16, kMinImageBytes, static_cast<std::size_t>(geo::kGdalCache_bytes));
-    const std::size_t others = all / 8 + kBaseBytes + plan.image_bytes,
-                      kept = std::max(all > others ? all - others : 0, all / 4);
+    const std::size_t others = all / 8 + kBaseBytes + plan.image_bytes;
+    const std::size_t kept = std::max(all > others ? all - others : 0, all / 4);
     plan.map_bytes = kept / 16;
     plan.boxes.memory_bytes = kept / 4 - plan.map_bytes;
     plan.boxes.makers = thread::thread_count(o.world.threads);
     plan.boxes.queue = o.queue;
-    plan.boxes.asking = std::max(
+    plan.boxes.max_requests = std::max(
         (o.request_threads > 0 ? o.request_threads : plan.boxes.makers + o.queue + kSpareThreads) -
             kSpareThreads,
         1);

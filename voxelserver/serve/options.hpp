@@ -32,8 +32,12 @@ struct Options {
     int queue = 96;          ///< boxes that may wait to be made
     /// 0 = automatic: as many as can make or wait for boxes, and some for other requests.
     int request_threads = 0;
-    double header_timeout_s = 5, keep_alive_s = 2, drain_s = 10;
-    bool no_ahead = false, prepare = false, prepare_only = false;
+    double header_timeout_s = 5;
+    double keep_alive_s = 2;
+    double drain_s = 10;
+    bool no_ahead = false;
+    bool prepare = false;
+    bool prepare_only = false;
     std::string cache;       ///< as util::cache_dir
     std::string token_file;  ///< "" = TERRAVOX_SERVER_TOKEN of the environment, or no token
     std::string log_level = "info";

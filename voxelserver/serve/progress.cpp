@@ -1,6 +1,5 @@
 #include "voxelserver/serve/progress.hpp"
-
-#include <spdlog/spdlog.h>
+#include "common/util/log.hpp"
 
 #include <algorithm>
 #include <cstdio>
@@ -9,7 +8,7 @@
 namespace terravox::serve {
 namespace {
 
-constexpr std::uint64_t kTellEach_percent = 10;
+constexpr std::uint64_t kReportEach_percent = 10;
 constexpr int kBarWidth = 30;
 
 std::string duration_text(double seconds) {
@@ -42,10 +41,10 @@ void PrepareProgress::show(const boxes::Preparer::Progress& now) {
         return;
     }
     const auto percent = static_cast<std::uint64_t>(share * 100);
-    if (percent < m_told_percent + kTellEach_percent)
+    if (percent < m_reported_percent + kReportEach_percent)
         return;
-    m_told_percent = percent - percent % kTellEach_percent;
-    spdlog::info("preparing: {} % of {} boxes", m_told_percent, now.total);
+    m_reported_percent = percent - percent % kReportEach_percent;
+    util::log_info("preparing: {} % of {} boxes", m_reported_percent, now.total);
 }
 
 void PrepareProgress::end(const boxes::Preparer::Progress& now) {
@@ -53,10 +52,10 @@ void PrepareProgress::end(const boxes::Preparer::Progress& now) {
         std::fprintf(stderr, "\r\033[K");
     const double seconds = std::chrono::duration<double>(Clock::now() - m_start).count();
     if (now.failed == 0 && now.done >= now.total)
-        spdlog::info("prepared: {} boxes in {}", now.done, duration_text(seconds));
+        util::log_info("prepared: {} boxes in {}", now.done, duration_text(seconds));
     else
-        spdlog::warn("prepared: {} of {} boxes in {}; {} cannot be made", now.done - now.failed,
-                     now.total, duration_text(seconds), now.failed);
+        util::log_warn("prepared: {} of {} boxes in {}; {} cannot be made", now.done - now.failed,
+                       now.total, duration_text(seconds), now.failed);
 }
 
 }  // namespace terravox::serve

@@ -19,7 +19,7 @@ public:
 private:
     using Clock = std::chrono::steady_clock;
     bool m_bar;
-    std::uint64_t m_told_percent = 0;
+    std::uint64_t m_reported_percent = 0;
     Clock::time_point m_start = Clock::now();
 };
 

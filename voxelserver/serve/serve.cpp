@@ -1,6 +1,5 @@
 #include "voxelserver/serve/serve.hpp"
 
-#include <spdlog/spdlog.h>
 #include <unistd.h>
 
 #include <csignal>
@@ -23,11 +22,11 @@
 namespace terravox::serve {
 namespace {
 
-constexpr std::chrono::milliseconds kLook{200};  // interval of progress updates
+constexpr std::chrono::milliseconds kProgressInterval{200};
 
 std::unique_ptr<boxes::Preparer> start_preparing(boxes::BoxCache& cache, int lanes) {
     return std::make_unique<boxes::Preparer>(
-        cache, lanes, [](const std::string& why) { spdlog::warn("prepare: {}", why); });
+        cache, lanes, [](const std::string& why) { util::log_warn("prepare: {}", why); });
 }
 
 /// Reports the progress until preparing has finished, a stop is requested, or `useless` returns
@@ -39,7 +38,7 @@ bool watch(const boxes::Preparer& preparer, bool bar, const std::stop_token& sto
     PrepareProgress progress(bar);
     while (!stop.stop_requested() && !preparer.finished() && !useless()) {
         progress.show(preparer.progress());
-        (void)thread::wait_for_stop(stop, kLook);
+        (void)thread::wait_for_stop(stop, kProgressInterval);
     }
     progress.end(preparer.progress());
     return stop.stop_requested();
@@ -64,14 +63,14 @@ util::ExitCode prepare_only(boxes::BoxCache& cache, const Plan& plan, bool bar,
         throw util::Error("prepare the world: stopped after " + std::to_string(end.done) + " of " +
                           std::to_string(end.total) + " boxes; the next start goes on from there");
     if (const auto d = disk.stats(); d.evictions > 0)
-        spdlog::warn("prepare: {} boxes had to go again; --cache-mib gives them more room",
-                     d.evictions);
+        util::log_warn("prepare: {} boxes were evicted again; a larger --cache-mib keeps them",
+                       d.evictions);
     return end.failed > 0 ? util::ExitCode::kHoles : util::ExitCode::kDone;
 }
 
 http::Health health_of(const worlds::ServedWorld& world) {
     using State = http::Health::State;
-    if (std::string why = world.trouble(); !why.empty())
+    if (std::string why = world.failure(); !why.empty())
         return {State::kFailed, std::move(why)};
     return {world.is_open() ? State::kOk : State::kOpening};
 }
@@ -89,8 +88,8 @@ void check_can_prepare(const Options& options, const worlds::ServedWorld& world)
                                " columns of boxes; allowed: up to " + std::to_string(kMaxColumns));
     if (options.prepare_only && !world.has_lasting_fingerprint())
         throw util::UsageError(
-            "prepare the world: its server does not say in which state it is, so that no later "
-            "start could use the boxes; allowed: a server that tells an edition, an entity tag or "
+            "prepare the world: its server does not name the state of its world, so that no later "
+            "start could use the boxes; allowed: a server that sends an edition, an entity tag or "
             "a date");
 }
 
@@ -99,7 +98,7 @@ void fit_to_world(const worlds::ServedWorld& world, Plan& plan) {
     plan.boxes.downsample = !world.makes_all_levels();
     plan.boxes.makers = world.useful_concurrency(plan.boxes.makers);
     // Another server must not spend time on boxes that were not requested.
-    if (world.is_far())
+    if (world.is_remote())
         plan.boxes.ahead = false;
     if (!world.has_lasting_fingerprint())
         plan.boxes.file.clear();
@@ -112,14 +111,76 @@ std::string edition_of(const worlds::ServedWorld& world) {
         world.fingerprint({range.min.bx, range.min.bz, range.max.bx, range.max.bz}));
 }
 
-}  // namespace
-
-util::ExitCode serve(Options& options) {
+void set_up_process(const Options& options) {
     util::set_up_log(options.log_level,
                      options.log_json ? util::LogFormat::kJson : util::LogFormat::kText);
     std::signal(SIGPIPE, SIG_IGN);
     // Exceeding the file size limit is then an error to report, like a full disk.
     std::signal(SIGXFSZ, SIG_IGN);
+}
+
+/// @param opened, times, cache must outlive the service
+http::Service service_of(const Options& options, const OpenedForServing& opened,
+                         util::StageTimes& times, boxes::BoxCache& cache) {
+    worlds::ServedWorld& world = *opened.world;
+    http::Service out{world, times, cache};
+    if (opened.lidar != nullptr)
+        out.squares = [&opened] { return squares_of(*opened.lidar, opened.store); };
+    out.health = [&world] { return health_of(world); };
+    out.edition = edition_of(world);
+    out.memory_limit_bytes = static_cast<std::size_t>(options.memory_mib) << 20;
+    return out;
+}
+
+/// Lets running requests finish for some time, then cancels the rest.
+void stop_serving(http::Server& server, boxes::BoxCache& cache, worlds::ServedWorld& world) {
+    const auto stop_remote = [&] {
+        if (world.is_remote())
+            world.stop();
+    };
+    server.stop([&] {
+        cache.refuse();
+        stop_remote();
+    });
+    stop_remote();  // cancels the boxes that are being prepared
+}
+
+/// Serves the boxes over HTTP until a stop is requested; prepares them meanwhile where the options
+/// say so.
+void serve_boxes(const Options& options, const Plan& plan, const OpenedForServing& opened,
+                 util::StageTimes& times, boxes::BoxCache& cache, bool bar,
+                 const std::stop_token& stop) {
+    worlds::ServedWorld& world = *opened.world;
+    http::MapView map(cache, {voxel::load_palette(util::config_dir() / "materials.toml")},
+                      plan.map_bytes);
+    std::unique_ptr<boxes::Preparer> preparer;
+    if (options.prepare)
+        preparer = start_preparing(cache, plan.boxes.makers);
+    http::Service service = service_of(options, opened, times, cache);
+    service.map = &map;
+    service.preparer = preparer.get();
+    http::Router router(service, plan.token, plan.names);
+    http::Server server(router, options.server);
+    std::cout << "listening on " << server.url() << std::endl;
+    // Everything that cached boxes do not need is done after the start, so that it does not delay
+    // the start and the only threads are those that answer requests.
+    world.begin_opening();
+    map.scan_disk();
+    announce(world, options, plan, server.url());
+    if (preparer)
+        (void)watch(*preparer, bar, stop, [] { return false; });
+    while (!thread::wait_for_stop(stop, std::chrono::hours(1))) {
+    }
+    util::log_info("stopping: running requests are finished first");
+    if (preparer)
+        preparer->stop();
+    stop_serving(server, cache, world);
+}
+
+}  // namespace
+
+util::ExitCode serve(Options& options) {
+    set_up_process(options);
     Plan plan = finish(options);
     if (!options.prepare_only)
         http::check_can_listen(options.server);  // fail before minutes of decoding
@@ -142,43 +203,7 @@ util::ExitCode serve(Options& options) {
         return prepare_only(cache, plan, bar, stop);
     }
 
-    http::MapView map(cache, {voxel::load_palette(util::config_dir() / "materials.toml")},
-                      plan.map_bytes);
-    std::unique_ptr<boxes::Preparer> preparer;
-    if (options.prepare)
-        preparer = start_preparing(cache, plan.boxes.makers);
-    http::Service service{world, times, cache};
-    if (opened.lidar != nullptr)
-        service.squares = [&] { return squares_of(*opened.lidar, opened.store); };
-    service.map = &map;
-    service.health = [&] { return health_of(world); };
-    service.preparer = preparer.get();
-    service.edition = edition_of(world);
-    service.memory_limit_bytes = static_cast<std::size_t>(options.memory_mib) << 20;
-    http::Router router(service, plan.token, plan.names);
-    http::Server server(router, options.server);
-    std::cout << "listening on " << server.url() << std::endl;
-    // Everything that cached boxes do not need is done after the start, so that it does not delay
-    // the start and the only threads are those that answer requests.
-    world.begin_opening();
-    map.look_through_disk();
-    announce(world, options, plan, server.url());
-    if (preparer)
-        (void)watch(*preparer, bar, stop, [] { return false; });
-    while (!thread::wait_for_stop(stop, std::chrono::hours(1))) {
-    }
-    spdlog::info("stopping: running requests are finished first");
-    if (preparer)
-        preparer->stop();
-    const auto stop_far = [&] {
-        if (world.is_far())
-            world.stop();
-    };
-    server.stop([&] {
-        cache.refuse();
-        stop_far();
-    });
-    stop_far();  // cancels the boxes that are being prepared
+    serve_boxes(options, plan, opened, times, cache, bar, stop);
     return util::ExitCode::kDone;
 }
 

@@ -51,7 +51,8 @@ void add_terms(const StoredSquare& from, http::SquareEntry& to) {
 std::optional<store::StoredBounds> bounds_of(const StoredSquare& s) {
     if (s.bounds)
         return s.bounds;
-    double e = 0, n = 0;
+    double e = 0;
+    double n = 0;
     char tail = 0;
     if (std::sscanf(s.name.c_str(), "%lf_%lf%c", &e, &n, &tail) != 2 || !std::isfinite(e) ||
         !std::isfinite(n))

@@ -90,7 +90,7 @@ bool HttpNames::allow(std::string_view host) const noexcept {
                        [&](const std::string& own) { return same(own, name); });
 }
 
-bool from_another_origin(const AskingPage& page) noexcept {
+bool from_another_origin(const RequestingPage& page) noexcept {
     if (!page.origin.empty()) {
         constexpr std::string_view kMark = "://";
         const std::size_t mark = page.origin.find(kMark);

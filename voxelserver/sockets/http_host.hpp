@@ -32,7 +32,7 @@ private:
 
 /// Headers by which browsers identify the page that sends a request; each is "" where the header is
 /// missing.
-struct AskingPage {
+struct RequestingPage {
     std::string_view host;         ///< Host: the requested host
     std::string_view origin;       ///< Origin
     std::string_view site;         ///< Sec-Fetch-Site
@@ -43,6 +43,6 @@ struct AskingPage {
 /// Whether a page of another origin sends the request. Following a link from there does not count:
 /// the reply is then shown to the user, not passed to that page. Programs other than browsers send
 /// none of these headers. Ref: Fetch Standard, 3.2; W3C, "Fetch Metadata Request Headers", 2021.
-[[nodiscard]] bool from_another_origin(const AskingPage& page) noexcept;
+[[nodiscard]] bool from_another_origin(const RequestingPage& page) noexcept;
 
 }  // namespace terravox::sockets

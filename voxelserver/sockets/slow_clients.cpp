@@ -2,7 +2,6 @@
 
 #include <dirent.h>
 #include <fcntl.h>
-#include <spdlog/spdlog.h>
 #include <sys/ioctl.h>
 #include <sys/socket.h>
 
@@ -20,6 +19,7 @@
 #include <vector>
 
 #include "common/util/error.hpp"
+#include "common/util/log.hpp"
 #include "voxelserver/sockets/socket.hpp"
 
 namespace terravox::sockets {
@@ -28,11 +28,11 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 constexpr std::chrono::milliseconds kPause{100};  // between two scans
-constexpr std::chrono::seconds kTellEvery{60};    // minimum interval between messages
+constexpr std::chrono::seconds kLogInterval{60};  // minimum interval between messages
 // Between the moment at which a thread has read the end of a request and the moment at which it
 // registers it, a connection seems to wait for its client: it is considered waiting only if it does
 // so in two consecutive scans.
-constexpr int kLooks = 2;
+constexpr int kMinScans = 2;
 
 /// A connection of a client to this server.
 struct Connection {
@@ -42,10 +42,10 @@ struct Connection {
     bool unread = false;  ///< whether bytes of the client have not been read yet
 };
 
-std::optional<Endpoint> end_of(int fd, int (*ask)(int, sockaddr*, socklen_t*)) noexcept {
+std::optional<Endpoint> end_of(int fd, int (*name_of_end)(int, sockaddr*, socklen_t*)) noexcept {
     Endpoint out;
     out.size_bytes = sizeof out.storage;
-    if (ask(fd, reinterpret_cast<sockaddr*>(&out.storage), &out.size_bytes) != 0)
+    if (name_of_end(fd, reinterpret_cast<sockaddr*>(&out.storage), &out.size_bytes) != 0)
         return std::nullopt;
     if (out.storage.ss_family != AF_INET && out.storage.ss_family != AF_INET6)
         return std::nullopt;
@@ -110,7 +110,7 @@ struct SlowClients::Known {
         Clock::time_point since = Clock::now();
         /// Number of requests; 0 or 1, except for a moment when a port is reused.
         int answering = 0;
-        int looks = 0;           ///< number of consecutive scans in which it waited for its client
+        int waiting_scans = 0;   ///< number of consecutive scans in which it waited for its client
         std::uint64_t seen = 0;  ///< number of the last scan that found it
     };
     std::mutex mutex;
@@ -118,8 +118,8 @@ struct SlowClients::Known {
     bool stopping = false;
     std::unordered_map<std::string, Facts> connections;
     // Used only by the watching thread.
-    std::uint64_t looks = 0;
-    Clock::time_point tell_again = Clock::time_point::min();
+    std::uint64_t scans = 0;
+    Clock::time_point log_again_at = Clock::time_point::min();
 };
 
 SlowClients::SlowClients(const Limits& limits)
@@ -159,7 +159,7 @@ void SlowClients::end(const std::string& name) noexcept {
     if (found == m_known->connections.end())
         return;
     --found->second.answering;
-    found->second.looks = 0;
+    found->second.waiting_scans = 0;
     found->second.since = Clock::now();
 }
 
@@ -172,11 +172,11 @@ void SlowClients::run() noexcept {
                 return;
         }
         try {
-            look();
+            scan();
             failed = false;
         } catch (const std::exception& e) {
             if (!failed)
-                spdlog::warn(
+                util::log_warn(
                     "watch for slow clients: {}; until that works they can take all threads",
                     e.what());
             failed = true;
@@ -184,48 +184,48 @@ void SlowClients::run() noexcept {
     }
 }
 
-void SlowClients::look() {
+void SlowClients::scan() {
     const std::vector<Connection> open = connections_to(m_port);
     std::map<std::string, std::vector<std::pair<Clock::time_point, const Connection*>>>
         waiting;  // by address
     {
         const std::lock_guard lock(m_known->mutex);
-        ++m_known->looks;
+        ++m_known->scans;
         const auto now = Clock::now();
         for (const Connection& one : open) {
             Known::Facts& facts = m_known->connections[one.name];
-            facts.seen = m_known->looks;
-            facts.looks = facts.answering > 0 || one.unread ? 0 : facts.looks + 1;
-            if (facts.looks >= kLooks && now - facts.since >= m_limits.timeout)
+            facts.seen = m_known->scans;
+            facts.waiting_scans = facts.answering > 0 || one.unread ? 0 : facts.waiting_scans + 1;
+            if (facts.waiting_scans >= kMinScans && now - facts.since >= m_limits.timeout)
                 waiting[one.address].emplace_back(facts.since, &one);
         }
         std::erase_if(m_known->connections, [&](const auto& one) {
-            return one.second.answering == 0 && one.second.seen != m_known->looks;
+            return one.second.answering == 0 && one.second.seen != m_known->scans;
         });
     }
     for (auto& [address, connections] : waiting)
         std::sort(connections.rbegin(), connections.rend());  // the longest-waiting last
     for (std::size_t left = open.size();
          left > static_cast<std::size_t>(m_limits.connections) && !waiting.empty(); --left) {
-        const auto most = std::max_element(
+        const auto worst = std::max_element(
             waiting.begin(), waiting.end(),
             [](const auto& a, const auto& b) { return a.second.size() < b.second.size(); });
-        if (shut_down(*most->second.back().second, m_port)) {
+        if (shut_down(*worst->second.back().second, m_port)) {
             ++m_closed;
-            tell(most->first);
+            log_closed(worst->first);
         }
-        most->second.pop_back();
-        if (most->second.empty())
-            waiting.erase(most);
+        worst->second.pop_back();
+        if (worst->second.empty())
+            waiting.erase(worst);
     }
 }
 
-void SlowClients::tell(const std::string& address) {
+void SlowClients::log_closed(const std::string& address) {
     const auto now = Clock::now();
-    if (now < m_known->tell_again)
+    if (now < m_known->log_again_at)
         return;
-    m_known->tell_again = now + kTellEvery;
-    spdlog::warn(
+    m_known->log_again_at = now + kLogInterval;
+    util::log_warn(
         "more than {} connections are open: those whose clients do not finish their requests are "
         "closed, such as one of {}; {} before",
         m_limits.connections, address, m_closed - 1);

@@ -61,8 +61,8 @@ private:
     void begin(const std::string& name);
     void end(const std::string& name) noexcept;
     void run() noexcept;
-    void look();
-    void tell(const std::string& address);
+    void scan();
+    void log_closed(const std::string& address);
 
     const Limits m_limits;
     int m_port = 0;

@@ -65,7 +65,8 @@ Socket listen_at(const Endpoint& endpoint, bool both_families, const std::string
     };
     if (!socket)
         throw failed();
-    const int on = 1, only_six = both_families ? 0 : 1;
+    const int on = 1;
+    const int only_six = both_families ? 0 : 1;
     ::setsockopt(socket.fd(), SOL_SOCKET, SO_REUSEADDR, &on, sizeof on);
     if (endpoint.storage.ss_family == AF_INET6 &&
         ::setsockopt(socket.fd(), IPPROTO_IPV6, IPV6_V6ONLY, &only_six, sizeof only_six) != 0)
@@ -80,7 +81,7 @@ std::uint16_t bound_port(int fd) {
     Endpoint bound;
     bound.size_bytes = sizeof bound.storage;
     if (::getsockname(fd, reinterpret_cast<sockaddr*>(&bound.storage), &bound.size_bytes) != 0)
-        throw util::Error(std::string("ask for the port of a socket: ") + std::strerror(errno));
+        throw util::Error(std::string("query the port of a socket: ") + std::strerror(errno));
     return bound.port();
 }
 
@@ -211,7 +212,8 @@ Socket connect_to(const Endpoint& endpoint, Deadline deadline) {
 void tune(int fd, std::chrono::milliseconds lost_after) noexcept {
     // Each of these options improves the connection, and none is required: if the kernel lacks one,
     // that is not an error.
-    const int on = 1, unsent_bytes = 256 << 10;
+    const int on = 1;
+    const int unsent_bytes = 256 << 10;
     const auto lost_after_ms = static_cast<unsigned>(lost_after.count());
     ::setsockopt(fd, IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
     ::setsockopt(fd, IPPROTO_TCP, TCP_NOTSENT_LOWAT, &unsent_bytes, sizeof unsent_bytes);

@@ -1,11 +1,10 @@
 #include "voxelserver/store/grabber_store.hpp"
 
-#include <spdlog/spdlog.h>
-
 #include <algorithm>
 #include <utility>
 
 #include "common/util/error.hpp"
+#include "common/util/log.hpp"
 #include "voxelserver/store/read_only_database.hpp"
 
 namespace terravox::store {
@@ -14,7 +13,8 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::size_t kMaxRows = 1'000'000, kMaxSquares = 100'000;
+constexpr std::size_t kMaxRows = 1'000'000;
+constexpr std::size_t kMaxSquares = 100'000;
 constexpr std::size_t kLongestText = 4096;
 constexpr std::int64_t kGeoPackage = 0x47504B47;  // "GPKG"
 
@@ -38,7 +38,8 @@ constexpr std::int64_t kGeoPackage = 0x47504B47;  // "GPKG"
     if (std::none_of(endings.begin(), endings.end(),
                      [&](std::string_view ending) { return path.ends_with(ending); }))
         return false;
-    std::size_t parts = 0, begin = 0;
+    std::size_t parts = 0;
+    std::size_t begin = 0;
     for (std::size_t end = 0; end != std::string::npos; begin = end + 1, ++parts) {
         end = path.find('/', begin);
         const std::string part = path.substr(begin, end == std::string::npos ? end : end - begin);
@@ -114,7 +115,7 @@ public:
                 out.back().name == square.name)
                 fail(m_where + "name: " + square.source + "/" + square.name + " twice");
             if (row >= kMaxSquares)
-                fail("more than " + std::to_string(kMaxSquares) + " squares that were asked for");
+                fail("more than " + std::to_string(kMaxSquares) + " wanted squares");
             out.push_back(std::move(square));
         }
         return out;
@@ -139,8 +140,8 @@ public:
             if (length == count(rows, 1, "file_bytes"))
                 out.push_back(m_folder / path);
             else
-                spdlog::warn("read the store {}: {} {}; it is left out", m_folder.string(), path,
-                             length ? "has another length than it had" : "is not there any more");
+                util::log_warn("read the store {}: {} {}; it is left out", m_folder.string(), path,
+                               length ? "has another length than it had" : "is not there any more");
         }
         return out;
     }
@@ -183,7 +184,8 @@ private:
 
     /// Bounds of the file's points; for a square without a file, those in its catalogue.
     [[nodiscard]] std::optional<StoredBounds> bounds(const Rows& rows) const {
-        constexpr int kPoints = 12, kSquare = 18;
+        constexpr int kPoints = 12;
+        constexpr int kSquare = 18;
         StoredBounds out;
         const bool points = !rows.is_null(kPoints);
         if (!points && rows.is_null(kSquare))
@@ -258,7 +260,8 @@ private:
                                       std::to_string(out.bytes) + " when it was fetched";
     }
 
-    const fs::path m_folder, m_file;
+    const fs::path m_folder;
+    const fs::path m_file;
     ReadOnlyDatabase m_database;
     bool m_filled = false;
     std::string m_where;  // names the row in messages

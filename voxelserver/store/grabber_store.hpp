@@ -22,7 +22,8 @@ inline constexpr int kGrabberSchema = 3;
 
 /// A rectangle of ground, in the units of the square's CRS.
 struct StoredBounds {
-    std::array<double, 3> min{}, max{};
+    std::array<double, 3> min{};
+    std::array<double, 3> max{};
 };
 
 struct StoredSquare {
@@ -30,7 +31,8 @@ struct StoredSquare {
     std::string source;  ///< id of the source
     StoredState state = StoredState::kWanted;
     std::filesystem::path file;  ///< location of the file; empty unless fetched
-    std::uint64_t bytes = 0, points = 0;
+    std::uint64_t bytes = 0;
+    std::uint64_t points = 0;
     std::optional<StoredBounds> bounds;
     std::string crs, class_table, licence, attribution;  ///< empty = not recorded
     std::string error;                                   ///< one line; empty = none

@@ -10,20 +10,21 @@ namespace terravox::store {
 namespace {
 
 constexpr int kMaxValue_bytes = 1'000'000;  // and row: the longest are lists of addresses
-constexpr int kStepsPerLook = 1'000'000, kMaxLooks = 2'000;
+constexpr int kStepsPerCallback = 1'000'000;
+constexpr int kMaxCallbacks = 2'000;
 
-int count_down(void* looks) noexcept {
-    return --*static_cast<int*>(looks) < 0 ? 1 : 0;
+int count_down(void* callbacks_left) noexcept {
+    return --*static_cast<int*>(callbacks_left) < 0 ? 1 : 0;
 }
 
 }  // namespace
 
 ReadOnlyDatabase::ReadOnlyDatabase(const std::filesystem::path& file, bool immutable)
     : m_attempt("read the store's list " + file.string()),
-      m_looks_left(kMaxLooks),
+      m_callbacks_left(kMaxCallbacks),
       m_database(sqlite::open_untrusted(
           file, {.immutable = immutable, .max_value_bytes = kMaxValue_bytes}, m_attempt)) {
-    sqlite3_progress_handler(m_database.get(), kStepsPerLook, count_down, &m_looks_left);
+    sqlite3_progress_handler(m_database.get(), kStepsPerCallback, count_down, &m_callbacks_left);
 }
 
 void ReadOnlyDatabase::fail() const {

@@ -33,7 +33,7 @@ public:
 
 private:
     std::string m_attempt;  ///< begins messages
-    int m_looks_left;       ///< remaining budget of steps for all statements together
+    int m_callbacks_left;  ///< remaining calls of the progress handler, for all statements together
     sqlite::Connection m_database;
 };
 

@@ -43,7 +43,8 @@ void sort_patch(std::span<VoxelPoint> points, std::vector<VoxelPoint>& scratch) 
     for (const VoxelPoint& p : points)
         scratch[next[static_cast<std::size_t>(p.column())]++] = p;
     for (std::size_t i = 0; i < grid::kPatchColumns; ++i) {
-        const auto from = scratch.begin() + begin[i], to = scratch.begin() + begin[i + 1];
+        const auto from = scratch.begin() + begin[i];
+        const auto to = scratch.begin() + begin[i + 1];
         constexpr std::ptrdiff_t kFew = 16;
         if (to - from > kFew) {
             std::sort(from, to, before);

@@ -22,7 +22,8 @@ struct Header {
     std::array<char, 8> magic{};
     std::uint32_t version = kSquareFileVersion;
     std::uint32_t header_bytes = sizeof(Header);
-    std::uint64_t count = 0, more = 0;
+    std::uint64_t count = 0;
+    std::uint64_t more = 0;
     /// XXH64 of the header with this field 0, then of the tables after it (not of the points).
     std::uint64_t checksum = 0;
     std::uint64_t reserved = 0;
@@ -32,7 +33,9 @@ static_assert(std::is_trivially_copyable_v<Header> && sizeof(Header) % 8 == 0);
 
 /// One chunk in a chunk index file; the patches of all chunks follow after the last chunk.
 struct ChunkRecord {
-    std::uint64_t begin = 0, end = 0, patches = 0;
+    std::uint64_t begin = 0;
+    std::uint64_t end = 0;
+    std::uint64_t patches = 0;
 };
 
 constexpr std::array<char, 8> kSquareMagic = {'T', 'V', 'S', 'Q', 'U', 'A', 'R', 'E'};
@@ -76,7 +79,8 @@ struct Mapped {
 
 /// Sizes that result from the counts of a header, bytes.
 struct Layout {
-    std::size_t tables = 0, points = 0;
+    std::size_t tables = 0;
+    std::size_t points = 0;
 };
 
 /// @param layout_of std::optional<Layout>(Header, available bytes): nullopt when the counts do not

@@ -24,9 +24,12 @@ void write_square(const std::filesystem::path& file, const Square& square);
 /// @throws Error for a damaged file or another version
 [[nodiscard]] std::shared_ptr<const Square> map_square(const std::filesystem::path& file);
 
-/// Writes and reads a chunk index. read_chunks returns nullopt when there is no such file.
-/// @throws Error as above
+/// Writes a chunk index.
+/// @throws Error
 void write_chunks(const std::filesystem::path& file, const ChunkIndex& index);
+/// Reads a chunk index.
+/// @return nullopt when there is no such file
+/// @throws Error as map_square()
 [[nodiscard]] std::optional<ChunkIndex> read_chunks(const std::filesystem::path& file);
 
 }  // namespace terravox::store

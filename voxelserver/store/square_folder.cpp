@@ -1,12 +1,11 @@
 #include "voxelserver/store/square_folder.hpp"
 
-#include <spdlog/spdlog.h>
-
 #include <algorithm>
 #include <chrono>
 #include <vector>
 
 #include "common/util/error.hpp"
+#include "common/util/log.hpp"
 #include "common/voxel/bytes.hpp"
 #include "common/voxel/file_identity.hpp"
 #include "voxelserver/store/square_file.hpp"
@@ -61,7 +60,7 @@ std::string square_name(const fs::path& source, const std::string& recipe) {
     voxel::ByteWriter facts;
     facts.add(recipe);
     facts.add(voxel::file_identity(source, "point cloud"));
-    // The stem is for people: truncated so that no name gets too long, and without the dots that
+    // The stem is for readers: truncated so that no name gets too long, and without the dots that
     // mark unfinished files.
     constexpr std::size_t kStem = 80;
     const std::string stem = source.stem().string();
@@ -101,7 +100,7 @@ std::shared_ptr<const Square> SquareFolder::find(const std::string& name) {
             fs::last_write_time(file, fs::file_time_type::clock::now(), ignored);
         return square;
     } catch (const util::Error& e) {
-        spdlog::warn("{}; it is made again", e.what());
+        util::log_warn("{}; it is made again", e.what());
         return nullptr;
     }
 }
@@ -133,7 +132,7 @@ std::optional<ChunkIndex> SquareFolder::find_index(const std::string& name) {
             fs::last_write_time(index_file(name), fs::file_time_type::clock::now(), ignored);
         return index;
     } catch (const util::Error& e) {
-        spdlog::warn("{}; it is made again", e.what());
+        util::log_warn("{}; it is made again", e.what());
         return std::nullopt;
     }
 }
@@ -156,7 +155,7 @@ void SquareFolder::put_index(const std::string& name, const ChunkIndex& index) {
 void SquareFolder::complain(const std::string& what) {
     const std::lock_guard lock(m_mutex);
     if (!m_read_only)
-        spdlog::warn("{}; prepared squares are kept in memory only", what);
+        util::log_warn("{}; prepared squares are kept in memory only", what);
     m_read_only = true;
 }
 

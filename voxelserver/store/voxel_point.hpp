@@ -12,7 +12,8 @@ namespace terravox::store {
 struct VoxelPoint {
     static constexpr int kPlanBits = 10;    ///< fraction of x and z: 64 columns fill 16 bits
     static constexpr int kHeightBits = 12;  ///< fraction of y: heights up to 524,287 voxels
-    std::uint16_t x = 0, z = 0;
+    std::uint16_t x = 0;
+    std::uint16_t z = 0;
     std::int32_t y = 0;
     std::uint8_t source_class = 0;
     voxel::Rgb8 colour;  ///< of the point itself; valid when its square has colours

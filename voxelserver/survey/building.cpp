@@ -33,8 +33,8 @@ const char* name_of(BuildingUse use) noexcept {
 
 std::optional<double> Building::top_m(Vec2 p) const noexcept {
     const Vec2 from = p - centre;
-    const double along = std::abs(dot(from, direction)),
-                 across = std::abs(dot(from, left_of(direction)));
+    const double along = std::abs(dot(from, direction));
+    const double across = std::abs(dot(from, left_of(direction)));
     if (along > half_length_m || across > half_width_m)
         return std::nullopt;
     const double rise = ridge_m - eaves_m;
@@ -59,8 +59,8 @@ std::optional<double> Building::top_m(Vec2 p) const noexcept {
 }
 
 std::array<Vec2, 4> Building::corners(double margin_m) const noexcept {
-    const Vec2 a = direction * (half_length_m + margin_m),
-               b = left_of(direction) * (half_width_m + margin_m);
+    const Vec2 a = direction * (half_length_m + margin_m);
+    const Vec2 b = left_of(direction) * (half_width_m + margin_m);
     return {centre - a - b, centre + a - b, centre + a + b, centre - a + b};
 }
 

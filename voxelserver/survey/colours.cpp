@@ -46,8 +46,8 @@ double tint_of(std::uint32_t tint) noexcept {
 }  // namespace
 
 Colour ground_colour(std::uint64_t seed, Cover cover, Vec2 p) noexcept {
-    const double coarse = noise_2d(seed + 51, p.x / 23.0, p.y / 23.0),
-                 fine = noise_2d(seed + 52, p.x / 2.1, p.y / 2.1);
+    const double coarse = noise_2d(seed + 51, p.x / 23.0, p.y / 23.0);
+    const double fine = noise_2d(seed + 52, p.x / 2.1, p.y / 2.1);
     Colour colour = base_of(cover);
     double shade = 1.0 + 0.05 * coarse + 0.05 * fine;
     if (is_crop(cover)) {

@@ -8,7 +8,9 @@ namespace terravox::survey {
 
 /// sRGB, each channel [0, 255], not yet rounded.
 struct Colour {
-    double r = 0, g = 0, b = 0;
+    double r = 0;
+    double g = 0;
+    double b = 0;
     [[nodiscard]] constexpr Colour operator*(double f) const noexcept {
         return {r * f, g * f, b * f};
     }

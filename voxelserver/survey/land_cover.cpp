@@ -10,7 +10,8 @@ constexpr double kBlock_m = 190;       ///< parcels in one block have one direct
 constexpr double kGardenReach_m = 38;  ///< from a street with houses
 constexpr double kRockSlope = 1.2;
 constexpr double kFieldSlope = 0.16;
-constexpr double kLakeMeadow_m = 20, kHighestField_m = 30;
+constexpr double kLakeMeadow_m = 20;
+constexpr double kHighestField_m = 30;
 
 Cover crop_of(double dice) noexcept {
     if (dice < 0.34)

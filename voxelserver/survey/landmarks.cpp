@@ -8,8 +8,10 @@ namespace {
 // A part of a landmark; heights are above `base_m`, the floor of the landmark.
 struct Part {
     double east_m, north_m;  ///< of the centre, along the landmark's direction and to its left
-    double half_length_m, half_width_m;
-    double eaves_m, ridge_m;
+    double half_length_m;
+    double half_width_m;
+    double eaves_m;
+    double ridge_m;
     RoofType roof;
     RoofColour colour;
     bool across = false;                     ///< ridge a quarter turn from the landmark's direction
@@ -78,7 +80,8 @@ void add_castle(const CastleRock& rock, std::vector<Building>& out) {
     const std::vector<Vec2> ring = {{-37, -7}, {-20, -23}, {9, -25}, {33, -15},
                                     {38, 3},   {20, 22},   {-8, 25}, {-31, 14}};
     for (std::size_t i = 0; i < ring.size(); ++i) {
-        const Vec2 a = ring[i], b = ring[(i + 1) % ring.size()];
+        const Vec2 a = ring[i];
+        const Vec2 b = ring[(i + 1) % ring.size()];
         Part wall{0, 0, 0.5 * length(b - a), 1.1, 8.0, 8.0, RoofType::kFlat, RoofColour::kPale};
         out.push_back(placed(wall, rock.centre + (a + b) * 0.5, unit(b - a), rock.top_m,
                              BuildingUse::kCastle));

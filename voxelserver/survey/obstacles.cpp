@@ -11,10 +11,10 @@ void ObstacleGrid::for_each_cell(const Box2& box, const Visit& visit) const {
     };
     if (!box.overlaps(m_area))
         return;
-    const auto c0 = clamped((box.x0 - m_area.x0) * kPerCell, m_columns),
-               c1 = clamped((box.x1 - m_area.x0) * kPerCell, m_columns);
-    const auto r0 = clamped((box.y0 - m_area.y0) * kPerCell, m_rows),
-               r1 = clamped((box.y1 - m_area.y0) * kPerCell, m_rows);
+    const auto c0 = clamped((box.x0 - m_area.x0) * kPerCell, m_columns);
+    const auto c1 = clamped((box.x1 - m_area.x0) * kPerCell, m_columns);
+    const auto r0 = clamped((box.y0 - m_area.y0) * kPerCell, m_rows);
+    const auto r1 = clamped((box.y1 - m_area.y0) * kPerCell, m_rows);
     for (auto row = r0; row <= r1; ++row)
         for (auto column = c0; column <= c1; ++column)
             visit(row * m_columns + column);
@@ -45,8 +45,8 @@ void ObstacleGrid::for_each_obstacle(const SquareModel& model, const Visit& visi
     for (const Wire& w : model.power_line().wires) {
         // In pieces: the box around a whole span would be far too wide.
         for (int piece = 0; piece < 16; ++piece) {
-            const Vec2 a = w.a + (w.b - w.a) * (piece / 16.0),
-                       b = w.a + (w.b - w.a) * ((piece + 1) / 16.0);
+            const Vec2 a = w.a + (w.b - w.a) * (piece / 16.0);
+            const Vec2 b = w.a + (w.b - w.a) * ((piece + 1) / 16.0);
             visit({ObstacleKind::kWire, i}, widened({std::min(a.x, b.x), std::min(a.y, b.y),
                                                      std::max(a.x, b.x), std::max(a.y, b.y)},
                                                     kPylonHeight_m));

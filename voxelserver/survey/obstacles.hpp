@@ -29,14 +29,16 @@ public:
     }
 
 private:
-    static constexpr double kCell_m = 8, kPerCell = 1.0 / kCell_m;
+    static constexpr double kCell_m = 8;
+    static constexpr double kPerCell = 1.0 / kCell_m;
     template <class Visit>
     void for_each_cell(const Box2& box, const Visit& visit) const;
     template <class Visit>
     void for_each_obstacle(const SquareModel& model, const Visit& visit) const;
 
     Box2 m_area;
-    std::size_t m_columns, m_rows;
+    std::size_t m_columns;
+    std::size_t m_rows;
     std::vector<std::uint32_t> m_starts;
     std::vector<Obstacle> m_items;
 };

@@ -117,12 +117,12 @@ void paint_buildings(const SquareModel& model, Canvas& canvas) {
             if (!top)
                 return;
             const Vec2 from = p - building.centre;
-            const double across = dot(from, left_of(building.direction)),
-                         along = dot(from, building.direction);
+            const double across = dot(from, left_of(building.direction));
+            const double along = dot(from, building.direction);
             Colour colour = roof_colour(building, across > 0 ? 0 : 1);
             // Rows of tiles, a lighter ridge, a rim on flat roofs.
-            const double tiles = std::floor(std::abs(across) * 2.0),
-                         rim = std::min(building.half_width_m - std::abs(across),
+            const double tiles = std::floor(std::abs(across) * 2.0);
+            const double rim = std::min(building.half_width_m - std::abs(across),
                                         building.half_length_m - std::abs(along));
             if (building.roof == RoofType::kFlat)
                 colour = colour * (rim < 0.6 ? 1.08 : 0.97);

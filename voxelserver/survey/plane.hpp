@@ -10,7 +10,8 @@
 namespace terravox::survey {
 
 struct Vec2 {
-    double x = 0, y = 0;
+    double x = 0;
+    double y = 0;
     constexpr Vec2 operator+(Vec2 o) const noexcept { return {x + o.x, y + o.y}; }
     constexpr Vec2 operator-(Vec2 o) const noexcept { return {x - o.x, y - o.y}; }
     constexpr Vec2 operator*(double f) const noexcept { return {x * f, y * f}; }
@@ -34,7 +35,10 @@ struct Vec2 {
 
 /// [x0, x1) by [y0, y1), metres.
 struct Box2 {
-    double x0 = 0, y0 = 0, x1 = 0, y1 = 0;
+    double x0 = 0;
+    double y0 = 0;
+    double x1 = 0;
+    double y1 = 0;
     [[nodiscard]] constexpr Box2 expanded(double m) const noexcept {
         return {x0 - m, y0 - m, x1 + m, y1 + m};
     }
@@ -47,7 +51,8 @@ struct Box2 {
 };
 
 /// The centre of the place in EPSG:3794, metres; the middle of the square TM_462_101.
-inline constexpr double kPlaceEasting_m = 462500, kPlaceNorthing_m = 101500;
+inline constexpr double kPlaceEasting_m = 462500;
+inline constexpr double kPlaceNorthing_m = 101500;
 
 [[nodiscard]] constexpr double lerp(double a, double b, double t) noexcept {
     return a + (b - a) * t;

@@ -33,8 +33,8 @@ double Pylon::half_width_m(double height_m) const noexcept {
 
 bool Pylon::holds(Vec2 p, double height_m) const noexcept {
     const Vec2 from = p - at;
-    const double forward = std::abs(dot(from, along)),
-                 sideways = std::abs(dot(from, left_of(along)));
+    const double forward = std::abs(dot(from, along));
+    const double sideways = std::abs(dot(from, left_of(along)));
     const bool arm = height_m > top_m - 1.0 - kArmDepth_m && height_m < top_m - 1.0 &&
                      sideways < kPylonArm_m && forward < 0.5;
     const double half = half_width_m(height_m);

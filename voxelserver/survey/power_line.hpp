@@ -11,7 +11,8 @@ namespace terravox::survey {
 struct Pylon {
     Vec2 at;
     Vec2 along{1, 0};  ///< of length 1, direction of the line
-    double ground_m = 0, top_m = 0;
+    double ground_m = 0;
+    double top_m = 0;
     /// @return half the width of the mast at a height, metres
     [[nodiscard]] double half_width_m(double height_m) const noexcept;
     /// Whether a point lies within the outline of mast or arm.
@@ -20,7 +21,8 @@ struct Pylon {
 
 /// A conductor between two masts: a parabola.
 struct Wire {
-    Vec2 a, b;
+    Vec2 a;
+    Vec2 b;
     double a_m = 0, b_m = 0;  ///< heights of the ends
     double sag_m = 0;
     [[nodiscard]] double height_m(double along) const noexcept {

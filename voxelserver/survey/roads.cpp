@@ -18,7 +18,8 @@ std::vector<Vec2> rounded(std::vector<Vec2> line) {
     for (int pass = 0; pass < 3; ++pass) {
         std::vector<Vec2> cut{line.front()};
         for (std::size_t i = 1; i < line.size(); ++i) {
-            const Vec2 a = line[i - 1], b = line[i];
+            const Vec2 a = line[i - 1];
+            const Vec2 b = line[i];
             if (i > 1)
                 cut.push_back(a + (b - a) * 0.25);
             if (i + 1 < line.size())
@@ -116,7 +117,8 @@ void add_bridges(const Terrain& terrain, Road& road, std::vector<Bridge>& bridge
                water_below(terrain, road.line[static_cast<std::size_t>(end + 1)].at).level_m !=
                    kNoWater)
             ++end;
-        const int first = i - 1, last = end + 1;
+        const int first = i - 1;
+        const int last = end + 1;
         const auto &a = road.line[static_cast<std::size_t>(first)],
                    &b = road.line[static_cast<std::size_t>(last)];
         const double clearance = water.river               ? kRiverClearance_m

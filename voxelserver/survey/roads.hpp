@@ -26,7 +26,8 @@ inline constexpr double kRoadStep_m = 4.0;
 struct Bridge {
     Vec2 centre;
     Vec2 direction;  ///< of length 1
-    double half_length_m = 0, half_width_m = 0;
+    double half_length_m = 0;
+    double half_width_m = 0;
     double deck_m = 0;   ///< height of the road surface in the middle; constant
     double water_m = 0;  ///< level of the water below
     /// @return height of the deck or parapet at p, or kNoWater outside the bridge

@@ -31,7 +31,8 @@ Vec2 ScanPattern::place(double across_m, double forward_m) noexcept {
 }
 
 ScanPattern::Span ScanPattern::strips_over(const Box2& area) const noexcept {
-    double low = 1e18, high = -1e18;
+    double low = 1e18;
+    double high = -1e18;
     for (const Vec2 c : {Vec2{area.x0, area.y0}, Vec2{area.x1, area.y0}, Vec2{area.x0, area.y1},
                          Vec2{area.x1, area.y1}}) {
         low = std::min(low, dot(c, kAcross));
@@ -42,7 +43,8 @@ ScanPattern::Span ScanPattern::strips_over(const Box2& area) const noexcept {
 }
 
 ScanPattern::Span ScanPattern::lines_over(const Box2& area) const noexcept {
-    double low = 1e18, high = -1e18;
+    double low = 1e18;
+    double high = -1e18;
     for (const Vec2 c : {Vec2{area.x0, area.y0}, Vec2{area.x1, area.y0}, Vec2{area.x0, area.y1},
                          Vec2{area.x1, area.y1}}) {
         low = std::min(low, dot(c, kForward));
@@ -70,11 +72,12 @@ ScanPattern::Range ScanPattern::clip(const Line& line, const Box2& area) const n
     // differ from 0.
     const Vec2 middle = place(static_cast<double>(line.strip) * kStripDistance_m, line.forward_m);
     const double margin = m_spacing_m;
-    const double x_low = (area.x0 - margin - middle.x) / kAcross.x,
-                 x_high = (area.x1 + margin - middle.x) / kAcross.x;
-    const double y_low = (area.y1 + margin - middle.y) / kAcross.y,
-                 y_high = (area.y0 - margin - middle.y) / kAcross.y;
-    const double low = std::max(x_low, y_low), high = std::min(x_high, y_high);
+    const double x_low = (area.x0 - margin - middle.x) / kAcross.x;
+    const double x_high = (area.x1 + margin - middle.x) / kAcross.x;
+    const double y_low = (area.y1 + margin - middle.y) / kAcross.y;
+    const double y_high = (area.y0 - margin - middle.y) / kAcross.y;
+    const double low = std::max(x_low, y_low);
+    const double high = std::min(x_high, y_high);
     const double half = 0.5 * kSwath_m;
     if (low > half || high < -half || low > high)
         return {};

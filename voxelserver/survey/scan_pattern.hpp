@@ -27,7 +27,9 @@ public:
     /// @param density pulses on each square metre, averaged over strips and overlaps
     ScanPattern(std::uint64_t seed, double density);
 
-    static constexpr double kFlightHeight_m = 1200, kSwath_m = 660, kStripDistance_m = 470;
+    static constexpr double kFlightHeight_m = 1200;
+    static constexpr double kSwath_m = 660;
+    static constexpr double kStripDistance_m = 470;
     static constexpr double kSpeed_m_s = 60;
     /// Greatest lean of any pulse: metres sideways for each metre up.
     static constexpr double kMaxLean = 0.5 * kSwath_m / kFlightHeight_m;
@@ -40,15 +42,18 @@ public:
 
 private:
     struct Line {
-        std::int64_t strip = 0, number = 0;
+        std::int64_t strip = 0;
+        std::int64_t number = 0;
         double forward_m = 0;
     };
     /// The part of a scan line within an area, as pulse numbers [first, last].
     struct Range {
-        std::int64_t first = 0, last = -1;
+        std::int64_t first = 0;
+        std::int64_t last = -1;
     };
     struct Span {
-        std::int64_t first = 0, last = -1;
+        std::int64_t first = 0;
+        std::int64_t last = -1;
     };
 
     [[nodiscard]] Span strips_over(const Box2& area) const noexcept;
@@ -66,7 +71,8 @@ private:
 
 template <class Visit>
 void ScanPattern::visit(const Box2& area, const Visit& visit) const {
-    const Span strips = strips_over(area), lines = lines_over(area);
+    const Span strips = strips_over(area);
+    const Span lines = lines_over(area);
     for (auto s = strips.first; s <= strips.last; ++s) {
         const std::int64_t step = flown_north(s) ? 1 : -1;
         for (auto n = step > 0 ? lines.first : lines.last; n >= lines.first && n <= lines.last;

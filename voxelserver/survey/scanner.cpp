@@ -33,7 +33,9 @@ double brightness(Cover cover) noexcept {
 
 // What stands on open land, metres, and how often a pulse meets it: grass, crops.
 struct Growth {
-    double share, from_m, to_m;
+    double share;
+    double from_m;
+    double to_m;
 };
 Growth growth_of(Cover cover) noexcept {
     switch (cover) {
@@ -91,8 +93,10 @@ struct Scanner::Shot {
 
 std::optional<Scanner::Solid> Scanner::hit(const Ray& ray, const Building& b) noexcept {
     // Where the pulse is over the footprint, as a range of heights.
-    double low = std::max(b.ground_m - 3.0, b.underside_m), high = b.top_of_all_m() + 0.01;
-    const Vec2 from = ray.at(0) - b.centre, right = left_of(b.direction);
+    double low = std::max(b.ground_m - 3.0, b.underside_m);
+    double high = b.top_of_all_m() + 0.01;
+    const Vec2 from = ray.at(0) - b.centre;
+    const Vec2 right = left_of(b.direction);
     const std::array<std::array<double, 3>, 2> slabs = {
         {{dot(from, b.direction), dot(ray.lean, b.direction), b.half_length_m},
          {dot(from, right), dot(ray.lean, right), b.half_width_m}}};
@@ -102,7 +106,8 @@ std::optional<Scanner::Solid> Scanner::hit(const Ray& ray, const Building& b) no
                 return std::nullopt;
             continue;
         }
-        const double z0 = (-half - start) / step, z1 = (half - start) / step;
+        const double z0 = (-half - start) / step;
+        const double z1 = (half - start) / step;
         low = std::max(low, std::min(z0, z1));
         high = std::min(high, std::max(z0, z1));
     }
@@ -113,7 +118,8 @@ std::optional<Scanner::Solid> Scanner::hit(const Ray& ray, const Building& b) no
         return top && z <= *top;
     };
     // Down from the entry: in steps to the first point inside, then by halving.
-    constexpr int kSteps = 10, kHalvings = 10;
+    constexpr int kSteps = 10;
+    constexpr int kHalvings = 10;
     double above = high - 1e-7 * (high - low);
     if (inside(above))
         return Solid{above, las_class::kBuilding, above < b.eaves_m - 0.05};

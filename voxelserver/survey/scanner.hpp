@@ -14,11 +14,20 @@ namespace terravox::survey {
 /// The classes that the survey uses (ASPRS LAS 1.4). Vegetation by height above the ground: low
 /// below 3 m, medium below 10 m, high above. Roads are ground (2), as in most national surveys.
 namespace las_class {
-inline constexpr std::uint8_t kGround = 2, kLowVegetation = 3, kMediumVegetation = 4,
-                              kHighVegetation = 5, kBuilding = 6, kLowNoise = 7, kWater = 9,
-                              kWire = 14, kTower = 15, kBridge = 17, kHighNoise = 18;
-}
-inline constexpr double kMediumFrom_m = 3, kHighFrom_m = 10;
+inline constexpr std::uint8_t kGround = 2;
+inline constexpr std::uint8_t kLowVegetation = 3;
+inline constexpr std::uint8_t kMediumVegetation = 4;
+inline constexpr std::uint8_t kHighVegetation = 5;
+inline constexpr std::uint8_t kBuilding = 6;
+inline constexpr std::uint8_t kLowNoise = 7;
+inline constexpr std::uint8_t kWater = 9;
+inline constexpr std::uint8_t kWire = 14;
+inline constexpr std::uint8_t kTower = 15;
+inline constexpr std::uint8_t kBridge = 17;
+inline constexpr std::uint8_t kHighNoise = 18;
+}  // namespace las_class
+inline constexpr double kMediumFrom_m = 3;
+inline constexpr double kHighFrom_m = 10;
 
 /// A measured point.
 struct ScanPoint {
@@ -26,7 +35,8 @@ struct ScanPoint {
     double height_m = 0;  ///< sea level
     std::uint16_t intensity = 0;
     std::uint8_t classification = 0;
-    std::uint8_t return_number = 1, number_of_returns = 1;
+    std::uint8_t return_number = 1;
+    std::uint8_t number_of_returns = 1;
 };
 
 /// The returns of one pulse, the first (the highest) first.
@@ -47,7 +57,8 @@ public:
 private:
     /// A pulse with the ground under it: at height z it is at foot + lean * (z - foot_m).
     struct Ray {
-        Vec2 foot, lean;
+        Vec2 foot;
+        Vec2 lean;
         double foot_m = 0;
         [[nodiscard]] Vec2 at(double height_m) const noexcept {
             return foot + lean * (height_m - foot_m);

@@ -28,7 +28,8 @@ Brook outlet_of_the_place(const River& river) {
 }
 
 std::vector<Street> streets_of_the_place(const Lake& lake, Vec2 castle_gate) {
-    const auto asphalt = RoadSurface::kAsphalt, gravel = RoadSurface::kGravel;
+    const auto asphalt = RoadSurface::kAsphalt;
+    const auto gravel = RoadSurface::kGravel;
     const auto behind_hotels = [&](double east, double north) {
         const Vec2 direction = unit({east, north});
         return lake.shore_point(direction) + direction * 38.0;
@@ -125,7 +126,8 @@ std::vector<Street> streets_of_a_village(Random& random, Vec2 centre, double riv
     const int lanes = 2 + static_cast<int>(random.next() % 3);
     for (int i = 0; i < lanes; ++i) {
         const double north = 75.0 + 72.0 * i;
-        const double east = random.range(110, 230), west = -random.range(60, 200);
+        const double east = random.range(110, 230);
+        const double west = -random.range(60, 200);
         streets.push_back(
             {{at(west, north + random.range(-25, 25)), at(0.5 * west, north + random.range(-9, 9)),
               at(bend * 0.7, north), at(0.5 * east, north + random.range(-14, 14)),

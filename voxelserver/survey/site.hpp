@@ -26,21 +26,24 @@ inline constexpr double kFarmStep_m = 50;
 /// An island of the lake: a mound with a flat top.
 struct Island {
     Vec2 centre;
-    double radius_x_m = 0, radius_y_m = 0;
+    double radius_x_m = 0;
+    double radius_y_m = 0;
     double top_m = 0;
 };
 
 /// A rock with a flat top, steep on the south side.
 struct CastleRock {
     Vec2 centre;
-    double radius_x_m = 0, radius_y_m = 0;
+    double radius_x_m = 0;
+    double radius_y_m = 0;
     double top_m = 0;
 };
 
 /// A hill placed manually.
 struct Hill {
     Vec2 centre;
-    double radius_m = 0, height_m = 0;
+    double radius_m = 0;
+    double height_m = 0;
 };
 
 /// A settlement and its surroundings. Sites lie about every 1.6 km along every river; site (0, 0)

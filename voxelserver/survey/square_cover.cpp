@@ -76,12 +76,15 @@ Cover SquareModel::cover_at(int column, int row, double to_street_m) const {
     at.ground_m = m_ground[index(column, row)];
     at.to_street_m = to_street_m;
     // One-sided at the rim of the margin, where there is no neighbour.
-    const int east = std::min(column + 1, m_side - 1), west = std::max(column - 1, 0);
-    const int north = std::min(row + 1, m_side - 1), south = std::max(row - 1, 0);
+    const int east = std::min(column + 1, m_side - 1);
+    const int west = std::max(column - 1, 0);
+    const int north = std::min(row + 1, m_side - 1);
+    const int south = std::max(row - 1, 0);
     at.slope = length(
         {(m_ground[index(east, row)] - m_ground[index(west, row)]) / (east - west),
          (m_ground[index(column, north)] - m_ground[index(column, south)]) / (north - south)});
-    double valley_m = 0, nearest_river = 1e18;
+    double valley_m = 0;
+    double nearest_river = 1e18;
     for (const River& river : m_terrain.rivers()) {
         const double away = std::abs(p.y - static_cast<double>(river.index()) * kRiverSpacing_m);
         if (away < nearest_river) {

@@ -14,8 +14,8 @@ constexpr double kWireClearance_m = 7;  ///< no tree nearer to a power line
 }  // namespace
 
 Box2 SquareExtent::box() const noexcept {
-    const double x = static_cast<double>(east_m) - kPlaceEasting_m,
-                 y = static_cast<double>(north_m) - kPlaceNorthing_m;
+    const double x = static_cast<double>(east_m) - kPlaceEasting_m;
+    const double y = static_cast<double>(north_m) - kPlaceNorthing_m;
     return {x, y, x + size_m, y + size_m};
 }
 
@@ -66,7 +66,8 @@ std::size_t SquareModel::nearest(Vec2 p) const noexcept {
 SquareModel::Node SquareModel::node_below(Vec2 p) const noexcept {
     // The fractions are taken before the corner of the area is subtracted: they are then exact, and
     // so the same in any square.
-    const double x = std::floor(p.x), y = std::floor(p.y);
+    const double x = std::floor(p.x);
+    const double y = std::floor(p.y);
     return {index(static_cast<int>(x - m_area.x0), static_cast<int>(y - m_area.y0)), p.x - x,
             p.y - y};
 }
@@ -97,7 +98,8 @@ std::optional<double> SquareModel::water_m(Vec2 p) const noexcept {
 }
 
 Vec2 SquareModel::gradient(Vec2 p) const noexcept {
-    const auto i = nearest(p), side = static_cast<std::size_t>(m_side);
+    const auto i = nearest(p);
+    const auto side = static_cast<std::size_t>(m_side);
     return {0.5 * (m_ground[i + 1] - m_ground[i - 1]),
             0.5 * (m_ground[i + side] - m_ground[i - side])};
 }
@@ -151,7 +153,8 @@ void SquareModel::build_road_bed() {
                     }
                     if (on.distance_m >= reach)
                         return;
-                    const double near = 1.0 - on.distance_m / reach, w = near * near * near * near;
+                    const double near = 1.0 - on.distance_m / reach;
+                    const double w = near * near * near * near;
                     weight[n] += static_cast<float>(w);
                     height[n] += static_cast<float>(w * lerp(a.height_m, b.height_m, on.along));
                     share[n] = std::max(

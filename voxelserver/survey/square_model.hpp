@@ -16,7 +16,8 @@ namespace terravox::survey {
 
 /// The place of a square: whole metres, EPSG:3794; [east, east + size) by [north, north + size).
 struct SquareExtent {
-    std::int64_t east_m = 0, north_m = 0;
+    std::int64_t east_m = 0;
+    std::int64_t north_m = 0;
     int size_m = 1000;
     [[nodiscard]] Box2 box() const noexcept;  ///< in the place frame
     /// TM_462_101 for 1 km squares on whole kilometres, else TM_462240_101232.
@@ -54,7 +55,8 @@ public:
 private:
     struct Node {
         std::size_t index;
-        double fx, fy;
+        double fx;
+        double fy;
     };
     [[nodiscard]] std::size_t index(int column, int row) const noexcept;
     [[nodiscard]] std::size_t nearest(Vec2 p) const noexcept;
@@ -83,7 +85,10 @@ private:
     PowerLine m_power_line;
     std::vector<Building> m_buildings;
     std::vector<Tree> m_trees;
-    std::vector<float> m_ground, m_water, m_road_edge, m_clear;
+    std::vector<float> m_ground;
+    std::vector<float> m_water;
+    std::vector<float> m_road_edge;
+    std::vector<float> m_clear;
     std::vector<std::uint8_t> m_gravel;  ///< 1 where the nearest road is of gravel
     std::vector<Cover> m_cover;
 };

@@ -35,8 +35,8 @@ public:
           m_size(extent.size_m * std::int64_t{100}) {}
 
     void write(const Pulse& pulse, const ScanPoint& point) {
-        const auto east = hundredths(point.at.x + kPlaceEasting_m),
-                   north = hundredths(point.at.y + kPlaceNorthing_m);
+        const auto east = hundredths(point.at.x + kPlaceEasting_m);
+        const auto north = hundredths(point.at.y + kPlaceNorthing_m);
         if (east < m_west || east >= m_west + m_size || north < m_south ||
             north >= m_south + m_size)
             return;
@@ -73,7 +73,9 @@ private:
         return options;
     }
     lidar::LasWriter m_writer;
-    std::int64_t m_west, m_south, m_size;
+    std::int64_t m_west;
+    std::int64_t m_south;
+    std::int64_t m_size;
 };
 
 std::uint64_t write_points(const SurveyOptions& options, const SquareModel& model,

@@ -9,9 +9,13 @@
 namespace terravox::survey {
 namespace {
 
-constexpr double kMinDensity = 0.1, kMaxDensity = 200;
-constexpr int kMaxSquares = 100, kMinSquare_m = 64, kSquareStep_m = 16, kKilometre_m = 1000,
-              kMaxThreads = 1024;
+constexpr double kMinDensity = 0.1;
+constexpr double kMaxDensity = 200;
+constexpr int kMaxSquares = 100;
+constexpr int kMinSquare_m = 64;
+constexpr int kSquareStep_m = 16;
+constexpr int kKilometre_m = 1000;
+constexpr int kMaxThreads = 1024;
 constexpr double kMaxOrigin_km = 1000;
 
 constexpr const char* kAbout =
@@ -40,8 +44,13 @@ Number number_of(const std::string& option, const std::string& text, const std::
 
 /// The values of the options as they were typed.
 struct Texts {
-    std::string seed = "7", squares = "1x1", density = "8", origin, square_m = "1000",
-                threads = "0", folder;
+    std::string seed = "7";
+    std::string squares = "1x1";
+    std::string density = "8";
+    std::string origin;
+    std::string square_m = "1000";
+    std::string threads = "0";
+    std::string folder;
 };
 
 std::pair<std::string, std::string> halves(const std::string& option, const std::string& text,
@@ -85,8 +94,8 @@ void read_origin(const std::string& text, SurveyOptions& options) {
     if (text.empty()) {
         // The first square is centred on the place, its corner on a multiple of 16 m (or on the
         // kilometre).
-        const std::int64_t back = options.square_m / 2,
-                           step = options.square_m == kKilometre_m ? 1 : kSquareStep_m;
+        const std::int64_t back = options.square_m / 2;
+        const std::int64_t step = options.square_m == kKilometre_m ? 1 : kSquareStep_m;
         options.origin_east_m = (static_cast<std::int64_t>(kPlaceEasting_m) - back) / step * step;
         options.origin_north_m = (static_cast<std::int64_t>(kPlaceNorthing_m) - back) / step * step;
         return;

@@ -18,7 +18,8 @@ struct SurveyOptions {
     int squares_east = 1, squares_north = 1;  ///< [1, 100]
     int square_m = 1000;  ///< side of a square, [64, 1000]; a multiple of 16, or 1000
     /// South-west corner, EPSG:3794, whole metres.
-    std::int64_t origin_east_m = 462000, origin_north_m = 101000;
+    std::int64_t origin_east_m = 462000;
+    std::int64_t origin_north_m = 101000;
     int threads = 0;  ///< 0 = one for each core
     std::filesystem::path folder;
 };

@@ -82,8 +82,8 @@ Terrain::Valley Terrain::valley(const Column& column, double y) const noexcept {
         ++upper;
     const RiverAtX& a = column.rivers[upper - 1];
     const RiverAtX& b = column.rivers[upper];
-    const double to_a = std::abs(y - a.centre_y) * a.stretch,
-                 to_b = std::abs(b.centre_y - y) * b.stretch;
+    const double to_a = std::abs(y - a.centre_y) * a.stretch;
+    const double to_b = std::abs(b.centre_y - y) * b.stretch;
     const double part = (y - a.centre_y) / (b.centre_y - a.centre_y);
     const double level = lerp(a.level_m, b.level_m, smoothstep(0.25, 0.75, part));
     return {level, std::min(to_a, to_b), to_a <= to_b ? &a : &b};

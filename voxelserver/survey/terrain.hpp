@@ -46,7 +46,8 @@ public:
 
 private:
     struct Valley {
-        double floor_m = 0, distance_m = 0;
+        double floor_m = 0;
+        double distance_m = 0;
         const RiverAtX* nearest = nullptr;
     };
     [[nodiscard]] Valley valley(const Column& column, double y) const noexcept;

@@ -55,7 +55,8 @@ Json trees_of(const SquareModel& model, const Box2& box) {
 }
 
 Json line_with_levels(const Brook& brook) {
-    Json line = Json::array(), levels = Json::array();
+    Json line = Json::array();
+    Json levels = Json::array();
     for (const auto& vertex : brook.line) {
         line.push_back(position(vertex.at));
         levels.push_back(cm(vertex.level_m));
@@ -67,7 +68,9 @@ Json line_with_levels(const Brook& brook) {
 }
 
 std::optional<Json> river_in(const River& river, const Box2& box) {
-    Json line = Json::array(), levels = Json::array(), widths = Json::array();
+    Json line = Json::array();
+    Json levels = Json::array();
+    Json widths = Json::array();
     bool inside = false;
     for (double x = box.x0 - 20.0; x <= box.x1 + 20.0; x += 10.0) {
         const Vec2 p{x, river.centre_y(x)};

@@ -25,7 +25,8 @@ public:
     bool add(Building building, double eaves_m, double ridge_m, bool joins_last = false) {
         if (!clear_of_others(building, joins_last ? 1 : 0) || !clear_of_roads(building))
             return false;
-        double low = 1e9, high = -1e9;
+        double low = 1e9;
+        double high = -1e9;
         for (const Vec2 p : building.corners(0.5)) {
             const TerrainSpot spot = m_terrain.at(p);
             if (spot.water_m > kNoWater)
@@ -53,7 +54,8 @@ public:
                 return false;
         if (!clear_of_roads(slab))
             return false;
-        double low = 1e9, high = -1e9;
+        double low = 1e9;
+        double high = -1e9;
         for (const Vec2 p : slab.corners()) {
             const TerrainSpot spot = m_terrain.at(p);
             if (spot.water_m > kNoWater)
@@ -192,7 +194,8 @@ void add_overhangs(std::uint64_t seed, std::size_t landmarks, Plots& plots) {
     for (std::size_t i = landmarks; i < houses; ++i) {
         const Building house = plots.buildings()[i];
         Random random(hash_of(seed, 0x0BA1, i));
-        const double dice = random.unit(), side = random.chance(0.5) ? 1.0 : -1.0;
+        const double dice = random.unit();
+        const double side = random.chance(0.5) ? 1.0 : -1.0;
         if (house.use != BuildingUse::kHouse)
             continue;
         Building slab;

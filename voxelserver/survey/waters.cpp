@@ -12,7 +12,8 @@ constexpr double kShoreSway = 0.16;
 // Distance from the centre to the shore, for a direction of length 1. Noise over the unit circle
 // closes on itself.
 double shore_radius(const Lake& lake, Vec2 direction) noexcept {
-    const double ex = direction.x / lake.radius_x_m, ey = direction.y / lake.radius_y_m;
+    const double ex = direction.x / lake.radius_x_m;
+    const double ey = direction.y / lake.radius_y_m;
     const double ellipse = 1.0 / std::sqrt(ex * ex + ey * ey);
     const double sway =
         0.75 * noise_2d(lake.seed, direction.x * 1.6 + 7.3, direction.y * 1.6 + 3.1) +

@@ -10,7 +10,8 @@ namespace terravox::survey {
 /// A lake with an irregular shore around an ellipse. Flat: one level.
 struct Lake {
     Vec2 centre;
-    double radius_x_m = 0, radius_y_m = 0;
+    double radius_x_m = 0;
+    double radius_y_m = 0;
     double level_m = 0;
     double depth_m = 12;
     std::uint64_t seed = 0;
@@ -47,7 +48,8 @@ public:
 private:
     std::uint64_t m_seed;
     std::int64_t m_index;
-    double m_base_y, m_base_level_m;
+    double m_base_y;
+    double m_base_level_m;
 };
 
 /// Between the centre lines of neighbouring rivers, on average.

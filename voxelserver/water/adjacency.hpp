@@ -8,7 +8,8 @@ namespace terravox::water {
 
 /// The position of a cell in the grid of cells: x east, z south.
 struct CellPlace {
-    std::int32_t x = 0, z = 0;
+    std::int32_t x = 0;
+    std::int32_t z = 0;
     bool operator==(const CellPlace&) const = default;
 };
 
@@ -24,23 +25,23 @@ public:
     explicit Adjacency(const std::vector<CellPlace>& places);
 
     [[nodiscard]] std::int32_t size() const noexcept {
-        return static_cast<std::int32_t>(m_beside.size());
+        return static_cast<std::int32_t>(m_neighbours.size());
     }
     /// @return the index of the cell on that side, or kNone
-    [[nodiscard]] std::int32_t beside(std::int32_t i, Side side) const noexcept {
-        return m_beside[static_cast<std::size_t>(i)][side];
+    [[nodiscard]] std::int32_t neighbour(std::int32_t i, Side side) const noexcept {
+        return m_neighbours[static_cast<std::size_t>(i)][side];
     }
     [[nodiscard]] const std::array<std::int32_t, 4>& around(std::int32_t i) const noexcept {
-        return m_beside[static_cast<std::size_t>(i)];
+        return m_neighbours[static_cast<std::size_t>(i)];
     }
     /// @return the diagonal neighbour (west or east, north or south) when one of the two cells
     /// between is in the list too, else kNone
     [[nodiscard]] std::int32_t diagonal(std::int32_t i, Side x_side, Side z_side) const noexcept {
-        if (const std::int32_t a = beside(i, x_side); a != kNone)
-            if (const std::int32_t d = beside(a, z_side); d != kNone)
+        if (const std::int32_t a = neighbour(i, x_side); a != kNone)
+            if (const std::int32_t d = neighbour(a, z_side); d != kNone)
                 return d;
-        const std::int32_t b = beside(i, z_side);
-        return b == kNone ? kNone : beside(b, x_side);
+        const std::int32_t b = neighbour(i, z_side);
+        return b == kNone ? kNone : neighbour(b, x_side);
     }
 
     /// Labels the connected components (over edges) of the cells with flag[i] != 0.
@@ -50,7 +51,7 @@ public:
                                                   std::int32_t* count = nullptr) const;
 
 private:
-    std::vector<std::array<std::int32_t, 4>> m_beside;
+    std::vector<std::array<std::int32_t, 4>> m_neighbours;
 };
 
 }  // namespace terravox::water

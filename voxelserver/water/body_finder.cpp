@@ -15,7 +15,7 @@ namespace terravox::water {
 namespace {
 
 constexpr std::size_t kSmallPatches = 9;  // a body around one corner, and its neighbours
-constexpr std::size_t kFewestPatches = 16;
+constexpr std::size_t kMinPatches = 16;
 constexpr std::size_t kRecordBytes = 200;  // memory of a cached patch, apart from its cells
 constexpr std::uint16_t kUnexplored = 0;
 static_assert(64 * 64 / 2 < UINT16_MAX, "parts of a patch that touch nowhere must have numbers");
@@ -26,9 +26,9 @@ const WaterOptions& checked(const WaterOptions& o) {
         fail("cells of " + std::to_string(o.cell_voxels) + " voxels; allowed: a divisor of 64");
     if (!(o.voxel_m > 0) || !std::isfinite(o.voxel_m))
         fail("voxels of " + std::to_string(o.voxel_m) + " m; allowed: above 0");
-    if (o.max_body_patches < kFewestPatches)
+    if (o.max_body_patches < kMinPatches)
         fail("bodies of at most " + std::to_string(o.max_body_patches) +
-             " patches; allowed: " + std::to_string(kFewestPatches) + " or more");
+             " patches; allowed: " + std::to_string(kMinPatches) + " or more");
     return o;
 }
 
@@ -167,9 +167,10 @@ private:
 
     // @return the level of one of its cells, computed here, since other threads may clear the cache
     // at any time
-    Answer remember(Exploration& found, const voxel::InputExtent& reach, CellPlace asked) {
+    Answer remember(Exploration& found, const voxel::InputExtent& reach, CellPlace place) {
         found.list();
-        const double voxel_m = m_options.voxel_m, cell_m = m_options.cell_voxels * voxel_m;
+        const double voxel_m = m_options.voxel_m;
+        const double cell_m = m_options.cell_voxels * voxel_m;
         const std::vector<FoundBody> bodies = judge(found, m_options.evidence, cell_m, voxel_m);
         std::vector<std::vector<float>> levels;
         for (const FoundBody& b : bodies)
@@ -182,7 +183,7 @@ private:
         found.for_each_patch([&](PatchIndex p, const CellFlags& flags) { note(p, flags, reach); });
         for (std::size_t b = 0; b < bodies.size(); ++b)
             write(bodies[b].body.places, levels[b]);
-        return m_records.find(patch_of(asked))->second.answer(index_in(patch_of(asked), asked));
+        return m_records.find(patch_of(place))->second.answer(index_in(patch_of(place), place));
     }
 
     void write(const std::vector<CellPlace>& places, const std::vector<float>& levels) {

@@ -55,7 +55,7 @@ float lake_level(const Body& body, const Seen& seen) {
 
 // Without equalization: the measured levels, and the nearest one (by distance through the water)
 // elsewhere.
-std::vector<float> as_seen(const Body& body, const Adjacency& beside) {
+std::vector<float> as_seen(const Body& body, const Adjacency& adjacency) {
     std::vector<float> out(body.places.size(), kNan);
     std::vector<std::int32_t> queue;
     for (std::size_t i = 0; i < out.size(); ++i)
@@ -64,7 +64,7 @@ std::vector<float> as_seen(const Body& body, const Adjacency& beside) {
             queue.push_back(static_cast<std::int32_t>(i));
         }
     for (std::size_t head = 0; head < queue.size(); ++head)
-        for (const std::int32_t n : beside.around(queue[head])) {
+        for (const std::int32_t n : adjacency.around(queue[head])) {
             if (n == Adjacency::kNone || !std::isnan(out[static_cast<std::size_t>(n)]))
                 continue;
             out[static_cast<std::size_t>(n)] = out[static_cast<std::size_t>(queue[head])];
@@ -92,7 +92,7 @@ bool has_branch(const RiverSections& sections, const std::vector<SectionSample>&
             stack.pop_back();
             if (off(static_cast<std::size_t>(s)) && ++count >= kOffSections)
                 return true;
-            sections.neighbours(s, [&](std::int32_t neighbour) {
+            sections.each_neighbour(s, [&](std::int32_t neighbour) {
                 const auto n = static_cast<std::size_t>(neighbour);
                 if (visited[n] != 0 || (samples[n].weight > 0 && !off(n)))
                     return;
@@ -129,11 +129,11 @@ std::vector<float> body_levels(const Body& body, const LevelOptions& options) {
     return body_levels(body, Adjacency(body.places), options);
 }
 
-std::vector<float> body_levels(const Body& body, const Adjacency& beside,
+std::vector<float> body_levels(const Body& body, const Adjacency& adjacency,
                                const LevelOptions& options) {
     const Seen seen = seen_levels(body);
     if (!options.equalize && seen.returns > 0)
-        return as_seen(body, beside);
+        return as_seen(body, adjacency);
     const auto metres = [&](float from, float to) {
         return (static_cast<double>(to) - static_cast<double>(from)) * options.voxel_m;
     };
@@ -147,7 +147,7 @@ std::vector<float> body_levels(const Body& body, const Adjacency& beside,
     if (level && std::max(metres(seen.levels.front().level, middle),
                           metres(middle, seen.levels.back().level)) <= kOff_m)
         return lake();
-    const RiverSections sections = make_sections(beside, options.cell_m);
+    const RiverSections sections = make_sections(adjacency, options.cell_m);
     const std::vector<SectionSample> samples =
         section_samples(sections, body.samples, middle, options.voxel_m);
     if (level && (seen.returns < kFewReturns || !has_branch(sections, samples)))

@@ -39,7 +39,7 @@ struct LevelOptions {
 /// outlet that never rises. NaN everywhere when there is neither a sample nor a shore. The result
 /// depends on the values only: pure, thread-safe.
 [[nodiscard]] std::vector<float> body_levels(const Body& body, const LevelOptions& options);
-[[nodiscard]] std::vector<float> body_levels(const Body& body, const Adjacency& beside,
+[[nodiscard]] std::vector<float> body_levels(const Body& body, const Adjacency& adjacency,
                                              const LevelOptions& options);
 
 /// The value below which the share `part` (0 to 1) of the values lies.

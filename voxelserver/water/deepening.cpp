@@ -14,7 +14,8 @@ constexpr int kLongestReach = 1024;  // squares fit well into 32 bits
 // Pass over columns: distance to the nearest dry column of the same x, at most `far`.
 std::vector<std::int32_t> vertical(const std::vector<std::uint8_t>& mask, int width, int height,
                                    std::int32_t far) {
-    const auto w = static_cast<std::size_t>(width), h = static_cast<std::size_t>(height);
+    const auto w = static_cast<std::size_t>(width);
+    const auto h = static_cast<std::size_t>(height);
     std::vector<std::int32_t> out(mask.size());
     for (std::size_t z = 0; z < h; ++z)
         for (std::size_t x = 0; x < w; ++x)
@@ -48,9 +49,11 @@ public:
                 continue;
             }
             // The first x at which u's parabola is lower.
-            const std::int64_t i = at(m_centre, top), gi = g[i], gu = g[u];
-            const std::int64_t above = std::int64_t{u} * u - i * i + gu * gu - gi * gi,
-                               below = 2 * (u - i);
+            const std::int64_t i = at(m_centre, top);
+            const std::int64_t gi = g[i];
+            const std::int64_t gu = g[u];
+            const std::int64_t above = std::int64_t{u} * u - i * i + gu * gu - gi * gi;
+            const std::int64_t below = 2 * (u - i);
             const std::int64_t from =
                 (above >= 0 ? above / below : -((-above + below - 1) / below)) + 1;
             if (from < width) {
@@ -76,7 +79,8 @@ private:
     static std::int64_t value(const std::int32_t* g, std::int32_t x, std::int32_t i) {
         return std::int64_t{x - i} * (x - i) + std::int64_t{g[i]} * g[i];
     }
-    std::vector<std::int32_t> m_centre, m_from;
+    std::vector<std::int32_t> m_centre;
+    std::vector<std::int32_t> m_from;
 };
 
 void check_shape(const Deepening& s, double voxel_m) {

@@ -31,7 +31,8 @@ Flood flood(const RiverSections& sections, const std::vector<double>& levels,
             const std::vector<std::int32_t>& outlets) {
     struct Waiting {
         double level;
-        std::int32_t section, from;
+        std::int32_t section;
+        std::int32_t from;
         bool operator<(const Waiting& o) const noexcept {
             return level != o.level ? level > o.level : section > o.section;
         }
@@ -51,7 +52,7 @@ Flood flood(const RiverSections& sections, const std::vector<double>& levels,
         out.ways.order.push_back(now.section);
         out.ways.parent[at(now.section)] = now.from;
         out.filled[at(now.section)] = now.level;
-        sections.neighbours(now.section, [&](std::int32_t n) {
+        sections.each_neighbour(now.section, [&](std::int32_t n) {
             if (reached[at(n)] != 0)
                 return;
             reached[at(n)] = 1;
@@ -88,7 +89,8 @@ private:
     }
     const RiverSections& m_sections;
     const std::vector<double>& m_levels;
-    std::int32_t m_lowest = kNone, m_end = kNone;
+    std::int32_t m_lowest = kNone;
+    std::int32_t m_end = kNone;
 };
 
 // The lowest end in each hollow, where it lies deeper than the rim. A hollow without an end is a
@@ -96,7 +98,8 @@ private:
 std::vector<std::int32_t> hollows(const RiverSections& sections, const std::vector<double>& levels,
                                   const std::vector<double>& filled, double rim_m) {
     std::vector<char> seen(levels.size());
-    std::vector<std::int32_t> out, stack;
+    std::vector<std::int32_t> out;
+    std::vector<std::int32_t> stack;
     for (std::int32_t start = 0; start < sections.size(); ++start) {
         if (seen[at(start)] != 0 || !(filled[at(start)] > levels[at(start)]))
             continue;
@@ -107,7 +110,7 @@ std::vector<std::int32_t> hollows(const RiverSections& sections, const std::vect
             const std::int32_t s = stack.back();
             stack.pop_back();
             hollow.add(s);
-            sections.neighbours(s, [&](std::int32_t n) {
+            sections.each_neighbour(s, [&](std::int32_t n) {
                 if (seen[at(n)] != 0 || !(filled[at(n)] > levels[at(n)]))
                     return;
                 seen[at(n)] = 1;
@@ -130,7 +133,7 @@ Drainage breadth_first(const RiverSections& sections, std::int32_t root) {
     out.order.push_back(root);
     seen[at(root)] = 1;
     for (std::size_t head = 0; head < out.order.size(); ++head)
-        sections.neighbours(out.order[head], [&](std::int32_t n) {
+        sections.each_neighbour(out.order[head], [&](std::int32_t n) {
             if (seen[at(n)] != 0)
                 return;
             seen[at(n)] = 1;
@@ -163,7 +166,8 @@ std::vector<double> isotonic(const Drainage& drainage, const std::vector<double>
     // that block, and so on. Blocks are named by their lowest section; each waits in its parent's
     // heap, and heaps are merged the smaller into the larger.
     const std::size_t count = levels.size();
-    std::vector<double> sum(count), weight = weights;
+    std::vector<double> sum(count);
+    std::vector<double> weight = weights;
     for (std::size_t i = 0; i < count; ++i)
         sum[i] = levels[i] * weights[i];
     std::vector<std::int32_t> pooled_into(count, kNone);
@@ -204,7 +208,7 @@ std::vector<double> isotonic(const Drainage& drainage, const std::vector<double>
 void raise_to_lower(const RiverSections& sections, const Drainage& drainage,
                     std::vector<double>& levels) {
     for (const std::int32_t s : drainage.order)
-        sections.neighbours(s, [&](std::int32_t n) {
+        sections.each_neighbour(s, [&](std::int32_t n) {
             if (drainage.rank[at(n)] < drainage.rank[at(s)])
                 levels[at(s)] = std::max(levels[at(s)], levels[at(n)]);
         });
@@ -212,11 +216,12 @@ void raise_to_lower(const RiverSections& sections, const Drainage& drainage,
 
 std::vector<double> between_envelopes(const RiverSections& sections, const Drainage& drainage,
                                       const std::vector<double>& levels) {
-    std::vector<double> upper = levels, lower = levels;
+    std::vector<double> upper = levels;
+    std::vector<double> lower = levels;
     raise_to_lower(sections, drainage, upper);
     for (std::size_t k = drainage.order.size(); k-- > 0;) {
         const std::int32_t s = drainage.order[k];
-        sections.neighbours(s, [&](std::int32_t n) {
+        sections.each_neighbour(s, [&](std::int32_t n) {
             if (drainage.rank[at(n)] > drainage.rank[at(s)])
                 lower[at(s)] = std::min(lower[at(s)], lower[at(n)]);
         });

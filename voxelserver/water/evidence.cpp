@@ -9,7 +9,7 @@ namespace terravox::water {
 namespace {
 
 // Fewer cells with returns do not determine flatness; the shore is used instead.
-constexpr std::size_t kFewestWetLevels = 5;
+constexpr std::size_t kMinWetLevels = 5;
 
 bool water_seen(const WaterCell& c) noexcept {
     return c.water_points > 0 && std::isfinite(c.water);
@@ -34,7 +34,7 @@ public:
           m_evidence(evidence),
           m_cell_m2(cell_m * cell_m),
           m_voxel_m(voxel_m),
-          m_beside(candidates.places()) {
+          m_adjacency(candidates.places()) {
         for (const CellPlace place : candidates.places())
             m_cells.push_back(candidates.find(place));
         m_water.assign(m_cells.size(), 0);
@@ -67,7 +67,7 @@ private:
 
     [[nodiscard]] std::vector<Members> parts(const std::vector<char>& flag) const {
         std::int32_t count = 0;
-        const std::vector<std::int32_t> part = m_beside.parts(flag, &count);
+        const std::vector<std::int32_t> part = m_adjacency.parts(flag, &count);
         std::vector<Members> out(static_cast<std::size_t>(count));
         for (std::size_t i = 0; i < part.size(); ++i)
             if (part[i] != Adjacency::kNone)
@@ -109,7 +109,7 @@ private:
         for (const std::int32_t i : members)
             if (const LevelSample s = surface(cell(i), true); s.weight > 0)
                 levels.push_back(s.level);
-        if (levels.size() < kFewestWetLevels)
+        if (levels.size() < kMinWetLevels)
             return level_shore(members);
         const double spread =
             static_cast<double>(quantile(levels, 0.9)) - static_cast<double>(quantile(levels, 0.1));
@@ -128,9 +128,10 @@ private:
 
     // A gap in a lake seen on the photo: the glint of a wave neither looks wet nor gives returns.
     [[nodiscard]] bool mostly_in_water(const Members& members) const {
-        std::size_t water = 0, edges = 0;
+        std::size_t water = 0;
+        std::size_t edges = 0;
         for (const std::int32_t i : members)
-            for (const std::int32_t n : m_beside.around(i)) {
+            for (const std::int32_t n : m_adjacency.around(i)) {
                 if (n != Adjacency::kNone && is_open(cell(n)))
                     continue;
                 ++edges;
@@ -145,11 +146,11 @@ private:
         std::size_t inner = 0;
         for (const std::int32_t i : members) {
             bool all = true;
-            for (const std::int32_t n : m_beside.around(i))
+            for (const std::int32_t n : m_adjacency.around(i))
                 all = all && n != Adjacency::kNone && is_open(cell(n));
             for (const Side x_side : {kWest, kEast})
                 for (const Side z_side : {kNorth, kSouth}) {
-                    const std::int32_t n = m_beside.diagonal(i, x_side, z_side);
+                    const std::int32_t n = m_adjacency.diagonal(i, x_side, z_side);
                     all = all && n != Adjacency::kNone && is_open(cell(n));
                 }
             inner += all ? 1 : 0;
@@ -161,7 +162,7 @@ private:
     [[nodiscard]] Shore shore(const Members& members) {
         for (const std::int32_t i : members)
             m_chosen[static_cast<std::size_t>(i)] = 1;
-        Shore out = shore_of(m_candidates, m_beside, members, m_chosen);
+        Shore out = shore_of(m_candidates, m_adjacency, members, m_chosen);
         for (const std::int32_t i : members)
             m_chosen[static_cast<std::size_t>(i)] = 0;
         return out;
@@ -185,10 +186,13 @@ private:
 
     const Candidates& m_candidates;
     const Evidence& m_evidence;
-    double m_cell_m2, m_voxel_m;
-    Adjacency m_beside;
+    double m_cell_m2;
+    double m_voxel_m;
+    Adjacency m_adjacency;
     std::vector<const WaterCell*> m_cells;
-    std::vector<char> m_water, m_chosen, m_wet;
+    std::vector<char> m_water;
+    std::vector<char> m_chosen;
+    std::vector<char> m_wet;
 };
 
 }  // namespace

@@ -73,7 +73,9 @@ void Exploration::spread(PatchIndex patch) {
     Visited& v = m_visits.find(patch)->second;
     const int last = m_side - 1;
     while (!v.waiting.empty() && !m_exceeded) {
-        const int i = v.waiting.back(), x = i % m_side, z = i / m_side;
+        const int i = v.waiting.back();
+        const int x = i % m_side;
+        const int z = i / m_side;
         if (x == 0)
             cross({patch.x - 1, patch.z}, last, z);
         if (x == last)

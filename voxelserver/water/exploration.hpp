@@ -15,7 +15,8 @@ namespace terravox::water {
 
 /// A patch's index.
 struct PatchIndex {
-    std::int32_t x = 0, z = 0;
+    std::int32_t x = 0;
+    std::int32_t z = 0;
     bool operator==(const PatchIndex&) const = default;
 };
 struct PatchIndexHash {

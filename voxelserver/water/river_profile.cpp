@@ -37,12 +37,15 @@ double certainty(const SectionSample& s) {
 // on a forest, in one pass from the leaves and one back. step_m: from each section to its parent
 std::vector<double> solve(const Drainage& d, const std::vector<SectionSample>& samples,
                           const std::vector<double>& weight, const std::vector<double>& step_m) {
-    std::vector<double> pull = weight, sum(weight.size()), level(weight.size());
+    std::vector<double> pull = weight;
+    std::vector<double> sum(weight.size());
+    std::vector<double> level(weight.size());
     for (std::size_t i = 0; i < sum.size(); ++i)
         sum[i] = weight[i] * samples[i].level_m;
     const auto stiff = [&](std::int32_t s) { return 1 / (step_m[at(s)] * step_m[at(s)]); };
     for (std::size_t k = d.order.size(); k-- > 0;) {
-        const std::int32_t s = d.order[k], p = d.parent[at(s)];
+        const std::int32_t s = d.order[k];
+        const std::int32_t p = d.parent[at(s)];
         if (p == kNone || !(pull[at(s)] > 0))
             continue;
         const double share = stiff(s) / (pull[at(s)] + stiff(s));
@@ -76,7 +79,8 @@ std::vector<double> local_steps(const Drainage& d, const std::vector<double>& le
             towards[at(s)] += kFarther * (towards[at(p)] - change[at(s)]);
     }
     for (std::size_t k = count; k-- > 0;) {
-        const std::int32_t s = d.order[k], p = d.parent[at(s)];
+        const std::int32_t s = d.order[k];
+        const std::int32_t p = d.parent[at(s)];
         away[at(s)] = change[at(s)];
         if (branches[at(s)] > 0)
             away[at(s)] += kFarther * (from_above[at(s)] / branches[at(s)] - change[at(s)]);
@@ -94,9 +98,9 @@ std::vector<double> smooth(const Drainage& d, const std::vector<SectionSample>& 
     std::vector<double> base(samples.size());
     for (std::size_t i = 0; i < base.size(); ++i)
         base[i] = certainty(samples[i]);
-    std::vector<double> weight = base,
-                        level = solve(d, samples, weight,
-                                      std::vector<double>(samples.size(), kStartStep_m));
+    std::vector<double> weight = base;
+    std::vector<double> level =
+        solve(d, samples, weight, std::vector<double>(samples.size(), kStartStep_m));
     for (int round = 0; round < kReweightings; ++round) {
         const std::vector<double> step = local_steps(d, level);
         for (std::size_t i = 0; i < base.size(); ++i) {
@@ -134,7 +138,8 @@ public:
         for (const std::int32_t s : m_d.order) {
             if (m_d.parent[at(s)] == kNone)
                 continue;
-            const std::int32_t a = root(s), b = root(m_d.parent[at(s)]);
+            const std::int32_t a = root(s);
+            const std::int32_t b = root(m_d.parent[at(s)]);
             if (a == b)
                 continue;
             const double rise = std::abs(m_mean[at(a)] - m_mean[at(b)]);
@@ -173,13 +178,19 @@ private:
     const RiverSections& m_sections;
     const Drainage& m_d;
     std::vector<std::int32_t> m_root;
-    std::vector<double> m_low, m_high, m_mean, m_first, m_last, m_cells;
+    std::vector<double> m_low;
+    std::vector<double> m_high;
+    std::vector<double> m_mean;
+    std::vector<double> m_first;
+    std::vector<double> m_last;
+    std::vector<double> m_cells;
 };
 
 std::vector<double> flatten(const RiverSections& sections, const Drainage& d,
                             const std::vector<double>& level) {
     struct Pass {
-        double step_m, slope;
+        double step_m;
+        double slope;
     };
     constexpr Pass kPasses[] = {{0, 0},         {0, 0.0001},    {0.005, 0.0003},
                                 {0.01, 0.0006}, {0.015, 0.001}, {0.02, 0.002}};

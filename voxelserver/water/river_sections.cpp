@@ -18,12 +18,12 @@ std::size_t at(std::int32_t i) {
 }
 
 // The cell reached last by a flood fill is at an end of the body.
-std::int32_t end_of(const Adjacency& beside) {
-    std::vector<char> seen(at(beside.size()));
+std::int32_t end_of(const Adjacency& adjacency) {
+    std::vector<char> seen(at(adjacency.size()));
     std::vector<std::int32_t> queue{0};
     seen[0] = 1;
     for (std::size_t head = 0; head < queue.size(); ++head)
-        for (const std::int32_t n : beside.around(queue[head]))
+        for (const std::int32_t n : adjacency.around(queue[head]))
             if (n != kNone && seen[at(n)] == 0) {
                 seen[at(n)] = 1;
                 queue.push_back(n);
@@ -32,29 +32,29 @@ std::int32_t end_of(const Adjacency& beside) {
 }
 
 template <class Visit>
-void visit_far(const Adjacency& beside, std::int32_t i, const Visit& visit) {
-    for (const std::int32_t n : beside.around(i))
+void visit_far(const Adjacency& adjacency, std::int32_t i, const Visit& visit) {
+    for (const std::int32_t n : adjacency.around(i))
         if (n != kNone)
             visit(n, kStep);
     for (const Side x_side : {kWest, kEast})
         for (const Side z_side : {kNorth, kSouth}) {
-            const std::int32_t corner = beside.diagonal(i, x_side, z_side);
+            const std::int32_t corner = adjacency.diagonal(i, x_side, z_side);
             if (corner == kNone)
                 continue;
             visit(corner, kDiagonal);
             // A knight's move passes between two cells: both must be water.
-            if (beside.beside(i, x_side) != kNone)
-                if (const std::int32_t n = beside.beside(corner, x_side); n != kNone)
+            if (adjacency.neighbour(i, x_side) != kNone)
+                if (const std::int32_t n = adjacency.neighbour(corner, x_side); n != kNone)
                     visit(n, kKnight);
-            if (beside.beside(i, z_side) != kNone)
-                if (const std::int32_t n = beside.beside(corner, z_side); n != kNone)
+            if (adjacency.neighbour(i, z_side) != kNone)
+                if (const std::int32_t n = adjacency.neighbour(corner, z_side); n != kNone)
                     visit(n, kKnight);
         }
 }
 
-std::vector<std::int32_t> distances(const Adjacency& beside, std::int32_t start) {
+std::vector<std::int32_t> distances(const Adjacency& adjacency, std::int32_t start) {
     constexpr std::int32_t kFar = std::numeric_limits<std::int32_t>::max();
-    std::vector<std::int32_t> d(at(beside.size()), kFar);
+    std::vector<std::int32_t> d(at(adjacency.size()), kFar);
     std::array<std::vector<std::int32_t>, kKnight + 1> buckets;  // by distance, modulo their number
     d[at(start)] = 0;
     buckets[0].push_back(start);
@@ -65,7 +65,7 @@ std::vector<std::int32_t> distances(const Adjacency& beside, std::int32_t start)
             --waiting;
             if (d[at(i)] != now)
                 continue;  // has already been reached by a shorter path
-            visit_far(beside, i, [&](std::int32_t n, std::int32_t step) {
+            visit_far(adjacency, i, [&](std::int32_t n, std::int32_t step) {
                 if (now + step >= d[at(n)])
                     return;
                 d[at(n)] = now + step;
@@ -80,11 +80,11 @@ std::vector<std::int32_t> distances(const Adjacency& beside, std::int32_t start)
 
 // Labels the connected parts of rings, with corners as connections, since a ring is thin and would
 // otherwise fall apart.
-std::vector<std::int32_t> ring_parts(const Adjacency& beside, const std::vector<std::int32_t>& ring,
-                                     std::int32_t& count) {
+std::vector<std::int32_t> ring_parts(const Adjacency& adjacency,
+                                     const std::vector<std::int32_t>& ring, std::int32_t& count) {
     std::vector<std::int32_t> part(ring.size(), kNone), stack;
     count = 0;
-    for (std::int32_t start = 0; start < beside.size(); ++start) {
+    for (std::int32_t start = 0; start < adjacency.size(); ++start) {
         if (part[at(start)] != kNone)
             continue;
         part[at(start)] = count;
@@ -98,18 +98,18 @@ std::vector<std::int32_t> ring_parts(const Adjacency& beside, const std::vector<
                 part[at(n)] = count;
                 stack.push_back(n);
             };
-            for (const std::int32_t n : beside.around(i))
+            for (const std::int32_t n : adjacency.around(i))
                 take(n);
             for (const Side x_side : {kWest, kEast})
                 for (const Side z_side : {kNorth, kSouth})
-                    take(beside.diagonal(i, x_side, z_side));
+                    take(adjacency.diagonal(i, x_side, z_side));
         }
         ++count;
     }
     return part;
 }
 
-void link(RiverSections& out, const Adjacency& beside) {
+void link(RiverSections& out, const Adjacency& adjacency) {
     std::vector<std::uint64_t> pairs;
     const auto add = [&](std::int32_t a, std::int32_t b) {
         const std::uint64_t pair =
@@ -118,17 +118,17 @@ void link(RiverSections& out, const Adjacency& beside) {
             (pairs[pairs.size() - 1] != pair && pairs[pairs.size() - 2] != pair))
             pairs.push_back(pair);
     };
-    for (std::int32_t i = 0; i < beside.size(); ++i)
-        for (const std::int32_t n : beside.around(i))
+    for (std::int32_t i = 0; i < adjacency.size(); ++i)
+        for (const std::int32_t n : adjacency.around(i))
             if (n != kNone && out.section_of[at(n)] != out.section_of[at(i)])
                 add(out.section_of[at(i)], out.section_of[at(n)]);
     std::sort(pairs.begin(), pairs.end());
     pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
     out.begin.assign(out.cells.size() + 1, 0);
-    out.beside.clear();
+    out.neighbours.clear();
     for (const std::uint64_t pair : pairs) {
         ++out.begin[static_cast<std::size_t>(pair >> 32) + 1];
-        out.beside.push_back(static_cast<std::int32_t>(pair & 0xffffffff));
+        out.neighbours.push_back(static_cast<std::int32_t>(pair & 0xffffffff));
     }
     for (std::size_t s = 0; s < out.cells.size(); ++s)
         out.begin[s + 1] += out.begin[s];
@@ -148,11 +148,12 @@ std::vector<std::int32_t> notches(const RiverSections& s) {
             continue;
         std::array<std::int32_t, kNotch> chain{};
         int length = 0;
-        std::int32_t now = leaf, before = kNone;
+        std::int32_t now = leaf;
+        std::int32_t before = kNone;
         while (length < kNotch && degree[at(now)] <= 2) {
             chain[at(length++)] = now;
             std::int32_t next = kNone;
-            s.neighbours(now, [&](std::int32_t n) {
+            s.each_neighbour(now, [&](std::int32_t n) {
                 if (n != before && to[at(n)] == n)
                     next = n;
             });
@@ -170,7 +171,7 @@ std::vector<std::int32_t> notches(const RiverSections& s) {
     return to;
 }
 
-bool merge_notches(RiverSections& s, const Adjacency& beside) {
+bool merge_notches(RiverSections& s, const Adjacency& adjacency) {
     const std::vector<std::int32_t> to = notches(s);
     std::vector<std::int32_t> number(at(s.size()), kNone);
     std::int32_t count = 0;
@@ -195,28 +196,28 @@ bool merge_notches(RiverSections& s, const Adjacency& beside) {
         section = number[at(section)];
     s.along_m = std::move(along);
     s.cells = std::move(cells);
-    link(s, beside);
+    link(s, adjacency);
     return true;
 }
 
 }  // namespace
 
-RiverSections make_sections(const Adjacency& beside, double cell_m) {
-    std::vector<std::int32_t> ring = distances(beside, end_of(beside));
+RiverSections make_sections(const Adjacency& adjacency, double cell_m) {
+    std::vector<std::int32_t> ring = distances(adjacency, end_of(adjacency));
     for (std::int32_t& r : ring)
         r /= kRing;
     RiverSections out;
     out.length_m = cell_m * kRing / kStep;
     std::int32_t count = 0;
-    out.section_of = ring_parts(beside, ring, count);
+    out.section_of = ring_parts(adjacency, ring, count);
     out.along_m.resize(at(count));
     out.cells.resize(at(count));
     for (std::size_t i = 0; i < ring.size(); ++i) {
         out.along_m[at(out.section_of[i])] = ring[i] * out.length_m;
         ++out.cells[at(out.section_of[i])];
     }
-    link(out, beside);
-    for (int round = 0; round < kNotchRounds && merge_notches(out, beside); ++round) {
+    link(out, adjacency);
+    for (int round = 0; round < kNotchRounds && merge_notches(out, adjacency); ++round) {
     }
     return out;
 }
@@ -240,7 +241,8 @@ std::vector<SectionSample> section_samples(const RiverSections& sections,
     for (std::size_t s = 0; s < out.size(); ++s) {
         std::sort(levels.begin() + static_cast<std::ptrdiff_t>(begin[s]),
                   levels.begin() + static_cast<std::ptrdiff_t>(begin[s + 1]));
-        std::uint64_t sum = 0, below = 0;
+        std::uint64_t sum = 0;
+        std::uint64_t below = 0;
         for (std::size_t k = begin[s]; k < begin[s + 1]; ++k)
             sum += levels[k].weight;
         for (std::size_t k = begin[s]; k < begin[s + 1]; ++k)

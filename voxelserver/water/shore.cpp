@@ -9,12 +9,13 @@ namespace terravox::water {
 namespace {
 
 constexpr double kSideLow = 0.2;  // quantile of the heights on a side that counts as its low shore
-constexpr std::size_t kFewestCells = 4;
+constexpr std::size_t kMinCells = 4;
 
 // Levels of the low shore on the four sides of the middle, voxels; sides without a cell are
 // omitted.
 std::vector<float> low_sides(const Shore& shore) {
-    double x = 0, z = 0;
+    double x = 0;
+    double z = 0;
     for (const Shore::Cell& c : shore.ground) {
         x += c.place.x;
         z += c.place.z;
@@ -23,7 +24,8 @@ std::vector<float> low_sides(const Shore& shore) {
     z /= static_cast<double>(shore.ground.size());
     std::array<std::vector<float>, 4> sides;
     for (const Shore::Cell& c : shore.ground) {
-        const double dx = c.place.x - x, dz = c.place.z - z;
+        const double dx = c.place.x - x;
+        const double dz = c.place.z - z;
         const int side =
             std::abs(dx) > std::abs(dz) ? (dx < 0 ? kWest : kEast) : (dz < 0 ? kNorth : kSouth);
         sides[static_cast<std::size_t>(side)].push_back(c.ground);
@@ -44,13 +46,13 @@ std::vector<float> Shore::heights() const {
     return out;
 }
 
-Shore shore_of(const Candidates& candidates, const Adjacency& beside,
+Shore shore_of(const Candidates& candidates, const Adjacency& adjacency,
                const std::vector<std::int32_t>& members, const std::vector<char>& chosen) {
     constexpr std::array<CellPlace, 4> kSteps{{{-1, 0}, {1, 0}, {0, -1}, {0, 1}}};
     std::vector<CellPlace> ring;
     for (const std::int32_t i : members)
         for (std::size_t side = 0; side < 4; ++side) {
-            const std::int32_t n = beside.around(i)[side];
+            const std::int32_t n = adjacency.around(i)[side];
             if (n != Adjacency::kNone && chosen[static_cast<std::size_t>(n)] != 0)
                 continue;
             const CellPlace here = candidates.places()[static_cast<std::size_t>(i)];
@@ -76,7 +78,7 @@ Shore shore_of(const Candidates& candidates, const Adjacency& beside,
 
 bool is_level_shore(const Shore& shore, const Evidence& evidence, double voxel_m) {
     const std::size_t count = shore.ground.size();
-    if (count < kFewestCells ||
+    if (count < kMinCells ||
         static_cast<double>(count) <
             evidence.ground_share_of_shore * static_cast<double>(count + shore.other))
         return false;

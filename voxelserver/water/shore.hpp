@@ -20,7 +20,7 @@ struct Shore {
 };
 
 /// @param chosen for each candidate: not 0 = inside
-[[nodiscard]] Shore shore_of(const Candidates& candidates, const Adjacency& beside,
+[[nodiscard]] Shore shore_of(const Candidates& candidates, const Adjacency& adjacency,
                              const std::vector<std::int32_t>& members,
                              const std::vector<char>& chosen);
 

@@ -32,7 +32,10 @@ enum class Kind : std::uint32_t {
 };
 
 struct Key {
-    std::int32_t level, bx, by, bz;
+    std::int32_t level;
+    std::int32_t bx;
+    std::int32_t by;
+    std::int32_t bz;
 };
 
 /// Precedes each frame.
@@ -58,7 +61,8 @@ static_assert(sizeof(Entry) == 32);
 struct Leaf {
     Key first;
     std::uint64_t offset;
-    std::uint32_t bytes, entries;
+    std::uint32_t bytes;
+    std::uint32_t entries;
     std::uint64_t checksum;  ///< XXH64 of the frame
 };
 static_assert(sizeof(Leaf) == 40);

@@ -21,7 +21,8 @@ namespace {
 
 using namespace archive;
 
-constexpr std::uint64_t kMaxInfo_bytes = 4 << 20, kMaxRoot_bytes = std::uint64_t{256} << 20;
+constexpr std::uint64_t kMaxInfo_bytes = 4 << 20;
+constexpr std::uint64_t kMaxRoot_bytes = std::uint64_t{256} << 20;
 const std::uint64_t kMaxLeaf_bytes = ZSTD_compressBound(kLeafEntries * sizeof(Entry));
 constexpr std::size_t kLeafCache_bytes = std::size_t{64} << 20;
 // A box in which every voxel has attributes is 9 MiB uncompressed.
@@ -243,8 +244,8 @@ private:
 
     /// Whether the index contains a box of the cube.
     [[nodiscard]] bool names_any(const Cube& cube) {
-        const std::uint64_t first = morton_encode(cube.low.bx, cube.low.by, cube.low.bz),
-                            count = std::uint64_t{1} << 3 * cube.up;
+        const std::uint64_t first = morton_encode(cube.low.bx, cube.low.by, cube.low.bz);
+        const std::uint64_t count = std::uint64_t{1} << 3 * cube.up;
         const auto within = [&](const Key& k) {
             return k.level == cube.low.level && morton_encode(k.bx, k.by, k.bz) - first < count;
         };

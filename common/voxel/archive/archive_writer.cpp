@@ -69,13 +69,13 @@ void ArchiveWriter::take_over(std::uint64_t keep) {
         Record record{};
         if (::pread(m_fd, &record, sizeof record, static_cast<off_t>(m_at)) !=
             static_cast<ssize_t>(sizeof record))
-            fail("what is to be gone on with is not there");
+            fail("the records to keep are missing");
         Entry entry{record.key, m_at + sizeof record, record.bytes, record.kind};
         if (!in_range(record.key) || entry.offset + entry.bytes > keep)
-            fail("what is to be gone on with is damaged");
+            fail("the records to keep are damaged");
         const auto frame = frame_of(entry);
         if (XXH64(frame.data(), frame.size(), 0) != record.checksum)
-            fail("what is to be gone on with is damaged");
+            fail("the records to keep are damaged");
         m_entries.push_back(entry);
         m_at = entry.offset + entry.bytes;
     }

@@ -48,7 +48,8 @@ private:
     void write_at(std::uint64_t offset, std::span<const std::byte> bytes);
     [[noreturn]] void fail(const char* what) const;
 
-    const std::filesystem::path m_file, m_part;
+    const std::filesystem::path m_file;
+    const std::filesystem::path m_part;
     int m_fd = -1;
     std::uint64_t m_at = 0;  ///< bytes written so far, including those in m_waiting
     std::vector<std::byte> m_waiting;

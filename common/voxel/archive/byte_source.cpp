@@ -17,7 +17,9 @@ namespace {
 
 /// The properties that change when another program writes to an open file, or truncates it.
 struct FileState {
-    std::int64_t bytes = 0, changed_s = 0, changed_ns = 0;
+    std::int64_t bytes = 0;
+    std::int64_t changed_s = 0;
+    std::int64_t changed_ns = 0;
     friend bool operator==(const FileState&, const FileState&) = default;
 };
 

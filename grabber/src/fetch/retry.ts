@@ -6,7 +6,7 @@ export type RetryPolicy = {
   readonly retries: number;
   readonly base_ms: number;
   readonly cap_ms: number;
-  /** Longest Retry-After to obey; who asks for more is not asked again. */
+  /** Longest Retry-After to obey; a longer one ends the retries. */
   readonly max_wait_ms: number;
 };
 
@@ -81,7 +81,7 @@ function checkWait({ message, retryAfterMs = 0 }: GrabberError, max_wait_ms: num
 export function tooLongWait(attempt: string, wait_ms: number, max_wait_ms: number): GrabberError {
   return new GrabberError(
     'RETRY_AFTER_TOO_LONG',
-    `${attempt}: it wants to be left alone for ${Math.ceil(wait_ms / 1000)} s; allowed: at ` +
+    `${attempt}: the server asks to wait for ${Math.ceil(wait_ms / 1000)} s; allowed: at ` +
       `most ${max_wait_ms / 1000} s (--max-wait-s)`,
   );
 }

@@ -1,13 +1,12 @@
 #include "raytracer/commands/cluster/bake.hpp"
 
-#include <spdlog/spdlog.h>
-
 #include <charconv>
 #include <cstdio>
 
 #include "common/util/log.hpp"
 #include "raytracer/commands/cluster/forwarded_arguments.hpp"
 #include "voxelserver/voxelize/world/lidar_world.hpp"
+#include "voxelserver/worlds/lidar/lidar_inputs.hpp"
 #include "voxelserver/worlds/open/open_world.hpp"
 
 namespace terravox::cluster {
@@ -18,7 +17,8 @@ std::int32_t middle_box(std::int32_t min, std::int32_t max) noexcept {
 }  // 64 columns a box; rounds down
 
 struct Part {
-    std::size_t index, count;
+    std::size_t index;
+    std::size_t count;
 };
 
 Part parse_part(const std::string& text) {
@@ -49,12 +49,12 @@ util::ExitCode prepare_squares(const std::string& command, const std::string& pa
     const auto opened = worlds::open_world(options, times);
     auto* world = dynamic_cast<voxelize::LidarWorld*>(opened.get());
     if (world == nullptr)
-        throw util::UsageError(
-            "cluster bake: " + passed.world.inputs.front() +
-            " holds no LiDAR squares; allowed: LAS, LAZ, COPC or PLY files, or the "
-            "grabber's store");
+        throw util::UsageError("cluster bake: " + passed.world.inputs.front() +
+                               " holds no LiDAR squares; allowed: " +
+                               std::string(worlds::kLidarInputs) + ", or the grabber's store");
 
-    int prepared = 0, there = 0;
+    int prepared = 0;
+    int there = 0;
     const auto squares = world->squares();
     for (std::size_t i = index - 1; i < squares.size(); i += count) {
         const auto& square = squares[i];
@@ -73,10 +73,10 @@ util::ExitCode prepare_squares(const std::string& command, const std::string& pa
         if (after[i].state == voxelize::SquareState::kPrepared)
             continue;
         ++failed;
-        spdlog::error("prepare {}: {}", after[i].file.string(),
-                      after[i].error.empty()
-                          ? "it was not kept; is the cache folder full, or not writable?"
-                          : after[i].error);
+        util::log_error("prepare {}: {}", after[i].file.string(),
+                        after[i].error.empty()
+                            ? "it was not kept; is the cache folder full, or not writable?"
+                            : after[i].error);
     }
     std::fprintf(stderr, "%d squares prepared, %d were there\n", prepared - failed, there);
     return failed > 0 ? util::ExitCode::kHoles : util::ExitCode::kDone;

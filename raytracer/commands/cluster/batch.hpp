@@ -16,9 +16,8 @@ protected:
     Batch(const SlurmOptions& options, ForwardedArguments passed);
     ~Batch() = default;
 
-    [[nodiscard]] const Slurm* slurm() const {
-        return m_slurm ? &*m_slurm : nullptr;
-    }  ///< nullptr in a dry run
+    /// @return nullptr in a dry run
+    [[nodiscard]] const Slurm* slurm() const { return m_slurm ? &*m_slurm : nullptr; }
     [[nodiscard]] int array_limit() const;
     /// The program's command with the forwarded arguments.
     [[nodiscard]] Command command(const std::string& name) const;

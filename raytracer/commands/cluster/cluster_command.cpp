@@ -20,7 +20,9 @@ using namespace cluster;
 struct Arguments {
     SlurmOptions slurm;
     PodPlace pods;
-    std::string name = "terravox", bake_for = "render", bake_part = "1/1";
+    std::string name = "terravox";
+    std::string bake_for = "render";
+    std::string bake_part = "1/1";
 };
 
 /// The words after the options of the cluster, which end at the first word that is no option.
@@ -92,6 +94,75 @@ FrameJob frame_job(const Arguments& args, const std::string& program,
     return job;
 }
 
+/// Options of the jobs that sbatch submits.
+void add_slurm_jobs(CLI::App& command, Arguments& args) {
+    command.add_option("--partition", args.slurm.needs.partition,
+                       "of the cluster; default: its own");
+    command.add_option("--time", args.slurm.needs.time,
+                       "limit of each job, as sbatch takes it: 4:00:00");
+    command
+        .add_option(
+            "--sbatch", args.slurm.needs.extra,
+            "further options for sbatch: \"--account=film --qos=low\"; may be given several times")
+        ->expected(1)
+        ->take_all()
+        ->allow_extra_args(false);
+    command.add_option("--folder", args.slurm.folder,
+                       "for scripts and logs; default: jobs/NAME of the picture or animation");
+    command.add_option("--poll", args.slurm.poll_s, "seconds between looks at the queue")
+        ->check(CLI::Range(1, 3600))
+        ->capture_default_str();
+    command.add_flag("--dry-run", args.slurm.dry_run,
+                     "write the scripts and say what would be submitted");
+    command.add_flag("--cluster-quiet", args.slurm.quiet,
+                     "say nothing of jobs and queue but errors");
+}
+
+/// Options for one picture by a coordinator and workers.
+void add_slurm_pool(CLI::App& command, Arguments& args) {
+    const char* group = "One picture by workers";
+    command
+        .add_option_function<std::string>(
+            "--coordinator",
+            [&args](const std::string& where) { args.slurm.coordinator_in_job = where == "job"; },
+            "here: a process of this machine; job: of a node")
+        ->check(CLI::IsMember({"here", "job"}))
+        ->type_name("here|job")
+        ->group(group);
+    command
+        .add_option("--address", args.slurm.address,
+                    "what nodes call the coordinator's machine; default: its host name")
+        ->group(group);
+    command.add_option("--port", args.slurm.port, "of the coordinator; default: a free one")
+        ->check(CLI::Range(1, 65535))
+        ->group(group);
+}
+
+/// Options for independent tasks: frames of an animation, or parts of a picture.
+void add_slurm_batch(CLI::App& command, Arguments& args) {
+    const char* group = "Tasks that know nothing of each other";
+    command
+        .add_flag("--batch", args.slurm.batch,
+                  "frames of an animation: only those that are not done")
+        ->group(group);
+    command
+        .add_option("--parts", args.slurm.parts,
+                    "with --batch: one picture in so many parts, joined at the end")
+        ->check(CLI::Range(2, 65536))
+        ->group(group);
+    command
+        .add_flag_callback(
+            "--no-bake", [&args] { args.slurm.bake = false; }, "do not prepare LiDAR squares first")
+        ->group(group);
+    command
+        .add_flag_callback(
+            "--no-wait", [&args] { args.slurm.wait = false; }, "submit and return")
+        ->group(group);
+    add_frames(command, args);
+    for (const char* flag : {"--frames", "--frames-per-task"})
+        command.get_option(flag)->group(group);
+}
+
 CLI::App* add_slurm(CLI::App& cluster, Arguments& args) {
     CLI::App* command =
         cluster.add_subcommand("slurm",
@@ -103,63 +174,9 @@ CLI::App* add_slurm(CLI::App& cluster, Arguments& args) {
         "of `terravox animate`, which begin with the animation.\n"
         "The job's folder, the program and all paths must be the same on all nodes.");
     add_needs(*command, args);
-    command->add_option("--partition", args.slurm.needs.partition,
-                        "of the cluster; default: its own");
-    command->add_option("--time", args.slurm.needs.time,
-                        "limit of each job, as sbatch takes it: 4:00:00");
-    command
-        ->add_option(
-            "--sbatch", args.slurm.needs.extra,
-            "further options for sbatch: \"--account=film --qos=low\"; may be given several times")
-        ->expected(1)
-        ->take_all()
-        ->allow_extra_args(false);
-    command->add_option("--folder", args.slurm.folder,
-                        "for scripts and logs; default: jobs/NAME of the picture or animation");
-    command->add_option("--poll", args.slurm.poll_s, "seconds between looks at the queue")
-        ->check(CLI::Range(1, 3600))
-        ->capture_default_str();
-    command->add_flag("--dry-run", args.slurm.dry_run,
-                      "write the scripts and say what would be submitted");
-    command->add_flag("--cluster-quiet", args.slurm.quiet,
-                      "say nothing of jobs and queue but errors");
-    const char* pool = "One picture by workers";
-    command
-        ->add_option_function<std::string>(
-            "--coordinator",
-            [&args](const std::string& where) { args.slurm.coordinator_in_job = where == "job"; },
-            "here: a process of this machine; job: of a node")
-        ->check(CLI::IsMember({"here", "job"}))
-        ->type_name("here|job")
-        ->group(pool);
-    command
-        ->add_option("--address", args.slurm.address,
-                     "what nodes call the coordinator's machine; default: its host name")
-        ->group(pool);
-    command->add_option("--port", args.slurm.port, "of the coordinator; default: a free one")
-        ->check(CLI::Range(1, 65535))
-        ->group(pool);
-    const char* batch = "Tasks that know nothing of each other";
-    command
-        ->add_flag("--batch", args.slurm.batch,
-                   "frames of an animation: only those that are not done")
-        ->group(batch);
-    command
-        ->add_option("--parts", args.slurm.parts,
-                     "with --batch: one picture in so many parts, joined at the end")
-        ->check(CLI::Range(2, 65536))
-        ->group(batch);
-    command
-        ->add_flag_callback(
-            "--no-bake", [&args] { args.slurm.bake = false; }, "do not prepare LiDAR squares first")
-        ->group(batch);
-    command
-        ->add_flag_callback(
-            "--no-wait", [&args] { args.slurm.wait = false; }, "submit and return")
-        ->group(batch);
-    add_frames(*command, args);
-    for (const char* flag : {"--frames", "--frames-per-task"})
-        command->get_option(flag)->group(batch);
+    add_slurm_jobs(*command, args);
+    add_slurm_pool(*command, args);
+    add_slurm_batch(*command, args);
     return command;
 }
 

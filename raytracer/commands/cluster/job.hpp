@@ -20,14 +20,17 @@ struct SlurmOptions {
     std::filesystem::path folder;   ///< of the job; empty: jobs/NAME of the picture
     std::filesystem::path program;  ///< empty: the running one
     int poll_s = 5;                 ///< interval between queries of the queue
-    bool dry_run = false, quiet = false;
+    bool dry_run = false;
+    bool quiet = false;
     // One picture by workers:
     bool coordinator_in_job = false;
     /// Address of the coordinator's machine for workers; empty: its host name.
     std::string address;
     int port = 0;  ///< 0: any free one
     // Many frames, or parts of a picture:
-    bool batch = false, wait = true, bake = true;
+    bool batch = false;
+    bool wait = true;
+    bool bake = true;
     std::string frames;       ///< "A-B"; empty: all
     int frames_per_task = 0;  ///< 0: usual_per_task
     int parts = 0;            ///< 0: none
@@ -64,7 +67,8 @@ public:
 
 private:
     int m_tasks;
-    bool m_quiet, m_reported = false;
+    bool m_quiet;
+    bool m_reported = false;
     Slurm::Counts m_last;
 };
 

@@ -24,7 +24,8 @@ public:
         if (const ForwardedArguments read = ForwardedArguments::read("render", again);
             read.outputs.size() != 1 || read.world.inputs != m_passed.world.inputs)
             throw util::UsageError(
-                "cluster slurm --parts: the pictures cannot be told from the other arguments; "
+                "cluster slurm --parts: the pictures cannot be distinguished from the other "
+                "arguments; "
                 "allowed: -o NAME for each, as words of their own");
         scene::Scene scene = m_passed.base_scene();
         // Checkpoints have no coarse passes, whatever the scene specifies.

@@ -41,7 +41,7 @@ int free_port() {
 std::string host_name() {
     std::array<char, 256> name{};
     if (::gethostname(name.data(), name.size() - 1) != 0)
-        throw util::Error(std::string("ask for this machine's name: ") + std::strerror(errno));
+        throw util::Error(std::string("get this machine's name: ") + std::strerror(errno));
     return name.data();
 }
 

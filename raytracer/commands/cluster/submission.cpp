@@ -27,7 +27,7 @@ void Submission::wait_for_earlier() {
     const auto counts = m_slurm->counts(m_before);
     if (!counts)
         throw util::Error(std::string(kAttempt) +
-                          "squeue has no answer; without it nobody knows whether the jobs of " +
+                          "squeue has no answer; without it, it is unknown whether the jobs of " +
                           file().string() + " are at work");
     if (counts->all() == 0)
         return;

@@ -38,7 +38,8 @@ private:
     const SlurmOptions& m_options;
     const JobFolder& m_folder;
     const Slurm* m_slurm;
-    std::vector<Slurm::JobId> m_before, m_jobs;
+    std::vector<Slurm::JobId> m_before;
+    std::vector<Slurm::JobId> m_jobs;
     std::string m_text;
     int m_tasks = 0;
 };

@@ -1,7 +1,6 @@
 #include "raytracer/farm/checkpoint/checkpoint.hpp"
 
 #include <fcntl.h>
-#include <spdlog/spdlog.h>
 #include <sys/file.h>
 #include <sys/stat.h>
 #include <sys/uio.h>
@@ -13,6 +12,7 @@
 
 #include "common/util/atomic_file.hpp"
 #include "common/util/error.hpp"
+#include "common/util/log.hpp"
 #include "raytracer/tiles/tile_codec.hpp"
 
 namespace terravox::farm {
@@ -41,7 +41,7 @@ OpenFile locked(const std::filesystem::path& path) {
         if (::flock(file.fd(), LOCK_EX | LOCK_NB) != 0) {
             if (errno == EWOULDBLOCK)
                 fail(path, "another coordinator is writing to it");
-            spdlog::warn(
+            util::log_warn(
                 "{} {}: it cannot be locked ({}), so see to it that no other coordinator writes to "
                 "it",
                 kAttempt, path.string(), std::strerror(errno));
@@ -74,7 +74,7 @@ void write_all(const OpenFile& file, std::uint64_t end, std::span<const std::byt
             const std::string why = count < 0 ? std::strerror(errno) : "nothing was written";
             // If that fails as well, the next run cuts it off.
             if (::ftruncate(file.fd(), static_cast<off_t>(end)) != 0)
-                spdlog::debug("{} {}: a torn record stays", kAttempt, file.path().string());
+                util::log_debug("{} {}: a torn record stays", kAttempt, file.path().string());
             fail(file.path(), why + "; the tiles in it are good, and --resume goes on with them");
         }
         done += static_cast<std::size_t>(count);
@@ -133,7 +133,7 @@ Checkpoint::Checkpoint(std::filesystem::path path, const PictureKey& key, Existi
             difference(m_journal->key(), PictureKey::from_json(text, m_path.string()));
         !differs.empty())
         throw util::Error("go on with the checkpoint " + m_path.string() +
-                          ": it is of another picture: " + differs + "; remove it to begin anew");
+                          ": it is of another picture: " + differs + "; remove it to start again");
     m_empty = is_new;
     m_again.resize(key.grid.cells());
     for (std::uint32_t cell = 0; cell < m_again.size(); ++cell)
@@ -142,7 +142,7 @@ Checkpoint::Checkpoint(std::filesystem::path path, const PictureKey& key, Existi
             ++m_with_holes;
         }
     if (const std::string damaged = m_journal->what_is_damaged(); !damaged.empty())
-        spdlog::warn("{}; what is lost is rendered again", damaged);
+        util::log_warn("{}; what is lost is rendered again", damaged);
     m_end = m_journal->end();
     if (::ftruncate(m_journal->file().fd(), static_cast<off_t>(m_end)) != 0)
         fail(m_path, std::strerror(errno));
@@ -166,7 +166,7 @@ void Checkpoint::each(const std::function<void(tiles::TileResult&&)>& take) {
         try {
             tile = m_journal->tile(cell);
         } catch (const util::Error& e) {
-            spdlog::warn("{}; it is rendered again", e.what());
+            util::log_warn("{}; it is rendered again", e.what());
             m_journal->note({RecordKind::kForgotten, cell}, 0);
             continue;
         }

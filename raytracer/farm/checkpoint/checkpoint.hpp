@@ -35,7 +35,7 @@ void check_can_checkpoint(const scene::Scene& scene);
 class Checkpoint {
 public:
     enum class Existing : bool {
-        kGoOn,    ///< existing tiles are reused
+        kResume,  ///< existing tiles are reused
         kRefuse,  ///< there must be no file yet
     };
     /// Opens or creates the file. An incomplete record of a coordinator that was killed while
@@ -57,12 +57,10 @@ public:
     void each(const std::function<void(tiles::TileResult&&)>& take);
     /// @param tile of a plan of a single pass, in any order
     [[nodiscard]] bool has(const tiles::RenderTile& tile) const;
-    [[nodiscard]] std::uint32_t count() const noexcept {
-        return m_journal->count() - m_with_holes;
-    }  ///< tiles that are done
-    [[nodiscard]] std::uint32_t with_holes() const noexcept {
-        return m_with_holes;
-    }  ///< tiles that were there and are to be rendered again
+    /// Number of tiles that are done.
+    [[nodiscard]] std::uint32_t count() const noexcept { return m_journal->count() - m_with_holes; }
+    /// Number of tiles in the file that must be rendered again, as they have holes.
+    [[nodiscard]] std::uint32_t with_holes() const noexcept { return m_with_holes; }
 
     /// Adds a whole tile, replacing an earlier version of it. If this throws, everything added
     /// before remains valid.
@@ -102,7 +100,9 @@ private:
     std::uint32_t m_with_holes = 0;
     std::vector<bool> m_again;  ///< by cell: present, but to be rendered again
     std::chrono::steady_clock::time_point m_flushed = std::chrono::steady_clock::now();
-    bool m_open = true, m_dirty = false, m_empty = false;
+    bool m_open = true;
+    bool m_dirty = false;
+    bool m_empty = false;
 };
 
 }  // namespace terravox::farm

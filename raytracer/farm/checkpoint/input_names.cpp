@@ -60,7 +60,9 @@ private:
     void take(const void* bytes, std::size_t count) noexcept {
         m_hash = XXH3_64bits_withSeed(bytes, count, m_hash);
     }
-    std::uint64_t m_files = 0, m_bytes = 0, m_hash = 0;
+    std::uint64_t m_files = 0;
+    std::uint64_t m_bytes = 0;
+    std::uint64_t m_hash = 0;
 };
 
 void add_all(Contents& contents, const fs::path& path) {

@@ -1,12 +1,12 @@
 #include "raytracer/farm/checkpoint/joined_tiles.hpp"
 
 #include <fcntl.h>
-#include <spdlog/spdlog.h>
 #include <sys/file.h>
 
 #include <cerrno>
 
 #include "common/util/error.hpp"
+#include "common/util/log.hpp"
 #include "raytracer/farm/checkpoint/checkpoint.hpp"
 #include "raytracer/tiles/tile_codec.hpp"
 
@@ -35,7 +35,7 @@ JoinedTiles::JoinedTiles(const std::vector<std::filesystem::path>& files) {
                               ": of another picture than " + files.front().string() +
                               ", which is \"there\": " + differs);
         if (const std::string damaged = journal.what_is_damaged(); !damaged.empty())
-            spdlog::warn("{}", damaged);
+            util::log_warn("{}", damaged);
         m_damage.insert(journal.damage().begin(), journal.damage().end());
     }
     m_whose.assign(key().grid.cells(), kNobody);
@@ -54,7 +54,8 @@ JoinedTiles::JoinedTiles(const std::vector<std::filesystem::path>& files) {
 
 void JoinedTiles::compare(std::uint32_t cell, std::uint32_t other) {
     const TileJournal &own = m_journals[m_whose[cell]], &its = m_journals[other];
-    const std::uint32_t own_holes = own.at(cell).holes, its_holes = its.at(cell).holes;
+    const std::uint32_t own_holes = own.at(cell).holes;
+    const std::uint32_t its_holes = its.at(cell).holes;
     if (own_holes > 0 || its_holes > 0) {
         if (its_holes < own_holes)
             m_whose[cell] = other;

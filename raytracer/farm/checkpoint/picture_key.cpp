@@ -16,7 +16,8 @@ namespace {
 using nlohmann::json;
 using Fields = std::map<std::string, std::string>;
 
-constexpr std::int64_t kLargest_px = 65'536, kMaxTiles = std::int64_t{1} << 20;
+constexpr std::int64_t kLargest_px = 65'536;
+constexpr std::int64_t kMaxTiles = std::int64_t{1} << 20;
 
 /// "camera.fov_deg" -> "40.0", without the comments.
 Fields fields_of_scene(const std::string& toml) {
@@ -64,7 +65,8 @@ std::string differing(const Fields& there, const Fields& here) {
     std::string out;
     int differ = 0;
     for (const auto& [name, unused] : all) {
-        const auto a = there.find(name), b = here.find(name);
+        const auto a = there.find(name);
+        const auto b = here.find(name);
         if (a != there.end() && b != here.end() && a->second == b->second)
             continue;
         if (++differ <= kMaxNamed)

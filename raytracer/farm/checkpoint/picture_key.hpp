@@ -14,7 +14,8 @@ namespace terravox::farm {
 /// part of the key.
 struct PictureKey {
     /// "terravox 0.1.0" and kBuild: pictures are bit-identical within one build.
-    std::string software, build;
+    std::string software;
+    std::string build;
     std::string scene;                ///< a scene file: to_toml(what_shows(scene))
     std::string world;                ///< voxel::world_to_json
     std::vector<std::string> inputs;  ///< name_inputs

@@ -19,20 +19,25 @@ namespace {
 static_assert(std::endian::native == std::endian::little,
               "numbers are written as they lie in memory");
 
-constexpr std::uint32_t kVersion = 1, kMaxText_bytes = 16U << 20;
+constexpr std::uint32_t kVersion = 1;
+constexpr std::uint32_t kMaxText_bytes = 16U << 20;
 constexpr std::array<char, 8> kMagic = {'T', 'V', 'X', 'T', 'I', 'L', 'E', 'S'};
 // Begins each record; it is not text, and is rare among compressed bytes.
 constexpr std::uint32_t kMarker = 0x9e01c57a;
 
 struct FileHead {
     std::array<char, 8> magic = kMagic;
-    std::uint32_t version = kVersion, text_bytes = 0;
+    std::uint32_t version = kVersion;
+    std::uint32_t text_bytes = 0;
     std::uint64_t text_checksum = 0;
 };
 static_assert(sizeof(FileHead) == 24);
 
 struct RecordHead {
-    std::uint32_t marker = kMarker, kind = 0, cell = 0, bytes = 0;
+    std::uint32_t marker = kMarker;
+    std::uint32_t kind = 0;
+    std::uint32_t cell = 0;
+    std::uint32_t bytes = 0;
     std::uint64_t payload_checksum = 0;
     /// Of all fields before it: a length is trusted only if it matches.
     std::uint64_t checksum = 0;

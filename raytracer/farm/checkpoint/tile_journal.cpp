@@ -87,7 +87,7 @@ std::string TileJournal::what_is_damaged() const {
         out = std::to_string(tiles) + (tiles == 1 ? " tile" : " tiles");
     if (m_lost_bytes > 0)
         out += (out.empty() ? "" : ", and ") + std::to_string(m_lost_bytes) +
-               " bytes of which nothing can be said";
+               " bytes that cannot be interpreted";
     return out.empty() ? out : m_file.path().string() + " is damaged: " + out;
 }
 

@@ -21,15 +21,15 @@ public:
 
     struct Entry {
         std::uint64_t offset = 0;  ///< 0: the tile is not there
-        std::uint32_t bytes = 0, holes = 0;
+        std::uint32_t bytes = 0;
+        std::uint32_t holes = 0;
         [[nodiscard]] bool is_there() const noexcept { return offset != 0; }
     };
     [[nodiscard]] const PictureKey& key() const noexcept { return m_key; }
     [[nodiscard]] const OpenFile& file() const noexcept { return m_file; }
     [[nodiscard]] const Entry& at(std::uint32_t cell) const { return m_entries.at(cell); }
-    [[nodiscard]] std::uint32_t count() const noexcept {
-        return m_count;
-    }  ///< tiles that are there
+    /// Number of tiles in the file.
+    [[nodiscard]] std::uint32_t count() const noexcept { return m_count; }
     /// Which of the world's data the picture's coordinators could not read, one line each.
     [[nodiscard]] const std::set<std::string>& damage() const noexcept { return m_damage; }
 
@@ -59,7 +59,8 @@ private:
     std::uint32_t m_count = 0;
     std::set<std::string> m_damage;
     std::set<std::uint32_t> m_spoiled;  ///< cells
-    std::uint64_t m_lost_bytes = 0, m_end = 0;
+    std::uint64_t m_lost_bytes = 0;
+    std::uint64_t m_end = 0;
 };
 
 }  // namespace terravox::farm

@@ -9,7 +9,7 @@
 namespace terravox::farm {
 namespace {
 
-// Threads per asker: one that accepts nothing must not block them all.
+// Threads per requester: one that accepts nothing must not block them all.
 constexpr int kMaxServing = 2;
 constexpr std::uint64_t kMaxQueued_bytes = std::uint64_t{8}
                                            << 20;    // far below what makes a sender wait
@@ -41,34 +41,36 @@ BoxSupplier::~BoxSupplier() {
         t.join();
 }
 
-bool BoxSupplier::ask(std::uint64_t asker, const farm::BoxRequest& request, const Way& way) {
-    if (request.world_id() != m_world_id)
+bool BoxSupplier::request(std::uint64_t requester, const farm::BoxRequest& boxes,
+                          const ReplyChannel& channel) {
+    if (boxes.world_id() != m_world_id)
         return false;
     {
         const std::lock_guard lock(m_mutex);
-        auto found = std::find_if(m_askers.begin(), m_askers.end(),
-                                  [&](const auto& a) { return a->id == asker; });
-        if (found == m_askers.end()) {
-            m_askers.push_back(std::make_shared<Asker>(Asker{asker, way, {}, 0}));
-            found = m_askers.end() - 1;
+        auto found = std::find_if(m_requesters.begin(), m_requesters.end(),
+                                  [&](const auto& a) { return a->id == requester; });
+        if (found == m_requesters.end()) {
+            m_requesters.push_back(
+                std::make_shared<Requester>(Requester{requester, channel, {}, 0}));
+            found = m_requesters.end() - 1;
         }
-        if ((*found)->keys.size() + static_cast<std::size_t>(request.keys_size()) > kMaxWaiting)
+        if ((*found)->keys.size() + static_cast<std::size_t>(boxes.keys_size()) > kMaxWaiting)
             return false;
-        for (const farm::BoxKey& key : request.keys())
+        for (const farm::BoxKey& key : boxes.keys())
             (*found)->keys.push_back(from_frame(key));
     }
     m_work.notify_all();
     return true;
 }
 
-void BoxSupplier::forget(std::uint64_t asker) {
+void BoxSupplier::forget(std::uint64_t requester) {
     std::unique_lock lock(m_mutex);
-    const auto found = std::find_if(m_askers.begin(), m_askers.end(),
-                                    [&](const auto& a) { return a->id == asker; });
-    if (found == m_askers.end())
+    const auto found = std::find_if(m_requesters.begin(), m_requesters.end(),
+                                    [&](const auto& a) { return a->id == requester; });
+    if (found == m_requesters.end())
         return;
     const auto gone = *found;
-    m_askers.erase(found);
+    m_requesters.erase(found);
     gone->keys.clear();
     m_idle.wait(lock, [&] { return gone->serving == 0; });
 }
@@ -92,14 +94,14 @@ std::shared_ptr<const BoxSupplier::Packed> BoxSupplier::packed(const voxel::BoxK
     }
 }
 
-// The next asker to be served, once there is one; none when it stops.
-BoxSupplier::Askers::iterator BoxSupplier::next(std::unique_lock<std::mutex>& lock) {
+// The next requester to be served, once there is one; none when it stops.
+BoxSupplier::Requesters::iterator BoxSupplier::next(std::unique_lock<std::mutex>& lock) {
     while (!m_stop) {
         bool slow = false;
-        for (auto at = m_askers.begin(); at != m_askers.end(); ++at) {
+        for (auto at = m_requesters.begin(); at != m_requesters.end(); ++at) {
             if ((*at)->keys.empty() || (*at)->serving >= kMaxServing)
                 continue;
-            if ((*at)->way.queued_bytes() < kMaxQueued_bytes)
+            if ((*at)->channel.queued_bytes() < kMaxQueued_bytes)
                 return at;
             slow = true;
         }
@@ -108,7 +110,7 @@ BoxSupplier::Askers::iterator BoxSupplier::next(std::unique_lock<std::mutex>& lo
         else
             m_work.wait(lock);
     }
-    return m_askers.end();
+    return m_requesters.end();
 }
 
 void BoxSupplier::serve() {
@@ -117,11 +119,11 @@ void BoxSupplier::serve() {
         const auto at = next(lock);
         if (m_stop)
             return;
-        const auto asker = *at;
-        std::rotate(at, at + 1, m_askers.end());  // the others come first next time
-        const voxel::BoxKey key = asker->keys.front();
-        asker->keys.pop_front();
-        ++asker->serving;
+        const auto requester = *at;
+        std::rotate(at, at + 1, m_requesters.end());  // the others are served first next time
+        const voxel::BoxKey key = requester->keys.front();
+        requester->keys.pop_front();
+        ++requester->serving;
         lock.unlock();
         farm::Frame frame;
         farm::BoxReply& reply = *frame.mutable_box();
@@ -140,9 +142,9 @@ void BoxSupplier::serve() {
             else
                 reply.set_frame(box->frame.data(), box->frame.size());
         }
-        (void)asker->way.send(std::move(frame));
+        (void)requester->channel.send(std::move(frame));
         lock.lock();
-        if (--asker->serving == 0)
+        if (--requester->serving == 0)
             m_idle.notify_all();
         m_work.notify_one();
     }

@@ -18,17 +18,17 @@ namespace terravox::farm {
 /// Boxes for workers that cannot read the world themselves: packed once, kept packed while there is
 /// room, and sent on request.
 ///
-/// Requests wait in one queue for each asker. The queues are served in turn, so that none starves;
-/// an asker whose link is slow waits until some of its data has gone out. Thread-safe; one lock,
-/// not held while a box is made or sent.
+/// Requests wait in one queue for each requester. The queues are served in turn, so that none
+/// starves; a requester whose link is slow waits until some of its data has gone out. Thread-safe;
+/// one lock, not held while a box is made or sent.
 class BoxSupplier {
 public:
-    /// How to reach an asker. Called on threads of the supplier.
-    struct Way {
-        std::function<bool(farm::Frame)> send;  ///< false: the asker is gone
-        std::function<std::uint64_t()> queued_bytes = [] {
-            return std::uint64_t{0};
-        };  ///< sent, and not gone out yet
+    /// The way back to a requester. Called on threads of the supplier.
+    struct ReplyChannel {
+        /// @return false: the link has ended
+        std::function<bool(farm::Frame)> send;
+        /// Bytes that are queued for the link and not transmitted yet.
+        std::function<std::uint64_t()> queued_bytes = [] { return std::uint64_t{0}; };
     };
     /// @param memory_bytes for packed boxes
     BoxSupplier(blocks::BlockManager& blocks, std::uint64_t world_id, std::size_t memory_bytes,
@@ -37,14 +37,15 @@ public:
     BoxSupplier(const BoxSupplier&) = delete;
     BoxSupplier& operator=(const BoxSupplier&) = delete;
 
-    /// @param asker a unique number of the asker
+    /// @param requester a unique number of the requester
     /// @return false if it requests more than is allowed at once, or boxes of another world
-    [[nodiscard]] bool ask(std::uint64_t asker, const farm::BoxRequest& request, const Way& way);
-    /// Nothing is sent to the asker after this returns.
-    void forget(std::uint64_t asker);
+    [[nodiscard]] bool request(std::uint64_t requester, const farm::BoxRequest& boxes,
+                               const ReplyChannel& channel);
+    /// Nothing is sent to the requester after this returns.
+    void forget(std::uint64_t requester);
     [[nodiscard]] std::uint64_t world_id() const noexcept { return m_world_id; }
     [[nodiscard]] const blocks::BlockManager& blocks() const noexcept { return m_blocks; }
-    static constexpr std::size_t kMaxWaiting = 65'536;  ///< keys per asker
+    static constexpr std::size_t kMaxWaiting = 65'536;  ///< keys per requester
 
 private:
     void stop();
@@ -52,15 +53,15 @@ private:
         std::vector<std::byte> frame;
         bool air = false;
     };
-    struct Asker {
+    struct Requester {
         std::uint64_t id;
-        Way way;
+        ReplyChannel channel;
         std::deque<voxel::BoxKey> keys;
         int serving = 0;
     };
-    using Askers = std::deque<std::shared_ptr<Asker>>;
+    using Requesters = std::deque<std::shared_ptr<Requester>>;
     void serve();
-    [[nodiscard]] Askers::iterator next(std::unique_lock<std::mutex>& lock);
+    [[nodiscard]] Requesters::iterator next(std::unique_lock<std::mutex>& lock);
     /// @return nullptr: the box is a hole
     [[nodiscard]] std::shared_ptr<const Packed> packed(const voxel::BoxKey& key);
 
@@ -68,8 +69,9 @@ private:
     const std::uint64_t m_world_id;
     util::Cache<voxel::BoxKey, Packed, voxel::BoxKeyHash> m_packed;
     std::mutex m_mutex;
-    std::condition_variable m_work, m_idle;
-    Askers m_askers;
+    std::condition_variable m_work;
+    std::condition_variable m_idle;
+    Requesters m_requesters;
     bool m_stop = false;
     std::vector<std::thread> m_threads;
 };

@@ -6,11 +6,12 @@
 #include <memory>
 #include <mutex>
 #include <optional>
-#include <set>
 #include <string>
 #include <thread>
 #include <vector>
 
+#include "raytracer/farm/coordinator/ban_list.hpp"
+#include "raytracer/farm/coordinator/dialled_addresses.hpp"
 #include "raytracer/farm/coordinator/worker_link.hpp"
 #include "raytracer/farm/net/discovery.hpp"
 #include "raytracer/farm/net/endpoint.hpp"
@@ -47,7 +48,7 @@ public:
     /// @throws Error
     void begin(processors::ProcessorPool& pool, const scene::Scene& scene, const shade::View& view);
     void end();
-    /// For PoolSettings::gone.
+    /// To be called by PoolSettings::gone.
     void gone(processors::ProcessorPool::MemberId member, const std::string& why, bool expelled);
 
     /// Dials a worker that listens at this address, from now on.
@@ -65,11 +66,13 @@ public:
     [[nodiscard]] std::size_t workers() const;
 
     struct Worker {
-        processors::ProcessorPool::MemberId member = 0;  ///< 0: of no pool now
-        std::string name, peer;
+        processors::ProcessorPool::MemberId member = 0;  ///< 0: in no pool now
+        std::string name;
+        std::string peer;
         int threads = 0;
         double latency_s = 0;
-        std::uint64_t memory_bytes = 0, received_bytes = 0;
+        std::uint64_t memory_bytes = 0;
+        std::uint64_t received_bytes = 0;
         bool draining = false;
     };
     [[nodiscard]] std::vector<Worker> status() const;
@@ -83,24 +86,44 @@ public:
     bool serve(std::unique_ptr<net::Link> link, const std::string& dialled);
 
 private:
-    struct Place {
+    /// A worker after the hellos, until its link ends.
+    struct ConnectedWorker {
         std::shared_ptr<WorkerLink> link;
         std::string dialled;  ///< address; empty: it dialled in
         processors::ProcessorPool::MemberId member = 0;
-        /// By an observer of this coordinator; the worker may also be paused on its own side.
+        /// Paused by an observer of this coordinator; the worker may also be paused on its own
+        /// side.
         bool paused = false;
         [[nodiscard]] bool takes_nothing() const { return paused || link->heartbeat().paused(); }
     };
+    /// The workers that are connected now, each with a number that is never used again.
+    struct Connected {
+        std::map<std::uint64_t, ConnectedWorker> workers;  ///< by id
+        std::uint64_t next_id = 1;
+    };
+    /// Between begin() and end(); outside them there is neither pool nor call.
+    struct PictureUnderWay {
+        processors::ProcessorPool* pool = nullptr;
+        std::optional<PictureCall> call;
+        std::uint64_t next_id = 1;  ///< of the next picture
+    };
+
     void finish() noexcept;
+    /// Exchanges the hellos, and serves an observer until its link ends.
+    /// @return the hello of a worker; nullopt: an observer, or a worker that is banned
+    /// @throws HelloError, Error
+    [[nodiscard]] std::optional<farm::Hello> greet(net::Link& link, const std::string& dialled);
+    [[nodiscard]] WorkerLink::Reported notifications_of(std::uint64_t id);
+    /// Removes a worker whose link has ended, and logs the reason if it had a part in the picture.
+    void remove(std::uint64_t id, const WorkerLink& worker, const std::string& dialled,
+                const std::string& why);
     void observe(net::Link& link);
     /// @return whether there is such a worker
     bool pause(const std::string& worker, bool on);
     void dial_again_and_again(const sockets::Address& address, std::uint64_t turn);
     void watch();
-    void attach(Place& place);
-    [[nodiscard]] bool is_banned(const std::string& name, const std::string& peer,
-                                 const std::string& dialled) const;
-    void ban(const WorkerLink& worker, const std::string& dialled);
+    void attach(ConnectedWorker& entry);
+    [[nodiscard]] bool is_banned(const BanList::Worker& worker) const;
 
     const FarmOptions m_options;
     blocks::BlockManager& m_blocks;
@@ -108,19 +131,13 @@ private:
     BoxSupplier m_supplier;
     mutable std::mutex m_mutex;
     std::condition_variable m_wake;
-    std::map<std::uint64_t, Place> m_places;
-    std::uint64_t m_next_place = 1, m_next_picture = 1;
-    processors::ProcessorPool* m_pool = nullptr;
-    std::optional<PictureCall> m_call;
-    /// Addresses that were dialled; for workers that dialled in, names with their hosts.
-    std::set<std::string> m_banned;
-    std::map<std::string, int> m_banned_of_host;  ///< number of banned workers that dialled in
+    Connected m_connected;
+    PictureUnderWay m_picture;
+    BanList m_bans;
     std::function<farm::Status()> m_status_source;
     bool m_stop = false;
     std::unique_ptr<net::Listener> m_listener;
-    /// Addresses that have a thread, and the turn of that thread.
-    std::map<std::string, std::uint64_t> m_dialled;
-    std::uint64_t m_next_turn = 1;
+    DialledAddresses m_dialled;  ///< each has a thread
     std::vector<std::thread> m_threads;
     std::unique_ptr<net::ServiceBrowser> m_browser;
 };

@@ -41,9 +41,9 @@ void SocketProcessor::submit(tiles::RenderTile tile) {
     (void)m_link->send(std::move(frame));  // if the link has ended, its reader is notified
 }
 
-bool SocketProcessor::wait(std::chrono::milliseconds most) {
+bool SocketProcessor::wait(std::chrono::milliseconds timeout) {
     std::unique_lock lock(m_mutex);
-    return m_done.wait_for(lock, most, [&] { return has_answer(); });
+    return m_done.wait_for(lock, timeout, [&] { return has_answer(); });
 }
 
 std::optional<tiles::TileResult> SocketProcessor::take() {
@@ -154,8 +154,8 @@ void SocketProcessor::done(const farm::Done& done) {
             if (++m_strays <= kMaxStrays)
                 return;
             m_false = true;
-            m_failure = std::make_exception_ptr(
-                processors::UntrustedProcessor(m_name + ": it sends tiles that nobody asked for"));
+            m_failure = std::make_exception_ptr(processors::UntrustedProcessor(
+                m_name + ": it sends tiles that were not requested"));
             m_done.notify_all();
             return;
         }

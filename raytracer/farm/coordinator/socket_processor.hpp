@@ -32,7 +32,7 @@ public:
                     bool layers, int capacity, const blocks::BlockManager& blocks);
     [[nodiscard]] int capacity() const noexcept override { return m_capacity; }
     void submit(tiles::RenderTile tile) override;
-    [[nodiscard]] bool wait(std::chrono::milliseconds most) override;
+    [[nodiscard]] bool wait(std::chrono::milliseconds timeout) override;
     std::optional<tiles::TileResult> take() override;
     void withdraw(const tiles::RenderTile& tile) noexcept override;
     void close() noexcept override;
@@ -69,7 +69,9 @@ private:
     std::exception_ptr m_failure;
     std::uint64_t m_next_id = 1;
     std::size_t m_strays = 0;  ///< answers that match no request
-    bool m_closed = false, m_cancelled = false, m_false = false;
+    bool m_closed = false;
+    bool m_cancelled = false;
+    bool m_false = false;  ///< the worker sent something invalid
 };
 
 }  // namespace terravox::farm

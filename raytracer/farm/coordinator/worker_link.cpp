@@ -7,11 +7,14 @@
 namespace terravox::farm {
 namespace {
 
+// No answer takes as long: an hour.
+constexpr std::uint64_t kMaxPong_ns = 3'600'000'000'000;
+
 std::int64_t now_ns() noexcept {
     return std::chrono::steady_clock::now().time_since_epoch().count();
 }
 
-std::uint64_t next_asker() {
+std::uint64_t next_requester() {
     static std::atomic<std::uint64_t> next{1};
     return next++;
 }
@@ -24,13 +27,13 @@ WorkerLink::WorkerLink(std::unique_ptr<net::Link> link, farm::Hello worker, BoxS
       m_hello(std::move(worker)),
       m_certified_name(m_link->certified_name()),
       m_boxes(boxes),
-      m_asker(next_asker()),
+      m_requester(next_requester()),
       m_reported(std::move(reported)),
       m_heard_ns(now_ns()) {}
 
 WorkerLink::~WorkerLink() {
     m_link->abort();
-    m_boxes.forget(m_asker);
+    m_boxes.forget(m_requester);
 }
 
 std::shared_ptr<SocketProcessor> WorkerLink::begin(const PictureCall& call) {
@@ -50,9 +53,9 @@ std::shared_ptr<SocketProcessor> WorkerLink::begin(const PictureCall& call) {
             m_states[hash] = text;
             return hash;
         };
-        picture.set_scene(name(call.parcel.scene));
-        picture.set_materials(name(call.parcel.materials));
-        picture.set_world(name(call.parcel.world));
+        picture.set_scene(name(call.spec.scene));
+        picture.set_materials(name(call.spec.materials));
+        picture.set_world(name(call.spec.world));
         m_processor = processor;
         over = m_over;
     }
@@ -84,23 +87,63 @@ std::string WorkerLink::send_state(const std::string& hash) {
     return {};
 }
 
-std::string WorkerLink::take(const farm::Frame& frame) {
-    const auto current = [&](std::uint64_t picture) {
-        const std::lock_guard lock(m_mutex);
-        return m_processor && m_processor->picture() == picture
-                   ? m_processor
-                   : nullptr;  // else of a picture that has ended
+std::shared_ptr<SocketProcessor> WorkerLink::processor_of(std::uint64_t picture) {
+    const std::lock_guard lock(m_mutex);
+    if (m_processor && m_processor->picture() == picture)
+        return m_processor;
+    return nullptr;
+}
+
+std::string WorkerLink::take_pong(const farm::Pong& pong) {
+    const auto now = static_cast<std::uint64_t>(now_ns());
+    const std::uint64_t passed_ns = now - pong.stamp();  // huge if the stamp is of the future
+    if (passed_ns >= kMaxPong_ns)
+        return "its answer to a ping is invalid";
+    (void)m_latency.pong_received(pong.stamp(), now);
+    return {};
+}
+
+std::string WorkerLink::take_box_request(const farm::BoxRequest& request) {
+    BoxSupplier::ReplyChannel channel;
+    channel.send = [link = std::weak_ptr(m_link)](farm::Frame reply) {
+        const auto to = link.lock();
+        return to && to->send(std::move(reply));
     };
+    channel.queued_bytes = [link = std::weak_ptr(m_link)] {
+        const auto to = link.lock();
+        return to ? to->traffic().queued_bytes : 0;
+    };
+    if (m_boxes.request(m_requester, request, channel))
+        return {};
+    return "it requests more boxes than it may, or of another world";
+}
+
+void WorkerLink::take_heartbeat(const farm::Heartbeat& heartbeat) {
+    bool changed = false;
+    {
+        const std::lock_guard lock(m_mutex);
+        changed = m_heartbeat.paused() != heartbeat.paused();
+        m_heartbeat = heartbeat;
+    }
+    if (changed)
+        m_reported.pauses(heartbeat.paused());
+}
+
+void WorkerLink::take_drain(const farm::Drain& drain) {
+    m_draining = true;
+    std::shared_ptr<SocketProcessor> processor;
+    {
+        const std::lock_guard lock(m_mutex);
+        processor = m_processor;
+    }
+    m_reported.drains(
+        processor ? processor->tiles_of({drain.given_back().begin(), drain.given_back().end()})
+                  : std::vector<tiles::RenderTile>{});
+}
+
+std::string WorkerLink::take(const farm::Frame& frame) {
     switch (frame.what_case()) {
-        case farm::Frame::kPong: {
-            const std::uint64_t passed_ns =
-                static_cast<std::uint64_t>(now_ns()) - frame.pong().stamp();
-            const double passed = static_cast<double>(passed_ns) / 1e9;
-            if (!(passed < 3600))
-                return "its answer to a ping is none";
-            m_latency_s = m_latency_s == 0 ? passed : 0.8 * m_latency_s + 0.2 * passed;
-            return {};
-        }
+        case farm::Frame::kPong: return take_pong(frame.pong());
         case farm::Frame::kPing: {
             farm::Frame pong;
             pong.mutable_pong()->set_stamp(frame.ping().stamp());
@@ -109,49 +152,16 @@ std::string WorkerLink::take(const farm::Frame& frame) {
         }
         case farm::Frame::kNeedState: return send_state(frame.need_state().hash());
         case farm::Frame::kDone:
-            if (const auto processor = current(frame.done().picture()))
+            if (const auto processor = processor_of(frame.done().picture()))
                 processor->done(frame.done());
             return {};
         case farm::Frame::kFailed:
-            if (const auto processor = current(frame.failed().picture()))
+            if (const auto processor = processor_of(frame.failed().picture()))
                 processor->failed(frame.failed());
             return {};
-        case farm::Frame::kNeedBox: {
-            BoxSupplier::Way way;
-            way.send = [link = std::weak_ptr(m_link)](farm::Frame reply) {
-                const auto to = link.lock();
-                return to && to->send(std::move(reply));
-            };
-            way.queued_bytes = [link = std::weak_ptr(m_link)] {
-                const auto to = link.lock();
-                return to ? to->traffic().queued_bytes : 0;
-            };
-            const bool taken = m_boxes.ask(m_asker, frame.need_box(), way);
-            return taken ? "" : "it asks for more boxes than it may, or of another world";
-        }
-        case farm::Frame::kHeartbeat: {
-            bool changed = false;
-            {
-                const std::lock_guard lock(m_mutex);
-                changed = m_heartbeat.paused() != frame.heartbeat().paused();
-                m_heartbeat = frame.heartbeat();
-            }
-            if (changed)
-                m_reported.pauses(frame.heartbeat().paused());
-            return {};
-        }
-        case farm::Frame::kDrain: {
-            m_draining = true;
-            std::shared_ptr<SocketProcessor> processor;
-            {
-                const std::lock_guard lock(m_mutex);
-                processor = m_processor;
-            }
-            m_reported.drains(processor ? processor->tiles_of({frame.drain().given_back().begin(),
-                                                               frame.drain().given_back().end()})
-                                        : std::vector<tiles::RenderTile>{});
-            return {};
-        }
+        case farm::Frame::kNeedBox: return take_box_request(frame.need_box());
+        case farm::Frame::kHeartbeat: take_heartbeat(frame.heartbeat()); return {};
+        case farm::Frame::kDrain: take_drain(frame.drain()); return {};
         case farm::Frame::kBye: m_bye = true; return {};
         case farm::Frame::kRefusal:
             m_bye = true;
@@ -163,7 +173,7 @@ std::string WorkerLink::take(const farm::Frame& frame) {
 }
 
 std::string WorkerLink::run() {
-    std::string why, wrong;
+    std::string wrong;
     while (auto frame = m_link->receive()) {
         m_heard_ns = now_ns();
         wrong = take(*frame);
@@ -173,10 +183,11 @@ std::string WorkerLink::run() {
     m_misbehaved = !wrong.empty() && !m_bye;
     if (m_misbehaved)
         refuse_it(wrong);
-    why = !wrong.empty()                ? wrong
-          : m_bye                       ? "it left"
-          : m_link->why_ended().empty() ? "the link ended"
-                                        : m_link->why_ended();
+    std::string why = wrong;
+    if (why.empty())
+        why = m_bye ? "it left" : m_link->why_ended();
+    if (why.empty())
+        why = "the link ended";
     m_link->abort();
     std::shared_ptr<SocketProcessor> processor;
     {
@@ -184,8 +195,10 @@ std::string WorkerLink::run() {
         processor = m_processor;
         m_over = true;
     }
-    if (processor)
-        wrong.empty() || m_bye ? processor->lost(why) : processor->misbehaved(why);
+    if (processor && m_misbehaved)
+        processor->misbehaved(why);
+    else if (processor)
+        processor->lost(why);
     return why;
 }
 
@@ -193,7 +206,9 @@ void WorkerLink::ping() {
     if (m_link->traffic().queued_bytes > net::kMaxBeforePing_bytes)
         return;
     farm::Frame frame;
-    frame.mutable_ping()->set_stamp(static_cast<std::uint64_t>(now_ns()));
+    const auto stamp = static_cast<std::uint64_t>(now_ns());
+    frame.mutable_ping()->set_stamp(stamp);
+    m_latency.ping_sent(stamp);
     (void)m_link->send(std::move(frame));
 }
 

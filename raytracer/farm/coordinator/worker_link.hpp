@@ -9,6 +9,7 @@
 #include <string>
 
 #include "raytracer/farm/coordinator/box_supplier.hpp"
+#include "raytracer/farm/coordinator/latency_meter.hpp"
 #include "raytracer/farm/coordinator/socket_processor.hpp"
 #include "raytracer/farm/net/link.hpp"
 #include "raytracer/farm/wire/picture_spec.hpp"
@@ -26,8 +27,9 @@ struct BoxSource {
 
 /// What workers receive about the picture under way.
 struct PictureCall {
-    std::uint64_t id = 0, world_id = 0;
-    PictureSpec parcel;
+    std::uint64_t id = 0;
+    std::uint64_t world_id = 0;
+    PictureSpec spec;
     BoxSource source;
     bool layers = false;
 };
@@ -37,7 +39,7 @@ class WorkerLink {
 public:
     /// Notifications from a worker. Called on the thread of run().
     struct Reported {
-        /// It leaves.
+        /// The worker drains; the tiles that it returns must be leased to others.
         std::function<void(const std::vector<tiles::RenderTile>& given_back)> drains;
         std::function<void(bool on)> pauses;  ///< it was paused or resumed on its own side
     };
@@ -63,7 +65,7 @@ public:
     [[nodiscard]] const std::string& peer() const noexcept { return m_link->peer(); }
     /// The name in its certificate; empty with a token.
     [[nodiscard]] const std::string& certified_name() const noexcept { return m_certified_name; }
-    [[nodiscard]] double latency_s() const noexcept { return m_latency_s; }
+    [[nodiscard]] double latency_s() const noexcept { return m_latency.average_s(); }
     [[nodiscard]] farm::Heartbeat heartbeat() const;
     [[nodiscard]] net::Link::Traffic traffic() const noexcept { return m_link->traffic(); }
     [[nodiscard]] bool draining() const noexcept { return m_draining; }
@@ -73,13 +75,22 @@ public:
 private:
     /// @return what is wrong with the frame; empty: nothing
     [[nodiscard]] std::string take(const farm::Frame& frame);
+    /// Measures the latency if the stamp is one of a ping that waits for its answer.
+    /// @return what is wrong: the stamp is of the future, or older than an hour; any other is
+    /// ignored
+    [[nodiscard]] std::string take_pong(const farm::Pong& pong);
+    [[nodiscard]] std::string take_box_request(const farm::BoxRequest& request);
+    void take_heartbeat(const farm::Heartbeat& heartbeat);
+    void take_drain(const farm::Drain& drain);
+    /// @return the processor of a picture; nullptr: the picture has ended
+    [[nodiscard]] std::shared_ptr<SocketProcessor> processor_of(std::uint64_t picture);
     [[nodiscard]] std::string send_state(const std::string& hash);
 
     const std::shared_ptr<net::Link> m_link;
     const farm::Hello m_hello;
     const std::string m_certified_name;
     BoxSupplier& m_boxes;
-    const std::uint64_t m_asker;
+    const std::uint64_t m_requester;  ///< number of this link at the supplier
     const Reported m_reported;
     mutable std::mutex m_mutex;
     std::shared_ptr<SocketProcessor> m_processor;
@@ -87,10 +98,11 @@ private:
     farm::Heartbeat m_heartbeat;
     std::atomic<std::int64_t> m_heard_ns;
     std::atomic<std::uint64_t> m_received_bytes{0};
-    std::atomic<double> m_latency_s{0};
+    LatencyMeter m_latency;
     std::atomic<bool> m_draining{false};
     std::atomic<bool> m_misbehaved{false};
-    bool m_bye = false, m_over = false;
+    bool m_bye = false;
+    bool m_over = false;
 };
 
 }  // namespace terravox::farm

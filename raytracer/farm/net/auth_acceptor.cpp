@@ -2,7 +2,6 @@
 
 #include <fcntl.h>
 #include <poll.h>
-#include <spdlog/spdlog.h>
 #include <sys/eventfd.h>
 #include <sys/resource.h>
 #include <unistd.h>
@@ -13,6 +12,7 @@
 #include <cstring>
 
 #include "common/thread/start_threads.hpp"
+#include "common/util/log.hpp"
 
 namespace terravox::net {
 namespace {
@@ -21,7 +21,7 @@ constexpr int kAcceptsOfRound = 64;
 constexpr std::chrono::seconds kGrace{1};  ///< to close in order, after a refusal that was sent
 constexpr std::chrono::seconds kLostAfter{15};  ///< for a peer that acknowledges no data
 constexpr std::byte kTlsHandshake{0x16};
-constexpr const char* kTooMany = "too many strangers at once";
+constexpr const char* kTooMany = "too many unauthenticated connections at once";
 constexpr const char* kNoDescriptors = "the limit of open files is reached";
 
 /// A share of the descriptors that the process may have: other parts need some, too.
@@ -64,8 +64,9 @@ AuthAcceptor::AuthAcceptor(const sockets::Address& address, const Credentials& c
     m_limits.handshakes = share_of_descriptors(limits.handshakes, 4);
     m_limits.connections = share_of_descriptors(limits.connections, 2);
     if (m_limits.connections < limits.connections || m_limits.handshakes < limits.handshakes)
-        spdlog::info(
-            "farm: the limit of open files allows {} connections and {} strangers at once, not {} "
+        util::log_info(
+            "farm: the limit of open files allows {} connections and {} unauthenticated ones at "
+            "once, not {} "
             "and {}",
             m_limits.connections, m_limits.handshakes, limits.connections, limits.handshakes);
     sockets::Endpoint bound;
@@ -90,7 +91,7 @@ void AuthAcceptor::stop() noexcept {
     if (m_thread.joinable())
         m_thread.join();
     m_listening.clear();
-    m_strangers.clear();
+    m_pending.clear();
 }
 
 void AuthAcceptor::wake() noexcept {
@@ -103,11 +104,11 @@ std::optional<std::uint64_t> AuthAcceptor::joined(const std::string& peer) {
     std::uint64_t number = 0;
     {
         const std::lock_guard lock(m_mutex);
-        const auto guest = m_guests.find(peer);
-        if (guest == m_guests.end() || guest->second.joined || guest->second.gone)
+        const auto admitted = m_admitted.find(peer);
+        if (admitted == m_admitted.end() || admitted->second.joined || admitted->second.ended)
             return std::nullopt;
-        guest->second.joined = true;
-        number = guest->second.number;
+        admitted->second.joined = true;
+        number = admitted->second.number;
     }
     wake();
     return number;
@@ -116,9 +117,9 @@ std::optional<std::uint64_t> AuthAcceptor::joined(const std::string& peer) {
 void AuthAcceptor::left(const std::string& peer, std::uint64_t number) {
     {
         const std::lock_guard lock(m_mutex);
-        if (const auto guest = m_guests.find(peer);
-            guest != m_guests.end() && guest->second.number == number)
-            guest->second.gone = true;
+        if (const auto admitted = m_admitted.find(peer);
+            admitted != m_admitted.end() && admitted->second.number == number)
+            admitted->second.ended = true;
     }
     wake();
 }
@@ -127,8 +128,8 @@ void AuthAcceptor::log_refusal(const std::string& peer, const std::string& why) 
     std::string address = peer;
     {
         const std::lock_guard lock(m_mutex);
-        if (const auto guest = m_guests.find(peer); guest != m_guests.end())
-            address = guest->second.address;
+        if (const auto admitted = m_admitted.find(peer); admitted != m_admitted.end())
+            address = admitted->second.address;
     }
     const std::lock_guard lock(m_log_mutex);
     m_log.refused(address, peer, why);
@@ -141,7 +142,7 @@ void AuthAcceptor::run() noexcept {
         } catch (const std::exception& e) {
             // The work of one round is lost, at most one connection. Memory may be short, so it
             // pauses before trying again.
-            spdlog::error("farm: accept connections: {}", e.what());
+            util::log_error("farm: accept connections: {}", e.what());
             rest();
         }
     }
@@ -157,22 +158,22 @@ void AuthAcceptor::round() {
     polled.push_back({m_wake.fd(), POLLIN, 0});
     for (const auto& socket : m_listening)
         polled.push_back({socket.fd(), POLLIN, 0});
-    std::vector<PendingPeers::iterator> strangers;
+    std::vector<PendingPeers::iterator> pending_peers;
     auto next = Clock::now() + std::chrono::hours(1);
-    for (auto one = m_strangers.begin(); one != m_strangers.end(); ++one) {
-        strangers.push_back(one);
+    for (auto one = m_pending.begin(); one != m_pending.end(); ++one) {
+        pending_peers.push_back(one);
         polled.push_back({one->socket.fd(), POLLIN, 0});
         next = std::min(next, one->deadline);
     }
-    std::vector<std::string> guests;
+    std::vector<std::string> admitted_peers;
     {
         const std::lock_guard lock(m_mutex);
-        for (const auto& [peer, guest] : m_guests) {
-            if (!guest.witness)
+        for (const auto& [peer, admitted] : m_admitted) {
+            if (!admitted.witness)
                 continue;
-            guests.push_back(peer);
-            polled.push_back({guest.witness.fd(), 0, 0});  // only to detect its end
-            next = std::min(next, guest.deadline);
+            admitted_peers.push_back(peer);
+            polled.push_back({admitted.witness.fd(), 0, 0});  // only to detect its end
+            next = std::min(next, admitted.deadline);
         }
     }
     const auto wait_ms = std::chrono::ceil<std::chrono::milliseconds>(next - Clock::now()).count();
@@ -187,22 +188,22 @@ void AuthAcceptor::round() {
         std::uint64_t count = 0;
         [[maybe_unused]] const ssize_t got = ::read(m_wake.fd(), &count, sizeof count);
     }
-    const std::size_t first_stranger = 1 + m_listening.size(),
-                      first_guest = first_stranger + strangers.size();
-    for (std::size_t i = 0; ready > 0 && i < strangers.size(); ++i)
-        if (polled[first_stranger + i].revents != 0)
-            hear(strangers[i]);
+    const std::size_t first_pending = 1 + m_listening.size();
+    const std::size_t first_admitted = first_pending + pending_peers.size();
+    for (std::size_t i = 0; ready > 0 && i < pending_peers.size(); ++i)
+        if (polled[first_pending + i].revents != 0)
+            read_from(pending_peers[i]);
     {
         const std::lock_guard lock(m_mutex);
-        for (std::size_t i = 0; ready > 0 && i < guests.size(); ++i) {
-            const auto guest = m_guests.find(guests[i]);
-            if (guest != m_guests.end() &&
-                (polled[first_guest + i].revents & (POLLHUP | POLLERR)) != 0)
-                guest->second.deadline = Clock::time_point::min();
+        for (std::size_t i = 0; ready > 0 && i < admitted_peers.size(); ++i) {
+            const auto admitted = m_admitted.find(admitted_peers[i]);
+            if (admitted != m_admitted.end() &&
+                (polled[first_admitted + i].revents & (POLLHUP | POLLERR)) != 0)
+                admitted->second.deadline = Clock::time_point::min();
         }
     }
     overdue(Clock::now());
-    see_guests(Clock::now());
+    check_admitted(Clock::now());
     for (std::size_t i = 0; ready > 0 && i < m_listening.size(); ++i)
         if ((polled[1 + i].revents & POLLIN) != 0)
             accept_from(m_listening[i].fd());
@@ -250,21 +251,21 @@ void AuthAcceptor::take_in(sockets::Socket socket, const sockets::Endpoint& from
     if (!m_spare)
         m_spare = spare_descriptor();
     const auto now = Clock::now();
-    m_strangers.push_back({.socket = std::move(socket),
-                           .peer = from.text(),
-                           .address = from.neighbourhood(),
-                           .came = now,
-                           .deadline = now + m_limits.handshake,
-                           .phase = m_credentials.tls() ? Phase::kFirstByte : Phase::kToken,
-                           .handshake = ListenerHandshake(m_credentials.token)});
+    m_pending.push_back({.socket = std::move(socket),
+                         .peer = from.text(),
+                         .address = from.neighbourhood(),
+                         .connected_at = now,
+                         .deadline = now + m_limits.handshake,
+                         .phase = m_credentials.tls() ? Phase::kFirstByte : Phase::kToken,
+                         .handshake = ListenerHandshake(m_credentials.token)});
 }
 
 std::size_t AuthAcceptor::unproven() const {
     const std::lock_guard lock(m_mutex);
-    return m_strangers.size() + static_cast<std::size_t>(std::count_if(
-                                    m_guests.begin(), m_guests.end(), [](const auto& one) {
-                                        return static_cast<bool>(one.second.witness);
-                                    }));
+    return m_pending.size() + static_cast<std::size_t>(std::count_if(
+                                  m_admitted.begin(), m_admitted.end(), [](const auto& one) {
+                                      return static_cast<bool>(one.second.witness);
+                                  }));
 }
 
 bool AuthAcceptor::make_room(const char* why) {
@@ -274,222 +275,223 @@ bool AuthAcceptor::make_room(const char* why) {
         if (++of_address[address] > of_address[worst] || worst.empty())
             worst = address;
     };
-    for (const auto& one : m_strangers)
+    for (const auto& one : m_pending)
         count(one.address);
     {
         const std::lock_guard lock(m_mutex);
-        for (const auto& [peer, guest] : m_guests)
-            if (guest.witness && !guest.joined)
-                count(guest.address);
+        for (const auto& [peer, admitted] : m_admitted)
+            if (admitted.witness && !admitted.joined)
+                count(admitted.address);
     }
     if (of_address.empty())
         return false;
-    // They came in the order of the list.
-    const auto oldest = std::find_if(m_strangers.begin(), m_strangers.end(),
+    // The list is in the order of connection.
+    const auto oldest = std::find_if(m_pending.begin(), m_pending.end(),
                                      [&](const PendingPeer& one) { return one.address == worst; });
-    if (oldest != m_strangers.end()) {
+    if (oldest != m_pending.end()) {
         refuse(oldest, why);
         return true;
     }
     std::string peer;
     {
         const std::lock_guard lock(m_mutex);
-        auto longest = m_guests.end();
-        for (auto one = m_guests.begin(); one != m_guests.end(); ++one)
+        auto longest = m_admitted.end();
+        for (auto one = m_admitted.begin(); one != m_admitted.end(); ++one)
             if (one->second.address == worst && one->second.witness && !one->second.joined &&
-                (longest == m_guests.end() || one->second.came < longest->second.came))
+                (longest == m_admitted.end() ||
+                 one->second.connected_at < longest->second.connected_at))
                 longest = one;
-        if (longest == m_guests.end())
+        if (longest == m_admitted.end())
             return false;
         peer = longest->first;
         ::shutdown(longest->second.witness.fd(), SHUT_RDWR);
-        m_guests.erase(longest);
+        m_admitted.erase(longest);
     }
     const std::lock_guard lock(m_log_mutex);
     m_log.refused(worst, peer, why);
     return true;
 }
 
-void AuthAcceptor::hear(PendingPeers::iterator stranger) {
-    switch (stranger->phase) {
-        case Phase::kFirstByte: return first_byte(stranger);
-        case Phase::kToken: return token_bytes(stranger);
+void AuthAcceptor::read_from(PendingPeers::iterator pending) {
+    switch (pending->phase) {
+        case Phase::kFirstByte: return first_byte(pending);
+        case Phase::kToken: return token_bytes(pending);
         case Phase::kLeaving: break;
     }
     std::array<std::byte, 512> ignored{};
     for (int i = 0; i < 8; ++i) {
-        const ssize_t got = ::recv(stranger->socket.fd(), ignored.data(), ignored.size(), 0);
+        const ssize_t got = ::recv(pending->socket.fd(), ignored.data(), ignored.size(), 0);
         if (got > 0)
             continue;
         if (got == 0 || (errno != EAGAIN && errno != EWOULDBLOCK && errno != EINTR))
-            m_strangers.erase(stranger);
+            m_pending.erase(pending);
         return;
     }
 }
 
-void AuthAcceptor::first_byte(PendingPeers::iterator stranger) {
+void AuthAcceptor::first_byte(PendingPeers::iterator pending) {
     std::byte first{};
-    const ssize_t got = ::recv(stranger->socket.fd(), &first, 1, MSG_PEEK);
+    const ssize_t got = ::recv(pending->socket.fd(), &first, 1, MSG_PEEK);
     if (got < 0 && (errno == EAGAIN || errno == EWOULDBLOCK || errno == EINTR))
         return;
     if (got <= 0)
-        return refuse(stranger, "it closed the connection without a word");
-    stranger->said_something = true;
+        return refuse(pending, "it closed the connection without sending anything");
+    pending->has_sent = true;
     if (first == kTlsHandshake)
-        return let_in(stranger);
+        return admit(pending);
     // token_bytes() answers a peer that has a token that it is not accepted, and refuses all
     // others.
-    stranger->phase = Phase::kToken;
-    token_bytes(stranger);
+    pending->phase = Phase::kToken;
+    token_bytes(pending);
 }
 
-void AuthAcceptor::token_bytes(PendingPeers::iterator stranger) {
+void AuthAcceptor::token_bytes(PendingPeers::iterator pending) {
     using Outcome = ListenerHandshake::Outcome;
     std::array<std::byte, kHello_bytes> bytes{};
     for (;;) {
-        const ssize_t got = ::recv(stranger->socket.fd(), bytes.data(),
-                                   std::min(bytes.size(), stranger->handshake.wanted()), 0);
+        const ssize_t got = ::recv(pending->socket.fd(), bytes.data(),
+                                   std::min(bytes.size(), pending->handshake.wanted()), 0);
         if (got < 0 && errno == EINTR)
             continue;
         if (got < 0 && (errno == EAGAIN || errno == EWOULDBLOCK))
             return;
         if (got <= 0)
-            return refuse(stranger, stranger->said_something
-                                        ? "it closed the connection in the handshake"
-                                        : "it closed the connection without a word");
+            return refuse(pending, pending->has_sent
+                                       ? "it closed the connection in the handshake"
+                                       : "it closed the connection without sending anything");
         const bool tls_hello =
-            stranger->handshake.wanted() == kHello_bytes && bytes[0] == kTlsHandshake;
-        stranger->said_something = true;
+            pending->handshake.wanted() == kHello_bytes && bytes[0] == kTlsHandshake;
+        pending->has_sent = true;
         const auto step =
-            stranger->handshake.take(std::span(bytes).first(static_cast<std::size_t>(got)));
+            pending->handshake.take(std::span(bytes).first(static_cast<std::size_t>(got)));
         switch (step.outcome) {
             case Outcome::kMore:
-                if (!send(stranger, step.reply))
-                    return refuse(stranger, "it takes no answer");
+                if (!send(pending, step.reply))
+                    return refuse(pending, "it does not read the answer");
                 break;
             case Outcome::kAnotherVersion:
-                return leave(stranger, step.reply,
-                             "it shakes hands by version " +
-                                 std::to_string(stranger->handshake.version_of_peer()) +
-                                 ", this end by " + std::to_string(kHandshakeVersion));
+                return dismiss(pending, step.reply,
+                               "it shakes hands by version " +
+                                   std::to_string(pending->handshake.version_of_peer()) +
+                                   ", this end by " + std::to_string(kHandshakeVersion));
             case Outcome::kNotTerravox:
                 if (tls_hello && !m_credentials.tls())
-                    return leave(stranger, tls_alert(), "it speaks TLS; a token is wanted here");
-                return refuse(stranger, "it is no peer of a Terravox farm");
+                    return dismiss(pending, tls_alert(), "it begins TLS; a token is required here");
+                return refuse(pending, "it is no peer of a Terravox farm");
             case Outcome::kWrongToken:
                 if (m_credentials.tls())
-                    return leave(stranger, stranger->handshake.answer(Verdict::kCertificates),
-                                 "it comes with a token; certificates are wanted here");
-                return leave(stranger, stranger->handshake.answer(Verdict::kWrongToken),
-                             "wrong token");
-            case Outcome::kProven: return let_in(stranger);
+                    return dismiss(pending, pending->handshake.answer(Verdict::kCertificates),
+                                   "it has a token; certificates are required here");
+                return dismiss(pending, pending->handshake.answer(Verdict::kWrongToken),
+                               "wrong token");
+            case Outcome::kProven: return admit(pending);
         }
     }
 }
 
 /// The peer has proven the token, or begins TLS.
-void AuthAcceptor::let_in(PendingPeers::iterator stranger) {
+void AuthAcceptor::admit(PendingPeers::iterator pending) {
     const bool tls = m_credentials.tls();
     std::string busy;
     {
         const std::lock_guard lock(m_mutex);
-        const auto here = m_guests.size();
+        const auto here = m_admitted.size();
         const auto of_address =
-            std::count_if(m_guests.begin(), m_guests.end(),
-                          [&](const auto& one) { return one.second.address == stranger->address; });
+            std::count_if(m_admitted.begin(), m_admitted.end(),
+                          [&](const auto& one) { return one.second.address == pending->address; });
         if (here >= static_cast<std::size_t>(m_limits.connections))
             busy = "no room for more than " + std::to_string(m_limits.connections) + " connections";
         if (of_address >= m_limits.connections_of_address)
             busy = "no room for more than " + std::to_string(m_limits.connections_of_address) +
                    " connections of one address";
     }
-    sockets::Socket witness(busy.empty() ? ::fcntl(stranger->socket.fd(), F_DUPFD_CLOEXEC, 0) : -1);
+    sockets::Socket witness(busy.empty() ? ::fcntl(pending->socket.fd(), F_DUPFD_CLOEXEC, 0) : -1);
     if (busy.empty() && !witness)
         busy = std::strerror(errno);
     if (!busy.empty())
-        return tls ? refuse(stranger, busy)
-                   : leave(stranger, stranger->handshake.answer(Verdict::kBusy), busy);
-    if (!tls && !send(stranger, stranger->handshake.answer(Verdict::kWelcome)))
-        return refuse(stranger, "it takes no answer");
-    sockets::Socket socket = std::move(stranger->socket);
-    const std::string peer = stranger->peer;
+        return tls ? refuse(pending, busy)
+                   : dismiss(pending, pending->handshake.answer(Verdict::kBusy), busy);
+    if (!tls && !send(pending, pending->handshake.answer(Verdict::kWelcome)))
+        return refuse(pending, "it does not read the answer");
+    sockets::Socket socket = std::move(pending->socket);
+    const std::string peer = pending->peer;
     const auto now = Clock::now();
     {
         const std::lock_guard lock(m_mutex);
         // gRPC's own handshake deadline comes first: then the reason is the certificate, as far as
         // can be determined here.
-        m_guests[peer] = {.number = ++m_numbers,
-                          .address = stranger->address,
-                          .came = stranger->came,
-                          .deadline = now + m_limits.handshake + kGrace,
-                          .witness = std::move(witness)};
+        m_admitted[peer] = {.number = ++m_numbers,
+                            .address = pending->address,
+                            .connected_at = pending->connected_at,
+                            .deadline = now + m_limits.handshake + kGrace,
+                            .witness = std::move(witness)};
     }
-    m_strangers.erase(stranger);
+    m_pending.erase(pending);
     sockets::tune(socket.fd(), kLostAfter);
     m_admit(std::move(socket), peer);
 }
 
-bool AuthAcceptor::send(PendingPeers::iterator stranger, const Bytes& bytes) {
+bool AuthAcceptor::send(PendingPeers::iterator pending, const Bytes& bytes) {
     // Nothing else was sent before, and so few bytes fit into any socket buffer.
     return bytes.empty() ||
-           ::send(stranger->socket.fd(), bytes.data(), bytes.size(), MSG_NOSIGNAL | MSG_DONTWAIT) ==
+           ::send(pending->socket.fd(), bytes.data(), bytes.size(), MSG_NOSIGNAL | MSG_DONTWAIT) ==
                static_cast<ssize_t>(bytes.size());
 }
 
 /// Leaves time for the peer to receive the answer: closing at once, with unread bytes of the peer,
 /// would discard it.
-void AuthAcceptor::leave(PendingPeers::iterator stranger, const Bytes& reply,
-                         const std::string& why) {
-    if (!send(stranger, reply) || ::shutdown(stranger->socket.fd(), SHUT_WR) != 0)
-        return refuse(stranger, why);
+void AuthAcceptor::dismiss(PendingPeers::iterator pending, const Bytes& reply,
+                           const std::string& why) {
+    if (!send(pending, reply) || ::shutdown(pending->socket.fd(), SHUT_WR) != 0)
+        return refuse(pending, why);
     {
         const std::lock_guard lock(m_log_mutex);
-        m_log.refused(stranger->address, stranger->peer, why);
+        m_log.refused(pending->address, pending->peer, why);
     }
-    stranger->phase = Phase::kLeaving;
-    stranger->deadline = Clock::now() + kGrace;
+    pending->phase = Phase::kLeaving;
+    pending->deadline = Clock::now() + kGrace;
 }
 
-void AuthAcceptor::refuse(PendingPeers::iterator stranger, const std::string& why) {
-    if (stranger->phase != Phase::kLeaving) {
+void AuthAcceptor::refuse(PendingPeers::iterator pending, const std::string& why) {
+    if (pending->phase != Phase::kLeaving) {
         const std::lock_guard lock(m_log_mutex);
-        m_log.refused(stranger->address, stranger->peer, why);
+        m_log.refused(pending->address, pending->peer, why);
     }
-    m_strangers.erase(stranger);
+    m_pending.erase(pending);
 }
 
 void AuthAcceptor::overdue(Clock::time_point now) {
-    for (auto one = m_strangers.begin(); one != m_strangers.end();) {
-        const auto stranger = one++;
-        if (now >= stranger->deadline)
-            refuse(stranger, stranger->said_something
-                                 ? "it is too slow in the handshake"
-                                 : "it said nothing within " +
-                                       std::to_string(m_limits.handshake.count()) + " ms");
+    for (auto one = m_pending.begin(); one != m_pending.end();) {
+        const auto pending = one++;
+        if (now >= pending->deadline)
+            refuse(pending, pending->has_sent
+                                ? "it is too slow in the handshake"
+                                : "it sent nothing within " +
+                                      std::to_string(m_limits.handshake.count()) + " ms");
     }
 }
 
-void AuthAcceptor::see_guests(Clock::time_point now) {
+void AuthAcceptor::check_admitted(Clock::time_point now) {
     std::vector<std::pair<std::string, std::string>> refused;  // address, peer
     {
         const std::lock_guard lock(m_mutex);
-        for (auto one = m_guests.begin(); one != m_guests.end();) {
-            auto& [peer, guest] = *one;
-            if (guest.joined)
-                guest.witness.close();
-            if (!guest.joined && !guest.gone && now >= guest.deadline) {
-                refused.emplace_back(guest.address, peer);
-                ::shutdown(guest.witness.fd(), SHUT_RDWR);
-                guest.gone = true;
+        for (auto one = m_admitted.begin(); one != m_admitted.end();) {
+            auto& [peer, admitted] = *one;
+            if (admitted.joined)
+                admitted.witness.close();
+            if (!admitted.joined && !admitted.ended && now >= admitted.deadline) {
+                refused.emplace_back(admitted.address, peer);
+                ::shutdown(admitted.witness.fd(), SHUT_RDWR);
+                admitted.ended = true;
             }
-            one = guest.gone ? m_guests.erase(one) : std::next(one);
+            one = admitted.ended ? m_admitted.erase(one) : std::next(one);
         }
     }
     const std::lock_guard lock(m_log_mutex);
     for (const auto& [address, peer] : refused)
         m_log.refused(address, peer,
                       m_credentials.tls() ? "it showed no certificate of this farm"
-                                          : "it said nothing after the handshake");
+                                          : "it sent nothing after the handshake");
 }
 
 }  // namespace terravox::net

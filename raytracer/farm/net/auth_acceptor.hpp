@@ -28,14 +28,14 @@ namespace terravox::net {
 /// the case that there are no pending peers to close: with it a connection is accepted and closed,
 /// as it would otherwise stay in the kernel's queue and keep this loop busy.
 ///
-/// An admitted peer is called a guest. It is *expected* until joined() reports that its call has
-/// arrived, and has a time limit for that, too. Meanwhile a second descriptor of its connection is
-/// kept here to detect its end, and to end it. The mutex guards only the guests, for which joined()
-/// and left() are called from other threads; descriptors are closed only by the loop, which may
-/// have them in its poll().
+/// An admitted peer is *expected* until joined() reports that its call has arrived, and has a time
+/// limit for that, too. Meanwhile a second descriptor of its connection is kept here to detect its
+/// end, and to end it. The mutex guards only the admitted peers, for which joined() and left() are
+/// called from other threads; descriptors are closed only by the loop, which may have them in its
+/// poll().
 class AuthAcceptor {
 public:
-    /// Takes the connection of a guest; called on the acceptor's thread.
+    /// Takes the connection of an admitted peer; called on the acceptor's thread.
     using Admit = std::function<void(sockets::Socket, const std::string& peer)>;
     /// @throws Error when it cannot listen there
     AuthAcceptor(const sockets::Address& address, const Credentials& credentials,
@@ -47,13 +47,14 @@ public:
 
     [[nodiscard]] std::uint16_t port() const noexcept { return m_port; }
     void stop() noexcept;  ///< stops listening
-    /// Reports that the call of a guest has arrived.
-    /// @return its number; nullopt: no guest of that name is expected, or its call has arrived
+    /// Reports that the call of an admitted peer has arrived.
+    /// @return its number; nullopt: no peer of that name is expected, or its call has arrived
     /// before
     [[nodiscard]] std::optional<std::uint64_t> joined(const std::string& peer);
-    /// @param number distinguishes the guest from a later connection from the same port
+    /// Reports that the call has ended.
+    /// @param number distinguishes the peer from a later connection from the same port
     void left(const std::string& peer, std::uint64_t number);
-    /// For a peer for which joined() returned a number.
+    /// Logs a refusal of a peer for which joined() returned a number.
     void log_refusal(const std::string& peer, const std::string& why);
 
 private:
@@ -61,18 +62,22 @@ private:
     enum class Phase { kFirstByte, kToken, kLeaving };
     struct PendingPeer {
         sockets::Socket socket;
-        std::string peer, address;
-        Clock::time_point came, deadline;
+        std::string peer;
+        std::string address;
+        Clock::time_point connected_at;
+        Clock::time_point deadline;
         Phase phase = Phase::kToken;
         ListenerHandshake handshake;
-        bool said_something = false;
+        bool has_sent = false;
     };
     struct AdmittedPeer {
         std::uint64_t number = 0;
         std::string address;
-        Clock::time_point came, deadline;
+        Clock::time_point connected_at;
+        Clock::time_point deadline;
         sockets::Socket witness;  ///< none once it was closed
-        bool joined = false, gone = false;
+        bool joined = false;
+        bool ended = false;
     };
     using PendingPeers = std::list<PendingPeer>;
 
@@ -80,15 +85,15 @@ private:
     void round();
     void accept_from(int listening);
     void take_in(sockets::Socket socket, const sockets::Endpoint& from);
-    void hear(PendingPeers::iterator stranger);
-    void first_byte(PendingPeers::iterator stranger);
-    void token_bytes(PendingPeers::iterator stranger);
-    void let_in(PendingPeers::iterator stranger);
-    bool send(PendingPeers::iterator stranger, const Bytes& bytes);
-    void leave(PendingPeers::iterator stranger, const Bytes& reply, const std::string& why);
-    void refuse(PendingPeers::iterator stranger, const std::string& why);
+    void read_from(PendingPeers::iterator pending);
+    void first_byte(PendingPeers::iterator pending);
+    void token_bytes(PendingPeers::iterator pending);
+    void admit(PendingPeers::iterator pending);
+    bool send(PendingPeers::iterator pending, const Bytes& bytes);
+    void dismiss(PendingPeers::iterator pending, const Bytes& reply, const std::string& why);
+    void refuse(PendingPeers::iterator pending, const std::string& why);
     void overdue(Clock::time_point now);
-    void see_guests(Clock::time_point now);
+    void check_admitted(Clock::time_point now);
     bool make_room(const char* why);
     std::size_t unproven() const;
     void wake() noexcept;
@@ -99,10 +104,11 @@ private:
     const Admit m_admit;
     std::vector<sockets::Socket> m_listening;
     std::uint16_t m_port = 0;
-    sockets::Socket m_spare, m_wake;
-    PendingPeers m_strangers;
+    sockets::Socket m_spare;
+    sockets::Socket m_wake;
+    PendingPeers m_pending;
     mutable std::mutex m_mutex;
-    std::map<std::string, AdmittedPeer> m_guests;  ///< by peer
+    std::map<std::string, AdmittedPeer> m_admitted;  ///< by peer
     std::uint64_t m_numbers = 0;
     std::mutex m_log_mutex;
     RefusalLog m_log;

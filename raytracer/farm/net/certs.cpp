@@ -25,7 +25,8 @@ namespace fs = std::filesystem;
 
 constexpr long kDay_s = 86'400;
 constexpr long kClockTolerance_s = kDay_s;  ///< tolerance for clocks of a farm's machines
-constexpr mode_t kPrivate = 0600, kPublic = 0644;
+constexpr mode_t kPrivate = 0600;
+constexpr mode_t kPublic = 0644;
 
 /// Files that appear together or, as far as possible, not at all.
 class NewFiles {
@@ -189,6 +190,68 @@ void add_revoked(X509_CRL* list, X509* certificate, const std::string& file) {
     (void)entry.release();  // now owned by the list
 }
 
+/// @throws UsageError
+void check_request(const std::vector<std::string>& names, int days, const std::string& role) {
+    if (!role.empty() && role != kWorkerRole && role != kCoordinatorRole)
+        throw util::UsageError("make certificates of role '" + role + "'; allowed: " +
+                               std::string(kWorkerRole) + ", " + std::string(kCoordinatorRole));
+    for (const auto& name : names)
+        check_name(name);
+    for (auto name = names.begin(); name != names.end(); ++name)
+        if (std::find(names.begin(), name, *name) != name)
+            throw util::UsageError("make a certificate for '" + *name +
+                                   "': it is named twice; allowed: each name once");
+    if (days < 1 || days > kMaxCertificate_days)
+        throw util::UsageError("make certificates for " + std::to_string(days) +
+                               " days; allowed: 1 to " + std::to_string(kMaxCertificate_days));
+}
+
+/// @throws Error when only one of the CA's two files exists
+bool has_ca_files(const fs::path& folder) {
+    const bool has_pem = fs::exists(folder / "ca.pem");
+    const bool has_key = fs::exists(folder / "ca.key");
+    if (has_pem != has_key)
+        throw util::Error("make certificates in " + folder.string() + ": it has " +
+                          (has_pem ? "ca.pem without ca.key" : "ca.key without ca.pem") +
+                          "; allowed: both, or none");
+    return has_pem;
+}
+
+/// @throws Error when a file of one of the names exists
+void check_unused(const fs::path& folder, const std::vector<std::string>& names) {
+    for (const auto& name : names)
+        for (const char* ending : {".pem", ".key"})
+            if (const auto path = folder / (name + ending); fs::exists(path))
+                throw util::Error("make a certificate: " + path.string() +
+                                  " is there; allowed: names without files");
+}
+
+/// Makes a folder that is accessible to its owner only, if it does not exist.
+void make_folder(const fs::path& folder) {
+    std::error_code failed;
+    if (!fs::is_directory(folder)) {
+        fs::create_directories(folder, failed);
+        if (!failed)
+            fs::permissions(folder, fs::perms::owner_all, failed);
+    }
+    if (failed)
+        throw util::Error("make the folder " + folder.string() + ": " + failed.message());
+}
+
+Pair unexpired_ca(const fs::path& folder) {
+    Pair ca = read_ca(folder);
+    if (X509_cmp_current_time(X509_get0_notAfter(ca.certificate.get())) < 0)
+        throw util::Error("read the CA in " + folder.string() + ": ca.pem has expired");
+    return ca;
+}
+
+Pair new_ca(const fs::path& folder, NewFiles& files) {
+    Pair ca = make_pair("Terravox farm CA", {}, kMaxCertificate_days, nullptr);
+    files.write(folder / "ca.key", pem_of(ca.key.get()), kPrivate);
+    files.write(folder / "ca.pem", pem_of(ca.certificate.get()), kPublic);
+    return ca;
+}
+
 }  // namespace
 
 void revoke_certs(const fs::path& folder, const std::vector<std::string>& names) {
@@ -235,54 +298,14 @@ void revoke_certs(const fs::path& folder, const std::vector<std::string>& names)
 
 void make_certs(const fs::path& folder, const std::vector<std::string>& names, int days,
                 const std::string& role) {
-    if (!role.empty() && role != kWorkerRole && role != kCoordinatorRole)
-        throw util::UsageError("make certificates of role '" + role + "'; allowed: " +
-                               std::string(kWorkerRole) + ", " + std::string(kCoordinatorRole));
     const std::vector<std::string> wanted =
         names.empty() ? std::vector<std::string>{"coordinator", "worker"} : names;
-    for (const auto& name : wanted)
-        check_name(name);
-    for (std::size_t i = 0; i < wanted.size(); ++i)
-        if (std::find(wanted.begin(), wanted.begin() + static_cast<std::ptrdiff_t>(i), wanted[i]) !=
-            wanted.begin() + static_cast<std::ptrdiff_t>(i))
-            throw util::UsageError("make a certificate for '" + wanted[i] +
-                                   "': it is named twice; allowed: each name once");
-    if (days < 1 || days > kMaxCertificate_days)
-        throw util::UsageError("make certificates for " + std::to_string(days) +
-                               " days; allowed: 1 to " + std::to_string(kMaxCertificate_days));
-
-    const fs::path ca_pem = folder / "ca.pem", ca_key = folder / "ca.key";
-    const bool has_pem = fs::exists(ca_pem), has_key = fs::exists(ca_key);
-    if (has_pem != has_key)
-        throw util::Error("make certificates in " + folder.string() + ": it has " +
-                          (has_pem ? "ca.pem without ca.key" : "ca.key without ca.pem") +
-                          "; allowed: both, or none");
-    for (const auto& name : wanted)
-        for (const char* ending : {".pem", ".key"})
-            if (const auto path = folder / (name + ending); fs::exists(path))
-                throw util::Error("make a certificate: " + path.string() +
-                                  " is there; allowed: names without files");
-
-    std::error_code failed;
-    if (!fs::is_directory(folder)) {
-        fs::create_directories(folder, failed);
-        if (!failed)
-            fs::permissions(folder, fs::perms::owner_all, failed);
-    }
-    if (failed)
-        throw util::Error("make the folder " + folder.string() + ": " + failed.message());
-
+    check_request(wanted, days, role);
+    const bool has_ca = has_ca_files(folder);
+    check_unused(folder, wanted);
+    make_folder(folder);
     NewFiles files;
-    Pair ca;
-    if (has_pem) {
-        ca = read_ca(folder);
-        if (X509_cmp_current_time(X509_get0_notAfter(ca.certificate.get())) < 0)
-            throw util::Error("read the CA in " + folder.string() + ": ca.pem has expired");
-    } else {
-        ca = make_pair("Terravox farm CA", {}, kMaxCertificate_days, nullptr);
-        files.write(ca_key, pem_of(ca.key.get()), kPrivate);
-        files.write(ca_pem, pem_of(ca.certificate.get()), kPublic);
-    }
+    const Pair ca = has_ca ? unexpired_ca(folder) : new_ca(folder, files);
     for (const auto& name : wanted) {
         const Pair one = make_pair(
             name,

@@ -104,7 +104,8 @@ Pem read_pem(const Credentials& credentials) {
         return util::Error("read " + path.string() + ": it holds no " + what + "; allowed: PEM" +
                            (std::string(what) == "key" ? " without a pass phrase" : ""));
     };
-    const auto ca = certificates_of(out.ca), chain = certificates_of(out.certificate);
+    const auto ca = certificates_of(out.ca);
+    const auto chain = certificates_of(out.certificate);
     const auto key = key_of(out.key);
     if (ca.empty())
         throw no_pem(credentials.ca, "certificate");

@@ -17,7 +17,9 @@ inline constexpr std::string_view kFarmName = "terravox-farm";
 
 /// The contents of the three files.
 struct Pem {
-    std::string ca, certificate, key;
+    std::string ca;
+    std::string certificate;
+    std::string key;
 };
 
 /// @throws UsageError for both kinds, or neither, or only some of the three files; Error for a

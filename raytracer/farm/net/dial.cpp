@@ -46,7 +46,7 @@ public:
     }
 
     /// Waits until the listener's end accepts the call.
-    /// @return nullopt: it has; else the reason, or OK on timeout
+    /// @return nullopt: success; else the reason, or OK on timeout
     std::optional<grpc::Status> wait_until_taken(Clock::time_point deadline) {
         std::unique_lock lock(m_taken_mutex);
         m_taken_changed.wait_until(lock, deadline, [&] { return m_taken || m_status; });

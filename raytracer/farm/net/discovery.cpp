@@ -1,9 +1,8 @@
 #include "raytracer/farm/net/discovery.hpp"
 
-#include <spdlog/spdlog.h>
-
 #include <mutex>
 
+#include "common/util/log.hpp"
 #include "common/util/printable.hpp"
 
 #ifdef TERRAVOX_AVAHI
@@ -49,7 +48,7 @@ public:
 protected:
     Client() = default;
     virtual ~Client() { end(); }
-    /// @param patient wait for a daemon that is not there yet
+    /// @param patient whether to wait for a daemon that is not running yet
     /// @return 0, or Avahi's error code
     [[nodiscard]] int begin(bool patient) {
         m_poll.reset(avahi_threaded_poll_new());
@@ -72,7 +71,7 @@ protected:
 
     /// The daemon is available: may be called again.
     virtual void running(AvahiClient* client) = 0;
-    virtual void lost() = 0;   ///< everything made with the client is gone
+    virtual void lost() = 0;   ///< called when everything made with the client is invalid
     virtual void renamed() {}  ///< the machine's name is being changed: running() follows
     virtual void absent(const char* why) = 0;  ///< the daemon is not available
 
@@ -90,7 +89,7 @@ private:
         try {
             static_cast<Client*>(me)->on_state(client, state);
         } catch (const std::exception& e) {
-            spdlog::error("speak with Avahi: {}", e.what());
+            util::log_error("speak with Avahi: {}", e.what());
         }
     }
     void on_state(AvahiClient* client, AvahiClientState state) {
@@ -126,7 +125,8 @@ std::string host_name() {
 
 // A label of DNS is limited: the distinguishing part, role and port, must fit in it.
 std::string service_name(const std::string& role, std::uint16_t port) {
-    constexpr std::size_t kMax_bytes = AVAHI_LABEL_MAX - 1, kRoomForNumber = 5;
+    constexpr std::size_t kMax_bytes = AVAHI_LABEL_MAX - 1;
+    constexpr std::size_t kRoomForNumber = 5;
     const std::string end = " " + std::to_string(port);
     return (role + " " + host_name()).substr(0, kMax_bytes - kRoomForNumber - end.size()) + end;
 }
@@ -175,7 +175,7 @@ private:
     }
     void absent(const char* why) override {
         if (!m_warned)
-            spdlog::warn("announce '{}' on the network: Avahi: {}", m_wanted_name, why);
+            util::log_warn("announce '{}' on the network: Avahi: {}", m_wanted_name, why);
         m_warned = true;
     }
 
@@ -205,7 +205,7 @@ private:
         try {
             static_cast<Impl*>(me)->on_group(group, state);
         } catch (const std::exception& e) {
-            spdlog::error("announce a service: {}", e.what());
+            util::log_error("announce a service: {}", e.what());
         }
     }
     // Called from within avahi_entry_group_new, too.
@@ -213,7 +213,7 @@ private:
         m_group = group;
         if (state == AVAHI_ENTRY_GROUP_ESTABLISHED) {
             set_name(m_wanted_name);
-            spdlog::info("announced on the network as '{}'", m_wanted_name);
+            util::log_info("announced on the network as '{}'", m_wanted_name);
         } else if (state == AVAHI_ENTRY_GROUP_COLLISION) {
             choose_another();
             publish();
@@ -289,7 +289,7 @@ private:
     }
     void absent(const char* why) override {
         if (!m_warned)
-            spdlog::warn("look for a {} on the network: Avahi: {}", m_role, why);
+            util::log_warn("look for a {} on the network: Avahi: {}", m_role, why);
         m_warned = true;
     }
 
@@ -310,7 +310,7 @@ private:
                 self.absent(
                     avahi_strerror(avahi_client_errno(avahi_service_browser_get_client(browser))));
         } catch (const std::exception& e) {
-            spdlog::error("look for services: {}", e.what());
+            util::log_error("look for services: {}", e.what());
         }
     }
 
@@ -320,7 +320,7 @@ private:
             return;
         if (m_instances.size() >= kMaxInstances) {
             if (!m_too_many)
-                spdlog::warn(
+                util::log_warn(
                     "look for a {} on the network: more than {} services; the others are left out",
                     m_role, kMaxInstances);
             m_too_many = true;
@@ -338,8 +338,8 @@ private:
             avahi_service_resolver_new(client, interface, protocol, name.c_str(), type, domain,
                                        protocol, AvahiLookupFlags(0), on_resolver, &instance);
         if (instance.resolver == nullptr) {
-            spdlog::warn("look up the service '{}': {}", util::printable(name),
-                         avahi_strerror(avahi_client_errno(client)));
+            util::log_warn("look up the service '{}': {}", util::printable(name),
+                           avahi_strerror(avahi_client_errno(client)));
             note_answer(instance);
         }
     }
@@ -365,12 +365,12 @@ private:
             if (event == AVAHI_RESOLVER_FOUND)
                 self.set_found(instance, interface, *address, port, text);
             else {
-                spdlog::debug("look up the service '{}': no answer", util::printable(name));
+                util::log_debug("look up the service '{}': no answer", util::printable(name));
                 instance.found.reset();
             }
             self.report(instance.name);
         } catch (const std::exception& e) {
-            spdlog::error("look up a service: {}", e.what());
+            util::log_error("look up a service: {}", e.what());
         }
         self.note_answer(instance);
     }
@@ -452,7 +452,8 @@ private:
     AvahiServiceBrowser* m_browser = nullptr;
     std::map<Key, Instance> m_instances;
     std::map<std::string, FoundService> m_reported;
-    bool m_warned = false, m_too_many = false;
+    bool m_warned = false;
+    bool m_too_many = false;
     std::mutex m_mutex;
     std::condition_variable m_settled;
     bool m_told_all = false;
@@ -470,7 +471,7 @@ constexpr const char* kWithout = "this program was built without Avahi (libavahi
 class Announcement::Impl {
 public:
     Impl(const std::string& role, std::uint16_t /*port*/, const ServiceText& /*text*/) {
-        spdlog::warn("announce the {} on the network: {}", role, kWithout);
+        util::log_warn("announce the {} on the network: {}", role, kWithout);
     }
     [[nodiscard]] static std::string name() { return {}; }
 };

@@ -2,13 +2,13 @@
 
 #include <grpc/grpc.h>
 #include <grpc/support/log.h>
-#include <spdlog/spdlog.h>
 
 #include <charconv>
 #include <cstdlib>
 #include <mutex>
 #include <string_view>
 
+#include "common/util/log.hpp"
 #include "raytracer/farm/net/link.hpp"
 
 namespace terravox::net {
@@ -32,8 +32,8 @@ void to_log(gpr_log_func_args* said) {
     // The process aborts right after a failed assertion.
     const bool fatal =
         std::string_view(said->message).find("assertion failed") != std::string_view::npos;
-    spdlog::log(fatal ? spdlog::level::critical : spdlog::level::debug, "gRPC: {} ({}:{})",
-                said->message, said->file, said->line);
+    util::log_message(fatal ? util::LogLevel::kCritical : util::LogLevel::kDebug,
+                      "gRPC: {} ({}:{})", said->message, said->file, said->line);
 }
 
 }  // namespace

@@ -15,7 +15,8 @@ inline constexpr const char* kAcceptedKey = "terravox-farm";
 /// How a dead peer is detected: a ping after this much silence, whose answer may take this long.
 /// TERRAVOX_FARM_TEST=1 in the environment shortens both.
 struct Keepalive {
-    std::chrono::milliseconds silence{10'000}, answer{5'000};
+    std::chrono::milliseconds silence{10'000};
+    std::chrono::milliseconds answer{5'000};
     [[nodiscard]] static Keepalive of_environment();
 };
 
@@ -29,8 +30,8 @@ void set_up(grpc::ServerBuilder& builder, const Keepalive& keepalive,
 
 /// Initialises gRPC once per process; to be called before gRPC is used. It stays initialised,
 /// because gRPC would otherwise shut down with its last object and wait up to ten seconds for its
-/// threads. By itself gRPC writes a line to standard error for each stranger with a bad
-/// certificate; after this call such lines go to the log, as details.
+/// threads. By itself gRPC writes a line to standard error for each peer with a bad certificate;
+/// after this call such lines go to the log, as details.
 void begin_grpc();
 
 /// Converts "ipv6:%5B::1%5D:51234" to "[::1]:51234", the form of Endpoint::text().

@@ -13,8 +13,8 @@
 namespace terravox::net {
 namespace {
 
-constexpr std::string_view kOfDialler = "terravox farm 1: dialler",
-                           kOfListener = "terravox farm 1: listener";
+constexpr std::string_view kOfDialler = "terravox farm 1: dialler";
+constexpr std::string_view kOfListener = "terravox farm 1: listener";
 
 std::span<const std::byte> bytes_of(std::string_view text) {
     return std::as_bytes(std::span(text));

@@ -28,7 +28,8 @@ namespace terravox::net {
 /// that.
 inline constexpr std::uint8_t kHandshakeVersion = 1;
 inline constexpr std::string_view kHandshakeMagic = "TVX-FARM";
-inline constexpr std::size_t kNonce_bytes = 32, kProof_bytes = 32;
+inline constexpr std::size_t kNonce_bytes = 32;
+inline constexpr std::size_t kProof_bytes = 32;
 inline constexpr std::size_t kHello_bytes = kHandshakeMagic.size() + 1 + kNonce_bytes;
 inline constexpr std::size_t kAnswer_bytes = 1 + kProof_bytes;
 
@@ -73,7 +74,8 @@ public:
 private:
     std::string m_token;
     Bytes m_in;
-    Nonce m_theirs{}, m_ours{};
+    Nonce m_theirs{};
+    Nonce m_ours{};
     bool m_greeted = false;
     int m_version_of_peer = 0;
 };
@@ -93,7 +95,8 @@ public:
 
 private:
     std::string m_token;
-    Nonce m_ours{}, m_theirs{};
+    Nonce m_ours{};
+    Nonce m_theirs{};
 };
 
 }  // namespace terravox::net

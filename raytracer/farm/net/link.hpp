@@ -57,7 +57,8 @@ public:
     /// Approximate bytes on the wire so far: serialized frames. They grow while a large frame is
     /// being sent.
     struct Traffic {
-        std::uint64_t sent_bytes = 0, received_bytes = 0;
+        std::uint64_t sent_bytes = 0;
+        std::uint64_t received_bytes = 0;
         /// Bytes accepted by send() and not sent yet; above 32 MiB send() blocks.
         std::uint64_t queued_bytes = 0;
     };

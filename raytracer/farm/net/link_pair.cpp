@@ -18,12 +18,12 @@ public:
             return false;
         m_bytes += bytes.size();
         m_frames.push_back(std::move(bytes));
-        m_came.notify_all();
+        m_arrived.notify_all();
         return true;
     }
     std::optional<farm::Frame> get() {
         std::unique_lock lock(m_mutex);
-        m_came.wait(lock, [&] { return m_aborted || m_ended || !m_frames.empty(); });
+        m_arrived.wait(lock, [&] { return m_aborted || m_ended || !m_frames.empty(); });
         if (m_aborted || m_frames.empty())
             return std::nullopt;
         farm::Frame frame;
@@ -31,7 +31,7 @@ public:
             m_frames.front().size() <= kMaxFrame_bytes && frame.ParseFromString(m_frames.front());
         m_frames.pop_front();
         if (m_frames.empty())
-            m_came.notify_all();
+            m_arrived.notify_all();
         if (!whole)
             return std::nullopt;
         return frame;
@@ -40,13 +40,13 @@ public:
     void end(std::chrono::milliseconds timeout) noexcept {
         std::unique_lock lock(m_mutex);
         m_ended = true;
-        m_came.notify_all();
-        m_came.wait_for(lock, timeout, [&] { return m_aborted || m_frames.empty(); });
+        m_arrived.notify_all();
+        m_arrived.wait_for(lock, timeout, [&] { return m_aborted || m_frames.empty(); });
     }
     void abort() noexcept {
         const std::lock_guard lock(m_mutex);
         m_ended = m_aborted = true;
-        m_came.notify_all();
+        m_arrived.notify_all();
     }
     [[nodiscard]] std::uint64_t bytes() const noexcept {
         const std::lock_guard lock(m_mutex);
@@ -55,10 +55,11 @@ public:
 
 private:
     mutable std::mutex m_mutex;
-    std::condition_variable m_came;
+    std::condition_variable m_arrived;
     std::deque<std::string> m_frames;
     std::uint64_t m_bytes = 0;
-    bool m_ended = false, m_aborted = false;
+    bool m_ended = false;
+    bool m_aborted = false;
 };
 
 class PairedLink final : public Link {
@@ -91,15 +92,18 @@ public:
     }
 
 private:
-    std::shared_ptr<Pipe> m_in, m_out;
+    std::shared_ptr<Pipe> m_in;
+    std::shared_ptr<Pipe> m_out;
     std::string m_peer;
-    std::atomic<bool> m_ended{false}, m_closed{false};
+    std::atomic<bool> m_ended{false};
+    std::atomic<bool> m_closed{false};
 };
 
 }  // namespace
 
 std::pair<std::unique_ptr<Link>, std::unique_ptr<Link>> link_pair() {
-    auto there = std::make_shared<Pipe>(), back = std::make_shared<Pipe>();
+    auto there = std::make_shared<Pipe>();
+    auto back = std::make_shared<Pipe>();
     return {std::make_unique<PairedLink>(back, there, "pair:1"),
             std::make_unique<PairedLink>(there, back, "pair:2")};
 }

@@ -1,11 +1,11 @@
 #include <grpcpp/server.h>
 #include <grpcpp/server_builder.h>
-#include <spdlog/spdlog.h>
 
 #include <algorithm>
 #include <list>
 #include <thread>
 
+#include "common/util/log.hpp"
 #include "raytracer/farm/net/auth_acceptor.hpp"
 #include "raytracer/farm/net/credentials.hpp"
 #include "raytracer/farm/net/farm.grpc.pb.h"
@@ -81,9 +81,9 @@ public:
 
 /// Three kinds of threads: the acceptor's, gRPC's own few, and one for each call of on_link.
 ///
-/// The mutex guards the hosts (one for each link that came) and the count of streams that gRPC has
+/// The mutex guards the hosts (one for each accepted link) and the count of streams that gRPC has
 /// not released. on_link runs without it. A host whose thread has ended is joined when the next
-/// link comes, or by stop().
+/// link is accepted, or by stop().
 class Listener::Impl final : private farm::Farm::WithRawCallbackMethod_Join<farm::Farm::Service> {
 public:
     Impl(const sockets::Address& address, const Credentials& credentials, OnLink on_link,
@@ -206,7 +206,7 @@ private:
         try {
             m_on_link(std::make_unique<StreamLink>(std::move(stream)));
         } catch (const std::exception& e) {
-            spdlog::error("farm: serve a link: {}", e.what());
+            util::log_error("farm: serve a link: {}", e.what());
         }
         const std::lock_guard lock(m_mutex);
         host.ended = true;

@@ -1,13 +1,13 @@
 #include "raytracer/farm/net/peer_certificate.hpp"
 
 #include <grpc/grpc_security_constants.h>
-#include <spdlog/spdlog.h>
 #include <sys/stat.h>
 
 #include <array>
 #include <system_error>
 #include <utility>
 
+#include "common/util/log.hpp"
 #include "raytracer/farm/net/credentials.hpp"
 #include "raytracer/farm/net/openssl.hpp"
 
@@ -121,7 +121,7 @@ bool RevocationWatch::is_revoked() {
         m_read = now;
     } catch (const std::exception& e) {
         if (m_reported != now)
-            spdlog::warn("{}; links that are there go on", e.what());
+            util::log_warn("{}; links that are there go on", e.what());
         m_reported = now;
     }
     return m_revoked;

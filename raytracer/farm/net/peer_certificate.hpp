@@ -63,10 +63,12 @@ private:
     [[nodiscard]] static Stamp stamp_of(const std::filesystem::path& file) noexcept;
 
     const std::string m_certificate;
-    const std::filesystem::path m_ca, m_list;
+    const std::filesystem::path m_ca;
+    const std::filesystem::path m_list;
     std::mutex m_mutex;
     /// Of the list that was read last, and of the last one that could not be.
-    Stamp m_read, m_reported;
+    Stamp m_read;
+    Stamp m_reported;
     bool m_revoked = false;
 };
 

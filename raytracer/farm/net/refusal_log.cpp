@@ -1,12 +1,11 @@
 #include "raytracer/farm/net/refusal_log.hpp"
-
-#include <spdlog/spdlog.h>
+#include "common/util/log.hpp"
 
 namespace terravox::net {
 
 RefusalLog::RefusalLog(std::function<void(const std::string&)> say) : m_say(std::move(say)) {
     if (!m_say)
-        m_say = [](const std::string& line) { spdlog::warn("{}", line); };
+        m_say = [](const std::string& line) { util::log_warn("{}", line); };
 }
 
 void RefusalLog::refused(const std::string& who, const std::string& peer, const std::string& why,

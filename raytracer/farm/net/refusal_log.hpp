@@ -28,7 +28,7 @@ public:
 private:
     struct Reported {
         Clock::time_point when;
-        std::uint64_t since = 0;  ///< refusals that were not logged
+        std::uint64_t since = 0;  ///< number of refusals that were not logged
     };
     std::function<void(const std::string&)> m_say;
     std::map<std::pair<std::string, std::string>, Reported> m_reported;

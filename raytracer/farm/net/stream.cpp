@@ -61,7 +61,7 @@ bool Stream::send(const farm::Frame& frame) {
         abort_locked();
         return false;
     }
-    if (m_closing || m_writes_ended || m_over)
+    if (m_closing || m_out.ended || m_over)
         return false;
     if (!fits) {
         finish("a frame of " + std::to_string(size_bytes) +
@@ -70,10 +70,10 @@ bool Stream::send(const farm::Frame& frame) {
         return false;
     }
     for (auto& message : messages) {
-        m_out_bytes += message.Length();
-        m_out.push_back(std::move(message));
+        m_out.bytes += message.Length();
+        m_out.messages.push_back(std::move(message));
     }
-    if (!m_writing)
+    if (!m_out.under_way)
         write_more();
     return true;
 }
@@ -81,8 +81,8 @@ bool Stream::send(const farm::Frame& frame) {
 /// @return false: nothing has gone out for too long
 bool Stream::wait_for_room(std::unique_lock<std::mutex>& lock) {
     const auto began = Clock::now();
-    while (m_out_bytes > kMaxQueued_bytes && !m_closing && !m_writes_ended && !m_over) {
-        const auto until = std::max(began, m_last_write) + m_max_stalled;
+    while (m_out.bytes > kMaxQueued_bytes && !m_closing && !m_out.ended && !m_over) {
+        const auto until = std::max(began, m_out.last_write) + m_max_stalled;
         if (Clock::now() >= until)
             return false;
         m_changed.wait_until(lock, until);
@@ -124,12 +124,12 @@ std::optional<farm::Frame> Stream::receive() {
 
 std::optional<grpc::ByteBuffer> Stream::next_message() {
     std::unique_lock lock(m_mutex);
-    m_changed.wait(lock, [&] { return m_aborted || m_ended || !m_in.empty(); });
-    if (m_aborted || m_in.empty())
+    m_changed.wait(lock, [&] { return m_aborted || m_ended || !m_in.messages.empty(); });
+    if (m_aborted || m_in.messages.empty())
         return std::nullopt;
-    auto bytes = std::move(m_in.front());
-    m_in.pop_front();
-    m_in_bytes -= bytes.Length();
+    auto bytes = std::move(m_in.messages.front());
+    m_in.messages.pop_front();
+    m_in.bytes -= bytes.Length();
     read_more();
     return bytes;
 }
@@ -146,7 +146,7 @@ void Stream::close(std::chrono::milliseconds timeout) noexcept {
     if (!m_closing) {
         m_closing = true;
         m_changed.notify_all();
-        if (!m_writing)
+        if (!m_out.under_way)
             write_more();
         read_more();
     }
@@ -164,7 +164,7 @@ void Stream::abort_locked() noexcept {
     if (m_aborted)
         return;
     m_aborted = m_over = true;
-    m_in.clear();
+    m_in.messages.clear();
     if (!m_done)
         cancel();
     stop_writing();
@@ -178,7 +178,7 @@ void Stream::wait_until_done() noexcept {
 
 Link::Traffic Stream::traffic() const noexcept {
     const std::lock_guard lock(m_mutex);
-    return {m_sent_bytes, m_received_bytes, m_out_bytes};
+    return {m_out.sent_bytes, m_in.received_bytes, m_out.bytes};
 }
 
 std::string Stream::why_ended() const {
@@ -192,25 +192,26 @@ void Stream::begin() {
 }
 
 void Stream::read_more() {
-    const bool room = m_closing || (m_in_bytes < kMaxAhead_bytes && m_in.size() < kMaxAhead);
-    if (m_reading || m_reads_ended || m_over || !room)
+    const bool room =
+        m_closing || (m_in.bytes < kMaxAhead_bytes && m_in.messages.size() < kMaxAhead);
+    if (m_in.under_way || m_in.ended || m_over || !room)
         return;
-    m_reading = true;
-    start_read(&m_being_read);
+    m_in.under_way = true;
+    start_read(&m_in.current);
 }
 
 void Stream::read_done(bool ok, const char* why_not) {
     const std::lock_guard lock(m_mutex);
-    m_reading = false;
+    m_in.under_way = false;
     if (ok) {
-        m_received_bytes += m_being_read.Length();
+        m_in.received_bytes += m_in.current.Length();
         // After closing, the owner only waits for the end of the link, and unread frames must not
         // delay that.
         if (!m_closing) {
-            m_in_bytes += m_being_read.Length();
-            m_in.push_back(std::move(m_being_read));
+            m_in.bytes += m_in.current.Length();
+            m_in.messages.push_back(std::move(m_in.current));
         }
-        m_being_read.Clear();
+        m_in.current.Clear();
         read_more();
     } else {
         m_over = true;
@@ -222,39 +223,39 @@ void Stream::read_done(bool ok, const char* why_not) {
 }
 
 void Stream::write_more() {
-    if (m_over || m_writes_ended) {
+    if (m_over || m_out.ended) {
         stop_writing();
-    } else if (!m_out.empty()) {
-        m_being_written = std::move(m_out.front());
-        m_out.pop_front();
-        m_writing = true;
-        start_write(&m_being_written);
+    } else if (!m_out.messages.empty()) {
+        m_out.current = std::move(m_out.messages.front());
+        m_out.messages.pop_front();
+        m_out.under_way = true;
+        start_write(&m_out.current);
     } else if (m_closing) {
-        m_writes_ended = true;
+        m_out.ended = true;
         end_writes();
     }
 }
 
 void Stream::write_done(bool ok) {
     const std::lock_guard lock(m_mutex);
-    m_writing = false;
-    m_last_write = Clock::now();
-    m_out_bytes -= m_being_written.Length();
+    m_out.under_way = false;
+    m_out.last_write = Clock::now();
+    m_out.bytes -= m_out.current.Length();
     if (ok) {
-        m_sent_bytes += m_being_written.Length();
+        m_out.sent_bytes += m_out.current.Length();
     } else {
-        m_writes_ended = true;
+        m_out.ended = true;
     }
-    m_being_written.Clear();
+    m_out.current.Clear();
     write_more();
     m_changed.notify_all();
 }
 
 void Stream::stop_writing() {
-    for (const auto& frame : m_out)
-        m_out_bytes -= frame.Length();
-    m_out.clear();
-    if (m_over && !m_writing && !m_let_go) {
+    for (const auto& frame : m_out.messages)
+        m_out.bytes -= frame.Length();
+    m_out.messages.clear();
+    if (m_over && !m_out.under_way && !m_let_go) {
         m_let_go = true;
         let_go();
     }

@@ -33,7 +33,8 @@ class Stream {
 public:
     static constexpr std::size_t kMaxQueued_bytes = std::size_t{32} << 20;
     static constexpr std::size_t kMaxPiece_bytes = std::size_t{64} << 10;
-    static constexpr std::size_t kMaxAhead_bytes = std::size_t{4} << 20, kMaxAhead = 256;
+    static constexpr std::size_t kMaxAhead_bytes = std::size_t{4} << 20;
+    static constexpr std::size_t kMaxAhead = 256;
 
     explicit Stream(std::string peer);
     Stream(const Stream&) = delete;
@@ -59,7 +60,7 @@ protected:
     /// Ends writing: the peer learns that this end has closed the link; once.
     virtual void end_writes() = 0;
     virtual void cancel() = 0;
-    virtual void let_go() = 0;  ///< nothing more will be started; once
+    virtual void let_go() = 0;  ///< called once, after which no operation is started
 
     /// Sets the certificate that the peer has presented.
     /// @param ca file of the CA's certificate
@@ -70,7 +71,7 @@ protected:
 
     /// To be called with the mutex held: no further read is started; gRPC may have finished before
     /// it would accept one.
-    void end_reads() noexcept { m_reads_ended = true; }
+    void end_reads() noexcept { m_in.ended = true; }
 
     // Notifications from gRPC.
     void begin();
@@ -85,6 +86,27 @@ protected:
     std::unique_ptr<RevocationWatch> m_revocations;  ///< nullptr with a token
 
 private:
+    /// Messages that have arrived and that receive() has not taken, oldest first.
+    struct Inward {
+        std::deque<grpc::ByteBuffer> messages;
+        std::size_t bytes = 0;             ///< of `messages`; meaningless after an abort
+        grpc::ByteBuffer current;          ///< the read under way fills it
+        bool under_way = false;            ///< a read was started and has not finished
+        bool ended = false;                ///< no further read is started
+        std::uint64_t received_bytes = 0;  ///< of all messages so far
+    };
+    /// Messages that send() has accepted and that have not gone out, oldest first.
+    struct Outward {
+        std::deque<grpc::ByteBuffer> messages;
+        std::size_t bytes = 0;     ///< of `messages` and `current`
+        grpc::ByteBuffer current;  ///< the message that the write under way sends
+        bool under_way = false;    ///< a write was started and has not finished
+        bool ended = false;        ///< end_writes() was called, or a write failed
+        /// When the last message had gone out.
+        std::chrono::steady_clock::time_point last_write;
+        std::uint64_t sent_bytes = 0;  ///< of all messages so far
+    };
+
     [[nodiscard]] std::optional<grpc::ByteBuffer> next_message();
     [[nodiscard]] bool wait_for_room(std::unique_lock<std::mutex>& lock);
     void end_unreadable(const std::string& why);
@@ -98,18 +120,15 @@ private:
 
     mutable std::mutex m_mutex;
     std::condition_variable m_changed;
-    std::deque<grpc::ByteBuffer> m_in, m_out;
-    std::size_t m_in_bytes = 0, m_out_bytes = 0;
-    std::chrono::steady_clock::time_point m_last_write;  ///< when the last message had gone out
-    grpc::ByteBuffer m_being_read, m_being_written;
-    bool m_reading = false, m_writing = false, m_reads_ended = false;
-    bool m_closing = false;       ///< by this side
-    bool m_writes_ended = false;  ///< end_writes() was called, or a write failed
-    bool m_aborted = false;       ///< by this side
-    bool m_over = false;          ///< nothing more will arrive
-    bool m_let_go = false, m_ended = false, m_done = false;
+    Inward m_in;
+    Outward m_out;
+    bool m_closing = false;  ///< by this side
+    bool m_aborted = false;  ///< by this side
+    bool m_over = false;     ///< nothing more will arrive
+    bool m_let_go = false;
+    bool m_ended = false;
+    bool m_done = false;
     std::string m_why;
-    std::uint64_t m_sent_bytes = 0, m_received_bytes = 0;
 };
 
 /// A Stream as a Link. Its destructor waits until gRPC has finished the call; an abort makes that

@@ -9,10 +9,18 @@
 namespace terravox::net {
 namespace {
 
-constexpr double kCopied_bits = 0.3, kRun_bits = 0.5, kWord_bits = 8, kFrequentPair_bits = 1.5,
-                 kLetter_bits = 4.7, kCase_bits = 1;
-constexpr double kDigit_bits = 3.3, kYear_bits = 1.5, kSign_bits = 4, kSameSign_bits = 0.5;
-constexpr std::size_t kMinCopy = 3, kYearDigits = 4;
+constexpr double kCopied_bits = 0.3;
+constexpr double kRun_bits = 0.5;
+constexpr double kWord_bits = 8;
+constexpr double kFrequentPair_bits = 1.5;
+constexpr double kLetter_bits = 4.7;
+constexpr double kCase_bits = 1;
+constexpr double kDigit_bits = 3.3;
+constexpr double kYear_bits = 1.5;
+constexpr double kSign_bits = 4;
+constexpr double kSameSign_bits = 0.5;
+constexpr std::size_t kMinCopy = 3;
+constexpr std::size_t kYearDigits = 4;
 
 /// Pairs of letters that English has most of, in words of all kinds.
 constexpr std::string_view kPairs =
@@ -55,7 +63,8 @@ char lower(char c) noexcept {
 
 /// The letter that a digit or a sign often replaces.
 char as_letter(char c) noexcept {
-    constexpr std::string_view kWritten = "01345$7@!", kMeant = "oieassta";
+    constexpr std::string_view kWritten = "01345$7@!";
+    constexpr std::string_view kMeant = "oieassta";
     if (c == '!')
         return 'i';
     const auto at = kWritten.find(c);
@@ -74,7 +83,8 @@ bool goes_on(char before, char c) noexcept {
     if (step >= -1 && step <= 1)
         return true;
     for (const std::string_view row : kRows) {
-        const auto a = row.find(before), b = row.find(c);
+        const auto a = row.find(before);
+        const auto b = row.find(c);
         if (a != std::string_view::npos && b != std::string_view::npos &&
             (a + 1 == b || b + 1 == a))
             return true;
@@ -122,7 +132,8 @@ double letter_bits(std::string_view token, std::size_t at) noexcept {
 }  // namespace
 
 double estimated_bits(std::string_view token) {
-    std::string plain, meant;
+    std::string plain;
+    std::string meant;
     for (const char c : token) {
         plain += lower(c);
         meant += as_letter(c);

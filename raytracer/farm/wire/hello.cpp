@@ -38,7 +38,7 @@ public:
     Alarm(net::Link& link, std::chrono::milliseconds timeout)
         : m_thread(thread::start_thread("the limit of a hello", [this, &link, timeout] {
               std::unique_lock lock(m_mutex);
-              if (m_came.wait_for(lock, timeout, [&] { return m_off; }))
+              if (m_answered.wait_for(lock, timeout, [&] { return m_off; }))
                   return;
               m_rang = true;
               link.abort();
@@ -50,7 +50,7 @@ public:
             const std::lock_guard lock(m_mutex);
             m_off = true;
         }
-        m_came.notify_all();
+        m_answered.notify_all();
         if (m_thread.joinable())
             m_thread.join();
         return m_rang;
@@ -58,8 +58,9 @@ public:
 
 private:
     std::mutex m_mutex;
-    std::condition_variable m_came;
-    bool m_off = false, m_rang = false;
+    std::condition_variable m_answered;
+    bool m_off = false;
+    bool m_rang = false;
     std::thread m_thread;
 };
 
@@ -144,7 +145,7 @@ farm::Hello meet(net::Link& link, const farm::Hello& own, std::initializer_list<
         throw HelloError(attempt + "no answer within " + std::to_string(timeout.count()) + " ms",
                          true);
     if (!frame)
-        throw HelloError(attempt + "it hung up" +
+        throw HelloError(attempt + "the link ended" +
                              (link.why_ended().empty() ? "" : " (" + link.why_ended() + ")"),
                          true);
     if (frame->has_refusal())

@@ -78,11 +78,11 @@ scene::Scene unpack_scene(const std::string& text) {
     return scene;
 }
 
-shade::View unpack(const PictureSpec& parcel, const voxel::WorldInfo& world) {
+shade::View unpack(const PictureSpec& spec, const voxel::WorldInfo& world) {
     return shade::make_view(
-        unpack_scene(parcel.scene), world,
+        unpack_scene(spec.scene), world,
         std::make_shared<material::MaterialTable>(
-            material::parse_materials(parcel.materials, "of the coordinator").appearances));
+            material::parse_materials(spec.materials, "of the coordinator").appearances));
 }
 
 std::string state_hash(const std::string& content) {

@@ -32,7 +32,7 @@ struct PictureSpec {
 
 /// Makes the coordinator's view, bit for bit, except for names and paths.
 /// @throws Error, UsageError for invalid texts
-[[nodiscard]] shade::View unpack(const PictureSpec& parcel, const voxel::WorldInfo& world);
+[[nodiscard]] shade::View unpack(const PictureSpec& spec, const voxel::WorldInfo& world);
 /// The scene of a received specification.
 /// @throws UsageError, also for one that names a file of this machine or one of its limits
 [[nodiscard]] scene::Scene unpack_scene(const std::string& text);

@@ -46,12 +46,14 @@ inline void to_frame(const voxel::BoxKey& key, farm::BoxKey& out) {
 /// Intervals and limits. They are shorter in tests (TERRAVOX_FARM_TEST=1), which would otherwise
 /// wait for deliberately long times.
 struct FarmTimes {
-    /// From the coordinator; the answer measures the latency.
+    /// Interval of the coordinator's pings, whose answers measure the latency.
     std::chrono::milliseconds ping{1000};
-    std::chrono::milliseconds silence{12'000};  ///< after which a peer is given up
-    std::chrono::milliseconds heartbeat{2000};  ///< from the worker
+    /// Time without data after which a peer is given up.
+    std::chrono::milliseconds silence{12'000};
+    std::chrono::milliseconds heartbeat{2000};  ///< interval of the worker's heartbeats
     std::chrono::milliseconds min_deadline{10'000};
-    std::chrono::milliseconds redial{1000}, max_redial{30'000};
+    std::chrono::milliseconds redial{1000};
+    std::chrono::milliseconds max_redial{30'000};
 };
 [[nodiscard]] const FarmTimes& farm_times();
 

@@ -85,8 +85,8 @@ void CoordinatorWorld::boxes(std::span<const voxel::BoxKey> keys, const voxel::T
         {
             std::unique_lock lock(m_mutex);
             const auto is_here = [&](const auto& o) { return o.second->here; };
-            m_came.wait(lock,
-                        [&] { return m_stop || std::any_of(open.begin(), open.end(), is_here); });
+            m_replied.wait(
+                lock, [&] { return m_stop || std::any_of(open.begin(), open.end(), is_here); });
             stopped = m_stop;
             for (auto it = open.begin(); it != open.end();)
                 if (stopped || is_here(*it)) {
@@ -104,7 +104,7 @@ void CoordinatorWorld::boxes(std::span<const voxel::BoxKey> keys, const voxel::T
     }
 }
 
-bool CoordinatorWorld::came(const farm::BoxReply& reply) {
+bool CoordinatorWorld::on_reply(const farm::BoxReply& reply) {
     if (reply.world_id() != m_world_id)
         return true;  // of a picture that has ended
     const voxel::BoxKey key = from_frame(reply.key());
@@ -127,7 +127,7 @@ bool CoordinatorWorld::came(const farm::BoxReply& reply) {
                 ? reply.hole()
                 : "the coordinator gave no answer";
     }
-    m_came.notify_all();
+    m_replied.notify_all();
     if (frame)
         m_shelf.put({m_world_id, key}, frame);
     return true;
@@ -145,7 +145,7 @@ void CoordinatorWorld::stop() noexcept {
         const std::lock_guard lock(m_mutex);
         m_stop = true;
     }
-    m_came.notify_all();
+    m_replied.notify_all();
 }
 
 std::shared_ptr<const voxel::Box> FallbackWorld::box(const voxel::BoxKey& key) {

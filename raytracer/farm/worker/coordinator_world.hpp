@@ -74,7 +74,7 @@ public:
 
     /// Accepts a reply of the coordinator.
     /// @return false: it was not requested
-    [[nodiscard]] bool came(const farm::BoxReply& reply);
+    [[nodiscard]] bool on_reply(const farm::BoxReply& reply);
     [[nodiscard]] std::uint64_t world_id() const noexcept { return m_world_id; }
 
 private:
@@ -92,7 +92,7 @@ private:
     const std::function<bool(farm::Frame)> m_send;
     BoxShelf& m_shelf;
     std::mutex m_mutex;
-    std::condition_variable m_came;
+    std::condition_variable m_replied;
     std::unordered_map<voxel::BoxKey, std::shared_ptr<PendingBox>, voxel::BoxKeyHash> m_pending;
     bool m_stop = false;
 };

@@ -2,7 +2,6 @@
 
 #include <arpa/inet.h>
 #include <civetweb.h>
-#include <spdlog/spdlog.h>
 #include <strings.h>
 
 #include <array>
@@ -11,6 +10,7 @@
 #include <string_view>
 
 #include "common/util/error.hpp"
+#include "common/util/log.hpp"
 #include "common/util/version.hpp"
 #include "voxelserver/sockets/http_host.hpp"
 #include "voxelserver/sockets/slow_clients.hpp"
@@ -49,7 +49,8 @@ public:
     [[nodiscard]] std::string take() { return std::move(m_out); }
 
 private:
-    std::string m_name, m_out;
+    std::string m_name;
+    std::string m_out;
 };
 
 std::string label(const char* name, std::string_view value) {
@@ -134,13 +135,14 @@ std::string metrics_text(const WorkerMetrics& m) {
                  number(m.failed));
     text.counter("terravox_worker_results_bytes_total", "Bytes of results sent.",
                  number(m.result_bytes));
-    text.counter("terravox_worker_box_requests_total", "Boxes that coordinators were asked for.",
+    text.counter("terravox_worker_box_requests_total", "Boxes requested from coordinators.",
                  number(m.box_requests));
     text.counter("terravox_worker_busy_seconds_total",
                  "Time in which there were tiles, summed over sessions.", m.busy_s);
     text.counter("terravox_worker_sessions_total", "Coordinators worked for so far.",
                  number(m.all_sessions));
-    text.family("terravox_worker_refused_total", "counter", "Coordinators and strangers refused.");
+    text.family("terravox_worker_refused_total", "counter",
+                "Coordinators and unauthorised peers refused.");
     for (const auto& [reason, count] : m.refused)
         text.value(number(count), label("reason", reason));
     text.gauge("terravox_worker_sessions", "Coordinators worked for now.", m.sessions);
@@ -169,8 +171,8 @@ public:
         callbacks.begin_request = on_request;
         callbacks.http_error = on_refusal;
         callbacks.log_message = on_log;
-        const std::string listen = listening_port(address.host, address.port),
-                          threads = std::to_string(kThreads);
+        const std::string listen = listening_port(address.host, address.port);
+        const std::string threads = std::to_string(kThreads);
         // Names and values alternate, as CivetWeb expects them.
         std::array<const char*, 15> settings = {"listening_ports",
                                                 listen.c_str(),
@@ -228,14 +230,14 @@ private:
             send(connection, reply, std::string_view(info.request_method) == "HEAD");
             return reply.status;
         } catch (const std::exception& e) {
-            spdlog::error("answer a request for metrics: {}", e.what());
+            util::log_error("answer a request for metrics: {}", e.what());
             mg_disable_connection_keep_alive(connection);
             return 500;
         }
     }
     [[nodiscard]] Reply answer(const mg_request_info& info) const {
-        const std::string_view method = info.request_method,
-                               path = info.local_uri_raw != nullptr ? info.local_uri_raw : "";
+        const std::string_view method = info.request_method;
+        const std::string_view path = info.local_uri_raw != nullptr ? info.local_uri_raw : "";
         const std::string_view host = header(info, "Host");
         // HTTP/1.0 permits leaving it out; browsers never do.
         if (!m_names.allow(host) && !(host.empty() && std::string_view(info.http_version) == "1.0"))
@@ -259,7 +261,7 @@ private:
                 return {503, "Service Unavailable", "draining\n"};
             return {};
         } catch (const std::exception& e) {
-            spdlog::error("answer a request for metrics: {}", e.what());
+            util::log_error("answer a request for metrics: {}", e.what());
             return {500, "Internal Server Error", "the metrics cannot be collected\n"};
         }
     }
@@ -269,13 +271,13 @@ private:
                  {status, "Refused", "allowed: a short HTTP/1.1 request, sent without delay\n"},
                  false);
         } catch (const std::exception& e) {
-            spdlog::error("refuse a request for metrics: {}", e.what());
+            util::log_error("refuse a request for metrics: {}", e.what());
         }
         return 0;
     }
     static int on_log(const mg_connection* connection, const char* message) noexcept {
         try {
-            spdlog::debug("CivetWeb: {}", message);
+            util::log_debug("CivetWeb: {}", message);
             Impl& me = self(connection);
             const std::lock_guard lock(me.m_mutex);
             me.m_message = message;

@@ -18,11 +18,12 @@ struct WorkerMetrics {
     std::uint64_t box_requests = 0;                 ///< boxes requested from coordinators
     double busy_s = 0;  ///< time during which there were tiles, summed over sessions
     std::uint64_t all_sessions = 0;
-    /// Refused coordinators and strangers, by a reason of one or two words.
+    /// Refused coordinators and unauthorised peers, by a reason of one or two words.
     std::map<std::string, std::uint64_t> refused;
     int sessions = 0, threads = 0;   ///< now
     std::uint64_t memory_bytes = 0;  ///< of the process, in RAM
-    std::uint64_t box_bytes = 0, box_limit_bytes = 0;
+    std::uint64_t box_bytes = 0;
+    std::uint64_t box_limit_bytes = 0;
     std::uint64_t waiting = 0, begun = 0;  ///< tiles
     bool draining = false;                 ///< it accepts no more work
 };

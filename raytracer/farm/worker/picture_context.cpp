@@ -1,12 +1,11 @@
 #include "raytracer/farm/worker/picture_context.hpp"
 
-#include <spdlog/spdlog.h>
-
 #include <algorithm>
 
 #include "common/thread/start_threads.hpp"
 #include "common/util/end_of_program.hpp"
 #include "common/util/error.hpp"
+#include "common/util/log.hpp"
 #include "common/util/stage_times.hpp"
 #include "raytracer/scene/scene_io.hpp"
 #include "raytracer/scene/world_options_of.hpp"
@@ -17,20 +16,21 @@ namespace terravox::farm {
 namespace {
 
 constexpr int kThreadsPerCollector = 8;
-// Of a tile's pixels: as they were traced, as the codec orders them, and compressed.
+// Copies of a tile's pixels: as they were traced, as the codec orders them, and compressed.
 constexpr std::uint64_t kCopies = 3;
 
 /// @return nullptr, which is logged, if this worker's configuration does not allow the server that
 /// the coordinator names
-std::unique_ptr<voxel::World> open_server(const WorkerGround& ground, const scene::Scene& scene,
+std::unique_ptr<voxel::World> open_server(const WorkerWorld& world, const scene::Scene& scene,
                                           util::StageTimes& times) {
-    const remote::HttpOrigin origin = remote::HttpOrigin::of(ground.server);
-    if (!ground.http.ranges(origin).empty())
-        return worlds::open_address(ground.server, ground.http, times,
+    const remote::HttpOrigin origin = remote::HttpOrigin::of(world.server);
+    if (!world.http.ranges(origin).empty())
+        return worlds::open_address(world.server, world.http, times,
                                     std::chrono::seconds(scene.processing.box_timeout_s),
-                                    ground.ending.get_token());
-    spdlog::info(
-        "{} is not among the origins that this worker may ask; boxes are asked of the coordinator",
+                                    world.ending.get_token());
+    util::log_info(
+        "{} is not among the origins that this worker may use; boxes are requested from the "
+        "coordinator",
         origin.text());
     return nullptr;
 }
@@ -43,46 +43,46 @@ worlds::WorldOptions options_of(const std::string& input, const scene::Scene& sc
 
 /// The world as the worker can open it itself.
 /// @return nullptr, which is logged, if it differs from the coordinator's or is not available
-std::unique_ptr<voxel::World> open_own(const WorkerGround& ground, const std::string& scene_text) {
+std::unique_ptr<voxel::World> open_own(const WorkerWorld& world, const std::string& scene_text) {
     static util::StageTimes times;
-    if (ground.server.empty() && ground.generated.empty())
+    if (world.server.empty() && world.generated.empty())
         return nullptr;
     try {
         // Only what a generated world needs is used of a coordinator's scene; the time limit for a
         // server is this worker's default.
         scene::Scene scene;
         scene.generated = unpack_scene(scene_text).generated;
-        scene.world.voxel_m = ground.far->info().voxel_m;
+        scene.world.voxel_m = world.coordinator->info().voxel_m;
         std::unique_ptr<voxel::World> own;
-        if (!ground.server.empty())
-            own = open_server(ground, scene, times);
+        if (!world.server.empty())
+            own = open_server(world, scene, times);
         // The coordinator's text is interpreted as a seed, never as a path.
-        else if (ground.generated.starts_with("generated:"))
-            own = worlds::open_world(options_of(ground.generated, scene), times,
-                                     ground.ending.get_token());
+        else if (world.generated.starts_with("generated:"))
+            own = worlds::open_world(options_of(world.generated, scene), times,
+                                     world.ending.get_token());
         else
             throw util::Error("open the world: the coordinator names no generated:SEED");
-        if (!own || pack_world(own->info()) == ground.world)
+        if (!own || pack_world(own->info()) == world.info_text)
             return own;
-        spdlog::warn(
-            "{} is another world here than the coordinator's; its boxes are asked of the "
-            "coordinator",
-            ground.server.empty() ? ground.generated : ground.server);
+        util::log_warn(
+            "{} is another world here than the coordinator's; its boxes are requested "
+            "from the coordinator",
+            world.server.empty() ? world.generated : world.server);
     } catch (const util::Error& e) {
-        if (!ground.ending.stop_requested())
-            spdlog::warn("{}; boxes are asked of the coordinator", e.what());
+        if (!world.ending.stop_requested())
+            util::log_warn("{}; boxes are requested from the coordinator", e.what());
     }
     return nullptr;
 }
 
 }  // namespace
 
-PictureContext::PictureContext(std::uint64_t picture, PictureSpec parcel,
-                               std::shared_ptr<WorkerGround> ground, int threads,
+PictureContext::PictureContext(std::uint64_t picture, PictureSpec spec,
+                               std::shared_ptr<WorkerWorld> world, int threads,
                                std::size_t memory_bytes, Answers answers)
     : m_picture(picture),
-      m_parcel(std::move(parcel)),
-      m_ground(std::move(ground)),
+      m_spec(std::move(spec)),
+      m_world(std::move(world)),
       m_threads(threads),
       m_memory_bytes(memory_bytes),
       m_answers(std::move(answers)) {
@@ -162,34 +162,31 @@ PictureContext::Load PictureContext::load() const {
     const std::lock_guard lock(m_mutex);
     // Boxes exist once the processor does.
     return {m_waiting.size(), m_begun.size(),
-            m_processor != nullptr ? m_ground->blocks->stats().bytes : 0};
+            m_processor != nullptr ? m_world->blocks->stats().bytes : 0};
 }
 
-// Returns false if it was stopped.
-bool PictureContext::open_ground() {
-    const std::lock_guard lock(m_ground->opening);
-    if (m_ground->blocks) {
-        m_ground
-            ->blocks
-            // Those of an earlier picture: the coordinator decides what is a hole now.
-            ->forget_holes();
+bool PictureContext::open_world() {
+    const std::lock_guard lock(m_world->opening);
+    if (m_world->blocks) {
+        // Holes of an earlier picture are forgotten: the coordinator decides what is a hole now.
+        m_world->blocks->forget_holes();
         return true;
     }
-    voxel::World* world = m_ground->far.get();
-    if (auto own = open_own(*m_ground, m_parcel.scene)) {
-        m_ground->own = std::make_unique<FallbackWorld>(std::move(own), *m_ground->far);
-        world = m_ground->own.get();
+    voxel::World* source = m_world->coordinator.get();
+    if (auto own = open_own(*m_world, m_spec.scene)) {
+        m_world->own = std::make_unique<FallbackWorld>(std::move(own), *m_world->coordinator);
+        source = m_world->own.get();
     }
-    if (m_ground->ending.stop_requested())
+    if (m_world->ending.stop_requested())
         return false;
-    m_ground->blocks = std::make_unique<blocks::BlockManager>(*world, m_memory_bytes,
-                                                              world->useful_concurrency(m_threads));
+    m_world->blocks = std::make_unique<blocks::BlockManager>(*source, m_memory_bytes,
+                                                             source->useful_concurrency(m_threads));
     return true;
 }
 
 void PictureContext::run() {
     try {
-        if (open_ground())
+        if (open_world())
             trace();
     } catch (const std::exception&) {
         m_answers.failed(0, util::message_of(std::current_exception()));
@@ -199,15 +196,15 @@ void PictureContext::run() {
 }
 
 void PictureContext::trace() {
-    const shade::View view = unpack(m_parcel, m_ground->far->info());
-    processors::ThreadProcessor processor(view, *m_ground->blocks, m_threads);
+    const shade::View view = unpack(m_spec, m_world->coordinator->info());
+    processors::ThreadProcessor processor(view, *m_world->blocks, m_threads);
     {
         const std::lock_guard lock(m_mutex);
         m_processor = &processor;
         if (m_cancelled)
             processor.cancel();
     }
-    // However this ends, no thread may use the processor once it is gone.
+    // However this ends, no thread may use the processor after it is destroyed.
     std::vector<std::thread> collectors;
     const auto count = static_cast<std::size_t>(m_threads / kThreadsPerCollector + 1);
     std::exception_ptr failure;
@@ -281,7 +278,7 @@ void PictureContext::collect(processors::TileProcessor& processor) {
                 id = begun->first;
             }
             m_answers.done(id, std::move(*result));
-            // Only now: a thread that waits for what is begun must find it sent.
+            // Erased only after sending: when wait_idle() returns, all results have been sent.
             const std::lock_guard lock(m_mutex);
             std::erase_if(m_begun, [&](const auto& b) { return b.first == id; });
             m_work.notify_all();

@@ -24,13 +24,14 @@ namespace terravox::farm {
 
 /// A world on a worker, with its boxes in memory: kept from one picture to the next of the same
 /// world.
-struct WorkerGround {
+struct WorkerWorld {
     std::uint64_t world_id = 0;
-    std::string world, server, generated;  ///< text, and where boxes come from
+    std::string info_text;          ///< the world's metadata, as received (PictureSpec::world)
+    std::string server, generated;  ///< source of boxes, as in BoxSource
     /// Servers that this worker may request from itself.
-    remote::HttpAccess http = remote::access_to_nobody();
-    std::unique_ptr<CoordinatorWorld> far;
-    /// Opened by the first stage; nullptr: boxes come from the coordinator.
+    remote::HttpAccess http = remote::no_http_access();
+    std::unique_ptr<CoordinatorWorld> coordinator;
+    /// Opened by the first picture; nullptr: boxes come from the coordinator.
     std::unique_ptr<voxel::World> own;
     std::unique_ptr<blocks::BlockManager> blocks;
     std::mutex opening;
@@ -38,7 +39,7 @@ struct WorkerGround {
 
     /// Makes requests and opening under way end soon.
     void stop() noexcept {
-        far->stop();
+        coordinator->stop();
         ending.request_stop();
     }
 };
@@ -53,14 +54,14 @@ struct WorkerGround {
 /// cancelled, on end(); the destructor waits for the threads.
 class PictureContext {
 public:
-    /// Callbacks for results. Called on threads of the stage.
+    /// Callbacks for results. Called on threads of the context.
     struct Answers {
         std::function<void(std::uint64_t id, tiles::TileResult)> done;
         /// @param id of the lease that cannot be rendered here; 0: the picture as a whole
         std::function<void(std::uint64_t id, const std::string& why)> failed;
     };
     /// @throws Error when no thread can be started; later refusals are reported by Answers::failed
-    PictureContext(std::uint64_t picture, PictureSpec parcel, std::shared_ptr<WorkerGround> ground,
+    PictureContext(std::uint64_t picture, PictureSpec spec, std::shared_ptr<WorkerWorld> world,
                    int threads, std::size_t memory_bytes, Answers answers);
     ~PictureContext();
     PictureContext(const PictureContext&) = delete;
@@ -81,31 +82,36 @@ public:
     /// Waits until no tile is in progress, at most until the given time.
     bool wait_idle(std::chrono::steady_clock::time_point until);
     struct Load {
-        std::size_t waiting = 0, begun = 0, box_bytes = 0;
+        std::size_t waiting = 0;
+        std::size_t begun = 0;
+        std::size_t box_bytes = 0;
     };
     [[nodiscard]] Load load() const;
     static constexpr std::size_t kMaxWaiting = 1 << 16;
     /// Limit of a lease's pixels, uncompressed: what compresses to a frame's size
     /// (net::kMaxFrame_bytes) has at most twice that.
     static constexpr std::uint64_t kMaxLease_bytes = 2 * net::kMaxFrame_bytes;
-    [[nodiscard]] const WorkerGround& ground() const noexcept { return *m_ground; }
+    [[nodiscard]] const WorkerWorld& world() const noexcept { return *m_world; }
 
 private:
     void run();
     void trace();
-    [[nodiscard]] bool open_ground();
+    /// Opens the world unless an earlier picture has.
+    /// @return false: it was stopped
+    [[nodiscard]] bool open_world();
     void feed(processors::TileProcessor& processor, bool with_layers);
     [[nodiscard]] bool has_room(const tiles::RenderTile& tile, bool with_layers) const;
     void collect(processors::TileProcessor& processor);
 
     const std::uint64_t m_picture;
-    const PictureSpec m_parcel;
-    const std::shared_ptr<WorkerGround> m_ground;
+    const PictureSpec m_spec;
+    const std::shared_ptr<WorkerWorld> m_world;
     const int m_threads;
     const std::size_t m_memory_bytes;
     const Answers m_answers;
     mutable std::mutex m_mutex;
-    std::condition_variable m_work, m_idle;
+    std::condition_variable m_work;
+    std::condition_variable m_idle;
     std::deque<std::pair<std::uint64_t, tiles::RenderTile>> m_waiting;
     std::vector<std::pair<std::uint64_t, tiles::RenderTile>> m_begun;
     processors::TileProcessor* m_processor = nullptr;

@@ -24,7 +24,8 @@ constexpr bool kIsList = std::is_same_v<Field, Addresses> || std::is_same_v<Fiel
 struct Rule {
     const char* help;
     bool live = false;  ///< may change while the worker runs
-    double min = 0, max = 0;
+    double min = 0;
+    double max = 0;
     std::uint16_t port = 0;  ///< default port of an address without one; 0: it must have one
 };
 
@@ -75,7 +76,7 @@ void visit_fields(Config& c, const Visit& visit) {
                "0: any "
                "free one, which the log names; default: none"});
     visit("metrics_names", c.metrics_names,
-          Rule{"host names by which that page is asked for, separated by blanks, beside localhost, "
+          Rule{"host names of that page, separated by blanks, in addition to localhost, "
                "numbers and this machine's name"});
     visit("drain_s", c.drain_s,
           Rule{"for tiles under way when it has to stop, seconds", kLive, 0, 3600});
@@ -210,7 +211,8 @@ private:
         field = text;
     }
 
-    const std::string m_attempt, m_name;
+    const std::string m_attempt;
+    const std::string m_name;
     const Rule& m_rule;
     const std::filesystem::path m_folder;
 };
@@ -293,7 +295,9 @@ void check(const WorkerConfig& c) {
         throw util::UsageError("start the worker: " + what);
     };
     if (!c.listen && c.join.empty())
-        fail("nobody to work for; allowed: listen (--listen :7878), join (--join HOST:7879)");
+        fail(
+            "no coordinator to work for; allowed: listen (--listen :7878), join (--join "
+            "HOST:7879)");
     for (const sockets::Address& a : c.join)
         if (a.host.empty() || a.port == 0)
             fail("join = '" + a.text() + "'; allowed: HOST:PORT, port 1 to 65535");

@@ -1,11 +1,10 @@
 #include "raytracer/farm/worker/worker_daemon.hpp"
 
-#include <spdlog/spdlog.h>
-
 #include <algorithm>
 #include <utility>
 
 #include "common/thread/start_threads.hpp"
+#include "common/util/log.hpp"
 #include "common/util/resident_memory.hpp"
 #include "common/util/version.hpp"
 #include "raytracer/farm/wire/hello.hpp"
@@ -15,6 +14,7 @@
 namespace terravox::farm {
 
 using std::chrono::milliseconds;
+using End = WorkerSession::End;
 
 namespace {
 
@@ -90,8 +90,9 @@ void WorkerDaemon::run(const std::stop_token& stop) {
             throw util::Error("work: no coordinator is left to join");
         if (m_options.idle && m_taken == 0 &&
             std::chrono::steady_clock::now() - m_idle_since > *m_options.idle) {
-            spdlog::info("no coordinator for {} s: the worker ends",
-                         std::chrono::duration_cast<std::chrono::seconds>(*m_options.idle).count());
+            util::log_info(
+                "no coordinator for {} s: the worker ends",
+                std::chrono::duration_cast<std::chrono::seconds>(*m_options.idle).count());
             break;
         }
     }
@@ -103,7 +104,7 @@ void WorkerDaemon::run(const std::stop_token& stop) {
     }
     m_wake.notify_all();
     if (!sessions.empty())
-        spdlog::info("finishing what is begun");
+        util::log_info("finishing what is begun");
     drain(sessions);
     // Links are flushed: the coordinator closes them once it has read the goodbye.
     std::unique_lock lock(m_mutex);
@@ -119,7 +120,7 @@ void WorkerDaemon::drain(const std::vector<std::shared_ptr<WorkerSession>>& sess
             thread::add_thread(threads, "the end of a session",
                                [&, session] { session->drain(m_options.timeout); });
         } catch (const std::exception& e) {
-            spdlog::warn("{}; its tiles under way are given up", e.what());
+            util::log_warn("{}; its tiles under way are given up", e.what());
             session->abort();
         }
     }
@@ -146,8 +147,104 @@ void WorkerDaemon::reload(const WorkerDaemonOptions& options) {
     m_wake.notify_all();
 }
 
+OwnHello WorkerDaemon::hello_for(const SessionOptions& options) const {
+    OwnHello out;
+    out.role = farm::WORKER;
+    out.threads = options.threads;
+    out.memory_bytes = options.memory_bytes;
+    out.name = m_options.name;
+    out.capacity = std::min(options.threads * kTilesOfThread,
+                            static_cast<int>(PictureContext::kMaxWaiting) / 4);
+    return out;
+}
+
+bool WorkerDaemon::take_place() {
+    const std::lock_guard lock(m_mutex);
+    if (m_taken >= m_options.sessions) {
+        ++m_counters.busy;
+        return false;
+    }
+    ++m_taken;
+    ++m_counters.sessions;
+    return true;
+}
+
+void WorkerDaemon::add(const std::shared_ptr<WorkerSession>& session) {
+    bool paused = false;
+    {
+        const std::lock_guard lock(m_mutex);
+        m_sessions.push_back(session);
+        if (m_ending)
+            session->abort();
+        paused = m_paused;
+    }
+    if (paused)
+        session->pause(true);
+}
+
+void WorkerDaemon::remove(const std::shared_ptr<WorkerSession>& session,
+                          WorkerSession::End end) noexcept {
+    {
+        const std::lock_guard lock(m_mutex);
+        std::erase(m_sessions, session);
+        --m_taken;
+        m_idle_since = std::chrono::steady_clock::now();
+        if (m_options.once && end == WorkerSession::End::kBye)
+            m_finished = true;
+    }
+    m_wake.notify_all();
+}
+
+/// A place for a session that take_place() has taken, and the session in it once it has begun. The
+/// destructor removes the session and frees the place, whatever ends the work.
+class WorkerDaemon::Place {
+public:
+    explicit Place(WorkerDaemon& daemon) noexcept : m_daemon(daemon) {}
+    ~Place() { m_daemon.remove(m_session, m_end); }
+    Place(const Place&) = delete;
+    Place& operator=(const Place&) = delete;
+
+    /// Works until the session ends.
+    /// @param why details of the end
+    /// @throws as WorkerSession::run; Error, std::bad_alloc
+    [[nodiscard]] End run(std::shared_ptr<WorkerSession> session, std::string& why) {
+        m_session = std::move(session);
+        m_daemon.add(m_session);
+        m_end = m_session->run(why);
+        return m_end;
+    }
+
+private:
+    WorkerDaemon& m_daemon;
+    std::shared_ptr<WorkerSession> m_session;
+    End m_end = End::kLost;
+};
+
+std::optional<farm::Hello> WorkerDaemon::greet(net::Link& link, const OwnHello& own, bool dialled,
+                                               End& end) {
+    try {
+        return meet(link, make_hello(own), {farm::COORDINATOR, farm::OBSERVER});
+    } catch (const util::Error& e) {
+        const auto* met = dynamic_cast<const HelloError*>(&e);
+        util::log_warn("{}", e.what());
+        const std::lock_guard lock(m_mutex);
+        ++m_counters.unfit;
+        end = met != nullptr && !met->busy && dialled ? End::kRefused : End::kLost;
+        return std::nullopt;
+    }
+}
+
+WorkerSession::End WorkerDaemon::serve_observer(net::Link& link) {
+    try {
+        observed(link);
+        return End::kBye;
+    } catch (const util::Error& e) {
+        util::log_warn("{}", e.what());
+        return End::kLost;
+    }
+}
+
 WorkerSession::End WorkerDaemon::serve(std::unique_ptr<net::Link> link, bool dialled) {
-    using End = WorkerSession::End;
     SessionOptions options;
     {
         const std::lock_guard lock(m_mutex);
@@ -158,76 +255,33 @@ WorkerSession::End WorkerDaemon::serve(std::unique_ptr<net::Link> link, bool dia
             m_options.memory_bytes / static_cast<std::size_t>(std::max(m_options.sessions, 1));
         options.http = m_options.http;
     }
-    OwnHello own;
-    own.role = farm::WORKER;
-    own.threads = options.threads;
-    own.memory_bytes = options.memory_bytes;
-    own.name = m_options.name;
-    own.capacity = std::min(options.threads * kTilesOfThread,
-                            static_cast<int>(PictureContext::kMaxWaiting) / 4);
+    const OwnHello own = hello_for(options);
     const std::string peer = link->peer();
-    std::shared_ptr<WorkerSession> session;
-    bool has_place = false, paused = false;
-    try {
-        const farm::Hello hello = meet(*link, make_hello(own), {farm::COORDINATOR, farm::OBSERVER});
-        if (hello.role() == farm::OBSERVER) {
-            observed(*link);
-            return End::kBye;
-        }
-        {
-            const std::lock_guard lock(m_mutex);
-            has_place = m_taken < m_options.sessions;
-            if (has_place) {
-                ++m_taken;
-                ++m_all_sessions;
-            } else
-                ++m_busy;
-        }
-        if (!has_place) {
-            refuse(*link,
-                   own.name + (own.name.empty() ? "the worker" : "") +
-                       " works for another coordinator",
-                   true);
-            return End::kLost;
-        }
-        spdlog::info("works for {} at {}", hello.name(), peer);
-        session = std::make_shared<WorkerSession>(std::move(link), hello.name(), options, m_shared);
-    } catch (const util::Error& e) {
-        const auto* met = dynamic_cast<const HelloError*>(&e);
-        spdlog::warn("{}", e.what());
-        const std::lock_guard lock(m_mutex);
-        ++m_unfit;
-        return met != nullptr && !met->busy && dialled ? End::kRefused : End::kLost;
-    }
-    {
-        const std::lock_guard lock(m_mutex);
-        m_sessions.push_back(session);
-        if (m_ending)
-            session->abort();
-        paused = m_paused;
-    }
-    if (paused)
-        session->pause(true);
-    std::string why;
     End end = End::kLost;
+    const std::optional<farm::Hello> hello = greet(*link, own, dialled, end);
+    if (!hello)
+        return end;
+    if (hello->role() == farm::OBSERVER)
+        return serve_observer(*link);
+    if (!take_place()) {
+        const std::string name = own.name.empty() ? "the worker" : own.name;
+        refuse(*link, name + " works for another coordinator", true);
+        return End::kLost;
+    }
+    Place place(*this);
+    std::string why;
     try {
-        end = session->run(why);
-    } catch (const std::exception& e) {  // out of memory, or of threads: the place is free again
+        util::log_info("works for {} at {}", hello->name(), peer);
+        end = place.run(
+            std::make_shared<WorkerSession>(std::move(link), hello->name(), options, m_shared),
+            why);
+    } catch (const std::exception& e) {  // out of memory, or of threads
         why = e.what();
     }
     if (end == End::kBye)
-        spdlog::info("{} has finished", peer);
+        util::log_info("{} has finished", peer);
     else if (end == End::kLost)
-        spdlog::warn("{} is lost: {}", peer, why);
-    {
-        const std::lock_guard lock(m_mutex);
-        std::erase(m_sessions, session);
-        --m_taken;
-        m_idle_since = std::chrono::steady_clock::now();
-        if (m_options.once && end == End::kBye)
-            m_finished = true;
-    }
-    m_wake.notify_all();
+        util::log_warn("{} is lost: {}", peer, why);
     return end;
 }
 
@@ -251,7 +305,7 @@ void WorkerDaemon::pause(bool on) {
     {
         const std::lock_guard lock(m_mutex);
         if (std::exchange(m_paused, on) != on)
-            spdlog::info("{}", on ? "paused: no new tiles are taken" : "tiles are taken again");
+            util::log_info("{}", on ? "paused: no new tiles are taken" : "tiles are taken again");
         sessions = m_sessions;
     }
     for (const auto& session : sessions)
@@ -276,11 +330,11 @@ void WorkerDaemon::join_again_and_again(const sockets::Address& address) {
                 pause = farm_times().redial;
             reported = false;
         } catch (const net::RefusedError& e) {
-            spdlog::error("{}", e.what());
+            util::log_error("{}", e.what());
             return leave();
         } catch (const std::exception& e) {
             if (!std::exchange(reported, true))
-                spdlog::info("{}; trying again", e.what());
+                util::log_info("{}; trying again", e.what());
         }
         if (stopped_after(pause))
             break;
@@ -304,9 +358,9 @@ WorkerDaemon::Totals WorkerDaemon::totals() const {
     {
         const std::lock_guard lock(m_mutex);
         sessions = m_sessions;
-        out.sessions = m_all_sessions;
-        out.busy = m_busy;
-        out.unfit = m_unfit;
+        out.sessions = m_counters.sessions;
+        out.busy = m_counters.busy;
+        out.unfit = m_counters.unfit;
         out.threads = m_options.threads;
         out.memory_bytes = m_options.memory_bytes;
         out.ending = m_ending;

@@ -1,13 +1,12 @@
 #include "raytracer/farm/worker/worker_session.hpp"
 
-#include <spdlog/spdlog.h>
-
 #include <algorithm>
 #include <bit>
 #include <utility>
 
 #include "common/thread/start_threads.hpp"
 #include "common/util/error.hpp"
+#include "common/util/log.hpp"
 #include "common/util/resident_memory.hpp"
 #include "raytracer/farm/wire/tile_frames.hpp"
 #include "raytracer/tiles/tile_codec.hpp"
@@ -94,25 +93,66 @@ WorkerSession::End WorkerSession::run(std::string& why) {
     heart.join();
     if (!failure)
         failure = beat_failure;
-    if (m_ground)
-        m_ground->stop();
-    end_stage();
+    if (m_world)
+        m_world->stop();
+    end_picture();
     for (const auto& old : m_old)
         old->end();
     m_old.clear();
     if (failure)
         std::rethrow_exception(failure);
-    if (m_draining && wrong.empty())
+    if (m_availability.draining && wrong.empty())
         return End::kDrained;
     return m_end.value_or(End::kLost);
 }
 
-std::string WorkerSession::take(const farm::Frame& frame) {
-    std::shared_ptr<PictureContext> stage;
+std::shared_ptr<PictureContext> WorkerSession::current() const {
+    const std::lock_guard lock(m_mutex);
+    return m_context;
+}
+
+std::string WorkerSession::take_text(const farm::State& state) {
+    const std::string& text = state.content();
+    const std::string& hash = state.hash();
+    if (text.size() > kMaxText_bytes)
+        return "a text of " + std::to_string(text.size()) + " bytes; allowed: up to " +
+               std::to_string(kMaxText_bytes);
+    if (state_hash(text) != hash)
+        return "a text that does not match its hash";
+    // Else the text is one of a picture that has ended meanwhile.
+    if (!m_awaited.picture ||
+        (hash != m_awaited.picture->scene() && hash != m_awaited.picture->materials() &&
+         hash != m_awaited.picture->world()))
+        return {};
     {
-        const std::lock_guard lock(m_mutex);
-        stage = m_stage;
+        const std::lock_guard lock(m_shared.mutex);
+        std::size_t bytes = text.size();
+        for (const auto& [known, content] : m_shared.states)
+            bytes += content.size();
+        if (bytes > kMaxStates_bytes)
+            m_shared.states.clear();
+        m_shared.states[hash] = text;
     }
+    m_awaited.texts[hash] = text;
+    return begin_picture_if_complete();
+}
+
+void WorkerSession::take_stop(const farm::Stop& stop) {
+    const bool whole_picture = stop.ids_size() == 0;
+    if (whole_picture && m_awaited.picture && m_awaited.picture->id() == stop.picture()) {
+        m_awaited.picture.reset();
+        m_awaited.early.clear();
+    }
+    const std::shared_ptr<PictureContext> context = current();
+    if (!context || context->picture() != stop.picture())
+        return;
+    if (whole_picture)
+        end_picture();
+    else
+        context->drop({stop.ids().begin(), stop.ids().end()});
+}
+
+std::string WorkerSession::take(const farm::Frame& frame) {
     switch (frame.what_case()) {
         case farm::Frame::kPing: {
             farm::Frame pong;
@@ -123,51 +163,18 @@ std::string WorkerSession::take(const farm::Frame& frame) {
         case farm::Frame::kPong: return {};
         case farm::Frame::kBye: m_end = End::kBye; return {};
         case farm::Frame::kRefusal:
-            spdlog::error("{} refuses this worker: {}", m_coordinator,
-                          frame.refusal().reason().substr(0, 400));
+            util::log_error("{} refuses this worker: {}", m_coordinator,
+                            frame.refusal().reason().substr(0, 400));
             m_end = End::kRefused;
             return {};
         case farm::Frame::kPicture: return begin_picture(frame.picture());
-        case farm::Frame::kState: {
-            const std::string &text = frame.state().content(), &hash = frame.state().hash();
-            if (text.size() > kMaxText_bytes)
-                return "a text of " + std::to_string(text.size()) + " bytes; allowed: up to " +
-                       std::to_string(kMaxText_bytes);
-            if (state_hash(text) != hash)
-                return "a text that is not what its hash says";
-            // Of a picture that has ended meanwhile.
-            if (!m_awaited || (hash != m_awaited->scene() && hash != m_awaited->materials() &&
-                               hash != m_awaited->world()))
-                return {};
-            {
-                const std::lock_guard lock(m_shared.mutex);
-                std::size_t bytes = text.size();
-                for (const auto& [known, content] : m_shared.states)
-                    bytes += content.size();
-                if (bytes > kMaxStates_bytes)
-                    m_shared.states.clear();
-                m_shared.states[hash] = text;
-            }
-            m_texts[hash] = text;
-            return begin_stage_if_complete();
-        }
+        case farm::Frame::kState: return take_text(frame.state());
         case farm::Frame::kTask: return add_task(frame.task());
-        case farm::Frame::kStop:
-            if (m_awaited && m_awaited->id() == frame.stop().picture() &&
-                frame.stop().ids_size() == 0) {
-                m_awaited.reset();
-                m_early.clear();
-            }
-            if (!stage || stage->picture() != frame.stop().picture())
-                return {};
-            if (frame.stop().ids_size() == 0)
-                end_stage();
-            else
-                stage->drop({frame.stop().ids().begin(), frame.stop().ids().end()});
-            return {};
+        case farm::Frame::kStop: take_stop(frame.stop()); return {};
         case farm::Frame::kBox:
-            return !m_ground || m_ground->far->came(frame.box()) ? ""
-                                                                 : "a box that nobody asked for";
+            if (m_world && !m_world->coordinator->on_reply(frame.box()))
+                return "a box that was not requested";
+            return {};
         default:
             return "a frame that no coordinator sends (" +
                    std::to_string(static_cast<int>(frame.what_case())) + ")";
@@ -175,20 +182,20 @@ std::string WorkerSession::take(const farm::Frame& frame) {
 }
 
 std::string WorkerSession::begin_picture(const farm::Picture& picture) {
-    end_stage();
-    m_early.clear();
-    m_texts.clear();
-    m_early_tiles = 0;
+    end_picture();
+    m_awaited.early.clear();
+    m_awaited.texts.clear();
+    m_awaited.early_tiles = 0;
     if (m_old.size() > kMaxOld)
         return "pictures faster than any can end";
-    m_awaited = picture;
+    m_awaited.picture = picture;
     for (const std::string* hash : {&picture.scene(), &picture.materials(), &picture.world()}) {
         if (hash->size() != 16)
             return "a picture without the hashes of its texts";
         {
             const std::lock_guard lock(m_shared.mutex);
             if (const auto found = m_shared.states.find(*hash); found != m_shared.states.end()) {
-                m_texts[*hash] = found->second;
+                m_awaited.texts[*hash] = found->second;
                 continue;
             }
         }
@@ -196,100 +203,118 @@ std::string WorkerSession::begin_picture(const farm::Picture& picture) {
         frame.mutable_need_state()->set_hash(*hash);
         (void)m_link->send(std::move(frame));
     }
-    return begin_stage_if_complete();
+    return begin_picture_if_complete();
 }
 
-std::string WorkerSession::begin_stage_if_complete() {
-    if (!m_awaited)
+std::optional<PictureSpec> WorkerSession::arrived_spec() const {
+    const auto get = [&](const std::string& hash, std::string& into) {
+        const auto found = m_awaited.texts.find(hash);
+        if (found != m_awaited.texts.end())
+            into = found->second;
+        return found != m_awaited.texts.end();
+    };
+    PictureSpec out;
+    if (!m_awaited.picture || !get(m_awaited.picture->scene(), out.scene) ||
+        !get(m_awaited.picture->materials(), out.materials) ||
+        !get(m_awaited.picture->world(), out.world))
+        return std::nullopt;
+    return out;
+}
+
+std::string WorkerSession::enter_world(const farm::Picture& picture, const std::string& world) {
+    if (m_world && m_world->world_id == picture.world_id() && m_world->info_text == world &&
+        m_world->server == picture.server() && m_world->generated == picture.generated())
         return {};
-    PictureSpec parcel;
-    {
-        const auto get = [&](const std::string& hash, std::string& into) {
-            const auto found = m_texts.find(hash);
-            if (found != m_texts.end())
-                into = found->second;
-            return found != m_texts.end();
-        };
-        if (!get(m_awaited->scene(), parcel.scene) ||
-            !get(m_awaited->materials(), parcel.materials) ||
-            !get(m_awaited->world(), parcel.world))
-            return {};
+    voxel::WorldInfo info;
+    try {
+        info = unpack_world(world);
+    } catch (const util::Error& e) {
+        return std::string("an invalid world: ") + e.what();
     }
-    const farm::Picture picture = *std::exchange(m_awaited, std::nullopt);
-    if (!m_ground || m_ground->world_id != picture.world_id() || m_ground->world != parcel.world ||
-        m_ground->server != picture.server() || m_ground->generated != picture.generated()) {
-        voxel::WorldInfo info;
-        try {
-            info = unpack_world(parcel.world);
-        } catch (const util::Error& e) {
-            return std::string("a world that is none: ") + e.what();
-        }
-        if (m_ground)
-            m_ground->stop();
-        const auto is_elsewhere = [&](const auto& old) {
-            return &old->ground() != m_ground.get() && !old->is_over();
-        };
-        if (std::count_if(m_old.begin(), m_old.end(), is_elsewhere) > kMaxOldWorlds)
-            return "worlds faster than any can end";
-        m_ground = std::make_shared<WorkerGround>();
-        m_ground->world_id = picture.world_id();
-        m_ground->world = parcel.world;
-        m_ground->server = picture.server();
-        m_ground->generated = picture.generated();
-        m_ground->http = m_options.http;
-        m_ground->far = std::make_unique<CoordinatorWorld>(
-            std::move(info), picture.world_id(),
-            [this](farm::Frame frame) {
-                ++m_shared.box_requests;
-                return m_link->send(std::move(frame));
-            },
-            m_shared.shelf);
-    }
+    if (m_world)
+        m_world->stop();
+    const auto is_elsewhere = [&](const auto& old) {
+        return &old->world() != m_world.get() && !old->is_over();
+    };
+    if (std::count_if(m_old.begin(), m_old.end(), is_elsewhere) > kMaxOldWorlds)
+        return "worlds faster than any can end";
+    m_world = std::make_shared<WorkerWorld>();
+    m_world->world_id = picture.world_id();
+    m_world->info_text = world;
+    m_world->server = picture.server();
+    m_world->generated = picture.generated();
+    m_world->http = m_options.http;
+    m_world->coordinator = std::make_unique<CoordinatorWorld>(
+        std::move(info), picture.world_id(),
+        [this](farm::Frame frame) {
+            ++m_shared.box_requests;
+            return m_link->send(std::move(frame));
+        },
+        m_shared.shelf);
+    return {};
+}
+
+void WorkerSession::send_done(std::uint64_t picture, std::uint64_t lease,
+                              const tiles::TileResult& result) {
+    const std::vector<std::byte> bytes = tiles::encode_tile(result);
+    m_shared.pixels += result.samples.size();
+    m_shared.rays += result.counts.all_rays();
+    m_shared.result_bytes += bytes.size();
+    double seconds = 0;
+    for (const double s : result.counts.seconds)
+        seconds += s;
+    m_shared.busy_us += static_cast<std::uint64_t>(seconds * 1e6);
+    ++m_shared.tiles;
+    ++m_rendered.tiles;
+    m_rendered.pixels += result.samples.size();
+    farm::Frame frame;
+    frame.mutable_done()->set_picture(picture);
+    frame.mutable_done()->set_id(lease);
+    frame.mutable_done()->set_result(bytes.data(), bytes.size());
+    (void)m_link->send(std::move(frame));
+}
+
+void WorkerSession::send_failed(std::uint64_t picture, std::uint64_t lease,
+                                const std::string& reason) {
+    ++m_shared.failed;
+    util::log_error("a {} of {} cannot be rendered here: {}", lease == 0 ? "picture" : "tile",
+                    m_coordinator, reason);
+    farm::Frame frame;
+    frame.mutable_failed()->set_picture(picture);
+    frame.mutable_failed()->set_id(lease);
+    frame.mutable_failed()->set_reason(reason);
+    (void)m_link->send(std::move(frame));
+}
+
+std::string WorkerSession::begin_picture_if_complete() {
+    std::optional<PictureSpec> spec = arrived_spec();
+    if (!spec)
+        return {};
+    const farm::Picture picture = *std::exchange(m_awaited.picture, std::nullopt);
+    if (std::string wrong = enter_world(picture, spec->world); !wrong.empty())
+        return wrong;
     PictureContext::Answers answers;
-    answers.done = [this, id = picture.id()](std::uint64_t lease, tiles::TileResult result) {
-        const std::vector<std::byte> bytes = tiles::encode_tile(result);
-        m_shared.pixels += result.samples.size();
-        m_shared.rays += result.counts.all_rays();
-        m_shared.result_bytes += bytes.size();
-        double seconds = 0;
-        for (const double s : result.counts.seconds)
-            seconds += s;
-        m_shared.busy_us += static_cast<std::uint64_t>(seconds * 1e6);
-        ++m_shared.tiles;
-        ++m_tiles;
-        m_pixels += result.samples.size();
-        farm::Frame frame;
-        frame.mutable_done()->set_picture(id);
-        frame.mutable_done()->set_id(lease);
-        frame.mutable_done()->set_result(bytes.data(), bytes.size());
-        (void)m_link->send(std::move(frame));
+    answers.done = [this, id = picture.id()](std::uint64_t lease, const tiles::TileResult& result) {
+        send_done(id, lease, result);
     };
     answers.failed = [this, id = picture.id()](std::uint64_t lease, const std::string& reason) {
-        ++m_shared.failed;
-        spdlog::error("a {} of {} cannot be rendered here: {}", lease == 0 ? "picture" : "tile",
-                      m_coordinator, reason);
-        farm::Frame frame;
-        frame.mutable_failed()->set_picture(id);
-        frame.mutable_failed()->set_id(lease);
-        frame.mutable_failed()->set_reason(reason);
-        (void)m_link->send(std::move(frame));
+        send_failed(id, lease, reason);
     };
-    std::shared_ptr<PictureContext> stage;
-    const auto failed = answers.failed;
+    std::shared_ptr<PictureContext> context;
     try {
-        stage = std::make_shared<PictureContext>(picture.id(), std::move(parcel), m_ground,
-                                                 m_options.threads, m_options.memory_bytes,
-                                                 std::move(answers));
+        context = std::make_shared<PictureContext>(picture.id(), *std::move(spec), m_world,
+                                                   m_options.threads, m_options.memory_bytes,
+                                                   std::move(answers));
     } catch (const util::Error& e) {
-        m_early.clear();
-        failed(0, e.what());
+        m_awaited.early.clear();
+        send_failed(picture.id(), 0, e.what());
         return {};
     }
     {
         const std::lock_guard lock(m_mutex);
-        m_stage = std::move(stage);
+        m_context = std::move(context);
     }
-    for (const farm::Task& task : std::exchange(m_early, {}))
+    for (const farm::Task& task : std::exchange(m_awaited.early, {}))
         if (std::string wrong = add_task(task); !wrong.empty())
             return wrong;
     return {};
@@ -297,48 +322,48 @@ std::string WorkerSession::begin_stage_if_complete() {
 
 std::string WorkerSession::add_task(const farm::Task& task) {
     std::vector<std::uint64_t> refused;
-    if (m_awaited && m_awaited->id() == task.picture()) {
-        m_early_tiles += static_cast<std::size_t>(task.tiles_size());
-        if (m_early_tiles > PictureContext::kMaxWaiting ||
-            m_early.size() >= PictureContext::kMaxWaiting)
+    if (m_awaited.picture && m_awaited.picture->id() == task.picture()) {
+        m_awaited.early_tiles += static_cast<std::size_t>(task.tiles_size());
+        if (m_awaited.early_tiles > PictureContext::kMaxWaiting ||
+            m_awaited.early.size() >= PictureContext::kMaxWaiting)
             return "more tiles than it may";
-        m_early.push_back(task);
+        m_awaited.early.push_back(task);
         return {};
     }
-    std::shared_ptr<PictureContext> stage;
+    std::shared_ptr<PictureContext> context;
     {
         const std::lock_guard lock(m_mutex);
-        stage = m_stage;
+        context = m_context;
     }
-    if (!stage || stage->picture() != task.picture())
+    if (!context || context->picture() != task.picture())
         return {};  // of a picture that has ended
-    if (stage->load().waiting + static_cast<std::size_t>(task.tiles_size()) >
+    if (context->load().waiting + static_cast<std::size_t>(task.tiles_size()) >
         PictureContext::kMaxWaiting)
         return "more tiles than it may";
     for (const farm::Tile& t : task.tiles()) {
         const tiles::RenderTile tile = from_frame(t);
         if (std::string fault = fault_of(tile); !fault.empty())
             return fault;
-        if (m_draining)
+        if (m_availability.draining)
             refused.push_back(t.id());
         else
-            stage->add(t.id(), tile);
+            context->add(t.id(), tile);
     }
     give_back(refused);
     return {};
 }
 
-void WorkerSession::end_stage() {
-    std::shared_ptr<PictureContext> stage;
+void WorkerSession::end_picture() {
+    std::shared_ptr<PictureContext> context;
     {
         const std::lock_guard lock(m_mutex);
-        stage = std::exchange(m_stage, nullptr);
+        context = std::exchange(m_context, nullptr);
     }
     std::erase_if(m_old, [](const auto& old) { return old->is_over(); });
-    if (!stage)
+    if (!context)
         return;
-    stage->cancel();
-    m_old.push_back(std::move(stage));  // the reader does not wait for its threads
+    context->cancel();
+    m_old.push_back(std::move(context));  // the reader does not wait for its threads
 }
 
 void WorkerSession::give_back(const std::vector<std::uint64_t>& ids) {
@@ -352,21 +377,22 @@ void WorkerSession::give_back(const std::vector<std::uint64_t>& ids) {
 
 void WorkerSession::drain(milliseconds timeout) {
     const auto until = std::chrono::steady_clock::now() + timeout;
-    if (m_draining.exchange(true))
+    if (m_availability.draining.exchange(true))
         return;
-    std::shared_ptr<PictureContext> stage;
+    std::shared_ptr<PictureContext> context;
     {
         const std::lock_guard lock(m_mutex);
-        stage = m_stage;
+        context = m_context;
     }
     farm::Frame frame;
     farm::Drain& drain = *frame.mutable_drain();
-    if (stage)
-        for (const std::uint64_t id : stage->drop_all())
+    if (context)
+        for (const std::uint64_t id : context->drop_all())
             drain.add_given_back(id);
     (void)m_link->send(std::move(frame));
-    if (stage && !stage->wait_idle(until))
-        spdlog::warn("tiles under way are given up: they take longer than {} ms", timeout.count());
+    if (context && !context->wait_idle(until))
+        util::log_warn("tiles under way are given up: they take longer than {} ms",
+                       timeout.count());
     farm::Frame bye;
     bye.mutable_bye()->set_reason("drained");
     (void)m_link->send(std::move(bye));
@@ -374,7 +400,7 @@ void WorkerSession::drain(milliseconds timeout) {
 }
 
 void WorkerSession::pause(bool on) {
-    m_paused = on;
+    m_availability.paused = on;
     farm::Frame frame;
     *frame.mutable_heartbeat() = heartbeat();
     (void)m_link->send(std::move(frame));
@@ -388,7 +414,7 @@ farm::Heartbeat WorkerSession::heartbeat() const {
     out.set_waiting(static_cast<std::uint32_t>(now.waiting));
     out.set_begun(static_cast<std::uint32_t>(now.begun));
     out.set_done(now.tiles);
-    out.set_paused(m_paused);
+    out.set_paused(m_availability.paused);
     return out;
 }
 
@@ -401,12 +427,12 @@ void WorkerSession::beat() {
         if (std::exchange(received_bytes, traffic.received_bytes) != traffic.received_bytes)
             m_heard_ns = now_ns();  // a large frame arrives piece by piece
         if (std::chrono::nanoseconds(now_ns() - m_heard_ns) > farm_times().silence) {
-            spdlog::warn("{} has been silent for too long", m_coordinator);
+            util::log_warn("{} has been silent for too long", m_coordinator);
             m_link->abort();
         }
         if (m_link->is_revoked()) {
-            spdlog::error("{} at {} is left: its certificate is revoked", m_coordinator,
-                          m_link->peer());
+            util::log_error("{} at {} is left: its certificate is revoked", m_coordinator,
+                            m_link->peer());
             m_link->abort();
         }
         if (traffic.queued_bytes <= net::kMaxBeforePing_bytes) {
@@ -418,20 +444,28 @@ void WorkerSession::beat() {
     }
 }
 
+const char* WorkerSession::state_of(bool has_picture) const noexcept {
+    if (m_availability.draining)
+        return "draining";
+    if (m_availability.paused)
+        return "paused";
+    return has_picture ? "working" : "waiting";
+}
+
 WorkerSession::Status WorkerSession::status() const {
     Status out;
-    std::shared_ptr<PictureContext> stage;
+    std::shared_ptr<PictureContext> context;
     {
         const std::lock_guard lock(m_mutex);
-        stage = m_stage;
-        out.state = m_draining ? "draining" : m_paused ? "paused" : stage ? "working" : "waiting";
+        context = m_context;
+        out.state = state_of(context != nullptr);
     }
     out.coordinator = m_coordinator;
     out.peer = m_link->peer();
-    out.tiles = m_tiles;
-    out.pixels = m_pixels;
-    if (stage) {
-        const PictureContext::Load load = stage->load();
+    out.tiles = m_rendered.tiles;
+    out.pixels = m_rendered.pixels;
+    if (context) {
+        const PictureContext::Load load = context->load();
         out.waiting = load.waiting;
         out.begun = load.begun;
         out.box_bytes = load.box_bytes;

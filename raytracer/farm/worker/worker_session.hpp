@@ -25,23 +25,28 @@ struct WorkerShared {
     BoxShelf shelf;
     std::mutex mutex;
     std::map<std::string, std::string> states;  ///< texts by hash; a few megabytes at most
-    std::atomic<std::uint64_t> tiles{0}, pixels{0}, rays{0}, result_bytes{0}, box_requests{0},
-        busy_us{0}, failed{0};
+    std::atomic<std::uint64_t> tiles{0};
+    std::atomic<std::uint64_t> pixels{0};
+    std::atomic<std::uint64_t> rays{0};
+    std::atomic<std::uint64_t> result_bytes{0};
+    std::atomic<std::uint64_t> box_requests{0};
+    std::atomic<std::uint64_t> busy_us{0};  ///< CPU time of tracing
+    std::atomic<std::uint64_t> failed{0};   ///< tiles that could not be rendered
 };
 
 struct SessionOptions {
     int threads = 1;
     std::size_t memory_bytes = std::size_t{2048} << 20;  ///< for boxes
     /// Servers that it may request boxes from itself.
-    remote::HttpAccess http = remote::access_to_nobody();
+    remote::HttpAccess http = remote::no_http_access();
 };
 
 /// A worker's end of a link to a coordinator, after the hellos: renders the requested tiles until
 /// the link ends.
 ///
-/// The thread of run() reads frames and waits for nothing else. Each picture has a stage: its
-/// world, boxes, view and threads, made on a thread of its own, which then feeds the threads with
-/// tiles; others take the results, pack them, and send them.
+/// The thread of run() reads frames and waits for nothing else. Each picture has a PictureContext:
+/// its world, boxes, view and threads, made on a thread of its own, which then feeds the threads
+/// with tiles; others take the results, pack them, and send them.
 class WorkerSession {
 public:
     WorkerSession(std::unique_ptr<net::Link> link, std::string coordinator, SessionOptions options,
@@ -67,22 +72,59 @@ public:
     void pause(bool on);
 
     struct Status {
-        std::string coordinator, peer;
+        std::string coordinator;
+        std::string peer;
         const char* state = "";
-        std::uint64_t tiles = 0, pixels = 0;
-        std::size_t box_bytes = 0, waiting = 0, begun = 0;
+        std::uint64_t tiles = 0;
+        std::uint64_t pixels = 0;
+        std::size_t box_bytes = 0;
+        std::size_t waiting = 0, begun = 0;  ///< leases of the picture under way
     };
     [[nodiscard]] Status status() const;
 
 private:
+    /// The picture whose texts have not all arrived, and what has arrived for it. The texts outlive
+    /// the wait: they are replaced by those of the next picture.
+    struct AwaitedPicture {
+        std::optional<farm::Picture> picture;      ///< nullopt: none is awaited
+        std::map<std::string, std::string> texts;  ///< by hash
+        std::vector<farm::Task> early;             ///< its tasks so far
+        std::size_t early_tiles = 0;               ///< tiles of all tasks that arrived early
+    };
+    /// Tiles of this session that were rendered and sent. Any thread may read and add.
+    struct Rendered {
+        std::atomic<std::uint64_t> tiles{0};
+        std::atomic<std::uint64_t> pixels{0};
+    };
+    /// Why new tiles are not accepted, if they are not. Any thread may read and write.
+    struct Availability {
+        std::atomic<bool> paused{false};
+        std::atomic<bool> draining{false};
+    };
+
     /// @return what is wrong with the frame; empty: nothing
     [[nodiscard]] std::string take(const farm::Frame& frame);
     [[nodiscard]] std::string begin_picture(const farm::Picture& picture);
-    [[nodiscard]] std::string begin_stage_if_complete();
+    /// Accepts a text of the awaited picture.
+    [[nodiscard]] std::string take_text(const farm::State& state);
+    void take_stop(const farm::Stop& stop);
+    /// @return the texts of the awaited picture; nullopt: some have not arrived, or none is awaited
+    [[nodiscard]] std::optional<PictureSpec> arrived_spec() const;
+    /// Replaces the world if the picture is of another one.
+    /// @param world its metadata, as text
+    [[nodiscard]] std::string enter_world(const farm::Picture& picture, const std::string& world);
+    void send_done(std::uint64_t picture, std::uint64_t lease, const tiles::TileResult& result);
+    /// @param lease 0: the picture as a whole
+    void send_failed(std::uint64_t picture, std::uint64_t lease, const std::string& reason);
+    /// @return the picture under way; nullptr: none
+    [[nodiscard]] std::shared_ptr<PictureContext> current() const;
+    [[nodiscard]] std::string begin_picture_if_complete();
     [[nodiscard]] std::string add_task(const farm::Task& task);
-    void end_stage();
+    void end_picture();
     void beat();
     [[nodiscard]] farm::Heartbeat heartbeat() const;
+    /// @return the word for Status::state
+    [[nodiscard]] const char* state_of(bool has_picture) const noexcept;
     void give_back(const std::vector<std::uint64_t>& ids);
 
     const std::shared_ptr<net::Link> m_link;
@@ -90,22 +132,19 @@ private:
     const SessionOptions m_options;
     WorkerShared& m_shared;
     // Used by the reader alone.
-    std::optional<farm::Picture> m_awaited;      ///< picture whose texts have not all arrived
-    std::map<std::string, std::string> m_texts;  ///< texts of that picture, by hash
-    std::vector<farm::Task> m_early;             ///< tasks of that picture
-    std::size_t m_early_tiles = 0;
-    std::shared_ptr<WorkerGround> m_ground;
-    /// Cancelled, with threads that may still run.
+    AwaitedPicture m_awaited;
+    std::shared_ptr<WorkerWorld> m_world;
+    /// Pictures that are cancelled, with threads that may still run.
     std::vector<std::shared_ptr<PictureContext>> m_old;
     std::optional<End> m_end;
 
     mutable std::mutex m_mutex;
     std::condition_variable m_wake;
-    std::shared_ptr<PictureContext> m_stage;
+    std::shared_ptr<PictureContext> m_context;
     std::atomic<std::int64_t> m_heard_ns;
-    std::atomic<std::uint64_t> m_tiles{0}, m_pixels{0};
+    Rendered m_rendered;
     bool m_over = false;
-    std::atomic<bool> m_paused{false}, m_draining{false};
+    Availability m_availability;
 };
 
 }  // namespace terravox::farm

@@ -1,12 +1,12 @@
 #include "raytracer/preview/app/app.hpp"
 
 #include <imgui.h>
-#include <spdlog/spdlog.h>
 
 #include <algorithm>
 #include <utility>
 
 #include "common/util/error.hpp"
+#include "common/util/log.hpp"
 #include "raytracer/preview/app/shortcuts.hpp"
 #include "raytracer/preview/panels/help.hpp"
 #include "raytracer/preview/panels/status_line.hpp"
@@ -17,7 +17,7 @@ namespace {
 constexpr int kMap_px = 240;
 constexpr double kMaxPassed_s = 0.1;  // a slow frame must not move the viewpoint far
 
-/// Whether boxes come from another machine, which may deliver tomorrow what it cannot today.
+/// Whether boxes are fetched from another machine, where a retry may succeed.
 bool is_remote(const render::LoadedWorld& world) {
     return world.inputs.front().find("://") != std::string::npos;
 }
@@ -44,7 +44,7 @@ App::App(Window& window, scene::Scene scene, std::shared_ptr<render::LoadedWorld
 App::~App() {
     m_picture.stop();
     m_final.stop();
-    m_editor_state.world->blocks.stop();  // no box is waited for any more
+    m_editor_state.world->blocks.stop();  // ends all waits for boxes
 }
 
 Activity App::activity() const {
@@ -98,9 +98,9 @@ void App::lay_out() {
 void App::show_notices() {
     for (Notice& notice : m_notices.take(m_editor_state.world->blocks, m_final.status())) {
         if (notice.logged)
-            m_editor_state.heard(std::move(notice.text));
+            m_editor_state.show_logged(std::move(notice.text));
         else
-            m_editor_state.say(std::move(notice.text), notice.bad);
+            m_editor_state.notify(std::move(notice.text), notice.bad);
     }
 }
 
@@ -145,27 +145,27 @@ void App::update_picture() {
     if (m_window_px[0] == 0)
         return;
     const auto now = Clock::now();
-    // From files the same answer would come again; and during a final picture a box must not
-    // change, so that each of its tiles is of the same world.
+    // A retry is useless for files; and during a final picture a box must not change, so that all
+    // tiles are of the same world.
     const bool may_retry = is_remote(*m_editor_state.world) && !m_final.runs();
-    const bool missing_box_came = m_picture.has_missing_box_come(may_retry, now);
-    if (missing_box_came)
+    const bool missing_box_arrived = m_picture.has_missing_box_arrived(may_retry, now);
+    if (missing_box_arrived)
         m_map.begin_again();
     const scene::Scene wanted = scene_to_show(m_editor_state.layer, m_editor_state.scene,
                                               m_editor_state.resolution, m_pane);
     try {
-        m_picture.update(wanted, m_editor_state.layer, missing_box_came, m_pacer.began(), now);
+        m_picture.update(wanted, m_editor_state.layer, missing_box_arrived, m_pacer.began(), now);
     } catch (const util::Error& e) {
-        m_editor_state.say(e.what(), true);
+        m_editor_state.notify(e.what(), true);
     }
 }
 
 void App::work(Clock::time_point until) {
     const Progressive& picture = m_picture.progressive();
     try {
-        // The map has a share, but not much before there is something to see. Some it always has:
-        // boxes that were loaded for it stay in memory until it has read them, and the picture may
-        // have no room for its own meanwhile.
+        // The map gets a share of the time, a small one until the first picture. It is never zero:
+        // boxes that were loaded for the map stay in memory until it has read them, and may leave
+        // no room for the picture's.
         const bool map_too =
             m_map.busy() && !m_navigator.moving() && (picture.whole() || !picture.busy());
         const auto now = Clock::now();
@@ -174,10 +174,10 @@ void App::work(Clock::time_point until) {
             m_map.work(map_too ? until : now);
     } catch (const processors::PictureInvalidated& e) {
         m_picture.invalidate();
-        m_editor_state.say(e.what(), true);
+        m_editor_state.notify(e.what(), true);
     } catch (const util::Error& e) {
         m_picture.forget_change();
-        m_editor_state.say(e.what(), true);
+        m_editor_state.notify(e.what(), true);
     }
 }
 
@@ -189,12 +189,12 @@ void App::show_picture() {
     m_picture.note_shown(Clock::now());
 }
 
-// Nothing is in progress: what is seen stays as it is until the next input.
+// Logs that nothing is in progress, and the window stays unchanged until the next input.
 void App::note_rest() {
     const bool rests =
         activity() == Activity::kIdle && m_editor_state.scene == m_editor_state.history.now();
     if (m_pacer.comes_to_rest(rests))
-        spdlog::debug("at rest");
+        util::log_debug("at rest");
 }
 
 }  // namespace terravox::preview

@@ -26,7 +26,7 @@ struct AppOptions {
     render::RenderPoolOptions final_render_pool;  ///< of final pictures
     std::string scene_file;
     bool light = false;
-    std::shared_ptr<LogTail> log;  ///< what the person is told of it
+    std::shared_ptr<LogTail> log;  ///< its warnings are shown in the window
 };
 
 /// The window of an open world: input, panels, picture, frame by frame. docs/adr/0020.

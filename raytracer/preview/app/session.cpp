@@ -1,12 +1,12 @@
 #include "raytracer/preview/app/session.hpp"
 
 #include <imgui.h>
-#include <spdlog/spdlog.h>
 
 #include <algorithm>
 #include <utility>
 
 #include "common/util/error.hpp"
+#include "common/util/log.hpp"
 #include "raytracer/preview/panels/widgets.hpp"
 
 namespace terravox::preview {
@@ -55,10 +55,10 @@ void Session::take_world() {
         return;
     m_failure = m_opening->failure();
     if (!m_failure.empty())
-        spdlog::error("{}", m_failure);
+        util::log_error("{}", m_failure);
 }
 
-/// @return whether the world is to be opened once more
+/// @return whether the world should be opened again
 bool Session::draw_opening() {
     const auto [width, height] = m_window.size_px();
     ImGui::SetNextWindowPos({static_cast<float>(width) / 2, static_cast<float>(height) / 2},

@@ -8,8 +8,8 @@
 
 namespace terravox::preview {
 
-/// What the window shows from its first frame to its last: that a world is being opened, why it
-/// could not be, and then the world. Main thread only.
+/// Controls what the window shows from its first frame to its last: the progress of opening a
+/// world, the reason if that fails, and then the world. Main thread only.
 class Session {
 public:
     /// Opening begins at once. @param window outlives the session

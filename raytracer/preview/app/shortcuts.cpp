@@ -15,7 +15,7 @@ bool repeated(int key) {
     return ImGui::IsKeyPressed(key, true);
 }
 
-/// Those with Ctrl.
+/// Shortcuts with Ctrl.
 void handle_commands(const ShortcutTargets& on) {
     if (pressed(Window::key_of('q')))
         on.window.close();
@@ -31,7 +31,7 @@ void handle_commands(const ShortcutTargets& on) {
         on.files.start_final(on.editor_state, on.final_render);
     if (pressed(Window::key_of('k'))) {
         on.window.copy_text(on.files.command_line(on.editor_state));
-        on.editor_state.say("the command line is on the clipboard");
+        on.editor_state.notify("the command line is on the clipboard");
     }
     const bool shift = ImGui::GetIO().KeyShift;
     if (repeated(Window::key_of('z')) && !shift)
@@ -40,7 +40,8 @@ void handle_commands(const ShortcutTargets& on) {
         on.editor_state.redo();
 }
 
-/// What the window shows; these work while a text field takes the letters, too.
+/// Shortcuts that show and hide parts of the window; they also work while a text field takes the
+/// letters.
 void handle_view_keys(EditorState& state) {
     if (pressed(GLFW_KEY_F1))
         state.shows_help = !state.shows_help;
@@ -73,8 +74,8 @@ void handle_tool_keys(const ShortcutTargets& on) {
     }
     if (pressed(Window::key_of('f'))) {
         state.fly = !state.fly;
-        state.say(state.fly ? "fly: the mouse turns your head"
-                            : "orbit: the mouse circles what you look at");
+        state.notify(state.fly ? "fly: the mouse turns your head"
+                               : "orbit: the mouse circles what you look at");
     }
     if (pressed(Window::key_of('m'))) {
         state.measures = !state.measures;
@@ -96,7 +97,8 @@ void handle_tool_keys(const ShortcutTargets& on) {
 }
 
 void handle_scene_keys(scene::Scene& scene) {
-    constexpr double kQuarter_h = 0.25, kThird_ev = 1.0 / 3;
+    constexpr double kQuarter_h = 0.25;
+    constexpr double kThird_ev = 1.0 / 3;
     double& time_h = scene.sun.time_h;
     if (repeated(GLFW_KEY_LEFT_BRACKET))
         time_h = std::max(time_h - kQuarter_h, 0.0);

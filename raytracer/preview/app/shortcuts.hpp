@@ -8,7 +8,7 @@
 
 namespace terravox::preview {
 
-/// What keys act on.
+/// The objects that keys act on.
 struct ShortcutTargets {
     Window& window;
     EditorState& editor_state;
@@ -20,8 +20,8 @@ struct ShortcutTargets {
     Pane pane;  ///< of the picture
 };
 
-/// Does what the keys of this frame command, but for those that move the viewpoint (Navigator).
-/// After ImGui has begun the frame; main thread only.
+/// Executes the commands of the keys of this frame, except for those that move the viewpoint
+/// (Navigator). To be called after Dear ImGui has begun the frame; main thread only.
 void handle_shortcuts(const ShortcutTargets& on);
 
 }  // namespace terravox::preview

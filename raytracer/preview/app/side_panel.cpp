@@ -30,7 +30,7 @@ void draw_buttons(EditorState& editor_state) {
         editor_state.shows_help = !editor_state.shows_help;
 }
 
-/// @return whether what is below it is shown
+/// @return whether the section below it is open
 bool draw_heading(const char* name, ImGuiTreeNodeFlags flags) {
     const bool shows = ImGui::CollapsingHeader(name, flags);
     panels::widgets::report_place(name);
@@ -46,7 +46,7 @@ void refuse_without_camera(EditorState& editor_state, const scene::Scene& before
         (void)scene::make_camera(editor_state.scene, world, world.framed_bounds());
     } catch (const util::Error& e) {
         editor_state.scene = before;
-        editor_state.say(e.what(), true);
+        editor_state.notify(e.what(), true);
     }
 }
 
@@ -74,7 +74,7 @@ void SidePanel::draw(EditorState& editor_state, PickTool& pick, LivePicture& pic
     draw_sections(editor_state, form, pick, picture, final_render);
     ImGui::End();
     if (!form.problem().empty())
-        editor_state.say(form.problem(), true);
+        editor_state.notify(form.problem(), true);
     refuse_without_camera(editor_state, before);
 }
 

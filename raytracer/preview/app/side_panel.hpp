@@ -17,7 +17,8 @@ class SidePanel {
 public:
     explicit SidePanel(panels::FilesPanel files) : m_files(std::move(files)) {}
 
-    /// Nothing while the panel is hidden. A change after which no camera can be placed is refused.
+    /// Draws nothing while the panel is hidden. A change after which no camera can be placed is
+    /// refused.
     void draw(EditorState& editor_state, PickTool& pick, LivePicture& picture,
               FinalRender& final_render, std::array<int, 2> window_px);
     /// @return pixels that the panel takes from the window; 0 while it is hidden

@@ -38,15 +38,15 @@ void file_row(const char* label, std::string& file) {
 void FilesPanel::save_scene(preview::EditorState& editor_state) const {
     try {
         util::write_file_atomically(m_scene_file, scene::to_toml(editor_state.scene));
-        editor_state.say("saved " + m_scene_file);
+        editor_state.notify("saved " + m_scene_file);
     } catch (const util::Error& e) {
-        editor_state.say(e.what(), true);
+        editor_state.notify(e.what(), true);
     }
 }
 
 void FilesPanel::open_scene(preview::EditorState& editor_state, const std::string& file) {
     try {
-        // As the command line does, so that a named view counts.
+        // As on the command line, so that a named view is applied.
         const scene::Scene opened = scene::compose_scene({scene::file_layer(file)});
         editor_state.take(opened);
         m_scene_file = file;
@@ -54,12 +54,12 @@ void FilesPanel::open_scene(preview::EditorState& editor_state, const std::strin
         const bool says_world = opened.world != usual.world || opened.generated != usual.generated;
         const bool other_world = says_world && (opened.world != editor_state.scene.world ||
                                                 opened.generated != editor_state.scene.generated);
-        editor_state.say("opened " + file +
-                         (other_world
-                              ? "; the world stays as it was opened, whatever the file says of it"
-                              : ""));
+        editor_state.notify(
+            "opened " + file +
+            (other_world ? "; the world stays as it was opened, whatever the file says of it"
+                         : ""));
     } catch (const util::Error& e) {
-        editor_state.say(e.what(), true);
+        editor_state.notify(e.what(), true);
     }
 }
 
@@ -84,12 +84,13 @@ void FilesPanel::save_picture(preview::EditorState& editor_state,
         statistics.counts.samples = picture.status().samples;
         output::write_image(*picture.film(), m_picture_file,
                             render::picture_info(view, editor_state.info(), statistics, false));
-        editor_state.say("saved " + m_picture_file + (picture.busy() ? ", as far as it is" : "") +
-                         (editor_state.layer != preview::Layer::kBeauty
-                              ? ": the picture; of the layer " + layer + " only .exr"
-                              : ""));
+        editor_state.notify("saved " + m_picture_file +
+                            (picture.busy() ? ", as far as it is" : "") +
+                            (editor_state.layer != preview::Layer::kBeauty
+                                 ? ": the picture; of the layer " + layer + " only .exr"
+                                 : ""));
     } catch (const util::Error& e) {
-        editor_state.say(e.what(), true);
+        editor_state.notify(e.what(), true);
     }
 }
 
@@ -97,10 +98,10 @@ void FilesPanel::start_final(preview::EditorState& editor_state,
                              preview::FinalRender& final_render) const {
     const auto files = names_in(m_final_files);
     if (files.empty())
-        return editor_state.say("render the final picture: no file named", true);
+        return editor_state.notify("render the final picture: no file named", true);
     if (final_render.runs())
-        return editor_state.say("render the final picture: one is being rendered; give it up first",
-                                true);
+        return editor_state.notify(
+            "render the final picture: one is being rendered; give it up first", true);
     final_render.start(editor_state.world, editor_state.scene, files, m_render_pool);
 }
 
@@ -129,7 +130,7 @@ void FilesPanel::draw(preview::EditorState& editor_state, SceneForm& form,
     ImGui::SameLine();
     if (widgets::button("Copy command")) {
         ImGui::SetClipboardText(command_line(editor_state).c_str());
-        editor_state.say("the command line is on the clipboard");
+        editor_state.notify("the command line is on the clipboard");
     }
     widgets::tip("renders this scene without a window (Ctrl+K)");
     ImGui::Separator();
@@ -148,7 +149,7 @@ void FilesPanel::draw(preview::EditorState& editor_state, SceneForm& form,
     if (!runs) {
         if (widgets::button("Render"))
             start_final(editor_state, final_render);
-        widgets::tip("beside the window: the same picture as terravox render makes (Ctrl+R)");
+        widgets::tip("in the background: the same picture as terravox render makes (Ctrl+R)");
     } else if (widgets::button("Give up")) {
         final_render.give_up();
     }

@@ -11,10 +11,11 @@ namespace terravox::panels {
 
 class SceneForm;
 
-/// Scenes and pictures to files and back, and the final picture.
+/// Saves and opens scenes, saves pictures, and starts the final picture.
 class FilesPanel {
 public:
-    /// @param scene_file where scenes go at first @param render_pool who renders final pictures
+    /// @param scene_file file name that is offered at first
+    /// @param render_pool options for final pictures
     FilesPanel(std::string scene_file, render::RenderPoolOptions render_pool)
         : m_scene_file(std::move(scene_file)), m_render_pool(std::move(render_pool)) {}
 
@@ -29,7 +30,9 @@ public:
     [[nodiscard]] std::string command_line(const preview::EditorState& editor_state) const;
 
 private:
-    std::string m_scene_file, m_picture_file = "preview.png", m_final_files = "picture.png";
+    std::string m_scene_file;
+    std::string m_picture_file = "preview.png";
+    std::string m_final_files = "picture.png";
     const render::RenderPoolOptions m_render_pool;
 };
 

@@ -24,14 +24,14 @@ constexpr std::array kUnits{Unit{"_deg", kDegrees}, Unit{"_m", "m"},      Unit{"
                             Unit{"_km", "km"},      Unit{"_ev", "stops"}, Unit{"_s", "s"},
                             Unit{"_mib", "MiB"},    Unit{"_px", "px"}};
 
-/// The number that a person means who sees so many digits: sliders have single precision.
+/// Rounds a slider's number to the displayed digits, as sliders have single precision.
 double meant(float v) {
     std::array<char, 32> text{};
     std::snprintf(text.data(), text.size(), "%.6g", static_cast<double>(v));
     return std::strtod(text.data(), nullptr);
 }
 
-/// What a text field holds.
+/// The text of a text field.
 constexpr std::size_t kMaxText = 200;
 
 std::string format_of(double low, double high, const std::string& unit) {
@@ -164,18 +164,19 @@ private:
 };
 
 void SceneForm::Row::draw_text(const std::string& now) {
-    const auto said = widgets::text_input("##v", now, kMaxText);
-    if (!said || said->text == now)
+    const auto typed = widgets::text_input("##v", now, kMaxText);
+    if (!typed || typed->text == now)
         return;
     try {
-        scene::set_field(m_form.m_scene, std::string(m_path), said->text);
+        scene::set_field(m_form.m_scene, std::string(m_path), typed->text);
         m_changed = true;
     } catch (const util::Error& e) {
         m_form.m_problem = e.what();
     }
 }
 
-/// Offers the words of a field. @return the chosen one, if any
+/// A combo box of the words of a field.
+/// @return the chosen one, if any
 std::optional<std::string_view> SceneForm::Row::draw_words(std::string_view now) {
     std::optional<std::string_view> chosen;
     const auto shown = [](std::string_view word) {
@@ -191,7 +192,9 @@ std::optional<std::string_view> SceneForm::Row::draw_words(std::string_view now)
     return chosen;
 }
 
-/// Lets a field have a value, or none. @param first value when it gets one @return it has one
+/// A check box that gives an optional field a value, or none.
+/// @param first initial value
+/// @return whether the field has a value
 template <class Held>
 bool SceneForm::Row::draw_own(std::optional<Held>& value, const Held& first) {
     bool own = value.has_value();

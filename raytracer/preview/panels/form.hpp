@@ -10,32 +10,34 @@
 
 namespace terravox::panels {
 
-/// Rows of a panel, one for each field of a scene: its name, its value with its unit, and a way
-/// back to what it was. What a field is called, where its range ends and what it is for comes from
-/// the list of fields. Made anew for each frame.
+/// Rows of a panel, one for each field of a scene: its name, its value with its unit, and a reset
+/// button. Names, ranges and descriptions are those of the list of fields. Made anew for each
+/// frame.
 class SceneForm {
 public:
-    /// @param usual what a reset goes back to; of the same world
+    /// @param usual a scene of the same world with the values that a reset restores
     SceneForm(scene::Scene& scene, scene::Scene& usual);
 
-    /// @param path "section.field" @return it has changed
+    /// Draws the row of a field.
+    /// @param path "section.field"
+    /// @return whether the field has changed
     bool row(std::string_view path);
-    /// The same with another range for the slider: what people mostly want. Numbers may be typed in
-    /// beyond it, up to the field's own range.
-    /// @param from where an own value begins, of a field that may have none; NaN: 0, or the range's
-    /// end that is next to it
+    /// The same with another range for the slider, of the usual values. Numbers beyond it may be
+    /// typed in, up to the field's own range.
+    /// @param from initial value of an optional field; NaN: 0, or the range's end nearest to it
     bool row(std::string_view path, double low, double high,
              double from = std::numeric_limits<double>::quiet_NaN());
-    /// Several, one below the other.
+    /// Draws several rows, one below the other.
     bool rows(std::initializer_list<std::string_view> paths);
 
-    /// What a person reads: "fov" and "deg".
+    /// The displayed name and unit of a field: "fov" and "deg".
     struct Label {
-        std::string name, unit;
+        std::string name;
+        std::string unit;
     };
     [[nodiscard]] static Label label_of(std::string_view path);
 
-    /// What could not be set, and why; empty: nothing.
+    /// The field that could not be set, and why; empty: none.
     [[nodiscard]] const std::string& problem() const noexcept { return m_problem; }
 
 private:
@@ -46,12 +48,15 @@ private:
                      core::SkyModel*, core::ToneCurve*, core::PictureLayers*, core::TiffSamples*,
                      core::Integrator*, core::TileOrder*, core::VoxelColour*>;
     struct Field {
-        Value value, usual;
+        Value value;
+        Value usual;
         scene::FieldRule rule;
     };
-    /// Of a slider, and where an own value begins.
+    /// Range of a slider, and the initial value of an optional field.
     struct Range {
-        double low, high, from;
+        double low;
+        double high;
+        double from;
     };
     class Row;
     bool draw(std::string_view path, Field& field, const Range& range);

@@ -6,7 +6,7 @@
 
 namespace terravox::panels {
 
-/// What keys and mouse do; closes itself.
+/// Draws the window that explains keys and mouse, while it is open.
 void draw_help(preview::EditorState& editor_state, std::array<int, 2> window_px);
 
 }  // namespace terravox::panels

@@ -21,13 +21,14 @@ MapPanel::MapPanel(preview::EditorState& editor_state, int edge_px) {
         m_map = std::make_unique<preview::MiniMap>(editor_state.world->blocks, editor_state.scene,
                                                    edge_px);
     } catch (const util::Error& e) {
-        editor_state.say(e.what(), true);
+        editor_state.notify(e.what(), true);
     }
 }
 
 void MapPanel::draw_view(const preview::EditorState& editor_state, const shade::View* view,
                          std::array<float, 2> corner, std::array<float, 2> extent) const {
-    const ImVec2 low{corner[0], corner[1]}, size{extent[0], extent[1]};
+    const ImVec2 low{corner[0], corner[1]};
+    const ImVec2 size{extent[0], extent[1]};
     const auto point = [&](core::Vec3 p) {
         const auto [right, down] = m_map->share_of(p.x, p.z);
         return ImVec2{low.x + static_cast<float>(right) * size.x,
@@ -40,24 +41,26 @@ void MapPanel::draw_view(const preview::EditorState& editor_state, const shade::
         view ? std::atan(std::tan(std::min(editor_state.scene.camera.fov_deg, 170.0) / 2 * kRad) *
                          view->scene.output.size_px[0] / view->scene.output.size_px[1])
              : 0;
-    const double open = std::clamp(half, 2 * kRad, 85 * kRad),
-                 reach = editor_state.viewpoint.distance();
+    const double open = std::clamp(half, 2 * kRad, 85 * kRad);
+    const double reach = editor_state.viewpoint.distance();
     const auto edge = [&](double turn) {
         const double h = editor_state.viewpoint.heading_deg() * kRad + turn;
         return point(editor_state.viewpoint.position +
                      core::Vec3{std::sin(h), 0, -std::cos(h)} * reach);
     };
-    const ImVec2 eye = point(editor_state.viewpoint.position), left = edge(-open),
-                 right = edge(open);
+    const ImVec2 eye = point(editor_state.viewpoint.position);
+    const ImVec2 left = edge(-open);
+    const ImVec2 right = edge(open);
     constexpr ImU32 kLine = IM_COL32(255, 230, 80, 220);
-    // Only a perspective's rays spread from the eye; of others the way that they look is shown.
+    // Only the rays of a perspective spread from the eye; for others the direction of view is
+    // shown.
     if (view && view->camera.projection() == scene::Projection::kPerspective) {
         list.AddTriangleFilled(eye, left, right, IM_COL32(255, 230, 80, 70));
         list.AddTriangle(eye, left, right, kLine, 1.5f);
     } else {
         list.AddLine(eye, point(editor_state.viewpoint.target), kLine, 1.5f);
     }
-    // Who stands beyond the map is shown at its edge.
+    // An eye outside of the map is shown at its edge.
     const float font = ImGui::GetFontSize();
     const ImVec2 shown{std::clamp(eye.x, low.x, low.x + size.x),
                        std::clamp(eye.y, low.y, low.y + size.y)};

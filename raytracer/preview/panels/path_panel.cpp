@@ -17,17 +17,17 @@ std::optional<animate::Animation> PathPanel::make(preview::EditorState& editor_s
     try {
         return m_path.animation(editor_state.scene);
     } catch (const util::Error& e) {
-        editor_state.say(e.what(), true);
+        editor_state.notify(e.what(), true);
         return std::nullopt;
     }
 }
 
 void PathPanel::add_key(preview::EditorState& editor_state) {
     m_chosen = m_path.put(m_time_s, editor_state.placed());
-    std::array<char, 60> said{};
-    std::snprintf(said.data(), said.size(), "key frame at %.2f s", m_time_s);
-    editor_state.say(said.data());
-    // The next key is mostly a later one.
+    std::array<char, 60> line{};
+    std::snprintf(line.data(), line.size(), "key frame at %.2f s", m_time_s);
+    editor_state.notify(line.data());
+    // The next key is usually a later one.
     constexpr double kNext_s = 3;
     m_time_s += kNext_s;
     m_length_s = std::max(m_length_s, m_time_s);
@@ -39,7 +39,7 @@ void PathPanel::toggle(preview::EditorState& editor_state) {
         return;
     }
     if (m_path.keys().empty())
-        return editor_state.say("play the flight: it has no key frames", true);
+        return editor_state.notify("play the flight: it has no key frames", true);
     if (m_time_s >= m_path.seconds())
         m_time_s = 0;
     m_animation = make(editor_state);
@@ -63,7 +63,7 @@ void PathPanel::play(preview::EditorState& editor_state, bool ready) {
     try {
         editor_state.show(m_animation->at(frame, m_before));
     } catch (const util::Error& e) {
-        editor_state.say(e.what(), true);
+        editor_state.notify(e.what(), true);
         m_animation.reset();
     }
     if (m_time_s >= m_path.seconds())
@@ -81,7 +81,7 @@ void PathPanel::show(preview::EditorState& editor_state, double time_s) {
                                     animation.frames() - 1),
                          editor_state.placed()));
     } catch (const util::Error& e) {
-        editor_state.say(e.what(), true);
+        editor_state.notify(e.what(), true);
     }
 }
 
@@ -89,30 +89,34 @@ void PathPanel::save(preview::EditorState& editor_state) {
     try {
         (void)m_path.animation(editor_state.scene);
         util::write_file_atomically(m_file, m_path.to_toml(editor_state.scene));
-        editor_state.say("saved " + m_file + "; terravox animate " + m_file +
-                         " WORLD makes pictures of it");
+        editor_state.notify("saved " + m_file + "; terravox animate " + m_file +
+                            " WORLD makes pictures of it");
     } catch (const util::Error& e) {
-        editor_state.say(e.what(), true);
+        editor_state.notify(e.what(), true);
     }
 }
 
-// Keys are diamonds on a line, which can be dragged; a click between them goes there.
+// Keys are diamonds on a line, which can be dragged; a click between them moves the time there.
 void PathPanel::draw_line(preview::EditorState& editor_state) {
-    const float font = ImGui::GetFontSize(), width = ImGui::GetContentRegionAvail().x,
-                height = font * 2;
+    const float font = ImGui::GetFontSize();
+    const float width = ImGui::GetContentRegionAvail().x;
+    const float height = font * 2;
     const ImVec2 low = ImGui::GetCursorScreenPos();
     ImDrawList& list = *ImGui::GetWindowDrawList();
-    const float left = low.x + font, span = width - 2 * font, middle = low.y + height / 2;
+    const float left = low.x + font;
+    const float span = width - 2 * font;
+    const float middle = low.y + height / 2;
     const auto x_of = [&](double s) { return left + static_cast<float>(s / m_length_s) * span; };
     const auto time_of = [&](float x) {
         return std::clamp(static_cast<double>((x - left) / span), 0.0, 1.0) * m_length_s;
     };
-    const ImU32 line = ImGui::GetColorU32(ImGuiCol_TextDisabled),
-                key_colour = ImGui::GetColorU32(ImGuiCol_PlotHistogram),
-                now = ImGui::GetColorU32(ImGuiCol_Text);
+    const ImU32 line = ImGui::GetColorU32(ImGuiCol_TextDisabled);
+    const ImU32 key_colour = ImGui::GetColorU32(ImGuiCol_PlotHistogram);
+    const ImU32 now = ImGui::GetColorU32(ImGuiCol_Text);
     ImGui::InvisibleButton("##line", {width, height});
     widgets::report_place("time line");
-    const bool pressed = ImGui::IsItemActivated(), held = ImGui::IsItemActive();
+    const bool pressed = ImGui::IsItemActivated();
+    const bool held = ImGui::IsItemActive();
     const float mouse = ImGui::GetIO().MousePos.x;
     if (pressed && ImGui::IsMouseDown(ImGuiMouseButton_Left)) {
         m_chosen.reset();

@@ -14,7 +14,7 @@
 namespace terravox::panels {
 namespace {
 
-/// The scene as a view changes it; the rest stays.
+/// The scene with the fields of a named view.
 scene::Scene seen_from(const scene::NamedView& view, scene::Scene scene) {
     scene.camera.position.reset();
     scene.camera.target.reset();
@@ -23,7 +23,7 @@ scene::Scene seen_from(const scene::NamedView& view, scene::Scene scene) {
     return scene;
 }
 
-/// Whether it shows something of the world: what it looks at lies over it, or next to it.
+/// Whether a view shows some of the world: its target is over it, or next to it.
 bool lies_in(const scene::NamedView& view, const voxel::WorldInfo& world) {
     try {
         const scene::Scene scene = seen_from(view, scene::Scene{});
@@ -85,14 +85,14 @@ void PlacesPanel::draw(preview::EditorState& editor_state, preview::PickTool& to
                 if (lies_in(v, editor_state.info()))
                     m_views->push_back(std::move(v));
         } catch (const util::Error& e) {
-            editor_state.say(e.what(), true);
+            editor_state.notify(e.what(), true);
         }
     }
     const auto go_to = [&](const scene::Scene& scene) {
         try {
             editor_state.take(scene);
         } catch (const util::Error& e) {
-            editor_state.say(e.what(), true);
+            editor_state.notify(e.what(), true);
         }
     };
     if (m_views->empty())
@@ -121,7 +121,7 @@ void PlacesPanel::draw(preview::EditorState& editor_state, preview::PickTool& to
             const auto [x, z] = parse_place(m_place, editor_state.info());
             tool.go(editor_state, x, z, view);
         } catch (const util::Error& e) {
-            editor_state.say(e.what(), true);
+            editor_state.notify(e.what(), true);
         }
     }
     ImGui::Checkbox("map", &editor_state.shows_map);

@@ -9,21 +9,22 @@
 
 namespace terravox::panels {
 
-/// Where to go: named views, and coordinates.
+/// Moves the viewpoint to named views and to coordinates.
 class PlacesPanel {
 public:
-    /// @param view of the picture that is seen
+    /// @param view of the picture that is shown
     void draw(preview::EditorState& editor_state, preview::PickTool& tool,
               const std::shared_ptr<const shade::View>& view);
 
 private:
-    std::optional<std::vector<scene::NamedView>>
-        m_views;  ///< those that lie in this world; read when they are first shown
+    /// Named views in this world; read when they are first shown.
+    std::optional<std::vector<scene::NamedView>> m_views;
     std::string m_place;
 };
 
-/// A place on the map out of "lat, lon" or "easting, northing", by size; level-0 voxels x, z.
-/// @throws UsageError for other text, and a place that the world's CRS cannot tell
+/// Parses "lat, lon" or "easting, northing", distinguished by magnitude.
+/// @return level-0 voxels x, z
+/// @throws UsageError for other text, and for a place outside the world's CRS
 [[nodiscard]] std::array<double, 2> parse_place(const std::string& text,
                                                 const voxel::WorldInfo& world);
 

@@ -34,12 +34,12 @@ void ProcessorsPanel::note_speeds(double passed_s) {
 
 void ProcessorsPanel::update(const render::RenderPool& render_pool) {
     const auto now = std::chrono::steady_clock::now();
-    if (now - m_asked <= kAskAgain)
+    if (now - m_updated <= kAskAgain)
         return;
-    const double passed_s = std::chrono::duration<double>(now - m_asked).count();
+    const double passed_s = std::chrono::duration<double>(now - m_updated).count();
     m_participants = render_pool.participants();
     m_dialled = render_pool.dialled();
-    m_asked = now;
+    m_updated = now;
     note_speeds(passed_s);
 }
 
@@ -50,7 +50,7 @@ void ProcessorsPanel::draw(preview::EditorState& editor_state, render::RenderPoo
     draw_participants();
 }
 
-/// Green, and threads of this process.
+/// Draws the green processor and the threads of this process.
 void ProcessorsPanel::draw_local(render::RenderPool& render_pool) const {
     const bool alone = render_pool.threads() == 0 && m_dialled.empty();
     bool green = render_pool.green();
@@ -65,12 +65,12 @@ void ProcessorsPanel::draw_local(render::RenderPool& render_pool) const {
     if (ImGui::SliderInt("threads", &threads, 0, 2 * thread::thread_count(0))) {
         render_pool.set_threads(std::clamp(threads, 0, 1024));
         if (threads == 0 && m_dialled.empty())
-            render_pool.set_green(true);  // somebody must
+            render_pool.set_green(true);  // at least one processor is needed
     }
     widgets::report_place("threads");
 }
 
-/// Workers that are dialled, and a field for another one.
+/// Draws the workers that are dialled, and a field for another one.
 void ProcessorsPanel::draw_workers(preview::EditorState& editor_state,
                                    render::RenderPool& render_pool) {
     ImGui::SetNextItemWidth(ImGui::GetContentRegionAvail().x * 0.5f);
@@ -83,7 +83,7 @@ void ProcessorsPanel::draw_workers(preview::EditorState& editor_state,
             render_pool.dial(sockets::Address::parse(m_address, net::kWorkerPort));
             m_address.clear();
         } catch (const util::Error& e) {
-            editor_state.say(e.what(), true);
+            editor_state.notify(e.what(), true);
         }
     }
     for (const std::string& address : m_dialled) {
@@ -105,7 +105,7 @@ void ProcessorsPanel::draw_participants() {
         ImGuiTableFlags_RowBg | ImGuiTableFlags_BordersInnerV | ImGuiTableFlags_SizingStretchProp;
     if (m_participants.empty() || !ImGui::BeginTable("hands", 6, kTable))
         return;
-    for (const char* heading : {"who", "state", "tiles/s", "kpx/s", "ms", "MiB"})
+    for (const char* heading : {"name", "state", "tiles/s", "kpx/s", "ms", "MiB"})
         ImGui::TableSetupColumn(heading);
     ImGui::TableHeadersRow();
     for (const render::RenderPool::Participant& h : m_participants) {

@@ -10,15 +10,15 @@
 
 namespace terravox::panels {
 
-/// Who renders the preview: seen at work, and changed while it runs.
+/// The processors that render the preview: shows their state, adds and removes them.
 class ProcessorsPanel {
 public:
     void draw(preview::EditorState& editor_state, render::RenderPool& render_pool);
 
 private:
     struct Speed {
-        std::uint64_t tiles = 0;  ///< when it was last asked for
-        double tiles_per_s = 0;   ///< lately
+        std::uint64_t tiles = 0;  ///< at the last update
+        double tiles_per_s = 0;   ///< moving average
     };
     void update(const render::RenderPool& render_pool);
     void note_speeds(double passed_s);
@@ -29,7 +29,7 @@ private:
     std::vector<render::RenderPool::Participant> m_participants;
     std::map<processors::ProcessorPool::MemberId, Speed> m_speeds;
     std::vector<std::string> m_dialled;
-    std::chrono::steady_clock::time_point m_asked;
+    std::chrono::steady_clock::time_point m_updated;
 };
 
 }  // namespace terravox::panels

@@ -13,11 +13,11 @@
 namespace terravox::panels {
 namespace {
 
-/// A colour and what it stands for, beside the last one where there is room.
+/// A legend entry, next to the last one if there is room.
 void entry(const std::string& name, const ImVec4& colour) {
-    const float font = ImGui::GetFontSize(), width = font * 1.5f +
-                                                     ImGui::CalcTextSize(name.c_str()).x +
-                                                     ImGui::GetStyle().ItemSpacing.x;
+    const float font = ImGui::GetFontSize();
+    const float width =
+        font * 1.5f + ImGui::CalcTextSize(name.c_str()).x + ImGui::GetStyle().ItemSpacing.x;
     ImGui::SameLine();
     if (ImGui::GetContentRegionAvail().x < width)
         ImGui::NewLine();
@@ -74,7 +74,7 @@ void draw_light(preview::EditorState& editor_state, SceneForm& form) {
             try {
                 sun = sky::sun_of(editor_state.scene.sun, place ? &*place : nullptr);
             } catch (const util::Error&) {
-                // Its date cannot be: it stands in the south-west then.
+                // Its date is invalid: the sun is in the south-west then.
             }
             editor_state.scene.sun.altitude_deg = sun.altitude_deg;
             editor_state.scene.sun.azimuth_deg = sun.azimuth_deg;
@@ -83,11 +83,11 @@ void draw_light(preview::EditorState& editor_state, SceneForm& form) {
             editor_state.scene.sun.azimuth_deg.reset();
         }
     }
-    // One without the other is no place.
+    // Latitude and longitude are only valid together.
     if (placed) {
         ImGui::SetNextItemWidth(ImGui::GetContentRegionAvail().x * 0.5f);
-        auto altitude = static_cast<float>(*editor_state.scene.sun.altitude_deg),
-             azimuth = static_cast<float>(*editor_state.scene.sun.azimuth_deg);
+        auto altitude = static_cast<float>(*editor_state.scene.sun.altitude_deg);
+        auto azimuth = static_cast<float>(*editor_state.scene.sun.azimuth_deg);
         if (ImGui::SliderFloat("altitude", &altitude, -20, 90, "%.1f\u00b0"))
             editor_state.scene.sun.altitude_deg =
                 std::clamp(static_cast<double>(altitude), -90.0, 90.0);

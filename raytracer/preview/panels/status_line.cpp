@@ -10,7 +10,8 @@
 namespace terravox::panels {
 namespace {
 
-constexpr double kSaid_s = 6, kSaidBad_s = 18;
+constexpr double kNotice_s = 6;
+constexpr double kBadNotice_s = 18;
 
 template <class... Values>
 std::string text(const char* format, Values... values) {
@@ -44,8 +45,8 @@ std::string line_of(const StatusFacts& facts) {
 
 void draw_status(const preview::EditorState& editor_state, const StatusFacts& facts, float left_px,
                  float width_px) {
-    const double said_s =
-        std::chrono::duration<double>(std::chrono::steady_clock::now() - editor_state.said_at)
+    const double shown_s =
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - editor_state.noticed_at)
             .count();
     ImGui::SetNextWindowPos({left_px, 0});
     ImGui::SetNextWindowBgAlpha(0.6f);
@@ -54,14 +55,15 @@ void draw_status(const preview::EditorState& editor_state, const StatusFacts& fa
                                        ImGuiWindowFlags_NoFocusOnAppearing;
     ImGui::Begin("##status", nullptr, kBare);
     ImGui::TextUnformatted(line_of(facts).c_str());
-    if (!editor_state.said.empty() && said_s < (editor_state.said_bad ? kSaidBad_s : kSaid_s)) {
+    if (!editor_state.notice.empty() &&
+        shown_s < (editor_state.notice_is_bad ? kBadNotice_s : kNotice_s)) {
         const float font = ImGui::GetFontSize();
-        const ImVec4 plain = ImGui::GetStyleColorVec4(ImGuiCol_Text),
-                     bad =
-                         editor_state.light ? ImVec4{0.75f, 0.1f, 0, 1} : ImVec4{1, 0.5f, 0.35f, 1};
+        const ImVec4 plain = ImGui::GetStyleColorVec4(ImGuiCol_Text);
+        const ImVec4 bad =
+            editor_state.light ? ImVec4{0.75f, 0.1f, 0, 1} : ImVec4{1, 0.5f, 0.35f, 1};
         ImGui::PushTextWrapPos(std::max(width_px - left_px - font * 2, font * 10));
-        ImGui::PushStyleColor(ImGuiCol_Text, editor_state.said_bad ? bad : plain);
-        ImGui::TextUnformatted(editor_state.said.c_str());
+        ImGui::PushStyleColor(ImGuiCol_Text, editor_state.notice_is_bad ? bad : plain);
+        ImGui::TextUnformatted(editor_state.notice.c_str());
         ImGui::PopStyleColor();
         ImGui::PopTextWrapPos();
     }

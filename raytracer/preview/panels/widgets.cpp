@@ -1,7 +1,7 @@
 #include "raytracer/preview/panels/widgets.hpp"
+#include "common/util/log.hpp"
 
 #include <imgui.h>
-#include <spdlog/spdlog.h>
 
 #include <array>
 #include <map>
@@ -20,24 +20,25 @@ void tip(const std::string& text) {
 }
 
 std::optional<widgets::Typed> text_input(const char* label, const std::string& now,
-                                         std::size_t most, const char* hint) {
+                                         std::size_t max_bytes, const char* hint) {
     struct Typing {
         std::vector<char> text;
-        int frame = 0;  ///< in which it was seen last
+        int frame = 0;  ///< the last frame that drew it
     };
-    // Of the field that is left, and the one that is typed into next, for a frame.
+    // For one frame there are two states: of the field that loses the focus, and of the one that
+    // gets it.
     static std::map<ImGuiID, Typing> typing;
     const int frame = ImGui::GetFrameCount();
     std::erase_if(typing, [frame](const auto& t) {
         return t.second.frame < frame - 1;
-    });  // fields that have gone
+    });  // fields that are not drawn any more
     const ImGuiID id = ImGui::GetID(label);
     const auto known = typing.find(id);
-    std::vector<char> text(most + 1);
+    std::vector<char> text(max_bytes + 1);
     if (known != typing.end())
         text = known->second.text;
     else
-        now.copy(text.data(), most);
+        now.copy(text.data(), max_bytes);
     const bool entered = ImGui::InputTextWithHint(label, hint, text.data(), text.size(),
                                                   ImGuiInputTextFlags_EnterReturnsTrue);
     if (ImGui::IsItemActive())
@@ -46,11 +47,11 @@ std::optional<widgets::Typed> text_input(const char* label, const std::string& n
     if (!entered && !left)
         return std::nullopt;
     typing.erase(id);
-    // Escape takes back what was typed: ImGui has put the old text there.
-    const std::string said = text.data();
-    if (said == now && !entered)
+    // Escape reverts the input: ImGui has restored the old text.
+    const std::string typed = text.data();
+    if (typed == now && !entered)
         return std::nullopt;
-    return widgets::Typed{said, entered};
+    return widgets::Typed{typed, entered};
 }
 
 bool reset_button(bool enabled) {
@@ -62,15 +63,16 @@ bool reset_button(bool enabled) {
 }
 
 void report_place(const std::string& name) {
-    if (!spdlog::should_log(spdlog::level::trace))
+    if (!util::is_logged(util::LogLevel::kTrace))
         return;
     static std::map<std::string, std::array<float, 4>> reported;
-    const ImVec2 low = ImGui::GetItemRectMin(), high = ImGui::GetItemRectMax();
+    const ImVec2 low = ImGui::GetItemRectMin();
+    const ImVec2 high = ImGui::GetItemRectMax();
     const std::array<float, 4> place{low.x, low.y, high.x, high.y};
     if (reported[name] == place)
         return;
     reported[name] = place;
-    spdlog::trace("place of {}: {:.0f} {:.0f} {:.0f} {:.0f}", name, low.x, low.y, high.x, high.y);
+    util::log_trace("place of {}: {:.0f} {:.0f} {:.0f} {:.0f}", name, low.x, low.y, high.x, high.y);
 }
 
 bool button(const char* label, bool enabled) {

@@ -3,29 +3,29 @@
 #include <optional>
 #include <string>
 
-/// What several panels are made of.
+/// Widgets that several panels use.
 namespace terravox::panels::widgets {
 
-/// Shown when the mouse rests on the item before.
+/// Adds a tooltip to the last item.
 void tip(const std::string& text);
 
 struct Typed {
     std::string text;
-    bool entered = false;  ///< by Enter; else the field was left
+    bool entered = false;  ///< whether it was confirmed by Enter; else the field lost the focus
 };
-/// A line of text to type into; what is typed counts when it is entered, or left.
-/// @return what it says now, once somebody has changed or entered it
+/// A text field; its text takes effect on Enter or when it loses the focus.
+/// @return the text when it has been changed or entered
 [[nodiscard]] std::optional<widgets::Typed> text_input(const char* label, const std::string& now,
-                                                       std::size_t most = 400,
+                                                       std::size_t max_bytes = 400,
                                                        const char* hint = "");
 
-/// Goes back to what was; grey where there is nothing to go back to.
+/// A button that resets a value; grey if there is nothing to reset.
 [[nodiscard]] bool reset_button(bool enabled);
 
-/// For tests that drive the window: says in the log, at level trace, where the item before lies,
-/// when it has moved.
+/// For tests that drive the window: logs the position of the last item at level trace when it has
+/// moved.
 void report_place(const std::string& name);
-/// ImGui::Button, whose place is reported.
+/// ImGui::Button whose position is reported (report_place).
 [[nodiscard]] bool button(const char* label, bool enabled = true);
 
 }  // namespace terravox::panels::widgets

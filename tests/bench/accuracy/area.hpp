@@ -9,8 +9,10 @@ namespace terravox::bench {
 /// survey's truth. Column (c, r) has its centre at easting west + c + 0.5, northing north - r -
 /// 0.5; as a voxel of 1 m it is x = west + c, z = -north + r.
 struct Area {
-    std::int64_t west = 0, north = 0;
-    int width = 0, height = 0;
+    std::int64_t west = 0;
+    std::int64_t north = 0;
+    int width = 0;
+    int height = 0;
     [[nodiscard]] std::size_t size() const noexcept {
         return static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
     }

@@ -24,9 +24,10 @@ private:
     std::vector<float> m_values;
 };
 
-/// How often something held. NaN when it was never asked.
+/// How often a condition held. NaN when it was never tested.
 struct Share {
-    std::size_t held = 0, asked = 0;
+    std::size_t held = 0;
+    std::size_t asked = 0;
     void add(bool holds) noexcept {
         held += holds ? 1U : 0U;
         ++asked;
@@ -36,7 +37,8 @@ struct Share {
 
 /// Two sets of columns: how much they agree.
 struct Overlap {
-    std::size_t both = 0, either = 0;
+    std::size_t both = 0;
+    std::size_t either = 0;
     void add(bool found, bool real) noexcept {
         both += found && real ? 1U : 0U;
         either += found || real ? 1U : 0U;

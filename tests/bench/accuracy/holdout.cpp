@@ -11,7 +11,7 @@ namespace {
 
 constexpr std::uint8_t kGroundClass = 2;
 
-/// Ground heights by column, asked from the world a patch at a time.
+/// Ground heights by column, read from the world a patch at a time.
 class GroundLookup {
 public:
     explicit GroundLookup(voxelize::LidarWorld& world) : m_world(world) {}
@@ -22,8 +22,8 @@ public:
         auto patch = m_patches.find(key);
         if (patch == m_patches.end())
             patch = m_patches.emplace(key, m_world.ground_heights(key.first, key.second)).first;
-        const std::int32_t dx = x - key.first * voxel::kBoxSizeX,
-                           dz = z - key.second * voxel::kBoxSizeZ;
+        const std::int32_t dx = x - key.first * voxel::kBoxSizeX;
+        const std::int32_t dz = z - key.second * voxel::kBoxSizeZ;
         return patch->second[static_cast<std::size_t>(dz * voxel::kBoxSizeX + dx)];
     }
 
@@ -68,16 +68,18 @@ std::vector<HeldOut> hold_out_ground(const std::vector<std::filesystem::path>& f
 
 Errors predict_held_out(voxelize::LidarWorld& world, const std::vector<HeldOut>& points,
                         std::size_t& without) {
-    const double units = world.info().crs_units_per_voxel, voxel_m = world.info().voxel_m;
+    const double units = world.info().crs_units_per_voxel;
+    const double voxel_m = world.info().voxel_m;
     GroundLookup ground(world);
     Errors out;
     without = 0;
     for (const HeldOut& point : points) {
         const double x = point.x / units - 0.5,
                      z = -point.y / units - 0.5;  // centres of columns at whole numbers
-        const auto column = static_cast<std::int32_t>(std::floor(x)),
-                   row = static_cast<std::int32_t>(std::floor(z));
-        const double fx = x - column, fz = z - row;
+        const auto column = static_cast<std::int32_t>(std::floor(x));
+        const auto row = static_cast<std::int32_t>(std::floor(z));
+        const double fx = x - column;
+        const double fz = z - row;
         const double north = std::lerp(ground.at(column, row), ground.at(column + 1, row), fx);
         const double south =
             std::lerp(ground.at(column, row + 1), ground.at(column + 1, row + 1), fx);

@@ -9,9 +9,11 @@
 
 namespace terravox::bench {
 
-/// A ground point that the voxelizer does not get to see; file coordinates, height in metres.
+/// A ground point that is withheld from the voxelizer; file coordinates, height in metres.
 struct HeldOut {
-    double x = 0, y = 0, height_m = 0;
+    double x = 0;
+    double y = 0;
+    double height_m = 0;
 };
 
 /// Copies LAS or LAZ files into a folder without every `nth` ground point (class 2), counted over
@@ -21,7 +23,7 @@ struct HeldOut {
                                                    const std::filesystem::path& folder, int nth);
 
 /// Predicted minus true heights, the prediction bilinear between the centres of the four columns
-/// around a point. Points beside a column without ground are left out and counted. @param without
+/// around a point. Points next to a column without ground are left out and counted. @param without
 /// receives how many those are
 [[nodiscard]] Errors predict_held_out(voxelize::LidarWorld& world,
                                       const std::vector<HeldOut>& points, std::size_t& without);

@@ -49,8 +49,8 @@ TEST_CASE("every tenth ground point is left out, and nothing else", "[bench][acc
     write_plane(folder.path() / "plane.laz");
     std::filesystem::create_directories(folder.path() / "rest");
     const auto held = hold_out_ground({folder.path() / "plane.laz"}, folder.path() / "rest", 10);
-    const auto before = lidar::read_las_info(folder.path() / "plane.laz"),
-               after = lidar::read_las_info(folder.path() / "rest" / "plane.laz");
+    const auto before = lidar::read_las_info(folder.path() / "plane.laz");
+    const auto after = lidar::read_las_info(folder.path() / "rest" / "plane.laz");
     CHECK(held.size() == 6553);
     CHECK(before.point_count - after.point_count == held.size());
     std::size_t plants = 0;
@@ -83,12 +83,13 @@ TEST_CASE("a moved copy has other places and the same points", "[bench][moved]")
     const test::TemporaryFolder folder;
     write_plane(folder.path() / "plane.laz");
     copy_moved(folder.path() / "plane.laz", folder.path() / "moved.laz", 3000, -1000);
-    const auto from = lidar::read_las_info(folder.path() / "plane.laz"),
-               to = lidar::read_las_info(folder.path() / "moved.laz");
+    const auto from = lidar::read_las_info(folder.path() / "plane.laz");
+    const auto to = lidar::read_las_info(folder.path() / "moved.laz");
     CHECK(to.point_count == from.point_count);
     CHECK(to.min[0] == Approx(from.min[0] + 3000));
     CHECK(to.max[1] == Approx(from.max[1] - 1000));
-    double east = 0, north = 0;
+    double east = 0;
+    double north = 0;
     lidar::read_las_points(to, {0, 1}, [&](const pointcloud::Point& p) {
         east = p.x;
         north = p.y;

@@ -15,8 +15,8 @@ using voxel::Material;
 /// The columns next to one, as indices, within the area.
 template <class Visit>
 void for_each_next(const Area& area, std::size_t index, const Visit& visit) {
-    const int column = static_cast<int>(index % static_cast<std::size_t>(area.width)),
-              row = static_cast<int>(index / static_cast<std::size_t>(area.width));
+    const int column = static_cast<int>(index % static_cast<std::size_t>(area.width));
+    const int row = static_cast<int>(index / static_cast<std::size_t>(area.width));
     for (const auto& [dc, dr] : {std::pair{-1, 0}, {1, 0}, {0, -1}, {0, 1}})
         if (area.holds(column + dc, row + dr))
             visit(area.index(column + dc, row + dr));
@@ -27,7 +27,7 @@ int floor_of(double metres) {
 }
 
 /// Where the foot of the wall of a column can be seen: over its own ground, or over the lowest
-/// ground beside it outside of any building.
+/// ground next to it outside of any building.
 /// @return the y of the lowest voxel that should be wall; nothing for a column that no side of can
 /// be seen
 std::optional<int> true_foot(const TruthPlace& truth, const VoxelField& found, std::size_t i) {
@@ -56,7 +56,8 @@ bool rests_on_something(const VoxelField& found, std::size_t i, const FoundRun& 
 void measure_buildings(const TruthPlace& truth, const VoxelField& found, Readings& readings) {
     Overlap footprints;
     Errors roofs;
-    Share feet, gapless;
+    Share feet;
+    Share gapless;
     std::unordered_map<std::uint32_t, std::pair<double, double>>
         ridges;  // of each building: highest found and true height
     for (std::size_t i = 0; i < truth.area.size(); ++i) {
@@ -100,7 +101,9 @@ void measure_overhangs(const TruthPlace& truth, const VoxelField& found, Reading
                 return static_cast<int>(runs[k].y0) - static_cast<int>(runs[k - 1].y1);
         return 0;
     };
-    Share open, seen, hollow;
+    Share open;
+    Share seen;
+    Share hollow;
     for (std::size_t i = 0; i < truth.area.size(); ++i) {
         const TrueColumn& real = truth.columns[i];
         if (tall_opening(real)) {

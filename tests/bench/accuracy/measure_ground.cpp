@@ -17,7 +17,10 @@ void add(const std::string& where, const Errors& errors, Target target, Readings
 }  // namespace
 
 void measure_ground(const TruthPlace& truth, const VoxelField& found, Readings& readings) {
-    Errors open, steep, trees, buildings;
+    Errors open;
+    Errors steep;
+    Errors trees;
+    Errors buildings;
     Share known;
     for (std::size_t i = 0; i < truth.area.size(); ++i) {
         const survey::TrueColumn& real = truth.columns[i];

@@ -105,7 +105,10 @@ std::string table_of(const Counts& counts) {
 
 void measure_materials(const TruthPlace& truth, const VoxelField& found, Readings& readings) {
     Counts counts{};
-    Share wrong, wrong_group, wrong_inside, missing;
+    Share wrong;
+    Share wrong_group;
+    Share wrong_inside;
+    Share missing;
     std::array<Share, survey::kTrueKindCount> by_kind;
     for (int row = 0; row < truth.area.height; ++row)
         for (int column = 0; column < truth.area.width; ++column) {

@@ -22,12 +22,14 @@ class Crown {
 public:
     Crown(const VoxelField& found, const TreeTop& tree) : m_found(found) {
         const int reach = std::max(1, static_cast<int>(std::ceil(tree.radius_m)));
-        const int column = static_cast<int>(tree.east_m), row = static_cast<int>(tree.south_m);
+        const int column = static_cast<int>(tree.east_m);
+        const int row = static_cast<int>(tree.south_m);
         m_side = 2 * reach + 1;
         m_first.assign(static_cast<std::size_t>(m_side) * static_cast<std::size_t>(m_side) + 1, 0);
         for (int r = 0; r < m_side; ++r)
             for (int c = 0; c < m_side; ++c) {
-                const int dc = c - reach, dr = r - reach;
+                const int dc = c - reach;
+                const int dr = r - reach;
                 if (dc * dc + dr * dr <= (tree.radius_m + 0.5) * (tree.radius_m + 0.5) &&
                     found.area().holds(column + dc, row + dr))
                     take(found.area().index(column + dc, row + dr));

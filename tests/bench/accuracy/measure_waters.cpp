@@ -23,8 +23,10 @@ double beyond_voxel(int y, double level_m) {
 /// The surface of one body of water, voxel by voxel.
 struct Surface {
     Share wet;
-    Errors level, beyond;
-    int lowest = 1 << 20, highest = -(1 << 20);
+    Errors level;
+    Errors beyond;
+    int lowest = 1 << 20;
+    int highest = -(1 << 20);
     void add(const FoundRun* run, double level_m) {
         wet.add(run != nullptr);
         if (run == nullptr)

@@ -6,8 +6,8 @@
 #include "tests/bench/accuracy/voxel_field.hpp"
 #include "tests/bench/bench.hpp"
 
-/// What the voxels of a survey say against its truth. Each function adds its readings, with the
-/// target beside those that have one. Columns are those of 1 m; truth is taken at their centres.
+/// Compares the voxels of a survey with its truth. Each function adds its readings, with a target
+/// where they have one. Columns are those of 1 m; truth is taken at their centres.
 /// Heights of voxels are those of their middles.
 namespace terravox::bench {
 

@@ -1,5 +1,5 @@
-// The measures are measured: on voxels made from the truth itself, and on the same with one fault
-// at a time.
+// Tests of the measures: with voxels made from the truth itself, and with the same and one fault at
+// a time.
 #include "tests/bench/accuracy/measures.hpp"
 
 #include <algorithm>
@@ -27,7 +27,7 @@ const TruthPlace& place() {
     return truth;
 }
 
-/// What is wrong with the voxels.
+/// The faults of the voxels.
 struct Faults {
     int raised_buildings = 0;        ///< voxels of air below every building
     bool closed_slabs = false;       ///< walls down to the ground under balconies and passages

@@ -33,11 +33,13 @@ PointColumns read_point_columns(const std::vector<std::filesystem::path>& files,
     out.ground.resize(n);
     out.plant_m.assign(n, static_cast<float>(kNoWater));
     std::mutex mutex;
-    double squares = 0, count = 0;
+    double squares = 0;
+    double count = 0;
     // A file for each thread: the columns of two squares are different ones.
     thread::parallel_for(files.size(), threads, [&](std::size_t f) {
         const lidar::LasInfo info = lidar::read_las_info(files[f]);
-        double my_squares = 0, my_count = 0;
+        double my_squares = 0;
+        double my_count = 0;
         lidar::read_las_points(info, {0, info.point_count}, [&](const pointcloud::Point& p) {
             const survey::Vec2 at{p.x - survey::kPlaceEasting_m, p.y - survey::kPlaceNorthing_m};
             const std::ptrdiff_t column = truth.column_of(at);
@@ -68,7 +70,8 @@ PointColumns read_point_columns(const std::vector<std::filesystem::path>& files,
 
 void add_point_limits(const TruthPlace& truth, const PointColumns& points, const CrownWidth& width,
                       Readings& readings) {
-    Overlap buildings, decks;
+    Overlap buildings;
+    Overlap decks;
     Share beneath;
     std::vector<float> canopy(truth.area.size()), true_canopy(truth.area.size());
     for (std::size_t i = 0; i < truth.area.size(); ++i) {

@@ -6,8 +6,8 @@
 
 namespace terravox::bench {
 
-/// Copies LiDAR files with the points of one class put into another, as a survey has them that
-/// never told the two apart. Coordinates, classes and colours are kept, which is all that voxels
+/// Copies LiDAR files with the points of one class put into another, like a survey that does not
+/// distinguish the two. Coordinates, classes and colours are kept, which is all that voxels
 /// are made of.
 /// @param folder gets files of the same names; those that are there already are left as they are
 /// @return the copies @throws Error

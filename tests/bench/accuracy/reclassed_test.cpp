@@ -1,4 +1,4 @@
-// Surveys that never told bridges from the ground.
+// Surveys that do not distinguish bridges from the ground.
 #include "tests/bench/accuracy/reclassed.hpp"
 #include "tests/catch.hpp"
 #include "tests/common/temporary_folder.hpp"
@@ -32,7 +32,8 @@ TEST_CASE("points of one class get another, and nothing else changes", "[bench][
                                [&](const pointcloud::Point& p) { out.push_back(p); });
         return out;
     };
-    const auto before = points_of(file), after = points_of(copies.front());
+    const auto before = points_of(file);
+    const auto after = points_of(copies.front());
     REQUIRE(after.size() == before.size());
     for (std::size_t i = 0; i < before.size(); ++i) {
         INFO("point " << i);

@@ -17,7 +17,8 @@ std::vector<float> smoothed(const Area& area, const std::vector<float>& canopy_m
     std::vector<float> out(canopy_m.size());
     for (int row = 0; row < area.height; ++row)
         for (int column = 0; column < area.width; ++column) {
-            float sum = 0, weight = 0;
+            float sum = 0;
+            float weight = 0;
             for (int dr = -1; dr <= 1; ++dr)
                 for (int dc = -1; dc <= 1; ++dc) {
                     if (!area.holds(column + dc, row + dr))
@@ -59,9 +60,14 @@ std::int64_t cell_of(double east_m, double south_m, int dx = 0, int dy = 0) {
 }  // namespace
 
 CrownWidth fit_crown_width(const std::vector<TreeTop>& trees) {
-    double n = 0, x = 0, y = 0, xx = 0, xy = 0;
+    double n = 0;
+    double x = 0;
+    double y = 0;
+    double xx = 0;
+    double xy = 0;
     for (const TreeTop& tree : trees) {
-        const double square = tree.height_m * tree.height_m, width = 2 * tree.radius_m;
+        const double square = tree.height_m * tree.height_m;
+        const double width = 2 * tree.radius_m;
         n += 1;
         x += square;
         y += width;
@@ -117,7 +123,8 @@ TreeMatch match_trees(const std::vector<TreeTop>& found, const std::vector<TreeT
         cells[cell_of(found[i].east_m, found[i].south_m)].push_back(i);
     struct Candidate {
         double distance_m;
-        std::size_t found, real;
+        std::size_t found;
+        std::size_t real;
     };
     std::vector<Candidate> candidates;
     for (std::size_t k = 0; k < real.size(); ++k)

@@ -7,10 +7,11 @@
 
 namespace terravox::bench {
 
-/// A tree as a detector finds it or as the truth knows it; metres east and south of the area's
+/// A tree as a detector finds it or as the truth has it; metres east and south of the area's
 /// north-west corner.
 struct TreeTop {
-    double east_m = 0, south_m = 0;
+    double east_m = 0;
+    double south_m = 0;
     double height_m = 0;  ///< above the ground
     double radius_m = 0;  ///< of the crown; not set by the detector
 };
@@ -20,13 +21,14 @@ struct TreeTop {
 /// Lidar and Multispectral Data Fusion with Local Filtering and Variable Window Size for Estimating
 /// Tree Height", Photogrammetric Engineering & Remote Sensing 70(5), 2004.
 struct CrownWidth {
-    double at_ground_m = 2, by_square_per_m = 0;
+    double at_ground_m = 2;
+    double by_square_per_m = 0;
     double spread_m = 0;  ///< standard deviation of the trees from the fit
     [[nodiscard]] double width_m(double height_m) const noexcept {
         return at_ground_m + by_square_per_m * height_m * height_m;
     }
     /// Diameter of the window: what 99 % of the crowns exceed, so that few neighbours share one; at
-    /// least the four columns beside. Ref: Chen, Baldocchi, Gong & Kelly, "Isolating Individual
+    /// least the four adjacent columns. Ref: Chen, Baldocchi, Gong & Kelly, "Isolating Individual
     /// Trees in a Savanna Woodland Using Small Footprint Lidar Data", Photogrammetric Engineering &
     /// Remote Sensing 72(8), 2006 (lower limit of the prediction interval as window).
     [[nodiscard]] double window_m(double height_m) const noexcept {
@@ -49,10 +51,11 @@ struct CrownWidth {
 /// Which found tree is which true one.
 struct TreeMatch {
     struct Pair {
-        std::size_t found, real;
+        std::size_t found;
+        std::size_t real;
     };
     std::vector<Pair> pairs;
-    std::size_t missed = 0;    ///< true trees of at least the least height without a pair
+    std::size_t missed = 0;    ///< true trees of at least the minimum height without a pair
     std::size_t invented = 0;  ///< found trees without a pair
     [[nodiscard]] double precision() const noexcept;
     [[nodiscard]] double recall() const noexcept;

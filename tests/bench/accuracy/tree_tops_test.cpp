@@ -86,7 +86,7 @@ TEST_CASE("trees are paired one to one, nearest first; low ones may be met but n
     REQUIRE(match.pairs.size() == 1);
     CHECK(match.pairs[0].found == 0);
     CHECK(match.pairs[0].real == 0);
-    CHECK(match.missed == 2);    // the neighbour and the one nobody found; not the bush
+    CHECK(match.missed == 2);    // the neighbour and the one that was not found; not the bush
     CHECK(match.invented == 1);  // not the one on the bush
     CHECK(match.precision() == Approx(0.5));
     CHECK(match.recall() == Approx(1.0 / 3));

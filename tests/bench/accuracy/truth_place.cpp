@@ -9,7 +9,8 @@ using survey::Box2;
 using survey::Vec2;
 
 Area area_of(const survey::SurveyOptions& o) {
-    const int width = o.square_m * o.squares_east, height = o.square_m * o.squares_north;
+    const int width = o.square_m * o.squares_east;
+    const int height = o.square_m * o.squares_north;
     return {o.origin_east_m, o.origin_north_m + height, width, height};
 }
 
@@ -44,7 +45,8 @@ std::ptrdiff_t TruthPlace::column_of(Vec2 p) const noexcept {
     const Box2 box = model.extent().box();
     if (!box.contains(p))
         return -1;
-    const int column = static_cast<int>(p.x - box.x0), row = static_cast<int>(box.y1 - p.y);
+    const int column = static_cast<int>(p.x - box.x0);
+    const int row = static_cast<int>(box.y1 - p.y);
     return area.holds(column, row) ? static_cast<std::ptrdiff_t>(area.index(column, row)) : -1;
 }
 

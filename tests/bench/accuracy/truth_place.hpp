@@ -16,7 +16,7 @@ namespace terravox::bench {
 [[nodiscard]] survey::SurveyOptions accuracy_survey(const std::filesystem::path& folder,
                                                     int threads);
 
-/// All that is true of a survey: what its generator knows, column by column and thing by thing.
+/// The truth of a survey: the data of its generator, column by column and thing by thing.
 struct TruthPlace {
     explicit TruthPlace(const survey::SurveyOptions& options, int threads);
 

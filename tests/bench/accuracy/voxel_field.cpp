@@ -29,8 +29,8 @@ void read_column(const Box& box, int x, int z, int base_y, std::vector<FoundRun>
         for (int shift = 4;; shift -= 2) {
             const int bit = voxel::child_bit(x >> shift, y >> shift, z >> shift);
             const int end = ((y >> shift) + 1) << shift;
-            const bool solid = (cell->mask >> bit & 1) != 0,
-                       detailed = (cell->detail >> bit & 1) != 0;
+            const bool solid = (cell->mask >> bit & 1) != 0;
+            const bool detailed = (cell->detail >> bit & 1) != 0;
             if (solid && detailed && shift > 0) {
                 cell = &cells[cell->index_of(bit)];
                 continue;
@@ -60,13 +60,13 @@ VoxelField::VoxelField(voxelize::LidarWorld& world, const Area& area, int thread
     const auto count = across * static_cast<std::size_t>(range.max.bz - range.min.bz);
     std::vector<std::vector<TreeTop>> trees(count);
     thread::parallel_for(count, threads, [&](std::size_t i) {
-        const std::int32_t bx = range.min.bx + static_cast<std::int32_t>(i % across),
-                           bz = range.min.bz + static_cast<std::int32_t>(i / across);
+        const std::int32_t bx = range.min.bx + static_cast<std::int32_t>(i % across);
+        const std::int32_t bz = range.min.bz + static_cast<std::int32_t>(i / across);
         const auto for_each = [&](const auto& visit) {
             for (int z = 0; z < voxel::kBoxSizeZ; ++z)
                 for (int x = 0; x < voxel::kBoxSizeX; ++x) {
-                    const int column = bx * voxel::kBoxSizeX + x - area.voxel_x(0),
-                              row = bz * voxel::kBoxSizeZ + z - area.voxel_z(0);
+                    const int column = bx * voxel::kBoxSizeX + x - area.voxel_x(0);
+                    const int row = bz * voxel::kBoxSizeZ + z - area.voxel_z(0);
                     if (area.holds(column, row))
                         visit(x, z, area.index(column, row));
                 }

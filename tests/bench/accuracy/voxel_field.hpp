@@ -13,7 +13,8 @@ namespace terravox::bench {
 
 /// A vertical stretch of one column with one material: voxels y0 to y1 - 1.
 struct FoundRun {
-    std::int16_t y0 = 0, y1 = 0;
+    std::int16_t y0 = 0;
+    std::int16_t y1 = 0;
     voxel::Material material = voxel::Material::kAir;
 };
 
@@ -37,7 +38,7 @@ public:
     /// Reads all boxes and ground heights of the area. @param world with voxels of 1 m on whole
     /// metres @throws Error
     VoxelField(voxelize::LidarWorld& world, const Area& area, int threads);
-    /// Trees as the voxelizer's own step says; of a field made by hand, those that the test gives.
+    /// Trees by the voxelizer's own step; of a field made by hand, those that the test gives.
     [[nodiscard]] const std::vector<TreeTop>& trees() const noexcept { return m_trees; }
     void set_trees(std::vector<TreeTop> trees) { m_trees = std::move(trees); }
     /// For tests. @param runs of each column @param ground_m of each column

@@ -82,7 +82,7 @@ Entry without_photo() {
     return out;
 }
 
-/// The points of bridges in a class that says nothing of bridges: their decks are to be recognised.
+/// The points of bridges in a class other than that of bridges: their decks are to be recognised.
 Entry without_bridge_class(const std::string& name, const std::string& as, std::uint8_t code) {
     Entry out;
     out.name = "accuracy/survey/no-bridge-class/" + name;

@@ -24,15 +24,15 @@ Pass ask_all(voxel::World& world, const std::vector<voxel::BoxKey>& keys, int th
     return out;
 }
 
-/// Opens the square and asks for every box twice. @param label "1t" or "Nt"
+/// Opens the square and requests every box twice. @param label "1t" or "Nt"
 void measure_threads(const Context& c, const DecodeFloor& floor, int threads,
                      const std::string& label, Readings& readings) {
     const double floor_s = floor.seconds(threads);
     OpenWorld opened;
     const double open_s = seconds_of([&] { opened = open_data_set(square(), c, threads); });
     const auto keys = box_keys(*opened.world);
-    const Pass cold = ask_all(*opened.world, keys, threads),
-               cached = ask_all(*opened.world, keys, threads);
+    const Pass cold = ask_all(*opened.world, keys, threads);
+    const Pass cached = ask_all(*opened.world, keys, threads);
     const auto boxes = static_cast<double>(cold.boxes);
     const double whole_s = open_s + cold.seconds;
     readings.add("boxes " + label, "boxes", boxes);

@@ -12,7 +12,8 @@ constexpr int kPasses = 10;
 struct Boxes {
     std::vector<std::shared_ptr<const voxel::Box>> boxes;
     std::vector<std::vector<std::byte>> frames;
-    double raw_bytes = 0, frame_bytes = 0;
+    double raw_bytes = 0;
+    double frame_bytes = 0;
 };
 
 Boxes boxes_of(const Context& c) {
@@ -54,8 +55,9 @@ void measure_codec(const Boxes& set, Readings& readings) {
                 if (voxel::decompress_box(frame, "bench")->cells().empty())
                     throw util::Error("decompress a box: nothing came out");
     });
-    const double bare_s = bare_zstd_s(set), megabytes = set.raw_bytes * kPasses / 1e6,
-                 count = static_cast<double>(set.boxes.size());
+    const double bare_s = bare_zstd_s(set);
+    const double megabytes = set.raw_bytes * kPasses / 1e6;
+    const double count = static_cast<double>(set.boxes.size());
     readings.add("boxes", "boxes", count);
     readings.add("raw", "kB/box", set.raw_bytes / count / 1e3);
     readings.add("compressed", "kB/box", set.frame_bytes / count / 1e3);

@@ -14,10 +14,11 @@ namespace terravox::bench {
 
 /// Survey files of the shared test data that several entries use.
 struct DataSet {
-    std::string id, facts;
+    std::string id;
+    std::string facts;
     std::vector<std::string> files;        ///< relative to the shared test data
     std::vector<std::string> orthophotos;  ///< the same
-    std::string crs, classes;              ///< what the files do not say; empty: they do
+    std::string crs, classes;              ///< what the files do not state; empty: they do
     double voxel_m = 1;
 
     [[nodiscard]] std::vector<std::filesystem::path> paths(const Context& context) const;

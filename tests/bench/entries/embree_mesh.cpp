@@ -11,7 +11,8 @@ static_assert(NeutralScene::kSide % kSlab == 0);
 /// A rectangle on the plane `axis = at`, from (a0, b0) to (a1, b1) on the two other axes in order.
 void add(QuadMesh& mesh, int axis, int at, int a0, int b0, int a1, int b1) {
     const int corners[4][2] = {{a0, b0}, {a1, b0}, {a1, b1}, {a0, b1}};
-    const int a = axis == 0 ? 1 : 0, b = axis == 2 ? 1 : 2;
+    const int a = axis == 0 ? 1 : 0;
+    const int b = axis == 2 ? 1 : 2;
     for (const auto& corner : corners) {
         float v[3] = {};
         v[axis] = static_cast<float>(at);
@@ -24,8 +25,12 @@ void add(QuadMesh& mesh, int axis, int at, int a0, int b0, int a1, int b1) {
 /// Faces of one direction in the row (x, y, *): along z they join to runs, across z each stands
 /// alone.
 void add_row(QuadMesh& mesh, const NeutralScene& scene, int x, int y, core::Face face) {
-    const int axis = core::axis_of(face), step = core::sign_of(face), far = step > 0 ? 1 : 0;
-    const int dx = axis == 0 ? step : 0, dy = axis == 1 ? step : 0, dz = axis == 2 ? step : 0;
+    const int axis = core::axis_of(face);
+    const int step = core::sign_of(face);
+    const int far = step > 0 ? 1 : 0;
+    const int dx = axis == 0 ? step : 0;
+    const int dy = axis == 1 ? step : 0;
+    const int dz = axis == 2 ? step : 0;
     const auto exposed = [&](int z) {
         return scene.at(x, y, z) != 0 && scene.at(x + dx, y + dy, z + dz) == 0;
     };

@@ -15,7 +15,8 @@
 namespace terravox::bench {
 namespace {
 
-constexpr int kW = NeutralScene::kWidthPx, kH = NeutralScene::kHeightPx;
+constexpr int kW = NeutralScene::kWidthPx;
+constexpr int kH = NeutralScene::kHeightPx;
 constexpr int kPacket = 16, kPacketPx = 4;  // rays of a packet; edge of its pixels
 static_assert(kPacketPx * kPacketPx == kPacket && kTracedTilePx % kPacketPx == 0);
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
@@ -25,7 +26,9 @@ constexpr float kInfinity = std::numeric_limits<float>::infinity();
 constexpr float kOffFace = 0.002F;
 
 struct Vec3f {
-    float x = 0, y = 0, z = 0;
+    float x = 0;
+    float y = 0;
+    float z = 0;
     Vec3f() = default;
     explicit Vec3f(Vec3 v) noexcept
         : x(static_cast<float>(v.x)), y(static_cast<float>(v.y)), z(static_cast<float>(v.z)) {}
@@ -35,8 +38,8 @@ struct Vec3f {
 /// can.
 struct FloatCamera {
     explicit FloatCamera(const NeutralView& view) noexcept : origin(view.position) {
-        const Vec3 ahead = normalized(view.target - view.position),
-                   aside = normalized(cross(ahead, {0, 1, 0}));
+        const Vec3 ahead = normalized(view.target - view.position);
+        const Vec3 aside = normalized(cross(ahead, {0, 1, 0}));
         const double half = std::tan(view.fov_deg * std::numbers::pi / 360);
         forward = Vec3f(ahead);
         right = Vec3f(aside * (half * kW / kH));
@@ -44,8 +47,8 @@ struct FloatCamera {
     }
     /// Unit vector through the centre of a pixel.
     void direction(int px, int py, float& x, float& y, float& z) const noexcept {
-        const float a = 2 * (static_cast<float>(px) + 0.5F) / kW - 1,
-                    b = 1 - 2 * (static_cast<float>(py) + 0.5F) / kH;
+        const float a = 2 * (static_cast<float>(px) + 0.5F) / kW - 1;
+        const float b = 1 - 2 * (static_cast<float>(py) + 0.5F) / kH;
         x = forward.x + right.x * a + up.x * b;
         y = forward.y + right.y * a + up.y * b;
         z = forward.z + right.z * a + up.z * b;
@@ -54,7 +57,10 @@ struct FloatCamera {
         y *= scale;
         z *= scale;
     }
-    Vec3f origin, forward, right, up;
+    Vec3f origin;
+    Vec3f forward;
+    Vec3f right;
+    Vec3f up;
 };
 
 std::size_t pixel(int x, int y) noexcept {
@@ -181,7 +187,9 @@ void Embree::trace_shadow(int x0, int y0, int) {
             const float depth = m_depths[pixel(x, y)] - kOffFace;
             if (depth == kInfinity)
                 continue;
-            float dx = 0, dy = 0, dz = 0;
+            float dx = 0;
+            float dy = 0;
+            float dz = 0;
             m_camera.direction(x, y, dx, dy, dz);
             RTCRay ray{};
             ray.org_x = m_camera.origin.x + dx * depth;

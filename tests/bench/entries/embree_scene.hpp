@@ -14,8 +14,11 @@ class EmbreeScene : public TileTracer {
 public:
     /// What it took to make, and what it keeps.
     struct Building {
-        double mesh_s = 0, bvh_s = 0;
-        std::size_t quads = 0, mesh_bytes = 0, bvh_bytes = 0;
+        double mesh_s = 0;
+        double bvh_s = 0;
+        std::size_t quads = 0;
+        std::size_t mesh_bytes = 0;
+        std::size_t bvh_bytes = 0;
         [[nodiscard]] double seconds() const noexcept { return mesh_s + bvh_s; }
         [[nodiscard]] std::size_t bytes() const noexcept { return mesh_bytes + bvh_bytes; }
     };

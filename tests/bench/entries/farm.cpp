@@ -69,7 +69,7 @@ Entry kill() {
     return out;
 }
 
-/// What a row of tests/bench/farm/faults.py tells, and what it should be.
+/// A figure of a row of tests/bench/farm/faults.py, and its target.
 struct Figure {
     const char *row, *name, *metric, *unit;
     Target target = {};

@@ -14,7 +14,8 @@ Entry entry_for(const DataSet& set) {
         const auto floor = std::make_shared<DecodeFloor>(set.paths(c));
         return [floor, threads = c.threads](Readings& readings) {
             const auto points = static_cast<double>(floor->points());
-            const double alone = floor->seconds(1), together = floor->seconds(threads);
+            const double alone = floor->seconds(1);
+            const double together = floor->seconds(threads);
             readings.add("time 1t", "s", alone);
             readings.add("time Nt", "s", together);
             readings.add("rate 1t", "Mpoint/s", points / alone / 1e6);

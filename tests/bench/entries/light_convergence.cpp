@@ -7,7 +7,9 @@
 namespace terravox::bench {
 namespace {
 
-constexpr int kReferenceSamples = 4096, kReferenceSeed = 7, kSeed = 1;
+constexpr int kReferenceSamples = 4096;
+constexpr int kReferenceSeed = 7;
+constexpr int kSeed = 1;
 constexpr std::array kSamples = {4, 16, 64, 256};
 
 /// A kind of light that is known by samples alone.
@@ -49,7 +51,8 @@ void measure(const Context& c, Readings& readings) {
         const LinearPicture reference =
             traced(blocks, light, kReferenceSamples, kReferenceSeed, c.threads);
         const double mean = mean_of(reference);
-        double first = 0, last = 0;
+        double first = 0;
+        double last = 0;
         for (const int samples : kSamples) {
             last =
                 rms_difference(traced(blocks, light, samples, kSeed, c.threads), reference) / mean;

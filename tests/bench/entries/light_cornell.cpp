@@ -16,7 +16,10 @@ using test::ArrayWorld;
 using voxel::Material;
 
 constexpr int kRoom = 32;  // inner edge, voxels
-constexpr int kSide_px = 32, kOurSamples = 16384, kTheirSamples = 8192, kBounces = 64;
+constexpr int kSide_px = 32;
+constexpr int kOurSamples = 16384;
+constexpr int kTheirSamples = 8192;
+constexpr int kBounces = 64;
 constexpr double kSunRadius = 4;  // times the true one
 constexpr double kTrueSunRadius_rad = 0.2666 * std::numbers::pi / 180;
 constexpr std::size_t kBoxMemory_bytes = std::size_t{64} << 20;
@@ -24,9 +27,11 @@ constexpr std::size_t kBoxMemory_bytes = std::size_t{64} << 20;
 /// What the parts of the box are made of.
 struct Part {
     Material material;
-    voxel::Colour albedo, emission;
+    voxel::Colour albedo;
+    voxel::Colour emission;
 };
-constexpr voxel::Colour kWhite{0.73f, 0.73f, 0.73f}, kDark{};
+constexpr voxel::Colour kWhite{0.73f, 0.73f, 0.73f};
+constexpr voxel::Colour kDark{};
 const std::array kParts = {Part{Material::kConcrete, kWhite, kDark},
                            Part{Material::kOrangeRoof, {0.63f, 0.065f, 0.05f}, kDark},
                            Part{Material::kGrass, {0.14f, 0.45f, 0.091f}, kDark},
@@ -54,7 +59,9 @@ std::vector<float> faces_of(const ArrayWorld& world, Material material) {
     std::vector<float> out;
     const voxel::VoxelBounds& bounds = world.level_bounds();
     const auto add = [&](const core::VoxelCoord& v, core::Face face) {
-        const int axis = core::axis_of(face), a = (axis + 1) % 3, b = (axis + 2) % 3;
+        const int axis = core::axis_of(face);
+        const int a = (axis + 1) % 3;
+        const int b = (axis + 2) % 3;
         const bool far = core::sign_of(face) > 0;
         constexpr int kAround[4][2] = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
         for (int i = 0; i < 4; ++i) {
@@ -157,8 +164,9 @@ LinearPicture reference(const Context& c, const ArrayWorld& world, const scene::
                       {"radius_rad", kSunRadius * kTrueSunRadius_rad}};
     else
         job["sun"] = nullptr;
-    const auto picture = c.scratch / "cornell-mitsuba.f32",
-               figures = c.scratch / "cornell-figures.json", file = c.scratch / "cornell-job.json";
+    const auto picture = c.scratch / "cornell-mitsuba.f32";
+    const auto figures = c.scratch / "cornell-figures.json";
+    const auto file = c.scratch / "cornell-job.json";
     job["picture"] = picture.string();
     job["figures"] = figures.string();
     util::write_file_atomically(file, job.dump());

@@ -13,11 +13,13 @@
 namespace terravox::bench {
 namespace {
 
-constexpr int kBounces = 3, kSamples = 64;
+constexpr int kBounces = 3;
+constexpr int kSamples = 64;
 constexpr float kGrey = 0.8f;
 constexpr std::array<double, 3> kSky = {0.5, 0.7, 1};
 // A sun lamp's strength is the irradiance of what faces it; a white surface sends 1 / pi of that.
-constexpr double kSunIrradiance = 3, kSunRadius_deg = 0.2666;
+constexpr double kSunIrradiance = 3;
+constexpr double kSunRadius_deg = 0.2666;
 constexpr std::array kSeeds = {1, 2};
 constexpr double kMaxMeanDifference = 0.03;  // above it the two did not render the same
 constexpr std::size_t kBoxMemory_bytes = std::size_t{1} << 30;
@@ -109,7 +111,7 @@ nlohmann::json vector_of(core::Vec3 v) {
     return {v.x, v.y, v.z};
 }
 
-/// All views by the peer. @return its figures: cycles_render.py says what they are
+/// All views by the peer. @return its figures, which cycles_render.py describes
 nlohmann::json run_cycles(const Context& c, const Bodies& bodies) {
     nlohmann::json job = {
         {"mesh", bodies.mesh.string()}, {"albedo", kGrey}, {"sky", kSky}, {"bounces", kBounces}};
@@ -125,7 +127,8 @@ nlohmann::json run_cycles(const Context& c, const Bodies& bodies) {
                                 {"position", vector_of(view.position)},
                                 {"target", vector_of(view.target)},
                                 {"fov_deg", view.fov_deg}});
-    const auto figures = c.scratch / "cycles-figures.json", file = c.scratch / "cycles-job.json";
+    const auto figures = c.scratch / "cycles-figures.json";
+    const auto file = c.scratch / "cycles-job.json";
     job["pictures"] = c.scratch.string();
     job["figures"] = figures.string();
     util::write_file_atomically(file, job.dump());
@@ -169,8 +172,8 @@ void add_view(const std::string& name, const Rendered& our, const Rendered& thei
     if (!(std::abs(mean_ratio - 1) < kMaxMeanDifference))
         throw util::Error("compare with Cycles: " + name + ": means of " +
                           std::to_string(our.mean()) + " and " + std::to_string(their.mean()));
-    const double our_variance = our.noise() * our.noise(),
-                 their_variance = their.noise() * their.noise();
+    const double our_variance = our.noise() * our.noise();
+    const double their_variance = their.noise() * their.noise();
     readings.add(name + ": CPU time", "s", our.cost.cpu_s);
     readings.add(name + ": CPU time, Cycles", "s", their.cost.cpu_s);
     readings.add(name + ": rays", "Mray/s of CPU",

@@ -48,7 +48,8 @@ struct DemoPlace {
         return run(c, command);
     }
     const Context& c;
-    std::filesystem::path survey, report;
+    std::filesystem::path survey;
+    std::filesystem::path report;
 };
 
 void add_picture(const std::string& name, const DemoPlace& place,

@@ -14,7 +14,8 @@ namespace terravox::bench {
 /// A picture in linear light, for comparison with other renderers: r, g, b of each pixel, rows from
 /// the top.
 struct LinearPicture {
-    int width_px = 0, height_px = 0;
+    int width_px = 0;
+    int height_px = 0;
     std::vector<float> rgb;
 };
 [[nodiscard]] LinearPicture picture_of(const output::Film& film);

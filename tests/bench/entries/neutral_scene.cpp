@@ -45,7 +45,8 @@ int run_end(const std::uint8_t* column, int y) noexcept {
 }
 
 std::shared_ptr<const Box> build_box(const NeutralScene& scene, const BoxKey& key) {
-    const int x0 = key.bx * voxel::kBoxSizeX, z0 = key.bz * voxel::kBoxSizeZ;
+    const int x0 = key.bx * voxel::kBoxSizeX;
+    const int z0 = key.bz * voxel::kBoxSizeZ;
     voxel::BoxBuilder builder;
     for (int z = -1; z <= voxel::kBoxSizeZ; ++z)
         for (int x = -1; x <= voxel::kBoxSizeX; ++x) {
@@ -88,7 +89,8 @@ std::string NeutralScene::missing(const Context& c) {
 }
 
 NeutralScene::NeutralScene(const Context& c) : m_voxels(std::size_t{kSide} * kSide * kHeight) {
-    const auto raw = c.scratch / "neutral.raw", said = c.scratch / "neutral.txt";
+    const auto raw = c.scratch / "neutral.raw";
+    const auto said = c.scratch / "neutral.txt";
     if (!std::filesystem::exists(raw)) {
         const auto outcome =
             c.children.run({python_with_numpy(c), script_of(c).string(), std::to_string(kSide),

@@ -17,8 +17,11 @@ namespace terravox::bench {
 /// columns, 256 high, one byte a voxel.
 class NeutralScene {
 public:
-    static constexpr int kSide = 1024, kHeight = 256, kSeed = 7;
-    static constexpr int kWidthPx = 1280, kHeightPx = 720;
+    static constexpr int kSide = 1024;
+    static constexpr int kHeight = 256;
+    static constexpr int kSeed = 7;
+    static constexpr int kWidthPx = 1280;
+    static constexpr int kHeightPx = 720;
 
     /// Why it cannot be made: no script, no Python with NumPy. Empty: it can.
     [[nodiscard]] static std::string missing(const Context& context);
@@ -64,7 +67,8 @@ private:
 /// A camera on the scene; the same for every tracer.
 struct NeutralView {
     const char* name;
-    core::Vec3 position, target;
+    core::Vec3 position;
+    core::Vec3 target;
     double fov_deg;  ///< vertical
     [[nodiscard]] scene::Camera camera() const {
         return {position, target, fov_deg, NeutralScene::kWidthPx, NeutralScene::kHeightPx};

@@ -94,7 +94,8 @@ void NeutralTracer::trace_shadow(int x0, int y0, int thread) {
         const auto every_other = [](int bits) {
             return (bits & 1) | (bits >> 1 & 2) | (bits >> 2 & 4) | (bits >> 3 & 8);
         };
-        const int x = x0 + every_other(i), y = y0 + every_other(i >> 1);
+        const int x = x0 + every_other(i);
+        const int y = y0 + every_other(i >> 1);
         Seen& seen = m_seen[pixel(x, y)];
         if (!seen.hit || seen.face == core::Face::kNone)
             continue;

@@ -17,8 +17,8 @@ namespace terravox::bench {
 /// nowhere else.
 class NeutralTracer final : public TileTracer {
 public:
-    /// @param world outlives the tracer; all its boxes fit into memory @param threads most that may
-    /// call at the same time
+    /// @param world outlives the tracer; all its boxes fit into memory
+    /// @param threads maximum number of threads that call at the same time
     NeutralTracer(NeutralWorld& world, int threads);
 
     void begin(const NeutralView& view) override;
@@ -33,7 +33,8 @@ private:
         double t = 0;  ///< along the primary ray
         core::VoxelCoord voxel;
         core::Face face = core::Face::kNone;
-        bool hit = false, shadowed = false;
+        bool hit = false;
+        bool shadowed = false;
     };
     struct Worker {
         Worker(blocks::BlockManager& blocks, const walk::LevelCut& cut)

@@ -13,7 +13,7 @@ std::string missing(const Context& c) {
 
 void run(const Context& c, Readings& readings) {
     const auto folder =
-        c.programs.parent_path() / "figures";  // beside the programs: the scratch folder goes away
+        c.programs.parent_path() / "figures";  // next to the programs: the scratch folder goes away
     std::vector<std::string> arguments = {"--output", folder.string()};
     if (square_and_photo_missing(c).empty())
         arguments.insert(arguments.end(), {"--ortho", square_photo(c).string()});

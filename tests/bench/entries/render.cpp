@@ -8,7 +8,7 @@
 namespace terravox::bench {
 namespace {
 
-/// What the ray tracer's --report says that is worth keeping.
+/// The useful figures of the ray tracer's --report.
 void add_report(const std::filesystem::path& file, double wall_s, Readings& readings) {
     std::ifstream in(file);
     const auto report = nlohmann::json::parse(in);

@@ -14,11 +14,19 @@ using voxel::Material;
 using voxel::Rgb8;
 
 // Each use of a place has its own hashes.
-constexpr std::uint64_t kHeightUse = 0x100, kWarpUse = 0x200, kFieldUse = 0x300, kShadeUse = 0x400,
-                        kWoodUse = 0x500, kTreeUse = 0x600;
-constexpr std::int32_t kParcelX = 130, kParcelZ = 90, kTreeCell = 6;
+constexpr std::uint64_t kHeightUse = 0x100;
+constexpr std::uint64_t kWarpUse = 0x200;
+constexpr std::uint64_t kFieldUse = 0x300;
+constexpr std::uint64_t kShadeUse = 0x400;
+constexpr std::uint64_t kWoodUse = 0x500;
+constexpr std::uint64_t kTreeUse = 0x600;
+constexpr std::int32_t kParcelX = 130;
+constexpr std::int32_t kParcelZ = 90;
+constexpr std::int32_t kTreeCell = 6;
 constexpr int kWidestCrown = 5;  // columns from the trunk
-constexpr double kRoadHalf = 3.2, kTreeLine = 172, kSnowLine = 196;
+constexpr double kRoadHalf = 3.2;
+constexpr double kTreeLine = 172;
+constexpr double kSnowLine = 196;
 
 constexpr Rgb8 kCrops[] = {{0x8f, 0xa0, 0x4e}, {0xb9, 0xa8, 0x5c}, {0xc9, 0xb9, 0x7a},
                            {0x6c, 0x8a, 0x3e}, {0x8a, 0x6d, 0x4b}, {0x7c, 0x95, 0x49},
@@ -112,8 +120,10 @@ private:
         const auto bent = [&](std::int32_t v, std::uint64_t use) {
             return v + static_cast<std::int32_t>(35 * noise(use, x, z, 250));
         };
-        const std::int32_t bx = bent(x, kWarpUse), bz = bent(z, kWarpUse + 1),
-                           px = floor_div(bx, kParcelX), pz = floor_div(bz, kParcelZ);
+        const std::int32_t bx = bent(x, kWarpUse);
+        const std::int32_t bz = bent(z, kWarpUse + 1);
+        const std::int32_t px = floor_div(bx, kParcelX);
+        const std::int32_t pz = floor_div(bz, kParcelZ);
         const std::uint64_t hash = place_hash(m_land.seed() + kFieldUse, px, pz);
         const auto crop = static_cast<std::size_t>(hash & 7);
         look(c, crop == kPloughed ? Material::kSoil : Material::kGrass, kCrops[crop]);
@@ -132,8 +142,8 @@ private:
 
     static void build(LandColumn& c, const LandHouse& house, std::int32_t x,
                       std::int32_t z) noexcept {
-        const auto roof = static_cast<std::size_t>(house.hash >> 8 & 3),
-                   wall = static_cast<std::size_t>(house.hash >> 10 & 3);
+        const auto roof = static_cast<std::size_t>(house.hash >> 8 & 3);
+        const auto wall = static_cast<std::size_t>(house.hash >> 10 & 3);
         const Material tiles = roof == kSlate ? Material::kGreyRoof : Material::kOrangeRoof;
         c.runs[0] = {c.ground,     as_y(std::max(c.ground + 2, house.roof(x, z))),
                      tiles,        Material::kWall,
@@ -155,8 +165,8 @@ private:
         if (chance > 0.92 ||
             (chance > (m_settled.in_village(x, z) ? 0.12 : 0.006) && !wooded(x, z)))
             return;
-        const double ground = m_land.height(x, z),
-                     line = ground + 9 * noise(kWoodUse + 1, x, z, 60);
+        const double ground = m_land.height(x, z);
+        const double line = ground + 9 * noise(kWoodUse + 1, x, z, 60);
         if (ground < Land::kWaterLevel + 1 || line > kTreeLine)
             return;
         if (m_settled.house_at(x, z, kWidestCrown) != nullptr ||
@@ -171,12 +181,14 @@ private:
     /// A trunk, and a crown that is the hull of an ellipsoid, up to four voxels thick: inside is
     /// what no pulse of a survey sees.
     void grow(std::int32_t x, std::int32_t z, int foot, double tall, std::uint64_t hash) noexcept {
-        const double radius = std::fmin(kWidestCrown - 0.5, 1.3 + tall * 0.16), half = tall * 0.36,
-                     middle = foot + tall - half;
+        const double radius = std::fmin(kWidestCrown - 0.5, 1.3 + tall * 0.16);
+        const double half = tall * 0.36;
+        const double middle = foot + tall - half;
         const Rgb8 leaves = shaded(kCrowns[hash & 3], 0.85 + 0.3 * unit_of(hash, 1));
         for (std::int32_t dz = -kWidestCrown; dz <= kWidestCrown; ++dz)
             for (std::int32_t dx = -kWidestCrown; dx <= kWidestCrown; ++dx) {
-                const std::int32_t px = x + dx - m_x0, pz = z + dz - m_z0;
+                const std::int32_t px = x + dx - m_x0;
+                const std::int32_t pz = z + dz - m_z0;
                 const double out = (dx * dx + dz * dz) / (radius * radius);
                 if (out >= 1 || px < 0 || pz < 0 || px >= m_side || pz >= m_side)
                     continue;
@@ -195,7 +207,8 @@ private:
 
     const Land& m_land;
     SettledLand m_settled;
-    std::int32_t m_x0, m_z0;
+    std::int32_t m_x0;
+    std::int32_t m_z0;
     int m_side;
     std::vector<LandColumn> m_columns;
 };
@@ -207,10 +220,12 @@ double Land::height(std::int32_t x, std::int32_t z) const noexcept {
         return value_noise(m_seed + kHeightUse + use, px, pz, size);
     };
     // Bent land hides the grids that noise is made on.
-    const std::int32_t bx = x + static_cast<std::int32_t>(210 * noise(8, x, z, 830)),
-                       bz = z + static_cast<std::int32_t>(210 * noise(9, x, z, 770));
-    const double mountains = noise(0, bx, bz, 5000), hills = noise(1, bx, bz, 1700),
-                 medium = noise(2, bx, bz, 570), small = noise(3, bx, bz, 200);
+    const std::int32_t bx = x + static_cast<std::int32_t>(210 * noise(8, x, z, 830));
+    const std::int32_t bz = z + static_cast<std::int32_t>(210 * noise(9, x, z, 770));
+    const double mountains = noise(0, bx, bz, 5000);
+    const double hills = noise(1, bx, bz, 1700);
+    const double medium = noise(2, bx, bz, 570);
+    const double small = noise(3, bx, bz, 200);
     const double crest =
         1 - std::fabs(0.75 * medium + 0.35 * small);  // crests are sharp, valleys wide
     const double rough = 0.6 + 0.4 * hills;

@@ -21,7 +21,8 @@ constexpr std::size_t kGrains = 5;
 
 /// What lies on top of some level-0 columns, or of one column of a level: sums.
 struct Tops {
-    double columns = 0, height = 0;
+    double columns = 0;
+    double height = 0;
     std::array<double, 3> light{};           ///< linear
     std::array<double, kGrains> of_grain{};  ///< columns with such a top
     void add(const Tops& other) noexcept {
@@ -78,8 +79,8 @@ TopMap tops_of_level(ScaleWorld& world, int level, int threads) {
         const int highest = box ? box->top() : 0;
         for (int z = 0; z < voxel::kBoxSizeZ; ++z)
             for (int x = 0; x < voxel::kBoxSizeX; ++x) {
-                const int px = key.bx * voxel::kBoxSizeX + x + half,
-                          pz = key.bz * voxel::kBoxSizeZ + z + half;
+                const int px = key.bx * voxel::kBoxSizeX + x + half;
+                const int pz = key.bz * voxel::kBoxSizeZ + z + half;
                 if (box && px >= 0 && pz >= 0 && px < out.side && pz < out.side)
                     out.at(px, pz) = top_of(*box, x, z, highest);
             }
@@ -100,7 +101,8 @@ TopMap halved(TopMap& fine) {
 template <class Counts>
 void compare(TopMap& level_tops, TopMap& truth, int level, const std::string& where,
              const Counts& counts, Readings& readings) {
-    Tops shown, real;
+    Tops shown;
+    Tops real;
     double rise = 0;
     for (std::size_t i = 0; i < truth.tops.size(); ++i) {
         if (!counts(truth.tops[i]))

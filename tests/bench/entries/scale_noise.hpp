@@ -24,15 +24,17 @@ namespace terravox::bench {
 /// arguments, with the same bits everywhere.
 [[nodiscard]] inline double value_noise(std::uint64_t seed, std::int32_t x, std::int32_t z,
                                         std::int32_t size) noexcept {
-    const std::int32_t cx = voxel::floor_div(x, size), cz = voxel::floor_div(z, size);
-    const double fx = static_cast<double>(x - cx * size) / size,
-                 fz = static_cast<double>(z - cz * size) / size;
-    const double sx = fx * fx * (3 - 2 * fx), sz = fz * fz * (3 - 2 * fz);
+    const std::int32_t cx = voxel::floor_div(x, size);
+    const std::int32_t cz = voxel::floor_div(z, size);
+    const double fx = static_cast<double>(x - cx * size) / size;
+    const double fz = static_cast<double>(z - cz * size) / size;
+    const double sx = fx * fx * (3 - 2 * fx);
+    const double sz = fz * fz * (3 - 2 * fz);
     const auto corner = [&](int dx, int dz) {
         return static_cast<double>(place_hash(seed, cx + dx, cz + dz) >> 11) * 0x1p-52 - 1;
     };
-    const double north = corner(0, 0) + (corner(1, 0) - corner(0, 0)) * sx,
-                 south = corner(0, 1) + (corner(1, 1) - corner(0, 1)) * sx;
+    const double north = corner(0, 0) + (corner(1, 0) - corner(0, 0)) * sx;
+    const double south = corner(0, 1) + (corner(1, 1) - corner(0, 1)) * sx;
     return north + (south - north) * sz;
 }
 

@@ -27,7 +27,7 @@ std::optional<std::filesystem::path> bench_cache() {
                                               : std::nullopt;
 }
 
-/// Counts what is asked of a world.
+/// Counts the requests to a world.
 class CountedWorld final : public voxel::World {
 public:
     explicit CountedWorld(voxel::World& world) : m_world(world) {}
@@ -43,7 +43,8 @@ public:
     [[nodiscard]] voxel::ColumnExtent column(int level, std::int32_t bx, std::int32_t bz) override {
         return m_world.column(level, bx, bz);
     }
-    std::atomic<std::uint64_t> boxes{0}, bytes{0};
+    std::atomic<std::uint64_t> boxes{0};
+    std::atomic<std::uint64_t> bytes{0};
 
 private:
     voxel::World& m_world;
@@ -52,7 +53,7 @@ private:
 /// From now on the peak is counted anew. Where the system cannot, the peak is that since the
 /// program's start.
 void forget_peak() {
-    util::give_back_free_memory();  // what the picture before has left behind is not this one's
+    util::give_back_free_memory();  // memory of the picture before must not count for this one
     std::ofstream("/proc/self/clear_refs") << "5";
 }
 
@@ -95,16 +96,17 @@ void prepare_scale_world(ScaleWorld& world, int threads, Readings* readings) {
     readings->add(size + "prepare", "s", seconds);
     readings->add(size + "boxes made", "boxes", static_cast<double>(prepared.made));
     for (int level = 0; level < ScaleWorld::kLevels; ++level) {
-        const auto boxes = static_cast<double>(prepared.boxes[level]),
-                   bytes = static_cast<double>(prepared.bytes[level]);
+        const auto boxes = static_cast<double>(prepared.boxes[level]);
+        const auto bytes = static_cast<double>(prepared.bytes[level]);
         readings->add(size + "level " + std::to_string(level), "KiB/box", bytes / boxes / 1024);
     }
 }
 
 std::vector<ScaleView> scale_views() {
     const Land land(ScaleWorld::kSeed);
-    const double high = land.height(0, 0) + 600, edge = land.height(-480, 190) + 300,
-                 shore = std::floor(land.height(-400, 300)) + 2;
+    const double high = land.height(0, 0) + 600;
+    const double edge = land.height(-480, 190) + 300;
+    const double shore = std::floor(land.height(-400, 300)) + 2;
     return {{"high", scene_from(0, high, 0, 2600, high - 700, -900, 45), false},
             {"oblique", scene_from(-480, edge, 190, 480, edge - 210, -140, 45)},
             {"ground", scene_from(-399.5, shore, 300.5, -1000, shore, -900, 50)}};
@@ -134,10 +136,12 @@ Shot shoot(voxel::World& world, const scene::Scene& scene, std::size_t memory_by
 }
 
 double difference_percent(const output::Film& film, const output::Film& reference) {
-    double off = 0, sum = 0;
+    double off = 0;
+    double sum = 0;
     for (int y = 0; y < film.height_px(); ++y)
         for (int x = 0; x < film.width_px(); ++x) {
-            const voxel::Colour a = film.at(x, y).colour, b = reference.at(x, y).colour;
+            const voxel::Colour a = film.at(x, y).colour;
+            const voxel::Colour b = reference.at(x, y).colour;
             off += std::fabs(a.r - b.r) + std::fabs(a.g - b.g) + std::fabs(a.b - b.b);
             sum += b.r + b.g + b.b;
         }

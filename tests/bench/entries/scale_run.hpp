@@ -15,17 +15,17 @@ namespace terravox::bench {
 
 /// Boxes are kept in $TERRAVOX_BENCH_CACHE from run to run, or else in the scratch folder.
 [[nodiscard]] std::shared_ptr<ScaleWorld> open_scale_world(const Context& context, int side_km);
-/// Keeps all boxes and tells on standard error how far it is. @param readings takes what it cost
-/// and how large boxes are; nullptr: nobody
+/// Keeps all boxes and reports its progress on standard error. @param readings takes the costs and
+/// the sizes of boxes; may be nullptr
 void prepare_scale_world(ScaleWorld& world, int threads, Readings* readings);
 
-/// A view of the invented land, the same whatever the size of the world around it: 1280x720, one
+/// A view of the synthetic land, the same whatever the size of the world around it: 1280x720, one
 /// sample a pixel.
 struct ScaleView {
     const char* name;
     scene::Scene scene;
     bool fills_smallest =
-        true;  ///< shows land even in the smallest world, so that its time says something
+        true;  ///< shows land even in the smallest world, so that its time is meaningful
 };
 /// "high": from 600 m above the middle to the horizon. "oblique": from 300 m above the edge of the
 /// middle square kilometre across it to the horizon, so that half of its picture is land at any
@@ -34,14 +34,16 @@ struct ScaleView {
 
 struct Shot {
     output::Film film;
-    double seconds = 0, cpu_s = 0, megarays = 0;
+    double seconds = 0;
+    double cpu_s = 0;
+    double megarays = 0;
     double peak_boxes_mib = 0;               ///< of boxes in memory
     double peak_mib = 0;                     ///< memory of the process while it rendered
-    std::uint64_t boxes = 0, hole_rays = 0;  ///< boxes asked of the world
+    std::uint64_t boxes = 0, hole_rays = 0;  ///< boxes requested from the world
     double boxes_mib = 0;
 };
-/// One picture from a cold memory. All that this benchmark knows of how pictures are rendered is in
-/// here. @throws Error
+/// One picture from a cold memory. The only function of this benchmark that renders pictures.
+/// @throws Error
 [[nodiscard]] Shot shoot(voxel::World& world, const scene::Scene& scene, std::size_t memory_bytes,
                          int threads);
 
@@ -50,8 +52,8 @@ struct Shot {
 /// Pixels that are not the same to the last bit.
 [[nodiscard]] std::size_t pixels_unlike(const output::Film& film, const output::Film& reference);
 
-/// Writes "name.png" to $TERRAVOX_BENCH_CACHE/pictures, for a person to look at; without the
-/// variable nothing.
+/// Writes "name.png" to $TERRAVOX_BENCH_CACHE/pictures, for visual checks; without the
+/// variable it does nothing.
 void keep_picture(const output::Film& film, const std::string& name);
 
 }  // namespace terravox::bench

@@ -10,7 +10,9 @@ namespace {
 
 constexpr std::uint64_t kVillageUse = 0x700, kLotUse = 0x800,
                         kBendUse = 0x900;  // each use of a place has its own hashes
-constexpr std::int32_t kVillageCell = 900, kLotCell = 23, kMargin = 40;
+constexpr std::int32_t kVillageCell = 900;
+constexpr std::int32_t kLotCell = 23;
+constexpr std::int32_t kMargin = 40;
 constexpr int kMaxBend = 24;
 constexpr double kHouseToRoad = 10.5;
 
@@ -25,8 +27,8 @@ SettledLand::SettledLand(const Land& land, std::int32_t x0, std::int32_t z0, int
                std::max(za, zb) + around >= z0 - kMargin &&
                std::min(za, zb) - around <= z0 + side + kMargin;
     };
-    const std::int32_t cx = voxel::floor_div(x0, kVillageCell),
-                       cz = voxel::floor_div(z0, kVillageCell);
+    const std::int32_t cx = voxel::floor_div(x0, kVillageCell);
+    const std::int32_t cz = voxel::floor_div(z0, kVillageCell);
     for (std::int32_t z = cz - 2; z <= cz + 2; ++z)
         for (std::int32_t x = cx - 2; x <= cx + 2; ++x) {
             const auto here = village(x, z);
@@ -63,8 +65,9 @@ std::optional<SettledLand::Village> SettledLand::village(std::int32_t cell_x,
 
 std::optional<double> SettledLand::place_in_village(std::int32_t x, std::int32_t z) const noexcept {
     for (const Village& v : m_villages) {
-        const double dx = x - v.x, dz = z - v.z,
-                     place = (dx * dx + dz * dz) / (double(v.radius) * v.radius);
+        const double dx = x - v.x;
+        const double dz = z - v.z;
+        const double place = (dx * dx + dz * dz) / (double(v.radius) * v.radius);
         if (place < 1)
             return place;
     }
@@ -83,10 +86,12 @@ double SettledLand::road_distance(std::int32_t x, std::int32_t z) const noexcept
     const double px = x + kMaxBend * value_noise(m_land.seed() + kBendUse, x, z, 180);
     const double pz = z + kMaxBend * value_noise(m_land.seed() + kBendUse + 1, x, z, 180);
     for (const Road& road : m_roads) {
-        const double dx = road.x1 - road.x0, dz = road.z1 - road.z0;
+        const double dx = road.x1 - road.x0;
+        const double dz = road.z1 - road.z0;
         const double along = std::clamp(
             ((px - road.x0) * dx + (pz - road.z0) * dz) / (dx * dx + dz * dz + 1), 0.0, 1.0);
-        const double ex = px - road.x0 - along * dx, ez = pz - road.z0 - along * dz;
+        const double ex = px - road.x0 - along * dx;
+        const double ez = pz - road.z0 - along * dz;
         nearest = std::min(nearest, ex * ex + ez * ez);
     }
     return std::sqrt(nearest);

@@ -41,10 +41,15 @@ public:
 
 private:
     struct Village {
-        std::int32_t x = 0, z = 0, radius = 0;
+        std::int32_t x = 0;
+        std::int32_t z = 0;
+        std::int32_t radius = 0;
     };
     struct Road {
-        double x0, z0, x1, z1;
+        double x0;
+        double z0;
+        double x1;
+        double z1;
     };
     [[nodiscard]] std::optional<Village> village(std::int32_t cell_x,
                                                  std::int32_t cell_z) const noexcept;

@@ -85,7 +85,8 @@ Entry prepare_entry(const std::vector<int>& sides_km, const std::string& name) {
 
 void measure_sizes(const Worlds& worlds, int threads, Readings& readings) {
     for (const ScaleView& view : scale_views()) {
-        double smallest_s = 0, smallest_cpu_s = 0;
+        double smallest_s = 0;
+        double smallest_cpu_s = 0;
         for (const auto& [side_km, world] : worlds) {
             const Shot shot = best_shot_of(*world, view.scene, kLimit_mib * kMib, threads);
             const std::string name = std::string(view.name) + ", " + area_of(side_km);
@@ -181,9 +182,10 @@ Entry detail_entry(int side_km) {
                     scene.quality.samples = samples;
                     return shot_of(*world, scene, kPlenty_bytes, threads).film;
                 };
-                const std::string name = std::string(view.name) + ", ",
-                                  many = std::to_string(kManySamples) + " samples";
-                const output::Film once = film_of(0, 1), best = film_of(0, kManySamples);
+                const std::string name = std::string(view.name) + ", ";
+                const std::string many = std::to_string(kManySamples) + " samples";
+                const output::Film once = film_of(0, 1);
+                const output::Film best = film_of(0, kManySamples);
                 readings.add(name + "1 sample to " + many, "%", difference_percent(once, best));
                 for (const int detail : {1, 2, 4}) {
                     const std::string which = name + "detail " + std::to_string(detail);

@@ -25,7 +25,7 @@ constexpr int kSideWithMargin = voxel::kBoxSizeX + 2;
 constexpr const char* kVersionOfBoxes = "1";
 
 void add_column(voxel::BoxBuilder& builder, int x, int z, const LandColumn& c) noexcept {
-    builder.add(x, z, -1, c.ground, true);  // from below the world: nobody sees its underside
+    builder.add(x, z, -1, c.ground, true);  // from below the world: its underside is never visible
     if (c.water > c.ground)
         builder.add(x, z, c.ground, c.water, false);
     for (const LandRun& run : c.runs)
@@ -97,7 +97,9 @@ voxel::ColumnExtent ScaleWorld::column(int level, std::int32_t bx, std::int32_t 
 }
 
 std::filesystem::path ScaleWorld::file_of(const BoxKey& key) const {
-    const std::int32_t side = voxel::kBoxSizeX << key.level, x = key.bx * side, z = key.bz * side;
+    const std::int32_t side = voxel::kBoxSizeX << key.level;
+    const std::int32_t x = key.bx * side;
+    const std::int32_t z = key.bz * side;
     const bool whole = inside(x - 1, z - 1) && inside(x + side, z + side);
     const std::string size = whole ? "all" : std::to_string(m_info.bounds.max[0] / 500) + "km";
     return m_kept / size / std::to_string(key.level) / std::to_string(key.bx) /
@@ -143,7 +145,8 @@ std::shared_ptr<const Box> ScaleWorld::make(const BoxKey& key) {
 }
 
 std::shared_ptr<const Box> ScaleWorld::make_finest(const BoxKey& key) const {
-    const std::int32_t x0 = key.bx * voxel::kBoxSizeX, z0 = key.bz * voxel::kBoxSizeZ;
+    const std::int32_t x0 = key.bx * voxel::kBoxSizeX;
+    const std::int32_t z0 = key.bz * voxel::kBoxSizeZ;
     const auto columns = m_land.columns(x0 - 1, z0 - 1, kSideWithMargin);
     const auto at = [&](int x, int z) -> const LandColumn& {
         return columns[static_cast<std::size_t>((z + 1) * kSideWithMargin + x + 1)];
@@ -165,9 +168,10 @@ ScaleWorld::Prepared ScaleWorld::prepare(int threads,
     const std::size_t made_before = m_made;
     for (int level = 0; level < kLevels; ++level) {
         const auto range = boxes_over(m_info.bounds, level);
-        const auto width = static_cast<std::size_t>(range.max.bx - range.min.bx),
-                   count = width * static_cast<std::size_t>(range.max.bz - range.min.bz);
-        std::atomic<std::size_t> bytes{0}, done{0};
+        const auto width = static_cast<std::size_t>(range.max.bx - range.min.bx);
+        const auto count = width * static_cast<std::size_t>(range.max.bz - range.min.bz);
+        std::atomic<std::size_t> bytes{0};
+        std::atomic<std::size_t> done{0};
         thread::parallel_for(count, threads, [&](std::size_t i) {
             const BoxKey key{level, range.min.bx + static_cast<std::int32_t>(i % width), 0,
                              range.min.bz + static_cast<std::int32_t>(i / width)};

@@ -10,7 +10,7 @@
 
 namespace terravox::bench {
 
-/// A square piece of the invented land as a world, its middle at the origin: the same place
+/// A square piece of the synthetic land as a world, its middle at the origin: the same place
 /// whatever its size. Boxes of level 0 come from the land, all others by the rule of the levels
 /// from the four below. Once made a box is kept as a file; boxes that no edge of the world touches
 /// are shared by worlds of all sizes. Damaged files are made again. Thread-safe.

@@ -10,7 +10,8 @@ void add_variant(const nlohmann::json& figures, const std::string& name, bool is
         return;  // the server has one form of a box
     const auto& server = of.at("server");
     const auto& nginx = of.at("nginx");
-    const auto ours = server.at("rate").get<double>(), theirs = nginx.at("rate").get<double>();
+    const auto ours = server.at("rate").get<double>();
+    const auto theirs = nginx.at("rate").get<double>();
     readings.add(name + ": server", "requests/s", ours);
     readings.add(name + ": nginx", "requests/s", theirs);
     readings.add(name + ": server / nginx", "x", ours / theirs,

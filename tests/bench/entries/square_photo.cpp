@@ -11,7 +11,9 @@ namespace {
 
 constexpr const char* kPng = "bench/462_101.png";
 constexpr survey::SquareExtent kExtent{462000, 101000, 1000};
-constexpr std::int32_t kWest = 462020, kNorth = 101980, kSide = 960;
+constexpr std::int32_t kWest = 462020;
+constexpr std::int32_t kNorth = 101980;
+constexpr std::int32_t kSide = 960;
 
 survey::SquareRaster<std::uint8_t> read_png(const std::filesystem::path& path) {
     geo::start_gdal();

@@ -4,8 +4,8 @@
 
 namespace terravox::bench {
 
-/// The orthophoto of the full square: the PNG of the shared data says nowhere where it lies, so a
-/// GeoTIFF of it is made in scratch (once).
+/// The orthophoto of the full square: the PNG of the shared data has no georeference, so a GeoTIFF
+/// of it is made in scratch (once).
 /// @throws Error when the PNG cannot be read
 [[nodiscard]] std::filesystem::path square_photo(const Context& context);
 
@@ -19,7 +19,8 @@ namespace terravox::bench {
 /// m from easting 462020, northing 101980. Boxes lie on an absolute grid here, so 16 x 16 columns
 /// of them cover that.
 struct BoxColumnKey {
-    std::int32_t bx = 0, bz = 0;
+    std::int32_t bx = 0;
+    std::int32_t bz = 0;
 };
 [[nodiscard]] std::vector<BoxColumnKey> benchmark_columns();
 

@@ -11,8 +11,8 @@ namespace {
 /// the next.
 template <class Work>
 Cost cost_of_tiles(int threads, const Work& work) {
-    constexpr int kAcross = NeutralScene::kWidthPx / kTracedTilePx,
-                  kDown = NeutralScene::kHeightPx / kTracedTilePx;
+    constexpr int kAcross = NeutralScene::kWidthPx / kTracedTilePx;
+    constexpr int kDown = NeutralScene::kHeightPx / kTracedTilePx;
     static_assert(kAcross * kTracedTilePx == NeutralScene::kWidthPx &&
                   kDown * kTracedTilePx == NeutralScene::kHeightPx);
     std::atomic<int> next{0};

@@ -8,9 +8,9 @@
 namespace terravox::bench {
 
 inline constexpr int kTracedTilePx =
-    16;  ///< edge of the tiles that tracers are asked for; divides both edges of the picture
+    16;  ///< edge of the tiles that tracers get; divides both edges of the picture
 
-/// A tracer that has the neutral scene, asked view by view and tile by tile, so that all are timed
+/// A tracer that has the neutral scene, called view by view and tile by tile, so that all are timed
 /// by one loop.
 ///
 /// Tiles are given by their first pixel. Calls for different tiles of one view may run at the same
@@ -36,8 +36,10 @@ public:
 
 /// What one view took.
 struct ViewTimes {
-    Cost primary, shadow;
-    std::size_t hits = 0, shadowed = 0;
+    Cost primary;
+    Cost shadow;
+    std::size_t hits = 0;
+    std::size_t shadowed = 0;
     /// Mray/s of processor time: what others do on the machine takes little from it.
     [[nodiscard]] double primary_rate() const noexcept {
         return NeutralScene::kWidthPx * NeutralScene::kHeightPx / primary.cpu_s / 1e6;
@@ -47,7 +49,7 @@ struct ViewTimes {
     }
     [[nodiscard]] double wall_s() const noexcept { return primary.wall_s + shadow.wall_s; }
     [[nodiscard]] double cpu_s() const noexcept { return primary.cpu_s + shadow.cpu_s; }
-    /// Keeps the least of two times, each for itself.
+    /// Keeps the shorter of two times, each for itself.
     void keep_best(const ViewTimes& other) noexcept;
 };
 

@@ -28,7 +28,8 @@ struct Traced {
     }
     OpenWorld opened;
     blocks::BlockManager blocks;
-    std::unique_ptr<shade::View> full, plain;
+    std::unique_ptr<shade::View> full;
+    std::unique_ptr<shade::View> plain;
 };
 
 void add_rates(const std::string& what, double rays, double steps, double seconds,

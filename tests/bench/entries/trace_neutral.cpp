@@ -12,7 +12,8 @@ constexpr int kRounds =
     3;  // the fastest of them counts: on a shared machine it is nearest to what the tracers can do
 // Shares of the rays that may differ: single precision loses some at edges, and starts shadow rays
 // a little before their face.
-constexpr double kMaxPrimaryDifference = 0.001, kMaxShadowDifference = 0.01;
+constexpr double kMaxPrimaryDifference = 0.001;
+constexpr double kMaxShadowDifference = 0.01;
 
 /// Rates mean nothing when the two did not see the same.
 void check_same(const std::string& name, std::size_t ours, std::size_t theirs, double allowed) {
@@ -24,7 +25,9 @@ void check_same(const std::string& name, std::size_t ours, std::size_t theirs, d
 
 /// A view by our tracer on one thread and on all, and by the peer where there is one.
 struct Compared {
-    ViewTimes one, all, peer;
+    ViewTimes one;
+    ViewTimes all;
+    ViewTimes peer;
 };
 
 Compared trace_in_turns(const NeutralView& view, NeutralTracer& ours, EmbreeScene* embree,
@@ -68,8 +71,8 @@ void add_view(const std::string& name, const Compared& best, bool with_peer, int
         return;
     const std::string cores = name + ": " + std::to_string(threads) + " cores / 1 core";
     readings.add(cores, "x", best.one.wall_s() / best.all.wall_s(), at_least(0.95 * threads));
-    // The same were all cores ours and busy to the end: what the threads cost each other, told on a
-    // busy machine, too.
+    // The rate if all cores were ours and busy to the end: it shows what the threads cost each
+    // other, on a busy machine, too.
     readings.add(cores + ", by processor time", "x", threads * best.one.cpu_s() / best.all.cpu_s());
 }
 

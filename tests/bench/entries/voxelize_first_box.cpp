@@ -5,15 +5,17 @@
 namespace terravox::bench {
 namespace {
 
-constexpr double kIndexed_ms = 250, kCopc_ms = 60, kPreparedBox_ms = 5;
-constexpr const char* kCopcSquare = "bench/TM_462_101.copc.laz";  ///< where somebody made one
+constexpr double kIndexed_ms = 250;
+constexpr double kCopc_ms = 60;
+constexpr double kPreparedBox_ms = 5;
+constexpr const char* kCopcSquare = "bench/TM_462_101.copc.laz";  ///< where it has been made
 constexpr const char* kCopcOther =
     "copcjs/ellipsoid.copc.laz";  ///< else a small file of another place
 
 voxel::BoxKey middle_of(voxelize::LidarWorld& world) {
     const auto range = voxel::boxes_over(world.info().bounds, 0);
-    const std::int32_t bx = (range.min.bx + range.max.bx) / 2,
-                       bz = (range.min.bz + range.max.bz) / 2;
+    const std::int32_t bx = (range.min.bx + range.max.bx) / 2;
+    const std::int32_t bz = (range.min.bz + range.max.bz) / 2;
     return {0, bx, world.column(0, bx, bz).by_begin, bz};
 }
 
@@ -31,7 +33,7 @@ Cost first_box(const voxelize::LidarWorldOptions& options) {
     });
 }
 
-/// Opens the world once for what it leaves in its cache folder. @param boxes also asks for every
+/// Opens the world once for what it leaves in its cache folder. @param boxes also requests every
 /// box
 void fill_cache(const voxelize::LidarWorldOptions& options, bool boxes) {
     util::StageTimes times;
@@ -41,7 +43,7 @@ void fill_cache(const voxelize::LidarWorldOptions& options, bool boxes) {
             static_cast<void>(world->box(key));
 }
 
-/// CPU of one box when its square is prepared on disk and open, but no box was asked before.
+/// CPU of one box when its square is prepared on disk and open, but no box was requested before.
 double prepared_box_ms(const voxelize::LidarWorldOptions& options) {
     util::StageTimes times;
     const auto world = voxelize::open_lidar_world(options, times);
@@ -56,7 +58,10 @@ double prepared_box_ms(const voxelize::LidarWorldOptions& options) {
 }
 
 struct Cases {
-    voxelize::LidarWorldOptions plain, indexed, prepared, copc;
+    voxelize::LidarWorldOptions plain;
+    voxelize::LidarWorldOptions indexed;
+    voxelize::LidarWorldOptions prepared;
+    voxelize::LidarWorldOptions copc;
     std::string copc_name;
 };
 

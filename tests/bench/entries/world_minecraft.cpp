@@ -59,7 +59,9 @@ double bare_s(const std::filesystem::path& path) {
 
 void measure(const std::filesystem::path& path, const minecraft::BlockTable& blocks, double chunks,
              Readings& readings) {
-    double open_s = 0, boxes_s = 0, boxes = 0;
+    double open_s = 0;
+    double boxes_s = 0;
+    double boxes = 0;
     for (int pass = 0; pass < kPasses; ++pass) {
         std::unique_ptr<voxel::World> world;
         open_s += cost_of([&] {

@@ -154,8 +154,8 @@ def main():
         if name == "ball":
             ball = trimesh.load(str(folder / "ball_single.ply"))
             ball.merge_vertices(merge_tex=True, merge_norm=True)
-            check("ball: watertight, says trimesh", bool(ball.is_watertight), True)
-            check("ball: volume, says trimesh", ball.volume / voxel_m**3, truth["solid"], 1e-6)
+            check("ball: watertight, by trimesh", bool(ball.is_watertight), True)
+            check("ball: volume, by trimesh", ball.volume / voxel_m**3, truth["solid"], 1e-6)
     sys.exit(1 if failures else 0)
 
 

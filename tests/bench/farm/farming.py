@@ -29,7 +29,7 @@ ENVIRONMENT = {
     "TERRAVOX_FARM_TEST": "1",
     "XDG_CACHE_HOME": str(FOLDER / "cache"),
 }
-# As people have it: longer waits for what is silent, late or gone.
+# The defaults of users: longer waits for peers that are silent, late or gone.
 DEFAULTS = {**ENVIRONMENT, "TERRAVOX_FARM_TEST": "0"}
 _LIBC = ctypes.CDLL(None, use_errno=True)
 _PR_SET_PDEATHSIG = 1
@@ -116,9 +116,7 @@ class Share:
         self._sweep(root)
         Share._next += 1
         self.folder = root / f"terravox-bench-{os.getpid()}-{Share._next}"
-        period_us = (
-            100_000  # as is usual: of a shorter one much is lost to going from program to program
-        )
+        period_us = 100_000  # as is usual: a shorter one loses much time to context switches
         if not is_v1:
             (v2 / "cgroup.subtree_control").write_text("+cpu")
         self.folder.mkdir()
@@ -131,7 +129,7 @@ class Share:
 
     @classmethod
     def _sweep(cls, root):
-        """What a bench left that was killed."""
+        """Processes that a killed bench left behind."""
         if cls._swept:
             return
         cls._swept = True
@@ -151,7 +149,7 @@ class Share:
 def shares_missing():
     """@return why shares of a core are not available here, or an empty string"""
     if os.geteuid() != 0:
-        return "control groups want root"
+        return "control groups need root"
     try:
         Share(1).remove()
     except OSError as e:
@@ -164,7 +162,7 @@ _living = set()
 
 @atexit.register
 def kill_all():
-    """Whatever of the farm still runs."""
+    """Ends all programs of the farm that still run."""
     for process in list(_living):
         process.kill()
 
@@ -245,7 +243,7 @@ class Worker(Process):
         Worker._next += 1
         self.name = f"bench-{Worker._next}"
         if not port and host == "127.0.0.1":
-            port = hold_port()  # one that is killed comes back at the port of before
+            port = hold_port()  # a killed worker is started again at the same port
         place = ["--join", join] if join else ["--listen", f"{host}:{port}"]
         super().__init__(
             ["worker", *place, "--threads", threads, "--name", self.name, *arguments],
@@ -276,17 +274,17 @@ class Render(Process):
         self.wall_s = time.monotonic() - self.start
         if code != 0:
             raise RuntimeError(f"render: exit code {code}: {self.watch.text()[-600:]}")
-        self.told = json.loads(self.report.read_text())
+        self.results = json.loads(self.report.read_text())
         return self
 
     @property
     def farm(self):
-        return self.told["farm"]
+        return self.results["farm"]
 
     @property
     def tracing_s(self):
         return next(
-            s["seconds"] for s in self.told["stages"] if s["name"].startswith("ray tracing")
+            s["seconds"] for s in self.results["stages"] if s["name"].startswith("ray tracing")
         )
 
     @property
@@ -310,7 +308,7 @@ def of(workers):
     return ["--threads", "0", *(a for w in workers for a in ("--worker", w.address))]
 
 
-def tell(figures):
+def print_figures(figures):
     """Prints one line of JSON, which has no infinity: an event that never came is a billion."""
     finite = {
         name: min(value, 1e9) if isinstance(value, float) else value

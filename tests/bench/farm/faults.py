@@ -16,7 +16,7 @@ import faults_soak
 import faults_strangers
 import faults_workers
 import kill
-from farming import kill_all, tell
+from farming import kill_all, print_figures
 
 MODULES = (faults_workers, faults_coordinator, faults_network, faults_strangers, faults_soak)
 ROWS = {"kill": lambda args: kill.measure(args.kill_runs, 3, args.seed)}
@@ -50,7 +50,7 @@ def arguments():
         "--silent-defaults",
         action=argparse.BooleanOptionalAction,
         default=True,
-        help="with the times that people have, too",
+        help="with the default times, too",
     )
     parser.add_argument("--late-answers", type=int, default=100)
     parser.add_argument("--slow-runs", type=int, default=3)
@@ -62,7 +62,7 @@ def arguments():
         default=600,
         help="for a picture through a slow network that is cut off",
     )
-    parser.add_argument("--idle", type=int, default=5000, help="connections that say nothing")
+    parser.add_argument("--idle", type=int, default=5000, help="connections that send nothing")
     parser.add_argument("--flood-s", type=float, default=5)
     parser.add_argument("--soak-s", type=float, default=120)
     parser.add_argument("--tasks", type=int, default=10_000, help="tiles through one daemon")
@@ -87,14 +87,18 @@ def main():
             continue
         start = time.monotonic()
         try:
-            told = ROWS[row](args)
-            figures.update({f"{row}_{name}": value for name, value in told.items()})
-        except Exception as e:  # the other rows are worth having
-            failed[row] = told = f"{type(e).__name__}: {e}"
+            figures_of_row = ROWS[row](args)
+            figures.update({f"{row}_{name}": value for name, value in figures_of_row.items()})
+        except Exception as e:  # the other rows still run
+            failed[row] = figures_of_row = f"{type(e).__name__}: {e}"
             traceback.print_exc()
         kill_all()
-        print(f"{row}: {time.monotonic() - start:.0f} s: {told}", file=sys.stderr, flush=True)
-    tell({**figures, "skipped": skipped, "failed": failed})
+        print(
+            f"{row}: {time.monotonic() - start:.0f} s: {figures_of_row}",
+            file=sys.stderr,
+            flush=True,
+        )
+    print_figures({**figures, "skipped": skipped, "failed": failed})
 
 
 if __name__ == "__main__":

@@ -20,7 +20,7 @@ def resume(args):
     """
     numbers = random.Random(args.seed)
     scene = path_scene(100)
-    crew = [Worker(), Worker()]
+    workers = [Worker(), Worker()]
     picture = FOLDER / "resumed.png"
     journal = picture.with_name(picture.name + ".tiles")
     twice = 0
@@ -29,7 +29,7 @@ def resume(args):
     no_progress = 0
     before = set()
     for kill in range(args.resume_kills):
-        render = Render(*scene, *of(crew), "--resume", log="debug", picture=picture)
+        render = Render(*scene, *of(workers), "--resume", log="debug", picture=picture)
         # So many answers more, that all kills fall within the picture.
         most = (_TILES - len(before)) // (args.resume_kills - kill + 1)
         render.watch.saw_times("answer: ", max(1, numbers.randint(most // 4, most)), 120)
@@ -41,18 +41,18 @@ def resume(args):
         again += max(0, _leased(render) - (_TILES - len(before)))
         no_progress += set(kept) == before
         before = set(kept)
-    render = Render(*scene, *of(crew), "--resume", log="debug", picture=picture).end()
+    render = Render(*scene, *of(workers), "--resume", log="debug", picture=picture).end()
     again += max(0, _leased(render) - (_TILES - len(before)))
-    for worker in crew:
+    for worker in workers:
         worker.kill()
     return {
         "kills": args.resume_kills,
         "kept": len(before),
-        "resumed": render.told["tiles_resumed"],
-        "made": render.told["tiles"],
+        "resumed": render.results["tiles_resumed"],
+        "made": render.results["tiles"],
         "no_progress": no_progress,
         "lost": lost,
-        "again": again + abs(render.told["tiles_resumed"] - len(before)),
+        "again": again + abs(render.results["tiles_resumed"] - len(before)),
         "twice": twice,
         "wrong": int(render.bytes != wanted(scene)),
         "journal_left": int(journal.exists()),

@@ -10,11 +10,11 @@ _KILL_EVERY_S = 30
 _WARM_UP = 40  # pictures
 
 
-def _warm_up(crew):
+def _warm_up(workers):
     """Allocators and pools take what they need for good."""
     scene = path_scene(1, size="640x360", tile=32)
     for _ in range(_WARM_UP):
-        Render(*scene, *of(crew)).end()
+        Render(*scene, *of(workers)).end()
 
 
 def soak(args):
@@ -27,26 +27,26 @@ def soak(args):
     scenes = [path_scene(16), path_scene(4, size="640x360", tile=32)]
     for scene in scenes:
         wanted(scene)
-    crew = [Worker(), Worker(arguments=["--memory-mib", 64]), Worker()]
-    _warm_up(crew)
+    workers = [Worker(), Worker(arguments=["--memory-mib", 64]), Worker()]
+    _warm_up(workers)
     start = time.monotonic()
     next_kill = start + _KILL_EVERY_S
     kills = 0
     pictures = 0
     wrong = 0
     lost = 0
-    samples = {w.name: [] for w in crew[:2]}  # when, resident KiB, descriptors
+    samples = {w.name: [] for w in workers[:2]}  # when, resident KiB, descriptors
     while time.monotonic() - start < args.soak_s:
         scene = scenes[pictures % len(scenes)]
-        render = Render(*scene, *of(crew))
+        render = Render(*scene, *of(workers))
         if time.monotonic() > next_kill:
             render.has_ended(numbers.uniform(0.5, 1.5))
-            crew[2].kill()
-            crew[2] = Worker(port=crew[2].port)
+            workers[2].kill()
+            workers[2] = Worker(port=workers[2].port)
             kills += 1
             next_kill += _KILL_EVERY_S
         while render.has_ended(0.2) is None:
-            for worker in crew[:2]:
+            for worker in workers[:2]:
                 samples[worker.name].append((time.monotonic() - start, *worker.status()))
         render.end()
         pictures += 1
@@ -61,7 +61,7 @@ def soak(args):
         "wrong": wrong,
         "more_descriptors": 0,
     }
-    for name, worker in zip(("", "small_"), crew):
+    for name, worker in zip(("", "small_"), workers):
         first, last = (
             [s for s in samples[worker.name] if begin <= s[0] / end_s <= end]
             for begin, end in ((0, 1 / 3), (2 / 3, 1))
@@ -72,7 +72,7 @@ def soak(args):
         out[f"{name}rss_mib"] = last_kib / 1024
         out[f"{name}growth"] = last_kib / first_kib
         out["more_descriptors"] = max(out["more_descriptors"], last_files - first_files)
-    for worker in crew:
+    for worker in workers:
         worker.kill()
     return out
 
@@ -94,7 +94,7 @@ def tasks(args):
     end_mib = resident_mib(args.tasks)
     render.end()
     out = {
-        "tiles": render.told["tiles"],
+        "tiles": render.results["tiles"],
         "fifth_mib": fifth_mib,
         "end_mib": end_mib,
         "growth_mib": end_mib - fifth_mib,

@@ -203,30 +203,30 @@ def _worker_joins(dialler, listener):
 def _refusal(connect, dialler, listener):
     """@return seconds until both sides have reported the reason, and whether a peer was let in"""
     here, there = connect(dialler, listener)
-    told = max(
+    reported = max(
         here.watch.saw(rf"(warning|error)\].*{dialler.reports}", 30)[0],
         there.watch.saw(rf"(warning|error)\].*{listener.reports}", 30)[0],
     )
-    # A render has its inputs open when it dials, and says so.
+    # A render has opened its inputs when it dials, and logs that.
     opened = here.watch.look("points in .* files")
     let_in = any(p.watch.look(r"\[info\] (worker|works for) ") is not None for p in (here, there))
     here.kill()
     there.kill()
-    return told - (opened[0] if opened else here.start), let_in
+    return reported - (opened[0] if opened else here.start), let_in
 
 
 def _other_handshake_s():
     """@return seconds until a worker has reported an unknown version of the handshake
 
-    No program speaks another version yet, so this sends its bytes.
+    No program has another version yet, so this sends its bytes.
     """
     there = Worker()
     at = time.monotonic()
-    with socket.create_connection(("127.0.0.1", there.port)) as stranger:
-        stranger.sendall(b"TVX-FARM\x07" + os.urandom(32))
-        told = there.watch.saw("shakes hands by version 7, this end by", 30, after=at)[0]
+    with socket.create_connection(("127.0.0.1", there.port)) as peer:
+        peer.sendall(b"TVX-FARM\x07" + os.urandom(32))
+        reported = there.watch.saw("shakes hands by version 7, this end by", 30, after=at)[0]
     there.kill()
-    return told - at
+    return reported - at
 
 
 def unwelcome(args):
@@ -245,11 +245,11 @@ def unwelcome(args):
             )
             continue
         for way, connect in (("render_dials", _render_dials), ("worker_joins", _worker_joins)):
-            told_s, let_in = _refusal(connect, dialler, listener)
+            reported_s, let_in = _refusal(connect, dialler, listener)
             out["cases"] += 1
             out["let_in"] += let_in
-            out[f"{name}_{way}_s"] = told_s
-            out["most_s"] = max(out["most_s"], told_s)
+            out[f"{name}_{way}_s"] = reported_s
+            out["most_s"] = max(out["most_s"], reported_s)
     out["handshake_s"] = _other_handshake_s()
     out["most_s"] = max(out["most_s"], out["handshake_s"])
     out["cases"] += 1

@@ -21,42 +21,42 @@ def _kills(args, scene, wanted_bands):
     numbers = random.Random(args.seed)
     bands_s = []
     first_s = []
-    told_s = []
+    reported_s = []
     wrong = 0
     pictures = 0
     while len(bands_s) < wanted_bands:
-        crew = [Worker(environment=DEFAULTS) for _ in range(3)]
-        render = Render(*scene, *of(crew), log="debug", environment=DEFAULTS)
+        workers = [Worker(environment=DEFAULTS) for _ in range(3)]
+        render = Render(*scene, *of(workers), log="debug", environment=DEFAULTS)
         start = render.watch.saw("lease: ", 60)[0]
         killed = []
         while render.has_ended(numbers.uniform(0.7, 1.5)) is None and time.monotonic() - start < 40:
-            victim = numbers.choice(crew)
+            victim = numbers.choice(workers)
             if not held(render.watch.events(), victim.name, time.monotonic()):
                 continue
             at = time.monotonic()
             victim.kill()
             killed.append((victim.name, at))
-            crew.remove(victim)
-            crew.append(Worker(port=victim.port, environment=DEFAULTS))
+            workers.remove(victim)
+            workers.append(Worker(port=victim.port, environment=DEFAULTS))
         render.end()
         pictures += 1
         wrong += render.bytes != wanted(scene)
-        for worker in crew:
+        for worker in workers:
             worker.kill()
         events = render.watch.events()
         for name, at in killed:
             delays_s = lease_delays_s(events, name, at)
             bands_s += delays_s
             first_s += [min(delays_s)] if delays_s else []
-            told = render.watch.look(f"worker {name} at .* is lost", after=at)
-            if told or delays_s:  # else its answers were on the way, and the picture was finished
-                told_s.append(told[0] - at if told else float("inf"))
+            lost = render.watch.look(f"worker {name} at .* is lost", after=at)
+            if lost or delays_s:  # else its answers were on the way, and the picture was finished
+                reported_s.append(lost[0] - at if lost else float("inf"))
     return {
         "pictures": pictures,
         "wrong": wrong,
-        "kills": len(told_s),
+        "kills": len(reported_s),
         "bands": len(bands_s),
-        "told_most_s": max(told_s),
+        "told_most_s": max(reported_s),
         "first_p99_s": quantile(first_s, 0.99),
         "median_s": quantile(bands_s, 0.5),
         "p99_s": quantile(bands_s, 0.99),
@@ -100,10 +100,10 @@ def silent_one(environment, samples, silence, harm, mend, victim, others):
     back = time.monotonic()
     mend()
     answer = None
-    with contextlib.suppress(RuntimeError):  # without an answer the row says so below
+    with contextlib.suppress(RuntimeError):  # a missing answer is a figure of the row below
         answer = render.watch.saw(f"answer: .* of {victim.name}$", 120, after=back)[0] - back
     render.end()
-    # By now all that there is to see has been seen.
+    # All lines of the log have been read by now.
     delays_s = lease_delays_s(render.watch.events(), victim.name, at)
     figures = {
         "bands": len(delays_s),
@@ -144,7 +144,7 @@ def _silent(args, make):
 
 
 def stopped(args):
-    """SIGSTOP: its connection stays, and says nothing."""
+    """SIGSTOP: its connection stays open and silent."""
 
     def make(environment):
         victim = Worker(environment=environment)
@@ -209,7 +209,8 @@ def _hung_after(args, answers):
     events = render.watch.events()
     delays_s = lease_delays_s(events, victim.name, at)
     more = sum(
-        e.kind == "lease" and e.who == victim.name and at < e.when < back for e in events[before:]
+        e.kind == "lease" and e.worker == victim.name and at < e.when < back
+        for e in events[before:]
     )
     for worker in (victim, other):
         worker.kill()
@@ -298,18 +299,18 @@ def slow(args):
     out = {"wrong": 0}
     for count in (3, 2):
         share = 0.5 if count == 3 else _SHARE
-        crew = [Worker(share) for _ in range(count - 1)]
+        fast = [Worker(share) for _ in range(count - 1)]
         snail = Worker(share / 10)
         without_s = []
         with_s = []
         # In turns, so that other load of the machine affects both alike; the first of each sends
         # the boxes.
         for i in range(args.slow_runs + 1):
-            for times, workers in ((without_s, crew), (with_s, [*crew, snail])):
+            for times, workers in ((without_s, fast), (with_s, [*fast, snail])):
                 render = Render(*scene, *of(workers)).end()
                 out["wrong"] += render.bytes != wanted(scene)
                 times += [render.tracing_s] if i > 0 else []
-        for worker in (*crew, snail):
+        for worker in (*fast, snail):
             worker.kill()
         out[f"of_{count}_without_s"] = quantile(without_s, 0.5)
         out[f"of_{count}_with_s"] = quantile(with_s, 0.5)

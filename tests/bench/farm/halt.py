@@ -14,7 +14,7 @@ _WALL = 0x40000000
 
 
 def busiest_thread(pid, seconds=0.5):
-    """@return the thread of a process that uses the processor most for a while: one that traces"""
+    """@return the thread of a process with the most CPU time for a while: one that traces"""
 
     def ticks():
         out = {}

@@ -16,7 +16,7 @@ import statistics
 import time
 from typing import NamedTuple
 
-from farming import Render, Worker, of, path_scene, shares_missing, tell, wanted
+from farming import Render, Worker, of, path_scene, print_figures, shares_missing, wanted
 from ideal import ideal_s
 
 SAMPLES = 16
@@ -33,13 +33,14 @@ class Undisturbed(NamedTuple):
 
 
 def undisturbed(scene, share, workers):
-    crew = [Worker(share) for _ in range(workers)]
-    render = Render(*scene, *of(crew), log="debug").end()
-    for worker in crew:
+    members = [Worker(share) for _ in range(workers)]
+    render = Render(*scene, *of(members), log="debug").end()
+    for worker in members:
         worker.kill()
     events = render.watch.events()
     answers = {
-        w.name: [e.when for e in events if e.kind == "answer" and e.who == w.name] for w in crew
+        w.name: [e.when for e in events if e.kind == "answer" and e.worker == w.name]
+        for w in members
     }
     start = events[0].when
     ready = statistics.mean(a[0] for a in answers.values())
@@ -52,12 +53,12 @@ def one_run(numbers, scene, share, workers, most_s):
 
     @return the render, times of the kills since the first lease, wall time since then
     """
-    crew = [Worker(share) for _ in range(workers)]
-    victims = numbers.sample(crew, numbers.randint(1, workers - 1))
+    members = [Worker(share) for _ in range(workers)]
+    victims = numbers.sample(members, numbers.randint(1, workers - 1))
     plan = sorted(
         ((numbers.uniform(0.1, most_s), victim) for victim in victims), key=lambda one: one[0]
     )
-    render = Render(*scene, *of(crew), log="debug")
+    render = Render(*scene, *of(members), log="debug")
     start = render.watch.saw("lease: ", 60)[0]
     killed_at_s = []
     for at, victim in plan:
@@ -67,7 +68,7 @@ def one_run(numbers, scene, share, workers, most_s):
         victim.kill()
     render.end()
     wall_s = time.monotonic() - start
-    for worker in crew:
+    for worker in members:
         worker.kill()
     return render, killed_at_s, wall_s
 
@@ -97,7 +98,7 @@ def measure(runs, workers, seed):
         wrong += render.bytes != wanted(scene)
         kills += len(killed_at_s)
         lost += render.farm["lost"]
-    tile_s = working_s * most_at_once / render.told["tiles"]
+    tile_s = working_s * most_at_once / render.results["tiles"]
     return {
         "runs": runs,
         "seed": seed,
@@ -121,7 +122,7 @@ def main():
     parser.add_argument("--workers", type=int, default=3)
     parser.add_argument("--seed", type=int, default=1)
     args = parser.parse_args()
-    tell(measure(args.runs, args.workers, args.seed))
+    print_figures(measure(args.runs, args.workers, args.seed))
 
 
 if __name__ == "__main__":

@@ -26,7 +26,7 @@ def networks_missing():
     if absent:
         return "not installed: " + ", ".join(absent)
     if os.geteuid() != 0:
-        return "network namespaces want root"
+        return "network namespaces need root"
     tried = subprocess.run(
         ["unshare", "-n", "nft", "add table inet t"], capture_output=True, text=True, check=False
     )
@@ -111,7 +111,7 @@ class Namespace:
         atexit.unregister(self.remove)
 
     def cut_off(self):
-        """All packets are dropped, both ways, without a word to anybody."""
+        """All packets are dropped silently, both ways."""
         self._filter("drop")
 
     def lose(self, percent):
@@ -171,8 +171,8 @@ class Namespace:
 
     def link_bytes(self):
         """(from there to here, from here to there), headers and what is sent again included."""
-        told = json.loads(_run("ip", "-j", "-s", "link", "show", "dev", self._link))[0]["stats64"]
-        return told["rx"]["bytes"], told["tx"]["bytes"]
+        stats = json.loads(_run("ip", "-j", "-s", "link", "show", "dev", self._link))[0]["stats64"]
+        return stats["rx"]["bytes"], stats["tx"]["bytes"]
 
     def payload(self, port):
         """Of the connections of a program there that listens at `port`."""

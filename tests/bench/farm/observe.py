@@ -1,4 +1,4 @@
-"""Events of a program of the farm with their times, and what became of bands that a worker held.
+"""Events of a program of the farm with their times, and the fate of bands that a worker held.
 
 Read from `render --log debug`.
 """
@@ -93,8 +93,8 @@ class Watch:
         for when, line in lines:
             found = _BAND.search(line)
             if found:
-                kind, *numbers, who = found.groups()
-                out.append(Event(when, kind, Band(*(int(n) for n in numbers)), who))
+                kind, *numbers, worker = found.groups()
+                out.append(Event(when, kind, Band(*(int(n) for n in numbers)), worker))
         return out
 
 
@@ -117,25 +117,25 @@ class Event(NamedTuple):
     when: float
     kind: str
     band: Band
-    who: str
+    worker: str
 
 
 CHECKS = "checks"  # of the coordinator itself, which makes some bands again
 
 
-def held(events, who, at):
-    """@return bands that only `who` had at that time, and that no worker had answered"""
+def held(events, worker, at):
+    """@return bands that only `worker` had at that time, and that no worker had answered"""
     open_bands = {}
     for e in events:
         if e.when > at:
             break
-        if e.who == CHECKS:
+        if e.worker == CHECKS:
             continue
         if e.kind == "lease":
-            open_bands.setdefault(e.band, set()).add(e.who)
+            open_bands.setdefault(e.band, set()).add(e.worker)
         else:
             open_bands.pop(e.band, None)
-    return [band for band, holders in open_bands.items() if holders == {who}]
+    return [band for band, holders in open_bands.items() if holders == {worker}]
 
 
 class Fate(NamedTuple):
@@ -144,24 +144,28 @@ class Fate(NamedTuple):
     leased_s: float | None  # some of its rows, to another worker
 
 
-def fates(events, who, at):
-    """@return the fate of the bands that `who` held, in seconds since then"""
+def fates(events, worker, at):
+    """@return the fate of the bands that `worker` held, in seconds since then"""
     out = []
-    for band in held(events, who, at):
-        later = [e for e in events if e.when > at and e.who != CHECKS and e.band.overlaps(band)]
-        answered = next((e.when - at for e in later if e.kind == "answer" and e.who == who), None)
-        leased = next((e.when - at for e in later if e.kind == "lease" and e.who != who), None)
+    for band in held(events, worker, at):
+        later = [e for e in events if e.when > at and e.worker != CHECKS and e.band.overlaps(band)]
+        answered = next(
+            (e.when - at for e in later if e.kind == "answer" and e.worker == worker), None
+        )
+        leased = next(
+            (e.when - at for e in later if e.kind == "lease" and e.worker != worker), None
+        )
         out.append(Fate(band, answered, leased))
     return out
 
 
-def lease_delays_s(events, who, at):
-    """For each band lost with `who`: seconds until rows of it were leased to another worker.
+def lease_delays_s(events, worker, at):
+    """For each band lost with `worker`: seconds until rows of it were leased to another worker.
 
     A band that was never leased again: infinity.
     """
     out = []
-    for fate in fates(events, who, at):
+    for fate in fates(events, worker, at):
         if fate.answered_s is not None and (
             fate.leased_s is None or fate.answered_s < fate.leased_s
         ):

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""What the benches that break farms conclude from a coordinator's log."""
+"""Conclusions of the fault benches from the log of a coordinator."""
 
 import io
 import unittest
@@ -8,10 +8,10 @@ from ideal import ideal_s
 from observe import Band, Watch, fates, held, lease_delays_s, quantile
 
 
-def line(kind, tile, y0, y1, who):
+def line(kind, tile, y0, y1, worker):
     return (
         f"[debug] {kind}: tile {tile} rows {y0} to {y1} "
-        f"step 1 sample 0 {'to' if kind == 'lease' else 'of'} {who}\n"
+        f"step 1 sample 0 {'to' if kind == 'lease' else 'of'} {worker}\n"
     )
 
 
@@ -23,7 +23,7 @@ def events_of(*lines):
 
 
 class Observe(unittest.TestCase):
-    def test_who_holds_what(self):
+    def test_bands_held_by_each_worker(self):
         events = events_of(
             line("lease", 1, 0, 16, "a"),
             line("lease", 2, 0, 16, "b b"),
@@ -44,7 +44,7 @@ class Observe(unittest.TestCase):
         )
         self.assertEqual(lease_delays_s(events, "a", 0.5), [1.5])
 
-    def test_what_nobody_gets_is_told(self):
+    def test_a_band_that_no_worker_gets_has_an_infinite_delay(self):
         events = events_of(
             line("lease", 1, 0, 32, "a"),
             line("lease", 1, 0, 32, "checks"),
@@ -75,9 +75,9 @@ class Observe(unittest.TestCase):
 
 
 class Ideal(unittest.TestCase):
-    def test_work_left_is_divided_among_who_is_left(self):
+    def test_remaining_work_is_divided_among_remaining_workers(self):
         for name, work_s, prepare_s, workers, killed_at_s, most, wanted_s in (
-            ("nobody is killed", 12, 0, 3, [], 3, 4),
+            ("no worker is killed", 12, 0, 3, [], 3, 4),
             ("half way", 12, 0, 3, [2], 3, 5),
             ("two of them", 12, 0, 3, [2, 1], 3, 1 + 1 + 7),
             ("after the end", 12, 0, 3, [4.5], 3, 4),

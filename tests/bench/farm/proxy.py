@@ -47,10 +47,10 @@ def proxy_missing():
 
 
 class Proxy:
-    """Stands before a port of this machine. For as long as the block lasts."""
+    """A proxy before a port of this machine, for as long as the block lasts."""
 
     def __init__(self, to_port):
-        # It does not say which port it has chosen, so one is chosen for it.
+        # It does not report the port that it has chosen, so one is chosen for it.
         self._api = hold_port()
         self._process = subprocess.Popen(
             [_program(), "-port", str(self._api)],

@@ -8,7 +8,7 @@ one line of JSON.
 import argparse
 import statistics
 
-from farming import Render, Worker, synthetic_survey, tell
+from farming import Render, Worker, print_figures, synthetic_survey
 
 _ONE_THREAD = ("--threads", "1", "--quality-coarse-step", "1")
 
@@ -101,7 +101,7 @@ def main():
         base = base or speed
         scale.figures[f"shared_{count}_efficiency"] = speed / base
     scale.figures["pictures"] = len(scale.pictures)
-    tell(scale.figures)
+    print_figures(scale.figures)
 
 
 if __name__ == "__main__":

@@ -12,7 +12,8 @@ using namespace terravox;
 using namespace terravox::bench;
 
 TEST_CASE("pictures are compared over all pixels and channels", "[bench][light]") {
-    const LinearPicture a{2, 1, {1, 2, 3, 4, 5, 6}}, b{2, 1, {1, 2, 3, 4, 5, 0}};
+    const LinearPicture a{2, 1, {1, 2, 3, 4, 5, 6}};
+    const LinearPicture b{2, 1, {1, 2, 3, 4, 5, 0}};
     CHECK(mean_of(a) == Approx(3.5));
     CHECK(rms_difference(a, a) == 0);
     CHECK(rms_difference(a, b) == Approx(std::sqrt(6.0)));

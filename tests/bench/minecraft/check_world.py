@@ -60,20 +60,20 @@ def main():
     arguments.add_argument("world", type=pathlib.Path)
     arguments.add_argument("--every", type=int, default=1)
     arguments.add_argument("--voxels", type=int)
-    asked = arguments.parse_args()
-    spawn = check_level(asked.world)
+    options = arguments.parse_args()
+    spawn = check_level(options.world)
     blocks = collections.Counter()
     chunks = 0
     counted = 0
     at_spawn = []
-    for file in sorted((asked.world / "region").glob("r.*.mca")):
+    for file in sorted((options.world / "region").glob("r.*.mca")):
         for chunk in chunks_of(file):
             if (chunk.x, chunk.z) == (spawn[0] >> 4, spawn[2] >> 4):
                 at_spawn = [
                     chunk.get_block(spawn[0] & 15, spawn[1] + step, spawn[2] & 15).name()
                     for step in (-1, 0)
                 ]
-            if chunks % asked.every == 0:
+            if chunks % options.every == 0:
                 count_chunk(chunk, blocks)
                 counted += 1
             chunks += 1
@@ -81,7 +81,7 @@ def main():
     air = blocks.pop("minecraft:air", 0)
     solid = sum(blocks.values())
     print(f"{solid} blocks, {air} air")
-    car_file = asked.world / "terravox.json"
+    car_file = options.world / "terravox.json"
     meaning = json.loads(car_file.read_text())["blocks"] if car_file.exists() else {}
     materials = collections.Counter()
     for name, count in blocks.most_common():
@@ -89,10 +89,10 @@ def main():
         materials[meaning.get(name, "?")] += count
     print("by material:", dict(materials.most_common()))
     unknown = [name for name in blocks if meaning and name not in meaning]
-    wrong = bool(unknown) or chunks == 0 or (asked.voxels is not None and solid != asked.voxels)
+    wrong = bool(unknown) or chunks == 0 or (options.voxels is not None and solid != options.voxels)
     if wrong:
         print(
-            f"WRONG: without meaning {unknown}, {chunks} chunks, {solid} blocks of {asked.voxels}"
+            f"WRONG: without meaning {unknown}, {chunks} chunks, {solid} blocks of {options.voxels}"
         )
     return 1 if wrong else 0
 

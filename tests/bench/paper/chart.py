@@ -129,7 +129,7 @@ def bar_chart(title, caption, x_name, bars, marks, mark_name):
     """Bars on a scale of powers of ten, in the order given, with a mark next to some.
 
     @param bars  {name: value above 0}
-    @param marks {name: value above 0} for some of the names; `mark_name` says what they are
+    @param marks {name: value above 0} for some of the names; `mark_name` describes them
     """
     width = 720
     left = 170

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""What charts draw, read back from their SVG."""
+"""Charts, read back from their SVG."""
 
 import pathlib
 import sys
@@ -62,13 +62,13 @@ class Lines(unittest.TestCase):
 class Bars(unittest.TestCase):
     def test_ten_times_as_much_is_one_step_wider(self):
         svg = chart.bar_chart(
-            "t", "c", "x", {"low": 0.1, "middle": 1, "high": 10, "least": 0.02}, {}, "other"
+            "t", "c", "x", {"low": 0.1, "middle": 1, "high": 10, "lowest": 0.02}, {}, "other"
         )
         low, middle, high, _ = [float(bar.get("width")) for bar in drawn(svg, "rect")][1:]
         self.assertAlmostEqual(middle - low, high - middle, delta=0.2)
         self.assertGreater(middle - low, 50)
 
-    def test_marks_lie_on_the_same_scale_and_only_beside_their_bars(self):
+    def test_marks_lie_on_the_same_scale_and_only_next_to_their_bars(self):
         svg = chart.bar_chart("t", "c", "x", {"a": 2, "b": 50}, {"a": 50, "elsewhere": 7}, "other")
         bar = list(drawn(svg, "rect"))[2]
         marks = [float(mark.get("cx")) for mark in drawn(svg, "circle") if mark.get("stroke")]

@@ -30,7 +30,7 @@ import time
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "serve"))
 
 from chart import bar_chart, line_chart, median  # noqa: E402
-from serving import benchmark_square, binary, tell, temporary_folder  # noqa: E402
+from serving import benchmark_square, binary, print_figures, temporary_folder  # noqa: E402
 
 TILES_PX = (8, 16, 32, 64, 128, 256)
 # Milliseconds of the paper for one box of 64 x 256 x 64, for the steps that both have (figure 9).
@@ -59,7 +59,7 @@ class Bench:
     def __init__(self, ortho):
         self.world = [str(word) for word in benchmark_square()]
         real = self.world[0].endswith(".laz")
-        self.name = "the benchmark square" if real else "an invented survey of 1 km"
+        self.name = "the benchmark square" if real else "a synthetic survey of 1 km"
         self.view = PAPER_PICTURE + (SQUARE_CAMERA if real else [])
         if ortho and real:
             self.world += ["--ortho", ortho]
@@ -259,7 +259,7 @@ def main():
     figures["processors"] = processors(bench, options.runs, kinds)
     figures["step_ms"] = steps(bench)
     draw(figures, options.output)
-    tell({"readings": readings(figures)})
+    print_figures({"readings": readings(figures)})
 
 
 if __name__ == "__main__":

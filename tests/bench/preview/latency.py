@@ -106,14 +106,14 @@ def measure(desktop, world, threads, seconds):
         for m in (re.search(r"first picture after ([\d.]+) ms", line) for line in moved)
         if m
     )
-    told = json.loads(report.read_text())
+    results = json.loads(report.read_text())
     return {
         "pictures": len(firsts),
         "first_median_s": statistics.median(firsts),
         "first_p99_s": firsts[int(0.99 * (len(firsts) - 1))],
-        "frame_median_s": told["frames"]["median_s"],
-        "frame_p95_s": told["frames"]["p95_s"],
-        "stop_p99_s": told["stops"]["p99_s"],
+        "frame_median_s": results["frames"]["median_s"],
+        "frame_p95_s": results["frames"]["p95_s"],
+        "stop_p99_s": results["stops"]["p99_s"],
         "memory_mib": memory_mib,
     }
 

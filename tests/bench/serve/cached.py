@@ -10,7 +10,14 @@ import shutil
 import subprocess
 import time
 
-from serving import Server, benchmark_square, hold_port, kept_folder, tell, temporary_folder
+from serving import (
+    Server,
+    benchmark_square,
+    hold_port,
+    kept_folder,
+    print_figures,
+    temporary_folder,
+)
 from wire import get, talk
 
 BOXES = 16
@@ -193,7 +200,7 @@ def main():
         }
     finally:
         server.stop()
-    tell(figures)
+    print_figures(figures)
 
 
 if __name__ == "__main__":

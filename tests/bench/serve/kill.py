@@ -19,7 +19,15 @@ import subprocess
 import threading
 import time
 
-from serving import HANGS_S, Server, binary, synthetic_survey, tell, temporary_folder, wait_until
+from serving import (
+    HANGS_S,
+    Server,
+    binary,
+    print_figures,
+    synthetic_survey,
+    temporary_folder,
+    wait_until,
+)
 
 
 def all_paths(server):
@@ -38,7 +46,7 @@ def truth_of(world):
 
 
 class Client(threading.Thread):
-    """Asks for boxes until the server is gone, and compares every reply that came whole."""
+    """Requests boxes until the server is gone, and compares every reply that came whole."""
 
     def __init__(self, port, paths, truth):
         super().__init__(daemon=True)
@@ -95,13 +103,13 @@ def start_and_kill(command, cache, truth, numbers):
     process = subprocess.Popen(
         command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True
     )
-    asking = []
+    running = []
     when = numbers.choices(
         ("started", "begun its file", "listening", "served", "written"), (1, 2, 1, 4, 4)
     )[0]
     try:
         if when == "started":
-            return asking
+            return running
         if when == "begun its file":
             wait_until(
                 lambda: (
@@ -109,35 +117,35 @@ def start_and_kill(command, cache, truth, numbers):
                 ),
                 "a file of the cache",
             )
-            return asking
+            return running
         line = process.stdout.readline()
         if not line.startswith("listening on "):
-            raise RuntimeError(f"the server said '{line}'")
+            raise RuntimeError(f"the server printed '{line}'")
         if when == "listening":
-            return asking
+            return running
         port = int(line.rsplit(":", 1)[1])
-        asking = clients(port, list(truth), truth, numbers, 3)
+        running = clients(port, list(truth), truth, numbers, 3)
         if when == "served":
             most = numbers.randrange(3 * len(truth))
             wait_until(
                 lambda: (
-                    sum(client.replies for client in asking) >= most
-                    or not any(client.is_alive() for client in asking)
+                    sum(client.replies for client in running) >= most
+                    or not any(client.is_alive() for client in running)
                 ),
                 f"{most} replies",
             )
         else:
             most = numbers.randint(1, len(truth) // 2)
             wait_until(
-                lambda: written(port) >= most or not any(client.is_alive() for client in asking),
+                lambda: written(port) >= most or not any(client.is_alive() for client in running),
                 f"{most} boxes on the disk",
             )
-        return asking
+        return running
     finally:
         process.kill()
         process.wait()
         process.stdout.close()
-        for client in asking:
+        for client in running:
             client.join()
 
 
@@ -170,15 +178,15 @@ def kill_often(kills, seed, world):
         cache = temporary_folder()
         # From an empty folder; one in three is killed again while it recovers.
         for _ in range(1 if numbers.random() < 0.67 else 2):
-            asking = start_and_kill(
+            running = start_and_kill(
                 [binary("VOXELSERVER"), *map(str, world), "--cache", str(cache), "--port", "0"],
                 cache,
                 truth,
                 numbers,
             )
             figures["kills"] += 1
-            figures["compared"] += sum(c.compared for c in asking)
-            figures["paths"] += [p for c in asking for p in c.corrupt]
+            figures["compared"] += sum(c.compared for c in running)
+            figures["paths"] += [p for c in running for p in c.corrupt]
         corrupt, from_disk = verify(world, cache, truth)
         figures["compared"] += len(truth)
         figures["keeps_boxes"] |= from_disk is not None
@@ -196,7 +204,7 @@ def main():
     arguments.add_argument("--kills", type=int, default=200)
     arguments.add_argument("--seed", type=int, default=9)
     a = arguments.parse_args()
-    tell(kill_often(a.kills, a.seed, [synthetic_survey()]))
+    print_figures(kill_often(a.kills, a.seed, [synthetic_survey()]))
 
 
 if __name__ == "__main__":

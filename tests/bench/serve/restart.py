@@ -6,7 +6,7 @@ import statistics
 import subprocess
 import time
 
-from serving import Server, benchmark_square, binary, kept_folder, tell
+from serving import Server, benchmark_square, binary, kept_folder, print_figures
 
 
 def main():
@@ -36,7 +36,7 @@ def main():
         other += reply[0] != 200 or reply[2] != body
         from_disk += ((server.json("/v2/stats").get("disk") or {}).get("hits", 0)) > 0
         server.stop()
-    tell(
+    print_figures(
         {
             "version_ms": statistics.median(version),
             "box_ms": statistics.median(r - s for r, s in zip(replied, listening)),

@@ -77,5 +77,5 @@ def percentile(values, share):
     return values[min(len(values) - 1, int(len(values) * share))]
 
 
-def tell(figures):
+def print_figures(figures):
     print(json.dumps(figures), flush=True)

@@ -13,7 +13,7 @@ import random
 import threading
 import time
 
-from serving import Server, kept_folder, percentile, synthetic_survey, tell
+from serving import Server, kept_folder, percentile, print_figures, synthetic_survey
 
 BAD = [
     ("/v2/boxes/x/1/1/1", 400),
@@ -230,7 +230,7 @@ def main():
         print(line)
     times = times_of(clients)
     half = max(1, len(rss) // 2)
-    tell(
+    print_figures(
         {
             "rss_mib": max(rss) / 1024,
             "peak_mib": peak_kib / 1024,

@@ -6,7 +6,7 @@ import selectors
 import socket
 import time
 
-from serving import Server, many_files, percentile, synthetic_survey, tell
+from serving import Server, many_files, percentile, print_figures, synthetic_survey
 from wire import Talk, get
 
 
@@ -68,7 +68,7 @@ def middle_box(server):
 
 
 def is_busy(reply):
-    """@return whether the server asks the client to come back later"""
+    """@return whether the server sent 503 with Retry-After"""
     return (
         reply is not None
         and reply.status == 503
@@ -140,7 +140,7 @@ def main():
         figures = ask_until_served(server, a.clients, a.most_s)
     finally:
         server.stop()
-    tell(figures)
+    print_figures(figures)
 
 
 if __name__ == "__main__":

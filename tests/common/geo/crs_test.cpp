@@ -15,7 +15,8 @@ using terravox::test::contains;
 
 namespace {
 
-constexpr double kFoot_m = 0.3048, kUsFoot_m = 1200.0 / 3937;
+constexpr double kFoot_m = 0.3048;
+constexpr double kUsFoot_m = 1200.0 / 3937;
 constexpr LatLon kLjubljanaCastle{46.0489, 14.5085};
 
 // GeoTIFF's numbers (OGC 19-008r4) that the tests use.
@@ -37,8 +38,11 @@ enum Key : std::uint16_t {
     kVertical = 4096,
     kVerticalUnits = 4099
 };
-constexpr std::uint16_t kUserDefined = 32767, kMetre = 9001, kInternationalFoot = 9002,
-                        kUsSurveyFoot = 9003, kTransverseMercator = 1;
+constexpr std::uint16_t kUserDefined = 32767;
+constexpr std::uint16_t kMetre = 9001;
+constexpr std::uint16_t kInternationalFoot = 9002;
+constexpr std::uint16_t kUsSurveyFoot = 9003;
+constexpr std::uint16_t kTransverseMercator = 1;
 
 // Builds the three tags as a LAS writer does.
 struct GeoKeys {
@@ -69,17 +73,19 @@ private:
 };
 
 double metres_between(LatLon a, LatLon b) {
-    constexpr double kRad = std::numbers::pi / 180, kRadius_m = 6'371'000;
+    constexpr double kRad = std::numbers::pi / 180;
+    constexpr double kRadius_m = 6'371'000;
     return kRadius_m * kRad *
            std::hypot(a.lat_deg - b.lat_deg, (a.lon_deg - b.lon_deg) * std::cos(a.lat_deg * kRad));
 }
 
 }  // namespace
 
-TEST_CASE("systems know their units and kind", "[common][geo][crs]") {
+TEST_CASE("systems have their units and kind", "[common][geo][crs]") {
     struct Case {
         const char* text;
-        bool geographic, pseudo_mercator;
+        bool geographic;
+        bool pseudo_mercator;
         double metres_per_unit;
         std::optional<double> vertical;
     };
@@ -124,7 +130,8 @@ TEST_CASE("a system is the same after a trip through WKT", "[common][geo][crs]")
     const char* text = GENERATE("EPSG:3794", "EPSG:28992", "EPSG:2994", "EPSG:3857", "EPSG:4326",
                                 "EPSG:7415", "EPSG:2994+6360");
     DYNAMIC_SECTION(text) {
-        const Crs crs = Crs::from_text(text), back = Crs::from_text(crs.wkt());
+        const Crs crs = Crs::from_text(text);
+        const Crs back = Crs::from_text(crs.wkt());
         CHECK(crs.wkt().find('\n') == std::string::npos);
         CHECK(Crs::from_text(back.wkt()).wkt() == back.wkt());
         CHECK(back.name() == crs.name());
@@ -217,12 +224,16 @@ TEST_CASE("GeoTIFF keys of a geographic system give degrees", "[common][geo][crs
     CHECK(crs->same_horizontal(Crs::from_text("EPSG:4326")));
 }
 
-TEST_CASE("GeoTIFF keys tell the unit of heights, by the stated unit before the vertical system's",
+TEST_CASE("GeoTIFF keys define the unit of heights: the stated one before the vertical system's",
           "[common][geo][crs]") {
-    constexpr std::uint16_t kNone = 0, kNavd88 = 5703, kNavd88UsFeet = 6360;
+    constexpr std::uint16_t kNone = 0;
+    constexpr std::uint16_t kNavd88 = 5703;
+    constexpr std::uint16_t kNavd88UsFeet = 6360;
     struct Case {
         const char* name;
-        std::uint16_t projected, vertical, unit;
+        std::uint16_t projected;
+        std::uint16_t vertical;
+        std::uint16_t unit;
         std::optional<double> metres;
     };
     const auto c = GENERATE_COPY(values<Case>({
@@ -280,8 +291,8 @@ TEST_CASE("GeoTIFF keys of a user-defined projection give that projection", "[co
     const auto crs = keys(kMetre).read();
     REQUIRE(crs);
     CHECK(crs->metres_per_unit() == 1);
-    const LatLon mine = to_lat_lon(*crs, 461'971, 101'000),
-                 official = to_lat_lon(Crs::from_text("EPSG:3794"), 461'971, 101'000);
+    const LatLon mine = to_lat_lon(*crs, 461'971, 101'000);
+    const LatLon official = to_lat_lon(Crs::from_text("EPSG:3794"), 461'971, 101'000);
     CHECK(metres_between(mine, official) < 0.001);
     const auto feet = keys(kUsSurveyFoot).read();
     REQUIRE(feet);
@@ -324,7 +335,8 @@ TEST_CASE("places have their known coordinates", "[common][geo][crs]") {
     struct Case {
         const char* name;
         const char* crs;
-        double easting, northing;
+        double easting;
+        double northing;
         LatLon place;
         double within_m;
     };
@@ -363,7 +375,8 @@ TEST_CASE("axes are easting and northing, longitude and latitude, for every syst
 TEST_CASE("coordinates go to another system and back", "[common][geo][crs]") {
     const char* text = GENERATE("EPSG:3794", "EPSG:25833", "EPSG:3857", "EPSG:4326");
     DYNAMIC_SECTION(text) {
-        const Crs here = Crs::from_text("EPSG:3794"), there = Crs::from_text(text);
+        const Crs here = Crs::from_text("EPSG:3794");
+        const Crs there = Crs::from_text(text);
         std::mt19937 random(9);
         std::uniform_real_distribution<double> easting(370'000, 630'000), northing(25'000, 200'000);
         std::vector<double> x(200), y(200);
@@ -371,7 +384,8 @@ TEST_CASE("coordinates go to another system and back", "[common][geo][crs]") {
             x[i] = easting(random);
             y[i] = northing(random);
         }
-        auto tx = x, ty = y;
+        auto tx = x;
+        auto ty = y;
         Transform(here, there).apply(tx, ty);
         Transform(there, here).apply(tx, ty);
         double worst_m = 0;
@@ -402,7 +416,8 @@ TEST_CASE("lists of different length are an error, empty ones are none", "[commo
 }
 
 TEST_CASE("threads may share a system when each has its own transform", "[common][geo][crs]") {
-    const Crs from = Crs::from_text("EPSG:3794"), to = Crs::from_text("EPSG:4326");
+    const Crs from = Crs::from_text("EPSG:3794");
+    const Crs to = Crs::from_text("EPSG:4326");
     const LatLon expected = to_lat_lon(from, 461'971, 101'044);
     std::vector<int> wrong(4, -1);
     std::vector<std::thread> threads;
@@ -411,7 +426,8 @@ TEST_CASE("threads may share a system when each has its own transform", "[common
             const Transform transform(from, to);
             mine = 0;
             for (int i = 0; i < 200; ++i) {
-                double x = 461'971, y = 101'044;
+                double x = 461'971;
+                double y = 101'044;
                 transform.apply({&x, 1}, {&y, 1});
                 mine += x != expected.lon_deg || y != expected.lat_deg;
                 mine += GeoKeys().code(kModelType, 1).code(kProjected, 3794).read()->name() !=
@@ -425,7 +441,7 @@ TEST_CASE("threads may share a system when each has its own transform", "[common
         CHECK(mine == 0);
 }
 
-TEST_CASE("a system says what its heights are measured from", "[common][geo][crs]") {
+TEST_CASE("a system names the reference of its heights", "[common][geo][crs]") {
     struct Case {
         const char *crs, *datum;
     };

@@ -123,7 +123,7 @@ TEST_CASE("no text of a coordinate reference system opens a file that it names",
     }
 }
 
-TEST_CASE("a system that GDAL has read is looked at like a text", "[common][geo][crs][hostile]") {
+TEST_CASE("a system that GDAL has read is checked like a text", "[common][geo][crs][hostile]") {
     const TemporaryFolder folder;
     const fs::path secret = folder.path() / "secret";
     std::ofstream(secret) << "nobody's business\n";
@@ -140,7 +140,7 @@ TEST_CASE("a system that GDAL has read is looked at like a text", "[common][geo]
     CHECK_FALSE(watch.was_opened());
 }
 
-TEST_CASE("what files say of their systems is taken", "[common][geo][crs]") {
+TEST_CASE("systems as real files state them are accepted", "[common][geo][crs]") {
     struct Case {
         const char* name;
         std::string text;
@@ -171,13 +171,13 @@ TEST_CASE("what files say of their systems is taken", "[common][geo][crs]") {
     DYNAMIC_SECTION(c.name) {
         CHECK(fault_of_crs_text(c.text).empty());
         const Crs crs = Crs::from_wkt(c.text);
-        // What is written down of it is taken, too: a server tells its clients so.
+        // The WKT of an accepted system is accepted, too: a server sends it to its clients.
         CHECK(Crs::from_wkt(crs.wkt()).same_horizontal(crs));
         CHECK(Crs::from_ogr(crs.ogr(), "it").same_horizontal(crs));
     }
 }
 
-TEST_CASE("a file's text is WKT, a person's may be a code or a PROJ string", "[common][geo][crs]") {
+TEST_CASE("a file's text is WKT, a user's may be a code or a PROJ string", "[common][geo][crs]") {
     const char* text = GENERATE("EPSG:3794", "epsg:3794", "ESRI:102100", "IGNF:LAMB93", "OGC:CRS84",
                                 "EPSG:2994+6360", "+proj=utm +zone=33 +datum=WGS84");
     DYNAMIC_SECTION(text) {
@@ -193,7 +193,8 @@ TEST_CASE("texts that are no system are refused before PROJ sees them",
         std::string text;
         const char* said;
     };
-    std::string deep, balanced;
+    std::string deep;
+    std::string balanced;
     for (int i = 0; i < 17; ++i)
         deep += "PROJCS[";
     balanced = deep + std::string(17, ']');
@@ -229,7 +230,8 @@ TEST_CASE("texts that are no system are refused before PROJ sees them",
     }
 }
 
-TEST_CASE("damaged texts are refused or taken, and name no file", "[common][geo][crs][hostile]") {
+TEST_CASE("damaged texts are refused or accepted, and name no file",
+          "[common][geo][crs][hostile]") {
     std::mt19937 random(5);
     const std::string good = projcs(",EXTENSION[\"PROJ4\",\"+proj=merc +nadgrids=@null\"]");
     int taken = 0;
@@ -246,7 +248,7 @@ TEST_CASE("damaged texts are refused or taken, and name no file", "[common][geo]
     CHECK(taken > 1000);
 }
 
-TEST_CASE("the texts of real LiDAR files are taken as before", "[common][geo][crs]") {
+TEST_CASE("the texts of real LiDAR files are accepted", "[common][geo][crs]") {
     const fs::path data = TERRAVOX_SHARED_DATA;
     if (!fs::exists(data)) {
         WARN("skipped: " << data.string() << " is not there");
@@ -267,7 +269,9 @@ TEST_CASE("the texts of real LiDAR files are taken as before", "[common][geo][cr
         std::smatch found;
         if (!std::regex_search(head, found, beginning))
             continue;
-        std::size_t at = static_cast<std::size_t>(found.position()), open = 0, end = at;
+        std::size_t at = static_cast<std::size_t>(found.position());
+        std::size_t open = 0;
+        std::size_t end = at;
         do
             open += head[end] == '[' ? 1 : 0, open -= head[end] == ']' ? 1 : 0, ++end;
         while (end < head.size() && (open > 0 || head[end - 1] != ']'));

@@ -8,9 +8,9 @@
 
 using namespace terravox;
 
-TEST_CASE("GDAL keeps no more of images than it is told to", "[common][geo][gdal]") {
+TEST_CASE("GDAL keeps no more of images than its limit", "[common][geo][gdal]") {
     if (std::getenv("GDAL_CACHEMAX") != nullptr)
-        return;  // the person's own limit goes before ours
+        return;  // the user's own limit takes precedence
     geo::start_gdal();
     geo::start_gdal();
     CHECK(GDALGetCacheMax64() == geo::kGdalCache_bytes);

@@ -58,7 +58,8 @@ TEST_CASE("D96/TM by GeographicLib and by PROJ agree to a millimetre",
     for (int i = 0; i < 500; ++i) {
         const LatLon place{lat(random), lon(random)};
         INFO(place.lat_deg << ", " << place.lon_deg);
-        double x = place.lon_deg, y = place.lat_deg;
+        double x = place.lon_deg;
+        double y = place.lat_deg;
         to_projected.apply({&x, 1}, {&y, 1});
         const Projected mine = d96tm_from_lat_lon(place);
         CHECK(std::hypot(mine.easting_m - x, mine.northing_m - y) < 0.001);

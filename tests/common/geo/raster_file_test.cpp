@@ -32,7 +32,8 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr int kSide = 64;
-constexpr std::uint8_t kPublic = 7, kSecret = 42;
+constexpr std::uint8_t kPublic = 7;
+constexpr std::uint8_t kSecret = 42;
 
 void write_tiff(const fs::path& file, std::uint8_t value,
                 const std::function<void(GDALDataset&)>& also = {}) {
@@ -123,8 +124,9 @@ std::string shown(const fs::path& file) {
 /// A place with a raster to show and, outside of it, one to hide.
 struct Place {
     TemporaryFolder folder;
-    fs::path here = folder.path() / "here", elsewhere = folder.path() / "elsewhere",
-             secret = elsewhere / "secret.tif";
+    fs::path here = folder.path() / "here";
+    fs::path elsewhere = folder.path() / "elsewhere";
+    fs::path secret = elsewhere / "secret.tif";
     Place() {
         write_tiff(here / "a.tif", kPublic);
         write_tiff(here / "below" / "b.tif", kPublic);
@@ -155,7 +157,7 @@ public:
     [[nodiscard]] std::string url() const {
         return "http://127.0.0.1:" + std::to_string(m_port) + "/a.tif";
     }
-    [[nodiscard]] bool was_asked() const {
+    [[nodiscard]] bool was_contacted() const {
         const int peer = ::accept(m_socket, nullptr, nullptr);
         if (peer >= 0)
             ::close(peer);
@@ -183,9 +185,9 @@ TEST_CASE("a virtual raster reads nothing but files beside or below it",
         std::string text;
         const char* said;
     };
-    const std::string good = source("a.tif"),
-                      of_a = "<VRTRasterBand dataType=\"Byte\" band=\"1\">" + good +
-                             "</VRTRasterBand>";
+    const std::string good = source("a.tif");
+    const std::string of_a =
+        "<VRTRasterBand dataType=\"Byte\" band=\"1\">" + good + "</VRTRasterBand>";
     const auto c = GENERATE_REF(values<Case>({
         {"an absolute path", band(source("SECRET", false)), "lies elsewhere"},
         {"an absolute path said to be relative", band(source("SECRET")), "lies elsewhere"},
@@ -268,7 +270,7 @@ TEST_CASE("a virtual raster reads nothing but files beside or below it",
     }
 }
 
-TEST_CASE("mosaics of files beside and below are read as before", "[common][geo][raster]") {
+TEST_CASE("mosaics of files next to and below them are read", "[common][geo][raster]") {
     const Place place;
     write(place.here / "inner.vrt", band(source("below/b.tif")));
     struct Case {
@@ -276,7 +278,7 @@ TEST_CASE("mosaics of files beside and below are read as before", "[common][geo]
         std::string text;
     };
     const auto c = GENERATE_REF(values<Case>({
-        {"beside", band(source("a.tif"))},
+        {"next to it", band(source("a.tif"))},
         {"below", band(source("below/b.tif"))},
         {"back and forth", band(source("below/../a.tif"))},
         {"absolute", band(source("HERE/a.tif", false))},
@@ -298,7 +300,7 @@ TEST_CASE("mosaics of files beside and below are read as before", "[common][geo]
         write(place.here / "all.vrt", place.filled(c.text));
         CHECK(shown(place.here / "all.vrt") == "7");
         fs::create_symlink(place.here / "all.vrt", place.elsewhere / "named.vrt");
-        CHECK(shown(place.elsewhere / "named.vrt") == "7");  // a person's own link
+        CHECK(shown(place.elsewhere / "named.vrt") == "7");  // a user's own link
     }
     SECTION("a source that is not there is damage") {
         write(place.here / "all.vrt", band(source("none.tif")));
@@ -395,14 +397,14 @@ TEST_CASE("side files are files beside the raster, and name no others",
         return [=](const Place& at) { fs::create_symlink(at.secret, at.here / file); };
     };
     const auto c = GENERATE_COPY(values<Case>({
-        {"overviews elsewhere", link("a.tif.ovr"), "a.tif.ovr is no file beside"},
-        {"a mask elsewhere", link("a.tif.msk"), "a.tif.msk is no file beside"},
+        {"overviews elsewhere", link("a.tif.ovr"), "a.tif.ovr is no file next to"},
+        {"a mask elsewhere", link("a.tif.msk"), "a.tif.msk is no file next to"},
         {"a world file that is a pipe",
          [](const Place& at) { ::mkfifo((at.here / "a.tfw").c_str(), 0600); },
-         "a.tfw is no file beside"},
+         "a.tfw is no file next to"},
         {"a link to nowhere",
          [](const Place& at) { fs::create_symlink("/nowhere/at/all", at.here / "a.prj"); },
-         "a.prj is no file beside"},
+         "a.prj is no file next to"},
         {"a system with a grid",
          text("a.tif.aux.xml",
               replaced(pam, "TEXT", "<SRS>+proj=longlat +ellps=GRS80 +nadgrids=SECRET</SRS>")),
@@ -467,13 +469,13 @@ TEST_CASE("no raster asks the network", "[common][geo][raster][hostile]") {
         CHECK(shown(fs::exists(place.here / "all.vrt") ? place.here / "all.vrt"
                                                        : place.here / "a.tif")
                   .starts_with("read "));
-        CHECK_FALSE(listener.was_asked());
+        CHECK_FALSE(listener.was_contacted());
     }
-    SECTION("nor does GDAL when it is asked itself") {
+    SECTION("nor does GDAL when it is called directly") {
         geo::start_gdal();
         const geo::GdalErrorScope errors;
         CHECK_FALSE(GDALDatasetUniquePtr(GDALDataset::Open(url.c_str(), GDAL_OF_RASTER)));
-        CHECK_FALSE(listener.was_asked());
+        CHECK_FALSE(listener.was_contacted());
     }
 }
 
@@ -490,7 +492,7 @@ TEST_CASE("the formats that are allowed are read, with their side files", "[comm
         REQUIRE(GDALDatasetUniquePtr(
             to->CreateCopy(file.c_str(), from.get(), FALSE, options, nullptr, nullptr)));
     };
-    SECTION("with what GDAL writes beside them") {
+    SECTION("with the side files that GDAL writes") {
         struct Case {
             const char* driver;
             const char* file;

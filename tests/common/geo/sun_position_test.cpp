@@ -30,7 +30,8 @@ TEST_CASE("the sun stands where published examples say", "[common][geo][sun]") {
         const char* name;
         DateTime time;
         LatLon place;
-        double altitude_deg, azimuth_deg;
+        double altitude_deg;
+        double azimuth_deg;
     };
     const auto c = GENERATE(values<Case>({
         {"the NREL example",
@@ -71,7 +72,11 @@ TEST_CASE("the declination of Meeus's example 25.a is the altitude at the pole",
 // horizon, lifted by the refraction there: 1735 arc seconds (NOAA).
 TEST_CASE("at the equinoxes the sun stands on the horizon of both poles", "[common][geo][sun]") {
     struct Case {
-        int year, month, day, hour, minute;
+        int year;
+        int month;
+        int day;
+        int hour;
+        int minute;
     };
     const auto c = GENERATE(values<Case>({{2000, 3, 20, 7, 35},
                                           {2000, 9, 22, 17, 28},
@@ -98,8 +103,10 @@ TEST_CASE("the equation of time of Meeus's example 28.b puts the sun on a meridi
 TEST_CASE("solstices and equinoxes reach the altitudes that geometry gives", "[common][geo][sun]") {
     struct Case {
         const char* name;
-        int month, day;
-        double lat_deg, noon_altitude_deg;
+        int month;
+        int day;
+        double lat_deg;
+        double noon_altitude_deg;
     };
     const auto c = GENERATE(values<Case>({
         {"June solstice at 46 north", 6, 21, 46, 90 - 46 + 23.44},
@@ -120,7 +127,8 @@ TEST_CASE("solstices and equinoxes reach the altitudes that geometry gives", "[c
 TEST_CASE("the sun goes from east over the meridian to west", "[common][geo][sun]") {
     struct Case {
         const char* name;
-        double lat_deg, noon_azimuth_deg;
+        double lat_deg;
+        double noon_azimuth_deg;
     };
     const auto c = GENERATE(values<Case>({{"north of the tropics: over the south", 46, 180},
                                           {"south of them: over the north", -34, 0}}));
@@ -135,8 +143,8 @@ TEST_CASE("the sun goes from east over the meridian to west", "[common][geo][sun
 
 TEST_CASE("the clock's offset only names the moment", "[common][geo][sun]") {
     const LatLon bled{46.3683, 14.1146};
-    const SunPosition summer_time = sun_position({2026, 6, 21, 17, 2}, bled),
-                      zulu = sun_position({2026, 6, 21, 15, 0}, bled);
+    const SunPosition summer_time = sun_position({2026, 6, 21, 17, 2}, bled);
+    const SunPosition zulu = sun_position({2026, 6, 21, 15, 0}, bled);
     CHECK(summer_time.altitude_deg == Approx(zulu.altitude_deg).margin(1e-6));
     CHECK(summer_time.azimuth_deg == Approx(zulu.azimuth_deg).margin(1e-6));
 }
@@ -180,7 +188,8 @@ TEST_CASE("refraction has no jump larger than the promised error", "[common][geo
 
 TEST_CASE("solar zones are whole hours around the nearest fifteen degrees", "[common][geo][sun]") {
     struct Case {
-        double lon_deg, offset_h;
+        double lon_deg;
+        double offset_h;
     };
     for (const Case c : {Case{14.5, 1}, Case{0, 0}, Case{-0.1, 0}, Case{-105.2, -7}, Case{180, 12},
                          Case{-180, -12}, Case{7.4, 0}, Case{7.6, 1}}) {

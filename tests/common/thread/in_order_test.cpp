@@ -14,7 +14,8 @@ TEST_CASE("what threads make is used in order, each once, few at a time", "[comm
         for (const std::size_t count : {std::size_t{0}, std::size_t{1}, std::size_t{500}}) {
             INFO(threads << " threads, " << count << " things");
             std::vector<std::size_t> used;
-            std::atomic<int> waiting{0}, most{0};
+            std::atomic<int> waiting{0};
+            std::atomic<int> most{0};
             thread::in_order(
                 count, threads,
                 [&](std::size_t i) {

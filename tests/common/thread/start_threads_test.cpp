@@ -55,11 +55,11 @@ TEST_CASE(
     CHECK(ended == allowed);
 }
 
-TEST_CASE("as many threads are started as are asked for", "[common][thread]") {
+TEST_CASE("as many threads are started as are requested", "[common][thread]") {
     const std::size_t count = GENERATE(std::size_t{0}, std::size_t{1}, std::size_t{5});
     std::atomic<std::size_t> ran{0};
     std::vector<std::thread> threads;
-    thread::start_threads(threads, count, [&] { ++ran; }, [] { FAIL("nobody may stop them"); });
+    thread::start_threads(threads, count, [&] { ++ran; }, [] { FAIL("they must not be stopped"); });
     REQUIRE(threads.size() == count);
     for (std::thread& t : threads)
         t.join();

@@ -26,7 +26,7 @@ bool waits_for(const std::atomic<int>& count, int wanted) {
 
 }  // namespace
 
-TEST_CASE("a signal asks to stop while somebody looks, and has its old effect afterwards",
+TEST_CASE("a signal requests a stop while it is handled, and has its old effect afterwards",
           "[common][thread]") {
     for (const int signal : {SIGINT, SIGTERM}) {
         CAPTURE(signal);
@@ -44,14 +44,15 @@ TEST_CASE("a signal asks to stop while somebody looks, and has its old effect af
     }
 }
 
-TEST_CASE("a signal that the program's other threads block is heard", "[common][thread]") {
+TEST_CASE("a signal that the program's other threads block is received", "[common][thread]") {
     const thread::SignalsBlocked blocked;
     const thread::StopSignals signals;
     ::kill(::getpid(), SIGTERM);
     CHECK(thread::wait_for_stop(signals.token(), 10min));
 }
 
-TEST_CASE("SIGHUP is left alone, asks to stop, or calls what was given", "[common][thread]") {
+TEST_CASE("SIGHUP is left alone, requests a stop, or calls the given function",
+          "[common][thread]") {
     const auto before = action_of(SIGHUP);
     {
         const thread::StopSignals signals;

@@ -132,7 +132,7 @@ TEST_CASE("an empty name is refused", "[common][util][atomic_file]") {
     CHECK_THROWS_AS(AtomicFile(""), util::UsageError);
 }
 
-TEST_CASE("a folder as the target is a mistake of the person, not of the disk",
+TEST_CASE("a folder as the target is a usage error, not a disk error",
           "[common][util][atomic_file]") {
     const TemporaryFolder folder;
     CHECK_THROWS_AS(check_writable(folder.path()), util::UsageError);

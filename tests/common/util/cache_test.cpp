@@ -70,7 +70,7 @@ TEST_CASE("a value in use outlives its eviction", "[common][util][cache]") {
     CHECK(cache.stats().entries == 1);
 }
 
-TEST_CASE("nothing is a value too, and it weighs something", "[common][util][cache]") {
+TEST_CASE("nullptr is a value, too, and counts towards the limit", "[common][util][cache]") {
     Numbers cache(5000);
     int made = 0;
     for (int i = 0; i < 2; ++i)
@@ -81,7 +81,7 @@ TEST_CASE("nothing is a value too, and it weighs something", "[common][util][cac
     CHECK(cache.stats().bytes > 0);
 }
 
-TEST_CASE("a failed making is not remembered", "[common][util][cache]") {
+TEST_CASE("a failure is not cached", "[common][util][cache]") {
     Numbers cache(5000);
     const auto fails = [&] {
         return cache.get(
@@ -93,7 +93,7 @@ TEST_CASE("a failed making is not remembered", "[common][util][cache]") {
     CHECK(*get(cache, 1) == 10);
 }
 
-TEST_CASE("threads that ask for a value being made wait for that making", "[common][util][cache]") {
+TEST_CASE("threads that request a value being made wait for that result", "[common][util][cache]") {
     constexpr int kThreads = 6;
     Numbers cache(5000);
     std::atomic<int> made = 0;

@@ -8,7 +8,7 @@
 
 using namespace terravox;
 
-TEST_CASE("the configuration is found beside the sources, or where TERRAVOX_CONFIG says",
+TEST_CASE("the configuration is found next to the sources, or where TERRAVOX_CONFIG says",
           "[common][util][config_dir]") {
     const char* before = std::getenv("TERRAVOX_CONFIG");
     const std::string kept = before != nullptr ? before : "";

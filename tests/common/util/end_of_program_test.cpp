@@ -22,7 +22,7 @@ using namespace terravox;
 
 namespace {
 
-/// std::async and others would hand the exception on; a bare thread has nobody to hand it to.
+/// std::async and others would pass the exception on; a bare thread has no caller to pass it to.
 template <class Thrown>
 void throw_in_a_thread(const Thrown& thrown) {
     std::thread([&] { throw thrown; }).join();
@@ -43,7 +43,7 @@ void use_up_memory() {
 
 }  // namespace
 
-TEST_CASE("an exception that nobody catches ends the program with one line and exit code 1",
+TEST_CASE("an uncaught exception ends the program with one line and exit code 1",
           "[common][util]") {
     struct Case {
         const char* name;
@@ -54,8 +54,7 @@ TEST_CASE("an exception that nobody catches ends the program with one line and e
     const auto c = GENERATE_COPY(values<Case>({
         {"an error of ours", [] { throw_in_a_thread(util::Error("write x.png: disk full")); },
          "terravox: write x.png: disk full\n"},
-        {"words of a stranger",
-         [] { throw_in_a_thread(util::Error("read 'a\n\x1b]0;b\xc3\xa9'")); },
+        {"untrusted text", [] { throw_in_a_thread(util::Error("read 'a\n\x1b]0;b\xc3\xa9'")); },
          "terravox: read 'a?\?]0;b?\?'\n"},
         {"no memory", [] { throw_in_a_thread(std::bad_alloc()); },
          "terravox: out of memory; lower memory limits or a smaller task may help\n"},
@@ -76,7 +75,8 @@ TEST_CASE("an exception that nobody catches ends the program with one line and e
     }
 }
 
-TEST_CASE("of errors in several threads at once the first is told, in one line", "[common][util]") {
+TEST_CASE("of errors in several threads at once only the first is printed, in one line",
+          "[common][util]") {
     constexpr int kThreads = 8;
     for (int repeat = 0; repeat < 20; ++repeat) {
         const test::ChildEnd end = test::run_in_child([] {

@@ -1,6 +1,7 @@
 #include "common/util/log.hpp"
 
 #include <fcntl.h>
+#include <spdlog/spdlog.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -21,8 +22,8 @@ namespace {
 std::string written_by(const std::function<void()>& body) {
     const terravox::test::TemporaryFolder folder;
     const auto path = folder.path() / "stderr";
-    const int before = ::dup(STDERR_FILENO),
-              file = ::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0600);
+    const int before = ::dup(STDERR_FILENO);
+    const int file = ::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0600);
     REQUIRE((before >= 0 && file >= 0));
     std::fflush(stderr);
     ::dup2(file, STDERR_FILENO);
@@ -37,7 +38,7 @@ std::string written_by(const std::function<void()>& body) {
 
 }  // namespace
 
-TEST_CASE("a message with words of a stranger is one line, and steers no terminal",
+TEST_CASE("a message with untrusted text is one line without control characters",
           "[common][util][log]") {
     using terravox::util::LogFormat;
     const auto logger = spdlog::default_logger();
@@ -53,7 +54,8 @@ TEST_CASE("a message with words of a stranger is one line, and steers no termina
         INFO(c.name);
         const std::string written = written_by([&] {
             terravox::util::set_up_log("info", c.format);
-            spdlog::error("worker {} is lost", "\x1b[2Jx\n[error] forged\xc2\x9b K\xc3\xb6ln");
+            terravox::util::log_error("worker {} is lost",
+                                      "\x1b[2Jx\n[error] forged\xc2\x9b K\xc3\xb6ln");
         });
         CHECK_THAT(written, contains(c.shown));
         CHECK(std::count(written.begin(), written.end(), '\n') == 1);
@@ -82,5 +84,35 @@ TEST_CASE("the log takes six levels and names a wrong one", "[common][util][log]
         CHECK_THROWS_WITH(terravox::util::set_up_log(wrong),
                           contains("'" + std::string(wrong) + "'") && contains("warn, error, off"));
     }
+    spdlog::set_default_logger(before);
+}
+
+TEST_CASE("messages of a level are written from that level on", "[common][util][log]") {
+    using namespace terravox;
+    const auto before = spdlog::default_logger();
+    const std::string written = written_by([] {
+        util::set_up_log("warn");
+        util::log_trace("{} to be left out", 1);
+        util::log_debug("{} to be left out", 2);
+        util::log_info("{} to be left out", 3);
+        util::log_warn("{} of {:.1f} m", "a wall", 2.25);
+        util::log_error("{} lost", std::string("two workers"));
+        util::log_message(util::LogLevel::kCritical, "the end");
+    });
+    CHECK(written == "[warning] a wall of 2.2 m\n[error] two workers lost\n[critical] the end\n");
+    CHECK(util::is_logged(util::LogLevel::kWarning));
+    CHECK_FALSE(util::is_logged(util::LogLevel::kInfo));
+    spdlog::set_default_logger(before);
+}
+
+TEST_CASE("a message that cannot be formatted is replaced by a line", "[common][util][log]") {
+    using namespace terravox;
+    const auto before = spdlog::default_logger();
+    const std::string written = written_by([] {
+        util::set_up_log("info");
+        const std::string text = "of no number";
+        util::write_log(util::LogLevel::kError, "{:d}", fmt::make_format_args(text));
+    });
+    CHECK(written == "[error] a message of the log could not be written\n");
     spdlog::set_default_logger(before);
 }

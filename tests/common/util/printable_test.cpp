@@ -4,11 +4,12 @@
 
 using terravox::util::printable;
 
-TEST_CASE("what would steer a terminal becomes visible, all other text stays",
+TEST_CASE("control characters become visible escapes, all other text stays",
           "[common][util][printable]") {
     struct Case {
         const char* name;
-        std::string text, shown;
+        std::string text;
+        std::string shown;
     };
     for (const Case& c : {Case{"plain", "worker 7 at 10.0.0.1:7878", "worker 7 at 10.0.0.1:7878"},
                           Case{"nothing", "", ""},

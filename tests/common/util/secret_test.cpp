@@ -59,7 +59,7 @@ TEST_CASE("each secret has a variable of its own, and the file goes before it",
           "read the environment variable TERRAVOX_FARM_TOKEN");
 }
 
-TEST_CASE("the old name of both secrets is refused with the new ones, and never told",
+TEST_CASE("the old name of both secrets is refused with the new ones, and its value never shown",
           "[common][util][secret]") {
     const test::TemporaryFolder folder;
     const auto file = write(folder.path() / "token", "of the file");
@@ -75,7 +75,7 @@ TEST_CASE("the old name of both secrets is refused with the new ones, and never 
     CHECK(util::find_secret({}, util::kFarmTokenVariable).text.empty());
 }
 
-TEST_CASE("a voxel server's token fits a header, or is refused without being told",
+TEST_CASE("a voxel server's token fits a header, or is refused without being shown",
           "[common][util][secret]") {
     const test::TemporaryFolder folder;
     const Variables variables{};

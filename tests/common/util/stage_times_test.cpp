@@ -43,7 +43,8 @@ TEST_CASE("a scope adds itself once, when it ends, also by an exception",
 
 TEST_CASE("a scope's time does not hold that of scopes inside it; a clock's does",
           "[common][util][stage_times]") {
-    constexpr double kLong_s = 0.01, kShort_s = 0.005;
+    constexpr double kLong_s = 0.01;
+    constexpr double kShort_s = 0.005;
     const auto pass = [](double seconds) {
         const Stopwatch watch;
         while (watch.seconds() < seconds) {

@@ -41,7 +41,7 @@ TEST_CASE("a TOML file is read", "[common][util][toml]") {
     CHECK(read(folder.path() / "link.toml").size() == 1);
 }
 
-TEST_CASE("what is no plain file is no TOML file, and nobody waits for it",
+TEST_CASE("only a plain file is read as TOML, and opening any other kind does not block",
           "[common][util][toml]") {
     const TemporaryFolder folder;
     const auto pipe = folder.path() / "pipe";
@@ -56,7 +56,7 @@ TEST_CASE("what is no plain file is no TOML file, and nobody waits for it",
     CHECK_THROWS_WITH(read(folder.path() / "none" / "none.toml"), "said: no such file");
 }
 
-TEST_CASE("what is wrong is told with its line", "[common][util][toml]") {
+TEST_CASE("an error in a TOML file names its line", "[common][util][toml]") {
     const TemporaryFolder folder;
     std::ofstream(folder.path() / "a.toml") << "a = 1\nb = \n";
     CHECK_THROWS_WITH(read(folder.path() / "a.toml"), contains("said: ") && contains("(line 2)"));
@@ -102,7 +102,7 @@ TEST_CASE("no nesting of names or values ends the program", "[common][util][toml
     }
 }
 
-TEST_CASE("a reader that is told of a fault and goes on is stopped", "[common][util][toml]") {
+TEST_CASE("reading ends even where the error callback returns", "[common][util][toml]") {
     const TemporaryFolder folder;
     std::ofstream(folder.path() / "a.toml") << "a = \n";
     CHECK_THROWS_AS(util::read_toml(folder.path() / "a.toml", [](const std::string&) {}),

@@ -118,7 +118,7 @@ TEST_CASE("an archive gives back every box that was put in, and air for the othe
     CHECK(world->column(0, 99, 0).empty());
 }
 
-TEST_CASE("a hole of an archive is told when it is asked for, with its reason",
+TEST_CASE("a hole of an archive is an error with its reason when it is requested",
           "[common][voxel][archive]") {
     const test::TemporaryFolder folder;
     const fs::path file = folder.path() / "a.tvx";
@@ -142,7 +142,8 @@ TEST_CASE("an archive of nothing is one", "[common][voxel][archive]") {
 TEST_CASE("what was added before a break is taken over, and the bytes are those of one go",
           "[common][voxel][archive]") {
     const test::TemporaryFolder folder;
-    const fs::path whole = folder.path() / "whole.tvx", broken = folder.path() / "broken.tvx";
+    const fs::path whole = folder.path() / "whole.tvx";
+    const fs::path broken = folder.path() / "broken.tvx";
     const auto keys = many_keys(40);
     {
         ArchiveWriter writer(whole, info_of(), 0);
@@ -172,11 +173,13 @@ TEST_CASE("what was added before a break is taken over, and the bytes are those 
 
     SECTION("but not when it is not there, or damaged") {
         write_bytes(broken.string() + ".part", bytes_of(whole).substr(0, 300));
-        CHECK_THROWS_WITH(ArchiveWriter(broken, info_of(), keep), contains("gone on with"));
+        CHECK_THROWS_WITH(ArchiveWriter(broken, info_of(), keep),
+                          contains("the records to keep are"));
         std::string bytes = bytes_of(whole);
         bytes[keep / 2] = static_cast<char>(bytes[keep / 2] ^ 1);
         write_bytes(broken.string() + ".part", bytes);
-        CHECK_THROWS_WITH(ArchiveWriter(broken, info_of(), keep), contains("gone on with"));
+        CHECK_THROWS_WITH(ArchiveWriter(broken, info_of(), keep),
+                          contains("the records to keep are"));
     }
 }
 
@@ -230,7 +233,8 @@ TEST_CASE("bytes of an archive that were read stay what they were, whatever beco
     const std::string good(kBytes, 'a');
     write_bytes(file, good);
     const auto source = archive::file_source(file);
-    std::vector<std::byte> room, other;
+    std::vector<std::byte> room;
+    std::vector<std::byte> other;
     const auto bytes = source->read(0, good.size(), room);
     // The cases outlive the run that made them: each is given the file of its own run.
     struct Case {
@@ -269,7 +273,8 @@ TEST_CASE(
     "another's",
     "[common][voxel][archive]") {
     const test::TemporaryFolder folder;
-    const fs::path file = folder.path() / "a.tvx", other = folder.path() / "b.tvx";
+    const fs::path file = folder.path() / "a.tvx";
+    const fs::path other = folder.path() / "b.tvx";
     const BoxKey key{0, 1, 0, 1};
     const auto write = [&](const fs::path& to, Material material, int source_class) {
         ArchiveWriter writer(to, info_of(), 0);
@@ -317,7 +322,9 @@ TEST_CASE(
         int levels;
         const char* said;
     };
-    constexpr std::int32_t kWide = 1 << 26, kHigh = 1 << 28, kMore = 1 << 27;
+    constexpr std::int32_t kWide = 1 << 26;
+    constexpr std::int32_t kHigh = 1 << 28;
+    constexpr std::int32_t kMore = 1 << 27;
     const auto c = GENERATE(values<Case>({
         {"a box of one voxel", {{0, 0, 0}, {1, 1, 1}}, 1, ""},
         {"nothing", {{0, 0, 0}, {0, 0, 0}}, 1, ""},

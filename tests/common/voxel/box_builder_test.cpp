@@ -56,21 +56,22 @@ TEST_CASE("a box holds what a plain array of voxels holds", "[common][voxel][box
     CHECK(box->key() == kKey);
 }
 
-TEST_CASE("attributes are asked once for each voxel that can be seen, and for no other",
+TEST_CASE("attributes are requested once for each visible voxel, and for no other",
           "[common][voxel][box]") {
     const Scene scene = random_scene(99);
-    std::map<std::tuple<int, int, int>, int> asked;
+    std::map<std::tuple<int, int, int>, int> requests;
     const auto box = scene.build(
-        kKey, [&](int x, int y, int z) { return ++asked[{x, y, z}], attr_of(x, y, z); });
-    int wrong = 0, visible = 0;
+        kKey, [&](int x, int y, int z) { return ++requests[{x, y, z}], attr_of(x, y, z); });
+    int wrong = 0;
+    int visible = 0;
     for (int y = 0; y < kBoxSizeY; ++y)
         for (int z = 0; z < kBoxSizeZ; ++z)
             for (int x = 0; x < kBoxSizeX; ++x)
                 visible += scene.visible(x, y, z);
-    for (const auto& [at, times] : asked)
+    for (const auto& [at, times] : requests)
         wrong += times != 1 || !scene.visible(std::get<0>(at), std::get<1>(at), std::get<2>(at));
     CHECK(wrong == 0);
-    CHECK(asked.size() == static_cast<std::size_t>(visible));
+    CHECK(requests.size() == static_cast<std::size_t>(visible));
     CHECK(box->attrs().size() == static_cast<std::size_t>(visible));
 }
 
@@ -133,7 +134,9 @@ TEST_CASE("rock behind water and leaves keeps its attributes", "[common][voxel][
 TEST_CASE("the top of a box is one past its highest voxel", "[common][voxel][box]") {
     struct Case {
         const char* name;
-        int x, y, z;
+        int x;
+        int y;
+        int z;
     };
     const auto c = GENERATE(values<Case>({
         {"bottom corner", 0, 0, 0},
@@ -153,12 +156,14 @@ TEST_CASE("the top of a box is one past its highest voxel", "[common][voxel][box
 }
 
 TEST_CASE("the order of columns does not change a box's bytes", "[common][voxel][box]") {
-    BoxBuilder forward, backward;
+    BoxBuilder forward;
+    BoxBuilder backward;
     for (int i = 0; i < 64; ++i)
         forward.add(i, 63 - i, i, 2 * i + 3, i % 2 == 0);
     for (int i = 63; i >= 0; --i)
         backward.add(i, 63 - i, i, 2 * i + 3, i % 2 == 0);
-    const auto a = forward.build(kKey, attr_of), b = backward.build(kKey, attr_of);
+    const auto a = forward.build(kKey, attr_of);
+    const auto b = backward.build(kKey, attr_of);
     CHECK(std::equal(a->blob().begin(), a->blob().end(), b->blob().begin(), b->blob().end()));
     CHECK(a->checksum() == b->checksum());
 }

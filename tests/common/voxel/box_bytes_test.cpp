@@ -15,20 +15,25 @@ constexpr BoxKey kKey{0, 5, -2, 9};
 
 // A cube of 4^n voxels, one voxel at a time.
 struct Cube {
-    bool any = false, all_hidden = true;
+    bool any = false;
+    bool all_hidden = true;
 };
 
-// The format as docs/formats/box.md tells it, from a plain array of voxels: slow, and shares
+// The format as docs/formats/box.md describes it, from a plain array of voxels: slow, and shares
 // nothing with the builder.
 struct PlainTree {
     const Scene& scene;
-    std::vector<TreeCell> roots, middles, bricks;
+    std::vector<TreeCell> roots;
+    std::vector<TreeCell> middles;
+    std::vector<TreeCell> bricks;
     std::vector<VoxelAttr> attrs;
 
     [[nodiscard]] Cube look(int x, int y, int z, int side) const {
         Cube cube;
         for (int i = 0; i < side * side * side; ++i) {
-            const int vx = x + i % side, vz = z + i / side % side, vy = y + i / side / side;
+            const int vx = x + i % side;
+            const int vz = z + i / side % side;
+            const int vy = y + i / side / side;
             cube.any = cube.any || scene.solid(vx, vy, vz);
             cube.all_hidden =
                 cube.all_hidden && scene.solid(vx, vy, vz) && !scene.visible(vx, vy, vz);
@@ -42,8 +47,9 @@ struct PlainTree {
         out.first = static_cast<std::uint32_t>(step == 1 ? attrs.size() : below.size());
         std::vector<TreeCell> children;
         for (int bit = 0; bit < 64; ++bit) {
-            const int cx = x + bit % 4 * step, cz = z + bit / 4 % 4 * step,
-                      cy = y + bit / 16 * step;
+            const int cx = x + bit % 4 * step;
+            const int cz = z + bit / 4 % 4 * step;
+            const int cy = y + bit / 16 * step;
             const Cube cube = look(cx, cy, cz, step);
             if (!cube.any)
                 continue;
@@ -79,7 +85,8 @@ struct PlainTree {
 };
 
 bool same_bytes(const Scene& scene) {
-    const auto built = scene.build(kKey, attr_of), plain = PlainTree{scene, {}, {}, {}, {}}.box();
+    const auto built = scene.build(kKey, attr_of);
+    const auto plain = PlainTree{scene, {}, {}, {}, {}}.box();
     if (!built || !plain)
         return built == plain;
     return std::equal(built->blob().begin(), built->blob().end(), plain->blob().begin(),
@@ -132,8 +139,9 @@ TEST_CASE("whole storeys, bricks and layers of rock or air have that form too",
 TEST_CASE("a voxel alone has that form wherever it lies", "[common][voxel][box]") {
     std::mt19937 random(7);
     for (int i = 0; i < 60; ++i) {
-        const int x = static_cast<int>(random() % 64), y = static_cast<int>(random() % 256),
-                  z = static_cast<int>(random() % 64);
+        const int x = static_cast<int>(random() % 64);
+        const int y = static_cast<int>(random() % 256);
+        const int z = static_cast<int>(random() % 64);
         Scene scene;
         scene.add(x, z, y, y + 1, i % 2 == 0);
         INFO("at (" << x << ", " << y << ", " << z << ")");

@@ -23,8 +23,12 @@ using Bytes = std::vector<std::byte>;
 constexpr BoxKey kKey{2, -70'000, -1, 123'456};
 
 // Where the fields of the blob's header lie (docs/formats/box.md).
-constexpr std::size_t kVersionAt = 8, kLevelAt = 12, kCellCountAt = 28, kAttrCountAt = 32,
-                      kChecksumAt = 56, kCellsAt = 64;
+constexpr std::size_t kVersionAt = 8;
+constexpr std::size_t kLevelAt = 12;
+constexpr std::size_t kCellCountAt = 28;
+constexpr std::size_t kAttrCountAt = 32;
+constexpr std::size_t kChecksumAt = 56;
+constexpr std::size_t kCellsAt = 64;
 
 // Small enough that every prefix can be tried.
 Scene small_scene() {
@@ -103,7 +107,8 @@ TEST_CASE("a box survives compression, byte for byte", "[common][voxel][codec]")
 }
 
 TEST_CASE("the same box gives the same bytes", "[common][voxel][codec]") {
-    const auto a = random_scene(5).build(kKey, attr_of), b = random_scene(5).build(kKey, attr_of);
+    const auto a = random_scene(5).build(kKey, attr_of);
+    const auto b = random_scene(5).build(kKey, attr_of);
     CHECK(same(a->blob(), b->blob()));
     CHECK(same(compress(*a), compress(*b)));
     CHECK_FALSE(same(compress(*a), compress(*random_scene(6).build(kKey, attr_of))));
@@ -128,7 +133,8 @@ TEST_CASE("every cut-off blob is refused", "[common][voxel][codec]") {
 
 TEST_CASE("a frame or blob with more bytes after its end is refused", "[common][voxel][codec]") {
     const auto box = small_scene().build(kKey, attr_of);
-    Bytes frame = compress(*box), blob = copy_of(box->blob());
+    Bytes frame = compress(*box);
+    Bytes blob = copy_of(box->blob());
     frame.push_back(std::byte{0});
     blob.push_back(std::byte{0});
     CHECK_THROWS_AS(decompress_box(frame, "test"), util::Error);
@@ -173,10 +179,13 @@ TEST_CASE("a blob that lies under a right checksum is refused by what is wrong",
           "[common][voxel][codec]") {
     const auto box = small_scene().build(kKey, attr_of);
     const Bytes good = copy_of(box->blob());
-    const auto cells = static_cast<std::uint32_t>(box->cells().size()),
-               attrs = static_cast<std::uint32_t>(box->attrs().size());
-    const std::size_t last_cell = kCellsAt + (cells - 1) * sizeof(TreeCell), first_root = kCellsAt;
-    constexpr std::size_t kMaskAt = 0, kDetailAt = 8, kFirstAt = 16;
+    const auto cells = static_cast<std::uint32_t>(box->cells().size());
+    const auto attrs = static_cast<std::uint32_t>(box->attrs().size());
+    const std::size_t last_cell = kCellsAt + (cells - 1) * sizeof(TreeCell);
+    const std::size_t first_root = kCellsAt;
+    constexpr std::size_t kMaskAt = 0;
+    constexpr std::size_t kDetailAt = 8;
+    constexpr std::size_t kFirstAt = 16;
     struct Case {
         const char* name;
         Bytes blob;

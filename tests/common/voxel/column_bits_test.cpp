@@ -38,7 +38,8 @@ void check_equal(const ColumnBits& bits, const PlainColumn& plain) {
 TEST_CASE("a filled run of a column sets exactly its voxels", "[common][voxel][column]") {
     struct Case {
         const char* name;
-        int y0, y1;
+        int y0;
+        int y1;
     };
     const auto c = GENERATE(values<Case>({
         {"nothing", 5, 5},
@@ -74,8 +75,8 @@ TEST_CASE("random runs add up in a column", "[common][voxel][column]") {
     PlainColumn plain;
     const auto runs = random() % 12;
     for (unsigned i = 0; i < runs; ++i) {
-        const int y0 = static_cast<int>(random() % 280) - 12,
-                  y1 = y0 + static_cast<int>(random() % 80);
+        const int y0 = static_cast<int>(random() % 280) - 12;
+        const int y1 = y0 + static_cast<int>(random() % 80);
         bits.fill(y0, y1);
         plain.fill(y0, y1);
     }

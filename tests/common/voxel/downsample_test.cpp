@@ -16,7 +16,8 @@ using terravox::test::Scene;
 namespace {
 
 using Children = std::array<std::shared_ptr<const Box>, 8>;
-constexpr BoxKey kFine{0, 0, 0, 0}, kCoarse{1, 0, 0, 0};
+constexpr BoxKey kFine{0, 0, 0, 0};
+constexpr BoxKey kCoarse{1, 0, 0, 0};
 
 // A voxel by coordinates in the 128 x 512 x 128 voxels of all eight children.
 std::optional<VoxelAttr> fine_voxel(const Children& children, int x, int y, int z) {
@@ -40,9 +41,13 @@ std::vector<std::size_t> deciding(const Eight& children, int level) {
     const auto overhang = [&](std::size_t i) {
         return i >= 4 && is(i, Grain::kTerrain) && !opaque(i - 4);
     };
-    std::vector<std::size_t> all_opaque, thin, water, sparse;
+    std::vector<std::size_t> all_opaque;
+    std::vector<std::size_t> thin;
+    std::vector<std::size_t> water;
+    std::vector<std::size_t> sparse;
     std::size_t objects = 0;
-    std::array<bool, 4> built{}, leafy{};
+    std::array<bool, 4> built{};
+    std::array<bool, 4> leafy{};
     bool kept = false;
     for (std::size_t i = 0; i < 8; ++i) {
         if (opaque(i))
@@ -106,7 +111,10 @@ VoxelAttr expected_attr(const Eight& children, const std::vector<std::size_t>& d
     VoxelAttr out =
         *std::max_element(voters.begin(), voters.end(),
                           [&](const auto& a, const auto& b) { return votes(a) < votes(b); });
-    double r = 0, g = 0, b = 0, coloured = 0;
+    double r = 0;
+    double g = 0;
+    double b = 0;
+    double coloured = 0;
     for (const auto& v : voters)
         if (v.material == out.material && v.has_colour()) {
             r += v.colour.r;
@@ -181,7 +189,8 @@ TEST_CASE("a coarse box is what the rule makes of its eight children",
     const auto coarse = downsample(key, children);
     REQUIRE(coarse);
     CHECK(coarse->key() == key);
-    int wrong = 0, solid = 0;
+    int wrong = 0;
+    int solid = 0;
     for (int y = 0; y < 256; ++y)
         for (int z = 0; z < 64; ++z)
             for (int x = 0; x < 64; ++x) {

@@ -71,8 +71,9 @@ protected:
 private:
     [[nodiscard]] std::shared_ptr<const voxel::Box> make_box(const voxel::BoxKey& key) const {
         voxel::BoxBuilder builder;
-        const std::int32_t x0 = key.bx * voxel::kBoxSizeX, y0 = key.by * voxel::kBoxSizeY,
-                           z0 = key.bz * voxel::kBoxSizeZ;
+        const std::int32_t x0 = key.bx * voxel::kBoxSizeX;
+        const std::int32_t y0 = key.by * voxel::kBoxSizeY;
+        const std::int32_t z0 = key.bz * voxel::kBoxSizeZ;
         const auto& b = m_info.bounds;
         for (int x = -1; x <= voxel::kBoxSizeX; ++x)
             for (int z = -1; z <= voxel::kBoxSizeZ; ++z)

@@ -63,7 +63,8 @@ TEST_CASE("coarse opaque voxels cover every wall, roof, bridge and tower",
         grid.set(random.in(0, 64), random.in(0, 256), random.in(0, 64), m);
     }
     const auto box = level_of(grid.build(), 1);
-    int shells = 0, lost = 0;
+    int shells = 0;
+    int lost = 0;
     for_columns([&](int x, int z) {
         for (int y = 0; y < 256; ++y) {
             if (std::find(kShells.begin(), kShells.end(), grid.at(x, y, z)) == kShells.end())
@@ -77,7 +78,8 @@ TEST_CASE("coarse opaque voxels cover every wall, roof, bridge and tower",
 }
 
 TEST_CASE("no light gets into a closed house at any level", "[common][voxel][levels]") {
-    const int shift = GENERATE(range(0, 8)), thick = GENERATE(1, 2);
+    const int shift = GENERATE(range(0, 8));
+    const int thick = GENERATE(1, 2);
     INFO("shift " << shift << ", walls " << thick << " thick");
     const auto fine =
         house(12 + (shift & 1), 40 + (shift >> 1 & 1), 10 + (shift >> 2), thick).build();
@@ -117,7 +119,8 @@ TEST_CASE("a diagonal wall, one voxel wide, keeps both sides apart", "[common][v
             if (beyond(x, z) > 0)
                 grid.set(x, 39, z, kRoof);
         });
-        const int dark_x = 8, dark_z = c.sign > 0 ? 50 : 8;
+        const int dark_x = 8;
+        const int dark_z = c.sign > 0 ? 50 : 8;
         REQUIRE(beyond(dark_x, dark_z) > 0);
         for (int level = 0; level <= 2; ++level) {
             INFO("level " << level);
@@ -129,7 +132,7 @@ TEST_CASE("a diagonal wall, one voxel wide, keeps both sides apart", "[common][v
     }
 }
 
-TEST_CASE("what blocks every look down goes on blocking it, level by level",
+TEST_CASE("what blocks every vertical line goes on blocking it, level by level",
           "[common][voxel][levels]") {
     struct Case {
         const char* name;
@@ -180,7 +183,9 @@ TEST_CASE("a thin sheet of terrain without steps of two stays closed", "[common]
     // Steps of at most one between neighbours: the sum of two walks would step by two, a least
     // upper bound of cones does not.
     struct Cone {
-        int x, z, y;
+        int x;
+        int z;
+        int y;
     };
     std::vector<Cone> cones(30);
     for (Cone& cone : cones)
@@ -207,14 +212,17 @@ TEST_CASE("an opaque voxel that a free neighbour shows has attributes", "[common
             grid.fill({x, x + 1}, {60, 60 + random.in(1, 30)}, {z, z + 1}, kHighVegetation);
     });
     for (int i = 0; i < 12; ++i) {
-        const int x = random.in(0, 50), z = random.in(0, 50), y = random.in(10, 90);
+        const int x = random.in(0, 50);
+        const int z = random.in(0, 50);
+        const int y = random.in(10, 90);
         grid.fill({x, x + random.in(1, 14)}, {y, y + random.in(1, 20)}, {z, z + random.in(1, 14)},
                   i % 3 == 0 ? kAir : random.of(kShells));
     }
     auto box = grid.build();
     for (int level = 1; level <= 4; ++level) {
         box = downsample({level, 0, 0, 0}, terravox::test::alone(box));
-        const int side = 64 >> level, height = 256 >> level;
+        const int side = 64 >> level;
+        const int height = 256 >> level;
         int bare = 0;
         for (int x = 0; x < side; ++x)
             for (int z = 0; z < side; ++z)

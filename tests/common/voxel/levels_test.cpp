@@ -78,8 +78,10 @@ TEST_CASE("sloping, stepped and rough ground keeps its height on average",
           "[common][voxel][levels]") {
     struct Case {
         const char* name;
-        double slope_x, slope_z;
-        int step, rough;
+        double slope_x;
+        double slope_z;
+        int step;
+        int rough;
     };
     const auto c = GENERATE(values<Case>({
         {"stairs of one", 1, 0, 1, 1},
@@ -123,7 +125,8 @@ TEST_CASE("a bridge deck one voxel thick stays, with its way beneath", "[common]
     const int at = GENERATE(range(0, 4));
     DYNAMIC_SECTION(c.name << " at offset " << at) {
         MaterialGrid grid = terrain([](int, int) { return 20; });
-        const int y = 40 + at % 2, z0 = 20 + at / 2;
+        const int y = 40 + at % 2;
+        const int z0 = 20 + at / 2;
         const auto lies_on = [&](int x, int z) {
             return c.diagonal ? z == (x + z0) % 64 : z >= z0 && z < z0 + c.width;
         };
@@ -133,7 +136,8 @@ TEST_CASE("a bridge deck one voxel thick stays, with its way beneath", "[common]
         });
         for (int level = 1; level <= 2; ++level) {
             const auto box = level_of(grid.build(), level);
-            int lost = 0, blocked = 0;
+            int lost = 0;
+            int blocked = 0;
             for_columns(0, [&](int x, int z) {
                 if (!lies_on(x, z))
                     return;
@@ -151,7 +155,9 @@ TEST_CASE("a gable roof is still a roof two levels up", "[common][voxel][levels]
     const int at = GENERATE(range(0, 8));
     INFO("offset " << at);
     MaterialGrid grid = terrain([](int, int) { return 20; });
-    const int x0 = 20 + (at & 1), z0 = 14 + (at >> 1 & 1), y0 = 20 + (at >> 2);
+    const int x0 = 20 + (at & 1);
+    const int z0 = 14 + (at >> 1 & 1);
+    const int y0 = 20 + (at >> 2);
     const auto roof_y = [&](int x) { return y0 + 8 + std::min(x - x0, x0 + 18 - x); };
     for (int x = x0; x < x0 + 19; ++x) {  // walls under a roof without a loft
         for (int z = z0; z < z0 + 24; ++z) {
@@ -162,7 +168,8 @@ TEST_CASE("a gable roof is still a roof two levels up", "[common][voxel][levels]
     }
     for (int level = 1; level <= 2; ++level) {
         const auto box = level_of(grid.build(), level);
-        int lost = 0, low_or_high = 0;
+        int lost = 0;
+        int low_or_high = 0;
         for (int x = x0; x < x0 + 19; ++x)
             for (int z = z0; z < z0 + 24; ++z) {
                 const int top = top_of(*box, x >> level, z >> level, roof);
@@ -185,11 +192,11 @@ TEST_CASE("a town keeps its lanes: houses do not go on growing, level by level",
         MaterialGrid grid = terrain([](int, int) { return 20; });
         for (int i = 0; i < 16; ++i) {
             const double a = static_cast<double>(random() % 314) / 100;
-            const double cx = 8 + 16 * (i % 4) + static_cast<double>(random() % 40) / 10,
-                         cz = 8 + 16 * (i / 4) + static_cast<double>(random() % 40) / 10;
+            const double cx = 8 + 16 * (i % 4) + static_cast<double>(random() % 40) / 10;
+            const double cz = 8 + 16 * (i / 4) + static_cast<double>(random() % 40) / 10;
             for_columns(0, [&](int x, int z) {
-                const double u = (x - cx) * std::cos(a) + (z - cz) * std::sin(a),
-                             v = (z - cz) * std::cos(a) - (x - cx) * std::sin(a);
+                const double u = (x - cx) * std::cos(a) + (z - cz) * std::sin(a);
+                const double v = (z - cz) * std::cos(a) - (x - cx) * std::sin(a);
                 if (std::abs(u) <= 4.5 && std::abs(v) <= 3) {
                     grid.fill({x, x + 1}, {20, 27}, {z, z + 1}, kWall);
                     grid.set(x, 27, z, kOrangeRoof);
@@ -213,7 +220,8 @@ TEST_CASE("a town keeps its lanes: houses do not go on growing, level by level",
 
 TEST_CASE("a lake stays flat, whole and water, whatever its height and depth",
           "[common][voxel][levels]") {
-    const int surface = GENERATE(range(96, 112)), depth = GENERATE(1, 2, 3, 8);
+    const int surface = GENERATE(range(96, 112));
+    const int depth = GENERATE(1, 2, 3, 8);
     INFO("surface " << surface << ", depth " << depth);
     const auto far_in = [](int x, int z) {
         return std::max(std::abs(x - 32), std::abs(z - 32));
@@ -229,9 +237,11 @@ TEST_CASE("a lake stays flat, whole and water, whatever its height and depth",
     });
     for (int level = 1; level <= 4; ++level) {
         const auto box = level_of(grid.build(), level);
-        const int expected = (surface + (1 << level) - 1) >> level,
-                  margin = 32 - (24 >> level << level);
-        int holes = 0, steps = 0, dry = 0;
+        const int expected = (surface + (1 << level) - 1) >> level;
+        const int margin = 32 - (24 >> level << level);
+        int holes = 0;
+        int steps = 0;
+        int dry = 0;
         for (int x = margin; x < 64 - margin; ++x)
             for (int z = margin; z < 64 - margin; ++z) {
                 const int top = top_of(*box, x >> level, z >> level, solid);
@@ -254,8 +264,8 @@ TEST_CASE("a shore keeps its place on average and has no gap", "[common][voxel][
     INFO("seed " << seed);
     std::mt19937 random(seed);
     const int surface = 40 + static_cast<int>(seed % 2);
-    const double a = static_cast<double>(random() % 628) / 100,
-                 shift = static_cast<double>(random() % 100) / 10;
+    const double a = static_cast<double>(random() % 628) / 100;
+    const double shift = static_cast<double>(random() % 100) / 10;
     const auto wet = [&](int x, int z) {
         return (x - 32) * std::cos(a) + (z - 32) * std::sin(a) < shift + 3 * std::sin(z * 0.3);
     };
@@ -301,8 +311,9 @@ TEST_CASE("a forest keeps its cover and its gaps", "[common][voxel][levels]") {
         std::mt19937 random(seed);
         MaterialGrid grid = terrain([](int, int) { return 20; });
         for (int i = 0; i < c.trees; ++i) {
-            const int tx = static_cast<int>(random() % 64), tz = static_cast<int>(random() % 64),
-                      ty = 30 + static_cast<int>(random() % 8);
+            const int tx = static_cast<int>(random() % 64);
+            const int tz = static_cast<int>(random() % 64);
+            const int ty = 30 + static_cast<int>(random() % 8);
             for_columns(0, [&](int x, int z) {
                 for (int y = 22; y < 50; ++y) {
                     const double d = std::hypot(x - tx, y - ty, z - tz);
@@ -375,7 +386,7 @@ TEST_CASE("a coarse voxel looks like what is seen of it", "[common][voxel][level
           {6, kRoof},
           {7, kRoof}},
          kRoof},
-        {"a wall beside the ground",
+        {"a wall next to the ground",
          {{0, kWall}, {4, kWall}, {2, kWall}, {6, kWall}, {1, kGrass}, {3, kGrass}},
          kWall},
         {"a lone wall on little ground", {{0, kGrass}, {1, kGrass}, {4, kWall}}, kWall},
@@ -428,7 +439,7 @@ TEST_CASE("a coarse voxel looks like what is seen of it", "[common][voxel][level
           {6, kWater},
           {7, kWater}},
          kWall},
-        {"a buoy beside the key column",
+        {"a buoy next to the key column",
          {{0, kWater}, {1, kWater}, {2, kWater}, {3, kWater}, {5, kObject}},
          kWater},
         {"half a shore, key column wet",

@@ -86,7 +86,8 @@ TEST_CASE("a wrong materials file is refused by file, field and value",
           "[common][voxel][material]") {
     struct Case {
         const char* name;
-        std::string from, to;
+        std::string from;
+        std::string to;
         std::vector<std::string> said;
     };
     const auto c = GENERATE(values<Case>({
@@ -103,11 +104,11 @@ TEST_CASE("a wrong materials file is refused by file, field and value",
         {"a variation is negative", "0.12 }", "-0.1 }", {"variation = -0.1", "0 to 1"}},
         {"a variation is no number", "0.12 }", "nan }", {"variation", "0 to 1"}},
         {"a variation is text", "0.12 }", "\"much\" }", {"variation", "0 to 1"}},
-        {"a material that nobody knows",
+        {"an unknown material",
          "trunk =",
          "magma = { colour = \"#ff0000\" }\ntrunk =",
          {"[magma]", "is no material"}},
-        {"a field that nobody knows",
+        {"an unknown field",
          "0.12 }",
          "0.12, shine = 1 }",
          {"shine is no field", "colour, variation"}},

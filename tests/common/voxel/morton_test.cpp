@@ -28,14 +28,17 @@ void check_all_ways(std::int32_t x, std::int32_t y, std::int32_t z) {
     CHECK((back.x == x && back.y == y && back.z == z));
 }
 
-constexpr std::int32_t kLowest = -(1 << 20), kHighest = (1 << 20) - 1;
+constexpr std::int32_t kLowest = -(1 << 20);
+constexpr std::int32_t kHighest = (1 << 20) - 1;
 
 }  // namespace
 
 TEST_CASE("a Morton code interleaves x, y, z from the lowest bit on", "[common][voxel][morton]") {
     struct Case {
         const char* name;
-        std::int32_t x, y, z;
+        std::int32_t x;
+        std::int32_t y;
+        std::int32_t z;
         std::uint64_t code;
     };
     const auto c = GENERATE(values<Case>({
@@ -75,8 +78,9 @@ TEST_CASE("coordinates beyond the range are taken modulo 2^21, the same either w
           "[common][voxel][morton]") {
     std::mt19937 random(7);
     for (int i = 0; i < 2000; ++i) {
-        const auto x = static_cast<std::int32_t>(random()), y = static_cast<std::int32_t>(random()),
-                   z = static_cast<std::int32_t>(random());
+        const auto x = static_cast<std::int32_t>(random());
+        const auto y = static_cast<std::int32_t>(random());
+        const auto z = static_cast<std::int32_t>(random());
         INFO("(" << x << ", " << y << ", " << z << ")");
         CHECK(morton_encode(x, y, z) == by_definition(x, y, z));
         CHECK(morton_encode_portable(x, y, z) == by_definition(x, y, z));
@@ -85,8 +89,12 @@ TEST_CASE("coordinates beyond the range are taken modulo 2^21, the same either w
 
 TEST_CASE("an aligned cube of 2^n boxes is one run of Morton codes", "[common][voxel][morton]") {
     const auto n = GENERATE(1, 2, 3, 4);
-    const std::int32_t side = 1 << n, x0 = -3 * side, y0 = 5 * side, z0 = -7 * side;
-    const std::uint64_t first = morton_encode(x0, y0, z0), count = std::uint64_t{1} << (3 * n);
+    const std::int32_t side = 1 << n;
+    const std::int32_t x0 = -3 * side;
+    const std::int32_t y0 = 5 * side;
+    const std::int32_t z0 = -7 * side;
+    const std::uint64_t first = morton_encode(x0, y0, z0);
+    const std::uint64_t count = std::uint64_t{1} << (3 * n);
     int outside = 0;
     for (std::int32_t z = z0; z < z0 + side; ++z)
         for (std::int32_t y = y0; y < y0 + side; ++y)

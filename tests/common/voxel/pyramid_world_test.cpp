@@ -59,7 +59,7 @@ TEST_CASE("a column is made once for all its boxes, and whatever the limit the b
     CHECK(narrow.made == static_cast<int>(keys.size()));
 }
 
-TEST_CASE("a pyramid tells where nothing stands, however wide it is", "[common][voxel][pyramid]") {
+TEST_CASE("a pyramid reports where it is empty, however wide it is", "[common][voxel][pyramid]") {
     class Lone final : public PyramidWorld {
     public:
         Lone() : PyramidWorld(1 << 20) {

@@ -54,10 +54,15 @@ public:
     }
 
 private:
-    static constexpr std::uint8_t kSolid = 1, kOpaque = 2;
-    static constexpr std::size_t kSide = voxel::kBoxSizeX + 2, kHeight = voxel::kBoxSizeY + 2;
+    static constexpr std::uint8_t kSolid = 1;
+    static constexpr std::uint8_t kOpaque = 2;
+    static constexpr std::size_t kSide = voxel::kBoxSizeX + 2;
+    static constexpr std::size_t kHeight = voxel::kBoxSizeY + 2;
     struct Run {
-        int x, z, y0, y1;
+        int x;
+        int z;
+        int y0;
+        int y1;
         bool opaque;
     };
     static std::size_t index(int x, int y, int z) {
@@ -69,7 +74,7 @@ private:
     std::vector<Run> m_runs;
 };
 
-/// Attributes that tell every voxel of a box from its neighbours; never plain rock.
+/// Attributes that distinguish every voxel of a box from its neighbours; never plain rock.
 inline voxel::VoxelAttr attr_of(int x, int y, int z) {
     voxel::VoxelAttr attr;
     attr.material =
@@ -88,7 +93,8 @@ inline Scene random_scene(std::uint64_t seed) {
         return low + static_cast<int>(random() % static_cast<std::uint64_t>(high - low));
     };
     Scene scene;
-    const int base = in(-20, 240), rough = in(1, 40);
+    const int base = in(-20, 240);
+    const int rough = in(1, 40);
     for (int z = -1; z <= voxel::kBoxSizeZ; ++z)
         for (int x = -1; x <= voxel::kBoxSizeX; ++x) {
             const int ground = base + in(0, rough);

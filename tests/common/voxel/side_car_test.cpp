@@ -39,7 +39,7 @@ std::string written(const SideCar& car) {
 
 }  // namespace
 
-TEST_CASE("a side-car says again what was written, voxels of its level",
+TEST_CASE("a side-car is read back as it was written, in voxels of its level",
           "[common][voxel][side_car]") {
     const SideCar in = side_car_from_json(written(example()), "car.json");
     CHECK(in.title == "Town");

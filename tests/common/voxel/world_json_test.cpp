@@ -37,7 +37,8 @@ std::string changed(std::string text, const std::string& from, const std::string
 
 TEST_CASE("a world's description survives the way through JSON, to the last bit",
           "[common][voxel][world_json]") {
-    const WorldInfo in = full(), out = world_from_json(world_to_json(in), "test");
+    const WorldInfo in = full();
+    const WorldInfo out = world_from_json(world_to_json(in), "test");
     CHECK(out.title == in.title);
     CHECK(out.bounds == in.bounds);
     CHECK(out.voxel_m == in.voxel_m);
@@ -72,7 +73,8 @@ TEST_CASE("text that is no world is refused, naming where it came from",
     const std::string good = world_to_json(full());
     struct Case {
         const char* name;
-        std::string text, said;
+        std::string text;
+        std::string said;
     };
     const auto c = GENERATE_COPY(values<Case>({
         {"nothing", "", "not the reply of a voxel server"},

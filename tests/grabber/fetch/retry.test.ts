@@ -93,7 +93,7 @@ test('lasting errors are not tried again', async () => {
   assert.deepEqual(clock.slept_ms, []);
 });
 
-test('a wish to stop ends the retries', async () => {
+test('a stop ends the retries', async () => {
   const stop = new AbortController();
   const failing = (): Promise<never> =>
     Promise.reject(new GrabberError('NETWORK', 'x', { retryable: true }));
@@ -107,7 +107,7 @@ test('a wish to stop ends the retries', async () => {
   await assert.rejects(run, { message: 'stopped' });
 });
 
-test('a host that asks for time is left alone by all requests', async () => {
+test('Retry-After of a host delays all requests to it', async () => {
   const clock = fakeClock();
   const limiter = new HostRateLimiter(clock, 60_000);
   limiter.pause('a.example', 20_000);
@@ -120,7 +120,7 @@ test('a host that asks for time is left alone by all requests', async () => {
   assert.deepEqual(clock.slept_ms, [20_000]);
 });
 
-test('a host that asks for too long a wait fails the request at once', async () => {
+test('too long a Retry-After fails the request at once', async () => {
   const clock = fakeClock();
   const limiter = new HostRateLimiter(clock, 60_000);
   limiter.pause('a.example', 3_600_000);
@@ -131,22 +131,22 @@ test('a host that asks for too long a wait fails the request at once', async () 
   assert.deepEqual(clock.slept_ms, []);
 });
 
-test('a request that was told to wait too long is not tried again, and does not wait', async () => {
+test('a request with too long a Retry-After is not retried, and does not wait', async () => {
   const clock = fakeClock();
   const notices: number[] = [];
-  const told = (ms: number) => () =>
+  const retryAfter = (ms: number) => () =>
     Promise.reject(
       new GrabberError('HTTP_STATUS', 'fetch a: HTTP 503', { retryable: true, retryAfterMs: ms }),
     );
   await assert.rejects(
-    withRetries(told(60_001), kPolicy, clock, ({ wait_ms }) => notices.push(wait_ms), kNever),
+    withRetries(retryAfter(60_001), kPolicy, clock, ({ wait_ms }) => notices.push(wait_ms), kNever),
     {
       code: 'RETRY_AFTER_TOO_LONG',
-      message: /fetch a: HTTP 503: .*alone for 61 s; allowed: at most 60 s \(--max-wait-s\)/,
+      message: /fetch a: HTTP 503: .*wait for 61 s; allowed: at most 60 s \(--max-wait-s\)/,
     },
   );
   assert.deepEqual([clock.slept_ms, notices], [[], []]);
-  await assert.rejects(withRetries(told(60_000), kPolicy, clock, kIgnore, kNever), {
+  await assert.rejects(withRetries(retryAfter(60_000), kPolicy, clock, kIgnore, kNever), {
     code: 'HTTP_STATUS',
   });
   assert.deepEqual(clock.slept_ms, [60_000, 60_000, 60_000]);

@@ -112,7 +112,8 @@ TEST_CASE("a key may name a view, and change it", "[raytracer][animate]") {
             "fps = 2\n[[key]]\ntime_s = 0\ncamera.look = \"start\"\n[[key]]\ntime_s = "
             "4\n[key.camera]\nlook = \"End\"\ntarget = [46.02, 14.0, 450]\n")
             .read();
-    const scene::Scene first = film.at(0, {}), last = film.at(8, {});
+    const scene::Scene first = film.at(0, {});
+    const scene::Scene last = film.at(8, {});
     CHECK(first.camera.space == core::CoordinateSpace::kLatLon);
     CHECK(first.camera.position == Triple{46, 14, 500});
     CHECK(last.camera.position == Triple{46.02, 14.04, 700});
@@ -195,8 +196,8 @@ TEST_CASE("a day goes from one clock hour to another", "[raytracer][animate]") {
 TEST_CASE("movement may begin and end at rest", "[raytracer][animate]") {
     const std::string keys =
         "fps = 100\n[[key]]\ntime_s = 0\nsun.time_h = 5\n[[key]]\ntime_s = 1\nsun.time_h = 15\n";
-    const animate::Animation plain = File(keys).read(),
-                             gentle = File("ease = true\n" + keys).read();
+    const animate::Animation plain = File(keys).read();
+    const animate::Animation gentle = File("ease = true\n" + keys).read();
     CHECK(plain.at(1, {}).sun.time_h == Approx(5.1));
     CHECK(gentle.at(1, {}).sun.time_h < 5.01);
     CHECK(gentle.at(50, {}).sun.time_h == Approx(10));
@@ -207,7 +208,8 @@ TEST_CASE("an animation that cannot be is refused in one line that names file, k
           "[raytracer][animate]") {
     struct Case {
         const char* name;
-        std::string text, said;
+        std::string text;
+        std::string said;
     };
     const std::string key = "[[key]]\ntime_s = 0\n";
     const auto c = GENERATE_COPY(values<Case>({

@@ -57,7 +57,8 @@ struct Film {
     animate::Animation animation;
     scene::Scene base;
     animate::FrameOptions options;
-    std::string fail_at, holes_at;
+    std::string fail_at;
+    std::string holes_at;
     std::vector<std::string> made;
 };
 using Names = std::vector<std::string>;
@@ -73,7 +74,7 @@ TEST_CASE("frames are made in order, and none twice", "[raytracer][animate]") {
     CHECK(text_of(film.frame("004.png")) == "8");
     CHECK(film.run() == util::ExitCode::kDone);
     CHECK(film.made.empty());
-    SECTION("but again when asked to") {
+    SECTION("but again on request") {
         film.options.again = true;
         (void)film.run();
         CHECK(film.made == kAll);
@@ -112,7 +113,7 @@ TEST_CASE("frames are made in order, and none twice", "[raytracer][animate]") {
     }
 }
 
-TEST_CASE("a run that was cut off goes on where it ended", "[raytracer][animate]") {
+TEST_CASE("an interrupted run resumes where it ended", "[raytracer][animate]") {
     Film film;
     film.fail_at = "003.png";
     CHECK_THROWS_WITH(film.run(), contains("the light went out"));
@@ -132,7 +133,7 @@ TEST_CASE("a run that was cut off goes on where it ended", "[raytracer][animate]
     CHECK(film.made.empty());
 }
 
-TEST_CASE("frames with holes are kept, told, and tried again", "[raytracer][animate]") {
+TEST_CASE("frames with holes are kept, reported, and tried again", "[raytracer][animate]") {
     Film film;
     film.holes_at = "001.png";
     CHECK(film.run() == util::ExitCode::kHoles);
@@ -248,7 +249,8 @@ TEST_CASE("what is done survives in a list, whatever else stands in it", "[raytr
 TEST_CASE("several processes note their frames in one list", "[raytracer][animate]") {
     const TemporaryFolder folder;
     const fs::path file = folder.path() / "list";
-    constexpr int kProcesses = 8, kFrames = 100;
+    constexpr int kProcesses = 8;
+    constexpr int kFrames = 100;
     std::vector<pid_t> children;
     for (int process = 0; process < kProcesses; ++process) {
         const pid_t child = ::fork();
@@ -283,7 +285,7 @@ TEST_CASE("several processes note their frames in one list", "[raytracer][animat
     }());
 }
 
-TEST_CASE("a full disk is told, and the frame counts as not done", "[raytracer][animate]") {
+TEST_CASE("a full disk is reported, and the frame counts as not done", "[raytracer][animate]") {
     const TemporaryFolder folder;
     const fs::path file = folder.path() / "list";
     animate::FrameLedger full(file);
@@ -293,13 +295,13 @@ TEST_CASE("a full disk is told, and the frame counts as not done", "[raytracer][
     CHECK_FALSE(full.is_done(3, 4));
 }
 
-TEST_CASE("of what killed runs have left beside frames, that of living ones stays",
+TEST_CASE("leftover files of killed runs are removed, those of running ones are kept",
           "[raytracer][animate]") {
     Film film;
     // AtomicFile's names hold the process that writes them; no process has the largest number.
-    const fs::path dead = film.frame(".002.part-2147483647-0.png"),
-                   alive = film.frame(".002.part-" + std::to_string(::getpid()) + "-0.png"),
-                   other = film.frame(".002.part-mine.png");
+    const fs::path dead = film.frame(".002.part-2147483647-0.png");
+    const fs::path alive = film.frame(".002.part-" + std::to_string(::getpid()) + "-0.png");
+    const fs::path other = film.frame(".002.part-mine.png");
     for (const fs::path& file : {dead, alive, other})
         std::ofstream(file) << "x";
     CHECK(film.run() == util::ExitCode::kDone);
@@ -329,7 +331,8 @@ TEST_CASE(
 
 TEST_CASE("a video is made through the program, whole or not at all", "[raytracer][animate]") {
     Film film;
-    const fs::path program = film.folder.path() / "ffmpeg", video = film.folder.path() / "v.mp4";
+    const fs::path program = film.folder.path() / "ffmpeg";
+    const fs::path video = film.folder.path() / "v.mp4";
     const auto install = [&](const std::string& script) {
         std::ofstream(program) << "#!/bin/sh\n" << script;
         fs::permissions(program, fs::perms::owner_all);

@@ -11,7 +11,8 @@ using namespace terravox;
 namespace {
 
 struct Keys {
-    std::vector<double> times, values;
+    std::vector<double> times;
+    std::vector<double> values;
 };
 
 Keys random_keys(std::mt19937_64& random) {
@@ -55,18 +56,19 @@ TEST_CASE("a smooth path has neither jumps nor bends; a monotone one never swing
              {animate::SmoothPath::Kind::kRound, animate::SmoothPath::Kind::kMonotone}) {
             const animate::SmoothPath path(keys.times, keys.values, kind, false);
             for (std::size_t i = 1; i + 1 < keys.times.size(); ++i) {
-                const double h = 1e-6,
-                             before = (path.at(keys.times[i]) - path.at(keys.times[i] - h)) / h,
-                             after = (path.at(keys.times[i] + h) - path.at(keys.times[i])) / h;
+                const double h = 1e-6;
+                const double before = (path.at(keys.times[i]) - path.at(keys.times[i] - h)) / h;
+                const double after = (path.at(keys.times[i] + h) - path.at(keys.times[i])) / h;
                 INFO("run " << run << ", key " << i << ": " << before << " and " << after);
                 REQUIRE(std::abs(before - after) < 0.2);  // second derivatives are below 1e5
             }
             for (std::size_t i = 0;
                  i + 1 < keys.times.size() && kind == animate::SmoothPath::Kind::kMonotone; ++i)
                 for (double s = 0; s <= 1; s += 0.01) {
-                    const double v = path.at(keys.times[i] +
-                                             s * (keys.times[i + 1] - keys.times[i])),
-                                 a = keys.values[i], b = keys.values[i + 1];
+                    const double v =
+                        path.at(keys.times[i] + s * (keys.times[i + 1] - keys.times[i]));
+                    const double a = keys.values[i];
+                    const double b = keys.values[i + 1];
                     INFO("run " << run << " after key " << i << ": " << v << " between " << a
                                 << " and " << b);
                     REQUIRE((v >= std::min(a, b) - 1e-12 && v <= std::max(a, b) + 1e-12));
@@ -77,8 +79,8 @@ TEST_CASE("a smooth path has neither jumps nor bends; a monotone one never swing
 
 TEST_CASE("between two keys a path is straight, or begins and ends at rest",
           "[raytracer][animate]") {
-    const animate::SmoothPath straight({1, 3}, {10, 20}, animate::SmoothPath::Kind::kRound, false),
-        gentle({1, 3}, {10, 20}, animate::SmoothPath::Kind::kRound, true);
+    const animate::SmoothPath straight({1, 3}, {10, 20}, animate::SmoothPath::Kind::kRound, false);
+    const animate::SmoothPath gentle({1, 3}, {10, 20}, animate::SmoothPath::Kind::kRound, true);
     CHECK(straight.at(1.5) == Approx(12.5));
     CHECK(gentle.at(2) == Approx(15));
     CHECK(gentle.at(1.01) - 10 < 0.01);

@@ -1,4 +1,4 @@
-// The block manager before a world that likes to be asked for many boxes at once.
+// The block manager with a world that prefers requests for many boxes at once.
 #include <algorithm>
 #include <atomic>
 #include <condition_variable>
@@ -21,10 +21,10 @@ namespace {
 constexpr std::size_t kPlenty = std::size_t{256} << 20;
 using Keys = std::vector<voxel::BoxKey>;
 
-/// The landscape, in batches. What is asked for is noted; each answer may be held back.
+/// The landscape, in batches. Requests are recorded; each answer may be delayed.
 class BatchWorld final : public voxel::World {
 public:
-    /// What a world does with a batch beside answering it well.
+    /// How a world answers a batch.
     enum class Way { kGood, kBackwards, kForgets, kThrows, kTwice };
     explicit BatchWorld(int batch, Way way = Way::kGood) : m_batch(batch), m_way(way) {}
 
@@ -87,7 +87,9 @@ private:
 };
 
 struct Ear final : blocks::BlockListener {
-    bool block_came(const voxel::BoxKey&, std::uint64_t) noexcept override { return ++count > 0; }
+    bool on_block_loaded(const voxel::BoxKey&, std::uint64_t) noexcept override {
+        return ++count > 0;
+    }
     std::atomic<int> count{0};
 };
 
@@ -109,7 +111,7 @@ Keys keys_of(const BatchWorld& world) {
 
 }  // namespace
 
-TEST_CASE("what many wait for is asked for at once, in the order of the asking",
+TEST_CASE("boxes with waiters are requested together, in the order of the waits",
           "[raytracer][world][batch]") {
     BatchWorld world(8);
     const Keys keys = keys_of(world);
@@ -130,7 +132,7 @@ TEST_CASE("what many wait for is asked for at once, in the order of the asking",
     blocks.forget(ear);
 }
 
-TEST_CASE("a box of a batch is there as soon as it has come", "[raytracer][world][batch]") {
+TEST_CASE("a box of a batch is available as soon as it has arrived", "[raytracer][world][batch]") {
     BatchWorld world(8);
     const Keys keys = keys_of(world);
     world.hold();
@@ -150,7 +152,8 @@ TEST_CASE("a box of a batch is there as soon as it has come", "[raytracer][world
     blocks.forget(ear);
 }
 
-TEST_CASE("a world that asks for nothing better is asked box by box", "[raytracer][world][batch]") {
+TEST_CASE("a world without a preference for batches is asked box by box",
+          "[raytracer][world][batch]") {
     BatchWorld world(1);
     const Keys keys = keys_of(world);
     blocks::BlockManager blocks(world, kPlenty, 3);
@@ -161,7 +164,7 @@ TEST_CASE("a world that asks for nothing better is asked box by box", "[raytrace
     CHECK(std::all_of(batches.begin(), batches.end(), [](const Keys& b) { return b.size() == 1; }));
 }
 
-TEST_CASE("boxes that are only prefetched leave loaders for those that somebody waits for",
+TEST_CASE("boxes that are only prefetched leave loaders for those with a waiter",
           "[raytracer][world][batch]") {
     BatchWorld world(2);
     const Keys keys = keys_of(world);
@@ -187,7 +190,7 @@ TEST_CASE("what is queued is shared among the loaders that have nothing to do",
     blocks.prefetch({keys.begin(), keys.begin() + 12});
     until([&] {
         return world.batches().size() == 3;
-    });  // the fourth is kept for boxes that somebody waits for
+    });  // the fourth is reserved for boxes with a waiter
     for (const Keys& batch : world.batches())
         CHECK(batch.size() == 3);
     world.release();
@@ -251,7 +254,7 @@ TEST_CASE("boxes that a world fails over, forgets or gives twice hold up no othe
 }
 
 TEST_CASE(
-    "a picture is the same whether boxes come alone or in batches, in any order, with any memory",
+    "a picture is the same whether boxes arrive alone or in batches, in any order, with any memory",
     "[raytracer][world][batch][deterministic]") {
     const auto picture = [](voxel::World& world, std::size_t memory_bytes, int loaders) {
         scene::Scene scene = small_scene();

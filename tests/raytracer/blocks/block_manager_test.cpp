@@ -53,7 +53,7 @@ TEST_CASE("a box that cannot be loaded is a hole, counted once; the others are t
     CHECK(boxes > 30);
 }
 
-TEST_CASE("a world that has changed is told to whoever asks whether it has", "[raytracer][world]") {
+TEST_CASE("a world that has changed is reported by check_world", "[raytracer][world]") {
     const auto world = landscape();
     world->make_hole({0, 0, 0, -1});
     world->make_hole({0, 0, 0, 0}, [] { throw voxel::ChangedError("another one"); });
@@ -68,7 +68,7 @@ TEST_CASE("a world that has changed is told to whoever asks whether it has", "[r
     CHECK_THROWS_AS(blocks.check_world(), voxel::ChangedError);
 }
 
-TEST_CASE("holes that are forgotten are asked for again, and no sooner", "[raytracer][world]") {
+TEST_CASE("holes are requested again once forgotten, and no sooner", "[raytracer][world]") {
     const std::size_t memory_bytes = GENERATE(kPlenty, std::size_t{1});
     const voxel::BoxKey broken{0, 0, 0, -1}, other{0, 0, 0, 0};
     const auto world = landscape();
@@ -85,7 +85,7 @@ TEST_CASE("holes that are forgotten are asked for again, and no sooner", "[raytr
     CHECK_FALSE(block->hole);
     CHECK(block->box);
     if (pinned)
-        CHECK(pinned->hole);  // who held it keeps what it had
+        CHECK(pinned->hole);  // a pinned block does not change
     CHECK(blocks.get(other)->box);
     CHECK(blocks.stats().bytes <= std::max<std::size_t>(memory_bytes, 64 << 20));
     blocks.forget_holes();
@@ -101,7 +101,7 @@ TEST_CASE(
     std::atomic<bool> is_asked{false}, may_answer{false};
     world->make_hole(late, [&] {
         if (is_asked.exchange(true))
-            return;  // by now it can be had
+            return;  // by now it is available
         while (!may_answer)
             std::this_thread::yield();
         throw std::runtime_error("the disk was gone");
@@ -116,7 +116,7 @@ TEST_CASE(
     CHECK_FALSE(got->hole);
     CHECK(got->box);
     CHECK(blocks.hole_count() == 0);
-    CHECK(world->asked() == 2);
+    CHECK(world->requests() == 2);
 }
 
 TEST_CASE("holes are counted once, however often and by however many threads they are met",
@@ -124,7 +124,7 @@ TEST_CASE("holes are counted once, however often and by however many threads the
     const auto world = landscape();
     world->make_hole({0, 0, 0, 0});
     world->make_hole({0, -1, 0, 0});
-    blocks::BlockManager blocks(*world, 1);  // nothing fits: every meeting asks the world again
+    blocks::BlockManager blocks(*world, 1);  // nothing fits: every access requests the box again
     std::vector<std::thread> threads;
     for (int t = 0; t < 4; ++t)
         threads.emplace_back([&] {
@@ -134,10 +134,10 @@ TEST_CASE("holes are counted once, however often and by however many threads the
     for (auto& t : threads)
         t.join();
     CHECK(blocks.hole_count() == 2);
-    CHECK(world->asked() >= 2);
+    CHECK(world->requests() >= 2);
 }
 
-TEST_CASE("prefetched boxes are made once, so that a walk asks the world for nothing",
+TEST_CASE("prefetched boxes are made once, so that a walk requests nothing from the world",
           "[raytracer][world]") {
     const auto world = landscape();
     blocks::BlockManager blocks(*world, kPlenty);
@@ -145,10 +145,10 @@ TEST_CASE("prefetched boxes are made once, so that a walk asks the world for not
     blocks.prefetch(keys);
     while (blocks.stats().entries < keys.size())
         std::this_thread::yield();
-    CHECK(world->asked() == static_cast<int>(keys.size()));
+    CHECK(world->requests() == static_cast<int>(keys.size()));
     for (const auto& key : keys)
         CHECK(blocks.find(key) != nullptr);
-    CHECK(world->asked() == static_cast<int>(keys.size()));
+    CHECK(world->requests() == static_cast<int>(keys.size()));
 }
 
 TEST_CASE("prefetched boxes leave a quarter of the memory free", "[raytracer][world]") {
@@ -159,16 +159,17 @@ TEST_CASE("prefetched boxes leave a quarter of the memory free", "[raytracer][wo
     blocks.prefetch(keys);
     while (blocks.stats().bytes < kLittle / 4 * 3)
         std::this_thread::yield();
-    // For boxes that should not come: there is no event for what does not happen. A loader that
-    // goes on has all of them in less, and one that does not passes however long this takes.
+    // Time for boxes that should not be loaded, as there is no event for that. A loader that
+    // continues loads all of them in less; one that does not passes however long this takes.
     std::this_thread::sleep_for(std::chrono::milliseconds(50));
-    CHECK(world->asked() < static_cast<int>(keys.size()));
+    CHECK(world->requests() < static_cast<int>(keys.size()));
     CHECK(blocks.stats().peak_bytes <= kLittle);
 }
 
-TEST_CASE("who waits for a box is told once, also when it is there already", "[raytracer][world]") {
+TEST_CASE("a waiter for a box is notified once, also when the box is in memory already",
+          "[raytracer][world]") {
     struct Ear final : blocks::BlockListener {
-        bool block_came(const voxel::BoxKey& key, std::uint64_t ticket) noexcept override {
+        bool on_block_loaded(const voxel::BoxKey& key, std::uint64_t ticket) noexcept override {
             heard[key].push_back(ticket);
             ++count;
             return true;
@@ -182,7 +183,7 @@ TEST_CASE("who waits for a box is told once, also when it is there already", "[r
     blocks::BlockManager blocks(*world, kPlenty);
     for (std::uint64_t i = 0; i < 3; ++i)
         blocks.wait_for({0, 0, 0, 0}, ear, i);
-    blocks.wait_for({0, -1, 0, 0}, ear, 7);  // a hole has come, too
+    blocks.wait_for({0, -1, 0, 0}, ear, 7);  // holes are notified, too
     while (ear.count < 4)
         std::this_thread::yield();
     CHECK(blocks.find({0, 0, 0, 0}) != nullptr);
@@ -191,15 +192,14 @@ TEST_CASE("who waits for a box is told once, also when it is there already", "[r
     CHECK(ear.count == 5);
     CHECK(ear.heard[{0, 0, 0, 0}] == std::vector<std::uint64_t>{0, 1, 2, 9});
     CHECK(ear.heard[{0, -1, 0, 0}] == std::vector<std::uint64_t>{7});
-    CHECK(world->asked() == 2);
+    CHECK(world->requests() == 2);
     blocks.forget(ear);
 }
 
-TEST_CASE("boxes that came for somebody who will not look hold up nobody else",
-          "[raytracer][world]") {
+TEST_CASE("boxes for a waiter that never reads them do not block others", "[raytracer][world]") {
     struct Ear final : blocks::BlockListener {
         explicit Ear(bool looks) : will_look(looks) {}
-        bool block_came(const voxel::BoxKey&, std::uint64_t) noexcept override {
+        bool on_block_loaded(const voxel::BoxKey&, std::uint64_t) noexcept override {
             ++count;
             return will_look;
         }
@@ -209,13 +209,13 @@ TEST_CASE("boxes that came for somebody who will not look hold up nobody else",
     const auto world = landscape();
     const bool will_look = GENERATE(true, false);
     Ear ear(will_look);
-    blocks::BlockManager blocks(*world, 1);  // a single box that nobody has looked at is too much
+    blocks::BlockManager blocks(*world, 1);  // a single unread box exceeds the limit
     blocks.wait_for({0, 0, 0, 0}, ear, 3);
     while (ear.count < 1)
         std::this_thread::yield();
     blocks.wait_for({0, -1, 0, 0}, ear, 4);
     if (will_look) {
-        // For a second box that should not come: there is no event for what does not happen.
+        // Time for a second box that should not be loaded, as there is no event for that.
         // Loaders that do not wait load it in less, and those that do wait until it is forgotten
         // below, however long this takes.
         std::this_thread::sleep_for(std::chrono::milliseconds(50));
@@ -239,9 +239,9 @@ TEST_CASE("a pinned box is not evicted, whatever comes", "[raytracer][world]") {
     REQUIRE(pinned->box);
     for (const auto& key : all_keys(*world))
         (void)blocks.get(key);
-    const int asked = world->asked();
+    const int asked = world->requests();
     CHECK(blocks.find({0, 0, 0, 0}) == pinned);
-    CHECK(world->asked() == asked);
+    CHECK(world->requests() == asked);
     std::uint64_t evicted = blocks.stats().levels[0].evicted;
     CHECK(evicted > 20);
     CHECK(blocks.stats().levels[0].loaded == evicted + blocks.stats().entries);
@@ -277,7 +277,7 @@ TEST_CASE("the limit holds while boxes come and go", "[raytracer][world]") {
     CHECK(blocks.stats().bytes > kLimit / 2);
 }
 
-TEST_CASE("the hash of box keys tells levels and neighbours apart", "[raytracer][world]") {
+TEST_CASE("the hash of box keys differs for levels and neighbours", "[raytracer][world]") {
     std::vector<std::size_t> hashes;
     const voxel::BoxKeyHash hash;
     for (int level = 0; level < 8; ++level)

@@ -87,8 +87,8 @@ TEST_CASE("values are evicted in the order of their last use", "[common][util][c
     for (const int key : {1, 2, 3, 4, 2, 1})
         use(key);  // oldest to newest: 3 4 2 1
     made.clear();
-    use(5);  // 3 goes
-    use(6);  // 4 goes
+    use(5);  // evicts 3
+    use(6);  // evicts 4
     for (const int key : {2, 1, 5, 6})
         use(key);
     CHECK(made == std::vector<int>{5, 6});

@@ -11,7 +11,7 @@
 using namespace terravox;
 using namespace terravox::cluster;
 
-TEST_CASE("a program's status and words come back whole", "[cluster][child]") {
+TEST_CASE("a program's status and output are returned whole", "[cluster][child]") {
     const Finished done = run_to_end(
         {"bash", "-c",
          "head -c 300000 /dev/zero | tr '\\0' x; echo wrong >&2; echo more >&2; exit 3"});

@@ -33,7 +33,8 @@ struct Stage {
     [[nodiscard]] fs::path work() const { return folder.path() / "a work 'folder'"; }
     [[nodiscard]] fs::path program() const { return folder.path() / "the program"; }
 
-    /// Runs a script as Slurm would, and tells what the program was called with.
+    /// Runs a script as Slurm would.
+    /// @return the arguments that the program was called with
     std::vector<std::string> called(const std::string& script,
                                     const std::vector<std::string>& environment,
                                     const std::vector<std::string>& arguments = {}) {
@@ -57,7 +58,7 @@ struct Stage {
     Finished done;
 };
 
-/// What a script asks of Slurm: the lines that Slurm reads, which end at the first command.
+/// The lines of a script that Slurm reads, which end at the first command.
 std::vector<std::string> asked(const std::string& script) {
     std::vector<std::string> out;
     std::istringstream in(script);
@@ -83,7 +84,8 @@ TEST_CASE("tasks render their own run of frames with the arguments as given",
         const char* name;
         std::string task;
         std::vector<std::string> arguments;
-        std::string first, last;
+        std::string first;
+        std::string last;
     };
     const auto c = GENERATE(values<Case>({{"first", "0", {"0"}, "3", "6"},
                                           {"last, shorter", "2", {"0"}, "11", "12"},
@@ -97,7 +99,7 @@ TEST_CASE("tasks render their own run of frames with the arguments as given",
     CHECK_FALSE(fs::exists(stage.work() / "never"));
 }
 
-TEST_CASE("what a task needs is asked in the lines that Slurm reads", "[cluster][scripts]") {
+TEST_CASE("a task's resources are requested in the lines that Slurm reads", "[cluster][scripts]") {
     Stage stage;
     const auto whole = asked(pool_script(stage.place, {"host:1", "", "/t/token"}));
     CHECK(has(whole, "--exclusive"));
@@ -134,7 +136,7 @@ TEST_CASE("workers join with what the node has", "[cluster][scripts]") {
           std::vector<std::string>{"worker", "--once", "--idle-s", "600", "--token-file", token,
                                    "--threads", "4", "--memory-mib", "1500", "--join",
                                    "host:7879"});
-    SECTION("where the coordinator is a job, as it says in a file") {
+    SECTION("where the coordinator is a job, at the address in its file") {
         const fs::path file = stage.folder.path() / kHostile;
         std::ofstream(file) << "node7:20001\n";
         const auto words =
@@ -144,7 +146,7 @@ TEST_CASE("workers join with what the node has", "[cluster][scripts]") {
     }
 }
 
-TEST_CASE("a coordinator that is a job says where it listens", "[cluster][scripts]") {
+TEST_CASE("a coordinator that is a job publishes its address", "[cluster][scripts]") {
     Stage stage;
     const fs::path file = stage.folder.path() / kHostile;
     const auto words =
@@ -182,7 +184,7 @@ TEST_CASE("frames are joined when all are there", "[cluster][scripts]") {
     CHECK_THROWS_AS(merge_frames_script(stage.place, "a.png", {0, 1}, {}), util::UsageError);
 }
 
-TEST_CASE("parts go on with their tiles, and are joined", "[cluster][scripts]") {
+TEST_CASE("parts resume with their tiles, and are joined", "[cluster][scripts]") {
     Stage stage;
     const std::string picture = (stage.folder.path() / kHostile / "a picture.exr").string();
     const std::string script =

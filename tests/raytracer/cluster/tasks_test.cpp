@@ -18,8 +18,8 @@ std::vector<int> numbers_of(const std::string& array) {
     std::istringstream in(array);
     for (std::string piece; std::getline(in, piece, ',');) {
         const auto dash = piece.find('-');
-        const int first = std::stoi(piece),
-                  last = dash == std::string::npos ? first : std::stoi(piece.substr(dash + 1));
+        const int first = std::stoi(piece);
+        const int last = dash == std::string::npos ? first : std::stoi(piece.substr(dash + 1));
         for (int i = first; i <= last; ++i)
             out.push_back(i);
     }
@@ -49,7 +49,7 @@ TEST_CASE("each frame belongs to one task", "[cluster][tasks]") {
     CHECK(plan.task_of(14) == plan.tasks() - 1);
 }
 
-TEST_CASE("a node gets about eight tasks when nobody says more", "[cluster][tasks]") {
+TEST_CASE("a node gets about eight tasks by default", "[cluster][tasks]") {
     CHECK(usual_per_task(1, 1) == 1);
     CHECK(usual_per_task(8, 1) == 1);
     CHECK(usual_per_task(9, 1) == 2);
@@ -74,7 +74,8 @@ TEST_CASE("arrays stay below the limit, and every task is in one of them", "[clu
     const auto most = GENERATE(1, 2, 10, 1001);
     INFO("most " << most);
     std::mt19937 random(static_cast<unsigned>(most));
-    std::vector<int> tasks, found;
+    std::vector<int> tasks;
+    std::vector<int> found;
     for (int i = 0; i < 3000; ++i)
         if (random() % 5 != 0)
             tasks.push_back(i);

@@ -41,7 +41,10 @@ bool within(float v, float low, float high) {
 
 // The mean of what is drawn on walls, over random places, to pixels of `footprint` voxels.
 struct WallMean {
-    double share = 0, gloss = 0, emission = 0, red = 0;
+    double share = 0;
+    double gloss = 0;
+    double emission = 0;
+    double red = 0;
 };
 WallMean wall_mean(double voxel_m, double footprint, int level, int count) {
     std::mt19937_64 random(17);
@@ -65,13 +68,14 @@ WallMean wall_mean(double voxel_m, double footprint, int level, int count) {
 
 }  // namespace
 
-TEST_CASE("whatever is asked, a texel's fields are in their ranges and the same again",
+TEST_CASE("at any point, a texel's fields are in their ranges and reproducible",
           "[raytracer][material]") {
     std::mt19937_64 random(5);
     for (int i = 0; i < 200'000; ++i) {
         const auto material = static_cast<Material>(i % 30);  // some beyond the last
         const material::FacePoint at = random_point(random);
-        const material::Texel t = table().texel(material, at), again = table().texel(material, at);
+        const material::Texel t = table().texel(material, at);
+        const material::Texel again = table().texel(material, at);
         bool good = within(t.tilt[0], -0.2f, 0.2f) && within(t.tilt[1], -0.2f, 0.2f);
         for (const float ratio : {t.ratio.r, t.ratio.g, t.ratio.b})
             good = good && within(ratio, 0.02f, 4);
@@ -170,7 +174,8 @@ TEST_CASE("the rows of a roof run across its slope", "[raytracer][material]") {
     DYNAMIC_SECTION(c.name) {
         // The brightness of lines along z and along x: the shadow under each row makes those of
         // rows differ more.
-        std::array<double, 16> of_x{}, of_z{};
+        std::array<double, 16> of_x{};
+        std::array<double, 16> of_z{};
         material::FacePoint at;
         at.face = core::Face::kTop;
         at.around = c.around;
@@ -204,10 +209,13 @@ TEST_CASE("strata run through all rock of a height", "[raytracer][material]") {
         }
         return sum / 256 - 1;
     };
-    double here2 = 0, there2 = 0, both = 0;
+    double here2 = 0;
+    double there2 = 0;
+    double both = 0;
     for (int y = -20; y < 20; ++y)
         for (int step = 0; step < 16; ++step) {
-            const double here = row(y, step, 30, 8), there = row(y, step, 7000, -41);
+            const double here = row(y, step, 30, 8);
+            const double there = row(y, step, 7000, -41);
             here2 += here * here;
             there2 += there * there;
             both += here * there;
@@ -244,7 +252,7 @@ TEST_CASE("walls have windows every three metres whatever a voxel's size",
             begins += most;
         }
         CHECK(begins > 700);   // 2000 places of 3 m at most; fewer where a voxel is 2 m
-        CHECK(begins < 4200);  // frames and shutters beside each other may count as two
+        CHECK(begins < 4200);  // frames and shutters next to each other may count as two
     }
 }
 
@@ -252,8 +260,9 @@ TEST_CASE("from afar a wall keeps the mean of its windows, their light and their
           "[raytracer][material]") {
     for (const double voxel_m : {0.5, 1.0, 2.0}) {
         INFO("voxel_m " << voxel_m);
-        const WallMean near = wall_mean(voxel_m, 0, 0, 200'000),
-                       far = wall_mean(voxel_m, 1000, 0, 10), coarse = wall_mean(voxel_m, 0, 2, 10);
+        const WallMean near = wall_mean(voxel_m, 0, 0, 200'000);
+        const WallMean far = wall_mean(voxel_m, 1000, 0, 10);
+        const WallMean coarse = wall_mean(voxel_m, 0, 2, 10);
         CHECK(far.share == Approx(near.share).epsilon(0.04));
         CHECK(far.gloss == Approx(near.gloss).epsilon(0.05));
         CHECK(far.red == Approx(near.red).epsilon(0.05));
@@ -264,7 +273,8 @@ TEST_CASE("from afar a wall keeps the mean of its windows, their light and their
 }
 
 TEST_CASE("windows are lit by night alone, and only some", "[raytracer][material]") {
-    int glass = 0, lit = 0;
+    int glass = 0;
+    int lit = 0;
     material::FacePoint at;
     at.face = core::Face::kSouth;
     for (int i = 0; i < 20'000; ++i) {
@@ -287,7 +297,8 @@ TEST_CASE("water leans smoothly, the same at every size of voxel", "[raytracer][
     std::mt19937_64 random(3);
     const auto tilt = [](double x_m, double z_m, double voxel_m, int level, double footprint_m) {
         material::FacePoint at;
-        const double x = x_m / std::ldexp(voxel_m, level), z = z_m / std::ldexp(voxel_m, level);
+        const double x = x_m / std::ldexp(voxel_m, level);
+        const double z = z_m / std::ldexp(voxel_m, level);
         at.voxel = {static_cast<std::int32_t>(std::floor(x)), 470,
                     static_cast<std::int32_t>(std::floor(z))};
         at.v = x - std::floor(x);
@@ -297,12 +308,14 @@ TEST_CASE("water leans smoothly, the same at every size of voxel", "[raytracer][
         at.footprint = footprint_m / voxel_m;
         return table().texel(Material::kWater, at).tilt;
     };
-    double most = 0, sum = 0;
+    double most = 0;
+    double sum = 0;
     for (int i = 0; i < 20'000; ++i) {
-        const double x = 462'000 + static_cast<double>(random() % 100'000) / 100,
-                     z = -101'000 - static_cast<double>(random() % 100'000) / 100;
-        const auto here = tilt(x, z, 1, 0, 0), east = tilt(x + 0.01, z, 1, 0, 0),
-                   coarse = tilt(x, z, 0.25, 3, 0);
+        const double x = 462'000 + static_cast<double>(random() % 100'000) / 100;
+        const double z = -101'000 - static_cast<double>(random() % 100'000) / 100;
+        const auto here = tilt(x, z, 1, 0, 0);
+        const auto east = tilt(x + 0.01, z, 1, 0, 0);
+        const auto coarse = tilt(x, z, 0.25, 3, 0);
         INFO(x << ' ' << z);
         REQUIRE(std::abs(here[0] - east[0]) < 0.003f);
         REQUIRE(std::abs(here[1] - east[1]) < 0.003f);

@@ -13,8 +13,12 @@ using namespace terravox;
 
 namespace {
 
-constexpr int kScale = 4, kFaces = 4, kBlock = kFaces * 16 * kScale, kGap = 8,
-              kPanel = 2 * kBlock + 80 + 3 * kGap, kColumns = 3;
+constexpr int kScale = 4;
+constexpr int kFaces = 4;
+constexpr int kBlock = kFaces * 16 * kScale;
+constexpr int kGap = 8;
+constexpr int kPanel = 2 * kBlock + 80 + 3 * kGap;
+constexpr int kColumns = 3;
 
 class Sheet {
 public:
@@ -43,7 +47,8 @@ private:
     static std::uint8_t byte(float v) {
         return static_cast<std::uint8_t>(voxel::linear_to_srgb(v) * 255 + 0.5f);
     }
-    int m_width, m_height;
+    int m_width;
+    int m_height;
     std::vector<std::uint8_t> m_bytes;
 };
 
@@ -60,11 +65,13 @@ void faces(Sheet& sheet, const material::MaterialTable& table, voxel::Material m
            core::Face face, int x0, int y0, bool night) {
     for (int y = 0; y < kBlock; ++y)
         for (int x = 0; x < kBlock; ++x) {
-            const double s = (x + 0.5) / (16 * kScale), t = (kBlock - y - 0.5) / (16 * kScale);
+            const double s = (x + 0.5) / (16 * kScale);
+            const double t = (kBlock - y - 0.5) / (16 * kScale);
             material::FacePoint at;
             at.face = face;
             const bool top = face == core::Face::kTop;
-            const int i = static_cast<int>(s), j = static_cast<int>(t);
+            const int i = static_cast<int>(s);
+            const int j = static_cast<int>(t);
             at.voxel =
                 top ? core::VoxelCoord{100 + i, 7, -30 - j} : core::VoxelCoord{100 + i, 7 + j, 4};
             at.u = top ? t - j : s - i;
@@ -103,8 +110,8 @@ void wall(Sheet& sheet, const material::MaterialTable& table, double voxel_m, in
           int width, int height, bool night, double pixel_m) {
     for (int y = 0; y < height; ++y)
         for (int x = 0; x < width; ++x) {
-            const double s = (x + 0.5) * pixel_m / voxel_m + 0.01,
-                         t = (height - y - 0.5) * pixel_m / voxel_m;
+            const double s = (x + 0.5) * pixel_m / voxel_m + 0.01;
+            const double t = (height - y - 0.5) * pixel_m / voxel_m;
             material::FacePoint at;
             at.face = core::Face::kSouth;
             at.voxel_m = voxel_m;
@@ -129,17 +136,20 @@ int main(int count, char** arguments) {
     const bool night = count > 2;
     const material::MaterialTable table(std::filesystem::path(TERRAVOX_SOURCE_DIR) /
                                         "config/materials.toml");
-    constexpr int kRows = (voxel::kMaterialCount + kColumns - 1) / kColumns,
-                  kRowHeight = kBlock + kGap, kWalls = 620;
+    constexpr int kRows = (voxel::kMaterialCount + kColumns - 1) / kColumns;
+    constexpr int kRowHeight = kBlock + kGap;
+    constexpr int kWalls = 620;
     Sheet sheet(kColumns * kPanel, kRows * kRowHeight + kWalls);
     for (int i = 1; i < voxel::kMaterialCount; ++i) {
         const auto material = static_cast<voxel::Material>(i);
-        const int x0 = (i - 1) % kColumns * kPanel, y0 = (i - 1) / kColumns * kRowHeight;
+        const int x0 = (i - 1) % kColumns * kPanel;
+        const int y0 = (i - 1) / kColumns * kRowHeight;
         faces(sheet, table, material, core::Face::kTop, x0, y0, night);
         faces(sheet, table, material, core::Face::kSouth, x0 + kBlock + kGap, y0, night);
         mips(sheet, table, material, core::Face::kSouth, x0 + 2 * (kBlock + kGap), y0);
     }
-    const int y0 = kRows * kRowHeight, width = kColumns * kPanel / 4 - kGap;
+    const int y0 = kRows * kRowHeight;
+    const int width = kColumns * kPanel / 4 - kGap;
     constexpr std::array kVoxel_m = {1.0, 0.5, 0.25, 2.0};
     for (int i = 0; i < 4; ++i) {
         wall(sheet, table, kVoxel_m[static_cast<std::size_t>(i)], i * (width + kGap), y0, width,

@@ -40,8 +40,8 @@ Sums sums(const TexturePool& pool, const PaintedFace& face, std::uint32_t varian
     for (int t = 0; t < size; ++t)
         for (int s = 0; s < size; ++s) {
             const Dot dot = pool.dot(face, variant, mip, s, t);
-            const double share = 1.0 / (size * size),
-                         own = static_cast<double>(dot.opacity * dot.share) * share;
+            const double share = 1.0 / (size * size);
+            const double own = static_cast<double>(dot.opacity * dot.share) * share;
             const double rest = static_cast<double>(dot.opacity) * share - own;
             const float c[3] = {dot.ratio.r, dot.ratio.g, dot.ratio.b},
                         o[3] = {dot.own.r, dot.own.g, dot.own.b};
@@ -125,12 +125,13 @@ TEST_CASE("a texture goes on across its edges: no step there that is not inside,
     // inside as well.
     for_all([](const std::string& name, const PaintedFace& face, const TexturePool& pool) {
         for (std::uint32_t v = 0; v < face.variants; ++v) {
-            double edge = 0, max_inside = 0;
+            double edge = 0;
+            double max_inside = 0;
             for (int s = 0; s < kTexels; ++s) {
                 double step = 0;
                 for (int t = 0; t < kTexels; ++t) {
-                    const Dot a = pool.dot(face, v, 0, s, t),
-                              b = pool.dot(face, v, 0, (s + 1) % kTexels, t);
+                    const Dot a = pool.dot(face, v, 0, s, t);
+                    const Dot b = pool.dot(face, v, 0, (s + 1) % kTexels, t);
                     step += std::abs(static_cast<double>(brightness(a) * (1 - a.share) -
                                                          brightness(b) * (1 - b.share)));
                 }

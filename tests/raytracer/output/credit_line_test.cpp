@@ -56,8 +56,12 @@ TEST_CASE("a credit can be read on any ground and touches nothing else",
     const float ground = GENERATE(0.0f, 0.5f, 1.0f);
     INFO(ground);
     const output::CreditLine credit(kCredit, 1280, 720);
-    float darkest = 1, lightest = 0;
-    int touched = 0, wrong = 0, x0 = 1280, y0 = 720;
+    float darkest = 1;
+    float lightest = 0;
+    int touched = 0;
+    int wrong = 0;
+    int x0 = 1280;
+    int y0 = 720;
     for (int y = 0; y < 720; ++y)
         for (int x = 0; x < 1280; ++x) {
             const voxel::Colour c = credit.over({ground, ground, ground}, x, y);
@@ -108,7 +112,8 @@ TEST_CASE("the credit stands in 8-bit pictures alone", "[raytracer][output][cred
     const TemporaryFolder folder;
     output::Film film(320, 180);
     film.add(invented_tile(0, 0, 320, 180, false));
-    output::PictureInfo plain, credited;
+    output::PictureInfo plain;
+    output::PictureInfo credited;
     credited.credit = kCredit;
     const auto differs = [&](const char* name) {
         output::write_image(film, folder.path() / name, plain);

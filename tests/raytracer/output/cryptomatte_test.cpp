@@ -12,7 +12,8 @@ using namespace terravox;
 TEST_CASE("names are hashed as MurmurHash3 says", "[raytracer][output][cryptomatte]") {
     struct Case {
         const char* text;
-        std::uint32_t seed, hash;
+        std::uint32_t seed;
+        std::uint32_t hash;
     };
     // The first ones are test vectors of the algorithm, the last two stand in manifests of other
     // programs.
@@ -32,7 +33,8 @@ TEST_CASE("the id of a name is always an ordinary float", "[raytracer][output][c
     int changed = 0;
     for (int i = 0; i < 20'000; ++i) {
         const std::string name = "square " + std::to_string(i);
-        const std::uint32_t hash = output::murmur3_32(name), id = output::cryptomatte_id(name);
+        const std::uint32_t hash = output::murmur3_32(name);
+        const std::uint32_t id = output::cryptomatte_id(name);
         INFO(name);
         const bool ordinary = std::isnormal(std::bit_cast<float>(hash));
         CHECK_FALSE(!std::isnormal(std::bit_cast<float>(id)));
@@ -67,7 +69,8 @@ TEST_CASE("ranks stand by share, things of one name together, and unnamed ones a
 
 TEST_CASE("the manifest names each id, whatever the names hold",
           "[raytracer][output][cryptomatte]") {
-    const std::string odd = "\"Žabnica\"\n\\", broken = "\xff\xfe";
+    const std::string odd = "\"Žabnica\"\n\\";
+    const std::string broken = "\xff\xfe";
     const output::Cryptomatte mattes("CryptoMaterial", {"water", odd, broken});
     std::string manifest;
     for (const auto& [key, value] : mattes.metadata()) {

@@ -50,7 +50,9 @@ output::Film noisy(bool with_layers) {
 
 /// Mean and relative spread of columns [x0, x1).
 std::array<double, 2> field(const output::Film& film, int x0, int x1) {
-    double sum = 0, squares = 0, n = 0;
+    double sum = 0;
+    double squares = 0;
+    double n = 0;
     for (int y = 4; y < kSize - 4; ++y)
         for (int x = x0; x < x1; ++x) {
             sum += film.at(x, y).colour.g;
@@ -67,7 +69,8 @@ TEST_CASE("denoising takes noise out, keeps edges and brightness, and nothing bu
     if (!oidn_is_here())
         return;
     const output::Film before = noisy(true);
-    output::Film film = before, again = before;
+    output::Film film = before;
+    output::Film again = before;
     output::denoise(film, 2);
     output::denoise(again, 1);
     for (const auto& [x0, x1] : {std::pair{4, 60}, {68, 124}}) {
@@ -107,9 +110,8 @@ TEST_CASE("a film without layers is not denoised", "[raytracer][output][denoise]
     CHECK_THROWS_WITH(output::denoise(film, 1), contains("no layers"));
 }
 
-TEST_CASE("a library that is not there is said so, with how to get it",
-          "[raytracer][output][denoise]") {
-    // Once loaded a library stays: ask a fresh process.
+TEST_CASE("a missing library is reported, with how to install it", "[raytracer][output][denoise]") {
+    // A loaded library stays loaded, so this needs a new process.
     const auto said_by_child = [](const char* value) {
         std::fflush(nullptr);
         std::string said(2000, '\0');

@@ -44,8 +44,8 @@ Matrix to_xyz(double inset) {
         {{0.64, 0.33}, {0.30, 0.60}, {0.15, 0.06}}};
     Matrix m{};
     for (std::size_t p = 0; p < 3; ++p) {
-        const double x = std::lerp(primaries[p][0], white[0], inset),
-                     y = std::lerp(primaries[p][1], white[1], inset);
+        const double x = std::lerp(primaries[p][0], white[0], inset);
+        const double y = std::lerp(primaries[p][1], white[1], inset);
         m[0][p] = x / y;
         m[1][p] = 1;
         m[2][p] = (1 - x - y) / y;
@@ -82,13 +82,14 @@ std::array<double, 3> agx(std::array<double, 3> c) {
     const Matrix inset = times(inverse(to_xyz(0)), to_xyz(0.2));
     c = through(inset, c);
     for (double& v : c) {
-        const double x = std::clamp((std::log2(std::max(v, 1e-12) / 0.18) + 10) / 16.5, 0.0, 1.0),
-                     pivot = 10 / 16.5, run = std::abs(x - pivot);
-        const double whole = x < pivot ? pivot : 1 - pivot, power = x < pivot ? 3 : 3.25;
+        const double x = std::clamp((std::log2(std::max(v, 1e-12) / 0.18) + 10) / 16.5, 0.0, 1.0);
+        const double pivot = 10 / 16.5;
+        const double run = std::abs(x - pivot);
+        const double whole = x < pivot ? pivot : 1 - pivot;
+        const double power = x < pivot ? 3 : 3.25;
         const double scale = std::pow(
-                         std::pow(2 * whole, -power) * (std::pow(2 * whole / 0.5, power) - 1),
-                         -1 / power),
-                     u = 2 * run / scale;
+            std::pow(2 * whole, -power) * (std::pow(2 * whole / 0.5, power) - 1), -1 / power);
+        const double u = 2 * run / scale;
         v = std::pow(
             0.5 + (x < pivot ? -1 : 1) * scale * u / std::pow(1 + std::pow(u, power), 1 / power),
             2.2);
@@ -105,12 +106,14 @@ std::array<double, 2> hue_of(voxel::Colour display) {
     const auto linear = [](double v) {
         return v <= 0.04045 ? v / 12.92 : std::pow((v + 0.055) / 1.055, 2.4);
     };
-    const double r = linear(display.r), g = linear(display.g), b = linear(display.b);
-    const double l = std::cbrt(0.4122214708 * r + 0.5363325363 * g + 0.0514459929 * b),
-                 m = std::cbrt(0.2119034982 * r + 0.6806995451 * g + 0.1073969566 * b),
-                 s = std::cbrt(0.0883024619 * r + 0.2817188376 * g + 0.6299787005 * b);
-    const double u = 1.9779984951 * l - 2.4285922050 * m + 0.4505937099 * s,
-                 v = 0.0259040371 * l + 0.7827717662 * m - 0.8086757660 * s;
+    const double r = linear(display.r);
+    const double g = linear(display.g);
+    const double b = linear(display.b);
+    const double l = std::cbrt(0.4122214708 * r + 0.5363325363 * g + 0.0514459929 * b);
+    const double m = std::cbrt(0.2119034982 * r + 0.6806995451 * g + 0.1073969566 * b);
+    const double s = std::cbrt(0.0883024619 * r + 0.2817188376 * g + 0.6299787005 * b);
+    const double u = 1.9779984951 * l - 2.4285922050 * m + 0.4505937099 * s;
+    const double v = 0.0259040371 * l + 0.7827717662 * m - 0.8086757660 * s;
     return {std::atan2(v, u) * 57.29577951, std::hypot(u, v)};
 }
 
@@ -157,8 +160,8 @@ TEST_CASE(
     }
     CHECK(last == 1);
     CHECK(developed({0.1f, 0.1f, 0.1f}).r < output::develop({0.1f, 0.1f, 0.1f}, 1, tone).r);
-    const float far = std::numeric_limits<float>::infinity(),
-                none = std::numeric_limits<float>::quiet_NaN();
+    const float far = std::numeric_limits<float>::infinity();
+    const float none = std::numeric_limits<float>::quiet_NaN();
     for (const voxel::Colour odd : {voxel::Colour{far, 0, 0},
                                     {none, 1, 1},
                                     {-1, -far, 2},
@@ -190,16 +193,18 @@ TEST_CASE("tone curves show middle grey and white walls about alike", "[raytrace
 TEST_CASE("curves are what their descriptions say", "[raytracer][output]") {
     std::mt19937 random(5);
     std::uniform_real_distribution<double> stops(-9, 6);
-    double worst_photographic = 0, worst_agx = 0, worst_linear = 0;
+    double worst_photographic = 0;
+    double worst_agx = 0;
+    double worst_linear = 0;
     for (int i = 0; i < 20'000; ++i) {
         const std::array<double, 3> c = {std::exp2(stops(random)), std::exp2(stops(random)),
                                          std::exp2(stops(random))};
         const voxel::Colour light = {static_cast<float>(c[0]), static_cast<float>(c[1]),
                                      static_cast<float>(c[2])};
         const auto expected = agx(c);
-        const voxel::Colour a = output::develop(light, 0, core::ToneCurve::kAgx),
-                            p = output::develop(light, 0, core::ToneCurve::kPhotographic),
-                            l = output::develop(light, 0, core::ToneCurve::kLinear);
+        const voxel::Colour a = output::develop(light, 0, core::ToneCurve::kAgx);
+        const voxel::Colour p = output::develop(light, 0, core::ToneCurve::kPhotographic);
+        const voxel::Colour l = output::develop(light, 0, core::ToneCurve::kLinear);
         worst_agx = std::max({worst_agx, std::abs(a.r - expected[0]), std::abs(a.g - expected[1]),
                               std::abs(a.b - expected[2])});
         worst_photographic =
@@ -212,8 +217,8 @@ TEST_CASE("curves are what their descriptions say", "[raytracer][output]") {
 }
 
 TEST_CASE("agx lets bright colours pale and keeps their hue", "[raytracer][output]") {
-    const double agx_drift = worst_drift(core::ToneCurve::kAgx),
-                 photographic_drift = worst_drift(core::ToneCurve::kPhotographic);
+    const double agx_drift = worst_drift(core::ToneCurve::kAgx);
+    const double photographic_drift = worst_drift(core::ToneCurve::kPhotographic);
     CAPTURE(agx_drift, photographic_drift);
     CHECK(agx_drift < 35);
     CHECK(agx_drift < 0.6 * photographic_drift);

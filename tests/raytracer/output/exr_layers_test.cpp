@@ -12,7 +12,8 @@ using namespace terravox::test;
 
 namespace {
 
-constexpr int kWidth = 61, kHeight = 37;
+constexpr int kWidth = 61;
+constexpr int kHeight = 37;
 
 output::PictureInfo some_info() {
     output::PictureInfo info;
@@ -127,7 +128,8 @@ TEST_CASE("a reader of Cryptomatte cuts out each material and each square with i
         if (!key.starts_with("cryptomatte/") || !key.ends_with("/name"))
             continue;
         ++types;
-        const std::string type = attribute.value, root = key.substr(0, key.rfind('/'));
+        const std::string type = attribute.value;
+        const std::string root = key.substr(0, key.rfind('/'));
         INFO(type);
         CHECK(root.size() == std::string("cryptomatte/").size() + 7);
         CHECK(header.attributes.at(root + "/hash").value == "MurmurHash3_32");
@@ -147,11 +149,12 @@ TEST_CASE("a reader of Cryptomatte cuts out each material and each square with i
         int wrong = 0;
         for (int y = 0; y < kHeight; ++y)
             for (int x = 0; x < kWidth; ++x) {
-                std::map<std::string, float> read, given;
+                std::map<std::string, float> read;
+                std::map<std::string, float> given;
                 float last = 2;
                 for (std::size_t rank = 0; rank < 6; ++rank) {
-                    const float id = back.at(x, y, channels[2 * rank]),
-                                share = back.at(x, y, channels[2 * rank + 1]);
+                    const float id = back.at(x, y, channels[2 * rank]);
+                    const float share = back.at(x, y, channels[2 * rank + 1]);
                     wrong += share <= last ? 0 : 1;
                     last = share;
                     if (share > 0)

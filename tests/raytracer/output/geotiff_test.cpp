@@ -79,7 +79,8 @@ TEST_CASE("a GeoTIFF lies where it was taken, with overviews, and is clear where
           "[raytracer][output][geotiff]") {
     const TemporaryFolder folder;
     const auto file = folder.path() / "bled.tif";
-    constexpr int kWidth = 1300, kHeight = 700;
+    constexpr int kWidth = 1300;
+    constexpr int kHeight = 700;
     const output::Film film = half_of(kWidth, kHeight);
     output::PictureInfo info = bled_info();
     info.exposure_ev = -0.5;
@@ -102,7 +103,8 @@ TEST_CASE("a GeoTIFF lies where it was taken, with overviews, and is clear where
     REQUIRE(code != nullptr);
     CHECK(std::string(code) == "3794");
     CHECK(GDALGetOverviewCount(GDALGetRasterBand(d.get(), 1)) >= 1);
-    int block_width = 0, block_height = 0;
+    int block_width = 0;
+    int block_height = 0;
     GDALGetBlockSize(GDALGetRasterBand(d.get(), 1), &block_width, &block_height);
     CHECK(block_width == 512);
     CHECK(block_height == 512);
@@ -123,9 +125,9 @@ TEST_CASE("a GeoTIFF lies where it was taken, with overviews, and is clear where
     CHECK(item("AREA_OR_POINT") == "Area");
 
     CHECK(GDALGetRasterColorInterpretation(GDALGetRasterBand(d.get(), 4)) == GCI_AlphaBand);
-    const auto red = band<std::uint8_t>(d.get(), 1, GDT_Byte),
-               blue = band<std::uint8_t>(d.get(), 3, GDT_Byte),
-               alpha = band<std::uint8_t>(d.get(), 4, GDT_Byte);
+    const auto red = band<std::uint8_t>(d.get(), 1, GDT_Byte);
+    const auto blue = band<std::uint8_t>(d.get(), 3, GDT_Byte);
+    const auto alpha = band<std::uint8_t>(d.get(), 4, GDT_Byte);
     int wrong = 0;
     for (int y = 0; y < kHeight; ++y)
         for (int x = 0; x < kWidth; ++x) {
@@ -149,8 +151,8 @@ TEST_CASE("a GeoTIFF of floats keeps the light to the last bit", "[raytracer][ou
     output::write_image(film, file, info);
     const Dataset d = open(file);
     REQUIRE(GDALGetRasterDataType(GDALGetRasterBand(d.get(), 1)) == GDT_Float32);
-    const auto green = band<float>(d.get(), 2, GDT_Float32),
-               alpha = band<float>(d.get(), 4, GDT_Float32);
+    const auto green = band<float>(d.get(), 2, GDT_Float32);
+    const auto alpha = band<float>(d.get(), 4, GDT_Float32);
     int wrong = 0;
     for (std::size_t i = 0; i < green.size(); ++i)
         wrong +=

@@ -26,7 +26,8 @@ void write_plain(const output::Film& film, const std::filesystem::path& file, do
     output::write_image(film, file, info);
 }
 
-constexpr int kWidth = 61, kHeight = 37;
+constexpr int kWidth = 61;
+constexpr int kHeight = 37;
 
 output::Film film_of(int width, int height) {
     std::mt19937 random(21);
@@ -186,9 +187,10 @@ TEST_CASE("an older picture stays whole when a new one cannot be finished", "[ra
     CHECK((std::string(std::istreambuf_iterator<char>(in), {}) == "older"));
 }
 
-TEST_CASE("a plain TIFF is 8-bit where that is asked for", "[raytracer][output]") {
+TEST_CASE("a plain TIFF is 8-bit on request", "[raytracer][output]") {
     const TemporaryFolder folder;
-    const auto file = folder.path() / "picture.tif", png = folder.path() / "picture.png";
+    const auto file = folder.path() / "picture.tif";
+    const auto png = folder.path() / "picture.png";
     output::PictureInfo info;
     info.tiff_samples = core::TiffSamples::kByte;
     info.tone = core::ToneCurve::kAgx;

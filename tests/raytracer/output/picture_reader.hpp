@@ -61,7 +61,8 @@ inline std::size_t entries_in(const std::filesystem::path& folder) {
 /// The header of an EXR file, read without any library. Ref: "OpenEXR file layout".
 struct ExrHeader {
     struct Attribute {
-        std::string type, value;
+        std::string type;
+        std::string value;
     };
     std::map<std::string, Attribute> attributes;
     std::map<std::string, int> channels;  ///< type: 0 unsigned, 1 half, 2 float

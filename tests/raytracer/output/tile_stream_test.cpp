@@ -67,7 +67,8 @@ TEST_CASE("a streamed EXR holds what a film's would, whatever the order of its t
                                           {"one tile", {40, 30, 64, true}}}));
     DYNAMIC_SECTION(c.name) {
         const TemporaryFolder folder;
-        const auto whole = folder.path() / "whole.exr", streamed = folder.path() / "streamed.exr";
+        const auto whole = folder.path() / "whole.exr";
+        const auto streamed = folder.path() / "streamed.exr";
         const output::StreamShape& s = c.shape;
         output::Film film(s.width_px, s.height_px, s.with_layers);
         output::TileStream stream(streamed, s, some_info());
@@ -80,7 +81,8 @@ TEST_CASE("a streamed EXR holds what a film's would, whatever the order of its t
         CHECK_FALSE(fs::exists(streamed));
         stream.finish(1234);
         output::write_image(film, whole, some_info());
-        const Picture a = read_picture(whole), b = read_picture(streamed);
+        const Picture a = read_picture(whole);
+        const Picture b = read_picture(streamed);
         REQUIRE(a.spec.channelnames == b.spec.channelnames);
         CHECK(std::memcmp(a.pixels.data(), b.pixels.data(), a.pixels.size() * sizeof(float)) == 0);
         const ExrHeader header(streamed);
@@ -171,7 +173,8 @@ TEST_CASE("memory stays flat while a picture streams", "[raytracer][output][stre
     REQUIRE(output::Film::bytes(s.width_px, s.height_px, false) > 6 * kGrowth_bytes);
     output::TileStream stream(folder.path() / ("large" + ending), s, some_info());
     tiles::TileResult result = invented_tile(0, 0, 64, 64, false);
-    std::uint64_t first = 0, most = 0;
+    std::uint64_t first = 0;
+    std::uint64_t most = 0;
     for (const tiles::RenderTile& tile : shuffled_tiles(s, 5)) {
         result.tile = tile;
         stream.add(result);
@@ -184,7 +187,7 @@ TEST_CASE("memory stays flat while a picture streams", "[raytracer][output][stre
     geo::limit_gdal_cache(geo::kGdalCache_bytes);
 }
 
-TEST_CASE("what is wrong with a stream is said, and nothing is left behind",
+TEST_CASE("errors of a stream are reported, and no file is left behind",
           "[raytracer][output][stream]") {
     const TemporaryFolder folder;
     const output::StreamShape s{100, 60, 32, false};
@@ -216,7 +219,8 @@ TEST_CASE("what is wrong with a stream is said, and nothing is left behind",
 }
 
 TEST_CASE("a picture streams when its film would not fit", "[raytracer][output][stream]") {
-    const output::StreamShape s{1000, 1000, 64, false}, layered{1000, 1000, 64, true};
+    const output::StreamShape s{1000, 1000, 64, false};
+    const output::StreamShape layered{1000, 1000, 64, true};
     const std::uint64_t bytes = output::Film::bytes(1000, 1000, false);
     CHECK_FALSE(output::must_stream(s, bytes));
     CHECK(output::must_stream(s, bytes - 1));
@@ -225,7 +229,9 @@ TEST_CASE("a picture streams when its film would not fit", "[raytracer][output][
 
 TEST_CASE("tiles of the file fill the tiles of the plan", "[raytracer][output][stream]") {
     struct Case {
-        int tile_px, multiple_of, expected;
+        int tile_px;
+        int multiple_of;
+        int expected;
     };
     for (const Case c : {Case{64, 1, 64},
                          {64, 16, 64},

@@ -70,7 +70,7 @@ TEST_CASE("tracing has what drawing leaves of a frame, and 4 ms of it in any cas
     CHECK(pacer.work_until(frame_start + 300ms) <= frame_start + 304ms + kTick);
 }
 
-TEST_CASE("the window comes to rest once, until something goes on again", "[preview]") {
+TEST_CASE("the window comes to rest once, until there is activity again", "[preview]") {
     FramePacer pacer(kStart);
     CHECK_FALSE(pacer.comes_to_rest(false));
     CHECK(pacer.comes_to_rest(true));

@@ -49,7 +49,8 @@ TEST_CASE("a frame ends where the next event may belong to something else", "[pr
         const char* name;
         std::vector<Frame> frames;
     };
-    const preview::InputEvent click = button(0, true), let_go = button(0, false);
+    const preview::InputEvent click = button(0, true);
+    const preview::InputEvent let_go = button(0, false);
     const auto c = GENERATE_COPY(values<Case>({
         {"keys behind a click wait for the frame after it",
          {{at(5, 5), click}, {let_go}, {press('a'), types('a')}, {release('a')}}},
@@ -95,7 +96,8 @@ TEST_CASE("no event is lost, and none overtakes another, wherever frames end", "
     const auto seed = GENERATE(range(0U, 50U));
     std::minstd_rand random(seed + 1);
     preview::InputQueue queue;
-    Frame given, taken;
+    Frame given;
+    Frame taken;
     std::vector<bool> down(4);
     for (int i = 0; i < 300; ++i) {
         const auto key = static_cast<char>(random() % down.size());

@@ -17,7 +17,7 @@ using preview::ProbeRetry;
 
 namespace {
 
-/// As the window has it: the camera may be inside of something, so that no box is asked for it.
+/// As in the window: the camera may be inside rock, so that no box is needed to check that.
 scene::Scene window_scene() {
     scene::Scene out = test::small_scene();
     out.camera.inside_rock = true;
@@ -229,9 +229,10 @@ TEST_CASE("a box that was missing is requested again where that may help", "[pre
     REQUIRE(bench.picture.progressive().holes().contains(key));
     is_broken = false;
     bench.now += preview::HoleWatch::kFirst + 1s;
-    CHECK_FALSE(bench.picture.has_missing_box_come(false, bench.now));
+    CHECK_FALSE(bench.picture.has_missing_box_arrived(false, bench.now));
     CHECK(bench.job.blocks.is_hole(key));
-    REQUIRE(test::eventually([&] { return bench.picture.has_missing_box_come(true, bench.now); }));
+    REQUIRE(
+        test::eventually([&] { return bench.picture.has_missing_box_arrived(true, bench.now); }));
     bench.update(window_scene(), Layer::kBeauty, true);
     CHECK(bench.picture.started_count() == 2);
     bench.finish();

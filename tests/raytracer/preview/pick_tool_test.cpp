@@ -40,7 +40,8 @@ TEST_CASE("the ray through a place in the window is that of the picture's pixel"
 }
 
 TEST_CASE("a distance is measured on the map, in height, and through the air", "[preview]") {
-    preview::Picked from, to;
+    preview::Picked from;
+    preview::Picked to;
     from.point = {10, 5, 20};
     to.point = {40, 15, -20};
     const preview::Measured m = preview::measure(from, to, 0.5);

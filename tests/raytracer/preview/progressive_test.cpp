@@ -38,11 +38,12 @@ void finish(preview::Progressive& picture) {
         picture.work(preview::Progressive::Clock::now() + 50ms);
 }
 
-// The mean of samples that came one by one is not the same to the last bit.
+// The mean of samples that were added one by one is not the same to the last bit.
 void check_like(const output::Film& is, const output::Film& wanted) {
     for (int y = 0; y < wanted.height_px(); ++y)
         for (int x = 0; x < wanted.width_px(); ++x) {
-            const voxel::Colour a = is.at(x, y).colour, b = wanted.at(x, y).colour;
+            const voxel::Colour a = is.at(x, y).colour;
+            const voxel::Colour b = wanted.at(x, y).colour;
             if (std::abs(a.r - b.r) + std::abs(a.g - b.g) + std::abs(a.b - b.b) >
                 1e-4f * (1 + b.r + b.g + b.b))
                 FAIL("pixel " << x << ", " << y << ": " << a.r << " for " << b.r);
@@ -51,8 +52,9 @@ void check_like(const output::Film& is, const output::Film& wanted) {
 
 }  // namespace
 
-TEST_CASE("slices come to the picture that is rendered at once", "[preview]") {
-    const int step = GENERATE(1, 8, 64), samples = GENERATE(1, 5);
+TEST_CASE("a picture rendered in slices equals one rendered at once", "[preview]") {
+    const int step = GENERATE(1, 8, 64);
+    const int samples = GENERATE(1, 5);
     scene::Scene scene = small_scene();
     scene.quality.samples = samples;
     Job job(scene);
@@ -77,7 +79,8 @@ TEST_CASE("a screen that is shown what has changed, tile by tile, shows the film
     Job job(scene);
     preview::Progressive picture(job.blocks, green(job.blocks));
     picture.start(scene, GENERATE(1, 4, 16));
-    preview::ScreenPicture screen, wanted;
+    preview::ScreenPicture screen;
+    preview::ScreenPicture wanted;
     screen.resize(130, 71);
     wanted.resize(130, 71);
     const auto show_to = [&](preview::ScreenPicture& to, const tiles::RenderTile& tile) {
@@ -145,7 +148,7 @@ TEST_CASE("a scene that cannot be leaves no picture under way, and the next one 
 }
 
 TEST_CASE(
-    "boxes that could not be loaded are asked for again, more and more seldom, until they come",
+    "boxes that could not be loaded are requested again, at growing intervals, until they arrive",
     "[preview][world]") {
     using Clock = preview::HoleWatch::Clock;
     const auto world = test::landscape();
@@ -160,14 +163,14 @@ TEST_CASE(
         return watch.look(holes, start, start + std::chrono::seconds(second));
     };
     CHECK_FALSE(watch.look({}, start, start + 100s));
-    const auto asked = world->asked();
+    const auto asked = world->requests();
     CHECK_FALSE(look(9));
-    CHECK(world->asked() == asked);
+    CHECK(world->requests() == asked);
     CHECK_FALSE(look(11));
-    // Listeners to a box are called in the order in which they asked for it: the watch has its
-    // answer once this one has.
+    // Listeners to a box are called in the order in which they began to wait for it: the watch has
+    // its answer once this one has.
     struct After final : blocks::BlockListener {
-        bool block_came(const voxel::BoxKey&, std::uint64_t) noexcept override {
+        bool on_block_loaded(const voxel::BoxKey&, std::uint64_t) noexcept override {
             return came = true;
         }
         std::atomic<bool> came{false};
@@ -175,17 +178,17 @@ TEST_CASE(
     After after;
     blocks.wait_for(broken, after, 0);
     REQUIRE(test::eventually([&] { return after.came.load(); }));
-    CHECK(world->asked() == asked + 1);
+    CHECK(world->requests() == asked + 1);
     CHECK_FALSE(look(12));  // a hole again: 20 seconds from now on
     blocks.forget(after);
     CHECK_FALSE(look(31));
-    CHECK(world->asked() == asked + 1);
+    CHECK(world->requests() == asked + 1);
     world->mend_hole(broken);
     CHECK(test::eventually([&] { return look(33); }));
-    CHECK(world->asked() == asked + 2);
+    CHECK(world->requests() == asked + 2);
 }
 
-TEST_CASE("members of a pool may come and go while a picture refines", "[preview][sched]") {
+TEST_CASE("members of a pool may join and leave while a picture is refined", "[preview][sched]") {
     scene::Scene scene = small_scene();
     scene.quality.samples = 4;
     Job job(scene);
@@ -223,7 +226,7 @@ TEST_CASE("members of a pool may come and go while a picture refines", "[preview
     check_like(*picture.film(), test::render_scene(job, 2));
 }
 
-TEST_CASE("layers show what they say", "[preview]") {
+TEST_CASE("layers show what their descriptions say", "[preview]") {
     scene::Scene scene = small_scene();
     Job job(scene);
     preview::ScreenPicture screen;
@@ -236,7 +239,7 @@ TEST_CASE("layers show what they say", "[preview]") {
                                     [&](const preview::LayerFacts& l) { return l.layer == layer; });
     REQUIRE(facts != preview::kLayers.end());
     INFO(facts->name);
-    // The boxes must be there before somebody looks into them without waiting.
+    // The boxes must be in memory before they are read without waiting.
     const output::Film plain = test::render_scene(job, 1);
     preview::Progressive picture(
         job.blocks, [&](const shade::View& view) -> std::shared_ptr<processors::TileProcessor> {
@@ -259,7 +262,8 @@ TEST_CASE("layers show what they say", "[preview]") {
         return;
     // Where the picture has the world, something of the layer is seen; where it has not, the
     // layer's background.
-    std::size_t world_alike = 0, pixels = 0;
+    std::size_t world_alike = 0;
+    std::size_t pixels = 0;
     std::array<std::uint8_t, 3> background{};
     bool has_background = false;
     for (int y = 0; y < 53; ++y)
@@ -278,7 +282,7 @@ TEST_CASE("layers show what they say", "[preview]") {
     CHECK(world_alike < pixels / 2);
 }
 
-TEST_CASE("a box that is not in memory is shown as such, and comes", "[preview]") {
+TEST_CASE("a box that is not in memory is shown as such, and is loaded", "[preview]") {
     scene::Scene scene = small_scene();
     Job job(scene);
     std::shared_ptr<preview::ProbeProcessor> probe;

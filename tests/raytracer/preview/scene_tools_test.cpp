@@ -121,7 +121,7 @@ TEST_CASE("a camera path is an animation that goes through its keys", "[preview]
     }
 }
 
-TEST_CASE("a key frame can be moved between those beside it, and none is lost",
+TEST_CASE("a key frame can be moved between its neighbours, and none is lost",
           "[preview][animate]") {
     preview::CameraPath path;
     for (const double t : {0.0, 1.0, 1.5}) {

@@ -23,8 +23,8 @@ voxel::WorldInfo world(const std::string& crs = "") {
 
 TEST_CASE("circling keeps the target and the distance; turning the head keeps the place",
           "[preview]") {
-    const double right = GENERATE(0.0, 30.0, -170.0, 720.0),
-                 up = GENERATE(0.0, 20.0, -400.0, 400.0);
+    const double right = GENERATE(0.0, 30.0, -170.0, 720.0);
+    const double up = GENERATE(0.0, 20.0, -400.0, 400.0);
     const preview::Viewpoint start{{10, 60, 10}, {40, 5, -20}};
     preview::Viewpoint v = start;
     v.orbit(right, up);
@@ -41,7 +41,7 @@ TEST_CASE("circling keeps the target and the distance; turning the head keeps th
     }
 }
 
-TEST_CASE("steps go where they say", "[preview]") {
+TEST_CASE("steps move in their direction", "[preview]") {
     preview::Viewpoint v{{0, 10, 0}, {0, 0, -10}};  // to the north, 45 degrees down
     SECTION("walking stays level") {
         v.walk(1, 2, 3);
@@ -121,7 +121,7 @@ TEST_CASE("the picture has its pane in the middle of what the panel leaves", "[p
     };
     const auto& c = GENERATE(
         values<Case>({{"as wide as can be", {1280, 720}, 0, {1920, 1080}, {0, 0, 1280, 720}},
-                      {"beside the panel", {1280, 720}, 320, {1920, 1080}, {320, 90, 960, 540}},
+                      {"next to the panel", {1280, 720}, 320, {1920, 1080}, {320, 90, 960, 540}},
                       {"upright", {1000, 600}, 200, {300, 600}, {450, 0, 300, 600}},
                       {"all that is left", {1000, 600}, 200, {0, 0}, {200, 0, 800, 600}},
                       {"a panel as wide as the window", {300, 600}, 400, {16, 9}, {299, 299, 1, 1}},
@@ -141,8 +141,8 @@ TEST_CASE("the picture has its pane in the middle of what the panel leaves", "[p
 TEST_CASE("no two materials are shown in colours that look the same", "[preview]") {
     for (int a = 1; a < voxel::kMaterialCount; ++a)
         for (int b = 1; b < a; ++b) {
-            const voxel::Rgb8 p = preview::colour_of_material(static_cast<voxel::Material>(a)),
-                              q = preview::colour_of_material(static_cast<voxel::Material>(b));
+            const voxel::Rgb8 p = preview::colour_of_material(static_cast<voxel::Material>(a));
+            const voxel::Rgb8 q = preview::colour_of_material(static_cast<voxel::Material>(b));
             INFO(a << " and " << b);
             CHECK(std::abs(p.r - q.r) + std::abs(p.g - q.g) + std::abs(p.b - q.b) > 24);
         }

@@ -8,7 +8,7 @@ using namespace terravox::test;
 using processors::AbsenceWatchdog;
 using Alarm = AbsenceWatchdog::Alarm;
 
-TEST_CASE("a pool that nobody has joined yet warns every ten seconds", "[raytracer][sched]") {
+TEST_CASE("a pool without members warns every ten seconds", "[raytracer][sched]") {
     AbsenceWatchdog watchdog(std::nullopt, at_s(100));
     CHECK(watchdog.poll(at_s(102)) == Alarm::kNone);
     CHECK(watchdog.poll(at_s(110)) == Alarm::kNone);
@@ -31,7 +31,7 @@ TEST_CASE("after the last member has left, the first warning comes after a secon
     CHECK(watchdog.poll(at_s(2000)) == Alarm::kNone);
 }
 
-TEST_CASE("a wait with a timeout ends, and begins anew when somebody leaves",
+TEST_CASE("a wait with a timeout ends, and begins anew when a member leaves",
           "[raytracer][sched]") {
     AbsenceWatchdog watchdog(std::chrono::seconds(5), at_s(0));
     CHECK(watchdog.poll(at_s(5)) == Alarm::kNone);

@@ -13,7 +13,7 @@ using processors::PoolMember;
 
 namespace {
 
-/// A worker whose first band has come.
+/// A worker whose first band has been answered.
 PoolMember experienced_worker() {
     PoolMember out(worker_spec(), false, at_s(0));
     out.add_band(1);
@@ -46,7 +46,7 @@ TEST_CASE("a requested check is done once", "[raytracer][sched]") {
     CHECK_FALSE(policy.is_due(member));
 }
 
-TEST_CASE("trusted members are never checked, nor anybody where no checks are wanted",
+TEST_CASE("trusted members are never checked, nor any member without checks",
           "[raytracer][sched]") {
     PoolMember trusted(trusted_spec(), false, at_s(0));
     CHECK_FALSE(CheckPolicy(1, 1).is_due(trusted));
@@ -71,7 +71,9 @@ TEST_CASE("the same seed gives the same choice, another seed another", "[raytrac
 TEST_CASE("rows to check are whole blocks within the band, anywhere in it", "[raytracer][sched]") {
     struct Case {
         const char* name;
-        int y0, y1, step;
+        int y0;
+        int y1;
+        int step;
         std::set<std::pair<int, int>> rows;
     };
     const auto c = GENERATE(values<Case>({

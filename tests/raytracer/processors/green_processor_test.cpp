@@ -122,7 +122,7 @@ TEST_CASE("the pixels of one's own stack are those of threads, in whatever slice
     }
 }
 
-TEST_CASE("a tile begun elsewhere waits for its boxes while one's own stack goes on with others",
+TEST_CASE("a green processor traces other tiles while one waits for its boxes",
           "[raytracer][sched]") {
     Job reference(small_scene());
     processors::GreenProcessor at_rest(reference.view, reference.blocks);
@@ -152,8 +152,10 @@ TEST_CASE("a tile begun elsewhere waits for its boxes while one's own stack goes
     CHECK(bytes_of(film) == expected.bytes);
 }
 
-TEST_CASE("boxes that come late, in disorder, and hardly stay change nothing on one's own stack",
-          "[raytracer][sched]") {
+TEST_CASE(
+    "boxes that arrive late, out of order, and are evicted soon change nothing for a green "
+    "processor",
+    "[raytracer][sched]") {
     Job reference(small_scene());
     processors::GreenProcessor at_rest(reference.view, reference.blocks);
     const Outcome expected = picture_of(reference.view, at_rest, wait_patiently);
@@ -181,7 +183,8 @@ TEST_CASE("boxes that come late, in disorder, and hardly stay change nothing on 
 
 TEST_CASE("a slice ends without an answer while a world is silent", "[raytracer][sched]") {
     auto world = landscape();
-    std::atomic<bool> released{false}, asked{false};
+    std::atomic<bool> released{false};
+    std::atomic<bool> asked{false};
     const auto range = voxel::boxes_over(world->info().bounds, 0);
     for (auto key = range.min; key.bx < range.max.bx; ++key.bx)
         for (key.bz = range.min.bz; key.bz < range.max.bz; ++key.bz)

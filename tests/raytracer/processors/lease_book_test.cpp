@@ -14,7 +14,7 @@ using Time = processors::LeaseBook::Time;
 
 namespace {
 
-/// The pixels that anybody honest makes of a band: a function of the place.
+/// The correct pixels of a band: a function of the position.
 tiles::TileResult made(const tiles::RenderTile& band, float lie = 0) {
     tiles::TileResult out;
     out.tile = band;
@@ -45,7 +45,7 @@ std::vector<tiles::RenderTile> plan(int width, int height, int tile) {
 
 }  // namespace
 
-TEST_CASE("whatever happens to leases, every tile comes whole and right, and once",
+TEST_CASE("whatever happens to leases, every tile is returned whole, correct and once",
           "[raytracer][sched]") {
     const auto seed = GENERATE(range(1u, 60u));
     INFO("seed " << seed);
@@ -90,7 +90,7 @@ TEST_CASE("whatever happens to leases, every tile comes whole and right, and onc
             held.erase(at);
             const auto taken = book.take(h.member, made(h.band));
             CHECK((taken.answer == Answer::kFirst || taken.answer == Answer::kLate));
-            CHECK(book.take(h.member, made(h.band)).answer == Answer::kUnasked);
+            CHECK(book.take(h.member, made(h.band)).answer == Answer::kUnrequested);
             if (taken.whole) {
                 CHECK(is_right(*taken.whole));
                 CHECK(whole.insert(taken.whole->tile.index).second);
@@ -111,7 +111,7 @@ TEST_CASE("whatever happens to leases, every tile comes whole and right, and onc
     CHECK(book.leased_pixels() == 0);
 }
 
-TEST_CASE("a band is about as large as asked for, in whole blocks, and never more than a tile",
+TEST_CASE("a band is about as large as requested, in whole blocks, and never more than a tile",
           "[raytracer][sched]") {
     processors::LeaseBook book;
     const tiles::RenderTile tile{0, 0, 64, 64, 128, 120, 1, false, 0, 0};
@@ -132,7 +132,8 @@ TEST_CASE("what a revoked member has made is made again, what others made is kep
     const auto tiles = plan(64, 32, 32);
     for (const tiles::RenderTile& t : tiles)
         book.add(t);
-    const auto by_liar = book.lease(1, 100'000, Time{}), honest = book.lease(2, 100'000, Time{});
+    const auto by_liar = book.lease(1, 100'000, Time{});
+    const auto honest = book.lease(2, 100'000, Time{});
     REQUIRE((by_liar && honest));
     CHECK(book.take(1, made(*by_liar, 5)).whole);
     CHECK(book.take(2, made(*honest)).whole);
@@ -148,7 +149,7 @@ TEST_CASE("what a revoked member has made is made again, what others made is kep
     CHECK_FALSE(book.lease(2, 100'000, Time{}));
 }
 
-TEST_CASE("who was told to leave a band may be given it again, and its answer counts",
+TEST_CASE("a member whose lease was withdrawn may lease the band again, and its answer counts",
           "[raytracer][sched]") {
     processors::LeaseBook book;
     book.add({0, 0, 0, 0, 32, 32, 1, false, 0, 0});
@@ -186,17 +187,19 @@ TEST_CASE("a check finds the lie, and an equal answer passes it", "[raytracer][s
 
 TEST_CASE("holes excuse what a check of them could not see, and nothing else",
           "[raytracer][sched]") {
-    const voxel::BoxKey a{0, 0, 0, 0}, b{0, 1, 0, 0};
+    const voxel::BoxKey a{0, 0, 0, 0};
+    const voxel::BoxKey b{0, 1, 0, 0};
     struct Case {
         const char* name;
-        processors::LeaseBook::Holes reported, met;
+        processors::LeaseBook::Holes reported;
+        processors::LeaseBook::Holes met;
         float lie;
         Answer answer;
     };
     for (const Case& c :
          {Case{"no hole", {}, {}, 1, Answer::kFalse},
           Case{"the same hole", {a}, {a}, 1, Answer::kFalse},
-          Case{"a hole that is beside the checked rows", {a, b}, {b}, 1, Answer::kFalse},
+          Case{"a hole outside of the checked rows", {a, b}, {b}, 1, Answer::kFalse},
           Case{"a reported hole, and none met", {a}, {}, 1, Answer::kFalse},
           Case{"a hole that the member had the box of", {}, {a}, 1, Answer::kUndecided},
           Case{"one of two", {a}, {a, b}, 1, Answer::kUndecided},
@@ -228,10 +231,11 @@ TEST_CASE("two answers that differ are unequal whatever holes they report", "[ra
     const auto band = book.lease(1, 100'000, Time{});
     REQUIRE(band);
     (void)book.lease_again(2, *band, Time{});
-    tiles::TileResult first = made(*band, 1), second = made(*band);
+    tiles::TileResult first = made(*band, 1);
+    tiles::TileResult second = made(*band);
     first.holes = {hole};
-    const std::uint64_t first_hash = tiles::hash_of_pixels(first),
-                        second_hash = tiles::hash_of_pixels(second);
+    const std::uint64_t first_hash = tiles::hash_of_pixels(first);
+    const std::uint64_t second_hash = tiles::hash_of_pixels(second);
     CHECK(book.take(1, std::move(first)).answer == Answer::kFirst);
     const auto taken = book.take(2, std::move(second));
     CHECK(taken.answer == Answer::kUnequal);
@@ -239,7 +243,8 @@ TEST_CASE("two answers that differ are unequal whatever holes they report", "[ra
     CHECK((taken.other_holes == processors::LeaseBook::Holes{hole} && taken.holes.empty()));
 }
 
-TEST_CASE("a check of who is revoked meanwhile settles nothing any more", "[raytracer][sched]") {
+TEST_CASE("a check of a member that was revoked meanwhile settles nothing any more",
+          "[raytracer][sched]") {
     processors::LeaseBook book;
     book.add({0, 0, 0, 0, 32, 32, 1, false, 0, 0});
     const auto band = book.lease(1, 100'000, Time{});
@@ -255,7 +260,8 @@ TEST_CASE("a check of who is revoked meanwhile settles nothing any more", "[rayt
     CHECK(book.unfinished() == 1);
 }
 
-TEST_CASE("passes follow each other, and who did an earlier one is known", "[raytracer][sched]") {
+TEST_CASE("passes follow each other, and the members that contributed to earlier ones are known",
+          "[raytracer][sched]") {
     processors::LeaseBook book;
     auto tiles = plan(64, 64, 32);
     for (const unsigned first : {0u, 2u, 4u}) {
@@ -270,9 +276,9 @@ TEST_CASE("passes follow each other, and who did an earlier one is known", "[ray
                 ++whole;
         CHECK(whole == tiles.size());
     }
-    CHECK(book.spoiled_earlier(1));
-    CHECK(book.spoiled_earlier(3));
-    CHECK_FALSE(book.spoiled_earlier(5));
+    CHECK(book.contributed_earlier(1));
+    CHECK(book.contributed_earlier(3));
+    CHECK_FALSE(book.contributed_earlier(5));
 }
 
 TEST_CASE("pixels of a band are those that it visits", "[raytracer][sched]") {

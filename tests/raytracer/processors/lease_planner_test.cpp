@@ -62,7 +62,7 @@ TEST_CASE("a member of unknown speed gets little, a thread of this process more"
     CHECK(bench.plan(0).empty());
 }
 
-TEST_CASE("a member has as much at once as it computes while results come and go",
+TEST_CASE("a member has leased as much at once as it computes during a round trip",
           "[raytracer][sched]") {
     Bench bench;
     bench.add_tiles(100, 256);
@@ -197,8 +197,9 @@ TEST_CASE("an idle member repeats the lease that would take longest", "[raytrace
     CHECK(grants.front().band == longest->band);
 }
 
-TEST_CASE("bands of a lost member go at once to the member that is done first, whatever it has",
-          "[raytracer][sched]") {
+TEST_CASE(
+    "bands of a lost member are leased at once to the member that finishes first, whatever it has",
+    "[raytracer][sched]") {
     Bench bench;
     bench.add_tiles(16, 256);
     bench.add(worker_spec(1), 1000);

@@ -24,7 +24,7 @@ TEST_CASE("the checker is claimed once, and only where no member is trusted",
           "[raytracer][sched]") {
     MemberRegistry members;
     members.add(worker_spec(), false, at_s(0));
-    SECTION("nobody is trusted") {
+    SECTION("no member is trusted") {
         CHECK(members.claim_checker());
         CHECK_FALSE(members.claim_checker());
     }

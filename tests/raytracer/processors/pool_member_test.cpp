@@ -31,7 +31,7 @@ TEST_CASE("the state of a member names what keeps it from work first", "[raytrac
 TEST_CASE("a member is available unless it is paused, draining or late", "[raytracer][sched]") {
     PoolMember member(worker_spec(), false, at_s(0));
     CHECK(member.is_available());
-    SECTION("paused, until it goes on") {
+    SECTION("paused, until it is resumed") {
         member.pause(true);
         CHECK_FALSE(member.is_available());
         member.pause(false);

@@ -18,7 +18,7 @@ inline PoolTime at_s(double seconds) {
            std::chrono::duration_cast<PoolTime::duration>(std::chrono::duration<double>(seconds));
 }
 
-/// A processor that is never asked to compute anything.
+/// A processor that never has to compute anything.
 class NullProcessor final : public processors::TileProcessor {
 public:
     explicit NullProcessor(int capacity = 1000) : m_capacity(capacity) {}

@@ -53,11 +53,11 @@ private:
     bool m_over = false;
 };
 
-/// Has one tile at a time, and nothing of it comes until it may go on.
+/// Takes one tile at a time, and returns no result until it may continue.
 class Slow final : public processors::TileProcessor {
 public:
     explicit Slow(Job& job) : m_processor(job.view, job.blocks, 1) {}
-    void go_on() { m_may.release(); }
+    void resume() { m_may.release(); }
     int capacity() const noexcept override { return 1; }
     void submit(tiles::RenderTile tile) override { m_processor.submit(tile); }
     bool wait(std::chrono::milliseconds) override { return true; }
@@ -77,21 +77,21 @@ private:
     std::counting_semaphore<> m_may{0};
 };
 
-processors::ProcessorPool::Member failing(const std::string& who) {
+processors::ProcessorPool::Member failing(const std::string& identity) {
     processors::ProcessorPool::Member out{
         "failing", "socket", 1, false, false, std::make_shared<Failing>(), {}};
-    out.who = who;
+    out.identity = identity;
     return out;
 }
 
-/// A pool where `left` counts the members that are no more.
+/// Settings of a pool where `left` counts the members that have left.
 processors::PoolSettings counting(Job& job, std::atomic<int>& left) {
     processors::PoolSettings out = pool_settings(job);
     out.gone = [&left](processors::ProcessorPool::MemberId, const std::string&, bool) { ++left; };
     return out;
 }
 
-/// One that is there and takes nothing: as long as it may go on, the others are not the last.
+/// A member that takes nothing: while it is present, the others are not the last.
 void add_resting(processors::ProcessorPool& pool) {
     processors::ProcessorPool::Member resting = failing("host of one that rests");
     resting.paused = true;
@@ -104,10 +104,10 @@ void submit_all(processors::ProcessorPool& pool) {
         pool.submit(t);
 }
 
-/// Adds members that fail, each once the one before is gone.
-void add_in_turn(processors::ProcessorPool& pool, const std::vector<std::string>& who,
+/// Adds members that fail, each once the previous one is removed.
+void add_in_turn(processors::ProcessorPool& pool, const std::vector<std::string>& identities,
                  const std::atomic<int>& left) {
-    for (const std::string& name : who) {
+    for (const std::string& name : identities) {
         const int before = left;
         pool.add(failing(name));
         REQUIRE(eventually([&] { return left > before; }));
@@ -142,7 +142,7 @@ TEST_CASE("any mix of green and thread processors makes the same picture", "[ray
         }
 }
 
-TEST_CASE("a pool takes coarse passes, too, and samples that come later", "[raytracer][sched]") {
+TEST_CASE("a pool takes coarse passes, too, and later samples", "[raytracer][sched]") {
     scene::Scene scene = small_scene();
     scene.quality.coarse_step = 8;
     Job alone(scene), job(scene);
@@ -265,7 +265,7 @@ TEST_CASE("three different members that fail end nothing where this process trac
     const auto slow = std::make_shared<Slow>(job);
     pool.add({"here", "threads", 1, true, false, slow, {}});
     add_in_turn(pool, {"host a", "host b", "host c", "host d"}, left);
-    slow->go_on();
+    slow->resume();
     output::Film film = empty_film(job);
     for (int i = 0; i < 28; ++i) {
         const auto result = pool.take();
@@ -275,8 +275,7 @@ TEST_CASE("three different members that fail end nothing where this process trac
     CHECK(bytes_of(film) == bytes_of(render_scene(alone, 1)));
 }
 
-TEST_CASE("where the last member that was there has failed, this process goes on by itself",
-          "[raytracer][sched]") {
+TEST_CASE("when the last member has failed, this process continues alone", "[raytracer][sched]") {
     Job alone(farm_scene()), job(farm_scene());
     std::atomic<int> left{0};
     processors::ProcessorPool pool(counting(job, left));
@@ -324,7 +323,7 @@ TEST_CASE("what this process cannot trace either ends the picture with its error
     }
     SECTION("it is not meant to") {
         settings.make_checker = nullptr;
-        says = "all workers failed; the last said: it cannot render: out of memory";
+        says = "all workers failed; the last error: it cannot render: out of memory";
     }
     processors::ProcessorPool pool(std::move(settings));
     submit_all(pool);

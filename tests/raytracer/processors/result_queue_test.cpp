@@ -22,7 +22,7 @@ void push(ResultQueue& queue, std::uint32_t index) {
 
 }  // namespace
 
-TEST_CASE("results are taken in the order in which they came, each once", "[raytracer][sched]") {
+TEST_CASE("results are taken in the order of their arrival, each once", "[raytracer][sched]") {
     ResultQueue queue;
     expect_tiles(queue, 3);
     CHECK(queue.tiles_left() == 3);
@@ -63,7 +63,7 @@ TEST_CASE("a tile that is invalidated before it is taken is not reported", "[ray
     CHECK(queue.tiles_left() == 1);
 }
 
-TEST_CASE("a tile that is invalidated after it was taken comes again, before all others",
+TEST_CASE("a tile that is invalidated after it was taken is returned again, before all others",
           "[raytracer][sched]") {
     ResultQueue queue;
     expect_tiles(queue, 2);
@@ -75,7 +75,7 @@ TEST_CASE("a tile that is invalidated after it was taken comes again, before all
     CHECK(queue.again_left() == 1);
     CHECK(queue.tiles_left() == 2);
     push(queue, 1);
-    CHECK_FALSE(queue.can_take(false));  // the last one, while another is to come again
+    CHECK_FALSE(queue.can_take(false));  // the last one, while another must be returned again
     push(queue, 0);
     REQUIRE(queue.can_take(true));
     const tiles::TileResult again = queue.take();
@@ -87,7 +87,7 @@ TEST_CASE("a tile that is invalidated after it was taken comes again, before all
     CHECK(queue.tiles_left() == 0);
 }
 
-TEST_CASE("a tile of the next pass is not one that comes again", "[raytracer][sched]") {
+TEST_CASE("a tile of the next pass is not one that is returned again", "[raytracer][sched]") {
     ResultQueue queue;
     expect_tiles(queue, 1);
     push(queue, 0);

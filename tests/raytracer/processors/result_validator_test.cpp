@@ -63,12 +63,12 @@ TEST_CASE("the first answer to a lease counts, and makes the tile whole", "[rayt
     CHECK_FALSE(bench.book.checks_wait());
 }
 
-TEST_CASE("an answer that nobody asked for changes nothing", "[raytracer][sched]") {
+TEST_CASE("an answer without a lease changes nothing", "[raytracer][sched]") {
     Bench bench(0);
     const MemberId id = bench.add(worker_spec());
     CHECK(bench.members.find(id)->set_late());
     const auto verdict = bench.answer(id, tile_of_rows(0, 16));
-    CHECK(verdict.answer == Answer::kUnasked);
+    CHECK(verdict.answer == Answer::kUnrequested);
     CHECK_FALSE(verdict.whole);
     CHECK(bench.members.find(id)->bands() == 0);
     CHECK(bench.members.find(id)->is_on_probation());
@@ -121,7 +121,7 @@ TEST_CASE("some rows of a worker's first band are checked by a trusted member",
     }
 }
 
-TEST_CASE("a worker that disagrees with a trusted member is wrong, whoever answered first",
+TEST_CASE("a worker that disagrees with a trusted member is wrong, whichever answered first",
           "[raytracer][sched]") {
     Bench bench(0);
     const MemberId worker = bench.add(worker_spec());
@@ -148,7 +148,7 @@ TEST_CASE("a worker that disagrees with a trusted member is wrong, whoever answe
     CHECK_FALSE(bench.book.checks_wait());
 }
 
-TEST_CASE("which of two workers that disagree is wrong, checks of both tell",
+TEST_CASE("checks of two workers that disagree decide which of them is wrong",
           "[raytracer][sched]") {
     Bench bench(0);
     const MemberId honest = bench.add(worker_spec());

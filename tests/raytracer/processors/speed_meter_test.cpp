@@ -28,7 +28,7 @@ TEST_CASE("a start while there is work changes nothing", "[raytracer][sched]") {
     CHECK(meter.pixels_per_s() == Approx(500));
 }
 
-TEST_CASE("the time before the first answer of a worker says nothing of its speed",
+TEST_CASE("the time before the first answer of a worker does not count for its speed",
           "[raytracer][sched]") {
     SpeedMeter meter(true);
     meter.start(at_s(0));

@@ -66,8 +66,8 @@ std::map<std::uint32_t, tiles::TileResult> all_results(int threads) {
     return out;
 }
 
-/// No box comes before it may.
-/// @param is_asked called when a box is asked for
+/// Delays all boxes until `may_come` is set.
+/// @param is_asked called when a box is requested
 void hold_back(terravox::test::ArrayWorld& world, const std::atomic<bool>& may_come,
                const std::function<void()>& is_asked) {
     const auto range = voxel::boxes_over(world.info().bounds, 0);
@@ -83,7 +83,7 @@ void hold_back(terravox::test::ArrayWorld& world, const std::atomic<bool>& may_c
 
 }  // namespace
 
-TEST_CASE("every tile comes back once, the same for any number of threads", "[raytracer][sched]") {
+TEST_CASE("every tile is returned once, the same for any number of threads", "[raytracer][sched]") {
     const auto alone = all_results(1);
     for (const int threads : {2, 5}) {
         const auto several = all_results(threads);
@@ -166,7 +166,8 @@ TEST_CASE("cancelling drops what has not begun, and wakes a submitter that waits
           "[raytracer][sched]") {
     auto world = landscape();
     // The first box waits until the processor is cancelled: until then no tile can end.
-    std::atomic<bool> cancelled{false}, asked{false};
+    std::atomic<bool> cancelled{false};
+    std::atomic<bool> asked{false};
     for (int bx = -2; bx <= 1; ++bx)
         for (int bz = -2; bz <= 1; ++bz)
             world->make_hole({0, bx, 0, bz}, [&] {
@@ -210,7 +211,7 @@ TEST_CASE("a processor with work waiting can be destroyed", "[raytracer][sched]"
 
 TEST_CASE("tiles that wait for a box do not keep a thread from others", "[raytracer][sched]") {
     const auto reference = all_results(1);
-    // One box comes only after several tiles that do not need it have been finished, on a single
+    // One box arrives only after several tiles that do not need it have been finished, on a single
     // thread.
     auto world = landscape();
     std::atomic<bool> may_come{false};
@@ -238,9 +239,9 @@ TEST_CASE("tiles that wait for a box do not keep a thread from others", "[raytra
     CHECK(taken == tiles.size());
 }
 
-TEST_CASE("a box that comes only after its rays were laid aside again and again changes nothing",
+TEST_CASE("a box that arrives only after its rays were parked repeatedly changes nothing",
           "[raytracer][sched]") {
-    // Boxes come in disorder and late, and hardly one stays: rays are parked thousands of times.
+    // Boxes arrive late and out of order, and are evicted soon: rays are parked thousands of times.
     const auto reference = all_results(1);
     auto world = landscape();
     std::atomic<unsigned> asked{0};
@@ -273,7 +274,7 @@ TEST_CASE("a box that comes only after its rays were laid aside again and again 
     CHECK(blocks.stats().levels[0].reloaded > 10);
 }
 
-TEST_CASE("who asks to stop is heard while a world is silent", "[raytracer][sched]") {
+TEST_CASE("a stop request takes effect while a world does not answer", "[raytracer][sched]") {
     auto world = landscape();
     std::atomic<bool> released{false};
     std::stop_source stop;
@@ -289,11 +290,12 @@ TEST_CASE("who asks to stop is heard while a world is silent", "[raytracer][sche
     released = true;
 }
 
-TEST_CASE("a tile that is withdrawn leaves nothing, waiting or begun, and the others come",
+TEST_CASE("a tile that is withdrawn leaves nothing, waiting or begun, and the others are returned",
           "[raytracer][sched]") {
     const auto reference = all_results(1);
     auto world = landscape();
-    std::atomic<bool> may_come{false}, asked{false};
+    std::atomic<bool> may_come{false};
+    std::atomic<bool> asked{false};
     hold_back(*world, may_come, [&] { asked = true; });
     Job job(small_scene());
     blocks::BlockManager blocks(*world, std::size_t{256} << 20, 2);
@@ -305,7 +307,7 @@ TEST_CASE("a tile that is withdrawn leaves nothing, waiting or begun, and the ot
         processor.submit(tile);
     while (!asked)
         std::this_thread::yield();
-    // One that waits for the box, and whatever the thread has not come to yet, or is at.
+    // A tile that waits for the box, and tiles that the thread has not begun, or is tracing.
     for (std::size_t i = 0; i < tiles.size(); i += 2)
         processor.withdraw(tiles[i]);
     tiles::RenderTile unknown;
@@ -313,22 +315,24 @@ TEST_CASE("a tile that is withdrawn leaves nothing, waiting or begun, and the ot
     processor.withdraw(unknown);
     may_come = true;
     processor.close();
-    std::set<std::uint32_t> came;
+    std::set<std::uint32_t> loaded;
     while (const auto result = processor.take()) {
         CHECK(equal(reference.at(result->tile.index), *result));
-        CHECK(came.insert(result->tile.index).second);
+        CHECK(loaded.insert(result->tile.index).second);
     }
     for (std::size_t i = 1; i < tiles.size(); i += 2)
-        CHECK(came.contains(tiles[i].index));
+        CHECK(loaded.contains(tiles[i].index));
 }
 
 TEST_CASE(
-    "a tile that is withdrawn while its rays wait for a box never comes, and may be asked for "
+    "a tile that is withdrawn while its rays wait for a box is never returned, and may be "
+    "submitted "
     "again",
     "[raytracer][sched]") {
     const auto reference = all_results(1);
     auto world = landscape();
-    std::atomic<bool> may_come{false}, asked{false};
+    std::atomic<bool> may_come{false};
+    std::atomic<bool> asked{false};
     hold_back(*world, may_come, [&] { asked = true; });
     Job job(small_scene());
     blocks::BlockManager blocks(*world, std::size_t{256} << 20, 2);

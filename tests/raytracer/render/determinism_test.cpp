@@ -24,7 +24,9 @@ constexpr std::size_t kMiB = std::size_t{1} << 20;
 
 struct Variant {
     const char* name;
-    int threads, tile_px, coarse_step;
+    int threads;
+    int tile_px;
+    int coarse_step;
     core::TileOrder order;
     std::size_t memory_bytes;
 };
@@ -212,8 +214,7 @@ TEST_CASE("a hole that no ray meets is none of the picture's", "[raytracer][rend
     CHECK(render::render_film({job.view, processor, true, {}}, film).holes.empty());
 }
 
-TEST_CASE("a camera in rock is refused with the way out, unless it is asked for",
-          "[raytracer][render]") {
+TEST_CASE("a camera in rock is refused with advice, unless it is allowed", "[raytracer][render]") {
     scene::Scene scene = small_scene();
     scene.camera.space = core::CoordinateSpace::kVoxel;
     scene.camera.position = {60.5, 3.5, 60.5};

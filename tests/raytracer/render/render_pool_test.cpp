@@ -101,7 +101,7 @@ TEST_CASE("a crew changes while a picture is under way, and no pixel does", "[ra
     CHECK(render_pool.dialled() == std::vector{daemon.address().text()});
 }
 
-TEST_CASE("a worker that is sent away does not come back, until it is called again",
+TEST_CASE("a worker that was disconnected does not return until it is dialled again",
           "[raytracer][farm]") {
     Job job(farm_scene());
     Daemon daemon;
@@ -128,7 +128,7 @@ TEST_CASE("a worker that is sent away does not come back, until it is called aga
     render_pool.hang_up("127.0.0.1:1");  // was never there
 }
 
-TEST_CASE("the next picture of a crew begins when the last is let go, finished or not",
+TEST_CASE("the next picture of a pool begins when the last is released, finished or not",
           "[raytracer][farm]") {
     Job job(farm_scene());
     const std::string wanted = bytes_of(render_scene(job, 2));
@@ -144,7 +144,7 @@ TEST_CASE("the next picture of a crew begins when the last is let go, finished o
 }
 
 TEST_CASE(
-    "a worker cannot be called without a token, and a crew that does not change needs somebody",
+    "a worker cannot be called without a token, and a pool that does not change needs a member",
     "[raytracer][farm]") {
     Job job(farm_scene());
     render::RenderPoolOptions options = changing(1, false);

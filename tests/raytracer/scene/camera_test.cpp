@@ -15,7 +15,9 @@ namespace {
 /// Where a point lands in the picture, px right and down, from the camera's own rays; z: distance
 /// along its axis.
 struct Pixel {
-    double x, y, depth;
+    double x;
+    double y;
+    double depth;
 };
 Pixel pixel_of(const scene::Camera& camera, core::Vec3 point, int width, int height) {
     // The picture's axes out of three rays: the middle one, and the rates of change to the right
@@ -24,9 +26,9 @@ Pixel pixel_of(const scene::Camera& camera, core::Vec3 point, int width, int hei
         const core::Vec3 d = camera.ray(px, py).direction;
         return d * (1 / core::dot(d, camera.forward()));
     };
-    const core::Vec3 middle = flat(width / 2.0, height / 2.0),
-                     right = flat(width, height / 2.0) - middle,
-                     down = flat(width / 2.0, height) - middle;
+    const core::Vec3 middle = flat(width / 2.0, height / 2.0);
+    const core::Vec3 right = flat(width, height / 2.0) - middle;
+    const core::Vec3 down = flat(width / 2.0, height) - middle;
     const core::Vec3 to = point - camera.position();
     const double depth = core::dot(to, camera.forward());
     return {width / 2.0 * (1 + core::dot(to, right) / depth / core::dot(right, right)),
@@ -74,7 +76,11 @@ TEST_CASE(
     for (const double azimuth : {0.0, 33.0, 90.0, 225.0, -360.0}) {
         scene.camera.azimuth_deg = azimuth;
         const scene::Camera camera = scene::make_camera(scene, {}, b);
-        double low_x = 1e9, high_x = -1e9, low_y = 1e9, high_y = -1e9, nearest = 1e18;
+        double low_x = 1e9;
+        double high_x = -1e9;
+        double low_y = 1e9;
+        double high_y = -1e9;
+        double nearest = 1e18;
         for (int i = 0; i < 8; ++i) {
             const Pixel p = pixel_of(camera, corner(b, i), size[0], size[1]);
             low_x = std::min(low_x, p.x / size[0]);
@@ -100,8 +106,7 @@ TEST_CASE(
     }
 }
 
-TEST_CASE("the framing camera stands where its azimuth says and looks across",
-          "[raytracer][camera]") {
+TEST_CASE("the framing camera is at its azimuth and looks across", "[raytracer][camera]") {
     struct Case {
         const char* name;
         double azimuth;
@@ -150,7 +155,8 @@ TEST_CASE(
     "a camera is the same whether its place is given in CRS, latitude and longitude, or voxels",
     "[raytracer][camera]") {
     const voxel::WorldInfo world = delft();
-    const std::array<double, 3> position{84'500.25, 447'350.5, 60}, target{84'600, 447'400, 1.5};
+    const std::array<double, 3> position{84'500.25, 447'350.5, 60};
+    const std::array<double, 3> target{84'600, 447'400, 1.5};
     scene::Scene scene;
     scene.camera.position = position;
     scene.camera.target = target;

@@ -18,8 +18,8 @@ using voxel::VoxelBounds;
 namespace {
 
 constexpr double kPi = std::numbers::pi;
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN(),
-                 kInf = std::numeric_limits<double>::infinity();
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+constexpr double kInf = std::numeric_limits<double>::infinity();
 const VoxelBounds kBounds{{-300, -10, 40}, {1200, 250, 800}};
 
 voxel::WorldInfo slovenia(double voxel_m = 1) {
@@ -91,14 +91,16 @@ TEST_CASE(
     for (int run = 0; run < 300; ++run) {
         const scene::Scene scene = placed(random, projection);
         const scene::Camera camera = scene::make_camera(scene, slovenia(), kBounds);
-        const double w = scene.output.size_px[0], h = scene.output.size_px[1];
+        const double w = scene.output.size_px[0];
+        const double h = scene.output.size_px[1];
         INFO(projection << " run " << run << ", " << w << " x " << h << ", fov "
                         << scene.camera.fov_deg << ", forward " << text(camera.forward()));
         const core::Ray middle = camera.ray(w / 2, h / 2);
         REQUIRE(core::length(middle.direction - camera.forward()) < 1e-14);
         REQUIRE(core::length(middle.origin - camera.position()) < 1e-9);
         for (int i = 0; i < 20; ++i) {
-            const double px = random.in(0, w), py = random.in(0, h);
+            const double px = random.in(0, w);
+            const double py = random.in(0, h);
             REQUIRE(std::abs(core::length(camera.ray(px, py).direction) - 1) < 1e-14);
             const auto through_lens = camera.ray(px, py, random.in(0, 1), random.in(0, 1));
             REQUIRE(through_lens.has_value() == camera.sees(px, py));
@@ -126,10 +128,10 @@ TEST_CASE("the perspective pinhole's rays are those of its basis, to the last bi
           "[raytracer][camera]") {
     Random random(2);
     for (int run = 0; run < 500; ++run) {
-        const core::Vec3 from{random.in(-1e5, 1e5), random.in(-100, 3000), random.in(-1e5, 1e5)},
-            to{random.in(-1e5, 1e5), random.in(-100, 3000), random.in(-1e5, 1e5)};
-        const int w = 1 + static_cast<int>(random.in(0, 4000)),
-                  h = 1 + static_cast<int>(random.in(0, 4000));
+        const core::Vec3 from{random.in(-1e5, 1e5), random.in(-100, 3000), random.in(-1e5, 1e5)};
+        const core::Vec3 to{random.in(-1e5, 1e5), random.in(-100, 3000), random.in(-1e5, 1e5)};
+        const int w = 1 + static_cast<int>(random.in(0, 4000));
+        const int h = 1 + static_cast<int>(random.in(0, 4000));
         const double fov = random.in(1, 170);
         const scene::Camera camera(from, to, fov, w, h);
         scene::Scene scene = scene_of(core::CameraProjection::kPerspective, w, h);
@@ -140,9 +142,9 @@ TEST_CASE("the perspective pinhole's rays are those of its basis, to the last bi
         const scene::Camera made = scene::make_camera(scene, {}, kBounds);
         const scene::Camera::Basis b = camera.basis();
         // As it was written when there was no other projection.
-        const core::Vec3 forward = core::normalized(to - from),
-                         right = core::normalized(core::cross(forward, core::Vec3{0, 1, 0})),
-                         up = core::cross(right, forward);
+        const core::Vec3 forward = core::normalized(to - from);
+        const core::Vec3 right = core::normalized(core::cross(forward, core::Vec3{0, 1, 0}));
+        const core::Vec3 up = core::cross(right, forward);
         const double half = std::tan(fov * (kPi / 180) / 2);
         INFO("run " << run << " from " << text(from) << " to " << text(to) << " fov " << fov);
         if (std::abs(forward.y) < 0.9999)
@@ -151,8 +153,10 @@ TEST_CASE("the perspective pinhole's rays are those of its basis, to the last bi
                      core::length(b.up - up * half) == 0));
         REQUIRE(camera.pixel_rad() == 2 * core::length(b.up) / b.height);
         for (int i = 0; i < 10; ++i) {
-            const double px = random.in(0, w), py = random.in(0, h),
-                         u = (2 * px - b.width) / b.height, v = (b.height - 2 * py) / b.height;
+            const double px = random.in(0, w);
+            const double py = random.in(0, h);
+            const double u = (2 * px - b.width) / b.height;
+            const double v = (b.height - 2 * py) / b.height;
             const core::Vec3 d = (b.forward + b.right * u) + b.up * v;
             const core::Vec3 wanted = d * (1 / core::length(d));
             for (const scene::Camera* c : {&camera, &made}) {
@@ -234,9 +238,10 @@ TEST_CASE(
     const double radius = 150;
     Random random(3);
     for (int i = 0; i < 500; ++i) {
-        const double r = random.in(0, 1.4) * radius, turn = random.in(0, 2 * kPi);
-        const double px = size[0] / 2.0 + r * std::cos(turn),
-                     py = size[1] / 2.0 - r * std::sin(turn);
+        const double r = random.in(0, 1.4) * radius;
+        const double turn = random.in(0, 2 * kPi);
+        const double px = size[0] / 2.0 + r * std::cos(turn);
+        const double py = size[1] / 2.0 - r * std::sin(turn);
         INFO("fov " << fov << ", r " << r << ", turn " << turn);
         if (std::abs(r - radius) > 1e-9)
             REQUIRE(camera.sees(px, py) == (r < radius));
@@ -267,14 +272,17 @@ TEST_CASE(
     Random random(4);
     for (int run = 0; run < 200; ++run) {
         scene::Scene scene = placed(random, projection);
-        const double height_m = random.in(0.5, 2000), voxel_m = random.in(0.1, 3);
+        const double height_m = random.in(0.5, 2000);
+        const double voxel_m = random.in(0.1, 3);
         scene.camera.height_m = height_m;
         const voxel::WorldInfo world = slovenia(voxel_m);
         const scene::Camera camera = scene::make_camera(scene, world, kBounds);
         INFO(projection << " run " << run << ", forward " << text(camera.forward()) << ", from "
                         << text(camera.position()));
         const double step = height_m / voxel_m / scene.output.size_px[1];
-        const core::Ray a = camera.ray(3, 5), b = camera.ray(4, 5), c = camera.ray(3, 6);
+        const core::Ray a = camera.ray(3, 5);
+        const core::Ray b = camera.ray(4, 5);
+        const core::Ray c = camera.ray(3, 6);
         REQUIRE((core::length(a.direction - b.direction) == 0 &&
                  core::length(a.direction - c.direction) == 0));
         REQUIRE(core::length(b.origin - a.origin) == Approx(step).epsilon(1e-6));
@@ -320,7 +328,8 @@ TEST_CASE(
         scene.camera.fov_deg = random.in(1, 360);
         scene.camera.margin = random.in(0, 0.4);
         const scene::Camera camera = scene::make_camera(scene, {}, kBounds);
-        const double w = scene.output.size_px[0], h = scene.output.size_px[1];
+        const double w = scene.output.size_px[0];
+        const double h = scene.output.size_px[1];
         double most = 0;
         for (int i = 0; i < 8; ++i) {
             const core::Vec3 corner{
@@ -333,8 +342,8 @@ TEST_CASE(
                     std::max(most, angle_between(to, camera.forward()) / camera.half_angle_rad());
                 continue;
             }
-            const core::Vec3 right = camera.ray(w, h / 2).origin - camera.position(),
-                             up = camera.ray(w / 2, 0).origin - camera.position();
+            const core::Vec3 right = camera.ray(w, h / 2).origin - camera.position();
+            const core::Vec3 up = camera.ray(w / 2, 0).origin - camera.position();
             most = std::max({most, std::abs(core::dot(to, right)) / core::dot(right, right),
                              std::abs(core::dot(to, up)) / core::dot(up, up)});
         }
@@ -376,12 +385,13 @@ TEST_CASE("rays through all points of the lens meet where it is sharp, and start
         if (run % 2 == 0)
             scene.camera.focus_m = random.in(1, 3000);
         const scene::Camera camera = scene::make_camera(scene, slovenia(voxel_m), kBounds);
-        const double px = random.in(0, scene.output.size_px[0]),
-                     py = random.in(0, scene.output.size_px[1]);
+        const double px = random.in(0, scene.output.size_px[0]);
+        const double py = random.in(0, scene.output.size_px[1]);
         INFO(projection << " run " << run << ", aperture " << scene.camera.aperture_m << ", focus "
                         << scene.camera.focus_m.value_or(-1));
         const auto &p = *scene.camera.position, &t = *scene.camera.target;
-        const core::Vec3 place{p[0], p[1], p[2]}, target{t[0], t[1], t[2]};
+        const core::Vec3 place{p[0], p[1], p[2]};
+        const core::Vec3 target{t[0], t[1], t[2]};
         // The distance of the plane of focus from where rays start.
         const double distance =
             scene.camera.focus_m ? *scene.camera.focus_m / voxel_m : core::length(target - place);
@@ -414,7 +424,9 @@ TEST_CASE("rays through all points of the lens meet where it is sharp, and start
 TEST_CASE("points of the lens fill the disc evenly", "[raytracer][camera][lens]") {
     constexpr int kSide = 200;
     std::array<int, 4> quadrants{};
-    double within_half = 0, sum_x = 0, sum_y = 0;
+    double within_half = 0;
+    double sum_x = 0;
+    double sum_y = 0;
     for (int i = 0; i < kSide; ++i)
         for (int j = 0; j < kSide; ++j) {
             const auto [x, y] = scene::concentric_disc((i + 0.5) / kSide, (j + 0.5) / kSide);
@@ -443,7 +455,8 @@ TEST_CASE("the camera turns clockwise about its line of sight", "[raytracer][cam
     scene.camera.roll_deg = 90;
     const scene::Camera camera = scene::make_camera(scene, {}, kBounds);
     // It looks north; its upper edge now is in the east.
-    const core::Ray up = camera.ray(200, 10), middle = camera.ray(200, 200);
+    const core::Ray up = camera.ray(200, 10);
+    const core::Ray middle = camera.ray(200, 200);
     const core::Vec3 way = up.origin - middle.origin + (up.direction - middle.direction);
     CHECK(way.x > 0.1);
     CHECK(std::abs(way.y) < 1e-9 * (1 + way.x));
@@ -471,8 +484,8 @@ TEST_CASE("a map camera's geotransform says where its rays hit",
         const auto g = camera.geotransform(world);
         REQUIRE(g);
         for (int i = 0; i < 20; ++i) {
-            const double px = random.in(0, scene.output.size_px[0]),
-                         py = random.in(0, scene.output.size_px[1]);
+            const double px = random.in(0, scene.output.size_px[0]);
+            const double py = random.in(0, scene.output.size_px[1]);
             const core::Ray ray = camera.ray(px, py);
             const core::Vec3 hit =
                 ray.origin + ray.direction * ((random.in(0, 300) - ray.origin.y) / ray.direction.y);
@@ -518,15 +531,19 @@ TEST_CASE("matrices take a point on a pixel's ray to that pixel", "[raytracer][c
                     out[c] += p[r] * m[r * 4 + c];
             return out;
         };
-        const double w = scene.output.size_px[0], h = scene.output.size_px[1];
+        const double w = scene.output.size_px[0];
+        const double h = scene.output.size_px[1];
         for (int i = 0; i < 10; ++i) {
-            const double px = random.in(0, w), py = random.in(0, h), t = random.in(1, 2000);
+            const double px = random.in(0, w);
+            const double py = random.in(0, h);
+            const double t = random.in(1, 2000);
             const core::Ray ray = camera.ray(px, py);
             const core::Vec3 at = ray.origin + ray.direction * t;
             const std::array<double, 4> world{(at.x - static_cast<double>(origin[0])) * voxel_m,
                                               (at.y - static_cast<double>(origin[1])) * voxel_m,
                                               (at.z - static_cast<double>(origin[2])) * voxel_m, 1};
-            const auto seen = times(world, to_camera), ndc = times(world, *to_ndc);
+            const auto seen = times(world, to_camera);
+            const auto ndc = times(world, *to_ndc);
             INFO(projection << " run " << run << " at " << px << ", " << py << ", t " << t);
             const double depth_m = core::dot(ray.direction, camera.forward()) * t * voxel_m;
             REQUIRE(seen[2] == Approx(-depth_m).epsilon(1e-7));
@@ -604,8 +621,8 @@ TEST_CASE("every box that a ray goes through is in sight", "[raytracer][camera][
         std::sort(sorted.begin(), sorted.end(), less);
         fewest = std::min(fewest, keys.size());
         for (int i = 0; i < 50; ++i) {
-            const double px = random.in(0, scene.output.size_px[0]),
-                         py = random.in(0, scene.output.size_px[1]);
+            const double px = random.in(0, scene.output.size_px[0]);
+            const double py = random.in(0, scene.output.size_px[1]);
             if (!camera.sees(px, py))
                 continue;
             const core::Ray ray = camera.ray(px, py);

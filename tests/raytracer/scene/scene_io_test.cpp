@@ -215,7 +215,8 @@ TEST_CASE("a scene file that cannot be is refused, naming file, field, value and
           "[raytracer][scene]") {
     struct Case {
         const char* name;
-        std::string text, said;
+        std::string text;
+        std::string said;
     };
     const auto c = GENERATE(values<Case>({
         {"unknown field", "[camera]\nfov = 40", "unknown field 'camera.fov'"},
@@ -261,7 +262,7 @@ TEST_CASE("a scene file that cannot be is refused, naming file, field, value and
          "camera.position = 2 numbers; allowed: three finite numbers"},
         {"four coordinates", "[camera]\nposition = [1, 2, 3, 4]", "camera.position = 4 numbers"},
         {"a coordinate that is text", "[camera]\nposition = [1, \"2\", 3]",
-         "camera.position = a list with other things than numbers"},
+         "camera.position = a list with other values than numbers"},
         {"an infinite coordinate", "[camera]\nposition = [1, inf, 3]", "camera.position"},
         {"a position that is text", "[camera]\nposition = \"1,2,3\"", "camera.position"},
         {"half a size", "[output]\nsize = \"640\"",

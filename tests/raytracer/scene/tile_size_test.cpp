@@ -10,7 +10,8 @@ using namespace terravox;
 TEST_CASE("the size of a tile is pixels or a share of the picture's width", "[raytracer][scene]") {
     struct Case {
         const char* text;
-        int width_px, px;
+        int width_px;
+        int px;
     };
     const auto c = GENERATE(values<Case>({
         {"64", 1280, 64},
@@ -49,7 +50,8 @@ TEST_CASE("every size of a tile survives being written, and fits its picture",
             size = {64, 0.1 + 99.9 * (static_cast<double>(random()) / 4294967295.0)};
         INFO(size.text());
         CHECK(scene::TileSize::parse(size.text()) == size);
-        const int width = 1 + static_cast<int>(random() % 65536), px = size.in_picture(width);
+        const int width = 1 + static_cast<int>(random() % 65536);
+        const int px = size.in_picture(width);
         CHECK((px >= 1 && px <= 4096));
         if (size.percent != 0 && px > 1 && px < 4096)
             CHECK(std::abs(px - width * size.percent / 100) <= 0.5 + 1e-6);

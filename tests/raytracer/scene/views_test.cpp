@@ -133,7 +133,8 @@ TEST_CASE("a file of views that cannot be is refused, naming file, view and fiel
           "[raytracer][views]") {
     struct Case {
         const char* name;
-        std::string text, said;
+        std::string text;
+        std::string said;
     };
     const auto c = GENERATE(values<Case>({
         {"no name", "[[view]]\ntitle = \"x\"", "name = nothing; allowed: text in quotes"},
@@ -142,7 +143,7 @@ TEST_CASE("a file of views that cannot be is refused, naming file, view and fiel
         {"aliases that are text", "[[view]]\nname = \"a\"\naliases = \"b\"",
          "view 'a': aliases = a value of another kind"},
         {"an alias that is a number", "[[view]]\nname = \"a\"\naliases = [1]",
-         "view 'a': aliases = a list with other things"},
+         "view 'a': aliases = a list with other values"},
         {"an unknown field", "[[view]]\nname = \"a\"\n[view.camera]\nfov = 3",
          "view 'a': unknown field 'camera.fov'"},
         {"a field out of range", "[[view]]\nname = \"a\"\n[view.sun]\ntime_h = 25",
@@ -164,7 +165,7 @@ TEST_CASE("a file of views that cannot be is refused, naming file, view and fiel
     }
 }
 
-TEST_CASE("the views that ship can be told apart, have areas, and cameras that can be placed",
+TEST_CASE("the shipped views are distinguishable, have areas, and cameras that can be placed",
           "[raytracer][views]") {
     const auto views = scene::read_view_folder(kConfig / "views");
     CHECK(views.size() >= 12);

@@ -20,7 +20,8 @@ double relative(double found, double wanted) {
 TEST_CASE("exp, log and pow are those of the C library to 14 digits", "[common][util][det_math]") {
     std::mt19937_64 random(11);
     std::uniform_real_distribution<double> wide(-690, 690), small(-1, 1);
-    double worst = 0, at = 0;
+    double worst = 0;
+    double at = 0;
     const auto note = [&](double found, double wanted, double x) {
         if (const double r = relative(found, wanted); !(r <= worst)) {
             worst = r;
@@ -49,7 +50,8 @@ TEST_CASE("exp, log and pow are those of the C library to 14 digits", "[common][
     }
     SECTION("pow, as colours use it") {
         for (int i = 0; i < 200'000; ++i) {
-            const double x = 1e-6 + 2 * std::abs(small(random)), y = i % 2 == 0 ? 2.4 : 1 / 2.4;
+            const double x = 1e-6 + 2 * std::abs(small(random));
+            const double y = i % 2 == 0 ? 2.4 : 1 / 2.4;
             note(det::pow(x, y), std::pow(x, y), x);
         }
         INFO("worst at x = " << at);
@@ -60,7 +62,9 @@ TEST_CASE("exp, log and pow are those of the C library to 14 digits", "[common][
 TEST_CASE("sine, cosine and their inverses are those of the C library",
           "[common][util][det_math]") {
     std::mt19937_64 random(12);
-    double worst = 0, at_x = 0, at_y = 0;
+    double worst = 0;
+    double at_x = 0;
+    double at_y = 0;
     const auto note = [&](double found, double wanted, double x, double y = 0) {
         if (const double r = std::abs(found - wanted); !(r <= worst)) {
             worst = r;
@@ -78,7 +82,8 @@ TEST_CASE("sine, cosine and their inverses are those of the C library",
         const det::SinCos both = det::sin_cos(x);
         note(both.sin, std::sin(x), x);
         note(both.cos, std::cos(x), x);
-        const double y = i % 2 == 0 ? in(-2, 2) : in(-1e-9, 1e-9), w = i % 5 == 0 ? 0 : in(-2, 2);
+        const double y = i % 2 == 0 ? in(-2, 2) : in(-1e-9, 1e-9);
+        const double w = i % 5 == 0 ? 0 : in(-2, 2);
         note(det::atan2(y, w), std::atan2(y, w), y, w);
         const double c = i % 2 == 0 ? in(-1, 1) : 1 - std::abs(in(0, 1e-9));
         note(det::acos(c), std::acos(c), c);
@@ -90,7 +95,8 @@ TEST_CASE("sine, cosine and their inverses are those of the C library",
 
 TEST_CASE("angles small enough to matter keep their digits", "[common][util][det_math]") {
     std::mt19937_64 random(13);
-    double worst = 0, at = 0;
+    double worst = 0;
+    double at = 0;
     for (int i = 0; i < 100'000; ++i) {
         const double x = std::ldexp(std::uniform_real_distribution<double>(0.5, 1)(random),
                                     -static_cast<int>(random() % 60));

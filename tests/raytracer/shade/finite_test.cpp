@@ -7,7 +7,7 @@
 #include "tests/catch.hpp"
 #include "tests/raytracer/landscape.hpp"
 
-// Whatever a scene says, light is a number and not less than nothing.
+// For all scenes, light is finite and not negative.
 
 using namespace terravox;
 using terravox::test::ArrayWorld;
@@ -25,9 +25,10 @@ public:
     double between(double low, double high) {
         return low + (high - low) * static_cast<double>(m_random() >> 11) * 0x1.0p-53;
     }
+    /// A uniform number in [low, high].
     int whole(int low, int high) {
         return low + static_cast<int>(m_random() % static_cast<std::uint64_t>(high - low + 1));
-    }  ///< [low, high]
+    }
     bool one_in(int n) { return m_random() % static_cast<std::uint64_t>(n) == 0; }
     template <class Value>
     Value of(std::initializer_list<Value> values) {
@@ -67,8 +68,9 @@ material::MaterialAppearances strange_appearances(Chooser& choose) {
         appearance.kind = choose.of({material::Kind::kSolid, material::Kind::kLeaves,
                                      material::Kind::kWater, material::Kind::kGlass});
         const auto colour = [&](double most) {
-            const double r = choose.between(0, most), g = choose.of({0.0, most}),
-                         b = choose.between(0, most);
+            const double r = choose.between(0, most);
+            const double g = choose.of({0.0, most});
+            const double b = choose.between(0, most);
             return voxel::Colour{static_cast<float>(r), static_cast<float>(g),
                                  static_cast<float>(b)};
         };

@@ -59,7 +59,8 @@ scene::Scene scene_of(core::Integrator integrator, int samples, std::array<doubl
 struct Mean {
     double light = 0;  ///< luminance of the pixels that show a voxel and nothing else
     int pixels = 0;
-    double least = 1e9, most = 0;
+    double least = 1e9;
+    double most = 0;
 };
 Mean mean_of(const output::Film& film) {
     Mean out;
@@ -122,7 +123,9 @@ scene::Scene spot_scene(core::Integrator integrator, int samples, double x, doub
 /// face's plane, and one of its lower corners is nearest. Ref: Howell, "A Catalog of Radiation Heat
 /// Transfer Configuration Factors", plane element to a rectangle at right angles.
 double kept_by_wall(double distance, double width, double height) {
-    const double x = height / width, y = distance / width, r = std::sqrt(x * x + y * y);
+    const double x = height / width;
+    const double y = distance / width;
+    const double r = std::sqrt(x * x + y * y);
     return (std::atan(1 / y) - y / r * std::atan(1 / r)) / (2 * std::numbers::pi);
 }
 
@@ -204,7 +207,8 @@ TEST_CASE("a furnace is darker where paths end early, and never brighter",
 TEST_CASE("in a closed box that glows, light is its own over what is lost at each meeting",
           "[raytracer][shade][light][furnace]") {
     struct Case {
-        float albedo, emission;
+        float albedo;
+        float emission;
     };
     for (const Case& c : {Case{0.5f, 0.25f}, {0.9f, 0.1f}, {0.2f, 3}}) {
         MaterialAppearances appearances = matt(c.albedo);
@@ -230,7 +234,8 @@ TEST_CASE("a plane under an even sky sends its albedo", "[raytracer][shade][ligh
     struct Case {
         const char* name;
         core::Integrator integrator;
-        int ao_rays, bounces;
+        int ao_rays;
+        int bounces;
     };
     for (const Case& c : {Case{"direct", core::Integrator::kDirect, 0, 6},
                           {"ambient rays", core::Integrator::kDirect, 3, 6},
@@ -289,7 +294,8 @@ TEST_CASE("on a floor in a corner of two walls the sky's light is the share that
     struct Case {
         double x, z;  ///< the walls' feet are x = 0 and z = 0
     };
-    constexpr double kLong = 30, kHigh = 9;
+    constexpr double kLong = 30;
+    constexpr double kHigh = 9;
     for (const Case& c : {Case{1.5, 2.5}, {6.5, 0.4}, {12, 15}}) {
         // Each wall in two parts, on both sides of the foot of the perpendicular.
         const auto kept_by = [](double distance, double along) {
@@ -320,11 +326,15 @@ TEST_CASE("on a floor in a corner of two walls the sky's light is the share that
 TEST_CASE(
     "a bed under still water sends up what absorption and both ways through the surface leave",
     "[raytracer][shade][light][furnace]") {
-    constexpr double kIndex = 1.333, kAbsorption_per_m = 0.2, kDepth_m = 3, kAlbedo = 0.6,
-                     kSun = 1.5, kGlow = 0.7;
+    constexpr double kIndex = 1.333;
+    constexpr double kAbsorption_per_m = 0.2;
+    constexpr double kDepth_m = 3;
+    constexpr double kAlbedo = 0.6;
+    constexpr double kSun = 1.5;
+    constexpr double kGlow = 0.7;
     const auto left = [](double way_m) { return std::exp(-kAbsorption_per_m * way_m); };
-    const double mirrored = (kIndex - 1) / (kIndex + 1) *
-                            ((kIndex - 1) / (kIndex + 1));  // of light that comes straight
+    const double mirrored =
+        (kIndex - 1) / (kIndex + 1) * ((kIndex - 1) / (kIndex + 1));  // for perpendicular light
     const double up = (1 - mirrored) * left(kDepth_m);
     struct Case {
         core::Integrator integrator;
@@ -352,11 +362,11 @@ TEST_CASE(
             scene.sun.strength = 1;
             scene.sun.altitude_deg = c.altitude_deg;
             scene.sun.light = {{kSun, kSun, kSun}};
-            const double sin = std::sin(c.altitude_deg * std::numbers::pi / 180),
-                         sin_in = std::cos(c.altitude_deg * std::numbers::pi / 180) / kIndex;
+            const double sin = std::sin(c.altitude_deg * std::numbers::pi / 180);
+            const double sin_in = std::cos(c.altitude_deg * std::numbers::pi / 180) / kIndex;
             const double cos_in = std::sqrt(1 - sin_in * sin_in);
-            const double s = (sin - kIndex * cos_in) / (sin + kIndex * cos_in),
-                         p = (kIndex * sin - cos_in) / (kIndex * sin + cos_in);
+            const double s = (sin - kIndex * cos_in) / (sin + kIndex * cos_in);
+            const double p = (kIndex * sin - cos_in) / (kIndex * sin + cos_in);
             expected =
                 kAlbedo * kSun * sin * (1 - (s * s + p * p) / 2) * left(kDepth_m / cos_in) * up;
         } else {

@@ -25,7 +25,8 @@ double rmse(const output::Film& a, const output::Film& b) {
     double sum = 0;
     for (int y = 0; y < a.height_px(); ++y)
         for (int x = 0; x < a.width_px(); ++x) {
-            const voxel::Colour p = a.at(x, y).colour, q = b.at(x, y).colour;
+            const voxel::Colour p = a.at(x, y).colour;
+            const voxel::Colour q = b.at(x, y).colour;
             for (const float d : {p.r - q.r, p.g - q.g, p.b - q.b})
                 sum += static_cast<double>(d) * static_cast<double>(d);
         }
@@ -78,10 +79,11 @@ TEST_CASE(
     }
 }
 
-TEST_CASE("what a pixel says of its error is about its error", "[raytracer][shade][light]") {
-    const output::Film reference = picture(tiny(core::Integrator::kPath, 1024)),
-                       film = picture(tiny(core::Integrator::kPath, 16));
-    double said = 0, found = 0;
+TEST_CASE("a pixel's estimate of its error is about its error", "[raytracer][shade][light]") {
+    const output::Film reference = picture(tiny(core::Integrator::kPath, 1024));
+    const output::Film film = picture(tiny(core::Integrator::kPath, 16));
+    double said = 0;
+    double found = 0;
     for (int y = 0; y < film.height_px(); ++y)
         for (int x = 0; x < film.width_px(); ++x) {
             const double d = static_cast<double>(voxel::luminance(film.at(x, y).colour) -
@@ -99,10 +101,11 @@ TEST_CASE("with a noise to reach, samples go where they are needed", "[raytracer
     scene::Scene scene = tiny(core::Integrator::kPath, 512);
     scene.quality.noise = 0.05;
     scene.quality.min_samples = 8;
-    const output::Film film = picture(scene),
-                       reference = picture(tiny(core::Integrator::kPath, 1024));
+    const output::Film film = picture(scene);
+    const output::Film reference = picture(tiny(core::Integrator::kPath, 1024));
     std::uint64_t samples = 0;
-    std::uint32_t least = 1 << 20, most = 0;
+    std::uint32_t least = 1 << 20;
+    std::uint32_t most = 0;
     for (int y = 0; y < film.height_px(); ++y)
         for (int x = 0; x < film.width_px(); ++x) {
             const tiles::PixelSample& p = film.at(x, y);
@@ -157,7 +160,7 @@ TEST_CASE("a picture with a time to keep has at least its first samples",
     CHECK(picture(scene).at(3, 3).samples == 64);
 }
 
-TEST_CASE("with a time to keep, too, no pixel is known by fewer samples than were asked for",
+TEST_CASE("with a time limit, too, no pixel has fewer samples than requested",
           "[raytracer][shade][light]") {
     scene::Scene scene = tiny(core::Integrator::kDirect, 64);
     scene.quality.time_s = 1000;

@@ -27,13 +27,14 @@ TEST_CASE("Fresnel's share is that of the books", "[raytracer][shade][optics]") 
     CHECK(shade::fresnel(0, 1.333) == Approx(1).epsilon(1e-12));
     CHECK(shade::fresnel(0.5, 1.0) == Approx(0).margin(1e-12));
     // Brewster's angle: only the s-polarised half is left.
-    const double brewster = std::cos(std::atan(1.5)), s = (1.5 * 1.5 - 1) / (1.5 * 1.5 + 1);
+    const double brewster = std::cos(std::atan(1.5));
+    const double s = (1.5 * 1.5 - 1) / (1.5 * 1.5 + 1);
     CHECK(shade::fresnel(brewster, 1.5) == Approx(s * s / 2).epsilon(1e-9));
     CHECK(shade::fresnel(std::cos(50 * std::numbers::pi / 180), 1 / 1.333) ==
           1);  // beyond the critical angle of 48.6 degrees
     for (double c = 0.01; c < 1; c += 0.01) {
-        const double sin_out = std::sqrt(1 - c * c) / 1.333,
-                     back = shade::fresnel(std::sqrt(1 - sin_out * sin_out), 1 / 1.333);
+        const double sin_out = std::sqrt(1 - c * c) / 1.333;
+        const double back = shade::fresnel(std::sqrt(1 - sin_out * sin_out), 1 / 1.333);
         REQUIRE(shade::fresnel(c, 1.333) ==
                 Approx(back).epsilon(1e-9));  // the same from both sides
     }

@@ -15,7 +15,8 @@ TEST_CASE("samples of a pixel lie one in each cell of every elementary interval"
             for (int log2_count = 0; log2_count <= 8; ++log2_count) {
                 const int count = 1 << log2_count;
                 for (int log2_columns = 0; log2_columns <= log2_count; ++log2_columns) {
-                    const int columns = 1 << log2_columns, rows = count / columns;
+                    const int columns = 1 << log2_columns;
+                    const int rows = count / columns;
                     std::set<int> seen;
                     for (int s = 0; s < count; ++s) {
                         const auto at =
@@ -32,7 +33,7 @@ TEST_CASE("samples of a pixel lie one in each cell of every elementary interval"
             }
 }
 
-TEST_CASE("dimensions and pixels do not know of each other", "[raytracer][shade][sampler]") {
+TEST_CASE("dimensions and pixels are independent of each other", "[raytracer][shade][sampler]") {
     // Pairs of numbers of two dimensions fill the square; of uniform independent ones chi squared
     // over 64 cells is 63 +- 11.
     const auto chi2 = [](const auto& first, const auto& second) {

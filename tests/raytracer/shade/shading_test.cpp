@@ -41,9 +41,8 @@ Shaded shade_rays(const shade::Shading& shading, const walk::TracedRay& ray,
 
 }  // namespace
 
-TEST_CASE(
-    "a ray that asks for light comes out of the leaves that it starts in, and out of nothing else",
-    "[raytracer][shade]") {
+TEST_CASE("an occlusion ray leaves the foliage that it starts in, and nothing else",
+          "[raytracer][shade]") {
     const Job job(small_scene());
     const auto shading = shade::make_shading(job.view);
     for (const walk::RayKind kind :
@@ -64,8 +63,11 @@ TEST_CASE(
     }
 }
 
-TEST_CASE("a mixed colour is not that of what stands beside the voxel", "[raytracer][shade]") {
-    const voxel::Rgb8 lake{40, 110, 125}, meadow{90, 120, 60}, shade{45, 55, 58}, roof{170, 80, 60};
+TEST_CASE("a mixed colour is not that of an object next to the voxel", "[raytracer][shade]") {
+    const voxel::Rgb8 lake{40, 110, 125};
+    const voxel::Rgb8 meadow{90, 120, 60};
+    const voxel::Rgb8 shade{45, 55, 58};
+    const voxel::Rgb8 roof{170, 80, 60};
     struct Case {
         const char* name;
         Material material;
@@ -108,7 +110,7 @@ TEST_CASE("a mixed colour is not that of what stands beside the voxel", "[raytra
     }
 }
 
-TEST_CASE("faces between leaves get light, whoever asks for it", "[raytracer][shade]") {
+TEST_CASE("faces between leaves get light from every kind of occlusion ray", "[raytracer][shade]") {
     struct Kind {
         const char* name;
         void (*set)(scene::Scene&);
@@ -201,7 +203,7 @@ TEST_CASE("without reflections all light goes into the water", "[raytracer][shad
     }
 }
 
-TEST_CASE("a path out of the water does not count the sun that its bed has asked for",
+TEST_CASE("a path out of the water does not count the sun that was sampled at the bed",
           "[raytracer][shade]") {
     scene::Scene scene = small_scene();
     scene.quality.integrator = core::Integrator::kPath;
@@ -228,7 +230,7 @@ TEST_CASE("a path out of the water does not count the sun that its bed has asked
                 out.end = walk::WalkEnd::kMiss;
                 out.ray.direction = job.view.sky.to_sun();
                 walk::TracedRay free = out;
-                free.sun_asked = false;
+                free.sun_counted = false;
                 CHECK(voxel::luminance(shade_rays(*shading, free).sum.indirect) >
                       100 * voxel::luminance(shade_rays(*shading, out).sum.indirect));
             }

@@ -33,8 +33,8 @@ TEST_CASE("far land and the sky meet at the horizon without a seam", "[raytracer
         settings.visibility_km = 15;
     const sky::Sky sky = sky_at(altitude, 180, settings);
     for (double azimuth = 0; azimuth < 360; azimuth += 7.7) {
-        const voxel::Colour land = sky.air(direction(0, azimuth), INFINITY).light,
-                            above = sky.radiance(direction(0.001, azimuth));
+        const voxel::Colour land = sky.air(direction(0, azimuth), INFINITY).light;
+        const voxel::Colour above = sky.radiance(direction(0.001, azimuth));
         INFO("sun " << altitude << ", azimuth " << azimuth);
         CHECK(brightness(land) == Approx(brightness(above)).epsilon(0.02));
         CHECK(static_cast<double>(land.b) == Approx(static_cast<double>(above.b)).epsilon(0.03));
@@ -61,7 +61,8 @@ TEST_CASE("by turbidity the air is as clear as its haze lets it be", "[raytracer
 TEST_CASE("visibility 0 takes the air before things away, not the sky", "[raytracer][sky][air]") {
     scene::Scene::Sky settings;
     settings.visibility_km = 0;
-    const sky::Sky sky = sky_at(40, 180, settings), plain = sky_at(40);
+    const sky::Sky sky = sky_at(40, 180, settings);
+    const sky::Sky plain = sky_at(40);
     for (const core::Vec3 d : directions(100, 9)) {
         CHECK(sky.air(d, 1e7).transmittance.b == 1);
         CHECK(brightness(sky.air(d, 1e7).light) == 0);

@@ -6,7 +6,9 @@ using namespace terravox;
 using namespace terravox::test;
 
 TEST_CASE("phase functions share out all light, none more", "[raytracer][sky][atmosphere]") {
-    double rayleigh = 0, mie = 0, ahead = 0;
+    double rayleigh = 0;
+    double mie = 0;
+    double ahead = 0;
     over_sphere(400'000, -1, [&](core::Vec3 d, double sr) {
         rayleigh += sky::rayleigh_phase(d.y) * sr;
         mie += sky::mie_phase(d.y) * sr;
@@ -40,9 +42,10 @@ TEST_CASE("light that comes down is never more than was sent, and less on a long
     };
     for (int i = 0; i < 3000; ++i) {
         const sky::Atmosphere air(in(1.5, 10));
-        const double height = in(0, 1) < 0.5 ? in(0, 5000) : in(0, 100'000), sine = in(-0.1, 0.95);
-        const sky::Spectrum low = air.sunlight(height, sine),
-                            high = air.sunlight(height, sine + 0.05);
+        const double height = in(0, 1) < 0.5 ? in(0, 5000) : in(0, 100'000);
+        const double sine = in(-0.1, 0.95);
+        const sky::Spectrum low = air.sunlight(height, sine);
+        const sky::Spectrum high = air.sunlight(height, sine + 0.05);
         for (std::size_t k = 0; k < sky::kBands; ++k) {
             INFO("height " << height << ", sine " << sine << ", band " << k);
             REQUIRE(low[k] >= 0);
@@ -60,7 +63,8 @@ TEST_CASE("the sun's light above the air is white, and paling keeps luminance",
     std::mt19937 random(22);
     std::uniform_real_distribution<float> any(-0.3f, 1);
     for (int i = 0; i < 5000; ++i) {
-        const voxel::Colour c{any(random), any(random), any(random)}, out = sky::in_gamut(c);
+        const voxel::Colour c{any(random), any(random), any(random)};
+        const voxel::Colour out = sky::in_gamut(c);
         INFO(c.r << " " << c.g << " " << c.b);
         REQUIRE(good(out));
         REQUIRE(voxel::luminance(out) == Approx(std::max(0.0f, voxel::luminance(c))).margin(1e-6));

@@ -5,7 +5,7 @@
 using namespace terravox;
 using namespace terravox::test;
 
-TEST_CASE("clouds cover the share of the sky that is asked for", "[raytracer][sky][clouds]") {
+TEST_CASE("clouds cover the requested share of the sky", "[raytracer][sky][clouds]") {
     const double cover = GENERATE(0.0, 0.1, 0.4, 0.75, 1.0);
     const sky::Clouds clouds(cover);
     std::mt19937 random(31);
@@ -31,13 +31,14 @@ TEST_CASE("clouds are smooth, also far from the origin, and end where numbers do
     std::mt19937 random(32);
     std::uniform_real_distribution<double> place(-6e6, 6e6);
     for (int i = 0; i < 20'000; ++i) {
-        const double x = place(random), z = place(random);
+        const double x = place(random);
+        const double z = place(random);
         INFO(x << ", " << z);
         REQUIRE(std::abs(clouds.depth(x, z) - clouds.depth(x + 0.05, z - 0.05)) < 0.3);
     }
-    for (const double wild : {1e9, -1e300, static_cast<double>(INFINITY), std::nan("")}) {
-        CHECK(clouds.depth(wild, 0) == 0);
-        CHECK(clouds.depth(0, wild) == 0);
+    for (const double extreme : {1e9, -1e300, static_cast<double>(INFINITY), std::nan("")}) {
+        CHECK(clouds.depth(extreme, 0) == 0);
+        CHECK(clouds.depth(0, extreme) == 0);
     }
 }
 
@@ -70,8 +71,9 @@ TEST_CASE("a place is in the shadow of the clouds that stand before its sun",
 
 TEST_CASE("clouds brighten a blue sky, dim the ground's sun, and hide the disc",
           "[raytracer][sky][clouds]") {
-    const sky::Sky clear = sky_at(50), broken = sky_at(50, 180, with_clouds(0.5)),
-                   grey = sky_at(50, 180, with_clouds(1));
+    const sky::Sky clear = sky_at(50);
+    const sky::Sky broken = sky_at(50, 180, with_clouds(0.5));
+    const sky::Sky grey = sky_at(50, 180, with_clouds(1));
     CHECK(brightness(broken.ambient({0, 1, 0})) > brightness(clear.ambient({0, 1, 0})));
     CHECK(grey.ambient({0, 1, 0}).b / grey.ambient({0, 1, 0}).r <
           clear.ambient({0, 1, 0}).b / clear.ambient({0, 1, 0}).r);

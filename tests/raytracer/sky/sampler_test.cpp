@@ -10,7 +10,8 @@ TEST_CASE("densities of the sky's samples sum to one, and are nowhere nothing ab
     scene.sky.clouds = altitude > 50 ? 0.5 : 0;
     scene.sky.strength = altitude < -20 ? 0 : 1;
     const sky::Sky sky({altitude, 77}, scene.sun, scene.sky, 0);
-    double sum = 0, least = 1;
+    double sum = 0;
+    double least = 1;
     over_sphere(400'000, 0, [&](core::Vec3 d, double sr) {
         sum += sky.pdf(d) * sr;
         least = std::min(least, sky.pdf(d));
@@ -27,7 +28,9 @@ TEST_CASE("a sample's density is that of its direction, and samples find the sky
           "[raytracer][sky][sampler]") {
     const double altitude = GENERATE(70.0, 8.0, -5.0);
     const sky::Sky sky = sky_at(altitude, 300);
-    double found = 0, wanted = 0, worst = 0;
+    double found = 0;
+    double wanted = 0;
+    double worst = 0;
     constexpr int kSide = 300;
     int apart = 0;
     for (int i = 0; i < kSide; ++i)

@@ -32,8 +32,8 @@ inline scene::Scene::Sky with_clouds(double cover) {
 }
 
 inline core::Vec3 direction(double altitude_deg, double azimuth_deg) {
-    const auto e = det::sin_cos(altitude_deg * det::kPi / 180),
-               a = det::sin_cos(azimuth_deg * det::kPi / 180);
+    const auto e = det::sin_cos(altitude_deg * det::kPi / 180);
+    const auto a = det::sin_cos(azimuth_deg * det::kPi / 180);
     return {a.sin * e.cos, e.sin, -a.cos * e.cos};
 }
 
@@ -53,8 +53,9 @@ inline std::vector<core::Vec3> directions(int count, unsigned seed) {
 template <class Visit>
 void over_sphere(int count, double low, Visit&& visit) {
     for (int i = 0; i < count; ++i) {
-        const double y = low + (1 - low) * (i + 0.5) / count, flat = std::sqrt(1 - y * y),
-                     turn = 2 * det::kPi * i * 0.6180339887498949;
+        const double y = low + (1 - low) * (i + 0.5) / count;
+        const double flat = std::sqrt(1 - y * y);
+        const double turn = 2 * det::kPi * i * 0.6180339887498949;
         visit(core::Vec3{flat * std::cos(turn), y, flat * std::sin(turn)},
               2 * det::kPi * (1 - low) / count);
     }

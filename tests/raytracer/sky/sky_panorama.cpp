@@ -20,7 +20,8 @@ namespace {
 constexpr double kLowest_deg = -15;
 
 struct Sheet {
-    int width, height;
+    int width;
+    int height;
     std::vector<std::uint8_t> pixels;
     Sheet(int w, int h)
         : width(w),
@@ -45,7 +46,7 @@ struct Sheet {
 void draw(Sheet& sheet, int left, int top, int width, int height, const sky::Sky& sky) {
     constexpr double kRad = det::kPi / 180;
     constexpr int kFine = 2;
-    // By night a picture is to look like night: it gets less than its share.
+    // A night picture should look dark, so the exposure compensates only in part.
     const float exposure =
         0.7f / (voxel::luminance(sky.ambient({0, 1, 0}) +
                                  sky.sun_light() *
@@ -58,7 +59,8 @@ void draw(Sheet& sheet, int left, int top, int width, int height, const sky::Sky
                 const double azimuth = (x + (i % kFine + 0.5) / kFine) / width * 360 * kRad;
                 const double altitude =
                     (90 - (y + (i / kFine + 0.5) / kFine) / height * (90 - kLowest_deg)) * kRad;
-                const auto a = det::sin_cos(azimuth), e = det::sin_cos(altitude);
+                const auto a = det::sin_cos(azimuth);
+                const auto e = det::sin_cos(altitude);
                 const core::Vec3 d = core::normalized({a.sin * e.cos, e.sin, -a.cos * e.cos});
                 sum = sum + (sky.radiance(d) + sky.sun_disc(d)) * (exposure / (kFine * kFine));
             }
@@ -72,8 +74,8 @@ int main(int argc, char** argv) {
     if (argc < 2)
         return std::fprintf(stderr, "sky_panorama FOLDER [WIDTH_PX]\n"), 2;
     const std::filesystem::path folder = argv[1];
-    const int width = argc > 2 ? std::atoi(argv[2]) : 480,
-              height = static_cast<int>(width * (90 - kLowest_deg) / 360);
+    const int width = argc > 2 ? std::atoi(argv[2]) : 480;
+    const int height = static_cast<int>(width * (90 - kLowest_deg) / 360);
     std::filesystem::create_directories(folder);
     for (const double altitude : {60.0, 30.0, 10.0, 3.0, 0.0, -4.0, -8.0, -15.0}) {
         Sheet sheet(3 * width, 2 * height);
@@ -85,7 +87,8 @@ int main(int argc, char** argv) {
                 const sky::Sky sky({altitude, 180}, scene.sun, scene.sky, 300);
                 const voxel::Colour sun =
                     sky.sun_light() * static_cast<float>(std::max(0.0, sky.to_sun().y));
-                const voxel::Colour up = sky.ambient({0, 1, 0}), wall = sky.ambient({0, 0, 1});
+                const voxel::Colour up = sky.ambient({0, 1, 0});
+                const voxel::Colour wall = sky.ambient({0, 0, 1});
                 std::printf(
                     "sun %5.1f turbidity %.0f clouds %.1f: "
                     "sun %.4g %.4g %.4g, level: sun %.4g, sky %.4g %.4g %.4g (%.0f %%), south wall "

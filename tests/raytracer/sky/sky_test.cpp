@@ -46,7 +46,8 @@ TEST_CASE("the sky is finite and never negative, whatever the sun, the air and t
 }
 
 TEST_CASE("a direction that is none does no harm", "[raytracer][sky]") {
-    const double none = std::nan(""), endless = INFINITY;
+    const double none = std::nan("");
+    const double endless = INFINITY;
     for (const double altitude : {40.0, -20.0}) {
         const sky::Sky sky = sky_at(altitude, 180, with_clouds(0.5));
         int asked = 0;
@@ -69,7 +70,7 @@ TEST_CASE("a direction that is none does no harm", "[raytracer][sky]") {
     }
 }
 
-TEST_CASE("the sun stands where its azimuth says: east is +x, south is +z", "[raytracer][sky]") {
+TEST_CASE("the sun is at its azimuth: east is +x, south is +z", "[raytracer][sky]") {
     struct Case {
         const char* name;
         double azimuth;
@@ -85,7 +86,8 @@ TEST_CASE("the sun stands where its azimuth says: east is +x, south is +z", "[ra
 }
 
 TEST_CASE("ambient light is what radiance sums to", "[raytracer][sky]") {
-    const double altitude = GENERATE(60.0, 20.0, 4.0, -3.0, -15.0), clouds = GENERATE(0.0, 0.5);
+    const double altitude = GENERATE(60.0, 20.0, 4.0, -3.0, -15.0);
+    const double clouds = GENERATE(0.0, 0.5);
     const sky::Sky sky = sky_at(altitude, 200, with_clouds(clouds));
     struct Sum {
         core::Vec3 normal;
@@ -129,7 +131,8 @@ TEST_CASE(
 }
 
 TEST_CASE("the sky is the same on both sides of the sun, and turns with it", "[raytracer][sky]") {
-    const sky::Sky south = sky_at(25, 180), west = sky_at(25, 270);
+    const sky::Sky south = sky_at(25, 180);
+    const sky::Sky west = sky_at(25, 270);
     for (double altitude = -60; altitude < 90; altitude += 7.3)
         for (double aside = 0; aside < 180; aside += 11.1) {
             INFO(altitude << " high, " << aside << " from the sun");
@@ -142,8 +145,8 @@ TEST_CASE("the sky is the same on both sides of the sun, and turns with it", "[r
 }
 
 TEST_CASE("a clear sky has no seam anywhere", "[raytracer][sky]") {
-    const double altitude = GENERATE(90.0, 50.0, 10.0, 1.0, -5.0, -9.0),
-                 clouds = GENERATE(0.0, 0.7);
+    const double altitude = GENERATE(90.0, 50.0, 10.0, 1.0, -5.0, -9.0);
+    const double clouds = GENERATE(0.0, 0.7);
     const sky::Sky sky = sky_at(altitude, 180, with_clouds(clouds));
     // Along circles through all azimuths, zenith and horizon, a hundredth of a degree changes
     // little; stars apart, which are points.
@@ -173,16 +176,17 @@ TEST_CASE("a clear sky has no seam anywhere", "[raytracer][sky]") {
 }
 
 TEST_CASE("colours are those of days and evenings", "[raytracer][sky]") {
-    const voxel::Colour noon = sky_at(60).radiance({0, 1, 0}),
-                        horizon = sky_at(60).radiance(direction(2, 0));
+    const voxel::Colour noon = sky_at(60).radiance({0, 1, 0});
+    const voxel::Colour horizon = sky_at(60).radiance(direction(2, 0));
     CHECK(noon.b > 1.5f * noon.r);
     CHECK(brightness(horizon) > 1.3 * brightness(noon));
     CHECK(horizon.b / horizon.r < 0.8f * noon.b / noon.r);
-    const voxel::Colour high = sky_at(45).sun_light(), low = sky_at(4).sun_light();
+    const voxel::Colour high = sky_at(45).sun_light();
+    const voxel::Colour low = sky_at(4).sun_light();
     CHECK(low.r / low.b > 2 * high.r / high.b);
     CHECK(brightness(sky_at(45).sun_light()) == Approx(2.4).epsilon(0.01));
-    const voxel::Colour sunset = sky_at(-1).radiance(direction(1, 180)),
-                        dusk = sky_at(-5).radiance({0, 1, 0});
+    const voxel::Colour sunset = sky_at(-1).radiance(direction(1, 180));
+    const voxel::Colour dusk = sky_at(-5).radiance({0, 1, 0});
     CHECK(sunset.r > 1.5f * sunset.b);
     CHECK(dusk.b > 2 * dusk.r);
 }
@@ -205,7 +209,7 @@ TEST_CASE("strengths multiply; without them there is no light", "[raytracer][sky
                          dark.air(any, 1e4).light) == 0);
 }
 
-TEST_CASE("a uniform sky is one colour all around, without air unless asked for",
+TEST_CASE("a uniform sky is one colour all around, without air unless visibility is set",
           "[raytracer][sky]") {
     scene::Scene scene;
     scene.sky.model = core::SkyModel::kUniform;
@@ -232,13 +236,13 @@ TEST_CASE("the same sky is the same to the last bit, whichever was made before",
           "[raytracer][sky]") {
     const sky::Sky first = sky_at(17, 100, with_clouds(0.4));
     const sky::Sky between = sky_at(50);
-    const sky::Sky second = sky_at(17, 100, with_clouds(0.4)),
-                   again = sky_at(17, 100, with_clouds(0.4));
+    const sky::Sky second = sky_at(17, 100, with_clouds(0.4));
+    const sky::Sky again = sky_at(17, 100, with_clouds(0.4));
     CHECK(brightness(between.radiance({0, 1, 0})) != brightness(first.radiance({0, 1, 0})));
     for (const core::Vec3 d : directions(3000, 6)) {
-        const voxel::Colour a = first.radiance(d) + first.ambient(d),
-                            b = second.radiance(d) + second.ambient(d),
-                            c = again.radiance(d) + again.ambient(d);
+        const voxel::Colour a = first.radiance(d) + first.ambient(d);
+        const voxel::Colour b = second.radiance(d) + second.ambient(d);
+        const voxel::Colour c = again.radiance(d) + again.ambient(d);
         REQUIRE(std::memcmp(&a, &b, sizeof a) == 0);
         REQUIRE(std::memcmp(&a, &c, sizeof a) == 0);
     }

@@ -32,11 +32,13 @@ TEST_CASE("samples of the sun fill its disc evenly", "[raytracer][sky][sun]") {
 
 TEST_CASE("the disc's radiance sums to the sun's light, also while it sets",
           "[raytracer][sky][sun]") {
-    const double altitude = GENERATE(40.0, 0.5, 0.1, 0.0, -0.15), size = GENERATE(0.5, 1.0, 20.0);
+    const double altitude = GENERATE(40.0, 0.5, 0.1, 0.0, -0.15);
+    const double size = GENERATE(0.5, 1.0, 20.0);
     scene::Scene scene;
     scene.sun.size = size;
     const sky::Sky sky({altitude, 10}, scene.sun, scene.sky, 0);
-    const double radius = sky.sun_radius_rad(), solid_angle = 2 * det::kPi * (1 - std::cos(radius));
+    const double radius = sky.sun_radius_rad();
+    const double solid_angle = 2 * det::kPi * (1 - std::cos(radius));
     constexpr int kSide = 500;
     double sum = 0;
     for (int i = 0; i < kSide; ++i)
@@ -66,8 +68,7 @@ TEST_CASE("a point has light but no disc", "[raytracer][sky][sun]") {
     CHECK(core::length(sky.sample_sun(0.3, 0.9) - sky.to_sun()) < 1e-15);
 }
 
-TEST_CASE("light that a scene asks for replaces the air's, and still sets",
-          "[raytracer][sky][sun]") {
+TEST_CASE("light set by a scene replaces the air's, and still sets", "[raytracer][sky][sun]") {
     scene::Scene scene;
     scene.sun.light = std::array<double, 3>{1, 0.5, 0.25};
     scene.sun.strength = 2;
@@ -83,7 +84,8 @@ TEST_CASE("light that a scene asks for replaces the air's, and still sets",
 
 TEST_CASE("a zone's clock is that of its summer and winter", "[raytracer][sky][sun]") {
     const geo::LatLon bled{46.3683, 14.1146};
-    scene::Scene::Sun by_zone, by_offset;
+    scene::Scene::Sun by_zone;
+    scene::Scene::Sun by_offset;
     by_zone.zone = "Europe/Ljubljana";
     for (const auto& [date, offset_h] : {std::pair{"2026-06-21", 2.0}, {"2026-12-21", 1.0}}) {
         by_zone.date = by_offset.date = date;

@@ -8,10 +8,13 @@ TEST_CASE("the light goes with the sun, evenly and without a jump, down to the g
     const double clouds = GENERATE(0.0, 0.4);
     const core::Vec3 up{0, 1, 0};
     constexpr double kStep_deg = 0.25;
-    double last = 0, last_fall = 0, last_sun = 100;
+    double last = 0;
+    double last_fall = 0;
+    double last_sun = 100;
     for (double altitude = 10; altitude >= -20; altitude -= kStep_deg) {
         const sky::Sky sky = sky_at(altitude, 250, with_clouds(clouds));
-        const double now = brightness(sky.ambient(up)), sun = brightness(sky.sun_light());
+        const double now = brightness(sky.ambient(up));
+        const double sun = brightness(sky.sun_light());
         INFO("sun at " << altitude << ": " << now << " after " << last);
         CHECK(now > 0);
         CHECK(sun <= last_sun);
@@ -32,7 +35,8 @@ TEST_CASE("the light goes with the sun, evenly and without a jump, down to the g
 }
 
 TEST_CASE("the night has a few hundred stars, which the day hides", "[raytracer][sky][twilight]") {
-    const sky::Sky night = sky_at(-20), day = sky_at(20);
+    const sky::Sky night = sky_at(-20);
+    const sky::Sky day = sky_at(20);
     // Directions near enough to each other to meet each star a few times.
     constexpr int kMany = 6'000'000;
     const double glow = brightness(night.radiance({0, 1, 0}));

@@ -61,10 +61,17 @@ bool same(const tiles::TileResult& a, const tiles::TileResult& b) {
 }
 
 // Where numbers lie in encoded bytes; the format is fixed, so the test may know it.
-constexpr std::size_t kFlagsAt = 9, kX0At = 18, kY0At = 22, kX1At = 26, kY1At = 30, kStepAt = 34,
-                      kHolesAt = 46, kSecondsAt = 50 + 12 * 8, kPlanesAt = 50 + 19 * 8;
+constexpr std::size_t kFlagsAt = 9;
+constexpr std::size_t kX0At = 18;
+constexpr std::size_t kY0At = 22;
+constexpr std::size_t kX1At = 26;
+constexpr std::size_t kY1At = 30;
+constexpr std::size_t kStepAt = 34;
+constexpr std::size_t kHolesAt = 46;
+constexpr std::size_t kSecondsAt = 50 + 12 * 8;
+constexpr std::size_t kPlanesAt = 50 + 19 * 8;
 
-/// As someone who means harm would: the checksum is right.
+/// Changes bytes as an attacker would: with a valid checksum.
 template <class T>
 Bytes forged(Bytes bytes, std::size_t at, T value) {
     std::memcpy(bytes.data() + at, &value, sizeof value);
@@ -75,7 +82,7 @@ Bytes forged(Bytes bytes, std::size_t at, T value) {
 
 }  // namespace
 
-TEST_CASE("a tile comes back from its bytes, bit by bit", "[raytracer][tiles][codec]") {
+TEST_CASE("a decoded tile equals the encoded one, bit by bit", "[raytracer][tiles][codec]") {
     struct Case {
         const char* name;
         tiles::RenderTile tile;
@@ -104,10 +111,11 @@ TEST_CASE("a tile comes back from its bytes, bit by bit", "[raytracer][tiles][co
     }
 }
 
-TEST_CASE("rectangles of chance come back from their bytes", "[raytracer][tiles][codec]") {
+TEST_CASE("random rectangles survive encoding and decoding", "[raytracer][tiles][codec]") {
     std::mt19937 random(11);
     for (int run = 0; run < 300; ++run) {
-        const int x = static_cast<int>(random() % 5000), y = static_cast<int>(random() % 5000);
+        const int x = static_cast<int>(random() % 5000);
+        const int y = static_cast<int>(random() % 5000);
         const tiles::RenderTile t = rectangle(x, y, x + 1 + static_cast<int>(random() % 90),
                                               y + 1 + static_cast<int>(random() % 90),
                                               1 << random() % 7, random() % 2 == 0);
@@ -172,8 +180,8 @@ TEST_CASE("bytes of chance are refused, with a checksum that is right, too",
 
 TEST_CASE("hostile heads are refused before any memory is taken for pixels",
           "[raytracer][tiles][codec]") {
-    constexpr std::int32_t kMax = std::numeric_limits<std::int32_t>::max(),
-                           kMin = std::numeric_limits<std::int32_t>::min();
+    constexpr std::int32_t kMax = std::numeric_limits<std::int32_t>::max();
+    constexpr std::int32_t kMin = std::numeric_limits<std::int32_t>::min();
     const Bytes bytes = tiles::encode_tile(tile_of_chance(rectangle(16, 32, 24, 40), true, 9));
     struct Case {
         const char* name;
@@ -194,7 +202,7 @@ TEST_CASE("hostile heads are refused before any memory is taken for pixels",
                                {"an odd step", kStepAt, 3, "step 3; allowed"},
                                {"the largest step", kStepAt, 1 << 30, "step"},
                                {"the farthest step", kStepAt, kMin, "step"},
-                               {"wider than its pixels", kX1At, 25, "asks for"},
+                               {"wider than its pixels", kX1At, 25, "requires"},
                                {"wide", kX1At, 1 << 20, "bytes of pixels"},
                                {"more than may be", kX1At, 1 << 24, "allowed: up to 1073741824"},
                                {"as many holes as can be", kHolesAt, -1, "holes in"},
@@ -205,7 +213,7 @@ TEST_CASE("hostile heads are refused before any memory is taken for pixels",
         CHECK_THROWS_WITH(tiles::decode_tile(hostile, "test"), contains(c.said));
     }
     CHECK_THROWS_WITH(tiles::decode_tile(forged(bytes, kFlagsAt, std::uint8_t{0}), "test"),
-                      contains("asks for"));
+                      contains("requires"));
     CHECK_THROWS_WITH(tiles::decode_tile(forged(bytes, kFlagsAt, std::uint8_t{4}), "test"),
                       contains("flags"));
     CHECK_THROWS_WITH(tiles::decode_tile(forged(bytes, kSecondsAt, -1.0), "test"),
@@ -226,8 +234,8 @@ TEST_CASE("holes are boxes that there can be, each once", "[raytracer][tiles][co
 }
 
 TEST_CASE("values that no pixel can have are refused", "[raytracer][tiles][codec]") {
-    constexpr float kInfinity = std::numeric_limits<float>::infinity(),
-                    kNan = std::numeric_limits<float>::quiet_NaN();
+    constexpr float kInfinity = std::numeric_limits<float>::infinity();
+    constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
     struct Case {
         const char* name;
         void (*spoil)(tiles::PixelSample&, tiles::LayerSample&);
@@ -390,7 +398,9 @@ TEST_CASE("pixels alike compress", "[raytracer][tiles][codec]") {
 
 TEST_CASE("the hash of rows is that of a tile of those rows", "[raytracer][tiles][codec]") {
     const bool with_layers = GENERATE(false, true);
-    const int step = GENERATE(1, 2), y0 = GENERATE(64, 72, 90), y1 = GENERATE(72, 91, 96);
+    const int step = GENERATE(1, 2);
+    const int y0 = GENERATE(64, 72, 90);
+    const int y1 = GENERATE(72, 91, 96);
     if (y0 >= y1)
         return;
     const tiles::TileResult whole =

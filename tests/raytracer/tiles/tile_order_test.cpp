@@ -13,8 +13,8 @@ TEST_CASE("every order that a scene takes is a permutation of all tiles", "[rayt
     std::mt19937 random(462'101);
     for (int run = 0; run < 150; ++run) {
         // Squares, stripes and all between.
-        const int columns = 1 + static_cast<int>(random() % (run % 3 == 0 ? 3 : 60)),
-                  rows = 1 + static_cast<int>(random() % (run % 3 == 1 ? 3 : 60));
+        const int columns = 1 + static_cast<int>(random() % (run % 3 == 0 ? 3 : 60));
+        const int rows = 1 + static_cast<int>(random() % (run % 3 == 1 ? 3 : 60));
         for (const auto& [order, word] : core::kTileOrders) {
             INFO(word << ", " << columns << " x " << rows);
             const auto cells = tiles::order_cells(columns, rows, order);
@@ -32,7 +32,8 @@ TEST_CASE("every order that a scene takes is a permutation of all tiles", "[rayt
 TEST_CASE("orders are what their names say", "[raytracer][tiles]") {
     struct Case {
         core::TileOrder order;
-        int columns, rows;
+        int columns;
+        int rows;
         std::vector<tiles::TileCell> cells;
     };
     const auto c = GENERATE(values<Case>({
@@ -96,8 +97,8 @@ TEST_CASE("neighbours on the Hilbert curve touch", "[raytracer][tiles]") {
 TEST_CASE("on other grids the Hilbert curve leaves out what lies outside", "[raytracer][tiles]") {
     std::mt19937 random(7);
     for (int run = 0; run < 60; ++run) {
-        const int columns = 1 + static_cast<int>(random() % 64),
-                  rows = 1 + static_cast<int>(random() % 64);
+        const int columns = 1 + static_cast<int>(random() % 64);
+        const int rows = 1 + static_cast<int>(random() % 64);
         INFO(columns << " x " << rows);
         int edge = 1;
         while (edge < std::max(columns, rows))
@@ -113,15 +114,17 @@ TEST_CASE("on other grids the Hilbert curve leaves out what lies outside", "[ray
 TEST_CASE("the spiral's rings grow from the middle, each clockwise", "[raytracer][tiles]") {
     std::mt19937 random(11);
     for (int run = 0; run < 100; ++run) {
-        const int columns = 1 + static_cast<int>(random() % 40),
-                  rows = 1 + static_cast<int>(random() % 40);
+        const int columns = 1 + static_cast<int>(random() % 40);
+        const int rows = 1 + static_cast<int>(random() % 40);
         INFO(columns << " x " << rows);
-        int ring = 0, turns_back = 0;
+        int ring = 0;
+        int turns_back = 0;
         double angle = -10;
         for (const tiles::TileCell& c :
              tiles::order_cells(columns, rows, core::TileOrder::kSpiral)) {
-            const int x = 2 * c.column - (columns - 1), y = 2 * c.row - (rows - 1),
-                      here = std::max(std::abs(x), std::abs(y));
+            const int x = 2 * c.column - (columns - 1);
+            const int y = 2 * c.row - (rows - 1);
+            const int here = std::max(std::abs(x), std::abs(y));
             REQUIRE(here >= ring);
             // From the upper left corner on: there the angle is 0, and it grows clockwise.
             const double turned =

@@ -22,7 +22,10 @@ constexpr core::TileOrder kOrders[] = {core::TileOrder::kSpiral, core::TileOrder
 TEST_CASE("all passes together trace every pixel exactly once", "[raytracer][tiles]") {
     struct Case {
         const char* name;
-        int width, height, tile, coarse;
+        int width;
+        int height;
+        int tile;
+        int coarse;
     };
     const auto c = GENERATE(values<Case>({
         {"one pixel", 1, 1, 64, 8},
@@ -61,7 +64,7 @@ TEST_CASE("all passes together trace every pixel exactly once", "[raytracer][til
     }
 }
 
-TEST_CASE("every order of tiles is a permutation of the same tiles, numbered as they come",
+TEST_CASE("every order of tiles is a permutation of the same tiles, numbered in that order",
           "[raytracer][tiles]") {
     using Corner = std::pair<int, int>;
     std::set<Corner> corners[std::size(kOrders)];
@@ -83,8 +86,10 @@ TEST_CASE("pictures, tiles and passes of any size trace every pixel exactly once
         return 1 + static_cast<int>(random() % static_cast<unsigned>(most));
     };
     for (int run = 0; run < 300; ++run) {
-        const int width = up_to(150), height = up_to(150), tile = up_to(run % 2 == 0 ? 12 : 200),
-                  coarse = 1 << random() % 7;
+        const int width = up_to(150);
+        const int height = up_to(150);
+        const int tile = up_to(run % 2 == 0 ? 12 : 200);
+        const int coarse = 1 << random() % 7;
         const core::TileOrder order = kOrders[random() % std::size(kOrders)];
         INFO(width << "x" << height << ", tile " << tile << ", first step " << coarse << ", "
                    << order);

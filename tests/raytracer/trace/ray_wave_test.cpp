@@ -39,21 +39,21 @@ void load(Job& job, trace::RayWave& wave) {
     REQUIRE_FALSE(missing.empty());
     for (const voxel::BoxKey& key : missing) {
         (void)job.blocks.get(key);
-        wave.box_came(key);
+        wave.on_box_loaded(key);
     }
     CHECK(wave.take_missing().empty());
 }
 
 }  // namespace
 
-TEST_CASE("a ray whose box is missing is parked until the box comes", "[raytracer][trace]") {
+TEST_CASE("a ray whose box is missing is parked until the box is loaded", "[raytracer][trace]") {
     Job job(small_scene());
     Begun begun(job);
     CHECK(begun.counts.rays[static_cast<std::size_t>(walk::RayKind::kPrimary)] == 48 * 48);
     CHECK_FALSE(begun.wave.walk(begun.tools, kNever, begun.counts));
     CHECK(begun.wave.waits());
     CHECK(begun.counts.parked > 0);
-    // Without a box nothing goes on.
+    // Without a box no ray continues.
     const auto parked = begun.counts.parked;
     CHECK_FALSE(begun.wave.walk(begun.tools, kNever, begun.counts));
     CHECK(begun.counts.parked == parked);
@@ -63,13 +63,13 @@ TEST_CASE("a ray whose box is missing is parked until the box comes", "[raytrace
     CHECK_FALSE(begun.wave.waits());
 }
 
-TEST_CASE("a wave that is to stop goes on later where it was", "[raytracer][trace]") {
+TEST_CASE("a wave that is stopped resumes later where it was", "[raytracer][trace]") {
     Job job(small_scene());
     Begun begun(job);
     std::stop_source stopped;
     stopped.request_stop();
     const thread::StopCondition at_once(stopped.get_token());
-    // A ray each time, so that it ends whatever it is told.
+    // Each call advances by a ray, so that it ends although each call is to stop at once.
     int runs = 1;
     for (; !begun.wave.walk(begun.tools, at_once, begun.counts); ++runs)
         if (begun.wave.waits())
@@ -105,7 +105,7 @@ TEST_CASE("a tile that is stopped again and again has the same pixels", "[raytra
         while (!tile.run(tools, stop))
             for (const voxel::BoxKey& key : tile.take_missing()) {
                 (void)job.blocks.get(key);
-                tile.box_came(key);
+                tile.on_box_loaded(key);
             }
         return tile.take_result();
     };

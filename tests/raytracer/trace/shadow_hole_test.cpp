@@ -56,8 +56,8 @@ Picture picture_of(scene::Scene scene, std::unique_ptr<ArrayWorld> world, int th
 }  // namespace
 
 TEST_CASE("a hole that only shadow rays meet is one of the picture's", "[raytracer][world][hole]") {
-    const Picture holed = picture_of(eastern_slope(), without_the_middle()),
-                  whole = picture_of(eastern_slope(), landscape());
+    const Picture holed = picture_of(eastern_slope(), without_the_middle());
+    const Picture whole = picture_of(eastern_slope(), landscape());
     CHECK_FALSE(holed.counts.holes.empty());
     CHECK(std::all_of(holed.counts.holes.begin(), holed.counts.holes.end(),
                       [](const voxel::BoxKey& key) { return key.bx == 0 && key.by == 0; }));
@@ -72,12 +72,13 @@ TEST_CASE("a hole that only shadow rays meet is one of the picture's", "[raytrac
     CHECK(unshadowed.counts.trace.hole_rays == 0);
 }
 
-TEST_CASE("what a picture says of its holes does not depend on threads, tiles or memory",
+TEST_CASE("the holes that a picture reports do not depend on threads, tiles or memory",
           "[raytracer][world][hole][deterministic]") {
     const Picture reference = picture_of(eastern_slope(), without_the_middle(), 1);
     struct Case {
         const char* name;
-        int threads, tile_px;
+        int threads;
+        int tile_px;
         core::TileOrder order;
         std::size_t memory_bytes;
     };
@@ -119,7 +120,7 @@ TEST_CASE("a hole before a brick is met, whichever ray has found the brick",
     CHECK_FALSE(occluder.hole);
     CHECK(occluder.mask != 0);
     CHECK(walk.take_holes().empty());
-    for (const double x : {70.5, 150.5, 30.5, 190.5}) {  // beside the hole, far from it, in it
+    for (const double x : {70.5, 150.5, 30.5, 190.5}) {  // next to the hole, far from it, in it
         INFO("from " << x);
         CHECK(hits_from(x));
         CHECK(occluder.hole);

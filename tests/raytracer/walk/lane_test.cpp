@@ -53,13 +53,16 @@ void check(double detail, std::size_t pinned_bytes, Kind kind, bool boxes_at_han
     Fixture f(detail), other(detail, pinned_bytes);
     walk::LaneWalk lanes(other.reader, other.cut, *walk::packet_steps());
     Random random(23);
-    int wrong = 0, hits = 0, alongside = 0, all = 0;
+    int wrong = 0;
+    int hits = 0;
+    int alongside = 0;
+    int all = 0;
     for (const int count : {1, 5, 16, 17, 200, 4000}) {
         std::vector<Sent> rays;
         while (rays.size() < static_cast<std::size_t>(count))
             if (auto ray = random_ray(f, random, kind))
                 rays.push_back(*ray);
-        // Where all are at hand; else those that the rays of the rounds before have asked for at
+        // All boxes are in memory; else those that the rays of previous rounds have requested at
         // their ends.
         if (boxes_at_hand)
             for (const Sent& ray : rays) {

@@ -1,4 +1,4 @@
-// Walks through boxes of several levels, and what beams and shafts may say of them.
+// Walks through boxes of several levels, and tests the answers of beams and shafts for them.
 #include <random>
 
 #include "raytracer/core/random.hpp"
@@ -69,7 +69,7 @@ struct Fixture {
     walk::BlockReader reader;
     walk::Walker walker;
 
-    /// Whether a level-0 voxel is solid in the boxes of the cut, and on which level that is said.
+    /// Whether a level-0 voxel is solid in the boxes of the cut, and the level that decides it.
     [[nodiscard]] bool solid(const std::int32_t (&v)[3], int& level) const {
         level = cut.level_at(v[0], v[2], 0);
         return world->at(level, v[0] >> level, v[1] >> level, v[2] >> level) != Material::kAir;
@@ -118,16 +118,17 @@ TEST_CASE(
     const walk::LevelCut cut(bounds, {100, 50, -300}, 0.01, 1, 0, 6);
     Random random(5);
     for (int i = 0; i < 5000; ++i) {
-        const auto x = static_cast<std::int32_t>(real(random, -6000, 6000)),
-                   z = static_cast<std::int32_t>(real(random, -6000, 6000));
+        const auto x = static_cast<std::int32_t>(real(random, -6000, 6000));
+        const auto z = static_cast<std::int32_t>(real(random, -6000, 6000));
         const int level = cut.level_at(x, z, 0);
         for (int hint = -1; hint < 9; ++hint)
             REQUIRE(cut.level_at(x, z, hint) == level);
         // No voxel is wider than a pixel there; and the next level would have some that are.
-        const double side = 64.0 * (1 << level), x0 = std::floor(x / side) * side,
-                     z0 = std::floor(z / side) * side;
-        const double dx = std::max({x0 - 100, 100 - x0 - side, 0.0}),
-                     dz = std::max({z0 + 300, -300 - z0 - side, 0.0});
+        const double side = 64.0 * (1 << level);
+        const double x0 = std::floor(x / side) * side;
+        const double z0 = std::floor(z / side) * side;
+        const double dx = std::max({x0 - 100, 100 - x0 - side, 0.0});
+        const double dz = std::max({z0 + 300, -300 - z0 - side, 0.0});
         if (level > 0)
             REQUIRE((1 << level) <= 0.01 * std::sqrt(dx * dx + dz * dz) + 1e-9);
         if (level < 6)
@@ -150,7 +151,8 @@ TEST_CASE("across levels the walker finds what single steps find", "[raytracer][
                 if (i % 3 == 0)
                     ray.origin = {real(random, -200, 200), real(random, 60, 120),
                                   real(random, -200, 200)};
-                const auto found = f.walker.first_hit(ray), wanted = f.reference(ray);
+                const auto found = f.walker.first_hit(ray);
+                const auto wanted = f.reference(ray);
                 if (wanted)
                     ++met[static_cast<std::size_t>(wanted->level)];
                 if (!same(found, wanted) && ++wrong < 4)
@@ -175,7 +177,9 @@ TEST_CASE("beams spare their rays only what is empty: every hit stays",
                 walk::BeamMarch beams(f.reader, f.cut);
                 walk::RayWalk walk(f.reader, f.cut);
                 load_all(f.blocks, f.world->info());
-                int wrong = 0, planes = 0, misses = 0;
+                int wrong = 0;
+                int planes = 0;
+                int misses = 0;
                 for (int size : {16, 4, 1})
                     for (int y = 0; y < 48; y += size)
                         for (int x = 0; x < 64; x += size) {
@@ -211,7 +215,7 @@ TEST_CASE("beams spare their rays only what is empty: every hit stays",
         }
 }
 
-TEST_CASE("beams from eyes among towers, above and beside the world spare only what is empty",
+TEST_CASE("beams from eyes among towers, above and outside the world skip only empty space",
           "[raytracer][levels][beam]") {
     for (const double detail : {0.0, 1.0, 4.0, 20.0}) {
         DYNAMIC_SECTION("detail " << detail) {
@@ -219,7 +223,8 @@ TEST_CASE("beams from eyes among towers, above and beside the world spare only w
             auto world = hills();
             blocks::BlockManager blocks(*world, kPlenty);
             load_all(blocks, world->info());
-            int wrong = 0, rays = 0;
+            int wrong = 0;
+            int rays = 0;
             for (int cameras = 0; cameras < 60;) {
                 const bool near = cameras % 2 == 0;
                 const core::Vec3 eye =
@@ -254,7 +259,8 @@ TEST_CASE("beams from eyes among towers, above and beside the world spare only w
                                 const core::Ray ray =
                                     camera.ray(x + i % size + 0.37, y + i / size + 0.81);
                                 core::RayState spared(ray), whole(ray);
-                                walk::Hit a, b;
+                                walk::Hit a;
+                                walk::Hit b;
                                 const bool hit =
                                     start.place(spared, cut) &&
                                     walk.first_hit(spared, walk::StopAt::kSolid, core::kFar, a) ==
@@ -276,7 +282,7 @@ TEST_CASE("beams from eyes among towers, above and beside the world spare only w
     }
 }
 
-TEST_CASE("a shaft says free only of rays that are", "[raytracer][levels][shaft]") {
+TEST_CASE("a shaft reports only rays as free that are free", "[raytracer][levels][shaft]") {
     for (const core::Vec3& direction :
          {core::Vec3{0.5, 0.7, 0.3}, core::Vec3{-0.9, 0.2, 0.1}, core::Vec3{0.05, 0.1, -0.95},
           core::Vec3{0, 1, 0}, core::Vec3{0, 0.6, -0.8}, core::Vec3{0.7, 0.7, 0}}) {
@@ -285,7 +291,9 @@ TEST_CASE("a shaft says free only of rays that are", "[raytracer][levels][shaft]
             const core::Vec3 sun = core::normalized(direction);
             walk::ShaftMarch shafts(f.reader, f.cut);
             Random random(8);
-            int free = 0, wrong = 0, asked = 0;
+            int free = 0;
+            int wrong = 0;
+            int asked = 0;
             for (int group = 0; group < 400; ++group) {
                 const core::Vec3 at{real(random, -140, 160), 85, real(random, -130, 140)};
                 walk::Shaft shaft(sun);
@@ -344,7 +352,7 @@ TEST_CASE("an occluder that is remembered changes no answer", "[raytracer][level
     CHECK(stopped > 500);
 }
 
-TEST_CASE("what stands around a face is seen across levels", "[raytracer][levels]") {
+TEST_CASE("surroundings of a face are found across levels", "[raytracer][levels]") {
     Fixture f(kEyes[0]);
     walk::Surroundings surroundings(f.reader, f.cut);
     Random random(3);

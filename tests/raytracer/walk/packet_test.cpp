@@ -14,7 +14,8 @@ namespace {
 /// How far the rays of a packet lie apart, voxels and share of the direction.
 struct Spread {
     const char* name;
-    double origin, direction;
+    double origin;
+    double direction;
 };
 
 }  // namespace
@@ -32,7 +33,10 @@ TEST_CASE("packets find the voxel, face and time that single rays find", "[raytr
                 Fixture f(detail);
                 walk::PacketWalk packets(f.reader, f.cut, *walk::packet_steps());
                 Random random(17);
-                int wrong = 0, hits = 0, in_packet = 0, rays = 0;
+                int wrong = 0;
+                int hits = 0;
+                int in_packet = 0;
+                int rays = 0;
                 const bool whole = std::string(spread.name) == "whole coordinates";
                 for (int round = 0; round < 400; ++round) {
                     const core::Vec3 from{real(random, -120, 200), real(random, 30, 110),
@@ -66,14 +70,14 @@ TEST_CASE("packets find the voxel, face and time that single rays find", "[raytr
                     walk::RayPacket occlusion = packet;
                     const std::uint32_t all = (1u << packet.count) - 1;
                     walk::Hit found[walk::RayPacket::kLanes];
-                    const walk::PacketWalk::Ends ends = packets.first_hits(packet, all, found),
-                                                 stopped = packets.any_hits(occlusion, all);
+                    const walk::PacketWalk::Ends ends = packets.first_hits(packet, all, found);
+                    const walk::PacketWalk::Ends stopped = packets.any_hits(occlusion, all);
                     CHECK((ends.hit & ends.missed) == 0);
                     for (int i = 0; i < packet.count; ++i) {
                         ++rays;
                         hits += wanted[i] ? 1 : 0;
-                        const bool hit = (ends.hit >> i & 1) != 0,
-                                   missed = (ends.missed >> i & 1) != 0;
+                        const bool hit = (ends.hit >> i & 1) != 0;
+                        const bool missed = (ends.missed >> i & 1) != 0;
                         in_packet += hit || missed ? 1 : 0;
                         std::optional<walk::Hit> end = hit ? std::optional(found[i]) : std::nullopt;
                         if (!hit && !missed) {
@@ -95,7 +99,7 @@ TEST_CASE("packets find the voxel, face and time that single rays find", "[raytr
         }
 }
 
-TEST_CASE("rays that a packet leaves where levels change go on as if alone",
+TEST_CASE("rays that a packet leaves where levels change continue as single rays would",
           "[raytracer][packet]") {
     if (walk::packet_steps() == nullptr)
         return;
@@ -104,7 +108,8 @@ TEST_CASE("rays that a packet leaves where levels change go on as if alone",
             Fixture f(detail);
             walk::PacketWalk packets(f.reader, f.cut, *walk::packet_steps());
             Random random(4);
-            int wrong = 0, alone = 0;
+            int wrong = 0;
+            int alone = 0;
             for (int group = 0; group < 4000; ++group) {
                 walk::RayPacket packet;
                 core::RayState states[walk::RayPacket::kLanes];
@@ -152,13 +157,15 @@ TEST_CASE("primary rays made in a packet are those of the camera", "[raytracer][
         return;
     Fixture f(1);
     Random random(4);
-    int lanes_seen = 0, wrong = 0;
+    int lanes_seen = 0;
+    int wrong = 0;
     for (int round = 0; round < 600; ++round) {
         const core::Vec3 eye{real(random, -300, 300), real(random, 20, 300),
-                             real(random, -300, 300)},
-            to{real(random, -90, 170), real(random, -20, 80), real(random, -100, 140)};
+                             real(random, -300, 300)};
+        const core::Vec3 to{real(random, -90, 170), real(random, -20, 80), real(random, -100, 140)};
         const scene::Camera camera(eye, to, real(random, 10, 110), 640, 360);
-        const double x = real(random, 0, 636), y = real(random, 0, 356);
+        const double x = real(random, 0, 636);
+        const double y = real(random, 0, 356);
         const core::Vec3 corners[4] = {camera.ray(x, y).direction, camera.ray(x + 4, y).direction,
                                        camera.ray(x, y + 4).direction,
                                        camera.ray(x + 4, y + 4).direction};
@@ -180,7 +187,8 @@ TEST_CASE("primary rays made in a packet are those of the camera", "[raytracer][
             if ((placed >> i & 1) == 0)
                 continue;
             ++lanes_seen;
-            core::RayState wanted(camera.ray(lanes.px[i], lanes.py[i])), found = wanted;
+            core::RayState wanted(camera.ray(lanes.px[i], lanes.py[i]));
+            core::RayState found = wanted;
             if (!start.place(wanted, f.cut))
                 ++wrong;
             packet.update(i, found);
@@ -201,7 +209,8 @@ TEST_CASE("groups of shadow rays answer what single rays answer", "[raytracer][p
     struct Case {
         const char* name;
         core::Vec3 sun;
-        double radius_rad, detail;
+        double radius_rad;
+        double detail;
     };
     for (const Case& c : {Case{"high sun", {0.3, 0.9, 0.2}, 0, 0},
                           Case{"low sun in the west", {-0.8, 0.2, 0.3}, 0, 0},
@@ -216,10 +225,13 @@ TEST_CASE("groups of shadow rays answer what single rays answer", "[raytracer][p
             const core::Vec3 sun = core::normalized(c.sun);
             trace::ShadowGroups groups(shafts, packets ? &*packets : nullptr, sun, c.radius_rad);
             Random random(23);
-            std::size_t wrong = 0, dark = 0, free = 0;
+            std::size_t wrong = 0;
+            std::size_t dark = 0;
+            std::size_t free = 0;
             for (int group = 0; group < 120; ++group) {
-                const core::Vec3 eye{-80, 60, -90},
-                    towards{real(random, -1, 1), real(random, -0.8, -0.1), real(random, -1, 1)};
+                const core::Vec3 eye{-80, 60, -90};
+                const core::Vec3 towards{real(random, -1, 1), real(random, -0.8, -0.1),
+                                         real(random, -1, 1)};
                 core::RayState states[trace::ShadowGroups::kMax], alone[trace::ShadowGroups::kMax];
                 walk::WalkEnd ends[trace::ShadowGroups::kMax];
                 trace::ShadowRay rays[trace::ShadowGroups::kMax];
@@ -255,9 +267,9 @@ TEST_CASE("groups of shadow rays answer what single rays answer", "[raytracer][p
                             (void)f.blocks.get(f.single.missing());
                         }
                     };
-                    const walk::WalkEnd wanted = finish(alone[i]),
-                                        found = ends[i] == walk::WalkEnd::kWaits ? finish(states[i])
-                                                                                 : ends[i];
+                    const walk::WalkEnd wanted = finish(alone[i]);
+                    const walk::WalkEnd found =
+                        ends[i] == walk::WalkEnd::kWaits ? finish(states[i]) : ends[i];
                     if (found != wanted)
                         ++wrong;
                     (wanted == walk::WalkEnd::kHit ? dark : free) += 1;

@@ -33,10 +33,12 @@ inline std::optional<walk::Hit> reference_hit(const ArrayWorld& world, const cor
     core::Face face = core::Face::kNone;
     bool been_inside = false;
     while (t <= t_max) {
-        bool inside = true, outside = false;
+        bool inside = true;
+        bool outside = false;
         for (int a = 0; a < 3; ++a) {
             const auto i = static_cast<std::size_t>(a);
-            const bool before = v[a] < b.min[i], beyond = v[a] >= b.max[i];
+            const bool before = v[a] < b.min[i];
+            const bool beyond = v[a] >= b.max[i];
             const double d = ray.direction[a];
             outside = outside || (beyond && d >= 0) || (before && d <= 0);
             inside = inside && !before && !beyond;

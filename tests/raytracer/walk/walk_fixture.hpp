@@ -45,7 +45,8 @@ struct Fixture {
     walk::Walker walker;
     walk::RayWalk single;
 
-    /// The end of a ray that others have left: single steps go on, and wait for boxes.
+    /// The end of a ray that packets or lanes have left: it continues with single steps, and waits
+    /// for boxes.
     std::optional<walk::Hit> finish(core::RayState& ray, double t_max = core::kFar) {
         walk::Hit hit;
         while (true) {

@@ -42,7 +42,7 @@ bool same(const std::optional<walk::Hit>& a, const std::optional<walk::Hit>& b) 
                   a->level == b->level && a->attr == b->attr && a->hole == b->hole);
 }
 
-/// A walker beside the reference, over one world.
+/// A walker and the reference walker over one world.
 class Pair {
 public:
     explicit Pair(ArrayWorld& world, int level = 0)
@@ -99,7 +99,10 @@ private:
     walk::BlockReader m_reader;
     walk::LevelCut m_cut;
     walk::Walker m_walker;
-    int m_rays = 0, m_hits = 0, m_holes = 0, m_differences = 0;
+    int m_rays = 0;
+    int m_hits = 0;
+    int m_holes = 0;
+    int m_differences = 0;
 };
 
 /// Content as a function of the place, so that a world can be cut anywhere.
@@ -117,7 +120,8 @@ Material noise(std::uint64_t seed, std::int32_t x, std::int32_t y, std::int32_t 
 
 struct WorldCase {
     const char* name;
-    ArrayWorld::Coord min, max;
+    ArrayWorld::Coord min;
+    ArrayWorld::Coord max;
     void (*fill)(ArrayWorld&);
 };
 
@@ -210,20 +214,22 @@ const RayCase kRays[] = {
      }},
     {"from outside towards a point inside", 1000,
      [](Random& r, const voxel::VoxelBounds& b) {
-         const core::Vec3 from = in_bounds(r, b, 400), to = in_bounds(r, b, 0);
+         const core::Vec3 from = in_bounds(r, b, 400);
+         const core::Vec3 to = in_bounds(r, b, 0);
          return core::Ray{from, core::normalized(to - from)};
      }},
     {"along an axis, with zeros of both signs", 600,
      [](Random& r, const voxel::VoxelBounds& b) {
-         const double zero = r() % 2 == 0 ? 0.0 : -0.0, sign = r() % 2 == 0 ? 1 : -1;
+         const double zero = r() % 2 == 0 ? 0.0 : -0.0;
+         const double sign = r() % 2 == 0 ? 1 : -1;
          const core::Vec3 d[] = {{sign, zero, 0.0}, {zero, sign, -0.0}, {-0.0, zero, sign}};
          const core::Vec3 origin = r() % 2 == 0 ? in_bounds(r, b, 5) : grid_point(r, b, 3);
          return core::Ray{origin, d[r() % 3]};
      }},
     {"in a plane of the grid", 600,
      [](Random& r, const voxel::VoxelBounds& b) {
-         core::Vec3 d{component(r), component(r), component(r)},
-             o = r() % 2 == 0 ? in_bounds(r, b, 5) : grid_point(r, b, 3);
+         core::Vec3 d{component(r), component(r), component(r)};
+         core::Vec3 o = r() % 2 == 0 ? in_bounds(r, b, 5) : grid_point(r, b, 3);
          const auto axis = r() % 3;
          (axis == 0 ? d.x : axis == 1 ? d.y : d.z) = r() % 2 == 0 ? 0.0 : -0.0;
          return core::Ray{o, d};
@@ -280,8 +286,8 @@ const RayCase kRays[] = {
      }},
     {"from far away", 12,
      [](Random& r, const voxel::VoxelBounds& b) {
-         const core::Vec3 to = in_bounds(r, b, 0),
-                          away = core::normalized({component(r), component(r), component(r)});
+         const core::Vec3 to = in_bounds(r, b, 0);
+         const core::Vec3 away = core::normalized({component(r), component(r), component(r)});
          return core::Ray{to - away * real(r, 1e5, 1e6), away};
      }},
 };
@@ -368,8 +374,10 @@ TEST_CASE("a ray along a face that starts on it stays in its voxels", "[raytrace
     // origin lies on a plane of that axis.
     struct Case {
         const char* name;
-        core::Vec3 origin, direction;
-        core::VoxelCoord start, hit;
+        core::Vec3 origin;
+        core::Vec3 direction;
+        core::VoxelCoord start;
+        core::VoxelCoord hit;
     };
     const auto c = GENERATE(values<Case>({
         {"west neighbour, north", {10, 5.5, 10.5}, {0, 0, -1}, {9, 5, 10}, {9, 5, 2}},
@@ -407,7 +415,7 @@ TEST_CASE("a box that could not be loaded stops rays and is marked", "[raytracer
     CHECK(pair.hits() > pair.holes());
 }
 
-TEST_CASE("a walker of a coarser level asks for boxes of that level alone", "[raytracer][walker]") {
+TEST_CASE("a walker of a coarser level requests boxes of that level only", "[raytracer][walker]") {
     ArrayWorld world({-30, -10, -30}, {80, 40, 30}, 3);
     world.fill_with([](int x, int y, int z) { return noise(8, x, y, z, 200); });
     Pair pair(world, 3);
@@ -459,7 +467,7 @@ TEST_CASE("an empty world has nothing to hit", "[raytracer][walker]") {
         walk::Walker walker(reader, cut);
         for (const core::Vec3 d : {core::Vec3{1, 0, 0}, {-1, 0, 0}, {0, -1, 0}, {0.3, 0.2, -0.9}})
             CHECK_FALSE(walker.first_hit({{2, 2, 2}, d}));
-        CHECK(world.asked() == 0);
+        CHECK(world.requests() == 0);
     }
 }
 

@@ -9,14 +9,14 @@
 using namespace terravox;
 using boxes::AdmissionControl;
 
-TEST_CASE("a gate lets its number in, its line wait, and turns others away",
+TEST_CASE("admission control runs and queues a limited number, and rejects the others",
           "[voxelserver][boxes]") {
-    AdmissionControl gate(1, 0);
+    AdmissionControl control(1, 0);
     {
-        const AdmissionControl::Pass inside(gate);
-        CHECK_THROWS_AS(AdmissionControl::Pass(gate), boxes::OverloadedError);
+        const AdmissionControl::Permit inside(control);
+        CHECK_THROWS_AS(AdmissionControl::Permit(control), boxes::OverloadedError);
     }
-    CHECK_NOTHROW(AdmissionControl::Pass(gate));
+    CHECK_NOTHROW(AdmissionControl::Permit(control));
 
     // With room in the line, all get in, never two at once.
     AdmissionControl queue(1, 8);
@@ -25,7 +25,7 @@ TEST_CASE("a gate lets its number in, its line wait, and turns others away",
     for (int i = 0; i < 8; ++i)
         threads.emplace_back([&] {
             for (int n = 0; n < 200; ++n) {
-                const AdmissionControl::Pass pass(queue);
+                const AdmissionControl::Permit pass(queue);
                 most = std::max(most.load(), ++inside);
                 ++entered;
                 --inside;
@@ -37,70 +37,69 @@ TEST_CASE("a gate lets its number in, its line wait, and turns others away",
     CHECK(entered == 1600);
 }
 
-TEST_CASE("work ahead begins only when nothing that was asked for runs, and does not hold it up",
+TEST_CASE("prefetching begins only while no requested work runs, and does not delay it",
           "[voxelserver][boxes]") {
-    AdmissionControl gate(1, 4);
+    AdmissionControl control(1, 4);
     std::atomic<bool> ahead_in{false};
     std::thread ahead;
     {
-        const AdmissionControl::Pass asked(gate);
+        const AdmissionControl::Permit requests(control);
         ahead = std::thread([&] {
-            const AdmissionControl::PrefetchPermit pass(gate);
+            const AdmissionControl::PrefetchPermit pass(control);
             CHECK(static_cast<bool>(pass));
             ahead_in = true;
-            while (gate.counts().running == 0)
-                std::this_thread::yield();  // somebody asks while this runs, and gets in
+            while (control.counts().running == 0)
+                std::this_thread::yield();  // a request while this runs is admitted
         });
         for (int i = 0; i < 1000; ++i)
             std::this_thread::yield();
         CHECK_FALSE(ahead_in);
-        CHECK(gate.counts().ahead_running == 0);
+        CHECK(control.counts().ahead_running == 0);
     }
     while (!ahead_in)
         std::this_thread::yield();
     {
-        const AdmissionControl::Pass asked(gate);
+        const AdmissionControl::Permit requests(control);
         ahead.join();
     }
-    CHECK(gate.counts().ahead_running == 0);
+    CHECK(control.counts().ahead_running == 0);
 }
 
-TEST_CASE("closing lets those who wait to work ahead go home", "[voxelserver][boxes]") {
-    AdmissionControl gate(1, 4);
-    const AdmissionControl::Pass asked(gate);
+TEST_CASE("closing ends the wait for prefetching", "[voxelserver][boxes]") {
+    AdmissionControl control(1, 4);
+    const AdmissionControl::Permit requests(control);
     std::thread waiting(
-        [&] { CHECK_FALSE(static_cast<bool>(AdmissionControl::PrefetchPermit(gate))); });
-    gate.close();
+        [&] { CHECK_FALSE(static_cast<bool>(AdmissionControl::PrefetchPermit(control))); });
+    control.close();
     waiting.join();
-    CHECK_FALSE(static_cast<bool>(AdmissionControl::PrefetchPermit(gate)));
+    CHECK_FALSE(static_cast<bool>(AdmissionControl::PrefetchPermit(control)));
 }
 
-TEST_CASE("a gate that refuses turns away those who wait and those who come, not those inside",
-          "[voxelserver][boxes]") {
-    AdmissionControl gate(1, 4);
+TEST_CASE("refusing rejects waiting and new requests, not running ones", "[voxelserver][boxes]") {
+    AdmissionControl control(1, 4);
     std::thread waiting;
     {
-        const AdmissionControl::Pass inside(gate);
+        const AdmissionControl::Permit inside(control);
         waiting = std::thread(
-            [&] { CHECK_THROWS_AS(AdmissionControl::Pass(gate), boxes::OverloadedError); });
-        while (gate.counts().waiting == 0)
+            [&] { CHECK_THROWS_AS(AdmissionControl::Permit(control), boxes::OverloadedError); });
+        while (control.counts().waiting == 0)
             std::this_thread::yield();
-        gate.refuse();
+        control.refuse();
         waiting.join();
-        CHECK(gate.counts().running == 1);
+        CHECK(control.counts().running == 1);
     }
-    CHECK_THROWS_AS(AdmissionControl::Pass(gate), boxes::OverloadedError);
-    CHECK_FALSE(static_cast<bool>(AdmissionControl::PrefetchPermit(gate)));
-    CHECK(gate.counts().waiting == 0);
+    CHECK_THROWS_AS(AdmissionControl::Permit(control), boxes::OverloadedError);
+    CHECK_FALSE(static_cast<bool>(AdmissionControl::PrefetchPermit(control)));
+    CHECK(control.counts().waiting == 0);
 }
 
 TEST_CASE("places are limited and come back", "[voxelserver][boxes]") {
     boxes::Slots places(2);
-    const boxes::Slots::Place first(places);
+    const boxes::Slots::Permit first(places);
     {
-        const boxes::Slots::Place second(places);
-        CHECK_THROWS_AS(boxes::Slots::Place(places), boxes::OverloadedError);
-        CHECK_THROWS_AS(boxes::Slots::Place(places), boxes::OverloadedError);
+        const boxes::Slots::Permit second(places);
+        CHECK_THROWS_AS(boxes::Slots::Permit(places), boxes::OverloadedError);
+        CHECK_THROWS_AS(boxes::Slots::Permit(places), boxes::OverloadedError);
     }
-    CHECK_NOTHROW(boxes::Slots::Place(places));
+    CHECK_NOTHROW(boxes::Slots::Permit(places));
 }

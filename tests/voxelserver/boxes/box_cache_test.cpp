@@ -30,7 +30,7 @@ TEST_CASE("a box is made and compressed once, and its frame holds it", "[voxelse
     const auto first = f.cache.get(key);
     REQUIRE_FALSE(first->air());
     CHECK(f.cache.get(key) == first);
-    CHECK(f.world.asked == 1);
+    CHECK(f.world.requests == 1);
     const auto expected = f.world.box(key), box = BoxCache::unpacked(*first, key);
     CHECK(std::equal(box->blob().begin(), box->blob().end(), expected->blob().begin(),
                      expected->blob().end()));
@@ -42,18 +42,18 @@ TEST_CASE("a box above level 0 is the world's own, made of children that are kep
     Fixture f;
     const BoxKey key{2, 0, -1, 0};
     const auto kept = f.cache.get(key);
-    const int asked = f.world.asked;
+    const int requests = f.world.requests;
     const auto expected = f.world.box(key), box = BoxCache::unpacked(*kept, key);
     CHECK(std::equal(box->blob().begin(), box->blob().end(), expected->blob().begin(),
                      expected->blob().end()));
     // The reach of all of its children, and its own ground.
     CHECK(kept->reach.min_bx <= 0);
     CHECK(kept->reach.max_bx >= 4);
-    f.world.asked = 0;
+    f.world.requests = 0;
     (void)f.cache.get({1, 0, -1, 0});
     (void)f.cache.get({0, 1, -1, 0});
-    CHECK(f.world.asked == 0);
-    CHECK(asked > 0);
+    CHECK(f.world.requests == 0);
+    CHECK(requests > 0);
 }
 
 TEST_CASE("a world that makes all levels is requested for a coarse box itself",
@@ -91,7 +91,7 @@ TEST_CASE("a world that makes all levels is requested for a coarse box itself",
     CHECK(world.requested == std::vector<BoxKey>{key, {1, 0, -1, 0}});
 }
 
-TEST_CASE("asking for all of space neither asks the world nor fills the cache",
+TEST_CASE("requests for all of space neither reach the world nor fill the cache",
           "[voxelserver][boxes]") {
     Fixture f;
     for (const std::int32_t far : {-2147483647 - 1, -1000, 1000, 2147483647})
@@ -101,7 +101,7 @@ TEST_CASE("asking for all of space neither asks the world nor fills the cache",
                     f.cache
                         .get({level, axis == 0 ? far : 0, axis == 1 ? far : 0, axis == 2 ? far : 0})
                         ->air());
-    CHECK(f.world.asked == 0);
+    CHECK(f.world.requests == 0);
     CHECK(f.cache.stats().memory.entries == 0);
 }
 
@@ -141,14 +141,14 @@ TEST_CASE("a second process takes from disk what still holds, and makes the rest
             const auto kept = f.cache.get(keys[i]);
             CHECK((kept->air() ? "" : *kept->frame) == frames[i]);
         }
-        CHECK(f.world.asked == 0);
+        CHECK(f.world.requests == 0);
         CHECK(f.cache.stats().made == 0);
     }
     Fixture f(options);
     f.world.versions[{2, 0}] = 1;  // boxes of column 1 reach it, those of column 0 do not
     for (const BoxKey& key : keys)
         (void)f.cache.get(key);
-    CHECK(f.world.asked == 3);
+    CHECK(f.world.requests == 3);
 }
 
 TEST_CASE(
@@ -160,19 +160,19 @@ TEST_CASE(
     const auto done = [&] {
         const auto s = f.cache.stats();
         return s.made == 6 && s.ahead_waiting == 0 &&
-               s.gate.ahead_running ==
+               s.admission.ahead_running ==
                    0;  // (0,0) with those above and below, (1,0), (0,-1), (1,-1)
     };
     while (!done())
         std::this_thread::yield();
     CHECK(f.cache.stats().made_ahead == 5);
-    CHECK(f.world.asked == 6);
+    CHECK(f.world.requests == 6);
     (void)f.cache.get({0, 1, 0, -1});
     (void)f.cache.get({0, 0, -1, 0});
-    CHECK(f.world.asked == 6);
+    CHECK(f.world.requests == 6);
 }
 
-TEST_CASE("a listener hears of every box that comes to hand, when it can be found",
+TEST_CASE("a listener is called for every box that becomes available, when it can be found",
           "[voxelserver][boxes]") {
     Fixture f;
     std::vector<BoxKey> heard;
@@ -206,13 +206,13 @@ TEST_CASE("preparing makes every box of the world, children first, and counts wh
         CHECK(p.failed >= 3);  // the box, and those above it
     }
     f.world.failing.clear();
-    f.world.asked = 0;
+    f.world.requests = 0;
     const auto range = voxel::boxes_over(f.world.info().bounds, 0);
     for (auto bx = range.min.bx; bx < range.max.bx; ++bx)
         for (auto by = range.min.by; by < range.max.by; ++by)
             for (auto bz = range.min.bz; bz < range.max.bz; ++bz)
                 (void)f.cache.get({0, bx, by, bz});
-    CHECK(f.world.asked == 1);
+    CHECK(f.world.requests == 1);
 }
 
 TEST_CASE("all boxes of a world are walked once, each after its children", "[voxelserver][boxes]") {
@@ -243,7 +243,7 @@ TEST_CASE("all boxes of a world are walked once, each after its children", "[vox
 
 TEST_CASE("no more callers wait for boxes than have places, and what is kept needs none",
           "[voxelserver][boxes]") {
-    Fixture f({.makers = 1, .asking = 2, .ahead = false});
+    Fixture f({.makers = 1, .max_requests = 2, .ahead = false});
     (void)f.cache.get({0, 1, 0, 0});
     f.world.hold();
     std::vector<std::thread> waiting;
@@ -263,12 +263,12 @@ TEST_CASE("a box of many children stops at the next one when the cache refuses",
           "[voxelserver][boxes]") {
     Fixture f({.makers = 1, .ahead = false});
     f.world.hold();
-    std::thread asking(
+    std::thread request(
         [&] { CHECK_THROWS_AS(f.cache.get({2, 0, -1, 0}), boxes::OverloadedError); });
-    while (f.world.asked == 0)
+    while (f.world.requests == 0)
         std::this_thread::yield();
     f.cache.refuse();
     f.world.release();
-    asking.join();
-    CHECK(f.world.asked == 1);
+    request.join();
+    CHECK(f.world.requests == 1);
 }

@@ -272,8 +272,8 @@ TEST_CASE("a process killed while it writes leaves whole items or none",
     const Inputs inputs;
     const auto file = folder.path() / "boxes.sqlite";
     for (int round = 0; round < 15; ++round) {
-        int told[2];
-        REQUIRE(pipe(told) == 0);
+        int done_pipe[2];
+        REQUIRE(pipe(done_pipe) == 0);
         const pid_t child = fork();
         REQUIRE(child >= 0);
         if (child == 0) {
@@ -288,15 +288,15 @@ TEST_CASE("a process killed while it writes leaves whole items or none",
                     continue;
                 cache.flush();
                 const char done = 1;
-                if (write(told[1], &done, 1) != 1)
+                if (write(done_pipe[1], &done, 1) != 1)
                     _exit(1);
             }
         }
-        close(told[1]);
+        close(done_pipe[1]);
         char done = 0;
-        REQUIRE(read(told[0], &done, 1) == 1);
+        REQUIRE(read(done_pipe[0], &done, 1) == 1);
         kill(child, SIGKILL);
-        close(told[0]);
+        close(done_pipe[0]);
         waitpid(child, nullptr, 0);
         DiskCache cache(file, kPlenty, inputs.function());
         for (int i = 0; i < 500; ++i) {

@@ -8,7 +8,6 @@
 #include "tests/common/temporary_folder.hpp"
 #include "tests/common/voxel/invented_world.hpp"
 #include "voxelserver/export/archive/archive_export.hpp"
-#include "voxelserver/export/core/format.hpp"
 #include "voxelserver/export/core/journal.hpp"
 #include "voxelserver/export/core/part.hpp"
 
@@ -89,8 +88,9 @@ TEST_CASE("an archive of a world has the world's boxes on every level",
 TEST_CASE("the bytes of an archive depend neither on threads nor on breaks",
           "[raytracer][convert][archive]") {
     const TemporaryFolder folder;
-    const fs::path one = folder.path() / "one.tvx", many = folder.path() / "many.tvx",
-                   broken = folder.path() / "broken.tvx";
+    const fs::path one = folder.path() / "one.tvx";
+    const fs::path many = folder.path() / "many.tvx";
+    const fs::path broken = folder.path() / "broken.tvx";
     InventedWorld world(kBounds);
     const Part part = part_of(world.info(), {});
     const Written whole = write(world, part, one, 1);
@@ -113,7 +113,8 @@ TEST_CASE("the bytes of an archive depend neither on threads nor on breaks",
 TEST_CASE("what the journal says and the part does not have is begun anew",
           "[raytracer][convert][archive]") {
     const TemporaryFolder folder;
-    const fs::path file = folder.path() / "a.tvx", good = folder.path() / "good.tvx";
+    const fs::path file = folder.path() / "a.tvx";
+    const fs::path good = folder.path() / "good.tvx";
     InventedWorld world(kBounds);
     const Part part = part_of(world.info(), {});
     write(world, part, good);
@@ -152,7 +153,8 @@ TEST_CASE("an archive of a part and a level holds that alone, as level 0",
     std::uint64_t solid = 0;
     for (std::int32_t bx = range.min.bx; bx < range.max.bx; ++bx)
         for (std::int32_t bz = range.min.bz; bz < range.max.bz; ++bz) {
-            const auto from = world.box({1, bx, 0, bz}), to = archive->box({0, bx, 0, bz});
+            const auto from = world.box({1, bx, 0, bz});
+            const auto to = archive->box({0, bx, 0, bz});
             REQUIRE(from);
             REQUIRE(to);
             bool same = true;
@@ -209,22 +211,13 @@ TEST_CASE("a part is what lies in area, heights and level, and nothing else is a
           voxel::VoxelBounds{{1000, 0, 2000}, {1100, 300, 2200}});
 }
 
-TEST_CASE("a format is chosen by name or ending", "[raytracer][convert][format]") {
-    CHECK(format_of("", "a.tvx") == Format::kArchive);
-    CHECK(format_of("", "A.VOX") == Format::kVox);
-    CHECK(format_of("", "my world") == Format::kAnvil);
-    CHECK(format_of("ply", "a.tvx") == Format::kPly);
-    CHECK_THROWS_WITH(format_of("", "a.obj"), contains(".obj") && contains("archive (.tvx)"));
-    CHECK_THROWS_WITH(format_of("fbx", "a.tvx"), contains("--to fbx"));
-}
-
 TEST_CASE("two conversions to one place do not spoil each other", "[raytracer][convert][journal]") {
     const TemporaryFolder folder;
     const Journal journal(folder.path() / "j", "a");
     CHECK_THROWS_WITH(Journal(folder.path() / "j", "b"), contains("another conversion"));
 }
 
-TEST_CASE("a journal is gone on with when it is the same conversion's, whatever its end",
+TEST_CASE("a journal is continued when it is the same conversion's, whatever its end",
           "[raytracer][convert][journal]") {
     const TemporaryFolder folder;
     const fs::path file = folder.path() / "j";

@@ -2,7 +2,7 @@
 // must find in them: for tests/bench/export.
 //   export_shapes FOLDER [EDGE LAZ...]
 // With survey files: the same of the middle of their world, EDGE voxels wide and deep, without the
-// truth; an orthophoto is looked for in ortho/ beside the first.
+// truth; an orthophoto is searched for in ortho/ next to the first.
 #include <spdlog/spdlog.h>
 
 #include <chrono>
@@ -26,7 +26,9 @@ using namespace terravox::exports;
 using nlohmann::json;
 
 json counts_of(const test::PaintedWorld& world) {
-    std::uint64_t solid = 0, seen = 0, faces = 0;
+    std::uint64_t solid = 0;
+    std::uint64_t seen = 0;
+    std::uint64_t faces = 0;
     const auto& b = world.level_bounds();
     for (int y = b.min[1]; y < b.max[1]; ++y)
         for (int z = b.min[2]; z < b.max[2]; ++z)
@@ -74,7 +76,8 @@ json export_all(voxel::World& world, const voxel::VoxelBounds& bounds,
             write_mesh(job, format, options);
         });
     };
-    MeshOptions single, coarse;
+    MeshOptions single;
+    MeshOptions coarse;
     single.merge = false;
     coarse.colour_steps = 16;
     json out;

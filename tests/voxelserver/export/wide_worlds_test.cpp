@@ -56,12 +56,13 @@ std::unique_ptr<voxel::World> archive_of(const fs::path& file, const voxel::Worl
 struct Writer {
     const char* name;
     std::function<void(Job&)> write;
-    bool refuses_nothing, takes_far_apart;
+    bool refuses_nothing;
+    bool takes_far_apart;
 };
 const std::vector<Writer>& writers() {
     static const std::vector<Writer> all = {
         {"a.tvx", [](Job& job) { write_archive(job); }, false, true},
-        {"a.vdb", [](Job& job) { write_vdb(job, {VdbUp::kZ}); }, true, true},
+        {"a.vdb", [](Job& job) { write_vdb(job, {UpAxis::kZ}); }, true, true},
         {"a.vox", [](Job& job) { write_vox(job); }, true, true},
         {"a.glb", [](Job& job) { write_mesh(job, MeshFormat::kGlb, {}); }, true, true},
         {"a.ply", [](Job& job) { write_mesh(job, MeshFormat::kPly, {}); }, true, true},
@@ -109,7 +110,8 @@ TEST_CASE("a wide archive of little is converted to the little", "[convert][wide
         DYNAMIC_SECTION(writer.name) {
             const test::TemporaryFolder folder;
             const voxel::WorldInfo info = info_for(writer);
-            const std::int32_t last = info.bounds.max[0] / 64 - 1, first = info.bounds.min[0] / 64;
+            const std::int32_t last = info.bounds.max[0] / 64 - 1;
+            const std::int32_t first = info.bounds.min[0] / 64;
             const auto world =
                 archive_of(folder.path() / "from.tvx", info,
                            {{0, first, 0, first}, {0, 0, 0, 0}, {0, last, 0, last}, {0, 7, 0, 9}});
@@ -151,14 +153,15 @@ TEST_CASE("what is not known to be air is limited", "[convert][wide]") {
 TEST_CASE("a part that is higher than anything stands is refused", "[convert][wide]") {
     const voxel::WorldInfo info = wide_info(64, 4096 * 256 + 1);
     CHECK_THROWS_WITH(part_of(info, {}), contains("4097 boxes") && contains("4096"));
-    Selection low, coarse;
+    Selection low;
+    Selection coarse;
     low.heights = {0, 4096 * 256};
     coarse.level = 1;
     CHECK_NOTHROW(part_of(info, low));
     CHECK_NOTHROW(part_of(info, coarse));
 }
 
-TEST_CASE("an archive knows where its boxes may lie", "[convert][wide]") {
+TEST_CASE("an archive reports where its boxes may lie", "[convert][wide]") {
     const test::TemporaryFolder folder;
     std::vector<BoxKey> keys;
     for (std::int32_t i = 0; i < 3000; ++i)
@@ -170,9 +173,11 @@ TEST_CASE("an archive knows where its boxes may lie", "[convert][wide]") {
     const auto random = [&](int count) {
         return static_cast<std::int32_t>((state = state * 1664525 + 1013904223) >> 8) % count;
     };
-    int some = 0, none = 0;
+    int some = 0;
+    int none = 0;
     for (int n = 0; n < 4000; ++n) {
-        const int level = random(4), wide = 1 << random(11);
+        const int level = random(4);
+        const int wide = 1 << random(11);
         const BoxKey min{level, random(2400) - 1200, random(16), random(2400) - 1200};
         const voxel::BoxRange range{
             min,

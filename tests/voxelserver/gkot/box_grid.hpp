@@ -38,17 +38,18 @@ public:
     }
     [[nodiscard]] gkot::FetchBox fetch() {
         return [this](const voxel::BoxKey& key) -> std::shared_ptr<const voxel::Box> {
-            ++asked;
+            ++requests;
             const auto found = boxes.find(key);
             if (found == boxes.end())
-                ++asked_outside;
+                ++requests_outside;
             return found == boxes.end() ? nullptr : found->second;
         };
     }
 
     voxel::WorldInfo info;
     std::map<voxel::BoxKey, std::shared_ptr<const voxel::Box>> boxes;
-    int asked = 0, asked_outside = 0;
+    int requests = 0;
+    int requests_outside = 0;
 };
 
 }  // namespace terravox::test

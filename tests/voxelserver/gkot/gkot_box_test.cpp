@@ -48,7 +48,7 @@ TEST_CASE("blocks are the voxels of the world, wherever the region lies", "[gkot
                          << r.sx << " " << r.sy << " " << r.sz);
             CHECK(gkot::blocks_of(grid.info.bounds, r, grid.fetch()) == plain_blocks(grid, r));
         }
-        CHECK(grid.asked_outside == 0);
+        CHECK(grid.requests_outside == 0);
     }
 }
 
@@ -57,7 +57,9 @@ TEST_CASE("a region cut into smaller boxes of any size is the same", "[gkot][box
     const Region whole{-96, -300, -70, 128, 512, 128};
     const auto expected = gkot::blocks_of(grid.info.bounds, whole, grid.fetch());
     struct Case {
-        int sx, sy, sz;
+        int sx;
+        int sy;
+        int sz;
     };
     for (const auto [sx, sy, sz] :
          {Case{64, 256, 64}, Case{16, 16, 16}, Case{128, 8, 32}, Case{8, 512, 128}}) {
@@ -78,7 +80,7 @@ TEST_CASE("a region cut into smaller boxes of any size is the same", "[gkot][box
     }
 }
 
-TEST_CASE("regions at the ends of all numbers are air, and nothing is asked for", "[gkot][box]") {
+TEST_CASE("regions at the ends of all numbers are air, and nothing is requested", "[gkot][box]") {
     BoxGrid grid(1);
     constexpr std::int64_t kEnds[] = {
         INT64_MIN, INT64_MIN + 511, INT64_MAX, INT64_MAX - 511, std::int64_t{INT32_MIN} - 512,
@@ -89,7 +91,7 @@ TEST_CASE("regions at the ends of all numbers are air, and nothing is asked for"
                 gkot::blocks_of(grid.info.bounds, {x, x, z, 16, 16, 16}, grid.fetch());
             CHECK(std::ranges::all_of(blocks, [](auto word) { return word == 0; }));
         }
-    CHECK(grid.asked == 0);
+    CHECK(grid.requests == 0);
     // A world that reaches to the ends itself.
     const voxel::VoxelBounds all{{INT32_MIN, INT32_MIN, INT32_MIN},
                                  {INT32_MAX, INT32_MAX, INT32_MAX}};

@@ -7,10 +7,11 @@
 using namespace terravox;
 using test::BoxGrid;
 
-TEST_CASE("the origin tells the lowest and highest tops around it", "[gkot][origin]") {
+TEST_CASE("the origin reports the lowest and highest tops around it", "[gkot][origin]") {
     for (std::uint64_t seed = 1; seed <= 3; ++seed) {
         BoxGrid grid(seed);
-        int low = INT32_MAX, high = INT32_MIN;
+        int low = INT32_MAX;
+        int high = INT32_MIN;
         for (int z = -64; z < 0; ++z)
             for (int x = 0; x < 64; ++x)
                 for (int y = 255; y >= -256; --y)
@@ -25,11 +26,11 @@ TEST_CASE("the origin tells the lowest and highest tops around it", "[gkot][orig
         CHECK(origin.zmin == low);
         CHECK(origin.zmax == high);
         CHECK(origin.zrange == high - low);
-        CHECK(grid.asked_outside == 0);
+        CHECK(grid.requests_outside == 0);
     }
 }
 
-TEST_CASE("a box without a height is the same as one with the height that the origin told",
+TEST_CASE("a box without a height is the same as one with the height that the origin reports",
           "[gkot][origin]") {
     for (const double voxel_m : {1.0, 0.1, 0.3, 2.0}) {
         BoxGrid grid(2);
@@ -58,10 +59,10 @@ TEST_CASE(
     CHECK(far.zrange == 511);
     const auto none = gkot::find_origin({}, {1, 2}, grid.fetch());
     CHECK(gkot::to_json(none) == R"({"tmx":1,"tmy":2,"tmz":-1,"zmin":-1,"zmax":-1,"zrange":0})");
-    CHECK(grid.asked == 0);
+    CHECK(grid.requests == 0);
 }
 
-TEST_CASE("heights that are told lead back to their voxel", "[gkot][origin]") {
+TEST_CASE("reported heights lead back to their voxel", "[gkot][origin]") {
     std::mt19937_64 random(5);
     for (int i = 0; i < 20000; ++i) {
         const auto y = static_cast<std::int64_t>(random() % 2000000) - 1000000;
@@ -81,6 +82,6 @@ TEST_CASE("numbers of the origin are written so that they read back", "[gkot][or
     origin.zrange = 3;
     CHECK(gkot::to_json(origin) == R"({"tmx":462000.25,"tmy":0,"tmz":0.30000000000000004,)"
                                    R"("zmin":-12,"zmax":1000000000,"zrange":3})");
-    origin.tmx = -1.7976931348623157e308;  // longer than any origin that can be asked for
+    origin.tmx = -1.7976931348623157e308;  // longer than any origin that can be requested
     CHECK(gkot::to_json(origin).size() > 300);
 }

@@ -37,7 +37,9 @@ TEST_CASE("an old client reads the blocks and tops of a reply", "[gkot][reply]")
     CHECK(reply.chunk_z == 0);
     REQUIRE(reply.blocks.size() == 32 * 64 * 16);
     REQUIRE(reply.tops.size() == 32 * 16);
-    int highest = -1, wrong = 0, solid = 0;
+    int highest = -1;
+    int wrong = 0;
+    int solid = 0;
     for (int z = 0; z < 16; ++z)
         for (int x = 0; x < 32; ++x) {
             int top = -1;
@@ -61,7 +63,7 @@ TEST_CASE("an old client reads the blocks and tops of a reply", "[gkot][reply]")
     CHECK(reply.max_height == highest);
 }
 
-TEST_CASE("an empty box says -2 and is as long as others", "[gkot][reply]") {
+TEST_CASE("an empty box has -2 and is as long as others", "[gkot][reply]") {
     BoxGrid grid(3);
     const auto reply = test::read_old_reply(
         gkot::box_reply(grid.info, request_of(0, 0, 5000, {0, 0, 0}, {8, 16, 4}), grid.fetch()));
@@ -86,8 +88,14 @@ TEST_CASE("origins count from voxels by floor, also below zero and with other vo
           "[gkot][reply]") {
     struct Case {
         const char* name;
-        double units, voxel_m, tmx, tmy, tmz;
-        std::int64_t x, y, z;
+        double units;
+        double voxel_m;
+        double tmx;
+        double tmy;
+        double tmz;
+        std::int64_t x;
+        std::int64_t y;
+        std::int64_t z;
     };
     const auto c = GENERATE(values<Case>({
         {"whole metres", 1, 1, 462000, 101000, 300, 462000, 300, -101000},

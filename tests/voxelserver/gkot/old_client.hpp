@@ -10,7 +10,10 @@ namespace terravox::test {
 /// A reply of /gkot/box as a client of the first system reads it: written from the description of
 /// the protocol alone.
 struct OldReply {
-    std::int32_t chunk_x = 0, chunk_y = 0, chunk_z = 0, max_height = 0;
+    std::int32_t chunk_x = 0;
+    std::int32_t chunk_y = 0;
+    std::int32_t chunk_z = 0;
+    std::int32_t max_height = 0;
     std::vector<std::uint32_t> blocks;  ///< index bx + bz * sx + by * sx * sz
     std::vector<std::int32_t> tops;     ///< index bx + bz * sx
 };

@@ -70,7 +70,7 @@ struct Fixture {
 
 }  // namespace
 
-TEST_CASE("a batch gives every box that was asked for, air and failures too, and an end",
+TEST_CASE("a batch gives every requested box, air and failures too, and an end",
           "[voxelserver][http][batch]") {
     Fixture f;
     f.world.failing.insert({0, 0, 0, 0});
@@ -157,7 +157,7 @@ TEST_CASE("a list of boxes that is none is refused in one line", "[voxelserver][
     }));
     DYNAMIC_SECTION(c.body << " " << c.type) {
         CHECK(f.post(c.body, c.type).status == c.status);
-        CHECK(f.world.asked == 0);
+        CHECK(f.world.requests == 0);
     }
     std::string many = R"({"boxes": [[0,0,0,0])";
     for (std::size_t i = 0; i < http::kMaxBatchBoxes; ++i)

@@ -50,9 +50,9 @@ TEST_CASE("no handler runs for a request that names another edition",
     };
     CHECK(status("ffeeddccbbaa99887766554433221100") == 412);
     CHECK(status("x") == 412);
-    CHECK(f.world.asked == 0);
+    CHECK(f.world.requests == 0);
     CHECK(status(f.service.edition) == 200);
-    CHECK(f.world.asked == 1);
+    CHECK(f.world.requests == 1);
 }
 
 TEST_CASE("a world without an edition refuses each request that names one",

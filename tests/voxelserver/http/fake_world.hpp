@@ -42,7 +42,7 @@ public:
             }
             return voxel::downsample(key, children);
         }
-        ++asked;
+        ++requests;
         {
             std::unique_lock lock(m_mutex);
             m_changed.wait(lock, [&] { return !m_held; });
@@ -89,13 +89,13 @@ public:
     void hold() { set_held(true); }  ///< box() waits from now on
     void release() { set_held(false); }
 
-    std::atomic<int> asked{0};        ///< calls of box()
-    std::set<voxel::BoxKey> failing;  ///< set before anyone asks
+    std::atomic<int> requests{0};     ///< calls of box()
+    std::set<voxel::BoxKey> failing;  ///< set before the first request
     std::string fail_with =
         "decode the square 'a\"b': damaged\xff";  ///< what those of `failing` throw
     bool columns_fail = false;
     std::map<std::pair<int, int>, int>
-        versions;  ///< of box columns that are not as they were; set before anyone asks
+        versions;  ///< of box columns that have changed; set before the first request
 
 private:
     void set_held(bool held) {

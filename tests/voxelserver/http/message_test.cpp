@@ -120,10 +120,10 @@ TEST_CASE("a header's value cannot end the header", "[voxelserver][http]") {
     CHECK(r.header("Set-Cookie").empty());
 }
 
-TEST_CASE("of a path in a message only the name at its end is told",
+TEST_CASE("of a path in a message only the name at its end is shown",
           "[voxelserver][http][message]") {
     struct Case {
-        const char *text, *told;
+        const char *text, *shown;
     };
     const auto c = GENERATE(values<Case>({
         {"", ""},
@@ -144,6 +144,6 @@ TEST_CASE("of a path in a message only the name at its end is told",
         {"move /a/b, /c/d; /e/f", "move b, d; f"},
     }));
     DYNAMIC_SECTION(c.text) {
-        CHECK(terravox::http::without_folders(c.text) == c.told);
+        CHECK(terravox::http::without_folders(c.text) == c.shown);
     }
 }

@@ -43,8 +43,8 @@ TEST_CASE("the ray tracer's client sees the served world as it is",
                     const bool outside = bx < range.min.bx || bx >= range.max.bx ||
                                          by < range.min.by || by >= range.max.by ||
                                          bz < range.min.bz || bz >= range.max.bz;
-                    const auto expected = outside ? nullptr : world.box(key),
-                               got = remote->box(key);
+                    const auto expected = outside ? nullptr : world.box(key);
+                    const auto got = remote->box(key);
                     REQUIRE((got == nullptr) == (expected == nullptr));
                     if (got)
                         CHECK(std::equal(got->blob().begin(), got->blob().end(),

@@ -27,7 +27,8 @@ struct Fixture {
     Response get(std::string_view path, std::vector<Header> headers = {}) {
         return router.handle(Request{"GET", path, std::move(headers)});
     }
-    Response ask(std::string_view method, std::string_view path, std::vector<Header> headers = {}) {
+    Response send(std::string_view method, std::string_view path,
+                  std::vector<Header> headers = {}) {
         return router.handle(Request{method, path, std::move(headers)});
     }
 };
@@ -173,12 +174,12 @@ TEST_CASE("other methods are answered 405 with what is allowed", "[voxelserver][
         GENERATE("POST", "PUT", "DELETE", "OPTIONS", "PATCH", "TRACE", "get");
     Fixture f;
     for (const char* path : {"/v2/world", "/v2/boxes/0/0/0/0", "/healthz"}) {
-        const Response r = f.ask(method, path);
+        const Response r = f.send(method, path);
         CHECK(r.status == 405);
         CHECK(r.header("Allow") == "GET, HEAD");
     }
-    CHECK(f.ask(method, "/nothing").status == 404);
-    CHECK(f.world.asked == 0);
+    CHECK(f.send(method, "/nothing").status == 404);
+    CHECK(f.world.requests == 0);
 }
 
 TEST_CASE("a request with a body is refused and its connection closed",
@@ -191,18 +192,19 @@ TEST_CASE("a request with a body is refused and its connection closed",
     const Response chunked = f.get("/v2/boxes/0/0/0/0", {{"Transfer-Encoding", "chunked"}});
     CHECK(chunked.status == 400);
     CHECK(chunked.close);
-    const Response post = f.ask("POST", "/v2/world", {{"Content-Length", "2"}});
+    const Response post = f.send("POST", "/v2/world", {{"Content-Length", "2"}});
     CHECK(post.status == 413);
     CHECK(post.close);
     CHECK_FALSE(f.get("/v2/world", {{"Content-Length", "0"}}).close);
-    CHECK(f.world.asked == 0);
+    CHECK(f.world.requests == 0);
 }
 
 TEST_CASE("HEAD is answered like GET, without the body", "[voxelserver][http][router]") {
     const std::string path = GENERATE("/healthz", "/v2/world", "/v2/boxes/0/0/0/0",
                                       "/v2/boxes/0/0/1/0", "/v2/columns/0/0/0", "/nothing");
     Fixture f;
-    const Response head = f.ask("HEAD", path), get = f.get(path);
+    const Response head = f.send("HEAD", path);
+    const Response get = f.get(path);
     CHECK(head.head_only);
     CHECK_FALSE(get.head_only);
     CHECK(head.status == get.status);
@@ -224,11 +226,11 @@ TEST_CASE("an entity tag that is still right is answered 304 without a body",
     CHECK(f.get(path, {{"If-None-Match", "\"other\""}}).status == first.status);
 }
 
-TEST_CASE("a box is sent as a zstd frame to who takes that, and as it is to others",
+TEST_CASE("a box is sent as a zstd frame to clients that accept it, and uncompressed to others",
           "[voxelserver][http][router]") {
     Fixture f;
-    const Response packed = f.get("/v2/boxes/0/1/-1/-1", {{"Accept-Encoding", "gzip, zstd"}}),
-                   plain = f.get("/v2/boxes/0/1/-1/-1");
+    const Response packed = f.get("/v2/boxes/0/1/-1/-1", {{"Accept-Encoding", "gzip, zstd"}});
+    const Response plain = f.get("/v2/boxes/0/1/-1/-1");
     for (const Response* r : {&packed, &plain}) {
         CHECK(r->header("Content-Type") == voxel::kBoxMediaType);
         CHECK(r->header("Vary") == "Accept-Encoding");
@@ -276,7 +278,7 @@ TEST_CASE("the world is described as the client reads it", "[voxelserver][http][
     CHECK(info.levels == f.world.info().levels);
 }
 
-TEST_CASE("a column tells its boxes, and heights in voxels of level 0 within the world",
+TEST_CASE("a column lists its boxes, and heights in voxels of level 0 within the world",
           "[voxelserver][http][router]") {
     Fixture f;
     CHECK(json_of(f.get("/v2/columns/0/0/0")) ==
@@ -302,7 +304,7 @@ TEST_CASE("statistics count requests by route and status", "[voxelserver][http][
     CHECK(json["stages"].at(0)["name"] == "compression");
 }
 
-TEST_CASE("when the line is full, further boxes are refused with 503 and a time to ask again",
+TEST_CASE("when the queue is full, further boxes are refused with 503 and a time to retry",
           "[voxelserver][http][router]") {
     test::FakeWorld world;
     util::StageTimes times;
@@ -311,7 +313,7 @@ TEST_CASE("when the line is full, further boxes are refused with 503 and a time 
     world.hold();
     Response first;
     std::thread slow([&] { first = router.handle(Request{"GET", "/v2/boxes/0/0/0/0", {}}); });
-    while (world.asked == 0)
+    while (world.requests == 0)
         std::this_thread::yield();
     const Response refused = router.handle(Request{"GET", "/v2/boxes/0/1/0/0", {}});
     CHECK(refused.status == 503);
@@ -343,7 +345,7 @@ TEST_CASE("with a token, only open routes answer without it", "[voxelserver][htt
     }
     CHECK(status("/v2/world", {{"authorization", "bearer s3cret"}}) == 200);
     CHECK(router.handle(Request{"GET", "/v2/world", {}}).header("WWW-Authenticate") == "Bearer");
-    CHECK(f.world.asked == 0);
+    CHECK(f.world.requests == 0);
 }
 
 TEST_CASE("a host name that is none of the server's is refused before all else",
@@ -365,7 +367,7 @@ TEST_CASE("a host name that is none of the server's is refused before all else",
     for (const char* host : {"localhost:8888", "127.0.0.1", "[::1]:8888", "voxels.example.org"})
         CHECK(router.handle(Request{"GET", "/v2/world", {{"Host", host}}}).status == 200);
     CHECK(router.handle(Request{"GET", "/v2/world", {}}).status == 200);  // HTTP/1.0
-    CHECK(f.world.asked == 0);
+    CHECK(f.world.requests == 0);
 }
 
 TEST_CASE("a page of another origin is refused, and none is invited",
@@ -378,36 +380,37 @@ TEST_CASE("a page of another origin is refused, and none is invited",
                                       {"Sec-Fetch-Dest", "image"}})
               .status == 403);
     CHECK(f.get("/v2/world", {host, {"Origin", "http://attacker.example"}}).status == 403);
-    CHECK(f.ask("POST", "/v2/boxes",
-                {host,
-                 {"Origin", "http://attacker.example"},
-                 {"Content-Type", "application/json"},
-                 {"Content-Length", "14"}})
+    CHECK(f.send("POST", "/v2/boxes",
+                 {host,
+                  {"Origin", "http://attacker.example"},
+                  {"Content-Type", "application/json"},
+                  {"Content-Length", "14"}})
               .status == 403);
-    CHECK(f.ask("OPTIONS", "/v2/boxes",
-                {host,
-                 {"Origin", "http://attacker.example"},
-                 {"Access-Control-Request-Method", "POST"}})
+    CHECK(f.send("OPTIONS", "/v2/boxes",
+                 {host,
+                  {"Origin", "http://attacker.example"},
+                  {"Access-Control-Request-Method", "POST"}})
               .status == 403);
-    CHECK(f.world.asked == 0);
+    CHECK(f.world.requests == 0);
     CHECK(f.get("/", {host,
                       {"Sec-Fetch-Site", "cross-site"},
                       {"Sec-Fetch-Mode", "navigate"},
                       {"Sec-Fetch-Dest", "document"}})
               .status == 200);
     for (const http::RouteFacts& route : http::routes()) {
-        const Response r = f.ask(route.post ? "POST" : "GET", route.path,
-                                 {host, {"Origin", "http://localhost:8888"}});
+        const Response r = f.send(route.post ? "POST" : "GET", route.path,
+                                  {host, {"Origin", "http://localhost:8888"}});
         CHECK(r.head.find("Access-Control-") == std::string::npos);
     }
 }
 
-TEST_CASE("what a head alone makes wrong is told before the body is read",
+TEST_CASE("a request with an invalid head is refused before its body is read",
           "[voxelserver][http][router]") {
     Fixture f;
     http::Router router(http::Service{f.world, f.times, f.boxes}, "s3cret");
-    const Header type{"Content-Type", "application/json"}, length{"Content-Length", "14"},
-        token{"Authorization", "Bearer s3cret"};
+    const Header type{"Content-Type", "application/json"};
+    const Header length{"Content-Length", "14"};
+    const Header token{"Authorization", "Bearer s3cret"};
     const auto refusal = [&](std::vector<Header> headers) {
         return router.refusal(Request{"POST", "/v2/boxes", std::move(headers)});
     };
@@ -432,7 +435,7 @@ TEST_CASE("what a head alone makes wrong is told before the body is read",
     CHECK(head->head_only);
 }
 
-TEST_CASE("health is a word for everybody, and a reason for who has the token",
+TEST_CASE("health is a word for every client, and a reason for those with the token",
           "[voxelserver][http][router]") {
     using State = http::Health::State;
     Fixture f;
@@ -440,23 +443,23 @@ TEST_CASE("health is a word for everybody, and a reason for who has the token",
     http::Service service{f.world, f.times, f.boxes};
     service.health = [&] { return now; };
     http::Router open(service), closed(service, "s3cret");
-    const auto ask = [](http::Router& router, std::vector<Header> headers = {}) {
+    const auto send = [](http::Router& router, std::vector<Header> headers = {}) {
         return router.handle(Request{"GET", "/healthz", std::move(headers)});
     };
-    CHECK(ask(open).bytes() == "ok\n");
+    CHECK(send(open).bytes() == "ok\n");
     now.state = State::kOpening;
-    CHECK(ask(open).status == 200);
-    CHECK(ask(closed).bytes() == "opening\n");
+    CHECK(send(open).status == 200);
+    CHECK(send(closed).bytes() == "opening\n");
     now = {State::kFailed, "read /home/ann/secret place/square.laz: cut short"};
     for (const Response& r :
-         {ask(open), ask(closed), ask(closed, {{"Authorization", "Bearer wrong"}}),
-          ask(open, {{"Authorization", "Bearer s3cret"}})}) {
+         {send(open), send(closed), send(closed, {{"Authorization", "Bearer wrong"}}),
+          send(open, {{"Authorization", "Bearer s3cret"}})}) {
         CHECK(r.status == 503);
         CHECK(r.header("Retry-After") == "60");
         CHECK(json_of(r)["detail"] ==
               "failed: only kept boxes can be served; the server's log says why");
     }
-    CHECK(json_of(ask(closed, {{"Authorization", "Bearer s3cret"}}))["detail"] ==
+    CHECK(json_of(send(closed, {{"Authorization", "Bearer s3cret"}}))["detail"] ==
           "failed: read square.laz: cut short");
 }
 
@@ -503,11 +506,14 @@ TEST_CASE("metrics are in the text format of Prometheus, each family once",
     CHECK(r.header("Content-Type") == "text/plain; version=0.0.4; charset=utf-8");
     std::istringstream lines(*r.body);
     std::set<std::string> families;
-    std::string line, family;
+    std::string line;
+    std::string family;
     while (std::getline(lines, line)) {
         INFO(line);
         std::istringstream words(line);
-        std::string hash, what, name;
+        std::string hash;
+        std::string what;
+        std::string name;
         if (line.front() == '#') {
             words >> hash >> what >> name;
             if (what == "HELP")

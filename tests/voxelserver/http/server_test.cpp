@@ -137,7 +137,7 @@ TEST_CASE("a connection serves several requests, one after the other or at once"
     CHECK(old.read_to_end().empty());
 }
 
-TEST_CASE("many who ask for one cold box at once get it from one making",
+TEST_CASE("concurrent requests for one uncached box are answered by making it once",
           "[voxelserver][http][server]") {
     constexpr int kClients = 100;
     Fixture f;
@@ -157,7 +157,7 @@ TEST_CASE("many who ask for one cold box at once get it from one making",
         CHECK(r.status == 200);
         CHECK((r.body == first.body));
     }
-    CHECK(f.world.asked == 1);
+    CHECK(f.world.requests == 1);
 }
 
 TEST_CASE("what is no proper request is refused with a problem, and the connection closed",
@@ -220,7 +220,7 @@ TEST_CASE("what is no proper request is refused with a problem, and the connecti
         CHECK(header(*reply, "connection") == "close");
         CHECK(client.read_to_end().empty());
         CHECK(HttpClient(f.server.port()).get("/healthz").status == 200);
-        CHECK(f.world.asked == 0);
+        CHECK(f.world.requests == 0);
     }
 }
 
@@ -337,7 +337,7 @@ TEST_CASE("stopping finishes the running request and refuses new ones",
     f.world.hold();
     auto running = std::async(std::launch::async,
                               [&] { return HttpClient(f.server.port()).get("/v2/boxes/0/0/0/0"); });
-    while (f.world.asked == 0)
+    while (f.world.requests == 0)
         std::this_thread::yield();
     auto stopping = std::async(std::launch::async, [&] { f.server.stop(); });
     while (HttpClient(f.server.port()).get("/healthz").status != 503)

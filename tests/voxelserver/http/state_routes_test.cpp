@@ -21,7 +21,7 @@ TEST_CASE("health says what the server can do, and why not to clients with the t
     const auto c = GENERATE(values<Case>({
         {"open", {}, false, 200, "ok\n"},
         {"opening", {Health::State::kOpening}, false, 200, "opening\n"},
-        {"failed, to a stranger",
+        {"failed, without the token",
          {Health::State::kFailed, "read /home/ann/a.laz: cut short"},
          false,
          503,

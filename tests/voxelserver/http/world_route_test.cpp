@@ -25,7 +25,7 @@ TEST_CASE("the reply about the world is the format's text with the map's zooms",
     CHECK(json == nlohmann::json::parse(voxel::world_to_json(world.info())));
 }
 
-TEST_CASE("a client that has the description is told so, until the world is another",
+TEST_CASE("a client that has the description gets 304, until the world is another",
           "[voxelserver][http][world]") {
     const test::FakeWorld world;
     const http::WorldRoute route(world.info(), "");

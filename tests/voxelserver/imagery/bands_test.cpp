@@ -21,7 +21,7 @@ int by_band(int, int, int band) {
 
 }  // namespace
 
-TEST_CASE("near infrared is found by what the file says, by its name, or as a fourth band",
+TEST_CASE("near infrared is found by the file's metadata, by its name, or as a fourth band",
           "[voxelserver][imagery][bands]") {
     struct Case {
         const char* name;

@@ -63,20 +63,23 @@ Lab lab_by_libm(Rgb8 c) {
     const auto linear = [](int v) {
         return v <= 10 ? v / 255.0 / 12.92 : std::pow((v / 255.0 + 0.055) / 1.055, 2.4);
     };
-    const double r = linear(c.r), g = linear(c.g), b = linear(c.b);
+    const double r = linear(c.r);
+    const double g = linear(c.g);
+    const double b = linear(c.b);
     const auto f = [](double t) {
         return t > 216.0 / 24389 ? std::cbrt(t) : (24389.0 / 27 * t + 16) / 116;
     };
-    const double x = f((0.4124564 * r + 0.3575761 * g + 0.1804375 * b) / 0.95047),
-                 y = f(0.2126729 * r + 0.7151522 * g + 0.0721750 * b),
-                 z = f((0.0193339 * r + 0.1191920 * g + 0.9503041 * b) / 1.08883);
+    const double x = f((0.4124564 * r + 0.3575761 * g + 0.1804375 * b) / 0.95047);
+    const double y = f(0.2126729 * r + 0.7151522 * g + 0.0721750 * b);
+    const double z = f((0.0193339 * r + 0.1191920 * g + 0.9503041 * b) / 1.08883);
     return {116 * y - 16, 500 * (x - y), 200 * (y - z)};
 }
 
 /// The nearest entry of config/palettes/default.toml by trying all of them.
 Material nearest_by_trying(Rgb8 colour, std::uint32_t candidates, double& lead) {
     static const auto files = read_palette("default");
-    double best = 1e300, other = 1e300;
+    double best = 1e300;
+    double other = 1e300;
     Material out = Material::kAir;
     const Lab p = lab_by_libm(colour);
     for (const auto* row : files.back().rows("entry")) {
@@ -107,7 +110,9 @@ TEST_CASE("sRGB becomes CIELAB", "[voxelserver][imagery][colour]") {
     struct Case {
         const char* name;
         Rgb8 colour;
-        double l, a, b;
+        double l;
+        double a;
+        double b;
     };
     // Values as published for sRGB and D65.
     const auto c = GENERATE(values<Case>({
@@ -128,13 +133,15 @@ TEST_CASE("sRGB becomes CIELAB", "[voxelserver][imagery][colour]") {
 
 TEST_CASE("CIELAB and cube roots need no C library, and agree with it",
           "[voxelserver][imagery][colour]") {
-    double worst = 0, worst_root = 0;
+    double worst = 0;
+    double worst_root = 0;
     for (int r = 0; r < 256; r += 5)
         for (int g = 0; g < 256; g += 5)
             for (int b = 0; b < 256; b += 5) {
                 const Rgb8 c{static_cast<std::uint8_t>(r), static_cast<std::uint8_t>(g),
                              static_cast<std::uint8_t>(b)};
-                const Lab mine = to_lab(c), other = lab_by_libm(c);
+                const Lab mine = to_lab(c);
+                const Lab other = lab_by_libm(c);
                 worst = std::max({worst, std::abs(mine.l - other.l), std::abs(mine.a - other.a),
                                   std::abs(mine.b - other.b)});
             }
@@ -184,7 +191,8 @@ TEST_CASE("near infrared rules out what cannot be", "[voxelserver][imagery][colo
     CHECK(ndvi(0, 200) == -1.0F);
     CHECK(ndvi(0, 0) == 0.0F);
     const ColourMap map = Palette(kSmall).load();
-    const Rgb8 grey{128, 128, 128}, dark{50, 50, 50};
+    const Rgb8 grey{128, 128, 128};
+    const Rgb8 dark{50, 50, 50};
     CHECK(map.nearest(grey, Group::kGround, kNoNdvi) == Material::kRoad);
     CHECK(map.nearest(grey, Group::kGround, 0.1F) == Material::kRoad);
     CHECK(map.nearest(grey, Group::kGround, 0.5F) == Material::kGrass);
@@ -206,7 +214,7 @@ TEST_CASE("a palette extends another", "[voxelserver][imagery][colour]") {
     CHECK(ColourMap::load("paper-rgb").entry_count() >= 40);
 }
 
-TEST_CASE("a palette of one's own extends one that ships with the program, but first one beside it",
+TEST_CASE("a palette of one's own extends one next to it, else one that ships with the program",
           "[voxelserver][imagery][colour]") {
     const Palette palette("extends = \"paper-rgb\"\n");
     CHECK(palette.load().entry_count() == ColourMap::load("paper-rgb").entry_count());
@@ -222,7 +230,8 @@ TEST_CASE("a bad palette is refused, naming file, field, value and what is allow
           "[voxelserver][imagery][colour][bad]") {
     struct Case {
         const char* name;
-        std::string text, message;
+        std::string text;
+        std::string message;
     };
     const std::string entries =
         "[candidates]\nground = [\"road\"]\n[[entry]]\nmaterial = \"road\"\ncolour = \"#808080\"\n";
@@ -256,7 +265,7 @@ TEST_CASE("a bad palette is refused, naming file, field, value and what is allow
         {"entries no tables", "entry = 3\n", "entry is no list of tables; allowed: [[entry]]"},
         {"circle", "extends = \"test\"\n", "goes round in a circle"},
         {"base", "extends = \"nothing\"\n",
-         "extends = 'nothing'; allowed: a palette beside it, or default, paper-rgb"},
+         "extends = 'nothing'; allowed: a palette next to it, or default, paper-rgb"},
         {"base", "extends = 3\n", "extends is no text"},
     }));
     DYNAMIC_SECTION(c.name) {

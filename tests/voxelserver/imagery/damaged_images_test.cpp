@@ -100,7 +100,8 @@ TEST_CASE("an image that cannot be placed or read is refused, naming it",
 TEST_CASE("an image cut short or with flipped bytes is read or refused",
           "[voxelserver][imagery][bad]") {
     const TemporaryFolder folder;
-    const fs::path whole = folder.path() / "whole.tif", file = folder.path() / "damaged.tif";
+    const fs::path whole = folder.path() / "whole.tif";
+    const fs::path file = folder.path() / "damaged.tif";
     ImageFile image;
     image.width = image.height = 200;
     image.geo = {kEast0, 1, 0, kNorth0 + 300, 0, -1};
@@ -139,7 +140,9 @@ TEST_CASE("odd and broken TIFFs of a real collection are read or refused",
         return;
     }
     const TemporaryFolder folder;
-    int files = 0, read = 0, placed = 0;
+    int files = 0;
+    int read = 0;
+    int placed = 0;
     for (const auto& entry : fs::directory_iterator(collection)) {
         if (entry.path().extension() != ".tif" && entry.path().extension() != ".tiff")
             continue;

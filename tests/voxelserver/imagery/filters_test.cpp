@@ -84,7 +84,8 @@ Grid by_definition(Grid grid, const Filters& filters, double voxel_m) {
                     (!before.flags.empty() && (before.flags[at] & Grid::kFixed) != 0))
                     continue;
                 std::map<Material, int> votes;
-                int area = 0, total = 0;
+                int area = 0;
+                int total = 0;
                 const int r = radii[f];
                 for (int dz = -r; dz <= r; ++dz)
                     for (int dx = -r; dx <= r; ++dx) {
@@ -153,7 +154,8 @@ TEST_CASE("a lone column becomes what is around it, a group stays",
           "[voxelserver][imagery][filters]") {
     const Filters filters{row(bits({Material::kRoad}), bits({Material::kRoad, Material::kGrass}),
                               std::nullopt, 1, 600)};
-    Grid lone = grid_of({"ggg", "grg", "ggg"}, 1), group = grid_of({"ggr", "rrr", "rgg"}, 1);
+    Grid lone = grid_of({"ggg", "grg", "ggg"}, 1);
+    Grid group = grid_of({"ggr", "rrr", "rgg"}, 1);
     apply_filters(lone, filters, 1);
     CHECK(middle(lone) == Material::kGrass);
     apply_filters(group, filters, 1);
@@ -174,7 +176,7 @@ TEST_CASE("the share of the votes counts, and what has no vote does not",
     CHECK(run({"www", "wgg", "ggg"}, 444) == Material::kWater);  // 4 of 9
     CHECK(run({"www", "wgg", "ggg"}, 445) == Material::kGrass);
     CHECK(run({"ww.", "wg.", "..."}, 750) == Material::kWater);  // air has no vote: 3 of 4
-    CHECK(run({"wwr", "wgr", "rrr"}, 750) == Material::kWater);  // roads are not asked
+    CHECK(run({"wwr", "wgr", "rrr"}, 750) == Material::kWater);  // roads have no vote
     CHECK(run({"rrr", "rgr", "rrr"}, 1) == Material::kGrass);    // no water at all
     CHECK(run({"www", "wgg", "gg."}, 1, std::nullopt) == Material::kGrass);  // 4 to 4: it stays
     CHECK(run({"...", ".r.", "..."}, 1) == Material::kRoad);  // not of those that may change
@@ -205,7 +207,8 @@ TEST_CASE("fixed columns vote and stay, silent ones change and have no vote",
 
 TEST_CASE("a column with too few like it is isolated", "[voxelserver][imagery][filters]") {
     FilterRow isolated{"isolated", bits({Material::kWater}), 0, Material::kGround, 1, 500, 250};
-    Grid two = grid_of({"g..", ".ww", "..g"}, 1), three = grid_of({"g..", "www", "..g"}, 1);
+    Grid two = grid_of({"g..", ".ww", "..g"}, 1);
+    Grid three = grid_of({"g..", "www", "..g"}, 1);
     apply_filters(two, {isolated}, 1);
     CHECK(middle(two) == Material::kGround);  // 2 of 9
     apply_filters(three, {isolated}, 1);
@@ -266,15 +269,16 @@ TEST_CASE("patches cut out of a landscape agree with the whole",
     for (int i = 0; i < 20; ++i) {
         const Filters filters = i % 2 == 0 ? load_filters("default") : random_filters(numbers);
         const double voxel_m = std::array{0.5, 1.0, 2.0}[numbers() % 3];
-        const int margin = margin_of(filters, voxel_m), side = 160;
+        const int margin = margin_of(filters, voxel_m);
+        const int side = 160;
         const Grid land = random_grid(side, side, margin, numbers);
         Grid whole = land;
         apply_filters(whole, filters, voxel_m);
         for (int crop = 0; crop < 6; ++crop) {
             const int extra =
-                static_cast<int>(numbers() % 3);  // a margin wider than asked for changes nothing
-            const int w = 1 + static_cast<int>(numbers() % 64) + 2 * (margin + extra),
-                      h = 1 + static_cast<int>(numbers() % 64) + 2 * (margin + extra);
+                static_cast<int>(numbers() % 3);  // a margin wider than required changes nothing
+            const int w = 1 + static_cast<int>(numbers() % 64) + 2 * (margin + extra);
+            const int h = 1 + static_cast<int>(numbers() % 64) + 2 * (margin + extra);
             if (w > side || h > side)
                 continue;
             const int x0 = static_cast<int>(numbers() % static_cast<unsigned>(side - w + 1));
@@ -303,8 +307,8 @@ TEST_CASE("a grid that does not fit the filters is refused",
           "[voxelserver][imagery][filters][bad]") {
     const auto all = bits({Material::kGrass});
     const Filters filters{row(all, all, std::nullopt, 2, 500)};
-    Grid narrow = grid_of({"ggg", "ggg", "ggg"}, 1),
-         torn = grid_of({"ggggg", "ggggg", "ggggg", "ggggg", "ggggg"}, 2);
+    Grid narrow = grid_of({"ggg", "ggg", "ggg"}, 1);
+    Grid torn = grid_of({"ggggg", "ggggg", "ggggg", "ggggg", "ggggg"}, 2);
     CHECK_THROWS_WITH(apply_filters(narrow, filters, 1),
                       contains("margin is 1; allowed: 2 or more"));
     torn.material.pop_back();

@@ -18,7 +18,8 @@
 namespace terravox::test {
 
 /// Somewhere in France (EPSG:2154): the tests' places count from here, metres east and north.
-inline constexpr double kEast0 = 770'000, kNorth0 = 6'277'000;
+inline constexpr double kEast0 = 770'000;
+inline constexpr double kNorth0 = 6'277'000;
 inline constexpr const char* kCrs = "EPSG:2154";
 
 inline grid::Frame frame(double voxel_m = 1) {
@@ -27,7 +28,9 @@ inline grid::Frame frame(double voxel_m = 1) {
 
 /// How a test image is written.
 struct ImageFile {
-    int width = 100, height = 100, bands = 3;
+    int width = 100;
+    int height = 100;
+    int bands = 3;
     std::array<double, 6> geo{kEast0, 1, 0, kNorth0 + 100, 0, -1};  ///< GDAL's order
     std::string crs = kCrs;
     GDALDataType type = GDT_Byte;

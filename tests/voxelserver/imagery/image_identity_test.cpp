@@ -21,7 +21,8 @@ void write(const fs::path& file, const std::string& text) {
 
 }  // namespace
 
-TEST_CASE("an image is another when the files beside it are", "[voxelserver][imagery][identity]") {
+TEST_CASE("an image has another identity when the files next to it change",
+          "[voxelserver][imagery][identity]") {
     struct Case {
         const char* beside;
         bool other;
@@ -52,7 +53,8 @@ TEST_CASE("an image is another when the files beside it are", "[voxelserver][ima
 
 TEST_CASE("an image stays what it is in another folder", "[voxelserver][imagery][identity]") {
     const TemporaryFolder folder;
-    const fs::path file = folder.path() / "a.tif", moved = folder.path() / "elsewhere" / "b.tif";
+    const fs::path file = folder.path() / "a.tif";
+    const fs::path moved = folder.path() / "elsewhere" / "b.tif";
     write_one_colour(file, 770'000, 6'277'000, 10, 10, {1, 2, 3});
     const auto before = identity(file);
     fs::create_directories(moved.parent_path());
@@ -64,7 +66,8 @@ TEST_CASE("an image stays what it is in another folder", "[voxelserver][imagery]
 TEST_CASE("a virtual image is another when an image that it is made of is",
           "[voxelserver][imagery][identity]") {
     const TemporaryFolder folder;
-    const fs::path file = folder.path() / "a.tif", vrt = folder.path() / "all.vrt";
+    const fs::path file = folder.path() / "a.tif";
+    const fs::path vrt = folder.path() / "all.vrt";
     write_one_colour(file, 770'000, 6'277'000, 10, 10, {1, 2, 3});
     write(vrt,
           "<VRTDataset rasterXSize=\"10\" rasterYSize=\"10\"><GeoTransform>770000, 1, 0, 6277010, "

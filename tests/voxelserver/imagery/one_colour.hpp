@@ -16,7 +16,8 @@ namespace terravox::test {
 inline void write_one_colour(const std::filesystem::path& file, double west, double south,
                              double width, double height, std::array<int, 3> colour) {
     geo::start_gdal();
-    const int w = static_cast<int>(width), h = static_cast<int>(height);
+    const int w = static_cast<int>(width);
+    const int h = static_cast<int>(height);
     const GDALDatasetUniquePtr out(GetGDALDriverManager()->GetDriverByName("GTiff")->Create(
         file.c_str(), w, h, 3, GDT_Byte, nullptr));
     REQUIRE(out);

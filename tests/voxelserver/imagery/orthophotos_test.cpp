@@ -223,7 +223,8 @@ TEST_CASE("an image in degrees, in another zone, or upside down lands in its pla
     const auto own = geo::Crs::from_text(same ? kCrs : crs);
     const geo::Transform there(geo::Crs::from_text(kCrs), own),
         back(own, geo::Crs::from_text(kCrs));
-    double x0 = kEast0 + 50, y0 = kNorth0 + 50;
+    double x0 = kEast0 + 50;
+    double y0 = kNorth0 + 50;
     there.apply({&x0, 1}, {&y0, 1});
     const double step = own.geographic() ? 4e-6 : 0.4;
     ImageFile image;
@@ -232,8 +233,8 @@ TEST_CASE("an image in degrees, in another zone, or upside down lands in its pla
     image.geo = {x0 - 200 * step,    step, 0, y0 + (same ? -1 : 1) * 200 * step, 0,
                  same ? step : -step};
     image.value = [&](int x, int y, int band) {  // brightness = metres east, north
-        double e = image.geo[0] + (x + 0.5) * image.geo[1],
-               n = image.geo[3] + (y + 0.5) * image.geo[5];
+        double e = image.geo[0] + (x + 0.5) * image.geo[1];
+        double n = image.geo[3] + (y + 0.5) * image.geo[5];
         back.apply({&e, 1}, {&n, 1});
         return std::clamp(static_cast<int>(std::lround(band == 0   ? 2 * (e - kEast0)
                                                        : band == 1 ? 2 * (n - kNorth0)
@@ -245,14 +246,16 @@ TEST_CASE("an image in degrees, in another zone, or upside down lands in its pla
     const Raster raster =
         Orthophotos({folder.path()}, f).read(voxel_x(f, 0), voxel_z(f, 100), 100, 100);
     REQUIRE(!raster.empty());
-    int seen = 0, wrong = 0;
+    int seen = 0;
+    int wrong = 0;
     for (int z = 0; z < 100; ++z)
         for (int x = 0; x < 100; ++x) {
             const auto i = static_cast<std::size_t>(z * 100 + x);
             if (raster.flags[i] == 0)
                 continue;
             ++seen;
-            const double north = 100 - z - 0.5, east = x + 0.5;
+            const double north = 100 - z - 0.5;
+            const double east = x + 0.5;
             if (std::abs(raster.colour[i].r - 2 * east) > 2.01 ||
                 std::abs(raster.colour[i].g - 2 * north) > 2.01)
                 ++wrong;
@@ -270,7 +273,8 @@ TEST_CASE("threads that read side by side get what one gets", "[voxelserver][ima
     write_image(folder.path() / "a.tif", image);
     const auto f = frame();
     const Orthophotos photos({folder.path()}, f);
-    const auto x0 = voxel_x(f, 0), z0 = voxel_z(f, 200);
+    const auto x0 = voxel_x(f, 0);
+    const auto z0 = voxel_z(f, 200);
     std::vector<Raster> alone, together(9);
     for (int i = 0; i < 9; ++i)
         alone.push_back(photos.read(x0 + i % 3 * 64 - 2, z0 + i / 3 * 64 - 2, 68, 68));
@@ -304,7 +308,8 @@ TEST_CASE("more files than a process may open at once are read all the same",
         const Raster raster = photos.read(voxel_x(f, 0), voxel_z(f, 2), 600, 1);
         int wrong = 0;
         for (int x = 0; x < 600; ++x) {
-            const std::string low = std::to_string(x / 2 % 250), high = std::to_string(x / 2 / 250);
+            const std::string low = std::to_string(x / 2 % 250);
+            const std::string high = std::to_string(x / 2 / 250);
             if (column_text(raster, x, 0) != low + "," + high + "," + high + " -")
                 ++wrong;
         }
@@ -312,7 +317,8 @@ TEST_CASE("more files than a process may open at once are read all the same",
     }
 }
 
-TEST_CASE("images that lie beside the world are warned of, once", "[voxelserver][imagery][ortho]") {
+TEST_CASE("images that lie outside the world are warned of, once",
+          "[voxelserver][imagery][ortho]") {
     const TemporaryFolder folder;
     const auto f = frame();
     const grid::ColumnRect world{voxel_x(f, 0), voxel_z(f, 60), voxel_x(f, 60), voxel_z(f, 0)};
@@ -334,7 +340,7 @@ TEST_CASE("images that lie beside the world are warned of, once", "[voxelserver]
         image_at("c.tif", 0, kCrs);
         CHECK(said().empty());
     }
-    SECTION("a metre beside it: where it lies, and where the world") {
+    SECTION("a metre outside: where it lies, and where the world") {
         image_at("a.tif", 61, kCrs);
         CHECK_THAT(said(),
                    contains((folder.path() / "a.tif").string() + " covers nothing of the world"));
@@ -356,7 +362,7 @@ TEST_CASE("images that lie beside the world are warned of, once", "[voxelserver]
         CHECK(std::count(text.begin(), text.end(), '\n') == 1);
         CHECK_THAT(text, contains("c.tif (one of 3 such)"));
     }
-    SECTION("some of a folder: a remark when they know where they lie") {
+    SECTION("some of a folder: a remark when they state where they lie") {
         image_at("a.tif", 0, kCrs);
         image_at("b.tif", 100, kCrs);
         CHECK(said().empty());

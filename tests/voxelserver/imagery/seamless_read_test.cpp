@@ -8,11 +8,13 @@ using namespace terravox::test;
 using imagery::Orthophotos;
 using imagery::Raster;
 
-TEST_CASE("a column reads the same in whatever rectangle it is asked",
+TEST_CASE("a column reads the same in whatever rectangle it is requested",
           "[voxelserver][imagery][ortho][property]") {
     struct Case {
         const char* name;
-        double pixel_m, voxel_m, turned_deg;
+        double pixel_m;
+        double voxel_m;
+        double turned_deg;
         const char* crs;
         bool gaps;
     };
@@ -31,11 +33,13 @@ TEST_CASE("a column reads the same in whatever rectangle it is asked",
     }));
     DYNAMIC_SECTION(c.name) {
         const TemporaryFolder folder;
-        double x0 = kEast0 + 120, y0 = kNorth0 + 120;
+        double x0 = kEast0 + 120;
+        double y0 = kNorth0 + 120;
         geo::Transform(geo::Crs::from_text(kCrs), geo::Crs::from_text(c.crs))
             .apply({&x0, 1}, {&y0, 1});
-        const double a = c.turned_deg * std::numbers::pi / 180, s = std::sin(a) * c.pixel_m,
-                     k = std::cos(a) * c.pixel_m;
+        const double a = c.turned_deg * std::numbers::pi / 180;
+        const double s = std::sin(a) * c.pixel_m;
+        const double k = std::cos(a) * c.pixel_m;
         ImageFile image;
         image.width = static_cast<int>(180 / c.pixel_m);
         image.height = static_cast<int>(150 / c.pixel_m);
@@ -54,7 +58,8 @@ TEST_CASE("a column reads the same in whatever rectangle it is asked",
         const auto f = frame(c.voxel_m);
         const Orthophotos photos({folder.path()}, f);
         const int side = static_cast<int>(240 / c.voxel_m);
-        const auto zx = voxel_x(f, 0), zz = voxel_z(f, 240);
+        const auto zx = voxel_x(f, 0);
+        const auto zz = voxel_z(f, 240);
         const Raster whole = photos.read(zx, zz, side, side);
         REQUIRE(!whole.empty());
         int known = 0;
@@ -70,8 +75,10 @@ TEST_CASE("a column reads the same in whatever rectangle it is asked",
             return std::uniform_int_distribution<int>(least, most)(random_numbers);
         };
         for (int i = 0; i < 60; ++i) {
-            const int w = i % 5 == 0 ? 1 : pick(1, 90), h = i % 7 == 0 ? 1 : pick(1, 90),
-                      x = pick(-20, side - 1), z = pick(-20, side - 1);
+            const int w = i % 5 == 0 ? 1 : pick(1, 90);
+            const int h = i % 7 == 0 ? 1 : pick(1, 90);
+            const int x = pick(-20, side - 1);
+            const int z = pick(-20, side - 1);
             const Raster part = photos.read(zx + x, zz + z, w, h);
             for (int dz = 0; dz < h; ++dz)
                 for (int dx = 0; dx < w; ++dx) {

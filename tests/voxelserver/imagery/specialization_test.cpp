@@ -10,14 +10,18 @@ using voxel::Rgb8;
 
 namespace {
 
-constexpr Rgb8 kMeadow{112, 138, 66}, kAsphalt{116, 116, 120}, kTiles{178, 84, 56},
-    kSlate{118, 120, 126}, kLake{30, 84, 104};
+constexpr Rgb8 kMeadow{112, 138, 66};
+constexpr Rgb8 kAsphalt{116, 116, 120};
+constexpr Rgb8 kTiles{178, 84, 56};
+constexpr Rgb8 kSlate{118, 120, 126};
+constexpr Rgb8 kLake{30, 84, 104};
 
 /// One column of everything a column can be.
 struct OneColumn {
     Group group = Group::kGround;
     Material own = Material::kGround;
-    std::optional<Rgb8> image, points;
+    std::optional<Rgb8> image;
+    std::optional<Rgb8> points;
     std::optional<std::array<std::uint8_t, 2>> nir_red;
     bool covered = false;
 };
@@ -25,8 +29,8 @@ struct OneColumn {
 Grid specialized(const OneColumn& c) {
     static const ColourMap map = ColourMap::load("default");
     const std::vector<Rgb8> point{c.points.value_or(Rgb8{})};
-    const std::vector<std::uint8_t> has_point{static_cast<std::uint8_t>(c.points ? 1 : 0)},
-        covered{static_cast<std::uint8_t>(c.covered ? 1 : 0)};
+    const std::vector<std::uint8_t> has_point{static_cast<std::uint8_t>(c.points ? 1 : 0)};
+    const std::vector<std::uint8_t> covered{static_cast<std::uint8_t>(c.covered ? 1 : 0)};
     SurfaceColumns columns;
     columns.width = columns.height = 1;
     columns.group = {&c.group, 1};
@@ -207,18 +211,20 @@ TEST_CASE("lists that do not fit the rectangle are refused",
     CHECK_THROWS_WITH(specialize(columns, {}, map), contains("3 x 3 columns"));
 }
 
-TEST_CASE("cells look wet where most of what tells is water",
+TEST_CASE("cells look wet where most of their valid columns are water",
           "[voxelserver][imagery][specialization]") {
-    const auto w = Material::kWater, g = Material::kGrass, a = Material::kAir;
+    const auto w = Material::kWater;
+    const auto g = Material::kGrass;
+    const auto a = Material::kAir;
     const std::vector<Material> land{w, w, g, g, w,  //
                                      w, g, a, a, a,  //
                                      a, a, w, w, w};
     CHECK(looks_wet(land, {}, 5, 3, 2) == std::vector<std::uint8_t>{1, 0, 1, 0, 1, 1});
     CHECK(looks_wet(land, {}, 5, 3, 2, 0.8) == std::vector<std::uint8_t>{0, 0, 1, 0, 1, 1});
-    const std::vector<std::uint8_t> told{0, 0, 1, 1, 1, 0, 1, 1, 1, 1, 1, 1, 1, 1, 0};
-    CHECK(looks_wet(land, told, 5, 3, 2) == std::vector<std::uint8_t>{0, 0, 1, 0, 1, 0});
+    const std::vector<std::uint8_t> valid{0, 0, 1, 1, 1, 0, 1, 1, 1, 1, 1, 1, 1, 1, 0};
+    CHECK(looks_wet(land, valid, 5, 3, 2) == std::vector<std::uint8_t>{0, 0, 1, 0, 1, 0});
     CHECK(looks_wet(land, {}, 5, 3, 5, 0.5, 0.6) ==
-          std::vector<std::uint8_t>{1});  // 10 of 15 tell, 7 are wet
+          std::vector<std::uint8_t>{1});  // 10 of 15 are valid, 7 are wet
     CHECK(looks_wet(land, {}, 5, 3, 5, 0.5, 0.7) == std::vector<std::uint8_t>{0});
     CHECK_THROWS_WITH(looks_wet(land, {}, 5, 4, 2), contains("5 x 4 columns"));
     CHECK_THROWS_WITH(looks_wet(land, {}, 5, 3, 0), contains("allowed: 1 to 4096"));

@@ -55,7 +55,8 @@ TEST_CASE("a compressed file has every field of every point, and its header",
     const TemporaryFolder folder;
     const int format = GENERATE(0, 1, 2, 3, 6, 7, 8);
     CAPTURE(format);
-    const fs::path las = folder.path() / "a.las", laz = folder.path() / "a.laz";
+    const fs::path las = folder.path() / "a.las";
+    const fs::path laz = folder.path() / "a.laz";
     write_sample(las, format, 70'001);
     const auto done = laz::compress(las, laz);
     CHECK(done.points == 70'001);
@@ -63,7 +64,8 @@ TEST_CASE("a compressed file has every field of every point, and its header",
     CHECK(done.bytes_after < done.bytes_before);
     CHECK(digest(las) == digest(laz));
     CHECK(laz::check(laz) == 70'001);
-    const std::string before = file_bytes(las), after = file_bytes(laz);
+    const std::string before = file_bytes(las);
+    const std::string after = file_bytes(laz);
     CHECK(after.substr(0, 94) == before.substr(0, 94));
     CHECK(after.substr(131, 96) == before.substr(131, 96));
 }
@@ -73,7 +75,8 @@ TEST_CASE("points that are all the same are compressed too, to less than any oth
     const TemporaryFolder folder;
     const int format = GENERATE(0, 1, 6);
     CAPTURE(format);
-    const fs::path las = folder.path() / "a.las", laz = folder.path() / "a.laz";
+    const fs::path las = folder.path() / "a.las";
+    const fs::path laz = folder.path() / "a.laz";
     write_sample(las, format, 1);
     constexpr std::uint32_t kPoints = 2'000'000;
     std::string bytes = file_bytes(las);
@@ -114,7 +117,7 @@ TEST_CASE("every format of the real files keeps its points, with waveforms and e
     CHECK(seen >= 15);
 }
 
-TEST_CASE("a digest tells a point apart whichever field differs", "[voxelserver][laz]") {
+TEST_CASE("a digest differs whichever field of a point does", "[voxelserver][laz]") {
     laszip_point_struct a{};
     a.extended_point_type = 1;
     const auto value = [](int format, const laszip_point_struct& p) {
@@ -150,7 +153,8 @@ TEST_CASE("a digest tells a point apart whichever field differs", "[voxelserver]
 
 TEST_CASE("records behind the points move with their offset", "[voxelserver][laz]") {
     const TemporaryFolder folder;
-    const fs::path las = folder.path() / "e.las", laz = folder.path() / "e.laz";
+    const fs::path las = folder.path() / "e.las";
+    const fs::path laz = folder.path() / "e.laz";
     write_sample(las, 6, 60'000);
     const std::string payload(100'000, 'w');
     write_bytes(las, with_extended_record(file_bytes(las), payload));
@@ -167,7 +171,8 @@ TEST_CASE("records behind the points move with their offset", "[voxelserver][laz
 TEST_CASE("what cannot be compressed is refused, and nothing is left behind",
           "[voxelserver][laz]") {
     const TemporaryFolder folder;
-    const fs::path las = folder.path() / "c.las", out = folder.path() / "out.laz";
+    const fs::path las = folder.path() / "c.las";
+    const fs::path out = folder.path() / "out.laz";
     write_sample(las, 6, 1000);
     const std::string good = file_bytes(las);
     struct Case {

@@ -17,8 +17,10 @@ namespace fs = std::filesystem;
 
 TEST_CASE("damaged files end in one line, never in a crash", "[voxelserver][laz][damage]") {
     const TemporaryFolder folder;
-    const fs::path las = folder.path() / "a.las", laz = folder.path() / "a.laz",
-                   bad = folder.path() / "bad.las", out = folder.path() / "out.laz";
+    const fs::path las = folder.path() / "a.las";
+    const fs::path laz = folder.path() / "a.laz";
+    const fs::path bad = folder.path() / "bad.las";
+    const fs::path out = folder.path() / "out.laz";
     const int format = GENERATE(3, 7);
     write_sample(las, format, 3000, "LOCAL_CS[\"x\"]");
     (void)laz::compress(las, laz);

@@ -19,7 +19,8 @@ std::size_t unfound(const fs::path& cloud) {
     const auto info = lidar::read_las_info(cloud);
     const auto cells = lidar::read_lax_index(info);
     REQUIRE(cells.has_value());
-    std::size_t missed = 0, number = 0;
+    std::size_t missed = 0;
+    std::size_t number = 0;
     for (const auto& p : all_points(cloud)) {
         bool found = false;
         for (const auto& cell : *cells)

@@ -44,7 +44,7 @@ std::string complaint(const fs::path& file, const Outcome& outcome) {
 
 }  // namespace
 
-TEST_CASE("a child that crashes, hangs or takes too much is told apart",
+TEST_CASE("a child that crashes, hangs or takes too much is recognised",
           "[voxelserver][lidar][child]") {
     CHECK(in_child([] {}).kind == Outcome::Kind::kDone);
     CHECK(in_child([] { throw util::Error("no"); }).text == "no");
@@ -147,7 +147,8 @@ TEST_CASE("a file cut short anywhere is refused, unless all its points are there
             // LASzip finds chunks without the last bytes of their table: then every point must be
             // there.
             CHECK(whole.size() - length < 16);
-            const auto points = all_points(cut), wanted = all_points(folder.path() / c.name);
+            const auto points = all_points(cut);
+            const auto wanted = all_points(folder.path() / c.name);
             REQUIRE(points.size() == wanted.size());
             CHECK(std::equal(points.begin(), points.end(), wanted.begin(), same_point));
         }
@@ -173,18 +174,18 @@ TEST_CASE(
         const auto file = folder.path() / (std::string("changed_") + c.name);
         for (int i = 0; i < 100; ++i) {
             std::string bytes = whole;
-            std::string told;
+            std::string description;
             // Mostly where numbers that lead somewhere stand; else anywhere before the points and
             // in their first bytes.
             for (int changes = 1 + i % 3; changes > 0; --changes) {
                 const std::size_t at =
                     i % 2 == 0 ? 90 + random() % 60 : random() % (points_at + 40);
                 bytes[at] = static_cast<char>(i % 5 == 0 ? 0xFF : random());
-                told += " byte " + std::to_string(at) + " = " +
-                        std::to_string(static_cast<unsigned char>(bytes[at]));
+                description += " byte " + std::to_string(at) + " = " +
+                               std::to_string(static_cast<unsigned char>(bytes[at]));
             }
             write_bytes(file, bytes);
-            INFO("seed " << c.format << ", case " << i << ":" << told);
+            INFO("seed " << c.format << ", case " << i << ":" << description);
             CHECK(complaint(file, read_in_child(file)) == "");
         }
     }

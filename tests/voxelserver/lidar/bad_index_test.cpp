@@ -139,8 +139,14 @@ TEST_CASE("a .lax file that lies is refused", "[voxelserver][lidar][lax][data]")
         WARN("skipped: " << kShared.string() << " is not there");
         return;
     }
-    constexpr std::size_t kLevels = 24, kMinX = 36, kCells = 60, kCell = 64, kIntervals = 68,
-                          kPoints = 72, kFirst = 76, kLast = 80;
+    constexpr std::size_t kLevels = 24;
+    constexpr std::size_t kMinX = 36;
+    constexpr std::size_t kCells = 60;
+    constexpr std::size_t kCell = 64;
+    constexpr std::size_t kIntervals = 68;
+    constexpr std::size_t kPoints = 72;
+    constexpr std::size_t kFirst = 76;
+    constexpr std::size_t kLast = 80;
     struct Case {
         const char* name;
         std::function<void(Bytes&)> lie;

@@ -37,7 +37,9 @@ Outcome in_child(const Work& work, rlim_t memory_bytes = rlim_t{1} << 30, rlim_t
         return {Outcome::Kind::kOther, "no pipe"};
     const pid_t child = ::fork();
     if (child == 0) {
-        const rlimit memory{memory_bytes, memory_bytes}, cpu{cpu_s, cpu_s}, core{0, 0};
+        const rlimit memory{memory_bytes, memory_bytes};
+        const rlimit cpu{cpu_s, cpu_s};
+        const rlimit core{0, 0};
         if (!kSanitized)
             ::setrlimit(RLIMIT_AS, &memory);
         ::setrlimit(RLIMIT_CPU, &cpu);

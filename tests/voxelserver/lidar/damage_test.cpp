@@ -131,7 +131,8 @@ TEST_CASE("every kind of file with random bytes changed is read whole or refused
         const fs::path changed = folder.path() / "changed.laz";
         std::mt19937 random(12);
         for (int i = 0; i < 40; ++i) {
-            std::string bytes = whole, told;
+            std::string bytes = whole;
+            std::string description;
             // Numbers that lead somewhere stand in the header, before and after the points; each
             // also gets its share of anywhere.
             for (int changes = 1 + i % 4; changes > 0; --changes) {
@@ -140,11 +141,11 @@ TEST_CASE("every kind of file with random bytes changed is read whole or refused
                                               random() % whole.size()};
                 const std::size_t at = std::min(places[i % 4], whole.size() - 1);
                 bytes[at] = static_cast<char>(i % 7 == 0 ? 0xFF : i % 7 == 1 ? 0 : random());
-                told += " byte " + std::to_string(at) + " = " +
-                        std::to_string(static_cast<unsigned char>(bytes[at]));
+                description += " byte " + std::to_string(at) + " = " +
+                               std::to_string(static_cast<unsigned char>(bytes[at]));
             }
             write_bytes(changed, bytes);
-            INFO(kind.name << ", seed 12, case " << i << ":" << told);
+            INFO(kind.name << ", seed 12, case " << i << ":" << description);
             CHECK(complaint(read_all(changed)) == "");
             CHECK(complaint(read_index(changed)) == "");
         }
@@ -156,7 +157,8 @@ TEST_CASE(
     "[voxelserver][lidar][damage]") {
     const int format = GENERATE(0, 1, 3, 6, 7);
     const TemporaryFolder folder;
-    const fs::path good = folder.path() / "good.laz", changed = folder.path() / "changed.laz";
+    const fs::path good = folder.path() / "good.laz";
+    const fs::path changed = folder.path() / "changed.laz";
     {
         lidar::LasWriterOptions options;
         options.point_format = format;
@@ -187,9 +189,9 @@ TEST_CASE(
         std::string bytes = whole;
         // Some from within a chunk to its end: whole layers of the formats that have them.
         const bool to_end = i % 3 == 1;
-        const std::size_t chunk_end = chunks.first_byte[2],
-                          from = packed +
-                                 (chunk_end - packed) * static_cast<std::size_t>(i - i % 3) / 12;
+        const std::size_t chunk_end = chunks.first_byte[2];
+        const std::size_t from =
+            packed + (chunk_end - packed) * static_cast<std::size_t>(i - i % 3) / 12;
         const std::size_t length = to_end ? chunk_end - from : std::size_t{1000} << random() % 6;
         const std::size_t at =
             to_end ? from : whole.size() / 20 + random() % (whole.size() * 9 / 10);
@@ -224,7 +226,7 @@ TEST_CASE("a .lax file cut or changed at random is refused, or loses no point",
         CHECK(complaint(outcome) == "");
         if (i % 3 == 0)
             CHECK(outcome.kind == Outcome::Kind::kError);
-        // Whatever is beside it, the point cloud itself is read.
+        // Whatever lies next to it, the point cloud itself is read.
         if (i % 50 == 0)
             CHECK(read_all(folder.path() / "a.laz").kind == Outcome::Kind::kDone);
     }

@@ -19,11 +19,16 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr std::uint32_t kPoints = 30;
-constexpr std::size_t kHeader = 375, kRecordHead = 54, kInfo = 160, kExtendedHead = 60, kEntry = 32;
+constexpr std::size_t kHeader = 375;
+constexpr std::size_t kRecordHead = 54;
+constexpr std::size_t kInfo = 160;
+constexpr std::size_t kExtendedHead = 60;
+constexpr std::size_t kEntry = 32;
 
 /// A chunk as the table has it.
 struct Claim {
-    std::int32_t points = 0, bytes = 0;
+    std::int32_t points = 0;
+    std::int32_t bytes = 0;
 };
 
 std::vector<Claim> decoded(const std::string& code, std::size_t chunks) {
@@ -52,11 +57,12 @@ std::pair<int, std::int64_t> place_of(std::int64_t correction) {
 
 /// Whether a code's chunks come behind the wanted ones in the order of codes.
 bool behind(const std::vector<Claim>& code, const std::vector<Claim>& wanted) {
-    Claim a, b;
+    Claim a;
+    Claim b;
     for (std::size_t i = 0; i < wanted.size(); ++i) {
         for (const auto field : {&Claim::points, &Claim::bytes}) {
-            const auto x = place_of(std::int64_t{code[i].*field} - a.*field),
-                       y = place_of(std::int64_t{wanted[i].*field} - b.*field);
+            const auto x = place_of(std::int64_t{code[i].*field} - a.*field);
+            const auto y = place_of(std::int64_t{wanted[i].*field} - b.*field);
             if (x != y)
                 return x > y;
         }
@@ -69,7 +75,8 @@ bool behind(const std::vector<Claim>& code, const std::vector<Claim>& wanted) {
 /// The bytes from which LASzip's coder reads these chunks. A larger code is one of numbers that
 /// come later, so it is found bit by bit.
 std::string code_of(const std::vector<Claim>& wanted) {
-    constexpr std::size_t kCode = 32, kRoom = 8;
+    constexpr std::size_t kCode = 32;
+    constexpr std::size_t kRoom = 8;
     std::string code(kCode + kRoom, '\0');
     for (std::size_t bit = 0; bit < 8 * kCode; ++bit) {
         char& byte = code[bit / 8];
@@ -125,7 +132,8 @@ std::string copc_of(const fs::path& folder, const std::vector<std::int32_t>& chu
     set(records, laszip - 2 + kRecordHead + 12,
         std::uint32_t{0xFFFFFFFF});  // chunks of different sizes
 
-    std::string points, entries;
+    std::string points;
+    std::string entries;
     std::vector<Claim> claims;
     const std::size_t begin = points_at + kRecordHead + kInfo + 8;
     std::int32_t cell = 0;
@@ -145,8 +153,8 @@ std::string copc_of(const fs::path& folder, const std::vector<std::int32_t>& chu
     const double half = 2000;
     for (const double centre : {462'500.0, 101'500.0, 600.0, half, 1.0})
         add(info, centre);
-    const std::uint64_t table = begin + points.size(),
-                        hierarchy = table + 8 + code_of(claims).size();
+    const std::uint64_t table = begin + points.size();
+    const std::uint64_t hierarchy = table + 8 + code_of(claims).size();
     add(info, hierarchy + kExtendedHead);
     add(info, static_cast<std::uint64_t>(entries.size()));
     info.resize(kInfo);

@@ -29,8 +29,9 @@ inline std::vector<pointcloud::Point> plain_points(const std::filesystem::path& 
         std::memcpy(&value, bytes.data() + offset, sizeof value);
         return value;
     };
-    const std::size_t begin = at(96, std::uint32_t{}), format = at(104, std::uint8_t{}),
-                      record = at(105, std::uint16_t{});
+    const std::size_t begin = at(96, std::uint32_t{});
+    const std::size_t format = at(104, std::uint8_t{});
+    const std::size_t record = at(105, std::uint16_t{});
     std::uint64_t count = at(107, std::uint32_t{});
     if (at(25, std::uint8_t{}) == 4 && at(247, std::uint64_t{}) != 0)
         count = at(247, std::uint64_t{});

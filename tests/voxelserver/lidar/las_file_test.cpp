@@ -52,7 +52,8 @@ TEST_CASE("what was written is read: every format, all classes, returns and colo
     const std::string ending = GENERATE(".las", ".laz");
     INFO("format " << format << ending);
     const TemporaryFolder folder;
-    const auto file = folder.path() / ("sample" + ending), plain = folder.path() / "plain.las";
+    const auto file = folder.path() / ("sample" + ending);
+    const auto plain = folder.path() / "plain.las";
     write_sample(file, format, 3000);
     write_sample(plain, format, 3000);
     const auto info = read_las_info(file);
@@ -113,7 +114,8 @@ TEST_CASE("a file that is no point cloud is refused, naming it", "[voxelserver][
     const TemporaryFolder folder;
     struct Case {
         const char *name, *file;
-        std::string bytes, said;
+        std::string bytes;
+        std::string said;
     };
     const auto c = GENERATE(values<Case>({
         {"missing", "none.laz", "", "no such file"},
@@ -202,7 +204,8 @@ TEST_CASE("the compressed twin of a file holds the same points: all item version
         const auto twin = plain.find(stem_of(file));
         REQUIRE(twin != plain.end());
         ++pairs;
-        const auto compressed = all_points(file), uncompressed = all_points(twin->second);
+        const auto compressed = all_points(file);
+        const auto uncompressed = all_points(twin->second);
         REQUIRE(compressed.size() == uncompressed.size());
         // The uncompressed files of this set hold neither flags nor classes above 31; their twins
         // do.

@@ -84,7 +84,8 @@ TEST_CASE("ranges in any order, overlapping, empty or single points give the poi
             std::vector<PointRange> ranges;
             std::vector<RawPoint> wanted;
             for (int k = 0; k < 1 + i % 5; ++k) {
-                const std::uint64_t begin = random() % whole.size(), most = i % 3 == 0 ? 3 : 60'000;
+                const std::uint64_t begin = random() % whole.size();
+                const std::uint64_t most = i % 3 == 0 ? 3 : 60'000;
                 const std::uint64_t end =
                     std::min<std::uint64_t>(whole.size(), begin + random() % most);
                 ranges.push_back({begin, end});
@@ -127,7 +128,8 @@ TEST_CASE("near infrared is read where the format has it", "[voxelserver][lidar]
         std::uint16_t record = 0;
         std::memcpy(&begin, bytes.data() + 96, 4);
         std::memcpy(&record, bytes.data() + 105, 2);
-        std::size_t different = 0, bright = 0;
+        std::size_t different = 0;
+        std::size_t bright = 0;
         for (std::size_t i = 0; i < raw.size(); ++i) {
             std::uint16_t wanted = 0;
             if (c.at != 0)
@@ -159,7 +161,7 @@ TEST_CASE("chunks of varying size can be read in any order", "[voxelserver][lida
         wanted.insert(wanted.end(), whole.begin() + static_cast<std::ptrdiff_t>(r.begin),
                       whole.begin() + static_cast<std::ptrdiff_t>(r.end));
     CHECK(points_of(info, ranges) == wanted);
-    // Larger ranges are whole chunks too, and no larger than asked for unless one chunk is.
+    // Larger ranges are whole chunks too, and no larger than requested unless one chunk is.
     for (const PointRange& r : split_by_chunk(info, 20'000)) {
         const auto& starts = info.chunks->first_point;
         CHECK(std::binary_search(starts.begin(), starts.end(), r.begin));
@@ -172,7 +174,10 @@ TEST_CASE("a sample is spread over the file and always the same", "[voxelserver]
     struct Case {
         const char* name;
         int format;
-        std::size_t points, about, least, most;
+        std::size_t points;
+        std::size_t about;
+        std::size_t least;
+        std::size_t most;
     };
     const auto c = GENERATE(values<Case>({{"many.laz", 6, 420'000, 900, 900, 909},
                                           {"old.laz", 1, 420'000, 900, 900, 909},
@@ -185,7 +190,8 @@ TEST_CASE("a sample is spread over the file and always the same", "[voxelserver]
         const TemporaryFolder folder;
         write_sample(folder.path() / c.name, c.format, c.points);
         const auto info = read_las_info(folder.path() / c.name);
-        const auto sample = sample_points(info, c.about), whole = all_raw(info);
+        const auto sample = sample_points(info, c.about);
+        const auto whole = all_raw(info);
         CHECK(sample.size() >= c.least);
         CHECK(sample.size() <= c.most);
         CHECK(sample == sample_points(info, c.about));
@@ -240,11 +246,12 @@ TEST_CASE("points of formats 6-10 kept in an older one are read as LASzip reads 
     REQUIRE(laszip_request_compatibility_mode(reader, 1) == 0);
     REQUIRE(laszip_open_reader(reader, file.c_str(), &compressed) == 0);
     REQUIRE(laszip_get_point_pointer(reader, &theirs) == 0);
-    std::size_t different = 0, only_there = 0;
+    std::size_t different = 0;
+    std::size_t only_there = 0;
     for (const RawPoint& p : points) {
         REQUIRE(laszip_read_point(reader) == 0);
-        const int flags = theirs->extended_classification_flags,
-                  nir = info.has_near_infrared() ? theirs->rgb[3] : 0;
+        const int flags = theirs->extended_classification_flags;
+        const int nir = info.has_near_infrared() ? theirs->rgb[3] : 0;
         different += p.x == theirs->X && p.y == theirs->Y && p.z == theirs->Z &&
                              p.classification == theirs->extended_classification &&
                              p.return_number == theirs->extended_return_number &&

@@ -28,15 +28,18 @@ bool there(const fs::path& file) {
 }
 
 struct Rectangle {
-    double min_x, min_y, max_x, max_y;
+    double min_x;
+    double min_y;
+    double max_x;
+    double max_y;
 };
 
 std::vector<RawPoint> inside(const LasInfo& info, const std::vector<RawPoint>& points,
                              const Rectangle& r) {
     std::vector<RawPoint> out;
     for (const RawPoint& p : points) {
-        const double x = p.x * info.scale[0] + info.offset[0],
-                     y = p.y * info.scale[1] + info.offset[1];
+        const double x = p.x * info.scale[0] + info.offset[0];
+        const double y = p.y * info.scale[1] + info.offset[1];
         if (x >= r.min_x && x <= r.max_x && y >= r.min_y && y <= r.max_y)
             out.push_back(p);
     }
@@ -59,8 +62,8 @@ double check_rectangles(const LasInfo& info, const SpatialIndex& index, unsigned
                                     : between(info.min[0] - 5, info.max[0]);
         const double y = i % 3 == 0 ? p.y * info.scale[1] + info.offset[1]
                                     : between(info.min[1] - 5, info.max[1]);
-        const double width = i % 5 == 4 ? 0 : between(0, wide * (info.max[0] - info.min[0])),
-                     depth = between(0, wide * (info.max[1] - info.min[1]));
+        const double width = i % 5 == 4 ? 0 : between(0, wide * (info.max[0] - info.min[0]));
+        const double depth = between(0, wide * (info.max[1] - info.min[1]));
         const Rectangle r{x, y, x + width, y + depth};
         const auto ranges = index.ranges_over(r.min_x, r.min_y, r.max_x, r.max_y);
         for (std::size_t k = 0; k < ranges.size(); ++k) {
@@ -87,7 +90,7 @@ double check_rectangles(const LasInfo& info, const SpatialIndex& index, unsigned
 }
 
 /// Points in short strips, so that neighbours in the file are neighbours in space, with LASzip's
-/// own index beside them.
+/// own index next to them.
 void write_with_lax(const fs::path& path, int format, std::size_t count, double origin) {
     laszip_POINTER writer = nullptr;
     REQUIRE(laszip_create(&writer) == 0);
@@ -185,7 +188,7 @@ TEST_CASE("an index that LASzip has written is used, far from the origin too",
         REQUIRE(index);
         CHECK(index->source() == (folder.path() / "strips.lax").string());
         CHECK(check_rectangles(info, *index, 23) < 0.3);
-        // An index beside a file changes nothing for those who do not ask for it.
+        // An index next to a file changes nothing for readers that do not request it.
         const auto with = all_raw(info);
         fs::remove(folder.path() / "strips.lax");
         CHECK(all_raw(info) == with);

@@ -62,7 +62,7 @@ TEST_CASE("shade stays within its range for any heights", "[map][shade]") {
 }
 
 TEST_CASE(
-    "water is not shaded, nothing is transparent, and nothing beside a column is level with it",
+    "water is not shaded, nothing is transparent, and nothing next to a column is level with it",
     "[map][shade]") {
     std::array<ColumnTop, 9> tops;
     map::TopWindow window{};

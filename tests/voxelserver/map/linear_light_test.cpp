@@ -16,7 +16,8 @@ TEST_CASE("every sRGB value comes back from linear light", "[map][linear]") {
 }
 
 TEST_CASE("linear light becomes the nearest sRGB value", "[map][linear]") {
-    int wrong = 0, last = 0;
+    int wrong = 0;
+    int last = 0;
     for (std::uint32_t linear = 0; linear <= kBrightest; ++linear) {
         const double c = linear / 65535.0;
         const double exact =

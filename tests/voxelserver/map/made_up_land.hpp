@@ -36,7 +36,7 @@ public:
     }
 
     [[nodiscard]] map::Top top(std::int32_t bx, std::int32_t bz, bool make) override {
-        ++asked;
+        ++requests;
         const std::lock_guard lock(m_mutex);
         if (failing.contains({bx, bz}) && make)
             throw util::Error("the square is damaged");
@@ -66,8 +66,8 @@ public:
         return out;
     }
 
-    std::atomic<int> asked{0};
-    std::set<std::pair<std::int32_t, std::int32_t>> failing;  ///< set before anyone asks
+    std::atomic<int> requests{0};
+    std::set<std::pair<std::int32_t, std::int32_t>> failing;  ///< set before the first request
 
 private:
     static std::shared_ptr<const map::BoxTop> build(std::int32_t bx, std::int32_t bz) {

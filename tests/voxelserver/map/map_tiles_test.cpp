@@ -86,16 +86,19 @@ TEST_CASE("coarser tiles are means of four in linear light, weighted by alpha", 
     for (const int zoom : {3, 2}) {
         const int t = -1;
         const auto coarse = pixels_of(tiles.get(zoom, t, t));
-        int wrong = 0, seen = 0;
+        int wrong = 0;
+        int seen = 0;
         std::array<std::vector<Rgba8>, 4> fine;
         for (int q = 0; q < 4; ++q)
             fine[static_cast<std::size_t>(q)] =
                 pixels_of(tiles.get(zoom + 1, 2 * t + q % 2, 2 * t + q / 2));
         for (int i = 0; i < 256 * 256; ++i) {
-            const int x = i % 256 * 2, z = i / 256 * 2;
+            const int x = i % 256 * 2;
+            const int z = i / 256 * 2;
             double alpha = 0, sums[3] = {};
             for (int k = 0; k < 4; ++k) {
-                const int fx = x + k % 2, fz = z + k / 2;
+                const int fx = x + k % 2;
+                const int fz = z + k / 2;
                 const Rgba8 p = fine[static_cast<std::size_t>(fz / 256 * 2 + fx / 256)]
                                     [static_cast<std::size_t>(fz % 256 * 256 + fx % 256)];
                 alpha += p.a;
@@ -119,8 +122,7 @@ TEST_CASE("coarser tiles are means of four in linear light, weighted by alpha", 
     }
 }
 
-TEST_CASE("bytes do not depend on what was asked before, on the cache, or on threads",
-          "[map][tiles]") {
+TEST_CASE("bytes do not depend on earlier requests, on the cache, or on threads", "[map][tiles]") {
     const auto info = world_of(6, -9, -9, 9, 9);
     std::map<std::array<int, 3>, std::string> expected;
     std::vector<std::array<int, 3>> order;
@@ -164,7 +166,7 @@ TEST_CASE("coarse zooms show what is at hand and make nothing", "[map][tiles]") 
     const auto nothing = tiles.get(0, 0, 0);
     CHECK_FALSE(nothing.complete);
     CHECK(nothing.png == nullptr);
-    CHECK(land.asked == 0);
+    CHECK(land.requests == 0);
 
     REQUIRE(tiles.get(5, 3, 2).complete);
     const auto made = land.made();
@@ -183,13 +185,13 @@ TEST_CASE("coarse zooms show what is at hand and make nothing", "[map][tiles]") 
     CHECK(outside <= 4 * 8 * 2 + 4 * 4);  // two pixels wide
     CHECK(land.made() == made);
 
-    // Nothing new: nobody is asked again. Something new: only around it.
-    const int asked = land.asked;
+    // Nothing new: nothing is requested again. Something new: only around it.
+    const int requests = land.requests;
     CHECK(*tiles.get(0, 0, 0).png == *some.png);
-    CHECK(land.asked == asked);
+    CHECK(land.requests == requests);
     static_cast<void>(land.top(100, 100, true));
     CHECK(*tiles.get(0, 0, 0).png != *some.png);
-    CHECK(land.asked - asked <= 1 + 4 * 36);
+    CHECK(land.requests - requests <= 1 + 4 * 36);
 }
 
 TEST_CASE("an overview is complete when everything has been made", "[map][tiles]") {
@@ -230,9 +232,9 @@ TEST_CASE("one call makes a bounded number of pictures, and the next go on from 
     int calls = 0;
     bool complete = false;
     while (!complete && calls < 100) {
-        const int asked = land.asked;
+        const int requests = land.requests;
         complete = tiles.get(0, 0, 0).complete;
-        CHECK(land.asked - asked <= MapTiles::kMaxTiles * 36);
+        CHECK(land.requests - requests <= MapTiles::kMaxTiles * 36);
         ++calls;
     }
     CHECK(complete);
@@ -253,7 +255,7 @@ TEST_CASE("tiles outside the world are empty and complete, and cost nothing", "[
                 CHECK(tile.png == nullptr);
                 CHECK(tile.reach.empty());
             }
-    CHECK(land.asked == 0);
+    CHECK(land.requests == 0);
     for (const int zoom : {-1, 21, INT_MAX, INT_MIN})
         CHECK_THROWS_AS(tiles.get(zoom, 0, 0), util::UsageError);
     CHECK_THROWS_WITH(tiles.get(21, 0, 0), test::contains("allowed: 0 to 20"));
@@ -263,7 +265,7 @@ TEST_CASE("tiles outside the world are empty and complete, and cost nothing", "[
     CHECK(none.get(0, 0, 0).complete);
 }
 
-TEST_CASE("a world as large as numbers go is looked at with bounded work", "[map][tiles]") {
+TEST_CASE("a world as large as numbers go is drawn with bounded work", "[map][tiles]") {
     voxel::WorldInfo info;
     info.levels = 21;
     info.bounds = {{INT32_MIN, INT32_MIN, INT32_MIN}, {INT32_MAX, INT32_MAX, INT32_MAX}};
@@ -276,11 +278,11 @@ TEST_CASE("a world as large as numbers go is looked at with bounded work", "[map
                                    true));
     for (const std::int32_t corner : {INT32_MIN >> 6, INT32_MAX >> 6})
         static_cast<void>(land.top(corner, corner, true));
-    const int asked = land.asked;
+    const int requests = land.requests;
     for (int y = -4; y < 4; ++y)
         for (int x = -4; x < 4; ++x)
             CHECK_FALSE(tiles.get(0, x, y).complete);
-    CHECK(land.asked - asked <= 64 * MapTiles::kMaxTiles * 36);
+    CHECK(land.requests - requests <= 64 * MapTiles::kMaxTiles * 36);
     CHECK(tiles.get(20, INT32_MAX / 256, INT32_MAX / 256).complete);
     CHECK(tiles.get(20, INT32_MIN / 256, INT32_MIN / 256).complete);
 }

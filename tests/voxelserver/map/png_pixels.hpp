@@ -11,7 +11,8 @@
 namespace terravox::test {
 
 struct PngPixels {
-    int width = 0, height = 0;
+    int width = 0;
+    int height = 0;
     std::vector<map::Rgba8> pixels;
 };
 

@@ -11,7 +11,8 @@ using namespace terravox;
 TEST_CASE("a PNG holds the pixels that were given, also noise, and no time", "[map][png]") {
     std::mt19937_64 random(1);
     struct Case {
-        int width, height;
+        int width;
+        int height;
     };
     for (const auto [width, height] : {Case{1, 1}, Case{256, 256}, Case{3, 700}}) {
         std::vector<map::Rgba8> pixels(static_cast<std::size_t>(width * height));

@@ -14,8 +14,10 @@ namespace {
 
 /// Columns made of one random box each; at hand only when `at_hand` says so.
 struct Maker {
-    std::atomic<int> made{0}, looked{0};
-    std::atomic<bool> at_hand{false}, broken{false};
+    std::atomic<int> made{0};
+    std::atomic<int> looked{0};
+    std::atomic<bool> at_hand{false};
+    std::atomic<bool> broken{false};
     std::optional<map::ColumnBoxes> operator()(std::int32_t bx, std::int32_t bz, bool make) {
         ++looked;
         if (broken)
@@ -92,7 +94,7 @@ TEST_CASE("failures reach the caller and are not remembered", "[map][top-cache]"
     CHECK(cache.top(0, 0, true).known);
 }
 
-TEST_CASE("what was made for somebody else is looked at, and evicted columns are asked for again",
+TEST_CASE("boxes made by other requests are shown, and evicted columns are requested again",
           "[map][top-cache]") {
     Maker maker;
     map::TopCache cache(fetch_from(maker), test::test_colours(), 4,

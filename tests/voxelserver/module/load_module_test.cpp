@@ -89,7 +89,7 @@ TEST_CASE("the module gives away one name only", "[voxelserver][module]") {
     CHECK(dlsym(library, "laszip_open_reader") == nullptr);
 }
 
-TEST_CASE("a library beside the program is found once", "[common][util]") {
+TEST_CASE("a library next to the program is found once", "[common][util]") {
     CHECK(util::beside_program("terravox-worlds.so") == module::worlds_module());
     CHECK(fs::is_regular_file(module::worlds_module()));
     CHECK(util::open_beside_program("terravox-worlds.so", "worlds module") ==

@@ -105,7 +105,8 @@ TEST_CASE("text, little-endian and big-endian files give the points that were wr
 TEST_CASE("names of properties as programs write them are understood", "[voxelserver][ply]") {
     struct Case {
         const char* name;
-        std::string properties, rows;
+        std::string properties;
+        std::string rows;
         int source_class;
         std::array<std::uint16_t, 3> rgb;
         const char* type = "double";
@@ -267,7 +268,7 @@ TEST_CASE("the CRS is that of a comment, else of the .prj file", "[voxelserver][
         {"a comment with a colon", "CRS: EPSG:2154", "", "EPSG:2154"},
         {"a comment with heights", "crs EPSG:2154+5720", "", "EPSG:2154"},
         {"a comment of WKT", "crs " + wkt, "", "EPSG:3794"},
-        {"a file beside it", "", wkt, "EPSG:3794"},
+        {"a file next to it", "", wkt, "EPSG:3794"},
         {"both", "crs EPSG:2154", wkt, "EPSG:2154"},
         {"a comment of something else", "crsomething EPSG:2154", "", ""},
         {"a comment that is not understood", "crs somewhere", "", ""},

@@ -30,7 +30,7 @@ TEST_CASE("addresses are read", "[common][net][address]") {
     }
 }
 
-TEST_CASE("what is no address is told so", "[common][net][address]") {
+TEST_CASE("text that is no address is refused", "[common][net][address]") {
     struct Case {
         const char* text;
         std::uint16_t default_port;
@@ -51,7 +51,7 @@ TEST_CASE("what is no address is told so", "[common][net][address]") {
     }
 }
 
-TEST_CASE("a peer has one name, whoever tells it", "[common][net][address]") {
+TEST_CASE("a peer has one name, however it is obtained", "[common][net][address]") {
     struct Case {
         const char* of_grpc;
         const char* name;
@@ -78,7 +78,7 @@ TEST_CASE("a peer has one name, whoever tells it", "[common][net][address]") {
     CHECK(sockets::neighbourhood_of("[nonsense]:1") == "[nonsense]");
 }
 
-TEST_CASE("a name that nobody knows is an error of its own", "[common][net][address]") {
+TEST_CASE("an unknown host name is an error of its own", "[common][net][address]") {
     CHECK_THROWS_WITH(sockets::resolve({.host = "no-such-host.invalid", .port = 1}, false),
                       contains("look up no-such-host.invalid"));
 }

@@ -57,7 +57,7 @@ TEST_CASE(
     }
 }
 
-TEST_CASE("the machine's own name counts where other machines may ask, and not on loopback",
+TEST_CASE("the machine's own name counts where other machines may connect, and not on loopback",
           "[common][net][http]") {
     std::array<char, 256> own{};
     REQUIRE(gethostname(own.data(), own.size() - 1) == 0);
@@ -90,7 +90,7 @@ TEST_CASE("loopback is 127.0.0.0/8 and ::1", "[common][net][http]") {
 TEST_CASE("pages of other origins are known by what their browsers say", "[common][net][http]") {
     struct Case {
         const char* name;
-        sockets::AskingPage page;
+        sockets::RequestingPage page;
         bool foreign;
     };
     const auto c = GENERATE(values<Case>({
@@ -102,7 +102,7 @@ TEST_CASE("pages of other origins are known by what their browsers say", "[commo
         {"behind a front with TLS",
          {"Voxels.example.org", "https://voxels.example.org", "same-origin", "cors", "empty"},
          false},
-        {"typed by a person", {"localhost:8888", "", "none", "navigate", "document"}, false},
+        {"typed by the user", {"localhost:8888", "", "none", "navigate", "document"}, false},
         {"a link on another page",
          {"localhost:8888", "", "cross-site", "navigate", "document"},
          false},

@@ -51,8 +51,8 @@ TEST_CASE("a prepared square that was cut short, or grew, is refused",
     const SquarePtr square = made_square(3, 5000, 12);
     store::write_square(file, *square);
     const std::string good = bytes_of(file);
-    const std::size_t tables = square->patches().size_bytes(),
-                      header = good.size() - tables - square->all().size_bytes();
+    const std::size_t tables = square->patches().size_bytes();
+    const std::size_t header = good.size() - tables - square->all().size_bytes();
     for (const std::size_t size : cuts(good.size(), header, tables)) {
         INFO("cut to " << size << " of " << good.size() << " bytes");
         write_bytes(file, good.substr(0, size));
@@ -82,10 +82,11 @@ TEST_CASE("a chunk index that was cut short, or grew, is refused", "[voxelserver
     CHECK_THROWS_AS(store::read_chunks(file), util::Error);
 }
 
-TEST_CASE("another version, another kind of file and no such file at all are told apart",
+TEST_CASE("another version, another kind of file and no such file at all are distinguished",
           "[voxelserver][store][damage]") {
     const TemporaryFolder folder;
-    const auto square = folder.path() / "a.square", chunks = folder.path() / "a.chunks";
+    const auto square = folder.path() / "a.square";
+    const auto chunks = folder.path() / "a.chunks";
     store::write_square(square, *made_square(3, 500, 2));
     store::write_chunks(chunks, made_index(3, 4));
     CHECK_THROWS_WITH(store::map_square(chunks), contains("a.chunks: not a prepared square"));
@@ -109,7 +110,8 @@ TEST_CASE("whatever bytes of a prepared square change, no wrong point is read",
     store::write_square(file, *square);
     const std::string good = bytes_of(file);
     std::mt19937 random(2026);
-    int at_once = 0, later = 0;
+    int at_once = 0;
+    int later = 0;
     for (int round = 0; round < 600; ++round) {
         std::string bad = good;
         for (unsigned n = 1 + random() % 3; n > 0; --n)
@@ -161,10 +163,13 @@ TEST_CASE(
     const auto map = util::MappedFile::open(file);
     std::filesystem::resize_file(file, size / 4);
     if (util::readable(map->bytes())) {
-        WARN("not tested: this system does not tell what a map has lost (Linux does from 5.14 on)");
+        WARN(
+            "not tested: this system does not report what a map has lost (Linux does from 5.14 "
+            "on)");
         return;
     }
-    int refused = 0, same = 0;
+    int refused = 0;
+    int same = 0;
     for (const auto& patch : square->patches()) {
         std::span<const store::VoxelPoint> points;
         try {

@@ -44,8 +44,8 @@ public:
         throw std::runtime_error(message);
     }
 
-    /// @param columns and values beside those that every square of si-lss has, such as ", state"
-    /// and ", 'failed'"
+    /// @param columns and values in addition to those that every square of si-lss has, such as ",
+    /// state" and ", 'failed'"
     void add(const std::string& name, const std::string& state, const std::string& columns = "",
              const std::string& values = "") {
         run("INSERT INTO squares (source, grid, name, state, urls, crs, class_table, licence, "

@@ -63,7 +63,7 @@ TEST_CASE("what is no store is refused in one line that names it",
          "squares"},
         {"squares as a virtual table",
          sql("DROP TABLE squares; CREATE VIRTUAL TABLE squares USING fts5(source)"), "squares"},
-        {"a state nobody knows",
+        {"an unknown state",
          sql(drop_checks() + "INSERT INTO squares (source, grid, name, state, urls, known_at) "
                              "VALUES ('s', 's', 'a', 'lost', '', '')"),
          "state = 'lost'"},

@@ -28,7 +28,7 @@ TEST_CASE("the schema that is read is the one that the grabber makes",
     CHECK(Fishnet::migrations().size() == static_cast<std::size_t>(store::kGrabberSchema));
 }
 
-TEST_CASE("a store that the grabber filled tells its squares", "[voxelserver][store][grabber]") {
+TEST_CASE("a store that the grabber filled lists its squares", "[voxelserver][store][grabber]") {
     const TemporaryFolder folder;
     const fs::path& root = folder.path();
     write(root / "lidar/si-lss/462_101.laz", "12345");
@@ -88,7 +88,7 @@ TEST_CASE("a store that the grabber filled tells its squares", "[voxelserver][st
     CHECK(std::string(store::name_of(StoredState::kWanted)) == "wanted");
 }
 
-TEST_CASE("a square that is asked for again keeps its old file until another takes its place",
+TEST_CASE("a square that is requested again keeps its old file until another takes its place",
           "[voxelserver][store][grabber]") {
     const TemporaryFolder folder;
     write(folder.path() / "lidar/si-lss/a.laz", "12345");
@@ -126,7 +126,7 @@ TEST_CASE("orthophotos are those that can be used and are there", "[voxelserver]
 }
 
 TEST_CASE(
-    "a store is read while the grabber writes to it, and leaves nothing behind when nobody does",
+    "a store is read while the grabber writes to it, and leaves nothing behind when it does not",
     "[voxelserver][store][grabber]") {
     const TemporaryFolder folder;
     std::optional<Fishnet> fishnet(folder.path());

@@ -19,7 +19,8 @@ void write_field(const fs::path& file, const std::string& crs, int format, doubl
     const geo::Transform place(geo::Crs::from_text(kCrs), geo::Crs::from_text(crs));
     lidar::LasWriterOptions options;
     options.point_format = format;
-    double x0 = kEast0 + east, y0 = kNorth0;
+    double x0 = kEast0 + east;
+    double y0 = kNorth0;
     place.apply({&x0, 1}, {&y0, 1});
     const bool degrees = geo::Crs::from_text(crs).geographic();
     options.scale = degrees ? std::array{1e-8, 1e-8, 0.001} : std::array{0.001, 0.001, 0.001};

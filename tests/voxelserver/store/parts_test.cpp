@@ -55,7 +55,7 @@ void write_shuffled(const lidar::LasInfo& info, const fs::path& to) {
 
 }  // namespace
 
-TEST_CASE("with only the chunk index kept, boxes asked in any order are those of the whole",
+TEST_CASE("with only the chunk index kept, boxes requested in any order are those of the whole",
           "[voxelserver][store][parts]") {
     const Strip& strip = Strip::get();
     REQUIRE(strip.stretches >= 10);
@@ -117,7 +117,7 @@ TEST_CASE(
             return;
         CHECK(files_ending(cache.path() / "squares", ".square").empty());
         CHECK(files_ending(cache.path() / "squares", ".chunks").size() == 1);
-        // The second time nobody has to look through the file first.
+        // The second time no scan of the file is needed.
         TimedWorld second(options);
         const auto keys = all_keys(second->info(), 0);
         (void)second->box(keys.front());
@@ -126,7 +126,7 @@ TEST_CASE(
     }
 }
 
-TEST_CASE("a file that turns out to be damaged is decoded once, however many boxes are asked for",
+TEST_CASE("a file that turns out to be damaged is decoded once, however many boxes are requested",
           "[voxelserver][store][parts][damage]") {
     const Strip& strip = Strip::get();
     const TemporaryFolder folder;

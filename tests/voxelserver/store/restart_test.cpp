@@ -20,8 +20,9 @@ const Cloud& hills() {
         std::mt19937 random(12);
         const auto unit = [&] { return static_cast<double>(random() % 100'000) / 100'000; };
         for (int i = 0; i < 60'000; ++i) {
-            const double e = 0.05 + unit() * 149.9, n = 0.05 + unit() * 129.9,
-                         ground = 200 + 6 * std::sin(e / 31) + 4 * std::cos(n / 17);
+            const double e = 0.05 + unit() * 149.9;
+            const double n = 0.05 + unit() * 129.9;
+            const double ground = 200 + 6 * std::sin(e / 31) + 4 * std::cos(n / 17);
             cloud.add(e, n, ground, n > 60 && n < 66 ? 11 : 2);
             if (i % 3 == 0 && std::sin(e / 6) * std::sin(n / 6) > 0.6)
                 cloud.add(e, n, ground + 2 + unit() * 9, 5);
@@ -36,8 +37,9 @@ const Cloud& hills() {
 /// Two files and a cache folder that lasts for one test.
 struct Place {
     TemporaryFolder folder;
-    fs::path west = folder.path() / "data" / "west.laz", east = folder.path() / "data" / "east.laz",
-             cache = folder.path() / "cache";
+    fs::path west = folder.path() / "data" / "west.laz";
+    fs::path east = folder.path() / "data" / "east.laz";
+    fs::path cache = folder.path() / "cache";
     Place() {
         hills().write(west, kCrs, 6, [](const Cloud::Point& p) { return p.east < 80; });
         hills().write(east, kCrs, 6, [](const Cloud::Point& p) { return p.east >= 80; });
@@ -134,7 +136,8 @@ TEST_CASE("what shapes the points makes squares of another name, what does not u
          [](const Place&, auto& o) { o.threads = 1, o.memory_bytes = std::size_t{1} << 30; }},
     }));
     DYNAMIC_SECTION(c.name) {
-        auto cached = place.options(), plain = place.options(false);
+        auto cached = place.options();
+        auto plain = place.options(false);
         c.change(place, cached);
         c.change(place, plain);
         const Checksums wanted = TimedWorld(plain).boxes();
@@ -160,7 +163,7 @@ TEST_CASE("voxel sizes that differ in the seventh digit share no squares",
     CHECK(place.squares().size() == 4);
 }
 
-TEST_CASE("a damaged square on disk is told, made again and replaced",
+TEST_CASE("a damaged square on disk is reported, made again and replaced",
           "[voxelserver][store][restart][damage]") {
     const Place place;
     const Checksums wanted = TimedWorld(place.options()).boxes();

@@ -71,7 +71,7 @@ TEST_CASE("a file that is not there is no error, and what is no plain file is on
     const auto pipe = folder.path() / "pipe.square";
     REQUIRE(std::system(("mkfifo " + pipe.string()).c_str()) == 0);
     CHECK_THROWS_WITH(store::map_square(pipe),
-                      contains("not a plain file"));  // and nobody waits for a writer
+                      contains("not a plain file"));  // and opening it does not wait for a writer
     write_bytes(folder.path() / "empty", "");
     const auto empty = util::MappedFile::open(folder.path() / "empty");
     REQUIRE(empty);
@@ -92,14 +92,16 @@ TEST_CASE("what a mapped file no longer holds is not readable", "[voxelserver][s
     CHECK(util::readable(bytes.first(2 * kPage)));
     CHECK(util::readable(bytes.subspan(kPage + 17, 100)));
     if (util::readable(bytes)) {
-        WARN("not tested: this system does not tell what a map has lost (Linux does from 5.14 on)");
+        WARN(
+            "not tested: this system does not report what a map has lost (Linux does from 5.14 "
+            "on)");
         return;
     }
     CHECK_FALSE(util::readable(bytes.subspan(2 * kPage, 1)));
     CHECK_FALSE(util::readable(bytes.subspan(2 * kPage - 1, 2)));
     CHECK_FALSE(util::readable(bytes.last(1)));
-    std::filesystem::resize_file(
-        file, 4 * kPage);  // grown again: zeros, which a checksum tells from what was there
+    std::filesystem::resize_file(file,
+                                 4 * kPage);  // grown again: zeros, which the checksum detects
     CHECK(util::readable(bytes));
 }
 

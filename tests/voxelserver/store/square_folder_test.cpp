@@ -23,13 +23,14 @@ TEST_CASE("the folder never ends above its limit, and what was used longest ago 
     const TemporaryFolder folder;
     const SquarePtr square = made_square(1, 20'000, 4);  // much larger than the indices
     store::write_square(folder.path() / "probe", *square);
-    const std::uint64_t one = fs::file_size(folder.path() / "probe"), limit = 3 * one + one / 2;
+    const std::uint64_t one = fs::file_size(folder.path() / "probe");
+    const std::uint64_t limit = 3 * one + one / 2;
     const fs::path cache = folder.path() / "cache";
     store::SquareFolder squares(cache, limit);
     const SquarePtr first = squares.put("s0", square);
     for (int i = 1; i < 8; ++i) {
         std::this_thread::sleep_for(std::chrono::milliseconds(
-            15));  // times of files tell which was used last; systems round them to 10 ms
+            15));  // times of files define which was used last; systems round them to 10 ms
         if (i != 6)
             CHECK(squares.find("s0"));  // used again and again, until the end
         squares.put_index("s" + std::to_string(i), made_index(1, 3));
@@ -45,7 +46,7 @@ TEST_CASE("the folder never ends above its limit, and what was used longest ago 
     for (int i = 8; i < 12; ++i)
         CHECK(squares.put("s" + std::to_string(i), square) != square);
     CHECK_FALSE(squares.holds("s0"));
-    CHECK(same_square(*first, *square));  // mapped: still there for who uses it
+    CHECK(same_square(*first, *square));  // mapped: still there while it is used
 }
 
 TEST_CASE("a square larger than the whole folder is not written, and indices alone keep the limit",
@@ -74,8 +75,8 @@ TEST_CASE("what another writer has not finished stays, what a crash has left beh
     const TemporaryFolder folder;
     const SquarePtr square = made_square(1, 2000, 4);
     store::SquareFolder squares(folder.path(), 2 * square->memory_bytes());
-    const fs::path young = folder.path() / ".x.part-1-0.square",
-                   old = folder.path() / ".y.part-2-0.square";
+    const fs::path young = folder.path() / ".x.part-1-0.square";
+    const fs::path old = folder.path() / ".y.part-2-0.square";
     write_bytes(young, std::string(100'000, 'x'));
     write_bytes(old, std::string(100'000, 'y'));
     fs::last_write_time(old, fs::file_time_type::clock::now() - std::chrono::hours(3));
@@ -85,7 +86,7 @@ TEST_CASE("what another writer has not finished stays, what a crash has left beh
     CHECK_FALSE(fs::exists(old));
 }
 
-TEST_CASE("a folder that cannot be made or written is told once, and squares stay in memory",
+TEST_CASE("a folder that cannot be made or written is reported once, and squares stay in memory",
           "[voxelserver][store]") {
     const TemporaryFolder folder;
     write_bytes(folder.path() / "plain", "text");
@@ -166,7 +167,8 @@ TEST_CASE("threads that put and read the same squares in a small folder get whol
     const std::uint64_t limit = 2 * made[0]->memory_bytes();
     store::SquareFolder one(folder.path(), limit),
         two(folder.path(), limit);  // as two processes would
-    std::atomic<int> wrong{0}, found{0};
+    std::atomic<int> wrong{0};
+    std::atomic<int> found{0};
     const Warnings warnings;
     std::vector<std::thread> threads;
     for (unsigned t = 0; t < 8; ++t)
@@ -194,7 +196,7 @@ TEST_CASE("threads that put and read the same squares in a small folder get whol
     CHECK(found > 100);
     INFO(warnings.text());
     CHECK(warnings.text().empty());
-    CHECK(one.put("last", made[0]) != made[0]);  // nobody has given up
+    CHECK(one.put("last", made[0]) != made[0]);  // the folder has not given up
     CHECK(bytes_in(folder.path()) <= limit);
     for (const auto& entry : fs::directory_iterator(folder.path()))
         CHECK_FALSE(entry.path().filename().string().starts_with('.'));

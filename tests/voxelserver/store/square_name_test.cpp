@@ -24,7 +24,8 @@ TEST_CASE("the name of a prepared square changes with its file and its recipe",
     struct Case {
         const char* name;
         std::size_t at;
-        bool longer, later;
+        bool longer;
+        bool later;
     };
     const auto c = GENERATE(values<Case>({{"first byte", 0, false, false},
                                           {"last byte", 199'999, false, false},

@@ -123,7 +123,8 @@ TEST_CASE("a mapped patch whose bytes changed is refused, the others are not",
 }
 
 TEST_CASE("counts add up", "[voxelserver][voxelize][square]") {
-    store::PointCounts a, b;
+    store::PointCounts a;
+    store::PointCounts b;
     a.kept = 1;
     a.outliers = 2;
     a.withheld = 3;

@@ -24,8 +24,8 @@ inline void write_strip(const std::filesystem::path& file, bool sorted) {
     lidar::LasWriter writer(file, options);
     for (const double e : east) {
         const double n = 110 * unit();
-        const bool lake = std::hypot(e - 600, n - 50) < 30,
-                   tree = !lake && std::sin(e / 7) * std::sin(n / 6) > 0.8 && unit() < 0.5;
+        const bool lake = std::hypot(e - 600, n - 50) < 30;
+        const bool tree = !lake && std::sin(e / 7) * std::sin(n / 6) > 0.8 && unit() < 0.5;
         lidar::LasWritePoint p;
         p.x = kEast0 + e;
         p.y = kNorth0 + n;
@@ -41,8 +41,8 @@ inline void write_strip(const std::filesystem::path& file, bool sorted) {
 /// The strip, written once, and what its boxes hold when all of it is decoded at once.
 struct Strip {
     TemporaryFolder folder;
-    std::filesystem::path sorted = folder.path() / "sorted.laz",
-                          mixed = folder.path() / "mixed.laz";
+    std::filesystem::path sorted = folder.path() / "sorted.laz";
+    std::filesystem::path mixed = folder.path() / "mixed.laz";
     std::uint64_t stretches = 0;  ///< in which the whole file is decoded
     Checksums boxes;
 

@@ -20,7 +20,8 @@ void write_four(const fs::path& folder) {
     std::mt19937 random(4);
     const auto unit = [&] { return static_cast<double>(random() % 100'000) / 100'000; };
     for (int i = 0; i < 60'000; ++i) {
-        const double e = 160 * unit(), n = 160 * unit();
+        const double e = 160 * unit();
+        const double n = 160 * unit();
         const bool lake = std::hypot(e - 80, n - 80) < 25;
         cloud.add(e, n, lake ? 95 : 100 + 5 * std::sin(e / 20) + 3 * std::cos(n / 15),
                   lake ? 9 : 2);
@@ -35,9 +36,9 @@ void write_four(const fs::path& folder) {
     }
 }
 
-/// Asks for all boxes from `count` threads, each in an order of its own. @return how many answers
-/// were wrong
-int ask(TimedWorld& world, const Checksums& wanted, unsigned count) {
+/// Requests all boxes from `count` threads, each in an order of its own.
+/// @return how many results were wrong
+int count_wrong(TimedWorld& world, const Checksums& wanted, unsigned count) {
     std::atomic<int> wrong{0};
     std::vector<std::thread> threads;
     for (unsigned t = 0; t < count; ++t)
@@ -82,7 +83,7 @@ TEST_CASE("eight threads with little memory get the boxes that one gets with muc
         }
         for (int round = 0; round < 2; ++round) {
             TimedWorld world(options);
-            CHECK(ask(world, wanted, 8) == 0);
+            CHECK(count_wrong(world, wanted, 8) == 0);
         }
         if (c.cached)
             CHECK(bytes_in(options.cache_dir / "squares") <= c.cache_bytes);
@@ -107,7 +108,7 @@ TEST_CASE("callers may be tasks of a thread pool themselves", "[voxelserver][sto
     CHECK(wrong == 0);
 }
 
-TEST_CASE("two worlds over one cache folder at the same time disturb nobody",
+TEST_CASE("two worlds over one cache folder at the same time do not disturb each other",
           "[voxelserver][store][threads]") {
     const TemporaryFolder folder;
     write_four(folder.path() / "data");
@@ -117,22 +118,24 @@ TEST_CASE("two worlds over one cache folder at the same time disturb nobody",
     options.cache_bytes = GENERATE(std::uint64_t{450'000}, std::uint64_t{1} << 30);
     TimedWorld one(options), two(options);
     int wrong = 0;
-    std::thread other([&] { wrong = ask(one, wanted, 3); });
-    CHECK(ask(two, wanted, 3) == 0);
+    std::thread other([&] { wrong = count_wrong(one, wanted, 3); });
+    CHECK(count_wrong(two, wanted, 3) == 0);
     other.join();
     CHECK(wrong == 0);
     CHECK(bytes_in(options.cache_dir / "squares") <= options.cache_bytes);
 }
 
-TEST_CASE("when a file goes bad while eight threads wait for it, all are told and nobody hangs",
-          "[voxelserver][store][threads]") {
+TEST_CASE(
+    "when a file goes bad while eight threads wait for it, each gets the error and none hangs",
+    "[voxelserver][store][threads]") {
     const TemporaryFolder folder;
     write_four(folder.path() / "data");
     TimedWorld world(OpenWorld::with(folder.path() / "data"));
     const fs::path bad = folder.path() / "data" / "2.laz";
     fs::resize_file(bad, fs::file_size(bad) / 2);
     const auto keys = all_keys(world->info(), 0);
-    std::atomic<int> told{0}, other{0};
+    std::atomic<int> errors{0};
+    std::atomic<int> other{0};
     std::vector<std::thread> threads;
     for (unsigned t = 0; t < 8; ++t)
         threads.emplace_back([&, t] {
@@ -142,7 +145,7 @@ TEST_CASE("when a file goes bad while eight threads wait for it, all are told an
                 try {
                     (void)world->box(key);
                 } catch (const util::Error&) {
-                    ++told;
+                    ++errors;
                 } catch (...) {
                     ++other;
                 }
@@ -151,5 +154,5 @@ TEST_CASE("when a file goes bad while eight threads wait for it, all are told an
     for (auto& t : threads)
         t.join();
     CHECK(other == 0);
-    CHECK(told >= 8);
+    CHECK(errors >= 8);
 }

@@ -7,7 +7,7 @@
 
 namespace terravox::test {
 
-/// A world that tells which steps have run.
+/// A world that reports which steps have run.
 class TimedWorld {
 public:
     explicit TimedWorld(const voxelize::LidarWorldOptions& options)

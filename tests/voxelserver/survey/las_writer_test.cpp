@@ -54,7 +54,7 @@ TEST_CASE("a writer that is not closed leaves nothing behind", "[las_writer]") {
     CHECK(std::filesystem::is_empty(folder.path()));
 }
 
-TEST_CASE("a disk that is full is told, however little of the file is missing", "[las_writer]") {
+TEST_CASE("a full disk is reported, however little of the file is missing", "[las_writer]") {
     const char* const extension = GENERATE(".las", ".laz");
     const TemporaryFolder folder("las-full");
     const auto write = [&](const std::filesystem::path& path) {

@@ -51,7 +51,9 @@ TEST_CASE("pulses that lean pass under a slab to the ground, and the others end 
         if (b.use == BuildingUse::kCarport)
             carports.push_back(&b);
     REQUIRE(carports.size() > 3);
-    int beneath = 0, above = 0, inside = 0;
+    int beneath = 0;
+    int above = 0;
+    int inside = 0;
     ScanPattern(7, 8.0).visit(village().extent().box(), [&](const Pulse& pulse) {
         const Returns returns = scanner.shoot(pulse);
         for (int i = 0; i < returns.count; ++i) {
@@ -84,13 +86,15 @@ TEST_CASE("the truth names the slabs and where it is open beneath them", "[surve
     CHECK(slabs ==
           std::count_if(village().buildings().begin(), village().buildings().end(), listed));
 
-    int open = 0, wrong = 0;
+    int open = 0;
+    int wrong = 0;
     const auto columns = true_columns(village());
     for (std::size_t i = 0; i < columns.size(); ++i) {
         const TrueColumn& column = columns[i];
         const Vec2 p{box.x0 + static_cast<double>(i % 256) + 0.5,
                      box.y1 - static_cast<double>(i / 256) - 0.5};
-        bool slab = false, solid = false;
+        bool slab = false;
+        bool solid = false;
         for (const Building& b : village().buildings())
             if (b.top_m(p))
                 (b.open_beneath() ? slab : solid) = true;

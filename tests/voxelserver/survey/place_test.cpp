@@ -12,9 +12,11 @@ SquareExtent middle_of_the_place() {
 }  // namespace
 
 TEST_CASE("neighbouring squares agree on everything near their edge", "[survey][model]") {
-    const SquareExtent west{462512, 101300, 128}, east{462640, 101300, 128};
+    const SquareExtent west{462512, 101300, 128};
+    const SquareExtent east{462640, 101300, 128};
     const SquareModel a(7, west, 1), b(7, east, 1);
-    const double edge = east.box().x0, south = east.box().y0;
+    const double edge = east.box().x0;
+    const double south = east.box().y0;
     int differences = 0;
     for (double dx = -30; dx <= 30; dx += 1.7)
         for (double dy = 0; dy < 128; dy += 2.3) {
@@ -66,7 +68,9 @@ TEST_CASE("the place has what its description promises, for any seed", "[survey]
     CHECK(model.ground_m(place->island->centre) > kLakeLevel_m + 5);
     CHECK(model.ground_m(place->castle->centre) > kLakeLevel_m + 60);
 
-    int houses = 0, castle = 0, church = 0;
+    int houses = 0;
+    int castle = 0;
+    int church = 0;
     for (const Building& building : model.buildings()) {
         houses += building.use == BuildingUse::kHouse;
         castle += building.use == BuildingUse::kCastle;

@@ -19,7 +19,7 @@ void scan(const SquareModel& model, double density, const Visit& visit) {
 
 }  // namespace
 
-TEST_CASE("pulses come as densely as asked, on average", "[survey][scan]") {
+TEST_CASE("pulses are as dense as requested, on average", "[survey][scan]") {
     const double density = GENERATE(0.5, 8.0);
     const Box2 area{-1410, -1000, 1410, 1000};  // six strip distances wide
     std::size_t count = 0;
@@ -37,9 +37,11 @@ TEST_CASE("pulses come as densely as asked, on average", "[survey][scan]") {
     CHECK(static_cast<double>(count) / (2820.0 * 2000.0) == Approx(density).epsilon(0.05));
 }
 
-TEST_CASE("pulses do not depend on the area they are asked for", "[survey][scan]") {
-    const Box2 whole{0, 0, 60, 60}, part{20, 20, 40, 40};
-    std::vector<std::uint64_t> from_whole, from_part;
+TEST_CASE("pulses do not depend on the requested area", "[survey][scan]") {
+    const Box2 whole{0, 0, 60, 60};
+    const Box2 part{20, 20, 40, 40};
+    std::vector<std::uint64_t> from_whole;
+    std::vector<std::uint64_t> from_part;
     const ScanPattern pattern(7, 4.0);
     pattern.visit(whole, [&](const Pulse& pulse) {
         if (part.contains(pulse.foot))
@@ -56,7 +58,8 @@ TEST_CASE("pulses do not depend on the area they are asked for", "[survey][scan]
 TEST_CASE("water is mostly void", "[survey][scan]") {
     const SquareModel model(7, {462320, 101460, 192},
                             1);  // open lake, west of the nadir of the nearest strip
-    std::size_t pulses = 0, echoes = 0;
+    std::size_t pulses = 0;
+    std::size_t echoes = 0;
     scan(model, 1.0, [&](const Pulse& pulse, const Returns& returns) {
         const auto water = model.water_m(pulse.foot);
         if (!water || *water - model.ground_m(pulse.foot) < 1.0)
@@ -95,7 +98,9 @@ TEST_CASE("building points lie between ground and ridge, bridge points on the de
           "[survey][scan]") {
     const SquareModel model(7, {462600, 101240, 192},
                             1);  // the bridge over the river and the south of the village
-    int roofs = 0, decks = 0, wrong = 0;
+    int roofs = 0;
+    int decks = 0;
+    int wrong = 0;
     scan(model, 4.0, [&](const Pulse&, const Returns& returns) {
         for (int i = 0; i < returns.count; ++i) {
             const auto& point = returns.points[static_cast<std::size_t>(i)];

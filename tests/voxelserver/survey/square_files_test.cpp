@@ -79,8 +79,8 @@ TEST_CASE("points lie in their square and neighbours share none", "[survey]") {
         std::vector<double> bounds;
         const auto points = points_of(folder.path() / (extent.name() + ".laz"), &bounds);
         in_parts += points.size();
-        const auto east = static_cast<double>(extent.east_m),
-                   north = static_cast<double>(extent.north_m);
+        const auto east = static_cast<double>(extent.east_m);
+        const auto north = static_cast<double>(extent.north_m);
         CHECK(bounds[0] >= east - 1e-6);
         CHECK(bounds[1] < east + 128 - 5e-3);
         CHECK(bounds[2] >= north - 1e-6);
@@ -111,7 +111,8 @@ TEST_CASE("the files of a square say what they are", "[survey]") {
     SECTION(
         "time runs forward in each strip, and returns of a pulse come together, highest first") {
         std::map<int, double> last_time;
-        int wrong_times = 0, wrong_returns = 0;
+        int wrong_times = 0;
+        int wrong_returns = 0;
         for (std::size_t i = 0; i < points.size(); ++i) {
             const auto& point = points[i];
             const auto seen = last_time.find(point.strip);
@@ -139,12 +140,13 @@ TEST_CASE("the files of a square say what they are", "[survey]") {
         REQUIRE(image->GetRasterBand(1)->RasterIO(GF_Read, 0, 0, 256, 256, truth.data(), 256, 256,
                                                   GDT_Float32, 0, 0) == CE_None);
         double squares = 0;
-        std::size_t count = 0, far = 0;
+        std::size_t count = 0;
+        std::size_t far = 0;
         for (const auto& point : points) {
             if (point.classification != 2)
                 continue;
-            const auto column = static_cast<std::size_t>(point.x - 462400.0),
-                       row = static_cast<std::size_t>(101240.0 + 256.0 - point.y);
+            const auto column = static_cast<std::size_t>(point.x - 462400.0);
+            const auto row = static_cast<std::size_t>(101240.0 + 256.0 - point.y);
             const double off = point.z - truth[std::min<std::size_t>(row, 255) * 256 + column];
             if (std::abs(off) > 1.5)
                 ++far;  // only cliffs change as much within half a pixel

@@ -41,8 +41,14 @@ inline std::string bytes_of(const std::filesystem::path& path) {
 }
 
 struct FilePoint {
-    double x, y, z, time_s;
-    int classification, return_number, return_count, strip;
+    double x;
+    double y;
+    double z;
+    double time_s;
+    int classification;
+    int return_number;
+    int return_count;
+    int strip;
 };
 
 /// Reads all points of a LAS or LAZ file with LASzip itself. @param bounds gets the header's x0,

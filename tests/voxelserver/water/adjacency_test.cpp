@@ -16,25 +16,27 @@ TEST_CASE("adjacency agrees with looking for each neighbour in the list", "[wate
         for (std::int32_t x = -10; x < 7; ++x)
             if (random() % 10 < density)
                 places.push_back({x, z});
-    const Adjacency beside(places);
-    REQUIRE(beside.size() == static_cast<std::int32_t>(places.size()));
+    const Adjacency adjacency(places);
+    REQUIRE(adjacency.size() == static_cast<std::int32_t>(places.size()));
     const auto index = [&](CellPlace p) {
         const auto found = std::find(places.begin(), places.end(), p);
         return found == places.end() ? Adjacency::kNone
                                      : static_cast<std::int32_t>(found - places.begin());
     };
     INFO("seed " << seed);
-    for (std::int32_t i = 0; i < beside.size(); ++i) {
+    for (std::int32_t i = 0; i < adjacency.size(); ++i) {
         const CellPlace p = places[static_cast<std::size_t>(i)];
         INFO("cell " << p.x << ", " << p.z);
-        const std::int32_t w = index({p.x - 1, p.z}), e = index({p.x + 1, p.z}),
-                           n = index({p.x, p.z - 1}), s = index({p.x, p.z + 1});
-        CHECK(beside.beside(i, kWest) == w);
-        CHECK(beside.beside(i, kEast) == e);
-        CHECK(beside.beside(i, kNorth) == n);
-        CHECK(beside.beside(i, kSouth) == s);
+        const std::int32_t w = index({p.x - 1, p.z});
+        const std::int32_t e = index({p.x + 1, p.z});
+        const std::int32_t n = index({p.x, p.z - 1});
+        const std::int32_t s = index({p.x, p.z + 1});
+        CHECK(adjacency.neighbour(i, kWest) == w);
+        CHECK(adjacency.neighbour(i, kEast) == e);
+        CHECK(adjacency.neighbour(i, kNorth) == n);
+        CHECK(adjacency.neighbour(i, kSouth) == s);
         const bool corner = e != Adjacency::kNone || s != Adjacency::kNone;
-        CHECK(beside.diagonal(i, kEast, kSouth) ==
+        CHECK(adjacency.diagonal(i, kEast, kSouth) ==
               (corner ? index({p.x + 1, p.z + 1}) : Adjacency::kNone));
     }
 }

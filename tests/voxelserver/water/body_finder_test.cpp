@@ -19,7 +19,10 @@ constexpr int kSide = 32;
 // Two rivers, a lake and many small voids, around the origin so that indices of both signs occur.
 class Scene {
 public:
-    static constexpr int kWidth = 420, kHeight = 300, kX0 = -200, kZ0 = -140;
+    static constexpr int kWidth = 420;
+    static constexpr int kHeight = 300;
+    static constexpr int kX0 = -200;
+    static constexpr int kZ0 = -140;
     explicit Scene(std::uint32_t seed) : m_land(kWidth, kHeight, seed) {
         m_land.river(wave(5, 410, 90, 40, 200), 5, 60, 0.02);
         m_land.lake({330, 230}, 35, 44);
@@ -91,7 +94,7 @@ void check_same(const Picture& a, const Picture& b) {
 
 }  // namespace
 
-TEST_CASE("levels do not depend on what was asked first", "[water][finder]") {
+TEST_CASE("levels do not depend on which request comes first", "[water][finder]") {
     const Scene scene(5);
     const auto cells = std::ref(scene);
     FunctionSource reference_source(kSide, cells);
@@ -110,8 +113,8 @@ TEST_CASE("levels do not depend on what was asked first", "[water][finder]") {
         options.memory_bytes = 20'000;  // forgets all the time
     WaterBodies bodies(source, options);
     for (int i = 0; i < 200; ++i) {
-        const auto x = static_cast<std::int32_t>(random() % 500) - 250,
-                   z = static_cast<std::int32_t>(random() % 500) - 250;
+        const auto x = static_cast<std::int32_t>(random() % 500) - 250;
+        const auto z = static_cast<std::int32_t>(random() % 500) - 250;
         const float level = bodies.level(x, z);
         const std::vector<float>& of_patch = expected.at(
             {static_cast<int>(std::floor(x / 32.0)), static_cast<int>(std::floor(z / 32.0))});
@@ -126,7 +129,7 @@ TEST_CASE("levels do not depend on what was asked first", "[water][finder]") {
     check_same(picture(bodies, order), expected);
 }
 
-TEST_CASE("levels do not depend on how many threads ask", "[water][finder]") {
+TEST_CASE("levels do not depend on the number of threads", "[water][finder]") {
     const Scene scene(6);
     const auto cells = std::ref(scene);
     FunctionSource reference_source(kSide, cells);
@@ -154,7 +157,7 @@ TEST_CASE("levels do not depend on how many threads ask", "[water][finder]") {
         check_same(p, expected);
 }
 
-TEST_CASE("a body too large for the bound is cut the same way whatever was asked first",
+TEST_CASE("a body too large for the bound is cut the same way whichever request comes first",
           "[water][finder]") {
     const Scene scene(7);
     const auto cells = std::ref(scene);
@@ -197,13 +200,13 @@ TEST_CASE("a dry patch loads no neighbour", "[water][finder]") {
     CHECK(wet_cells(patch_levels(bodies, {0, 0})) == 0);
     CHECK(std::isnan(bodies.level(3, 31)));
     CHECK(std::isnan(bodies.level_near(6, 6)));
-    CHECK(source.asked() == std::set<std::pair<std::int32_t, std::int32_t>>{{0, 0}});
+    CHECK(source.requested() == std::set<std::pair<std::int32_t, std::int32_t>>{{0, 0}});
     CHECK(wet_cells(patch_levels(bodies, {1, 0})) == 1);
     CHECK(bodies.level(40, 20) == 3);
-    CHECK(source.asked().size() == 2);
+    CHECK(source.requested().size() == 2);
 }
 
-TEST_CASE("a column beside the water finds its level", "[water][finder]") {
+TEST_CASE("a column next to the water finds its level", "[water][finder]") {
     FunctionSource source(kSide, [](auto x, auto z) {
         return x >= 60 && x < 70 && z >= -5 && z < 5 ? water_at(3) : ground_at(10);
     });
@@ -221,11 +224,13 @@ TEST_CASE(
     "[water][finder]") {
     // A meander: runs of 3 patches' width from west to east and back, so that it touches 60 x 60
     // patches.
-    const int side = 16, span = 60 * side;
+    const int side = 16;
+    const int span = 60 * side;
     const auto make = [&](std::int32_t x, std::int32_t z) {
         if (x < 0 || z < 0 || x >= span || z >= span)
             return WaterCell{};
-        const int row = z / 48, in_row = z % 48;
+        const int row = z / 48;
+        const int in_row = z % 48;
         const bool gap = row % 2 == 0 ? x >= span - 40 : x < 40;
         if (in_row >= 46 && !gap)
             return ground_at(300);
@@ -242,7 +247,8 @@ TEST_CASE(
     for (int p = 0; p < 60 * 60; ++p)
         (void)source.cells(p % 60, p / 60);  // made beforehand: not what is measured
     WaterBodies bodies(source, options);
-    const float top = bodies.level(0, 20), bottom = bodies.level(20, span - 5);
+    const float top = bodies.level(0, 20);
+    const float bottom = bodies.level(20, span - 5);
     CHECK(top == Approx(200).margin(0.5));
     CHECK(bottom == Approx(200 - 20 * span * 0.004).margin(0.5));
     CHECK(bodies.memory_bytes() < 3600u * (16 * 16 * 6 + 216) + 1);
@@ -257,7 +263,8 @@ TEST_CASE("the finder stands up to hostile cells", "[water][finder]") {
         const char* name;
         FunctionSource::Make make;
     };
-    const float nan = kNoLevel, inf = std::numeric_limits<float>::infinity();
+    const float nan = kNoLevel;
+    const float inf = std::numeric_limits<float>::infinity();
     const auto c = GENERATE_COPY(values<Case>({
         {"nothing but covered voids, without end", [](auto, auto) { return nothing_seen(); }},
         {"nothing covered", [](auto, auto) { return WaterCell{}; }},

@@ -85,7 +85,8 @@ public:
     // @param from first cell looked at: where arms part, cross-sections of one reach into the other
     [[nodiscard]] double rise_along(const std::vector<std::pair<int, int>>& course,
                                     std::size_t from = 0) const {
-        double lowest = 1e9, rise = 0;
+        double lowest = 1e9;
+        double rise = 0;
         for (std::size_t i = from; i + 12 < course.size(); i += 6) {
             const auto [x, z] = course[i];
             if (std::isnan(at(x, z)))
@@ -199,7 +200,8 @@ TEST_CASE("a lake inside a river is flat, the river above and below it falls", "
     CHECK(found.rmse() < 0.1);
     const float level = found.at(400, 110);
     CHECK(std::abs(static_cast<double>(level) - 99.98) < 0.05);
-    std::size_t cells = 0, flat = 0;
+    std::size_t cells = 0;
+    std::size_t flat = 0;
     for (const CellPlace p : found.body().places) {
         if (std::hypot(p.x - 400, p.z - 110) > 95)
             continue;
@@ -285,7 +287,8 @@ TEST_CASE("levels stand up to any body", "[water][levels]") {
     std::mt19937 random(seed);
     Body body;  // a connected scrawl: a random walk, then sorted
     std::set<std::pair<std::int32_t, std::int32_t>> cells;
-    std::int32_t x = 0, z = 0;
+    std::int32_t x = 0;
+    std::int32_t z = 0;
     const unsigned steps = random() % 600;
     for (unsigned i = 0; i <= steps; ++i) {
         cells.insert({z, x});

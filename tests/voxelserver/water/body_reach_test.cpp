@@ -55,7 +55,8 @@ TEST_CASE("a level reaches as far as its body and one patch beyond where the bod
     struct Case {
         const char* name;
         Made::Wet wet;
-        std::int32_t cx, cz;
+        std::int32_t cx;
+        std::int32_t cz;
         voxel::InputExtent reach;
     };
     const auto c = GENERATE(values<Case>({
@@ -79,7 +80,7 @@ TEST_CASE("a level reaches as far as its body and one patch beyond where the bod
          3,
          3,
          {0, 0, 2, 1}},
-        {"dry land beside that pond",
+        {"dry land next to that pond",
          [](std::int32_t x, std::int32_t z) { return x > 1 && x < 8 && z > 1 && z < 6; },
          0,
          0,
@@ -108,7 +109,7 @@ TEST_CASE("a level reaches as far as its body and one patch beyond where the bod
     }
 }
 
-TEST_CASE("reaches do not depend on what was asked before, nor on what is remembered",
+TEST_CASE("reaches depend neither on earlier requests nor on the cache",
           "[voxelserver][water][reach][property]") {
     // Ponds, canals and single cells: many bodies in one patch.
     const Made::Wet wet = [](std::int32_t x, std::int32_t z) {
@@ -119,7 +120,8 @@ TEST_CASE("reaches do not depend on what was asked before, nor on what is rememb
     };
     struct Case {
         const char* name;
-        std::size_t patches, memory;
+        std::size_t patches;
+        std::size_t memory;
     };
     const auto c = GENERATE(values<Case>({{"whole", 16384, std::size_t{512} << 20},
                                           {"large ones cut", 20, std::size_t{512} << 20},
@@ -130,7 +132,7 @@ TEST_CASE("reaches do not depend on what was asked before, nor on what is rememb
         for (std::int32_t z = -100; z < 100; z += 3)
             for (std::int32_t x = -100; x < 100; x += 3)
                 places.push_back({x, z});
-        const auto ask = [&](unsigned seed) {
+        const auto reaches_by = [&](unsigned seed) {
             auto o = options(c.patches);
             o.memory_bytes = c.memory;
             WaterBodies bodies(made, o);
@@ -141,14 +143,14 @@ TEST_CASE("reaches do not depend on what was asked before, nor on what is rememb
                 static_cast<void>(bodies.level_near(p.x, p.z, &out[{p.x, p.z}]));
             return out;
         };
-        const auto first = ask(1);
+        const auto first = reaches_by(1);
         std::size_t wide = 0;
         for (const auto& [place, reach] : first)
             wide += reach.max_bx - reach.min_bx > 3 ? 1 : 0;
         CHECK(wide > 0);
         CHECK(wide < first.size());
         for (unsigned seed = 2; seed < 5; ++seed)
-            for (const auto& [place, reach] : ask(seed)) {
+            for (const auto& [place, reach] : reaches_by(seed)) {
                 INFO("seed " << seed << ", cell " << place.first << ", " << place.second);
                 CHECK(reach == first.at(place));
             }

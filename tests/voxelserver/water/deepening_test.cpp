@@ -12,7 +12,8 @@ using namespace terravox::water;
 namespace {
 
 struct Mask {
-    int width, height;
+    int width;
+    int height;
     std::vector<std::uint8_t> water;
 };
 
@@ -53,14 +54,16 @@ TEST_CASE("shore distance is the distance to the nearest dry column, exactly, up
 
 TEST_CASE("depths of a patch depend on nothing farther than the reach", "[water][deepening]") {
     std::mt19937 random(7);
-    const int reach = 9, side = 60;
+    const int reach = 9;
+    const int side = 60;
     Mask whole{200, 150, {}};
     for (int i = 0; i < whole.width * whole.height; ++i)
         whole.water.push_back(random() % 90 == 0 ? 0 : 1);
     const Deepening shape{0.3, 0.2, 2, reach};
     const std::vector<float> all = depths_m(whole.water, whole.width, whole.height, 1, shape);
     for (int round = 0; round < 20; ++round) {
-        const int x0 = static_cast<int>(random() % 120), z0 = static_cast<int>(random() % 70);
+        const int x0 = static_cast<int>(random() % 120);
+        const int z0 = static_cast<int>(random() % 70);
         std::vector<std::uint8_t> cut;
         for (int z = 0; z < side; ++z)
             for (int x = 0; x < side; ++x)
@@ -84,7 +87,7 @@ TEST_CASE("depth grows from the waterline by the slope, between its bounds", "[w
     };
     const auto c = GENERATE(values<Case>({
         {"dry", 0, 1, 0},
-        {"beside the shore", 1, 1, 0.2f},
+        {"next to the shore", 1, 1, 0.2f},
         {"five and a half metres from the waterline", 6, 1, 1.65f},
         {"the same in small voxels", 22.5f, 0.25, 1.65f},
         {"far out", 1000, 1, 4},

@@ -19,10 +19,10 @@ RiverSections graph(std::int32_t size,
         for (std::int32_t n = 0; n < size; ++n)
             for (const auto& [a, b] : edges)
                 if ((a == s && b == n) || (a == n && b == s)) {
-                    out.beside.push_back(n);
+                    out.neighbours.push_back(n);
                     break;
                 }
-        out.begin.push_back(static_cast<std::uint32_t>(out.beside.size()));
+        out.begin.push_back(static_cast<std::uint32_t>(out.neighbours.size()));
         out.along_m.push_back(4.0 * s);
     }
     return out;
@@ -34,8 +34,8 @@ RiverSections random_graph(std::mt19937& random, std::int32_t size) {
     for (std::int32_t s = 1; s < size; ++s)
         edges.emplace_back(static_cast<std::int32_t>(random() % static_cast<unsigned>(s)), s);
     for (int k = 0; k < 4; ++k) {
-        const auto a = static_cast<std::int32_t>(random() % static_cast<unsigned>(size)),
-                   b = static_cast<std::int32_t>(random() % static_cast<unsigned>(size));
+        const auto a = static_cast<std::int32_t>(random() % static_cast<unsigned>(size));
+        const auto b = static_cast<std::int32_t>(random() % static_cast<unsigned>(size));
         if (a != b)
             edges.emplace_back(a, b);
     }
@@ -58,7 +58,8 @@ TEST_CASE("isotonic levels never fall upstream and nothing allowed is nearer to 
     std::mt19937 random(seed);
     const std::int32_t size = 2 + static_cast<std::int32_t>(random() % 30);
     const RiverSections sections = random_graph(random, size);
-    std::vector<double> y, w;
+    std::vector<double> y;
+    std::vector<double> w;
     for (std::int32_t s = 0; s < size; ++s) {
         y.push_back(random() % 1000 / 100.0);
         w.push_back(1 + random() % 9);
@@ -111,8 +112,9 @@ TEST_CASE("water runs off from every section", "[water][drainage]") {
         else
             out = between_envelopes(sections, d, levels);
         for (std::int32_t s = 0; s < 40; ++s)
-            sections.neighbours(s, [&](std::int32_t n) {
-                const auto from = static_cast<std::size_t>(s), to = static_cast<std::size_t>(n);
+            sections.each_neighbour(s, [&](std::int32_t n) {
+                const auto from = static_cast<std::size_t>(s);
+                const auto to = static_cast<std::size_t>(n);
                 if (d.rank[to] < d.rank[from])
                     REQUIRE(out[to] <= out[from]);
             });

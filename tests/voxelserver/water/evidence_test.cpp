@@ -30,7 +30,7 @@ bool covered(std::int32_t x, std::int32_t z) {
     return within(x, z, -200, -200, 400, 400);
 }
 
-// The hole that most cases have: 320 m2 around the cell asked for.
+// The hole that most cases have: 320 m2 around the queried cell.
 bool hole(std::int32_t x, std::int32_t z) {
     return within(x, z, 15, 16, 10, 8);
 }
@@ -211,7 +211,7 @@ TEST_CASE("a cell is open when water returns outnumber others by more than two t
     CHECK_FALSE(is_open(c));
 }
 
-TEST_CASE("class, photo and voids meet in one body, and a wet slope beside it stays dry",
+TEST_CASE("class, photo and voids meet in one body, and a wet slope next to it stays dry",
           "[water][evidence]") {
     // From west to east: returns of class water, a void (glint), wet cells taken for ground; south
     // of it a wet-looking slope.

@@ -42,7 +42,7 @@ inline WaterCell wet(WaterCell c) {
     return c;
 }
 
-/// Cells from a function of the place; remembers which patches were asked for.
+/// Cells from a function of the place; records which patches were requested.
 class FunctionSource final : public CellSource {
 public:
     using Make = std::function<WaterCell(std::int32_t x, std::int32_t z)>;
@@ -50,7 +50,7 @@ public:
 
     std::shared_ptr<const CellPatch> cells(std::int32_t px, std::int32_t pz) override {
         const std::lock_guard lock(m_mutex);
-        m_asked.insert({px, pz});
+        m_requested.insert({px, pz});
         auto& patch = m_patches[{px, pz}];
         if (!patch) {
             auto made = std::make_shared<CellPatch>();
@@ -62,9 +62,9 @@ public:
         }
         return patch;
     }
-    [[nodiscard]] std::set<std::pair<std::int32_t, std::int32_t>> asked() const {
+    [[nodiscard]] std::set<std::pair<std::int32_t, std::int32_t>> requested() const {
         const std::lock_guard lock(m_mutex);
-        return m_asked;
+        return m_requested;
     }
 
 private:
@@ -72,7 +72,7 @@ private:
     Make m_make;
     mutable std::mutex m_mutex;
     std::map<std::pair<std::int32_t, std::int32_t>, std::shared_ptr<const CellPatch>> m_patches;
-    std::set<std::pair<std::int32_t, std::int32_t>> m_asked;
+    std::set<std::pair<std::int32_t, std::int32_t>> m_requested;
 };
 
 /// A rectangle of cells with water of known height, drawn with a round brush; and what a scanner
@@ -80,7 +80,8 @@ private:
 class Landscape {
 public:
     struct Place {
-        double x, z;
+        double x;
+        double z;
     };
 
     Landscape(int width, int height, std::uint32_t seed)
@@ -167,8 +168,8 @@ private:
     }
     template <class Visit>
     void each(Place centre, double radius, const Visit& visit) const {
-        const auto x0 = static_cast<int>(std::floor(centre.x - radius)),
-                   z0 = static_cast<int>(std::floor(centre.z - radius));
+        const auto x0 = static_cast<int>(std::floor(centre.x - radius));
+        const auto z0 = static_cast<int>(std::floor(centre.z - radius));
         for (int z = z0; z <= centre.z + radius; ++z)
             for (int x = x0; x <= centre.x + radius; ++x) {
                 const double d = std::hypot(x + 0.5 - centre.x, z + 0.5 - centre.z);
@@ -185,7 +186,8 @@ private:
         });
     }
 
-    int m_width, m_height;
+    int m_width;
+    int m_height;
     std::vector<float> m_truth;
     std::vector<double> m_near;
     std::mt19937 m_random;

@@ -32,16 +32,16 @@ Body scanned(Landscape& land, Landscape::Place bridge, double unseen, double noi
     return body;
 }
 
-// The levels of a body, section by section, beside what was seen of each.
+// The levels of a body, section by section, next to what was seen of each.
 class Sectioned {
 public:
     explicit Sectioned(const Body& body)
-        : m_beside(body.places),
-          m_sections(make_sections(m_beside, LevelOptions{}.cell_m)),
+        : m_adjacency(body.places),
+          m_sections(make_sections(m_adjacency, LevelOptions{}.cell_m)),
           m_seen(section_samples(m_sections, body.samples, 0, 1)),
           m_level(m_seen.size()),
           m_excess(m_seen.size()) {
-        const std::vector<float> levels = body_levels(body, m_beside, {});
+        const std::vector<float> levels = body_levels(body, m_adjacency, {});
         for (std::size_t i = 0; i < levels.size(); ++i)
             m_level[static_cast<std::size_t>(m_sections.section_of[i])] =
                 static_cast<double>(levels[i]);
@@ -90,10 +90,11 @@ private:
         }
     }
 
-    Adjacency m_beside;
+    Adjacency m_adjacency;
     RiverSections m_sections;
     std::vector<SectionSample> m_seen;
-    std::vector<double> m_level, m_excess;
+    std::vector<double> m_level;
+    std::vector<double> m_excess;
 };
 
 }  // namespace
@@ -116,7 +117,8 @@ TEST_CASE(
     const auto seed = GENERATE(range(1u, 11u));
     DYNAMIC_SECTION(c.name << ", seed " << seed) {
         Landscape land(c.river_cells, 66, seed);
-        const double mouth_x = c.river_cells * 0.6, mouth = 472 - mouth_x * 0.004;
+        const double mouth_x = c.river_cells * 0.6;
+        const double mouth = 472 - mouth_x * 0.004;
         const Landscape::Place spring{mouth_x - 12, 4};
         const double way = std::hypot(12, 46);
         land.river(line({0, 52}, {static_cast<double>(c.river_cells), 52}), 3, 472, 0.004);
@@ -175,17 +177,19 @@ TEST_CASE(
     "[water][levels]") {
     const auto seed = GENERATE(range(1u, 61u));
     Landscape land(420, 200, seed);
-    const double slope = 0.03 * land.uniform() * land.uniform(), top = 400 + 100 * land.uniform();
-    const double weir_x = 40 + 340 * land.uniform(),
-                 weir = seed % 3 == 0 ? 0.5 + 2 * land.uniform() : 0;
+    const double slope = 0.03 * land.uniform() * land.uniform();
+    const double top = 400 + 100 * land.uniform();
+    const double weir_x = 40 + 340 * land.uniform();
+    const double weir = seed % 3 == 0 ? 0.5 + 2 * land.uniform() : 0;
     land.river(line({weir_x, 100}, {418, 100}), 2 + 5 * land.uniform(), top - weir_x * slope - weir,
                slope);
     land.river(line({2, 100}, {weir_x, 100}), 2 + 5 * land.uniform(), top, slope);
     const int brooks = 1 + static_cast<int>(land.uniform() * 3);
     Landscape::Place bridge{0, 0};
     for (int k = 0; k < brooks; ++k) {
-        const double mouth_x = 70 + 110 * k, fall = 0.01 + 0.19 * land.uniform(),
-                     dx = -60 * land.uniform();
+        const double mouth_x = 70 + 110 * k;
+        const double fall = 0.01 + 0.19 * land.uniform();
+        const double dx = -60 * land.uniform();
         const double dz = (k % 2 == 0 ? -1 : 1) * (40 + 50 * land.uniform());
         const double mouth = top - mouth_x * slope - (mouth_x > weir_x ? weir : 0);
         land.river(line({mouth_x + dx, 100 + dz}, {mouth_x, 100}), 1 + land.uniform(),

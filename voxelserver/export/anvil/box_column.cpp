@@ -8,8 +8,8 @@ namespace {
 
 /// One past the highest voxel of a column of the part.
 std::optional<std::int32_t> surface(Job& job, std::int32_t x, std::int32_t z) {
-    const std::int32_t bx = voxel::floor_div(x, voxel::kBoxSizeX),
-                       bz = voxel::floor_div(z, voxel::kBoxSizeZ);
+    const std::int32_t bx = voxel::floor_div(x, voxel::kBoxSizeX);
+    const std::int32_t bz = voxel::floor_div(z, voxel::kBoxSizeZ);
     const voxel::ColumnExtent extent = job.column(bx, bz);
     for (std::int32_t by = extent.by_end; by-- > extent.by_begin;) {
         const auto box = job.box(bx, by, bz);
@@ -44,7 +44,8 @@ std::vector<Section>& BoxColumn::sections(int cx, int cz, SectionReader& reader)
     for (std::int32_t i = 0; i < m_place.sections(); ++i) {
         // Which 16 layers of the world's voxels these are.
         const std::int32_t layer = m_place.first_section() + i + m_place.offset[1] / kSectionSize;
-        const std::int32_t by = voxel::floor_div(layer, kSectionsInBox), place = by - m_first_by;
+        const std::int32_t by = voxel::floor_div(layer, kSectionsInBox);
+        const std::int32_t place = by - m_first_by;
         const bool here = place >= 0 && place < static_cast<std::int32_t>(m_boxes.size());
         const voxel::Box* const box =
             here ? m_boxes[static_cast<std::size_t>(place)].get() : nullptr;
@@ -59,7 +60,8 @@ std::array<std::int32_t, 3> spawn_of(Job& job, const Place& place) {
     const auto middle = [&](std::size_t axis) {
         return static_cast<std::int32_t>((std::int64_t{bounds.min[axis]} + bounds.max[axis]) / 2);
     };
-    const std::int32_t x = middle(0), z = middle(2);
+    const std::int32_t x = middle(0);
+    const std::int32_t z = middle(2);
     const auto block = [&](std::int32_t at_x, std::int32_t y, std::int32_t at_z) {
         return std::array<std::int32_t, 3>{at_x - place.offset[0], y - place.offset[1],
                                            at_z - place.offset[2]};
@@ -68,14 +70,15 @@ std::array<std::int32_t, 3> spawn_of(Job& job, const Place& place) {
     // widest world.
     for (std::int64_t step = 0; step < std::int64_t{1} << 31; step = step + step / 2 + 8)
         for (int way = 0; way < (step == 0 ? 1 : 8); ++way) {
-            constexpr std::array<int, 8> kX = {1, 0, -1, 0, 1, -1, -1, 1},
-                                         kZ = {0, 1, 0, -1, 1, 1, -1, -1};
-            const std::int64_t at_x = x + step * kX[static_cast<std::size_t>(way)],
-                               at_z = z + step * kZ[static_cast<std::size_t>(way)];
+            constexpr std::array<int, 8> kX = {1, 0, -1, 0, 1, -1, -1, 1};
+            constexpr std::array<int, 8> kZ = {0, 1, 0, -1, 1, 1, -1, -1};
+            const std::int64_t at_x = x + step * kX[static_cast<std::size_t>(way)];
+            const std::int64_t at_z = z + step * kZ[static_cast<std::size_t>(way)];
             if (at_x < bounds.min[0] || at_x >= bounds.max[0] || at_z < bounds.min[2] ||
                 at_z >= bounds.max[2])
                 continue;
-            const auto sx = static_cast<std::int32_t>(at_x), sz = static_cast<std::int32_t>(at_z);
+            const auto sx = static_cast<std::int32_t>(at_x);
+            const auto sz = static_cast<std::int32_t>(at_z);
             if (const auto y = surface(job, sx, sz))
                 return block(sx, *y, sz);
         }

@@ -33,7 +33,8 @@ public:
 
 private:
     const Place& m_place;
-    const std::int32_t m_bx, m_bz;
+    const std::int32_t m_bx;
+    const std::int32_t m_bz;
     std::int32_t m_first_by = 0;
     std::vector<std::shared_ptr<const voxel::Box>> m_boxes;
     std::vector<Section> m_sections;

@@ -13,7 +13,10 @@ using voxel::Material;
 std::int32_t colour_distance(voxel::Rgb8 a, voxel::Rgb8 b) noexcept {
     // Ref: Riemersma, "Colour metric", CompuPhase: a weighted distance in sRGB that approximates
     // CIELUV, without roots.
-    const std::int32_t mean_red = (a.r + b.r) / 2, r = a.r - b.r, g = a.g - b.g, blue = a.b - b.b;
+    const std::int32_t mean_red = (a.r + b.r) / 2;
+    const std::int32_t r = a.r - b.r;
+    const std::int32_t g = a.g - b.g;
+    const std::int32_t blue = a.b - b.b;
     return ((512 + mean_red) * r * r >> 8) + 4 * g * g + ((767 - mean_red) * blue * blue >> 8);
 }
 

@@ -113,7 +113,8 @@ void put_packs(NbtWriter& nbt, const Place& place) {
 std::string level_dat(const std::string& title, const std::array<std::int32_t, 3>& spawn,
                       const Place& place) {
     constexpr std::int8_t kPeaceful = 0;
-    constexpr std::int32_t kCreative = 1, kAnvil = 19133;
+    constexpr std::int32_t kCreative = 1;
+    constexpr std::int32_t kAnvil = 19133;
     NbtWriter nbt;
     nbt.begin("");
     nbt.begin("Data");

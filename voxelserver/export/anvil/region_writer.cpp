@@ -11,9 +11,12 @@
 namespace terravox::exports::anvil {
 namespace {
 
-constexpr std::size_t kSector_bytes = 4096, kMaxSectors = 255, kChunkHeader_bytes = 5;
+constexpr std::size_t kSector_bytes = 4096;
+constexpr std::size_t kMaxSectors = 255;
+constexpr std::size_t kChunkHeader_bytes = 5;
 constexpr int kChunksAlong = 32;
-constexpr char kZlib = 2, kExternal = static_cast<char>(0x80);
+constexpr char kZlib = 2;
+constexpr char kExternal = static_cast<char>(0x80);
 
 std::size_t sectors_of(std::size_t bytes) noexcept {
     return (bytes + kSector_bytes - 1) / kSector_bytes;
@@ -75,7 +78,8 @@ std::uint64_t write_region(const std::filesystem::path& folder, std::int32_t rx,
         }
         const std::string_view inside =
             external ? std::string_view() : std::string_view(chunk.zlib);
-        const std::size_t at = out.size(), sectors = sectors_of(inside.size() + kChunkHeader_bytes);
+        const std::size_t at = out.size();
+        const std::size_t sectors = sectors_of(inside.size() + kChunkHeader_bytes);
         put_big_endian(out, slot_of(chunk) * 4,
                        static_cast<std::uint32_t>(at / kSector_bytes << 8 | sectors));
         out.resize(at + kChunkHeader_bytes);

@@ -38,7 +38,9 @@ void SectionReader::read(const voxel::Box* box, int cx, int cy, int cz, Section&
     out.blocks.fill(0);
     for (std::uint64_t bricks = cell.mask; bricks != 0; bricks &= bricks - 1) {
         const int bit = std::countr_zero(bricks);
-        const int x = (bit & 3) * 4, z = (bit >> 2 & 3) * 4, y = (bit >> 4) * 4;
+        const int x = (bit & 3) * 4;
+        const int z = (bit >> 2 & 3) * 4;
+        const int y = (bit >> 4) * 4;
         const TreeCell* brick =
             (cell.detail >> bit & 1) != 0 ? &box->cells()[cell.index_of(bit)] : nullptr;
         for (std::uint64_t left = brick != nullptr ? brick->mask : ~std::uint64_t{0}; left != 0;
@@ -53,8 +55,8 @@ void SectionReader::read(const voxel::Box* box, int cx, int cy, int cz, Section&
 }
 
 void SectionReader::cut(const voxel::BoxKey& key, int cx, int cy, int cz, Section& out) const {
-    const std::int32_t x0 = key.bx * voxel::kBoxSizeX + cx * kSectionSize,
-                       y0 = key.by * voxel::kBoxSizeY + cy * kSectionSize;
+    const std::int32_t x0 = key.bx * voxel::kBoxSizeX + cx * kSectionSize;
+    const std::int32_t y0 = key.by * voxel::kBoxSizeY + cy * kSectionSize;
     const std::int32_t z0 = key.bz * voxel::kBoxSizeZ + cz * kSectionSize;
     constexpr int kLast = kSectionSize - 1;
     if (m_part.holds(x0, y0, z0) && m_part.holds(x0 + kLast, y0 + kLast, z0 + kLast))

@@ -163,8 +163,8 @@ private:
 
     /// Of columns of regions.
     [[nodiscard]] ColumnBlock boxes_of(const ColumnBlock& regions) const {
-        const std::int32_t x = m_place.offset[0] / voxel::kBoxSizeX,
-                           z = m_place.offset[2] / voxel::kBoxSizeZ;
+        const std::int32_t x = m_place.offset[0] / voxel::kBoxSizeX;
+        const std::int32_t z = m_place.offset[2] / voxel::kBoxSizeZ;
         return {regions.min_bx * kColumnsAlong + x, regions.min_bz * kColumnsAlong + z,
                 regions.max_bx * kColumnsAlong + x, regions.max_bz * kColumnsAlong + z};
     }
@@ -225,7 +225,8 @@ private:
         Compressor compressor;
         for (int cz = 0; cz < BoxColumn::kChunksAlong; ++cz)
             for (int cx = 0; cx < BoxColumn::kChunksAlong; ++cx) {
-                const std::int32_t x = column.chunk_x() + cx, z = column.chunk_z() + cz;
+                const std::int32_t x = column.chunk_x() + cx;
+                const std::int32_t z = column.chunk_z() + cz;
                 const std::string nbt = writer.chunk(x, z, column.sections(cx, cz, reader));
                 if (!nbt.empty())
                     out.chunks.push_back({x, z, compressor.zlib(nbt)});

@@ -1,7 +1,5 @@
 #include "voxelserver/export/archive/archive_export.hpp"
 
-#include <spdlog/spdlog.h>
-
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -13,6 +11,7 @@
 #include "common/thread/in_order.hpp"
 #include "common/util/atomic_file.hpp"
 #include "common/util/error.hpp"
+#include "common/util/log.hpp"
 #include "common/voxel/archive/archive_writer.hpp"
 #include "common/voxel/box_builder.hpp"
 #include "common/voxel/box_codec.hpp"
@@ -61,7 +60,8 @@ std::shared_ptr<const Box> cut(const std::shared_ptr<const Box>& box,
     const std::array<std::int32_t, 3> size{voxel::kBoxSizeX, voxel::kBoxSizeY, voxel::kBoxSizeZ};
     const std::array<std::int32_t, 3> at{box->key().bx * size[0], box->key().by * size[1],
                                          box->key().bz * size[2]};
-    std::array<int, 3> low{}, high{};
+    std::array<int, 3> low{};
+    std::array<int, 3> high{};
     bool whole = true;
     for (std::size_t a = 0; a < 3; ++a) {
         low[a] = std::clamp(limits.min[a] - at[a], 0, size[a]);
@@ -212,10 +212,10 @@ private:
                 m_writer = std::make_unique<voxel::ArchiveWriter>(m_job.out, m_info,
                                                                   m_journal.end_before());
                 m_job.count_voxels(m_journal.voxels_before());
-                spdlog::info("going on with {}.part", m_job.out.string());
+                util::log_info("going on with {}.part", m_job.out.string());
                 return;
             } catch (const util::Error& e) {
-                spdlog::warn("{}; beginning anew", e.what());
+                util::log_warn("{}; beginning anew", e.what());
                 m_journal.forget();
             }
         }

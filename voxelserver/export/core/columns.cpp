@@ -7,7 +7,10 @@
 namespace terravox::exports {
 
 struct Columns::Squares {
-    std::size_t min_column, min_row, max_column, max_row;
+    std::size_t min_column;
+    std::size_t min_row;
+    std::size_t max_column;
+    std::size_t max_row;
     [[nodiscard]] std::size_t across() const noexcept { return max_column - min_column; }
     [[nodiscard]] std::size_t down() const noexcept { return max_row - min_row; }
 };
@@ -53,7 +56,8 @@ void Columns::find(const Squares& squares, const MayHold& may_hold) {
                              static_cast<std::uint32_t>(squares.min_column), 0});
         return;
     }
-    Squares one = squares, other = squares;
+    Squares one = squares;
+    Squares other = squares;
     if (squares.across() >= squares.down())
         one.max_column = other.min_column = squares.min_column + squares.across() / 2;
     else

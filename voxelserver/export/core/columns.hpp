@@ -12,7 +12,10 @@ namespace terravox::exports {
 
 /// A rectangle of columns of boxes, half-open.
 struct ColumnBlock {
-    std::int32_t min_bx = 0, min_bz = 0, max_bx = 0, max_bz = 0;
+    std::int32_t min_bx = 0;
+    std::int32_t min_bz = 0;
+    std::int32_t max_bx = 0;
+    std::int32_t max_bz = 0;
     friend bool operator==(const ColumnBlock&, const ColumnBlock&) = default;
 };
 [[nodiscard]] inline ColumnBlock block_of(const voxel::BoxRange& range) noexcept {
@@ -26,7 +29,8 @@ struct ColumnBlock {
 class Columns {
 public:
     struct At {
-        std::int32_t bx = 0, bz = 0;
+        std::int32_t bx = 0;
+        std::int32_t bz = 0;
         std::size_t square = 0;  ///< number of its square, rising
     };
     /// Whether a rectangle of columns may hold anything: cheap, with false positives only.
@@ -48,7 +52,8 @@ public:
 
 private:
     struct Square {
-        std::uint32_t row = 0, column = 0;
+        std::uint32_t row = 0;
+        std::uint32_t column = 0;
         std::uint64_t first = 0;  ///< number of its first column
     };
     struct Squares;  ///< a rectangle of squares
@@ -62,7 +67,9 @@ private:
     void find(const Squares& squares, const MayHold& may_hold);
 
     ColumnBlock m_of;
-    std::size_t m_edge, m_width, m_depth;
+    std::size_t m_edge;
+    std::size_t m_width;
+    std::size_t m_depth;
     std::size_t m_count = 0;
     std::vector<Square> m_squares;
 };

@@ -1,50 +1,25 @@
 #include "voxelserver/export/core/format.hpp"
 
-#include <algorithm>
-#include <array>
-#include <cctype>
-
+#include "common/util/atomic_file.hpp"
 #include "common/util/error.hpp"
 
 namespace terravox::exports {
-namespace {
 
-struct Known {
-    Format format;
-    std::string_view name, ending;
-};
-constexpr std::array kKnown = {
-    Known{Format::kArchive, "archive", ".tvx"}, Known{Format::kAnvil, "anvil", ""},
-    Known{Format::kVox, "vox", ".vox"},         Known{Format::kVdb, "vdb", ".vdb"},
-    Known{Format::kGlb, "glb", ".glb"},         Known{Format::kPly, "ply", ".ply"}};
+namespace fs = std::filesystem;
 
-}  // namespace
-
-std::string formats() {
-    std::string out;
-    for (const Known& k : kKnown)
-        out += (out.empty() ? "" : ", ") + std::string(k.name) + " (" +
-               (k.ending.empty() ? "a folder: a Minecraft world" : std::string(k.ending)) + ")";
-    return out;
+void check_file_target(const fs::path& out, const WriteOptions& options) {
+    util::check_writable(out);
+    if (fs::exists(out) && !options.overwrite) {
+        throw util::UsageError("convert to " + out.string() +
+                               ": it is there already; allowed: another name, or --overwrite");
+    }
 }
 
-Format format_of(const std::string& name, const std::filesystem::path& out) {
-    std::string ending = out.extension().string();
-    std::transform(ending.begin(), ending.end(), ending.begin(),
-                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-    for (const Known& k : kKnown)
-        if (name.empty() ? k.ending == ending : k.name == name)
-            return k.format;
-    throw util::UsageError(name.empty()
-                               ? "convert to " + out.string() + ": it ends in '" + ending +
-                                     "'; allowed: " + formats() + ", or say which with --to"
-                               : "convert: --to " + name + "; allowed: " + formats());
-}
-
-std::string_view name_of(Format format) noexcept {
-    return std::find_if(kKnown.begin(), kKnown.end(),
-                        [&](const Known& k) { return k.format == format; })
-        ->name;
+std::uint64_t column_steps(const Part& part, const voxel::WorldInfo& /*world*/) {
+    const voxel::BoxRange boxes = part.boxes();
+    const auto width = static_cast<std::uint64_t>(boxes.max.bx - boxes.min.bx);
+    const auto depth = static_cast<std::uint64_t>(boxes.max.bz - boxes.min.bz);
+    return width * depth;
 }
 
 }  // namespace terravox::exports

@@ -2,20 +2,48 @@
 
 #include <cstdint>
 #include <filesystem>
-#include <string>
 #include <string_view>
+
+#include "common/voxel/world.hpp"
+#include "voxelserver/export/core/job.hpp"
+#include "voxelserver/export/core/part.hpp"
 
 namespace terravox::exports {
 
-/// Formats that a world can be converted to.
-enum class Format : std::uint8_t { kArchive, kAnvil, kVox, kVdb, kGlb, kPly };
+/// Which axis of a file is up.
+enum class UpAxis : std::uint8_t {
+    kZ,  ///< x east, y north, z up: as in Blender
+    kY,  ///< x east, y up, z south: as in Houdini
+};
 
-/// Names for --to, with the extension of the output: "archive (.tvx), ...".
-[[nodiscard]] std::string formats();
-/// @param name for --to; empty: by the extension of `out`, where none means a Minecraft world's
-/// folder
-/// @throws UsageError
-[[nodiscard]] Format format_of(const std::string& name, const std::filesystem::path& out);
-[[nodiscard]] std::string_view name_of(Format format) noexcept;
+/// What a user can choose of the written form. Each format reads those members that apply to it.
+struct WriteOptions {
+    UpAxis up = UpAxis::kZ;   ///< of .vdb
+    bool merge_faces = true;  ///< of meshes: adjacent faces of one appearance become one
+    int colour_steps = 0;     ///< of meshes: steps of each colour channel, 0 = colours as they are
+    bool overwrite = false;   ///< earlier output may be replaced
+};
+
+/// A format that a world can be converted to. A new format is a folder below voxelserver/export
+/// that defines one of these, and a row of formats() (voxelserver/export/formats/formats.cpp).
+struct Format {
+    std::string_view name;       ///< for --to
+    std::string_view extension;  ///< of the output, lower case, with its dot; empty: a folder
+    /// Tests whether `out` may be written, before the world is opened.
+    /// @throws UsageError when something is there that is not to be replaced; Error when the folder
+    /// cannot be written
+    void (*check_target)(const std::filesystem::path& out, const WriteOptions& options);
+    /// The number of steps that write() reports to the job's meter.
+    std::uint64_t (*steps)(const Part& part, const voxel::WorldInfo& world);
+    /// Writes the job's part to the job's output.
+    /// @throws UsageError for options out of range; Error when it cannot be written
+    void (*write)(Job& job, const WriteOptions& options);
+};
+
+/// check_target() of formats that write one file.
+void check_file_target(const std::filesystem::path& out, const WriteOptions& options);
+
+/// steps() of formats that take one step for each column of boxes.
+[[nodiscard]] std::uint64_t column_steps(const Part& part, const voxel::WorldInfo& world);
 
 }  // namespace terravox::exports

@@ -1,10 +1,9 @@
 #include "voxelserver/export/core/job.hpp"
 
-#include <spdlog/spdlog.h>
-
 #include <algorithm>
 
 #include "common/util/error.hpp"
+#include "common/util/log.hpp"
 
 namespace terravox::exports {
 
@@ -32,7 +31,7 @@ voxel::ColumnExtent Job::column(std::int32_t bx, std::int32_t bz) {
     } catch (const voxel::ChangedError&) {
         throw;
     } catch (const util::Error& e) {
-        spdlog::debug("{}", e.what());  // its boxes report it again, and count
+        util::log_debug("{}", e.what());  // its boxes report it again, and count
     }
     return extent;
 }
@@ -50,7 +49,7 @@ bool Job::may_hold(const ColumnBlock& columns) {
     } catch (const voxel::ChangedError&) {
         throw;
     } catch (const util::Error& e) {
-        spdlog::debug("{}", e.what());  // its boxes report it again, and count
+        util::log_debug("{}", e.what());  // its boxes report it again, and count
         return true;
     }
 }
@@ -66,8 +65,9 @@ void Job::hole(const voxel::BoxKey& key, const char* what) {
     const std::lock_guard lock(m_mutex);
     constexpr std::size_t kMaxReported = 20;
     if (m_holes.insert(key).second)
-        spdlog::log(m_holes.size() <= kMaxReported ? spdlog::level::err : spdlog::level::debug,
-                    "{}", what);
+        util::log_message(
+            m_holes.size() <= kMaxReported ? util::LogLevel::kError : util::LogLevel::kDebug, "{}",
+            what);
 }
 
 void Job::wrote(const std::filesystem::path& file) {

@@ -47,9 +47,9 @@ enum class Colours : std::uint8_t {
 class Job {
 public:
     /// The references must outlive the job.
-    Job(voxel::World& from, const Part& of, std::filesystem::path to, const voxel::Palette& looks,
-        Meter& tells)
-        : part(of), out(std::move(to)), palette(looks), meter(tells), m_world(from) {}
+    Job(voxel::World& from, const Part& of, std::filesystem::path to,
+        const voxel::Palette& material_colours, Meter& progress)
+        : part(of), out(std::move(to)), palette(material_colours), meter(progress), m_world(from) {}
 
     const Part part;
     const std::filesystem::path out;  ///< as the user named it: a file or a folder
@@ -99,7 +99,7 @@ public:
     [[nodiscard]] std::uint64_t voxels() const noexcept { return m_voxels; }
     [[nodiscard]] std::vector<std::filesystem::path> files() const;
     [[nodiscard]] std::vector<voxel::BoxKey> holes() const;
-    /// Slots in which the world's data are damaged, as far as known.
+    /// Number of places where the world's data are damaged, as far as known.
     [[nodiscard]] std::size_t damage() const { return m_world.damage().size(); }
 
 private:

@@ -23,8 +23,10 @@ Journal::Journal(std::filesystem::path file, const std::string& what)
         while (goes_on && std::getline(in, line)) {
             // "VOXELS END NAME ;": an incomplete line lacks the last.
             std::istringstream words(line);
-            std::uint64_t voxels = 0, end = 0;
-            std::string name, last;
+            std::uint64_t voxels = 0;
+            std::uint64_t end = 0;
+            std::string name;
+            std::string last;
             if (!(words >> voxels >> end >> name >> last) || last != ";" ||
                 !m_names.insert(name).second)
                 continue;

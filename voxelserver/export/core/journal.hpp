@@ -41,7 +41,8 @@ private:
     const std::string m_what;
     mutable std::mutex m_mutex;
     std::set<std::string> m_names;
-    std::uint64_t m_voxels_before = 0, m_end_before = 0;
+    std::uint64_t m_voxels_before = 0;
+    std::uint64_t m_end_before = 0;
     std::size_t m_files_before = 0;
     std::ofstream m_out;
     /// The file again, locked: two conversions to one place would corrupt each other.

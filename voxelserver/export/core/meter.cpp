@@ -9,7 +9,8 @@
 namespace terravox::exports {
 namespace {
 
-constexpr double kTerminalEvery_s = 0.1, kPlainEvery_s = 5;
+constexpr double kTerminalEvery_s = 0.1;
+constexpr double kPlainEvery_s = 5;
 
 double seconds(std::chrono::steady_clock::duration d) {
     return std::chrono::duration<double>(d).count();
@@ -49,8 +50,8 @@ void Meter::show(bool last) {
     const double share =
         m_total == 0 ? 1
                      : std::min(1.0, static_cast<double>(m_done) / static_cast<double>(m_total));
-    const double elapsed = seconds(std::chrono::steady_clock::now() - m_start),
-                 left = share > 0 ? elapsed / share - elapsed : 0;
+    const double elapsed = seconds(std::chrono::steady_clock::now() - m_start);
+    const double left = share > 0 ? elapsed / share - elapsed : 0;
     if (m_terminal) {
         constexpr int kWidth = 32;
         std::string bar(kWidth, '.');

@@ -25,10 +25,12 @@ private:
     void show(bool last);
     const std::string m_what;
     const std::uint64_t m_total;
-    const bool m_quiet, m_terminal;
+    const bool m_quiet;
+    const bool m_terminal;
     std::mutex m_mutex;
     std::uint64_t m_done = 0;
-    bool m_shown = false, m_finished = false;
+    bool m_shown = false;
+    bool m_finished = false;
     const std::chrono::steady_clock::time_point m_start;
     std::chrono::steady_clock::time_point m_last;
 };

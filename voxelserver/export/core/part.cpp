@@ -54,8 +54,8 @@ Part part_of(const voxel::WorldInfo& world, const Selection& s) {
     if (b.empty()) {
         const auto& all = world.bounds;
         const double unit = world.crs.empty() ? 1 : world.crs_units_per_voxel;
-        const double south = world.crs.empty() ? all.min[2] : -all.max[2] * unit,
-                     north = world.crs.empty() ? all.max[2] : -all.min[2] * unit;
+        const double south = world.crs.empty() ? all.min[2] : -all.max[2] * unit;
+        const double north = world.crs.empty() ? all.max[2] : -all.min[2] * unit;
         refuse("nothing of the world lies in it; allowed: --area within " +
                text({all.min[0] * unit, south, all.max[0] * unit, north}) + ", --heights within " +
                text({all.min[1] * world.voxel_m, all.max[1] * world.voxel_m}));

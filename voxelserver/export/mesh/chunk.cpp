@@ -8,27 +8,28 @@ namespace terravox::exports {
 
 using voxel::VoxelBounds;
 
-void Chunk::set(int x, int y, int z, Look look) noexcept {
-    m_looks[index(x, y, z)] = look;
+void Chunk::set(int x, int y, int z, FaceAttributes attributes) noexcept {
+    m_attributes[index(x, y, z)] = attributes;
     if (x < 0 || x >= kEdge)
-        return;  // a row has no bits for its margin: use look() there
+        return;  // a row has no bits for its margin: use attributes() there
     Row& r = m_rows[row(y, z)];
-    (voxel::see_through(material_of(look)) ? r.clear : r.opaque) |= std::uint64_t{1} << x;
+    (voxel::see_through(material_of(attributes)) ? r.clear : r.opaque) |= std::uint64_t{1} << x;
 }
 
 bool Chunk::fill(const Neighbourhood& boxes, int storey, const VoxelBounds& bounds,
-                 const LookOf& look_of) {
+                 const AttributesOf& attributes_of) {
     m_seen = 0;
     if (!boxes.self)
         return false;
     const voxel::TreeCell& root = boxes.self->cells()[static_cast<std::size_t>(storey)];
     if (root.mask == 0)
         return false;
-    std::fill(m_looks.begin(), m_looks.end(), Look{0});
+    std::fill(m_attributes.begin(), m_attributes.end(), FaceAttributes{0});
     std::fill(m_rows.begin(), m_rows.end(), Row{});
 
     // The part, in voxels of this chunk.
-    std::array<int, 3> lo{}, hi{};
+    std::array<int, 3> lo{};
+    std::array<int, 3> hi{};
     for (std::size_t a = 0; a < 3; ++a) {
         const int shift = a == 1 ? storey * kEdge : 0;
         lo[a] = std::clamp(bounds.min[a] - shift, 0, kEdge);
@@ -37,13 +38,13 @@ bool Chunk::fill(const Neighbourhood& boxes, int storey, const VoxelBounds& boun
     const auto inside = [&](int x, int y, int z) {
         return x >= lo[0] && x < hi[0] && y >= lo[1] && y < hi[1] && z >= lo[2] && z < hi[2];
     };
-    const Look rock = look_of(voxel::VoxelAttr{});
+    const FaceAttributes rock = attributes_of(voxel::VoxelAttr{});
     each_voxel_of(
         *boxes.self, root, 0, 0, 0, 16,
         [&](int x, int y, int z, const voxel::VoxelAttr& attr) {
             if (!inside(x, y, z))
                 return;
-            set(x, y, z, look_of(attr));
+            set(x, y, z, attributes_of(attr));
             ++m_seen;
         },
         [&](int x0, int y0, int z0, int edge) {
@@ -52,12 +53,12 @@ bool Chunk::fill(const Neighbourhood& boxes, int storey, const VoxelBounds& boun
                     for (int x = std::max(x0, lo[0]); x < std::min(x0 + edge, hi[0]); ++x)
                         set(x, y, z, rock);
         });
-    fill_margin(boxes, storey, bounds, look_of);
+    fill_margin(boxes, storey, bounds, attributes_of);
     return true;
 }
 
 void Chunk::fill_margin(const Neighbourhood& boxes, int storey, const VoxelBounds& bounds,
-                        const LookOf& look_of) {
+                        const AttributesOf& attributes_of) {
     // y counts in the box here.
     const auto copy = [&](const Neighbourhood::BoxPtr& from, int x, int y, int z, int fx, int fy,
                           int fz) {
@@ -65,9 +66,10 @@ void Chunk::fill_margin(const Neighbourhood& boxes, int storey, const VoxelBound
             z < bounds.min[2] || z >= bounds.max[2])
             return;
         if (const auto attr = from->voxel(fx, fy, fz))
-            set(x, y - storey * kEdge, z, look_of(*attr));
+            set(x, y - storey * kEdge, z, attributes_of(*attr));
     };
-    const int y0 = storey * kEdge, y1 = y0 + kEdge;
+    const int y0 = storey * kEdge;
+    const int y1 = y0 + kEdge;
     const auto& below = storey > 0 ? boxes.self : boxes.below;
     const auto& above = storey + 1 < voxel::Box::kRootCount ? boxes.self : boxes.above;
     constexpr int kTop = voxel::kBoxSizeY - 1;

@@ -46,8 +46,8 @@ void add_quads(const std::vector<Quad>& quads, const std::array<std::int32_t, 3>
     IndexedQuads* part = nullptr;
     voxel::Material current = voxel::Material::kAir;
     for (const Quad& quad : quads) {
-        if (!part || material_of(quad.look) != current) {
-            current = material_of(quad.look);
+        if (!part || material_of(quad.attributes) != current) {
+            current = material_of(quad.attributes);
             part = &parts[current];
         }
         std::array<std::uint32_t, 4> indices{};
@@ -57,10 +57,10 @@ void add_quads(const std::vector<Quad>& quads, const std::array<std::int32_t, 3>
             const std::uint64_t place =
                 static_cast<std::uint64_t>(c[0] | c[1] << 7 | c[2] << 14);  // each in [0, 64]
             const auto next = static_cast<std::uint32_t>(part->vertices.size());
-            indices[i] = numbers.number(place << 32 | quad.look, next);
+            indices[i] = numbers.number(place << 32 | quad.attributes, next);
             if (indices[i] == next)
                 part->vertices.push_back(
-                    {{low[0] + c[0], low[1] + c[1], low[2] + c[2]}, quad.look});
+                    {{low[0] + c[0], low[1] + c[1], low[2] + c[2]}, quad.attributes});
         }
         part->quads.push_back(indices);
     }
@@ -104,9 +104,9 @@ Neighbourhood ColumnMesher::around(std::int32_t bx, std::int32_t by, std::int32_
     return out;
 }
 
-Look ColumnMesher::look_of_voxel(const voxel::VoxelAttr& attr) const noexcept {
+FaceAttributes ColumnMesher::attributes_of_voxel(const voxel::VoxelAttr& attr) const noexcept {
     const voxel::Rgb8 c = m_job.colour_of(attr);
-    return look_of(attr.material, {m_step_of[c.r], m_step_of[c.g], m_step_of[c.b]});
+    return attributes_of(attr.material, {m_step_of[c.r], m_step_of[c.g], m_step_of[c.b]});
 }
 
 ColumnMesh ColumnMesher::make(std::int32_t bx, std::int32_t bz) {
@@ -114,7 +114,9 @@ ColumnMesh ColumnMesher::make(std::int32_t bx, std::int32_t bz) {
     Chunk chunk;
     FaceFinder finder;
     std::vector<Quad> quads;
-    const Chunk::LookOf look = [this](const voxel::VoxelAttr& attr) { return look_of_voxel(attr); };
+    const Chunk::AttributesOf attributes = [this](const voxel::VoxelAttr& attr) {
+        return attributes_of_voxel(attr);
+    };
     const voxel::ColumnExtent extent = m_job.column(bx, bz);
     for (std::int32_t by = extent.by_begin; by < extent.by_end; ++by) {
         const Neighbourhood boxes = around(bx, by, bz);
@@ -134,7 +136,7 @@ ColumnMesh ColumnMesher::make(std::int32_t bx, std::int32_t bz) {
             from_origin[a] = static_cast<std::int32_t>(low[a] - m_origin[a]);
         }
         for (int storey = 0; storey < voxel::Box::kRootCount; ++storey) {
-            if (!chunk.fill(boxes, storey, bounds, look))
+            if (!chunk.fill(boxes, storey, bounds, attributes))
                 continue;
             out.seen_voxels += chunk.seen();
             quads.clear();

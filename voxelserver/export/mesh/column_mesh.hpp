@@ -14,10 +14,11 @@ namespace terravox::exports {
 
 struct MeshVertex {
     std::array<std::int32_t, 3> at{};  ///< voxels from origin_of(part); x east, y up, z south
-    Look look = 0;
+    FaceAttributes attributes = 0;
 };
 
-/// Four-sided faces, counter-clockwise as seen from outside; faces of one look share vertices.
+/// Four-sided faces, counter-clockwise as seen from outside; faces with equal attributes
+/// share vertices.
 struct IndexedQuads {
     std::vector<MeshVertex> vertices;
     std::vector<std::array<std::uint32_t, 4>> quads;
@@ -41,7 +42,7 @@ private:
     using BoxPtr = std::shared_ptr<const voxel::Box>;
     [[nodiscard]] BoxPtr box(std::int32_t bx, std::int32_t by, std::int32_t bz);
     [[nodiscard]] Neighbourhood around(std::int32_t bx, std::int32_t by, std::int32_t bz);
-    [[nodiscard]] Look look_of_voxel(const voxel::VoxelAttr& attr) const noexcept;
+    [[nodiscard]] FaceAttributes attributes_of_voxel(const voxel::VoxelAttr& attr) const noexcept;
 
     Job& m_job;
     const bool m_merge;

@@ -12,13 +12,17 @@ namespace terravox::exports {
 enum class Facing : std::uint8_t { kWest, kEast, kDown, kUp, kNorth, kSouth };
 inline constexpr int kFacings = 6;
 
-/// A rectangle of faces of one look, in voxels of its chunk. `slice` is the coordinate of the
-/// faces' voxels along the axis of `facing`; u runs along z for west and east, along x for the
+/// A rectangle of faces with equal attributes, in voxels of its chunk. `slice` is the coordinate of
+/// the faces' voxels along the axis of `facing`; u runs along z for west and east, along x for the
 /// others; v runs along z for down and up, along y for the others.
 struct Quad {
     Facing facing = Facing::kUp;
-    std::uint8_t slice = 0, u = 0, v = 0, width = 1, height = 1;
-    Look look = 0;
+    std::uint8_t slice = 0;
+    std::uint8_t u = 0;
+    std::uint8_t v = 0;
+    std::uint8_t width = 1;
+    std::uint8_t height = 1;
+    FaceAttributes attributes = 0;
     friend bool operator==(const Quad&, const Quad&) = default;
 };
 /// Its corners in voxels of its chunk, counter-clockwise as seen from outside.
@@ -27,7 +31,7 @@ struct Quad {
 /// Whether a voxel shows the face that it shares with a neighbour: next to air always, and next to
 /// a see-through voxel of another material. Between two voxels of which neither is opaque, both
 /// faces are shown.
-[[nodiscard]] constexpr bool shows_face(Look of, Look neighbour) noexcept {
+[[nodiscard]] constexpr bool shows_face(FaceAttributes of, FaceAttributes neighbour) noexcept {
     return of != 0 && (neighbour == 0 || (voxel::see_through(material_of(neighbour)) &&
                                           material_of(of) != material_of(neighbour)));
 }
@@ -36,7 +40,7 @@ struct Quad {
 /// Not thread-safe: it holds working memory.
 class FaceFinder {
 public:
-    /// @param merge combine adjacent faces of one look; else one quad for each face
+    /// @param merge combine adjacent faces with equal attributes; else one quad for each face
     void find(const Chunk& chunk, bool merge, std::vector<Quad>& out);
 
 private:

@@ -21,9 +21,14 @@ struct GlbVertex {
 };
 static_assert(sizeof(GlbVertex) == 20);
 
-constexpr std::uint32_t kMagic = 0x46546C67, kJsonChunk = 0x4E4F534A, kBinChunk = 0x004E4942;
-constexpr int kArrayBuffer = 34962, kElementArrayBuffer = 34963, kUnsignedShort = 5123,
-              kUnsignedInt = 5125, kFloat = 5126;
+constexpr std::uint32_t kMagic = 0x46546C67;
+constexpr std::uint32_t kJsonChunk = 0x4E4F534A;
+constexpr std::uint32_t kBinChunk = 0x004E4942;
+constexpr int kArrayBuffer = 34962;
+constexpr int kElementArrayBuffer = 34963;
+constexpr int kUnsignedShort = 5123;
+constexpr int kUnsignedInt = 5125;
+constexpr int kFloat = 5126;
 constexpr std::uint64_t kHeadBytes = 64 << 10;  // more than the JSON text takes
 
 std::uint16_t linear_16(std::uint8_t srgb) noexcept {
@@ -31,7 +36,8 @@ std::uint16_t linear_16(std::uint8_t srgb) noexcept {
 }
 
 struct Transparency {
-    double alpha, roughness;
+    double alpha;
+    double roughness;
 };
 std::optional<Transparency> transparency_of(Material m) noexcept {
     switch (voxel::traits_of(m).optics) {
@@ -65,9 +71,12 @@ json material_json(Material m, const voxel::Palette& palette) {
 struct Primitive {
     explicit Primitive(const std::filesystem::path& target)
         : vertices(ByteFile::spool_for(target)), indices(ByteFile::spool_for(target)) {}
-    ByteFile vertices, indices;
-    std::uint64_t vertex_count = 0, index_count = 0;
-    std::array<float, 3> min, max;
+    ByteFile vertices;
+    ByteFile indices;
+    std::uint64_t vertex_count = 0;
+    std::uint64_t index_count = 0;
+    std::array<float, 3> min;
+    std::array<float, 3> max;
 };
 
 /// Ref: Khronos Group, "glTF 2.0 Specification", 2021, also ISO/IEC 12113:2022.
@@ -120,7 +129,7 @@ private:
         std::vector<GlbVertex> vertices;
         vertices.reserve(from.vertices.size());
         for (const MeshVertex& v : from.vertices) {
-            const voxel::Rgb8 c = colour_of(v.look);
+            const voxel::Rgb8 c = colour_of(v.attributes);
             GlbVertex out{{}, {linear_16(c.r), linear_16(c.g), linear_16(c.b), 65535}};
             for (std::size_t a = 0; a < 3; ++a)
                 out.at[a] = static_cast<float>(v.at[a] * voxel_m);
@@ -143,68 +152,99 @@ private:
         to.index_count += indices.size();
     }
 
+    /// The arrays of the JSON text that grow with each primitive.
+    struct Tables {
+        json views = json::array();
+        json accessors = json::array();
+        json primitives = json::array();
+        json materials = json::array();
+        std::uint64_t offset = 0;  ///< of the next primitive in the binary chunk
+    };
+
     [[nodiscard]] json head() const {
-        json views = json::array(), accessors = json::array(), primitives = json::array(),
-             materials = json::array();
-        std::uint64_t offset = 0;
-        for (const auto& [material, part] : m_parts) {
-            const std::size_t view = views.size(), accessor = accessors.size();
-            views.push_back({{"buffer", 0},
-                             {"byteOffset", offset},
-                             {"byteLength", part.vertices.bytes()},
-                             {"byteStride", sizeof(GlbVertex)},
-                             {"target", kArrayBuffer}});
-            views.push_back({{"buffer", 0},
-                             {"byteOffset", offset + part.vertices.bytes()},
-                             {"byteLength", part.indices.bytes()},
-                             {"target", kElementArrayBuffer}});
-            offset += part.vertices.bytes() + part.indices.bytes();
-            accessors.push_back({{"bufferView", view},
-                                 {"byteOffset", 0},
-                                 {"componentType", kFloat},
-                                 {"count", part.vertex_count},
-                                 {"type", "VEC3"},
-                                 {"min", part.min},
-                                 {"max", part.max}});
-            accessors.push_back({{"bufferView", view},
-                                 {"byteOffset", 12},
-                                 {"componentType", kUnsignedShort},
-                                 {"normalized", true},
-                                 {"count", part.vertex_count},
-                                 {"type", "VEC4"}});
-            accessors.push_back({{"bufferView", view + 1},
-                                 {"byteOffset", 0},
-                                 {"componentType", kUnsignedInt},
-                                 {"count", part.index_count},
-                                 {"type", "SCALAR"}});
-            // Without normals: a viewer then has to shade flat, and faces can share vertices.
-            primitives.push_back(
-                {{"attributes", {{"POSITION", accessor}, {"COLOR_0", accessor + 1}}},
-                 {"indices", accessor + 2},
-                 {"material", materials.size()},
-                 {"mode", 4}});
-            materials.push_back(material_json(material, m_job.palette));
-        }
-        json extras = json::object();
-        for (const auto& [name, value] : facts_of(m_job, "x east, y up, z south; metres"))
-            extras[name] = value;
-        extras["offset"] = origin_of(m_job.part);
-        extras["voxel_m"] = m_job.voxel_m();
+        Tables tables;
+        for (const auto& [material, part] : m_parts)
+            add_tables(material, part, tables);
         const std::string title = m_job.world().title.empty() ? "terravox" : m_job.world().title;
-        json asset = {{"version", "2.0"}, {"generator", std::string("terravox ") + kVersion}};
-        if (!m_job.world().attribution.empty())
-            asset["copyright"] = m_job.world().attribution;
         json out = json::object();
-        out["asset"] = asset;
+        out["asset"] = asset_json();
         out["scene"] = 0;
         out["scenes"] = json::array({json::object({{"nodes", json::array({0})}})});
         out["nodes"] =
-            json::array({json::object({{"mesh", 0}, {"name", title}, {"extras", extras}})});
-        out["meshes"] = json::array({json::object({{"name", title}, {"primitives", primitives}})});
-        out["materials"] = materials;
-        out["accessors"] = accessors;
-        out["bufferViews"] = views;
+            json::array({json::object({{"mesh", 0}, {"name", title}, {"extras", extras_json()}})});
+        out["meshes"] =
+            json::array({json::object({{"name", title}, {"primitives", tables.primitives}})});
+        out["materials"] = tables.materials;
+        out["accessors"] = tables.accessors;
+        out["bufferViews"] = tables.views;
         out["buffers"] = json::array({json::object({{"byteLength", m_bytes}})});
+        return out;
+    }
+
+    void add_tables(Material material, const Primitive& part, Tables& to) const {
+        const std::size_t view = to.views.size();
+        const std::size_t accessor = to.accessors.size();
+        add_views(part, to);
+        add_accessors(part, view, to.accessors);
+        // Without normals: a viewer then has to shade flat, and faces can share vertices.
+        to.primitives.push_back(
+            {{"attributes", {{"POSITION", accessor}, {"COLOR_0", accessor + 1}}},
+             {"indices", accessor + 2},
+             {"material", to.materials.size()},
+             {"mode", 4}});
+        to.materials.push_back(material_json(material, m_job.palette));
+    }
+
+    /// Adds two buffer views: the vertices, and the indices behind them.
+    static void add_views(const Primitive& part, Tables& to) {
+        to.views.push_back({{"buffer", 0},
+                            {"byteOffset", to.offset},
+                            {"byteLength", part.vertices.bytes()},
+                            {"byteStride", sizeof(GlbVertex)},
+                            {"target", kArrayBuffer}});
+        to.views.push_back({{"buffer", 0},
+                            {"byteOffset", to.offset + part.vertices.bytes()},
+                            {"byteLength", part.indices.bytes()},
+                            {"target", kElementArrayBuffer}});
+        to.offset += part.vertices.bytes() + part.indices.bytes();
+    }
+
+    /// Adds three accessors: positions, colours and indices.
+    /// @param view the buffer view of the vertices
+    static void add_accessors(const Primitive& part, std::size_t view, json& to) {
+        to.push_back({{"bufferView", view},
+                      {"byteOffset", 0},
+                      {"componentType", kFloat},
+                      {"count", part.vertex_count},
+                      {"type", "VEC3"},
+                      {"min", part.min},
+                      {"max", part.max}});
+        to.push_back({{"bufferView", view},
+                      {"byteOffset", 12},
+                      {"componentType", kUnsignedShort},
+                      {"normalized", true},
+                      {"count", part.vertex_count},
+                      {"type", "VEC4"}});
+        to.push_back({{"bufferView", view + 1},
+                      {"byteOffset", 0},
+                      {"componentType", kUnsignedInt},
+                      {"count", part.index_count},
+                      {"type", "SCALAR"}});
+    }
+
+    [[nodiscard]] json asset_json() const {
+        json out = {{"version", "2.0"}, {"generator", std::string("terravox ") + kVersion}};
+        if (!m_job.world().attribution.empty())
+            out["copyright"] = m_job.world().attribution;
+        return out;
+    }
+
+    [[nodiscard]] json extras_json() const {
+        json out = json::object();
+        for (const auto& [name, value] : facts_of(m_job, "x east, y up, z south; metres"))
+            out[name] = value;
+        out["offset"] = origin_of(m_job.part);
+        out["voxel_m"] = m_job.voxel_m();
         return out;
     }
 

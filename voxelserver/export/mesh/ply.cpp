@@ -10,8 +10,13 @@ namespace {
 
 // As stored in the file: no gaps.
 struct __attribute__((packed)) PlyVertex {
-    float x, y, z;
-    std::uint8_t r, g, b, material;
+    float x;
+    float y;
+    float z;
+    std::uint8_t r;
+    std::uint8_t g;
+    std::uint8_t b;
+    std::uint8_t material;
 };
 struct __attribute__((packed)) PlyFace {
     std::uint8_t count;
@@ -43,7 +48,7 @@ public:
             std::vector<PlyVertex> vertices;
             vertices.reserve(part.vertices.size());
             for (const MeshVertex& v : part.vertices) {
-                const voxel::Rgb8 c = colour_of(v.look);
+                const voxel::Rgb8 c = colour_of(v.attributes);
                 // z up: x east, y north.
                 vertices.push_back({static_cast<float>(v.at[0] * voxel_m),
                                     static_cast<float>(-v.at[2] * voxel_m),
@@ -80,8 +85,10 @@ public:
 
 private:
     const Job& m_job;
-    ByteFile m_vertices, m_faces;
-    std::uint64_t m_vertex_count = 0, m_face_count = 0;
+    ByteFile m_vertices;
+    ByteFile m_faces;
+    std::uint64_t m_vertex_count = 0;
+    std::uint64_t m_face_count = 0;
 };
 
 }  // namespace

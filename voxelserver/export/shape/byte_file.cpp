@@ -37,7 +37,7 @@ ByteFile ByteFile::spool_for(const std::filesystem::path& target) {
     if (fd >= 0)
         ::unlink(name.c_str());
     return {fd < 0 ? nullptr : ::fdopen(fd, "w+b"),
-            target.string() + " (what is spooled beside it)"};
+            target.string() + " (the data spooled next to it)"};
 }
 
 void ByteFile::fail() const {

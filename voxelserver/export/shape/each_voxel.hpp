@@ -14,8 +14,9 @@ void each_voxel_of(const voxel::Box& box, const voxel::TreeCell& cell, int x, in
                    int edge, const Seen& seen, const Hidden& hidden) {
     for (std::uint64_t left = cell.mask; left != 0; left &= left - 1) {
         const int bit = std::countr_zero(left);
-        const int cx = x + (bit & 3) * edge, cy = y + (bit >> 4) * edge,
-                  cz = z + (bit >> 2 & 3) * edge;
+        const int cx = x + (bit & 3) * edge;
+        const int cy = y + (bit >> 4) * edge;
+        const int cz = z + (bit >> 2 & 3) * edge;
         if ((cell.detail >> bit & 1) == 0)
             hidden(cx, cy, cz, edge);
         else if (edge == 1)

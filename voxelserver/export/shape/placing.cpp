@@ -29,7 +29,8 @@ std::string one_line(std::string text) {
 
 std::array<std::int32_t, 3> origin_of(const Part& part) noexcept {
     const auto middle = [&](std::size_t a) {
-        const std::int64_t low = part.bounds.min[a], high = part.bounds.max[a];
+        const std::int64_t low = part.bounds.min[a];
+        const std::int64_t high = part.bounds.max[a];
         return static_cast<std::int32_t>(low + (high - low) / 2);
     };
     return {middle(0), part.bounds.min[1], middle(2)};

@@ -41,8 +41,8 @@ public:
     void write_all() {
         // All columns, or squares as large as the memory suffices for.
         const std::uint64_t fit = m_job.memory_bytes / kColumnBytes;
-        const auto width = static_cast<std::uint64_t>(m_whole.max_bx - m_whole.min_bx),
-                   depth = static_cast<std::uint64_t>(m_whole.max_bz - m_whole.min_bz);
+        const auto width = static_cast<std::uint64_t>(m_whole.max_bx - m_whole.min_bx);
+        const auto depth = static_cast<std::uint64_t>(m_whole.max_bz - m_whole.min_bz);
         const bool all_fit = width * depth <= fit;
         std::uint64_t edge = all_fit ? std::max(width, depth) : 1;
         while (!all_fit && (edge + 1) * (edge + 1) <= fit)
@@ -55,7 +55,8 @@ public:
 
 private:
     void write(const ColumnBlock& block) {
-        const std::int32_t width = block.max_bx - block.min_bx, depth = block.max_bz - block.min_bz;
+        const std::int32_t width = block.max_bx - block.min_bx;
+        const std::int32_t depth = block.max_bz - block.min_bz;
         if (const auto trees = make(block, width > 1 || depth > 1)) {
             if (!trees->empty()) {
                 write_vdb_file(m_job, m_frame, *trees, name_of(block));
@@ -65,7 +66,8 @@ private:
             m_job.meter.add(static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(depth));
             return;
         }
-        ColumnBlock one = block, other = block;
+        ColumnBlock one = block;
+        ColumnBlock other = block;
         if (width >= depth)
             one.max_bx = other.min_bx = block.min_bx + width / 2;
         else

@@ -1,19 +1,12 @@
 #pragma once
 
-#include <cstdint>
-
+#include "voxelserver/export/core/format.hpp"
 #include "voxelserver/export/core/job.hpp"
 
 namespace terravox::exports {
 
-/// Which axis of the file is up.
-enum class VdbUp : std::uint8_t {
-    kZ,  ///< x east, y north, z up: as in Blender
-    kY,  ///< x east, y up, z south: as in Houdini
-};
-
 struct VdbOptions {
-    VdbUp up = VdbUp::kZ;
+    UpAxis up = UpAxis::kZ;
 };
 
 /// Writes OpenVDB with three grids: `density` (float) 1 in everything solid, `material` (int32) its

@@ -31,8 +31,9 @@ public:
 
     void add(const voxel::Box& box) {
         const auto& key = box.key();
-        const std::int32_t x0 = key.bx * voxel::kBoxSizeX, y0 = key.by * voxel::kBoxSizeY,
-                           z0 = key.bz * voxel::kBoxSizeZ;
+        const std::int32_t x0 = key.bx * voxel::kBoxSizeX;
+        const std::int32_t y0 = key.by * voxel::kBoxSizeY;
+        const std::int32_t z0 = key.bz * voxel::kBoxSizeZ;
         each_voxel(
             box,
             [&](int x, int y, int z, const voxel::VoxelAttr& attr) {
@@ -97,7 +98,8 @@ private:
 // Ref: OpenVDB, Archive::writeHeader: magic (8 bytes), version of the format (4), of the library
 // (4 + 4), offsets follow (1), name.
 void name_by_content(const std::filesystem::path& file, std::uint64_t a, std::uint64_t b) {
-    constexpr std::size_t kAt = 21, kDigits = 36;
+    constexpr std::size_t kAt = 21;
+    constexpr std::size_t kDigits = 36;
     std::fstream io(file, std::ios::in | std::ios::out | std::ios::binary);
     char name[kDigits + 1] = {};
     io.seekg(kAt).read(name, kDigits);
@@ -136,7 +138,7 @@ void VdbTrees::take(VdbTrees& other) {
     checksum = (checksum ^ other.checksum) * 0x9E37'79B9'7F4A'7C15ULL;
 }
 
-VdbFrame::VdbFrame(const Job& job, VdbUp up)
+VdbFrame::VdbFrame(const Job& job, UpAxis up)
     : m_up(up), m_origin(origin_of(job.part)), m_voxel_m(job.voxel_m()) {
     for (std::size_t a = 0; a < 3; ++a)
         m_base[a] = voxel::floor_div(m_origin[a], kNodeEdge) * kNodeEdge;
@@ -148,8 +150,8 @@ openvdb::math::Transform::Ptr VdbFrame::transform() const {
     const auto shift = [&](std::size_t a) { return (m_base[a] - m_origin[a] + 0.5) * m_voxel_m; };
     // North: -(z + 0.5 - origin), where the grid's coordinate is -1 - (z - base).
     const double north = (m_origin[2] - m_base[2] + 0.5) * m_voxel_m;
-    out->postTranslate(m_up == VdbUp::kY ? openvdb::Vec3d(shift(0), shift(1), shift(2))
-                                         : openvdb::Vec3d(shift(0), north, shift(1)));
+    out->postTranslate(m_up == UpAxis::kY ? openvdb::Vec3d(shift(0), shift(1), shift(2))
+                                          : openvdb::Vec3d(shift(0), north, shift(1)));
     return out;
 }
 

@@ -33,23 +33,26 @@ struct VdbTrees {
 /// multiples of 128, so that leaves of 8 voxels and nodes of 128 are aligned with boxes.
 class VdbFrame {
 public:
-    VdbFrame(const Job& job, VdbUp up);
+    VdbFrame(const Job& job, UpAxis up);
     /// The grid's coordinates of a voxel of the world.
     [[nodiscard]] openvdb::Coord coord(std::int32_t x, std::int32_t y,
                                        std::int32_t z) const noexcept {
-        const std::int32_t i = x - m_base[0], j = y - m_base[1], k = z - m_base[2];
-        return m_up == VdbUp::kY ? openvdb::Coord(i, j, k) : openvdb::Coord(i, -1 - k, j);
+        const std::int32_t i = x - m_base[0];
+        const std::int32_t j = y - m_base[1];
+        const std::int32_t k = z - m_base[2];
+        return m_up == UpAxis::kY ? openvdb::Coord(i, j, k) : openvdb::Coord(i, -1 - k, j);
     }
     /// Transform to metres from the origin of the part, a voxel's value at its middle.
     [[nodiscard]] openvdb::math::Transform::Ptr transform() const;
     [[nodiscard]] const char* axes() const noexcept {
-        return m_up == VdbUp::kY ? "x east, y up, z south; metres"
-                                 : "x east, y north, z up; metres";
+        return m_up == UpAxis::kY ? "x east, y up, z south; metres"
+                                  : "x east, y north, z up; metres";
     }
 
 private:
-    VdbUp m_up;
-    std::array<std::int32_t, 3> m_base{}, m_origin{};
+    UpAxis m_up;
+    std::array<std::int32_t, 3> m_base{};
+    std::array<std::int32_t, 3> m_origin{};
     double m_voxel_m;
 };
 

@@ -34,7 +34,10 @@ public:
 
 private:
     struct Sum {
-        std::uint64_t count = 0, r = 0, g = 0, b = 0;
+        std::uint64_t count = 0;
+        std::uint64_t r = 0;
+        std::uint64_t g = 0;
+        std::uint64_t b = 0;
     };
     void coarsen();
     int m_shift = 0;  ///< low bits of a channel that cells ignore

@@ -1,7 +1,5 @@
 #include "voxelserver/export/vox/vox.hpp"
 
-#include <spdlog/spdlog.h>
-
 #include <algorithm>
 #include <initializer_list>
 #include <limits>
@@ -10,6 +8,7 @@
 
 #include "common/util/atomic_file.hpp"
 #include "common/util/error.hpp"
+#include "common/util/log.hpp"
 #include "voxelserver/export/shape/placing.hpp"
 #include "voxelserver/export/vox/vox_spool.hpp"
 
@@ -53,8 +52,8 @@ std::string head_of(const char* id, std::uint64_t content, std::uint64_t childre
 std::string chunk(const char* id, const Content& content) {
     return head_of(id, content.bytes().size()) + content.bytes();
 }
-
-constexpr std::uint64_t kHeadBytes = 12, kSizeBytes = 12;
+constexpr std::uint64_t kHeadBytes = 12;
+constexpr std::uint64_t kSizeBytes = 12;
 std::uint64_t bytes_of(const VoxModel& m) {
     return kHeadBytes + kSizeBytes + kHeadBytes + 4 + 4 * m.voxels;
 }
@@ -135,7 +134,7 @@ void warn_if_too_wide(const Job& job) {
         return std::int64_t{job.part.bounds.max[axis]} - job.part.bounds.min[axis];
     };
     if (size(0) > kMaxShown[0] || size(2) > kMaxShown[1] || size(1) > kMaxShown[2])
-        spdlog::warn(
+        util::log_warn(
             "{}: {} x {} x {} voxels (height last); MagicaVoxel itself shows no more than {} x {} "
             "x {}",
             job.out.string(), size(0), size(2), size(1), kMaxShown[0], kMaxShown[1], kMaxShown[2]);

@@ -15,10 +15,10 @@ void VoxPalette::count(Material material, voxel::Rgb8 colour, bool own) {
         m_plain[static_cast<std::size_t>(material) % voxel::kMaterialCount] = true;
 }
 
-void VoxPalette::take(Group& group, Material material, std::size_t most,
+void VoxPalette::take(Group& group, Material material, std::size_t max_colours,
                       std::vector<VoxColour>& out) const {
     const auto cells = group.counts.cells();
-    const FewColours few = few_colours(cells, most);
+    const FewColours few = few_colours(cells, max_colours);
     for (std::size_t i = 0; i < cells.size(); ++i)
         group.index_of_cell.emplace(cells[i].key,
                                     static_cast<std::uint8_t>(out.size() + few.of_cell[i] + 1));

@@ -40,7 +40,8 @@ public:
                                         bool own) const;
 
 private:
-    static constexpr std::size_t kMax = 255, kMaxOfSpecial = 16;
+    static constexpr std::size_t kMax = 255;
+    static constexpr std::size_t kMaxOfSpecial = 16;
     struct Group {
         ColourCounts counts;
         std::unordered_map<std::uint32_t, std::uint8_t> index_of_cell;
@@ -49,7 +50,7 @@ private:
     [[nodiscard]] static voxel::Material group_of(voxel::Material m) noexcept {
         return special_in_vox(m) ? m : voxel::Material::kAir;
     }
-    void take(Group& group, voxel::Material material, std::size_t most,
+    void take(Group& group, voxel::Material material, std::size_t max_colours,
               std::vector<VoxColour>& out) const;
     const voxel::Palette& m_looks;
     /// Materials with voxels without a colour of their own.

@@ -53,8 +53,9 @@ std::vector<VoxSpool::MadeBox> VoxSpool::make_column(Job& job, const Columns::At
         const auto box = job.box(at.bx, by, at.bz);
         if (!box)
             continue;
-        const std::int32_t x0 = at.bx * voxel::kBoxSizeX, y0 = by * voxel::kBoxSizeY,
-                           z0 = at.bz * voxel::kBoxSizeZ;
+        const std::int32_t x0 = at.bx * voxel::kBoxSizeX;
+        const std::int32_t y0 = by * voxel::kBoxSizeY;
+        const std::int32_t z0 = at.bz * voxel::kBoxSizeZ;
         MadeBox made;
         made.by = by;
         // North is up in the file: its y falls as z rises.
@@ -85,12 +86,14 @@ std::vector<VoxSpool::MadeBox> VoxSpool::make_column(Job& job, const Columns::At
 
 void VoxSpool::end_square() {
     for (auto& [by, model] : m_square) {
-        std::array<std::int32_t, 3> min{}, max{};
+        std::array<std::int32_t, 3> min{};
+        std::array<std::int32_t, 3> max{};
         for (std::size_t i = 0; i < model.boxes.size(); ++i) {
             const SpooledBox& box = model.boxes[i];
             model.voxels += box.count;
             for (std::size_t a = 0; a < 3; ++a) {
-                const std::int32_t lo = box.low[a] + box.min[a], hi = box.low[a] + box.max[a];
+                const std::int32_t lo = box.low[a] + box.min[a];
+                const std::int32_t hi = box.low[a] + box.max[a];
                 min[a] = i == 0 ? lo : std::min(min[a], lo);
                 max[a] = i == 0 ? hi : std::max(max[a], hi);
             }

@@ -15,7 +15,9 @@ namespace terravox::exports {
 
 /// A voxel in the spool. Coordinates are the file's (x east, y north, z up), relative to its box.
 struct SpooledVoxel {
-    std::uint8_t x = 0, y = 0, z = 0;
+    std::uint8_t x = 0;
+    std::uint8_t y = 0;
+    std::uint8_t z = 0;
     voxel::Material material = voxel::Material::kAir;
     voxel::Rgb8 colour;
     bool own = false;  ///< the colour is the voxel's own, else its material's

@@ -92,10 +92,10 @@ std::optional<fs::path> side_file_of(const fs::path& file) {
     const auto format = find_format(file);
     if (!format || kRows[*format].side_ending.empty())
         return std::nullopt;
-    fs::path beside = file;
-    beside.replace_extension(kRows[*format].side_ending);
+    fs::path side_file = file;
+    side_file.replace_extension(kRows[*format].side_ending);
     std::error_code failed;
-    return fs::is_regular_file(beside, failed) ? std::optional(beside) : std::nullopt;
+    return fs::is_regular_file(side_file, failed) ? std::optional(side_file) : std::nullopt;
 }
 
 std::size_t format_of(const fs::path& file) {

@@ -40,7 +40,10 @@ struct Seen {
 
 // Means of colour over the points that have one.
 struct ColourMean {
-    std::uint32_t r = 0, g = 0, b = 0, count = 0;
+    std::uint32_t r = 0;
+    std::uint32_t g = 0;
+    std::uint32_t b = 0;
+    std::uint32_t count = 0;
     void add(const Seen& s) noexcept {
         if (!s.has_colour)
             return;
@@ -116,8 +119,11 @@ void sum_up_objects(std::span<const Seen> points, std::vector<ObjectVoxel>& out)
 
 /// Sums for one water cell.
 struct CellSums {
-    double ground = 0, water = 0;
-    std::uint32_t ground_points = 0, water_points = 0, other_points = 0;
+    double ground = 0;
+    double water = 0;
+    std::uint32_t ground_points = 0;
+    std::uint32_t water_points = 0;
+    std::uint32_t other_points = 0;
 };
 
 /// Sorts the points of one column into their groups, each by rising height.
@@ -179,10 +185,13 @@ bool over(std::span<const Seen> roof, std::span<const Seen> ground) {
     };
     const auto [rx, rz] = centre(roof);
     const auto [gx, gz] = centre(ground);
-    const float dx = rx - gx, dz = rz - gz, length = std::sqrt(dx * dx + dz * dz);
+    const float dx = rx - gx;
+    const float dz = rz - gz;
+    const float length = std::sqrt(dx * dx + dz * dz);
     if (length < kBlur * kOne / 2)
         return roof.size() > 1;  // in the same place
-    std::vector<float> roof_along, ground_along;
+    std::vector<float> roof_along;
+    std::vector<float> ground_along;
     for (const Seen& s : roof)
         roof_along.push_back((s.x * dx + s.z * dz) / length);
     for (const Seen& s : ground)
@@ -268,7 +277,8 @@ std::shared_ptr<PatchColumns> init_columns(std::span<const PatchPoints> sources,
         if (!any)
             continue;
         patch->any = true;
-        const int x = i % grid::kPatchSize, z = i / grid::kPatchSize;
+        const int x = i % grid::kPatchSize;
+        const int z = i / grid::kPatchSize;
         patch->occupied[static_cast<std::size_t>(z)] |= std::uint64_t{1} << x;
         sorter.sort();
         sum_up(

@@ -43,7 +43,10 @@ struct Column {
     Surface deck;                ///< median of the bridge points
     float roof_low = kNoHeight;  ///< lowest building point
     /// Saturating counts.
-    std::uint16_t ground_points = 0, roof_points = 0, water_points = 0, deck_points = 0;
+    std::uint16_t ground_points = 0;
+    std::uint16_t roof_points = 0;
+    std::uint16_t water_points = 0;
+    std::uint16_t deck_points = 0;
     /// Ground was seen beneath building points, not only next to them.
     bool roof_over_ground = false;
     /// Whether most of the low returns (ground, water, building) are of a building.
@@ -63,14 +66,20 @@ struct PatchColumns {
     std::vector<ObjectVoxel> objects;
     /// Objects of column i: [objects_begin[i], objects_begin[i + 1]), by rising y.
     std::array<std::uint32_t, grid::kPatchColumns + 1> objects_begin{};
-    // Properties that steps query of many columns around, small enough to stay in the processor's
-    // cache:
-    /// Bit x of row z: the column holds any point; is built_upon().
-    std::array<std::uint64_t, grid::kPatchSize> occupied{}, built{};
-    /// Bit x of row z: ground was seen; water was, and at least as often as ground.
-    std::array<std::uint64_t, grid::kPatchSize> ground{}, wet{};
+    // The following are for steps that query many columns around, and small enough to stay in the
+    // processor's cache. Bit x of row z stands for a column.
+    /// The column holds any point.
+    std::array<std::uint64_t, grid::kPatchSize> occupied{};
+    /// The column is built_upon().
+    std::array<std::uint64_t, grid::kPatchSize> built{};
+    /// Ground was seen in the column.
+    std::array<std::uint64_t, grid::kPatchSize> ground{};
+    /// Water was seen in the column, at least as often as ground.
+    std::array<std::uint64_t, grid::kPatchSize> wet{};
     std::array<float, grid::kPatchColumns> ground_height;  ///< of each column's ground
-    bool any_roof = false, any_deck = false, any_objects = false;
+    bool any_roof = false;
+    bool any_deck = false;
+    bool any_objects = false;
     water::CellPatch cells;    ///< `covered` and `looks_wet` are set elsewhere
     float lowest = kNoHeight;  ///< of any point
     bool any = false;

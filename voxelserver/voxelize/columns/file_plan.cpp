@@ -1,6 +1,6 @@
 #include "voxelserver/voxelize/columns/file_plan.hpp"
 
-#include <spdlog/fmt/fmt.h>
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
@@ -26,15 +26,17 @@ double depth_of(const SquareSource& source) {
 // Whether a file can be kept whole, and binned in half as much additional memory: small voxels have
 // more patches than points.
 bool fits(const SquareSource& source, std::size_t limit_bytes) {
-    constexpr double kPatchBytes = sizeof(store::PatchEntry), kBinningBytes = 64, kRunBytes = 32,
-                     kAround = 16384;
+    constexpr double kPatchBytes = sizeof(store::PatchEntry);
+    constexpr double kBinningBytes = 64;
+    constexpr double kRunBytes = 32;
+    constexpr double kAround = 16384;
     const auto points = static_cast<double>(source.info.point_count);
     const double width = width_of(source);
     const double depth = depth_of(source);
     const double patches =
         std::min((width / grid::kPatchSize + 3) * (depth / grid::kPatchSize + 3), points);
-    const double spacing = std::sqrt(width * depth / std::max(points, 1.0)),
-                 run = std::max(1.0, grid::kPatchSize / (2 * spacing + 1e-3));
+    const double spacing = std::sqrt(width * depth / std::max(points, 1.0));
+    const double run = std::max(1.0, grid::kPatchSize / (2 * spacing + 1e-3));
     const auto limit = static_cast<double>(limit_bytes);
     return points * sizeof(store::VoxelPoint) + patches * kPatchBytes + kAround < limit &&
            patches * kBinningBytes + points / run * kRunBytes < limit / 2;

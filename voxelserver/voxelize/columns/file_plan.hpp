@@ -23,7 +23,7 @@ struct PointMemory {
 [[nodiscard]] PointMemory share_memory(std::size_t memory_bytes,
                                        std::span<const SquareSource> files);
 
-/// What the square of a file depends on besides the file.
+/// What the square of a file depends on in addition to the file.
 struct SquareRecipe {
     const grid::Frame& frame;
     const ClassTable& classes;

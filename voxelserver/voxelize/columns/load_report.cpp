@@ -1,6 +1,5 @@
 #include "voxelserver/voxelize/columns/load_report.hpp"
-
-#include <spdlog/spdlog.h>
+#include "common/util/log.hpp"
 
 #include <string>
 #include <utility>
@@ -31,12 +30,12 @@ void LoadReport::add_whole(std::size_t file, const store::PointCounts& counts) {
     std::call_once(m_logged[file].whole, [&] {
         const std::string path = m_files[file].info.path.string();
         if (counts.outliers > 0)
-            spdlog::warn("{}: {} stray points, outside the bounds of all others; left out", path,
-                         counts.outliers);
+            util::log_warn("{}: {} stray points, outside the bounds of all others; left out", path,
+                           counts.outliers);
         const std::string unknown = unknown_classes(counts, m_classes);
         if (!unknown.empty())
-            spdlog::warn("{}: classes that the table '{}' does not name: {}; shown as `unknown`",
-                         path, m_classes.id, unknown);
+            util::log_warn("{}: classes that the table '{}' does not name: {}; shown as `unknown`",
+                           path, m_classes.id, unknown);
         const std::lock_guard lock(m_mutex);
         m_counts.add(counts);
     });
@@ -47,12 +46,12 @@ void LoadReport::add_part(std::size_t file, const store::PointCounts& counts) {
     Logged& logged = m_logged[file];
     const std::string path = m_files[file].info.path.string();
     if (counts.outliers > 0 && !std::exchange(logged.stray, true))
-        spdlog::warn("{}: stray points, outside the bounds of all others; left out", path);
+        util::log_warn("{}: stray points, outside the bounds of all others; left out", path);
     for (std::size_t c = 0; c < counts.by_class.size(); ++c)
         if (counts.by_class[c] > 0 && !m_classes.meaning[c].known && !logged.classes[c]) {
             logged.classes[c] = true;
-            spdlog::warn("{}: class {}, which the table '{}' does not name; shown as `unknown`",
-                         path, c, m_classes.id);
+            util::log_warn("{}: class {}, which the table '{}' does not name; shown as `unknown`",
+                           path, c, m_classes.id);
         }
 }
 

@@ -13,7 +13,8 @@ Sources timed_sources(const LidarWorldOptions& options, const ClassTable& classe
 
 // At least 2 m, and with enough points that an empty cell is a void, not chance.
 int water_cell_voxels(double voxel_m, double density) {
-    constexpr double kSmallest_m = 2, kPointsPerCell = 16;
+    constexpr double kSmallest_m = 2;
+    constexpr double kPointsPerCell = 16;
     int cell = 1;
     while (cell < grid::kPatchSize &&
            (cell * voxel_m < kSmallest_m || density * cell * cell < kPointsPerCell))

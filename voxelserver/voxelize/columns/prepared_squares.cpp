@@ -1,8 +1,7 @@
 #include "voxelserver/voxelize/columns/prepared_squares.hpp"
 
-#include <spdlog/spdlog.h>
-
 #include "common/util/error.hpp"
+#include "common/util/log.hpp"
 
 namespace terravox::voxelize {
 namespace {
@@ -12,7 +11,7 @@ bool intact(const store::Square& square) {
         for (const store::PatchEntry& patch : square.patches())
             static_cast<void>(square.points(patch.key));
     } catch (const util::Error& e) {
-        spdlog::warn("{}; it is made again", e.what());
+        util::log_warn("{}; it is made again", e.what());
         return false;
     }
     return true;

@@ -43,8 +43,10 @@ struct Window {
 template <class T, int Margin>
 class Grid {
 public:
-    static constexpr int kMargin = Margin, kSide = grid::kPatchSize + 2 * Margin, kFirst = -Margin,
-                         kLast = grid::kPatchSize + Margin;
+    static constexpr int kMargin = Margin;
+    static constexpr int kSide = grid::kPatchSize + 2 * Margin;
+    static constexpr int kFirst = -Margin;
+    static constexpr int kLast = grid::kPatchSize + Margin;
     explicit Grid(const T& value = T{}) : m_values(kSide * kSide, value) {}
     [[nodiscard]] T& at(int x, int z) noexcept {
         return m_values[static_cast<std::size_t>((z + kMargin) * kSide + x + kMargin)];

@@ -25,8 +25,8 @@ constexpr int kDecksAround = 5;  // of eight: a gap
 
 enum class End { kLand, kDead, kBeyond };
 
-/// Follows a deck from one column to one of its ends. Slots are counted from that column, so that
-/// every patch rounds alike.
+/// Follows a deck from one column to one of its ends. Positions are counted from that column, so
+/// that every patch rounds alike.
 class DeckWalk {
 public:
     DeckWalk(DeckSections& sections, DeckLand& land, const DeckLimits& limits, int x, int z,
@@ -46,7 +46,8 @@ public:
         for (int steps = 0; steps < kMaxSteps; ++steps) {
             m_at[0] += m_along[0];
             m_at[1] += m_along[1];
-            const int dx = nearest(m_at[0]), dz = nearest(m_at[1]);
+            const int dx = nearest(m_at[0]);
+            const int dz = nearest(m_at[1]);
             if (std::max(std::abs(dx), std::abs(dz)) > DeckReach::kAlong)
                 return End::kBeyond;
             if (const auto found = step(m_x + dx, m_z + dz, dx, dz))
@@ -96,8 +97,8 @@ private:
     void turn(const DeckSection& section) noexcept {
         const auto [nx, nz] = kDeckDirections[static_cast<std::size_t>(section.direction)];
         const float sign = -nz * m_along[0] + nx * m_along[1] < 0 ? -1.0F : 1.0F;
-        const float ax = m_along[0] + kBend * (sign * -nz - m_along[0]),
-                    az = m_along[1] + kBend * (sign * nx - m_along[1]);
+        const float ax = m_along[0] + kBend * (sign * -nz - m_along[0]);
+        const float az = m_along[1] + kBend * (sign * nx - m_along[1]);
         const float length = std::sqrt(ax * ax + az * az);
         if (length > 0.1F)
             m_along = {ax / length, az / length};
@@ -115,10 +116,15 @@ private:
     DeckSections& m_sections;
     DeckLand& m_land;
     const DeckLimits& m_limits;
-    int m_x, m_z;
+    int m_x;
+    int m_z;
     float m_height;
-    std::array<float, 2> m_at{}, m_along{};
-    int m_landing = 0, m_hidden = 0, m_dropped = 0, m_uncut = 0;
+    std::array<float, 2> m_at{};
+    std::array<float, 2> m_along{};
+    int m_landing = 0;
+    int m_hidden = 0;
+    int m_dropped = 0;
+    int m_uncut = 0;
     bool m_over_water = false;
 };
 
@@ -259,7 +265,8 @@ private:
     const DeckLimits& m_limits;
     DeckLand m_land;
     DeckSections m_sections;
-    Work m_work, m_grown;
+    Work m_work;
+    Work m_grown;
 };
 
 }  // namespace

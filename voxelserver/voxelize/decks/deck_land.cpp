@@ -4,7 +4,7 @@
 
 namespace terravox::voxelize {
 
-LandSample DeckLand::look(int x, int z) {
+LandSample DeckLand::evaluate(int x, int z) {
     const Column& c = m_window.column(x, z);
     if (c.built_upon())
         return {c.roof.height, LandKind::kBuilt};
@@ -33,8 +33,8 @@ float DeckLand::body_level(int x, int z) {
     if (m_water == nullptr)
         return kNoHeight;
     const std::int32_t cell = m_water->cell_voxels;
-    const std::int32_t cx = voxel::floor_div(m_window.middle.x0() + x, cell),
-                       cz = voxel::floor_div(m_window.middle.z0() + z, cell);
+    const std::int32_t cx = voxel::floor_div(m_window.middle.x0() + x, cell);
+    const std::int32_t cz = voxel::floor_div(m_window.middle.z0() + z, cell);
     if (cx != m_cell_x || cz != m_cell_z) {
         m_cell_x = cx;
         m_cell_z = cz;

@@ -10,7 +10,7 @@ namespace terravox::voxelize {
 
 /// What is seen of a column in the search for decks without a bridge class.
 enum class LandKind : std::uint8_t {
-    kUnasked,
+    kNotEvaluated,
     kUnknown,  ///< nothing, or only plants and wires: the surface is hidden
     kGround,
     kDeck,   ///< a deck that its class names
@@ -20,7 +20,7 @@ enum class LandKind : std::uint8_t {
 };
 struct LandSample {
     float height = kNoHeight;  ///< voxels; NaN when unknown
-    LandKind kind = LandKind::kUnasked;
+    LandKind kind = LandKind::kNotEvaluated;
 };
 
 /// The surface of a window's columns, each evaluated at its first query. Not thread-safe; the
@@ -34,13 +34,13 @@ public:
     /// @param x, z in [-64, 128)
     [[nodiscard]] const LandSample& at(int x, int z) {
         LandSample& s = m_samples.at(x, z);
-        if (s.kind == LandKind::kUnasked)
-            s = look(x, z);
+        if (s.kind == LandKind::kNotEvaluated)
+            s = evaluate(x, z);
         return s;
     }
 
 private:
-    [[nodiscard]] LandSample look(int x, int z);
+    [[nodiscard]] LandSample evaluate(int x, int z);
     [[nodiscard]] float body_level(int x, int z);
 
     const Window& m_window;
@@ -48,7 +48,8 @@ private:
     WaterAccess* m_water;
     Grid<LandSample, Window::kMargin> m_samples;
     // The last queried cell: columns of a cell follow each other.
-    std::int32_t m_cell_x = std::numeric_limits<std::int32_t>::min(), m_cell_z = 0;
+    std::int32_t m_cell_x = std::numeric_limits<std::int32_t>::min();
+    std::int32_t m_cell_z = 0;
     float m_cell_level = kNoHeight;
 };
 

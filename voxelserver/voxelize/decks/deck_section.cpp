@@ -10,8 +10,8 @@ namespace {
 constexpr int kAskew = 4;
 constexpr float kAbrupt = 0.7F;  // share of the whole drop that lies at the edge
 
-int columns(double metres, double voxel_m, int least, int most) {
-    return std::clamp(static_cast<int>(std::lround(metres / voxel_m)), least, most);
+int columns(double metres, double voxel_m, int min, int max) {
+    return std::clamp(static_cast<int>(std::lround(metres / voxel_m)), min, max);
 }
 
 }  // namespace
@@ -35,7 +35,7 @@ int DeckSections::rounded(float d, int steps) noexcept {
 
 const DeckSection* DeckSections::at(int x, int z) {
     std::int32_t& index = m_index.at(x, z);
-    if (index == kUnasked) {
+    if (index == kNotSearched) {
         index = kNone;
         if (const auto found = cut(x, z)) {
             index = static_cast<std::int32_t>(m_sections.size());
@@ -53,8 +53,8 @@ std::optional<DeckSection> DeckSections::cut(int x, int z) {
     int best_cost = 0;
     for (std::size_t d = 0; d < kDeckDirections.size(); ++d) {
         const auto [dx, dz] = kDeckDirections[d];
-        const Look ahead{x, z, dx, dz, own.height, own.kind == LandKind::kThing},
-            back{x, z, -dx, -dz, own.height, ahead.things};
+        const Transect ahead{x, z, dx, dz, own.height, own.kind == LandKind::kThing};
+        const Transect back{x, z, -dx, -dz, own.height, ahead.things};
         const auto a = side(back);
         if (!a)
             continue;
@@ -76,16 +76,16 @@ std::optional<DeckSection> DeckSections::cut(int x, int z) {
 
 // A river bends, and a bank need not be parallel to the deck: where nothing is low straight across,
 // the direction may be slightly oblique.
-std::optional<DeckSections::Side> DeckSections::opposite(Look look, int direction) {
+std::optional<DeckSections::Side> DeckSections::opposite(Transect transect, int direction) {
     constexpr int kCount = static_cast<int>(kDeckDirections.size());
     for (const int turn : {0, 1, -1, 2, -2}) {
         const int turned = direction + turn;
         const auto& [dx, dz] =
             kDeckDirections[static_cast<std::size_t>((turned + kCount) % kCount)];
         const float sign = turned < 0 || turned >= kCount ? -1.0F : 1.0F;  // past half a turn
-        look.dx = sign * dx;
-        look.dz = sign * dz;
-        if (auto found = side(look)) {
+        transect.dx = sign * dx;
+        transect.dz = sign * dz;
+        if (auto found = side(transect)) {
             found->askew = std::abs(turn);
             return found;
         }
@@ -98,7 +98,8 @@ bool DeckSections::joins(const Side& a, const Side& b, DeckSection& out) const {
     out.behind = static_cast<std::int8_t>(b.edge);
     if (out.width() > m_limits.widest || std::abs(a.level - b.level) > m_limits.same)
         return false;
-    const auto to_a = static_cast<float>(a.edge + 1), to_b = static_cast<float>(b.edge + 1);
+    const auto to_a = static_cast<float>(a.edge + 1);
+    const auto to_b = static_cast<float>(b.edge + 1);
     out.below = (a.level * to_b + b.level * to_a) / (to_a + to_b);
     out.near_water = (a.water || a.near_water) && (b.water || b.near_water);
     out.over_water = out.near_water && (a.edge <= b.edge ? a.water : b.water);
@@ -111,23 +112,26 @@ bool DeckSections::joins(const Side& a, const Side& b, DeckSection& out) const {
 }
 
 // The last column of the deck in one direction, if the land is lower beyond it.
-std::optional<DeckSections::Edge> DeckSections::edge(const Look& look) {
-    int last = 0, unknown = 0, raised = 0;
-    float before = look.height;
+std::optional<DeckSections::Edge> DeckSections::edge(const Transect& transect) {
+    int last = 0;
+    int unknown = 0;
+    int raised = 0;
+    float before = transect.height;
     for (int k = 1; k < m_limits.widest + m_limits.gap; ++k) {
-        const LandSample& s = sample(look, k);
+        const LandSample& s = sample(transect, k);
         const float tolerance = m_limits.level + m_limits.slope * static_cast<float>(k);
         if (s.kind == LandKind::kBuilt)
             return std::nullopt;
-        if (s.kind == LandKind::kUnknown || (s.kind == LandKind::kThing && !look.things)) {
+        if (s.kind == LandKind::kUnknown || (s.kind == LandKind::kThing && !transect.things)) {
             if (++unknown > m_limits.gap)
                 return std::nullopt;
         } else if (s.kind == LandKind::kWater ||
-                   s.height < std::max(look.height - tolerance, before - m_limits.step)) {
-            return Edge{last, std::min(before, look.height)};
+                   s.height < std::max(transect.height - tolerance, before - m_limits.step)) {
+            return Edge{last, std::min(before, transect.height)};
         } else {
-            const bool higher = s.height > look.height + tolerance;
-            if (higher && (s.height > look.height + m_limits.parapet || ++raised > m_limits.edge))
+            const bool higher = s.height > transect.height + tolerance;
+            if (higher &&
+                (s.height > transect.height + m_limits.parapet || ++raised > m_limits.edge))
                 return std::nullopt;
             if (!higher) {
                 raised = 0;
@@ -140,22 +144,23 @@ std::optional<DeckSections::Edge> DeckSections::edge(const Look& look) {
     return std::nullopt;
 }
 
-std::optional<DeckSections::Side> DeckSections::side(const Look& look) {
-    const auto at_edge = edge(look);
+std::optional<DeckSections::Side> DeckSections::side(const Transect& transect) {
+    const auto at_edge = edge(transect);
     if (!at_edge)
         return std::nullopt;
     const int last = at_edge->last;
     std::array<float, 16> lows{};
-    int count = 0, wet = 0;
+    int count = 0;
+    int wet = 0;
     float first = kNoHeight;
     for (int k = last + m_limits.edge;
          k < last + m_limits.edge + m_limits.low && k <= DeckReach::kAcross; ++k) {
-        const LandSample& s = sample(look, k);
+        const LandSample& s = sample(transect, k);
         if (s.kind == LandKind::kBuilt)
             break;
         if (s.kind == LandKind::kUnknown || s.kind == LandKind::kThing)
             continue;
-        if (s.height > look.height - m_limits.drop) {
+        if (s.height > transect.height - m_limits.drop) {
             if (count >= 3)
                 break;
             return std::nullopt;
@@ -174,20 +179,20 @@ std::optional<DeckSections::Side> DeckSections::side(const Look& look) {
     const auto middle = lows.begin() + count / 2;
     std::nth_element(lows.begin(), middle, lows.begin() + count);
     Side out{last, *middle, 2 * wet >= count, false, 0};
-    if (at_edge->height - first < kAbrupt * (look.height - out.level))
+    if (at_edge->height - first < kAbrupt * (transect.height - out.level))
         return std::nullopt;
-    out.near_water = out.water || water_farther(look, last + m_limits.edge);
+    out.near_water = out.water || water_farther(transect, last + m_limits.edge);
     return out;
 }
 
 // Over low land, a bank for one, up to the water.
-bool DeckSections::water_farther(const Look& look, int from) {
+bool DeckSections::water_farther(const Transect& transect, int from) {
     for (int k = from; k <= DeckReach::kAcross; ++k) {
-        const LandSample& s = sample(look, k);
+        const LandSample& s = sample(transect, k);
         if (s.kind == LandKind::kWater)
             return true;
         if (s.kind == LandKind::kBuilt ||
-            (s.kind == LandKind::kGround && s.height > look.height - m_limits.drop))
+            (s.kind == LandKind::kGround && s.height > transect.height - m_limits.drop))
             return false;
     }
     return false;

@@ -10,7 +10,7 @@
 
 namespace terravox::voxelize {
 
-/// How far the search for decks looks, columns. The values add up to what a window allows
+/// How far the search for decks reaches, columns. The values add up to what a window allows
 /// (deck_finder.cpp).
 struct DeckReach {
     static constexpr int kWidest = 21;  ///< across a deck
@@ -22,9 +22,11 @@ struct DeckReach {
 /// The limits of `[bridges]` and of this search in voxels.
 struct DeckLimits {
     DeckLimits(const Settings::Bridges& settings, double voxel_m);
-    float drop, above_water, above_land;
-    float level;  ///< a column is as high as the deck when it differs by at most this ...
-    float slope;  ///< ... plus this for each column in between
+    float drop;
+    float above_water;
+    float above_land;
+    float level;  ///< how much a column may differ from the deck, at the same place
+    float slope;  ///< how much more it may differ for each column in between
     /// Greatest step down between two columns of a deck: where the land falls by more, the edge
     /// begins.
     float step;
@@ -43,7 +45,8 @@ struct DeckSection {
     float below = kNoHeight;    ///< the level between both sides, here
     std::int8_t direction = 0;  ///< index into kDeckDirections
     /// Columns of deck against and along the direction, this one not counted.
-    std::int8_t before = 0, behind = 0;
+    std::int8_t before = 0;
+    std::int8_t behind = 0;
     bool over_water = false;  ///< the nearer side is water
     bool near_water = false;  ///< there is water within kAcross on both sides
     bool of_things = false;   ///< no ground class: LandKind::kThing
@@ -70,7 +73,7 @@ inline constexpr std::array<std::array<float, 2>, 8> kDeckDirections = {
 class DeckSections {
 public:
     DeckSections(DeckLand& land, const DeckLimits& limits)
-        : m_land(land), m_limits(limits), m_index(kUnasked) {}
+        : m_land(land), m_limits(limits), m_index(kNotSearched) {}
 
     /// The narrowest cut.
     /// @param x, z within kReach of the patch
@@ -82,31 +85,37 @@ private:
     struct Side {
         int edge = 0;  ///< columns of deck
         float level = kNoHeight;
-        bool water = false, near_water = false;
+        bool water = false;
+        bool near_water = false;
         int askew = 0;  ///< steps of 22.5 degrees off the other side's direction
     };
-    /// A column from which to look, in one direction.
-    struct Look {
-        int x, z;
-        float dx, dz, height;
+    /// Half of a cross-section: the line from a column in one direction.
+    struct Transect {
+        int x;
+        int z;
+        float dx;
+        float dz;
+        float height;
         bool things;
     };
-    [[nodiscard]] const LandSample& sample(const Look& look, int steps) {
-        return m_land.at(look.x + rounded(look.dx, steps), look.z + rounded(look.dz, steps));
+    [[nodiscard]] const LandSample& sample(const Transect& transect, int steps) {
+        return m_land.at(transect.x + rounded(transect.dx, steps),
+                         transect.z + rounded(transect.dz, steps));
     }
     [[nodiscard]] static int rounded(float d, int steps) noexcept;
     struct Edge {
         int last = 0;      ///< column of the deck
         float height = 0;  ///< of the deck there, without parapets
     };
-    [[nodiscard]] std::optional<Edge> edge(const Look& look);
-    [[nodiscard]] std::optional<Side> side(const Look& look);
-    [[nodiscard]] std::optional<Side> opposite(Look look, int direction);
-    [[nodiscard]] bool water_farther(const Look& look, int from);
+    [[nodiscard]] std::optional<Edge> edge(const Transect& transect);
+    [[nodiscard]] std::optional<Side> side(const Transect& transect);
+    [[nodiscard]] std::optional<Side> opposite(Transect transect, int direction);
+    [[nodiscard]] bool water_farther(const Transect& transect, int from);
     [[nodiscard]] std::optional<DeckSection> cut(int x, int z);
     [[nodiscard]] bool joins(const Side& a, const Side& b, DeckSection& out) const;
 
-    static constexpr std::int32_t kUnasked = -2, kNone = -1;
+    static constexpr std::int32_t kNotSearched = -2;
+    static constexpr std::int32_t kNone = -1;
     DeckLand& m_land;
     const DeckLimits& m_limits;
     Grid<std::int32_t, kReach> m_index;

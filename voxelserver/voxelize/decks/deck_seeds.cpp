@@ -14,7 +14,8 @@ constexpr int kFall = 3;  // columns within which an edge drops, however it lies
 constexpr double kSkewed = 1.4142136;
 // The same along diagonals, at most 22.5 degrees oblique, in steps of 1.41 columns.
 constexpr double kSkewedDiagonal = 0.7653669;
-constexpr int kMaxChord = 31, kMaxMargin = DeckSeeds::kMargin + kMaxChord + kFall;
+constexpr int kMaxChord = 31;
+constexpr int kMaxMargin = DeckSeeds::kMargin + kMaxChord + kFall;
 static_assert(kMaxMargin + 2 <= Window::kMargin);
 constexpr int kSide = grid::kPatchSize + 2 * kMaxMargin;
 constexpr float kLow = -1e9F;     // water and voids: lower than any land
@@ -55,7 +56,9 @@ Rows rows_of(const Window& window,
 
 // Voids at least three columns wide and long: single columns are often missed.
 Rows wide_voids(const Rows& occupied) {
-    Rows narrow{}, eroded{}, out{};
+    Rows narrow{};
+    Rows eroded{};
+    Rows out{};
     for (std::size_t i = 0; i < out.size(); ++i) {
         const Bits b = ~occupied[i];
         narrow[i] = b & east(b, 1) & west(b, 1);
@@ -78,10 +81,10 @@ public:
           m_first(-DeckSeeds::kMargin - m_chord - kFall),
           m_last(grid::kPatchSize - m_first) {
         read_heights(window);
-        const Rows occupied = rows_of(window, &PatchColumns::occupied),
-                   wet = rows_of(window, &PatchColumns::wet);
-        const Rows ground = rows_of(window, &PatchColumns::ground),
-                   built = rows_of(window, &PatchColumns::built);
+        const Rows occupied = rows_of(window, &PatchColumns::occupied);
+        const Rows wet = rows_of(window, &PatchColumns::wet);
+        const Rows ground = rows_of(window, &PatchColumns::ground);
+        const Rows built = rows_of(window, &PatchColumns::built);
         m_low = wide_voids(occupied);
         add_water(occupied, wet);
         for (std::size_t i = 0; i < m_low.size(); ++i) {
@@ -96,7 +99,8 @@ public:
 
     std::optional<DeckSeeds> find() {
         Marks drops(static_cast<std::size_t>(kSide * kSide));
-        const bool rows = along_rows(drops), lines = along_lines(0, m_chord, nullptr, drops);
+        const bool rows = along_rows(drops);
+        const bool lines = along_lines(0, m_chord, nullptr, drops);
         if (!rows && !lines)
             return std::nullopt;
         // Near the ends of an oblique deck, neither row nor line leads across it.
@@ -162,15 +166,16 @@ private:
     void find_falls(const float* row, std::ptrdiff_t step, Flags& before,
                     Flags& behind) const noexcept {
         static_assert(kFall == 3);
-        const int from = kFall, to = count() - kFall;
+        const int from = kFall;
+        const int to = count() - kFall;
         const auto falls = [&](std::ptrdiff_t way, Flags& out) {
             std::array<float, kSide> low;
             for (int i = from; i < to; ++i)
                 low[static_cast<std::size_t>(i)] =
                     lower(row[i + way], lower(row[i + 2 * way], row[i + 3 * way]));
             for (int i = from; i < to; ++i) {
-                const bool fall = row[i] - low[static_cast<std::size_t>(i)] >= m_drop,
-                           known = row[i] < kUnknown;
+                const bool fall = row[i] - low[static_cast<std::size_t>(i)] >= m_drop;
+                const bool known = row[i] < kUnknown;
                 out[static_cast<std::size_t>(i)] =
                     static_cast<std::uint8_t>(fall) & static_cast<std::uint8_t>(known);
             }
@@ -193,7 +198,8 @@ private:
     bool along_rows(Marks& drops) {
         bool any_drop = false;
         for (int z = m_first; z < m_last; ++z) {
-            Flags before{}, behind{};
+            Flags before{};
+            Flags behind{};
             const float* row = &at(m_first, z);
             find_falls(row, 1, before, behind);
             const Bits &low = m_low[static_cast<std::size_t>(z + grid::kPatchSize)],
@@ -204,7 +210,8 @@ private:
                 set(thing & (west(low, 1) | west(low, 2) | west(low, 3)), behind.data(),
                     std::uint8_t{1});
             }
-            const bool no_before = none(before), no_behind = none(behind);
+            const bool no_before = none(before);
+            const bool no_behind = none(behind);
             if (no_before && no_behind)
                 continue;
             any_drop = true;
@@ -233,7 +240,8 @@ private:
             const auto at_row = static_cast<std::size_t>((z - m_first) * kSide);
             if (among != nullptr && none(&(*among)[at_row]))
                 continue;
-            Flags before{}, behind{};
+            Flags before{};
+            Flags behind{};
             const float* row = &at(m_first, z);
             find_falls(row, kSide + step, before, behind);
             const auto i = static_cast<std::size_t>(z + grid::kPatchSize);
@@ -291,7 +299,9 @@ private:
         }
 
     private:
-        int m_chord, m_begin = -10'000, m_latest = -10'000;
+        int m_chord;
+        int m_begin = -10'000;
+        int m_latest = -10'000;
     };
 
     void mark(int x, int z) {
@@ -303,9 +313,13 @@ private:
     }
 
     float m_drop;
-    int m_chord, m_diagonal, m_first, m_last;
+    int m_chord;
+    int m_diagonal;
+    int m_first;
+    int m_last;
     std::vector<float> m_heights;
-    Rows m_low{}, m_thing{};
+    Rows m_low{};
+    Rows m_thing{};
     DeckSeeds m_seeds;
     bool m_any = false;
 };

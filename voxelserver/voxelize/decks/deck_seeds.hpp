@@ -7,7 +7,7 @@
 
 namespace terravox::voxelize {
 
-/// Columns of a patch and a margin, 1 = worth a closer look.
+/// Columns of a patch and a margin, 1 = to be searched by DeckSections.
 using DeckSeeds = Grid<char, GroundHeights::kMargin + DeckReach::kGrown>;
 
 /// Columns that may belong to a deck without a bridge class: those between two drops along a row or

@@ -1,6 +1,6 @@
 #include "voxelserver/voxelize/points/class_table.hpp"
 
-#include <spdlog/fmt/fmt.h>
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <functional>
@@ -51,7 +51,7 @@ void apply(const fs::path& file, ClassTable& table, int depth) {
     if (const auto base = root["extends"].value<std::string>()) {
         const fs::path parent = util::base_file(file, *base, "classes");
         if (parent.empty())
-            fail("extends = '" + *base + "'; allowed: a table beside it, or " +
+            fail("extends = '" + *base + "'; allowed: a table next to it, or " +
                  util::toml_ids(util::config_dir() / "classes"));
         apply(parent, table, depth + 1);
     }

@@ -1,13 +1,13 @@
 #include "voxelserver/voxelize/points/extent.hpp"
 
-#include <spdlog/fmt/fmt.h>
-#include <spdlog/spdlog.h>
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <bitset>
 #include <cmath>
 
 #include "common/util/error.hpp"
+#include "common/util/log.hpp"
 #include "voxelserver/voxelize/points/point_clusters.hpp"
 
 namespace terravox::voxelize {
@@ -78,8 +78,8 @@ bool looks_empty(const PointSource& source, const PointCloudInfo& info,
                  std::span<const Point> sample) {
     constexpr std::size_t kFewParts = 16, kHardlyAny = 4;  // of 64
     constexpr double kThin = 1;                            // points for a square metre
-    const double unit = unit_m(info),
-                 area_m2 = (info.max[0] - info.min[0]) * unit * (info.max[1] - info.min[1]) * unit;
+    const double unit = unit_m(info);
+    const double area_m2 = (info.max[0] - info.min[0]) * unit * (info.max[1] - info.min[1]) * unit;
     const std::size_t met = parts_met(info, sample);
     const bool thin = static_cast<double>(info.point_count) < kThin * area_m2;
     return (met <= kFewParts && thin) ||
@@ -147,7 +147,8 @@ std::vector<PlanRect> settle_extent(const PointSource& source, PointCloudInfo& i
         return stated;
     const std::size_t all = clusters.size();
     drop_strays(clusters, unit);
-    Place min = clusters.front().min, max = clusters.front().max;
+    Place min = clusters.front().min;
+    Place max = clusters.front().max;
     for (const PointCluster& c : clusters)
         for (std::size_t a = 0; a < 3; ++a) {
             min[a] = std::min(min[a], c.min[a]);
@@ -160,9 +161,9 @@ std::vector<PlanRect> settle_extent(const PointSource& source, PointCloudInfo& i
         wrong = wrong || (min[a] - info.min[a]) * unit > kMuch_m ||
                 (info.max[a] - max[a]) * unit > kMuch_m;
     if (wrong) {
-        spdlog::warn("{}: {} {}, but all points but strays lie in {}; these bounds are used",
-                     info.path.string(), authority_of(info), text_of(info.min, info.max),
-                     text_of(min, max));
+        util::log_warn("{}: {} {}, but all points but strays lie in {}; these bounds are used",
+                       info.path.string(), authority_of(info), text_of(info.min, info.max),
+                       text_of(min, max));
         info.min = min;
         info.max = max;
     }

@@ -10,7 +10,10 @@ namespace terravox::voxelize {
 
 /// A closed rectangle in the coordinates of a file.
 struct PlanRect {
-    double min_x = 0, min_y = 0, max_x = 0, max_y = 0;
+    double min_x = 0;
+    double min_y = 0;
+    double max_x = 0;
+    double max_y = 0;
 };
 
 /// Whether a point is kept: not withheld, nor of a class that is dropped.

@@ -46,8 +46,8 @@ Placer::Placer(const SquareSource& source, const grid::Frame& frame, const Class
     const pointcloud::PointCloudInfo& info = source.info;
     for (std::size_t axis = 0; axis < 3; ++axis) {
         const double slack = rounding_of(info, axis);
-        const double low = axis == 2 ? source.lowest : info.min[axis] - slack,
-                     high = axis == 2 ? source.highest : info.max[axis] + slack;
+        const double low = axis == 2 ? source.lowest : info.min[axis] - slack;
+        const double high = axis == 2 ? source.highest : info.max[axis] + slack;
         m_min[axis] = on_grid(info, axis, low, [](double v) { return std::ceil(v); });
         m_max[axis] = on_grid(info, axis, high, [](double v) { return std::floor(v); });
     }
@@ -70,9 +70,9 @@ void Placer::transform(std::span<const pointcloud::Point> batch, store::PointCou
     m_y.clear();
     for (std::uint32_t i = 0; i < batch.size(); ++i) {
         const pointcloud::Point& p = batch[i];
-        if (const FilterResult fate = fate_of(p, m_filters, m_classes);
-            fate != FilterResult::kKept) {
-            ++(fate == FilterResult::kNoise ? counts.noise : counts.withheld);
+        if (const FilterResult result = filter_result_of(p, m_filters, m_classes);
+            result != FilterResult::kKept) {
+            ++(result == FilterResult::kNoise ? counts.noise : counts.withheld);
             continue;
         }
         if (p.x < m_min[0] || p.x > m_max[0] || p.y < m_min[1] || p.y > m_max[1] ||
@@ -93,8 +93,8 @@ void Placer::quantize(std::span<const pointcloud::Point> batch,
                       store::PointCounts& counts) {
     for (std::size_t k = 0; k < m_kept.size(); ++k) {
         const pointcloud::Point& p = batch[m_kept[k]];
-        const double x = m_frame.x(m_x[k]) * static_cast<double>(kPlanOne),
-                     z = m_frame.z(m_y[k]) * static_cast<double>(kPlanOne);
+        const double x = m_frame.x(m_x[k]) * static_cast<double>(kPlanOne);
+        const double z = m_frame.z(m_y[k]) * static_cast<double>(kPlanOne);
         const double y =
             m_frame.y(p.z * m_source.vertical_metres) * (1 << store::VoxelPoint::kHeightBits);
         constexpr double kFarthest = 1.0e9 * static_cast<double>(kPlanOne);  // voxels are 32-bit
@@ -102,7 +102,8 @@ void Placer::quantize(std::span<const pointcloud::Point> batch,
             ++counts.outliers;
             continue;
         }
-        const std::int64_t ix = floor_to_int(x), iz = floor_to_int(z);
+        const std::int64_t ix = floor_to_int(x);
+        const std::int64_t iz = floor_to_int(z);
         // Strays between two distant parts of a file: the box of both holds them.
         const auto column = [](std::int64_t v) {
             return static_cast<std::int32_t>(v >> store::VoxelPoint::kPlanBits);

@@ -17,7 +17,7 @@ namespace terravox::voxelize {
 
 /// One file of the world and how it is read into voxel space. Immutable once the world is open.
 struct SquareSource {
-    voxel::Fingerprint identity{};  ///< store/file_identity.hpp
+    voxel::Fingerprint identity{};  ///< common/voxel/file_identity.hpp
     std::shared_ptr<const pointcloud::PointSource> points;
     /// Of the points, with a CRS; min and max hold all kept points, whatever the header states
     /// (extent.hpp).
@@ -29,7 +29,8 @@ struct SquareSource {
     /// bounds.
     std::vector<grid::ColumnRect> islands;
     /// Heights beyond these are outliers; file units, within info's min and max.
-    double lowest = 0, highest = 0;
+    double lowest = 0;
+    double highest = 0;
     bool has_colour = false;
     /// Bits to drop for 8-bit colour: the format has 16 bits a channel, but many writers store 8.
     int colour_shift = 0;
@@ -46,9 +47,9 @@ struct SquareSource {
 
 /// Whether the filters and the class table keep a return.
 enum class FilterResult { kKept, kWithheld, kNoise };
-[[nodiscard]] inline FilterResult fate_of(const pointcloud::Point& p,
-                                          const Settings::Points& filters,
-                                          const ClassTable& classes) noexcept {
+[[nodiscard]] inline FilterResult filter_result_of(const pointcloud::Point& p,
+                                                   const Settings::Points& filters,
+                                                   const ClassTable& classes) noexcept {
     if ((p.withheld && filters.drop_withheld) || (p.overlap && filters.drop_overlap))
         return FilterResult::kWithheld;
     return classes.meaning[p.classification].role == Role::kDrop ? FilterResult::kNoise
@@ -81,10 +82,11 @@ private:
     const ClassTable& m_classes;
     const Settings::Points m_filters;
     std::optional<geo::Transform> m_transform;
-    std::array<double, 3> m_min{}, m_max{};  // coordinates that are not wild, closed
+    std::array<double, 3> m_min{}, m_max{};  // coordinates that are no outliers, closed
     std::vector<std::uint32_t> m_kept;       // indices into the batch
     std::vector<double> m_x, m_y;            // of those kept, in the frame's CRS
-    double m_transformation_s = 0, m_quantization_s = 0;
+    double m_transformation_s = 0;
+    double m_quantization_s = 0;
 };
 
 }  // namespace terravox::voxelize

@@ -85,8 +85,8 @@ PointCluster take_cluster(Cells& left) {
     };
     take(left.begin());
     while (!next.empty()) {
-        const auto i = static_cast<std::int32_t>(next.back() >> 32),
-                   k = static_cast<std::int32_t>(next.back() & 0xFFFFFFFF);
+        const auto i = static_cast<std::int32_t>(next.back() >> 32);
+        const auto k = static_cast<std::int32_t>(next.back() & 0xFFFFFFFF);
         next.pop_back();
         for (int dk = -kReach; dk <= kReach; ++dk)
             for (int di = -kReach; di <= kReach; ++di)
@@ -120,7 +120,8 @@ std::vector<PointCluster> find_clusters(const pointcloud::PointSource& source,
 }
 
 void drop_strays(std::vector<PointCluster>& clusters, double unit_m) {
-    constexpr std::uint64_t kShare = 100, kFew = 100;
+    constexpr std::uint64_t kShare = 100;
+    constexpr std::uint64_t kFew = 100;
     constexpr double kOnePlace_m = 10;
     std::uint64_t all = 0;
     for (const PointCluster& c : clusters)

@@ -6,7 +6,7 @@
 
 namespace terravox::voxelize {
 
-/// What reading needs besides the file.
+/// What reading needs in addition to the file.
 struct LoadContext {
     const grid::Frame& frame;
     const ClassTable& classes;

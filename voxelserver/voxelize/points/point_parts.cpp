@@ -1,9 +1,8 @@
 #include "voxelserver/voxelize/points/point_parts.hpp"
 
-#include <spdlog/spdlog.h>
-
 #include "common/thread/parallel.hpp"
 #include "common/util/error.hpp"
+#include "common/util/log.hpp"
 
 namespace terravox::voxelize {
 namespace {
@@ -33,8 +32,8 @@ PointParts::PointParts(std::vector<PartedFile> files, const LoadContext& context
 bool PointParts::are_enough(std::size_t file, const grid::PatchRect& wanted) {
     if (m_files[file].source->spatial_index == nullptr && chunk_index(file, false) == nullptr)
         return false;
-    const std::uint64_t most = m_files[file].source->info.point_count / 2,
-                        before = m_states[file]->decoded.load();
+    const std::uint64_t most = m_files[file].source->info.point_count / 2;
+    const std::uint64_t before = m_states[file]->decoded.load();
     return before <= most && before + points_to_decode(file, wanted) <= most;
 }
 
@@ -172,8 +171,8 @@ std::shared_ptr<const store::ChunkIndex> PointParts::chunk_index(std::size_t fil
     if (state.chunks == nullptr && scan) {
         if (!state.failed.empty())
             throw util::Error(state.failed);
-        spdlog::info("{}: too large to be kept whole; its points are looked through once",
-                     parted.source->info.path.string());
+        util::log_info("{}: too large to be kept whole; its points are looked through once",
+                       parted.source->info.path.string());
         store::PointCounts counts;
         try {
             state.chunks = std::make_shared<store::ChunkIndex>(

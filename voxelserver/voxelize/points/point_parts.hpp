@@ -94,7 +94,10 @@ private:
                                                                   const grid::PatchRect& wanted);
     /// A rectangle in the frame's CRS.
     struct Extent {
-        double min_x, min_y, max_x, max_y;
+        double min_x;
+        double min_y;
+        double max_x;
+        double max_y;
     };
     [[nodiscard]] Extent extent_of(const grid::PatchRect& rect) const noexcept;
     [[nodiscard]] std::shared_ptr<const store::ChunkIndex> chunk_index(std::size_t file, bool scan);

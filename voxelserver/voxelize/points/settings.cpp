@@ -1,7 +1,6 @@
 #include "voxelserver/voxelize/points/settings.hpp"
 
-#include <spdlog/fmt/fmt.h>
-#include <spdlog/spdlog.h>
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <functional>
@@ -9,6 +8,7 @@
 
 #include "common/util/config_dir.hpp"
 #include "common/util/error.hpp"
+#include "common/util/log.hpp"
 #include "common/util/toml_file.hpp"
 #include "common/voxel/bytes.hpp"
 #include "voxelserver/voxelize/points/step_switches.hpp"
@@ -104,8 +104,8 @@ const Field& find_field(const std::vector<Field>& fields, const std::string& sec
             if (table.contains(f.name))
                 fail(section + "." + key + " is the old name of " + section + "." + f.name +
                      ", which is given, too; allowed: one of them");
-            spdlog::warn("voxelization settings: {0}.{1} is now {0}.{2}; the old name will go",
-                         section, key, f.name);
+            util::log_warn("voxelization settings: {0}.{1} is now {0}.{2}; the old name will go",
+                           section, key, f.name);
             return f;
         }
         allowed += (allowed.empty() ? "" : ", ") + f.name;

@@ -12,7 +12,9 @@ namespace terravox::voxelize {
 /// docs/formats/voxelization-settings.md the ranges as well. Results depend on every field.
 struct Settings {
     struct Points {
-        bool drop_withheld = true, drop_overlap = false, drop_isolated = true;
+        bool drop_withheld = true;
+        bool drop_overlap = false;
+        bool drop_isolated = true;
     } points;
     struct Steps {
         bool water_equalization = true;
@@ -49,9 +51,12 @@ struct Settings {
         double clutter_m = 0.5;  ///< unclassified objects lower than this are ground roughness
     } vegetation;
     struct Water {
-        bool from_class = true, from_orthophoto = true, from_voids = true;
+        bool from_class = true;
+        bool from_orthophoto = true;
+        bool from_voids = true;
         double slope = 0.3;  ///< metres of depth for each metre from the shore
-        double min_depth_m = 0.6, max_depth_m = 8;
+        double min_depth_m = 0.6;
+        double max_depth_m = 8;
     } water;
     std::string palette = "default";  ///< id in config/palettes, or a file
 };

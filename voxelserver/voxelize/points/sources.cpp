@@ -1,13 +1,13 @@
 #include "voxelserver/voxelize/points/sources.hpp"
 
-#include <spdlog/fmt/fmt.h>
-#include <spdlog/spdlog.h>
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 
 #include "common/thread/parallel.hpp"
 #include "common/util/error.hpp"
+#include "common/util/log.hpp"
 #include "common/voxel/file_identity.hpp"
 #include "voxelserver/pointcloud/formats/open.hpp"
 #include "voxelserver/voxelize/points/extent.hpp"
@@ -41,7 +41,7 @@ std::vector<SquareSource> open_files(const LidarWorldOptions& options) {
     });
     std::erase_if(files, [](const SquareSource& file) {
         if (file.info.point_count == 0)
-            spdlog::warn("{}: holds no points; left out", file.info.path.string());
+            util::log_warn("{}: holds no points; left out", file.info.path.string());
         return file.info.point_count == 0;
     });
     if (files.empty())
@@ -60,7 +60,8 @@ std::vector<pointcloud::PointCloudInfo> infos_of(const std::vector<SquareSource>
 // Each file's CRS: the user's option, else the file's, else that of the source's table.
 void settle_crs(std::vector<SquareSource>& files, const LidarWorldOptions& options,
                 const ClassTable& classes) {
-    std::optional<geo::Crs> fixed, fallback;
+    std::optional<geo::Crs> fixed;
+    std::optional<geo::Crs> fallback;
     if (options.crs)
         fixed = geo::Crs::from_text(*options.crs);
     if (classes.crs)
@@ -84,7 +85,8 @@ grid::ColumnRect columns_over(const PlanRect& rect, const SquareSource& source,
                               const grid::Frame& frame) {
     // Along the edges too: a straight line of one system is an arc in another.
     constexpr int kPieces = 20;
-    std::vector<double> x, y;
+    std::vector<double> x;
+    std::vector<double> y;
     const auto add = [&](double at_x, double at_y) {
         x.push_back(at_x);
         y.push_back(at_y);
@@ -104,8 +106,10 @@ grid::ColumnRect columns_over(const PlanRect& rect, const SquareSource& source,
         geo::Transform(*source.info.crs, frame.crs()).apply(x, y);
     const auto [x0, x1] = std::minmax_element(x.begin(), x.end());
     const auto [y0, y1] = std::minmax_element(y.begin(), y.end());
-    const double west = std::floor(frame.x(*x0)), east = std::floor(frame.x(*x1)) + 1,
-                 north = std::floor(frame.z(*y1)), south = std::floor(frame.z(*y0)) + 1;
+    const double west = std::floor(frame.x(*x0));
+    const double east = std::floor(frame.x(*x1)) + 1;
+    const double north = std::floor(frame.z(*y1));
+    const double south = std::floor(frame.z(*y0)) + 1;
     constexpr double kFarthest = 1.0e9;
     if (!(std::abs(west) < kFarthest && std::abs(east) < kFarthest && std::abs(north) < kFarthest &&
           std::abs(south) < kFarthest))
@@ -126,7 +130,8 @@ grid::ColumnRect around(const grid::ColumnRect& a, const grid::ColumnRect& b) no
 void check_apart(const Sources& sources) {
     constexpr double kFarthest_m = 100'000;
     struct Stretch {
-        std::int64_t begin, end;
+        std::int64_t begin;
+        std::int64_t end;
         const std::filesystem::path* path;
     };
     for (const bool along_x : {true, false}) {
@@ -164,7 +169,7 @@ Sample look_at(SquareSource& source, const ClassTable& classes, const Settings::
                int threads) {
     constexpr std::size_t kAbout = 4096;
     const KeepsPoint keeps = [&](const pointcloud::Point& p) {
-        return fate_of(p, filters, classes) == FilterResult::kKept;
+        return filter_result_of(p, filters, classes) == FilterResult::kKept;
     };
     std::vector<pointcloud::Point> sample = source.points->sample(kAbout);
     Sample out;
@@ -192,6 +197,79 @@ Sample look_at(SquareSource& source, const ClassTable& classes, const Settings::
     return out;
 }
 
+// Places one file in the frame: its columns, and the heights outside of which its points are
+// outliers.
+void place(SquareSource& source, const Sample& sample, const grid::Frame& frame,
+           const std::optional<std::string>& vertical_unit) {
+    source.transform = !source.info.crs->same_horizontal(frame.crs());
+    source.vertical_metres = vertical_metres(*source.info.crs, vertical_unit);
+    for (const PlanRect& island : sample.islands)
+        source.islands.push_back(columns_over(island, source, frame));
+    source.bounds = source.islands.front();
+    for (const grid::ColumnRect& island : source.islands)
+        source.bounds = around(source.bounds, island);
+    // Mountains rise a kilometre within a square; a point farther from nearly all others is not
+    // part of it.
+    constexpr double kOutlier_m = 1000;
+    const double outlier = kOutlier_m / source.vertical_metres;
+    const double rounding = rounding_of(source.info, 2);
+    source.lowest = std::max(source.info.min[2] - rounding, sample.low - outlier);
+    source.highest = std::min(source.info.max[2] + rounding, sample.high + outlier);
+    if (!source.transform)
+        source.spatial_index = source.points->spatial_index();
+}
+
+/// Heights of all files together, in voxels.
+struct HeightRange {
+    double lowest = INFINITY;
+    double highest = -INFINITY;
+    double floor = INFINITY;  ///< below nearly all points
+};
+
+HeightRange height_range(const Sources& sources, const std::vector<Sample>& samples) {
+    HeightRange out;
+    for (std::size_t i = 0; i < sources.files.size(); ++i) {
+        const SquareSource& s = sources.files[i];
+        const auto voxels = [&](double height) {
+            return sources.frame.y(height * s.vertical_metres);
+        };
+        // Single low returns (unclassified noise) must not lower the base of the model.
+        constexpr double kBelowMost_m = 50;
+        const double floor = std::max(s.lowest, samples[i].low - kBelowMost_m / s.vertical_metres);
+        out.lowest = std::min(out.lowest, voxels(s.lowest));
+        out.highest = std::max(out.highest, voxels(s.highest));
+        out.floor = std::min(out.floor, voxels(floor));
+    }
+    return out;
+}
+
+// Sets the members that sum up all files, except for the heights.
+void sum_up(Sources& sources, const std::vector<Sample>& samples) {
+    double area = 0;
+    for (std::size_t i = 0; i < sources.files.size(); ++i) {
+        const SquareSource& s = sources.files[i];
+        sources.bounds = i == 0 ? s.bounds : around(sources.bounds, s.bounds);
+        for (const grid::ColumnRect& r : s.islands)
+            area += static_cast<double>(r.max_x - r.min_x) * static_cast<double>(r.max_z - r.min_z);
+        sources.has_water_class = sources.has_water_class || samples[i].water;
+        sources.point_count += s.info.point_count;
+    }
+    sources.density = static_cast<double>(sources.point_count) / std::max(area, 1.0);
+}
+
+void set_heights(Sources& sources, const HeightRange& range, double ground_depth_m) {
+    constexpr double kMaxY = 500'000;  // fixed point holds 524,287
+    if (!(range.lowest > -kMaxY && range.highest < kMaxY))
+        throw util::Error("place the LiDAR data: heights from " + std::to_string(range.lowest) +
+                          " to " + std::to_string(range.highest) +
+                          " voxels; allowed: -500,000 to 500,000");
+    sources.floor_y = static_cast<std::int32_t>(
+        std::floor(range.floor - ground_depth_m / sources.frame.voxel_m()));
+    sources.lowest_y =
+        std::min(static_cast<std::int32_t>(std::floor(range.lowest)), sources.floor_y);
+    sources.highest_y = static_cast<std::int32_t>(std::floor(range.highest)) + 1;
+}
+
 }  // namespace
 
 Sources open_sources(const LidarWorldOptions& options, const ClassTable& classes,
@@ -204,8 +282,8 @@ Sources open_sources(const LidarWorldOptions& options, const ClassTable& classes
         samples[i] = look_at(files[i], classes, settings.points, options.threads);
     });
     const pointcloud::PointCloudInfo& first = files.front().info;
-    const double mid_x = (first.min[0] + first.max[0]) / 2,
-                 mid_y = (first.min[1] + first.max[1]) / 2;
+    const double mid_x = (first.min[0] + first.max[0]) / 2;
+    const double mid_y = (first.min[1] + first.max[1]) / 2;
     Sources out{
         grid::Frame(grid::voxel_crs_for(*first.crs, mid_x, mid_y), options.voxel_m, mid_x, mid_y),
         std::move(files),
@@ -217,51 +295,11 @@ Sources open_sources(const LidarWorldOptions& options, const ClassTable& classes
         false,
         0};
     thread::parallel_for(out.files.size(), options.threads, [&](std::size_t i) {
-        SquareSource& source = out.files[i];
-        source.transform = !source.info.crs->same_horizontal(out.frame.crs());
-        source.vertical_metres = vertical_metres(*source.info.crs, options.vertical_unit);
-        for (const PlanRect& island : samples[i].islands)
-            source.islands.push_back(columns_over(island, source, out.frame));
-        source.bounds = source.islands.front();
-        for (const grid::ColumnRect& island : source.islands)
-            source.bounds = around(source.bounds, island);
-        // Mountains rise a kilometre within a square; a point farther from nearly all others is
-        // not part of it.
-        constexpr double kWild_m = 1000;
-        const double wild = kWild_m / source.vertical_metres;
-        const double rounding = rounding_of(source.info, 2);
-        source.lowest = std::max(source.info.min[2] - rounding, samples[i].low - wild);
-        source.highest = std::min(source.info.max[2] + rounding, samples[i].high + wild);
-        if (!source.transform)
-            source.spatial_index = source.points->spatial_index();
+        place(out.files[i], samples[i], out.frame, options.vertical_unit);
     });
-
-    double area = 0, lowest = INFINITY, highest = -INFINITY, floor = INFINITY;
-    for (std::size_t i = 0; i < out.files.size(); ++i) {
-        const SquareSource& s = out.files[i];
-        out.bounds = i == 0 ? s.bounds : around(out.bounds, s.bounds);
-        const auto voxels = [&](double height) { return out.frame.y(height * s.vertical_metres); };
-        // Single low returns (unclassified noise) must not lower the base of the model.
-        constexpr double kBelowMost_m = 50;
-        lowest = std::min(lowest, voxels(s.lowest));
-        highest = std::max(highest, voxels(s.highest));
-        floor = std::min(
-            floor, voxels(std::max(s.lowest, samples[i].low - kBelowMost_m / s.vertical_metres)));
-        for (const grid::ColumnRect& r : s.islands)
-            area += static_cast<double>(r.max_x - r.min_x) * static_cast<double>(r.max_z - r.min_z);
-        out.has_water_class = out.has_water_class || samples[i].water;
-        out.point_count += s.info.point_count;
-    }
+    sum_up(out, samples);
     check_apart(out);
-    constexpr double kMaxY = 500'000;  // fixed point holds 524,287
-    if (!(lowest > -kMaxY && highest < kMaxY))
-        throw util::Error("place the LiDAR data: heights from " + std::to_string(lowest) + " to " +
-                          std::to_string(highest) + " voxels; allowed: -500,000 to 500,000");
-    out.floor_y = static_cast<std::int32_t>(
-        std::floor(floor - settings.ground.depth_m / out.frame.voxel_m()));
-    out.lowest_y = std::min(static_cast<std::int32_t>(std::floor(lowest)), out.floor_y);
-    out.highest_y = static_cast<std::int32_t>(std::floor(highest)) + 1;
-    out.density = static_cast<double>(out.point_count) / std::max(area, 1.0);
+    set_heights(out, height_range(out, samples), settings.ground.depth_m);
     return out;
 }
 

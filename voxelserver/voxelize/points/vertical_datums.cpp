@@ -1,6 +1,5 @@
 #include "voxelserver/voxelize/points/vertical_datums.hpp"
-
-#include <spdlog/spdlog.h>
+#include "common/util/log.hpp"
 
 #include <cctype>
 #include <set>
@@ -34,7 +33,7 @@ void warn_of_mixed_datums(std::span<const pointcloud::PointCloudInfo> infos) {
         return;
     if (seen.size() > kNamed)
         named += " and " + std::to_string(seen.size() - kNamed) + " more";
-    spdlog::warn(
+    util::log_warn(
         "heights are measured from different datums and not converted, so files may not meet: {}; "
         "--crs sets one for all files",
         named);

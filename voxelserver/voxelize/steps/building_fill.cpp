@@ -41,7 +41,8 @@ public:
         }
         struct Near {
             const Surface* roof;
-            std::int8_t dx, dz;
+            std::int8_t dx;
+            std::int8_t dz;
         };
         std::array<Near, 8> around{};
         std::size_t count = 0;
@@ -61,8 +62,8 @@ public:
             around.begin(), middle, around.begin() + static_cast<std::ptrdiff_t>(count),
             [](const Near& a, const Near& b) { return a.roof->height < b.roof->height; });
         out.top = *middle->roof;
-        out.look_dx = middle->dx;
-        out.look_dz = middle->dz;
+        out.appearance_dx = middle->dx;
+        out.appearance_dz = middle->dz;
         out.bottom = underside(x, z, out.top.height);
         return out;
     }
@@ -89,7 +90,8 @@ private:
     };
     [[nodiscard]] Side side(int x, int z, int dx, int dz, float top) const {
         for (int step = 1; step <= kFarBeneath; ++step) {
-            const int sx = x + dx * step, sz = z + dz * step;
+            const int sx = x + dx * step;
+            const int sz = z + dz * step;
             if (m_built.at(sx, sz) == 0)
                 return {};
             if (m_seen_below.at(sx, sz) != 0)
@@ -107,9 +109,10 @@ private:
         if (!own.roof.seen())
             return kNoHeight;
         for (const auto& [dx, dz] : {std::pair{1, 0}, {0, 1}, {1, 1}, {1, -1}}) {
-            const Side a = side(x, z, dx, dz, own.roof.height),
-                       b = side(x, z, -dx, -dz, own.roof.height);
-            const bool open_a = a.ground == a.ground, open_b = b.ground == b.ground;
+            const Side a = side(x, z, dx, dz, own.roof.height);
+            const Side b = side(x, z, -dx, -dz, own.roof.height);
+            const bool open_a = a.ground == a.ground;
+            const bool open_b = b.ground == b.ground;
             if (open_a && open_b)
                 return (a.ground + b.ground) / 2;
             if (open_a && b.wall)
@@ -123,7 +126,8 @@ private:
     const Window& m_window;
     float m_storey, m_higher;  // voxels
     bool m_any_below = false;
-    Built m_built, m_seen_below;
+    Built m_built;
+    Built m_seen_below;
 };
 
 }  // namespace

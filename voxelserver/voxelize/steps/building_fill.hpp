@@ -13,8 +13,9 @@ struct Roof {
     /// Lowest height that was seen of an arcade, canopy or balcony, voxels; NaN = down to the
     /// ground.
     float bottom = kNoHeight;
-    /// The column whose look a closed gap takes, relative to this one.
-    std::int8_t look_dx = 0, look_dz = 0;
+    /// The column whose appearance a closed gap takes, relative to this one.
+    std::int8_t appearance_dx = 0;
+    std::int8_t appearance_dz = 0;
     [[nodiscard]] bool seen() const noexcept { return top.seen(); }
     [[nodiscard]] bool open_beneath() const noexcept { return bottom == bottom; }
 };

@@ -40,7 +40,8 @@ void in_doubling_steps(int radius, const Widen& widen) {
 
 void dilate(Rows& rows, int radius) {
     for (Row& row : rows) {
-        Row east = row, west = row;
+        Row east = row;
+        Row west = row;
         in_doubling_steps(radius, [&](int step) {
             east |= east.shifted_east(step);
             west |= west.shifted_west(step);
@@ -48,7 +49,8 @@ void dilate(Rows& rows, int radius) {
         row |= east;
         row |= west;
     }
-    Rows south = rows, north = rows;
+    Rows south = rows;
+    Rows north = rows;
     in_doubling_steps(radius, [&](int step) {
         const auto s = static_cast<std::size_t>(step);
         for (std::size_t i = kRows; i-- > s;)
@@ -99,8 +101,8 @@ Margined<char> find_coverage(const Window& window, const Grid<char, Window::kMar
     dilate(outside, radius - rim_of(window, radius));
     Margined<char> out(0);
     Margined<char>::each([&](int x, int z) {
-        const auto bit = static_cast<std::size_t>(x + grid::kPatchSize),
-                   r = static_cast<std::size_t>(z + grid::kPatchSize);
+        const auto bit = static_cast<std::size_t>(x + grid::kPatchSize);
+        const auto r = static_cast<std::size_t>(z + grid::kPatchSize);
         const bool hole =
             ((seen[r].words[bit / 64] | outside[r].words[bit / 64]) >> (bit % 64) & 1) != 0;
         out.at(x, z) = !hole && in_bounds.at(x, z) != 0 ? 1 : 0;

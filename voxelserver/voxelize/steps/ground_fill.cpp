@@ -57,7 +57,8 @@ private:
 
     /// One place around a column, nearest rings first.
     struct Place {
-        int offset, ring;
+        int offset;
+        int ring;
         float weight;
         unsigned side;
     };
@@ -77,8 +78,10 @@ private:
 
     [[nodiscard]] float from_rings(int x, int z) const {
         const float* here = &m_seen.at(x, z);
-        float sum = 0, weights = 0;
-        int count = 0, ring = 1;
+        float sum = 0;
+        float weights = 0;
+        int count = 0;
+        int ring = 1;
         unsigned sides = 0;
         const auto enough = [&] {
             return count >= kNeeded &&
@@ -108,7 +111,8 @@ private:
     // sides: the ground of a floor between walls.
     [[nodiscard]] float from_rays(int x, int z) const {
         const float* here = &m_seen.at(x, z);
-        float sum = 0, weights = 0;
+        float sum = 0;
+        float weights = 0;
         unsigned hit = 0;
         for (std::size_t d = 0; d < kDirections.size(); ++d) {
             const int stride = kDirections[d].second * Seen::kSide + kDirections[d].first;

@@ -6,7 +6,8 @@
 namespace terravox::voxelize {
 namespace {
 
-constexpr int kAround = 2, kAbove = 3;
+constexpr int kAround = 2;
+constexpr int kAbove = 3;
 
 bool near(const Surface& s, std::int32_t y) {
     return s.seen() && std::abs(static_cast<std::int32_t>(std::floor(s.height)) - y) <= kAbove;

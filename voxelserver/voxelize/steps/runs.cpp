@@ -25,8 +25,8 @@ std::int32_t in_voxels(double metres, double voxel_m) {
     return std::max(1, rounded(metres, voxel_m));
 }
 
-template <class Look>
-VoxelAttr attr_of(Material material, const Look& s) {
+template <class Seen>
+VoxelAttr attr_of(Material material, const Seen& s) {
     VoxelAttr attr;
     attr.material = material;
     attr.source_class = s.source_class;
@@ -151,7 +151,7 @@ private:
     void building(const Roof& roof, std::int32_t ground_top, int x, int z) {
         const std::int32_t roof_y = floor_y(roof.top.height);
         VoxelAttr attr = attr_of(meaning(roof.top.source_class).material, roof.top);
-        specialize(attr, x + roof.look_dx, z + roof.look_dz);
+        specialize(attr, x + roof.appearance_dx, z + roof.appearance_dz);
         if (roof_y <= ground_top) {  // a roof no higher than the ground: a garage, a terrace
             if (m_runs.back().terrain)
                 m_runs.back().attr = attr;
@@ -192,7 +192,7 @@ private:
         bool crown_done = !crown.seen();
         m_trunk.reset();
         if (crown.seen() && crown.trunk && !roofed && !m_runs.empty() && m_runs.back().terrain)
-            m_trunk = crown.look.source_class;
+            m_trunk = crown.top_voxel.source_class;
         for (const ObjectVoxel& o : m_in.window.objects(x, z)) {
             if (!crown_done &&
                 o.y >= crown.bottom) {  // all foliage from here to the top is one crown
@@ -208,7 +208,8 @@ private:
     void put_crown(const Crown& crown, std::int32_t top) {
         if (m_runs.empty())
             return;
-        const VoxelAttr attr = attr_of(plant(crown.look, height_m(crown.top, top)), crown.look);
+        const VoxelAttr attr =
+            attr_of(plant(crown.top_voxel, height_m(crown.top, top)), crown.top_voxel);
         std::int32_t bottom = std::max(crown.bottom, crown_floor(top));
         const Run& below = m_runs.back();
         if (is_plant(below.attr.material) && below.y1 + canopy_gap() >= bottom)

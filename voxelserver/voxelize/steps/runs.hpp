@@ -14,10 +14,11 @@ namespace terravox::voxelize {
 
 /// A vertical stretch of one column, [y0, y1) in absolute voxels.
 struct Run {
-    std::int32_t y0 = 0, y1 = 0;
+    std::int32_t y0 = 0;
+    std::int32_t y1 = 0;
     voxel::VoxelAttr attr;
-    bool terrain = false;   ///< rock below the top voxel, and between them ...
-    std::int16_t soil = 0;  ///< ... this many voxels of soil
+    bool terrain = false;   ///< rock below the top voxel and its soil
+    std::int16_t soil = 0;  ///< voxels of soil between the top voxel and the rock
 };
 
 /// The finished columns of a patch with a margin of one, from which boxes of any height are cut.
@@ -38,7 +39,8 @@ private:
     friend class RunsBuilder;
     std::vector<Run> m_runs;
     std::vector<std::uint32_t> m_begin;
-    std::int32_t m_min_y = 0, m_max_y = 0;
+    std::int32_t m_min_y = 0;
+    std::int32_t m_max_y = 0;
 };
 
 /// The results of all steps for a patch.

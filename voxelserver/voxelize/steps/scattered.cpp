@@ -40,9 +40,11 @@ float ScatteredHeights::at(float x, float z, float reach) const {
         for (std::size_t k = i; k > 0 && neighbours[k] < neighbours[k - 1]; --k)
             std::swap(neighbours[k], neighbours[k - 1]);
     const float radius = count == kNearest ? std::sqrt(squared[count - 1]) : reach;
-    float sum = 0, weights = 0;
+    float sum = 0;
+    float weights = 0;
     for (std::size_t k = 0; k < count; ++k) {
-        const float d = std::sqrt(neighbours[k].squared), h = neighbours[k].sample.height;
+        const float d = std::sqrt(neighbours[k].squared);
+        const float h = neighbours[k].sample.height;
         if (d == 0)
             return h;
         const float w = (radius - d) / (radius * d);

@@ -15,7 +15,9 @@ namespace terravox::voxelize {
 class ScatteredHeights {
 public:
     struct Sample {
-        float x, z, height;
+        float x;
+        float z;
+        float height;
     };
 
     /// @param samples  at least one

@@ -47,7 +47,7 @@ VoxelAttr attr_at(std::span<const Run> runs, std::int32_t y, const voxel::Rgb8* 
 }  // namespace
 
 std::shared_ptr<const voxel::Box> serialize(const voxel::BoxKey& key, const PatchRuns& runs,
-                                            const SurfaceLook& look) {
+                                            const SurfaceAppearance& appearance) {
     const std::int32_t base = key.by * voxel::kBoxSizeY;
     if (runs.max_y() <= base || runs.min_y() >= base + voxel::kBoxSizeY)
         return nullptr;
@@ -62,7 +62,7 @@ std::shared_ptr<const voxel::Box> serialize(const voxel::BoxKey& key, const Patc
                             !voxel::see_through(run.attr.material));
             }
     return builder.build(key, [&](int x, int y, int z) {
-        return attr_at(runs.column(x, z), base + y, look.colour(x, z));
+        return attr_at(runs.column(x, z), base + y, appearance.colour(x, z));
     });
 }
 

@@ -14,8 +14,8 @@ using voxel::Material;
 struct Lists {
     std::vector<Group> group = std::vector<Group>(grid::kPatchColumns, Group::kNone);
     std::vector<Material> material = std::vector<Material>(grid::kPatchColumns, Material::kAir);
-    std::vector<std::uint8_t> covered = std::vector<std::uint8_t>(grid::kPatchColumns),
-                              has_colour = covered;
+    std::vector<std::uint8_t> covered = std::vector<std::uint8_t>(grid::kPatchColumns);
+    std::vector<std::uint8_t> has_colour = covered;
     std::vector<voxel::Rgb8> colour = std::vector<voxel::Rgb8>(grid::kPatchColumns);
     bool any_colour = false;
 
@@ -89,7 +89,7 @@ SurfaceStep::SurfaceStep(const imagery::Orthophotos* images, const ClassTable& c
       m_times(times),
       m_ground(dry ? Group::kDryGround : Group::kGround),
       m_voxel_m(voxel_m),
-      m_looks(memory_bytes) {
+      m_appearances(memory_bytes) {
     if (!settings.steps.specialization)
         return;
     m_map = std::make_unique<imagery::ColourMap>(imagery::ColourMap::load(settings.palette));
@@ -100,12 +100,12 @@ SurfaceStep::SurfaceStep(const imagery::Orthophotos* images, const ClassTable& c
                     settings.steps.water_equalization;
 }
 
-std::shared_ptr<const PatchLook> SurfaceStep::patch_look(grid::PatchKey key,
-                                                         const PatchColumns& columns) {
-    return m_looks.get(
+std::shared_ptr<const PatchAppearance> SurfaceStep::patch_appearance(grid::PatchKey key,
+                                                                     const PatchColumns& columns) {
+    return m_appearances.get(
         key,
         [&] {
-            auto out = std::make_shared<PatchLook>();
+            auto out = std::make_shared<PatchAppearance>();
             if (m_images != nullptr) {
                 const util::StageTimes::Scope timed(m_times, "orthophoto load");
                 out->raster =
@@ -122,19 +122,19 @@ std::shared_ptr<const PatchLook> SurfaceStep::patch_look(grid::PatchKey key,
         [](const auto& l) { return l->memory_bytes(); });
 }
 
-PatchLooks SurfaceStep::looks(const Window& window) {
+PatchAppearances SurfaceStep::appearances(const Window& window) {
     constexpr int kMiddle = 4;
-    PatchLooks out;
+    PatchAppearances out;
     for (int i = 0; i < 9; ++i)
         if (i == kMiddle || m_map)
             out[static_cast<std::size_t>(i)] =
-                patch_look({window.middle.px + i % 3 - 1, window.middle.pz + i / 3 - 1},
-                           *window.patches[static_cast<std::size_t>(i)]);
+                patch_appearance({window.middle.px + i % 3 - 1, window.middle.pz + i / 3 - 1},
+                                 *window.patches[static_cast<std::size_t>(i)]);
     return out;
 }
 
 // Row by row, in the three segments that lie in one patch each.
-imagery::Grid SurfaceStep::joined(const PatchLooks& looks) const {
+imagery::Grid SurfaceStep::joined(const PatchAppearances& appearances) const {
     imagery::Grid grid;
     grid.width = grid::kPatchSize + 2 * m_margin;
     grid.height = grid.width;
@@ -147,7 +147,8 @@ imagery::Grid SurfaceStep::joined(const PatchLooks& looks) const {
                                        {0, grid::kPatchSize},
                                        {grid::kPatchSize, grid::kPatchSize + m_margin}}) {
             const imagery::Grid& source =
-                looks[static_cast<std::size_t>(((z >> 6) + 1) * 3 + (from >> 6) + 1)]->surface;
+                appearances[static_cast<std::size_t>(((z >> 6) + 1) * 3 + (from >> 6) + 1)]
+                    ->surface;
             if (source.material.empty())
                 continue;
             const auto first = (z & 63) * grid::kPatchSize + (from & 63);
@@ -159,15 +160,16 @@ imagery::Grid SurfaceStep::joined(const PatchLooks& looks) const {
     return grid;
 }
 
-SurfaceLook SurfaceStep::surface(const Window& window, const PatchLooks& looks) const {
-    SurfaceLook out;
-    out.own = looks[4];
-    const bool any = std::any_of(looks.begin(), looks.end(), [](const auto& look) {
-        return look && !look->surface.material.empty();
-    });
+SurfaceAppearance SurfaceStep::surface(const Window& window,
+                                       const PatchAppearances& appearances) const {
+    SurfaceAppearance out;
+    out.own = appearances[4];
+    const bool any = std::any_of(
+        appearances.begin(), appearances.end(),
+        [](const auto& appearance) { return appearance && !appearance->surface.material.empty(); });
     if (!any)
         return out;
-    imagery::Grid grid = joined(looks);
+    imagery::Grid grid = joined(appearances);
     if (!m_filters.empty())
         imagery::apply_filters(grid, m_filters, m_voxel_m);
     Margined<Material>::each([&](int x, int z) {
@@ -184,16 +186,16 @@ SurfaceLook SurfaceStep::surface(const Window& window, const PatchLooks& looks) 
 
 void SurfaceStep::mark_wet(grid::PatchKey key, const PatchColumns& columns, int cell_voxels,
                            water::CellPatch& cells) {
-    const auto look = patch_look(key, columns);
-    if (look->raster.empty() || look->surface.material.empty())
+    const auto appearance = patch_appearance(key, columns);
+    if (appearance->raster.empty() || appearance->surface.material.empty())
         return;
     std::vector<std::uint8_t> shown(grid::kPatchColumns);
     for (std::size_t i = 0; i < shown.size(); ++i)
-        shown[i] = (look->raster.flags[i] & imagery::Raster::kColour) != 0 &&
+        shown[i] = (appearance->raster.flags[i] & imagery::Raster::kColour) != 0 &&
                            columns.columns[i].ground.seen()
                        ? 1
                        : 0;
-    const auto wet = imagery::looks_wet(look->surface.material, shown, grid::kPatchSize,
+    const auto wet = imagery::looks_wet(appearance->surface.material, shown, grid::kPatchSize,
                                         grid::kPatchSize, cell_voxels);
     for (std::size_t i = 0; i < wet.size(); ++i)
         cells.cells[i].looks_wet = wet[i] != 0;

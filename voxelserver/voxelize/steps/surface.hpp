@@ -16,7 +16,7 @@
 namespace terravox::voxelize {
 
 /// What the columns of one patch look like from above, each by itself; index z * 64 + x. Immutable.
-struct PatchLook {
+struct PatchAppearance {
     imagery::Raster raster;  ///< empty without images
     /// Materials before the filters; empty when no colour is known or the step is switched off.
     imagery::Grid surface;
@@ -27,13 +27,13 @@ struct PatchLook {
     }
 };
 
-/// Looks of the patches of a window; index as of Window::patches. nullptr = not evaluated.
-using PatchLooks = std::array<std::shared_ptr<const PatchLook>, 9>;
+/// Appearances of the patches of a window; index as of Window::patches. nullptr = not evaluated.
+using PatchAppearances = std::array<std::shared_ptr<const PatchAppearance>, 9>;
 
 /// What the surface of a patch looks like from above, its neighbours taken into account.
-struct SurfaceLook {
+struct SurfaceAppearance {
     Margined<voxel::Material> material{voxel::Material::kAir};  ///< kAir = the class's own
-    std::shared_ptr<const PatchLook> own;
+    std::shared_ptr<const PatchAppearance> own;
     /// @return nullptr where no image shows the column; x, z in [0, 64)
     [[nodiscard]] const voxel::Rgb8* colour(int x, int z) const noexcept {
         if (!own || own->raster.empty())
@@ -44,9 +44,9 @@ struct SurfaceLook {
     }
 };
 
-/// Steps "specialization" and "neighbourhood filters". A patch's look is cached, as its neighbours
-/// and the search for water need it, too; the time of making it counts as "orthophoto load" and
-/// "specialization", whatever it is needed for. Thread-safe.
+/// Steps "specialization" and "neighbourhood filters". A patch's appearance is cached, as its
+/// neighbours and the search for water need it, too; the time of making it counts as "orthophoto
+/// load" and "specialization", whatever it is needed for. Thread-safe.
 class SurfaceStep {
 public:
     /// @param images nullptr = none
@@ -56,13 +56,14 @@ public:
                 const Settings& settings, bool dry, double voxel_m, std::size_t memory_bytes,
                 util::StageTimes& times);
 
-    /// Step "specialization": the looks of all nine patches; without the step, only the middle's
-    /// image.
-    [[nodiscard]] PatchLooks looks(const Window& window);
+    /// Step "specialization": the appearances of all nine patches; without the step, only the
+    /// middle's image.
+    [[nodiscard]] PatchAppearances appearances(const Window& window);
 
-    /// Step "neighbourhood filters": the looks of nine patches put together, and filtered unless
-    /// the step is switched off.
-    [[nodiscard]] SurfaceLook surface(const Window& window, const PatchLooks& looks) const;
+    /// Step "neighbourhood filters": the appearances of nine patches put together, and filtered
+    /// unless the step is switched off.
+    [[nodiscard]] SurfaceAppearance surface(const Window& window,
+                                            const PatchAppearances& appearances) const;
 
     /// Whether cells are to be searched for water at all.
     [[nodiscard]] bool finds_water() const noexcept { return m_finds_water; }
@@ -71,9 +72,9 @@ public:
                   water::CellPatch& cells);
 
 private:
-    [[nodiscard]] std::shared_ptr<const PatchLook> patch_look(grid::PatchKey key,
-                                                              const PatchColumns& columns);
-    [[nodiscard]] imagery::Grid joined(const PatchLooks& looks) const;
+    [[nodiscard]] std::shared_ptr<const PatchAppearance> patch_appearance(
+        grid::PatchKey key, const PatchColumns& columns);
+    [[nodiscard]] imagery::Grid joined(const PatchAppearances& appearances) const;
 
     const imagery::Orthophotos* m_images;
     const ClassTable& m_classes;
@@ -84,7 +85,7 @@ private:
     imagery::Filters m_filters;
     int m_margin = 2;
     bool m_finds_water = false;
-    util::Cache<grid::PatchKey, PatchLook, grid::PatchKeyHash> m_looks;
+    util::Cache<grid::PatchKey, PatchAppearance, grid::PatchKeyHash> m_appearances;
 };
 
 }  // namespace terravox::voxelize

@@ -16,7 +16,7 @@ constexpr int kCrownsAround = 5;  // of eight: a gap between points
 constexpr int kMaxWindow = 5;     // columns: what the margin allows
 // Columns: farther than this from a plateau's edge, all of it ranks alike; a greater value would
 // separate what lies within sight.
-constexpr int kDeepest = 2;
+constexpr int kMaxDepth = 2;
 // Radius over mean crown width: in a wood, a wider window would swallow neighbours.
 constexpr double kWindowShare = 0.25;
 constexpr double kCrownShare = 0.5;  // of a tree's height: crowns are seldom longer
@@ -81,12 +81,13 @@ private:
     // Whether the equally high column at (dx, dz) from here certainly ranks before this one.
     [[nodiscard]] bool before(int x, int z, int own_depth, int dx, int dz) const {
         const int least = depth(
-            x + dx, z + dz, std::min(kDeepest, kMaxWindow - std::max(std::abs(dx), std::abs(dz))));
+            x + dx, z + dz, std::min(kMaxDepth, kMaxWindow - std::max(std::abs(dx), std::abs(dz))));
         return least > own_depth || (least == own_depth && (dz < 0 || (dz == 0 && dx < 0)));
     }
 
     [[nodiscard]] bool hidden_by_equals(int x, int z, double radius) const {
-        const int reach = static_cast<int>(radius), own_depth = depth(x, z, kDeepest);
+        const int reach = static_cast<int>(radius);
+        const int own_depth = depth(x, z, kMaxDepth);
         const float own = m_heights.at(x, z);
         for (int dz = -reach; dz <= reach; ++dz)
             for (int dx = -reach; dx <= reach; ++dx) {
@@ -103,7 +104,8 @@ private:
     [[nodiscard]] bool hidden_by_plateau(int x, int z) const {
         constexpr int kSide = 2 * kMaxWindow + 1;
         struct Offset {
-            int dx, dz;
+            int dx;
+            int dz;
         };
         std::array<bool, kSide * kSide> met{};
         std::array<Offset, kSide * kSide> to_visit;
@@ -117,7 +119,7 @@ private:
         };
         meet(0, 0);
         const float own = m_heights.at(x, z);
-        const int own_depth = depth(x, z, kDeepest);
+        const int own_depth = depth(x, z, kMaxDepth);
         for (std::size_t i = 0; i < count; ++i) {
             const Offset at = to_visit[i];
             if (i > 0 && before(x, z, own_depth, at.dx, at.dz))
@@ -199,7 +201,7 @@ private:
             if (m_drop_isolated && isolated(m_window, x, z, o.y))
                 continue;  // a bird
             out.top = out.bottom = o.y;
-            out.look = o;
+            out.top_voxel = o;
             out.height = height;
             return out;
         }

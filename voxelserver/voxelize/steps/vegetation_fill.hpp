@@ -14,7 +14,7 @@ struct Crown {
     static constexpr std::int32_t kNone = INT32_MIN;
     std::int32_t top = kNone;     ///< voxel of its highest return
     std::int32_t bottom = kNone;  ///< foliage reaches down to here
-    ObjectVoxel look;             ///< class and colour of its top
+    ObjectVoxel top_voxel;        ///< class and colour of its top
     float height = kNoHeight;     ///< of its highest return, voxels
     bool trunk = false;           ///< the tree stands here
     [[nodiscard]] bool seen() const noexcept { return top != kNone; }

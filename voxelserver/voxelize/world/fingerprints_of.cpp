@@ -61,7 +61,7 @@ InputFingerprints fingerprints_of(const Sources& sources, const imagery::Orthoph
     for (const SquareSource& s : sources.files)
         out.points.push_back({s.bounds.grown(1), print_of(s), s.has_colour});
     std::sort(out.points.begin(), out.points.end(),
-              [](const auto& a, const auto& b) { return a.print < b.print; });
+              [](const auto& a, const auto& b) { return a.fingerprint < b.fingerprint; });
     if (images != nullptr)
         for (const imagery::Orthophotos::Input& image : images->inputs())
             out.images.push_back({image.rect, image.identity, true});

@@ -13,7 +13,10 @@ using voxel::InputExtent;
 
 /// A reach as columns, which may not fit 32 bits.
 struct WideRect {
-    std::int64_t min_x, min_z, max_x, max_z;
+    std::int64_t min_x;
+    std::int64_t min_z;
+    std::int64_t max_x;
+    std::int64_t max_z;
     explicit WideRect(const InputExtent& r)
         : min_x(std::int64_t{r.min_bx} * grid::kPatchSize),
           min_z(std::int64_t{r.min_bz} * grid::kPatchSize),
@@ -56,7 +59,7 @@ Fingerprint InputFingerprints::fingerprint(const InputExtent& reach) const {
         for (const Input& input : *inputs) {
             if (!area.overlaps(input.rect))
                 continue;
-            out.add(input.print);
+            out.add(input.fingerprint);
             ++count;
             coloured = coloured || input.coloured;
         }

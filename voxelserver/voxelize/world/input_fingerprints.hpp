@@ -26,13 +26,13 @@ inline constexpr std::uint32_t kBoxRecipe = 1;
 struct InputFingerprints {
     struct Input {
         grid::ColumnRect rect;  ///< no column outside depends on the file
-        voxel::Fingerprint print{};
+        voxel::Fingerprint fingerprint{};
         bool coloured = false;  ///< surfaces may take materials from its colours
     };
     /// Box recipe, frame, settings, class table, and values derived from all files.
     voxel::Fingerprint everywhere{};
     voxel::Fingerprint palette{};  ///< counts where there are colours
-    std::vector<Input> points;     ///< by print
+    std::vector<Input> points;     ///< by fingerprint
     std::vector<Input> images;     ///< by precedence: the image that wins comes first
 
     /// See voxel::ProvenanceWorld. Takes some nanoseconds for each file.

@@ -79,8 +79,8 @@ struct Land {
     std::optional<GroundHeights> ground;
     std::optional<Margined<Roof>> roofs;
     std::optional<Margined<Crown>> crowns;
-    std::optional<PatchLooks> looks;
-    std::optional<SurfaceLook> surface;
+    std::optional<PatchAppearances> appearances;
+    std::optional<SurfaceAppearance> surface;
     std::optional<PatchRuns> runs;
     std::optional<Boxes> boxes;
 };

@@ -1,12 +1,11 @@
 #include "voxelserver/voxelize/world/lidar_world.hpp"
 
-#include <spdlog/spdlog.h>
-
 #include <algorithm>
 #include <tuple>
 
 #include "common/util/cache.hpp"
 #include "common/util/error.hpp"
+#include "common/util/log.hpp"
 #include "common/voxel/downsample.hpp"
 #include "voxelserver/voxelize/world/box_column.hpp"
 #include "voxelserver/voxelize/world/fingerprints_of.hpp"
@@ -21,7 +20,9 @@ using voxel::BoxWithInputs;
 using voxel::InputExtent;
 
 // How the world's memory is divided; PointSet takes the rest (columns/file_plan.cpp).
-constexpr std::size_t kColumnsShare = 10, kCoarseShare = 20, kMakerShare = 20;
+constexpr std::size_t kColumnsShare = 10;
+constexpr std::size_t kCoarseShare = 20;
+constexpr std::size_t kMakerShare = 20;
 
 class LidarWorldImpl final : public LidarWorld {
 public:
@@ -43,7 +44,7 @@ public:
 
     ~LidarWorldImpl() override {
         if (const auto holes = m_maker.hole_columns(); holes > 0)
-            spdlog::info(
+            util::log_info(
                 "{}: {} columns inside the files' bounds are holes: nothing was seen for {:.0f} m "
                 "around",
                 m_facts.info.title, holes, Land::kWidestGap_m);
@@ -138,8 +139,8 @@ private:
         }
         m_facts.orthophotos = m_images ? m_images->count() : 0;
         m_facts.water_cell_m = m_points.cell_voxels() * frame.voxel_m();
-        m_facts.prints = fingerprints_of(sources, m_images.get(), m_points.classes(), m_settings,
-                                         m_points.cell_voxels());
+        m_facts.fingerprints = fingerprints_of(sources, m_images.get(), m_points.classes(),
+                                               m_settings, m_points.cell_voxels());
     }
 
     // The footprint of a box: where there is nothing, a file may be added.

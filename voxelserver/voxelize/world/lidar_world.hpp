@@ -14,12 +14,14 @@ namespace terravox::voxelize {
 
 struct LidarWorldStats {
     std::uint64_t points = 0;  ///< as in the headers
-    std::size_t files = 0, orthophotos = 0;
+    std::size_t files = 0;
+    std::size_t orthophotos = 0;
     double water_cell_m = 0;  ///< edge of the cells in which water is searched for
-    // Of what has been made so far:
-    /// Left out: far outside their file's bounds, or far from all others.
+    /// Points left out of what has been made so far: far outside their file's bounds, or far from
+    /// all others.
     std::uint64_t outliers = 0;
-    /// Inside the files' bounds, but with nothing seen around them.
+    /// Columns of what has been made so far that lie inside the files' bounds, but have no return
+    /// around them.
     std::uint64_t hole_columns = 0;
 };
 

@@ -108,12 +108,12 @@ void take_no_crowns(Land& land) {
 }
 
 // SurfaceStep itself leaves out the parts of both that are switched off.
-void look_from_above(Land& land) {
-    land.looks = land.shared.surface.looks(land.window);
+void evaluate_surfaces(Land& land) {
+    land.appearances = land.shared.surface.appearances(land.window);
 }
 
 void choose_surface(Land& land) {
-    land.surface = land.shared.surface.surface(land.window, land.looks.value());
+    land.surface = land.shared.surface.surface(land.window, land.appearances.value());
 }
 
 void fill_columns(Land& land) {
@@ -126,7 +126,7 @@ void fill_columns(Land& land) {
 
 void cut_boxes(Land& land) {
     const PatchRuns& runs = land.runs.value();
-    const SurfaceLook& surface = land.surface.value();
+    const SurfaceAppearance& surface = land.surface.value();
     const grid::PatchKey patch = land.window.middle;
     Boxes& out = land.boxes.emplace();
     if (runs.min_y() >= runs.max_y())
@@ -150,8 +150,8 @@ constexpr std::array kSteps{
     Step{kGroundFill, kWater | kDecks | kCoverage, kGround, interpolate_ground, take_seen_ground},
     Step{kBuildingFill, 0, kRoofs, close_roofs, take_seen_roofs},
     Step{kVegetation, kDecks | kGround, kCrowns, grow_crowns, take_no_crowns},
-    Step{kSpecialization, 0, kLooks, look_from_above, look_from_above, true},
-    Step{kNeighbourhoodFilters, kLooks, kSurface, choose_surface, choose_surface},
+    Step{kSpecialization, 0, kAppearances, evaluate_surfaces, evaluate_surfaces, true},
+    Step{kNeighbourhoodFilters, kAppearances, kSurface, choose_surface, choose_surface},
     Step{
         {"underground fill", "fills columns from the rock up"}, kAllOfColumns, kRuns, fill_columns},
     Step{{"serialization", "cuts columns into boxes"}, kRuns | kSurface, kBoxes, cut_boxes},

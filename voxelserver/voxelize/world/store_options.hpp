@@ -14,7 +14,8 @@ void take_from_store(const store::GrabberStore& store, LidarWorldOptions& option
 
 /// All distinct licences (attributions) of the squares, one after the other.
 struct Terms {
-    std::string licence, attribution;
+    std::string licence;
+    std::string attribution;
 };
 [[nodiscard]] Terms terms_of(const store::GrabberStore& store);
 

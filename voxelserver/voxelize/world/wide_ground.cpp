@@ -79,17 +79,20 @@ float WideGround::at(std::int32_t x, std::int32_t z, voxel::InputExtent& reach) 
     const auto around = m_around.get(
         patch, [&] { return make(patch); }, [](const auto& a) { return a->memory_bytes(); });
     reach.add(reach_of(patch, around->rings));
-    const float local_x = static_cast<float>(x - patch.x0()) + 0.5f,
-                local_z = static_cast<float>(z - patch.z0()) + 0.5f;
+    const float local_x = static_cast<float>(x - patch.x0()) + 0.5f;
+    const float local_z = static_cast<float>(z - patch.z0()) + 0.5f;
     if (around->ground)
         return around->ground->at(local_x, local_z, around->reach);
     // Bilinear between the patches' centres, of those that hold any returns.
     const float u = local_x / grid::kPatchSize + 0.5f,
                 v = local_z / grid::kPatchSize +
                     0.5f;  // 0.5 .. 1.5 within the patch; centres at 0, 1, 2
-    const int i = u < 1 ? 0 : 1, k = v < 1 ? 0 : 1;
-    const float fu = u - static_cast<float>(i), fv = v - static_cast<float>(k);
-    float sum = 0, weights = 0;
+    const int i = u < 1 ? 0 : 1;
+    const int k = v < 1 ? 0 : 1;
+    const float fu = u - static_cast<float>(i);
+    const float fv = v - static_cast<float>(k);
+    float sum = 0;
+    float weights = 0;
     for (const auto& [dx, dz, w] : {std::tuple{0, 0, (1 - fu) * (1 - fv)},
                                     {1, 0, fu * (1 - fv)},
                                     {0, 1, (1 - fu) * fv},

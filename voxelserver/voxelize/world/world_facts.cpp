@@ -12,8 +12,9 @@ using voxel::ByteReader;
 using voxel::ByteWriter;
 using voxel::Fingerprint;
 
-constexpr std::size_t kRectBytes = 16, kInputBytes = kRectBytes + 16 + 1,
-                      kSquareBytes = 2 * 8 + kRectBytes + 2 * 8;
+constexpr std::size_t kRectBytes = 16;
+constexpr std::size_t kInputBytes = kRectBytes + 16 + 1;
+constexpr std::size_t kSquareBytes = 2 * 8 + kRectBytes + 2 * 8;
 
 void put(voxel::ByteWriter& out, const grid::ColumnRect& r) {
     out.add(r.min_x);
@@ -35,7 +36,7 @@ void put(voxel::ByteWriter& out, const std::vector<InputFingerprints::Input>& in
     out.add(static_cast<std::uint64_t>(inputs.size()));
     for (const auto& i : inputs) {
         put(out, i.rect);
-        out.add(i.print);
+        out.add(i.fingerprint);
         out.add(static_cast<std::uint8_t>(i.coloured));
     }
 }
@@ -44,7 +45,7 @@ std::vector<InputFingerprints::Input> inputs(voxel::ByteReader& in) {
     std::vector<InputFingerprints::Input> out(in.count(kInputBytes));
     for (auto& i : out) {
         i.rect = rect(in);
-        i.print = in.print();
+        i.fingerprint = in.print();
         i.coloured = in.get<std::uint8_t>() != 0;
     }
     return out;
@@ -79,7 +80,8 @@ voxel::WorldInfo world_info(voxel::ByteReader& in) {
     out.crs_wkt = in.text();
     out.crs_units_per_voxel = in.get<double>();
     const bool placed = in.get<std::uint8_t>() != 0;
-    const auto lat = in.get<double>(), lon = in.get<double>();
+    const auto lat = in.get<double>();
+    const auto lon = in.get<double>();
     if (placed)
         out.centre = geo::LatLon{lat, lon};
     out.licence = in.text();
@@ -99,9 +101,10 @@ void WorldFacts::check_level(int level) const {
 // Between distant files there is nothing: without this test, a coarse box would be subdivided down
 // to each of its columns.
 bool WorldFacts::touches_land(int level, std::int32_t bx, std::int32_t bz) const noexcept {
-    const std::int64_t edge_x = std::int64_t{voxel::kBoxSizeX} << level,
-                       edge_z = std::int64_t{voxel::kBoxSizeZ} << level;
-    const std::int64_t x = bx * edge_x, z = bz * edge_z;
+    const std::int64_t edge_x = std::int64_t{voxel::kBoxSizeX} << level;
+    const std::int64_t edge_z = std::int64_t{voxel::kBoxSizeZ} << level;
+    const std::int64_t x = bx * edge_x;
+    const std::int64_t z = bz * edge_z;
     return std::any_of(islands.begin(), islands.end(), [&](const grid::ColumnRect& r) {
         return x < r.max_x && r.min_x < x + edge_x && z < r.max_z && r.min_z < z + edge_z;
     });
@@ -133,10 +136,10 @@ std::string to_bytes(const WorldFacts& facts) {
     }
     out.add(facts.orthophotos);
     out.add(facts.water_cell_m);
-    out.add(facts.prints.everywhere);
-    out.add(facts.prints.palette);
-    put(out, facts.prints.points);
-    put(out, facts.prints.images);
+    out.add(facts.fingerprints.everywhere);
+    out.add(facts.fingerprints.palette);
+    put(out, facts.fingerprints.points);
+    put(out, facts.fingerprints.images);
     voxel::ByteWriter whole;
     whole.add(out.print());
     whole.add(kBoxRecipe);
@@ -177,10 +180,10 @@ WorldFacts facts_from_bytes(std::string_view bytes) {
     }
     out.orthophotos = in.get<std::uint64_t>();
     out.water_cell_m = in.get<double>();
-    out.prints.everywhere = in.print();
-    out.prints.palette = in.print();
-    out.prints.points = inputs(in);
-    out.prints.images = inputs(in);
+    out.fingerprints.everywhere = in.print();
+    out.fingerprints.palette = in.print();
+    out.fingerprints.points = inputs(in);
+    out.fingerprints.images = inputs(in);
     // A checksum detects damage, not malice: values that would break arithmetic are rejected.
     if (!in.finished() || out.info.levels < 1 || out.info.levels > voxel::kMaxLevel)
         throw fail("damaged");

@@ -20,14 +20,14 @@ struct WorldFacts {
     std::vector<SquareInfo> squares;        ///< by path; all of them in the state kFetched
     std::uint64_t orthophotos = 0;          ///< their number
     double water_cell_m = 0;
-    InputFingerprints prints;
+    InputFingerprints fingerprints;
 
     /// The extent of a column of boxes, as World::column().
     /// @throws UsageError for a level that the world does not have
     [[nodiscard]] voxel::ColumnExtent column(int level, std::int32_t bx, std::int32_t bz) const;
     /// The fingerprint of a box, as ProvenanceWorld::fingerprint().
     [[nodiscard]] voxel::Fingerprint fingerprint(const voxel::InputExtent& reach) const {
-        return prints.fingerprint(reach);
+        return fingerprints.fingerprint(reach);
     }
     /// Whether the columns of a box may hold anything.
     [[nodiscard]] bool touches_land(int level, std::int32_t bx, std::int32_t bz) const noexcept;

@@ -42,8 +42,8 @@ std::string world_name(const LidarWorldOptions& options, const std::filesystem::
     for (const auto& file : files) {
         out.add(file.string());
         out.add(voxel::file_identity(file, "point cloud"));
-        if (const auto beside = pointcloud::side_file_of(file))
-            out.add(voxel::file_identity(*beside, "side file"));
+        if (const auto side_file = pointcloud::side_file_of(file))
+            out.add(voxel::file_identity(*side_file, "side file"));
     }
     if (!options.orthophotos.empty()) {
         auto images = imagery::orthophoto_files(options.orthophotos);

@@ -18,15 +18,15 @@ namespace {
 // hold little more.
 constexpr std::size_t kAhead_bytes = 16 << 10;
 
-class FarArchive final : public voxel::archive::ByteSource {
+class RemoteArchive final : public voxel::archive::ByteSource {
 public:
-    FarArchive(std::string url, std::chrono::milliseconds timeout, const std::stop_token& stop,
-               const remote::HttpAccess& access)
+    RemoteArchive(std::string url, std::chrono::milliseconds timeout, const std::stop_token& stop,
+                  const remote::HttpAccess& access)
         : m_url(std::move(url)),
           m_client(timeout, access),
           m_ending(stop, [this] { m_client.stop(); }) {
         (void)remote::HttpOrigin::of(m_url);
-        remote::HttpReply first = ask(0, kAhead_bytes);
+        remote::HttpReply first = request_range(0, kAhead_bytes);
         m_state = FileState::of(first);
         m_head = std::move(first.body);
     }
@@ -54,14 +54,16 @@ public:
     }
 
 private:
-    static constexpr long kPart = 206, kOtherState = 412, kNoSuchRange = 416;
+    static constexpr long kPart = 206;
+    static constexpr long kOtherState = 412;
+    static constexpr long kNoSuchRange = 416;
 
     // Fewer only at the end of the file.
     std::vector<std::byte> fetch(std::uint64_t offset, std::size_t bytes) {
         if (m_changed)
             throw changed();
         try {
-            remote::HttpReply reply = ask(offset, bytes);
+            remote::HttpReply reply = request_range(offset, bytes);
             // A change is permanent: it is checked here, where no retry follows.
             if (reply.status == kOtherState || m_state.differs_from(FileState::of(reply)))
                 throw changed();
@@ -76,10 +78,10 @@ private:
             throw;
         }
     }
-    remote::HttpReply ask(std::uint64_t offset, std::size_t bytes) {
+    remote::HttpReply request_range(std::uint64_t offset, std::size_t bytes) {
         const remote::FilePart part{
             std::to_string(offset) + "-" + std::to_string(offset + bytes - 1), m_state.condition()};
-        return m_client.ask(
+        return m_client.fetch(
             m_url, bytes, part, m_client.timeout(),
             [&](const std::string&, const remote::HttpReply& reply) {
                 // A file that is smaller than the requested range may be sent whole.
@@ -88,7 +90,7 @@ private:
                 if (whole && offset != 0 && !m_state.differs_from(FileState::of(reply)))
                     throw util::Error(
                         "fetch " + m_url +
-                        ": the server sent the whole file where a part of it was asked for");
+                        ": the server sent the whole file where a part of it was requested");
                 return reply;
             });
     }
@@ -111,7 +113,7 @@ std::unique_ptr<voxel::archive::ByteSource> remote_archive(const std::string& ur
                                                            std::chrono::milliseconds timeout,
                                                            const std::stop_token& stop,
                                                            const remote::HttpAccess& access) {
-    return std::make_unique<FarArchive>(url, timeout, stop, access);
+    return std::make_unique<RemoteArchive>(url, timeout, stop, access);
 }
 
 bool names_archive(const std::string& url) {

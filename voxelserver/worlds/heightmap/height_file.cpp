@@ -74,8 +74,8 @@ void HeightFile::open() {
 // Uses GDAL's warper on the fly: nothing is written. Blocks of the warped raster are made as a
 // whole, so cells do not depend on the order of requests.
 void HeightFile::warp() {
-    const std::string to = m_reading.warped_to->wkt(),
-                      from = m_reading.crs ? m_reading.crs->wkt() : std::string();
+    const std::string to = m_reading.warped_to->wkt();
+    const std::string from = m_reading.crs ? m_reading.crs->wkt() : std::string();
     std::vector<const char*> words{"-of",      "VRT",        "-ot", "Float64", "-r",
                                    "bilinear", "-dstnodata", "nan", "-t_srs",  to.c_str()};
     if (!from.empty())
@@ -108,7 +108,8 @@ void HeightFile::learn() {
     // A file may declare one block of any size; GDAL would allocate the memory before it reads the
     // data.
     constexpr double kMaxBlock_bytes = 512e6;
-    int block_x = 0, block_y = 0;
+    int block_x = 0;
+    int block_y = 0;
     m_source->GetRasterBand(1)->GetBlockSize(&block_x, &block_y);
     if (static_cast<double>(block_x) * block_y * 8 > kMaxBlock_bytes)
         fail("its blocks are " + std::to_string(block_x) + " x " + std::to_string(block_y) +
@@ -192,9 +193,11 @@ HeightFile::Grid HeightFile::grid_for(double side) const noexcept {
     out.y0 = m_geo[3];
     out.dx = m_geo[1];
     out.dy = m_geo[5];
-    const double span_x = out.dx * out.width, span_y = out.dy * out.height;
+    const double span_x = out.dx * out.width;
+    const double span_y = out.dy * out.height;
     // kMin: cells of an overview to a side, as they need not be aligned with the voxels.
-    constexpr double kSlack = 1 + 1e-6, kMin = 2;
+    constexpr double kSlack = 1 + 1e-6;
+    constexpr double kMin = 2;
     const auto fits = [&](double dx, double dy) {
         return std::max(std::abs(dx), std::abs(dy)) <= side * kSlack;
     };
@@ -285,7 +288,8 @@ void HeightFile::extend(std::optional<Range>& range, const Grid& grid, int x, in
 // The finest overview, or the cells themselves, with at most max_cells cells.
 std::optional<HeightFile::Grid> HeightFile::grid_of(double max_cells) const noexcept {
     Grid grid = grid_for(0);
-    const double span_x = grid.dx * grid.width, span_y = grid.dy * grid.height;
+    const double span_x = grid.dx * grid.width;
+    const double span_y = grid.dy * grid.height;
     if (static_cast<double>(grid.width) * grid.height <= max_cells)
         return grid;
     double finest = 0;
@@ -327,18 +331,20 @@ std::optional<HeightFile::Range> HeightFile::rough_range(double max_cells) {
     if (!out && !exact) {
         // A subset of its blocks, evenly spread.
         const Grid cells = grid_for(0);
-        int block_x = 0, block_y = 0;
+        int block_x = 0;
+        int block_y = 0;
         m_band->GetBlockSize(&block_x, &block_y);
-        const std::int64_t across = (cells.width + block_x - 1) / block_x,
-                           down = (cells.height + block_y - 1) / block_y, blocks = across * down;
+        const std::int64_t across = (cells.width + block_x - 1) / block_x;
+        const std::int64_t down = (cells.height + block_y - 1) / block_y;
+        const std::int64_t blocks = across * down;
         const double max_blocks =
             std::max(max_cells / (static_cast<double>(block_x) * block_y), 4.0);
         const std::int64_t step =
             static_cast<std::int64_t>(static_cast<double>(blocks) / max_blocks) |
             1;  // odd: not always the same column of blocks
         for (std::int64_t i = 0; i < blocks; i += step) {
-            const int x = static_cast<int>(i % across) * block_x,
-                      y = static_cast<int>(i / across) * block_y;
+            const int x = static_cast<int>(i % across) * block_x;
+            const int y = static_cast<int>(i / across) * block_y;
             look(cells, x, y, std::min(block_x, cells.width - x),
                  std::min(block_y, cells.height - y));
         }
@@ -351,8 +357,8 @@ std::optional<HeightFile::Range> HeightFile::rough_range(double max_cells) {
 }
 
 HeightFile::Outline HeightFile::outline() const noexcept {
-    const double x = m_geo[0] + m_geo[1] * m_data->GetRasterXSize(),
-                 y = m_geo[3] + m_geo[5] * m_data->GetRasterYSize();
+    const double x = m_geo[0] + m_geo[1] * m_data->GetRasterXSize();
+    const double y = m_geo[3] + m_geo[5] * m_data->GetRasterYSize();
     return {std::min(m_geo[0], x), std::min(m_geo[3], y), std::max(m_geo[0], x),
             std::max(m_geo[3], y)};
 }

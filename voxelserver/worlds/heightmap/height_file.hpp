@@ -49,9 +49,13 @@ public:
     struct Grid {
         int overview = -1;  ///< of GDAL; -1: none
         int stride = 1;     ///< cells to a cell of this grid
-        int width = 0, height = 0;
+        int width = 0;
+        int height = 0;
         /// Place of the first cell's outer corner, and steps to the next; dy < 0: north up.
-        double x0 = 0, y0 = 0, dx = 0, dy = 0;
+        double x0 = 0;
+        double y0 = 0;
+        double dx = 0;
+        double dy = 0;
     };
     /// For columns with edges of `side` (units of crs()): the cells, or the coarsest overview with
     /// at least two cells to a side; where there are very many, with a stride.
@@ -63,7 +67,8 @@ public:
 
     /// Lowest and highest, metres.
     struct Range {
-        double low_m = 0, high_m = 0;
+        double low_m = 0;
+        double high_m = 0;
         bool exact = true;  ///< false: from a part of its blocks, or from an overview
     };
     /// @param max_cells approximate limit of the cells that are read
@@ -73,7 +78,10 @@ public:
 
     /// Outline in units of crs().
     struct Outline {
-        double west = 0, south = 0, east = 0, north = 0;
+        double west = 0;
+        double south = 0;
+        double east = 0;
+        double north = 0;
     };
     [[nodiscard]] Outline outline() const noexcept;
     /// Approximate edge of a cell, metres.
@@ -98,7 +106,8 @@ private:
     std::array<double, 6> m_geo{};
     double m_scale = 1, m_offset = 0;  // of values, to metres
     std::optional<double> m_nodata;
-    bool m_float_nodata = false, m_masked = false;
+    bool m_float_nodata = false;
+    bool m_masked = false;
 };
 
 }  // namespace terravox::heightmap

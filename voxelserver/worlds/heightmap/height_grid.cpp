@@ -44,8 +44,10 @@ private:
 
 /// The contributions of the rasters so far to a rectangle of columns.
 struct HeightGrid::Sum {
-    std::int32_t x, z;
-    int width, height;
+    std::int32_t x;
+    std::int32_t z;
+    int width;
+    int height;
     double side;                         ///< of a column, units of the CRS
     std::vector<double> metres, weight;  ///< weighted sum; weights up to 1
     std::vector<std::uint8_t> known;     ///< 1: the cell under the column's middle has a height
@@ -70,11 +72,12 @@ namespace {
 
 /// A range of cells [first, first + count), cut to [0, size).
 struct Range {
-    int first = 0, count = 0;
+    int first = 0;
+    int count = 0;
 };
 Range cut(double a, double b, int size) noexcept {
-    const double low = std::clamp(std::floor(std::min(a, b)), 0.0, static_cast<double>(size)),
-                 high = std::clamp(std::ceil(std::max(a, b)), 0.0, static_cast<double>(size));
+    const double low = std::clamp(std::floor(std::min(a, b)), 0.0, static_cast<double>(size));
+    const double high = std::clamp(std::ceil(std::max(a, b)), 0.0, static_cast<double>(size));
     return {static_cast<int>(low), static_cast<int>(high - low)};
 }
 
@@ -86,8 +89,8 @@ HeightGrid::HeightGrid(std::vector<File> files, grid::Frame frame, int threads)
       m_max_idle(static_cast<std::size_t>(std::max(threads, 1))) {}
 
 ColumnHeights HeightGrid::read(int level, std::int32_t x, std::int32_t z, int width, int height) {
-    const double scale = static_cast<double>(std::int64_t{1} << level),
-                 side = m_frame.units_per_voxel() * scale;
+    const double scale = static_cast<double>(std::int64_t{1} << level);
+    const double side = m_frame.units_per_voxel() * scale;
     const auto count = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
     Sum sum{x,
             z,
@@ -131,8 +134,8 @@ void HeightGrid::add_between(HeightFile& file, const HeightFile::Grid& grid, Sum
     const auto widened = [](double a, double b, int size) {
         return cut(std::min(a, b) - 1, std::max(a, b) + 1, size);
     };
-    const Range across = widened(cell_x(0), cell_x(sum.width), grid.width),
-                down = widened(cell_y(0), cell_y(sum.height), grid.height);
+    const Range across = widened(cell_x(0), cell_x(sum.width), grid.width);
+    const Range down = widened(cell_y(0), cell_y(sum.height), grid.height);
     if (across.count <= 0 || down.count <= 0)
         return;
     const Cells cells = file.read(grid, across.first, down.first, across.count, down.count);
@@ -143,16 +146,23 @@ void HeightGrid::add_between(HeightFile& file, const HeightFile::Grid& grid, Sum
     };
     for (int j = 0; j < sum.height; ++j)
         for (int i = 0; i < sum.width; ++i) {
-            const double px = cell_x(i + 0.5), py = cell_y(j + 0.5);
+            const double px = cell_x(i + 0.5);
+            const double py = cell_y(j + 0.5);
             if (!(px > -1 && px < grid.width + 1.0 && py > -1 && py < grid.height + 1.0))
                 continue;
-            const double u = px - 0.5, v = py - 0.5, floor_u = std::floor(u),
-                         floor_v = std::floor(v), fu = u - floor_u, fv = v - floor_v;
-            const int x0 = static_cast<int>(floor_u), y0 = static_cast<int>(floor_v);
-            double total = 0, weight = 0;
+            const double u = px - 0.5;
+            const double v = py - 0.5;
+            const double floor_u = std::floor(u);
+            const double floor_v = std::floor(v);
+            const double fu = u - floor_u;
+            const double fv = v - floor_v;
+            const int x0 = static_cast<int>(floor_u);
+            const int y0 = static_cast<int>(floor_v);
+            double total = 0;
+            double weight = 0;
             for (int k = 0; k < 4; ++k) {
-                const double w = ((k & 1) != 0 ? fu : 1 - fu) * ((k & 2) != 0 ? fv : 1 - fv),
-                             h = value(x0 + (k & 1), y0 + (k >> 1));
+                const double w = ((k & 1) != 0 ? fu : 1 - fu) * ((k & 2) != 0 ? fv : 1 - fv);
+                const double h = value(x0 + (k & 1), y0 + (k >> 1));
                 if (w > 0 && !std::isnan(h)) {
                     total += w * h;
                     weight += w;
@@ -172,28 +182,29 @@ void HeightGrid::add_means(HeightFile& file, const HeightFile::Grid& grid, doubl
                            Sum& sum) const {
     const auto cell_x = [&](double i) { return (sum.easting(i) - grid.x0) / grid.dx; };
     const auto cell_y = [&](double j) { return (sum.northing(j) - grid.y0) / grid.dy; };
-    const Range across = cut(cell_x(0), cell_x(sum.width), grid.width),
-                down = cut(cell_y(0), cell_y(sum.height), grid.height);
+    const Range across = cut(cell_x(0), cell_x(sum.width), grid.width);
+    const Range down = cut(cell_y(0), cell_y(sum.height), grid.height);
     if (across.count <= 0 || down.count <= 0)
         return;
     const Cells cells = file.read(grid, across.first, down.first, across.count, down.count);
     const double whole = side / std::abs(grid.dx) * (side / std::abs(grid.dy));
     for (int j = 0; j < sum.height; ++j) {
-        const double y_a = std::min(cell_y(j), cell_y(j + 1)),
-                     y_b = std::max(cell_y(j), cell_y(j + 1));
+        const double y_a = std::min(cell_y(j), cell_y(j + 1));
+        const double y_b = std::max(cell_y(j), cell_y(j + 1));
         const Range rows = cut(y_a, y_b, grid.height);
         for (int i = 0; i < sum.width; ++i) {
-            const double x_a = std::min(cell_x(i), cell_x(i + 1)),
-                         x_b = std::max(cell_x(i), cell_x(i + 1));
+            const double x_a = std::min(cell_x(i), cell_x(i + 1));
+            const double x_b = std::max(cell_x(i), cell_x(i + 1));
             const Range columns = cut(x_a, x_b, grid.width);
-            double total = 0, weight = 0;
+            double total = 0;
+            double weight = 0;
             for (int cy = rows.first; cy < rows.first + rows.count; ++cy) {
                 const double tall =
                     std::min(y_b, cy + 1.0) - std::max(y_a, static_cast<double>(cy));
                 for (int cx = columns.first; cx < columns.first + columns.count; ++cx) {
-                    const double h = cells.at(cx, cy),
-                                 area = tall * (std::min(x_b, cx + 1.0) -
-                                                std::max(x_a, static_cast<double>(cx)));
+                    const double h = cells.at(cx, cy);
+                    const double area =
+                        tall * (std::min(x_b, cx + 1.0) - std::max(x_a, static_cast<double>(cx)));
                     if (area > 0 && !std::isnan(h)) {
                         total += area * h;
                         weight += area;

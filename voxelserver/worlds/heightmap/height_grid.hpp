@@ -14,8 +14,10 @@ namespace terravox::heightmap {
 /// Heights of columns of voxels of a level, in voxels of that level from the height 0 up; NaN where
 /// there is nothing. Row by row.
 struct ColumnHeights {
-    std::int32_t x = 0, z = 0;
-    int width = 0, height = 0;
+    std::int32_t x = 0;
+    std::int32_t z = 0;
+    int width = 0;
+    int height = 0;
     std::vector<double> voxels;
     [[nodiscard]] double at(std::int32_t column_x, std::int32_t column_z) const noexcept {
         return voxels[static_cast<std::size_t>(column_z - z) * static_cast<std::size_t>(width) +

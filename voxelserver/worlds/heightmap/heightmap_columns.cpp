@@ -45,8 +45,8 @@ HeightmapColumns::HeightmapColumns(int level, const ColumnHeights& heights,
             if (x < 0 || z < 0 || x >= voxel::kBoxSizeX || z >= voxel::kBoxSizeZ)
                 continue;
             const auto at = static_cast<std::size_t>(z * voxel::kBoxSizeX + x);
-            const double dx = slope_of(height(-1, 0), here, height(1, 0)),
-                         dz = slope_of(height(0, -1), here, height(0, 1));
+            const double dx = slope_of(height(-1, 0), here, height(1, 0));
+            const double dz = slope_of(height(0, -1), here, height(0, 1));
             m_appearances[at] = appearance(std::sqrt(dx * dx + dz * dz), colours, at);
         }
 }

@@ -43,7 +43,8 @@ private:
                                                      std::size_t at) noexcept;
     std::vector<std::int32_t> m_tops;
     std::vector<voxel::VoxelAttr> m_appearances;
-    std::int32_t m_highest = kNothing, m_lowest = std::numeric_limits<std::int32_t>::max();
+    std::int32_t m_highest = kNothing;
+    std::int32_t m_lowest = std::numeric_limits<std::int32_t>::max();
 };
 
 }  // namespace terravox::heightmap

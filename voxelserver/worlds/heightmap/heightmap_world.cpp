@@ -1,7 +1,5 @@
 #include "voxelserver/worlds/heightmap/heightmap_world.hpp"
 
-#include <spdlog/spdlog.h>
-
 #include <algorithm>
 #include <array>
 #include <atomic>
@@ -11,6 +9,7 @@
 #include "common/geo/raster_file.hpp"
 #include "common/util/cache.hpp"
 #include "common/util/error.hpp"
+#include "common/util/log.hpp"
 #include "common/voxel/box_builder.hpp"
 #include "voxelserver/grid/frame.hpp"
 #include "voxelserver/imagery/orthophotos.hpp"
@@ -95,11 +94,11 @@ Survey survey(const HeightmapOptions& options) {
             if (found.size() == 1)
                 throw util::Error("open the heightmap " + f.reading.path.string() +
                                   ": no heights in it, none between -12000 m and 10000 m");
-            spdlog::warn("heightmap {}: no heights in it", f.reading.path.string());
+            util::log_warn("heightmap {}: no heights in it", f.reading.path.string());
             continue;
         }
         if (!range->exact && opened.overviews() == 0)
-            spdlog::info(
+            util::log_info(
                 "heightmap {}: no overviews; gdaladdo -r average makes far views of it faster",
                 f.reading.path.string());
         out.files.push_back(file);
@@ -176,8 +175,8 @@ private:
                                   " is " + std::to_string(v) + " voxels; allowed: within +-2^29");
             return static_cast<std::int32_t>(std::floor(v));
         };
-        const std::int32_t low = voxel_at(m_frame.y(found.range.low_m), "lowest height"),
-                           high = voxel_at(m_frame.y(found.range.high_m), "highest height") + 1;
+        const std::int32_t low = voxel_at(m_frame.y(found.range.low_m), "lowest height");
+        const std::int32_t high = voxel_at(m_frame.y(found.range.high_m), "highest height") + 1;
         m_base = m_options.base_m ? voxel_at(m_frame.y(*m_options.base_m), "base")
                                   : low - std::max(kBelow, (high - low) / 16);
         // Where not all cells were read there may be lower and higher ones.
@@ -226,7 +225,8 @@ private:
 
     [[nodiscard]] std::shared_ptr<const HeightmapColumns> make_columns(int level, std::int32_t bx,
                                                                        std::int32_t bz) {
-        const std::int32_t x0 = bx * voxel::kBoxSizeX, z0 = bz * voxel::kBoxSizeZ;
+        const std::int32_t x0 = bx * voxel::kBoxSizeX;
+        const std::int32_t z0 = bz * voxel::kBoxSizeZ;
         const ColumnHeights heights =
             m_grid.read(level, x0 - 1, z0 - 1, HeightmapColumns::kSide, HeightmapColumns::kSide);
         imagery::Raster colours;
@@ -245,8 +245,8 @@ private:
     void check_heights(int level, std::int32_t bx, std::int32_t bz,
                        const HeightmapColumns& columns) const {
         const std::int64_t high =
-                               (std::int64_t{columns.highest()} - 1) * (std::int64_t{1} << level),
-                           low = std::int64_t{columns.lowest()} * (std::int64_t{1} << level);
+            (std::int64_t{columns.highest()} - 1) * (std::int64_t{1} << level);
+        const std::int64_t low = std::int64_t{columns.lowest()} * (std::int64_t{1} << level);
         if (high < m_info.bounds.max[1] && low >= m_info.bounds.min[1])
             return;
         const auto metres = [&](std::int64_t y) {
@@ -254,7 +254,7 @@ private:
         };
         throw util::Error("make boxes " + to_string(BoxKey{level, bx, 0, bz}) + ": heights up to " +
                           metres(high) + " m and down to " + metres(low) +
-                          " m; told by its overviews: " + metres(m_info.bounds.min[1]) + " to " +
+                          " m; by its overviews: " + metres(m_info.bounds.min[1]) + " to " +
                           metres(m_info.bounds.max[1]) + "; make them anew with gdaladdo");
     }
 

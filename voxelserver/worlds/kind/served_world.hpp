@@ -17,7 +17,7 @@ public:
     virtual void begin_opening() {}
     [[nodiscard]] virtual bool is_open() const noexcept { return true; }
     /// Why boxes can no longer be made; empty: boxes can be made, as far as is known.
-    [[nodiscard]] virtual std::string trouble() const = 0;
+    [[nodiscard]] virtual std::string failure() const = 0;
     /// Whether box() makes boxes of every level. Otherwise it makes those of level 0, and a coarser
     /// box is its eight children, downsampled.
     [[nodiscard]] virtual bool makes_all_levels() const noexcept = 0;
@@ -25,7 +25,7 @@ public:
     /// Otherwise boxes are valid in this process alone.
     [[nodiscard]] virtual bool has_lasting_fingerprint() const noexcept { return true; }
     /// Whether its boxes come from another machine: they are then not prefetched.
-    [[nodiscard]] virtual bool is_far() const noexcept { return false; }
+    [[nodiscard]] virtual bool is_remote() const noexcept { return false; }
 };
 
 }  // namespace terravox::worlds

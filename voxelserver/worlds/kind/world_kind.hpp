@@ -60,7 +60,7 @@ struct WorldKind {
     /// @throws UsageError for an input that it cannot describe; Error when it cannot be read
     Description (*describe)(const DescribeRequest& request) = nullptr;
     /// Fingerprint of all files that opening and making boxes read: it changes once any of them
-    /// does. Costs a quick look at each file. Null: the opened world has its own
+    /// does. Costs a stat of each file and little more. Null: the opened world has its own
     /// (World::edition()), or is LiDAR data (voxelize::InputFingerprints).
     /// @throws Error when a file cannot be read
     voxel::Fingerprint (*state)(const WorldOptions& options) = nullptr;

@@ -14,7 +14,10 @@ namespace terravox::worlds {
 inline constexpr std::string_view kLidarFlags =
     "--classes --settings --steps --crs --voxel --vertical-unit";
 
-/// Whether an input is a LAS, LAZ, COPC or PLY file (by name or content), or a folder of them.
+/// Files of points, for help and messages.
+inline constexpr std::string_view kLidarInputs = "LAS, LAZ, COPC or PLY files";
+
+/// Whether an input is such a file (by name or content), or a folder of them.
 /// Throws nothing.
 [[nodiscard]] bool is_lidar(const std::string& input);
 

@@ -1,9 +1,8 @@
 #include "voxelserver/worlds/lidar/lidar_kind.hpp"
 
-#include <spdlog/spdlog.h>
-
 #include <string>
 
+#include "common/util/log.hpp"
 #include "voxelserver/store/grabber_store.hpp"
 #include "voxelserver/voxelize/world/lidar_world.hpp"
 #include "voxelserver/voxelize/world/store_options.hpp"
@@ -16,8 +15,8 @@ std::unique_ptr<voxel::World> open_with(const voxelize::LidarWorldOptions& optio
                                         util::StageTimes& times) {
     auto world = voxelize::open_lidar_world(options, times);
     const auto stats = world->stats();
-    spdlog::info("{} points in {} files, {} orthophotos, {}, voxels of {} m", stats.points,
-                 stats.files, stats.orthophotos, world->info().crs, world->info().voxel_m);
+    util::log_info("{} points in {} files, {} orthophotos, {}, voxels of {} m", stats.points,
+                   stats.files, stats.orthophotos, world->info().crs, world->info().voxel_m);
     return world;
 }
 
@@ -45,7 +44,7 @@ std::unique_ptr<voxel::World> open_store(const OpenRequest& request) {
 
 constinit const WorldKind kLidarKind{
     .noun = "LiDAR data",
-    .input = "LAS, LAZ, COPC or PLY files",
+    .input = kLidarInputs,
     .recognises = is_lidar,
     .open = open_files,
     .flags = kLidarFlags,

@@ -15,7 +15,9 @@ inline constexpr std::int32_t kFarthestBlock = 2048;
 /// The place of a map block, in voxel axes: it covers voxels [16 x, 16 x + 16) and so on; z counts
 /// southwards, while the game's own z counts northwards.
 struct BlockPlace {
-    std::int32_t x = 0, y = 0, z = 0;
+    std::int32_t x = 0;
+    std::int32_t y = 0;
+    std::int32_t z = 0;
     friend auto operator<=>(const BlockPlace&, const BlockPlace&) = default;
 };
 struct BlockPlaceHash {

@@ -14,7 +14,7 @@ namespace {
 
 constexpr std::size_t kBatch = 64;  // blocks that one thread reads in succession
 
-/// Slots spread evenly over all that are added: every place, then every second, fourth and so on.
+/// Places spread evenly over all that are added: every place, then every second, fourth and so on.
 class Sample {
 public:
     explicit Sample(std::size_t most) : m_max(most) {}

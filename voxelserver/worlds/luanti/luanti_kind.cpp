@@ -1,10 +1,9 @@
 #include "voxelserver/worlds/luanti/luanti_kind.hpp"
 
-#include <spdlog/spdlog.h>
-
 #include <filesystem>
 
 #include "common/util/config_dir.hpp"
+#include "common/util/log.hpp"
 #include "common/voxel/bytes.hpp"
 #include "common/voxel/file_identity.hpp"
 #include "voxelserver/worlds/luanti/describe.hpp"
@@ -34,8 +33,8 @@ std::unique_ptr<voxel::World> open_luanti(const OpenRequest& request) {
     options.threads = request.options.threads;
     auto world = luanti::open_luanti_world(options, load_nodes());
     const auto& b = world->info().bounds;
-    spdlog::info("Luanti world '{}', {} x {} x {} nodes", world->info().title, b.max[0] - b.min[0],
-                 b.max[1] - b.min[1], b.max[2] - b.min[2]);
+    util::log_info("Luanti world '{}', {} x {} x {} nodes", world->info().title,
+                   b.max[0] - b.min[0], b.max[1] - b.min[1], b.max[2] - b.min[2]);
     return world;
 }
 

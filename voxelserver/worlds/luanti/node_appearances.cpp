@@ -1,6 +1,5 @@
 #include "voxelserver/worlds/luanti/node_appearances.hpp"
-
-#include <spdlog/spdlog.h>
+#include "common/util/log.hpp"
 
 namespace terravox::luanti {
 namespace {
@@ -41,12 +40,12 @@ void NodeAppearances::log_unknown(std::string_view name) {
     if (m_unknown.size() >= kMaxAppearances || !m_unknown.emplace(name).second)
         return;
     if (m_unknown.size() <= kLoggedNames)
-        spdlog::warn(
+        util::log_warn(
             "no entry of config/blocks/luanti.toml fits the node {}: it is shown as "
             "material 'unknown'",
             name);
     if (m_unknown.size() == kLoggedNames)
-        spdlog::warn("more unknown nodes are not logged one by one");
+        util::log_warn("more unknown nodes are not logged one by one");
 }
 
 std::size_t NodeAppearances::unknown_names() const {

@@ -10,8 +10,8 @@ namespace {
 
 using voxel::VoxelAttr;
 
-/// Index of a look in the list, to which it is added when it is new: names with the same look share
-/// one.
+/// Index of an appearance in the list, to which it is added when it is new: names with the same one
+/// share one.
 std::uint16_t index_of(const VoxelAttr& appearance, std::vector<VoxelAttr>& appearances) {
     const auto found = std::find(appearances.begin(), appearances.end(), appearance);
     const auto index = static_cast<std::uint16_t>(found - appearances.begin());

@@ -13,7 +13,7 @@ namespace terravox::luanti {
 /// A map block as voxels, in voxel axes. Holds something other than air. Immutable once made.
 struct NodeBlock {
     std::vector<voxel::VoxelAttr> appearances;  ///< that occur, at least one
-    std::vector<std::uint16_t> cells;           ///< indices into looks; empty: all are looks[0]
+    std::vector<std::uint16_t> cells;  ///< indices into appearances; empty: all are the first
 
     /// @param x, y, z in [0, 16); z southwards
     [[nodiscard]] const voxel::VoxelAttr& at(int x, int y, int z) const noexcept {

@@ -1,16 +1,16 @@
 #include "voxelserver/worlds/minecraft/block_appearance_cache.hpp"
 
-#include <spdlog/spdlog.h>
-
 #include <bit>
 
+#include "common/util/log.hpp"
 #include "voxelserver/worlds/minecraft/nbt.hpp"
 
 namespace terravox::minecraft {
 namespace {
 
-// There are a few thousand looks; a file of invented blocks must not fill the memory.
-constexpr std::size_t kMaxAppearances = std::size_t{1} << 17, kMaxReported = 100'000;
+// There are a few thousand appearances; a file of invented blocks must not fill the memory.
+constexpr std::size_t kMaxAppearances = std::size_t{1} << 17;
+constexpr std::size_t kMaxReported = 100'000;
 constexpr std::uint64_t kUnset = ~std::uint64_t{0};
 
 voxel::VoxelAttr attr_of(const BlockAppearance& appearance) noexcept {
@@ -68,7 +68,7 @@ void BlockAppearanceCache::of(std::span<const std::string_view> entries,
             else {
                 out[i].reserved = 1;
                 ++missing;
-            }  // a marker; no look has this value
+            }  // a marker; no appearance has this value
         }
     }
     if (missing == 0)
@@ -88,7 +88,7 @@ voxel::VoxelAttr BlockAppearanceCache::appearance_of(std::string_view entry) {
     palette_name(entry, block);
     const BlockAppearance appearance = m_table.of(block.name, block.properties);
     if (!appearance.known)
-        tell(utf8_of(block.name));
+        log_unknown(utf8_of(block.name));
     return attr_of(appearance);
 }
 
@@ -96,27 +96,28 @@ voxel::VoxelAttr BlockAppearanceCache::of_number(std::uint16_t number) {
     const std::uint64_t kept = m_numbers[number].load(std::memory_order_relaxed);
     if (kept != kUnset)
         return std::bit_cast<voxel::VoxelAttr>(kept);
-    const int id = number >> 4, data = number & 15;
+    const int id = number >> 4;
+    const int data = number & 15;
     const BlockAppearance appearance = m_table.of_number(id, data);
     if (!appearance.known)
-        tell(std::to_string(id) + ":" + std::to_string(data));
+        log_unknown(std::to_string(id) + ":" + std::to_string(data));
     const voxel::VoxelAttr out = attr_of(appearance);
     m_numbers[number].store(std::bit_cast<std::uint64_t>(out), std::memory_order_relaxed);
     return out;
 }
 
-void BlockAppearanceCache::tell(const std::string& name) {
-    const std::lock_guard lock(m_told_mutex);
+void BlockAppearanceCache::log_unknown(const std::string& name) {
+    const std::lock_guard lock(m_unknown_mutex);
     if (m_reported.size() >= kMaxReported || !m_reported.insert(name).second)
         return;
     if (m_reported.size() <= static_cast<std::size_t>(kReportedBlocks))
-        spdlog::warn("no table knows the block {}: it is shown as material 'unknown'", name);
+        util::log_warn("no table knows the block {}: it is shown as material 'unknown'", name);
     if (m_reported.size() == static_cast<std::size_t>(kReportedBlocks))
-        spdlog::warn("further unknown blocks are not reported one by one");
+        util::log_warn("further unknown blocks are not reported one by one");
 }
 
 std::size_t BlockAppearanceCache::unknown_kinds() const {
-    const std::lock_guard lock(m_told_mutex);
+    const std::lock_guard lock(m_unknown_mutex);
     return m_reported.size();
 }
 

@@ -26,8 +26,8 @@ struct PaletteName {
 };
 void palette_name(std::string_view entry, PaletteName& out);
 
-/// The look of each block; the table is searched once for each distinct entry. Thread-safe. Blocks
-/// that match no entry of the table are logged, once each, up to kReportedBlocks.
+/// The appearance of each block; the table is searched once for each distinct entry. Thread-safe.
+/// Blocks that match no entry of the table are logged, once each, up to kReportedBlocks.
 class BlockAppearanceCache {
 public:
     static constexpr int kReportedBlocks = 20;
@@ -52,7 +52,7 @@ private:
         }
     };
     [[nodiscard]] voxel::VoxelAttr appearance_of(std::string_view entry);
-    void tell(const std::string& name);
+    void log_unknown(const std::string& name);
 
     const BlockTable m_table;
     std::shared_mutex m_mutex;  ///< guards m_appearances, by the bytes of a palette entry
@@ -60,7 +60,7 @@ private:
     static constexpr std::size_t kNumbers = 65536;
     /// A VoxelAttr each; kUnset until it is first queried.
     std::unique_ptr<std::atomic<std::uint64_t>[]> m_numbers;
-    mutable std::mutex m_told_mutex;
+    mutable std::mutex m_unknown_mutex;
     std::unordered_set<std::string> m_reported;
 };
 

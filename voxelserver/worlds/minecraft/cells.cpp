@@ -130,7 +130,8 @@ void numeric_cells(std::span<const std::uint8_t> blocks, std::span<const std::ui
     out.numeric = true;
     out.uniform = false;
     for (std::size_t i = 0; i < kCells; i += 2) {
-        const unsigned both = data.empty() ? 0u : data[i / 2], high = add.empty() ? 0u : add[i / 2];
+        const unsigned both = data.empty() ? 0u : data[i / 2];
+        const unsigned high = add.empty() ? 0u : add[i / 2];
         out.cells[i] =
             static_cast<std::uint16_t>((high & 15) << 12 | unsigned{blocks[i]} << 4 | (both & 15));
         out.cells[i + 1] = static_cast<std::uint16_t>((high >> 4) << 12 |

@@ -21,17 +21,22 @@ bool is_integer(NbtType type) noexcept {
 // the last field.
 struct RawSection {
     std::optional<std::int64_t> y;
-    std::span<const std::uint8_t> blocks, add, data;
-    std::uint32_t palette_begin = 0, palette_size = 0;
+    std::span<const std::uint8_t> blocks;
+    std::span<const std::uint8_t> add;
+    std::span<const std::uint8_t> data;
+    std::uint32_t palette_begin = 0;
+    std::uint32_t palette_size = 0;
     bool has_palette = false;
     NbtLongs indices;
 };
 
 struct RawChunk {
-    std::optional<std::int64_t> x, z;
+    std::optional<std::int64_t> x;
+    std::optional<std::int64_t> z;
     std::vector<RawSection> sections;
     std::span<const std::uint8_t> blocks, data;  // in columns, before Anvil
-    bool has_columns = false, has_sections = false;
+    bool has_columns = false;
+    bool has_sections = false;
 };
 
 void read_palette(NbtReader& in, ChunkBlocks& out, RawSection& section) {
@@ -141,8 +146,8 @@ void unpack_section(const RawSection& raw, ChunkBlocks& out) {
         return;  // holds light only
     const bool any_height =
         out.data_version.value_or(0) >= kFirstOfAnyHeight || (raw.has_palette && !out.data_version);
-    const std::int64_t lowest = any_height ? kLowestSection : 0,
-                       highest = any_height ? kHighestSection : 15;
+    const std::int64_t lowest = any_height ? kLowestSection : 0;
+    const std::int64_t highest = any_height ? kHighestSection : 15;
     if (!raw.y || *raw.y < lowest || *raw.y > highest) {
         if (is_bare(raw, out))
             return;

@@ -14,7 +14,8 @@ namespace terravox::minecraft {
 
 inline constexpr std::int32_t kSectionVoxels = 16 * 16 * 16;
 /// Sections that may hold blocks: the heights that a data pack may configure, y = -2032 to 2031.
-inline constexpr std::int32_t kLowestSection = -127, kHighestSection = 126;
+inline constexpr std::int32_t kLowestSection = -127;
+inline constexpr std::int32_t kHighestSection = 126;
 
 /// 16 x 16 x 16 blocks. The cell at (x, y, z) is the one of index x + 16 z + 256 y.
 struct ChunkSection {

@@ -10,7 +10,8 @@ namespace terravox::minecraft {
 
 /// Place of a chunk: 16 x 16 columns of voxels.
 struct ChunkPlace {
-    std::int32_t x = 0, z = 0;
+    std::int32_t x = 0;
+    std::int32_t z = 0;
     friend auto operator<=>(const ChunkPlace&, const ChunkPlace&) = default;
 };
 struct ChunkPlaceHash {

@@ -28,7 +28,8 @@ void ChunkBlocks::clear() noexcept {
 
 // Mostly sorted already. Of two at one height the later counts, as in the game.
 void ChunkBlocks::sort_sections() {
-    const auto begin = m_sections.begin(), end = begin + static_cast<std::ptrdiff_t>(m_count);
+    const auto begin = m_sections.begin();
+    const auto end = begin + static_cast<std::ptrdiff_t>(m_count);
     const auto lower = [](const ChunkSection& a, const ChunkSection& b) { return a.y < b.y; };
     if (!std::is_sorted(begin, end, lower))
         std::stable_sort(begin, end, lower);

@@ -71,7 +71,8 @@ private:
     FileSource& m_source;
     std::vector<ChunkFile> m_files;
     std::vector<ChunkRef> m_chunks;
-    std::vector<std::string> m_damage, m_notes;
+    std::vector<std::string> m_damage;
+    std::vector<std::string> m_notes;
 };
 
 }  // namespace terravox::minecraft

@@ -27,7 +27,8 @@ public:
     [[nodiscard]] std::int32_t hi() const noexcept { return m_hi.load(); }
 
 private:
-    std::atomic<std::int32_t> m_lo{INT32_MAX}, m_hi{INT32_MIN};
+    std::atomic<std::int32_t> m_lo{INT32_MAX};
+    std::atomic<std::int32_t> m_hi{INT32_MIN};
 };
 
 struct Tools {
@@ -53,7 +54,8 @@ bool may_hold(Tools& tools, BlockAppearanceCache& book, const ChunkBlocks& block
 
 // The layers of a section that hold anything.
 struct Layers {
-    int lowest = 16, highest = -1;
+    int lowest = 16;
+    int highest = -1;
 };
 
 Layers layers_of(const VoxelSection& section) noexcept {

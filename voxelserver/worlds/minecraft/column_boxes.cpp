@@ -62,8 +62,11 @@ public:
 
 private:
     BoxBuilder& m_builder;
-    int m_x, m_z, m_begin = 0;
-    bool m_opaque, m_open = false;
+    int m_x;
+    int m_z;
+    int m_begin = 0;
+    bool m_opaque;
+    bool m_open = false;
 };
 
 // For uniform sections: all bits or none.
@@ -76,7 +79,8 @@ void add_column(BoxBuilder& builder, const Stack& stack, int x, int z, std::size
     Runs opaque(builder, x, z, true), clear(builder, x, z, false);
     int y = -16;
     for (const VoxelSection* section : stack) {
-        unsigned solid = 0, seen_through = 0;
+        unsigned solid = 0;
+        unsigned seen_through = 0;
         if (section != nullptr && section->bits) {
             solid = section->bits->opaque[column];
             seen_through = section->bits->clear[column];
@@ -100,7 +104,8 @@ std::shared_ptr<const voxel::Box> box_of(const ChunkPatch& patch, const voxel::B
     bool any = false;
     for (std::size_t i = 0; i < patch.size(); ++i) {
         stacks[i] = stack_of(patch[i].get(), first_section);
-        const std::size_t x = i % 6, z = i / 6;
+        const std::size_t x = i % 6;
+        const std::size_t z = i / 6;
         if (x > 0 && x < 5 && z > 0 && z < 5)
             any = any || std::any_of(stacks[i].begin() + 1, stacks[i].end() - 1,
                                      [](const auto* s) { return s != nullptr; });
@@ -116,8 +121,10 @@ std::shared_ptr<const voxel::Box> box_of(const ChunkPatch& patch, const voxel::B
             const bool inside = cx >= 0 && cx < 4 && cz >= 0 && cz < 4;
             // Of the chunks around, the row that touches the box; only opaque voxels can hide what
             // is inside.
-            const int x0 = cx == -1 ? 15 : 0, x1 = cx == 4 ? 1 : 16, z0 = cz == -1 ? 15 : 0,
-                      z1 = cz == 4 ? 1 : 16;
+            const int x0 = cx == -1 ? 15 : 0;
+            const int x1 = cx == 4 ? 1 : 16;
+            const int z0 = cz == -1 ? 15 : 0;
+            const int z1 = cz == 4 ? 1 : 16;
             for (int z = z0; z < z1; ++z)
                 for (int x = x0; x < x1; ++x)
                     add_column(builder, stack, cx * 16 + x, cz * 16 + z,

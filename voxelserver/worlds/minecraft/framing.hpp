@@ -9,7 +9,8 @@ namespace terravox::minecraft {
 
 /// Chunks with min <= x < max, the same for z.
 struct ChunkArea {
-    ChunkPlace min, max;
+    ChunkPlace min;
+    ChunkPlace max;
     friend bool operator==(const ChunkArea&, const ChunkArea&) = default;
 };
 

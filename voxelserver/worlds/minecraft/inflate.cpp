@@ -16,9 +16,11 @@ namespace {
 // length, XXH32, data; the numbers little-endian.
 constexpr std::string_view kLz4Magic = "LZ4Block";
 constexpr std::size_t kLz4HeadBytes = 8 + 1 + 3 * 4;
-constexpr std::uint32_t kLz4Seed = 0x9747B28C, kLz4HashMask = 0x0FFFFFFF;
-constexpr unsigned kLz4Raw = 0x10, kLz4Packed = 0x20;
-constexpr std::size_t kLz4MostBlockBytes = std::size_t{1} << 25;  // lz4-java's largest
+constexpr std::uint32_t kLz4Seed = 0x9747B28C;
+constexpr std::uint32_t kLz4HashMask = 0x0FFFFFFF;
+constexpr unsigned kLz4Raw = 0x10;
+constexpr unsigned kLz4Packed = 0x20;
+constexpr std::size_t kMaxLz4Block_bytes = std::size_t{1} << 25;  // lz4-java's largest
 
 bool is_lz4(std::span<const std::uint8_t> packed) noexcept {
     return packed.size() >= kLz4Magic.size() &&
@@ -124,13 +126,13 @@ std::span<const std::uint8_t> Inflater::unpack_lz4(std::span<const std::uint8_t>
         if (packed.size() < kLz4HeadBytes || !is_lz4(packed))
             throw InflateError("broken lz4 data: a block without its head");
         const unsigned method = packed[8] & 0xF0;
-        const std::uint32_t packed_size = little_endian(&packed[9]),
-                            raw_size = little_endian(&packed[13]),
-                            hash = little_endian(&packed[17]);
+        const std::uint32_t packed_size = little_endian(&packed[9]);
+        const std::uint32_t raw_size = little_endian(&packed[13]);
+        const std::uint32_t hash = little_endian(&packed[17]);
         packed = packed.subspan(kLz4HeadBytes);
         if (packed_size == 0 && raw_size == 0)
             return {m_buffer.get(), size};  // the end mark
-        if (packed_size > packed.size() || raw_size > kLz4MostBlockBytes || raw_size == 0 ||
+        if (packed_size > packed.size() || raw_size > kMaxLz4Block_bytes || raw_size == 0 ||
             (method != kLz4Raw && method != kLz4Packed) ||
             (method == kLz4Raw && packed_size != raw_size))
             throw InflateError("broken lz4 data: an impossible block");

@@ -28,7 +28,7 @@ enum class Compression : std::uint8_t { kGzip = 1, kZlib = 2, kNone = 3, kLz4 = 
 /// one for each thread.
 class Inflater {
 public:
-    /// Maximum size that a chunk may unpack to. The largest seen in the wild are some MiB; the
+    /// Maximum size that a chunk may unpack to. The largest known ones are some MiB; the
     /// format has no limit.
     static constexpr std::size_t kLimitBytes = std::size_t{64} << 20;
 

@@ -16,7 +16,8 @@
 namespace terravox::minecraft {
 namespace {
 
-constexpr std::size_t kCacheBytes = std::size_t{256} << 20, kBatch = 32;
+constexpr std::size_t kCacheBytes = std::size_t{256} << 20;
+constexpr std::size_t kBatch = 32;
 
 bool is_air(std::string_view name) noexcept {
     return name == "minecraft:air" || name == "minecraft:cave_air" ||
@@ -96,11 +97,13 @@ private:
     }
 
     void add_blocks(const ChunkRef& chunk, const ChunkBlocks& blocks) {
-        std::int64_t lo = 0, hi = 0;
+        std::int64_t lo = 0;
+        std::int64_t hi = 0;
         for (const ChunkSection& section : blocks.sections()) {
             count_cells(blocks, section);
             // The layers that are not empty.
-            int lowest = 16, highest = -1;
+            int lowest = 16;
+            int highest = -1;
             for (int y = 0; y < 16; ++y)
                 if (layer_holds(section, y)) {
                     lowest = std::min(lowest, y);
@@ -117,8 +120,8 @@ private:
             return;
         }
         const std::array<std::int64_t, 3> min{std::int64_t{chunk.place.x} * 16, lo,
-                                              std::int64_t{chunk.place.z} * 16},
-            max{min[0] + 16, hi, min[2] + 16};
+                                              std::int64_t{chunk.place.z} * 16};
+        const std::array<std::int64_t, 3> max{min[0] + 16, hi, min[2] + 16};
         const bool first = m_facts.min[0] >= m_facts.max[0];
         for (std::size_t a = 0; a < 3; ++a) {
             m_facts.min[a] = first ? min[a] : std::min(m_facts.min[a], min[a]);
@@ -164,7 +167,8 @@ private:
     ChunkReader m_reader;
     bool m_with_blocks;
     DimensionFacts m_facts;
-    std::vector<std::int64_t> m_numbers, m_counts;
+    std::vector<std::int64_t> m_numbers;
+    std::vector<std::int64_t> m_counts;
     std::vector<std::uint8_t> m_air;
     std::unordered_map<std::string, std::int64_t> m_names;
     PaletteName m_name;

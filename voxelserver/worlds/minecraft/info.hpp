@@ -27,7 +27,10 @@ struct DimensionFacts {
     std::map<std::string, std::int64_t> files;  ///< by kind: "mca", "mcr", "alpha"
     /// Chunks that are listed in the files' tables; each is finished, unfinished (a proto-chunk) or
     /// damaged.
-    std::int64_t chunks = 0, finished = 0, unfinished = 0, damaged = 0;
+    std::int64_t chunks = 0;
+    std::int64_t finished = 0;
+    std::int64_t unfinished = 0;
+    std::int64_t damaged = 0;
     std::int64_t empty = 0;  ///< of the finished and unfinished: those of nothing but air
     std::map<std::string, std::int64_t> states;  ///< by Status; "" = none, as before 1.13
     /// By game version, or generation of the format where the chunk names none.
@@ -35,7 +38,8 @@ struct DimensionFacts {
     std::map<std::string, std::int64_t> compressions;  ///< "gzip", "zlib", "none", "lz4"
     /// Bounds of the blocks that are not air, half-open, in Minecraft's coordinates, x and z to
     /// whole chunks; min = max: none.
-    std::array<std::int64_t, 3> min{}, max{};
+    std::array<std::int64_t, 3> min{};
+    std::array<std::int64_t, 3> max{};
     /// Count of each block except air, where requested: "minecraft:stone", or "1:0" (id:data) in
     /// chunks of numeric ids.
     std::map<std::string, std::int64_t> blocks;
@@ -45,7 +49,8 @@ struct DimensionFacts {
 
 struct WorldFacts {
     /// `format`: "Anvil", "McRegion", "Alpha", "one chunk", or several with "+" between.
-    std::string path, format;
+    std::string path;
+    std::string format;
     std::string root;  ///< folder inside the path that holds the world; empty: the path itself
     /// nullopt: no level.dat, or one that cannot be read (then a line in `damage`).
     std::optional<LevelDat> level;

@@ -37,7 +37,8 @@ std::string block_line(const std::string& name, std::int64_t count, const BlockT
         return out;
     BlockAppearance appearance;
     if (is_number(name)) {
-        const int id = std::stoi(name), data = std::stoi(name.substr(name.find(':') + 1));
+        const int id = std::stoi(name);
+        const int data = std::stoi(name.substr(name.find(':') + 1));
         appearance = blocks->of_number(id, data);
         if (appearance.known)
             out += " " + blocks->name_of_number(id, data);
@@ -64,7 +65,8 @@ std::string text_of(const DimensionFacts& d, const BlockTable* blocks) {
     line("written by", counted(d.versions));
     line("packed by", counted(d.compressions));
     if (d.min[0] < d.max[0]) {
-        std::string extent, sizes;
+        std::string extent;
+        std::string sizes;
         for (std::size_t a = 0; a < 3; ++a) {
             extent += (a == 0 ? "" : ", ") + std::string(1, "xyz"[a]) + " " +
                       std::to_string(d.min[a]) + " to " + std::to_string(d.max[a] - 1);

@@ -1,8 +1,7 @@
 #include "voxelserver/worlds/minecraft/minecraft_kind.hpp"
 
-#include <spdlog/spdlog.h>
-
 #include "common/util/config_dir.hpp"
+#include "common/util/log.hpp"
 #include "voxelserver/worlds/minecraft/blocks/block_table.hpp"
 #include "voxelserver/worlds/minecraft/file_state.hpp"
 #include "voxelserver/worlds/minecraft/info.hpp"
@@ -28,8 +27,8 @@ std::unique_ptr<voxel::World> open_minecraft(const OpenRequest& request) {
     const auto blocks = minecraft::BlockTable::load(util::config_dir() / "blocks");
     auto world = minecraft::open_minecraft_world(options, blocks);
     const auto& b = world->info().bounds;
-    spdlog::info("Minecraft world '{}', {} x {} x {} blocks", world->info().title,
-                 b.max[0] - b.min[0], b.max[1] - b.min[1], b.max[2] - b.min[2]);
+    util::log_info("Minecraft world '{}', {} x {} x {} blocks", world->info().title,
+                   b.max[0] - b.min[0], b.max[1] - b.min[1], b.max[2] - b.min[2]);
     return world;
 }
 

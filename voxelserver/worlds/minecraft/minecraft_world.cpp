@@ -163,7 +163,7 @@ private:
                                     VoxelChunk made = tools.maker.make(blocks);
                                     if (made.sections.empty())
                                         return nullptr;
-                                    tell_if_outside(ref, made);
+                                    report_if_outside(ref, made);
                                     return std::make_shared<const VoxelChunk>(std::move(made));
                                 } catch (const util::Error& e) {
                                     m_damage.add(m_store.name_of(ref) + ": " + e.what());
@@ -173,13 +173,13 @@ private:
     }
 
     // The heights of a large world are estimated from a part of its chunks.
-    void tell_if_outside(const ChunkRef& ref, const VoxelChunk& chunk) {
+    void report_if_outside(const ChunkRef& ref, const VoxelChunk& chunk) {
         const voxel::BoxRange range = voxel::boxes_over(m_info.bounds, 0);
-        const std::int64_t lo = std::int64_t{chunk.first_y} * 16,
-                           hi = lo + static_cast<std::int64_t>(chunk.sections.size()) * 16;
-        const std::int64_t lift = m_car.offset[1],
-                           low = std::int64_t{range.min.by} * voxel::kBoxSizeY,
-                           high = std::int64_t{range.max.by} * voxel::kBoxSizeY;
+        const std::int64_t lo = std::int64_t{chunk.first_y} * 16;
+        const std::int64_t hi = lo + static_cast<std::int64_t>(chunk.sections.size()) * 16;
+        const std::int64_t lift = m_car.offset[1];
+        const std::int64_t low = std::int64_t{range.min.by} * voxel::kBoxSizeY;
+        const std::int64_t high = std::int64_t{range.max.by} * voxel::kBoxSizeY;
         if (lo + lift < low || hi + lift > high)
             m_damage.add(m_store.name_of(ref) + ": blocks at y = " + std::to_string(lo) + " to " +
                          std::to_string(hi) + " reach outside the world's heights, " +

@@ -18,7 +18,8 @@ std::optional<std::int32_t> canonical(std::string_view text, int base) noexcept 
 }
 
 struct Place {
-    std::int32_t x, z;
+    std::int32_t x;
+    std::int32_t z;
 };
 
 // "<letter>.X.Z.<ending>"
@@ -33,8 +34,8 @@ std::optional<Place> place_of(std::string_view name, char letter, std::string_vi
     const std::size_t dot = numbers.find('.');
     if (dot == std::string_view::npos || dot == 0 || dot + 1 == numbers.size())
         return std::nullopt;
-    const auto x = canonical(numbers.substr(0, dot), base),
-               z = canonical(numbers.substr(dot + 1), base);
+    const auto x = canonical(numbers.substr(0, dot), base);
+    const auto z = canonical(numbers.substr(dot + 1), base);
     if (!x || !z)
         return std::nullopt;
     return Place{*x, *z};
@@ -53,7 +54,8 @@ bool is_dim_folder(std::string_view name) noexcept {
 std::string_view root_of(std::string_view dimension) noexcept {
     if (is_dim_folder(name_of(dimension)))
         return folder_of(dimension);
-    const std::string_view pack = folder_of(dimension), all = folder_of(pack);
+    const std::string_view pack = folder_of(dimension);
+    const std::string_view all = folder_of(pack);
     if (!pack.empty() && name_of(all) == "dimensions")
         return folder_of(all);
     return dimension;
@@ -87,7 +89,8 @@ std::string joined(std::string_view folder, std::string_view name) {
 }
 
 std::optional<PlacedFile> placed_file(std::string_view path) noexcept {
-    const std::string_view name = name_of(path), folder = folder_of(path);
+    const std::string_view name = name_of(path);
+    const std::string_view folder = folder_of(path);
     PlacedFile out;
     if (const auto chunk = place_of(name, 'c', "dat", 36)) {
         out.kind = FileKind::kAlpha;

@@ -10,7 +10,8 @@ namespace fs = std::filesystem;
 // Checks the names in a folder and in those below it; gives up early on a large folder of something
 // else.
 bool holds_minecraft(const fs::path& folder) {
-    constexpr int kDeepest = 3, kMaxNames = 20'000;
+    constexpr int kDeepest = 3;
+    constexpr int kMaxNames = 20'000;
     int names = 0;
     std::error_code failed;
     fs::recursive_directory_iterator at(folder, fs::directory_options::skip_permission_denied,

@@ -32,8 +32,9 @@ RegionTable read_region_table(std::span<const std::uint8_t> head) {
 
 PackedChunk read_packed(const ByteFile& region, std::uint32_t location,
                         std::vector<std::uint8_t>& buffer) {
-    const std::uint64_t first = location >> 8, sectors = location & 0xFF,
-                        begin = first * kSectorBytes;
+    const std::uint64_t first = location >> 8;
+    const std::uint64_t sectors = location & 0xFF;
+    const std::uint64_t begin = first * kSectorBytes;
     if (first < 2 || sectors == 0)
         throw util::Error("it lies at sector " + std::to_string(first) + ", " +
                           std::to_string(sectors) + " long; allowed: from 2 on, 1 at least");

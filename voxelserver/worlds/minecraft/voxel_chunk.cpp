@@ -52,7 +52,7 @@ std::size_t VoxelChunk::memory_bytes() const noexcept {
     return bytes;
 }
 
-// Blocks of the same look share an entry: most sections need few.
+// Blocks of the same appearance share an entry: most sections need few.
 std::uint16_t VoxelMaker::appearance_index(const VoxelAttr& appearance, VoxelSection& out) const {
     const auto found = std::find(out.appearances.begin(), out.appearances.end(), appearance);
     if (found != out.appearances.end())

@@ -16,12 +16,13 @@ struct VoxelSection {
     /// For each column of 16 voxels (index x + 16 z), one bit a voxel, lowest first: solid and
     /// opaque; solid and see-through.
     struct Bits {
-        std::array<std::uint16_t, 256> opaque, clear;
+        std::array<std::uint16_t, 256> opaque;
+        std::array<std::uint16_t, 256> clear;
     };
     std::vector<voxel::VoxelAttr> appearances;  ///< that occur; empty: the section is air
-    /// Indices into looks, as cells; unless there is only one look.
+    /// Indices into appearances, as cells; null where there is only one.
     std::unique_ptr<std::uint8_t[]> narrow;
-    std::unique_ptr<std::uint16_t[]> wide;  ///< the same, for more than 256 looks
+    std::unique_ptr<std::uint16_t[]> wide;  ///< the same, for more than 256 appearances
     std::unique_ptr<Bits> bits;             ///< unless all voxels are alike
 
     [[nodiscard]] bool air() const noexcept { return appearances.empty(); }

@@ -11,7 +11,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::string_view kLevelFile = "level.dat", kSideCarFile = "terravox.json";
+constexpr std::string_view kLevelFile = "level.dat";
+constexpr std::string_view kSideCarFile = "terravox.json";
 constexpr std::size_t kMaxSmallFileBytes = std::size_t{16} << 20;  // level.dat and the side-car
 
 int depth_of(std::string_view folder) noexcept {
@@ -94,7 +95,8 @@ void WorldFolder::add_single_file() {
 // The folder of level.dat; without any, that of the shallowest chunks. Folders like `entities` hold
 // files named as regions, too, but deeper.
 void WorldFolder::find_root() {
-    std::set<std::string> with_level, with_chunks;
+    std::set<std::string> with_level;
+    std::set<std::string> with_chunks;
     for (const FileSource::Entry& entry : m_source->entries()) {
         if (name_of(entry.path) == kLevelFile)
             with_level.emplace(folder_of(entry.path));

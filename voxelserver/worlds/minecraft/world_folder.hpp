@@ -26,7 +26,8 @@ struct ChunkFile {
 
 /// One dimension of a world: where its chunks are.
 struct DimensionFolder {
-    std::string name, folder;
+    std::string name;
+    std::string folder;
     std::vector<ChunkFile> files;    ///< by x, then z
     std::vector<std::string> notes;  ///< files that were skipped, and why
 };

@@ -19,7 +19,8 @@ namespace {
 
 // Unpacked files larger than this go to disk, and only they are checked for bombs: a region's
 // chunks are packed already, so that it hardly packs further. A high ratio is never a region.
-constexpr std::uint64_t kLargeBytes = std::uint64_t{64} << 20, kMaxRatio = 200;
+constexpr std::uint64_t kLargeBytes = std::uint64_t{64} << 20;
+constexpr std::uint64_t kMaxRatio = 200;
 constexpr std::size_t kStepBytes = std::size_t{1} << 20;
 constexpr std::size_t kTemporaryFileWeight = std::size_t{16} << 20;
 

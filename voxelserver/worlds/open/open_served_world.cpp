@@ -96,7 +96,7 @@ public:
         const auto fetch = [&] {
             return from_world([&] { return m_world->column(level, bx, bz); });
         };
-        if (!is_far())
+        if (!is_remote())
             return fetch();
         constexpr std::size_t kEntry_bytes = 128;  // including the cache's overhead
         return *m_columns.get(
@@ -115,10 +115,10 @@ public:
     void stop() noexcept override { m_world->stop(); }
 
     [[nodiscard]] std::string summary() const override { return std::string(m_kind.noun); }
-    [[nodiscard]] std::string trouble() const override { return m_changed ? changed() : ""; }
+    [[nodiscard]] std::string failure() const override { return m_changed ? changed() : ""; }
     [[nodiscard]] bool makes_all_levels() const noexcept override { return true; }
     [[nodiscard]] bool has_lasting_fingerprint() const noexcept override { return m_is_lasting; }
-    [[nodiscard]] bool is_far() const noexcept override {
+    [[nodiscard]] bool is_remote() const noexcept override {
         return m_kind.farm_access == FarmAccess::kByAddress;
     }
 
@@ -138,7 +138,7 @@ private:
             m_changed = true;
             throw voxel::ChangedError(changed());
         } catch (const util::Error& e) {
-            if (is_far())
+            if (is_remote())
                 throw voxel::UnreachableError(e.what());
             check_files();  // a file may be unreadable because it was replaced
             throw;

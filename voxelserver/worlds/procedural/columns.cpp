@@ -34,8 +34,9 @@ void Columns::add_run(int x, int z, std::int32_t y0, std::int32_t y1, bool trunk
 voxel::Rgb8 Columns::rock_colour(const Column& column, int x, std::int32_t y,
                                  int z) const noexcept {
     const double voxel = static_cast<double>(std::int64_t{1} << m_level);
-    const double px = (m_x0 + x + 0.5) * voxel, py = (y + 0.5) * voxel,
-                 pz = (m_z0 + z + 0.5) * voxel;
+    const double px = (m_x0 + x + 0.5) * voxel;
+    const double py = (y + 0.5) * voxel;
+    const double pz = (m_z0 + z + 0.5) * voxel;
     const double bend =
         3.5 * simplex(m_rock_seed, px * (1.0 / 45), py * (1.0 / 30), pz * (1.0 / 45));
     return Surface::rock_colour(static_cast<double>(column.temperature),
@@ -108,7 +109,8 @@ public:
     }
 
 private:
-    std::int32_t m_x0, m_z0;
+    std::int32_t m_x0;
+    std::int32_t m_z0;
     RegionLattice m_regions;
     std::vector<double> m_heights;
 };
@@ -120,7 +122,8 @@ public:
     CoarseRegions(const Terrain& terrain, int level, std::int32_t x0, std::int32_t z0)
         : m_terrain(terrain) {
         // Fine columns about the box that are queried; a level.
-        constexpr int kRoom = 12, kMaxLattice = 4;
+        constexpr int kRoom = 12;
+        constexpr int kMaxLattice = 4;
         if (level > kMaxLattice)
             return;
         const std::int32_t margin = (1 << level) + kRoom;
@@ -186,7 +189,8 @@ void ColumnMaker::set_ground(Column& column, const Place& place, const Skin& ski
 }
 
 Columns ColumnMaker::make_fine(std::int32_t bx, std::int32_t bz) const {
-    const std::int32_t x0 = bx * voxel::kBoxSizeX, z0 = bz * voxel::kBoxSizeZ;
+    const std::int32_t x0 = bx * voxel::kBoxSizeX;
+    const std::int32_t z0 = bz * voxel::kBoxSizeZ;
     const FineHeights heights(m_terrain, x0, z0);
     Columns out = empty(0, bx, bz);
     const auto look = [&](std::int32_t x, std::int32_t z) {
@@ -223,7 +227,8 @@ Columns ColumnMaker::make_fine(std::int32_t bx, std::int32_t bz) const {
 }
 
 void ColumnMaker::plant(Columns& out, const Tree& tree, std::int32_t x0, std::int32_t z0) const {
-    const int level = out.m_level, reach = tree_reach(tree);
+    const int level = out.m_level;
+    const int reach = tree_reach(tree);
     const auto first = [&](std::int32_t v) {
         return (v - reach + (1 << level) - 1) >> level;
     };  // coarse columns whose key columns it reaches
@@ -244,15 +249,16 @@ void ColumnMaker::plant(Columns& out, const Tree& tree, std::int32_t x0, std::in
 Place ColumnMaker::place_at(const CoarseRegions& regions, const Region& region, std::int32_t x,
                             std::int32_t z, double height) const noexcept {
     constexpr int kRun = Surface::kSlopeRun;
-    const auto beside = [&](std::int32_t bx, std::int32_t bz) {
+    const auto height_of = [&](std::int32_t bx, std::int32_t bz) {
         return m_terrain.heights(regions.at(bx, bz), bx + 0.5, bz + 0.5, 1).full;
     };
-    return m_surface.place(region, x, z, height, beside(x + kRun, z), beside(x, z + kRun));
+    return m_surface.place(region, x, z, height, height_of(x + kRun, z), height_of(x, z + kRun));
 }
 
 Columns ColumnMaker::make_coarse(int level, std::int32_t bx, std::int32_t bz) const {
-    const std::int32_t x0 = bx * voxel::kBoxSizeX, z0 = bz * voxel::kBoxSizeZ,
-                       half = std::int32_t{1} << (level - 1);
+    const std::int32_t x0 = bx * voxel::kBoxSizeX;
+    const std::int32_t z0 = bz * voxel::kBoxSizeZ;
+    const std::int32_t half = std::int32_t{1} << (level - 1);
     const double voxel = static_cast<double>(std::int64_t{1} << level);
     const CoarseRegions regions(m_terrain, level, x0, z0);
     Columns out = empty(level, bx, bz);
@@ -260,8 +266,8 @@ Columns ColumnMaker::make_coarse(int level, std::int32_t bx, std::int32_t bz) co
         for (int x = -1; x <= voxel::kBoxSizeX; ++x) {
             // The margin of the outermost boxes lies outside the range of coordinates at the
             // coarsest levels, but fits 32 bits: 2^25 is far from 2^31.
-            const std::int32_t fine_x = ((x0 + x) << level) + half,
-                               fine_z = ((z0 + z) << level) + half;
+            const std::int32_t fine_x = ((x0 + x) << level) + half;
+            const std::int32_t fine_z = ((z0 + z) << level) + half;
             const Region region = regions.at(fine_x, fine_z);
             const Terrain::Heights heights =
                 m_terrain.heights(region, fine_x + 0.5, fine_z + 0.5, voxel);

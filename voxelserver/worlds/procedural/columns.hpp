@@ -15,11 +15,13 @@ namespace terravox::procedural {
 struct Column {
     std::int32_t top = 0;    ///< one past the highest voxel of ground
     std::int32_t water = 0;  ///< one past the highest of water; top where it is dry
-    voxel::Material material = voxel::Material::kRock, under = voxel::Material::kRock;
+    voxel::Material material = voxel::Material::kRock;
+    voxel::Material under = voxel::Material::kRock;
     std::uint8_t under_depth = 0;
     bool ice = false, snow = false;  ///< on the water; snow lies on ice
     bool wooded = false;             ///< the ground's topmost voxel is a crown, of `colour`
-    voxel::Rgb8 colour, under_colour;
+    voxel::Rgb8 colour;
+    voxel::Rgb8 under_colour;
     float temperature = 0, moisture = 0;  ///< for the colour of rock
     std::int32_t first_run = -1;          ///< of what stands on it
 };
@@ -28,7 +30,8 @@ struct Column {
 /// function of terrain and key.
 class Columns {
 public:
-    static constexpr int kMargin = 1, kSide = voxel::kBoxSizeX + 2 * kMargin;
+    static constexpr int kMargin = 1;
+    static constexpr int kSide = voxel::kBoxSizeX + 2 * kMargin;
 
     /// @param x, z in [-1, 65)
     [[nodiscard]] const Column& at(int x, int z) const noexcept { return m_columns[index(x, z)]; }
@@ -42,7 +45,9 @@ public:
 
     /// A stretch of a plant in a column, half-open.
     struct Run {
-        std::int32_t y0 = 0, y1 = 0, next = -1;
+        std::int32_t y0 = 0;
+        std::int32_t y1 = 0;
+        std::int32_t next = -1;
         bool trunk = false;
         voxel::VoxelAttr attr;
     };

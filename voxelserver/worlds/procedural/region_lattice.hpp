@@ -32,13 +32,17 @@ public:
 
     /// The values at a column.
     [[nodiscard]] Region at(std::int32_t x, std::int32_t z) const noexcept {
-        const std::int32_t in_x = x - m_first_x * m_step, in_z = z - m_first_z * m_step;
-        const double fx = static_cast<double>(in_x % m_step) / m_step,
-                     fz = static_cast<double>(in_z % m_step) / m_step;
+        const std::int32_t in_x = x - m_first_x * m_step;
+        const std::int32_t in_z = z - m_first_z * m_step;
+        const double fx = static_cast<double>(in_x % m_step) / m_step;
+        const double fz = static_cast<double>(in_z % m_step) / m_step;
         const Region* a =
             &m_nodes[static_cast<std::size_t>(in_z / m_step * m_nodes_across + in_x / m_step)];
         const Region *b = a + 1, *c = a + m_nodes_across, *d = c + 1;
-        const double wa = (1 - fx) * (1 - fz), wb = fx * (1 - fz), wc = (1 - fx) * fz, wd = fx * fz;
+        const double wa = (1 - fx) * (1 - fz);
+        const double wb = fx * (1 - fz);
+        const double wc = (1 - fx) * fz;
+        const double wd = fx * fz;
         Region out;
         for (const auto field :
              {&Region::land, &Region::inland, &Region::mountains, &Region::hills, &Region::river,
@@ -48,7 +52,10 @@ public:
     }
 
 private:
-    std::int32_t m_step, m_first_x, m_first_z, m_nodes_across;
+    std::int32_t m_step;
+    std::int32_t m_first_x;
+    std::int32_t m_first_z;
+    std::int32_t m_nodes_across;
     std::vector<Region> m_nodes;
 };
 

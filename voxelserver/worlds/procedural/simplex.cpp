@@ -15,8 +15,9 @@ std::uint64_t scrambled(std::uint64_t sum) noexcept {
     sum = (sum ^ sum >> 32) * 0xD6E8FEB86659FD93ULL;
     return (sum ^ sum >> 32) * 0xD6E8FEB86659FD93ULL;
 }
-constexpr std::uint64_t kAcrossX = 0x9E3779B97F4A7C15ULL, kAcrossY = 0xC2B2AE3D27D4EB4FULL,
-                        kAcrossZ = 0x165667B19E3779F9ULL;
+constexpr std::uint64_t kAcrossX = 0x9E3779B97F4A7C15ULL;
+constexpr std::uint64_t kAcrossY = 0xC2B2AE3D27D4EB4FULL;
+constexpr std::uint64_t kAcrossZ = 0x165667B19E3779F9ULL;
 std::uint64_t hash_of(std::uint64_t seed, std::int64_t i, std::int64_t j) noexcept {
     return scrambled(seed + static_cast<std::uint64_t>(i) * kAcrossX +
                      static_cast<std::uint64_t>(j) * kAcrossY);
@@ -28,11 +29,14 @@ std::uint64_t hash_of(std::uint64_t seed, std::int64_t i, std::int64_t j, std::i
 }
 
 struct Direction {
-    double x, y;
+    double x;
+    double y;
 };
 // Sixteen of unit length, none along an axis.
-constexpr double kA = 0.98078528040323044913, kB = 0.19509032201612826785,
-                 kC = 0.83146961230254523708, kD = 0.55557023301960222474;
+constexpr double kA = 0.98078528040323044913;
+constexpr double kB = 0.19509032201612826785;
+constexpr double kC = 0.83146961230254523708;
+constexpr double kD = 0.55557023301960222474;
 constexpr std::array<Direction, 16> kDirections{{{kA, kB},
                                                  {kC, kD},
                                                  {kD, kC},
@@ -92,33 +96,44 @@ double simplex(std::uint64_t seed, double x, double y) noexcept {
                      kUnskew = 0.21132486540518711775;  // (sqrt 3 - 1) / 2, (3 - sqrt 3) / 6
     constexpr double kScale = 99.0;                     // to [-1, 1]; verified by tests
     const double s = (x + y) * kSkew;
-    const std::int64_t i = floor_of(x + s), j = floor_of(y + s);
+    const std::int64_t i = floor_of(x + s);
+    const std::int64_t j = floor_of(y + s);
     const double back = static_cast<double>(i + j) * kUnskew;
-    const double x0 = x - (static_cast<double>(i) - back), y0 = y - (static_cast<double>(j) - back);
-    const std::int64_t right = x0 > y0 ? 1 : 0, up = 1 - right;
-    const double x1 = x0 - static_cast<double>(right) + kUnskew,
-                 y1 = y0 - static_cast<double>(up) + kUnskew;
-    const double x2 = x0 - 1 + 2 * kUnskew, y2 = y0 - 1 + 2 * kUnskew;
+    const double x0 = x - (static_cast<double>(i) - back);
+    const double y0 = y - (static_cast<double>(j) - back);
+    const std::int64_t right = x0 > y0 ? 1 : 0;
+    const std::int64_t up = 1 - right;
+    const double x1 = x0 - static_cast<double>(right) + kUnskew;
+    const double y1 = y0 - static_cast<double>(up) + kUnskew;
+    const double x2 = x0 - 1 + 2 * kUnskew;
+    const double y2 = y0 - 1 + 2 * kUnskew;
     return kScale *
            (corner(hash_of(seed, i, j), x0, y0) + corner(hash_of(seed, i + right, j + up), x1, y1) +
             corner(hash_of(seed, i + 1, j + 1), x2, y2));
 }
 
 double simplex(std::uint64_t seed, double x, double y, double z) noexcept {
-    constexpr double kSkew = 1.0 / 3, kUnskew = 1.0 / 6;
+    constexpr double kSkew = 1.0 / 3;
+    constexpr double kUnskew = 1.0 / 6;
     constexpr double kScale = 75.0;  // to [-1, 1]; verified by tests
     const double s = (x + y + z) * kSkew;
-    const std::int64_t i = floor_of(x + s), j = floor_of(y + s), k = floor_of(z + s);
+    const std::int64_t i = floor_of(x + s);
+    const std::int64_t j = floor_of(y + s);
+    const std::int64_t k = floor_of(z + s);
     const double back = static_cast<double>(i + j + k) * kUnskew;
-    const double x0 = x - (static_cast<double>(i) - back), y0 = y - (static_cast<double>(j) - back),
-                 z0 = z - (static_cast<double>(k) - back);
+    const double x0 = x - (static_cast<double>(i) - back);
+    const double y0 = y - (static_cast<double>(j) - back);
+    const double z0 = z - (static_cast<double>(k) - back);
     // Along the largest coordinate first, then along the second: by rank, without branches for the
     // six orders.
-    const int rank_x = (x0 >= y0) + (x0 >= z0), rank_y = (y0 > x0) + (y0 >= z0),
-              rank_z = (z0 > x0) + (z0 > y0);
+    const int rank_x = (x0 >= y0) + (x0 >= z0);
+    const int rank_y = (y0 > x0) + (y0 >= z0);
+    const int rank_z = (z0 > x0) + (z0 > y0);
     double sum = corner(hash_of(seed, i, j, k), x0, y0, z0);
     for (int step = 1; step <= 2; ++step) {
-        const int dx = rank_x >= 3 - step, dy = rank_y >= 3 - step, dz = rank_z >= 3 - step;
+        const int dx = rank_x >= 3 - step;
+        const int dy = rank_y >= 3 - step;
+        const int dz = rank_z >= 3 - step;
         const double moved = step * kUnskew;
         sum += corner(hash_of(seed, i + dx, j + dy, k + dz), x0 - dx + moved, y0 - dy + moved,
                       z0 - dz + moved);

@@ -24,7 +24,8 @@ double Surface::temperature_at(const Region& region, double height) const noexce
 
 Place Surface::place(const Region& region, std::int32_t x, std::int32_t z, double height,
                      double height_east, double height_south) const noexcept {
-    const double dx = (height_east - height) / kSlopeRun, dz = (height_south - height) / kSlopeRun;
+    const double dx = (height_east - height) / kSlopeRun;
+    const double dz = (height_south - height) / kSlopeRun;
     Place out;
     out.height = height;
     out.slope = std::sqrt(dx * dx + dz * dz);
@@ -50,10 +51,10 @@ Rgb8 Surface::rock_colour(double temperature, double moisture, double y) noexcep
 }
 
 Rgb8 Surface::grass_colour(const Place& p) noexcept {
-    const double warm = smooth_step(0.2, 0.75, p.temperature),
-                 wet = smooth_step(0.25, 0.7, p.moisture + 0.05 * p.patch);
-    const Rgb8 cold = mixed(rgb(0x8c9462), rgb(0x668a58), wet),
-               hot = mixed(rgb(0xb9a556), rgb(0x6d9a38), wet);
+    const double warm = smooth_step(0.2, 0.75, p.temperature);
+    const double wet = smooth_step(0.25, 0.7, p.moisture + 0.05 * p.patch);
+    const Rgb8 cold = mixed(rgb(0x8c9462), rgb(0x668a58), wet);
+    const Rgb8 hot = mixed(rgb(0xb9a556), rgb(0x6d9a38), wet);
     return mixed(mixed(cold, hot, warm), rgb(0x4f6b35), 0.12 + 0.12 * p.patch);
 }
 
@@ -69,10 +70,11 @@ Skin Surface::under_water(const Place& p, double depth) const noexcept {
 
 Skin Surface::skin(const Place& p) const noexcept {
     const double above = p.height - m_water;
-    const double u = unit_of(p.hash, 0) - 0.5,
-                 temperature = p.temperature + 0.02 * u + 0.01 * p.patch,
-                 moisture = p.moisture + 0.03 * u;
-    const Rgb8 soil = rgb(0x6f5339), rock = rock_colour(p.temperature, p.moisture, p.height);
+    const double u = unit_of(p.hash, 0) - 0.5;
+    const double temperature = p.temperature + 0.02 * u + 0.01 * p.patch;
+    const double moisture = p.moisture + 0.03 * u;
+    const Rgb8 soil = rgb(0x6f5339);
+    const Rgb8 rock = rock_colour(p.temperature, p.moisture, p.height);
     if (above < 0)
         return under_water(p, -above);
     const bool snow = temperature < 0.2;
@@ -100,7 +102,8 @@ Skin Surface::skin(const Place& p) const noexcept {
     const double bare = 0.75 + 0.15 * p.patch + 0.2 * u - 0.35 * smooth_step(0.3, 0.2, temperature);
     if (p.slope > bare || temperature < 0.215 + 0.02 * p.patch)
         return {Material::kGround, Material::kRock, mixed(rock, rgb(0x8d7f66), 0.35), rock, 1};
-    const bool dry = temperature > 0.6 && moisture < 0.52, cold = temperature < 0.36;
+    const bool dry = temperature > 0.6 && moisture < 0.52;
+    const bool cold = temperature < 0.36;
     if ((dry && p.patch > 0.5) || (cold && moisture > 0.5 && p.patch < -0.55))
         return {Material::kSoil, Material::kSoil, mixed(soil, rgb(0x7d6244), 0.5 + u), soil, 3};
     return {Material::kGrass, Material::kSoil, grass_colour(p), soil, 3};

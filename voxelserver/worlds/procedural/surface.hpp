@@ -19,8 +19,10 @@ struct Place {
 
 /// The make-up of a column of ground, from above.
 struct Skin {
-    voxel::Material material = voxel::Material::kGrass, under = voxel::Material::kSoil;
-    voxel::Rgb8 colour, under_colour;
+    voxel::Material material = voxel::Material::kGrass;
+    voxel::Material under = voxel::Material::kSoil;
+    voxel::Rgb8 colour;
+    voxel::Rgb8 under_colour;
     std::uint8_t under_depth = 3;  ///< voxels of `under` below the topmost; rock below them
 };
 
@@ -53,8 +55,10 @@ public:
 
 private:
     [[nodiscard]] Skin under_water(const Place& place, double depth) const noexcept;
-    std::uint64_t m_column_seed, m_patch_seed;
-    double m_water, m_world;
+    std::uint64_t m_column_seed;
+    std::uint64_t m_patch_seed;
+    double m_water;
+    double m_world;
 };
 
 [[nodiscard]] constexpr voxel::Rgb8 rgb(std::uint32_t code) noexcept {

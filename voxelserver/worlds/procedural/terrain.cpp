@@ -26,7 +26,9 @@ enum Field {
 };
 
 double octaves(std::uint64_t seed, double x, double z, int count) noexcept {
-    double sum = 0, height = 1, all = 0;
+    double sum = 0;
+    double height = 1;
+    double all = 0;
     for (int i = 0; i < count; ++i) {
         sum += height * simplex(seed + static_cast<std::uint64_t>(i) * 0x9E3779B97F4A7C15ULL, x, z);
         all += height;
@@ -68,11 +70,12 @@ Region Terrain::region(double x, double z) const noexcept {
     x = (x + m_origin_x) * f;
     z = (z + m_origin_z) * f;
     Region out;
-    const double bend_x = simplex(m_seeds[kWarpX], x * 0.5, z * 0.5),
-                 bend_z = simplex(m_seeds[kWarpZ], x * 0.5, z * 0.5);
+    const double bend_x = simplex(m_seeds[kWarpX], x * 0.5, z * 0.5);
+    const double bend_z = simplex(m_seeds[kWarpZ], x * 0.5, z * 0.5);
     out.warp_x = bend_x * 0.22 / f;
     out.warp_z = bend_z * 0.22 / f;
-    const double wide_x = x + bend_x * 0.35, wide_z = z + bend_z * 0.35;
+    const double wide_x = x + bend_x * 0.35;
+    const double wide_z = z + bend_z * 0.35;
     const double continent = octaves(m_seeds[kContinent], wide_x / 5, wide_z / 5, 4) * 1.5 + 0.12;
     out.land = shore_profile(continent);
     out.inland = smooth_step(-0.04, 0.22, continent);
@@ -92,7 +95,10 @@ Region Terrain::region(double x, double z) const noexcept {
 }
 
 double Terrain::hills(double x, double z, double voxel, double& smooth) const noexcept {
-    double sum = 0, height = 1, all = 0, length = 1 / m_settings.frequency;
+    double sum = 0;
+    double height = 1;
+    double all = 0;
+    double length = 1 / m_settings.frequency;
     smooth = 0;
     for (int i = 0; i < m_settings.harmonics; ++i) {
         const double n =
@@ -114,12 +120,17 @@ double Terrain::hills(double x, double z, double voxel, double& smooth) const no
 double Terrain::ridges(double x, double z, double voxel, double& smooth) const noexcept {
     constexpr double kMean = 0.51;   // of a ridge: replaces an octave that is left out
     constexpr double kCrest = 0.03;  // rounds the crests
-    double sum = 0, height = 1, all = 0, weight = 1, length = kRidgeLength / m_settings.frequency;
+    double sum = 0;
+    double height = 1;
+    double all = 0;
+    double weight = 1;
+    double length = kRidgeLength / m_settings.frequency;
     smooth = 0;
     for (int i = 0; i < m_settings.harmonics; ++i) {
         const double n =
             simplex(m_seeds[kRidges] + static_cast<std::uint64_t>(i) * 0x9E3779B97F4A7C15ULL, x, z);
-        const double flank = 1 - std::sqrt(n * n + kCrest * kCrest), ridge = flank * flank;
+        const double flank = 1 - std::sqrt(n * n + kCrest * kCrest);
+        const double ridge = flank * flank;
         sum += height * weight * ridge;
         smooth += height * weight * mixed(kMean, ridge, kept_of(length, voxel));
         weight = std::min(weight * ridge * 2.2, 1.0);  // valleys stay smooth
@@ -137,9 +148,12 @@ double Terrain::ridges(double x, double z, double voxel, double& smooth) const n
 
 Terrain::Heights Terrain::heights(const Region& region, double x, double z,
                                   double voxel) const noexcept {
-    const double f = m_settings.frequency, px = (x + m_origin_x + region.warp_x) * f,
-                 pz = (z + m_origin_z + region.warp_z) * f;
-    double hill_smooth = 0, ridge = 0, ridge_smooth = 0;
+    const double f = m_settings.frequency;
+    const double px = (x + m_origin_x + region.warp_x) * f;
+    const double pz = (z + m_origin_z + region.warp_z) * f;
+    double hill_smooth = 0;
+    double ridge = 0;
+    double ridge_smooth = 0;
     const double hill = hills(px, pz, voxel, hill_smooth);
     if (region.mountains > 0)
         ridge = ridges(px / kRidgeLength, pz / kRidgeLength, voxel, ridge_smooth);
@@ -206,7 +220,13 @@ double Terrain::highest_about_origin(double half) const noexcept {
 // Scenic score of a place: some water, mountains, woods and meadows, snow; high ground behind.
 double Terrain::beauty() const noexcept {
     constexpr double kPlaces = 256;
-    double water = 0, high = 0, low = 0, wood = 0, cold = 0, behind = 0, desert = 0;
+    double water = 0;
+    double high = 0;
+    double low = 0;
+    double wood = 0;
+    double cold = 0;
+    double behind = 0;
+    double desert = 0;
     over_frame(kFrame, [&](double x, double z) {
         const Region r = region(x, z);
         const double e =
@@ -231,7 +251,9 @@ double Terrain::beauty() const noexcept {
 void Terrain::find_origin() {
     constexpr int kTries = 96;
     constexpr double kStep = 64;  // whole boxes
-    double best = -1e9, x = 0, z = 0;
+    double best = -1e9;
+    double x = 0;
+    double z = 0;
     for (int i = 0; i < kTries; ++i) {
         const std::uint64_t h = place_hash(m_seeds[kPlace], i, 0);
         m_origin_x = kStep * static_cast<double>(static_cast<std::int64_t>(h & 0xFFFF) - 0x8000);

@@ -18,7 +18,8 @@ struct Region {
     double temperature = 0;  ///< at sea level, about [0, 1]
     double moisture = 0;     ///< about [0, 1]
     /// Columns by which ridges and hills are displaced, so that none is straight.
-    double warp_x = 0, warp_z = 0;
+    double warp_x = 0;
+    double warp_z = 0;
 };
 
 /// Heights and climates of all places. A pure function of the settings; immutable, thread-safe.
@@ -54,7 +55,8 @@ public:
     [[nodiscard]] double highest_about_origin(double half) const noexcept;
 
 private:
-    static constexpr double kMax = 1.5, kMin = 0.75;
+    static constexpr double kMax = 1.5;
+    static constexpr double kMin = 0.75;
     [[nodiscard]] double hills(double x, double z, double voxel, double& smooth) const noexcept;
     [[nodiscard]] double ridges(double x, double z, double voxel, double& smooth) const noexcept;
     void find_origin();

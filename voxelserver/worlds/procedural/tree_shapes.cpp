@@ -74,7 +74,8 @@ int rough(const Tree& t, int dx, int dy, int dz) noexcept {
 }
 
 bool leaf_at(const Tree& t, const Size& s, int dx, int dy, int dz) noexcept {
-    const int d2 = dx * dx + dz * dz, far = std::max(std::abs(dx), std::abs(dz));
+    const int d2 = dx * dx + dz * dz;
+    const int far = std::max(std::abs(dx), std::abs(dz));
     switch (t.kind) {
         case TreeKind::kOak:
         case TreeKind::kBirch: {
@@ -90,10 +91,8 @@ bool leaf_at(const Tree& t, const Size& s, int dx, int dy, int dz) noexcept {
             const int down = s.top - 1 - dy;
             if (down < 0 || dy < 2)
                 return false;
-            const int wide = std::min(down / 3 + 1, s.radius), r = down == 0 ? 0
-                                                                   : down % 3 == 0 && wide > 1
-                                                                       ? wide - 1
-                                                                       : wide;
+            const int wide = std::min(down / 3 + 1, s.radius);
+            const int r = down == 0 ? 0 : down % 3 == 0 && wide > 1 ? wide - 1 : wide;
             return d2 <= r * r + (r > 1 ? 1 : 0) &&
                    (d2 < r * r || down < 2 || rough(t, dx, dy, dz) > 9);
         }
@@ -121,7 +120,8 @@ bool trunk_at(const Tree& t, const Size& s, int dx, int dy, int dz) noexcept {
     if (t.kind != TreeKind::kCactus || s.trunk < 4)
         return false;
     const bool along_x = (t.hash & 1) != 0;
-    const int along = along_x ? dx : dz, across = along_x ? dz : dx;
+    const int along = along_x ? dx : dz;
+    const int across = along_x ? dz : dx;
     return across == 0 && std::abs(along) == 1 && dy >= (along > 0 ? 1 : 2) && dy < 4;
 }
 

@@ -15,12 +15,14 @@ struct Tree {
     std::int32_t base = 0;      ///< y of its lowest voxel
     TreeKind kind = TreeKind::kOak;
     std::uint64_t hash = 0;  ///< of its place: determines size and details
-    voxel::VoxelAttr trunk, leaves;
+    voxel::VoxelAttr trunk;
+    voxel::VoxelAttr leaves;
 };
 
 /// A stretch of one column, half-open; y above the tree's base.
 struct TreeRun {
-    std::int32_t y0 = 0, y1 = 0;
+    std::int32_t y0 = 0;
+    std::int32_t y1 = 0;
     bool trunk = false;
 };
 struct TreeRuns {

@@ -42,7 +42,8 @@ Vegetation::Growth Vegetation::growth(const Spot& spot, const Place& p,
     const double above = p.height - m_water;
     if (above < 0.5 || above > kHighest * m_world - 1 || p.slope > 1.1)
         return {};
-    const double t = p.temperature, u = unit_of(spot.hash, 3) - 0.5;
+    const double t = p.temperature;
+    const double u = unit_of(spot.hash, 3) - 0.5;
     if (skin.material == Material::kSand) {
         if (above < 5 && t > 0.55)
             return {0.07, TreeKind::kPalm};
@@ -79,8 +80,10 @@ Tree Vegetation::dressed(const Spot& spot, TreeKind kind, const Place& p) const 
     out.z = spot.z;
     out.kind = kind;
     out.hash = mix(spot.hash);
-    const double own = unit_of(out.hash, 4), wet = smooth_step(0.4, 0.75, p.moisture);
-    Rgb8 trunk = rgb(0x5b4632), leaves{};
+    const double own = unit_of(out.hash, 4);
+    const double wet = smooth_step(0.4, 0.75, p.moisture);
+    Rgb8 trunk = rgb(0x5b4632);
+    Rgb8 leaves{};
     switch (kind) {
         case TreeKind::kOak:
             leaves = mixed(mixed(rgb(0x6f8a37), rgb(0x3f7a2c), wet), rgb(0x36602a), own * 0.8);
@@ -132,7 +135,8 @@ std::optional<VoxelAttr> Vegetation::canopy(std::int32_t x, std::int32_t z, cons
                                             const Skin& skin) const noexcept {
     if (!m_on)
         return std::nullopt;
-    const std::int32_t cell_x = voxel::floor_div(x, kCell), cell_z = voxel::floor_div(z, kCell);
+    const std::int32_t cell_x = voxel::floor_div(x, kCell);
+    const std::int32_t cell_z = voxel::floor_div(z, kCell);
     for (std::int32_t cz = cell_z - 1; cz <= cell_z + 1; ++cz)
         for (std::int32_t cx = cell_x - 1; cx <= cell_x + 1; ++cx) {
             const Spot at = spot(cx, cz);
@@ -141,7 +145,9 @@ std::optional<VoxelAttr> Vegetation::canopy(std::int32_t x, std::int32_t z, cons
             const std::optional<Tree> found = tree(at, place, skin);
             if (!found)
                 continue;
-            const int dx = x - found->x, dz = z - found->z, reach = tree_reach(*found);
+            const int dx = x - found->x;
+            const int dz = z - found->z;
+            const int reach = tree_reach(*found);
             if (dx < -reach || dx > reach || dz < -reach || dz > reach)
                 continue;
             const TreeRuns runs = tree_runs(*found, dx, dz);
@@ -156,8 +162,8 @@ std::optional<VoxelAttr> Vegetation::tuft(const Place& p, const Skin& skin) cons
     if (!m_on || skin.material != Material::kGrass || p.height - m_water < 0.5 ||
         p.height - m_water > kHighest * m_world)
         return std::nullopt;
-    const double u = unit_of(p.hash, 1),
-                 meadow = smooth_step(0.25, 0.8, p.patch) * smooth_step(0.25, 0.4, p.temperature);
+    const double u = unit_of(p.hash, 1);
+    const double meadow = smooth_step(0.25, 0.8, p.patch) * smooth_step(0.25, 0.4, p.temperature);
     const double share = 0.02 + 0.12 * meadow;
     if (u >= share)
         return std::nullopt;

@@ -23,7 +23,8 @@ public:
 
     /// The column in a cell where a plant may stand.
     struct Spot {
-        std::int32_t x = 0, z = 0;
+        std::int32_t x = 0;
+        std::int32_t z = 0;
         std::uint64_t hash = 0;
     };
     [[nodiscard]] Spot spot(std::int32_t cell_x, std::int32_t cell_z) const noexcept;
@@ -48,7 +49,8 @@ public:
                                                        const Skin& skin) const noexcept;
 
 private:
-    static constexpr double kDensest = 0.8, kHighest = 1.1;
+    static constexpr double kDensest = 0.8;
+    static constexpr double kHighest = 1.1;
     [[nodiscard]] static double unit_of_chance(const Spot& spot) noexcept {
         return static_cast<double>(spot.hash >> 52) * 0x1p-12;
     }
@@ -62,8 +64,10 @@ private:
     [[nodiscard]] Tree dressed(const Spot& spot, TreeKind kind, const Place& place) const noexcept;
 
     bool m_on;
-    std::uint64_t m_cell_seed, m_grove_seed;
-    double m_water, m_world;
+    std::uint64_t m_cell_seed;
+    std::uint64_t m_grove_seed;
+    double m_water;
+    double m_world;
 };
 
 }  // namespace terravox::procedural

@@ -31,10 +31,10 @@ public:
 
     /// Passes the received boxes to `take` and removes them from `missing`; boxes and air only,
     /// failures stay. Ends soon after HttpClient::stop().
-    void ask(std::vector<voxel::BoxKey>& missing, const voxel::TakeBox& take);
+    void fetch(std::vector<voxel::BoxKey>& missing, const voxel::TakeBox& take);
 
 private:
-    void ask_once(std::vector<voxel::BoxKey>& missing, const voxel::TakeBox& take);
+    void fetch_once(std::vector<voxel::BoxKey>& missing, const voxel::TakeBox& take);
     void check(const HttpReply& reply, const BatchStream& stream);
     [[nodiscard]] bool welcome() const noexcept {
         return m_client.now().time_since_epoch().count() >= m_from.load(std::memory_order_relaxed);

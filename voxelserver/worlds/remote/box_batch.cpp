@@ -54,8 +54,8 @@ void BatchStream::feed(std::span<const std::byte> part,
             last_record(record);
             continue;
         }
-        if (++m_taken > m_asked)
-            refuse("more than the " + std::to_string(m_asked) + " boxes that were asked for");
+        if (++m_taken > m_requested)
+            refuse("more than the " + std::to_string(m_requested) + " boxes that were requested");
         take(record);
     }
     m_bytes.erase(m_bytes.begin(), m_bytes.begin() + static_cast<std::ptrdiff_t>(at));
@@ -65,9 +65,9 @@ void BatchStream::feed(std::span<const std::byte> part,
 
 void BatchStream::last_record(const BatchRecord& record) {
     if (record.status != 0 || !record.payload.empty() || record.key.bx < 0 ||
-        static_cast<std::size_t>(record.key.bx) != m_asked || m_taken != m_asked)
-        refuse("a last record after " + std::to_string(m_taken) + " boxes that tells of " +
-               std::to_string(record.key.bx) + "; asked for: " + std::to_string(m_asked));
+        static_cast<std::size_t>(record.key.bx) != m_requested || m_taken != m_requested)
+        refuse("a last record after " + std::to_string(m_taken) + " boxes that states " +
+               std::to_string(record.key.bx) + "; requested: " + std::to_string(m_requested));
     m_whole = true;
 }
 

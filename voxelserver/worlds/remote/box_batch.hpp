@@ -29,10 +29,10 @@ struct BatchRecord {
 /// Not thread-safe.
 class BatchStream {
 public:
-    /// @param asked how many boxes were requested from the server
+    /// @param requested how many boxes were requested from the server
     /// @param max_payload_bytes of a record
-    BatchStream(std::size_t asked, std::size_t max_payload_bytes) noexcept
-        : m_asked(asked), m_max_payload_bytes(max_payload_bytes) {}
+    BatchStream(std::size_t requested, std::size_t max_payload_bytes) noexcept
+        : m_requested(requested), m_max_payload_bytes(max_payload_bytes) {}
 
     /// Calls take for each complete record except the last one, which only marks the end.
     /// @throws Error for what is not a batch: too long a record, too many, a last one with another
@@ -46,7 +46,9 @@ private:
     [[nodiscard]] std::uint32_t word(std::size_t at, std::size_t index) const noexcept;
     void last_record(const BatchRecord& record);
 
-    std::size_t m_asked, m_max_payload_bytes, m_taken = 0;
+    std::size_t m_requested;
+    std::size_t m_max_payload_bytes;
+    std::size_t m_taken = 0;
     std::vector<std::byte> m_bytes;  ///< starts at a record
     bool m_whole = false;
 };

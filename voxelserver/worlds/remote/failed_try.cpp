@@ -7,13 +7,13 @@
 
 namespace terravox::remote {
 
-std::optional<Trouble> trouble_of(long status) noexcept {
+std::optional<FailureKind> failure_kind_of(long status) noexcept {
     switch (status) {
         case 429:
         case 502:
         case 503:
-        case 504: return Trouble::kBusy;
-        case 500: return Trouble::kFailed;
+        case 504: return FailureKind::kBusy;
+        case 500: return FailureKind::kFailed;
         default: return std::nullopt;
     }
 }

@@ -12,15 +12,15 @@ namespace terravox::remote {
 
 /// A failure of a try that a retry may resolve.
 struct FailedTry : util::Error {
-    FailedTry(Trouble what, const std::string& why,
+    FailedTry(FailureKind failure, const std::string& why,
               std::optional<std::chrono::seconds> later = std::nullopt)
-        : util::Error(why), trouble(what), retry_after(later) {}
-    Trouble trouble;
+        : util::Error(why), kind(failure), retry_after(later) {}
+    FailureKind kind;
     std::optional<std::chrono::seconds> retry_after;  ///< as requested by the server
 };
 
-/// The trouble that a status stands for; nullopt: the status is final, no retry.
-[[nodiscard]] std::optional<Trouble> trouble_of(long status) noexcept;
+/// The kind of failure that a status stands for; nullopt: the status is final, no retry.
+[[nodiscard]] std::optional<FailureKind> failure_kind_of(long status) noexcept;
 
 /// "HTTP status 500, reason", one line whatever the server sends.
 [[nodiscard]] std::string problem_of(const HttpReply& reply);

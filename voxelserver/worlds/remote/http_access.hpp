@@ -42,7 +42,7 @@ struct HttpAccess {
 };
 
 /// For a program that receives addresses from untrusted clients, with no allowed origin.
-[[nodiscard]] inline HttpAccess access_to_nobody() {
+[[nodiscard]] inline HttpAccess no_http_access() {
     return {std::nullopt, HttpAccess::Limits{}};
 }
 

@@ -24,7 +24,9 @@ constexpr std::size_t kMaxProblem_bytes = std::size_t{1} << 20;
 struct Transfer {
     CURL* handle = nullptr;
     HttpReply reply;
-    std::size_t max_bytes = 0, header_bytes = 0, body_bytes = 0;
+    std::size_t max_bytes = 0;
+    std::size_t header_bytes = 0;
+    std::size_t body_bytes = 0;
     bool too_long = false;
     const std::atomic<bool>* stopped = nullptr;
     const TakePart* take = nullptr;  ///< of the body, where status and type are the expected ones
@@ -63,7 +65,7 @@ void take_part(Transfer& transfer, std::span<const std::byte> part) {
         return (*transfer.take)(part);
     if (transfer.take != nullptr && part.size() > kMaxProblem_bytes - reply.body.size())
         throw LostError("read a reply: more than " + std::to_string(kMaxProblem_bytes) +
-                        " bytes that nobody asked for");
+                        " bytes of a reply that was not requested");
     reply.body.insert(reply.body.end(), part.begin(), part.end());
 }
 
@@ -183,9 +185,52 @@ bool worth_another_try(CURLcode failed) noexcept {
     }
 }
 
+void set_post_body(CURL* handle, const std::string& json) {
+    curl_easy_setopt(handle, CURLOPT_POSTFIELDSIZE_LARGE, static_cast<curl_off_t>(json.size()));
+    curl_easy_setopt(handle, CURLOPT_POSTFIELDS, json.data());
+}
+
+void set_token(CURL* handle, const std::string& token) {
+    curl_easy_setopt(handle, CURLOPT_HTTPAUTH, CURLAUTH_BEARER);
+    curl_easy_setopt(handle, CURLOPT_XOAUTH2_BEARER, token.c_str());
+}
+
+/// @throws WholeFileError or LostError where the reply was longer than its limit
+void check_length(const std::string& url, bool part_only, Transfer& transfer) {
+    if (!transfer.too_long)
+        return;
+    if (part_only) {
+        read_head(transfer.handle, transfer.reply);
+        transfer.reply.body.clear();
+        if (transfer.reply.status == 200)
+            throw WholeFileError(
+                "fetch " + url +
+                    ": the server does not support range requests; allowed: one that "
+                    "knows range requests, such as nginx",
+                std::move(transfer.reply));
+    }
+    throw LostError("fetch " + url + ": more than " + std::to_string(transfer.max_bytes) +
+                    " bytes, or a head of more than 256 KiB");
+}
+
+/// @throws LostError where a retry may succeed, else Error, unless `result` is CURLE_OK
+void check_result(const std::string& url, CURLcode result, const Transfer& transfer,
+                  const HttpAccess& access) {
+    if (result == CURLE_OK)
+        return;
+    if (result == CURLE_COULDNT_CONNECT && transfer.refused.ss_family != AF_UNSPEC)
+        throw util::Error("fetch " + url + ": it leads to " +
+                          text_of(reinterpret_cast<const sockaddr&>(transfer.refused)) +
+                          ", which may not be contacted from here; allowed: " + access.allowed());
+    const std::string what = "fetch " + url + ": " + curl_easy_strerror(result);
+    if (worth_another_try(result))
+        throw LostError(what);
+    throw util::Error(what);
+}
+
 }  // namespace
 
-struct HttpClient::Question {
+struct HttpClient::Request {
     const std::string& url;
     const std::string* json = nullptr;  ///< nullptr: GET
     const std::string* type = nullptr;
@@ -225,18 +270,18 @@ HttpClient::~HttpClient() {
 }
 
 HttpReply HttpClient::get(const std::string& url, const HttpLimits& limits, const FilePart& part) {
-    Question question{url};
-    question.part = &part;
-    return ask(question, limits);
+    Request request{url};
+    request.part = &part;
+    return send(request, limits);
 }
 
 HttpReply HttpClient::post(const std::string& url, const std::string& json, const std::string& type,
                            const HttpLimits& limits, const TakePart& take) {
-    return ask({url, &json, &type, &take}, limits);
+    return send({url, &json, &type, &take}, limits);
 }
 
-HttpReply HttpClient::ask(const Question& question, const HttpLimits& limits) {
-    const std::string& url = question.url;
+HttpReply HttpClient::send(const Request& request, const HttpLimits& limits) {
+    const std::string& url = request.url;
     if (m_stopped)
         throw stopped(url);
     const HttpOrigin origin = HttpOrigin::of(url);
@@ -244,58 +289,33 @@ HttpReply HttpClient::ask(const Question& question, const HttpLimits& limits) {
     transfer.ranges = m_access.ranges(origin);
     if (transfer.ranges.empty())
         throw util::Error("fetch " + url + ": " + origin.text() +
-                          " may not be asked from here; allowed: " + m_access.allowed());
+                          " may not be contacted from here; allowed: " + m_access.allowed());
     const Handle handle(*this);
     transfer.handle = handle.get();
     transfer.max_bytes = limits.bytes;
     transfer.stopped = &m_stopped;
-    transfer.take = question.take;
-    transfer.type = question.type;
-    curl_slist* headers = question.json != nullptr ? m_post_headers : m_headers;
-    const bool part_only = question.part != nullptr && !question.part->range.empty();
+    transfer.take = request.take;
+    transfer.type = request.type;
+    curl_slist* headers = request.json != nullptr ? m_post_headers : m_headers;
+    const bool part_only = request.part != nullptr && !request.part->range.empty();
     std::optional<OneMoreLine> condition;
-    if (question.part != nullptr && !question.part->condition.empty())
-        headers = condition.emplace(headers, question.part->condition).get();
+    if (request.part != nullptr && !request.part->condition.empty())
+        headers = condition.emplace(headers, request.part->condition).get();
     prepare(url, limits, headers, transfer);
-    if (question.json != nullptr) {
-        curl_easy_setopt(handle.get(), CURLOPT_POSTFIELDSIZE_LARGE,
-                         static_cast<curl_off_t>(question.json->size()));
-        curl_easy_setopt(handle.get(), CURLOPT_POSTFIELDS, question.json->data());
-    }
+    if (request.json != nullptr)
+        set_post_body(handle.get(), *request.json);
     if (part_only)
-        curl_easy_setopt(handle.get(), CURLOPT_RANGE, question.part->range.c_str());
+        curl_easy_setopt(handle.get(), CURLOPT_RANGE, request.part->range.c_str());
     transfer.reply.showed_token = m_access.token && m_access.token->origin() == origin;
-    if (transfer.reply.showed_token) {
-        curl_easy_setopt(handle.get(), CURLOPT_HTTPAUTH, CURLAUTH_BEARER);
-        curl_easy_setopt(handle.get(), CURLOPT_XOAUTH2_BEARER, m_access.token->text().c_str());
-    }
-    const CURLcode failed = curl_easy_perform(handle.get());
+    if (transfer.reply.showed_token)
+        set_token(handle.get(), m_access.token->text());
+    const CURLcode result = curl_easy_perform(handle.get());
     if (m_stopped)
         throw stopped(url);
     if (transfer.failure)
         std::rethrow_exception(transfer.failure);
-    if (transfer.too_long && part_only) {
-        read_head(handle.get(), transfer.reply);
-        transfer.reply.body.clear();
-        if (transfer.reply.status == 200)
-            throw WholeFileError("fetch " + url +
-                                     ": the server gives out whole files only; allowed: one that "
-                                     "knows range requests, such as nginx",
-                                 std::move(transfer.reply));
-    }
-    if (transfer.too_long)
-        throw LostError("fetch " + url + ": more than " + std::to_string(limits.bytes) +
-                        " bytes, or a head of more than 256 KiB");
-    if (failed == CURLE_COULDNT_CONNECT && transfer.refused.ss_family != AF_UNSPEC)
-        throw util::Error("fetch " + url + ": it leads to " +
-                          text_of(reinterpret_cast<const sockaddr&>(transfer.refused)) +
-                          ", which may not be asked from here; allowed: " + m_access.allowed());
-    if (failed != CURLE_OK) {
-        const std::string what = "fetch " + url + ": " + curl_easy_strerror(failed);
-        if (worth_another_try(failed))
-            throw LostError(what);
-        throw util::Error(what);
-    }
+    check_length(url, part_only, transfer);
+    check_result(url, result, transfer, m_access);
     read_head(handle.get(), transfer.reply);
     return std::move(transfer.reply);
 }

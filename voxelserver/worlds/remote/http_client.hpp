@@ -25,7 +25,8 @@ namespace terravox::remote {
 struct HttpReply {
     long status = 0;
     std::optional<std::chrono::seconds> retry_after;  ///< as sent by the server
-    std::string content_type, content_encoding;
+    std::string content_type;
+    std::string content_encoding;
     std::string etag, last_modified, content_range;  ///< as sent by the server: any text
     std::string edition;                             ///< its Terravox-Edition: any text
     std::vector<std::byte> body;
@@ -104,8 +105,8 @@ public:
 
 private:
     class Handle;
-    struct Question;
-    [[nodiscard]] HttpReply ask(const Question& question, const HttpLimits& limits);
+    struct Request;
+    [[nodiscard]] HttpReply send(const Request& request, const HttpLimits& limits);
     CURL* take();
     void give_back(CURL* handle) noexcept;
     [[nodiscard]] static util::Error stopped(const std::string& url) {

@@ -19,7 +19,7 @@ using std::chrono::milliseconds;
 
 constexpr std::size_t kMaxBox_bytes = std::size_t{64} << 20;
 constexpr std::size_t kMaxText_bytes = std::size_t{4} << 20;
-constexpr milliseconds kOpeningPatience{60'000};
+constexpr milliseconds kMaxOpening{60'000};
 constexpr int kLoaders = 8;
 // Boxes: most of the cost of a request is shared, and a lost one loses little.
 constexpr int kBatch = 32;
@@ -44,8 +44,8 @@ public:
           m_client(box_timeout, access, clock),
           m_batches(m_client.http(), times, m_url, m_client.timeout()),
           m_ending(stop, [this] { m_client.stop(); }) {
-        const auto text = m_client.ask(
-            m_url + "/v2/world", kMaxText_bytes, {}, std::min(m_client.timeout(), kOpeningPatience),
+        const auto text = m_client.fetch(
+            m_url + "/v2/world", kMaxText_bytes, {}, std::min(m_client.timeout(), kMaxOpening),
             [this](const std::string&, const HttpReply& reply) {
                 m_edition = is_edition(reply.edition) ? reply.edition : "";
                 return std::string(text_of(reply));
@@ -60,17 +60,17 @@ public:
 
     [[nodiscard]] std::shared_ptr<const voxel::Box> box(const voxel::BoxKey& key) override {
         const util::StageTimes::Scope timed(m_times, "box transmission");
-        return m_client.ask(m_url + "/v2/boxes/" + voxel::to_string(key), kMaxBox_bytes, {},
-                            m_client.timeout(),
-                            [&](const std::string& url, const HttpReply& reply) {
-                                return read_box(key, url, reply);
-                            });
+        return m_client.fetch(m_url + "/v2/boxes/" + voxel::to_string(key), kMaxBox_bytes, {},
+                              m_client.timeout(),
+                              [&](const std::string& url, const HttpReply& reply) {
+                                  return read_box(key, url, reply);
+                              });
     }
 
     void boxes(std::span<const voxel::BoxKey> keys, const voxel::TakeBox& take) override {
         std::vector<voxel::BoxKey> missing(keys.begin(), keys.end());
         if (m_client.is_reachable())
-            m_batches.ask(missing, [&](const voxel::BoxKey& key, voxel::BoxOutcome outcome) {
+            m_batches.fetch(missing, [&](const voxel::BoxKey& key, voxel::BoxOutcome outcome) {
                 m_client.on_reply();
                 take(key, std::move(outcome));
             });
@@ -84,7 +84,7 @@ public:
     [[nodiscard]] voxel::ColumnExtent column(int level, std::int32_t bx, std::int32_t bz) override {
         const std::string place =
             std::to_string(level) + "/" + std::to_string(bx) + "/" + std::to_string(bz);
-        return m_client.ask(
+        return m_client.fetch(
             m_url + "/v2/columns/" + place, kMaxText_bytes, {}, m_client.timeout(),
             [](const std::string& url, const HttpReply& reply) {
                 const auto json = nlohmann::json::parse(text_of(reply), nullptr, false);

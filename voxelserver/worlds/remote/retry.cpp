@@ -9,12 +9,12 @@ constexpr Retry::Milliseconds kFirstWait{100};
 constexpr Retry::Milliseconds kLongestOwnWait{10'000};  // where the server requests none
 constexpr int kGrowth = 3;
 
-int max_tries(Trouble trouble) noexcept {
-    switch (trouble) {
-        case Trouble::kLost: return 5;
-        case Trouble::kFailed: return 3;
-        case Trouble::kDamaged: return 4;
-        case Trouble::kBusy: break;
+int max_tries(FailureKind kind) noexcept {
+    switch (kind) {
+        case FailureKind::kLost: return 5;
+        case FailureKind::kFailed: return 3;
+        case FailureKind::kDamaged: return 4;
+        case FailureKind::kBusy: break;
     }
     return 1 << 30;  // the timeout ends it
 }
@@ -33,10 +33,10 @@ Retry::Milliseconds Retry::time_left(Clock::time_point now) const noexcept {
 }
 
 std::optional<Retry::Milliseconds> Retry::wait_after(
-    Trouble trouble, Clock::time_point now, std::optional<std::chrono::seconds> retry_after,
+    FailureKind kind, Clock::time_point now, std::optional<std::chrono::seconds> retry_after,
     double chance) noexcept {
     ++m_tries;
-    if (m_tries >= max_tries(trouble) || (!m_is_reachable && trouble != Trouble::kBusy))
+    if (m_tries >= max_tries(kind) || (!m_is_reachable && kind != FailureKind::kBusy))
         return std::nullopt;
     const auto spread = [&](Milliseconds wait, double least, double most) {
         return Milliseconds(static_cast<Milliseconds::rep>(static_cast<double>(wait.count()) *

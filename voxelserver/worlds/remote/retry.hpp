@@ -6,7 +6,7 @@
 namespace terravox::remote {
 
 /// Why a try for a box failed, where a retry may succeed.
-enum class Trouble {
+enum class FailureKind {
     kLost,  ///< no complete reply: refused, reset, cut short, silent or too slow
     /// 429, 502, 503, 504: the server, or a proxy before it, has a queue or is starting.
     kBusy,
@@ -16,9 +16,9 @@ enum class Trouble {
 
 /// When to retry for one box, and when to give up. Not thread-safe: one for each request.
 ///
-/// Busy servers are tried until the timeout ends, as often as they ask; other troubles a few times
-/// each. Waits grow and are randomized, so that loaders that failed together do not retry together.
-/// Time is passed in by the caller.
+/// Busy servers are retried until the timeout ends, at the intervals that they request; other
+/// failures a few times each. Waits grow and are randomized, so that loaders that failed together
+/// do not retry together. Time is passed in by the caller.
 class Retry {
 public:
     using Clock = std::chrono::steady_clock;
@@ -38,7 +38,7 @@ public:
     /// @return how long to wait before the next try; nullopt: give up, now or because the wait
     /// would outlast the timeout
     [[nodiscard]] std::optional<Milliseconds> wait_after(
-        Trouble trouble, Clock::time_point now, std::optional<std::chrono::seconds> retry_after,
+        FailureKind kind, Clock::time_point now, std::optional<std::chrono::seconds> retry_after,
         double chance) noexcept;
     [[nodiscard]] int tries() const noexcept { return m_tries; }  ///< that failed so far
 

@@ -23,7 +23,6 @@ public:
     explicit RetryingClient(Milliseconds timeout, HttpAccess access = {},
                             RetryClock& clock = RetryClock::steady())
         : m_timeout(std::max(timeout, Milliseconds{1})), m_client(std::move(access), clock) {}
-
     [[nodiscard]] HttpClient& http() noexcept { return m_client; }
     [[nodiscard]] Milliseconds timeout() const noexcept { return m_timeout; }
     [[nodiscard]] bool is_reachable() const noexcept;
@@ -42,44 +41,44 @@ public:
     /// not passed to read: the server has another edition than the request names; Error when it is
     /// given up, for a final refusal, and after stop()
     template <class Read>
-    Made<Read> ask(const std::string& url, std::size_t max_bytes, const FilePart& part,
-                   Milliseconds timeout, const Read& read) {
-        Question question = begin(timeout);
+    Made<Read> fetch(const std::string& url, std::size_t max_bytes, const FilePart& part,
+                     Milliseconds timeout, const Read& read) {
+        Request request = begin(timeout);
         for (;;) {
             std::optional<FailedTry> failed;
             try {
-                const HttpReply reply = m_client.get(url, limits(question, max_bytes), part);
+                const HttpReply reply = m_client.get(url, limits(request, max_bytes), part);
                 check(url, reply, !part.condition.empty());
                 Made<Read> out = [&] {
                     try {
                         return read(url, reply);
                     } catch (const util::Error& e) {
-                        throw FailedTry(Trouble::kDamaged, e.what());
+                        throw FailedTry(FailureKind::kDamaged, e.what());
                     }
                 }();
                 on_reply();
                 return out;
             } catch (const LostError& e) {
-                failed.emplace(Trouble::kLost, e.what());
+                failed.emplace(FailureKind::kLost, e.what());
             } catch (const FailedTry& f) {
                 failed = f;
             }
-            wait_or_give_up(url, question, *failed);
+            wait_or_give_up(url, request, *failed);
         }
     }
 
 private:
-    struct Question {
+    struct Request {
         Milliseconds timeout;
         std::chrono::seconds stalled;
         Retry retry;
     };
-    [[nodiscard]] Question begin(Milliseconds timeout) const;
-    [[nodiscard]] HttpLimits limits(const Question& question, std::size_t max_bytes) const;
+    [[nodiscard]] Request begin(Milliseconds timeout) const;
+    [[nodiscard]] HttpLimits limits(const Request& request, std::size_t max_bytes) const;
     /// @throws FailedTry for what a retry may resolve, Error for a final answer
     void check(const std::string& url, const HttpReply& reply, bool on_condition);
-    void wait_or_give_up(const std::string& url, Question& question, const FailedTry& failed);
-    [[noreturn]] void give_up(const FailedTry& failed, const Question& question);
+    void wait_or_give_up(const std::string& url, Request& request, const FailedTry& failed);
+    [[noreturn]] void give_up(const FailedTry& failed, const Request& request);
 
     const Milliseconds m_timeout;
     HttpClient m_client;

@@ -65,7 +65,7 @@ std::string message(const std::function<void()>& what) {
 
 }  // namespace
 
-TEST_CASE("tiles come back from a checkpoint in the order of the picture",
+TEST_CASE("tiles are read from a checkpoint in the order of the picture",
           "[raytracer][checkpoint]") {
     const bool with_layers = GENERATE(false, true);
     const TemporaryFolder folder;
@@ -73,7 +73,7 @@ TEST_CASE("tiles come back from a checkpoint in the order of the picture",
     const auto tiles = small_tiles(with_layers),
                spiral = small_tiles(with_layers, 1, core::TileOrder::kSpiral);
     {
-        farm::Checkpoint checkpoint(file, small_key(with_layers), kGoOn);
+        farm::Checkpoint checkpoint(file, small_key(with_layers), kResume);
         for (std::size_t i = 0; i < 5; ++i) {
             CHECK_FALSE(checkpoint.has(spiral[i].tile));
             checkpoint.add(spiral[i]);
@@ -81,7 +81,7 @@ TEST_CASE("tiles come back from a checkpoint in the order of the picture",
             CHECK(checkpoint.count() == i + 1);
         }
     }
-    farm::Checkpoint checkpoint(file, small_key(with_layers), kGoOn);
+    farm::Checkpoint checkpoint(file, small_key(with_layers), kResume);
     CHECK(checkpoint.count() == 5);
     int there = 0;
     for (const tiles::TileResult& tile : tiles)
@@ -100,7 +100,7 @@ TEST_CASE("the last of several results of a tile counts, and none once it is for
     const auto file = folder.path() / "a.tiles";
     const auto tiles = small_tiles(), others = small_tiles(false, 99);
     {
-        farm::Checkpoint checkpoint(file, small_key(), kGoOn);
+        farm::Checkpoint checkpoint(file, small_key(), kResume);
         for (const std::size_t i : {3U, 4U, 5U})
             checkpoint.add(tiles[i]);
         checkpoint.add(others[4]);
@@ -110,7 +110,7 @@ TEST_CASE("the last of several results of a tile counts, and none once it is for
         CHECK(hashes(checkpoint) ==
               Hashes{tiles::hash_of_pixels(tiles[3]), tiles::hash_of_pixels(others[4])});
     }
-    farm::Checkpoint checkpoint(file, small_key(), kGoOn);
+    farm::Checkpoint checkpoint(file, small_key(), kResume);
     CHECK(checkpoint.count() == 2);
     CHECK_FALSE(checkpoint.has(tiles[5].tile));
     CHECK(hashes(checkpoint) ==
@@ -125,13 +125,13 @@ TEST_CASE("tiles with holes are rendered again", "[raytracer][checkpoint]") {
     auto tiles = small_tiles();
     tiles[2].holes = {{0, 1, 2, 3}};
     {
-        farm::Checkpoint checkpoint(file, small_key(), kGoOn);
+        farm::Checkpoint checkpoint(file, small_key(), kResume);
         checkpoint.add(tiles[1]);
         checkpoint.add(tiles[2]);
         CHECK(checkpoint.has(tiles[2].tile));  // it is what this run could do
     }
     {
-        farm::Checkpoint checkpoint(file, small_key(), kGoOn);
+        farm::Checkpoint checkpoint(file, small_key(), kResume);
         CHECK(checkpoint.count() == 1);
         CHECK(checkpoint.with_holes() == 1);
         CHECK_FALSE(checkpoint.has(tiles[2].tile));
@@ -141,7 +141,7 @@ TEST_CASE("tiles with holes are rendered again", "[raytracer][checkpoint]") {
         CHECK(checkpoint.count() == 2);
         CHECK(checkpoint.with_holes() == 0);
     }
-    farm::Checkpoint checkpoint(file, small_key(), kGoOn);
+    farm::Checkpoint checkpoint(file, small_key(), kResume);
     CHECK(checkpoint.count() == 2);
     CHECK(checkpoint.has(tiles[2].tile));
 }
@@ -150,26 +150,26 @@ TEST_CASE("damage of the world's data is kept, each line once", "[raytracer][che
     const TemporaryFolder folder;
     const auto file = folder.path() / "a.tiles";
     {
-        farm::Checkpoint checkpoint(file, small_key(), kGoOn);
+        farm::Checkpoint checkpoint(file, small_key(), kResume);
         checkpoint.note_damage({"b.laz: damaged", "a.laz: cut short"});
         const auto size = fs::file_size(file);
         checkpoint.note_damage({"a.laz: cut short"});
         CHECK(fs::file_size(file) == size);
     }
-    farm::Checkpoint checkpoint(file, small_key(), kGoOn);
+    farm::Checkpoint checkpoint(file, small_key(), kResume);
     checkpoint.note_damage({"c.laz: of\nanother world"});
     CHECK(checkpoint.damage() == std::vector<std::string>{"a.laz: cut short", "b.laz: damaged",
                                                           "c.laz: of another world"});
 }
 
-TEST_CASE("a checkpoint that was cut short anywhere goes on with all that was whole",
+TEST_CASE("a checkpoint that was truncated anywhere resumes with all whole tiles",
           "[raytracer][checkpoint]") {
     const TemporaryFolder folder;
     const auto file = folder.path() / "a.tiles";
     const auto tiles = small_tiles();
     std::vector<std::size_t> ends;
     {
-        farm::Checkpoint checkpoint(file, small_key(), kGoOn);
+        farm::Checkpoint checkpoint(file, small_key(), kResume);
         for (std::size_t i = 0; i < 3; ++i) {
             ends.push_back(fs::file_size(file));
             checkpoint.add(tiles[i]);
@@ -186,7 +186,7 @@ TEST_CASE("a checkpoint that was cut short anywhere goes on with all that was wh
         INFO(size << " bytes");
         write(file, bytes.substr(0, size));
         {
-            farm::Checkpoint checkpoint(file, small_key(), kGoOn);
+            farm::Checkpoint checkpoint(file, small_key(), kResume);
             const auto whole = static_cast<std::size_t>(std::count_if(
                 ends.begin() + 1, ends.end(), [size](std::size_t end) { return end <= size; }));
             REQUIRE(checkpoint.count() == whole);
@@ -196,7 +196,7 @@ TEST_CASE("a checkpoint that was cut short anywhere goes on with all that was wh
                     checkpoint.add(tile);
             checkpoint.close();
         }
-        farm::Checkpoint again(file, small_key(), kGoOn);
+        farm::Checkpoint again(file, small_key(), kResume);
         REQUIRE(hashes(again) == hashes(tiles));
     }
 }
@@ -217,30 +217,30 @@ TEST_CASE("a checkpoint that is damaged anywhere loses what was hit, and can be 
         damaged[at] = static_cast<char>(damaged[at] ^ static_cast<char>(1 + random() % 255));
         write(file, damaged);
         {
-            farm::Checkpoint checkpoint(file, small_key(), kGoOn);
+            farm::Checkpoint checkpoint(file, small_key(), kResume);
             REQUIRE(checkpoint.count() == 3);
             for (const tiles::TileResult& tile : tiles)
                 if (!checkpoint.has(tile.tile))
                     checkpoint.add(tile);
         }
-        farm::Checkpoint again(file, small_key(), kGoOn);
+        farm::Checkpoint again(file, small_key(), kResume);
         REQUIRE(hashes(again) == hashes(tiles));
     }
     write(file, bytes.substr(0, 20));
-    CHECK_THAT(message([&] { farm::Checkpoint(file, small_key(), kGoOn); }),
+    CHECK_THAT(message([&] { farm::Checkpoint(file, small_key(), kResume); }),
                contains("no checkpoint of a picture"));
     write(file, "a text of mine, which is not to be overwritten");
-    CHECK_THROWS_AS(farm::Checkpoint(file, small_key(), kGoOn), util::Error);
+    CHECK_THROWS_AS(farm::Checkpoint(file, small_key(), kResume), util::Error);
     CHECK(bytes_of(file) == "a text of mine, which is not to be overwritten");
 }
 
-TEST_CASE("a tile whose pixels cannot be is rendered again", "[raytracer][checkpoint]") {
+TEST_CASE("a tile with invalid pixels is rendered again", "[raytracer][checkpoint]") {
     const TemporaryFolder folder;
     auto tiles = small_tiles();
     const auto good = tiles::hash_of_pixels(tiles[0]);
     tiles[1].samples[5].colour.r = std::numeric_limits<float>::quiet_NaN();
     make(folder.path() / "a.tiles", {tiles[0], tiles[1]});
-    farm::Checkpoint checkpoint(folder.path() / "a.tiles", small_key(), kGoOn);
+    farm::Checkpoint checkpoint(folder.path() / "a.tiles", small_key(), kResume);
     CHECK(hashes(checkpoint) == Hashes{good});
     CHECK_FALSE(checkpoint.has(tiles[1].tile));
     CHECK(checkpoint.count() == 1);
@@ -254,16 +254,17 @@ TEST_CASE("another picture's checkpoint is refused, and left as it is", "[raytra
     scene::Scene other = small_picture();
     other.camera.fov_deg = 55;
     const auto info = landscape()->info();
-    CHECK_THAT(message([&] { farm::Checkpoint(file, farm::key_of(other, info, {"test"}), kGoOn); }),
-               contains("go on with the checkpoint") &&
-                   contains("it is of another picture: camera.fov_deg = 40.0 there, 55.0 here"));
+    CHECK_THAT(
+        message([&] { farm::Checkpoint(file, farm::key_of(other, info, {"test"}), kResume); }),
+        contains("go on with the checkpoint") &&
+            contains("it is of another picture: camera.fov_deg = 40.0 there, 55.0 here"));
     CHECK_THAT(message([&] {
-                   farm::Checkpoint(file, farm::key_of(small_picture(), info, {"else"}), kGoOn);
+                   farm::Checkpoint(file, farm::key_of(small_picture(), info, {"else"}), kResume);
                }),
                contains("input 1 = test there, else here"));
     farm::PictureKey other_build = small_key();
     other_build.build = "0123";
-    CHECK_THAT(message([&] { farm::Checkpoint(file, other_build, kGoOn); }),
+    CHECK_THAT(message([&] { farm::Checkpoint(file, other_build, kResume); }),
                contains("this is terravox") && contains("build 0123"));
     CHECK_THROWS_AS(farm::Checkpoint(file, small_key(), kRefuse), util::UsageError);
     CHECK(bytes_of(file) == bytes);
@@ -273,7 +274,7 @@ TEST_CASE("another picture's checkpoint is refused, and left as it is", "[raytra
     make(folder.path() / "b.tiles", {});
     const auto twice = folder.path() / "c.tiles";
     for (int i = 0; i < 2; ++i) {
-        farm::Checkpoint checkpoint(twice, strange, kGoOn);
+        farm::Checkpoint checkpoint(twice, strange, kResume);
         checkpoint.add(small_tiles()[0]);
         CHECK(checkpoint.count() == 1);
     }
@@ -281,7 +282,7 @@ TEST_CASE("another picture's checkpoint is refused, and left as it is", "[raytra
 
 TEST_CASE("what is no whole first tile of the picture is not taken", "[raytracer][checkpoint]") {
     const TemporaryFolder folder;
-    farm::Checkpoint checkpoint(folder.path() / "a.tiles", small_key(), kGoOn);
+    farm::Checkpoint checkpoint(folder.path() / "a.tiles", small_key(), kResume);
     const auto taken = [&](const std::function<void(tiles::RenderTile&)>& change) {
         tiles::RenderTile tile = small_tiles()[4].tile;
         change(tile);
@@ -314,13 +315,13 @@ TEST_CASE("one coordinator at a time writes to a checkpoint", "[raytracer][check
     const TemporaryFolder folder;
     const auto file = folder.path() / "a.tiles";
     {
-        farm::Checkpoint first(file, small_key(), kGoOn);
+        farm::Checkpoint first(file, small_key(), kResume);
         first.add(small_tiles()[0]);
-        CHECK_THAT(message([&] { farm::Checkpoint(file, small_key(), kGoOn); }),
+        CHECK_THAT(message([&] { farm::Checkpoint(file, small_key(), kResume); }),
                    contains("a.tiles: another coordinator is writing to it"));
         first.add(small_tiles()[1]);
     }
-    CHECK(farm::Checkpoint(file, small_key(), kGoOn).count() == 2);
+    CHECK(farm::Checkpoint(file, small_key(), kResume).count() == 2);
 }
 
 TEST_CASE("a checkpoint in which there is nothing does not stay, unless it is to",
@@ -328,15 +329,15 @@ TEST_CASE("a checkpoint in which there is nothing does not stay, unless it is to
     const TemporaryFolder folder;
     const auto file = folder.path() / "deeper" / "a.tiles";
     {
-        const farm::Checkpoint checkpoint(file, small_key(), kGoOn);
+        const farm::Checkpoint checkpoint(file, small_key(), kResume);
     }
     CHECK_FALSE(fs::exists(file));
     make(file, {});
     CHECK(fs::exists(file));
-    CHECK(farm::Checkpoint(file, small_key(), kGoOn).count() == 0);
+    CHECK(farm::Checkpoint(file, small_key(), kResume).count() == 0);
 }
 
-TEST_CASE("a disk that is full is told, and all that was added before is there",
+TEST_CASE("a full disk is reported, and all tiles that were added before are kept",
           "[raytracer][checkpoint]") {
     const TemporaryFolder folder;
     const auto file = folder.path() / "a.tiles";
@@ -354,7 +355,7 @@ TEST_CASE("a disk that is full is told, and all that was added before is there",
         std::size_t added = 0;
         ::setrlimit(RLIMIT_FSIZE, &limit);
         const std::string said = message([&] {
-            farm::Checkpoint checkpoint(file, small_key(), kGoOn);
+            farm::Checkpoint checkpoint(file, small_key(), kResume);
             for (; added < 9; ++added)
                 checkpoint.add(tiles[added]);
         });
@@ -365,7 +366,7 @@ TEST_CASE("a disk that is full is told, and all that was added before is there",
             continue;
         }
         CHECK(added == (room == three ? 3 : 2));
-        farm::Checkpoint checkpoint(file, small_key(), kGoOn);
+        farm::Checkpoint checkpoint(file, small_key(), kResume);
         CHECK(hashes(checkpoint) ==
               hashes({tiles.begin(), tiles.begin() + static_cast<std::ptrdiff_t>(added)}));
     }
@@ -387,7 +388,7 @@ TEST_CASE("a coordinator that is killed at any time loses no tile that it had ad
         REQUIRE(::pipe(may_go) == 0);
         const pid_t child = ::fork();
         if (child == 0) {
-            farm::Checkpoint checkpoint(file, small_key(), kGoOn);
+            farm::Checkpoint checkpoint(file, small_key(), kResume);
             for (int round = 0;; ++round)
                 for (const tiles::TileResult& tile : tiles) {
                     char go = 0;
@@ -414,7 +415,7 @@ TEST_CASE("a coordinator that is killed at any time loses no tile that it had ad
         ::waitpid(child, nullptr, 0);
         ::close(told[0]);
         ::close(may_go[1]);
-        farm::Checkpoint checkpoint(file, small_key(), kGoOn);
+        farm::Checkpoint checkpoint(file, small_key(), kResume);
         const auto there = hashes(checkpoint);
         INFO(there.size() << " tiles are there");
         CHECK(there.size() >= std::min<std::size_t>(until, 9));
@@ -423,9 +424,8 @@ TEST_CASE("a coordinator that is killed at any time loses no tile that it had ad
     }
 }
 
-TEST_CASE(
-    "checkpoints are named after their pictures, and are for pictures that can be gone on with",
-    "[raytracer][checkpoint]") {
+TEST_CASE("checkpoints are named after their pictures, and are for pictures that can be resumed",
+          "[raytracer][checkpoint]") {
     CHECK(farm::checkpoint_path("a/out.exr") == "a/out.exr.tiles");
     CHECK(farm::checkpoint_path("a/out.exr", farm::Part{2, 5}) == "a/out.exr.part-2-of-5.tiles");
     scene::Scene scene = small_picture();

@@ -25,7 +25,7 @@ std::string bytes_of(const fs::path& file) {
 fs::path write(const TemporaryFolder& folder, const std::string& name,
                const std::vector<tiles::TileResult>& tiles,
                const farm::PictureKey& key = small_key()) {
-    farm::Checkpoint checkpoint(folder.path() / name, key, kGoOn);
+    farm::Checkpoint checkpoint(folder.path() / name, key, kResume);
     for (const tiles::TileResult& tile : tiles)
         checkpoint.add(tile);
     checkpoint.close();
@@ -53,7 +53,8 @@ std::string message(const std::function<void()>& what) {
 fs::path render_part(const fs::path& file, Job& job, const farm::Part& part) {
     const scene::Scene& scene = job.view.scene;
     const auto [width, height] = scene.output.size_px;
-    farm::Checkpoint checkpoint(file, farm::key_of(scene, job.world->info(), {"landscape"}), kGoOn);
+    farm::Checkpoint checkpoint(file, farm::key_of(scene, job.world->info(), {"landscape"}),
+                                kResume);
     processors::ThreadProcessor processor(job.view, job.blocks, 2);
     const int edge = scene.quality.tile.in_picture(width);
     const auto passes = tiles::plan_tiles(
@@ -133,7 +134,7 @@ TEST_CASE("parts of several coordinators make the picture of one",
     }
 }
 
-TEST_CASE("what is missing is said by its rows", "[raytracer][checkpoint][merge]") {
+TEST_CASE("missing tiles are reported by their rows", "[raytracer][checkpoint][merge]") {
     const TemporaryFolder folder;
     const auto tiles = small_tiles();
     const auto a = write(folder, "a.tiles", some(tiles, {0, 1, 2, 4})),
@@ -151,7 +152,7 @@ TEST_CASE("what is missing is said by its rows", "[raytracer][checkpoint][merge]
 
     const auto all = folder.path() / "all.tiles";
     joined.write(all);
-    farm::Checkpoint goes_on(all, small_key(), kGoOn);
+    farm::Checkpoint goes_on(all, small_key(), kResume);
     CHECK(goes_on.count() == 7);
     CHECK_THAT(message([&] { joined.write(all); }), contains("another coordinator is writing"));
     goes_on.close();
@@ -162,7 +163,7 @@ TEST_CASE("tiles in several files must be equal", "[raytracer][checkpoint][merge
     auto tiles = small_tiles();
     const auto a = write(folder, "a.tiles", some(tiles, {0, 4, 5}));
     for (tiles::TileResult& tile : tiles)
-        tile.counts = {};  // how they came about does not matter
+        tile.counts = {};  // the cost does not matter
     CHECK(farm::JoinedTiles({a, write(folder, "same.tiles", some(tiles, {4, 5, 6}))}).count() == 4);
     tiles[5].samples[7].colour.g = std::nextafter(tiles[5].samples[7].colour.g, 1e9f);
     const auto other = write(folder, "other.tiles", some(tiles, {1, 5}));
@@ -195,7 +196,7 @@ TEST_CASE("files of different pictures, and such as are being written, are not j
                    contains("quality.seed = 0 there, 3 here"));
     CHECK_THAT(message([&] { farm::JoinedTiles({a, folder.path() / "none.tiles"}); }),
                contains("none.tiles: No such file"));
-    farm::Checkpoint writing(a, small_key(), kGoOn);
+    farm::Checkpoint writing(a, small_key(), kResume);
     CHECK_THAT(message([&] { farm::JoinedTiles({a}); }),
                contains("a.tiles: a coordinator is writing to it"));
 }
@@ -208,7 +209,7 @@ TEST_CASE("holes and damage of the parts are those of the picture",
     tiles[7].holes = {{0, 1, 2, 3}};
     const auto file = write(folder, "a.tiles", tiles);
     {
-        farm::Checkpoint checkpoint(file, small_key(), kGoOn);
+        farm::Checkpoint checkpoint(file, small_key(), kResume);
         checkpoint.note_damage({"x.laz: damaged"});
     }
     const auto out = folder.path() / "out.exr";

@@ -20,7 +20,7 @@ farm::PictureKey key_with(const std::function<void(scene::Scene&)>& change) {
 
 }  // namespace
 
-TEST_CASE("a key comes back from its text", "[raytracer][checkpoint][key]") {
+TEST_CASE("a key survives conversion to text and back", "[raytracer][checkpoint][key]") {
     const farm::PictureKey key = key_with([](scene::Scene& s) {
         s.output.layers = core::PictureLayers::kAll;
         s.sun.zone = "Europe/Ljubljana";
@@ -35,7 +35,7 @@ TEST_CASE("a key comes back from its text", "[raytracer][checkpoint][key]") {
     CHECK(scene::to_toml(scene::what_shows(again)) == key.scene);
 }
 
-TEST_CASE("keys are equal for what makes no other pixels, and say what makes others",
+TEST_CASE("keys are equal for equal pixels, and describe what makes others",
           "[raytracer][checkpoint][key]") {
     const farm::PictureKey key = key_with([](scene::Scene&) {});
     CHECK(key == key_with([](scene::Scene& s) {

@@ -77,7 +77,7 @@ using Cells = std::vector<std::uint32_t>;
 
 }  // namespace
 
-TEST_CASE("records come back in their order", "[raytracer][checkpoint][records]") {
+TEST_CASE("records are read in their order", "[raytracer][checkpoint][records]") {
     const TemporaryFolder folder;
     const Sample sample(6);
     const Found found = scanned(folder, sample, sample.bytes);
@@ -128,11 +128,11 @@ TEST_CASE("a byte that changed costs the record that it is in, and no other",
         Found found = scanned(folder, sample, damaged);
         const bool last = hit == 5;
         if (hit == 3)
-            std::erase(found.cells, 99U);  // with the record around it gone, it is one
+            std::erase(found.cells, 99U);  // valid once the record around it is damaged
         Cells expected{0, 1, 2, 3, 4, 5};
         std::erase(expected, hit);
         REQUIRE(found.cells == expected);
-        // It is said, in one way or another.
+        // The damage is reported, in one way or another.
         CHECK(found.scan.spoiled.size() + found.scan.lost_bytes +
                   (last ? found.scan.torn_bytes : 0) >
               0);

@@ -20,7 +20,7 @@ inline farm::PictureKey small_key(bool with_layers = false) {
     return farm::key_of(small_picture(with_layers), landscape()->info(), {"test"});
 }
 
-/// Tiles of chance, without holes, in the order asked for.
+/// Random tiles, without holes, in the given order.
 inline std::vector<tiles::TileResult> small_tiles(bool with_layers = false, unsigned seed = 1,
                                                   core::TileOrder order = core::TileOrder::kRows) {
     std::vector<tiles::TileResult> out;

@@ -24,8 +24,8 @@ farm::Hello worker_hello() {
     return farm::make_hello(own);
 }
 
-/// Takes the frames of a link as they come, as a peer does: the other end waits for that before it
-/// closes. @return why this end is refused, once the other has closed; "": it is not
+/// Reads the frames of a link as they arrive, as a peer does: the other end waits for that before
+/// it closes. @return why this end is refused, once the other has closed; "": it is not
 std::future<std::string> refusal_at(net::Link& link) {
     return std::async(std::launch::async, [&link] {
         std::string reason;
@@ -37,10 +37,11 @@ std::future<std::string> refusal_at(net::Link& link) {
 }
 
 struct Refused {
-    std::string here, there;  ///< what the coordinator throws, and what it tells its peer
+    std::string here;   ///< message that the coordinator throws
+    std::string there;  ///< reason that it sends to its peer
 };
 
-/// What a coordinator makes of a peer whose first frame is this.
+/// How a coordinator refuses a peer whose first frame is this.
 Refused refused(const farm::Frame& first) {
     auto [mine, theirs] = net::link_pair();
     theirs->send(first);
@@ -59,7 +60,7 @@ Refused refused(const farm::Frame& first) {
 
 }  // namespace
 
-TEST_CASE("a peer that does not fit is refused, and both ends say why", "[raytracer][farm]") {
+TEST_CASE("a peer that does not fit is refused, and both ends report why", "[raytracer][farm]") {
     struct Case {
         const char* name;
         std::function<void(farm::Hello&)> change;
@@ -91,7 +92,7 @@ TEST_CASE("a peer that does not fit is refused, and both ends say why", "[raytra
     }
 }
 
-TEST_CASE("a peer is what its certificate lets it be, and nothing else", "[raytracer][farm]") {
+TEST_CASE("a peer has the role of its certificate only", "[raytracer][farm]") {
     /// A link whose peer has shown a certificate.
     class Certified final : public net::Link {
     public:
@@ -113,7 +114,7 @@ TEST_CASE("a peer is what its certificate lets it be, and nothing else", "[raytr
     struct Case {
         const char* certified;
         farm::Role says;
-        const char* refused;  ///< nullptr: it is let in
+        const char* refused;  ///< nullptr: it is admitted
     };
     for (const Case& c :
          {Case{"worker", farm::WORKER, nullptr}, Case{"coordinator", farm::OBSERVER, nullptr},
@@ -169,10 +170,10 @@ TEST_CASE("what is no hello is none, a refusal is passed on, and silence has an 
     there->close();
     CHECK_THROWS_WITH(
         farm::meet(*here, farm::make_hello({}), {farm::WORKER}, std::chrono::milliseconds(2000)),
-        contains("it hung up"));
+        contains("the link ended"));
 }
 
-TEST_CASE("a picture's parcel names no path, and gives the same view", "[raytracer][farm]") {
+TEST_CASE("a picture's specification names no path, and gives the same view", "[raytracer][farm]") {
     scene::Scene scene = small_scene();
     scene.camera.look = "somewhere";
     scene.world.settings = "/secret/settings.toml";
@@ -184,11 +185,11 @@ TEST_CASE("a picture's parcel names no path, and gives the same view", "[raytrac
     scene.camera.position = {1.0 / 3, 40.1, 60};
     scene.camera.target = {0, 0, 1e-17};
     Job job(scene);
-    const farm::PictureSpec parcel = farm::pack(scene, job.world->info());
-    CHECK(parcel.scene.find("secret") == std::string::npos);
-    CHECK(parcel.scene.find("somewhere") == std::string::npos);
-    CHECK_THAT(parcel.scene, contains("zone = ''"));
-    const shade::View view = farm::unpack(parcel, job.world->info());
+    const farm::PictureSpec spec = farm::pack(scene, job.world->info());
+    CHECK(spec.scene.find("secret") == std::string::npos);
+    CHECK(spec.scene.find("somewhere") == std::string::npos);
+    CHECK_THAT(spec.scene, contains("zone = ''"));
+    const shade::View view = farm::unpack(spec, job.world->info());
     const core::Vec3 a = view.camera.position(), b = job.view.camera.position();
     CHECK((a.x == b.x && a.y == b.y && a.z == b.z));
     const core::Vec3 s = view.sky.to_sun(), t = job.view.sky.to_sun();
@@ -202,14 +203,14 @@ TEST_CASE("a worker gets no definition of a coordinate reference system, and tak
     voxel::WorldInfo world = job.world->info();
     world.crs = "EPSG:4326";
     world.crs_wkt = geo::Crs::from_text("EPSG:4326").wkt();
-    const farm::PictureSpec parcel = farm::pack(small_scene(), world);
-    CHECK_THAT(parcel.world, !contains("GEOGCRS"));
+    const farm::PictureSpec spec = farm::pack(small_scene(), world);
+    CHECK_THAT(spec.world, !contains("GEOGCRS"));
     // A coordinator that sends one, and a camera whose place would have to be found with it.
     const voxel::WorldInfo told = farm::unpack_world(voxel::world_to_json(world));
     CHECK(told.crs == "EPSG:4326");
     CHECK(told.crs_wkt.empty());
     CHECK(farm::pack_world(told) == farm::pack_world(world));
-    farm::PictureSpec bad = parcel;
+    farm::PictureSpec bad = spec;
     bad.scene =
         "[camera]\nspace = 'latlon'\nposition = [46.05, 14.5, 400]\ntarget = [46.06, 14.5, 300]\n";
     CHECK_NOTHROW(farm::unpack(bad, world));

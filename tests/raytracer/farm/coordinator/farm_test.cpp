@@ -44,7 +44,8 @@ TEST_CASE(
                 CHECK(bench.expelled().empty());
                 if (threads == 0)
                     CHECK(bench.pool().counts().checked >=
-                          1);  // a worker's first tile always is; beside threads it may get none
+                          1);  // a worker's first tile always is checked; with threads in the pool
+                               // it may get none
             }
     }
 }
@@ -119,7 +120,7 @@ TEST_CASE(
     }
 }
 
-TEST_CASE("workers that die, leave and come at any time change no pixel", "[raytracer][farm]") {
+TEST_CASE("workers that die, leave and join at any time change no pixel", "[raytracer][farm]") {
     static const std::string wanted = local_picture(false);
     const auto seed = GENERATE(range(1u, 9u));
     INFO("seed " << seed);
@@ -135,7 +136,7 @@ TEST_CASE("workers that die, leave and come at any time change no pixel", "[rayt
     output::Film film = empty_film(job);
     std::set<std::uint32_t> done;
     while (done.size() < tiles.size()) {
-        // Those that were killed may all be gone only now.
+        // The killed workers may be removed only now.
         while (!bench.pool().wait(std::chrono::milliseconds(100)))
             if (bench.farm().workers() == 0)
                 bench.add_worker();
@@ -154,9 +155,8 @@ TEST_CASE("workers that die, leave and come at any time change no pixel", "[rayt
     CHECK(bench.expelled().empty());
 }
 
-TEST_CASE(
-    "when nobody is left the picture waits, and ends with what there is after the time to give up",
-    "[raytracer][farm]") {
+TEST_CASE("without workers the picture waits, and ends incomplete after the timeout",
+          "[raytracer][farm]") {
     Job job(farm_scene());
     FarmBench bench(job, std::chrono::milliseconds(300));
     output::Film film = empty_film(job);
@@ -167,7 +167,8 @@ TEST_CASE(
 
 namespace {
 
-/// What `terravox farm` does: a question to a coordinator or a worker. @return what came of it
+/// Sends a request to a coordinator or a worker, as `terravox farm` does.
+/// @return the reply
 farm::Frame asked(net::Link& link, const farm::Frame& question) {
     farm::OwnHello own;
     own.role = farm::OBSERVER;
@@ -187,7 +188,7 @@ farm::Frame pause_frame(bool on, const std::string& worker = {}) {
 
 }  // namespace
 
-TEST_CASE("a worker that is paused gets nothing, and goes on when it may", "[raytracer][farm]") {
+TEST_CASE("a worker that is paused gets no leases until it is resumed", "[raytracer][farm]") {
     Job job(farm_scene());
     FarmBench bench(job);
     bench.add_worker();
@@ -228,7 +229,7 @@ TEST_CASE("a worker that is paused gets nothing, and goes on when it may", "[ray
 }
 
 TEST_CASE("tiles that are not needed any more are left in the middle", "[raytracer][farm]") {
-    // A worker whose boxes never come: what it has begun does not end by itself.
+    // A worker whose boxes never arrive: its tiles in progress do not end by themselves.
     Job job(farm_scene());
     auto [mine, theirs] = net::link_pair();
     farm::WorkerDaemon daemon({});
@@ -238,8 +239,8 @@ TEST_CASE("tiles that are not needed any more are left in the middle", "[raytrac
     own.role = farm::COORDINATOR;
     (void)farm::meet(*mine, farm::make_hello(own), {farm::WORKER});
     farm::Frame picture;
-    const farm::PictureSpec parcel = farm::pack(job.view.scene, job.blocks.world_info());
-    const std::vector<std::string> texts{parcel.scene, parcel.materials, parcel.world};
+    const farm::PictureSpec spec = farm::pack(job.view.scene, job.blocks.world_info());
+    const std::vector<std::string> texts{spec.scene, spec.materials, spec.world};
     picture.mutable_picture()->set_id(1);
     picture.mutable_picture()->set_scene(farm::state_hash(texts[0]));
     picture.mutable_picture()->set_materials(farm::state_hash(texts[1]));
@@ -277,7 +278,7 @@ TEST_CASE("tiles that are not needed any more are left in the middle", "[raytrac
     serving.join();
 }
 
-TEST_CASE("an asker for boxes whose link is slow holds nobody else up, and gets them when it can",
+TEST_CASE("a requester of boxes with a slow link does not delay others, and gets its boxes later",
           "[raytracer][farm]") {
     Job job(farm_scene());
     farm::BoxSupplier supplier(job.blocks, 7, std::size_t{1} << 20, 1);
@@ -287,9 +288,9 @@ TEST_CASE("an asker for boxes whose link is slow holds nobody else up, and gets 
     request.set_world_id(7);
     for (int i = 0; i < 5; ++i)
         farm::to_frame(voxel::BoxKey{0, i - 2, 0, 0}, *request.add_keys());
-    CHECK(supplier.ask(1, request,
-                       {[&](farm::Frame) { return ++slow > 0; }, [&] { return queued.load(); }}));
-    CHECK(supplier.ask(2, request, {[&](farm::Frame) { return ++quick > 0; }}));
+    CHECK(supplier.request(
+        1, request, {[&](farm::Frame) { return ++slow > 0; }, [&] { return queued.load(); }}));
+    CHECK(supplier.request(2, request, {[&](farm::Frame) { return ++quick > 0; }}));
     while (quick < 5)
         std::this_thread::yield();
     CHECK(slow == 0);

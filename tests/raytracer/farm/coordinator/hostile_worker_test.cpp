@@ -12,7 +12,7 @@ using namespace terravox::test;
 
 namespace {
 
-/// A worker that knows how to say hello, and does as the test tells it with every tile.
+/// A worker that completes the handshake, and then handles each tile as the test defines.
 class FakeWorker {
 public:
     using OnTile = std::function<void(FakeWorker&, std::uint64_t picture, std::uint64_t id,
@@ -102,7 +102,7 @@ TEST_CASE("whatever a hostile worker sends, the picture is right, and the worker
     struct Case {
         const char* name;
         Act act;
-        const char* says;  ///< of why it was expelled
+        const char* says;  ///< part of the reason for which it was expelled
     };
     const auto c = GENERATE(values<Case>({
         {"garbage",
@@ -201,7 +201,7 @@ TEST_CASE("whatever a hostile worker sends, the picture is right, and the worker
         output::Film film = empty_film(job);
         {
             FakeWorker fake(job, bench.plug(), c.act);
-            // Alone until it is found out: then somebody else comes.
+            // It is alone until it is detected; then another worker joins.
             std::atomic<bool> over{false};
             std::thread help([&] {
                 while (bench.expelled().empty() && !over)
@@ -247,7 +247,7 @@ TEST_CASE("a worker that lies now and then is found out, and all that it made is
     CHECK(bench.pool().counts().mended > 0);
 }
 
-TEST_CASE("answers that come twice, and answers to nothing, are counted and ignored",
+TEST_CASE("duplicate answers, and answers without a lease, are counted and ignored",
           "[raytracer][farm]") {
     Job job(farm_scene());
     FarmBench bench(job);
@@ -302,7 +302,7 @@ void fail(FakeWorker& w, std::uint64_t picture, std::uint64_t id) {
 
 }  // namespace
 
-TEST_CASE("workers of one host that cannot render are left out, and the coordinator goes on",
+TEST_CASE("workers of one host that cannot render are left out, and the coordinator continues",
           "[raytracer][farm]") {
     Job job(farm_scene());
     FarmBench bench(job);
@@ -361,7 +361,7 @@ TEST_CASE("a hole that the coordinator has as well hides no lie", "[raytracer][f
                         [&](FakeWorker& w, std::uint64_t picture, std::uint64_t id,
                             const tiles::RenderTile& t) {
                             tiles::TileResult result = w.right(t);
-                            (void)job.blocks.get(hole);  // as if it had asked for it
+                            (void)job.blocks.get(hole);  // as if it had requested the box
                             for (tiles::PixelSample& sample : result.samples)
                                 sample.colour.g += 0.001f;
                             result.holes.insert(hole);
@@ -417,7 +417,7 @@ TEST_CASE("of two workers that disagree the liar alone is expelled", "[raytracer
             w.send_tile(picture, id, result);
         },
         "honest");
-    // The second answer, and what comes of it.
+    // The second answer, and its effect.
     while (bench.pool().counts().checked < 2 || bench.expelled().empty())
         (void)bench.pool().wait(std::chrono::milliseconds(1));
     REQUIRE(bench.pool().status().front().name == "honest");

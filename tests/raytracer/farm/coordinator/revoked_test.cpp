@@ -64,7 +64,7 @@ private:
 
 }  // namespace
 
-TEST_CASE("a worker whose certificate is revoked is sent away, and others do what it had",
+TEST_CASE("a worker whose certificate is revoked is disconnected, and its leases are reassigned",
           "[raytracer][farm][tls]") {
     const Said said;
     const Certificates certificates;
@@ -111,7 +111,7 @@ TEST_CASE("a worker whose certificate is revoked is sent away, and others do wha
     farm.end();
 }
 
-TEST_CASE("a worker leaves a coordinator whose certificate is revoked, and does not come again",
+TEST_CASE("a worker leaves a coordinator whose certificate is revoked, and does not return",
           "[raytracer][farm][tls]") {
     const Said said;
     const Certificates certificates;
@@ -135,7 +135,7 @@ TEST_CASE("a worker leaves a coordinator whose certificate is revoked, and does 
     CHECK(said.hears("is left: its certificate is revoked"));
 }
 
-TEST_CASE("an observer whose certificate is revoked is told nothing more",
+TEST_CASE("an observer whose certificate is revoked gets no further status",
           "[raytracer][farm][tls]") {
     const Said said;
     const Certificates certificates;

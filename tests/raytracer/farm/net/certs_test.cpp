@@ -123,7 +123,7 @@ TEST_CASE("names and days have their ranges", "[common][net][certs]") {
     CHECK(files_in(folder.path()).empty());
 }
 
-TEST_CASE("certificates that will not do are told with their file", "[common][net][certs]") {
+TEST_CASE("unusable certificates are reported with their file", "[common][net][certs]") {
     const test::TemporaryFolder folder;
     const auto ours = folder.path() / "ours", theirs = folder.path() / "theirs";
     net::make_certs(ours, {"a", "b"}, 30);

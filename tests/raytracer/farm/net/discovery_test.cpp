@@ -166,8 +166,8 @@ private:
     std::shared_ptr<spdlog::logger> m_before;
 };
 
-/// What a browser has told, to be looked at from another thread.
-class Told {
+/// The events of a browser, to be read from another thread.
+class RecordedEvents {
 public:
     [[nodiscard]] net::ServiceBrowser::OnEvent listener() {
         return [this](net::ServiceBrowser::Event event, const net::FoundService& service) {
@@ -183,7 +183,7 @@ public:
         const std::lock_guard lock(m_mutex);
         return m_now;
     }
-    /// Services that went without having come.
+    /// Services that were reported as gone without having been found.
     [[nodiscard]] int strays() const {
         const std::lock_guard lock(m_mutex);
         return m_strays;
@@ -230,20 +230,20 @@ TEST_CASE("a text that does not fit is refused", "[common][net][discovery]") {
                       test::contains("build has 300 bytes; allowed: 200"));
 }
 
-TEST_CASE("what is announced is found, with all that it says, until it ends",
+TEST_CASE("an announced service is found, with all its data, until it ends",
           "[common][net][discovery]") {
     NEED_A_NETWORK();
     const Running running;
     Log log;
-    Told told;
+    RecordedEvents events;
     auto announced = std::make_unique<net::Announcement>(
         "worker", 7878,
         net::ServiceText{{"protocol", "1"}, {"software", "terravox 0.1.0"}, {"build", "a=b"}});
     const net::Announcement coordinator("coordinator", 7879, {});
     REQUIRE(eventually([&] { return !announced->name().empty() && !coordinator.name().empty(); }));
-    const net::ServiceBrowser browser("worker", told.listener());
-    REQUIRE(eventually([&] { return told.now().size() == 1; }));
-    const auto service = told.now().begin()->second;
+    const net::ServiceBrowser browser("worker", events.listener());
+    REQUIRE(eventually([&] { return events.now().size() == 1; }));
+    const auto service = events.now().begin()->second;
     CHECK(service.name == announced->name());
     CHECK(service.address == "127.0.0.1");
     CHECK(service.port == 7878);
@@ -255,8 +255,8 @@ TEST_CASE("what is announced is found, with all that it says, until it ends",
     CHECK(net::discover("coordinator", test::kHangs).size() == 1);
     CHECK(net::discover("observer", test::kHangs).empty());
     announced.reset();
-    CHECK(eventually([&] { return told.now().empty(); }));
-    CHECK(told.strays() == 0);
+    CHECK(eventually([&] { return events.now().empty(); }));
+    CHECK(events.strays() == 0);
     INFO(log.text() << Network::get().log());
     CHECK(log.warnings() == 0);
 }
@@ -281,8 +281,7 @@ TEST_CASE("services of one name get numbers, and each is found", "[common][net][
     CHECK(numbers == std::set<std::string>{"0", "1", "2"});
 }
 
-TEST_CASE("a daemon that comes late, or goes and comes back, is made use of",
-          "[common][net][discovery]") {
+TEST_CASE("a daemon that starts late, or is restarted, is used", "[common][net][discovery]") {
     NEED_A_NETWORK();
     Network& network = Network::get();
     network.start_bus();
@@ -294,17 +293,17 @@ TEST_CASE("a daemon that comes late, or goes and comes back, is made use of",
         network.start_avahi();
         REQUIRE(eventually([&] { return !announced.name().empty(); }));
 
-        Told told;
-        const net::ServiceBrowser browser("worker", told.listener());
-        REQUIRE(eventually([&] { return told.now().size() == 1; }));
+        RecordedEvents events;
+        const net::ServiceBrowser browser("worker", events.listener());
+        REQUIRE(eventually([&] { return events.now().size() == 1; }));
         network.stop_avahi();
-        CHECK(eventually([&] { return told.now().empty() && announced.name().empty(); }));
+        CHECK(eventually([&] { return events.now().empty() && announced.name().empty(); }));
         network.start_avahi();
-        CHECK(eventually([&] { return told.now().size() == 1 && !announced.name().empty(); }));
-        CHECK(told.found() == 2);
-        CHECK(told.strays() == 0);
+        CHECK(eventually([&] { return events.now().size() == 1 && !announced.name().empty(); }));
+        CHECK(events.found() == 2);
+        CHECK(events.strays() == 0);
         network.stop();
-        CHECK(eventually([&] { return told.now().empty() && announced.name().empty(); }));
+        CHECK(eventually([&] { return events.now().empty() && announced.name().empty(); }));
     }
     INFO(log.text());
     CHECK(log.warnings() >= 3);

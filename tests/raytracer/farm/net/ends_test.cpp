@@ -19,7 +19,7 @@ using namespace std::chrono_literals;
 
 namespace {
 
-/// A peer that knows the token and keeps to no limit: gRPC's own channel behind the handshake.
+/// A peer with the token that ignores all limits: gRPC's own channel after the handshake.
 std::shared_ptr<grpc::Channel> channel_of(const sockets::Address& address) {
     auto socket = sockets::connect_to(sockets::resolve(address, false).front(),
                                       std::chrono::steady_clock::now() + kLong);
@@ -40,7 +40,7 @@ std::shared_ptr<grpc::Channel> channel_of(const sockets::Address& address) {
     return grpc::CreateCustomInsecureChannelFromFd("farm", socket.release(), arguments);
 }
 
-/// Short times for whoever begins meanwhile.
+/// Short times for links that are opened meanwhile.
 struct TestTimes {
     TestTimes() { ::setenv("TERRAVOX_FARM_TEST", "1", 1); }
     ~TestTimes() { ::unsetenv("TERRAVOX_FARM_TEST"); }
@@ -48,7 +48,8 @@ struct TestTimes {
     TestTimes& operator=(const TestTimes&) = delete;
 };
 
-/// Reads until the end. @return how many frames came
+/// Reads until the end.
+/// @return number of frames
 std::size_t drain(net::Link& link) {
     std::size_t count = 0;
     while (link.receive())
@@ -80,7 +81,7 @@ TEST_CASE("a link that is closed delivers all that was sent before", "[common][n
     to->close();
 }
 
-TEST_CASE("a frame is read though its sender has closed the link and is gone",
+TEST_CASE("a frame is read although its sender has closed the link and has ended",
           "[common][net][ends]") {
     const bool by_dialler = GENERATE(true, false);
     INFO((by_dialler ? "by the dialler" : "by the listener's end"));
@@ -91,7 +92,7 @@ TEST_CASE("a frame is read though its sender has closed the link and is gone",
     auto& to = by_dialler ? accepted : dialled;
     farm::Frame refusal;
     refusal.mutable_refusal()->set_reason("another build");
-    // What the other end has to say meanwhile is lost, and harms nothing.
+    // Frames that the other end sends meanwhile are lost, without harm.
     for (std::uint64_t i = 0; i < 100; ++i)
         REQUIRE(to->send(done(i, 100'000)));
     REQUIRE(from->send(refusal));
@@ -145,7 +146,7 @@ TEST_CASE("an abort ends both ends, whatever they wait for", "[common][net][ends
             ++sent;
         return sent;
     });
-    // The queue is full: nobody takes what it holds.
+    // The queue is full, as nothing is read from it.
     while (from->traffic().sent_bytes == 0)
         std::this_thread::yield();
     from->abort();
@@ -158,7 +159,7 @@ TEST_CASE("an abort ends both ends, whatever they wait for", "[common][net][ends
     CHECK_FALSE(to->send(ping(1)));
 }
 
-TEST_CASE("send waits while the queue is full, and goes on when there is room",
+TEST_CASE("send blocks while the queue is full, and continues when there is room",
           "[common][net][ends]") {
     Farm farm;
     auto [dialled, accepted] = farm.pair();
@@ -320,7 +321,7 @@ TEST_CASE("a connection carries one call", "[common][net][ends]") {
     CHECK(stream->Finish().error_code() == grpc::StatusCode::PERMISSION_DENIED);
 }
 
-TEST_CASE("a peer whose connection is reset is gone at once", "[common][net][ends]") {
+TEST_CASE("a link whose connection is reset ends at once", "[common][net][ends]") {
     Farm farm;
     Wire wire(farm.address());
     auto dialled = net::dial(wire.address(), farm.credentials(), kLong);
@@ -353,7 +354,7 @@ TEST_CASE("a peer behind a dead wire is found by its silence", "[common][net][en
     CHECK_FALSE(dialled->why_ended().empty());
 }
 
-TEST_CASE("a peer that takes nothing ends a link whose queue is full", "[common][net][ends]") {
+TEST_CASE("a peer that reads nothing ends a link whose queue is full", "[common][net][ends]") {
     const TestTimes times;
     Farm farm;
     const auto [dialled, accepted] = farm.pair();
@@ -363,8 +364,7 @@ TEST_CASE("a peer that takes nothing ends a link whose queue is full", "[common]
         ++sent;
     CHECK(sent >= 32);
     CHECK(sent < 1000);
-    CHECK(dialled->traffic().queued_bytes <=
-          1 << 20);  // what gRPC has in hand, and has not let go yet
+    CHECK(dialled->traffic().queued_bytes <= 1 << 20);  // data that gRPC has not released yet
     CHECK(dialled->why_ended() == "it took nothing for 2 s");
 }
 
@@ -484,7 +484,7 @@ TEST_CASE("an error of a link's user ends this link alone", "[common][net][ends]
     CHECK(second->receive()->ping().stamp() == 8);
 }
 
-TEST_CASE("links come and go", "[common][net][ends]") {
+TEST_CASE("links are opened and closed repeatedly", "[common][net][ends]") {
     Farm farm;
     std::vector<std::future<bool>> users;
     for (int user = 0; user < 8; ++user)

@@ -24,13 +24,13 @@ public:
         return [this](std::unique_ptr<net::Link> link) {
             const std::lock_guard lock(m_mutex);
             m_links.push_back(std::move(link));
-            m_came.notify_all();
+            m_arrived.notify_all();
         };
     }
-    /// @return nothing when none comes
+    /// @return nothing when none arrives
     [[nodiscard]] std::unique_ptr<net::Link> next(std::chrono::milliseconds timeout = kLong) {
         std::unique_lock lock(m_mutex);
-        if (!m_came.wait_for(lock, timeout, [&] { return !m_links.empty(); }))
+        if (!m_arrived.wait_for(lock, timeout, [&] { return !m_links.empty(); }))
             return nullptr;
         auto link = std::move(m_links.front());
         m_links.pop_front();
@@ -39,7 +39,7 @@ public:
 
 private:
     std::mutex m_mutex;
-    std::condition_variable m_came;
+    std::condition_variable m_arrived;
     std::deque<std::unique_ptr<net::Link>> m_links;
 };
 
@@ -66,8 +66,8 @@ public:
         out.accepted = m_arrivals.next();
         return out;
     }
-    /// Whether a peer gets in, and a frame through. On a busy machine it may need more time than a
-    /// test's limits leave it: then again.
+    /// Whether a peer is admitted, and a frame arrives. On a busy machine it may need more time
+    /// than a test's limits leave it: then again.
     [[nodiscard]] bool works() {
         const auto deadline = std::chrono::steady_clock::now() + kLong;
         while (std::chrono::steady_clock::now() < deadline) {

@@ -23,7 +23,7 @@ struct Ends {
     DiallerHandshake dialler;
     ListenerHandshake listener;
     Bytes proof;
-    /// Both hellos have been said.
+    /// Both hellos have been exchanged.
     Ends(const char* of_dialler, const char* of_listener)
         : dialler(of_dialler), listener(of_listener) {
         const auto step = listener.take(dialler.hello());
@@ -35,13 +35,13 @@ struct Ends {
 
 }  // namespace
 
-TEST_CASE("who knows the token is welcome, on both sides", "[common][net][handshake]") {
+TEST_CASE("both sides accept a peer with the token", "[common][net][handshake]") {
     Ends ends(kToken, kToken);
     CHECK(ends.listener.take(ends.proof).outcome == Outcome::kProven);
     CHECK_NOTHROW(ends.dialler.check(answer_of(ends.listener.answer(Verdict::kWelcome))));
 }
 
-TEST_CASE("the handshake goes byte by byte, too, and reads nothing beyond its end",
+TEST_CASE("the handshake works byte by byte, too, and reads nothing beyond its end",
           "[common][net][handshake]") {
     DiallerHandshake dialler(kToken);
     ListenerHandshake listener(kToken);
@@ -67,7 +67,7 @@ TEST_CASE("another token shows, whichever end has it", "[common][net][handshake]
         INFO(other);
         Ends ends(kToken, other);
         CHECK(ends.listener.take(ends.proof).outcome == Outcome::kWrongToken);
-        // A listener that does not know the token cannot say welcome.
+        // A listener without the token cannot make the proof of a welcome.
         CHECK_THROWS_AS(ends.dialler.check(answer_of(ends.listener.answer(Verdict::kWelcome))),
                         RefusedError);
         CHECK_THROWS_WITH(ends.dialler.check(answer_of(ends.listener.answer(Verdict::kWelcome))),
@@ -126,7 +126,7 @@ TEST_CASE("a dialler learns why it is refused", "[common][net][handshake]") {
     }
 }
 
-TEST_CASE("another version is told on both sides", "[common][net][handshake]") {
+TEST_CASE("both sides report another version", "[common][net][handshake]") {
     DiallerHandshake dialler(kToken);
     ListenerHandshake listener(kToken);
     auto hello = dialler.hello();
@@ -138,7 +138,7 @@ TEST_CASE("another version is told on both sides", "[common][net][handshake]") {
     CHECK_THROWS_WITH(dialler.prove(hello_of(hello)), contains("version 9; allowed: 1"));
 }
 
-TEST_CASE("what is no hello is known by its first byte", "[common][net][handshake]") {
+TEST_CASE("an invalid hello is recognised by its first byte", "[common][net][handshake]") {
     for (const char* said :
          {"GET / HTTP/1.1\r\n\r\n", "\x16\x03\x01", "PRI * HTTP/2.0", "TVX-FARN", "tvx-farm"}) {
         INFO(said);

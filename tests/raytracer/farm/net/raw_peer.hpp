@@ -12,7 +12,7 @@
 
 namespace terravox::test {
 
-/// A connection that says what it likes.
+/// A connection that sends arbitrary bytes.
 class RawPeer {
 public:
     explicit RawPeer(const sockets::Address& address)

@@ -7,7 +7,7 @@
 using namespace std::chrono_literals;
 using terravox::net::RefusalLog;
 
-TEST_CASE("a reason is told once a minute for each address, and how often it came meanwhile",
+TEST_CASE("a reason is logged once a minute for each address, with the number of repetitions",
           "[common][net][log]") {
     std::vector<std::string> lines;
     RefusalLog log([&](const std::string& line) { lines.push_back(line); });

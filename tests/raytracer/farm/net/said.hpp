@@ -21,7 +21,7 @@ public:
     }
     ~Said() { spdlog::set_default_logger(m_before); }
     [[nodiscard]] std::string all() const { return m_sink->text(); }
-    /// Waits for a line with this in it.
+    /// Waits for a line that contains this.
     [[nodiscard]] bool hears(const std::string& part) const {
         return eventually([&] { return all().find(part) != std::string::npos; });
     }

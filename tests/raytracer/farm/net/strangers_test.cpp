@@ -1,4 +1,4 @@
-// Who gets in, and who does not.
+// Which peers are admitted, and which are refused.
 
 #include <fcntl.h>
 #include <netinet/in.h>
@@ -72,7 +72,7 @@ std::string hear(RawPeer& peer, std::size_t size_bytes) {
 
 }  // namespace
 
-TEST_CASE("a dialler with another token is refused for good, and told why",
+TEST_CASE("a dialler with another token is refused for good, with the reason",
           "[common][net][strangers]") {
     const Said said;
     Farm farm;
@@ -87,8 +87,7 @@ TEST_CASE("a dialler with another token is refused for good, and told why",
     CHECK(farm.works());
 }
 
-TEST_CASE("a listener that does not know the token is refused by the dialler",
-          "[common][net][strangers]") {
+TEST_CASE("a listener without the token is refused by the dialler", "[common][net][strangers]") {
     const auto hello = [] { return net::DiallerHandshake(kToken).hello(); };
     struct Case {
         const char* name;
@@ -150,7 +149,7 @@ TEST_CASE("a listener that does not know the token is refused by the dialler",
     }
 }
 
-TEST_CASE("a dialler waits no longer than it was told to", "[common][net][strangers]") {
+TEST_CASE("a dialler waits no longer than its timeout", "[common][net][strangers]") {
     std::promise<void> over;
     const FakeListener silent([&](RawPeer&) { over.get_future().wait(); });
     CHECK_THROWS_WITH(net::dial(silent.address(), token(kToken), 100ms),
@@ -158,8 +157,7 @@ TEST_CASE("a dialler waits no longer than it was told to", "[common][net][strang
     over.set_value();
 }
 
-TEST_CASE("credentials that cannot be are told before anything is tried",
-          "[common][net][strangers]") {
+TEST_CASE("invalid credentials are reported before any attempt", "[common][net][strangers]") {
     struct Case {
         const char* name;
         net::Credentials credentials;
@@ -230,7 +228,7 @@ TEST_CASE("a listener without a host is there for both families", "[common][net]
     CHECK(reached >= 2);
 }
 
-TEST_CASE("strangers are turned away unheard, with the reason in the log",
+TEST_CASE("unauthorised peers are refused before a byte is parsed, with the reason in the log",
           "[common][net][strangers]") {
     const Said said;
     Farm farm(token(kToken), handshake_within(300ms));
@@ -240,12 +238,12 @@ TEST_CASE("strangers are turned away unheard, with the reason in the log",
         const char* why;
     };
     for (const Case& c :
-         {Case{"connects and closes", "", "without a word"},
+         {Case{"connects and closes", "", "without sending anything"},
           Case{"garbage", std::string(1000, '\x7f'), "no peer of a Terravox farm"},
           Case{"HTTP", "GET / HTTP/1.1\r\nHost: farm\r\n\r\n", "no peer of a Terravox farm"},
           Case{"gRPC", "PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n", "no peer of a Terravox farm"},
           Case{"TLS", std::string("\x16\x03\x01\x02\x00\x01\x00\x01\xfc\x03\x03", 11),
-               "it speaks TLS; a token is wanted here"}}) {
+               "it begins TLS; a token is required here"}}) {
         INFO(c.name);
         RawPeer peer(farm.address());
         if (!c.says.empty()) {
@@ -258,13 +256,13 @@ TEST_CASE("strangers are turned away unheard, with the reason in the log",
         }
         CHECK(said.hears(c.why));
     }
-    SECTION("one that says nothing") {
+    SECTION("one that sends nothing") {
         RawPeer peer(farm.address());
         CHECK(peer.hear_all().empty());
-        CHECK(said.hears("it said nothing within 300 ms"));
+        CHECK(said.hears("it sent nothing within 300 ms"));
     }
-    SECTION("one that says a byte now and then, and would never end") {
-        // Each byte comes well within the time for all of them. A listener that has no processor
+    SECTION("one that sends a byte now and then, without end") {
+        // Each byte arrives well within the time for all of them. A listener that has no processor
         // for as long as the whole hello takes may miss the end of that time, but not every time;
         // one that gives each byte new time never ends any of them.
         const auto hello = net::DiallerHandshake(kToken).hello();
@@ -308,7 +306,7 @@ TEST_CASE("strangers are turned away unheard, with the reason in the log",
         CHECK(answer == std::string(1, '\x01') + std::string(net::kProof_bytes, '\0'));
         CHECK(said.hears("wrong token"));
     }
-    SECTION("one that knows the token and then says nothing") {
+    SECTION("one that has the token and then sends nothing") {
         RawPeer peer(farm.address());
         net::DiallerHandshake handshake(kToken);
         peer.say(handshake.hello());
@@ -323,8 +321,7 @@ TEST_CASE("strangers are turned away unheard, with the reason in the log",
     CHECK(farm.works());
 }
 
-TEST_CASE("random bytes in every place of the handshake get nobody in",
-          "[common][net][strangers]") {
+TEST_CASE("random bytes at any point of the handshake admit no peer", "[common][net][strangers]") {
     const Said said;
     Farm farm;
     const unsigned seed = 20'260'101;
@@ -380,7 +377,7 @@ TEST_CASE("no more connections are admitted than allowed, and room is given back
     }));
 }
 
-TEST_CASE("where strangers are too many the oldest goes, and a peer gets through",
+TEST_CASE("with too many pending peers the oldest is closed, and an authorised one is admitted",
           "[common][net][strangers]") {
     const Said said;
     net::ListenerLimits limits = handshake_within(kLong);
@@ -393,14 +390,14 @@ TEST_CASE("where strangers are too many the oldest goes, and a peer gets through
     }
     for (int i = 0; i < 16; ++i)
         CHECK(strangers[static_cast<std::size_t>(i)]->hear_all().empty());
-    CHECK(said.hears("too many strangers at once"));
+    CHECK(said.hears("too many unauthenticated connections at once"));
 }
 
-TEST_CASE("thousands of idle strangers and few descriptors: a peer still gets in",
+TEST_CASE("thousands of idle connections and few descriptors: a peer is still admitted",
           "[common][net][strangers]") {
     const Said said;
-    // The strangers are another process: its descriptors are its own. Only calls that are safe
-    // after a fork.
+    // The unauthorised peers are another process with descriptors of its own. Only calls that are
+    // safe after a fork.
     int port_pipe[2] = {-1, -1}, ready_pipe[2] = {-1, -1};
     REQUIRE(::pipe(port_pipe) == 0);
     REQUIRE(::pipe(ready_pipe) == 0);

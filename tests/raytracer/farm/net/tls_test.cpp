@@ -1,4 +1,4 @@
-// Links whose ends show certificates.
+// Links that authenticate with certificates.
 
 #include <grpcpp/create_channel.h>
 #include <grpcpp/server_builder.h>
@@ -111,7 +111,7 @@ TEST_CASE("a dialler of another CA is refused, on both sides", "[common][net][tl
     CHECK(accepted);
 }
 
-TEST_CASE("a listener refuses who shows no certificate of its CA", "[common][net][tls]") {
+TEST_CASE("a listener refuses a peer without a certificate of its CA", "[common][net][tls]") {
     const Said said;
     const Certs certs;
     Farm farm(credentials(certs.ours, "coordinator"));
@@ -151,7 +151,7 @@ TEST_CASE("a listener refuses who shows no certificate of its CA", "[common][net
     CHECK(accepted);
 }
 
-TEST_CASE("a dialler whose certificate the listener does not take is told so",
+TEST_CASE("a dialler whose certificate the listener refuses gets the reason",
           "[common][net][tls]") {
     const Said said;
     const Certs certs;
@@ -175,7 +175,7 @@ TEST_CASE("a dialler whose certificate the listener does not take is told so",
     CHECK_THROWS_WITH(dial(), contains("old.pem: certificate has expired"));
 }
 
-TEST_CASE("a dialler refuses a listener whose certificate will not do", "[common][net][tls]") {
+TEST_CASE("a dialler refuses a listener with an invalid certificate", "[common][net][tls]") {
     const Said said;
     const Certs certs;
     struct Case {
@@ -209,7 +209,7 @@ TEST_CASE("a dialler refuses a listener whose certificate will not do", "[common
     }
 }
 
-TEST_CASE("each end knows what the other's certificate lets it be, and takes none without a role",
+TEST_CASE("each end checks the role in the other's certificate, and refuses one without a role",
           "[common][net][tls]") {
     const Said said;
     const Certs certs;
@@ -256,11 +256,11 @@ TEST_CASE("a certificate that is revoked is refused from then on, at both ends",
         CHECK_THROWS_WITH(dial("worker"),
                           contains("its certificate is revoked"));  // the list has both
     }
-    SECTION("a list that cannot be read lets nobody in") {
+    SECTION("with a list that cannot be read no peer is admitted") {
         std::ofstream(certs.ours / "ca.crl") << "nonsense";
         CHECK_THROWS_WITH(dial("second"), contains("no PEM of an X.509 CRL"));
     }
-    SECTION("a list of another CA lets nobody in") {
+    SECTION("with a list of another CA no peer is admitted") {
         net::revoke_certs(certs.theirs, {"worker"});
         fs::copy_file(certs.theirs / "ca.crl", certs.ours / "ca.crl",
                       fs::copy_options::overwrite_existing);
@@ -320,7 +320,8 @@ TEST_CASE("each end of a link that is there sees that the other's certificate is
     }
 }
 
-TEST_CASE("a token and certificates do not meet, and both sides say so", "[common][net][tls]") {
+TEST_CASE("a token and certificates do not match, and both sides report that",
+          "[common][net][tls]") {
     const Said said;
     const Certs certs;
     SECTION("a dialler with a token") {
@@ -331,7 +332,7 @@ TEST_CASE("a token and certificates do not meet, and both sides say so", "[commo
         };
         CHECK_THROWS_AS(dial(), net::RefusedError);
         CHECK_THROWS_WITH(dial(), contains("it takes certificates, and no token"));
-        CHECK(said.hears("it comes with a token; certificates are wanted here"));
+        CHECK(said.hears("it has a token; certificates are required here"));
     }
     SECTION("a dialler with certificates") {
         Farm farm;
@@ -341,11 +342,11 @@ TEST_CASE("a token and certificates do not meet, and both sides say so", "[commo
         CHECK_THROWS_AS(dial(), net::RefusedError);
         CHECK_THROWS_WITH(dial(),
                           contains("connect to " + farm.address().text()) && contains("handshake"));
-        CHECK(said.hears("it speaks TLS; a token is wanted here"));
+        CHECK(said.hears("it begins TLS; a token is required here"));
     }
 }
 
-TEST_CASE("nobody listens, or nobody answers: no refusal", "[common][net][tls]") {
+TEST_CASE("no listener, or no answer: not a refusal", "[common][net][tls]") {
     const Certs certs;
     sockets::Address gone;
     {
@@ -386,7 +387,7 @@ TEST_CASE("strangers at a listener with certificates", "[common][net][tls]") {
     };
     for (const Case& c :
          {Case{"HTTP", "GET / HTTP/1.1\r\n\r\n", "no peer of a Terravox farm"},
-          Case{"nothing", "", "it said nothing within 500 ms"},
+          Case{"nothing", "", "it sent nothing within 500 ms"},
           Case{"TLS that is begun and no more", begun, "it showed no certificate of this farm"},
           Case{"garbage behind a good beginning", begun + std::string(5000, '\x7f'),
                "it showed no certificate"}}) {
@@ -404,7 +405,7 @@ TEST_CASE("strangers at a listener with certificates", "[common][net][tls]") {
             if (i % 2 == 0)
                 strangers.back()->say(begun);
         }
-        CHECK(said.hears("too many strangers at once"));
+        CHECK(said.hears("too many unauthenticated connections at once"));
     }
     CHECK(farm.works());
 }

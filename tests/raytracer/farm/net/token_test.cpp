@@ -64,7 +64,7 @@ TEST_CASE("a token comes from the file, else from the environment, else from now
     CHECK(net::find_token(write(folder.path() / "made", made + "\n")) == made);
 }
 
-TEST_CASE("a token that will not do is told with its place", "[common][net][token]") {
+TEST_CASE("an unusable token is reported with its origin", "[common][net][token]") {
     const test::TemporaryFolder folder;
     const auto good = std::string("p4zq9vd2xk7wm5tr8gjn\n");
     using fs::perms;

@@ -38,15 +38,12 @@ public:
                       &bound.size_bytes);
         return {.host = "127.0.0.1", .port = bound.port()};
     }
-    void cut() {
-        m_state = State::kCut;
-    }  ///< both ends are reset, as by machines that crash and come back
-    void stop() {
-        m_state = State::kDead;
-    }  ///< nothing goes through, and nobody is told, as when a cable is pulled out
-    void slow(std::size_t bytes_per_s) {
-        m_bytes_per_s = bytes_per_s;
-    }  ///< from the dialler to the listener; 0: as fast as it can
+    /// Resets both ends, as by machines that crash and restart.
+    void cut() { m_state = State::kCut; }
+    /// Transfers nothing more, and closes nothing, as when a cable is pulled out.
+    void stop() { m_state = State::kDead; }
+    /// Limits the rate from the dialler to the listener; 0: no limit.
+    void slow(std::size_t bytes_per_s) { m_bytes_per_s = bytes_per_s; }
 
 private:
     enum class State { kWhole, kDead, kCut };

@@ -7,7 +7,7 @@ using namespace terravox::test;
 
 namespace {
 
-/// A voxel server that knows what the job's world is, and holds no box.
+/// A voxel server with the metadata of the job's world, and without boxes.
 BadServer server_of(const Job& job) {
     return BadServer(
         [json = voxel::world_to_json(job.world->info())](const std::string& path, int) {
@@ -17,7 +17,8 @@ BadServer server_of(const Job& job) {
 
 }  // namespace
 
-TEST_CASE("a worker asks no server that a coordinator names alone", "[raytracer][farm][worker]") {
+TEST_CASE("a worker requests nothing from a server that only a coordinator names",
+          "[raytracer][farm][worker]") {
     struct Case {
         const char *name, *user, *rest;
     };
@@ -42,7 +43,7 @@ TEST_CASE("a worker asks no server that a coordinator names alone", "[raytracer]
 }
 
 TEST_CASE(
-    "a worker asks the servers that its own configuration allows, with the token of that one, and "
+    "a worker uses the servers that its own configuration allows, with the token of that one, and "
     "the coordinator for the rest",
     "[raytracer][farm][worker]") {
     Job wanted(farm_scene());
@@ -61,7 +62,7 @@ TEST_CASE(
         Job job(farm_scene());
         BadServer server = server_of(job);
         const remote::HttpOrigin origin = remote::HttpOrigin::parse(server.url());
-        remote::HttpAccess http = remote::access_to_nobody();
+        remote::HttpAccess http = remote::no_http_access();
         if (c.allowed)
             (c.in_private ? http.limits->private_origins : http.limits->origins).push_back(origin);
         if (c.with_token)
@@ -86,7 +87,7 @@ TEST_CASE("what would take the path that is appended is refused of an allowed or
     INFO(rest);
     Job job(farm_scene());
     BadServer server = server_of(job);
-    remote::HttpAccess http = remote::access_to_nobody();
+    remote::HttpAccess http = remote::no_http_access();
     http.limits->private_origins.push_back(remote::HttpOrigin::parse(server.url()));
     FarmBench bench(job, std::nullopt, 200, {server.url() + rest, ""});
     bench.add_worker(1, http);

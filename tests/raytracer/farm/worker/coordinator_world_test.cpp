@@ -35,7 +35,7 @@ struct Answering {
                                            reply.set_air(true);
                                        }
                                        change(reply);
-                                       CHECK(far.came(reply));
+                                       CHECK(far.on_reply(reply));
                                    }
                                    return true;
                                },
@@ -46,7 +46,7 @@ const voxel::BoxKey kSolid{0, 0, 0, 0}, kAir{0, 0, 5, 0};
 
 }  // namespace
 
-TEST_CASE("a coordinator's boxes are those of its world, asked for once and kept for the next link",
+TEST_CASE("a coordinator's boxes are those of its world, requested once and kept for the next link",
           "[raytracer][farm]") {
     Answering a;
     const auto box = a.far.box(kSolid);
@@ -63,7 +63,7 @@ TEST_CASE("a coordinator's boxes are those of its world, asked for once and kept
     CHECK(a.asked.size() == 3);
 }
 
-TEST_CASE("what a coordinator cannot have, and what it gets wrong, is an error, and is not kept",
+TEST_CASE("a box that the coordinator lacks, or sends wrong, is an error, and is not kept",
           "[raytracer][farm]") {
     Answering a;
     a.change = [](farm::BoxReply& r) { r.set_hole("the file is gone"); };
@@ -81,18 +81,18 @@ TEST_CASE("a box of another key is refused", "[raytracer][farm]") {
     CHECK_THROWS_WITH(a.far.box(kSolid), contains("the coordinator sent box 0/-1/0/0"));
 }
 
-TEST_CASE("who waits for a box learns that the link has ended", "[raytracer][farm]") {
+TEST_CASE("the end of a link ends waits for boxes", "[raytracer][farm]") {
     const auto world = landscape();
     farm::BoxShelf shelf(1 << 20, 2);
     farm::CoordinatorWorld far(world->info(), 7, [](farm::Frame) { return true; }, shelf);
     std::thread stopper([&] { far.stop(); });
-    CHECK_THROWS_AS(far.box(kSolid), thread::StoppedError);  // no hole: nobody is told
+    CHECK_THROWS_AS(far.box(kSolid), thread::StoppedError);  // not reported as a hole
     stopper.join();
     farm::CoordinatorWorld dead(world->info(), 7, [](farm::Frame) { return false; }, shelf);
     CHECK_THROWS_AS(dead.box(kSolid), thread::StoppedError);
 }
 
-TEST_CASE("a reply that nobody asked for is noticed, one of a world that has gone is not",
+TEST_CASE("an unrequested reply is detected, unless it is of an earlier world",
           "[raytracer][farm]") {
     const auto world = landscape();
     farm::BoxShelf shelf(1 << 20, 2);
@@ -100,12 +100,12 @@ TEST_CASE("a reply that nobody asked for is noticed, one of a world that has gon
     farm::BoxReply reply;
     reply.set_world_id(7);
     reply.set_air(true);
-    CHECK_FALSE(far.came(reply));
+    CHECK_FALSE(far.on_reply(reply));
     reply.set_world_id(8);
-    CHECK(far.came(reply));
+    CHECK(far.on_reply(reply));
 }
 
-TEST_CASE("a world that cannot have a box asks its helper", "[raytracer][farm]") {
+TEST_CASE("a world that lacks a box requests it from its fallback", "[raytracer][farm]") {
     class Broken final : public voxel::World {
     public:
         explicit Broken(const voxel::WorldInfo& info) : m_info(info) {}

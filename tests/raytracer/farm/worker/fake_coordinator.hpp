@@ -14,8 +14,8 @@
 
 namespace terravox::test {
 
-/// A coordinator that leases what it likes to a worker, and never sends a box: what the worker has
-/// begun does not end.
+/// A coordinator that leases arbitrary tiles to a worker, and never sends a box by itself: tiles in
+/// progress do not end.
 class FakeCoordinator {
 public:
     FakeCoordinator(int threads, std::size_t memory_bytes)
@@ -41,17 +41,17 @@ public:
     ~FakeCoordinator() { (void)hang_up(); }
 
     /// @param id of the picture; later ones are of the same world
-    void begin(const farm::PictureSpec& parcel, std::uint64_t id = 1) {
+    void begin(const farm::PictureSpec& spec, std::uint64_t id = 1) {
         m_picture = id;
         farm::Frame frame;
         farm::Picture& picture = *frame.mutable_picture();
         picture.set_id(id);
-        picture.set_scene(farm::state_hash(parcel.scene));
-        picture.set_materials(farm::state_hash(parcel.materials));
-        picture.set_world(farm::state_hash(parcel.world));
+        picture.set_scene(farm::state_hash(spec.scene));
+        picture.set_materials(farm::state_hash(spec.materials));
+        picture.set_world(farm::state_hash(spec.world));
         picture.set_asked(true);
         (void)m_link->send(std::move(frame));
-        for (const std::string* text : {&parcel.scene, &parcel.materials, &parcel.world})
+        for (const std::string* text : {&spec.scene, &spec.materials, &spec.world})
             tell(*text);
     }
     void tell(const std::string& text) {
@@ -101,8 +101,7 @@ public:
         }
         return std::nullopt;
     }
-    /// Boxes that frames up to the last one asked for, each time that they did, but for those told
-    /// before.
+    /// Boxes that all frames read so far have requested, with repetitions, since the last call.
     [[nodiscard]] std::vector<farm::BoxKey> take_asked() { return std::exchange(m_asked, {}); }
     farm::WorkerSession::End hang_up() {
         m_link->abort();
@@ -130,7 +129,7 @@ private:
     std::thread m_serving, m_pinging;
 };
 
-inline farm::PictureSpec parcel_of(bool layers) {
+inline farm::PictureSpec spec_of(bool layers) {
     const Job job(farm_scene(layers));
     return farm::pack(job.view.scene, job.blocks.world_info());
 }

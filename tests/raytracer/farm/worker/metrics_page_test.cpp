@@ -180,7 +180,7 @@ TEST_CASE("the reader of metrics refuses what is none", "[raytracer][worker][met
     CHECK_THROWS_AS(MetricsReader(broken), std::runtime_error);
 }
 
-TEST_CASE("the page answers who watches", "[raytracer][worker][metrics]") {
+TEST_CASE("the page answers GET and HEAD", "[raytracer][worker][metrics]") {
     Page page;
     const auto metrics = page.ask("/metrics");
     CHECK(metrics.status == 200);
@@ -201,7 +201,7 @@ TEST_CASE("the page answers who watches", "[raytracer][worker][metrics]") {
     CHECK(page.ask("/metrics").status == 200);
 }
 
-TEST_CASE("the page refuses all else, and goes on", "[raytracer][worker][metrics]") {
+TEST_CASE("the page refuses all other requests, and continues", "[raytracer][worker][metrics]") {
     Page page;
     for (const char* path :
          {"/", "/metrics/", "/metrics/../metrics", "/%6detrics", "/etc/passwd", "/healthz/x"}) {
@@ -211,7 +211,7 @@ TEST_CASE("the page refuses all else, and goes on", "[raytracer][worker][metrics
     }
     for (const char* method : {"POST", "PUT", "DELETE", "OPTIONS"}) {
         INFO(method);
-        // Announced, and never sent: nobody waits for it.
+        // The body is announced and never sent; the page does not wait for it.
         const auto reply = page.ask("/metrics", "Content-Length: 1000000000000\r\n", method);
         CHECK(reply.status == 405);
         CHECK(reply.headers.at("allow") == "GET, HEAD");
@@ -254,7 +254,7 @@ TEST_CASE("the page answers to its own names alone, and to no page of elsewhere"
     CHECK(old.read_reply()->status == 200);
 }
 
-TEST_CASE("clients that say nothing do not keep the page from others for long",
+TEST_CASE("clients that send nothing do not block the page for long",
           "[raytracer][worker][metrics]") {
     Page page;
     std::vector<std::unique_ptr<HttpClient>> silent;
@@ -264,7 +264,8 @@ TEST_CASE("clients that say nothing do not keep the page from others for long",
     CHECK(silent.front()->wait_for_end());
 }
 
-TEST_CASE("a page that cannot be opened says where and why", "[raytracer][worker][metrics]") {
+TEST_CASE("a page that cannot be opened is an error with address and reason",
+          "[raytracer][worker][metrics]") {
     Page page;
     const auto nothing = [] { return farm::WorkerMetrics(); };
     CHECK_THROWS_AS(farm::MetricsPage({"127.0.0.1", page.page.port()}, nothing), util::Error);

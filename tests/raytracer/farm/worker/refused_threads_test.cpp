@@ -16,19 +16,19 @@ using namespace terravox::test;
 
 namespace {
 
-std::atomic<int> g_until_refused{
-    -1};  ///< threads that are given before one is refused; below 0: none is
+/// Number of threads that start before one is refused; below 0: none is refused.
+std::atomic<int> g_until_refused{-1};
 
-/// Has one thread refused, as the system does when there are too many.
+/// Refuses one thread, as the system does when there are too many.
 class RefusedThread {
 public:
-    /// @param given threads of the process that come before it
+    /// @param given number of threads that can be started before
     explicit RefusedThread(int given) { g_until_refused = given; }
     ~RefusedThread() { g_until_refused = -1; }
     RefusedThread(const RefusedThread&) = delete;
     RefusedThread& operator=(const RefusedThread&) = delete;
-    /// Whether it has been asked for.
-    [[nodiscard]] bool came() const noexcept { return g_until_refused < 0; }
+    /// Whether a thread was refused.
+    [[nodiscard]] bool was_refused() const noexcept { return g_until_refused < 0; }
 };
 
 /// Whether the code at this address is of the library that has std::thread. Others, as gRPC, end
@@ -55,7 +55,7 @@ extern "C" int pthread_create(pthread_t* thread, const pthread_attr_t* attribute
     return create(thread, attributes, run, argument);
 }
 
-TEST_CASE("whichever thread of a picture a worker is refused, it says so and stays",
+TEST_CASE("whichever thread of a picture cannot be started, a worker reports that and continues",
           "[raytracer][farm][worker]") {
     const auto is_heartbeat = [](const farm::Frame& f) { return f.has_heartbeat(); };
     constexpr int kThreads = 9;  // with two that collect
@@ -63,16 +63,16 @@ TEST_CASE("whichever thread of a picture a worker is refused, it says so and sta
     for (bool refused = true; refused; ++given) {
         INFO("after " << given << " threads");
         FakeCoordinator coordinator(kThreads, std::size_t{64} << 20);
-        const farm::PictureSpec parcel = parcel_of(false);
+        const farm::PictureSpec spec = spec_of(false);
         REQUIRE(coordinator.next(is_heartbeat));  // all that a link needs is there
         const RefusedThread one(given);
-        coordinator.begin(parcel);
+        coordinator.begin(spec);
         coordinator.lease({0, 0, 0, 0, 97, 53, 1, false, 0, 0}, 77);
-        // What is traced asks for boxes.
+        // A tile that is traced requests boxes.
         const auto answer = coordinator.next(
             [](const farm::Frame& f) { return f.has_failed() || f.has_need_box(); });
         REQUIRE(answer);
-        refused = one.came();
+        refused = one.was_refused();
         CHECK(answer->has_failed() == refused);
         if (refused)
             CHECK_THAT(answer->failed().reason(), contains(kNoMore));
@@ -133,15 +133,14 @@ TEST_CASE("daemons and farms that are refused a thread at their start are errors
             } catch (const std::exception&) {
                 error = util::message_of(std::current_exception());
             }
-            refused = one.came();
+            refused = one.was_refused();
             CHECK((error.find(kNoMore) != std::string::npos) == refused);
         }
         CHECK(given > c.least);
     }
 }
 
-TEST_CASE("a member that there is no thread for is none, and the others go on",
-          "[raytracer][sched]") {
+TEST_CASE("a member without a thread is not added, and the others continue", "[raytracer][sched]") {
     Job alone(farm_scene()), job(farm_scene());
     processors::ProcessorPool pool(pool_settings(job));
     const auto add_one = [&] {

@@ -14,19 +14,19 @@ TEST_CASE(
     "next",
     "[raytracer][farm][worker]") {
     const tiles::RenderTile tile{0, 0, 0, 0, 97, 53, 1, false, 0, 0};
-    const farm::PictureSpec parcel = parcel_of(false);
+    const farm::PictureSpec spec = spec_of(false);
     FakeCoordinator coordinator(1, std::size_t{64} << 20);
-    coordinator.begin(parcel, 1);
+    coordinator.begin(spec, 1);
     coordinator.lease(tile, 7);
     const auto asks = [](const farm::Frame& f) { return f.has_need_box(); };
     REQUIRE(coordinator.next(asks));
-    // Somebody else has made the tile, and the answer is still on its way when the next picture
-    // begins.
+    // Another worker has computed the tile, and the answer is still on its way when the next
+    // picture begins.
     coordinator.stop();
     coordinator.settle();
-    // What the worker asks for from here on may be asked for the next picture, which prefetches.
+    // Boxes that the worker requests from here on may be for the next picture, which prefetches.
     const auto asked_before = coordinator.take_asked();
-    coordinator.begin(parcel, 2);
+    coordinator.begin(spec, 2);
     coordinator.lease(tile, 8);
     const auto has_begun = [](const farm::Frame& f) {
         return f.has_heartbeat() && f.heartbeat().begun() == 1;

@@ -45,7 +45,7 @@ farm::WorkerConfig listening() {
 
 }  // namespace
 
-TEST_CASE("the file that ships says the defaults", "[raytracer][worker][config]") {
+TEST_CASE("the shipped file has the defaults", "[raytracer][worker][config]") {
     const farm::WorkerConfig shipped =
         farm::load_worker_config({std::string(TERRAVOX_SOURCE_DIR) + "/config/worker.toml", {}});
     CHECK(farm::difference(listening(), shipped) == farm::WorkerConfigChange{});
@@ -145,7 +145,7 @@ TEST_CASE("flags override the file", "[raytracer][worker][config]") {
     CHECK(alone.memory_mib == farm::WorkerConfig().memory_mib);
 }
 
-TEST_CASE("what a file must not say is refused with what it may", "[raytracer][worker][config]") {
+TEST_CASE("an invalid file is refused with what is allowed", "[raytracer][worker][config]") {
     struct Case {
         const char *text, *message;
     };
@@ -181,7 +181,7 @@ TEST_CASE("what a file must not say is refused with what it may", "[raytracer][w
          "name = a text with a control character; allowed: one line"},
         {"version = 1\nlisten = \":1\"\nmetrics = \"127.0.0.1\"",
          "metrics: read the address '127.0.0.1'"},
-        {"version = 1", "nobody to work for; allowed: listen"},
+        {"version = 1", "no coordinator to work for; allowed: listen"},
         {"version = 1\njoin = [\"one\"]\nannounce = true", "announce without listen"},
         {"version = 1\nlisten = \":1\"\ntls_ca = \"a\"\ntls_key = \"b\"",
          "only 2 of tls_ca, tls_cert, tls_key; allowed: all three, or none"},
@@ -217,14 +217,14 @@ TEST_CASE("what a file must not say is refused with what it may", "[raytracer][w
     CHECK_THROWS_WITH(f.load(c.text), contains(c.message));
 }
 
-TEST_CASE("what the command line must not say is refused with what it may",
+TEST_CASE("an invalid command line is refused with what is allowed",
           "[raytracer][worker][config]") {
     struct Case {
         std::vector<std::string> flags;
         const char* message;
     };
     const auto c = GENERATE(values<Case>({
-        {{}, "nobody to work for"},
+        {{}, "no coordinator to work for"},
         {{"--listen", ":1", "--threads", "many"},
          "threads = 'many'; allowed: whole numbers, 0 to 1024"},
         {{"--listen", ":1", "--threads", "1.5"}, "threads = '1.5'; allowed: whole numbers"},
@@ -240,8 +240,7 @@ TEST_CASE("what the command line must not say is refused with what it may",
     CHECK_THROWS_WITH(farm::load_worker_config(parsed(c.flags)), contains(c.message));
 }
 
-TEST_CASE("a reload changes what may change, and tells of the rest",
-          "[raytracer][worker][config]") {
+TEST_CASE("a reload changes what may change, and reports the rest", "[raytracer][worker][config]") {
     struct Case {
         const char* name;
         std::function<void(farm::WorkerConfig&)> change;
@@ -336,7 +335,7 @@ TEST_CASE("credentials are a token, read anew each time, or certificates",
 }
 
 TEST_CASE(
-    "a worker may ask the servers of its configuration alone, and sends no token of the "
+    "a worker may use the servers of its configuration alone, and sends no token of the "
     "environment",
     "[raytracer][worker][config]") {
     const Folder f;

@@ -29,9 +29,9 @@ TEST_CASE("a lease whose pixels no frame can hold is refused before it is traced
           Case{"256 x 256 with layers", 256, true, false}}) {
         INFO(c.name);
         FakeCoordinator coordinator(1, 64 * kMiB);
-        coordinator.begin(parcel_of(c.layers));
+        coordinator.begin(spec_of(c.layers));
         coordinator.lease(square(c.edge_px), 77);
-        // What is traced asks for boxes.
+        // A tile that is traced requests boxes.
         const auto answer = coordinator.next(
             [](const farm::Frame& f) { return f.has_failed() || f.has_need_box(); });
         REQUIRE(answer);
@@ -44,9 +44,8 @@ TEST_CASE("a lease whose pixels no frame can hold is refused before it is traced
     }
 }
 
-TEST_CASE(
-    "leases under way take no more than the worker's memory, whatever it is asked for at once",
-    "[raytracer][farm][worker]") {
+TEST_CASE("leases in progress take no more than the worker's memory, however many are sent at once",
+          "[raytracer][farm][worker]") {
     struct Case {
         const char* name;
         std::size_t memory_bytes;
@@ -57,7 +56,7 @@ TEST_CASE(
          {Case{"less than one needs", 16 * kMiB, 1}, Case{"as three need", 64 * kMiB, 3}}) {
         INFO(c.name);
         FakeCoordinator coordinator(4, c.memory_bytes);
-        coordinator.begin(parcel_of(false));
+        coordinator.begin(spec_of(false));
         constexpr unsigned kLeases = 8;
         for (unsigned i = 0; i < kLeases; ++i)
             coordinator.lease(square(512, static_cast<int>(i)), 1 + i);
@@ -74,7 +73,7 @@ TEST_CASE(
     }
 }
 
-TEST_CASE("a coordinator's texts are short, and those that it was asked for",
+TEST_CASE("a coordinator's texts are limited in size, and must have been requested",
           "[raytracer][farm][worker]") {
     FakeCoordinator coordinator(1, 64 * kMiB);
     coordinator.tell("of a picture that has ended");
@@ -90,7 +89,7 @@ TEST_CASE("a coordinator's texts are short, and those that it was asked for",
 
 TEST_CASE("a coordinator's scene names no file and no limit of the worker",
           "[raytracer][farm][worker]") {
-    const farm::PictureSpec good = parcel_of(false);
+    const farm::PictureSpec good = spec_of(false);
     CHECK_NOTHROW(farm::unpack_scene(good.scene));
     struct Case {
         const char* name;

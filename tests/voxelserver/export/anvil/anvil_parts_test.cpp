@@ -26,7 +26,11 @@ TEST_CASE(
     "[convert][anvil]") {
     struct Case {
         const char* name;
-        int low, end, offset_y, min_y, height;
+        int low;
+        int end;
+        int offset_y;
+        int min_y;
+        int height;
     };
     const auto c = GENERATE(values<Case>({
         {"usual", 0, 100, 0, -64, 384},
@@ -81,7 +85,7 @@ TEST_CASE("parts that no world of Minecraft holds are refused, and the level tha
     }
 }
 
-TEST_CASE("chunks that a region cannot hold lie beside it", "[convert][anvil]") {
+TEST_CASE("chunks that a region cannot hold lie next to it", "[convert][anvil]") {
     const TemporaryFolder folder;
     std::mt19937 random(3);
     std::map<int, std::string> chunks;
@@ -159,7 +163,8 @@ TEST_CASE("bad tables of blocks to export are refused", "[convert][anvil]") {
     const std::string shipped = test::bytes_of(kBlocks / "export.toml");
     struct Case {
         const char* name;
-        std::string from, to;
+        std::string from;
+        std::string to;
         const char* says;
     };
     const auto c = GENERATE_COPY(values<Case>({

@@ -157,14 +157,17 @@ inline std::map<int, std::string> packed_chunks(const fs::path& file) {
     if (bytes.size() % 4096 != 0)
         throw std::runtime_error("no whole sectors");
     std::vector<bool> used(bytes.size() / 4096);
-    int rx = 0, rz = 0;
+    int rx = 0;
+    int rz = 0;
     if (std::sscanf(file.filename().c_str(), "r.%d.%d.mca", &rx, &rz) != 2)
         throw std::runtime_error("name");
     for (int slot = 0; slot < 1024; ++slot) {
         const std::uint32_t entry = u32(static_cast<std::size_t>(slot) * 4);
         if (entry == 0)
             continue;
-        const std::size_t sector = entry >> 8, count = entry & 255, length = u32(sector * 4096);
+        const std::size_t sector = entry >> 8;
+        const std::size_t count = entry & 255;
+        const std::size_t length = u32(sector * 4096);
         for (std::size_t s = sector; s < sector + count; ++s) {
             if (s < 2 || used.at(s))
                 throw std::runtime_error("sectors overlap");
@@ -247,13 +250,14 @@ inline ReadWorld read_world(const fs::path& folder) {
     for (const auto& file : fs::directory_iterator(folder / "region")) {
         if (file.path().extension() != ".mca")
             continue;
-        int rx = 0, rz = 0;
+        int rx = 0;
+        int rz = 0;
         if (std::sscanf(file.path().filename().c_str(), "r.%d.%d.mca", &rx, &rz) != 2)
             throw std::runtime_error("name");
         for (const auto& [slot, packed] : packed_chunks(file.path())) {
             const Nbt chunk = NbtParser(inflate(packed, false)).root();
-            const auto x = static_cast<int>(chunk.at("xPos").number()),
-                       z = static_cast<int>(chunk.at("zPos").number());
+            const auto x = static_cast<int>(chunk.at("xPos").number());
+            const auto z = static_cast<int>(chunk.at("zPos").number());
             if (x != rx * 32 + slot % 32 || z != rz * 32 + slot / 32)
                 throw std::runtime_error("a chunk in the wrong place");
             for (const Nbt& section : chunk.at("sections").list())

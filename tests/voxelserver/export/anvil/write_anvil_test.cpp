@@ -117,14 +117,11 @@ TEST_CASE(
     const auto colours = seed % 2 == 0 ? Colours::kMaterial : Colours::kTrue;
     INFO("seed " << seed);
     // Parts that begin and end anywhere, across regions, far from the origin.
-    const int x0 = seed == 1   ? -40
-                   : seed == 2 ? 70'000'003
-                               : 500,
-              y0 = seed == 3   ? -77
-                   : seed == 4 ? 1000
-                               : 5,
-              z0 = seed == 1 ? -300'007 : 20;
-    const std::array<int, 3> min{x0, y0, z0}, max{x0 + 90, y0 + 300, z0 + 70};
+    const int x0 = seed == 1 ? -40 : seed == 2 ? 70'000'003 : 500;
+    const int y0 = seed == 3 ? -77 : seed == 4 ? 1000 : 5;
+    const int z0 = seed == 1 ? -300'007 : 20;
+    const std::array<int, 3> min{x0, y0, z0};
+    const std::array<int, 3> max{x0 + 90, y0 + 300, z0 + 70};
     PaintedWorld world(min, max);
     fill(world, seed);
     const voxel::VoxelBounds part{{x0 + 3, y0 + 2, z0}, {x0 + 89, y0 + 291, z0 + 66}};
@@ -164,7 +161,7 @@ TEST_CASE(
     CHECK_FALSE(fs::exists(folder.path / "conversion.journal"));
 }
 
-TEST_CASE("chunks say what the game needs, and no more", "[convert][anvil]") {
+TEST_CASE("chunks contain what the game needs, and no more", "[convert][anvil]") {
     PaintedWorld world({0, 0, 0}, {40, 60, 40});
     world.array.fill({0, 0, 0}, {40, 30, 40}, Material::kRock);
     world.array.fill({0, 30, 0}, {40, 31, 40}, Material::kGrass);
@@ -247,7 +244,9 @@ TEST_CASE("bytes are the same for any number of threads, and after being cut off
     PaintedWorld world({-600, 0, -100}, {600, 40, 100});
     fill(world, 9);
     const voxel::VoxelBounds part{{-600, 0, -100}, {600, 40, 100}};
-    const TemporaryFolder one, four, cut;
+    const TemporaryFolder one;
+    const TemporaryFolder four;
+    const TemporaryFolder cut;
     Converting(world, part, one.path, 1).run();
     Converting(world, part, four.path, 4).run();
     const auto expected = files_of(one.path);
@@ -256,9 +255,9 @@ TEST_CASE("bytes are the same for any number of threads, and after being cut off
 
     // One thread, so that regions are made in order; what cuts it off is no Error, which would be a
     // hole.
-    int asked = 0;
+    int requests = 0;
     world.before = [&](const voxel::BoxKey&) {
-        if (++asked == 60)
+        if (++requests == 60)
             throw std::runtime_error("cut off");
     };
     CHECK_THROWS_WITH(Converting(world, part, cut.path, 1).run(), test::contains("cut off"));
@@ -266,15 +265,15 @@ TEST_CASE("bytes are the same for any number of threads, and after being cut off
     const auto done = files_of(cut.path).size();
     CHECK(done > 1);
     CHECK(done < expected.size());
-    asked = 1000;
+    requests = 1000;
     Converting again(world, part, cut.path, 2);
     again.run();
-    const int boxes_again = asked - 1000;
-    asked = 1000;
+    const int boxes_again = requests - 1000;
+    requests = 1000;
     const TemporaryFolder whole;
     Converting first(world, part, whole.path, 2);
     first.run();
-    CHECK(boxes_again < asked - 1000);
+    CHECK(boxes_again < requests - 1000);
     CHECK(files_of(cut.path) == expected);
     CHECK(again.job.voxels() == first.job.voxels());
     CHECK(again.job.files().size() == first.job.files().size());

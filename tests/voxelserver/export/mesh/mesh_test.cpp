@@ -19,8 +19,8 @@ using voxel::Material;
 namespace {
 
 // A face: the voxel it belongs to, which way it looks (0 to 5: -x, +x, -y, +y, -z, +z), and its
-// look.
-using Face = std::tuple<int, int, int, int, Look>;
+// attributes.
+using Face = std::tuple<int, int, int, int, FaceAttributes>;
 constexpr int kSteps[6][3] = {{-1, 0, 0}, {1, 0, 0}, {0, -1, 0}, {0, 1, 0}, {0, 0, -1}, {0, 0, 1}};
 
 // The rule once more, voxel by voxel.
@@ -36,12 +36,12 @@ std::vector<Face> faces_of(const PaintedWorld& world, const Part& part, const Jo
                     continue;
                 const auto attr = world.attr_at(x, y, z);
                 for (int d = 0; d < 6; ++d) {
-                    const Material beside =
+                    const Material neighbour =
                         material(x + kSteps[d][0], y + kSteps[d][1], z + kSteps[d][2]);
-                    if (!voxel::see_through(beside) ||
-                        (beside == material(x, y, z) && beside != Material::kAir))
+                    if (!voxel::see_through(neighbour) ||
+                        (neighbour == material(x, y, z) && neighbour != Material::kAir))
                         continue;
-                    out.emplace_back(x, y, z, d, look_of(attr.material, job.colour_of(attr)));
+                    out.emplace_back(x, y, z, d, attributes_of(attr.material, job.colour_of(attr)));
                 }
             }
     std::sort(out.begin(), out.end());
@@ -49,15 +49,19 @@ std::vector<Face> faces_of(const PaintedWorld& world, const Part& part, const Jo
 }
 
 // Unit faces of quads with corners in voxels of the world, after which way they wind.
-void split(const std::array<std::array<int, 3>, 4>& c, Look look, std::vector<Face>& out) {
-    std::array<int, 3> lo = c[0], hi = c[0], n{};
+void split(const std::array<std::array<int, 3>, 4>& c, FaceAttributes attributes,
+           std::vector<Face>& out) {
+    std::array<int, 3> lo = c[0];
+    std::array<int, 3> hi = c[0];
+    std::array<int, 3> n{};
     for (const auto& p : c)
         for (std::size_t a = 0; a < 3; ++a) {
             lo[a] = std::min(lo[a], p[a]);
             hi[a] = std::max(hi[a], p[a]);
         }
     for (std::size_t a = 0; a < 3; ++a) {
-        const std::size_t b = (a + 1) % 3, e = (a + 2) % 3;
+        const std::size_t b = (a + 1) % 3;
+        const std::size_t e = (a + 2) % 3;
         n[a] =
             (c[1][b] - c[0][b]) * (c[2][e] - c[0][e]) - (c[1][e] - c[0][e]) * (c[2][b] - c[0][b]);
     }
@@ -68,7 +72,7 @@ void split(const std::array<std::array<int, 3>, 4>& c, Look look, std::vector<Fa
     for (int y = lo[1]; y < hi[1]; ++y)
         for (int z = lo[2]; z < hi[2]; ++z)
             for (int x = lo[0]; x < hi[0]; ++x)
-                out.emplace_back(x - (d == 1), y - (d == 3), z - (d == 5), d, look);
+                out.emplace_back(x - (d == 1), y - (d == 3), z - (d == 5), d, attributes);
 }
 
 std::vector<Face> faces_of(const ColumnMesh& mesh, const std::array<std::int32_t, 3>& origin) {
@@ -80,9 +84,9 @@ std::vector<Face> faces_of(const ColumnMesh& mesh, const std::array<std::int32_t
                 for (std::size_t a = 0; a < 3; ++a)
                     corners[i][a] = part.vertices[q[i]].at[a] + origin[a];
             for (const auto i : q)
-                REQUIRE(part.vertices[i].look == part.vertices[q[0]].look);
-            REQUIRE(material_of(part.vertices[q[0]].look) == material);
-            split(corners, part.vertices[q[0]].look, out);
+                REQUIRE(part.vertices[i].attributes == part.vertices[q[0]].attributes);
+            REQUIRE(material_of(part.vertices[q[0]].attributes) == material);
+            split(corners, part.vertices[q[0]].attributes, out);
         }
     return out;
 }
@@ -137,7 +141,7 @@ TEST_CASE("every exposed face is covered once and nothing else is", "[convert][m
     }
 }
 
-TEST_CASE("a wall of one look is one quad in each box, and one colour more is three",
+TEST_CASE("a wall of one colour is one quad in each box, and one colour more is three",
           "[convert][mesh]") {
     PaintedWorld world({0, 0, 0}, {64, 64, 64}, 0);
     world.fill({0, 0, 0}, {64, 64, 64}, Material::kWall);
@@ -162,7 +166,8 @@ TEST_CASE("mesh files enclose what is solid, at its place, in its colours", "[co
     const std::string bytes = test::bytes_of_file(e.job.out);
     const auto mesh = glb ? test::read_glb(bytes) : test::read_ply(bytes);
     const auto wanted = faces_of(*world, e.job.part, e.job);
-    std::size_t solid = 0, seen = 0;
+    std::size_t solid = 0;
+    std::size_t seen = 0;
     const auto& b = e.job.part.bounds;
     for (int y = b.min[1]; y < b.max[1]; ++y)
         for (int z = b.min[2]; z < b.max[2]; ++z)
@@ -276,7 +281,9 @@ TEST_CASE("fewer steps of colours make fewer faces", "[convert][mesh]") {
             CHECK(values == std::set<double>{0, 1});
         return mesh.faces.size();
     };
-    const std::size_t all = faces_with(0), sixteen = faces_with(16), two = faces_with(2);
+    const std::size_t all = faces_with(0);
+    const std::size_t sixteen = faces_with(16);
+    const std::size_t two = faces_with(2);
     CHECK(sixteen <= all);
     CHECK(two < sixteen);
     test::ExportJob e(*world, "a.ply");

@@ -26,7 +26,8 @@ struct ReadMesh {
     static std::array<double, 3> normal(const Face& f) {
         std::array<double, 3> out{};
         for (std::size_t i = 1; i + 1 < f.corners.size(); ++i) {
-            std::array<double, 3> a{}, b{};
+            std::array<double, 3> a{};
+            std::array<double, 3> b{};
             for (std::size_t k = 0; k < 3; ++k) {
                 a[k] = f.corners[i][k] - f.corners[0][k];
                 b[k] = f.corners[i + 1][k] - f.corners[0][k];
@@ -44,7 +45,8 @@ struct ReadMesh {
         }
         return sum;
     }
-    /// What the faces enclose, when they are closed and look outwards. Ref: the divergence theorem.
+    /// What the faces enclose, when they are closed and attributes outwards. Ref: the divergence
+    /// theorem.
     [[nodiscard]] double volume() const {
         double sum = 0;
         for (const Face& f : faces) {
@@ -72,7 +74,8 @@ inline ReadMesh read_glb(const std::string& bytes) {
     if (bytes.substr(0, 4) != "glTF" || u32(4) != 2 || u32(8) != bytes.size() ||
         bytes.substr(16, 4) != "JSON")
         throw std::runtime_error("no glTF 2 file");
-    const std::size_t json_bytes = u32(12), bin = 20 + json_bytes + 8;
+    const std::size_t json_bytes = u32(12);
+    const std::size_t bin = 20 + json_bytes + 8;
     if (json_bytes % 4 != 0 || bytes.substr(bin - 4, 4) != std::string("BIN\0", 4) ||
         bin + u32(bin - 8) != bytes.size())
         throw std::runtime_error("chunks do not fit");
@@ -87,9 +90,9 @@ inline ReadMesh read_glb(const std::string& bytes) {
                        .get<std::size_t>() +
                    a["byteOffset"].get<std::size_t>();
         };
-        const auto position = accessor(primitive["attributes"]["POSITION"]),
-                   colour = accessor(primitive["attributes"]["COLOR_0"]),
-                   index = accessor(primitive["indices"]);
+        const auto position = accessor(primitive["attributes"]["POSITION"]);
+        const auto colour = accessor(primitive["attributes"]["COLOR_0"]);
+        const auto index = accessor(primitive["indices"]);
         const auto stride =
             out.head["bufferViews"][position["bufferView"].get<std::size_t>()]["byteStride"]
                 .get<std::size_t>();
@@ -97,7 +100,8 @@ inline ReadMesh read_glb(const std::string& bytes) {
         out.vertices += count;
         const std::string material =
             out.head["materials"][primitive["material"].get<std::size_t>()]["name"];
-        std::array<double, 3> lowest{1e9, 1e9, 1e9}, highest{-1e9, -1e9, -1e9};
+        std::array<double, 3> lowest{1e9, 1e9, 1e9};
+        std::array<double, 3> highest{-1e9, -1e9, -1e9};
         for (std::size_t i = 0; i < index["count"].get<std::size_t>(); i += 3) {
             ReadMesh::Face face;
             face.material = material;

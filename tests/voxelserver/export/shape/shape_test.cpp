@@ -39,8 +39,8 @@ TEST_CASE("columns come each once, square after square", "[convert][shape]") {
             found.emplace(at.bx, at.bz);
             CHECK((at.bx >= c.of.min_bx && at.bx < c.of.max_bx && at.bz >= c.of.min_bz &&
                    at.bz < c.of.max_bz));
-            const auto edge = static_cast<int>(c.edge),
-                       across = (c.of.max_bx - c.of.min_bx + edge - 1) / edge;
+            const auto edge = static_cast<int>(c.edge);
+            const auto across = (c.of.max_bx - c.of.min_bx + edge - 1) / edge;
             CHECK(at.square == static_cast<std::size_t>((at.bz - c.of.min_bz) / edge * across +
                                                         (at.bx - c.of.min_bx) / edge));
             CHECK(at.square >= square);
@@ -73,9 +73,10 @@ TEST_CASE("columns are those of squares in which something may stand, in the sam
             });
         };
         constexpr std::size_t kEdge = 4;
-        const Columns all(of, kEdge, [](const ColumnBlock&) { return true; }),
-            some(of, kEdge, may_hold);
-        std::vector<std::tuple<int, int, std::size_t>> expected, found;
+        const Columns all(of, kEdge, [](const ColumnBlock&) { return true; });
+        const Columns some(of, kEdge, may_hold);
+        std::vector<std::tuple<int, int, std::size_t>> expected;
+        std::vector<std::tuple<int, int, std::size_t>> found;
         std::set<std::size_t> squares;
         for (std::size_t i = 0; i < all.count(); ++i)
             if (c.stand.contains({all.at(i).bx, all.at(i).bz}))
@@ -106,7 +107,7 @@ TEST_CASE(
     CHECK_THROWS_AS(Columns(all, 8, [](const ColumnBlock&) { return true; }), util::UsageError);
 }
 
-TEST_CASE("each voxel of a box is visited once, with what the box says of it", "[convert][shape]") {
+TEST_CASE("each voxel of a box is visited once, with its attributes", "[convert][shape]") {
     const auto world = test::lumps(GENERATE(1u, 2u), 7);
     for (const voxel::BoxKey key :
          {voxel::BoxKey{0, 0, 0, 0}, voxel::BoxKey{0, -1, -1, 0}, voxel::BoxKey{0, 1, 1, 1}}) {

@@ -32,19 +32,20 @@ ReadVdb read_vdb(const std::filesystem::path& path) {
 // How many voxels of the part differ from what is found at their places, by metres, in one of the
 // files.
 std::size_t differences(const test::PaintedWorld& world, const Job& job,
-                        const std::vector<ReadVdb>& files, VdbUp up) {
+                        const std::vector<ReadVdb>& files, UpAxis up) {
     std::size_t out = 0;
     const auto& b = job.part.bounds;
     const auto o = origin_of(job.part);
     for (int y = b.min[1]; y < b.max[1]; ++y)
         for (int z = b.min[2]; z < b.max[2]; ++z)
             for (int x = b.min[0]; x < b.max[0]; ++x) {
-                const double e = (x + 0.5 - o[0]) * 0.5, h = (y + 0.5 - o[1]) * 0.5,
-                             s = (z + 0.5 - o[2]) * 0.5;
+                const double e = (x + 0.5 - o[0]) * 0.5;
+                const double h = (y + 0.5 - o[1]) * 0.5;
+                const double s = (z + 0.5 - o[2]) * 0.5;
                 const openvdb::Vec3d at =
-                    up == VdbUp::kY ? openvdb::Vec3d(e, h, s) : openvdb::Vec3d(e, -s, h);
-                const bool solid = world.at(x, y, z) != Material::kAir,
-                           seen = solid && !world.hidden(x, y, z);
+                    up == UpAxis::kY ? openvdb::Vec3d(e, h, s) : openvdb::Vec3d(e, -s, h);
+                const bool solid = world.at(x, y, z) != Material::kAir;
+                const bool seen = solid && !world.hidden(x, y, z);
                 const auto attr = world.attr_at(x, y, z);
                 const voxel::Rgb8 c = job.colour_of(attr);
                 std::size_t found = 0;
@@ -83,14 +84,14 @@ std::size_t solid_voxels(const test::PaintedWorld& world, const voxel::VoxelBoun
 TEST_CASE("a vdb file holds every voxel, at its place in metres", "[convert][vdb]") {
     struct Case {
         const char* name;
-        VdbUp up;
+        UpAxis up;
         voxel::VoxelBounds bounds;
     };
     const voxel::VoxelBounds all{{-70, -12, -9}, {75, 300, 80}};
     const auto c = GENERATE_COPY(values<Case>({
-        {"z up", VdbUp::kZ, all},
-        {"y up", VdbUp::kY, all},
-        {"a part", VdbUp::kZ, {{-33, -7, 2}, {66, 259, 71}}},
+        {"z up", UpAxis::kZ, all},
+        {"y up", UpAxis::kY, all},
+        {"a part", UpAxis::kZ, {{-33, -7, 2}, {66, 259, 71}}},
     }));
     DYNAMIC_SECTION(c.name) {
         const auto world = test::lumps(31, 1000);
@@ -138,7 +139,7 @@ TEST_CASE("where memory is scarce there are several vdb files that fit together"
     CHECK((files.size() > 1 && files.size() <= 12));
     CHECK(!names.contains("town.vdb"));
     CHECK(names.contains("town_0_0.vdb"));
-    CHECK(differences(*world, e.job, files, VdbUp::kZ) == 0);
+    CHECK(differences(*world, e.job, files, UpAxis::kZ) == 0);
     CHECK(e.job.voxels() == solid_voxels(*world, e.job.part.bounds));
 }
 

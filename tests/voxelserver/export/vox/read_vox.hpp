@@ -146,7 +146,8 @@ private:
     const std::string& m_bytes;
     std::size_t m_at = 0;
     std::vector<Model> m_models;
-    std::map<int, int> m_child, m_shape;
+    std::map<int, int> m_child;
+    std::map<int, int> m_shape;
     std::map<int, std::string> m_place;
     std::map<int, std::vector<int>> m_group;
     ReadVox m_out;

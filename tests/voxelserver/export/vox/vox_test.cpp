@@ -22,7 +22,10 @@ int difference(voxel::Rgb8 a, voxel::Rgb8 b) {
 }
 
 struct Compared {
-    std::size_t wanted = 0, missing = 0, wrong_colour = 0, wrong_material = 0;
+    std::size_t wanted = 0;
+    std::size_t missing = 0;
+    std::size_t wrong_colour = 0;
+    std::size_t wrong_material = 0;
     int farthest = 0;
 };
 
@@ -149,15 +152,18 @@ TEST_CASE("counting colours does not depend on their order", "[convert][vox]") {
     const auto channel = [&](unsigned most) { return static_cast<std::uint8_t>(random() % most); };
     for (int i = 0; i < 150000; ++i)
         colours.push_back({channel(256), channel(256), channel(9)});
-    ColourCounts forward, backward;
+    ColourCounts forward;
+    ColourCounts backward;
     for (std::size_t i = 0; i < colours.size(); ++i) {
         forward.add(colours[i]);
         backward.add(colours[colours.size() - 1 - i]);
     }
-    const auto a = forward.cells(), b = backward.cells();
+    const auto a = forward.cells();
+    const auto b = backward.cells();
     REQUIRE(a.size() == b.size());
     CHECK(a.size() <= ColourCounts::kMaxCells);
-    std::uint64_t sum = 0, differences = 0;
+    std::uint64_t sum = 0;
+    std::uint64_t differences = 0;
     for (std::size_t i = 0; i < a.size(); ++i) {
         sum += a[i].count;
         differences +=
@@ -189,9 +195,11 @@ TEST_CASE("few colours are better than a regular cube of them, and exact when th
     const auto cells = counts.cells();
     const auto few = few_colours(cells, 200);
     REQUIRE(few.colours.size() == 200);
-    double own = 0, regular = 0;
+    double own = 0;
+    double regular = 0;
     for (std::size_t i = 0; i < cells.size(); ++i) {
-        const voxel::Rgb8 c = cells[i].mean, f = few.colours[few.of_cell[i]];
+        const voxel::Rgb8 c = cells[i].mean;
+        const voxel::Rgb8 f = few.colours[few.of_cell[i]];
         const auto to_cube = [](int v) { return (v * 5 + 127) / 255 * 51; };  // 216 colours
         const auto square = [&](int r, int g, int b) {
             return static_cast<double>(cells[i].count) *

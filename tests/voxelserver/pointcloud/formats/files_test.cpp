@@ -36,7 +36,8 @@ TEST_CASE("a file is one of points by its first bytes or its ending", "[voxelser
         const char* name;
         const char* file;
         std::string bytes;
-        bool named, in_folder;
+        bool named;
+        bool in_folder;
     };
     const auto c = GENERATE(values<Case>({
         {"LAS", "a.las", "LASF", true, true},
@@ -110,7 +111,7 @@ TEST_CASE("what cannot be opened is refused with the reason", "[voxelserver][poi
     }
 }
 
-TEST_CASE("the file beside a PLY that names its CRS belongs to it", "[voxelserver][pointcloud]") {
+TEST_CASE("the file next to a PLY that names its CRS belongs to it", "[voxelserver][pointcloud]") {
     const TemporaryFolder folder;
     write_file(folder.path() / "a.ply", kCloud);
     CHECK(side_file_of(folder.path() / "a.ply") == std::nullopt);

@@ -1,4 +1,4 @@
-// Column init: what the points of one column say, before any neighbour is asked.
+// Column init: what the points of one column give, before any neighbour is considered.
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -68,7 +68,11 @@ TEST_CASE("ground, water and decks are medians, roofs the highest",
     struct Case {
         const char* name;
         std::vector<Return> returns;
-        float ground, roof, roof_low, water, deck;
+        float ground;
+        float roof;
+        float roof_low;
+        float water;
+        float deck;
     };
     constexpr float kNone = -1;
     const auto c = GENERATE(values<Case>({
@@ -163,7 +167,10 @@ TEST_CASE("a column is built upon when most of its low returns are of a building
           "[voxelserver][voxelize][columns]") {
     struct Case {
         const char* name;
-        int roof, ground, water, plants;
+        int roof;
+        int ground;
+        int water;
+        int plants;
         bool built;
     };
     const auto c = GENERATE(values<Case>({
@@ -193,11 +200,13 @@ TEST_CASE("a column is built upon when most of its low returns are of a building
     }
 }
 
-TEST_CASE("ground beside a roof in one column is not beneath it",
+TEST_CASE("ground next to a roof in one column is not beneath it",
           "[voxelserver][voxelize][columns]") {
     struct Case {
         const char* name;
-        double roof_m, parted_at, angle_deg;
+        double roof_m;
+        double parted_at;
+        double angle_deg;
         bool over;
     };
     constexpr double kMixed = -1;
@@ -211,10 +220,11 @@ TEST_CASE("ground beside a roof in one column is not beneath it",
     DYNAMIC_SECTION(c.name) {
         std::vector<Return> returns;
         std::mt19937 random(4);
-        const double s = std::sin(c.angle_deg * 0.0174533), k = std::cos(c.angle_deg * 0.0174533);
+        const double s = std::sin(c.angle_deg * 0.0174533);
+        const double k = std::cos(c.angle_deg * 0.0174533);
         for (int i = 0; i < 40; ++i) {
-            const double e = static_cast<double>(random() % 1000) / 1000,
-                         n = static_cast<double>(random() % 1000) / 1000;
+            const double e = static_cast<double>(random() % 1000) / 1000;
+            const double n = static_cast<double>(random() % 1000) / 1000;
             const bool roof = c.parted_at == kMixed
                                   ? i % 2 == 0
                                   : (e - 0.5) * k + (n - 0.5) * s > c.parted_at - 0.5;
@@ -262,15 +272,16 @@ TEST_CASE("colours are means, rounded, of the points that have one",
     const std::vector<Return> returns{{10, kGroundClass, {10, 0, 255}},
                                       {10.5, kGroundClass, {11, 0, 255}},
                                       {20, kBuilding, {1, 2, 3}}};
-    const auto coloured = with_one(returns, true), plain = with_one(returns, false);
+    const auto coloured = with_one(returns, true);
+    const auto plain = with_one(returns, false);
     CHECK((coloured->at(5, 7).ground.has_colour &&
            coloured->at(5, 7).ground.colour == voxel::Rgb8{11, 0, 255}));  // 10.5 rounds up
     CHECK((coloured->at(5, 7).roof.has_colour &&
            coloured->at(5, 7).roof.colour == voxel::Rgb8{1, 2, 3}));
     CHECK_FALSE(plain->at(5, 7).ground.has_colour);
     // A file with colours and one without over the same column: only the first one's count.
-    const std::vector<store::VoxelPoint> a{point_at(5, 7, {10, kGroundClass, {100, 50, 0}})},
-        b{point_at(5, 7, {10, kGroundClass, {0, 0, 0}})};
+    const std::vector<store::VoxelPoint> a{point_at(5, 7, {10, kGroundClass, {100, 50, 0}})};
+    const std::vector<store::VoxelPoint> b{point_at(5, 7, {10, kGroundClass, {0, 0, 0}})};
     const std::vector<PatchPoints> both{{a, true}, {b, false}};
     const auto mixed = init_columns(both, asprs(), 4);
     CHECK((mixed->at(5, 7).ground.has_colour &&

@@ -29,7 +29,8 @@ TEST_CASE("squares and parts share memory by how many files fit", "[voxelserver]
     struct Case {
         const char* name;
         std::vector<std::uint64_t> points;  ///< of each file
-        std::size_t squares_mib, parts_mib;
+        std::size_t squares_mib;
+        std::size_t parts_mib;
     };
     const auto c = GENERATE(values<Case>({
         {"all fit", {kFew, kFew}, 80, 30},

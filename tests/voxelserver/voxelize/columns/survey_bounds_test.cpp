@@ -25,7 +25,8 @@ const std::vector<SquareSource> kFiles{
 TEST_CASE("bounds are half-open, and each part of them counts", "[voxelserver][voxelize][bounds]") {
     const SurveyBounds bounds(kFiles);
     struct Case {
-        std::int32_t x, z;
+        std::int32_t x;
+        std::int32_t z;
         bool inside;
     };
     for (const Case& c :

@@ -59,8 +59,7 @@ TEST_CASE("a damaged file is tried once, and fails with the same message each ti
     CHECK(decoder.decode(1));
 }
 
-TEST_CASE("a failure that is not the file's is not remembered",
-          "[voxelserver][voxelize][decoder]") {
+TEST_CASE("a failure that is not the file's is not cached", "[voxelserver][voxelize][decoder]") {
     int tries = 0;
     SECTION("no memory to decode it") {
         WholeDecoder decoder(

@@ -28,7 +28,8 @@ TEST_CASE("a column belongs to a deck when a good part of its low returns are of
           "[voxelserver][voxelize][bridges]") {
     struct Case {
         const char* name;
-        int decks, below;
+        int decks;
+        int below;
         std::uint8_t what;
         bool deck;
     };
@@ -99,7 +100,8 @@ TEST_CASE("windows of neighbouring patches see the same decks",
     MadeLand land([](int x, int z, Returns& out) {
         put(out, dice(x, z, 1) < 0.6 ? 2 : 0, 20 + 5 * dice(x, z, 2), dice(x, z, 3) < 0.5 ? 3 : 0);
     });
-    const auto north = fill_decks(land.window({0, 0})), south = fill_decks(land.window({0, 1}));
+    const auto north = fill_decks(land.window({0, 0}));
+    const auto south = fill_decks(land.window({0, 1}));
     int decks = 0;
     for (int z = 62; z < 66; ++z)
         for (int x = -2; x < 66; ++x) {

@@ -30,13 +30,16 @@ struct Place {
     double density = 4;            ///< points per column
 
     void returns(int x, int z, Returns& out) const {
-        const double turn = angle_deg * 3.14159265358979 / 180, c = std::cos(turn),
-                     s = std::sin(turn);
+        const double turn = angle_deg * 3.14159265358979 / 180;
+        const double c = std::cos(turn);
+        const double s = std::sin(turn);
         for (int i = 0; i < static_cast<int>(density); ++i) {
-            const double dx = dice(x, z, 11 + static_cast<std::uint32_t>(i)),
-                         dz = dice(x, z, 41 + static_cast<std::uint32_t>(i));
-            const double px = x + dx - 32, pz = z + dz - 32, along = c * px + s * pz,
-                         across = -s * px + c * pz;
+            const double dx = dice(x, z, 11 + static_cast<std::uint32_t>(i));
+            const double dz = dice(x, z, 41 + static_cast<std::uint32_t>(i));
+            const double px = x + dx - 32;
+            const double pz = z + dz - 32;
+            const double along = c * px + s * pz;
+            const double across = -s * px + c * pz;
             const double noise = 0.08 * (dice(x, z, 71 + static_cast<std::uint32_t>(i)) - 0.5);
             const auto put = [&](double height, std::uint8_t code) {
                 out.push_back({height + noise, code, {}, dx, dz});
@@ -63,9 +66,11 @@ struct Place {
 
 private:
     [[nodiscard]] bool inside(int x, int z, double length, double width) const {
-        const double turn = angle_deg * 3.14159265358979 / 180, c = std::cos(turn),
-                     s = std::sin(turn);
-        const double px = x + 0.5 - 32, pz = z + 0.5 - 32;
+        const double turn = angle_deg * 3.14159265358979 / 180;
+        const double c = std::cos(turn);
+        const double s = std::sin(turn);
+        const double px = x + 0.5 - 32;
+        const double pz = z + 0.5 - 32;
         return std::abs(c * px + s * pz) < length && std::abs(-s * px + c * pz) < width;
     }
 };
@@ -105,7 +110,9 @@ int decks_in(const FoundDecks& found) {
 void require_deck(const Place& place, bool over_water) {
     Search search([&](int x, int z, Returns& out) { place.returns(x, z, out); });
     const auto found = search.at({0, 0});
-    int inside = 0, missed = 0, outside = 0;
+    int inside = 0;
+    int missed = 0;
+    int outside = 0;
     FoundDecks::each([&](int x, int z) {
         const FoundDeck& f = found.at(x, z);
         if (place.over_gap(x, z)) {
@@ -171,7 +178,8 @@ TEST_CASE("what is no deck stays land", "[voxelserver][voxelize][bridges]") {
         {"flat land", ground(kStreet)},
         {"a dyke between two lakes",
          [&](int x, int z, Returns& out) {
-             const double away = std::abs(z - 32) - 3.0, top = kStreet - away / 2;
+             const double away = std::abs(z - 32) - 3.0;
+             const double top = kStreet - away / 2;
              if (away < 0)
                  out.push_back({kStreet, kGroundClass});
              else if (top > kLevel)
@@ -298,10 +306,12 @@ TEST_CASE("neighbouring patches find the same decks", "[voxelserver][voxelize][b
     for (const auto& [there, dx, dz] : {std::tuple{grid::PatchKey{1, 0}, 64, 0},
                                         {grid::PatchKey{0, 1}, 0, 64},
                                         {grid::PatchKey{-1, -1}, -64, -64}}) {
-        const auto here = search.at({0, 0}), next = search.at(there);
+        const auto here = search.at({0, 0});
+        const auto next = search.at(there);
         int decks = 0;
         FoundDecks::each([&](int x, int z) {
-            const int nx = x - dx, nz = z - dz;
+            const int nx = x - dx;
+            const int nz = z - dz;
             if (nx < FoundDecks::kFirst || nx >= FoundDecks::kLast || nz < FoundDecks::kFirst ||
                 nz >= FoundDecks::kLast)
                 return;
@@ -328,7 +338,9 @@ TEST_CASE("the search can be switched off and its limits set", "[voxelserver][vo
         Settings::Bridges settings;
         bool found;
     };
-    Settings::Bridges off, narrow, high;
+    Settings::Bridges off;
+    Settings::Bridges narrow;
+    Settings::Bridges high;
     off.recognise = false;
     narrow.widest_m = 5;
     high.above_water_m = 8;

@@ -14,7 +14,7 @@ using terravox::test::TemporaryFolder;
 using voxel::Material;
 namespace fs = std::filesystem;
 
-TEST_CASE("all class tables load, and know the standard's classes", "[voxelserver][classes]") {
+TEST_CASE("all class tables load, and define the standard's classes", "[voxelserver][classes]") {
     int tables = 0;
     for (const auto& entry : fs::directory_iterator(util::config_dir() / "classes")) {
         ++tables;
@@ -66,7 +66,7 @@ TEST_CASE("sources differ from the standard where they say so", "[voxelserver][c
     CHECK_FALSE(load_class_table("asprs").crs);
 }
 
-TEST_CASE("a table of one's own extends one beside it", "[voxelserver][classes]") {
+TEST_CASE("a table of one's own extends one next to it", "[voxelserver][classes]") {
     const TemporaryFolder folder;
     std::ofstream(folder.path() / "base.toml")
         << "crs = \"EPSG:3794\"\n[class]\n5 = { role = \"object\", material = \"tower\" }\n200 = { "
@@ -108,7 +108,8 @@ TEST_CASE("a table that cannot be is refused, naming file, field, value and what
           "[voxelserver][classes]") {
     struct Case {
         const char* name;
-        std::string text, said;
+        std::string text;
+        std::string said;
     };
     const auto c = GENERATE(values<Case>({
         {"code too high", "[class]\n256 = { role = \"drop\" }", "[class.256]; allowed: 0 to 255"},
@@ -135,7 +136,7 @@ TEST_CASE("a table that cannot be is refused, naming file, field, value and what
         {"tiers that are no flag", "[class]\n2 = { role = \"surface\", tiers = 1 }",
          "[class.2] tiers is not true or false"},
         {"unknown base", "extends = \"nothing\"\n",
-         "extends = 'nothing'; allowed: a table beside it, or asprs, ch-swisstopo"},
+         "extends = 'nothing'; allowed: a table next to it, or asprs, ch-swisstopo"},
         {"itself", "extends = \"bad\"\n", "circle"},
     }));
     DYNAMIC_SECTION(c.name) {

@@ -78,7 +78,10 @@ TEST_CASE("a return lands in the voxel that its coordinates are floored to",
           "[voxelserver][voxelize][placer]") {
     struct Case {
         const char* name;
-        double voxel_m, e, n, h;
+        double voxel_m;
+        double e;
+        double n;
+        double h;
         std::array<std::int32_t, 3> voxel;
     };
     const auto c = GENERATE(values<Case>({
@@ -110,7 +113,9 @@ TEST_CASE("feet are feet: of the survey sideways, and whatever the file counts u
     struct Case {
         const char* name;
         const char* crs;
-        double vertical_metres, e, h;
+        double vertical_metres;
+        double e;
+        double h;
     };
     const auto c = GENERATE(values<Case>({
         {"US survey feet both ways", "EPSG:2263", kUsFoot, 999'983.25, 1234.75},
@@ -152,7 +157,9 @@ TEST_CASE("what is no return of the land is left out and counted",
         Settings::Points filters;
         const char* counted;
     };
-    Settings::Points usual, all, no_overlap;
+    Settings::Points usual;
+    Settings::Points all;
+    Settings::Points no_overlap;
     all.drop_withheld = false;
     no_overlap.drop_overlap = true;
     const auto c = GENERATE_COPY(values<Case>({
@@ -215,7 +222,9 @@ TEST_CASE("coordinates beyond 32-bit voxels are outliers, whatever the bounds",
     const grid::Frame frame(geo::Crs::from_text(kMetres), 1, 0, 0);
     struct Case {
         const char* name;
-        std::int32_t x, y, z;
+        std::int32_t x;
+        std::int32_t y;
+        std::int32_t z;
         bool kept;
     };
     const auto c = GENERATE(values<Case>({
@@ -336,7 +345,8 @@ TEST_CASE(
     const grid::Frame frame(lambert, 1, 0, 0);
     std::mt19937 random(3);
     std::vector<pointcloud::Point> points;
-    std::vector<double> x, y;
+    std::vector<double> x;
+    std::vector<double> y;
     for (int i = 0; i < 500; ++i) {
         points.push_back(raw(source, 570'000 + static_cast<double>(random() % 100'000) / 100,
                              4'830'000 + static_cast<double>(random() % 100'000) / 100, 5));

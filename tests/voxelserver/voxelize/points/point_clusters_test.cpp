@@ -46,7 +46,8 @@ TEST_CASE(
         points += count;
         const auto metres = [&] { return static_cast<double>(random() % 300'000) / 1000; };
         for (std::size_t k = 0; k < count; ++k) {
-            const double east = 3000.0 * i + metres(), north = metres();
+            const double east = 3000.0 * i + metres();
+            const double north = metres();
             cloud.add(east, north, 7, 2);
         }
     }
@@ -67,11 +68,12 @@ TEST_CASE(
         CHECK((find_clusters(lidar::LasSource(folder.path() / name), kAll, 1, 2) == found));
 }
 
-TEST_CASE("points less than a kilometre apart hang together, and dropped ones do not count",
+TEST_CASE("points less than a kilometre apart are connected, and dropped ones do not count",
           "[voxelserver][voxelize][clusters]") {
     struct Case {
         const char* name;
-        double step, unit_m;
+        double step;
+        double unit_m;
         std::size_t clusters;
     };
     const auto c = GENERATE(values<Case>({{"a chain", 900, 1, 1},
@@ -95,7 +97,7 @@ TEST_CASE("points less than a kilometre apart hang together, and dropped ones do
     }
 }
 
-TEST_CASE("strays are few points, or many in one place, and always a small share",
+TEST_CASE("clusters of outliers are few points, or many in one place, and always a small share",
           "[voxelserver][voxelize][clusters]") {
     struct Case {
         const char* name;
@@ -105,9 +107,9 @@ TEST_CASE("strays are few points, or many in one place, and always a small share
     const auto c = GENERATE(values<Case>({
         {"none", {}, 0},
         {"one point alone", {cluster(1, 0)}, 1},
-        {"one point beside a thousand", {cluster(1000, 300), cluster(1, 0)}, 1},
-        {"one point beside fifty", {cluster(50, 300), cluster(1, 0)}, 2},
-        {"99 points beside many", {cluster(1'000'000, 300), cluster(99, 200)}, 1},
+        {"one point and a thousand", {cluster(1000, 300), cluster(1, 0)}, 1},
+        {"one point and fifty", {cluster(50, 300), cluster(1, 0)}, 2},
+        {"99 points and many", {cluster(1'000'000, 300), cluster(99, 200)}, 1},
         {"100 points, an islet", {cluster(1'000'000, 300), cluster(100, 12)}, 2},
         {"many points in one place", {cluster(1'000'000, 300), cluster(9000, 0.5)}, 1},
         {"more than a hundredth in one place", {cluster(1'000'000, 300), cluster(11'000, 0.5)}, 2},

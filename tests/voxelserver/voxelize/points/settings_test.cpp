@@ -1,4 +1,4 @@
-// The settings file: what ships equals the defaults, and what is wrong in one is told word for
+// The settings file: what ships equals the defaults, and every error in one has its exact
 // word.
 #include <toml++/toml.h>
 
@@ -105,8 +105,8 @@ TEST_CASE("what a settings file leaves out keeps its value, what it says counts"
     // Each field of the shipped file on its own, changed.
     for (const auto& [name, value] : fields_of(Settings{})) {
         const auto dot = name.find('.');
-        const bool flag = value == "true" || value == "false",
-                   text = name == "specialization.palette";
+        const bool flag = value == "true" || value == "false";
+        const bool text = name == "specialization.palette";
         const std::string other = flag   ? (value == "true" ? "false" : "true")
                                   : text ? "\"red\""
                                          : "1.25";
@@ -123,7 +123,7 @@ TEST_CASE("a whole number is a number", "[voxelserver][voxelize][settings]") {
     CHECK(voxelize::load_settings(File("[ground]\ndepth_m = 20\n").path()).ground.depth_m == 20);
 }
 
-TEST_CASE("what is wrong in a settings file is told word for word",
+TEST_CASE("every error in a settings file has its exact message",
           "[voxelserver][voxelize][settings]") {
     struct Case {
         const char *name, *text;

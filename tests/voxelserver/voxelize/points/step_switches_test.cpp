@@ -136,7 +136,7 @@ TEST_CASE("the same steps have one fingerprint, however they are chosen, and oth
     CHECK(seen.emplace(print_of(load_settings({})), "all").second);
 }
 
-TEST_CASE("the old name of a step is read, but not beside the new one",
+TEST_CASE("the old name of a step is read, but not together with the new one",
           "[voxelserver][voxelize][settings]") {
     const TemporaryFolder folder;
     const auto file = folder.path() / "settings.toml";

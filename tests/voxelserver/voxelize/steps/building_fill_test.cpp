@@ -15,7 +15,10 @@ using Returns = MadeLand::Returns;
 
 /// A rectangle of columns, half-open.
 struct Place {
-    int x0, z0, x1, z1;
+    int x0;
+    int z0;
+    int x1;
+    int z1;
     [[nodiscard]] bool holds(int x, int z) const noexcept {
         return x >= x0 && x < x1 && z >= z0 && z < z1;
     }
@@ -40,11 +43,12 @@ constexpr Place kHouse{20, 20, 32, 30};
 
 }  // namespace
 
-TEST_CASE("a house has the footprint that most of its columns' returns tell",
+TEST_CASE("a house has the footprint that most of its columns' returns show",
           "[voxelserver][voxelize][buildings]") {
     struct Case {
         const char* name;
-        int roofs, grounds;
+        int roofs;
+        int grounds;
         bool roofed;
     };
     const auto c = GENERATE(values<Case>({{"only roof", 4, 0, true},
@@ -70,12 +74,13 @@ TEST_CASE("a house has the footprint that most of its columns' returns tell",
     }
 }
 
-TEST_CASE("gaps between points of a roof are closed; what was looked through stays open",
+TEST_CASE("gaps between points of a roof are closed, except where pulses reached the ground",
           "[voxelserver][voxelize][buildings]") {
     struct Case {
         const char* name;
         Place gap;
-        bool ground_seen, closed;
+        bool ground_seen;
+        bool closed;
     };
     const auto c = GENERATE(values<Case>({
         {"one column without returns", {25, 25, 26, 26}, false, true},
@@ -84,7 +89,7 @@ TEST_CASE("gaps between points of a roof are closed; what was looked through sta
         {"a courtyard of 2 x 2", {25, 25, 27, 27}, true, false},
         {"a courtyard of 4 x 3", {24, 24, 28, 27}, true, false},
         {"the middle of a wide hole", {23, 23, 29, 28}, false, false},
-        {"beside the house", {32, 25, 33, 26}, false, false},
+        {"next to the house", {32, 25, 33, 26}, false, false},
         {"a corner", {20, 20, 21, 21}, false, false},
     }));
     DYNAMIC_SECTION(c.name) {
@@ -95,7 +100,8 @@ TEST_CASE("gaps between points of a roof are closed; what was looked through sta
                 put(out, kHouse.holds(x, z) ? 3 : 0, 20.5 + 0.25 * (x - 20),
                     kHouse.holds(x, z) ? 0 : 3);
         });
-        const int x = (c.gap.x0 + c.gap.x1) / 2, z = (c.gap.z0 + c.gap.z1) / 2;
+        const int x = (c.gap.x0 + c.gap.x1) / 2;
+        const int z = (c.gap.z0 + c.gap.z1) / 2;
         CHECK(roofs.at(x, z).seen() == c.closed);
         if (c.closed)
             CHECK(std::abs(roofs.at(x, z).top.height -
@@ -119,9 +125,9 @@ TEST_CASE("a closed gap looks like the neighbour whose height it took",
     });
     const Roof& r = roofs.at(25, 25);
     REQUIRE(r.seen());
-    REQUIRE((r.look_dx != 0 || r.look_dz != 0));
-    CHECK(r.top.height == roofs.at(25 + r.look_dx, 25 + r.look_dz).top.height);
-    CHECK((roofs.at(26, 26).look_dx == 0 && roofs.at(26, 26).look_dz == 0));
+    REQUIRE((r.appearance_dx != 0 || r.appearance_dz != 0));
+    CHECK(r.top.height == roofs.at(25 + r.appearance_dx, 25 + r.appearance_dz).top.height);
+    CHECK((roofs.at(26, 26).appearance_dx == 0 && roofs.at(26, 26).appearance_dz == 0));
 }
 
 TEST_CASE("canopies, carports, balconies and passages are open beneath; houses are not",
@@ -129,16 +135,18 @@ TEST_CASE("canopies, carports, balconies and passages are open beneath; houses a
     // Every column of the place has returns of a roof and of the ground beneath it.
     struct Case {
         const char* name;
-        double voxel_m, storey_m;
+        double voxel_m;
+        double storey_m;
         Place place;
-        double above_m, bottom_m;
+        double above_m;
+        double bottom_m;
     };
     constexpr double kClosed = 0;
     const auto c = GENERATE(values<Case>({
         {"a canopy", 1, 3, {20, 20, 28, 26}, 5, 5},
         {"a carport two columns wide", 1, 3, {20, 20, 26, 22}, 4, 4},
         {"too low to walk under", 1, 3, {20, 20, 28, 26}, 2.5, kClosed},
-        {"low, with a lower storey asked for", 1, 2, {20, 20, 28, 26}, 2.5, 2.5},
+        {"low, with a lower storey configured", 1, 2, {20, 20, 28, 26}, 2.5, 2.5},
         {"half metres, high enough", 0.5, 3, {20, 20, 36, 32}, 4, 4},
         {"half metres, too low", 0.5, 3, {20, 20, 36, 32}, 2.5, kClosed},
         {"a house over a passage", 1, 3, {20, 20, 28, 26}, 15, 3},
@@ -206,7 +214,8 @@ TEST_CASE("a balcony is open between what was seen beneath it and the wall that 
           "[voxelserver][voxelize][buildings]") {
     // The house is 10 m high; the balcony, three columns deep, 4 m above the ground; pulses got
     // under its outermost column only.
-    const Place house{20, 10, 40, 30}, balcony{26, 30, 34, 33};
+    const Place house{20, 10, 40, 30};
+    const Place balcony{26, 30, 34, 33};
     const auto roofs = roofs_of([&](int x, int z, Returns& out) {
         if (house.holds(x, z))
             put(out, 3, 20.5, 0);
@@ -255,9 +264,10 @@ TEST_CASE("windows of neighbouring patches see the same roofs",
         put(out, house && dice(x, z, 4) < 0.8 ? 1 + static_cast<int>(dice(x, z, 5) * 3) : 0,
             16 + 6 * dice(x / 9, z / 7, 6), dice(x, z, 7) < (house ? 0.4 : 0.9) ? 2 : 0);
     });
-    const auto west = fill_buildings(land.window({0, 0}), {}, 1),
-               east = fill_buildings(land.window({1, 0}), {}, 1);
-    int roofs = 0, open = 0;
+    const auto west = fill_buildings(land.window({0, 0}), {}, 1);
+    const auto east = fill_buildings(land.window({1, 0}), {}, 1);
+    int roofs = 0;
+    int open = 0;
     for (int z = -2; z < 66; ++z)
         for (int x = 62; x < 66; ++x) {
             const Roof &a = west.at(x, z), &b = east.at(x - 64, z);
@@ -267,8 +277,8 @@ TEST_CASE("windows of neighbouring patches see the same roofs",
             roofs += a.seen() ? 1 : 0;
             open += a.open_beneath() ? 1 : 0;
             if (a.seen())
-                REQUIRE((a.top.height == b.top.height && a.look_dx == b.look_dx &&
-                         a.look_dz == b.look_dz));
+                REQUIRE((a.top.height == b.top.height && a.appearance_dx == b.appearance_dx &&
+                         a.appearance_dz == b.appearance_dz));
             if (a.open_beneath())
                 REQUIRE(a.bottom == b.bottom);
         }

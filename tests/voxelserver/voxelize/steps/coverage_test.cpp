@@ -28,7 +28,7 @@ Bounds bounds_of(const InMask& inside) {
     return out;
 }
 
-/// A picture of 192 x 192 with sums over rectangles: the plain way to ask for any or all columns of
+/// A picture of 192 x 192 with sums over rectangles: the plain way to test any or all columns of
 /// a square.
 class Sums {
 public:
@@ -40,8 +40,10 @@ public:
     }
     /// How many of [x - r, x + r] x [z - r, z + r] are set, and how many there are.
     [[nodiscard]] std::pair<int, int> around(int x, int z, int r) const {
-        const int x0 = std::max(x - r + 64, 0), x1 = std::min(x + r + 65, 192),
-                  z0 = std::max(z - r + 64, 0), z1 = std::min(z + r + 65, 192);
+        const int x0 = std::max(x - r + 64, 0);
+        const int x1 = std::min(x + r + 65, 192);
+        const int z0 = std::max(z - r + 64, 0);
+        const int z1 = std::min(z + r + 65, 192);
         return {at(x1, z1) - at(x0, z1) - at(x1, z0) + at(x0, z0), (x1 - x0) * (z1 - z0)};
     }
 
@@ -60,8 +62,8 @@ constexpr int kRim = 2;  // of water cells two columns wide, as MadeLand makes t
 Margined<char> closed_naively(const InMask& occupied, const InMask& inside, int radius) {
     const Sums seen([&](int x, int z) { return occupied(x, z) && inside(x, z); });
     const auto empty = [&](int x, int z) { return seen.around(x, z, radius).first == 0; };
-    const Sums within([&](int x, int z) { return inside(x, z) && empty(x, z); }),
-        beyond([&](int x, int z) { return !inside(x, z) && empty(x, z); });
+    const Sums within([&](int x, int z) { return inside(x, z) && empty(x, z); });
+    const Sums beyond([&](int x, int z) { return !inside(x, z) && empty(x, z); });
     Margined<char> out;
     Margined<char>::each([&](int x, int z) {
         const bool hole = within.around(x, z, radius).first > 0 ||
@@ -79,7 +81,11 @@ TEST_CASE("a void is closed up to twice the radius, and open when wider",
           "[voxelserver][voxelize][coverage]") {
     struct Case {
         const char* name;
-        int radius, x0, z0, wide, deep;
+        int radius;
+        int x0;
+        int z0;
+        int wide;
+        int deep;
         bool open;
     };
     const auto c = GENERATE(values<Case>({
@@ -118,7 +124,10 @@ TEST_CASE("a void at the survey's edge closes only between returns along the edg
     const auto inside = [](int x, int z) { return x >= 10 && z >= kNorth && x < 100; };
     struct Case {
         const char* name;
-        int x0, z0, deep, wide;
+        int x0;
+        int z0;
+        int deep;
+        int wide;
         bool open;
     };
     const auto c = GENERATE(values<Case>({
@@ -148,7 +157,9 @@ TEST_CASE("a void at the survey's edge closes only between returns along the edg
                     return false;
             return true;
         };
-        int lost = 0, invented = 0, left = 0;
+        int lost = 0;
+        int invented = 0;
+        int left = 0;
         Margined<char>::each([&](int x, int z) {
             const bool is_covered = covered.at(x, z) != 0;
             lost += inside(x, z) && !(c.open && in_void(x, z)) && !is_covered ? 1 : 0;
@@ -202,11 +213,12 @@ TEST_CASE("coverage is the closing by a square, at every radius",
         std::mt19937 random(seed * 100 + static_cast<unsigned>(radius));
         // Returns so rare that voids of the radius's size occur, and a rectangle without any.
         const double share = std::pow(2.0 * radius + 1, -2) * (0.5 + random() % 40 / 10.0);
-        const int x0 = static_cast<int>(random() % 192) - 64,
-                  z0 = static_cast<int>(random() % 192) - 64,
-                  wide = static_cast<int>(random() % 90), deep = static_cast<int>(random() % 90);
-        const int west = static_cast<int>(random() % 60) - 64,
-                  south = 128 - static_cast<int>(random() % 80);
+        const int x0 = static_cast<int>(random() % 192) - 64;
+        const int z0 = static_cast<int>(random() % 192) - 64;
+        const int wide = static_cast<int>(random() % 90);
+        const int deep = static_cast<int>(random() % 90);
+        const int west = static_cast<int>(random() % 60) - 64;
+        const int south = 128 - static_cast<int>(random() % 80);
         const auto occupied = [&](int x, int z) {
             return !(x >= x0 && x < x0 + wide && z >= z0 && z < z0 + deep) &&
                    dice(x, z, seed) < share;

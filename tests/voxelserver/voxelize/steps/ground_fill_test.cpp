@@ -27,7 +27,7 @@ MadeLand land_of(HeightAt height) {
 }
 
 const AskWideGround kNeverAsked = [](std::int32_t x, std::int32_t z) -> float {
-    FAIL("asked for the ground of a wide gap at " << x << ", " << z);
+    FAIL("requested the ground of a wide gap at " << x << ", " << z);
     return 0;
 };
 const AskWideGround kFromAfar = [](std::int32_t x, std::int32_t z) {
@@ -51,13 +51,14 @@ double hills(std::int32_t x, std::int32_t z) {
 
 }  // namespace
 
-TEST_CASE("columns with ground keep it, and those that want none get none",
+TEST_CASE("columns with ground keep it, and those that need none get none",
           "[voxelserver][voxelize][ground]") {
     auto land = land_of([](auto x, auto z) { return dice(x, z, 1) < 0.4 ? kGap : 10 + 0.125 * x; });
     const Window window = land.window({0, 0});
     Wanted wanted;
     Wanted::each([&](int x, int z) { wanted.at(x, z) = x >= 30 ? 1 : 0; });
-    const auto filled = fill_ground(window, wanted, kNeverAsked), plain = seen_ground(window);
+    const auto filled = fill_ground(window, wanted, kNeverAsked);
+    const auto plain = seen_ground(window);
     GroundHeights::each([&](int x, int z) {
         const float own = window.column(x, z).ground.height;
         INFO("column " << x << ", " << z);
@@ -73,7 +74,8 @@ TEST_CASE("ground between points and under houses lies on the plane around it",
           "[voxelserver][voxelize][ground]") {
     struct Plane {
         const char* name;
-        double a, b;
+        double a;
+        double b;
     };
     // max_off: voxels for each voxel of slope. The mean leans to the side that has more or nearer
     // ground: by less than two columns between points and under halls, by twice that in the corner
@@ -127,14 +129,14 @@ TEST_CASE("a filled height never leaves the heights around", "[voxelserver][voxe
     });
 }
 
-TEST_CASE("the ground of a wide gap is asked for by absolute columns, and only beyond reach",
+TEST_CASE("the ground of a wide gap is requested by absolute columns, and only beyond reach",
           "[voxelserver][voxelize][ground]") {
     constexpr grid::PatchKey kPatch{-3, 5};
     // No ground to the east of column 10 of the patch.
     auto land = land_of([&](auto x, auto) { return x < kPatch.x0() + 10 ? 50.0 : kGap; });
-    int asked = 0;
+    int calls = 0;
     const auto filled = fill_ground(land.window(kPatch), Wanted(1),
-                                    [&](auto x, auto z) { return ++asked, kFromAfar(x, z); });
+                                    [&](auto x, auto z) { return ++calls, kFromAfar(x, z); });
     GroundHeights::each([&](int x, int z) {
         INFO("column " << x << ", " << z);
         const bool in_reach = x <= 9 + 32;
@@ -143,7 +145,7 @@ TEST_CASE("the ground of a wide gap is asked for by absolute columns, and only b
         else
             REQUIRE(filled.at(x, z) == kFromAfar(kPatch.x0() + x, kPatch.z0() + z));
     });
-    CHECK(asked == (64 + kMargin - 42) * (64 + 2 * kMargin));
+    CHECK(calls == (64 + kMargin - 42) * (64 + 2 * kMargin));
 }
 
 TEST_CASE("where nothing is known afar either, there is no ground",
@@ -155,11 +157,12 @@ TEST_CASE("where nothing is known afar either, there is no ground",
                       [](float h) { return std::isnan(h); }));
 }
 
-TEST_CASE("windows of neighbouring patches agree on the columns that both know",
+TEST_CASE("windows of neighbouring patches agree on the columns that both contain",
           "[voxelserver][voxelize][ground]") {
     struct Case {
         const char* name;
-        grid::PatchKey a, b;
+        grid::PatchKey a;
+        grid::PatchKey b;
     };
     const auto c = GENERATE(values<Case>({{"side by side", {0, 0}, {1, 0}},
                                           {"below each other", {0, 0}, {0, 1}},
@@ -167,9 +170,10 @@ TEST_CASE("windows of neighbouring patches agree on the columns that both know",
                                           {"west of the origin", {-1, 0}, {0, 0}}}));
     DYNAMIC_SECTION(c.name) {
         auto land = land_of(hills);
-        const auto a = fill_ground(land.window(c.a), Wanted(1), kFromAfar),
-                   b = fill_ground(land.window(c.b), Wanted(1), kFromAfar);
-        const int dx = (c.b.px - c.a.px) * 64, dz = (c.b.pz - c.a.pz) * 64;
+        const auto a = fill_ground(land.window(c.a), Wanted(1), kFromAfar);
+        const auto b = fill_ground(land.window(c.b), Wanted(1), kFromAfar);
+        const int dx = (c.b.px - c.a.px) * 64;
+        const int dz = (c.b.pz - c.a.pz) * 64;
         int both = 0;
         GroundHeights::each([&](int x, int z) {
             if (x - dx < -kMargin || z - dz < -kMargin)
@@ -186,8 +190,8 @@ TEST_CASE("windows of neighbouring patches agree on the columns that both know",
 TEST_CASE("the same land elsewhere has the same heights", "[voxelserver][voxelize][ground]") {
     const grid::PatchKey moved =
         GENERATE(grid::PatchKey{1, 0}, grid::PatchKey{-7, 11}, grid::PatchKey{7'000, -98'000});
-    auto here = land_of(hills),
-         there = land_of([&](auto x, auto z) { return hills(x - moved.x0(), z - moved.z0()); });
+    auto here = land_of(hills);
+    auto there = land_of([&](auto x, auto z) { return hills(x - moved.x0(), z - moved.z0()); });
     const auto a = fill_ground(here.window({0, 0}), Wanted(1), kFromAfar);
     const auto b = fill_ground(there.window(moved), Wanted(1), [&](auto x, auto z) {
         return kFromAfar(x - moved.x0(), z - moved.z0());

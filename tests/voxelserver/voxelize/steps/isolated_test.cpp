@@ -13,7 +13,9 @@ TEST_CASE("a voxel is isolated when nothing lies within two voxels sideways and 
           "[voxelserver][voxelize][isolated]") {
     struct Case {
         const char* name;
-        int dx, dz, dy;
+        int dx;
+        int dz;
+        int dy;
         std::uint8_t what;
         bool isolated;
     };

@@ -16,8 +16,14 @@
 namespace terravox::test {
 
 // Codes of the ASPRS table, by what they do.
-inline constexpr std::uint8_t kLow = 3, kTree = 5, kGroundClass = 2, kBuilding = 6, kWater = 9,
-                              kWire = 14, kBridge = 17, kUnsorted = 1;
+inline constexpr std::uint8_t kLow = 3;
+inline constexpr std::uint8_t kTree = 5;
+inline constexpr std::uint8_t kGroundClass = 2;
+inline constexpr std::uint8_t kBuilding = 6;
+inline constexpr std::uint8_t kWater = 9;
+inline constexpr std::uint8_t kWire = 14;
+inline constexpr std::uint8_t kBridge = 17;
+inline constexpr std::uint8_t kUnsorted = 1;
 
 inline const voxelize::ClassTable& asprs() {
     static const voxelize::ClassTable table = voxelize::load_class_table("asprs");
@@ -30,7 +36,8 @@ struct Return {
     double height = 0;
     std::uint8_t source_class = kGroundClass;
     voxel::Rgb8 colour{};
-    double east = 0.5, south = 0.5;
+    double east = 0.5;
+    double south = 0.5;
 };
 
 inline store::VoxelPoint point_at(int x, int z, const Return& r) {

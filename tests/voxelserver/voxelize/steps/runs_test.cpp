@@ -13,7 +13,8 @@ using voxel::Rgb8;
 namespace {
 
 using Returns = MadeLand::Returns;
-constexpr Rgb8 kRed{200, 10, 20}, kSeen{1, 2, 3};
+constexpr Rgb8 kRed{200, 10, 20};
+constexpr Rgb8 kSeen{1, 2, 3};
 
 /// The runs of a land without holes or wide gaps; water of the columns' own levels, 2 m deep.
 struct Made {
@@ -36,34 +37,34 @@ struct Made {
     }
     /// A letter for each voxel of a column from the bottom up: see kLetters.
     [[nodiscard]] std::string column(int x, int z, std::int32_t from, std::int32_t to,
-                                     const SurfaceLook& look = plain()) const {
+                                     const SurfaceAppearance& appearance = plain()) const {
         std::string out;
         for (std::int32_t y = from; y < to; ++y) {
-            const auto box = serialize({0, 0, voxel::floor_div(y, 256), 0}, runs, look);
+            const auto box = serialize({0, 0, voxel::floor_div(y, 256), 0}, runs, appearance);
             const auto v = box ? box->voxel(x, y & 255, z) : std::nullopt;
             out += v ? kLetters[static_cast<std::size_t>(v->material)] : '.';
         }
         return out;
     }
-    [[nodiscard]] std::optional<voxel::VoxelAttr> at(int x, std::int32_t y, int z,
-                                                     const SurfaceLook& look = plain()) const {
-        const auto box = serialize({0, 0, voxel::floor_div(y, 256), 0}, runs, look);
+    [[nodiscard]] std::optional<voxel::VoxelAttr> at(
+        int x, std::int32_t y, int z, const SurfaceAppearance& appearance = plain()) const {
+        const auto box = serialize({0, 0, voxel::floor_div(y, 256), 0}, runs, appearance);
         return box ? box->voxel(x, y & 255, z) : std::nullopt;
     }
-    static SurfaceLook plain() {
-        SurfaceLook out;
-        out.own = std::make_shared<PatchLook>();
+    static SurfaceAppearance plain() {
+        SurfaceAppearance out;
+        out.own = std::make_shared<PatchAppearance>();
         return out;
     }
     /// An image of one colour over the whole patch.
-    static SurfaceLook with_image() {
-        auto own = std::make_shared<PatchLook>();
+    static SurfaceAppearance with_image() {
+        auto own = std::make_shared<PatchAppearance>();
         own->raster.width = own->raster.height = grid::kPatchSize;
         own->raster.colour.assign(grid::kPatchColumns, kSeen);
         own->raster.nir.assign(grid::kPatchColumns, 0);
         own->raster.red = own->raster.nir;
         own->raster.flags.assign(grid::kPatchColumns, imagery::Raster::kColour);
-        SurfaceLook out;
+        SurfaceAppearance out;
         out.own = own;
         return out;
     }
@@ -85,7 +86,7 @@ TEST_CASE("columns are what stands in them, from the rock up", "[voxelserver][vo
     const auto c = GENERATE(values<Case>({
         {"flat ground hides soil and rock", {{10.5, kGroundClass}}, "RRG............."},
         {"a road", {{10.5, 11}}, "RRo............."},
-        {"a pit shows soil beside it", {{8.5, kGroundClass}}, "G..............."},
+        {"a pit shows soil next to it", {{8.5, kGroundClass}}, "G..............."},
         {"a house", {{18.5, kBuilding}, {18.4, kBuilding}}, "RRRWWWWWWWr....."},
         {"a canopy",
          {{16.5, kBuilding}, {16.4, kBuilding}, {10.5, kGroundClass}},
@@ -97,7 +98,7 @@ TEST_CASE("columns are what stands in them, from the rock up", "[voxelserver][vo
         {"water over its bed", {{10.5, kWater}}, "sww............."},
         {"a wire", {{10.5, kGroundClass}, {20.5, kWire}}, "RRG.........i..."},
         {"grass on the ground", {{10.5, kGroundClass}, {10.9, kLow}}, "RRg............."},
-        {"a class that nobody names", {{10.5, kGroundClass}, {12.5, 200}}, "RRG.?..........."},
+        {"a class without a name", {{10.5, kGroundClass}, {12.5, 200}}, "RRG.?..........."},
         {"an unsorted bush",
          {{10.5, kGroundClass}, {11.8, kUnsorted}, {12.2, kUnsorted}},
          "RRGmm..........."},
@@ -152,10 +153,12 @@ TEST_CASE("voxels carry class and colour; what was not seen from above has no co
         true);
     struct Case {
         const char* name;
-        int x, y;
+        int x;
+        int y;
         Material material;
         int source_class;
-        bool own, with_image;
+        bool own;
+        bool with_image;
     };
     const auto c = GENERATE(values<Case>({
         {"road", 5, 10, Material::kRoad, 11, true, true},
@@ -164,7 +167,8 @@ TEST_CASE("voxels carry class and colour; what was not seen from above has no co
         {"water keeps its points' colour", 33, 10, Material::kWater, kWater, true, true},
     }));
     DYNAMIC_SECTION(c.name) {
-        const auto own = made.at(c.x, c.y, 31), seen = made.at(c.x, c.y, 31, Made::with_image());
+        const auto own = made.at(c.x, c.y, 31);
+        const auto seen = made.at(c.x, c.y, 31, Made::with_image());
         REQUIRE(own);
         REQUIRE(seen);
         CHECK((own->material == c.material && own->source_class == c.source_class &&
@@ -187,13 +191,13 @@ TEST_CASE("an image shows what lies on top, and not what is beneath a deck",
                 out.insert(out.end(), {{20.5, kBridge, kRed}, {20.5, kBridge, kRed}});
         },
         true);
-    const auto look = Made::with_image();
-    CHECK(made.at(31, 20, 31, look)->colour == kSeen);
-    CHECK(made.at(31, 10, 31, look)->colour == kRed);
-    CHECK(made.at(5, 10, 5, look)->colour == kSeen);
+    const auto appearance = Made::with_image();
+    CHECK(made.at(31, 20, 31, appearance)->colour == kSeen);
+    CHECK(made.at(31, 10, 31, appearance)->colour == kRed);
+    CHECK(made.at(5, 10, 5, appearance)->colour == kSeen);
 }
 
-TEST_CASE("special materials are the surface's: of the ground beside a house, of the roof on it",
+TEST_CASE("special materials are the surface's: of the ground next to a house, of the roof on it",
           "[voxelserver][voxelize][runs]") {
     const auto returns = [](int x, int z, Returns& out) {
         if (bump(x, z))
@@ -214,10 +218,10 @@ TEST_CASE("boxes are cut from columns at every 256 voxels, and air is no box",
                     top - 300);
     CHECK(made.runs.min_y() == top - 300);
     CHECK(made.runs.max_y() == top + 1);
-    const auto look = Made::plain();
+    const auto appearance = Made::plain();
     for (std::int32_t by = voxel::floor_div(top - 300, 256) - 1;
          by <= voxel::floor_div(top, 256) + 1; ++by) {
-        const auto box = serialize({0, 0, by, 0}, made.runs, look);
+        const auto box = serialize({0, 0, by, 0}, made.runs, appearance);
         INFO("box " << by);
         REQUIRE((box != nullptr) == (by * 256 <= top && by * 256 + 256 > top - 300));
         if (!box)

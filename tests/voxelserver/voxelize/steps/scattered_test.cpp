@@ -49,8 +49,8 @@ TEST_CASE("heights between samples do not depend on the order in which samples a
         std::mt19937 random(seed);
         int different = 0;
         for (int i = 0; i < 500; ++i) {
-            const float x = static_cast<float>(random() % 160) / 2 - 10,
-                        z = static_cast<float>(random() % 160) / 2 - 10;
+            const float x = static_cast<float>(random() % 160) / 2 - 10;
+            const float z = static_cast<float>(random() % 160) / 2 - 10;
             if (!same_bits(reference.at(x, z, 20), other.at(x, z, 20)) && ++different <= 3)
                 UNSCOPED_INFO("seed " << seed << (on_a_grid ? ", on a grid" : "") << ", shuffle "
                                       << shuffle << ", at " << x << " " << z << ": "
@@ -71,7 +71,10 @@ TEST_CASE("only samples within reach count", "[voxelserver][voxelize][scattered]
     struct Case {
         const char* name;
         std::vector<Sample> samples;
-        float x, z, reach, height;
+        float x;
+        float z;
+        float reach;
+        float height;
     };
     constexpr float kNothing = -1;
     const auto c = GENERATE(values<Case>({
@@ -98,8 +101,9 @@ TEST_CASE("a mean never leaves the range of the samples around, and nearer ones 
     const ScatteredHeights heights(samples);
     std::mt19937 random(seed);
     for (int i = 0; i < 500; ++i) {
-        const float x = static_cast<float>(random() % 6000) / 100,
-                    z = static_cast<float>(random() % 6000) / 100, h = heights.at(x, z, 100);
+        const float x = static_cast<float>(random() % 6000) / 100;
+        const float z = static_cast<float>(random() % 6000) / 100;
+        const float h = heights.at(x, z, 100);
         INFO("seed " << seed << ", at " << x << " " << z);
         CHECK((h >= 0 && h <= 100));
     }
@@ -108,8 +112,8 @@ TEST_CASE("a mean never leaves the range of the samples around, and nearer ones 
         CHECK(two.at(x, 0, 50) < two.at(x + 0.5f, 0, 50));
 }
 
-// More than are asked for may be equally far: which of them the tree takes must not matter.
-TEST_CASE("a ring of more equally far samples than are asked for has one height in the middle",
+// More than are used may be equally far: which of them the tree takes must not matter.
+TEST_CASE("a ring of more equally far samples than are used has one height in the middle",
           "[voxelserver][voxelize][scattered]") {
     // 20 places of a grid lie 25 from the origin.
     std::vector<Sample> ring;

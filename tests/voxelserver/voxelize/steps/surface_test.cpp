@@ -17,8 +17,11 @@ namespace {
 
 using Returns = MadeLand::Returns;
 // Of the default palette.
-constexpr Rgb8 kMeadow{0x70, 0x89, 0x4a}, kAsphalt{0x74, 0x74, 0x78}, kTiles{0xb2, 0x54, 0x38},
-    kSlate{0x76, 0x7a, 0x7e}, kDeepLake{0x1e, 0x54, 0x68};
+constexpr Rgb8 kMeadow{0x70, 0x89, 0x4a};
+constexpr Rgb8 kAsphalt{0x74, 0x74, 0x78};
+constexpr Rgb8 kTiles{0xb2, 0x54, 0x38};
+constexpr Rgb8 kSlate{0x76, 0x7a, 0x7e};
+constexpr Rgb8 kDeepLake{0x1e, 0x54, 0x68};
 constexpr const char* kCrs = "EPSG:2154";
 
 /// The step with its own times, without images unless given.
@@ -60,8 +63,8 @@ void write_image(const std::filesystem::path& file, int x0, int z0, int width, i
     }
 }
 
-SurfaceLook look_of(SurfaceStep& step, const Window& window) {
-    return step.surface(window, step.looks(window));
+SurfaceAppearance appearance_of(SurfaceStep& step, const Window& window) {
+    return step.surface(window, step.appearances(window));
 }
 
 }  // namespace
@@ -89,13 +92,13 @@ TEST_CASE("materials of ground and roofs come from their points' colours",
         MadeLand land([&](int, int, Returns& out) { out.push_back({10, c.code, c.colour}); },
                       c.coloured);
         Step step;
-        const auto look = look_of(*step, land.window({0, 0}));
+        const auto appearance = appearance_of(*step, land.window({0, 0}));
         Margined<Material>::each([&](int x, int z) {
             INFO("column " << x << ", " << z << ": "
-                           << voxel::material_name(look.material.at(x, z)));
-            REQUIRE(look.material.at(x, z) == c.wanted);
+                           << voxel::material_name(appearance.material.at(x, z)));
+            REQUIRE(appearance.material.at(x, z) == c.wanted);
         });
-        CHECK(look.colour(5, 5) == nullptr);
+        CHECK(appearance.colour(5, 5) == nullptr);
     }
 }
 
@@ -104,8 +107,8 @@ TEST_CASE("with specialization off no material changes", "[voxelserver][voxelize
     settings.steps.specialization = false;
     MadeLand land([](int, int, Returns& out) { out.push_back({10, kGroundClass, kMeadow}); }, true);
     Step step(settings);
-    const auto look = look_of(*step, land.window({0, 0}));
-    CHECK(std::all_of(look.material.values().begin(), look.material.values().end(),
+    const auto appearance = appearance_of(*step, land.window({0, 0}));
+    CHECK(std::all_of(appearance.material.values().begin(), appearance.material.values().end(),
                       [](Material m) { return m == Material::kAir; }));
     CHECK_FALSE(step->finds_water());
 }
@@ -121,9 +124,9 @@ TEST_CASE("a single speck is filtered away, unless the filters are off",
         },
         true);
     Step step(settings);
-    const auto look = look_of(*step, land.window({0, 0}));
-    CHECK(look.material.at(20, 20) == (filters ? Material::kGrass : Material::kRoad));
-    CHECK(look.material.at(25, 20) == Material::kGrass);
+    const auto appearance = appearance_of(*step, land.window({0, 0}));
+    CHECK(appearance.material.at(20, 20) == (filters ? Material::kGrass : Material::kRoad));
+    CHECK(appearance.material.at(25, 20) == Material::kGrass);
 }
 
 TEST_CASE(
@@ -147,19 +150,20 @@ TEST_CASE(
                                           grid::Frame(geo::Crs::from_text(kCrs), 1, 0, 0));
         Settings settings;
         settings.steps.neighbourhood_filters =
-            c.hidden;  // hidden columns ask the filters; the others show what they are
+            c.hidden;  // hidden columns take the filters' result; the others show what they are
         MadeLand land([&](int x, int z, Returns& out) {
             out.push_back({10, kGroundClass});
             if (covered(x, z))
                 out.push_back(c.above);
         });
         Step step(settings, &images);
-        const auto look = look_of(*step, land.window({0, 0}));
+        const auto appearance = appearance_of(*step, land.window({0, 0}));
         for (int z = 20; z < 22; ++z)
             for (int x = 20; x < 22; ++x)
-                CHECK(look.material.at(x, z) == (c.hidden ? Material::kRoad : Material::kGrass));
-        REQUIRE(look.colour(20, 20) != nullptr);
-        CHECK(*look.colour(20, 20) == kMeadow);
+                CHECK(appearance.material.at(x, z) ==
+                      (c.hidden ? Material::kRoad : Material::kGrass));
+        REQUIRE(appearance.colour(20, 20) != nullptr);
+        CHECK(*appearance.colour(20, 20) == kMeadow);
     }
 }
 
@@ -174,15 +178,15 @@ TEST_CASE("an image that shows a part colours that part; elsewhere points say wh
     MadeLand land([](int, int, Returns& out) { out.push_back({10, kGroundClass, kAsphalt}); },
                   coloured);
     Step step({}, &images);
-    const auto look = look_of(*step, land.window({0, 0}));
+    const auto appearance = appearance_of(*step, land.window({0, 0}));
     for (int z = 0; z < 64; ++z)
         for (int x = 0; x < 64; ++x) {
             INFO("column " << x << ", " << z);
-            const Rgb8* colour = look.colour(x, z);
+            const Rgb8* colour = appearance.colour(x, z);
             REQUIRE((colour != nullptr) == (x < 30));
             if (colour != nullptr)
                 REQUIRE(*colour == kMeadow);
-            const Material m = look.material.at(x, z);
+            const Material m = appearance.material.at(x, z);
             if (x < 26)
                 REQUIRE(m == Material::kGrass);  // the filters mix what lies along the image's edge
             if (x >= 40)
@@ -203,17 +207,19 @@ void mix(int x, int z, Returns& out) {
 TEST_CASE("materials do not depend on where patches begin", "[voxelserver][voxelize][surface]") {
     // The same land twice, the second time half a patch farther south-east: its patches begin
     // elsewhere.
-    MadeLand land(mix, true),
-        moved([](int x, int z, Returns& out) { mix(x - 32, z - 32, out); }, true);
-    Step first, second;
+    MadeLand land(mix, true);
+    MadeLand moved([](int x, int z, Returns& out) { mix(x - 32, z - 32, out); }, true);
+    Step first;
+    Step second;
     std::array<int, voxel::kMaterialCount> seen{};
-    const auto a = look_of(*first, land.window({0, 0}));
+    const auto a = appearance_of(*first, land.window({0, 0}));
     for (const auto& patch :
          {grid::PatchKey{0, 0}, grid::PatchKey{1, 0}, grid::PatchKey{0, 1}, grid::PatchKey{1, 1}}) {
-        const auto b = look_of(*second, moved.window(patch));
+        const auto b = appearance_of(*second, moved.window(patch));
         for (int z = 0; z < 64; ++z)
             for (int x = 0; x < 64; ++x) {
-                const int ax = patch.x0() + x - 32, az = patch.z0() + z - 32;
+                const int ax = patch.x0() + x - 32;
+                const int az = patch.z0() + z - 32;
                 if (ax < 0 || az < 0 || ax >= 64 || az >= 64)
                     continue;
                 INFO("column " << ax << ", " << az);
@@ -228,9 +234,12 @@ TEST_CASE("materials do not depend on where patches begin", "[voxelserver][voxel
 TEST_CASE("neighbouring patches see the same materials in each other's margins",
           "[voxelserver][voxelize][surface]") {
     MadeLand land(mix, true);
-    Step first, second, third;
-    const auto a = look_of(*first, land.window({0, 0})), b = look_of(*second, land.window({1, 0})),
-               d = look_of(*third, land.window({0, 1}));
+    Step first;
+    Step second;
+    Step third;
+    const auto a = appearance_of(*first, land.window({0, 0}));
+    const auto b = appearance_of(*second, land.window({1, 0}));
+    const auto d = appearance_of(*third, land.window({0, 1}));
     for (int along = -2; along < 66; ++along)
         for (int across = 62; across < 66; ++across) {
             INFO(along << " along the border, " << across << " across");
@@ -251,7 +260,8 @@ TEST_CASE(
         if (z < 48)
             out.push_back({10, kGroundClass});
     });
-    Step wet({}, &images, false), dry({}, &images, true);
+    Step wet({}, &images, false);
+    Step dry({}, &images, true);
     CHECK(wet->finds_water());
     CHECK_FALSE(dry->finds_water());
     const auto columns = land.columns({0, 0});

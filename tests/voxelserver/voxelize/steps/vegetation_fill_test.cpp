@@ -55,7 +55,9 @@ std::vector<std::pair<int, int>> trunks_of(MadeLand& land, double voxel_m = 1) {
 }
 
 struct Plateau {
-    int trunks = 0, wide = 0, deep = 0;
+    int trunks = 0;
+    int wide = 0;
+    int deep = 0;
     bool hidden = false;  ///< a higher crown touches it
 };
 
@@ -112,7 +114,7 @@ TEST_CASE(
         CHECK(crowns.at(31, 30).seen() == c.closed);
         if (c.closed)
             CHECK((crowns.at(31, 30).top >= 23 && crowns.at(31, 30).top <= 25 &&
-                   crowns.at(31, 30).look.source_class == kTree));
+                   crowns.at(31, 30).top_voxel.source_class == kTree));
         CHECK_FALSE(crowns.at(37, 30).seen());
     }
 }
@@ -120,7 +122,8 @@ TEST_CASE(
 TEST_CASE("only plants higher than a shrub have crowns", "[voxelserver][voxelize][vegetation]") {
     struct Case {
         const char* name;
-        double above_m, voxel_m;
+        double above_m;
+        double voxel_m;
         std::uint8_t code;
         bool crown;
     };
@@ -184,7 +187,7 @@ TEST_CASE("a crown is one body: foliage reaches down to lower neighbours' tops",
     CHECK(pairs > 50);
 }
 
-TEST_CASE("a much lower plant beside a tree does not pull its crown down to the ground",
+TEST_CASE("a much lower plant next to a tree does not pull its crown down to the ground",
           "[voxelserver][voxelize][vegetation]") {
     MadeLand land([](int x, int z, Returns& out) {
         put(out, std::hypot(x - 30, z - 30) <= 3   ? 40.5
@@ -202,7 +205,8 @@ TEST_CASE("each tree has one trunk, under its top, wherever patches meet",
         table<int, int>({{30, 30}, {0, 0}, {-1, 0}, {63, 64}, {64, 20}, {20, -1}, {2, 62}}));
     struct Case {
         const char* name;
-        double top, radius;
+        double top;
+        double radius;
     };
     const auto c = GENERATE(values<Case>({{"small", 16.75, 2}, {"tall", 35.75, 6}}));
     DYNAMIC_SECTION(c.name << ", at " << mid_x << " " << mid_z) {
@@ -221,7 +225,8 @@ TEST_CASE("a plateau within the window has one trunk, wherever patches meet",
         GENERATE(table<int, int>({{30, 30}, {0, 0}, {63, 64}, {64, 20}, {20, -1}}));
     struct Case {
         const char* name;
-        int wide, deep;
+        int wide;
+        int deep;
     };
     const auto c = GENERATE(values<Case>({{"two columns", 2, 1},
                                           {"two rows", 1, 2},
@@ -240,7 +245,9 @@ TEST_CASE("a flat crown wider than the window has one trunk, inside, wherever pa
           "[voxelserver][voxelize][vegetation]") {
     struct Case {
         const char* name;
-        double half_wide, half_deep, turn_rad;
+        double half_wide;
+        double half_deep;
+        double turn_rad;
         bool round;
         double offset;
     };
@@ -282,7 +289,7 @@ TEST_CASE("a flat crown wider than the window has one trunk, inside, wherever pa
     }
 }
 
-TEST_CASE("a flat crown beside a higher top leaves the trunk to it",
+TEST_CASE("a flat crown next to a higher top leaves the trunk to it",
           "[voxelserver][voxelize][vegetation]") {
     MadeLand land([](int x, int z, Returns& out) {
         put(out, std::max(std::abs(x - 30), std::abs(z - 30)) <= 1 ? 26.5
@@ -326,7 +333,8 @@ TEST_CASE(
 
 TEST_CASE("two trees apart have two trunks", "[voxelserver][voxelize][vegetation]") {
     MadeLand land([](int x, int z, Returns& out) {
-        const double a = cone(x, z, 60, 30, 22.5, 4), b = cone(x, z, 70, 31, 24.5, 4);
+        const double a = cone(x, z, 60, 30, 22.5, 4);
+        const double b = cone(x, z, 70, 31, 24.5, 4);
         put(out, std::isnan(a) ? b : std::isnan(b) ? a : std::max(a, b));
     });
     const auto trunks = trunks_of(land);
@@ -350,16 +358,18 @@ TEST_CASE("windows of neighbouring patches see the same wood",
                 {20 + 6 * std::sin(x / 2.0) * std::sin(z / 3.0) + std::floor(4 * dice(x, z, 3)) / 2,
                  kTree});
     });
-    const auto a = crowns_of(land, {0, 0}, voxel_m), b = crowns_of(land, {1, 0}, voxel_m),
-               d = crowns_of(land, {0, 1}, voxel_m);
-    int crowns = 0, trunks = 0;
+    const auto a = crowns_of(land, {0, 0}, voxel_m);
+    const auto b = crowns_of(land, {1, 0}, voxel_m);
+    const auto d = crowns_of(land, {0, 1}, voxel_m);
+    int crowns = 0;
+    int trunks = 0;
     const auto same = [&](const Crown& p, const Crown& q) {
         crowns += p.seen() ? 1 : 0;
         trunks += p.trunk ? 1 : 0;
         REQUIRE(p.seen() == q.seen());
         if (p.seen())
             REQUIRE((p.top == q.top && p.bottom == q.bottom && p.trunk == q.trunk &&
-                     p.height == q.height && p.look.source_class == q.look.source_class));
+                     p.height == q.height && p.top_voxel.source_class == q.top_voxel.source_class));
     };
     for (int along = -2; along < 66; ++along)
         for (int across = 62; across < 66; ++across) {

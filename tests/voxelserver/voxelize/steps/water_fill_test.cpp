@@ -17,8 +17,10 @@ using Returns = MadeLand::Returns;
 /// A round lake in flat ground; one in eight columns of it returns something, at a level with
 /// noise.
 struct Lake {
-    int mid_x = 32, mid_z = 32;
-    double radius = 20, level = 100.4;
+    int mid_x = 32;
+    int mid_z = 32;
+    double radius = 20;
+    double level = 100.4;
     [[nodiscard]] double distance(int x, int z) const { return std::hypot(x - mid_x, z - mid_z); }
     [[nodiscard]] bool holds(int x, int z) const { return distance(x, z) < radius; }
     void returns(int x, int z, Returns& out) const {
@@ -153,7 +155,10 @@ TEST_CASE("the bed falls away from the shore as the settings say",
           "[voxelserver][voxelize][water]") {
     struct Case {
         const char* name;
-        double voxel_m, slope, min_m, max_m;
+        double voxel_m;
+        double slope;
+        double min_m;
+        double max_m;
         bool deepening;
     };
     const auto c = GENERATE(values<Case>({{"usual", 1, 0.3, 0.6, 8, true},
@@ -170,15 +175,15 @@ TEST_CASE("the bed falls away from the shore as the settings say",
         Finder finder([&](int x, int z, Returns& out) { lake.returns(x, z, out); }, c.voxel_m);
         const auto water = finder.at({0, 0}, settings);
         Margined<float>::each([&](int x, int z) {
-            const double shore_m = std::min(lake.radius - lake.distance(x, z), 1.0 * kShoreReach) *
-                                   c.voxel_m,
-                         depth = water.depth_m.at(x, z);
+            const double shore_m =
+                std::min(lake.radius - lake.distance(x, z), 1.0 * kShoreReach) * c.voxel_m;
+            const double depth = water.depth_m.at(x, z);
             INFO("column " << x << ", " << z << ", " << shore_m << " m from the shore");
             if (!water.is_water(x, z))
                 return;
             // The shore runs along cells of two columns.
-            const double low = std::clamp((shore_m - 4 * c.voxel_m) * c.slope, c.min_m, c.max_m),
-                         high = std::clamp((shore_m + 2 * c.voxel_m) * c.slope, c.min_m, c.max_m);
+            const double low = std::clamp((shore_m - 4 * c.voxel_m) * c.slope, c.min_m, c.max_m);
+            const double high = std::clamp((shore_m + 2 * c.voxel_m) * c.slope, c.min_m, c.max_m);
             if (c.deepening)
                 REQUIRE((depth >= low - 1e-4 && depth <= high + 1e-4));
             else
@@ -208,7 +213,9 @@ TEST_CASE("windows of neighbouring patches see the same water, level and bed",
     }));
     DYNAMIC_SECTION(c.name) {
         Finder first(c.returns), second(c.returns), third(c.returns);
-        const auto a = first.at({0, 0}), b = second.at({1, 0}), d = third.at({0, 1});
+        const auto a = first.at({0, 0});
+        const auto b = second.at({1, 0});
+        const auto d = third.at({0, 1});
         int wet = 0;
         const auto same = [&](int ax, int az, const WaterColumns& other, int bx, int bz) {
             INFO("column " << ax << ", " << az);

@@ -1,5 +1,5 @@
-// Worlds of bad files, opened and asked for all boxes in a child of their own: an Error, or boxes
-// of all their points. In an executable of its own: children are forked, so there must be no
+// Worlds of bad files, opened, and all boxes read, in a child process of their own: an Error, or
+// boxes of all their points. In an executable of its own: children are forked, so there must be no
 // threads.
 #include <fstream>
 #include <stdexcept>
@@ -21,10 +21,12 @@ std::string bytes_of(const fs::path& file) {
     return {std::istreambuf_iterator<char>(in), {}};
 }
 
-/// Columns of boxes to ask for: all of a small world; of a large one (bounds that lie) its corners
+/// Columns of boxes to request: all of a small world; of a large one (bounds that lie) its corners
 /// and some at random.
 std::vector<std::pair<std::int32_t, std::int32_t>> columns_of(const voxel::BoxRange& range) {
-    constexpr std::int32_t kSmall = 4096, kCorner = 3, kRandom = 4;
+    constexpr std::int32_t kSmall = 4096;
+    constexpr std::int32_t kCorner = 3;
+    constexpr std::int32_t kRandom = 4;
     std::vector<std::pair<std::int32_t, std::int32_t>> out;
     const bool small =
         std::int64_t{range.max.bx - range.min.bx} * (range.max.bz - range.min.bz) <= kSmall;
@@ -53,7 +55,8 @@ std::string all_boxes(const fs::path& input, const char* crs) {
     if (crs != nullptr)
         options.crs = crs;
     OpenWorld world(options);
-    std::uint64_t sum = 0, boxes = 0;
+    std::uint64_t sum = 0;
+    std::uint64_t boxes = 0;
     const auto columns = columns_of(voxel::boxes_over(world.info().bounds, 0));
     for (const auto& [bx, bz] : columns) {
         const auto extent = world.world().column(0, bx, bz);
@@ -85,11 +88,11 @@ TEST_CASE("worlds of files known to be bad end in an error or in boxes",
         WARN("skipped: " << kShared.string() << " is not there");
         return;
     }
-    // crs: for files that carry none; told: part of the error, or of what the world holds.
+    // crs: for files that carry none; message: part of the error, or of what the world holds.
     struct Case {
         const char *file, *crs;
         bool refused;
-        const char* told;
+        const char* message;
     };
     const auto c = GENERATE(values<Case>({
         {"lazpy/testdata/malformed/chunk_table_11gb.laz", kCrs, true, "chunk_table_11gb.laz"},
@@ -116,7 +119,7 @@ TEST_CASE("worlds of files known to be bad end in an error or in boxes",
         const Outcome outcome = world_in_child(kShared / c.file, c.crs);
         INFO(outcome.text);
         CHECK(outcome.kind == (c.refused ? Outcome::Kind::kError : Outcome::Kind::kDone));
-        CHECK_THAT(outcome.text, contains(c.told));
+        CHECK_THAT(outcome.text, contains(c.message));
         CHECK(outcome.text.find('\n') == std::string::npos);
         if (!c.refused)
             CHECK(outcome.text.find(" 0 boxes") == std::string::npos);

@@ -1,5 +1,5 @@
-// The seamless property: an area's voxels are the same in whatever blocks and order they are asked,
-// and however the points lie in files.
+// The seamless property: an area's voxels are the same in whatever blocks and order they are
+// requested, and however the points lie in files.
 #include <gdal_priv.h>
 
 #include <algorithm>
@@ -15,7 +15,8 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr double kWide = 150, kDeep = 130;
+constexpr double kWide = 150;
+constexpr double kDeep = 130;
 
 /// A lake, a river, houses in rows, a wood, a bridge and a void, all across patches. Dense enough
 /// that water is looked for in cells of the same size however the points are dealt.
@@ -31,10 +32,11 @@ const Cloud& country() {
             return std::abs(n - 96 - 8 * std::sin(e / 25)) < 7;
         };
         for (int i = 0; i < 330'000; ++i) {
-            const double e = 0.02 + unit() * (kWide - 0.04), n = 0.02 + unit() * (kDeep - 0.04),
-                         noise = (unit() - 0.5) * 0.12;
-            const bool bridge = e > 70 && e < 76 && n > 80 && n < 115,
-                       house = std::fmod(e, 31) > 20 && std::fmod(n, 43) > 31 && n < 80;
+            const double e = 0.02 + unit() * (kWide - 0.04);
+            const double n = 0.02 + unit() * (kDeep - 0.04);
+            const double noise = (unit() - 0.5) * 0.12;
+            const bool bridge = e > 70 && e < 76 && n > 80 && n < 115;
+            const bool house = std::fmod(e, 31) > 20 && std::fmod(n, 43) > 31 && n < 80;
             if (bridge && i % 3 != 0)
                 cloud.add(e, n, 128 + noise / 2, 17);
             else if (river(e, n)) {
@@ -82,8 +84,11 @@ void write_images(const fs::path& folder) {
     geo::start_gdal();
     struct Image {
         const char* name;
-        double east, north, pixel_m;
-        int width, height;
+        double east;
+        double north;
+        double pixel_m;
+        int width;
+        int height;
     };
     for (const Image& image : {Image{"coarse.tif", -10, 140, 0.8, 215, 190},
                                Image{"fine.tif", 30, 100, 0.3, 200, 230}}) {
@@ -99,8 +104,8 @@ void write_images(const fs::path& folder) {
             std::vector<std::uint8_t> pixels;
             for (int y = 0; y < image.height; ++y)
                 for (int x = 0; x < image.width; ++x) {
-                    const double e = image.east + x * image.pixel_m,
-                                 n = image.north - y * image.pixel_m;
+                    const double e = image.east + x * image.pixel_m;
+                    const double n = image.north - y * image.pixel_m;
                     pixels.push_back(static_cast<std::uint8_t>(
                         128 + 60 * std::sin(e / (5 + 3 * b)) + 60 * std::cos(n / (9 - 2 * b))));
                 }
@@ -140,7 +145,10 @@ const Files& files() {
 }
 
 struct Block {
-    std::int32_t x0, z0, x1, z1;
+    std::int32_t x0;
+    std::int32_t z0;
+    std::int32_t x1;
+    std::int32_t z1;
 };
 
 /// An area cut into blocks of some size, the last ones narrower, in random order.
@@ -154,7 +162,7 @@ std::vector<Block> blocks_of(const Block& area, int size, std::mt19937& random) 
 }
 
 /// What differs between two worlds in a block of columns, from the lowest to the highest voxel;
-/// tells the first three.
+/// distinguishes the first three.
 int differences(OpenWorld& a, OpenWorld& b, const Block& block) {
     int out = 0;
     for (std::int32_t y = a.info().bounds.min[1]; y < a.info().bounds.max[1]; ++y)
@@ -187,8 +195,8 @@ TEST_CASE("any area has the same voxels in blocks of any size and order, from fi
             const int size = std::array{16, 24, 64, 100, 256}[random() % 5];
             const auto side =
                 static_cast<std::int32_t>(std::min(130.0, 60 / voxel_m + random() % 60));
-            const std::int32_t x0 = bounds.min[0] - 5 + static_cast<std::int32_t>(random() % 60),
-                               z0 = bounds.min[2] - 5 + static_cast<std::int32_t>(random() % 60);
+            const std::int32_t x0 = bounds.min[0] - 5 + static_cast<std::int32_t>(random() % 60);
+            const std::int32_t z0 = bounds.min[2] - 5 + static_cast<std::int32_t>(random() % 60);
             int different = 0;
             for (const Block& block : blocks_of({x0, z0, x0 + side, z0 + side}, size, random))
                 different += differences(reference, world, block);

@@ -17,7 +17,8 @@
 namespace terravox::test {
 
 /// Somewhere in France (EPSG:2154): coordinates of the tests count from here.
-inline constexpr double kEast0 = 770'000, kNorth0 = 6'277'000;
+inline constexpr double kEast0 = 770'000;
+inline constexpr double kNorth0 = 6'277'000;
 inline constexpr const char* kCrs = "EPSG:2154";
 
 inline std::int32_t voxel_x(double east) {
@@ -31,7 +32,9 @@ inline std::int32_t voxel_z(double north) {
 class Cloud {
 public:
     struct Point {
-        double east, north, height;
+        double east;
+        double north;
+        double height;
         std::uint8_t source_class;
         std::array<std::uint16_t, 3> rgb{};
     };

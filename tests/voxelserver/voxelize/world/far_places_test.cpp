@@ -49,7 +49,8 @@ TEST_CASE("between places far apart no box is made, at no level", "[voxelserver]
                 found += world->box(key) ? 1 : 0;
         CHECK(found > 0);
         CHECK(columns_made(times) <= 8);  // two places of at most two by two columns of boxes
-        const std::int32_t bx = voxel_x(20'000) >> 6, bz = voxel_z(20'000) >> 6;
+        const std::int32_t bx = voxel_x(20'000) >> 6;
+        const std::int32_t bz = voxel_z(20'000) >> 6;
         CHECK(world->box({0, bx, 0, bz}) == nullptr);
         CHECK(world->column(0, bx, bz).empty());
         CHECK(!world->column(0, voxel_x(10) >> 6, voxel_z(10) >> 6).empty());
@@ -61,9 +62,10 @@ TEST_CASE("places too far apart for one world are refused by name, with the dist
           "[voxelserver][voxelize]") {
     struct Case {
         const char* name;
-        double east, north;
+        double east;
+        double north;
         bool refused;
-        const char* told;
+        const char* message;
     };
     const auto c = GENERATE(values<Case>({
         {"near", 3000, 0, false, ""},
@@ -77,7 +79,7 @@ TEST_CASE("places too far apart for one world are refused by name, with the dist
         write_place(folder.path() / "b.laz", c.east, c.north);
         if (c.refused)
             CHECK_THROWS_WITH(OpenWorld(folder.path()),
-                              contains(c.told) && contains("a.laz") && contains("b.laz"));
+                              contains(c.message) && contains("a.laz") && contains("b.laz"));
         else
             CHECK(OpenWorld(folder.path()).info().bounds.max[0] > voxel_x(c.east));
     }
@@ -93,7 +95,8 @@ TEST_CASE("a file of another system lies within its bounds, also where its edges
     options.offset = {3, 44, 0};
     options.wkt = geo::Crs::from_text("EPSG:4326").wkt();
     lidar::LasWriter writer(folder.path() / "degrees.laz", options);
-    std::vector<double> x, y;
+    std::vector<double> x;
+    std::vector<double> y;
     for (int i = 0; i <= 60; ++i)
         for (int k = 0; k <= 20; ++k) {
             lidar::LasWritePoint p;

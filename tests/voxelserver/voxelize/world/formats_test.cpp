@@ -50,7 +50,8 @@ TEST_CASE("the same points as LAZ and as PLY make the same boxes",
     const unsigned seed = GENERATE(range(1U, 4U));
     INFO("seed " << seed);
     const TemporaryFolder folder;
-    const auto las = folder.path() / "a.laz", ply = folder.path() / "a.ply";
+    const auto las = folder.path() / "a.laz";
+    const auto ply = folder.path() / "a.ply";
     made_survey(seed).write(las, kCrs, 7);
     const auto kind = std::array{PlyKind::kText, PlyKind::kLittle, PlyKind::kBig}[seed - 1];
     write_file(ply, ply_bytes(points_of(las), kind, std::string("crs ") + kCrs));
@@ -70,9 +71,10 @@ TEST_CASE("the same points as LAZ and as PLY make the same boxes",
     CHECK(boxes_of(with_cache) == wanted);
 }
 
-TEST_CASE("a PLY file without a CRS wants --crs", "[voxelserver][voxelize][formats]") {
+TEST_CASE("a PLY file without a CRS requires --crs", "[voxelserver][voxelize][formats]") {
     const TemporaryFolder folder;
-    const auto las = folder.path() / "a.laz", ply = folder.path() / "a.ply";
+    const auto las = folder.path() / "a.laz";
+    const auto ply = folder.path() / "a.ply";
     made_survey(1).write(las);
     write_file(ply, ply_bytes(points_of(las), PlyKind::kLittle));
     CHECK_THROWS_WITH(OpenWorld(ply), contains("a.ply") && contains("--crs EPSG:<code>"));

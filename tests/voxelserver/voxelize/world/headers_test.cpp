@@ -16,7 +16,8 @@ void state_bounds(const std::filesystem::path& file, const Bounds& b) {
     std::string bytes = file_bytes(file);
     const std::array<double, 3> corner{kEast0, kNorth0, 0};
     for (std::size_t a = 0; a < 3; ++a) {
-        const double least = b[a] + corner[a], greatest = b[a + 3] + corner[a];
+        const double least = b[a] + corner[a];
+        const double greatest = b[a + 3] + corner[a];
         std::memcpy(bytes.data() + 179 + 16 * a, &greatest, 8);
         std::memcpy(bytes.data() + 187 + 16 * a, &least, 8);
     }
@@ -50,7 +51,8 @@ TEST_CASE(
     "[voxelserver][voxelize][headers]") {
     struct Case {
         const char* name;
-        double east, north;
+        double east;
+        double north;
         const char* file;
         bool first;
     };
@@ -139,7 +141,7 @@ TEST_CASE("bounds that hold no point are an error that names the header",
     struct Case {
         const char* name;
         Bounds stated;
-        const char* told;
+        const char* message;
     };
     const auto c = GENERATE(values<Case>({
         {"nothing but zeros", {-kEast0, -kNorth0, 0, -kEast0, -kNorth0, 0}, "none of the"},
@@ -154,7 +156,7 @@ TEST_CASE("bounds that hold no point are an error that names the header",
         land().write(file);
         state_bounds(file, c.stated);
         CHECK_THROWS_WITH(OpenWorld(file), contains("bad.laz: its header states the bounds") &&
-                                               contains(c.told) && !contains("\n"));
+                                               contains(c.message) && !contains("\n"));
     }
 }
 

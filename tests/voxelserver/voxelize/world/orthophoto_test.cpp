@@ -15,7 +15,9 @@ namespace fs = std::filesystem;
 namespace {
 
 struct Colour {
-    int r, g, b;
+    int r;
+    int g;
+    int b;
 };
 /// A colour for every place: smooth, so that resampling changes it little, and warm, so that
 /// nothing looks like water.
@@ -24,11 +26,14 @@ Colour colour_at(double east, double north) {
 }
 
 struct Image {
-    int width = 100, height = 100;
+    int width = 100;
+    int height = 100;
     std::array<double, 6> geo{};  ///< GDAL's order
     std::string crs = kCrs;
     GDALDataType type = GDT_Byte;
-    bool palette = false, grey = false, nodata_corner = false;
+    bool palette = false;
+    bool grey = false;
+    bool nodata_corner = false;
 };
 
 /// Writes a GeoTIFF whose pixels have the colours of the places they show. @param to_place pixel
@@ -95,8 +100,10 @@ private:
 };
 
 struct Compared {
-    int coloured = 0, bare = 0, wrong = 0;
-    std::string told;
+    int coloured = 0;
+    int bare = 0;
+    int wrong = 0;
+    std::string details;
 };
 
 std::string text_of(Colour c) {
@@ -118,8 +125,8 @@ Compared compare(OpenWorld& world, const Inside& inside, const Wanted& wanted, i
             if (!v->has_colour()) {
                 ++out.bare;
                 if (where == 1 && ++out.wrong <= 3)
-                    out.told += "\n  " + std::to_string(e) + " m east, " + std::to_string(n) +
-                                " m north: no colour";
+                    out.details += "\n  " + std::to_string(e) + " m east, " + std::to_string(n) +
+                                   " m north: no colour";
                 continue;
             }
             ++out.coloured;
@@ -128,9 +135,10 @@ Compared compare(OpenWorld& world, const Inside& inside, const Wanted& wanted, i
                               std::abs(v->colour.g - c.g) <= tolerance &&
                               std::abs(v->colour.b - c.b) <= tolerance;
             if ((where == 0 || !near) && ++out.wrong <= 3)
-                out.told += "\n  " + std::to_string(e) + " m east, " + std::to_string(n) +
-                            " m north: " + text_of({v->colour.r, v->colour.g, v->colour.b}) +
-                            (where == 0 ? " outside the image" : "") + ", expected " + text_of(c);
+                out.details += "\n  " + std::to_string(e) + " m east, " + std::to_string(n) +
+                               " m north: " + text_of({v->colour.r, v->colour.g, v->colour.b}) +
+                               (where == 0 ? " outside the image" : "") + ", expected " +
+                               text_of(c);
         }
     return out;
 }
@@ -151,7 +159,7 @@ TEST_CASE("an orthophoto's colours land in their columns, at any resolution",
           [&](double x, double y) { return std::pair(x * pixel_m, 100 - y * pixel_m); });
     auto world = plain.open();
     const auto found = compare(world, kEverywhere, colour_at, pixel_m <= 1 ? 2 : 4);
-    INFO(found.told);
+    INFO(found.details);
     CHECK(found.coloured == 10'000);
     CHECK(found.wrong == 0);
 }
@@ -168,7 +176,7 @@ TEST_CASE("outside an orthophoto there is no colour", "[voxelserver][voxelize][o
         world,
         [](double e, double n) { return e > 25.3 && e < 65.3 && n > 40.6 && n < 70.6 ? 1 : 0; },
         colour_at, 2);
-    INFO(found.told);
+    INFO(found.details);
     CHECK(found.coloured == 40 * 30);
     CHECK(found.wrong == 0);
 }
@@ -178,19 +186,22 @@ TEST_CASE("a rotated orthophoto lands in its columns, and colours nothing outsid
     const Plain plain;
     Image image;
     image.width = image.height = 50;
-    const double angle = 30 * std::numbers::pi / 180, s = std::sin(angle), c = std::cos(angle);
+    const double angle = 30 * std::numbers::pi / 180;
+    const double s = std::sin(angle);
+    const double c = std::cos(angle);
     // Corner at (45, 85), turned clockwise by 30 degrees.
     image.geo = {kEast0 + 45, c, -s, kNorth0 + 85, -s, -c};
     write(plain.image(), image,
           [&](double x, double y) { return std::pair(45 + c * x - s * y, 85 - s * x - c * y); });
     auto world = plain.open();
     const auto inside = [&](double e, double n) {
-        const double x = c * (e - 45) - s * (n - 85), y = -s * (e - 45) - c * (n - 85);
+        const double x = c * (e - 45) - s * (n - 85);
+        const double y = -s * (e - 45) - c * (n - 85);
         const double depth = std::min({x, y, 50 - x, 50 - y});
         return depth > 1.5 ? 1 : depth < -1.5 ? 0 : -1;
     };
     const auto found = compare(world, inside, colour_at, 5);
-    INFO(found.told);
+    INFO(found.details);
     CHECK(found.coloured > 1500);
     CHECK(found.wrong == 0);
 }
@@ -198,8 +209,10 @@ TEST_CASE("a rotated orthophoto lands in its columns, and colours nothing outsid
 TEST_CASE("an orthophoto of another system is moved to its place",
           "[voxelserver][voxelize][ortho]") {
     const Plain plain;
-    const auto lambert = geo::Crs::from_text(kCrs), utm = geo::Crs::from_text("EPSG:32631");
-    double x0 = kEast0 + 50, y0 = kNorth0 + 50;
+    const auto lambert = geo::Crs::from_text(kCrs);
+    const auto utm = geo::Crs::from_text("EPSG:32631");
+    double x0 = kEast0 + 50;
+    double y0 = kNorth0 + 50;
     geo::Transform(lambert, utm).apply({&x0, 1}, {&y0, 1});
     Image image;
     image.crs = "EPSG:32631";
@@ -207,20 +220,22 @@ TEST_CASE("an orthophoto of another system is moved to its place",
     image.geo = {x0 - 40, 0.5, 0, y0 + 40, 0, -0.5};
     const geo::Transform back(utm, lambert);
     write(plain.image(), image, [&](double x, double y) {
-        double e = x0 - 40 + x * 0.5, n = y0 + 40 - y * 0.5;
+        double e = x0 - 40 + x * 0.5;
+        double n = y0 + 40 - y * 0.5;
         back.apply({&e, 1}, {&n, 1});
         return std::pair(e - kEast0, n - kNorth0);
     });
     auto world = plain.open();
     const geo::Transform there(lambert, utm);
     const auto inside = [&](double e, double n) {
-        double x = kEast0 + e, y = kNorth0 + n;
+        double x = kEast0 + e;
+        double y = kNorth0 + n;
         there.apply({&x, 1}, {&y, 1});
         const double depth = 40 - std::max(std::abs(x - x0), std::abs(y - y0));
         return depth > 1.5 ? 1 : depth < -1.5 ? 0 : -1;
     };
     const auto found = compare(world, inside, colour_at, 5);
-    INFO(found.told);
+    INFO(found.details);
     CHECK(found.coloured > 5000);
     CHECK(found.wrong == 0);
 }
@@ -283,7 +298,8 @@ TEST_CASE("pixels without data give no colour, and do not bleed into their neigh
           [&](double x, double y) { return std::pair(x * pixel_m, 100 - y * pixel_m); });
     auto world = plain.open();
     const auto inside = [&](double e, double n) {
-        const double x = e - half, y = 100 - half - n;
+        const double x = e - half;
+        const double y = 100 - half - n;
         if (e > image.width * pixel_m - 1 || n < 100 - image.height * pixel_m + 1)
             return -1;
         if (std::abs(x) < 1 || std::abs(y) < 1)
@@ -291,7 +307,7 @@ TEST_CASE("pixels without data give no colour, and do not bleed into their neigh
         return x < 0 && y < 0 ? 0 : 1;
     };
     const auto found = compare(world, inside, colour_at, 4);
-    INFO(found.told);
+    INFO(found.details);
     CHECK(found.wrong == 0);
     CHECK(found.bare > 1000);
 }

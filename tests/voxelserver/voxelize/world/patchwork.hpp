@@ -17,7 +17,9 @@ namespace terravox::test {
 /// south-west under which no ground was seen for 76 m. Borders lie within patches.
 class Patchwork {
 public:
-    static constexpr int kAcross = 3, kDown = 2, kSide_m = 160;
+    static constexpr int kAcross = 3;
+    static constexpr int kDown = 2;
+    static constexpr int kSide_m = 160;
     using Change = std::function<void(Cloud::Point&)>;
 
     Patchwork() {
@@ -36,14 +38,15 @@ public:
     /// @param change is applied to each point
     void write(int index, const Change& change = {}) {
         const bool extra = index >= kAcross * kDown;
-        const double east = (extra ? kAcross + index - kAcross * kDown : index % kAcross) * kSide_m,
-                     north = (extra ? 1 : index / kAcross) * kSide_m;
+        const double east = (extra ? kAcross + index - kAcross * kDown : index % kAcross) * kSide_m;
+        const double north = (extra ? 1 : index / kAcross) * kSide_m;
         Cloud cloud;
         std::mt19937 random(static_cast<unsigned>(index) + 1);
         const auto unit = [&] { return static_cast<double>(random() % 1'000'000) / 1'000'000; };
         for (int i = 0; i < 80'000; ++i) {
-            const double e = east + 0.02 + unit() * (kSide_m - 0.04),
-                         n = north + 0.02 + unit() * (kSide_m - 0.04), noise = (unit() - 0.5) * 0.1;
+            const double e = east + 0.02 + unit() * (kSide_m - 0.04);
+            const double n = north + 0.02 + unit() * (kSide_m - 0.04);
+            const double noise = (unit() - 0.5) * 0.1;
             add(cloud, e, n, noise, unit());
         }
         Cloud changed;
@@ -104,7 +107,7 @@ struct Kept {
     struct One {
         std::uint64_t checksum = 0;  ///< 0 = air
         voxel::InputExtent reach;
-        voxel::Fingerprint print{};
+        voxel::Fingerprint fingerprint{};
     };
     std::map<voxel::BoxKey, One> boxes;
     voxel::WorldInfo info;

@@ -44,7 +44,7 @@ BoxKey box_at(double east, double north) {
 }  // namespace
 
 TEST_CASE(
-    "a box reaches as far whatever was asked before, by however many threads and with however "
+    "a box reaches as far whatever was requested before, by however many threads and with however "
     "little memory",
     "[voxelserver][voxelize][reach]") {
     struct Case {
@@ -71,7 +71,7 @@ TEST_CASE(
         for (const auto& [key, one] : keep(world.world(), keys).boxes) {
             const auto& expected = reference().boxes.at(key);
             INFO(text(key, one.reach) << "; expected: " << text(key, expected.reach));
-            CHECK((one.reach == expected.reach && one.print == expected.print &&
+            CHECK((one.reach == expected.reach && one.fingerprint == expected.fingerprint &&
                    one.checksum == expected.checksum));
         }
     }
@@ -133,7 +133,7 @@ TEST_CASE("a coarse box reaches over all that lies under it and as far as its ch
                 CHECK(holds(one.reach, found->second.reach));
         }
     }
-    SECTION("beside the land a box reaches its own columns only, above it everything") {
+    SECTION("next to the land a box reaches its own columns only, above it everything") {
         const voxel::BoxWithInputs beside =
             world.world().traced_box({0, range.max.bx + 10, 1, range.min.bz});
         CHECK(beside.box == nullptr);

@@ -25,8 +25,9 @@ const Cloud& mixture() {
             return std::fmod(e, 50) > 35 && std::fmod(n, 60) > 45;
         };
         for (int i = 0; i < 160'000; ++i) {
-            const double e = 0.05 + unit() * 199.9, n = 0.05 + unit() * 179.9,
-                         noise = (unit() - 0.5) * 0.1;
+            const double e = 0.05 + unit() * 199.9;
+            const double n = 0.05 + unit() * 179.9;
+            const double noise = (unit() - 0.5) * 0.1;
             if (lake(e, n)) {
                 if (i % 12 == 0)
                     cloud.add(e, n, 296 + noise, 9);
@@ -54,7 +55,7 @@ std::vector<voxel::BoxKey> keys_of_two_levels(const voxel::WorldInfo& info) {
 
 TEST_CASE(
     "boxes are the same in whatever order, by however many threads and with however little memory "
-    "they are asked",
+    "they are requested",
     "[voxelserver][voxelize][seamless]") {
     const TemporaryFolder folder;
     mixture().write(folder.path() / "all.laz");
@@ -107,13 +108,15 @@ TEST_CASE("one file or several with borders through voxels: the same voxels",
           "[voxelserver][voxelize][seamless]") {
     struct Case {
         const char* name;
-        double east, north;
+        double east;
+        double north;
     };
     const auto c = GENERATE(values<Case>({{"on voxel borders", 100, 90},
                                           {"inside voxels", 97.37, 61.81},
                                           {"near a corner", 3.2, 176.6}}));
     DYNAMIC_SECTION(c.name) {
-        const TemporaryFolder whole, cut;
+        const TemporaryFolder whole;
+        const TemporaryFolder cut;
         mixture().write(whole.path() / "all.laz");
         for (int i = 0; i < 4; ++i)
             mixture().write(cut.path() / ("part" + std::to_string(i) + ".laz"), kCrs, 6,
@@ -125,9 +128,11 @@ TEST_CASE("one file or several with borders through voxels: the same voxels",
         REQUIRE(four.world().stats().files == 4);
         CHECK(four.info().bounds == one.info().bounds);
         const auto keys = all_keys(one.info(), 0);
-        int different = 0, voxels = 0;
+        int different = 0;
+        int voxels = 0;
         for (const auto& key : keys) {
-            const auto a = one.world().box(key), b = four.world().box(key);
+            const auto a = one.world().box(key);
+            const auto b = four.world().box(key);
             if ((a ? a->checksum() : 0) == (b ? b->checksum() : 0))
                 continue;
             ++different;
@@ -152,7 +157,8 @@ TEST_CASE("one file or several with borders through voxels: the same voxels",
 TEST_CASE("files named in any order, or twice, make the same world",
           "[voxelserver][voxelize][seamless]") {
     const TemporaryFolder folder;
-    const auto west = folder.path() / "b_west.laz", east = folder.path() / "a_east.laz";
+    const auto west = folder.path() / "b_west.laz";
+    const auto east = folder.path() / "a_east.laz";
     mixture().write(west, kCrs, 6, [](const Cloud::Point& p) { return p.east < 90; });
     mixture().write(east, kCrs, 6, [](const Cloud::Point& p) { return p.east >= 90; });
     const auto sums = [&](std::vector<std::filesystem::path> files) {
@@ -179,7 +185,8 @@ TEST_CASE("a box of a coarser level is made of its eight children", "[voxelserve
                 children[static_cast<std::size_t>(i)] =
                     world.world().box({level - 1, 2 * key.bx + (i & 1), 2 * key.by + (i >> 2),
                                        2 * key.bz + (i >> 1 & 1)});
-            const auto wanted = voxel::downsample(key, children), found = world.world().box(key);
+            const auto wanted = voxel::downsample(key, children);
+            const auto found = world.world().box(key);
             CHECK((wanted ? wanted->checksum() : 0) == (found ? found->checksum() : 0));
         }
 }

@@ -29,7 +29,8 @@ TEST_CASE("all 256 classes can be found in the voxels, but for those that are no
     const auto table = voxelize::load_class_table(table_id);
     // A block of 3 x 3 columns for each class, on a plain.
     Cloud cloud;
-    constexpr double kGround = 100.5, kPitch = 8;
+    constexpr double kGround = 100.5;
+    constexpr double kPitch = 8;
     const auto code_at = [](double e, double n) {
         return static_cast<int>(n / kPitch) * 16 + static_cast<int>(e / kPitch);
     };
@@ -43,7 +44,8 @@ TEST_CASE("all 256 classes can be found in the voxels, but for those that are no
                                                                                  : kGround;
     });
     for (int code = 0; code < 256; ++code) {
-        const double e0 = code % 16 * kPitch + 2, n0 = code / 16 * kPitch + 2;
+        const double e0 = code % 16 * kPitch + 2;
+        const double n0 = code / 16 * kPitch + 2;
         const Role role = table.meaning[static_cast<std::size_t>(code)].role;
         const double height = role == Role::kGround || role == Role::kWater      ? kGround
                               : role == Role::kBuilding || role == Role::kBridge ? kGround + 5
@@ -53,10 +55,11 @@ TEST_CASE("all 256 classes can be found in the voxels, but for those that are no
     const TemporaryFolder folder;
     cloud.write(folder.path() / "all.las");
     OpenWorld world(folder.path() / "all.las", table_id);
-    std::string missing, shown;
+    std::string missing;
+    std::string shown;
     for (int code = 0; code < 256; ++code) {
-        const std::int32_t x = voxel_x(code % 16 * kPitch + 3.5),
-                           z = voxel_z(code / 16 * kPitch + 3.5);
+        const std::int32_t x = voxel_x(code % 16 * kPitch + 3.5);
+        const std::int32_t z = voxel_z(code / 16 * kPitch + 3.5);
         bool found = false;
         for (std::int32_t y = 90; y < 110; ++y)
             if (const auto v = world.at(x, y, z);
@@ -72,7 +75,7 @@ TEST_CASE("all 256 classes can be found in the voxels, but for those that are no
     CHECK(shown == "");
 }
 
-TEST_CASE("walls go down to the ground beside them, on a slope too", "[voxelserver][voxelize]") {
+TEST_CASE("walls go down to the ground next to them, on a slope too", "[voxelserver][voxelize]") {
     const auto slope = [](double e, double) { return 100.5 + 0.25 * e; };
     Cloud cloud;
     cloud.cover(0, 0, 100, 60, 0.5, 2, [&](double e, double n) {
@@ -84,8 +87,9 @@ TEST_CASE("walls go down to the ground beside them, on a slope too", "[voxelserv
     OpenWorld world(folder.path() / "house.laz");
     for (const double n : {20.5, 39.5})
         for (double e = 30.5; e < 60; ++e) {
-            const std::int32_t x = voxel_x(e), z = voxel_z(n),
-                               local = static_cast<std::int32_t>(std::floor(slope(e, n)));
+            const std::int32_t x = voxel_x(e);
+            const std::int32_t z = voxel_z(n);
+            const std::int32_t local = static_cast<std::int32_t>(std::floor(slope(e, n)));
             INFO("east " << e << ", north " << n << ", local ground " << local);
             REQUIRE(world.top(x, z) == 130);
             CHECK(world.material(x, 130, z) == Material::kRoof);
@@ -95,7 +99,7 @@ TEST_CASE("walls go down to the ground beside them, on a slope too", "[voxelserv
             CHECK(std::abs(y - local) <= 1);
             CHECK(terrain(world.material(x, y, z)));
         }
-    // The ground beside the house is not lifted by it.
+    // The ground next to the house is not lifted by it.
     for (double e = 2.5; e < 98; ++e)
         CHECK(world.top(voxel_x(e), voxel_z(10.5)) ==
               static_cast<std::int32_t>(std::floor(slope(e, 0))));
@@ -111,7 +115,8 @@ TEST_CASE("a bridge is open beneath", "[voxelserver][voxelize]") {
     cloud.write(folder.path() / "bridge.laz");
     OpenWorld world(folder.path() / "bridge.laz");
     for (double e = 25.5; e < 75; ++e) {
-        const std::int32_t x = voxel_x(e), z = voxel_z(20.5);
+        const std::int32_t x = voxel_x(e);
+        const std::int32_t z = voxel_z(20.5);
         INFO("east " << e);
         CHECK(world.material(x, 118, z) == Material::kBridge);
         for (std::int32_t y = static_cast<std::int32_t>(valley(e, 0)) + 2; y < 117; ++y)
@@ -125,7 +130,8 @@ TEST_CASE("a bridge is open beneath", "[voxelserver][voxelize]") {
 TEST_CASE("a bridge that no class names is open beneath", "[voxelserver][voxelize][bridges]") {
     struct Case {
         const char* name;
-        int code, below;
+        int code;
+        int below;
         Material lies;
     };
     const auto c = GENERATE(values<Case>({{"ground over water", 2, 9, Material::kWater},
@@ -146,7 +152,8 @@ TEST_CASE("a bridge that no class names is open beneath", "[voxelserver][voxeliz
         OpenWorld world(folder.path() / "bridge.laz");
         for (double e = 53.5; e < 71; ++e)
             for (double n = 41.5; n < 46; ++n) {
-                const std::int32_t x = voxel_x(e), z = voxel_z(n);
+                const std::int32_t x = voxel_x(e);
+                const std::int32_t z = voxel_z(n);
                 INFO("east " << e << ", north " << n);
                 REQUIRE(world.material(x, 110, z) == Material::kBridge);
                 for (std::int32_t y = 105; y < 110; ++y)
@@ -171,8 +178,8 @@ TEST_CASE(
     });
     int returns = 0;
     for (int i = 0; i < 2500; ++i) {
-        const double e = 80 + static_cast<double>(random() % 14'000) / 100,
-                     n = 30 + static_cast<double>(random() % 14'000) / 100;
+        const double e = 80 + static_cast<double>(random() % 14'000) / 100;
+        const double n = 30 + static_cast<double>(random() % 14'000) / 100;
         const double noise = (static_cast<double>(random() % 1001) - 500) / 500 * 0.12;
         if (lake(e, n)) {
             cloud.add(e, n, 200.0 + noise, 9);
@@ -184,7 +191,8 @@ TEST_CASE(
     cloud.write(folder.path() / "lake.laz");
     OpenWorld world(folder.path() / "lake.laz");
     std::set<std::int32_t> levels;
-    int water = 0, all = 0;
+    int water = 0;
+    int all = 0;
     for (double n = 32.5; n < 170; ++n)
         for (double e = 82.5; e < 220; ++e) {
             if (std::hypot(e - 150, n - 100) > 63)
@@ -212,14 +220,16 @@ TEST_CASE("a river slopes without ridges or steps upstream", "[voxelserver][voxe
     cloud.cover(0, 0, 400, 60, 0.7, 2,
                 [&](double e, double n) { return n > 20 && n < 40 ? kNothing : level(e) + 1.5; });
     for (int i = 0; i < 3000; ++i) {
-        const double e = static_cast<double>(random() % 40'000) / 100,
-                     n = 20.2 + static_cast<double>(random() % 1960) / 100;
+        const double e = static_cast<double>(random() % 40'000) / 100;
+        const double n = 20.2 + static_cast<double>(random() % 1960) / 100;
         cloud.add(e, n, level(e) + (static_cast<double>(random() % 1001) - 500) / 500 * 0.1, 9);
     }
     const TemporaryFolder folder;
     cloud.write(folder.path() / "river.laz");
     OpenWorld world(folder.path() / "river.laz");
-    int climbs = 0, far = 0, dry = 0;
+    int climbs = 0;
+    int far = 0;
+    int dry = 0;
     for (double n = 22.5; n < 38; ++n) {
         std::optional<std::int32_t> last;
         for (double e = 5.5; e < 395; ++e) {
@@ -277,8 +287,8 @@ TEST_CASE("voxels of any size cover the same ground", "[voxelserver][voxelize]")
     OpenWorld world(options);
     CHECK(world.info().voxel_m == voxel_m);
     for (double e = 4.1; e < 58; e += 3.7) {
-        const auto x = static_cast<std::int32_t>(std::floor((kEast0 + e) / voxel_m)),
-                   z = static_cast<std::int32_t>(std::floor(-(kNorth0 + 30.1) / voxel_m));
+        const auto x = static_cast<std::int32_t>(std::floor((kEast0 + e) / voxel_m));
+        const auto z = static_cast<std::int32_t>(std::floor(-(kNorth0 + 30.1) / voxel_m));
         const auto y = world.top(x, z);
         REQUIRE(y);
         CHECK(std::abs(*y - std::floor((50.1 + e / 10) / voxel_m)) <= 1);

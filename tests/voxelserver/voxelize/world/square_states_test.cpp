@@ -15,7 +15,7 @@ voxel::BoxKey box_at(double east, double north) {
     return {0, voxel_x(east) >> 6, 1, voxel_z(north) >> 6};
 }
 
-/// Two squares far enough from each other that a box of one asks nothing of the other.
+/// Two squares far enough from each other that a box of one reads nothing of the other.
 struct Two {
     Two() {
         for (const double east : {0.0, 400.0}) {
@@ -31,12 +31,13 @@ struct Two {
     [[nodiscard]] voxelize::LidarWorldOptions options() const {
         return OpenWorld::with(folder.path());
     }
-    TemporaryFolder folder, cache;
+    TemporaryFolder folder;
+    TemporaryFolder cache;
 };
 
 }  // namespace
 
-TEST_CASE("a square is fetched until its points are asked for, then prepared",
+TEST_CASE("a square is fetched until its points are requested, then prepared",
           "[voxelserver][voxelize][squares]") {
     const Two two;
     const bool on_disk = GENERATE(false, true);

@@ -27,8 +27,8 @@ Outcome compare(const Kept& kept, voxelize::LidarWorld& now) {
         if (key.level >= now.info().levels)
             continue;
         const auto box = now.box(key);
-        const bool same = one.checksum == (box ? box->checksum() : 0),
-                   valid = now.fingerprint(one.reach) == one.print;
+        const bool same = one.checksum == (box ? box->checksum() : 0);
+        const bool valid = now.fingerprint(one.reach) == one.fingerprint;
         ++out.boxes;
         out.changed += same ? 0 : 1;
         out.refused += valid ? 0 : 1;
@@ -103,7 +103,7 @@ TEST_CASE("no kept box outlives a change of a file that shaped it",
              if (p.source_class == 2 && p.east > 113 && p.north < 114)
                  p.height += 3;
          }},
-        {"a roof beside a border", 4,
+        {"a roof next to a border", 4,
          [](Point& p) {
              if (p.east < 166 && p.north < 166 && p.source_class == 2) {
                  p.source_class = 6;
@@ -137,9 +137,9 @@ TEST_CASE("no kept box outlives any of many random changes of files",
         std::mt19937 random(seed);
         const auto unit = [&] { return static_cast<double>(random() % 10'000) / 10'000; };
         const int square = static_cast<int>(random() % 6);
-        const double east = (square % 3 + unit()) * Patchwork::kSide_m,
-                     north = (square / 3 + unit()) * Patchwork::kSide_m,
-                     radius = 1 + 25 * unit() * unit();
+        const double east = (square % 3 + unit()) * Patchwork::kSide_m;
+        const double north = (square / 3 + unit()) * Patchwork::kSide_m;
+        const double radius = 1 + 25 * unit() * unit();
         const int what = static_cast<int>(random() % 5);
         patchwork.write(square, [&](Cloud::Point& p) {
             if (std::hypot(p.east - east, p.north - north) > radius)
@@ -200,7 +200,7 @@ TEST_CASE("no kept box under a roof of 300 m outlives a change of the ground aro
     // What is farther from the strip than anything of it was looked for stays: the ground's own
     // strip, at least.
     const voxel::BoxKey west{0, voxel_x(0) >> 6, 1, voxel_z(50) >> 6};
-    CHECK(now.world().fingerprint(kept.boxes.at(west).reach) == kept.boxes.at(west).print);
+    CHECK(now.world().fingerprint(kept.boxes.at(west).reach) == kept.boxes.at(west).fingerprint);
     int wide = 0;
     for (const auto& [key, one] : kept.boxes)
         wide += key.level == 0 && one.reach.max_bx - one.reach.min_bx > 3 ? 1 : 0;
@@ -232,12 +232,12 @@ TEST_CASE(
     const Outcome o = compare(kept, now.world());
     INFO(text(o));
     CHECK(o.stale == 0);
-    const voxel::BoxKey far{0, voxel_x(450) >> 6, 1, voxel_z(60) >> 6},
-        land{0, voxel_x(490) >> 6, 1, voxel_z(275) >> 6};
+    const voxel::BoxKey far{0, voxel_x(450) >> 6, 1, voxel_z(60) >> 6};
+    const voxel::BoxKey land{0, voxel_x(490) >> 6, 1, voxel_z(275) >> 6};
     const auto box = now.world().box(far);
     REQUIRE(box);
     CHECK(box->checksum() != kept.boxes.at(far).checksum);
-    CHECK(now.world().fingerprint(kept.boxes.at(land).reach) == kept.boxes.at(land).print);
+    CHECK(now.world().fingerprint(kept.boxes.at(land).reach) == kept.boxes.at(land).fingerprint);
 }
 
 TEST_CASE("no kept box outlives a square that comes or goes",
@@ -276,7 +276,7 @@ TEST_CASE("no kept box outlives a change of the images over it",
         {"one more, which wins",
          [](Patchwork& p) { p.image("a.tif", 60, 20, 60, 60, {20, 40, 220}); }, true},
         {"one less", [](Patchwork& p) { fs::remove(p.images() / "west.tif"); }, true},
-        {"one more beside the world",
+        {"one more next to the world",
          [](Patchwork& p) { p.image("far.tif", 2000, 2000, 60, 60, {20, 40, 220}); }, false},
         {"the other way round where two overlap",
          [](Patchwork& p) { fs::rename(p.images() / "west.tif", p.images() / "zest.tif"); }, true},

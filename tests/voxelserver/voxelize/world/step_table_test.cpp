@@ -61,7 +61,8 @@ Parts parts_of(const Land& land) {
     return bit(land.water.has_value(), part::kWater) | bit(land.decks.has_value(), part::kDecks) |
            bit(land.covered.has_value(), part::kCoverage) |
            bit(land.ground.has_value(), part::kGround) | bit(land.roofs.has_value(), part::kRoofs) |
-           bit(land.crowns.has_value(), part::kCrowns) | bit(land.looks.has_value(), part::kLooks) |
+           bit(land.crowns.has_value(), part::kCrowns) |
+           bit(land.appearances.has_value(), part::kAppearances) |
            bit(land.surface.has_value(), part::kSurface) | bit(land.runs.has_value(), part::kRuns) |
            bit(land.boxes.has_value(), part::kBoxes);
 }

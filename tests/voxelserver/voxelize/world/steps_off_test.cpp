@@ -14,23 +14,30 @@ constexpr double kNothing = std::numeric_limits<double>::quiet_NaN();
 
 /// A rectangle in metres from the corner.
 struct Place {
-    double east0, north0, east1, north1;
+    double east0;
+    double north0;
+    double east1;
+    double north1;
     [[nodiscard]] bool holds(double e, double n, double more = 0) const {
         return e >= east0 - more && e < east1 + more && n >= north0 - more && n < north1 + more;
     }
 };
-constexpr Place kHouse{20, 20, 36, 32}, kDeck{50, 60, 110, 66}, kWood{70, 10, 100, 40},
-    kLake{20, 70, 60, 115};
+constexpr Place kHouse{20, 20, 36, 32};
+constexpr Place kDeck{50, 60, 110, 66};
+constexpr Place kWood{70, 10, 100, 40};
+constexpr Place kLake{20, 70, 60, 115};
 
 /// One of everything that a step works on, on flat ground, each with gaps.
 void write_land(const std::filesystem::path& file) {
     Cloud cloud;
     std::mt19937 random(5);
     const auto unit = [&] { return static_cast<double>(random() % 10'000) / 10'000; };
-    constexpr std::array<std::uint16_t, 3> kMeadow{0x7000, 0x8900, 0x4a00},
-        kAsphalt{0x7400, 0x7400, 0x7800}, kTiles{0xb200, 0x5400, 0x3800};
+    constexpr std::array<std::uint16_t, 3> kMeadow{0x7000, 0x8900, 0x4a00};
+    constexpr std::array<std::uint16_t, 3> kAsphalt{0x7400, 0x7400, 0x7800};
+    constexpr std::array<std::uint16_t, 3> kTiles{0xb200, 0x5400, 0x3800};
     for (int i = 0; i < 100'000; ++i) {
-        const double e = unit() * 120, n = unit() * 120;
+        const double e = unit() * 120;
+        const double n = unit() * 120;
         if (kHouse.holds(e, n)) {
             if (unit() < 0.4)
                 cloud.add(e, n, 60.4, 6, kTiles);
@@ -90,28 +97,32 @@ TEST_CASE("a step that is switched off changes what it works on and nothing else
         const TemporaryFolder folder;
         write_land(folder.path() / "land.laz");
         const std::string name = c.off;
-        OpenWorld on = open_with(folder, ""),
-                  off = open_with(folder,
-                                  "[steps]\n" + name.substr(name.find('.') + 1) + " = false\n");
+        OpenWorld on = open_with(folder, "");
+        OpenWorld off =
+            open_with(folder, "[steps]\n" + name.substr(name.find('.') + 1) + " = false\n");
         REQUIRE(off.info().bounds == on.info().bounds);
-        int different = 0, elsewhere = 0, solids = 0, boxes = 0;
+        int different = 0;
+        int elsewhere = 0;
+        int solids = 0;
+        int boxes = 0;
         for (const auto& key : all_keys(on.info(), 0)) {
-            const auto a = on.world().box(key), b = off.world().box(key);
+            const auto a = on.world().box(key);
+            const auto b = off.world().box(key);
             boxes += b ? 1 : 0;
             if ((a ? a->checksum() : 0) == (b ? b->checksum() : 0))
                 continue;
             for (int y = 0; y < 256; ++y)
                 for (int z = 0; z < 64; ++z)
                     for (int x = 0; x < 64; ++x) {
-                        const auto p = a ? a->voxel(x, y, z) : std::nullopt,
-                                   q = b ? b->voxel(x, y, z) : std::nullopt;
+                        const auto p = a ? a->voxel(x, y, z) : std::nullopt;
+                        const auto q = b ? b->voxel(x, y, z) : std::nullopt;
                         if (p == q)
                             continue;
                         ++different;
                         solids += p.has_value() != q.has_value() ? 1 : 0;
-                        const double e = key.bx * 64 + x + 0.5 - kEast0,
-                                     n = -(key.bz * 64 + z + 0.5) - kNorth0;
-                        // Walls and shores show a voxel more of what is beside them; a cell of
+                        const double e = key.bx * 64 + x + 0.5 - kEast0;
+                        const double n = -(key.bz * 64 + z + 0.5) - kNorth0;
+                        // Walls and shores show a voxel more of what is next to them; a cell of
                         // water is two voxels.
                         if (!place.holds(e, n, 3) && ++elsewhere <= 3)
                             UNSCOPED_INFO("differs at " << e << " m east, " << n

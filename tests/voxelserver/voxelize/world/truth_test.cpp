@@ -50,7 +50,8 @@ TEST_CASE("heights are true: real ground points lie in the top voxel of the grou
         // What the points say of each column, by the definition of space and not by the voxelizer's
         // code.
         struct Said {
-            double low = 1e9, high = -1e9;
+            double low = 1e9;
+            double high = -1e9;
             bool other = false;
         };
         std::map<std::pair<std::int32_t, std::int32_t>, Said> columns;
@@ -69,8 +70,11 @@ TEST_CASE("heights are true: real ground points lie in the top voxel of the grou
             });
         }
         OpenWorld world(kShared / c.files, c.classes);
-        int plain = 0, wrong = 0, uneven = 0, far = 0;
-        std::ostringstream told;
+        int plain = 0;
+        int wrong = 0;
+        int uneven = 0;
+        int far = 0;
+        std::ostringstream details;
         for (const auto& [place, said] : columns) {
             if (said.low > said.high)
                 continue;
@@ -84,7 +88,7 @@ TEST_CASE("heights are true: real ground points lie in the top voxel of the grou
                 continue;
             const auto top = world.highest(place.first, place.second, is_ground);
             // A trunk's foot between higher columns is hidden, and what is hidden reads as rock:
-            // nothing tells it from the ground.
+            // nothing distinguishes it from the ground.
             if (top && world.material(place.first, *top, place.second) == Material::kRock &&
                 world.material(place.first, *top + 1, place.second) == Material::kTrunk)
                 continue;
@@ -93,26 +97,26 @@ TEST_CASE("heights are true: real ground points lie in the top voxel of the grou
                     top ? world.at(place.first, *top + 1, place.second) : std::nullopt;
                 above && above->material == Material::kTrunk)
                 continue;
-            const auto low = static_cast<std::int32_t>(std::floor(said.low)),
-                       high = static_cast<std::int32_t>(std::floor(said.high));
+            const auto low = static_cast<std::int32_t>(std::floor(said.low));
+            const auto high = static_cast<std::int32_t>(std::floor(said.high));
             if (low == high) {
                 ++plain;
                 const bool true_here =
                     top == low && world.at(place.first, low, place.second).has_value();
                 if (!true_here && ++wrong <= 3)
-                    told << "\n  column " << place.first << ", " << place.second
-                         << ": ground points in voxel " << low << ", top ground voxel "
-                         << top.value_or(-9999);
+                    details << "\n  column " << place.first << ", " << place.second
+                            << ": ground points in voxel " << low << ", top ground voxel "
+                            << top.value_or(-9999);
             } else {
                 ++uneven;
                 if ((!top || *top < low - 1 || *top > high + 1) && ++far <= 3)
-                    told << "\n  column " << place.first << ", " << place.second
-                         << ": ground points from " << said.low << " to " << said.high
-                         << ", top ground voxel " << top.value_or(-9999);
+                    details << "\n  column " << place.first << ", " << place.second
+                            << ": ground points from " << said.low << " to " << said.high
+                            << ", top ground voxel " << top.value_or(-9999);
             }
         }
         INFO(wrong << " of " << plain << " plain columns, " << far << " of " << uneven
-                   << " uneven ones" << told.str());
+                   << " uneven ones" << details.str());
         CHECK(plain > 500);
         CHECK(wrong == 0);
         CHECK(far == 0);
@@ -140,8 +144,8 @@ TEST_CASE("a survey in feet is as wide and as high as it is in metres",
             return;
         ++checked;
         const double units = world.info().crs_units_per_voxel;
-        const auto x = static_cast<std::int32_t>(std::floor(p.x / units)),
-                   z = static_cast<std::int32_t>(std::floor(-p.y / units));
+        const auto x = static_cast<std::int32_t>(std::floor(p.x / units));
+        const auto z = static_cast<std::int32_t>(std::floor(-p.y / units));
         const auto top = world.highest(x, z, is_ground);
         INFO("feet " << p.x << " " << p.y << " " << p.z);
         REQUIRE(top);
@@ -150,7 +154,7 @@ TEST_CASE("a survey in feet is as wide and as high as it is in metres",
     CHECK(checked >= 20);
 }
 
-TEST_CASE("heights of another unit than the plan's can be told", "[voxelserver][voxelize]") {
+TEST_CASE("heights may have another unit than the plan", "[voxelserver][voxelize]") {
     Cloud cloud;
     cloud.cover(0, 0, 30, 30, 0.5, 2, [](double, double) { return 1000.0; });
     const TemporaryFolder folder;
@@ -174,7 +178,8 @@ TEST_CASE("Web Mercator's stretched metres become metres", "[voxelserver][voxeli
     options.offset = {1'568'800, 5'837'000, 0};
     options.wkt = geo::Crs::from_text("EPSG:3857").wkt();
     const TemporaryFolder folder;
-    double x0 = 14.0937, y0 = 46.364;
+    double x0 = 14.0937;
+    double y0 = 46.364;
     geo::Transform(geo::Crs::from_text("EPSG:4326"), geo::Crs::from_text("EPSG:3857"))
         .apply({&x0, 1}, {&y0, 1});
     {
@@ -238,7 +243,7 @@ TEST_CASE("files of different systems meet without a gap", "[voxelserver][voxeli
     CHECK(tower->material == Material::kTower);
 }
 
-TEST_CASE("a file without a system needs one from the person or the class table",
+TEST_CASE("a file without a system needs one from the user or the class table",
           "[voxelserver][voxelize]") {
     Cloud cloud;
     cloud.cover(0, 0, 20, 20, 0.5, 2, [](double, double) { return 5.5; });
@@ -258,7 +263,7 @@ TEST_CASE("a file without a system needs one from the person or the class table"
     CHECK_THROWS_AS(OpenWorld(options), util::Error);
 }
 
-TEST_CASE("nothing to open, or nothing in it, is said", "[voxelserver][voxelize]") {
+TEST_CASE("no input, or one without points, is an error that names it", "[voxelserver][voxelize]") {
     const TemporaryFolder folder;
     voxelize::LidarWorldOptions options;
     CHECK_THROWS_AS(OpenWorld(options), util::UsageError);

@@ -59,19 +59,19 @@ TEST_CASE("facts that were kept answer as the opened world does",
         return from - 6 +
                static_cast<std::int32_t>(random() % static_cast<unsigned>(to - from + 12));
     };
-    std::set<voxel::Fingerprint> prints;
+    std::set<voxel::Fingerprint> fingerprints;
     for (int i = 0; i < 2000; ++i) {
         const int level = static_cast<int>(random() % static_cast<unsigned>(world.info().levels));
-        const std::int32_t bx = near(range.min.bx, range.max.bx) >> level,
-                           bz = near(range.min.bz, range.max.bz) >> level;
+        const std::int32_t bx = near(range.min.bx, range.max.bx) >> level;
+        const std::int32_t bz = near(range.min.bz, range.max.bz) >> level;
         const voxel::InputExtent reach{bx, bz, bx + 1 + static_cast<std::int32_t>(random() % 4),
                                        bz + 1 + static_cast<std::int32_t>(random() % 4)};
         INFO("level " << level << ", " << bx << ", " << bz);
         CHECK(facts.column(level, bx, bz) == world.column(level, bx, bz));
         CHECK(same_print(facts.fingerprint(reach), world.fingerprint(reach)));
-        prints.insert(facts.fingerprint(reach));
+        fingerprints.insert(facts.fingerprint(reach));
     }
-    CHECK(prints.size() > 6);
+    CHECK(fingerprints.size() > 6);
     for (const int level : {-1, world.info().levels})
         CHECK_THROWS_AS(facts.column(level, 0, 0), util::UsageError);
 }
@@ -88,7 +88,7 @@ TEST_CASE("facts of a hundred squares are small", "[voxelserver][voxelize][facts
                                  1,
                                  {},
                                  {}});
-        facts.prints.points.push_back({{i, 0, i + 1, 1}, {1, 2}, false});
+        facts.fingerprints.points.push_back({{i, 0, i + 1, 1}, {1, 2}, false});
     }
     CHECK(voxelize::to_bytes(facts).size() < 20'000);
 }
@@ -144,7 +144,7 @@ TEST_CASE("bytes with a right checksum that lie about their lengths are refused"
     CHECK(refused > 100);
 }
 
-TEST_CASE("the name of a world changes with whatever opening it looks at",
+TEST_CASE("the name of a world changes with everything that opening it reads",
           "[voxelserver][voxelize][facts]") {
     using Options = voxelize::LidarWorldOptions;
     const auto write = [](const fs::path& file, const std::string& text) {
@@ -199,7 +199,7 @@ TEST_CASE("the name of a world changes with whatever opening it looks at",
         {"an image's world file",
          [write](Patchwork& p, Options&) { write(p.images() / "west.tfw", "1\n0\n0\n-1\n0\n0\n"); },
          true},
-        {"a file nobody reads",
+        {"a file that is not read",
          [write](Patchwork& p, Options&) { write(p.images() / "notes.txt", "x"); }, false},
     }));
     DYNAMIC_SECTION(c.name) {

@@ -18,8 +18,10 @@ using terravox::test::part_of_archive;
 
 namespace {
 
-// Far behind what opening reads, so that each asks the server.
-constexpr voxel::BoxKey kBefore{0, 250, 0, 0}, kAfter{0, 260, 0, 0}, kLast{0, 270, 0, 0};
+// Far behind what opening reads, so that each read is a request.
+constexpr voxel::BoxKey kBefore{0, 250, 0, 0};
+constexpr voxel::BoxKey kAfter{0, 260, 0, 0};
+constexpr voxel::BoxKey kLast{0, 270, 0, 0};
 
 const std::string kMonday = "Last-Modified: Mon, 05 Jan 2026 10:00:00 GMT\r\n";
 const std::string kTuesday = "Last-Modified: Tue, 06 Jan 2026 10:00:00 GMT\r\n";
@@ -44,14 +46,15 @@ public:
           }) {}
     void change() { m_changed = true; }
     [[nodiscard]] std::string url() const { return m_server.url() + "/a.tvx"; }
-    [[nodiscard]] int asked() const { return m_server.asked("/a.tvx"); }
+    [[nodiscard]] int requests() const { return m_server.requests("/a.tvx"); }
     [[nodiscard]] std::vector<std::string> heads() const { return m_server.heads(); }
     [[nodiscard]] std::unique_ptr<voxel::World> open() const {
         return voxel::open_archive(worlds::remote_archive(url(), std::chrono::seconds(600)));
     }
 
 private:
-    const std::string m_first, m_later;
+    const std::string m_first;
+    const std::string m_later;
     std::atomic<bool> m_changed{false};
     BadServer m_server;
 };
@@ -62,11 +65,12 @@ bool same(const std::shared_ptr<const voxel::Box>& box, const voxel::BoxKey& key
 
 }  // namespace
 
-TEST_CASE("an archive that changes on its web server is told by what the server says of it",
+TEST_CASE("an archive that changes on its web server is detected by the validators of its replies",
           "[raytracer][world][remote_archive]") {
     struct Case {
         const char* name;
-        std::string first, later;
+        std::string first;
+        std::string later;
         bool differs;
     };
     const std::size_t size = archive_bytes().size();
@@ -83,13 +87,12 @@ TEST_CASE("an archive that changes on its web server is told by what the server 
         {"another date, same entity tag", etag(R"("a")") + kMonday, etag(R"("a")") + kTuesday,
          false},
         {"same date, another entity tag", etag(R"("a")") + kMonday, etag(R"("b")") + kMonday, true},
-        {"nothing told", "", "", false},
+        {"no validators", "", "", false},
         {"size alone", whole_size(size), whole_size(size), false},
         {"another size alone", whole_size(size), whole_size(size + 1), true},
         {"another size, same entity tag", etag(R"("a")") + whole_size(size),
          etag(R"("a")") + whole_size(size - 1), true},
-        {"a size that nobody can read", whole_size(size), "Content-Range: bytes 0-1/much\r\n",
-         false},
+        {"an unreadable size", whole_size(size), "Content-Range: bytes 0-1/much\r\n", false},
         {"a size beyond 64 bits", whole_size(size),
          "Content-Range: bytes 0-1/99999999999999999999999\r\n", false},
         {"an entity tag that goes", etag(R"("a")"), "", true},
@@ -98,7 +101,7 @@ TEST_CASE("an archive that changes on its web server is told by what the server 
         {"an entity tag that goes, another date", etag(R"("a")") + kMonday, kTuesday, true},
         {"an entity tag that comes", "", etag(R"("a")"), false},
         {"a date that comes", "", kMonday, false},
-        {"an entity tag that comes beside the date", kMonday, etag(R"("a")") + kMonday, false},
+        {"an entity tag in addition to the date", kMonday, etag(R"("a")") + kMonday, false},
         {"entity tags too long to be looked at", etag('"' + too_long + '"'),
          etag('"' + too_long + "y\""), false},
         {"an entity tag that becomes too long", etag(R"("a")"), etag('"' + too_long + '"'), true},
@@ -113,7 +116,7 @@ TEST_CASE("an archive that changes on its web server is told by what the server 
         ChangingServer server(c.first, c.later);
         const auto world = server.open();
         CHECK(same(world->box(kBefore), kBefore));
-        const int before = server.asked();
+        const int before = server.requests();
         server.change();
         if (!c.differs) {
             CHECK(same(world->box(kAfter), kAfter));
@@ -121,17 +124,18 @@ TEST_CASE("an archive that changes on its web server is told by what the server 
         }
         const std::string line = server.url() + " has changed while it was read; start again";
         CHECK_THROWS_WITH(world->box(kAfter), line);
-        CHECK(server.asked() == before + 1);  // it was not asked for again
+        CHECK(server.requests() == before + 1);  // it was not requested again
         CHECK_THROWS_AS(world->box(kLast), voxel::ChangedError);
-        CHECK(server.asked() == before + 1);  // nor is anything else
+        CHECK(server.requests() == before + 1);  // nor is anything else
     }
 }
 
-TEST_CASE("a later request says which archive it is about, as strongly as the server does",
+TEST_CASE("a later request names the archive's version with the server's strongest validator",
           "[raytracer][world][remote_archive]") {
     struct Case {
         const char* name;
-        std::string told, sent;
+        std::string validators;
+        std::string sent;
     };
     const auto c = GENERATE(values<Case>({
         {"an entity tag", etag(R"("a b")"), ""},  // no blank may lie in one
@@ -145,7 +149,7 @@ TEST_CASE("a later request says which archive it is about, as strongly as the se
         {"an entity tag with control characters", etag("\"a\x01\""), ""},
     }));
     DYNAMIC_SECTION(c.name) {
-        ChangingServer server(c.told, "");
+        ChangingServer server(c.validators, "");
         const auto world = server.open();
         CHECK(same(world->box(kBefore), kBefore));
         const auto heads = server.heads();
@@ -165,12 +169,13 @@ TEST_CASE("a server that refuses what has changed, or has another range of it, e
           "[raytracer][world][remote_archive]") {
     struct Case {
         const char* name;
-        std::string told;
+        std::string validators;
         Deed later;
         const char* said;
     };
-    const std::string a = etag(R"("a")"), b = etag(R"("b")"),
-                      size = whole_size(archive_bytes().size());
+    const std::string a = etag(R"("a")");
+    const std::string b = etag(R"("b")");
+    const std::string size = whole_size(archive_bytes().size());
     const Deed whole{.status = 200, .type = "application/octet-stream", .body = archive_bytes()};
     const auto with = [](Deed deed, const std::string& headers) {
         return deed.headers = headers, deed;
@@ -179,14 +184,14 @@ TEST_CASE("a server that refuses what has changed, or has another range of it, e
         {"412", a, test::problem(412), "has changed while it was read; start again"},
         {"412 for a date", kMonday, test::problem(412),
          "has changed while it was read; start again"},
-        {"412 that nobody asked for", "", test::problem(412), "HTTP status 412"},
+        {"412 to an unconditional request", "", test::problem(412), "HTTP status 412"},
         {"416 of a shorter file", a + size, test::problem(416, a + "Content-Range: bytes */5\r\n"),
          "has changed while it was read"},
         {"416 of the same file", a + size, test::problem(416, a + size), "HTTP status 416"},
         {"200 with another entity tag", a, with(whole, b), "has changed while it was read"},
-        {"200 with the same entity tag", a, with(whole, a), "whole files only"},
+        {"200 with the same entity tag", a, with(whole, a), "does not support range requests"},
         {"200 without one", a, whole, "has changed while it was read"},
-        {"200 where nothing was ever told", "", whole, "whole files only"},
+        {"200 without any validator", "", whole, "does not support range requests"},
         {"a small 200 of another size",
          a + size,
          {.status = 200, .type = "x/y", .body = "tiny", .headers = a},
@@ -196,15 +201,15 @@ TEST_CASE("a server that refuses what has changed, or has another range of it, e
     DYNAMIC_SECTION(c.name) {
         std::atomic<bool> later{false};
         BadServer server([&](const std::string&, int, const std::string& range) {
-            return later ? c.later : with(part_of_archive(range), c.told);
+            return later ? c.later : with(part_of_archive(range), c.validators);
         });
         const auto world = voxel::open_archive(
             worlds::remote_archive(server.url() + "/a.tvx", std::chrono::seconds(600)));
         CHECK(same(world->box(kBefore), kBefore));
-        const int before = server.asked("/a.tvx");
+        const int before = server.requests("/a.tvx");
         later = true;
         CHECK_THROWS_WITH(world->box(kAfter), contains("/a.tvx") && contains(c.said));
-        CHECK(server.asked("/a.tvx") == before + 1);
+        CHECK(server.requests("/a.tvx") == before + 1);
     }
 }
 
@@ -245,7 +250,8 @@ TEST_CASE("a state of an archive on a web server has a name",
     const std::string size = std::to_string(archive_bytes().size());
     struct Case {
         const char* name;
-        std::string told, edition;
+        std::string validators;
+        std::string edition;
     };
     const auto c = GENERATE_COPY(values<Case>({
         {"an entity tag", etag(R"("a")") + kMonday, R"("a")"},
@@ -256,6 +262,6 @@ TEST_CASE("a state of an archive on a web server has a name",
         {"nothing", "", ""},
     }));
     DYNAMIC_SECTION(c.name) {
-        CHECK(ChangingServer(c.told, "").open()->edition() == c.edition);
+        CHECK(ChangingServer(c.validators, "").open()->edition() == c.edition);
     }
 }

@@ -43,10 +43,10 @@ TEST_CASE("an archive on a web server gives its boxes by ranges of bytes",
         CHECK((world->box({0, i, 0, 0})->checksum() == box_of({0, i, 0, 0})->checksum()));
     CHECK(world->box({0, 5, 1, 0}) == nullptr);
     CHECK(sent < archive_bytes().size() / 2);
-    CHECK(server.asked("/a.tvx") <= 8);  // head, root, a leaf, boxes that the head did not hold
+    CHECK(server.requests("/a.tvx") <= 8);  // head, root, a leaf, boxes that the head did not hold
 }
 
-TEST_CASE("a late, busy, broken or damaged reply is asked for again",
+TEST_CASE("a late, busy, broken or damaged reply is requested again",
           "[raytracer][world][remote_archive]") {
     struct Case {
         const char* name;
@@ -74,7 +74,7 @@ TEST_CASE("a late, busy, broken or damaged reply is asked for again",
     }
 }
 
-TEST_CASE("a server that gives out whole files only is told apart, and one that has no such file",
+TEST_CASE("a server that sends whole files only is recognised, and one that has no such file",
           "[raytracer][world][remote_archive]") {
     BadServer whole([](const std::string&, int, const std::string&) {
         return Deed{.status = 200, .type = "application/octet-stream", .body = archive_bytes()};
@@ -108,7 +108,7 @@ TEST_CASE("an address names an archive by the ending of its path",
     CHECK_FALSE(worlds::names_archive("https://example.org"));
 }
 
-TEST_CASE("an archive's address holds no secret that messages would tell",
+TEST_CASE("an archive's address holds no secret that messages would show",
           "[raytracer][world][remote_archive]") {
     BadServer server(
         [](const std::string&, int, const std::string& range) { return part_of_archive(range); });

@@ -118,7 +118,7 @@ TEST_CASE("what is no raster of heights is refused by name", "[raytracer][height
         spec.geo[5] = -1000;
         CHECK_THROWS_WITH(open({write_heights(file, spec, flat)}), contains("allowed: 1/16 to 16"));
     }
-    SECTION("a unit that nobody knows") {
+    SECTION("an unknown unit") {
         spec.unit = "cubits";
         CHECK_THROWS_WITH(open({write_heights(file, spec, flat)}), contains("cubits"));
     }
@@ -167,7 +167,9 @@ TEST_CASE("a damaged raster is a hole where it is damaged, and nowhere else",
             out.put('\x5a');
     }
     const auto world = open({file});
-    const std::int32_t by = 0, x = 460'000 + 9 * 256 + 128, z = -101'080 + 9 * 256 + 128;
+    const std::int32_t by = 0;
+    const std::int32_t x = 460'000 + 9 * 256 + 128;
+    const std::int32_t z = -101'080 + 9 * 256 + 128;
     CHECK_THROWS_WITH(world->box({0, floor_div(x, 64), by, floor_div(z, 64)}),
                       contains("a.tif: damaged"));
     CHECK_THROWS_AS(world->box({0, floor_div(x, 64), by, floor_div(z, 64)}),
@@ -219,7 +221,8 @@ TEST_CASE(
         const auto whole = std::filesystem::file_size(file);
         const int overviews = HeightFile({file, {}, {}, {}}).overviews();
         CHECK(overviews == static_cast<int>(c.overviews.size()));
-        int refused = 0, opened = 0;
+        int refused = 0;
+        int opened = 0;
         for (std::uintmax_t bytes = whole - 1; bytes > whole / 2; bytes -= whole / 40) {
             std::filesystem::resize_file(file, bytes);
             INFO("cut to " << bytes << " of " << whole);
@@ -237,7 +240,7 @@ TEST_CASE(
     }
 }
 
-TEST_CASE("heights that no overview told are an error, never cut off", "[raytracer][heightmap]") {
+TEST_CASE("heights that no overview has are an error, never cut off", "[raytracer][heightmap]") {
     const test::TemporaryFolder folder;
     RasterSpec spec;
     spec.width = 5000;

@@ -44,9 +44,10 @@ TEST_CASE("a heightmap's voxels lie where the raster's cells are", "[raytracer][
     Voxels voxels(*world);
     for (int y = 0; y < spec.height; ++y)
         for (int x = 0; x < spec.width; ++x) {
-            const std::int32_t vx = 460'000 + x, vz = -101'080 + y,
-                               expected = static_cast<std::int32_t>(
-                                   std::floor(static_cast<float>(hilly(x, y))));
+            const std::int32_t vx = 460'000 + x;
+            const std::int32_t vz = -101'080 + y;
+            const std::int32_t expected =
+                static_cast<std::int32_t>(std::floor(static_cast<float>(hilly(x, y))));
             const auto top = voxels.top(vx, vz);
             if (!top || *top != expected)
                 FAIL_CHECK("cell " << x << ", " << y << ": top " << (top ? *top : -1)
@@ -66,7 +67,9 @@ TEST_CASE("a heightmap's voxels lie where the raster's cells are", "[raytracer][
 TEST_CASE("equal heights on a voxel's boundary make a flat face", "[raytracer][heightmap]") {
     struct Case {
         const char* name;
-        double cell, voxel_m, height;
+        double cell;
+        double voxel_m;
+        double height;
         std::int32_t y;
     };
     const auto c = GENERATE(values<Case>({
@@ -169,7 +172,8 @@ TEST_CASE("a heightmap's boxes are the same in any order and fit at their edges"
     spec.overviews = GENERATE(std::vector<int>{}, std::vector<int>{2, 4, 8});
     const double voxel_m = GENERATE(0.5, 1.0, 3.0);
     const auto file = write_heights(folder.path() / "a.tif", spec, hilly);
-    const auto first = open({file}, voxel_m), second = open({file}, voxel_m);
+    const auto first = open({file}, voxel_m);
+    const auto second = open({file}, voxel_m);
     for (int level = 0; level < first->info().levels; ++level) {
         const BoxRange range = boxes_over(first->info().bounds, level);
         std::vector<BoxKey> keys;
@@ -198,15 +202,17 @@ TEST_CASE("a heightmap's boxes are the same in any order and fit at their edges"
         int compared = 0;
         for (auto bx = range.min.bx + 1; bx < range.max.bx; ++bx)
             for (auto z = range.min.bz * 64; z < range.max.bz * 64; ++z) {
-                const auto west = voxels.top(bx * 64 - 1, z), east = voxels.top(bx * 64, z);
+                const auto west = voxels.top(bx * 64 - 1, z);
+                const auto east = voxels.top(bx * 64, z);
                 if (!west || !east)
                     continue;
                 for (auto y = std::min(*west, *east) + 1; y <= std::max(*west, *east); ++y) {
                     const BoxKey key{level, *west > *east ? bx - 1 : bx, floor_div(y, 256),
                                      floor_div(z, 64)};
                     const auto& box = boxes.at(key);
-                    const int lx = *west > *east ? 63 : 0, ly = y - key.by * 256,
-                              lz = z - key.bz * 64;
+                    const int lx = *west > *east ? 63 : 0;
+                    const int ly = y - key.by * 256;
+                    const int lz = z - key.bz * 64;
                     const TreeCell& root = box->cells()[static_cast<std::size_t>(ly >> 6)];
                     if (!(root.detail >> child_bit(lx >> 4, ly >> 4 & 3, lz >> 4) & 1))
                         FAIL_CHECK("a face that can be seen has no looks");
@@ -231,11 +237,12 @@ TEST_CASE("coarse levels of a heightmap have the heights of the fine one",
     for (int level = 1; level < world->info().levels; ++level) {
         Voxels coarse(*world, level);
         const std::int32_t side = 1 << level;
-        double error = 0, worst = 0;
+        double error = 0;
+        double worst = 0;
         int count = 0;
         for (int i = 0; i < 60; ++i) {
-            const std::int32_t x = (460'000 >> level) + 1 + i * 7 % ((1024 >> level) - 2),
-                               z = (-101'080 >> level) + 1 + i * 11 % ((1024 >> level) - 2);
+            const std::int32_t x = (460'000 >> level) + 1 + i * 7 % ((1024 >> level) - 2);
+            const std::int32_t z = (-101'080 >> level) + 1 + i * 11 % ((1024 >> level) - 2);
             double mean = 0;
             int samples = 0;
             for (std::int32_t dz = 0; dz < side; ++dz)
@@ -270,9 +277,10 @@ TEST_CASE("rasters that adjoin make one heightmap without a step, the finer one 
             return slope(x0 + (x + 0.5) * cell, y1 - (y + 0.5) * cell) + lift;
         });
     };
-    const auto west = part("west.tif", 460'000, 101'080, 50, 40, 2, 0),
-               east = part("east.tif", 460'100, 101'080, 50, 40, 2, 0);
-    const auto both = open({west, east}), turned = open({east, west});
+    const auto west = part("west.tif", 460'000, 101'080, 50, 40, 2, 0);
+    const auto east = part("east.tif", 460'100, 101'080, 50, 40, 2, 0);
+    const auto both = open({west, east});
+    const auto turned = open({east, west});
     CHECK(both->info().bounds.max[0] == 460'200);
     CHECK(both->info().bounds == turned->info().bounds);
     Voxels a(*both), b(*turned);
@@ -295,7 +303,8 @@ TEST_CASE("rasters that adjoin make one heightmap without a step, the finer one 
     CHECK(c.top(460'040, -101'040) == a.top(460'040, -101'040));
 }
 
-TEST_CASE("units of heights, scales and the floor are as told", "[raytracer][heightmap]") {
+TEST_CASE("units of heights, scales and the floor are as the options say",
+          "[raytracer][heightmap]") {
     const test::TemporaryFolder folder;
     RasterSpec feet;
     feet.unit = "ft";
@@ -308,8 +317,8 @@ TEST_CASE("units of heights, scales and the floor are as told", "[raytracer][hei
     options.rasters = {plain};
     options.height_unit_m = 0.5;
     options.base_m = 100;
-    const auto told = open_heightmap_world(options);
-    Voxels voxels(*told);
+    const auto world = open_heightmap_world(options);
+    Voxels voxels(*world);
     CHECK(voxels.top(460'050, -101'050) == 500);
     CHECK(voxels.at(460'050, 100, -101'050));
     CHECK(!voxels.at(460'050, 99, -101'050));

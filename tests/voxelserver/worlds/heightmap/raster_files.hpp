@@ -18,7 +18,8 @@ namespace terravox::test {
 
 /// A raster of heights to be written.
 struct RasterSpec {
-    int width = 100, height = 80;
+    int width = 100;
+    int height = 80;
     std::array<double, 6> geo{460'000, 1, 0, 101'080, 0, -1};  ///< GDAL's order
     int epsg = 3794;                                           ///< 0: none
     GDALDataType type = GDT_Float32;

@@ -17,7 +17,7 @@ TEST_CASE("an index without blocks holds nothing", "[luanti]") {
         CHECK_FALSE(index.holds(level, 0, -1));
 }
 
-TEST_CASE("an index knows the columns of boxes of every level that blocks lie in", "[luanti]") {
+TEST_CASE("an index lists the columns of boxes of every level that blocks lie in", "[luanti]") {
     const unsigned seed = 17;
     CAPTURE(seed);
     std::mt19937 random(seed);

@@ -49,7 +49,8 @@ TEST_CASE("chunks of every generation give back each block where it was put",
     struct Case {
         const char* name;
         Made made;
-        int first_y, last_y;
+        int first_y;
+        int last_y;
     };
     const auto c = GENERATE(values<Case>({{"columns of 128", Made::kColumns, 0, 7},
                                           {"numeric ids in sections", Made::kNumeric, 0, 15},

@@ -113,7 +113,7 @@ TEST_CASE("a damaged chunk is air, named with its file, place and reason, and th
             expected.chunk(0, 0) = flat_chunk(0, 0);
             expected.chunk(31, 31) = flat_chunk(31, 31);
             const auto world = test::open_made(folder.path());
-            CHECK(test::differing_voxels(*world, expected) == 0);  // asks for each box
+            CHECK(test::differing_voxels(*world, expected) == 0);  // reads each box
             REQUIRE(world->damage().size() == 1);
             CHECK_THAT(world->damage()[0], test::contains("region/r.0.0.mca, chunk 5, 0: "));
             CHECK_THAT(world->damage()[0], test::contains(c.reason));
@@ -149,7 +149,8 @@ TEST_CASE("a region that is empty or shorter than its head is named, and the oth
 TEST_CASE(
     "chunks in files of their own, and chunks of more sectors than the table can say, are read",
     "[raytracer][minecraft]") {
-    const MadeChunk external = flat_chunk(-32, 5), large = flat_chunk(-31, 5);
+    const MadeChunk external = flat_chunk(-32, 5);
+    const MadeChunk large = flat_chunk(-31, 5);
     Bytes nbt = test::chunk_nbt(large, Made::kFlat);
     NbtWriter padding;  // before the chunk's own end
     padding.byte_array("padding", Bytes(1'100'000, 3));
@@ -204,7 +205,8 @@ TEST_CASE("a region with any bytes flipped is opened, and ends as a world or as 
         region.put(slot, test::chunk_nbt(chunk, made), kind);
     }
     const TemporaryFolder folder;
-    int whole = 0, damaged = 0;
+    int whole = 0;
+    int damaged = 0;
     for (int variant = 0; variant < 300; ++variant) {
         INFO("variant " << variant);
         Bytes bytes = region.bytes;

@@ -14,7 +14,8 @@ TEST_CASE("real worlds of every generation load, whole", "[raytracer][minecraft]
     struct Case {
         const char* path;
         const char* format;
-        int chunks, unfinished;
+        int chunks;
+        int unfinished;
         std::int64_t blocks;
     };
     // Blocks as tests/bench/minecraft/histogram.py counts them, with another reader.

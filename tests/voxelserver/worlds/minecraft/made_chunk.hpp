@@ -29,7 +29,8 @@ inline constexpr std::array<MadeBlock, 9> kMadeBlocks = {{{"minecraft:air", 0},
 using MadeSection = std::array<std::uint16_t, 4096>;
 
 struct MadeChunk {
-    std::int32_t x = 0, z = 0;
+    std::int32_t x = 0;
+    std::int32_t z = 0;
     std::map<int, MadeSection> sections;  ///< by y
     std::string status = "full";
 

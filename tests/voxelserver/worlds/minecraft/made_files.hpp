@@ -73,7 +73,8 @@ struct MadeRegion {
     /// @param kind as in the file: 1 gzip, 2 zlib, 3 none, 4 lz4, | 128 external @return first byte
     /// of the chunk in the file
     std::size_t put_packed(int slot, int kind, const Bytes& packed) {
-        const std::size_t begin = bytes.size(), length = packed.size() + 1;
+        const std::size_t begin = bytes.size();
+        const std::size_t length = packed.size() + 1;
         NbtWriter head;
         head.raw(length, 4).raw(static_cast<std::uint64_t>(kind), 1);
         bytes.insert(bytes.end(), head.bytes.begin(), head.bytes.end());

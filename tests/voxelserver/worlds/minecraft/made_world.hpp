@@ -115,7 +115,9 @@ inline int differing_voxels(voxel::World& world, const MadeWorld& made,
                 const auto box = world.box({0, voxel::floor_div(x, 64), voxel::floor_div(y, 256),
                                             voxel::floor_div(z, 64)});
                 const auto voxel = box ? box->voxel(x & 63, y & 255, z & 63) : std::nullopt;
-                const int mx = x - offset[0], my = y - offset[1], mz = z - offset[2];
+                const int mx = x - offset[0];
+                const int my = y - offset[1];
+                const int mz = z - offset[2];
                 const voxel::Material expected =
                     hidden(mx, my, mz) ? voxel::Material::kRock : material_of(made.at(mx, my, mz));
                 wrong += (voxel ? voxel->material : voxel::Material::kAir) != expected ? 1 : 0;

@@ -85,7 +85,8 @@ TEST_CASE("NBT is pulled field by field, in any order, by type", "[raytracer][mi
 
 TEST_CASE("broken NBT is an error that names what is wrong", "[raytracer][minecraft]") {
     const auto root = [] { return NbtWriter().compound(""); };
-    NbtWriter deep = root(), deep_lists = root();
+    NbtWriter deep = root();
+    NbtWriter deep_lists = root();
     for (int i = 0; i < 10'000; ++i)
         deep.compound("a");
     deep_lists.field(9, "a");
@@ -161,7 +162,7 @@ TEST_CASE("modified UTF-8 becomes UTF-8, and what is no text a question mark",
     CHECK(utf8_of("\xED\xA0\xBD.") == "?.");
 }
 
-TEST_CASE("level.dat tells name, version, spawn and seed", "[raytracer][minecraft]") {
+TEST_CASE("level.dat holds name, version, spawn and seed", "[raytracer][minecraft]") {
     const LevelDat level = read_level_dat(test::level_dat_nbt("Bled"), "level.dat");
     CHECK(level.name == "Bled");
     CHECK(level.version == "1.18.2");
@@ -201,7 +202,8 @@ TEST_CASE("packed data that are broken, cut short or too large are an error",
         if (compression == Compression::kNone)
             continue;
         INFO(compression_name(compression));
-        Bytes cut(packed.begin(), packed.begin() + 500), flipped = packed;
+        Bytes cut(packed.begin(), packed.begin() + 500);
+        Bytes flipped = packed;
         flipped[flipped.size() / 2] ^= 0x10;
         CHECK_THROWS_AS(inflater.unpack(compression, cut), InflateError);
         CHECK_THROWS_AS(inflater.unpack(compression, flipped), InflateError);

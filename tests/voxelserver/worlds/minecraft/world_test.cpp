@@ -39,7 +39,9 @@ TEST_CASE("each voxel of a world is the block that was put there, across chunks,
     struct Case {
         const char* name;
         Made made;
-        int low_y, high_y, kind;
+        int low_y;
+        int high_y;
+        int kind;
     };
     const auto c = GENERATE(values<Case>({{"McRegion", Made::kColumns, 0, 60, 2},
                                           {"Anvil of numeric ids, gzip", Made::kNumeric, 0, 60, 1},
@@ -154,7 +156,8 @@ TEST_CASE("of scattered chunks the largest part is framed", "[raytracer][minecra
 }
 
 TEST_CASE(
-    "of a world with many chunks some tell the heights, and what lies outside is cut off and named",
+    "in a world with many chunks some define the heights, and what lies outside is cut off and "
+    "named",
     "[raytracer][minecraft]") {
     MadeWorld made;
     for (int x = 0; x < 12; ++x)
@@ -177,7 +180,8 @@ TEST_CASE(
 }
 
 TEST_CASE("links are followed, but not round in circles", "[raytracer][minecraft]") {
-    const TemporaryFolder folder, disk;
+    const TemporaryFolder folder;
+    const TemporaryFolder disk;
     const MadeWorld made = test::random_world(9, 0, 10);
     test::write_files(disk.path(), made.files(Made::kFlat));
     test::write_bytes(folder.path() / "level.dat", test::level_dat_nbt("linked"));
@@ -189,7 +193,7 @@ TEST_CASE("links are followed, but not round in circles", "[raytracer][minecraft
     CHECK(world->damage().empty());
 }
 
-TEST_CASE("dimensions are told apart, and one that is not there is named",
+TEST_CASE("dimensions are distinguished, and one that is not there is named",
           "[raytracer][minecraft]") {
     const TemporaryFolder folder;
     const std::vector<std::pair<std::string, std::string>> places = {
@@ -222,7 +226,8 @@ TEST_CASE("dimensions are told apart, and one that is not there is named",
 TEST_CASE("of a world that the game brought up to date the newest files count",
           "[raytracer][minecraft]") {
     const TemporaryFolder folder;
-    MadeWorld old, fresh;
+    MadeWorld old;
+    MadeWorld fresh;
     old.chunk(0, 0).set(0, 5, 0, 1);
     old.chunk(40, 0).set(0, 7, 0, 1);
     fresh.chunk(0, 0).set(0, 9, 0, 1);
@@ -302,7 +307,7 @@ TEST_CASE("a side-car gives a world its place, and its blocks their meaning",
                       test::contains("offset 8; allowed for a Minecraft world: multiples of 16"));
 }
 
-TEST_CASE("paths without a world are told apart from damage", "[raytracer][minecraft]") {
+TEST_CASE("paths without a world are distinguished from damage", "[raytracer][minecraft]") {
     const TemporaryFolder folder;
     CHECK_THROWS_AS(test::open_made(folder.path() / "nowhere"), util::UsageError);
     CHECK_THROWS_WITH(test::open_made(folder.path()), test::contains("no level.dat and no chunks"));

@@ -107,7 +107,7 @@ TEST_CASE("once a file has changed, no box is made any more", "[voxelserver][wor
     const Served served(heights_in(file), folder.path() / "hills.asc");
     const voxel::BoxKey key = served.middle(0);
     REQUIRE(served.world->box(key) != nullptr);
-    CHECK(served.world->trouble().empty());
+    CHECK(served.world->failure().empty());
     SECTION("changed") {
         write_heights(file, 7);
     }
@@ -115,7 +115,7 @@ TEST_CASE("once a file has changed, no box is made any more", "[voxelserver][wor
         fs::remove(file);
     }
     CHECK_THROWS_AS(served.world->box(key), voxel::ChangedError);
-    CHECK_THAT(served.world->trouble(), contains("has changed since the server started"));
+    CHECK_THAT(served.world->failure(), contains("has changed since the server started"));
     write_heights(file, 0);
     CHECK_THROWS_AS(served.world->box(key), voxel::ChangedError);  // for good
 }

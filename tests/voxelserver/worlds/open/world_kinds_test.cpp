@@ -108,7 +108,7 @@ TEST_CASE("what is no world is refused with all that is allowed", "[voxelserver]
     }
 }
 
-TEST_CASE("every kind says what it is and how a person names it", "[voxelserver][worlds]") {
+TEST_CASE("every kind has a noun and a description of its input", "[voxelserver][worlds]") {
     std::set<std::string_view> nouns;
     for (const WorldKind* const kind : world_kinds()) {
         INFO(kind->noun);

@@ -30,7 +30,8 @@ struct FromAbove {
     std::map<voxel::Material, int> materials;  ///< columns
     double ground = 0;  ///< mean height of what is no plant and no water, level-0 voxels
     std::array<double, 3> colour{};  ///< mean, of the columns with one
-    int columns = 0, coloured = 0;
+    int columns = 0;
+    int coloured = 0;
     [[nodiscard]] double share(voxel::Material m) const {
         return materials.contains(m) ? materials.at(m) / static_cast<double>(columns) : 0;
     }
@@ -53,7 +54,8 @@ inline FromAbove from_above(
     const std::function<std::shared_ptr<const voxel::Box>(const voxel::BoxKey&)>& box_of) {
     using voxel::Material;
     FromAbove out;
-    std::array<bool, 4096> seen{}, grounded{};
+    std::array<bool, 4096> seen{};
+    std::array<bool, 4096> grounded{};
     for (std::int32_t by = by_end - 1; by >= by_begin; --by) {
         const auto box = box_of({level, bx, by, bz});
         if (!box)

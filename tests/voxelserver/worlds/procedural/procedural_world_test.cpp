@@ -57,14 +57,15 @@ TEST_CASE("a generated world has no place on Earth, wide bounds and a small fram
     CHECK_THROWS_WITH(world->box({0, 0, 0, 0}), contains("interrupted"));
 }
 
-TEST_CASE("a box of a generated world is the same in whatever order boxes are asked for",
+TEST_CASE("a box of a generated world is the same in whatever order boxes are requested",
           "[raytracer][generated]") {
     std::vector<BoxKey> keys;
     for (int level : {0, 1, 2, 3, 7})
         for (int i = 0; i < 8; ++i)
             keys.push_back({level, (i & 1) - 1, (i >> 1 & 1) - 1, (i >> 2) - 1});
-    const auto first = open_procedural_world(seeded(3)), second = open_procedural_world(seeded(3)),
-               other = open_procedural_world(seeded(4));
+    const auto first = open_procedural_world(seeded(3));
+    const auto second = open_procedural_world(seeded(3));
+    const auto other = open_procedural_world(seeded(4));
     std::vector<std::shared_ptr<const Box>> boxes;
     for (const BoxKey& key : keys)
         boxes.push_back(first->box(key));
@@ -94,12 +95,13 @@ TEST_CASE("a generated world has the same bits on every machine", "[raytracer][g
     }
 }
 
-TEST_CASE("neighbouring boxes of a generated world know the same columns",
+TEST_CASE("neighbouring boxes of a generated world agree on their columns",
           "[raytracer][generated]") {
     const ColumnMaker maker(seeded(5));
     for (const int level : {0, 1, 2, 3, 6, 12}) {
-        const Columns here = maker.make(level, 0, -1), east = maker.make(level, 1, -1),
-                      south = maker.make(level, 0, 0);
+        const Columns here = maker.make(level, 0, -1);
+        const Columns east = maker.make(level, 1, -1);
+        const Columns south = maker.make(level, 0, 0);
         int voxels = 0;
         const auto compare = [&](const Columns& a, int ax, int az, const Columns& b, int bx,
                                  int bz) {
@@ -137,9 +139,11 @@ TEST_CASE("levels of a generated world that are made by themselves look like dow
     for (const std::uint64_t seed : {1, 6}) {
         const auto world = open_procedural_world(seeded(seed));
         for (const int level : {1, 2, 3}) {
-            test::FromAbove direct, made;
+            test::FromAbove direct;
+            test::FromAbove made;
             for (int i = 0; i < 16 >> level; ++i) {
-                const std::int32_t bx = (i & 1) - 1, bz = (i >> 1) - 1;
+                const std::int32_t bx = (i & 1) - 1;
+                const std::int32_t bz = (i >> 1) - 1;
                 direct.add(test::from_above(level, bx, bz, -1, 1,
                                             [&](const BoxKey& k) { return world->box(k); }));
                 made.add(test::from_above(level, bx, bz, -1, 1, [&](const BoxKey& k) {
@@ -176,7 +180,8 @@ TEST_CASE("woods, seas and snow of a generated world keep their shares far away"
         return out;
     };
     // The same columns: 4096 x 4096 about the origin.
-    const test::FromAbove near = all(3, 4), far = all(5, 1);
+    const test::FromAbove near = all(3, 4);
+    const test::FromAbove far = all(5, 1);
     for (const Material material : {Material::kHighVegetation, Material::kWater, Material::kSnow,
                                     Material::kSand, Material::kRock, Material::kGrass}) {
         INFO(material_name(material)
@@ -241,7 +246,8 @@ TEST_CASE("plants of a generated world stand on ground, are of many kinds, and c
         if (!vegetation.possible(spot))
             continue;
         const auto height = [&](int dx, int dz) {
-            const double x = spot.x + dx + 0.5, z = spot.z + dz + 0.5;
+            const double x = spot.x + dx + 0.5;
+            const double z = spot.z + dz + 0.5;
             return terrain.heights(terrain.region(x, z), x, z, 1).full;
         };
         const Region region = terrain.region(spot.x + 0.5, spot.z + 0.5);
@@ -254,8 +260,8 @@ TEST_CASE("plants of a generated world stand on ground, are of many kinds, and c
         if (tree->base < with.water_level)
             FAIL_CHECK("a tree in the water at " << tree->x << ", " << tree->z);
         for (int d = -kTreeReach - 1; d <= kTreeReach + 1; ++d) {
-            // Nothing reaches farther than is said, and what is farthest is told by the columns
-            // about it.
+            // Nothing reaches farther than the bounds say, and what is farthest is found by the
+            // columns about it.
             const TreeRuns runs = tree_runs(*tree, d, kTreeReach + 1);
             if (runs.count != 0)
                 FAIL_CHECK("a plant reaches " << d << ", " << kTreeReach + 1);

@@ -36,7 +36,9 @@ TEST_CASE("simplex noise fills [-1, 1] and has no drift", "[raytracer][generated
     for (const Kind& kind : kKinds) {
         INFO(kind.name);
         constexpr int kPlaces = 400'000;
-        double low = 0, high = 0, sum = 0;
+        double low = 0;
+        double high = 0;
+        double sum = 0;
         for (int i = 0; i < kPlaces; ++i) {
             const double n = kind.noise(coordinate(i, 0), coordinate(i, 1), coordinate(i, 2));
             low = std::min(low, n);
@@ -53,9 +55,12 @@ TEST_CASE("simplex noise fills [-1, 1] and has no drift", "[raytracer][generated
 
 TEST_CASE("simplex noise has no step", "[raytracer][generated]") {
     for (const Kind& kind : kKinds) {
-        constexpr double kStep = 1e-4, kSteepest = 12;
+        constexpr double kStep = 1e-4;
+        constexpr double kSteepest = 12;
         for (int i = 0; i < 100'000; ++i) {
-            const double x = coordinate(i, 0), y = coordinate(i, 1), z = coordinate(i, 2);
+            const double x = coordinate(i, 0);
+            const double y = coordinate(i, 1);
+            const double z = coordinate(i, 2);
             const double change =
                 std::abs(kind.noise(x + kStep, y - kStep, z + kStep) - kind.noise(x, y, z));
             if (change > kSteepest * kStep)
@@ -68,7 +73,9 @@ TEST_CASE("simplex noise has no step", "[raytracer][generated]") {
 TEST_CASE("simplex noise does not repeat and differs from seed to seed", "[raytracer][generated]") {
     const auto alike = [](const std::function<double(int)>& a,
                           const std::function<double(int)>& b) {
-        double ab = 0, aa = 0, bb = 0;
+        double ab = 0;
+        double aa = 0;
+        double bb = 0;
         for (int i = 0; i < 20'000; ++i) {
             ab += a(i) * b(i);
             aa += a(i) * a(i);

@@ -24,7 +24,7 @@ struct Number {
 
 }  // namespace
 
-TEST_CASE("the number of a machine says where it leads", "[raytracer][world][http]") {
+TEST_CASE("an address belongs to the range that its number lies in", "[raytracer][world][http]") {
     struct Case {
         remote::AddressRange range;
         std::vector<std::string> numbers;

@@ -24,7 +24,8 @@ namespace terravox::test {
 /// What the server does with one request.
 struct Deed {
     int status = 200;
-    std::string type = "application/json", body = {};
+    std::string type = "application/json";
+    std::string body = {};
     std::string headers = {};           ///< further ones, each ending in "\r\n"
     std::chrono::milliseconds late{0};  ///< before the first byte
     std::chrono::milliseconds drip{0};  ///< after each byte of the body
@@ -34,7 +35,7 @@ struct Deed {
     std::function<void()> before_rest = {};
 };
 
-/// A web server on a free local port that does to each request what it is told: late, silent,
+/// A web server on a free local port that does to each request what the test sets: late, silent,
 /// dripping, damaged. A thread for each connection.
 class BadServer {
 public:
@@ -71,10 +72,10 @@ public:
     BadServer& operator=(const BadServer&) = delete;
 
     [[nodiscard]] std::string url() const { return "http://127.0.0.1:" + std::to_string(m_port); }
-    [[nodiscard]] int asked(const std::string& path) const {
+    [[nodiscard]] int requests(const std::string& path) const {
         const std::lock_guard lock(m_mutex);
-        const auto found = m_asked.find(path);
-        return found == m_asked.end() ? 0 : found->second;
+        const auto found = m_requests.find(path);
+        return found == m_requests.end() ? 0 : found->second;
     }
     /// Of replies to requests for this path, heads as well.
     [[nodiscard]] std::size_t sent_bytes(const std::string& path) const {
@@ -146,8 +147,8 @@ private:
         };
         if (!read_until([&] { return request.find("\r\n\r\n") != std::string::npos; }))
             return;
-        const std::size_t body_at = request.find("\r\n\r\n") + 4,
-                          length_at = request.find("Content-Length: ");
+        const std::size_t body_at = request.find("\r\n\r\n") + 4;
+        const std::size_t length_at = request.find("Content-Length: ");
         const std::size_t length =
             length_at < body_at ? std::stoul(request.substr(length_at + 16)) : 0;
         if (!read_until([&] { return request.size() >= body_at + length; }))
@@ -160,7 +161,7 @@ private:
             const std::size_t range_at = request.find("Range: bytes=");
             const bool ranged = range_at < body_at;
             return m_script(
-                path, m_asked[path]++,
+                path, m_requests[path]++,
                 ranged ? request.substr(range_at + 13, request.find('\r', range_at) - range_at - 13)
                        : request.substr(body_at));
         }();
@@ -200,8 +201,8 @@ private:
     int m_listener;
     int m_port = 0;
     std::atomic<bool> m_stop{false};
-    mutable std::mutex m_mutex;  ///< guards m_asked, m_sent_bytes, m_heads and the script
-    std::map<std::string, int> m_asked;
+    mutable std::mutex m_mutex;  ///< guards m_requests, m_sent_bytes, m_heads and the script
+    std::map<std::string, int> m_requests;
     std::map<std::string, std::size_t> m_sent_bytes;
     std::vector<std::string> m_heads;
     std::vector<std::thread> m_connections;  ///< touched by m_thread, then by the destructor

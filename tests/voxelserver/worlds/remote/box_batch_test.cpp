@@ -48,7 +48,7 @@ std::vector<Taken> taken_of(remote::BatchStream& stream, const std::string& byte
 
 }  // namespace
 
-TEST_CASE("a batch is asked for as the interface says", "[raytracer][batch]") {
+TEST_CASE("the request for a batch is as the interface says", "[raytracer][batch]") {
     const std::vector<voxel::BoxKey> keys = {{0, 7223, 1, -1590},
                                              {20, -2147483647 - 1, 2147483647, 0}};
     const auto json = nlohmann::json::parse(remote::batch_request(keys));
@@ -80,8 +80,9 @@ TEST_CASE("records are the same in parts of any size", "[raytracer][batch]") {
 }
 
 TEST_CASE("a stream that is cut anywhere gives what came, and is not whole", "[raytracer][batch]") {
-    const std::string first = record({0, 1, 2, 3}, 200, "abc"),
-                      second = record({0, 1, 2, 4}, 204, ""), all = first + second + last_record(2);
+    const std::string first = record({0, 1, 2, 3}, 200, "abc");
+    const std::string second = record({0, 1, 2, 4}, 204, "");
+    const std::string all = first + second + last_record(2);
     for (std::size_t size = 0; size < all.size(); ++size) {
         INFO(size << " of " << all.size() << " bytes");
         remote::BatchStream stream(2, kMax_bytes);
@@ -106,11 +107,10 @@ TEST_CASE("bytes that are no batch are refused, however they come", "[raytracer]
         {"one that says so, without its bytes",
          record({0, 0, 0, 0}, 200, std::string(kMax_bytes + 1, 'x')).substr(0, 24),
          "a record of 1001 bytes"},
-        {"more boxes than were asked for", one + one + one, "more than the 2 boxes"},
+        {"more boxes than were requested", one + one + one, "more than the 2 boxes"},
         {"the end too early", one + last_record(2), "a last record after 1 boxes"},
-        {"the end of another batch", one + one + last_record(3), "that tells of 3"},
-        {"an end of fewer than none", one + one + record({-1, -2, 0, 0}, 0, ""),
-         "that tells of -2"},
+        {"the end of another batch", one + one + last_record(3), "that states 3"},
+        {"an end of fewer than none", one + one + record({-1, -2, 0, 0}, 0, ""), "that states -2"},
         {"an end with bytes", one + one + record({-1, 2, 0, 0}, 0, "x"), "a last record"},
         {"an end with a status", one + one + record({-1, 2, 0, 0}, 200, ""), "a last record"},
         {"bytes after the end", one + one + last_record(2) + "x", "bytes after the last record"},

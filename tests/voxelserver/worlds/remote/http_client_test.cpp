@@ -59,7 +59,8 @@ private:
 
 TEST_CASE("a token goes to the origin that it is bound to, with GET and POST, and to no other",
           "[raytracer][world][http]") {
-    BadServer bound(always({})), other(always({}));
+    BadServer bound(always({}));
+    BadServer other(always({}));
     remote::HttpClient client(with_token(bound.url()));
     for (const std::string& url : {bound.url(), other.url(), by_name(bound), by_name(other)}) {
         (void)client.get(url + "/a", {});
@@ -74,7 +75,7 @@ TEST_CASE("a token goes to the origin that it is bound to, with GET and POST, an
     CHECK(shown_to(bound).back().empty());
 }
 
-TEST_CASE("a token follows no redirect, and is not sent again to who refuses it",
+TEST_CASE("a token follows no redirect, and is not sent again to a server that refuses it",
           "[raytracer][world][http]") {
     BadServer other(always({}));
     BadServer bound([&](const std::string& path, int) {
@@ -113,12 +114,13 @@ TEST_CASE("a token is bound to no origin that it would reach in clear text",
 }
 
 TEST_CASE("a token in clear text passes no proxy", "[raytracer][world][http]") {
-    BadServer server(always({})), proxy(always({}));
+    BadServer server(always({}));
+    BadServer proxy(always({}));
     const Variable http_proxy("http_proxy", proxy.url()), no_proxy("no_proxy", "none.example");
     (void)remote::HttpClient(with_token(server.url())).get(server.url() + "/a", {});
     CHECK(proxy.heads().empty());
     CHECK(shown_to(server) == std::vector<std::string>{"Bearer " + kToken});
-    // The proxy counts where nothing is secret, and nobody limits where it leads.
+    // The proxy counts where nothing is secret, and nothing limits where it leads.
     (void)remote::HttpClient().get(server.url() + "/b", {});
     CHECK(shown_to(proxy) == std::vector<std::string>{""});
 }
@@ -154,14 +156,17 @@ TEST_CASE("the environment binds a token to one origin, or to none", "[raytracer
     CHECK_THROWS_WITH(remote::access_of_environment(), contains("TERRAVOX_FARM_TOKEN"));
 }
 
-TEST_CASE("a client with limits asks the origins that they name, at the addresses that they allow",
-          "[raytracer][world][http]") {
+TEST_CASE(
+    "a client with limits contacts the origins that they name, at the addresses that they allow",
+    "[raytracer][world][http]") {
     BadServer server(always({}));
-    const std::string number = server.url(), name = by_name(server);
+    const std::string number = server.url();
+    const std::string name = by_name(server);
     struct Case {
         const char* what;
         std::string url;
-        std::vector<std::string> origins, private_origins;
+        std::vector<std::string> origins;
+        std::vector<std::string> private_origins;
         const char* refused;  ///< "": it is not
     };
     const std::vector<Case> cases{
@@ -169,14 +174,14 @@ TEST_CASE("a client with limits asks the origins that they name, at the addresse
          number,
          {},
          {},
-         "may not be asked from here; allowed: origins of allow_origins"},
+         "may not be contacted from here; allowed: origins of allow_origins"},
         {"another port",
          number,
          {"http://127.0.0.1:1"},
          {"http://127.0.0.1:2"},
-         "may not be asked"},
-        {"another scheme", number, {}, {"https" + number.substr(4)}, "may not be asked"},
-        {"another name of the same machine", name, {}, {number}, "may not be asked"},
+         "may not be contacted"},
+        {"another scheme", number, {}, {"https" + number.substr(4)}, "may not be contacted"},
+        {"another name of the same machine", name, {}, {number}, "may not be contacted"},
         {"a name that leads to this machine", name, {name}, {}, "it leads to "},
         {"a number of this machine", number, {number}, {}, "it leads to 127.0.0.1"},
         {"a name that may lead to this machine", name, {}, {name}, ""},
@@ -193,10 +198,10 @@ TEST_CASE("a client with limits asks the origins that they name, at the addresse
          "it leads to ::ffff:127.0.0.1"},
     };
     const Variable http_proxy("http_proxy", "http://127.0.0.1:1"),
-        no_proxy("no_proxy", "none.example");  // nobody is there
+        no_proxy("no_proxy", "none.example");  // no server is there
     for (const Case& c : cases) {
         INFO(c.what);
-        remote::HttpAccess access = remote::access_to_nobody();
+        remote::HttpAccess access = remote::no_http_access();
         for (const std::string& origin : c.origins)
             access.limits->origins.push_back(remote::HttpOrigin::parse(origin));
         for (const std::string& origin : c.private_origins)
@@ -219,7 +224,7 @@ TEST_CASE("a client with limits asks the origins that they name, at the addresse
     }
 }
 
-TEST_CASE("an address with a query, a fragment or a user is asked nothing",
+TEST_CASE("an address with a query, a fragment or a user is not contacted",
           "[raytracer][world][http]") {
     BadServer server(always({}));
     remote::HttpClient client;

@@ -29,7 +29,7 @@ TEST_CASE("an origin is scheme, host and port of an address, however that is wri
     CHECK(remote::HttpOrigin::parse(c.origin) == remote::HttpOrigin::of(c.url));
 }
 
-TEST_CASE("an address that may hide something is refused, and what it hides is not told",
+TEST_CASE("an address that may hold a secret is refused, and the secret is not shown",
           "[raytracer][world][http]") {
     struct Case {
         const char *url, *fault, *shown;
@@ -72,9 +72,9 @@ TEST_CASE("an origin has no path, and an address an end", "[raytracer][world][ht
                       contains("3012 bytes") && !contains(std::string(2100, 'a')));
 }
 
-TEST_CASE("a host leads where its name service says, and a number where it says itself",
+TEST_CASE("a host has the ranges of its resolved addresses, and a number its own",
           "[raytracer][world][http]") {
-    // What is this machine alone, in any writing: workers elsewhere would ask themselves.
+    // What is this machine alone, in any writing: workers elsewhere would contact themselves.
     for (const char* url : {"http://localhost:1", "http://LOCALHOST", "http://127.0.0.1",
                             "http://127.1", "http://2130706433", "http://0.0.0.0:8888",
                             "http://[::1]", "http://[::]", "http://[::ffff:127.0.0.1]"}) {

@@ -102,7 +102,7 @@ struct Served {
     [[nodiscard]] int singles() const {
         int sum = 0;
         for (const voxel::BoxKey& key : kKeys)
-            sum += server.asked(path_of(key));
+            sum += server.requests(path_of(key));
         return sum;
     }
 };
@@ -130,7 +130,7 @@ struct Outcomes {
     }
 };
 
-Outcomes ask(voxel::World& world, const Keys& keys = kKeys) {
+Outcomes boxes_of(voxel::World& world, const Keys& keys = kKeys) {
     Outcomes out;
     world.boxes(keys, [&](const voxel::BoxKey& key, voxel::BoxOutcome outcome) {
         out.of[key] = std::move(outcome);
@@ -151,15 +151,15 @@ Deed with_record(const Keys& keys, std::size_t at, const std::string& bytes) {
 TEST_CASE("many boxes come with one request", "[raytracer][remote][batch]") {
     Served served([](const Keys& keys, int) { return good_batch(keys); });
     CHECK(served.world->preferred_batch() > 1);
-    const Outcomes got = ask(*served.world);
+    const Outcomes got = boxes_of(*served.world);
     CHECK(got.count == 4);
     for (const auto& key : kKeys)
         CHECK(got.good(key));
-    CHECK(served.server.asked(kBatch) == 1);
+    CHECK(served.server.requests(kBatch) == 1);
     CHECK(served.singles() == 0);
-    CHECK(ask(*served.world, {kKeys[2]}).good(kKeys[2]));
-    CHECK(served.server.asked(kBatch) == 1);  // one alone is asked for as ever
-    CHECK(ask(*served.world, {}).count == 0);
+    CHECK(boxes_of(*served.world, {kKeys[2]}).good(kKeys[2]));
+    CHECK(served.server.requests(kBatch) == 1);  // one alone is requested without a batch
+    CHECK(boxes_of(*served.world, {}).count == 0);
 }
 
 TEST_CASE("a box of a batch is there before the next one has been sent",
@@ -200,7 +200,8 @@ TEST_CASE("all boxes come at last, whatever becomes of their batch", "[raytracer
     struct Case {
         const char* name;
         BatchScript script;
-        int batches, singles;
+        int batches;
+        int singles;
     };
     const auto c = GENERATE_COPY(values<Case>({
         {"cut in the last record", cut(5), 1, 0},
@@ -216,7 +217,7 @@ TEST_CASE("all boxes come at last, whatever becomes of their batch", "[raytracer
         {"a box under another key", third(record(kKeys[2], 200, good_record(kKeys[0]).substr(24))),
          1, 1},
         {"the same box twice", third(good_record(kKeys[0])), 2, 0},
-        {"a box that nobody asked for", third(good_record({0, 9, 9, 9})), 2, 0},
+        {"a box that was not requested", third(good_record({0, 9, 9, 9})), 2, 0},
         {"bytes after its end", first(batch(good_batch(kKeys).body + "x")), 1, 0},
         {"no bytes", first(batch("")), 2, 0},
         {"another type", first({.type = "text/html", .body = "<html>"}), 2, 0},
@@ -240,11 +241,11 @@ TEST_CASE("all boxes come at last, whatever becomes of their batch", "[raytracer
     }));
     DYNAMIC_SECTION(c.name) {
         Served served(c.script);
-        const Outcomes got = ask(*served.world);
+        const Outcomes got = boxes_of(*served.world);
         CHECK(got.count == 4);
         for (const auto& key : kKeys)
             CHECK(got.good(key));
-        CHECK(served.server.asked(kBatch) == c.batches);
+        CHECK(served.server.requests(kBatch) == c.batches);
         CHECK(served.singles() == c.singles);
     }
 }
@@ -256,11 +257,11 @@ TEST_CASE("a stream that brings a little each time is followed to its end",
         deed.lost = deed.body.size() - good_record(keys[0]).size();
         return deed;
     });
-    const Outcomes got = ask(*served.world);
+    const Outcomes got = boxes_of(*served.world);
     CHECK(got.count == 4);
     for (const auto& key : kKeys)
         CHECK(got.good(key));
-    CHECK(served.server.asked(kBatch) == 3);
+    CHECK(served.server.requests(kBatch) == 3);
     CHECK(served.singles() == 1);  // the last alone
 }
 
@@ -272,24 +273,24 @@ TEST_CASE("one box that cannot be loaded is an error with its reason; the others
         [](const std::string& path, int) {
             return path == path_of(kKeys[0]) ? problem(500) : single(path);
         });
-    const Outcomes got = ask(*served.world);
+    const Outcomes got = boxes_of(*served.world);
     CHECK(got.count == 4);
     CHECK_THAT(got.failure(kKeys[0]),
                contains("HTTP status 500, not today; given up after 3 tries"));
     for (std::size_t i = 1; i < kKeys.size(); ++i)
         CHECK(got.good(kKeys[i]));
-    CHECK(served.server.asked(kBatch) == 1);
+    CHECK(served.server.requests(kBatch) == 1);
 }
 
 TEST_CASE(
-    "a server that knows no batches, or is busy with others, is not asked for the next one at once",
+    "a server that knows no batches, or is busy with others, is not sent the next one at once",
     "[raytracer][remote][batch]") {
     const int status = GENERATE(404, 405, 401, 503, 500);
     INFO(status);
     Served served([&](const Keys&, int) { return problem(status); });
     for (int round = 0; round < 3; ++round)
-        CHECK(ask(*served.world).count == 4);
-    CHECK(served.server.asked(kBatch) == 1);
+        CHECK(boxes_of(*served.world).count == 4);
+    CHECK(served.server.requests(kBatch) == 1);
     CHECK(served.singles() == 12);
 }
 
@@ -305,16 +306,16 @@ TEST_CASE("no server holds boxes for ever", "[raytracer][remote][batch]") {
     DYNAMIC_SECTION(c.name) {
         SECTION("and what it does not send in a batch comes alone") {
             Served served([&](const Keys&, int) { return c.bad; }, 2s);
-            const Outcomes got = ask(*served.world);
+            const Outcomes got = boxes_of(*served.world);
             for (const auto& key : kKeys)
                 CHECK(got.good(key));
-            CHECK(served.server.asked(kBatch) >= 1);
+            CHECK(served.server.requests(kBatch) >= 1);
         }
         SECTION("or not at all") {
             Served served([&](const Keys&, int) { return c.bad; }, 1s,
                           [&](const std::string&, int) { return c.bad; });
             const Keys two(kKeys.begin(), kKeys.begin() + 2);  // each takes its whole timeout
-            const Outcomes got = ask(*served.world, two);
+            const Outcomes got = boxes_of(*served.world, two);
             CHECK(got.count == 2);
             for (const auto& key : two)
                 CHECK_THAT(got.failure(key), contains("given up"));
@@ -322,8 +323,9 @@ TEST_CASE("no server holds boxes for ever", "[raytracer][remote][batch]") {
     }
 }
 
-TEST_CASE("stop ends a batch at once, and all its boxes say so", "[raytracer][remote][batch]") {
-    Deed drip = good_batch(kKeys), cut = good_batch(kKeys);
+TEST_CASE("stop ends a batch at once, and all its boxes report it", "[raytracer][remote][batch]") {
+    Deed drip = good_batch(kKeys);
+    Deed cut = good_batch(kKeys);
     drip.drip = 100ms;
     cut.lost = cut.body.size();
     struct Case {
@@ -338,10 +340,10 @@ TEST_CASE("stop ends a batch at once, and all its boxes say so", "[raytracer][re
         Served served([&](const Keys&, int) { return c.bad; }, 1h,
                       [](const std::string&, int) { return Deed{.silent = true}; },
                       &remote::RetryClock::steady());
-        auto waiting = std::async(std::launch::async, [&] { return ask(*served.world); });
+        auto waiting = std::async(std::launch::async, [&] { return boxes_of(*served.world); });
         // In the middle: the request is out, and what is to come of it has begun to.
         REQUIRE(test::eventually([&] {
-            return c.bad.silent ? served.server.asked(kBatch) > 0
+            return c.bad.silent ? served.server.requests(kBatch) > 0
                                 : served.server.sent_bytes(kBatch) > 0;
         }));
         served.world->stop();
@@ -350,15 +352,14 @@ TEST_CASE("stop ends a batch at once, and all its boxes say so", "[raytracer][re
         CHECK(got.count == 4);
         for (const auto& key : kKeys)
             CHECK_THAT(got.failure(key), contains("stopped"));
-        const int asked = served.server.asked(kBatch);
-        CHECK_THAT(ask(*served.world).failure(kKeys[3]), contains("stopped"));
-        CHECK(served.server.asked(kBatch) == asked);
+        const int requests = served.server.requests(kBatch);
+        CHECK_THAT(boxes_of(*served.world).failure(kKeys[3]), contains("stopped"));
+        CHECK(served.server.requests(kBatch) == requests);
     }
 }
 
-TEST_CASE(
-    "a server of which nothing has come for long is not asked for batches, until something comes",
-    "[raytracer][remote][batch]") {
+TEST_CASE("a server that has sent nothing for long gets no batch requests until it sends a reply",
+          "[raytracer][remote][batch]") {
     std::atomic<bool> back{false};
     Served served(
         [&](const Keys& keys, int) {
@@ -368,19 +369,20 @@ TEST_CASE(
         [&](const std::string& path, int) {
             return back ? single(path) : Deed{.type = "text/html", .body = "moved"};
         });
-    std::vector<std::future<Outcomes>> asking;
+    std::vector<std::future<Outcomes>> requests_running;
     for (int i = 0; i < 4; ++i)
-        asking.push_back(std::async(std::launch::async, [&] { return ask(*served.world); }));
-    for (auto& one : asking)
+        requests_running.push_back(
+            std::async(std::launch::async, [&] { return boxes_of(*served.world); }));
+    for (auto& one : requests_running)
         CHECK(one.get().count == 4);
-    const int asked = served.server.asked(kBatch);
-    CHECK(ask(*served.world).count == 4);
-    CHECK(served.server.asked(kBatch) == asked);
+    const int requests = served.server.requests(kBatch);
+    CHECK(boxes_of(*served.world).count == 4);
+    CHECK(served.server.requests(kBatch) == requests);
     back = true;
-    CHECK(ask(*served.world).good(kKeys[0]));
-    CHECK(served.server.asked(kBatch) == asked);
-    CHECK(ask(*served.world).good(kKeys[0]));
-    CHECK(served.server.asked(kBatch) == asked + 1);
+    CHECK(boxes_of(*served.world).good(kKeys[0]));
+    CHECK(served.server.requests(kBatch) == requests);
+    CHECK(boxes_of(*served.world).good(kKeys[0]));
+    CHECK(served.server.requests(kBatch) == requests + 1);
 }
 
 TEST_CASE("batches of many threads give each its own boxes", "[raytracer][remote][batch]") {
@@ -390,10 +392,11 @@ TEST_CASE("batches of many threads give each its own boxes", "[raytracer][remote
             deed.lost = 200;
         return deed;
     });
-    std::vector<std::future<Outcomes>> asking;
+    std::vector<std::future<Outcomes>> requests_running;
     for (int i = 0; i < 12; ++i)
-        asking.push_back(std::async(std::launch::async, [&] { return ask(*served.world); }));
-    for (auto& one : asking) {
+        requests_running.push_back(
+            std::async(std::launch::async, [&] { return boxes_of(*served.world); }));
+    for (auto& one : requests_running) {
         const Outcomes got = one.get();
         CHECK(got.count == 4);
         for (const auto& key : kKeys)

@@ -76,8 +76,11 @@ bool given_up(voxel::World& world, int bx) {
 }  // namespace
 
 TEST_CASE("a box that comes at last is the box, whatever came before it", "[raytracer][remote]") {
-    Deed late = good_box(), cut = good_box(), other_type = good_box(), other_coding = good_box(),
-         stripped = good_box();
+    Deed late = good_box();
+    Deed cut = good_box();
+    Deed other_type = good_box();
+    Deed other_coding = good_box();
+    Deed stripped = good_box();
     late.late = 300ms;
     cut.lost = cut.body.size() / 2;
     other_type.type = "text/html";
@@ -103,7 +106,7 @@ TEST_CASE("a box that comes at last is the box, whatever came before it", "[rayt
         {"an empty body", {.type = voxel::kBoxMediaType}, 2},
         {"cut short", cut, 3},
         {"a page instead of a box", other_type, 2},
-        {"a coding that nobody asked for", other_coding, 1},
+        {"a coding that was not requested", other_coding, 1},
         {"a packed box that says it is not", stripped, 1},
         {"a wait in the past", problem(503, "Retry-After: Sat, 01 Jan 2000 00:00:00 GMT\r\n"), 2},
         {"a senseless wait", problem(503, "Retry-After: -99999999999999999999\r\n"), 1},
@@ -113,8 +116,8 @@ TEST_CASE("a box that comes at last is the box, whatever came before it", "[rayt
         const auto box = mended.world->box(kKey);
         REQUIRE(box);
         CHECK((bytes_of(box->blob()) == bytes_of(box_of(kKey)->blob())));
-        // A late box is a good one: it is not asked for again.
-        CHECK(mended.server.asked(kPath) == (c.bad.late > 0ms ? 1 : c.times + 1));
+        // A late box is a good one: it is not requested again.
+        CHECK(mended.server.requests(kPath) == (c.bad.late > 0ms ? 1 : c.times + 1));
         CHECK((mended.waits.skipped() > 0ms) == (c.times > 0 && c.bad.late == 0ms));
         if (c.bad.headers == "Retry-After: 7\r\n")
             CHECK(mended.waits.skipped() >= 2 * 7s);
@@ -128,13 +131,13 @@ TEST_CASE("an answer is taken as it is, at the first try", "[raytracer][remote]"
     CHECK_THROWS_WITH(
         mended.world->box(kKey),
         contains("HTTP status " + std::to_string(status) + ", not today") && contains(kPath));
-    CHECK(mended.server.asked(kPath) == 1);
+    CHECK(mended.server.requests(kPath) == 1);
 }
 
 TEST_CASE("air is an answer", "[raytracer][remote]") {
     Mended mended({.status = 204}, 1);
     CHECK(mended.world->box(kKey) == nullptr);
-    CHECK(mended.server.asked(kPath) == 1);
+    CHECK(mended.server.requests(kPath) == 1);
 }
 
 TEST_CASE("what never mends is an error after a few tries, with its reason",
@@ -154,7 +157,7 @@ TEST_CASE("what never mends is an error after a few tries, with its reason",
     DYNAMIC_SECTION(c.name) {
         Mended mended(c.bad, 1000);
         CHECK_THROWS_AS(mended.world->box(kKey), util::Error);
-        CHECK(mended.server.asked(kPath) == c.tries);
+        CHECK(mended.server.requests(kPath) == c.tries);
         CHECK_THROWS_WITH(
             mended.world->box(kKey),
             contains(c.said) && contains("given up after " + std::to_string(c.tries) + " tries"));
@@ -162,7 +165,8 @@ TEST_CASE("what never mends is an error after a few tries, with its reason",
 }
 
 TEST_CASE("no server holds a box longer than its timeout", "[raytracer][remote]") {
-    Deed drip = good_box(), slow_head = problem(503, "Retry-After: 1\r\n");
+    Deed drip = good_box();
+    Deed slow_head = problem(503, "Retry-After: 1\r\n");
     drip.drip = 1000ms;
     slow_head.late = 900ms;
     struct Case {
@@ -183,7 +187,7 @@ TEST_CASE("no server holds a box longer than its timeout", "[raytracer][remote]"
         // Without the limit it would go on for longer than this test may take.
         CHECK_THROWS_WITH(mended.world->box(kKey),
                           contains("given up after") && contains("timeout 2 s"));
-        CHECK(mended.server.asked(kPath) >= 1);
+        CHECK(mended.server.requests(kPath) >= 1);
     }
 }
 
@@ -204,7 +208,7 @@ TEST_CASE("stop ends a request and a wait at once, and all later ones", "[raytra
         auto waiting = std::async(std::launch::async, [&] { return stuck.world->box(kKey); });
         // In the middle: the request is out, and what is to come of it has begun to.
         REQUIRE(test::eventually([&] {
-            return c.bad.silent ? stuck.server.asked(kPath) > 0
+            return c.bad.silent ? stuck.server.requests(kPath) > 0
                                 : stuck.server.sent_bytes(kPath) > 0;
         }));
         stuck.world->stop();
@@ -213,8 +217,8 @@ TEST_CASE("stop ends a request and a wait at once, and all later ones", "[raytra
         CHECK_THROWS_WITH(waiting.get(), contains("stopped"));
         CHECK_THROWS_WITH(stuck.world->box({0, 0, 0, 0}), contains("stopped"));
         CHECK_THROWS_WITH(stuck.world->column(0, 0, 0), contains("stopped"));
-        CHECK(stuck.server.asked(kPath) == 1);
-        CHECK(stuck.server.asked("/v2/boxes/0/0/0/0") == 0);
+        CHECK(stuck.server.requests(kPath) == 1);
+        CHECK(stuck.server.requests("/v2/boxes/0/0/0/0") == 0);
     }
 }
 
@@ -231,7 +235,7 @@ TEST_CASE("opening ends when it is to stop, of a server and of an archive elsewh
         return worlds::remote_archive(server.url() + "/a.tvx", 1h, source.get_token());
     });
     REQUIRE(test::eventually(
-        [&] { return server.asked("/v2/world") > 0 && server.asked("/a.tvx") > 0; }));
+        [&] { return server.requests("/v2/world") > 0 && server.requests("/a.tvx") > 0; }));
     source.request_stop();
     REQUIRE(world.wait_for(test::kHangs) == std::future_status::ready);
     REQUIRE(archive.wait_for(test::kHangs) == std::future_status::ready);
@@ -245,11 +249,11 @@ TEST_CASE("stop ends all of many requests", "[raytracer][remote]") {
     for (int i = 0; i < 12; ++i)
         waiting.push_back(
             std::async(std::launch::async, [&stuck, i] { return given_up(*stuck.world, i); }));
-    const auto is_asked = [&](int i) {
-        return stuck.server.asked("/v2/boxes/0/" + std::to_string(i) + "/0/0") > 0;
+    const auto is_requested = [&](int i) {
+        return stuck.server.requests("/v2/boxes/0/" + std::to_string(i) + "/0/0") > 0;
     };
     for (int i = 0; i < 12; ++i)
-        REQUIRE(test::eventually([&] { return is_asked(i); }));
+        REQUIRE(test::eventually([&] { return is_requested(i); }));
     stuck.world->stop();
     for (auto& one : waiting) {
         CHECK(one.wait_for(test::kHangs) == std::future_status::ready);
@@ -268,23 +272,23 @@ TEST_CASE("when nothing comes for many boxes, the rest are given up sooner, unti
     // Waits that 16 threads skip are time for each of them.
     const auto world = remote::open_remote_world(server.url(), times, 1h, {}, {}, waits);
     const auto path = [](int i) { return "/v2/boxes/0/" + std::to_string(i) + "/0/0"; };
-    std::vector<std::future<bool>> asking;
+    std::vector<std::future<bool>> requests_running;
     for (int i = 0; i < 16; ++i)
-        asking.push_back(
+        requests_running.push_back(
             std::async(std::launch::async, [&world, i] { return given_up(*world, i); }));
-    for (auto& one : asking)
+    for (auto& one : requests_running)
         CHECK(one.get());
-    CHECK(server.asked(path(0)) == 4);
+    CHECK(server.requests(path(0)) == 4);
     CHECK_THROWS_AS(world->box({0, 100, 0, 0}), util::Error);
-    CHECK(server.asked(path(100)) == 1);
+    CHECK(server.requests(path(100)) == 1);
     back = true;
     CHECK_THROWS_WITH(world->box({0, 101, 0, 0}), contains("404"));
     back = false;
     CHECK_THROWS_AS(world->box({0, 102, 0, 0}), util::Error);
-    CHECK(server.asked(path(102)) == 4);
+    CHECK(server.requests(path(102)) == 4);
 }
 
-TEST_CASE("a column is asked for again like a box", "[raytracer][remote]") {
+TEST_CASE("a column is retried like a box", "[raytracer][remote]") {
     SkippedWaits waits;
     util::StageTimes times;
     BadServer server(world_with([](const std::string&, int n) {
@@ -303,7 +307,7 @@ TEST_CASE("a column is asked for again like a box", "[raytracer][remote]") {
 TEST_CASE("a server that cannot be loaded is an error when it is opened", "[raytracer][remote]") {
     SkippedWaits waits;
     util::StageTimes times;
-    SECTION("nobody listens") {
+    SECTION("no server listens") {
         const std::string gone = BadServer([](const std::string&, int) { return Deed{}; }).url();
         CHECK_THROWS_WITH(remote::open_remote_world(gone, times, 2s, {}, {}, waits),
                           contains(gone));
@@ -316,7 +320,7 @@ TEST_CASE("a server that cannot be loaded is an error when it is opened", "[rayt
     SECTION("another thing than a voxel server") {
         BadServer server([](const std::string&, int) { return Deed{.body = "{}"}; });
         CHECK_THROWS_AS(remote::open_remote_world(server.url(), times), util::Error);
-        CHECK(server.asked("/v2/world") == 1);
+        CHECK(server.requests("/v2/world") == 1);
     }
     SECTION("busy at first") {
         BadServer server([](const std::string& path, int n) {
@@ -327,7 +331,7 @@ TEST_CASE("a server that cannot be loaded is an error when it is opened", "[rayt
     }
 }
 
-TEST_CASE("what is no address is refused before anything is asked", "[raytracer][remote]") {
+TEST_CASE("text that is no address is refused before any request", "[raytracer][remote]") {
     const std::string url =
         GENERATE("", "/", "http://", "https:///", "http://host:port", "http://host:99999",
                  "http://a b", "ftp://127.0.0.1", "file:///etc/passwd", "127.0.0.1:1");
@@ -344,7 +348,7 @@ TEST_CASE("a head without an end is cut off", "[raytracer][remote]") {
         endless.headers += "X-Header-" + std::to_string(i) + ": " + std::string(50, 'x') + "\r\n";
     Mended mended(endless, 1);
     CHECK(mended.world->box(kKey) != nullptr);
-    CHECK(mended.server.asked(kPath) == 2);
+    CHECK(mended.server.requests(kPath) == 2);
 }
 
 TEST_CASE("a server with another edition than at first ends what is made of its world",
@@ -374,6 +378,6 @@ TEST_CASE("a server with another edition than at first ends what is made of its 
         CHECK(world->edition() == c.edition);
         CHECK_THROWS_AS(world->box(kKey), voxel::ChangedError);
         CHECK_THROWS_AS(world->column(0, 3, 7), voxel::ChangedError);
-        CHECK(server.asked(kPath) == 1);  // what has changed stays so
+        CHECK(server.requests(kPath) == 1);  // what has changed stays so
     }
 }

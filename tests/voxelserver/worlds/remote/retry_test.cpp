@@ -13,23 +13,24 @@ const remote::Retry::Clock::time_point kStart{1000s};
 
 }  // namespace
 
-TEST_CASE("each trouble is tried again as often as it is worth it", "[raytracer][retry]") {
+TEST_CASE("each kind of failure is retried as often as is useful", "[raytracer][retry]") {
     struct Case {
         const char* name;
-        remote::Trouble trouble;
-        int tries, hopeless_tries;
+        remote::FailureKind kind;
+        int tries;
+        int hopeless_tries;
     };
     const auto c = GENERATE(values<Case>({
-        {"lost", remote::Trouble::kLost, 5, 1},
-        {"failed", remote::Trouble::kFailed, 3, 1},
-        {"damaged", remote::Trouble::kDamaged, 4, 1},
-        {"busy", remote::Trouble::kBusy, 1000, 1000},
+        {"lost", remote::FailureKind::kLost, 5, 1},
+        {"failed", remote::FailureKind::kFailed, 3, 1},
+        {"damaged", remote::FailureKind::kDamaged, 4, 1},
+        {"busy", remote::FailureKind::kBusy, 1000, 1000},
     }));
     DYNAMIC_SECTION(c.name) {
         for (const bool is_reachable : {true, false}) {
             remote::Retry retry(kStart, 24h, is_reachable);
             int tries = 1;
-            while (tries < 1000 && retry.wait_after(c.trouble, kStart, std::nullopt, 0.5))
+            while (tries < 1000 && retry.wait_after(c.kind, kStart, std::nullopt, 0.5))
                 ++tries;
             CHECK(tries == (is_reachable ? c.tries : c.hopeless_tries));
             CHECK(retry.tries() == (tries == 1000 ? 999 : tries));
@@ -41,9 +42,9 @@ TEST_CASE("waits grow up to a limit, and are spread", "[raytracer][retry]") {
     remote::Retry low(kStart, 24h), middle(kStart, 24h), high(kStart, 24h);
     remote::Retry::Milliseconds before{0};
     for (int i = 0; i < 20; ++i) {
-        const auto a = *low.wait_after(remote::Trouble::kBusy, kStart, std::nullopt, 0),
-                   b = *middle.wait_after(remote::Trouble::kBusy, kStart, std::nullopt, 0.5),
-                   c = *high.wait_after(remote::Trouble::kBusy, kStart, std::nullopt, 0.999);
+        const auto a = *low.wait_after(remote::FailureKind::kBusy, kStart, std::nullopt, 0);
+        const auto b = *middle.wait_after(remote::FailureKind::kBusy, kStart, std::nullopt, 0.5);
+        const auto c = *high.wait_after(remote::FailureKind::kBusy, kStart, std::nullopt, 0.999);
         CHECK(a < b);
         CHECK(b < c);
         CHECK((b > before || b == 10s));
@@ -57,7 +58,8 @@ TEST_CASE("a server's wish is heeded, within reason", "[raytracer][retry]") {
     struct Case {
         const char* name;
         std::chrono::seconds wish;
-        remote::Retry::Milliseconds least, most;
+        remote::Retry::Milliseconds least;
+        remote::Retry::Milliseconds most;
     };
     const auto c = GENERATE(values<Case>({
         {"at once", 0s, 50ms, 150ms},
@@ -70,7 +72,7 @@ TEST_CASE("a server's wish is heeded, within reason", "[raytracer][retry]") {
     DYNAMIC_SECTION(c.name) {
         for (const double chance : {0.0, 0.3, 0.999999}) {
             remote::Retry retry(kStart, 24h);
-            const auto wait = retry.wait_after(remote::Trouble::kBusy, kStart, c.wish, chance);
+            const auto wait = retry.wait_after(remote::FailureKind::kBusy, kStart, c.wish, chance);
             REQUIRE(wait);
             CHECK(*wait >= c.least);
             CHECK(*wait <= c.most);
@@ -94,7 +96,7 @@ TEST_CASE("no plan outlasts its timeout", "[raytracer][retry]") {
             const auto wish = random() % 2 == 0
                                   ? std::nullopt
                                   : std::optional(std::chrono::seconds(random() % 100));
-            const auto wait = retry.wait_after(remote::Trouble::kBusy, now, wish,
+            const auto wait = retry.wait_after(remote::FailureKind::kBusy, now, wish,
                                                static_cast<double>(random() % 1000) / 1000);
             if (!wait)
                 break;

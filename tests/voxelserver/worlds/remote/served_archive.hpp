@@ -38,9 +38,9 @@ inline const std::string& archive_bytes() {
 /// @param range "FIRST-LAST"
 inline Deed part_of_archive(const std::string& range) {
     const auto dash = range.find('-');
-    const std::size_t first = std::stoull(range.substr(0, dash)),
-                      last = std::min<std::size_t>(std::stoull(range.substr(dash + 1)),
-                                                   archive_bytes().size() - 1);
+    const std::size_t first = std::stoull(range.substr(0, dash));
+    const std::size_t last =
+        std::min<std::size_t>(std::stoull(range.substr(dash + 1)), archive_bytes().size() - 1);
     return {.status = 206,
             .type = "application/octet-stream",
             .body = archive_bytes().substr(first, last - first + 1)};

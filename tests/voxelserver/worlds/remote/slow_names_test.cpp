@@ -82,7 +82,7 @@ extern "C" int getaddrinfo(const char* node, const char* service, const addrinfo
     return real(node, service, hints, found);
 }
 
-TEST_CASE("a call that nothing interrupts is left behind by who is asked to stop",
+TEST_CASE("an uninterruptible call is left behind when a stop is requested",
           "[raytracer][world][names]") {
     std::stop_source stop;
     SECTION("it ends in time") {
@@ -95,23 +95,23 @@ TEST_CASE("a call that nothing interrupts is left behind by who is asked to stop
     }
     SECTION("it does not end") {
         const LetThrough after;
-        auto asked = std::async(std::launch::async, [&] {
+        auto result = std::async(std::launch::async, [&] {
             return thread::call_until_stopped([] { return gate().pass(), 7; }, stop.get_token());
         });
         gate().wait_for_one();
         stop.request_stop();
-        CHECK(asked.get() == std::nullopt);
+        CHECK(result.get() == std::nullopt);
         CHECK(gate().holds_one());
     }
 }
 
-TEST_CASE("who is asked to stop does not wait for the name service", "[raytracer][world][names]") {
+TEST_CASE("a stop request does not wait for the name service", "[raytracer][world][names]") {
     std::stop_source stop;
     remote::HttpClient client;
     const std::string url = "http://" + std::string(kSlowHost) + ":9";
     struct Case {
         const char* name;
-        std::function<void()> ask;
+        std::function<void()> call;
     };
     const auto c = GENERATE_REF(values<Case>({
         {"look-up",
@@ -120,23 +120,23 @@ TEST_CASE("who is asked to stop does not wait for the name service", "[raytracer
     }));
     DYNAMIC_SECTION(c.name) {
         const LetThrough after;
-        auto asked = std::async(std::launch::async, c.ask);
+        auto result = std::async(std::launch::async, c.call);
         gate().wait_for_one();
         stop.request_stop();
         client.stop();
-        CHECK_THROWS_WITH(asked.get(), contains(std::string(kSlowHost)) && contains("stopped"));
+        CHECK_THROWS_WITH(result.get(), contains(std::string(kSlowHost)) && contains("stopped"));
         CHECK(gate().holds_one());
     }
 }
 
 TEST_CASE("a name that the name service gives up on is a name that leads nowhere",
           "[raytracer][world][names]") {
-    auto asked = std::async(std::launch::async, [] {
+    auto result = std::async(std::launch::async, [] {
         return remote::ranges_of_host(remote::HttpOrigin::of("http://" + std::string(kSlowHost)));
     });
     gate().wait_for_one();
     gate().let_through();
-    CHECK(asked.get().empty());
+    CHECK(result.get().empty());
     CHECK(remote::ranges_of_host(remote::HttpOrigin::of("http://127.0.0.1:9"))
               .holds(remote::AddressRange::kLoopback));
 }

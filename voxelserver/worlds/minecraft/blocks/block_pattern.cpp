@@ -138,7 +138,10 @@ std::size_t own_letters(std::string_view pattern) noexcept {
 
 bool fits(std::string_view pattern, std::string_view name) noexcept {
     // Greedy: only the last star needs backtracking.
-    std::size_t p = 0, n = 0, star = std::string_view::npos, from = 0;
+    std::size_t p = 0;
+    std::size_t n = 0;
+    std::size_t star = std::string_view::npos;
+    std::size_t from = 0;
     while (n < name.size()) {
         if (p < pattern.size() && pattern[p] == '*') {
             star = p++;

@@ -15,7 +15,8 @@ namespace terravox::minecraft {
 
 /// A property of a block: `lit` = `true`.
 struct Property {
-    std::string_view name, value;
+    std::string_view name;
+    std::string_view value;
 };
 using Properties = std::span<const Property>;
 

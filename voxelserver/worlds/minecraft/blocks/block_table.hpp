@@ -76,7 +76,8 @@ private:
     };
     template <class Value>
     using ByName = std::unordered_map<std::string, Value, TextHash, std::equal_to<>>;
-    static constexpr int kNumbers = 256, kData = 16;
+    static constexpr int kNumbers = 256;
+    static constexpr int kData = 16;
 
     [[nodiscard]] BlockAppearance appearance_of(std::string_view name, Properties properties) const;
     [[nodiscard]] BlockAppearance chosen(const Candidate& candidate, Properties properties) const;

@@ -85,7 +85,8 @@ private:
         if (words == nullptr)
             return;
         for (const auto& [key, node] : table_of("words", *words)) {
-            const std::string name(key.str()), where = "[words] " + name;
+            const std::string name(key.str());
+            const std::string where = "[words] " + name;
             auto& list = m_words[name];
             if (const auto* texts = node.as_array()) {
                 for (const auto& text : *texts)
@@ -265,7 +266,8 @@ private:
     }
 
     static constexpr std::size_t kMaxEntries = 50'000;
-    const std::filesystem::path m_blocks, m_old;
+    const std::filesystem::path m_blocks;
+    const std::filesystem::path m_old;
     const std::filesystem::path* m_file = nullptr;
     Words m_words;
     std::size_t m_entries = 0;

@@ -51,7 +51,8 @@ TEST_CASE(
     "pots",
     "[minecraft][blocks]") {
     std::ifstream table(kShipped / "blocks.toml");
-    std::string line, text;
+    std::string line;
+    std::string text;
     while (std::getline(table, line))
         if (line.substr(0, line.find(" = ")).find('*') == std::string::npos ||
             line.rfind("\"potted_", 0) == 0)
@@ -60,7 +61,9 @@ TEST_CASE(
     const BlockTable without_stars = BlockTable::load(folder.path);
 
     std::ifstream in(fs::path(TERRAVOX_SOURCE_DIR) / "tests/fixtures/minecraft/block_names.txt");
-    std::string name, unknown, starred;
+    std::string name;
+    std::string unknown;
+    std::string starred;
     int count = 0;
     while (std::getline(in, name)) {
         ++count;
@@ -179,7 +182,8 @@ TEST_CASE("blocks have the material that they look like", "[minecraft][blocks]")
 
 TEST_CASE("old names and numbers mean what they meant", "[minecraft][blocks]") {
     struct Case {
-        int id, data;
+        int id;
+        int data;
         const char* name;
     };
     const auto c = GENERATE(values<Case>({
@@ -363,7 +367,8 @@ TEST_CASE("stars fit as the plain way of trying all cuts does", "[minecraft][blo
     };
     std::mt19937 random(7);
     for (int i = 0; i < 20000; ++i) {
-        std::string pattern, name;
+        std::string pattern;
+        std::string name;
         for (auto n = random() % 7; n > 0; --n)
             pattern += "ab*"[random() % 3];
         for (auto n = random() % 9; n > 0; --n)

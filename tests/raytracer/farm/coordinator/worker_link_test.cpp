@@ -1,0 +1,99 @@
+#include "raytracer/farm/coordinator/worker_link.hpp"
+
+#include <chrono>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <utility>
+
+#include "tests/catch.hpp"
+#include "tests/raytracer/array_world.hpp"
+
+using namespace terravox;
+
+namespace {
+
+constexpr std::uint64_t kSecond_ns = 1'000'000'000;
+
+/// A coordinator's link whose other end the test holds. The frames of the worker are sent before
+/// run() reads them, on the same thread.
+class LinkBench {
+public:
+    LinkBench() {
+        auto [near, far] = net::link_pair();
+        m_far = std::move(far);
+        m_link = std::make_unique<farm::WorkerLink>(std::move(near), farm::Hello{}, m_supplier,
+                                                    farm::WorkerLink::Reported{});
+    }
+    farm::WorkerLink& link() { return *m_link; }
+    /// Sends a ping.
+    /// @return its stamp, as the worker reads it
+    std::uint64_t ping() {
+        m_link->ping();
+        const std::optional<farm::Frame> frame = m_far->receive();
+        REQUIRE(frame);
+        REQUIRE(frame->has_ping());
+        return frame->ping().stamp();
+    }
+    void pong(std::uint64_t stamp) {
+        farm::Frame frame;
+        frame.mutable_pong()->set_stamp(stamp);
+        CHECK(m_far->send(std::move(frame)));
+    }
+    /// Reads all that the worker has sent, and a goodbye.
+    void run() {
+        farm::Frame frame;
+        frame.mutable_bye()->set_reason("the test has finished");
+        CHECK(m_far->send(std::move(frame)));
+        CHECK(m_link->run() == "it left");
+        CHECK_FALSE(m_link->misbehaved());
+    }
+
+private:
+    test::ArrayWorld m_world{{0, 0, 0}, {8, 8, 8}};
+    blocks::BlockManager m_blocks{m_world, std::size_t{1} << 20};
+    farm::BoxSupplier m_supplier{m_blocks, 7, std::size_t{1} << 20, 1};
+    std::unique_ptr<net::Link> m_far;
+    std::unique_ptr<farm::WorkerLink> m_link;
+};
+
+}  // namespace
+
+TEST_CASE("a pong that answers no ping of the link gives no latency", "[raytracer][farm]") {
+    struct Case {
+        const char* name;
+        std::uint64_t age_ns;
+    };
+    const auto c = GENERATE(values<Case>({
+        {"of a moment ago", 1'000},
+        {"of ten seconds ago", 10 * kSecond_ns},
+        {"of fifty minutes ago", 3'000 * kSecond_ns},
+    }));
+    DYNAMIC_SECTION(c.name) {
+        LinkBench without_ping;
+        const auto now = std::chrono::steady_clock::now().time_since_epoch().count();
+        without_ping.pong(static_cast<std::uint64_t>(now) - c.age_ns);
+        without_ping.run();
+        CHECK(without_ping.link().latency_s() == 0);
+
+        LinkBench with_ping;
+        with_ping.pong(with_ping.ping() - c.age_ns);
+        with_ping.run();
+        CHECK(with_ping.link().latency_s() == 0);
+    }
+}
+
+TEST_CASE("a pong that echoes a ping gives the latency, on its own link only",
+          "[raytracer][farm]") {
+    LinkBench bench;
+    const std::uint64_t stamp = bench.ping();
+    bench.pong(stamp);
+    bench.run();
+    const double latency_s = bench.link().latency_s();
+    CHECK(latency_s > 0);
+
+    LinkBench other;
+    other.pong(stamp);  // of another link
+    other.run();
+    CHECK(other.link().latency_s() == 0);
+}

@@ -1,0 +1,58 @@
+#include "voxelserver/export/formats/formats.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+
+#include "common/util/error.hpp"
+#include "voxelserver/export/anvil/anvil_format.hpp"
+#include "voxelserver/export/archive/archive_format.hpp"
+#include "voxelserver/export/mesh/mesh_formats.hpp"
+#include "voxelserver/export/vdb/vdb_format.hpp"
+#include "voxelserver/export/vox/vox_format.hpp"
+
+namespace terravox::exports {
+namespace {
+
+std::string lower_case(std::string text) {
+    std::transform(text.begin(), text.end(), text.begin(),
+                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    return text;
+}
+
+}  // namespace
+
+std::span<const Format* const> formats() noexcept {
+    static constexpr std::array<const Format*, 6> kFormats{
+        &kArchiveFormat, &anvil::kAnvilFormat, &kVoxFormat, &kVdbFormat, &kGlbFormat, &kPlyFormat,
+    };
+    return kFormats;
+}
+
+std::string allowed_formats() {
+    std::string out;
+    for (const Format* const format : formats()) {
+        const bool is_folder = format->extension.empty();
+        out += out.empty() ? "" : ", ";
+        out += format->name;
+        out += " (";
+        out += is_folder ? "a folder: a Minecraft world" : format->extension;
+        out += ")";
+    }
+    return out;
+}
+
+const Format& format_of(const std::string& name, const std::filesystem::path& out) {
+    const std::string extension = lower_case(out.extension().string());
+    for (const Format* const format : formats()) {
+        if (name.empty() ? format->extension == extension : format->name == name)
+            return *format;
+    }
+    if (name.empty()) {
+        throw util::UsageError("convert to " + out.string() + ": it ends in '" + extension +
+                               "'; allowed: " + allowed_formats() + ", or say which with --to");
+    }
+    throw util::UsageError("convert: --to " + name + "; allowed: " + allowed_formats());
+}
+
+}  // namespace terravox::exports
