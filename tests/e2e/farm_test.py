@@ -107,6 +107,14 @@ class Farm(unittest.TestCase):
         hands = json.loads((self.out / "report.json").read_text())["farm"]["processors"]
         self.assertEqual(sorted(h["kind"] for h in hands), ["socket", "socket", "threads"])
 
+    def status(self, address):
+        """@return what a coordinator or worker reports of itself"""
+        done = Run(
+            [binary("RAYTRACER"), "farm", "status", address, "--json"], environment=ENVIRONMENT
+        )
+        self.assertEqual(done.code, 0, done)
+        return json.loads(done.out)[0]
+
     def test_workers_that_join(self):
         token = self.out / "token"
         token.write_text(TOKEN + "\n")
@@ -123,6 +131,9 @@ class Farm(unittest.TestCase):
             environment=bare,
         )
         address = "127.0.0.1:" + coordinator.saw(r"on port (\d+)").group(1)
+        # Before any worker has joined: the picture cannot end meanwhile.
+        shown = self.status(address)
+        self.assertEqual((shown["role"], shown["members"]), ("coordinator", []))
         workers = [
             self.program(
                 "worker",
@@ -137,13 +148,6 @@ class Farm(unittest.TestCase):
             )
             for _ in range(2)
         ]
-        workers[0].saw("works for")
-        status = Run(
-            [binary("RAYTRACER"), "farm", "status", address, "--json"], environment=ENVIRONMENT
-        )
-        self.assertEqual(status.code, 0, status)
-        shown = json.loads(status.out)[0]
-        self.assertEqual((shown["role"], shown["tiles_total"]), ("coordinator", 144))
         self.check(coordinator, "join.png")
         for worker in workers:
             self.assertEqual(worker.end(), 0, worker.log())
@@ -416,11 +420,7 @@ class Farm(unittest.TestCase):
 
     def test_paused_and_resumed(self):
         def state(address):
-            status = Run(
-                [binary("RAYTRACER"), "farm", "status", address, "--json"], environment=ENVIRONMENT
-            )
-            self.assertEqual(status.code, 0, status)
-            members = json.loads(status.out)[0]["members"]
+            members = self.status(address)["members"]
             return members[0]["state"] if members else "not there yet"
 
         def control(what, address, *more):
