@@ -3,7 +3,7 @@
 #include "common/util/program.hpp"
 #include "common/util/version.hpp"
 #ifdef TERRAVOX_PREVIEW
-#include "raytracer/commands/preview_command.hpp"
+#include "raytracer/commands/preview/preview_command.hpp"
 #endif
 #include "raytracer/commands/animate_command.hpp"
 #include "raytracer/commands/cluster/cluster_command.hpp"

@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
 """Which folder includes which, and what its namespace is: config/layers.toml says what is allowed.
 
-Each include that is not allowed is named, and each namespace that no folder of its file has.
+Each include that is not allowed is named, each namespace that no folder of its file has, and each
+library of a CMakeLists.txt that links more or less than its sources include.
 
 python3 tests/layers_test.py           # checks; exit code 1 and one line for each offence
 python3 tests/layers_test.py --lines   # prints the lines of each folder, and shares of houses
@@ -19,6 +20,9 @@ import unittest
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 LAYERS = pathlib.Path("config", "layers.toml")
 HOUSES = ("common", "voxelserver", "raytracer")  # a house includes itself and those before it
+LIBRARY = re.compile(r"\bterravox_library\(\s*(\w+)([^()]*)\)")
+LIBRARY_KEYWORDS = {"SOURCES", "PUBLIC", "PRIVATE"}
+ALIAS = re.compile(r"\badd_library\(terravox::(\w+) ALIAS")
 INCLUDE = re.compile(r'^\s*#\s*include\s+(?:"([^"]+)"|<([^>]+)>)', re.MULTILINE)
 NAMESPACE = re.compile(r"^(?:inline )?namespace (terravox[\w:]*) \{$(?P<body>.*?)^\}", re.M | re.S)
 DECLARATIONS = re.compile(r"(\s*(class|struct|enum class) [^;{]*;)+\s*")
@@ -58,6 +62,39 @@ class Code:
 
 def folder_of(file):
     return file.rpartition("/")[0]
+
+
+class Libraries:
+    """The libraries of the three houses' CMakeLists.txt, and what each folder's own ones link."""
+
+    def __init__(self, root):
+        self.folder_of_library = {}
+        self.sources = {}  # of a library, in the order of its list
+        self.linked = {}  # of a folder: {"PUBLIC": names, "PRIVATE": names}
+        for house in HOUSES:
+            for file in sorted((root / house).rglob("CMakeLists.txt")):
+                if "node_modules" not in file.parts:
+                    text = re.sub("#.*", "", file.read_text(encoding="utf-8"))
+                    self._take(file.parent.relative_to(root).as_posix(), text)
+
+    def _take(self, folder, text):
+        for name in ALIAS.findall(text):
+            self.folder_of_library[name] = folder
+        for name, arguments in LIBRARY.findall(text):
+            self.folder_of_library[name] = folder
+            linked = self.linked.setdefault(folder, {"PUBLIC": set(), "PRIVATE": set()})
+            keyword = None
+            for word in arguments.split():
+                if word in LIBRARY_KEYWORDS:
+                    keyword = word
+                elif keyword == "SOURCES":
+                    self.sources.setdefault(name, []).append(word)
+                elif keyword in linked and word.startswith("terravox::"):
+                    linked[keyword].add(word.removeprefix("terravox::"))
+
+    def folders(self, folder, keyword):
+        names = self.linked[folder][keyword]
+        return {self.folder_of_library.get(name, f"terravox::{name}") for name in names} - {folder}
 
 
 def wrong_includes(code, layers):
@@ -150,13 +187,65 @@ def problems(root):
     code = Code(root)
     layers = tomllib.loads((root / LAYERS).read_text(encoding="utf-8"))
     namespaces = layers.pop("namespaces", {})
+    libraries = Libraries(root)
     return [
         *wrong_includes(code, layers),
         *wrong_rows(code, layers),
         *circles_of_files(code),
         *network_in_common(code),
         *wrong_namespaces(code, namespaces),
+        *wrong_links(code, libraries),
+        *unsorted_sources(libraries),
+        *includes_of_tests(root),
     ]
+
+
+def wrong_links(code, libraries):
+    """One line for each folder that a library includes but does not link, links but does not
+    include, or links as PRIVATE (PUBLIC) though a header (only a source) includes it."""
+    included = {folder: (set(), set()) for folder in libraries.linked}  # by headers, by sources
+    for file, names in code.files.items():
+        own = folder_of(file)
+        if own in included:
+            by_header, by_source = included[own]
+            (by_header if file.endswith(".hpp") else by_source).update(
+                folder_of(name) for name in names if folder_of(name) != own
+            )
+    wrong = []
+    for folder, (by_header, by_source) in included.items():
+        public, private = (libraries.folders(folder, k) for k in ("PUBLIC", "PRIVATE"))
+        own = f"{folder}/CMakeLists.txt:"
+        wanted = by_header | by_source
+        wrong += [f"{own} does not link {f}" for f in sorted(wanted - public - private)]
+        wrong += [f"{own} links {f}, which is not included" for f in sorted(public - wanted)]
+        wrong += [f"{own} links {f}, which is not included" for f in sorted(private - wanted)]
+        wrong += [f"{own} {f} is PUBLIC: a header includes it" for f in sorted(private & by_header)]
+        wrong += [
+            f"{own} {f} is PRIVATE: no header includes it"
+            for f in sorted(public & (wanted - by_header))
+        ]
+    return wrong
+
+
+def unsorted_sources(libraries):
+    return [
+        f"{libraries.folder_of_library[name]}/CMakeLists.txt: the sources of {name} are not sorted"
+        for name, sources in libraries.sources.items()
+        if sources != sorted(sources)
+    ]
+
+
+def includes_of_tests(root):
+    """What tests of a house may not include: houses below it."""
+    wrong = []
+    for i, house in enumerate(HOUSES):
+        for file in sorted((root / "tests" / house).rglob("*.[ch]pp")):
+            for own, _ in INCLUDE.findall(file.read_text(encoding="utf-8")):
+                parts = own.removeprefix("tests/").split("/")
+                if parts[0] in HOUSES[i + 1 :]:
+                    name = file.relative_to(root).as_posix()
+                    wrong.append(f"{name}: includes {own}; tests of {house} may not")
+    return wrong
 
 
 def print_lines(root):
@@ -248,6 +337,52 @@ class TheCheckItself(unittest.TestCase):
                 {a: '#include "common/a/e.hpp"\n', "common/a/e.hpp": f'#include "{a}"\n'},
                 '"common/a" = []\n',
                 "a circle of includes",
+            ),
+            "a folder that is not linked": (
+                {
+                    a: "",
+                    b: f'#include "{a}"\n',
+                    "common/a/CMakeLists.txt": "terravox_library(a)\n",
+                    "voxelserver/b/CMakeLists.txt": "terravox_library(b)  # terravox::a\n",
+                },
+                good,
+                "voxelserver/b/CMakeLists.txt: does not link common/a",
+            ),
+            "a link that nothing needs": (
+                {a: "", "common/a/CMakeLists.txt": "terravox_library(a PUBLIC terravox::b)\n"},
+                '"common/a" = []\n',
+                "common/a/CMakeLists.txt: links terravox::b, which is not included",
+            ),
+            "a link that headers need": (
+                {
+                    a: "",
+                    b: f'#include "{a}"\n',
+                    "common/a/CMakeLists.txt": "terravox_library(a)\n",
+                    "voxelserver/b/CMakeLists.txt": "terravox_library(b PRIVATE terravox::a)\n",
+                },
+                good,
+                "voxelserver/b/CMakeLists.txt: common/a is PUBLIC: a header includes it",
+            ),
+            "a link that only sources need": (
+                {
+                    a: "",
+                    b: "",
+                    "voxelserver/b/b.cpp": f'#include "{a}"\n',
+                    "common/a/CMakeLists.txt": "terravox_library(a)\n",
+                    "voxelserver/b/CMakeLists.txt": "terravox_library(b PUBLIC terravox::a)\n",
+                },
+                good,
+                "voxelserver/b/CMakeLists.txt: common/a is PRIVATE: no header includes it",
+            ),
+            "sources out of order": (
+                {a: "", "common/a/CMakeLists.txt": "terravox_library(a SOURCES b.cpp a.cpp)\n"},
+                '"common/a" = []\n',
+                "common/a/CMakeLists.txt: the sources of a are not sorted",
+            ),
+            "a test that includes a house below its own": (
+                {a: "", b: f'#include "{a}"\n', "tests/common/a/a_test.cpp": f'#include "{b}"\n'},
+                good,
+                "tests/common/a/a_test.cpp: includes voxelserver/b/b.hpp; tests of common may not",
             ),
             "network in common": (
                 {a: "#include <sys/socket.h>\n"},

@@ -295,7 +295,7 @@ Transform::Transform(const Crs& from, const Crs& to) : m_between(from.name() + "
     m_ogr.reset(OGRCreateCoordinateTransformation(&from.ogr(), &to.ogr()));
     if (!m_ogr)
         throw util::Error("transform coordinates from " + m_between +
-                          ": PROJ knows no way between them");
+                          ": PROJ has no transformation between them");
 }
 
 Transform::~Transform() = default;

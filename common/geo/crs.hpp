@@ -7,16 +7,12 @@
 #include <string>
 #include <vector>
 
+#include "common/geo/lat_lon.hpp"
+
 class OGRSpatialReference;
 class OGRCoordinateTransformation;
 
 namespace terravox::geo {
-
-/// A point on the ellipsoid (EPSG:4326).
-struct LatLon {
-    double lat_deg = 0;
-    double lon_deg = 0;
-};
 
 /// A coordinate reference system, built from a name, WKT or GeoTIFF keys. A value type; copying is
 /// cheap. The axis order is always easting, northing (longitude, latitude), whatever the authority

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "common/geo/crs.hpp"
+#include "common/geo/lat_lon.hpp"
 
 namespace terravox::geo {
 

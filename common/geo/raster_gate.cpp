@@ -117,7 +117,7 @@ void check_before(GDALDriver& driver, const fs::path& raster, GDALAccess access)
     // Checked here, so that sources of a mosaic and overviews in separate files are included. A
     // file that is open for writing is not complete yet.
     if (EQUAL(driver.GetDescription(), "GTiff") && access == GA_ReadOnly) {
-        if (const auto lost = lost_directory_of_tiff(raster))
+        if (const auto lost = find_lost_directory_of_tiff(raster))
             throw util::Error("cut short: " + *lost);
     }
     if (!EQUAL(driver.GetDescription(), "VRT"))
@@ -131,7 +131,7 @@ void check_opened(GDALDataset& data) {
     if (data.GetMetadataItem("OVERVIEW_FILE", "OVERVIEWS") != nullptr)
         throw util::Error("its metadata name another file for its overviews");
     if (data.GetMetadata("GEOLOCATION") != nullptr)
-        throw util::Error("its metadata name other files for its places");
+        throw util::Error("its metadata name other files for its geolocation");
 }
 
 /// A callback of GDAL. A file that the driver itself does not recognise is reported as such, so

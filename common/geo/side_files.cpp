@@ -4,6 +4,8 @@
 #include <cctype>
 #include <string>
 
+#include "common/util/letter_case.hpp"
+
 namespace terravox::geo {
 namespace {
 
@@ -13,19 +15,13 @@ std::string upper(std::string text) {
     return text;
 }
 
-std::string lower(std::string text) {
-    std::transform(text.begin(), text.end(), text.begin(),
-                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-    return text;
-}
-
 }  // namespace
 
 std::vector<std::filesystem::path> side_files(const std::filesystem::path& raster) {
     std::vector<std::string> endings{".wld", ".prj", ".tab", ".hdr"};
     // The extension of a world file is the raster's first and last letter, or all of it, followed
     // by a w.
-    if (const std::string own = lower(raster.extension().string()); own.size() > 2) {
+    if (const std::string own = util::lower_extension(raster); own.size() > 2) {
         endings.push_back(own + "w");
         endings.push_back({'.', own[1], own.back(), 'w'});
     }

@@ -12,6 +12,7 @@
 
 #include "common/geo/crs_text.hpp"
 #include "common/util/error.hpp"
+#include "common/util/letter_case.hpp"
 
 namespace terravox::geo {
 
@@ -21,13 +22,6 @@ namespace {
 
 constexpr int kMaxDepth = 4;  // a .vrt of .vrts
 constexpr std::uintmax_t kMaxText_bytes = std::uintmax_t{64} << 20;
-
-std::string lower(std::string_view text) {
-    std::string out(text);
-    std::transform(out.begin(), out.end(), out.begin(),
-                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-    return out;
-}
 
 std::string in_quotes(std::string_view text) {
     constexpr std::size_t kShown = 120;
@@ -94,7 +88,7 @@ private:
     void check(const CPLXMLNode& node, const fs::path& folder, int depth) {
         if (node.eType != CXT_Element && node.eType != CXT_Attribute)
             return;
-        const std::string name = lower(node.pszValue);
+        const std::string name = util::lower_case(node.pszValue);
         if (!is_known(name))
             throw util::Error("a virtual raster with " + in_quotes(node.pszValue) +
                               "; allowed: mosaics of files next to or below it");
@@ -143,7 +137,7 @@ private:
             return;  // its part of the image will count as damaged, and as a hole
         if (!fs::is_regular_file(status))
             refuse("is no file");
-        if (lower(source.extension().string()) == ".vrt")
+        if (util::lower_extension(source) == ".vrt")
             file(source, depth + 1);
     }
 

@@ -156,11 +156,11 @@ private:
 
 }  // namespace
 
-std::optional<std::string> lost_directory_of_tiff(const std::filesystem::path& file) {
+std::optional<std::string> find_lost_directory_of_tiff(const std::filesystem::path& file) {
     return TiffChain(file).lost();
 }
 
-std::optional<std::string> missing_of_tiff(const std::filesystem::path& file) {
+std::optional<std::string> find_missing_part_of_tiff(const std::filesystem::path& file) {
     const GdalErrorScope errors;
     const char* const drivers[] = {"GTiff", nullptr};
     const GDALDatasetUniquePtr image{

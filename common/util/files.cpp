@@ -8,6 +8,7 @@
 #include <unordered_map>
 
 #include "common/util/error.hpp"
+#include "common/util/letter_case.hpp"
 
 namespace terravox::util {
 
@@ -68,9 +69,7 @@ std::vector<fs::path> expand_folders(const std::vector<fs::path>& paths,
         }
         std::vector<fs::path> inside;
         for (const auto& entry : fs::directory_iterator(path, failed)) {
-            std::string ending = entry.path().extension().string();
-            std::transform(ending.begin(), ending.end(), ending.begin(),
-                           [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+            const std::string ending = lower_extension(entry.path());
             // Names that begin with a dot are files still being written.
             if (entry.path().filename().string().front() != '.' &&
                 std::find(endings.begin(), endings.end(), ending) != endings.end() &&

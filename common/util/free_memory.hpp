@@ -8,7 +8,7 @@ namespace terravox::util {
 
 /// Returns free pages that the allocator retains to the system, where possible: after many blocks
 /// of different sizes were freed, it may retain as much again as is in use. Takes milliseconds.
-inline void give_back_free_memory() noexcept {
+inline void trim_heap() noexcept {
 #ifdef __GLIBC__
     malloc_trim(0);
 #endif

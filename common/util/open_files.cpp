@@ -4,7 +4,7 @@
 
 namespace terravox::util {
 
-void allow_many_open_files() noexcept {
+void raise_open_file_limit() noexcept {
     rlimit limit{};
     if (::getrlimit(RLIMIT_NOFILE, &limit) != 0 || limit.rlim_cur == limit.rlim_max)
         return;

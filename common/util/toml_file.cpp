@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cstdio>
 #include <fstream>
 #include <string_view>
 
@@ -59,6 +60,26 @@ toml::table parse_toml(std::string_view text, const std::string& name,
              ")");
     }
     throw Error("read " + name + ": failed");  // reached only if `fail` has not thrown
+}
+
+std::string toml_value(const toml::node& node) {
+    constexpr std::size_t kMaxBytes = 60;
+    if (const auto* text = node.as_string()) {
+        const std::string& value = text->get();
+        return "'" + (value.size() > kMaxBytes ? value.substr(0, kMaxBytes) + "..." : value) + "'";
+    }
+    if (const auto* whole = node.as_integer())
+        return std::to_string(whole->get());
+    if (const auto* number = node.as_floating_point()) {
+        std::array<char, 32> text{};
+        std::snprintf(text.data(), text.size(), "%.15g", number->get());
+        return text.data();
+    }
+    if (const auto* flag = node.as_boolean())
+        return flag->get() ? "true" : "false";
+    if (node.is_array())
+        return "a list";
+    return node.is_table() ? "a table" : "a date or time";
 }
 
 }  // namespace terravox::util

@@ -25,4 +25,8 @@ namespace terravox::util {
 [[nodiscard]] toml::table parse_toml(std::string_view text, const std::string& name,
                                      const std::function<void(const std::string&)>& fail);
 
+/// A value for a message about it: a text in quotes, cut after 60 bytes; numbers, true and false;
+/// else its kind ("a list", "a table", "a date or time").
+[[nodiscard]] std::string toml_value(const toml::node& node);
+
 }  // namespace terravox::util

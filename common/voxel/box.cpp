@@ -29,7 +29,7 @@ static_assert(std::endian::native == std::endian::little,
               "the box format is mapped: a big-endian port needs a swap here");
 
 constexpr char kMagic[8] = {'T', 'V', 'X', 'B', 'O', 'X', '\r', '\n'};
-constexpr std::uint32_t kVersion = 1;
+constexpr std::uint32_t kBoxVersion = 1;
 // Roots, 16^3 cells and bricks of a box in which every cell has details.
 constexpr std::uint32_t kMaxCells =
     Box::kRootCount + Box::kRootCount * 64 + Box::kRootCount * 64 * 64;
@@ -89,7 +89,7 @@ std::shared_ptr<const Box> Box::from_arrays(const BoxKey& key, std::span<const T
         std::memcpy(payload + cells.size_bytes(), attrs.data(), attrs.size_bytes());
     BlobHeader header{};
     std::memcpy(header.magic, kMagic, sizeof kMagic);
-    header.version = kVersion;
+    header.version = kBoxVersion;
     header.level = key.level;
     header.bx = key.bx;
     header.by = key.by;
@@ -115,9 +115,9 @@ std::shared_ptr<const Box> Box::from_blob(std::span<const std::byte> blob,
     std::memcpy(&header, blob.data(), sizeof header);
     if (std::memcmp(header.magic, kMagic, sizeof kMagic) != 0)
         fail("not in the box format (magic bytes differ)");
-    if (header.version != kVersion)
+    if (header.version != kBoxVersion)
         fail("format version " + std::to_string(header.version) +
-             "; allowed: " + std::to_string(kVersion));
+             "; allowed: " + std::to_string(kBoxVersion));
     if (header.level < 0 || header.level > kMaxLevel)
         fail("level " + std::to_string(header.level) + "; allowed: 0 to " +
              std::to_string(kMaxLevel));

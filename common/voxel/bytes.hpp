@@ -12,7 +12,7 @@
 namespace terravox::voxel {
 
 /// XXH3 hash, 128 bits.
-[[nodiscard]] voxel::Fingerprint print_of(std::string_view bytes) noexcept;
+[[nodiscard]] voxel::Fingerprint fingerprint_of(std::string_view bytes) noexcept;
 
 /// Serialises values to consecutive bytes (little-endian, as on every supported machine), for
 /// storage or hashing. Strings and lists are preceded by their length, so that different sequences
@@ -42,7 +42,9 @@ public:
     }
     [[nodiscard]] const std::string& bytes() const noexcept { return m_bytes; }
     /// The hash of the bytes added so far.
-    [[nodiscard]] voxel::Fingerprint print() const noexcept { return print_of(m_bytes); }
+    [[nodiscard]] voxel::Fingerprint fingerprint() const noexcept {
+        return fingerprint_of(m_bytes);
+    }
 
 private:
     std::string m_bytes;
@@ -62,7 +64,7 @@ public:
         return out;
     }
     [[nodiscard]] std::string text() { return std::string(take(get<std::uint64_t>())); }
-    [[nodiscard]] voxel::Fingerprint print() {
+    [[nodiscard]] voxel::Fingerprint fingerprint() {
         const auto a = get<std::uint64_t>();
         const auto b = get<std::uint64_t>();
         return {a, b};

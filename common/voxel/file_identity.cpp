@@ -14,7 +14,7 @@ namespace terravox::voxel {
 
 namespace fs = std::filesystem;
 
-voxel::Fingerprint print_of(std::string_view bytes) noexcept {
+voxel::Fingerprint fingerprint_of(std::string_view bytes) noexcept {
     const XXH128_hash_t hash = XXH3_128bits(bytes.data(), bytes.size());
     return {hash.high64, hash.low64};
 }
@@ -46,7 +46,7 @@ voxel::Fingerprint file_identity(const fs::path& file, const char* what) {
     read();
     if (!in)
         throw fail();
-    return out.print();
+    return out.fingerprint();
 }
 
 std::string hex_of(const voxel::Fingerprint& print) {

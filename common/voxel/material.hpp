@@ -169,18 +169,40 @@ static_assert(
     }(),
     "kMaterialTraits has a row for each material, in the order of their numbers");
 
+/// The index of a material in tables with an entry for each.
+/// @return that of kUnknown for a number without a row; [0, kMaterialCount)
+[[nodiscard]] constexpr std::size_t material_index(Material material) noexcept {
+    const auto index = static_cast<std::size_t>(material);
+    return index < std::size(kMaterialTraits) ? index
+                                              : static_cast<std::size_t>(Material::kUnknown);
+}
+
 /// @return the traits of kUnknown for a number without a row
 [[nodiscard]] constexpr const MaterialTraits& traits_of(Material material) noexcept {
-    const auto index = static_cast<std::size_t>(material);
-    return kMaterialTraits[index < std::size(kMaterialTraits)
-                               ? index
-                               : static_cast<std::size_t>(Material::kUnknown)];
+    return kMaterialTraits[material_index(material)];
 }
 
 [[nodiscard]] constexpr std::string_view material_name(Material material) noexcept {
     return traits_of(material).name;
 }
 [[nodiscard]] std::optional<Material> material_from_name(std::string_view name) noexcept;
+
+/// Whether it is vegetation with leaves: all tiers, without grass and trunks.
+[[nodiscard]] constexpr bool is_plant(Material material) noexcept {
+    return material == Material::kLowVegetation || material == Material::kMediumVegetation ||
+           material == Material::kHighVegetation;
+}
+
+/// Whether it covers a building and its slope shows.
+[[nodiscard]] constexpr bool is_sloped_roof(Material material) noexcept {
+    return material == Material::kRoof || material == Material::kOrangeRoof ||
+           material == Material::kGreyRoof;
+}
+
+/// Whether it covers a building, sloped or flat.
+[[nodiscard]] constexpr bool is_roof(Material material) noexcept {
+    return is_sloped_roof(material) || material == Material::kFlatRoof;
+}
 
 /// Whether light passes through or between the parts of a voxel (water, leaves), so that voxels
 /// behind it are visible.
@@ -211,9 +233,7 @@ struct Palette {
         float variation = 0;  ///< relative spread of brightness between voxels, [0, 1]
     };
     std::array<Entry, kMaterialCount> entries;
-    [[nodiscard]] const Entry& of(Material m) const noexcept {
-        return entries[static_cast<std::size_t>(m) % kMaterialCount];
-    }
+    [[nodiscard]] const Entry& of(Material m) const noexcept { return entries[material_index(m)]; }
 };
 
 /// Reads the colours and variations of config/materials.toml.

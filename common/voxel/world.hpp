@@ -12,9 +12,8 @@
 #include <utility>
 #include <vector>
 
-#include "common/geo/crs.hpp"
+#include "common/geo/lat_lon.hpp"
 #include "common/voxel/box.hpp"
-#include "common/voxel/changed_error.hpp"
 
 namespace terravox::voxel {
 
@@ -194,7 +193,7 @@ class ProvenanceWorld : public World {
 public:
     /// As box(), and also returns the reach of its inputs.
     /// @throws Error as box()
-    [[nodiscard]] virtual BoxWithInputs traced_box(const BoxKey& key) = 0;
+    [[nodiscard]] virtual BoxWithInputs box_with_inputs(const BoxKey& key) = 0;
     /// Identifies all inputs that lie in or reach into `reach`, and everything that every box
     /// depends on (settings, frame, algorithm versions).
     [[nodiscard]] virtual Fingerprint fingerprint(const InputExtent& reach) const = 0;

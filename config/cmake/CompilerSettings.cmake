@@ -17,14 +17,16 @@ endif()
 
 add_library(terravox_settings INTERFACE)
 add_library(terravox::settings ALIAS terravox_settings)
-target_include_directories(terravox_settings INTERFACE "${PROJECT_SOURCE_DIR}" "${PROJECT_BINARY_DIR}/generated")
+target_include_directories(terravox_settings INTERFACE
+  "${PROJECT_SOURCE_DIR}" "${PROJECT_BINARY_DIR}/generated")
 # No contraction: a picture must not depend on whether a CPU (or compiler flag) has fused
 # multiply-add.
-target_compile_options(terravox_settings INTERFACE -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor -ffp-contract=off
-                       # GCC 12 reports false positives inside libstdc++ strings and vectors at -O3
-                       # (bugs 105329, 105651).
-                       $<$<CXX_COMPILER_ID:GNU>:-Wno-restrict> $<$<CXX_COMPILER_ID:GNU>:-Wno-stringop-overflow>)
-# For all alike, those without threads, too: precompiled headers want it.
+target_compile_options(terravox_settings INTERFACE
+  -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor -ffp-contract=off
+  # GCC 12 reports false positives inside libstdc++ strings and vectors at -O3 (bugs 105329, 105651).
+  $<$<CXX_COMPILER_ID:GNU>:-Wno-restrict> $<$<CXX_COMPILER_ID:GNU>:-Wno-stringop-overflow>)
+# Targets without threads get it, too: a precompiled header is shared, and its flags must be those of
+# every source that uses it.
 target_compile_options(terravox_settings INTERFACE -pthread)
 if(TERRAVOX_WERROR)
   target_compile_options(terravox_settings INTERFACE -Werror)
@@ -53,20 +55,24 @@ add_link_options(-Wl,-z,relro,-z,now,-z,noexecstack)
 # Programs at random addresses. Not by POSITION_INDEPENDENT_CODE, which would compile libraries for
 # shared objects (-fPIC): those cost more. The parts of the module terravox-worlds.so set it
 # themselves.
-target_compile_options(terravox_settings INTERFACE $<$<NOT:$<BOOL:$<TARGET_PROPERTY:POSITION_INDEPENDENT_CODE>>>:-fPIE>)
-target_link_options(terravox_settings INTERFACE $<$<STREQUAL:$<TARGET_PROPERTY:TYPE>,EXECUTABLE>:-pie>)
+target_compile_options(terravox_settings INTERFACE
+  $<$<NOT:$<BOOL:$<TARGET_PROPERTY:POSITION_INDEPENDENT_CODE>>>:-fPIE>)
+target_link_options(terravox_settings INTERFACE
+  $<$<STREQUAL:$<TARGET_PROPERTY:TYPE>,EXECUTABLE>:-pie>)
 # The standard library checks indexes, empty containers and iterators. Sources that trace rays or
 # fill voxels leave it out (terravox_without_assertions): they read only what this program itself
 # has made and checked, and in loops that are small enough the checks cost a fifth to twice the
 # time.
 target_compile_definitions(terravox_settings INTERFACE _GLIBCXX_ASSERTIONS)
 function(terravox_without_assertions target)
-  set_property(SOURCE ${ARGN} TARGET_DIRECTORY ${target} APPEND PROPERTY COMPILE_OPTIONS -U_GLIBCXX_ASSERTIONS)
-  # Those were made with them.
+  set_property(SOURCE ${ARGN} TARGET_DIRECTORY ${target}
+    APPEND PROPERTY COMPILE_OPTIONS -U_GLIBCXX_ASSERTIONS)
+  # The precompiled headers were compiled with the assertions.
   set_property(SOURCE ${ARGN} TARGET_DIRECTORY ${target} PROPERTY SKIP_PRECOMPILE_HEADERS ON)
 endfunction()
 
 if(TERRAVOX_SANITIZE)
-  target_compile_options(terravox_settings INTERFACE -fsanitize=${TERRAVOX_SANITIZE} -fno-omit-frame-pointer)
+  target_compile_options(terravox_settings INTERFACE
+    -fsanitize=${TERRAVOX_SANITIZE} -fno-omit-frame-pointer)
   target_link_options(terravox_settings INTERFACE -fsanitize=${TERRAVOX_SANITIZE})
 endif()

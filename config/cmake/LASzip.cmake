@@ -52,16 +52,19 @@ foreach(header dll/laszip_api.h include/laszip/laszip_common.h include/laszip/la
   file(COPY "${TERRAVOX_LASZIP_DIR}/${header}" DESTINATION "${PROJECT_BINARY_DIR}/laszip-include/laszip")
 endforeach()
 target_compile_features(terravox_laszip PRIVATE cxx_std_17)
-target_compile_definitions(terravox_laszip PRIVATE LASZIPDLL_EXPORTS UNORDERED HAVE_UNORDERED_MAP=1 NDEBUG)
-set_target_properties(terravox_laszip PROPERTIES POSITION_INDEPENDENT_CODE ON)  # a part of terravox-worlds.so (voxelserver/module)
+target_compile_definitions(terravox_laszip PRIVATE
+  LASZIPDLL_EXPORTS UNORDERED HAVE_UNORDERED_MAP=1 NDEBUG)
+# A part of terravox-worlds.so (voxelserver/module).
+set_target_properties(terravox_laszip PROPERTIES POSITION_INDEPENDENT_CODE ON)
 # It deletes intervals of a spatial index through a base without a virtual destructor: the size that
 # would be handed to the allocator is the base's, which allocators and the address sanitizer may
 # take for damage.
-target_compile_options(terravox_laszip PRIVATE -w -O3 -fno-semantic-interposition -fno-sized-deallocation ${TERRAVOX_HARDENING})
+target_compile_options(terravox_laszip PRIVATE
+  -w -O3 -fno-semantic-interposition -fno-sized-deallocation ${TERRAVOX_HARDENING})
 if(TERRAVOX_SANITIZE)
-  # The address sanitizer checks LASzip, too, since damaged files reach its memory. Its arithmetic relies on what the
-  # standard leaves undefined (shifts of negative numbers, unaligned loads), so that sanitizer is
-  # left out.
+  # The address sanitizer checks LASzip, too, since damaged files reach its memory. Its arithmetic
+  # relies on what the standard leaves undefined (shifts of negative numbers, unaligned loads), so
+  # that sanitizer is left out.
   string(REPLACE "," ";" laszip_sanitizers "${TERRAVOX_SANITIZE}")
   list(REMOVE_ITEM laszip_sanitizers undefined)
   list(TRANSFORM laszip_sanitizers PREPEND "-fsanitize=")
@@ -71,7 +74,8 @@ target_compile_definitions(terravox_laszip PRIVATE _GLIBCXX_ASSERTIONS)
 # The one source that holds the file stream; others call std::getc, which a macro would break.
 set_property(SOURCE "${TERRAVOX_LASZIP_DIR}/src/laszip_dll.cpp" APPEND PROPERTY COMPILE_OPTIONS
              "-include;${PROJECT_SOURCE_DIR}/config/cmake/laszip_unlocked_getc.h")
-target_include_directories(terravox_laszip PRIVATE "${TERRAVOX_LASZIP_DIR}/src" "${TERRAVOX_LASZIP_DIR}/dll")
+target_include_directories(terravox_laszip PRIVATE
+  "${TERRAVOX_LASZIP_DIR}/src" "${TERRAVOX_LASZIP_DIR}/dll")
 target_include_directories(terravox_laszip SYSTEM PUBLIC "${PROJECT_BINARY_DIR}/laszip-include"
                            "${PROJECT_BINARY_DIR}/laszip-include/laszip")
 add_library(LASzip::laszip ALIAS terravox_laszip)

@@ -2,11 +2,14 @@
 # links it gets no more than that.
 include_guard(GLOBAL)
 
-# terravox_library(name [IN_MODULE] [WITHOUT_ASSERTIONS] [OPTIMISE_LITTLE | COMMAND_LINE]
-#                  [SOURCES file...] [PUBLIC library...] [PRIVATE library...])
+# terravox_library(name [IN_MODULE] [IN_PARTS] [WITHOUT_ASSERTIONS]
+#                  [OPTIMISE_LITTLE | COMMAND_LINE] [SOURCES file...] [PUBLIC library...]
+#                  [PRIVATE library...])
 #   name                of the static library terravox_<name>, known as terravox::<name>
 #   IN_MODULE           a part of the module terravox-worlds.so, too (voxelserver/module): compiled
 #                       for shared objects
+#   IN_PARTS            programs link only those of its objects that they need, and with them fewer
+#                       shared libraries (the server starts without GDAL): not terravox_unite()
 #   WITHOUT_ASSERTIONS  all of its sources are (terravox_without_assertions)
 #   OPTIMISE_LITTLE     for what no picture or box waits for: links of a farm, panels of a window;
 #                       compiled with -O1, which takes two thirds of the time
@@ -14,9 +17,16 @@ include_guard(GLOBAL)
 #   SOURCES             none: a folder of headers
 #   PUBLIC              what its headers include; PRIVATE: what only its sources include
 function(terravox_library name)
-  cmake_parse_arguments(PARSE_ARGV 1 arg "IN_MODULE;WITHOUT_ASSERTIONS;OPTIMISE_LITTLE;COMMAND_LINE" "" "SOURCES;PUBLIC;PRIVATE")
+  cmake_parse_arguments(PARSE_ARGV 1 arg
+    "IN_MODULE;IN_PARTS;WITHOUT_ASSERTIONS;OPTIMISE_LITTLE;COMMAND_LINE" "" "SOURCES;PUBLIC;PRIVATE")
   if(arg_UNPARSED_ARGUMENTS)
     message(FATAL_ERROR "terravox_library(${name} ...): not understood: ${arg_UNPARSED_ARGUMENTS}")
+  endif()
+  # Each has precompiled headers of its own.
+  if((arg_IN_MODULE AND (arg_OPTIMISE_LITTLE OR arg_COMMAND_LINE)) OR
+     (arg_OPTIMISE_LITTLE AND arg_COMMAND_LINE))
+    message(FATAL_ERROR "terravox_library(${name} ...): only one of IN_MODULE, OPTIMISE_LITTLE and "
+            "COMMAND_LINE is allowed")
   endif()
   set(target terravox_${name})
   if(NOT arg_SOURCES)
@@ -38,6 +48,9 @@ function(terravox_library name)
     else()
       terravox_use_precompiled(${target} programs)
     endif()
+    if(NOT arg_IN_PARTS)
+      terravox_unite(${target})
+    endif()
     if(arg_WITHOUT_ASSERTIONS)
       terravox_without_assertions(${target} ${arg_SOURCES})
     endif()
@@ -56,6 +69,6 @@ endfunction()
 function(terravox_optimise_little target)
   set_property(SOURCE ${ARGN} TARGET_DIRECTORY ${target}
     APPEND PROPERTY COMPILE_OPTIONS ${TERRAVOX_OPTIMISE_LITTLE})
-  # Those were made with more.
+  # The precompiled headers were compiled with -O3.
   set_property(SOURCE ${ARGN} TARGET_DIRECTORY ${target} PROPERTY SKIP_PRECOMPILE_HEADERS ON)
 endfunction()

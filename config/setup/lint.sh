@@ -131,20 +131,14 @@ changed_sources() {
     } | sort -zu | sed -z "s|^|$ROOT/|"
 }
 
-# tidy_database: writes the compile commands for clang-tidy, which cannot read GCC's precompiled
-# headers, to build/lint/compile_commands.json.
+# tidy_database: writes the compile commands for clang-tidy to build/lint/compile_commands.json. It
+# reads sources one by one, and not GCC's precompiled headers.
 tidy_database() {
-    mkdir -p "$ROOT/build/lint"
-    python3 - "$ROOT/build/release/compile_commands.json" \
-        "$ROOT/build/lint/compile_commands.json" <<'PYTHON'
-import pathlib
-import re
-import sys
-
-commands = pathlib.Path(sys.argv[1]).read_text()
-precompiled = r"-Winvalid-pch |-fpch-preprocess |-include [^ ]*/cmake_pch\.hxx "
-pathlib.Path(sys.argv[2]).write_text(re.sub(precompiled, "", commands))
-PYTHON
+    quietly "$LOGS/lint-configure.log" configure release -B "$ROOT/build/lint" \
+        -DTERRAVOX_PRECOMPILED_HEADERS=OFF -DTERRAVOX_UNITY_BUILD=OFF ||
+        die "lint: CMake failed"
+    # The generated headers are those of the release build.
+    sed -i "s|$ROOT/build/lint/|$ROOT/build/release/|g" "$ROOT/build/lint/compile_commands.json"
 }
 
 # lint_cpp FILE...: clang-tidy, four sources at a time. Returns 1 when it has findings.

@@ -30,7 +30,7 @@ public:
     [[nodiscard]] Animation read() {
         if (const auto* version = m_root.get("version");
             version != nullptr && version->value_exact<std::int64_t>() != 1)
-            refuse("version = another one; allowed: 1");
+            refuse("version = " + util::toml_value(*version) + "; allowed: 1");
         m_out.m_fps = number(m_root, "fps", "fps", 0.01, 1000).value_or(25);
         const auto seconds = number(m_root, "seconds", "seconds", 0, kMaxSeconds);
         m_at_rest = yes_or_no("ease");
@@ -76,7 +76,7 @@ private:
             return std::nullopt;
         const auto value = node->is_number() ? node->value<double>() : std::nullopt;
         if (!value)
-            refuse(name + " = a value of another kind; allowed: a number");
+            refuse(name + " = " + util::toml_value(*node) + "; allowed: a number");
         if (!(*value >= min && *value <= max))
             refuse(name + " = " + text_of(*value) + "; allowed: " + text_of(min) + " to " +
                    text_of(max));
@@ -87,7 +87,7 @@ private:
         if (node == nullptr)
             return false;
         if (!node->is_boolean())
-            refuse(std::string(key) + " = a value of another kind; allowed: true, false");
+            refuse(std::string(key) + " = " + util::toml_value(*node) + "; allowed: true, false");
         return **node->as_boolean();
     }
     const toml::table* section(const char* name,
@@ -97,7 +97,8 @@ private:
             return nullptr;
         const auto* table = node->as_table();
         if (table == nullptr)
-            refuse(std::string(name) + " = a value of another kind; allowed: [" + name + "]");
+            refuse(std::string(name) + " = " + util::toml_value(*node) + "; allowed: [" + name +
+                   "]");
         for (const auto& [key, value] : *table)
             if (std::find(known.begin(), known.end(), key.str()) == known.end())
                 refuse("unknown field '" + std::string(name) + "." + std::string(key.str()) + "'");
@@ -110,12 +111,12 @@ private:
             return;
         const auto* keys = node->as_array();
         if (keys == nullptr)
-            refuse("key = a value of another kind; allowed: [[key]]");
+            refuse("key = " + util::toml_value(*node) + "; allowed: [[key]]");
         for (const auto& item : *keys) {
             const std::string name = "key " + std::to_string(m_keys.size() + 1);
             const auto* table = item.as_table();
             if (table == nullptr)
-                refuse(name + " = a value of another kind; allowed: [[key]]");
+                refuse(name + " = " + util::toml_value(item) + "; allowed: [[key]]");
             Key key = read_key(*table, name);
             if (!m_keys.empty() && !(key.time_s > m_keys.back().time_s))
                 refuse(name + ": its time, " + text_of(key.time_s) +

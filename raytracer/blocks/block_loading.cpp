@@ -67,7 +67,7 @@ std::vector<voxel::BoxKey> BlockManager::load(const std::vector<voxel::BoxKey>& 
             (m_holes.contains(key) ? holes : asked).push_back(key);
     }
     const auto is_hole = [&](const voxel::BoxKey& key, const std::exception_ptr& failure) {
-        if (!come_as_hole(key, failure, generation))
+        if (!on_load_failed(key, failure, generation))
             again.push_back(key);
     };
     for (const voxel::BoxKey& key : holes)
@@ -80,7 +80,7 @@ std::vector<voxel::BoxKey> BlockManager::load(const std::vector<voxel::BoxKey>& 
         // A box that is not available must not end the picture; it stays visible, counted and in
         // the exit code.
         if (!outcome.failure)
-            return come(key, {std::move(outcome.box), false});
+            return on_loaded(key, {std::move(outcome.box), false});
         is_hole(key, is_stopped(outcome.failure) ? nullptr : outcome.failure);
     };
     try {
@@ -96,22 +96,23 @@ std::vector<voxel::BoxKey> BlockManager::load(const std::vector<voxel::BoxKey>& 
 
 // Returns false if holes were forgotten since the request. The check and the recording of the hole
 // are under one lock, so that no forgotten hole is recorded.
-bool BlockManager::come_as_hole(const voxel::BoxKey& key, const std::exception_ptr& failure,
-                                std::uint64_t generation) {
+bool BlockManager::on_load_failed(const voxel::BoxKey& key, const std::exception_ptr& failure,
+                                  std::uint64_t generation) {
     std::unique_lock lock(m_mutex);
     if (generation != m_holes.generation() && !m_stop)
         return false;
     if (failure && !m_stop)
         m_holes.add(key, failure);
-    come(key, {nullptr, true}, std::move(lock));
+    on_loaded(key, {nullptr, true}, std::move(lock));
     return true;
 }
 
-void BlockManager::come(const voxel::BoxKey& key, Block made) {
-    come(key, std::move(made), std::unique_lock(m_mutex));
+void BlockManager::on_loaded(const voxel::BoxKey& key, Block made) {
+    on_loaded(key, std::move(made), std::unique_lock(m_mutex));
 }
 
-void BlockManager::come(const voxel::BoxKey& key, Block made, std::unique_lock<std::mutex> lock) {
+void BlockManager::on_loaded(const voxel::BoxKey& key, Block made,
+                             std::unique_lock<std::mutex> lock) {
     auto block = std::make_shared<const Block>(std::move(made));
     std::vector<BlockPin> evicted;  // freed without the lock
     m_queue.on_box_loaded();
@@ -125,7 +126,7 @@ void BlockManager::come(const voxel::BoxKey& key, Block made, std::unique_lock<s
     lock.unlock();
     evicted.clear();
     if (much)
-        util::give_back_free_memory();
+        util::trim_heap();
 }
 
 // The lock must be held.

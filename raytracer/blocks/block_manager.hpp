@@ -86,10 +86,10 @@ private:
     [[nodiscard]] bool next_request(LoadQueue::Request& request);
     [[nodiscard]] std::vector<voxel::BoxKey> load(const std::vector<voxel::BoxKey>& keys);
     /// @param failure null: it was a hole before, or loading has been stopped
-    [[nodiscard]] bool come_as_hole(const voxel::BoxKey& key, const std::exception_ptr& failure,
-                                    std::uint64_t generation);
-    void come(const voxel::BoxKey& key, Block made);
-    void come(const voxel::BoxKey& key, Block made, std::unique_lock<std::mutex> lock);
+    [[nodiscard]] bool on_load_failed(const voxel::BoxKey& key, const std::exception_ptr& failure,
+                                      std::uint64_t generation);
+    void on_loaded(const voxel::BoxKey& key, Block made);
+    void on_loaded(const voxel::BoxKey& key, Block made, std::unique_lock<std::mutex> lock);
     void keep(const voxel::BoxKey& key, BlockPin block, std::vector<BlockPin>& evicted);
     void touch(Entry& entry);
     void request(const voxel::BoxKey& key, Entry& entry);

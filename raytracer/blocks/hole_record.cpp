@@ -1,6 +1,7 @@
 #include "raytracer/blocks/hole_record.hpp"
 
 #include "common/util/log.hpp"
+#include "common/voxel/changed_error.hpp"
 #include "common/voxel/world.hpp"
 
 namespace terravox::blocks {

@@ -33,8 +33,9 @@ class Spool {
 public:
     Spool() : m_file(::memfd_create("terravox-said", MFD_CLOEXEC)) {
         if (m_file < 0)
-            throw util::Error(std::string("start a program: no room for what it says: ") +
-                              std::strerror(errno));
+            throw util::Error(
+                std::string("start a program: cannot create a pipe for its output: ") +
+                std::strerror(errno));
     }
     ~Spool() { ::close(m_file); }
     Spool(const Spool&) = delete;

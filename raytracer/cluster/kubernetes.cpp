@@ -110,7 +110,7 @@ void PodPlace::check(const std::string& name) const {
     if (!is_label(claim, 63))
         refuse("--claim " + util::comment_text(claim), "the name of a persistent volume claim");
     if (image.empty())
-        refuse("--image is missing", "the name of an image that holds terravox-raytracer");
+        refuse("--image is missing", "the name of a container image with terravox-raytracer");
     if (!mount.starts_with('/'))
         refuse("--mount " + util::comment_text(mount), "an absolute path");
 }

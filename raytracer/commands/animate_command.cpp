@@ -5,62 +5,52 @@
 #include <filesystem>
 #include <memory>
 #include <set>
-#include <system_error>
 #include <vector>
 
 #include "common/util/error.hpp"
-#include "common/util/files.hpp"
 #include "common/util/log.hpp"
 #include "raytracer/animate/frame_names.hpp"
 #include "raytracer/commands/render_pool_arguments.hpp"
 #include "raytracer/commands/world_arguments.hpp"
+#include "raytracer/farm/checkpoint/input_names.hpp"
 #include "raytracer/output/image_writer.hpp"
 #include "raytracer/scene/views.hpp"
 
 namespace terravox::commands {
 namespace {
 
-struct Arguments {
+struct AnimateArguments {
     WorldArguments world;
     RenderPoolArguments render_pool;
     animate::FrameOptions frames;
     std::string animation;
 };
 
-/// Identifies the inputs of finished frames: names and sizes of the files that a world is made of,
-/// not their times, which change when a survey is copied to another machine. The frames themselves
-/// may be among them.
-std::string contents_of(const std::vector<std::string>& inputs,
-                        std::initializer_list<std::string_view> endings,
-                        const std::set<std::filesystem::path>& frames) {
-    std::string out;
-    for (const std::string& input : inputs) {
-        out += input + "\n";
-        std::error_code failed;
-        if (!std::filesystem::exists(input, failed))
-            continue;  // a server's address; errors are reported when the world is opened
-        try {
-            for (const auto& file : util::expand_folders({input}, endings, "inputs"))
-                if (!frames.contains(file))
-                    out += file.string() + " " +
-                           std::to_string(std::filesystem::file_size(file, failed)) + "\n";
-        } catch (const util::Error&) {
-            continue;
-        }
-    }
-    return out;
-}
-
-std::set<std::filesystem::path> frames_of(const animate::Animation& animation,
-                                          const std::string& pattern) {
-    const animate::FrameNames names(pattern);
+/// What is written, which may be written into a folder of inputs.
+std::set<std::filesystem::path> outputs_of(const animate::Animation& animation,
+                                           const animate::FrameOptions& frames) {
+    const animate::FrameNames names(frames.pattern);
     std::set<std::filesystem::path> out;
     for (int frame = 0; frame < animation.frames(); ++frame)
         out.insert(names.of(frame));
+    if (!frames.video.empty())
+        out.insert(frames.video);
     return out;
 }
 
-util::ExitCode run(const Arguments& args, const OpenRenderer& open) {
+/// Identifies the inputs of finished frames.
+std::string names_of_inputs(const AnimateArguments& args,
+                            const std::set<std::filesystem::path>& outputs,
+                            const scene::Scene& base) {
+    const std::vector<std::filesystem::path> orthophotos(args.world.orthophotos.begin(),
+                                                         args.world.orthophotos.end());
+    std::string out;
+    for (const std::string& name : farm::name_inputs(args.world.inputs, orthophotos, base, outputs))
+        out += name + "\n";
+    return out;
+}
+
+util::ExitCode run_animate(const AnimateArguments& args, const OpenRenderer& open) {
     util::set_up_log(args.frames.quiet ? "error" : args.world.log_level);
     const animate::Animation animation = animate::Animation::read(args.animation);
     const scene::Scene base =
@@ -71,11 +61,7 @@ util::ExitCode run(const Arguments& args, const OpenRenderer& open) {
     output::check_image_target(animate::FrameNames(args.frames.pattern).of(args.frames.first));
     (void)animation.at(0, base);
     animate::FrameOptions frames = args.frames;
-    const auto own = frames_of(animation, frames.pattern);
-    frames.inputs += contents_of(args.world.inputs, {".las", ".laz"}, own);
-    frames.inputs +=
-        "ortho " + contents_of(args.world.orthophotos,
-                               {".tif", ".tiff", ".vrt", ".jp2", ".jpg", ".jpeg", ".png"}, own);
+    frames.inputs = names_of_inputs(args, outputs_of(animation, frames), base);
     // The world is opened when the first frame has to be rendered: a finished film costs nothing.
     animate::RenderPicture render;
     return animate::render_frames(
@@ -90,7 +76,7 @@ util::ExitCode run(const Arguments& args, const OpenRenderer& open) {
 }  // namespace
 
 std::function<util::ExitCode()> add_animate_command(CLI::App& app, OpenRenderer open) {
-    auto args = std::make_shared<Arguments>();
+    auto args = std::make_shared<AnimateArguments>();
     CLI::App* command =
         app.add_subcommand("animate", "Render the frames of an animation, and a video of them");
     command
@@ -115,8 +101,8 @@ std::function<util::ExitCode()> add_animate_command(CLI::App& app, OpenRenderer 
     command->add_flag("--again", args->frames.again, "make frames once more that are done");
     command->add_flag("--list", args->frames.list,
                       "say which frames are still to be made, one number a line, and make none");
-    command->add_flag("-q,--quiet", args->frames.quiet, "say nothing but errors");
-    return [args, open = std::move(open)] { return run(*args, open); };
+    command->add_flag("-q,--quiet", args->frames.quiet, "print errors only");
+    return [args, open = std::move(open)] { return run_animate(*args, open); };
 }
 
 }  // namespace terravox::commands

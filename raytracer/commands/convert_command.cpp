@@ -31,7 +31,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct Arguments {
+struct ConvertArguments {
     WorldArguments world;
     std::vector<std::string> paths;
     std::string to;
@@ -85,7 +85,7 @@ void add_files(std::string& facts, const fs::path& path) {
 
 // Two conversions with the same settings that affect their files have the same name: inputs and
 // data files with size and time, part, options.
-std::string name_of_job(const Arguments& args, scene::Scene scene, const exports::Part& part,
+std::string name_of_job(const ConvertArguments& args, scene::Scene scene, const exports::Part& part,
                         const voxel::World& world, const exports::Format& format) {
     scene.processing = {};
     scene.world.memory_mib = scene::Scene::World{}.memory_mib;
@@ -131,14 +131,14 @@ util::ExitCode report(const exports::Job& job, const voxel::World& world, double
     return holes > 0 || !damage.empty() ? util::ExitCode::kHoles : util::ExitCode::kDone;
 }
 
-util::ExitCode run(Arguments& args) {
+util::ExitCode run_convert(ConvertArguments& args) {
     util::set_up_log(args.quiet ? "error" : args.world.log_level);
     if (args.paths.size() < 2)
         throw util::UsageError("convert: " + std::to_string(args.paths.size()) +
                                " path; allowed: what to convert, then what to write");
     const auto start = std::chrono::steady_clock::now();
-    const fs::path named = args.paths.back(),
-                   out = named.has_filename() ? named : named.parent_path();  // "a/" is "a"
+    const fs::path named = args.paths.back();
+    const fs::path out = named.has_filename() ? named : named.parent_path();  // "a/" is "a"
     args.world.inputs.assign(args.paths.begin(), args.paths.end() - 1);
     const exports::Format& format = exports::format_of(args.to, out);
     args.write.up = args.up == "y" ? exports::UpAxis::kY : exports::UpAxis::kZ;
@@ -168,7 +168,7 @@ util::ExitCode run(Arguments& args) {
 }  // namespace
 
 std::function<util::ExitCode()> add_convert_command(CLI::App& app) {
-    auto args = std::make_shared<Arguments>();
+    auto args = std::make_shared<ConvertArguments>();
     CLI::App* command = app.add_subcommand(
         "convert",
         "Convert a world to a box archive, a Minecraft world, or another program's format");
@@ -210,9 +210,9 @@ std::function<util::ExitCode()> add_convert_command(CLI::App& app) {
         "--no-merge", [args] { args->write.merge_faces = false; },
         "of .glb and .ply: a face for each side of a voxel");
     command->add_flag("--overwrite", args->write.overwrite, "write over what is there");
-    command->add_flag("-q,--quiet", args->quiet, "say nothing but errors");
+    command->add_flag("-q,--quiet", args->quiet, "print errors only");
     add_opening_arguments(*command, args->world, {"world", "generated", "processing"});
-    return [args] { return run(*args); };
+    return [args] { return run_convert(*args); };
 }
 
 }  // namespace terravox::commands

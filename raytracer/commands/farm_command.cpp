@@ -16,7 +16,7 @@
 namespace terravox::commands {
 namespace {
 
-struct Arguments {
+struct FarmArguments {
     std::string folder = "farm-certs";
     std::vector<std::string> names;
     std::vector<std::string> revoked;
@@ -28,7 +28,7 @@ struct Arguments {
     CredentialArguments credentials;
 };
 
-util::ExitCode make_certificates(const Arguments& args) {
+util::ExitCode make_certificates(const FarmArguments& args) {
     if (!args.revoked.empty()) {
         net::revoke_certs(args.folder, args.revoked);
         std::printf(
@@ -113,7 +113,7 @@ void print(const std::string& address, const farm::Status& s) {
                     m.latency_s() * 1e3, m.leases(), 100 * m.busy_share());
 }
 
-util::ExitCode ask_all(const Arguments& args, const farm::Frame& question) {
+util::ExitCode ask_all(const FarmArguments& args, const farm::Frame& question) {
     util::set_up_log("error");
     const net::Credentials credentials = args.credentials.credentials(false, "");
     nlohmann::json all = nlohmann::json::array();
@@ -134,9 +134,9 @@ util::ExitCode ask_all(const Arguments& args, const farm::Frame& question) {
 }  // namespace
 
 std::function<util::ExitCode()> add_farm_command(CLI::App& app) {
-    auto args = std::make_shared<Arguments>();
+    auto args = std::make_shared<FarmArguments>();
     CLI::App* farm = app.add_subcommand(
-        "farm", "Certificates for a farm, what its members are at, and pausing them");
+        "farm", "Certificates for a farm, the state of its members, and pausing them");
     farm->require_subcommand(1);
     CLI::App* certs = farm->add_subcommand(
         "certs", "Make a small CA, and certificates of it for coordinators and workers");
@@ -160,7 +160,7 @@ std::function<util::ExitCode()> add_farm_command(CLI::App& app) {
         ->capture_default_str();
     certs->add_option("--days", args->days, "how long they are valid")->capture_default_str();
     CLI::App* status = farm->add_subcommand(
-        "status", "What worker daemons and coordinators (render --listen) are at");
+        "status", "Show the state of worker daemons and coordinators (render --listen)");
     status->add_option("addresses", args->addresses, "HOST[:PORT] (port 7878)")->required();
     status->add_flag("--json", args->json, "as JSON");
     CLI::App* pause =

@@ -16,7 +16,7 @@
 namespace terravox::commands {
 namespace {
 
-struct Arguments {
+struct MergeArguments {
     std::vector<std::filesystem::path> journals;
     std::vector<std::string> outputs;
     std::string tiles;
@@ -60,7 +60,7 @@ void print_info(const std::filesystem::path& path) {
         std::printf("  %s\n", damaged.c_str());
 }
 
-void check(const Arguments& args) {
+void check(const MergeArguments& args) {
     if (args.info && (!args.outputs.empty() || !args.tiles.empty()))
         throw util::UsageError("merge: --info with -o or --tiles; allowed: --info alone");
     if (!args.info && args.outputs.empty() && args.tiles.empty())
@@ -68,7 +68,7 @@ void check(const Arguments& args) {
             "merge: nothing to write named; give -o FILE.exr, --tiles FILE.tiles, or --info");
 }
 
-util::ExitCode run(Arguments& args) {
+util::ExitCode run_merge(MergeArguments& args) {
     util::set_up_log(args.quiet ? "error" : args.log_level);
     check(args);
     if (args.info) {
@@ -109,7 +109,7 @@ util::ExitCode run(Arguments& args) {
 }  // namespace
 
 std::function<util::ExitCode()> add_merge_command(CLI::App& app) {
-    auto args = std::make_shared<Arguments>();
+    auto args = std::make_shared<MergeArguments>();
     CLI::App* command = app.add_subcommand(
         "merge", "Join the checkpoints of several coordinators of one picture, and write it");
     command
@@ -140,8 +140,8 @@ std::function<util::ExitCode()> add_merge_command(CLI::App& app) {
         ->default_val(0);
     command->add_option("--log", args->log_level, "trace, debug, info, warn, error or off")
         ->capture_default_str();
-    command->add_flag("-q,--quiet", args->quiet, "say nothing but errors");
-    return [args] { return run(*args); };
+    command->add_flag("-q,--quiet", args->quiet, "print errors only");
+    return [args] { return run_merge(*args); };
 }
 
 }  // namespace terravox::commands

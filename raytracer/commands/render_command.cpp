@@ -17,7 +17,7 @@
 namespace terravox::commands {
 namespace {
 
-struct Arguments {
+struct RenderArguments {
     WorldArguments world;
     RenderPoolArguments render_pool;
     std::vector<std::string> outputs;
@@ -28,7 +28,7 @@ struct Arguments {
     bool resume = false;
 };
 
-util::ExitCode run(const Arguments& args) {
+util::ExitCode run_render(const RenderArguments& args) {
     util::set_up_log(args.quiet ? "error" : args.world.log_level);
     const auto start = std::chrono::steady_clock::now();
     const scene::Scene scene = args.world.scene();
@@ -75,7 +75,7 @@ util::ExitCode run(const Arguments& args) {
 }  // namespace
 
 std::function<util::ExitCode()> add_render_command(CLI::App& app) {
-    auto args = std::make_shared<Arguments>();
+    auto args = std::make_shared<RenderArguments>();
     CLI::App* command =
         app.add_subcommand("render", "Render a world to PNG, JPEG, EXR or TIFF files");
     add_world_arguments(*command, args->world);
@@ -91,13 +91,14 @@ std::function<util::ExitCode()> add_render_command(CLI::App& app) {
     command->add_option("--save-scene", args->save_scene,
                         "write the scene with all flags applied to this file");
     command->add_option("--report", args->report, "write times and counts to this file (JSON)");
-    command->add_flag("--resume", args->resume,
-                      "keep finished tiles in PICTURE.tiles until the picture stands, and go on "
-                      "with those that are there");
+    command->add_flag(
+        "--resume", args->resume,
+        "keep finished tiles in PICTURE.tiles until the picture is finished, and go on "
+        "with those that are there");
     command->add_option("--part", args->part,
                         "I/N: only part I of N of the tiles, kept for terravox merge; no picture");
-    command->add_flag("-q,--quiet", args->quiet, "say nothing but errors");
-    return [args] { return run(*args); };
+    command->add_flag("-q,--quiet", args->quiet, "print errors only");
+    return [args] { return run_render(*args); };
 }
 
 }  // namespace terravox::commands

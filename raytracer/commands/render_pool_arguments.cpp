@@ -78,7 +78,7 @@ void add_render_pool_arguments(CLI::App& command, RenderPoolArguments& args) {
     command
         .add_flag("--discover", args.discover,
                   "render on worker daemons that announce themselves on this network, too (Avahi); "
-                  "wants certificates")
+                  "requires certificates")
         ->group("Farm");
     command.add_flag("--green", args.green, "trace on the coordinating thread, too, in slices")
         ->group("Farm");

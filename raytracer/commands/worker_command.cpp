@@ -128,10 +128,10 @@ farm::MetricsAddress metrics_address(const farm::WorkerConfig& config) {
     return out;
 }
 
-util::ExitCode run(const farm::WorkerArguments& arguments) {
+util::ExitCode run_worker(const farm::WorkerArguments& arguments) {
     const farm::WorkerConfig config = farm::load_worker_config(arguments);
     set_up_log(config);
-    util::allow_many_open_files();
+    util::raise_open_file_limit();
     farm::WorkerDaemonOptions options = options_of(config);
     options.http = farm::http_access_of(config);
     options.credentials = credentials_or_new(config);
@@ -166,9 +166,10 @@ util::ExitCode run(const farm::WorkerArguments& arguments) {
 
 std::function<util::ExitCode()> add_worker_command(CLI::App& app) {
     auto arguments = std::make_shared<farm::WorkerArguments>();
-    CLI::App* command = app.add_subcommand("worker", "Lend this machine to renders elsewhere");
+    CLI::App* command = app.add_subcommand(
+        "worker", "Run a worker: render tiles for coordinators on other machines");
     farm::add_worker_options(*command, *arguments);
-    return [arguments] { return run(*arguments); };
+    return [arguments] { return run_worker(*arguments); };
 }
 
 }  // namespace terravox::commands

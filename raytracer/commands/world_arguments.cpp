@@ -42,7 +42,7 @@ void add_opening_arguments(CLI::App& command, WorldArguments& args,
                        "folder that keeps prepared LiDAR squares for the next run; none: nothing "
                        "on disk (default: ~/.cache/terravox)");
     command.footer(
-        "A voxel server or web server that wants a token gets TERRAVOX_SERVER_TOKEN of the "
+        "A voxel server or web server that requires a token gets TERRAVOX_SERVER_TOKEN of the "
         "environment if TERRAVOX_SERVER_ORIGIN names it:\n"
         "http(s)://host[:port], over http this machine alone. No other server is sent it.\n\n" +
         voxelize::steps_help());

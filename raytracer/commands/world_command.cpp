@@ -16,13 +16,13 @@
 namespace terravox::commands {
 namespace {
 
-struct Arguments {
+struct WorldInfoArguments {
     WorldArguments world;
     bool json = false;
     bool blocks = false;
 };
 
-util::ExitCode describe(const Arguments& args, const scene::Scene& scene,
+util::ExitCode describe(const WorldInfoArguments& args, const scene::Scene& scene,
                         const worlds::WorldKind& kind) {
     std::string dimension;
     for (const auto& [field, text] : args.world.fields) {
@@ -41,7 +41,7 @@ void print(const char* name, const std::string& text) {
         std::printf("%-14s %s\n", name, text.c_str());
 }
 
-util::ExitCode info_of(const Arguments& args, const scene::Scene& scene,
+util::ExitCode info_of(const WorldInfoArguments& args, const scene::Scene& scene,
                        const worlds::WorldKind& kind) {
     util::StageTimes times;
     const auto world = worlds::open_world(args.world.options(scene), times);
@@ -71,7 +71,7 @@ util::ExitCode info_of(const Arguments& args, const scene::Scene& scene,
     return damage.empty() ? util::ExitCode::kDone : util::ExitCode::kHoles;
 }
 
-util::ExitCode run(const Arguments& args) {
+util::ExitCode run_world_info(const WorldInfoArguments& args) {
     util::set_up_log(args.world.log_level);
     const scene::Scene scene = args.world.scene();
     const worlds::WorldKind& kind = worlds::kind_of(args.world.inputs.front());
@@ -86,9 +86,9 @@ util::ExitCode run(const Arguments& args) {
 }  // namespace
 
 std::function<util::ExitCode()> add_world_command(CLI::App& app) {
-    auto args = std::make_shared<Arguments>();
+    auto args = std::make_shared<WorldInfoArguments>();
     args->world.log_level = "warn";
-    CLI::App* world = app.add_subcommand("world", "Tell about a world");
+    CLI::App* world = app.add_subcommand("world", "Inspect a world");
     world->require_subcommand(1);
     CLI::App* info =
         world->add_subcommand("info", "What a world is: format, version, extent, counts, damage");
@@ -96,7 +96,7 @@ std::function<util::ExitCode()> add_world_command(CLI::App& app) {
     info->add_flag("--json", args->json, "as JSON");
     info->add_flag("--blocks", args->blocks, "of a Minecraft world: count its blocks");
     add_opening_arguments(*info, args->world, {"world", "generated", "processing"});
-    return [args] { return run(*args); };
+    return [args] { return run_world_info(*args); };
 }
 
 }  // namespace terravox::commands

@@ -142,11 +142,14 @@ std::function<void(const std::string&)> failing(const std::filesystem::path& fil
     };
 }
 
+/// The table of a file for the materials that it does not name.
+constexpr std::string_view kDefault = "default";
+
 MaterialFile materials_of(const toml::table& root, const std::filesystem::path& file) {
     const auto fail = failing(file);
     for (const auto& [name, node] : root) {
         const auto known = voxel::material_from_name(name.str());
-        if (!known || *known == voxel::Material::kAir)
+        if ((!known || *known == voxel::Material::kAir) && name.str() != kDefault)
             fail("[" + std::string(name.str()) + "] is no material");
         if (!node.is_table())
             fail("[" + std::string(name.str()) +
@@ -156,9 +159,14 @@ MaterialFile materials_of(const toml::table& root, const std::filesystem::path& 
     constexpr auto kUnknown = static_cast<std::size_t>(voxel::Material::kUnknown);
     for (std::size_t i = 1; i < out.appearances.size(); ++i) {
         const std::string name(voxel::material_name(static_cast<voxel::Material>(i)));
-        if (const toml::table* table = root[name].as_table())
-            out.appearances[i] = appearance_of(Fields(*table, name, file));
-        else {
+        const toml::table* table = root[name].as_table();
+        const bool is_default = table == nullptr;
+        if (is_default)
+            table = root[kDefault].as_table();
+        if (table != nullptr) {
+            const std::string title(is_default ? kDefault : name);
+            out.appearances[i] = appearance_of(Fields(*table, title, file));
+        } else {
             out.missing.push_back(name);
             if (i == kUnknown)
                 out.appearances[i].colour = voxel::to_linear(kMagenta);

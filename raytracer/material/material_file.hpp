@@ -14,7 +14,8 @@ using MaterialAppearances = std::array<MaterialAppearance, voxel::kMaterialCount
 /// The contents of a material file.
 struct MaterialFile {
     MaterialAppearances appearances;
-    /// Materials that the file does not name: they get the plain colour of `unknown`.
+    /// Materials that the file does not name, without a table `default` that stands for them: they
+    /// get the plain colour of `unknown`.
     std::vector<std::string> missing;
 };
 

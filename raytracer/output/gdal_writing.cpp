@@ -64,7 +64,7 @@ void GdalWatch::check(bool done) const {
 
 void GdalWatch::check_closed_tiff(const std::filesystem::path& file) const {
     check(true);
-    const auto missing = geo::missing_of_tiff(file);
+    const auto missing = geo::find_missing_part_of_tiff(file);
     if (missing)
         throw util::Error(
             m_attempt + ": not all could be written (the disk may be full); missing: " + *missing);

@@ -12,6 +12,7 @@
 #include "common/geo/gdal_error_scope.hpp"
 #include "common/util/atomic_file.hpp"
 #include "common/util/error.hpp"
+#include "common/util/letter_case.hpp"
 #include "raytracer/output/checked_file.hpp"
 #include "raytracer/output/exr_channels.hpp"
 #include "raytracer/output/gdal_writing.hpp"
@@ -24,15 +25,8 @@ namespace {
 constexpr std::array kFloatEndings = {".exr", ".tif", ".tiff"};
 constexpr std::array kByteEndings = {".png", ".jpg", ".jpeg"};
 
-std::string ending_of(const std::filesystem::path& file) {
-    std::string ending = file.extension().string();
-    std::transform(ending.begin(), ending.end(), ending.begin(),
-                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-    return ending;
-}
-
 bool is_tiff(const std::filesystem::path& file) {
-    return ending_of(file).starts_with(".tif");
+    return util::lower_extension(file).starts_with(".tif");
 }
 
 template <class List>
@@ -156,7 +150,8 @@ void write_bytes(const Film& film, const std::filesystem::path& file, const Pict
     OIIO::Filesystem::IOVecOutput memory;
     if (!writing.out->supports("ioproxy"))
         throw util::Error("write the picture " + writing.name +
-                          ": this OpenImageIO cannot encode " + ending_of(file) + " in memory");
+                          ": this OpenImageIO cannot encode " + util::lower_extension(file) +
+                          " in memory");
     OIIO::Filesystem::IOProxy* proxy = &memory;
     spec.attribute("oiio:ioproxy", OIIO::TypeDesc::PTR, &proxy);
     write_all(writing.name);
@@ -165,8 +160,12 @@ void write_bytes(const Film& film, const std::filesystem::path& file, const Pict
 
 }  // namespace
 
+bool is_exr(const std::filesystem::path& file) {
+    return util::lower_extension(file) == ".exr";
+}
+
 void check_image_target(const std::filesystem::path& file) {
-    const std::string ending = ending_of(file);
+    const std::string ending = util::lower_extension(file);
     if (!contains(kFloatEndings, ending) && !contains(kByteEndings, ending))
         throw util::UsageError("write the picture " + file.string() + ": ending '" + ending +
                                "'; allowed: .png .jpg (8-bit), .exr .tif (float)");
@@ -175,7 +174,7 @@ void check_image_target(const std::filesystem::path& file) {
 
 void write_image(const Film& film, const std::filesystem::path& file, const PictureInfo& info) {
     OIIO::attribute("exr_threads", 0);  // one for each core
-    if (!is_tiff(file) && contains(kFloatEndings, ending_of(file)))
+    if (!is_tiff(file) && contains(kFloatEndings, util::lower_extension(file)))
         return write_exr(film, file, info);
     if (is_tiff(file) && info.geo)
         return write_geotiff(film, file, info);

@@ -9,6 +9,9 @@
 
 namespace terravox::output {
 
+/// Whether a file is to be written as OpenEXR: the format that keeps layers and full precision.
+[[nodiscard]] bool is_exr(const std::filesystem::path& file);
+
 /// @throws UsageError when the file's extension names no supported format; Error when its folder is
 /// not writable
 void check_image_target(const std::filesystem::path& file);

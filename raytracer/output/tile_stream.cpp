@@ -4,18 +4,12 @@
 #include <string>
 
 #include "common/util/error.hpp"
+#include "common/util/letter_case.hpp"
 #include "raytracer/output/film.hpp"
 #include "raytracer/output/stream_formats.hpp"
 
 namespace terravox::output {
 namespace {
-
-std::string ending_of(const std::filesystem::path& file) {
-    std::string ending = file.extension().string();
-    std::transform(ending.begin(), ending.end(), ending.begin(),
-                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-    return ending;
-}
 
 int tiles_along(int size_px, int tile_px) noexcept {
     return (size_px + tile_px - 1) / tile_px;
@@ -34,7 +28,7 @@ std::uint64_t memory_to_keep_mib(const StreamShape& s) noexcept {
 
 void check_can_stream(const std::filesystem::path& file, const StreamShape& s) {
     constexpr int kTiffTiles = 16;
-    const std::string ending = ending_of(file);
+    const std::string ending = util::lower_extension(file);
     const std::string attempt = "write the picture " + file.string() + ": ";
     const std::string memory = std::to_string(memory_to_keep_mib(s));
     if (ending == ".exr")
@@ -71,8 +65,9 @@ TileStream::TileStream(const std::filesystem::path& file, const StreamShape& sha
     const auto rows = static_cast<std::uint64_t>(tiles_along(shape.height_px, shape.tile_px));
     m_left = columns * rows;
     m_done.resize(m_left);
-    m_format = ending_of(file) == ".exr" ? make_exr_stream(file, shape, std::move(info))
-                                         : make_tiff_stream(file, shape, std::move(info));
+    m_format = util::lower_extension(file) == ".exr"
+                   ? make_exr_stream(file, shape, std::move(info))
+                   : make_tiff_stream(file, shape, std::move(info));
 }
 
 TileStream::~TileStream() = default;

@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <utility>
 
+#include "common/geo/crs.hpp"
 #include "common/thread/start_threads.hpp"
 #include "common/util/error.hpp"
 #include "raytracer/tiles/square_grid.hpp"

@@ -106,8 +106,8 @@ void ProcessorPool::submit(tiles::RenderTile tile) {
             return;
         // The tile to mend is in the mean of an earlier pass by now.
         if (m_results.begins_pass(tile) && m_results.again_left() > 0)
-            fail(std::make_exception_ptr(
-                PictureInvalidated("render: a worker was not to be trusted")));
+            fail(
+                std::make_exception_ptr(PictureInvalidated("render: a worker sent wrong results")));
         if (m_failure)
             return;
         m_book.add(tile);
@@ -367,7 +367,7 @@ void ProcessorPool::revoke_results(MemberId id, const std::string& why) {
     const bool is_beyond_mending = m_results.is_merged() && m_results.again_left() > 0;
     if (m_book.contributed_earlier(id) || is_beyond_mending)
         fail(std::make_exception_ptr(
-            PictureInvalidated("render: a worker is not to be trusted (" + why + ")")));
+            PictureInvalidated("render: a worker sent wrong results (" + why + ")")));
 }
 
 // Leases bands to members, and submits them.

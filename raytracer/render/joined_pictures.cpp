@@ -17,19 +17,12 @@
 namespace terravox::render {
 namespace {
 
-bool is_exr(const std::string& file) {
-    std::string ending = std::filesystem::path(file).extension().string();
-    std::transform(ending.begin(), ending.end(), ending.begin(),
-                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-    return ending == ".exr";
-}
-
 /// Layers are kept only for EXR files, as in a picture rendered in one go: the other formats list
 /// none in their metadata, and the memory is saved.
 scene::Scene scene_of(const farm::PictureKey& key, const std::vector<std::string>& files) {
     scene::Scene scene;
     scene::parse_scene(key.scene, "of the checkpoint", scene);
-    if (std::none_of(files.begin(), files.end(), is_exr))
+    if (std::none_of(files.begin(), files.end(), output::is_exr))
         scene.output.layers = core::PictureLayers::kBeauty;
     return scene;
 }

@@ -27,13 +27,6 @@ bool streams(const scene::Scene& scene) {
                                (static_cast<std::uint64_t>(scene.processing.memory_mib) << 20) / 2);
 }
 
-bool is_exr(const std::string& file) {
-    std::string ending = std::filesystem::path(file).extension().string();
-    std::transform(ending.begin(), ending.end(), ending.begin(),
-                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-    return ending == ".exr";
-}
-
 /// Tiles on their way to a file may take the memory that would have been the film's, and no more.
 /// No picture depends on their size.
 scene::TileSize tiles_that_fit(const scene::Scene& scene) {
@@ -56,7 +49,7 @@ scene::TileSize tiles_that_fit(const scene::Scene& scene) {
 /// for others they would take seven times the memory, and be discarded.
 scene::Scene drop_unneeded_layers(scene::Scene scene, const std::vector<std::string>& files,
                                   bool fit = true) {
-    if (std::none_of(files.begin(), files.end(), is_exr))
+    if (std::none_of(files.begin(), files.end(), output::is_exr))
         scene.output.layers = core::PictureLayers::kBeauty;
     if (fit && streams(scene))
         scene.quality.tile = tiles_that_fit(scene);
@@ -274,7 +267,7 @@ void PictureRenderer::render_to_film(RenderStatistics& statistics,
     thread::parallel_for(files.size(), m_threads, [&](std::size_t i) {
         output::write_image(
             film, files[i],
-            picture_info(*m_view, m_loaded->world->info(), statistics, is_exr(files[i])));
+            picture_info(*m_view, m_loaded->world->info(), statistics, output::is_exr(files[i])));
     });
 }
 

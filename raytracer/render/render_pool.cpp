@@ -114,7 +114,7 @@ RenderPool::RenderPool(const RenderPoolOptions& options, blocks::BlockManager& b
 RenderPool::~RenderPool() = default;
 
 void RenderPool::open_farm() {
-    util::allow_many_open_files();
+    util::raise_open_file_limit();
     m_farm = std::make_unique<farm::Farm>(m_options.farm, m_blocks, m_source);
     m_farm->set_status_source([this] { return reported_status(); });
 }

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <string>
 
+#include "common/geo/crs.hpp"
 #include "common/util/error.hpp"
 #include "raytracer/scene/camera.hpp"
 #include "raytracer/scene/camera_axes.hpp"
@@ -321,7 +322,7 @@ core::Vec3 to_voxels(const std::array<double, 3>& p, core::CoordinateSpace space
     if (world.crs.empty())
         throw util::UsageError("place the camera: camera.space = '" +
                                std::string(core::word_of(space)) +
-                               "', but this world has no place on Earth; allowed: voxel");
+                               "', but this world is not georeferenced; allowed: voxel");
     double easting = p[0];
     double northing = p[1];
     if (space == core::CoordinateSpace::kLatLon) {

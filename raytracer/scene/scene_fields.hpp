@@ -38,8 +38,7 @@ void visit_fields(SceneType& s, Visit&& visit) {
     visit("camera.look", s.camera.look,
           FieldRule{"a named view of config/views, or a path", 0, 0, {}, "--look"});
     visit("camera.projection", s.camera.projection,
-          FieldRule{"how space comes into the picture", 0, 0, texts_of<core::CameraProjection>(),
-                    "--projection"});
+          FieldRule{"camera projection", 0, 0, texts_of<core::CameraProjection>(), "--projection"});
     visit("camera.fov_deg", s.camera.fov_deg,
           FieldRule{
               "vertical field of view, degrees; of a fisheye up to 360, across the shorter side",
@@ -64,7 +63,7 @@ void visit_fields(SceneType& s, Visit&& visit) {
     visit("camera.margin", s.camera.margin,
           FieldRule{"border around the framed world, share of the picture", 0, 0.45});
     visit("camera.zoom", s.camera.zoom,
-          FieldRule{"above 1: nearer than framing asks", 0.05, 50, {}, "--zoom"});
+          FieldRule{"zoom of the framing camera; above 1: nearer", 0.05, 50, {}, "--zoom"});
     visit("camera.position", s.camera.position,
           FieldRule{"where the camera is: a,b,c in camera.space; default: frames the world"});
     visit("camera.target", s.camera.target,
@@ -96,7 +95,7 @@ void visit_fields(SceneType& s, Visit&& visit) {
               "r,g,b of a white surface that faces the sun, linear, instead of the atmosphere's", 0,
               1e6});
     visit("sky.model", s.sky.model,
-          FieldRule{"where its light comes from", 0, 0, texts_of<core::SkyModel>()});
+          FieldRule{"model of the sky's light", 0, 0, texts_of<core::SkyModel>()});
     visit("sky.colour", s.sky.colour,
           FieldRule{"r,g,b of the uniform sky, linear; default 1,1,1", 0, 1e6});
     visit("sky.turbidity", s.sky.turbidity,
@@ -113,8 +112,10 @@ void visit_fields(SceneType& s, Visit&& visit) {
                     0, 100000});
     visit("output.size", s.output.size_px,
           FieldRule{"picture size, WIDTHxHEIGHT in pixels", 1, 65536, {}, "--size"});
-    visit("output.exposure_ev", s.output.exposure_ev,
-          FieldRule{"exposure, stops, beside what adaptation gives", -20, 20, {}, "--exposure"});
+    visit(
+        "output.exposure_ev", s.output.exposure_ev,
+        FieldRule{
+            "exposure compensation, stops, in addition to adaptation", -20, 20, {}, "--exposure"});
     visit(
         "output.adaptation", s.output.adaptation,
         FieldRule{
@@ -146,20 +147,19 @@ void visit_fields(SceneType& s, Visit&& visit) {
                     {},
                     "--noise"});
     visit("quality.min_samples", s.quality.min_samples,
-          FieldRule{"samples before noise is asked for", 4, 65536});
+          FieldRule{"least samples of a pixel before its noise is estimated", 4, 65536});
     visit("quality.time_s", s.quality.time_s,
           FieldRule{"samples go on as long as this, seconds; 0 = until all are done",
                     0,
                     1e7,
                     {},
                     "--time"});
-    visit("quality.seed", s.quality.seed,
-          FieldRule{"of the noise: another number, other noise", 0, 2147483647});
+    visit("quality.seed", s.quality.seed, FieldRule{"seed of the random numbers", 0, 2147483647});
     visit("quality.bounces", s.quality.bounces,
           FieldRule{"of a path, and of mirrors", 0, 64, {}, "--bounces"});
     visit(
         "quality.clamp", s.quality.clamp,
-        FieldRule{"most light of one indirect sample of a path, 1 = white; 0 = no limit", 0, 1e6});
+        FieldRule{"upper limit of one indirect sample of a path, 1 = white; 0 = no limit", 0, 1e6});
     visit("quality.level", s.quality.level,
           FieldRule{"finest level of the boxes: n = voxels of 2^n times the base size",
                     0,
@@ -184,7 +184,8 @@ void visit_fields(SceneType& s, Visit&& visit) {
     visit("quality.tile_order", s.quality.tile_order,
           FieldRule{"order of the tiles", 0, 0, texts_of<core::TileOrder>()});
     visit("quality.shadows", s.quality.shadows, FieldRule{"shadow rays towards the sun"});
-    visit("quality.ambient_occlusion", s.quality.ambient_occlusion, FieldRule{"darker corners"});
+    visit("quality.ambient_occlusion", s.quality.ambient_occlusion,
+          FieldRule{"ambient occlusion: darker corners"});
     visit("quality.reflections", s.quality.reflections, FieldRule{"mirrors: water, window panes"});
     visit("quality.refraction", s.quality.refraction, FieldRule{"rays into water, ice and glass"});
     visit("quality.ao_rays", s.quality.ao_rays,
@@ -198,7 +199,7 @@ void visit_fields(SceneType& s, Visit&& visit) {
     visit("quality.ao_strength", s.quality.ao_strength,
           FieldRule{"1 = as the rays say, 0 = none", 0, 1});
     visit("quality.materials", s.quality.materials,
-          FieldRule{"looks of the materials: NAME for config/materials-NAME.toml, or a path; "
+          FieldRule{"appearances of the materials: NAME for config/materials-NAME.toml, or a path; "
                     "default: config/materials.toml",
                     0,
                     0,
@@ -221,7 +222,7 @@ void visit_fields(SceneType& s, Visit&& visit) {
     visit("processing.memory_mib", s.processing.memory_mib,
           FieldRule{"limit for boxes in memory, MiB", 1, 1048576, {}, "--memory-mib"});
     visit("processing.box_timeout_s", s.processing.box_timeout_s,
-          FieldRule{"how long to try for a box of a voxel server, seconds",
+          FieldRule{"timeout for fetching a box from a voxel server, seconds",
                     1,
                     86400,
                     {},
@@ -260,12 +261,13 @@ void visit_fields(SceneType& s, Visit&& visit) {
                     "--steps"});
     visit("world.memory_mib", s.world.memory_mib,
           FieldRule{"limit for what the world keeps of its data, MiB", 64, 1048576});
-    visit("world.voxel_m", s.world.voxel_m,
-          FieldRule{"edge of a voxel, metres; not of Minecraft worlds, archives and servers",
-                    0.01,
-                    1000,
-                    {},
-                    "--voxel"});
+    visit(
+        "world.voxel_m", s.world.voxel_m,
+        FieldRule{"edge of a voxel, metres; of LiDAR data, rasters of heights and generated worlds",
+                  0.01,
+                  1000,
+                  {},
+                  "--voxel"});
     visit("world.dimension", s.world.dimension,
           FieldRule{"of a Minecraft world: overworld, nether, end, or another's name",
                     0,

@@ -171,12 +171,12 @@ void put_text(const Setter& s, const std::string& text, bool& f) {
 
 void put_node(const Setter& s, const toml::node& node, bool& f) {
     if (!node.is_boolean())
-        s.fail("a value of another kind", "true, false");
+        s.fail(util::toml_value(node), "true, false");
     f = **node.as_boolean();
 }
 void put_node(const Setter& s, const toml::node& node, std::string& f) {
     if (!node.is_string())
-        s.fail("a value of another kind", "text in quotes");
+        s.fail(util::toml_value(node), "text in quotes");
     s.put(**node.as_string(), f);
 }
 std::vector<double> numbers_of(const Setter& s, const toml::node& node) {
@@ -201,21 +201,21 @@ void put_node(const Setter& s, const toml::node& node, Size& f) {
 }
 void put_node(const Setter& s, const toml::node& node, TileSize& f) {
     if (!node.is_string() && !node.is_integer())
-        s.fail("a value of another kind",
+        s.fail(util::toml_value(node),
                std::string("a whole number, or text: ") + TileSize::kAllowed);
     s.put(node.is_integer() ? std::to_string(**node.as_integer()) : **node.as_string(), f);
 }
 template <core::WordEnum Enum>
 void put_node(const Setter& s, const toml::node& node, Enum& f) {
     if (!node.is_string())
-        s.fail("a value of another kind", "text in quotes");
+        s.fail(util::toml_value(node), "text in quotes");
     s.put(**node.as_string(), f);
 }
 template <class Number>
 void put_node(const Setter& s, const toml::node& node, Number& f) {
     const auto v = node.value<double>();
     if (!v)
-        s.fail("a value of another kind", "a number");
+        s.fail(util::toml_value(node), "a number");
     s.put(*v, f);
 }
 
@@ -244,8 +244,10 @@ void write(std::ostream& out, const TileSize& v) {
 }
 void write(std::ostream& out, const Triple& v) {
     out << '[';
-    for (std::size_t i = 0; i < 3; ++i)
-        out << (i == 0 ? "" : ", "), write(out, v[i]);
+    for (std::size_t i = 0; i < 3; ++i) {
+        out << (i == 0 ? "" : ", ");
+        write(out, v[i]);
+    }
     out << ']';
 }
 
@@ -338,10 +340,9 @@ std::function<void(const std::string&)> refusing(const std::string& attempt) {
 }
 
 void read_scene_root(toml::table root, const std::string& attempt, Scene& scene) {
-    const auto version = root["version"].value<int>();
-    if (root.contains("version") && version != kSceneVersion)
-        throw util::UsageError(attempt + ": version = " +
-                               (version ? std::to_string(*version) : "a value of another kind") +
+    if (const toml::node* version = root.get("version");
+        version != nullptr && version->value<int>() != kSceneVersion)
+        throw util::UsageError(attempt + ": version = " + util::toml_value(*version) +
                                "; allowed: " + std::to_string(kSceneVersion));
     root.erase("version");
     read_scene_table(root, attempt, scene);

@@ -32,7 +32,8 @@ NamedView read_view(const toml::node& node, const std::filesystem::path& file,
                     std::string attempt) {
     const auto* table = node.as_table();
     if (table == nullptr)
-        throw util::UsageError(attempt + ": view = a value of another kind; allowed: [[view]]");
+        throw util::UsageError(attempt + ": view = " + util::toml_value(node) +
+                               "; allowed: [[view]]");
     NamedView out;
     out.file = file;
     out.fields = *table;
@@ -42,8 +43,8 @@ NamedView read_view(const toml::node& node, const std::filesystem::path& file,
     out.area = text_in(*table, "area", attempt, false);
     if (const auto* aliases = table->get("aliases")) {
         if (!aliases->is_array())
-            throw util::UsageError(attempt +
-                                   ": aliases = a value of another kind; allowed: a list of texts");
+            throw util::UsageError(attempt + ": aliases = " + util::toml_value(*aliases) +
+                                   "; allowed: a list of texts");
         for (const auto& alias : *aliases->as_array()) {
             const auto text = alias.value_exact<std::string>();
             if (!text || folded(*text).empty())
@@ -109,8 +110,8 @@ std::vector<NamedView> read_views(const std::filesystem::path& file) {
     for (const auto& [key, node] : root) {
         if (key.str() == "version") {
             if (node.value_exact<std::int64_t>() != kViewsVersion)
-                throw util::UsageError(
-                    attempt + ": version = another one; allowed: " + std::to_string(kViewsVersion));
+                throw util::UsageError(attempt + ": version = " + util::toml_value(node) +
+                                       "; allowed: " + std::to_string(kViewsVersion));
         } else if (key.str() == "view" && node.is_array()) {
             for (const auto& view : *node.as_array())
                 out.push_back(read_view(view, file, attempt));

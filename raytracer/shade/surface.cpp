@@ -22,11 +22,7 @@ float believed(voxel::Material material, voxel::Colour photo) noexcept {
     using voxel::Material;
     if (material == Material::kWall)
         return 0;
-    const bool dry = material == Material::kGround || material == Material::kGrass ||
-                     material == Material::kLowVegetation ||
-                     material == Material::kMediumVegetation ||
-                     material == Material::kHighVegetation;
-    if (!dry)
+    if (material != Material::kGround && material != Material::kGrass && !voxel::is_plant(material))
         return 1;
     // Neither plants nor bare ground are mostly blue; shade is only bluish.
     constexpr float kShade = 1.75f;
@@ -148,9 +144,7 @@ Surface surface_at(const View& view, const walk::TracedRay& ray) {
 bool shows_slope(const View& view, const walk::Hit& hit) noexcept {
     if (hit.face != core::Face::kTop || hit.level != 0 || !view.scene.quality.textures)
         return false;
-    const voxel::Material m = hit.attr.material;
-    return m == voxel::Material::kRoof || m == voxel::Material::kOrangeRoof ||
-           m == voxel::Material::kGreyRoof;
+    return voxel::is_sloped_roof(hit.attr.material);
 }
 
 // Smoothly over the face.

@@ -55,7 +55,8 @@ HWY_INLINE VD position_after(VD origin, VD direction, VD inverse, bool forward, 
     return hn::Sub(hn::Add(p, hn::IfThenElseZero(more, one)), hn::IfThenElseZero(less, one));
 }
 
-// Operation by operation what Camera::ray, RayState and BeamStart::place do for one.
+// Operation by operation what Camera::ray, RayState and BeamStart::place do for one ray. In one
+// function, since the vectors would not stay in registers between two.
 std::uint32_t primary(RayPacket& p, const PrimaryLanes& wanted) noexcept {
     const scene::Camera::Basis& c = wanted.camera;
     const VD one = hn::Set(d, 1.0);

@@ -156,8 +156,10 @@ bool RayWalk::walk_box(core::RayState& ray, const voxel::Box& box, StopAt stop, 
     // Returns whether air stops the ray; otherwise the ray leaves the empty cell.
     const auto in_air = [&](int shift) {
         if constexpr (!kAny)
-            if (stop.air_stops)
-                return report(kAir), true;
+            if (stop.air_stops) {
+                report(kAir);
+                return true;
+            }
         ray.leap(shift);
         return false;
     };
@@ -197,8 +199,10 @@ bool RayWalk::walk_box(core::RayState& ray, const voxel::Box& box, StopAt stop, 
                 *occluder = {cell->mask, {x & ~3, y & ~3, z & ~3}, ray.level};
                 return true;
             } else {
-                if (stop.air_stops && (cell->mask >> bit & 1) == 0)
-                    return report(kAir), true;
+                if (stop.air_stops && (cell->mask >> bit & 1) == 0) {
+                    report(kAir);
+                    return true;
+                }
                 if ((cell->detail >> bit & 1) == 0)
                     return hidden();
                 const voxel::VoxelAttr& attr = box.attrs()[cell->index_of(bit)];

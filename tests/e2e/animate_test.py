@@ -262,7 +262,7 @@ class Animations(Case):
             "another version": (
                 "version = 2\n" + TURN,
                 self.pattern,
-                "version = another one; allowed: 1",
+                "version = 2; allowed: 1",
             ),
             "a view that is none": (
                 '[[key]]\ntime_s = 0\ncamera.look = "nowhere at all"\n',

@@ -238,7 +238,7 @@ class OnSlurm(Case):
         self.until(lambda: self.running("terravox-frames"), "frames at work", child=child)
         child.send_signal(signal.SIGINT)
         self.assertEqual(child.wait(timeout=30), 1)
-        self.assertIn("a signal came; all tasks are cancelled", self.said(child))
+        self.assertIn("interrupted by a signal; all tasks are cancelled", self.said(child))
         self.until(lambda: not self.cluster.tasks(), "an empty queue", 30)
 
         # Frames that fail: a folder stands where one is to be written.
@@ -380,7 +380,7 @@ class OnSlurm(Case):
         child.send_signal(signal.SIGTERM)
         self.assertEqual(child.wait(timeout=30), 1)
         self.assertIn(
-            "a signal came; the picture is not finished, the workers are cancelled",
+            "interrupted by a signal; the picture is not finished, the workers are cancelled",
             self.said(child),
         )
         self.assertTrue((self.folder / "stopped").exists(), "the coordinator was not stopped")

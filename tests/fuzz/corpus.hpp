@@ -8,7 +8,7 @@
 #include "common/util/error.hpp"
 #include "common/voxel/box_builder.hpp"
 #include "common/voxel/world.hpp"
-#include "tests/common/voxel/invented_world.hpp"
+#include "tests/common/voxel/synthetic_world.hpp"
 
 /// What makes the inputs that corpora begin with: small valid ones, by the project's own writers.
 namespace terravox::fuzz {
@@ -51,7 +51,7 @@ private:
     voxel::BoxBuilder builder;
     for (int x = 0; x < 8; ++x)
         builder.add(x, 3 + x, 3, 5 + x, x % 2 == 0);
-    return builder.build(key, test::InventedWorld::attr_at);
+    return builder.build(key, test::SyntheticWorld::attr_at);
 }
 
 [[nodiscard]] inline voxel::WorldInfo small_info() {

@@ -5,7 +5,7 @@
 
 #include "raytracer/tiles/tile_codec.hpp"
 #include "tests/fuzz/fuzz.hpp"
-#include "tests/raytracer/tiles/invented_tiles.hpp"
+#include "tests/raytracer/tiles/synthetic_tiles.hpp"
 
 /// Encoded tiles (raytracer/tiles/tile_codec.cpp) as the fuzz targets change them.
 namespace terravox::fuzz {

@@ -8,7 +8,7 @@
 #include "raytracer/processors/thread_processor.hpp"
 #include "raytracer/render/render.hpp"
 #include "raytracer/shade/view_maker.hpp"
-#include "tests/raytracer/array_world.hpp"
+#include "tests/common/voxel/array_world.hpp"
 
 namespace terravox::test {
 

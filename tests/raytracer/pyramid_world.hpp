@@ -3,7 +3,7 @@
 #include <memory>
 #include <vector>
 
-#include "tests/raytracer/array_world.hpp"
+#include "tests/common/voxel/array_world.hpp"
 
 namespace terravox::test {
 

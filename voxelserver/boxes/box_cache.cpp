@@ -138,7 +138,7 @@ KeptBoxPtr BoxCache::from_disk(const voxel::BoxKey& key) {
 
 voxel::BoxWithInputs BoxCache::build(const voxel::BoxKey& key, Origin origin) {
     if (key.level == 0 || !m_downsample)
-        return m_world.traced_box(key);
+        return m_world.box_with_inputs(key);
     voxel::BoxWithInputs out;
     out.reach = footprint(key);
     if (m_world.column(key.level, key.bx, key.bz).empty())

@@ -181,7 +181,7 @@ std::optional<Item> DiskCache::find(Kind kind, const voxel::BoxKey& key) {
     try {
         const std::lock_guard lock(m_reader_mutex);
         Statement& row = *m_reader->find;
-        const Resetting reset(row);
+        const StatementReset reset(row);
         bind_key(row, kind, key);
         while (!out && row.step()) {
             Item item;
@@ -286,7 +286,7 @@ std::size_t DiskCache::write_all(const std::vector<BatchWriter::Write>& writes) 
             }
             const voxel::Fingerprint print = m_fingerprint(w.item.reach);
             Statement& put = *m_writer->put;
-            const Resetting reset(put);
+            const StatementReset reset(put);
             bind_key(put, w.kind, w.key);
             put.bind(7, static_cast<std::int64_t>(print[0]))
                 .bind(8, static_cast<std::int64_t>(print[1]));

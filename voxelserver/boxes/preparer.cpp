@@ -7,7 +7,7 @@
 
 namespace terravox::boxes {
 
-BoxWalk::BoxWalk(voxel::World& world) : m_world(world) {
+BoxTraversal::BoxTraversal(voxel::World& world) : m_world(world) {
     const voxel::WorldInfo& info = world.info();
     if (info.bounds.empty())
         return;
@@ -17,7 +17,7 @@ BoxWalk::BoxWalk(voxel::World& world) : m_world(world) {
             push(info.levels - 1, bx, bz);
 }
 
-bool BoxWalk::next(voxel::BoxKey& key) {
+bool BoxTraversal::next(voxel::BoxKey& key) {
     while (m_current.by >= m_by_end) {
         if (m_open.empty())
             return false;
@@ -44,8 +44,8 @@ bool BoxWalk::next(voxel::BoxKey& key) {
     return true;
 }
 
-std::uint64_t BoxWalk::count(voxel::World& world) {
-    BoxWalk walk(world);
+std::uint64_t BoxTraversal::count(voxel::World& world) {
+    BoxTraversal walk(world);
     voxel::BoxKey ignored;
     std::uint64_t out = 0;
     while (walk.next(ignored))
@@ -89,7 +89,7 @@ bool Preparer::make(const voxel::BoxKey& key) {
 
 void Preparer::work() {
     try {
-        std::call_once(m_counted, [&] { m_total = BoxWalk::count(m_cache.world()); });
+        std::call_once(m_counted, [&] { m_total = BoxTraversal::count(m_cache.world()); });
     } catch (const std::exception& e) {
         const std::lock_guard lock(m_mutex);
         m_on_failure(e.what());

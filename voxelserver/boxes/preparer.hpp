@@ -14,9 +14,9 @@ namespace terravox::boxes {
 
 /// Enumerates all boxes of a world, children before their parents and neighbours close together,
 /// without holding them in memory.
-class BoxWalk {
+class BoxTraversal {
 public:
-    explicit BoxWalk(voxel::World& world);
+    explicit BoxTraversal(voxel::World& world);
     /// @return false at the end
     /// @throws Error as World::column
     [[nodiscard]] bool next(voxel::BoxKey& key);
@@ -64,7 +64,7 @@ private:
     BoxCache& m_cache;
     std::function<void(const std::string&)> m_on_failure;
     std::mutex m_mutex;  ///< guards m_walk and m_on_failure
-    BoxWalk m_walk;
+    BoxTraversal m_walk;
     std::atomic<std::uint64_t> m_done{0};
     std::atomic<std::uint64_t> m_failed{0};
     std::once_flag m_counted;

@@ -63,12 +63,12 @@ private:
 };
 
 /// Resets a statement at the end of a scope, also on exceptions.
-class Resetting {
+class StatementReset {
 public:
-    explicit Resetting(Statement& statement) : m_statement(statement) {}
-    ~Resetting() { m_statement.reset(); }
-    Resetting(const Resetting&) = delete;
-    Resetting& operator=(const Resetting&) = delete;
+    explicit StatementReset(Statement& statement) : m_statement(statement) {}
+    ~StatementReset() { m_statement.reset(); }
+    StatementReset(const StatementReset&) = delete;
+    StatementReset& operator=(const StatementReset&) = delete;
 
 private:
     Statement& m_statement;

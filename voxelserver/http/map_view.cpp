@@ -16,7 +16,7 @@ namespace {
 constexpr std::uint64_t kDrawing = 1;
 constexpr std::size_t kMaxColumns = 1'000'000;
 
-std::uint64_t look_of(const map::TopColours& colours) {
+std::uint64_t appearance_hash(const map::TopColours& colours) {
     std::string facts = std::to_string(kDrawing) + "|" + std::to_string(colours.true_percent) +
                         "|" + std::to_string(colours.true_percent_water);
     for (int i = 0; i < voxel::kMaterialCount; ++i) {
@@ -35,7 +35,7 @@ voxel::BoxKey key_of(int z, std::int32_t x, std::int32_t y) {
 
 MapView::MapView(boxes::BoxCache& cache, map::TopColours colours, std::size_t memory_bytes)
     : m_cache(cache),
-      m_look(look_of(colours)),
+      m_look(appearance_hash(colours)),
       m_tops([this](std::int32_t bx, std::int32_t bz, bool make) { return fetch(bx, bz, make); },
              std::move(colours), cache.world().info().levels, memory_bytes / 2),
       m_tiles(cache.world().info(), m_tops, memory_bytes / 2) {

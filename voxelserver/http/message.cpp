@@ -4,19 +4,17 @@
 #include <charconv>
 #include <nlohmann/json.hpp>
 
+#include "common/util/letter_case.hpp"
+
 namespace terravox::http {
 namespace {
-
-char lower(char c) noexcept {
-    return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
-}
 
 bool is_blank(char c) noexcept {
     return c == ' ' || c == '\t' || c == ',';
 }
 
 bool is_letter(char c) noexcept {
-    return lower(c) >= 'a' && lower(c) <= 'z';
+    return util::lower_case(c) >= 'a' && util::lower_case(c) <= 'z';
 }
 
 // Whether a path may begin after this character. Not within a word, such as a file's name or 1/2.
@@ -48,8 +46,7 @@ std::size_t path_length(std::string_view text) noexcept {
 }  // namespace
 
 bool same_word(std::string_view a, std::string_view b) noexcept {
-    return std::equal(a.begin(), a.end(), b.begin(), b.end(),
-                      [](char x, char y) { return lower(x) == lower(y); });
+    return util::equal_but_for_case(a, b);
 }
 
 std::string Request::header(std::string_view name) const {
@@ -197,8 +194,9 @@ Coding choose_coding(std::string_view accept_encoding) noexcept {
         const std::string_view name = trim(one.substr(0, semicolon));
         const std::string_view weight = trim(one.substr(std::min(semicolon + 1, one.size())));
         // q=0, q=0.0 ...: not acceptable.
-        const bool wanted = !(weight.size() >= 3 && lower(weight[0]) == 'q' && weight[1] == '=' &&
-                              weight.find_first_not_of("0.", 2) == std::string_view::npos);
+        const bool wanted =
+            !(weight.size() >= 3 && util::lower_case(weight[0]) == 'q' && weight[1] == '=' &&
+              weight.find_first_not_of("0.", 2) == std::string_view::npos);
         if (same_word(name, "zstd"))
             zstd = wanted;
         if (same_word(name, "identity")) {

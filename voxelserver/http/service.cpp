@@ -1,10 +1,8 @@
 #include "voxelserver/http/service.hpp"
 
-#include <unistd.h>
 #include <zstd.h>
 
 #include <charconv>
-#include <fstream>
 
 namespace terravox::http {
 namespace {
@@ -86,18 +84,6 @@ std::optional<std::int32_t> parse_int32(std::string_view text) noexcept {
     if (first == '0' && text.size() > 1)
         return std::nullopt;  // 007, -0
     return value;
-}
-
-std::uint64_t resident_bytes() noexcept {
-    try {
-        std::ifstream in("/proc/self/statm");
-        std::uint64_t size = 0;
-        std::uint64_t resident = 0;
-        if (in >> size >> resident)
-            return resident * static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
-    } catch (...) {
-    }
-    return 0;
 }
 
 }  // namespace terravox::http

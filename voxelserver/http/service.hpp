@@ -64,7 +64,4 @@ void add_validators(Response& out, std::string_view etag);
 /// Accepts only the canonical form of a number: no +1, -0, 007.
 [[nodiscard]] std::optional<std::int32_t> parse_int32(std::string_view text) noexcept;
 
-/// The resident memory of this process, bytes; 0 where the system does not report it.
-[[nodiscard]] std::uint64_t resident_bytes() noexcept;
-
 }  // namespace terravox::http

@@ -3,6 +3,7 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
+#include "common/util/resident_memory.hpp"
 #include "common/util/version.hpp"
 
 namespace terravox::http {
@@ -115,7 +116,8 @@ Response answer_stats(Service& service, const RouteRequest& call, const RequestC
           {"made", b.made},
           {"made_ahead", b.made_ahead},
           {"failed", b.failed}}},
-        {"memory", {{"rss_bytes", resident_bytes()}, {"limit_bytes", service.memory_limit_bytes}}},
+        {"memory",
+         {{"rss_bytes", util::resident_bytes()}, {"limit_bytes", service.memory_limit_bytes}}},
         {"prepare", prepare}};
     return json_reply(out.dump(-1, ' ', false, json::error_handler_t::replace) + "\n",
                       call.request);
@@ -225,7 +227,7 @@ Response answer_metrics(Service& service, const RequestCounts& counts, double up
     text.value(1, label("version", kVersion));
     text.one("terravox_uptime_seconds", "gauge", "Time since the start.", uptime_s);
     text.one("process_resident_memory_bytes", "gauge", "Resident memory.",
-             static_cast<double>(resident_bytes()));
+             static_cast<double>(util::resident_bytes()));
     text.one("terravox_memory_limit_bytes", "gauge", "The limit of memory that was set.",
              static_cast<double>(service.memory_limit_bytes));
     write_requests(text, counts);

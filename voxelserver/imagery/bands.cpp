@@ -6,15 +6,10 @@
 #include <initializer_list>
 #include <string_view>
 
+#include "common/util/letter_case.hpp"
+
 namespace terravox::imagery {
 namespace {
-
-std::string lower(std::string text) {
-    std::transform(text.begin(), text.end(), text.begin(), [](char c) {
-        return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
-    });
-    return text;
-}
 
 bool letter(char c) noexcept {
     return c >= 'a' && c <= 'z';
@@ -36,7 +31,7 @@ bool says_near_infrared(GDALRasterBand& band) {
     if (band.GetColorInterpretation() == GCI_NIRBand)
         return true;
 #endif
-    return has_word(lower(band.GetDescription()),
+    return has_word(util::lower_case(band.GetDescription()),
                     {"nir", "near infrared", "near-infrared", "near_infrared", "nearinfrared",
                      "infrared", "pir", "ir"});
 }
@@ -52,14 +47,14 @@ bool says_anything_else(GDALRasterBand& band) {
 BandRoles roles_of(GDALDataset& image, const std::string& file_name) {
     BandRoles roles;
     const int bands = image.GetRasterCount();
-    const std::string name = lower(file_name);
+    const std::string name = util::lower_case(file_name);
     if (image.GetRasterBand(1)->GetColorTable() != nullptr)
         return {1, 1, 1, 0, true};
     bool infrared_described = false;
     for (int b = 1; b <= bands; ++b) {
         GDALRasterBand& band = *image.GetRasterBand(b);
         const GDALColorInterp meaning = band.GetColorInterpretation();
-        const std::string says = lower(band.GetDescription());
+        const std::string says = util::lower_case(band.GetDescription());
         if (says_near_infrared(band)) {
             roles.nir = roles.nir == 0 ? b : roles.nir;
             infrared_described = true;

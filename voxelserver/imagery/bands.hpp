@@ -26,8 +26,8 @@ struct BandRoles {
 /// 4. four bands or more, the fourth neither alpha nor described: near infrared;
 /// 5. else red, green, blue in the order of the bands; fewer than three bands are grey.
 ///
-/// An image that has only near infrared, red and green gives no colour: its blue is unknown, and an
-/// invented value would end up in the picture.
+/// An image that has only near infrared, red and green gives no colour: its blue is unknown, and a
+/// made-up value would end up in the picture.
 [[nodiscard]] BandRoles roles_of(GDALDataset& image, const std::string& file_name);
 
 }  // namespace terravox::imagery

@@ -78,12 +78,12 @@ void Image::open() {
 void Image::learn_georeference() {
     const geo::GdalErrorScope errors;
     if (m_data->GetGeoTransform(m_geo.data()) != CE_None)
-        fail("no place on Earth (neither GeoTIFF tags nor a world file)");
+        fail("not georeferenced (neither GeoTIFF tags nor a world file)");
     const double area = m_geo[1] * m_geo[5] - m_geo[2] * m_geo[4];
     const bool finite =
         std::all_of(m_geo.begin(), m_geo.end(), [](double v) { return std::isfinite(v); });
     if (!finite || !(std::abs(area) > 0))
-        fail("its pixels have no size on Earth (area " + std::to_string(area) +
+        fail("the size of its pixels is not above 0 (area " + std::to_string(area) +
              "; allowed: above 0)");
     if (const OGRSpatialReference* own = m_data->GetSpatialRef())
         m_crs = geo::Crs::from_ogr(*own, m_path.string());

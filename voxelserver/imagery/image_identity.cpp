@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "common/geo/side_files.hpp"
+#include "common/util/letter_case.hpp"
 #include "common/voxel/bytes.hpp"
 #include "common/voxel/file_identity.hpp"
 #include "voxelserver/imagery/vrt_sources.hpp"
@@ -20,12 +21,6 @@ namespace {
 constexpr int kMaxDepth = 4;               // a .vrt of .vrts
 constexpr std::size_t kMaxSources = 4096;  // of one .vrt
 constexpr std::size_t kMaxVrtBytes = std::size_t{16} << 20;
-
-std::string lower(std::string text) {
-    std::transform(text.begin(), text.end(), text.begin(),
-                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-    return text;
-}
 
 // Reads the text, not the images: computing the identity of a world must not require access to
 // them.
@@ -48,7 +43,7 @@ void add(voxel::ByteWriter& out, const fs::path& file, int depth) {
             out.add(other.extension().string());
             out.add(voxel::file_identity(other, "orthophoto"));
         }
-    if (lower(file.extension().string()) != ".vrt" || depth >= kMaxDepth)
+    if (util::lower_extension(file) != ".vrt" || depth >= kMaxDepth)
         return;
     for (const fs::path& source : sources_of(file))
         if (source != file && fs::is_regular_file(source, ignored))
@@ -60,7 +55,7 @@ void add(voxel::ByteWriter& out, const fs::path& file, int depth) {
 voxel::Fingerprint image_identity(const fs::path& file) {
     voxel::ByteWriter out;
     add(out, file, 0);
-    return out.print();
+    return out.fingerprint();
 }
 
 }  // namespace terravox::imagery

@@ -102,7 +102,7 @@ std::vector<PaletteFile> read_palette(const std::string& id_or_path) {
         out.emplace_back(file);
         const PaletteFile& last = out.back();
         if (out.size() > kMaxExtends)
-            last.fail("'extends' goes round in a circle");
+            last.fail("'extends' is circular");
         last.allow_only(last.root(), "",
                         {"title", "extends", "space", "lightness_weight", "candidates", "ndvi",
                          "entry", "filter"});

@@ -7,6 +7,8 @@
 #include <set>
 #include <string>
 
+#include "common/util/letter_case.hpp"
+
 namespace terravox::imagery {
 
 namespace fs = std::filesystem;
@@ -15,16 +17,7 @@ namespace {
 
 constexpr std::string_view kBlank = " \t\r\n";
 
-char lower(char c) noexcept {
-    return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
-}
-
 // GDAL compares names of elements and attributes case-insensitively.
-bool same_name(std::string_view a, std::string_view b) noexcept {
-    return std::equal(a.begin(), a.end(), b.begin(), b.end(),
-                      [](char x, char y) { return lower(x) == lower(y); });
-}
-
 std::string_view trimmed(std::string_view text) noexcept {
     const std::size_t begin = text.find_first_not_of(kBlank);
     return begin == std::string_view::npos
@@ -58,11 +51,13 @@ bool append_entity(std::string& out, std::string_view name) {
     constexpr std::pair<std::string_view, char> kNamed[] = {
         {"amp", '&'}, {"lt", '<'}, {"gt", '>'}, {"quot", '"'}, {"apos", '\''}};
     for (const auto& [known, character] : kNamed)
-        if (name == known)
-            return out.push_back(character), true;
+        if (name == known) {
+            out.push_back(character);
+            return true;
+        }
     if (name.size() < 2 || name[0] != '#')
         return false;
-    const bool hex = lower(name[1]) == 'x';
+    const bool hex = util::lower_case(name[1]) == 'x';
     const std::string_view digits = name.substr(hex ? 2 : 1);
     std::uint32_t code = 0;
     const auto [end, error] =
@@ -102,7 +97,7 @@ bool is_relative(std::string_view attributes) {
         const std::size_t close = attributes.find(attributes[open], open + 1);
         if (close == std::string_view::npos)
             return false;
-        if (same_name(name, "relativeToVRT"))
+        if (util::equal_but_for_case(name, "relativeToVRT"))
             return trimmed(attributes.substr(open + 1, close - open - 1)) == "1";
         attributes = attributes.substr(close + 1);
     }
@@ -120,7 +115,8 @@ std::vector<fs::path> vrt_sources(std::string_view text, const fs::path& folder,
         if (name_end == std::string_view::npos)
             break;
         const std::string_view name = text.substr(at, name_end - at);
-        if (!same_name(name, "SourceFilename") && !same_name(name, "SourceDataset"))
+        if (!util::equal_but_for_case(name, "SourceFilename") &&
+            !util::equal_but_for_case(name, "SourceDataset"))
             continue;
         const std::size_t begin = text.find('>', name_end);
         const std::size_t end = begin == std::string_view::npos ? begin : text.find('<', begin);

@@ -6,6 +6,8 @@
 #include <sstream>
 #include <string_view>
 
+#include "common/util/letter_case.hpp"
+
 namespace terravox::ply {
 namespace {
 
@@ -71,18 +73,12 @@ std::string plain_name(std::string_view name) {
     std::string out;
     for (const char c : name) {
         if (c != '_')
-            out += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+            out += util::lower_case(c);
     }
     constexpr std::string_view kPrefix = "scalar";
     if (out.starts_with(kPrefix))
         out.erase(0, kPrefix.size());
     return out;
-}
-
-std::string lower(std::string text) {
-    std::transform(text.begin(), text.end(), text.begin(),
-                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-    return text;
 }
 
 std::vector<std::string> words_of(const std::string& line) {
@@ -205,7 +201,7 @@ private:
     void take_comment(const std::string& line) {
         constexpr std::string_view kKey = "comment crs";
         constexpr std::string_view kBetween = " \t:=";
-        if (!lower(line).starts_with(kKey) || !m_header.crs.empty())
+        if (!util::lower_case(line).starts_with(kKey) || !m_header.crs.empty())
             return;
         const std::size_t begin = line.find_first_not_of(kBetween, kKey.size());
         if (begin != std::string::npos && begin > kKey.size())

@@ -52,7 +52,7 @@ void warn_of_coarse_floats(const PointCloudInfo& info, const Header& header) {
 
 }  // namespace
 
-PlySource::Contents PlySource::look_through(const std::filesystem::path& path) {
+PlySource::Contents PlySource::scan(const std::filesystem::path& path) {
     Contents out;
     const FileBytes file(path);
     out.header = read_header(file);
@@ -74,7 +74,7 @@ PlySource::Contents PlySource::look_through(const std::filesystem::path& path) {
     return out;
 }
 
-PlySource::PlySource(const std::filesystem::path& path) : PlySource(look_through(path)) {}
+PlySource::PlySource(const std::filesystem::path& path) : PlySource(scan(path)) {}
 
 PlySource::PlySource(Contents contents)
     : PointSource(std::move(contents.info)),

@@ -29,7 +29,7 @@ private:
         Header header;
         std::vector<std::uint64_t> part_at;  ///< offset of every 50,000th vertex, bytes
     };
-    [[nodiscard]] static Contents look_through(const std::filesystem::path& path);
+    [[nodiscard]] static Contents scan(const std::filesystem::path& path);
     explicit PlySource(Contents contents);
 
     const Header m_header;

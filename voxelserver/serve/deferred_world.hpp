@@ -44,8 +44,8 @@ public:
     [[nodiscard]] voxel::ColumnExtent column(int level, std::int32_t bx, std::int32_t bz) override {
         return m_facts.column(level, bx, bz);
     }
-    [[nodiscard]] voxel::BoxWithInputs traced_box(const voxel::BoxKey& key) override {
-        return opened().traced_box(key);
+    [[nodiscard]] voxel::BoxWithInputs box_with_inputs(const voxel::BoxKey& key) override {
+        return opened().box_with_inputs(key);
     }
     [[nodiscard]] voxel::Fingerprint fingerprint(const voxel::InputExtent& reach) const override {
         return m_facts.fingerprint(reach);

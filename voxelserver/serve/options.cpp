@@ -68,8 +68,9 @@ void add_lidar_options(CLI::App& app, Options& o) {
     add_kind_option(app, o, "--vertical-unit", o.world.vertical_unit,
                     "of LiDAR data and rasters of heights: unit of heights, m, ft or us-ft; "
                     "default: from the CRS");
-    add_kind_option(app, o, "--voxel", o.world.voxel_m,
-                    "edge of a voxel, metres; not of Minecraft worlds, archives and servers")
+    add_kind_option(
+        app, o, "--voxel", o.world.voxel_m,
+        "edge of a voxel, metres; of LiDAR data, rasters of heights and generated worlds")
         ->capture_default_str();
 }
 
@@ -100,7 +101,7 @@ void add_other_kinds_options(CLI::App& app, Options& o) {
                     "of generated worlds: trees, bushes and grass, true or false")
         ->capture_default_str();
     app.add_option("--processing-box-timeout-s", o.box_timeout_s,
-                   "of voxel servers and archives on web servers: how long to try for a box, "
+                   "of voxel servers and archives on web servers: timeout for fetching a box, "
                    "seconds")
         ->capture_default_str()
         ->check(CLI::Range(1, 86400))

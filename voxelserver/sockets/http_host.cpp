@@ -7,20 +7,12 @@
 #include <array>
 
 #include "common/util/error.hpp"
+#include "common/util/letter_case.hpp"
 
 namespace terravox::sockets {
 namespace {
 
 constexpr std::size_t kMaxNameBytes = 253;  // limit for a domain name
-
-char lower(char c) noexcept {
-    return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
-}
-
-bool same(std::string_view a, std::string_view b) noexcept {
-    return std::equal(a.begin(), a.end(), b.begin(), b.end(),
-                      [](char x, char y) { return lower(x) == lower(y); });
-}
 
 bool is_digit(char c) noexcept {
     return c >= '0' && c <= '9';
@@ -28,8 +20,8 @@ bool is_digit(char c) noexcept {
 
 bool is_name(std::string_view text) noexcept {
     const auto fits = [](char c) {
-        return is_digit(c) || (lower(c) >= 'a' && lower(c) <= 'z') || c == '-' || c == '.' ||
-               c == '_';
+        return is_digit(c) || (util::lower_case(c) >= 'a' && util::lower_case(c) <= 'z') ||
+               c == '-' || c == '.' || c == '_';
     };
     return !text.empty() && text.size() <= kMaxNameBytes && text.front() != '.' &&
            std::all_of(text.begin(), text.end(), fits);
@@ -70,7 +62,8 @@ HttpNames::HttpNames(const std::string& bind, const std::vector<std::string>& na
     if (!is_loopback(bind) && gethostname(own.data(), own.size() - 1) == 0 && own.front() != '\0')
         m_names.emplace_back(own.data());
     for (std::string& name : m_names)
-        std::transform(name.begin(), name.end(), name.begin(), lower);
+        std::transform(name.begin(), name.end(), name.begin(),
+                       [](char c) { return util::lower_case(c); });
 }
 
 bool HttpNames::allow(std::string_view host) const noexcept {
@@ -87,7 +80,7 @@ bool HttpNames::allow(std::string_view host) const noexcept {
     const std::string_view name = host.substr(0, colon);
     return is_address(AF_INET, name) ||
            std::any_of(m_names.begin(), m_names.end(),
-                       [&](const std::string& own) { return same(own, name); });
+                       [&](const std::string& own) { return util::equal_but_for_case(own, name); });
 }
 
 bool from_another_origin(const RequestingPage& page) noexcept {
@@ -95,7 +88,7 @@ bool from_another_origin(const RequestingPage& page) noexcept {
         constexpr std::string_view kMark = "://";
         const std::size_t mark = page.origin.find(kMark);
         if (mark == std::string_view::npos ||
-            !same(page.origin.substr(mark + kMark.size()), page.host))
+            !util::equal_but_for_case(page.origin.substr(mark + kMark.size()), page.host))
             return true;
     }
     if (page.site.empty() || page.site == "none" || page.site == "same-origin")

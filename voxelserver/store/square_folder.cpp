@@ -65,7 +65,7 @@ std::string square_name(const fs::path& source, const std::string& recipe) {
     constexpr std::size_t kStem = 80;
     const std::string stem = source.stem().string();
     return stem.substr(std::min(stem.find_first_not_of('.'), stem.size())).substr(0, kStem) + "-" +
-           voxel::hex_of(facts.print());
+           voxel::hex_of(facts.fingerprint());
 }
 
 SquareFolder::SquareFolder(fs::path folder, std::uint64_t limit_bytes)

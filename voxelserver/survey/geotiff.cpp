@@ -56,7 +56,7 @@ void write(const std::filesystem::path& path, const SquareExtent& extent,
     image.reset();  // flushes; a full disk is reported here
     if (CPLGetLastErrorType() >= CE_Failure)
         fail(path);
-    const auto missing = geo::missing_of_tiff(file.temporary_path());
+    const auto missing = geo::find_missing_part_of_tiff(file.temporary_path());
     if (missing)
         throw util::Error(
             "write " + path.string() +

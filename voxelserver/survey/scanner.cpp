@@ -7,8 +7,8 @@ constexpr double kRangeNoise_m = 0.025;  ///< standard deviation of a measured h
 constexpr double kDropout = 0.004;       ///< pulses without any echo
 constexpr double kNoiseShare =
     2.0e-5;  ///< pulses that hit a bird, and that give a multipath echo, each
-constexpr double kWallShare = 0.55;    ///< pulses that return from a wall
-constexpr double kWireReach_m = 0.14;  ///< half the width of the beam plus the wire
+constexpr double kWallShare = 0.55;  ///< pulses that return from a wall
+constexpr double kWireHit_m = 0.14;  ///< half the width of the beam plus the wire
 constexpr int kMaxCrowns = 4;
 
 std::uint8_t vegetation_class(double above_m) noexcept {
@@ -157,7 +157,7 @@ std::optional<double> Scanner::hit(const Ray& ray, const Wire& wire) noexcept {
         height = wire.height_m(on.along);
     }
     on = nearest_on_segment(ray.at(height), wire.a, wire.b);
-    if (on.distance_m > kWireReach_m)
+    if (on.distance_m > kWireHit_m)
         return std::nullopt;
     return height;
 }

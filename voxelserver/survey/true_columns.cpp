@@ -5,7 +5,7 @@
 namespace terravox::survey {
 namespace {
 
-constexpr double kWireReach_m = 0.5;  ///< a wire belongs to the columns within half a metre
+constexpr double kWireColumn_m = 0.5;  ///< a wire belongs to the columns within half a metre
 
 TrueKind kind_of(Cover cover) noexcept {
     switch (cover) {
@@ -137,7 +137,7 @@ private:
                            std::max(wire.a.x, wire.b.x), std::max(wire.a.y, wire.b.y)};
             over(box.expanded(1.0), [&](std::size_t i, Vec2 p) {
                 const OnSegment on = nearest_on_segment(p, wire.a, wire.b);
-                if (on.distance_m <= kWireReach_m)
+                if (on.distance_m <= kWireColumn_m)
                     show(i, static_cast<float>(wire.height_m(on.along)), TrueKind::kWire);
             });
         }

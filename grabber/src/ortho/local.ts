@@ -60,7 +60,7 @@ async function readImages(
     if (bounds === undefined) {
       throw new GrabberError(
         'ORTHO',
-        `read the picture ${one}: it is turned or has no place on Earth; allowed: GeoTIFF ` +
+        `read the picture ${one}: it is rotated, or not georeferenced; allowed: GeoTIFF ` +
           'tags or a world file, north up',
       );
     }

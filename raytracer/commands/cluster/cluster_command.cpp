@@ -34,7 +34,7 @@ std::vector<std::string> words_of(const CLI::App& command) {
 }
 
 void add_needs(CLI::App& command, Arguments& args) {
-    command.add_option("--nodes", args.slurm.nodes, "machines at work at once")
+    command.add_option("--nodes", args.slurm.nodes, "number of nodes that run at the same time")
         ->check(CLI::Range(1, 100000))
         ->capture_default_str();
     command
@@ -51,7 +51,7 @@ void add_needs(CLI::App& command, Arguments& args) {
 
 void add_frames(CLI::App& command, Arguments& args) {
     command.add_option("--frames", args.slurm.frames,
-                       "A-B, both count; as in animate the first frame is 0; default: all");
+                       "A-B, inclusive; as in animate the first frame is 0; default: all");
     command
         .add_option("--frames-per-task", args.slurm.frames_per_task,
                     "should take half a minute or more; default: about 8 tasks for each machine")
@@ -109,7 +109,7 @@ void add_slurm_jobs(CLI::App& command, Arguments& args) {
         ->allow_extra_args(false);
     command.add_option("--folder", args.slurm.folder,
                        "for scripts and logs; default: jobs/NAME of the picture or animation");
-    command.add_option("--poll", args.slurm.poll_s, "seconds between looks at the queue")
+    command.add_option("--poll", args.slurm.poll_s, "seconds between queries of the queue")
         ->check(CLI::Range(1, 3600))
         ->capture_default_str();
     command.add_flag("--dry-run", args.slurm.dry_run,
@@ -131,7 +131,7 @@ void add_slurm_pool(CLI::App& command, Arguments& args) {
         ->group(group);
     command
         .add_option("--address", args.slurm.address,
-                    "what nodes call the coordinator's machine; default: its host name")
+                    "address at which nodes reach the coordinator; default: its host name")
         ->group(group);
     command.add_option("--port", args.slurm.port, "of the coordinator; default: a free one")
         ->check(CLI::Range(1, 65535))
@@ -140,7 +140,7 @@ void add_slurm_pool(CLI::App& command, Arguments& args) {
 
 /// Options for independent tasks: frames of an animation, or parts of a picture.
 void add_slurm_batch(CLI::App& command, Arguments& args) {
-    const char* group = "Tasks that know nothing of each other";
+    const char* group = "Independent tasks";
     command
         .add_flag("--batch", args.slurm.batch,
                   "frames of an animation: only those that are not done")
@@ -233,7 +233,8 @@ CLI::App* add_kubernetes(CLI::App& cluster, Arguments& args) {
     add_needs(*command, args);
     add_frames(*command, args);
     command->add_option("--name", args.name, "of what is made")->capture_default_str();
-    command->add_option("--image", args.pods.image, "that holds terravox-raytracer")->required();
+    command->add_option("--image", args.pods.image, "container image with terravox-raytracer")
+        ->required();
     command
         ->add_option("--claim", args.pods.claim,
                      "persistent volume claim with worlds and pictures (ReadWriteMany)")

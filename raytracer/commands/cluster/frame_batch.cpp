@@ -138,8 +138,8 @@ private:
         if (static_cast<std::size_t>(with_holes) != missing.size())
             throw util::Error(
                 kAttempt + std::to_string(missing.size() - static_cast<std::size_t>(with_holes)) +
-                " frames were not made, the first is " + std::to_string(missing.front()) + "; " +
-                logs() + " tells why; the same command makes what is missing");
+                " frames were not made, the first is " + std::to_string(missing.front()) +
+                "; see " + logs() + "; the same command makes what is missing");
         if (with_holes > 0) {
             std::fprintf(stderr, "terravox: %td frames have holes; see %s\n", with_holes,
                          logs().c_str());

@@ -8,7 +8,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kAttempt = "run the batch: ";
+constexpr const char* kJoinAttempt = "run the batch: ";
 
 /// Parts of one picture.
 class PartBatch : Batch {
@@ -51,14 +51,15 @@ public:
         submission.follow();
         const auto code = slurm()->exit_code(merging);
         if (!code)
-            throw util::Error(kAttempt +
-                              std::string("Slurm has forgotten how the parts were joined; see ") +
-                              logs() + "/merge-" + merging + ".txt");
+            throw util::Error(
+                kJoinAttempt +
+                std::string("Slurm no longer reports how the parts were joined; see ") + logs() +
+                "/merge-" + merging + ".txt");
         if (*code == static_cast<int>(util::ExitCode::kHoles))
             return util::ExitCode::kHoles;
         if (*code != 0)
-            throw util::Error(kAttempt + std::string("the parts were not joined; ") + logs() +
-                              " tells why; the same command goes on");
+            throw util::Error(kJoinAttempt + std::string("the parts were not joined; see ") +
+                              logs() + "; the same command continues");
         return util::ExitCode::kDone;
     }
 };

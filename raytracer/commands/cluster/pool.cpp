@@ -173,7 +173,8 @@ private:
             if (stop.stop_requested()) {
                 child.stop();
                 throw util::Error(
-                    "render with workers of Slurm: a signal came; the picture is not finished, the "
+                    "render with workers of Slurm: interrupted by a signal; the picture is not "
+                    "finished, the "
                     "workers are cancelled");
             }
             if (Clock::now() < next)
@@ -218,11 +219,12 @@ private:
             if (empty_looks == 3)
                 throw util::Error("render with workers of Slurm: the coordinator's job " +
                                   coordinator +
-                                  " is over, and Slurm has forgotten how it ended; see " +
+                                  " is over, and Slurm no longer reports how it ended; see " +
                                   (m_folder.path() / "logs").string());
             if (thread::wait_for_stop(stop, std::chrono::seconds(m_options.poll_s)))
                 throw util::Error(
-                    "render with workers of Slurm: a signal came; the picture is not finished, all "
+                    "render with workers of Slurm: interrupted by a signal; the picture is not "
+                    "finished, all "
                     "jobs are cancelled");
         }
     }
@@ -236,8 +238,9 @@ private:
 
     [[nodiscard]] util::Error no_workers() const {
         return util::Error(
-            "render with workers of Slurm: all workers ended before the picture was finished; " +
-            (m_folder.path() / "logs").string() + " tells why");
+            "render with workers of Slurm: all workers ended before the picture was finished; "
+            "see " +
+            (m_folder.path() / "logs").string());
     }
 
     SlurmOptions m_options;

@@ -10,7 +10,7 @@
 namespace terravox::cluster {
 namespace {
 
-constexpr const char* kAttempt = "run the batch: ";
+constexpr const char* kSubmitAttempt = "run the batch: ";
 
 }  // namespace
 
@@ -26,14 +26,15 @@ void Submission::wait_for_earlier() {
         return;
     const auto counts = m_slurm->counts(m_before);
     if (!counts)
-        throw util::Error(std::string(kAttempt) +
+        throw util::Error(std::string(kSubmitAttempt) +
                           "squeue has no answer; without it, it is unknown whether the jobs of " +
                           file().string() + " are at work");
     if (counts->all() == 0)
         return;
     if (!m_options.wait)
-        throw util::Error(std::string(kAttempt) + std::to_string(counts->all()) + " tasks of " +
-                          file().string() + " are at work; wait for them, or scancel them");
+        throw util::Error(std::string(kSubmitAttempt) + std::to_string(counts->all()) +
+                          " tasks of " + file().string() +
+                          " are at work; wait for them, or scancel them");
     if (!m_options.quiet)
         std::fprintf(stderr, "slurm: %d tasks of an earlier call are at work\n", counts->all());
     follow(m_before, counts->all());
@@ -75,7 +76,7 @@ void Submission::follow(const std::vector<Slurm::JobId>& jobs, int tasks) {
         const std::chrono::seconds period(m_options.poll_s);
         if (empty_looks < 2 && thread::wait_for_stop(signals.token(), period)) {
             const std::string wrong = m_slurm->cancel(jobs);
-            throw util::Error(std::string(kAttempt) + "a signal came; " +
+            throw util::Error(std::string(kSubmitAttempt) + "interrupted by a signal; " +
                               (wrong.empty() ? "all tasks are cancelled; the same command goes on"
                                              : "cancel the tasks: " + wrong));
         }

@@ -24,8 +24,14 @@ bool is_passing(const std::string& name) {
                        [&](const char* ending) { return name.ends_with(ending); });
 }
 
-[[noreturn]] void fail(const fs::path& file, const std::string& what) {
+[[noreturn]] void fail_to_name(const fs::path& file, const std::string& what) {
     throw util::Error("name the inputs of the picture: " + file.string() + ": " + what);
+}
+
+/// For comparing paths, whether files exist or not.
+fs::path absolute_path(const fs::path& path) {
+    std::error_code ignored;
+    return fs::absolute(path, ignored).lexically_normal();
 }
 
 class Contents {
@@ -37,17 +43,18 @@ public:
         const std::uint64_t size = fs::file_size(file, failed);
         std::ifstream in(file, std::ios::binary);
         if (failed || !in)
-            fail(file, "cannot be read");
+            fail_to_name(file, "cannot be read");
         take(as.data(), as.size());
         take(&size, sizeof size);
         std::vector<char> sample(std::min(size, kSample_bytes));
         for (const std::uint64_t at : {std::uint64_t{0}, size - sample.size()}) {
             in.seekg(static_cast<std::streamoff>(at));
             if (!in.read(sample.data(), static_cast<std::streamsize>(sample.size())))
-                fail(file, "cannot be read");
+                fail_to_name(file, "cannot be read");
             take(sample.data(), sample.size());
         }
-        ++m_files, m_bytes += size;
+        ++m_files;
+        m_bytes += size;
     }
     [[nodiscard]] std::string text() const {
         std::array<char, 20> hash{};
@@ -65,7 +72,8 @@ private:
     std::uint64_t m_hash = 0;
 };
 
-void add_all(Contents& contents, const fs::path& path) {
+/// @param outputs absolute_path() of files that are ignored
+void add_all(Contents& contents, const fs::path& path, const std::set<fs::path>& outputs = {}) {
     std::error_code failed;
     if (!fs::is_directory(path, failed))
         return contents.add(path, path.filename().string());
@@ -78,19 +86,19 @@ void add_all(Contents& contents, const fs::path& path) {
         std::error_code ignored;
         if (is_passing(name))
             it.disable_recursion_pending();
-        else if (it->is_regular_file(ignored))
+        else if (it->is_regular_file(ignored) && !outputs.contains(absolute_path(it->path())))
             files.push_back(it->path());
     }
     if (failed)
-        fail(path, failed.message());
+        fail_to_name(path, failed.message());
     std::sort(files.begin(), files.end());
     for (const fs::path& file : files)
         contents.add(file, file.lexically_relative(path).string());
 }
 
-std::string name_of(const fs::path& path) {
+std::string name_of(const fs::path& path, const std::set<fs::path>& outputs) {
     Contents contents;
-    add_all(contents, path);
+    add_all(contents, path, outputs);
     const fs::path bare = path.has_filename() ? path : path.parent_path();
     return bare.filename().string() + ": " + contents.text();
 }
@@ -99,14 +107,17 @@ std::string name_of(const fs::path& path) {
 
 std::vector<std::string> name_inputs(const std::vector<std::string>& inputs,
                                      const std::vector<fs::path>& orthophotos,
-                                     const scene::Scene& scene) {
+                                     const scene::Scene& scene, const std::set<fs::path>& outputs) {
     std::vector<std::string> out;
     std::error_code ignored;
+    std::set<fs::path> absolute_outputs;
+    for (const fs::path& output : outputs)
+        absolute_outputs.insert(absolute_path(output));
     for (const std::string& input : inputs)
-        out.push_back(fs::exists(input, ignored) ? name_of(input) : input);
+        out.push_back(fs::exists(input, ignored) ? name_of(input, absolute_outputs) : input);
     for (const fs::path& photo : orthophotos)
-        out.push_back("orthophoto " +
-                      (fs::exists(photo, ignored) ? name_of(photo) : photo.string()));
+        out.push_back("orthophoto " + (fs::exists(photo, ignored) ? name_of(photo, absolute_outputs)
+                                                                  : photo.string()));
     Contents shaping;
     add_all(shaping, material::find_materials(scene.quality.materials));
     for (const char* data : {"blocks", "classes", "palettes", "voxelize.toml"})

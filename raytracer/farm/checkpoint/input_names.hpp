@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -8,18 +9,19 @@
 
 namespace terravox::farm {
 
-/// Identifies the inputs of a picture by their contents, one line each, so that a checkpoint is
-/// recognised as that of its picture, on another machine too: the inputs, the orthophotos, and the
-/// data files that affect voxels and looks (material file, classes, palettes, blocks,
-/// voxelize.toml).
+/// Identifies the inputs of a picture by their contents, one line each, so that a checkpoint, or a
+/// finished frame, is recognised as that of its picture, on another machine too: the inputs, the
+/// orthophotos, and the data files that affect voxels and looks (material file, classes, palettes,
+/// blocks, voxelize.toml).
 ///   a file or folder   its name without the folder that contains it, files, bytes, and a hash: of
 ///                      names, sizes, and the first and the last 16 KiB of each file, where formats
 ///                      keep counts, times and indices. That takes two reads per file, however
 ///                      large. Hidden files and locks are ignored.
 ///   anything else      unchanged: an address, "generated:7"
+/// @param outputs files that are ignored in the folders of inputs: the program writes them itself
 /// @throws Error for a file that cannot be read
 [[nodiscard]] std::vector<std::string> name_inputs(
     const std::vector<std::string>& inputs, const std::vector<std::filesystem::path>& orthophotos,
-    const scene::Scene& scene);
+    const scene::Scene& scene, const std::set<std::filesystem::path>& outputs = {});
 
 }  // namespace terravox::farm

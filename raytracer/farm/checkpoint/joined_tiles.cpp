@@ -38,27 +38,27 @@ JoinedTiles::JoinedTiles(const std::vector<std::filesystem::path>& files) {
             util::log_warn("{}", damaged);
         m_damage.insert(journal.damage().begin(), journal.damage().end());
     }
-    m_whose.assign(key().grid.cells(), kNobody);
+    m_journal_of.assign(key().grid.cells(), kNoJournal);
     for (std::uint32_t j = 0; j < m_journals.size(); ++j)
-        for (std::uint32_t cell = 0; cell < m_whose.size(); ++cell) {
+        for (std::uint32_t cell = 0; cell < m_journal_of.size(); ++cell) {
             if (!m_journals[j].at(cell).is_there())
                 continue;
-            if (m_whose[cell] != kNobody)
+            if (m_journal_of[cell] != kNoJournal)
                 compare(cell, j);
             else {
-                m_whose[cell] = j;
+                m_journal_of[cell] = j;
                 ++m_count;
             }
         }
 }
 
 void JoinedTiles::compare(std::uint32_t cell, std::uint32_t other) {
-    const TileJournal &own = m_journals[m_whose[cell]], &its = m_journals[other];
+    const TileJournal &own = m_journals[m_journal_of[cell]], &its = m_journals[other];
     const std::uint32_t own_holes = own.at(cell).holes;
     const std::uint32_t its_holes = its.at(cell).holes;
     if (own_holes > 0 || its_holes > 0) {
         if (its_holes < own_holes)
-            m_whose[cell] = other;
+            m_journal_of[cell] = other;
         return;
     }
     if (tiles::hash_of_pixels(own.tile(cell)) == tiles::hash_of_pixels(its.tile(cell)))
@@ -73,21 +73,21 @@ void JoinedTiles::compare(std::uint32_t cell, std::uint32_t other) {
 
 std::string JoinedTiles::rows_missing() const {
     return terravox::farm::rows_missing(
-        key().grid, [this](std::uint32_t cell) { return m_whose[cell] != kNobody; });
+        key().grid, [this](std::uint32_t cell) { return m_journal_of[cell] != kNoJournal; });
 }
 
 void JoinedTiles::each(const std::function<void(tiles::TileResult&&)>& take) const {
-    for (std::uint32_t cell = 0; cell < m_whose.size(); ++cell)
-        if (m_whose[cell] != kNobody)
-            take(m_journals[m_whose[cell]].tile(cell));
+    for (std::uint32_t cell = 0; cell < m_journal_of.size(); ++cell)
+        if (m_journal_of[cell] != kNoJournal)
+            take(m_journals[m_journal_of[cell]].tile(cell));
 }
 
 void JoinedTiles::write(const std::filesystem::path& file) const {
     Checkpoint out(file, key(), Checkpoint::Existing::kRefuse);
     out.note_damage(damage());
-    for (std::uint32_t cell = 0; cell < m_whose.size(); ++cell)
-        if (m_whose[cell] != kNobody)
-            out.add_encoded(m_journals[m_whose[cell]].encoded(cell));
+    for (std::uint32_t cell = 0; cell < m_journal_of.size(); ++cell)
+        if (m_journal_of[cell] != kNoJournal)
+            out.add_encoded(m_journals[m_journal_of[cell]].encoded(cell));
     out.close();
 }
 

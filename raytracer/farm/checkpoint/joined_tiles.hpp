@@ -39,10 +39,10 @@ public:
     void write(const std::filesystem::path& file) const;
 
 private:
-    static constexpr std::uint32_t kNobody = ~0U;
+    static constexpr std::uint32_t kNoJournal = ~0U;
     void compare(std::uint32_t cell, std::uint32_t other);
     std::vector<TileJournal> m_journals;
-    std::vector<std::uint32_t> m_whose;  ///< by cell: index of the journal that holds the tile
+    std::vector<std::uint32_t> m_journal_of;  ///< by cell: index of the journal that holds the tile
     std::uint32_t m_count = 0;
     std::set<std::string> m_damage;
 };

@@ -186,7 +186,7 @@ RecordScan scan_records(const OpenFile& file,
         file.read(found.offset, payload);
         if (XXH3_64bits(payload.data(), payload.size()) != next.payload_checksum ||
             !record(out.text, found, payload))
-            out.spoiled.push_back(found);
+            out.damaged.push_back(found);
         at = out.end = found.offset + found.bytes;
     }
     out.torn_bytes = size - out.end;

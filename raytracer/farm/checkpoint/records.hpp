@@ -61,7 +61,7 @@ inline constexpr std::size_t kRecordHead_bytes = 32;
 
 struct RecordScan {
     std::string text;              ///< of the head
-    std::vector<Record> spoiled;   ///< records whose payloads are damaged and whose heads are not
+    std::vector<Record> damaged;   ///< records whose payloads are damaged and whose heads are not
     std::uint64_t lost_bytes = 0;  ///< bytes between records in which no record could be recognised
     std::uint64_t end = 0;         ///< end of the last complete record
     std::uint64_t torn_bytes = 0;  ///< bytes after that
@@ -69,7 +69,7 @@ struct RecordScan {
 
 /// Reads a file from its beginning, one record at a time.
 /// @param record called with each undamaged record, in the file's order; it returns false for one
-/// that it cannot interpret, which then counts as spoiled
+/// that it cannot interpret, which then counts as damaged
 /// @throws Error where the file cannot be read, is not of this kind or version, or its head is
 /// damaged
 [[nodiscard]] RecordScan scan_records(

@@ -21,7 +21,7 @@ TileJournal::TileJournal(OpenFile file) : m_file(std::move(file)) {
         return take(record, payload);
     });
     prepare(scan.text);
-    for (const Record& record : scan.spoiled)
+    for (const Record& record : scan.damaged)
         m_spoiled.insert(record.cell);
     m_lost_bytes = scan.lost_bytes;
     m_end = scan.end;

@@ -147,7 +147,7 @@ void Farm::attach(ConnectedWorker& entry) {
     try {
         entry.member = m_picture.pool->add(std::move(member));
     } catch (const std::exception& e) {  // out of threads or memory: the others continue
-        util::log_error("worker {} is left out of the picture: {}", hello.name(), e.what());
+        util::log_error("worker {} is excluded from the picture: {}", hello.name(), e.what());
         processor->cancel();
     }
 }
@@ -409,7 +409,7 @@ void Farm::watch() {
                 util::log_warn("worker {} has been silent for too long", link->hello().name());
                 link->abort();
             } else if (link->is_revoked()) {
-                util::log_error("worker {} at {} is sent away: its certificate is revoked",
+                util::log_error("worker {} at {} is disconnected: its certificate is revoked",
                                 link->hello().name(), link->peer());
                 link->abort();
             } else {

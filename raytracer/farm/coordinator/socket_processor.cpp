@@ -134,12 +134,12 @@ tiles::TileResult SocketProcessor::decoded(const std::string& bytes,
     if (const std::size_t known = m_blocks.hole_count(); head.holes > known)
         throw util::Error(name + " has " + std::to_string(head.holes) + " holes; allowed: the " +
                           std::to_string(known) +
-                          " boxes that the coordinator could not have either");
+                          " boxes that the coordinator could not load either");
     tiles::TileResult result = tiles::decode_tile(data, name);
     for (const voxel::BoxKey& key : result.holes)
         if (!m_blocks.is_hole(key))
             throw util::Error(name + " has a hole at box " + voxel::to_string(key) +
-                              "; allowed: boxes that the coordinator could not have either");
+                              "; allowed: boxes that the coordinator could not load either");
     return result;
 }
 

@@ -143,12 +143,12 @@ void AuthAcceptor::run() noexcept {
             // The work of one round is lost, at most one connection. Memory may be short, so it
             // pauses before trying again.
             util::log_error("farm: accept connections: {}", e.what());
-            rest();
+            back_off();
         }
     }
 }
 
-void AuthAcceptor::rest() noexcept {
+void AuthAcceptor::back_off() noexcept {
     pollfd wake_only{m_wake.fd(), POLLIN, 0};
     ::poll(&wake_only, 1, 50);
 }
@@ -169,10 +169,10 @@ void AuthAcceptor::round() {
     {
         const std::lock_guard lock(m_mutex);
         for (const auto& [peer, admitted] : m_admitted) {
-            if (!admitted.witness)
+            if (!admitted.end_watch)
                 continue;
             admitted_peers.push_back(peer);
-            polled.push_back({admitted.witness.fd(), 0, 0});  // only to detect its end
+            polled.push_back({admitted.end_watch.fd(), 0, 0});  // only to detect its end
             next = std::min(next, admitted.deadline);
         }
     }
@@ -216,7 +216,7 @@ void AuthAcceptor::accept_from(int listening) {
         sockets::Socket socket(::accept4(listening, reinterpret_cast<sockaddr*>(&from.storage),
                                          &from.size_bytes, SOCK_NONBLOCK | SOCK_CLOEXEC));
         if (socket) {
-            take_in(std::move(socket), from);
+            add_pending(std::move(socket), from);
         } else if (out_of_descriptors(errno)) {
             if (make_room(kNoDescriptors))
                 continue;
@@ -230,7 +230,7 @@ void AuthAcceptor::accept_from(int listening) {
                 m_log.refused("", "connections", kNoDescriptors);
             }
             if (!drained)
-                return rest();
+                return back_off();
         } else if (errno != EINTR && errno != ECONNABORTED) {
             const int code = errno;
             if (code != EAGAIN && code != EWOULDBLOCK) {
@@ -239,14 +239,15 @@ void AuthAcceptor::accept_from(int listening) {
             }
             // The connection stays in the kernel's queue.
             if (code == ENOBUFS || code == ENOMEM)
-                rest();
+                back_off();
             return;
         }
     }
 }
 
-void AuthAcceptor::take_in(sockets::Socket socket, const sockets::Endpoint& from) {
-    while (unproven() >= static_cast<std::size_t>(m_limits.handshakes) && make_room(kTooMany)) {
+void AuthAcceptor::add_pending(sockets::Socket socket, const sockets::Endpoint& from) {
+    while (unauthenticated_count() >= static_cast<std::size_t>(m_limits.handshakes) &&
+           make_room(kTooMany)) {
     }
     if (!m_spare)
         m_spare = spare_descriptor();
@@ -260,11 +261,11 @@ void AuthAcceptor::take_in(sockets::Socket socket, const sockets::Endpoint& from
                          .handshake = ListenerHandshake(m_credentials.token)});
 }
 
-std::size_t AuthAcceptor::unproven() const {
+std::size_t AuthAcceptor::unauthenticated_count() const {
     const std::lock_guard lock(m_mutex);
     return m_pending.size() + static_cast<std::size_t>(std::count_if(
                                   m_admitted.begin(), m_admitted.end(), [](const auto& one) {
-                                      return static_cast<bool>(one.second.witness);
+                                      return static_cast<bool>(one.second.end_watch);
                                   }));
 }
 
@@ -280,7 +281,7 @@ bool AuthAcceptor::make_room(const char* why) {
     {
         const std::lock_guard lock(m_mutex);
         for (const auto& [peer, admitted] : m_admitted)
-            if (admitted.witness && !admitted.joined)
+            if (admitted.end_watch && !admitted.joined)
                 count(admitted.address);
     }
     if (of_address.empty())
@@ -297,14 +298,14 @@ bool AuthAcceptor::make_room(const char* why) {
         const std::lock_guard lock(m_mutex);
         auto longest = m_admitted.end();
         for (auto one = m_admitted.begin(); one != m_admitted.end(); ++one)
-            if (one->second.address == worst && one->second.witness && !one->second.joined &&
+            if (one->second.address == worst && one->second.end_watch && !one->second.joined &&
                 (longest == m_admitted.end() ||
                  one->second.connected_at < longest->second.connected_at))
                 longest = one;
         if (longest == m_admitted.end())
             return false;
         peer = longest->first;
-        ::shutdown(longest->second.witness.fd(), SHUT_RDWR);
+        ::shutdown(longest->second.end_watch.fd(), SHUT_RDWR);
         m_admitted.erase(longest);
     }
     const std::lock_guard lock(m_log_mutex);
@@ -370,20 +371,20 @@ void AuthAcceptor::token_bytes(PendingPeers::iterator pending) {
                     return refuse(pending, "it does not read the answer");
                 break;
             case Outcome::kAnotherVersion:
-                return dismiss(pending, step.reply,
-                               "it shakes hands by version " +
-                                   std::to_string(pending->handshake.version_of_peer()) +
-                                   ", this end by " + std::to_string(kHandshakeVersion));
+                return reject(pending, step.reply,
+                              "it uses handshake version " +
+                                  std::to_string(pending->handshake.version_of_peer()) +
+                                  "; allowed: " + std::to_string(kHandshakeVersion));
             case Outcome::kNotTerravox:
                 if (tls_hello && !m_credentials.tls())
-                    return dismiss(pending, tls_alert(), "it begins TLS; a token is required here");
+                    return reject(pending, tls_alert(), "it begins TLS; a token is required here");
                 return refuse(pending, "it is no peer of a Terravox farm");
             case Outcome::kWrongToken:
                 if (m_credentials.tls())
-                    return dismiss(pending, pending->handshake.answer(Verdict::kCertificates),
-                                   "it has a token; certificates are required here");
-                return dismiss(pending, pending->handshake.answer(Verdict::kWrongToken),
-                               "wrong token");
+                    return reject(pending, pending->handshake.answer(Verdict::kCertificates),
+                                  "it has a token; certificates are required here");
+                return reject(pending, pending->handshake.answer(Verdict::kWrongToken),
+                              "wrong token");
             case Outcome::kProven: return admit(pending);
         }
     }
@@ -405,12 +406,13 @@ void AuthAcceptor::admit(PendingPeers::iterator pending) {
             busy = "no room for more than " + std::to_string(m_limits.connections_of_address) +
                    " connections of one address";
     }
-    sockets::Socket witness(busy.empty() ? ::fcntl(pending->socket.fd(), F_DUPFD_CLOEXEC, 0) : -1);
-    if (busy.empty() && !witness)
+    sockets::Socket end_watch(busy.empty() ? ::fcntl(pending->socket.fd(), F_DUPFD_CLOEXEC, 0)
+                                           : -1);
+    if (busy.empty() && !end_watch)
         busy = std::strerror(errno);
     if (!busy.empty())
         return tls ? refuse(pending, busy)
-                   : dismiss(pending, pending->handshake.answer(Verdict::kBusy), busy);
+                   : reject(pending, pending->handshake.answer(Verdict::kBusy), busy);
     if (!tls && !send(pending, pending->handshake.answer(Verdict::kWelcome)))
         return refuse(pending, "it does not read the answer");
     sockets::Socket socket = std::move(pending->socket);
@@ -424,7 +426,7 @@ void AuthAcceptor::admit(PendingPeers::iterator pending) {
                             .address = pending->address,
                             .connected_at = pending->connected_at,
                             .deadline = now + m_limits.handshake + kGrace,
-                            .witness = std::move(witness)};
+                            .end_watch = std::move(end_watch)};
     }
     m_pending.erase(pending);
     sockets::tune(socket.fd(), kLostAfter);
@@ -440,8 +442,8 @@ bool AuthAcceptor::send(PendingPeers::iterator pending, const Bytes& bytes) {
 
 /// Leaves time for the peer to receive the answer: closing at once, with unread bytes of the peer,
 /// would discard it.
-void AuthAcceptor::dismiss(PendingPeers::iterator pending, const Bytes& reply,
-                           const std::string& why) {
+void AuthAcceptor::reject(PendingPeers::iterator pending, const Bytes& reply,
+                          const std::string& why) {
     if (!send(pending, reply) || ::shutdown(pending->socket.fd(), SHUT_WR) != 0)
         return refuse(pending, why);
     {
@@ -478,10 +480,10 @@ void AuthAcceptor::check_admitted(Clock::time_point now) {
         for (auto one = m_admitted.begin(); one != m_admitted.end();) {
             auto& [peer, admitted] = *one;
             if (admitted.joined)
-                admitted.witness.close();
+                admitted.end_watch.close();
             if (!admitted.joined && !admitted.ended && now >= admitted.deadline) {
                 refused.emplace_back(admitted.address, peer);
-                ::shutdown(admitted.witness.fd(), SHUT_RDWR);
+                ::shutdown(admitted.end_watch.fd(), SHUT_RDWR);
                 admitted.ended = true;
             }
             one = admitted.ended ? m_admitted.erase(one) : std::next(one);

@@ -75,7 +75,7 @@ private:
         std::string address;
         Clock::time_point connected_at;
         Clock::time_point deadline;
-        sockets::Socket witness;  ///< none once it was closed
+        sockets::Socket end_watch;  ///< none once it was closed
         bool joined = false;
         bool ended = false;
     };
@@ -84,20 +84,21 @@ private:
     void run() noexcept;
     void round();
     void accept_from(int listening);
-    void take_in(sockets::Socket socket, const sockets::Endpoint& from);
+    void add_pending(sockets::Socket socket, const sockets::Endpoint& from);
     void read_from(PendingPeers::iterator pending);
     void first_byte(PendingPeers::iterator pending);
     void token_bytes(PendingPeers::iterator pending);
     void admit(PendingPeers::iterator pending);
     bool send(PendingPeers::iterator pending, const Bytes& bytes);
-    void dismiss(PendingPeers::iterator pending, const Bytes& reply, const std::string& why);
+    void reject(PendingPeers::iterator pending, const Bytes& reply, const std::string& why);
     void refuse(PendingPeers::iterator pending, const std::string& why);
     void overdue(Clock::time_point now);
     void check_admitted(Clock::time_point now);
     bool make_room(const char* why);
-    std::size_t unproven() const;
+    std::size_t unauthenticated_count() const;
     void wake() noexcept;
-    void rest() noexcept;  ///< pauses briefly where continuing at once would only keep a core busy
+    void
+    back_off() noexcept;  ///< pauses briefly where continuing at once would only keep a core busy
 
     const Credentials m_credentials;
     ListenerLimits m_limits;

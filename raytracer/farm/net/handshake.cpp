@@ -121,10 +121,10 @@ Bytes DiallerHandshake::hello() const {
 
 Bytes DiallerHandshake::prove(std::span<const std::byte, kHello_bytes> hello) {
     if (!begins_like_hello(hello))
-        throw RefusedError("what answers there is no farm of Terravox");
+        throw RefusedError("the peer is not a Terravox farm");
     if (const int version = std::to_integer<int>(hello[kHandshakeMagic.size()]);
         version != kHandshakeVersion)
-        throw RefusedError("it shakes hands by version " + std::to_string(version) +
+        throw RefusedError("it uses handshake version " + std::to_string(version) +
                            "; allowed: " + std::to_string(kHandshakeVersion));
     m_theirs = nonce_of(hello);
     const Proof proof = proof_of(m_token, {bytes_of(kOfDialler), m_ours, m_theirs});
@@ -143,7 +143,7 @@ void DiallerHandshake::check(std::span<const std::byte, kAnswer_bytes> answer) c
         case Verdict::kBusy: throw util::Error("it has no room for another connection now");
         case Verdict::kCertificates: throw RefusedError("it takes certificates, and no token");
     }
-    throw RefusedError("what answers there is no farm of Terravox");
+    throw RefusedError("the peer is not a Terravox farm");
 }
 
 }  // namespace terravox::net

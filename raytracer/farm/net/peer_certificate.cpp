@@ -89,7 +89,8 @@ Certified certified_peer(const grpc::AuthContext& context, const std::filesystem
                   common_name_of(certificate),
                   {shown.front().data(), shown.front().size()}};
     if (out.role.empty())
-        throw RefusedError("its certificate names no role; terravox farm certs makes such that do");
+        throw RefusedError(
+            "its certificate names no role; terravox farm certs makes certificates with a role");
     return out;
 }
 

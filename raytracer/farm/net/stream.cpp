@@ -183,7 +183,7 @@ Link::Traffic Stream::traffic() const noexcept {
 
 std::string Stream::why_ended() const {
     const std::lock_guard lock(m_mutex);
-    return m_why;
+    return m_end_reason;
 }
 
 void Stream::begin() {
@@ -262,8 +262,8 @@ void Stream::stop_writing() {
 }
 
 void Stream::finish(const std::string& why) {
-    if (m_why.empty() && !m_closing)
-        m_why = why;
+    if (m_end_reason.empty() && !m_closing)
+        m_end_reason = why;
     m_ended = true;
 }
 

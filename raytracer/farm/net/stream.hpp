@@ -128,7 +128,7 @@ private:
     bool m_let_go = false;
     bool m_ended = false;
     bool m_done = false;
-    std::string m_why;
+    std::string m_end_reason;
 };
 
 /// A Stream as a Link. Its destructor waits until gRPC has finished the call; an abort makes that

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdio>
 
+#include "common/util/letter_case.hpp"
 #include "raytracer/farm/net/credentials.hpp"
 
 namespace terravox::net {
@@ -57,10 +58,6 @@ bool is_digit(char c) noexcept {
 bool is_letter(char c) noexcept {
     return is_lower(c) || is_upper(c);
 }
-char lower(char c) noexcept {
-    return is_upper(c) ? static_cast<char>(c - 'A' + 'a') : c;
-}
-
 /// The letter that a digit or a sign often replaces.
 char as_letter(char c) noexcept {
     constexpr std::string_view kWritten = "01345$7@!";
@@ -68,7 +65,7 @@ char as_letter(char c) noexcept {
     if (c == '!')
         return 'i';
     const auto at = kWritten.find(c);
-    return at < kMeant.size() ? kMeant[at] : lower(c);
+    return at < kMeant.size() ? kMeant[at] : util::lower_case(c);
 }
 
 bool is_frequent_pair(char a, char b) noexcept {
@@ -124,8 +121,9 @@ double letter_bits(std::string_view token, std::size_t at) noexcept {
     if (at == 0 || !is_letter(token[at - 1]))
         return kLetter_bits;
     const char before = token[at - 1];
-    const double bits =
-        is_frequent_pair(lower(before), lower(c)) ? kFrequentPair_bits : kLetter_bits;
+    const double bits = is_frequent_pair(util::lower_case(before), util::lower_case(c))
+                            ? kFrequentPair_bits
+                            : kLetter_bits;
     return bits + (is_upper(before) != is_upper(c) ? kCase_bits : 0);
 }
 
@@ -135,7 +133,7 @@ double estimated_bits(std::string_view token) {
     std::string plain;
     std::string meant;
     for (const char c : token) {
-        plain += lower(c);
+        plain += util::lower_case(c);
         meant += as_letter(c);
     }
     double bits = 0;

@@ -108,7 +108,7 @@ public:
     void from_toml(const toml::node& node, Field& field) const {
         if constexpr (std::is_same_v<Field, bool>) {
             if (!node.is_boolean())
-                refuse("a value of another kind", "true, false");
+                refuse(util::toml_value(node), "true, false");
             field = **node.as_boolean();
         } else if constexpr (std::is_same_v<Field, int> || std::is_same_v<Field, double>) {
             const auto* whole = node.as_integer();
@@ -118,11 +118,11 @@ public:
             else if (number != nullptr)
                 set_number(**number, text_of(**number), field);
             else
-                refuse("a value of another kind", range<Field>());
+                refuse(util::toml_value(node), range<Field>());
         } else if constexpr (kIsList<Field>) {
             const toml::array* list = node.as_array();
             if (list == nullptr)
-                refuse("a value of another kind", "a list of texts");
+                refuse(util::toml_value(node), "a list of texts");
             field.clear();
             for (const toml::node& item : *list)
                 add(text_in(item), field);
@@ -159,7 +159,7 @@ private:
     }
     [[nodiscard]] std::string text_in(const toml::node& node) const {
         if (!node.is_string())
-            refuse("a value of another kind", "a text");
+            refuse(util::toml_value(node), "a text");
         return **node.as_string();
     }
     template <class Parse>
@@ -227,7 +227,7 @@ void read_file(const std::filesystem::path& file, WorkerConfig& out) {
     if (version == nullptr)
         fail("version is missing; allowed: 1");
     else if (version->value_exact<std::int64_t>() != 1)
-        fail("version = another one; allowed: 1");
+        fail("version = " + util::toml_value(*version) + "; allowed: 1");
     for (const auto& [key, node] : root) {
         if (key.str() == "version")
             continue;

@@ -24,7 +24,7 @@ constexpr std::array kLines{
     Line{"- =", "darker, brighter"},
     Line{"K, P", "add a key frame, play the flight"},
     Line{"F1 F2 F3 F4", "help, panel, map, flight"},
-    Line{"F5 F6, F7, F8", "layers, light or dark, the picture's shape or all of the window"},
+    Line{"F5 F6, F7, F8", "layers, light or dark, the final picture's aspect ratio or fill"},
     Line{"Ctrl+Z, Ctrl+Y", "undo, redo"},
     Line{"Ctrl+S, O, P, R, K",
          "save or open the scene, save the picture, render, copy the command"},

@@ -66,7 +66,7 @@ void draw_light(preview::EditorState& editor_state, SceneForm& form) {
     if (place)
         ImGui::TextDisabled("at %.4f\u00b0, %.4f\u00b0", place->lat_deg, place->lon_deg);
     else
-        ImGui::TextDisabled("no place on Earth: the sun of 46\u00b0 N, 14\u00b0 E");
+        ImGui::TextDisabled("not georeferenced: the sun of 46\u00b0 N, 14\u00b0 E");
     bool own = placed;
     if (ImGui::Checkbox("place the sun by hand", &own)) {
         if (own) {
@@ -146,8 +146,8 @@ void draw_picture(preview::EditorState& editor_state, SceneForm& form) {
     if (widgets::reset_button(editor_state.resolution != 1))
         editor_state.resolution = 1;
     ImGui::PopID();
-    ImGui::Checkbox("all of the window (F8)", &editor_state.fills);
-    widgets::tip("else the preview has the shape of the final picture");
+    ImGui::Checkbox("fill the window (F8)", &editor_state.fills);
+    widgets::tip("otherwise the preview has the aspect ratio of the final picture");
 }
 
 void draw_camera(preview::EditorState& editor_state, SceneForm& form) {

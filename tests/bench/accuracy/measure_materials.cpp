@@ -31,7 +31,7 @@ bool right(TrueKind kind, Material m) {
         case TrueKind::kGravelRoad:
             return m == kRoad || m == kConcrete || m == kGround || m == kSand || m == kSoil;
         case TrueKind::kWater: return m == kWater;
-        case TrueKind::kTree: return is_plant(m);
+        case TrueKind::kTree: return voxel::is_plant(m);
         case TrueKind::kRoofRed: return m == kOrangeRoof;
         case TrueKind::kRoofGrey: return m == kGreyRoof;
         case TrueKind::kRoofPale: return m == kFlatRoof || m == kConcrete;

@@ -10,7 +10,7 @@ namespace {
 std::vector<float> canopy_of(const VoxelField& found) {
     std::vector<float> out(found.area().size());
     for (std::size_t i = 0; i < out.size(); ++i) {
-        const FoundRun* const top = found.highest(i, is_plant);
+        const FoundRun* const top = found.highest(i, voxel::is_plant);
         if (top != nullptr && !std::isnan(found.ground_m(i)))
             out[i] = std::max(0.0F, static_cast<float>(top->y1) - 0.5F - found.ground_m(i));
     }
@@ -45,7 +45,7 @@ public:
     [[nodiscard]] bool stands() {
         std::size_t top = m_runs.size();
         for (std::size_t i = 0; i < m_runs.size(); ++i)
-            if (is_plant(m_runs[i].run.material) &&
+            if (voxel::is_plant(m_runs[i].run.material) &&
                 (top == m_runs.size() || m_runs[i].run.y1 > m_runs[top].run.y1))
                 top = i;
         if (top == m_runs.size())

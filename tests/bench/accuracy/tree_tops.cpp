@@ -105,7 +105,7 @@ std::vector<TreeTop> find_tree_tops(const Area& area, const std::vector<float>& 
 
 double TreeMatch::precision() const noexcept {
     return static_cast<double>(pairs.size()) /
-           static_cast<double>(std::max<std::size_t>(1, pairs.size() + invented));
+           static_cast<double>(std::max<std::size_t>(1, pairs.size() + false_positives));
 }
 double TreeMatch::recall() const noexcept {
     return static_cast<double>(pairs.size()) /
@@ -113,7 +113,8 @@ double TreeMatch::recall() const noexcept {
 }
 double TreeMatch::f1() const noexcept {
     return 2.0 * static_cast<double>(pairs.size()) /
-           static_cast<double>(std::max<std::size_t>(1, 2 * pairs.size() + missed + invented));
+           static_cast<double>(
+               std::max<std::size_t>(1, 2 * pairs.size() + missed + false_positives));
 }
 
 TreeMatch match_trees(const std::vector<TreeTop>& found, const std::vector<TreeTop>& real,
@@ -156,7 +157,8 @@ TreeMatch match_trees(const std::vector<TreeTop>& found, const std::vector<TreeT
     }
     for (std::size_t k = 0; k < real.size(); ++k)
         out.missed += used_real[k] == 0 && real[k].height_m >= min_m ? 1U : 0U;
-    out.invented = static_cast<std::size_t>(std::count(used_found.begin(), used_found.end(), 0));
+    out.false_positives =
+        static_cast<std::size_t>(std::count(used_found.begin(), used_found.end(), 0));
     return out;
 }
 

@@ -55,8 +55,8 @@ struct TreeMatch {
         std::size_t real;
     };
     std::vector<Pair> pairs;
-    std::size_t missed = 0;    ///< true trees of at least the minimum height without a pair
-    std::size_t invented = 0;  ///< found trees without a pair
+    std::size_t missed = 0;           ///< true trees of at least the minimum height without a pair
+    std::size_t false_positives = 0;  ///< found trees without a pair
     [[nodiscard]] double precision() const noexcept;
     [[nodiscard]] double recall() const noexcept;
     [[nodiscard]] double f1() const noexcept;

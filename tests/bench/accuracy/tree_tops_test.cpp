@@ -45,7 +45,7 @@ TEST_CASE("trees that stand apart are all found, of any size, in exact heights a
     const TreeMatch match = match_trees(found, trees, 3);
     CHECK(match.pairs.size() == trees.size());
     CHECK(match.missed == 0);
-    CHECK(match.invented == 0);
+    CHECK(match.false_positives == 0);
     CHECK(match.f1() == 1.0);
     for (const auto& pair : match.pairs)
         CHECK(found[pair.found].height_m == Approx(trees[pair.real].height_m).margin(3.2));
@@ -86,8 +86,8 @@ TEST_CASE("trees are paired one to one, nearest first; low ones may be met but n
     REQUIRE(match.pairs.size() == 1);
     CHECK(match.pairs[0].found == 0);
     CHECK(match.pairs[0].real == 0);
-    CHECK(match.missed == 2);    // the neighbour and the one that was not found; not the bush
-    CHECK(match.invented == 1);  // not the one on the bush
+    CHECK(match.missed == 2);  // the neighbour and the one that was not found; not the bush
+    CHECK(match.false_positives == 1);  // not the one on the bush
     CHECK(match.precision() == Approx(0.5));
     CHECK(match.recall() == Approx(1.0 / 3));
 }

@@ -112,7 +112,8 @@ void VoxelField::join(const std::vector<std::vector<FoundRun>>& columns) {
 std::optional<int> VoxelField::ground_top(std::size_t index) const noexcept {
     std::optional<int> top;
     for (const FoundRun& run : runs(index)) {
-        if ((top && run.y0 != *top) || is_plant(run.material) || run.material == Material::kWater)
+        if ((top && run.y0 != *top) || voxel::is_plant(run.material) ||
+            run.material == Material::kWater)
             break;
         top = run.y1;
     }

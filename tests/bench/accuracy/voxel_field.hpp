@@ -18,16 +18,8 @@ struct FoundRun {
     voxel::Material material = voxel::Material::kAir;
 };
 
-[[nodiscard]] constexpr bool is_roof(voxel::Material m) noexcept {
-    using enum voxel::Material;
-    return m == kRoof || m == kOrangeRoof || m == kGreyRoof || m == kFlatRoof;
-}
 [[nodiscard]] constexpr bool is_building(voxel::Material m) noexcept {
-    return is_roof(m) || m == voxel::Material::kWall;
-}
-[[nodiscard]] constexpr bool is_plant(voxel::Material m) noexcept {
-    using enum voxel::Material;
-    return m == kLowVegetation || m == kMediumVegetation || m == kHighVegetation;
+    return voxel::is_roof(m) || m == voxel::Material::kWall;
 }
 
 /// What a world shows of an area, column by column, as runs from below. A hidden voxel is rock,

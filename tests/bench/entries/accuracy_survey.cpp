@@ -9,7 +9,7 @@ namespace terravox::bench {
 namespace {
 
 constexpr const char* kWork =
-    "an invented survey of four squares of 1 km that meet in the middle of the place (seed 7, 8 "
+    "a synthetic survey of four squares of 1 km that meet in the middle of the place (seed 7, 8 "
     "pulses/m2), voxels of 1 m";
 
 /// The survey's files, made once in a run of the bench, and its truth.

@@ -10,7 +10,7 @@ Entry scale() {
         "one picture by green, threads and socket workers: time of the tracing, efficiency against "
         "threads and against one worker";
     out.work =
-        "640x360 paths of 64 samples of an invented square of 512 m; workers on loopback, then 1 "
+        "640x360 paths of 64 samples of a synthetic square of 512 m; workers on loopback, then 1 "
         "to 12 that have 14 % of a core each (control groups; as root)";
     out.missing = [](const Context& c) { return missing_for_serving(c); };
     out.prepare = [](const Context& c) -> Body {

@@ -7,7 +7,7 @@
 #include "raytracer/shade/view_maker.hpp"
 #include "raytracer/walk/surroundings.hpp"
 #include "tests/bench/entries/light_picture.hpp"
-#include "tests/raytracer/array_world.hpp"
+#include "tests/common/voxel/array_world.hpp"
 
 namespace terravox::bench {
 namespace {

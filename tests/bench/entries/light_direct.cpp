@@ -77,7 +77,7 @@ Entry entry() {
     out.name = "light/direct";
     out.measures = "a picture in direct light by the real program: seconds, and what they go into";
     out.work =
-        "the demo's place (invented, 1 km2, prepared) and camera, 1280x720, 4 samples, N threads: "
+        "the demo's place (synthetic, 1 km2, prepared) and camera, 1280x720, 4 samples, N threads: "
         "sun, sky, mirrors, water; with 8 rays of ambient occlusion; with paths of 6 bounces";
     out.missing = missing;
     out.prepare = [](const Context& c) -> Body {

@@ -31,7 +31,7 @@ Entry entry() {
         "the first system's figures 7 to 9, measured again and drawn: time against size of tile, "
         "by processor over runs, steps of a box";
     out.work =
-        "the benchmark square with its photo, or an invented survey of 1 km; 1280x720; by the real "
+        "the benchmark square with its photo, or a synthetic survey of 1 km; 1280x720; by the real "
         "program, cold and with prepared squares";
     out.missing = missing;
     out.prepare = [](const Context& c) -> Body {

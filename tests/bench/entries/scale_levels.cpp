@@ -149,7 +149,7 @@ Entry entry() {
     out.measures =
         "how the tops of each level's columns differ from the tops of the level-0 columns below "
         "them: mean height, light and areas";
-    out.work = "4096 x 4096 columns of an invented land with 1 m voxels, levels 1 to 7";
+    out.work = "4096 x 4096 columns of a synthetic landscape with 1 m voxels, levels 1 to 7";
     out.missing = [](const Context&) { return std::string(); };
     out.exact = out.only_by_name = true;
     out.prepare = [](const Context& c) -> Body {

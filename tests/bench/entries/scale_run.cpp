@@ -53,7 +53,7 @@ private:
 /// From now on the peak is counted anew. Where the system cannot, the peak is that since the
 /// program's start.
 void forget_peak() {
-    util::give_back_free_memory();  // memory of the picture before must not count for this one
+    util::trim_heap();  // memory of the picture before must not count for this one
     std::ofstream("/proc/self/clear_refs") << "5";
 }
 

@@ -62,7 +62,7 @@ Entry entry_of(const std::string& name, const std::string& measures, const std::
 Entry prepare_entry(const std::vector<int>& sides_km, const std::string& name) {
     Entry out =
         entry_of(name,
-                 "making and keeping the boxes of an invented land, all levels: seconds; mean "
+                 "making and keeping the boxes of a synthetic landscape, all levels: seconds; mean "
                  "bytes of a box of each level",
                  "squares of " + area_of(sides_km.front()) + " to " + area_of(sides_km.back()) +
                      "; boxes that are kept ($TERRAVOX_BENCH_CACHE) are only read");
@@ -73,7 +73,7 @@ Entry prepare_entry(const std::vector<int>& sides_km, const std::string& name) {
             const Cost cost = cost_of([&] {
                 for (int i = 0; i < kBoxes; ++i)
                     if (!world->make_finest({0, i % 8 - 4, 0, i / 8 - 4}))
-                        throw util::Error("make a box of the invented land: it is empty");
+                        throw util::Error("make a box of the synthetic landscape: it is empty");
             });
             readings.add("one level-0 box", "CPU ms", cost.cpu_s / kBoxes * 1e3, at_most(4));
             for (const int side_km : sides_km)
@@ -112,7 +112,8 @@ Entry sizes_entry(const std::vector<int>& sides_km, const std::string& name) {
         name,
         "one camera in a growing world, boxes in files and none in memory: seconds, rays, peak "
         "memory of the process, boxes read",
-        "an invented land of " + area_of(sides_km.front()) + " to " + area_of(sides_km.back()) +
+        "a synthetic landscape of " + area_of(sides_km.front()) + " to " +
+            area_of(sides_km.back()) +
             " with 1 m voxels, 1280x720, 1 sample, 700 MiB for boxes, N threads, best of 3");
     out.prepare = [sides_km](const Context& c) -> Body {
         Worlds worlds;
@@ -132,7 +133,7 @@ Entry limits_entry(int side_km) {
         "scale/limits",
         "the same picture with little memory and with plenty: seconds, peak memory, and how many "
         "pixels are not bit-identical",
-        "an invented land of " + area_of(side_km) +
+        "a synthetic landscape of " + area_of(side_km) +
             ", 1280x720, 1 sample, detail 0.2, 300 MiB, 700 MiB and 64 GiB for boxes, N threads");
     out.prepare = [side_km](const Context& c) -> Body {
         const auto world = open_scale_world(c, side_km);
@@ -168,7 +169,7 @@ Entry detail_entry(int side_km) {
     Entry out = entry_of("scale/detail",
                          "mean absolute difference of a picture from that of --detail 0, linear "
                          "light: coarser levels far away; fewer samples",
-                         "an invented land of " + area_of(side_km) + ", 1280x720, 1 and " +
+                         "a synthetic landscape of " + area_of(side_km) + ", 1280x720, 1 and " +
                              std::to_string(kManySamples) + " samples, N threads");
     out.prepare = [side_km](const Context& c) -> Body {
         const auto world = open_scale_world(c, side_km);

@@ -79,8 +79,8 @@ ScaleWorld::ScaleWorld(int side_km, const std::filesystem::path& kept_boxes)
     if (side_km < 1 || side_km > 100)
         throw util::Error("make a land of " + std::to_string(side_km) + " km; allowed: 1 to 100");
     const std::int32_t half = side_km * 500;
-    m_info.title =
-        "invented land of " + std::to_string(side_km) + " x " + std::to_string(side_km) + " km";
+    m_info.title = "synthetic landscape of " + std::to_string(side_km) + " x " +
+                   std::to_string(side_km) + " km";
     m_info.bounds = {{-half, 0, -half}, {half, Land::kHighest, half}};
     m_info.levels = kLevels;
     std::filesystem::create_directories(m_kept);

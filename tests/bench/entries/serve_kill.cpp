@@ -11,7 +11,7 @@ Entry entry() {
         "those of an uninterrupted server";
     out.work =
         "200 kills at seeded points of its work, one in three of them during the start after "
-        "another, every box of an invented square compared after each";
+        "another, every box of a synthetic square compared after each";
     out.missing = [](const Context& c) { return missing_for_serving(c); };
     out.prepare = [](const Context& c) -> Body {
         return [&c](Readings& readings) {

@@ -10,7 +10,7 @@ Entry entry() {
         "a server that starts with its boxes on disk: from exec to listening, and to the first "
         "whole box (medians and worst of the starts)";
     out.work =
-        "20 starts on the benchmark square (an invented one where it is missing), prepared and its "
+        "20 starts on the benchmark square (a synthetic one where it is missing), prepared and its "
         "boxes made before";
     out.floor = "the same program asked for its version: what the dynamic loader takes";
     out.missing = [](const Context& c) { return missing_for_serving(c); };

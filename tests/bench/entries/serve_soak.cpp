@@ -18,7 +18,7 @@ Entry entry_for(const std::string& minutes) {
         "mixed load on a world larger than the memory limit: resident memory, errors, times of "
         "each kind of request";
     out.work = minutes + " minutes, 6 clients, --memory-mib " + std::to_string(kMemory_mib) +
-               ", 16 invented squares of 512 m: boxes of all levels, columns, map tiles, batches, "
+               ", 16 synthetic squares of 512 m: boxes of all levels, columns, map tiles, batches, "
                "304s, bad requests; a box must always be the same bytes";
     out.missing = [](const Context& c) { return missing_for_serving(c); };
     out.prepare = [minutes](const Context& c) -> Body {

@@ -10,7 +10,7 @@ Entry entry() {
         "many clients ask for one box that nobody made, at once: how often it is made, what fails, "
         "how long it takes until all have it";
     out.work =
-        "1000 connections, one request each, an invented square of 512 m, nothing on disk; 503s "
+        "1000 connections, one request each, a synthetic square of 512 m, nothing on disk; 503s "
         "are sent again when Retry-After says";
     out.missing = [](const Context& c) { return missing_for_serving(c); };
     out.prepare = [](const Context& c) -> Body {

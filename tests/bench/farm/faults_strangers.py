@@ -224,7 +224,7 @@ def _other_handshake_s():
     at = time.monotonic()
     with socket.create_connection(("127.0.0.1", there.port)) as peer:
         peer.sendall(b"TVX-FARM\x07" + os.urandom(32))
-        reported = there.watch.saw("shakes hands by version 7, this end by", 30, after=at)[0]
+        reported = there.watch.saw("uses handshake version 7; allowed: ", 30, after=at)[0]
     there.kill()
     return reported - at
 

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <random>
 
+#include "common/geo/crs.hpp"
 #include "tests/catch.hpp"
 
 using namespace terravox::geo;

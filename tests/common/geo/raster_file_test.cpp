@@ -65,7 +65,7 @@ void write_with_overviews(const fs::path& file) {
 void cut_last_directory(const fs::path& file) {
     for (auto bytes = fs::file_size(file); bytes > 8; --bytes) {
         fs::resize_file(file, bytes);
-        if (geo::lost_directory_of_tiff(file))
+        if (geo::find_lost_directory_of_tiff(file))
             return;
     }
     FAIL("no length of " << file << " loses a directory");
@@ -75,7 +75,7 @@ void write(const fs::path& file, const std::string& text) {
     std::ofstream(file, std::ios::binary) << text;
 }
 
-std::string replaced(std::string text, const std::string& what, const std::string& with) {
+std::string with_replaced(std::string text, const std::string& what, const std::string& with) {
     for (auto at = text.find(what); at != std::string::npos; at = text.find(what, at + with.size()))
         text.replace(at, what.size(), with);
     return text;
@@ -134,7 +134,7 @@ struct Place {
     }
     /// HERE and SECRET stand for paths.
     [[nodiscard]] std::string filled(const std::string& text) const {
-        return replaced(replaced(text, "SECRET", secret.string()), "HERE", here.string());
+        return with_replaced(with_replaced(text, "SECRET", secret.string()), "HERE", here.string());
     }
 };
 
@@ -256,7 +256,7 @@ TEST_CASE("a virtual raster reads nothing but files beside or below it",
         {"metadata that name places",
          vrt("<Metadata domain=\"GEOLOCATION\"><MDI key=\"X_DATASET\">SECRET</MDI></Metadata>" +
              of_a),
-         "its places"},
+         "its geolocation"},
         {"no XML", "<VRTDataset rasterXSize=\"64\"", "no XML"},
     }));
     DYNAMIC_SECTION(c.name) {
@@ -407,23 +407,24 @@ TEST_CASE("side files are files beside the raster, and name no others",
          "a.prj is no file next to"},
         {"a system with a grid",
          text("a.tif.aux.xml",
-              replaced(pam, "TEXT", "<SRS>+proj=longlat +ellps=GRS80 +nadgrids=SECRET</SRS>")),
+              with_replaced(pam, "TEXT", "<SRS>+proj=longlat +ellps=GRS80 +nadgrids=SECRET</SRS>")),
          "nadgrids"},
         {"a system from a file",
-         text("a.tif.aux.xml", replaced(pam, "TEXT", "<SRS>+init=SECRET:key</SRS>")), "init"},
+         text("a.tif.aux.xml", with_replaced(pam, "TEXT", "<SRS>+init=SECRET:key</SRS>")), "init"},
         {"a system of places",
-         text("a.tif.aux.xml", replaced(pam, "TEXT", "<GCPList Projection=\"+init=SECRET:key\"/>")),
+         text("a.tif.aux.xml",
+              with_replaced(pam, "TEXT", "<GCPList Projection=\"+init=SECRET:key\"/>")),
          "init"},
         {"overviews by name",
-         text("a.tif.aux.xml", replaced(pam, "TEXT",
-                                        "<Metadata domain=\"OVERVIEWS\"><MDI "
-                                        "key=\"OVERVIEW_FILE\">SECRET</MDI></Metadata>")),
+         text("a.tif.aux.xml", with_replaced(pam, "TEXT",
+                                             "<Metadata domain=\"OVERVIEWS\"><MDI "
+                                             "key=\"OVERVIEW_FILE\">SECRET</MDI></Metadata>")),
          "for its overviews"},
         {"places by name",
-         text("a.tif.aux.xml", replaced(pam, "TEXT",
-                                        "<Metadata domain=\"GEOLOCATION\"><MDI "
-                                        "key=\"X_DATASET\">SECRET</MDI></Metadata>")),
-         "for its places"},
+         text("a.tif.aux.xml", with_replaced(pam, "TEXT",
+                                             "<Metadata domain=\"GEOLOCATION\"><MDI "
+                                             "key=\"X_DATASET\">SECRET</MDI></Metadata>")),
+         "for its geolocation"},
         {"a grid in a .prj",
          text("a.prj",
               "GEOGCS[\"x\",DATUM[\"y\",SPHEROID[\"z\",6378137,298],EXTENSION[\"PROJ4_GRIDS\","
@@ -465,7 +466,7 @@ TEST_CASE("no raster asks the network", "[common][geo][raster][hostile]") {
          "key=\"OVERVIEW_FILE\">/vsicurl/ADDRESS</MDI></Metadata></PAMDataset>"},
     }));
     DYNAMIC_SECTION(c.name) {
-        write(place.here / c.file, replaced(c.text, "ADDRESS", listener.url()));
+        write(place.here / c.file, with_replaced(c.text, "ADDRESS", listener.url()));
         CHECK(shown(fs::exists(place.here / "all.vrt") ? place.here / "all.vrt"
                                                        : place.here / "a.tif")
                   .starts_with("read "));

@@ -1,25 +1,34 @@
 #include "common/util/shell_words.hpp"
 
+#include <array>
+#include <cstdio>
+#include <fstream>
 #include <random>
 
 #include "common/util/error.hpp"
-#include "raytracer/cluster/child.hpp"
 #include "tests/catch.hpp"
+#include "tests/common/temporary_folder.hpp"
 
 using namespace terravox;
-using namespace terravox::cluster;
 using terravox::test::contains;
 
 namespace {
 
 /// What bash makes of an array of a script: its words, each with a zero byte behind.
 std::string read_back(const std::vector<std::string>& words) {
-    const Finished done = run_to_end({"bash", "--norc", "-c",
-                                      "set -euo pipefail\n" + util::shell_array("words", words) +
-                                          "printf '%s\\0' \"${words[@]}\""});
-    INFO(done.err);
-    REQUIRE(done.status == 0);
-    return done.out;
+    const test::TemporaryFolder folder;
+    const auto script = folder.path() / "script.sh";
+    std::ofstream(script) << "set -euo pipefail\n"
+                          << util::shell_array("words", words)
+                          << "printf '%s\\0' \"${words[@]}\"\n";
+    FILE* bash = ::popen(("bash --norc '" + script.string() + "'").c_str(), "r");
+    REQUIRE(bash != nullptr);
+    std::string out;
+    std::array<char, 4096> part{};
+    while (const std::size_t count = std::fread(part.data(), 1, part.size(), bash))
+        out.append(part.data(), count);
+    REQUIRE(::pclose(bash) == 0);
+    return out;
 }
 
 std::string joined(const std::vector<std::string>& words) {

@@ -11,7 +11,7 @@ using terravox::test::Scene;
 
 namespace {
 
-constexpr BoxKey kKey{0, 5, -2, 9};
+constexpr BoxKey kBytesKey{0, 5, -2, 9};
 
 // A cube of 4^n voxels, one voxel at a time.
 struct Cube {
@@ -80,12 +80,12 @@ struct PlainTree {
             cells.push_back(middle);
         }
         cells.insert(cells.end(), bricks.begin(), bricks.end());
-        return Box::from_arrays(kKey, cells, attrs);
+        return Box::from_arrays(kBytesKey, cells, attrs);
     }
 };
 
 bool same_bytes(const Scene& scene) {
-    const auto built = scene.build(kKey, attr_of);
+    const auto built = scene.build(kBytesKey, attr_of);
     const auto plain = PlainTree{scene, {}, {}, {}, {}}.box();
     if (!built || !plain)
         return built == plain;

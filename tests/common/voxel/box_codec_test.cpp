@@ -20,7 +20,7 @@ using terravox::test::Scene;
 namespace {
 
 using Bytes = std::vector<std::byte>;
-constexpr BoxKey kKey{2, -70'000, -1, 123'456};
+constexpr BoxKey kCodedKey{2, -70'000, -1, 123'456};
 
 // Where the fields of the blob's header lie (docs/formats/box.md).
 constexpr std::size_t kVersionAt = 8;
@@ -90,15 +90,15 @@ TEST_CASE("a box survives compression, byte for byte", "[common][voxel][codec]")
         for (int x = -1; x < 65; ++x)
             full.add(x, z, -1, 257, true);
     const auto c = GENERATE_COPY(values<Case>({
-        {"a few voxels", small_scene().build(kKey, attr_of)},
-        {"hills and trees", random_scene(4).build(kKey, attr_of)},
-        {"solid rock", full.build(kKey, attr_of)},
+        {"a few voxels", small_scene().build(kCodedKey, attr_of)},
+        {"hills and trees", random_scene(4).build(kCodedKey, attr_of)},
+        {"solid rock", full.build(kCodedKey, attr_of)},
     }));
     const int level = GENERATE(1, 9);
     DYNAMIC_SECTION(c.name << ", zstd level " << level) {
         const auto back = decompress_box(compress(*c.box, level), "test");
         CHECK(same(back->blob(), c.box->blob()));
-        CHECK(back->key() == kKey);
+        CHECK(back->key() == kCodedKey);
         CHECK(back->checksum() == c.box->checksum());
         CHECK(back->attrs().size() == c.box->attrs().size());
         CHECK(back->top() == c.box->top());
@@ -107,15 +107,15 @@ TEST_CASE("a box survives compression, byte for byte", "[common][voxel][codec]")
 }
 
 TEST_CASE("the same box gives the same bytes", "[common][voxel][codec]") {
-    const auto a = random_scene(5).build(kKey, attr_of);
-    const auto b = random_scene(5).build(kKey, attr_of);
+    const auto a = random_scene(5).build(kCodedKey, attr_of);
+    const auto b = random_scene(5).build(kCodedKey, attr_of);
     CHECK(same(a->blob(), b->blob()));
     CHECK(same(compress(*a), compress(*b)));
-    CHECK_FALSE(same(compress(*a), compress(*random_scene(6).build(kKey, attr_of))));
+    CHECK_FALSE(same(compress(*a), compress(*random_scene(6).build(kCodedKey, attr_of))));
 }
 
 TEST_CASE("every cut-off frame is refused", "[common][voxel][codec]") {
-    const auto box = small_scene().build(kKey, attr_of);
+    const auto box = small_scene().build(kCodedKey, attr_of);
     const Bytes frame = compress(*box);
     for (std::size_t size = 0; size < frame.size(); ++size) {
         INFO(size << " of " << frame.size() << " bytes");
@@ -124,7 +124,7 @@ TEST_CASE("every cut-off frame is refused", "[common][voxel][codec]") {
 }
 
 TEST_CASE("every cut-off blob is refused", "[common][voxel][codec]") {
-    const auto box = small_scene().build(kKey, attr_of);
+    const auto box = small_scene().build(kCodedKey, attr_of);
     for (std::size_t size = 0; size < box->blob().size(); ++size) {
         INFO(size << " of " << box->blob().size() << " bytes");
         CHECK_THROWS_AS(Box::from_blob(box->blob().first(size), "test"), util::Error);
@@ -132,7 +132,7 @@ TEST_CASE("every cut-off blob is refused", "[common][voxel][codec]") {
 }
 
 TEST_CASE("a frame or blob with more bytes after its end is refused", "[common][voxel][codec]") {
-    const auto box = small_scene().build(kKey, attr_of);
+    const auto box = small_scene().build(kCodedKey, attr_of);
     Bytes frame = compress(*box);
     Bytes blob = copy_of(box->blob());
     frame.push_back(std::byte{0});
@@ -142,7 +142,7 @@ TEST_CASE("a frame or blob with more bytes after its end is refused", "[common][
 }
 
 TEST_CASE("a damaged blob is refused, whichever bit has flipped", "[common][voxel][codec]") {
-    const auto box = small_scene().build(kKey, attr_of);
+    const auto box = small_scene().build(kCodedKey, attr_of);
     Bytes blob = copy_of(box->blob());
     for (std::size_t bit = 0; bit < blob.size() * 8; bit += bit < kCellsAt * 8 ? 1 : 13) {
         INFO("bit " << bit);
@@ -155,7 +155,7 @@ TEST_CASE("a damaged blob is refused, whichever bit has flipped", "[common][voxe
 // zstd ignores a few bits of its own frame header, so a flip there may still give the box: but
 // never another one.
 TEST_CASE("a damaged frame is refused or harmless, never another box", "[common][voxel][codec]") {
-    const auto box = random_scene(8).build(kKey, attr_of);
+    const auto box = random_scene(8).build(kCodedKey, attr_of);
     const Bytes frame = compress(*box);
     std::mt19937_64 random(8);
     int refused = 0;
@@ -177,7 +177,7 @@ TEST_CASE("a damaged frame is refused or harmless, never another box", "[common]
 
 TEST_CASE("a blob that lies under a right checksum is refused by what is wrong",
           "[common][voxel][codec]") {
-    const auto box = small_scene().build(kKey, attr_of);
+    const auto box = small_scene().build(kCodedKey, attr_of);
     const Bytes good = copy_of(box->blob());
     const auto cells = static_cast<std::uint32_t>(box->cells().size());
     const auto attrs = static_cast<std::uint32_t>(box->attrs().size());
@@ -234,7 +234,7 @@ TEST_CASE("a blob that lies under a right checksum is refused by what is wrong",
 
 TEST_CASE("no random cells under a right checksum can lead a reader outside the box",
           "[common][voxel][codec]") {
-    const auto box = small_scene().build(kKey, attr_of);
+    const auto box = small_scene().build(kCodedKey, attr_of);
     std::mt19937_64 random(17);
     int refused = 0;
     for (int i = 0; i < 300; ++i) {

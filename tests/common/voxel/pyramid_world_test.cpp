@@ -3,12 +3,12 @@
 #include "common/thread/parallel.hpp"
 #include "common/voxel/downsample.hpp"
 #include "tests/catch.hpp"
-#include "tests/common/voxel/invented_world.hpp"
+#include "tests/common/voxel/synthetic_world.hpp"
 
 using namespace terravox;
 using namespace terravox::voxel;
-using terravox::test::InventedWorld;
 using terravox::test::same_box;
+using terravox::test::SyntheticWorld;
 
 namespace {
 
@@ -25,7 +25,7 @@ TEST_CASE("a world has levels until it fits into one box across", "[common][voxe
 
 TEST_CASE("coarse boxes of a pyramid are made of their eight children",
           "[common][voxel][pyramid]") {
-    InventedWorld world(kBounds);
+    SyntheticWorld world(kBounds);
     for (int level = 1; level < world.info().levels; ++level) {
         const BoxRange range = boxes_over(kBounds, level);
         for (std::int32_t bx = range.min.bx; bx < range.max.bx; ++bx)
@@ -45,7 +45,7 @@ TEST_CASE("coarse boxes of a pyramid are made of their eight children",
 
 TEST_CASE("a column is made once for all its boxes, and whatever the limit the boxes are the same",
           "[common][voxel][pyramid]") {
-    InventedWorld roomy(kBounds), narrow(kBounds, 1);
+    SyntheticWorld roomy(kBounds), narrow(kBounds, 1);
     const BoxRange range = boxes_over(kBounds, 0);
     std::vector<BoxKey> keys;
     for (std::int32_t by = range.min.by; by < range.max.by; ++by)
@@ -88,13 +88,13 @@ TEST_CASE("a pyramid reports where it is empty, however wide it is", "[common][v
     CHECK(may_hold(900, -1100, 1100, -900));
     CHECK_FALSE(may_hold(5000, 5000, 5100, 5100));
     CHECK(may_hold(-(1 << 23), -(1 << 23), 1 << 23, 1 << 23));
-    CHECK(InventedWorld(kBounds).may_hold({{0, -4, -1, 1}, {0, 5, 2, 6}}));
-    CHECK_FALSE(InventedWorld(kBounds).may_hold({{0, 100, -1, 1}, {0, 105, 2, 6}}));
+    CHECK(SyntheticWorld(kBounds).may_hold({{0, -4, -1, 1}, {0, 5, 2, 6}}));
+    CHECK_FALSE(SyntheticWorld(kBounds).may_hold({{0, 100, -1, 1}, {0, 105, 2, 6}}));
 }
 
 TEST_CASE("outside its bounds a pyramid is air, and other levels are refused",
           "[common][voxel][pyramid]") {
-    InventedWorld world(kBounds);
+    SyntheticWorld world(kBounds);
     CHECK(world.box({0, 100, 0, 3}) == nullptr);
     CHECK(world.column(0, 100, 3).empty());
     CHECK_FALSE(world.column(0, 0, 3).empty());
@@ -105,7 +105,7 @@ TEST_CASE("outside its bounds a pyramid is air, and other levels are refused",
 
 TEST_CASE("what cannot be made is an error on every level above it, and is tried again",
           "[common][voxel][pyramid]") {
-    InventedWorld world(kBounds);
+    SyntheticWorld world(kBounds);
     world.fails_at_bx = 1;
     CHECK_THROWS_AS(world.box({0, 1, 0, 3}), util::Error);
     CHECK_THROWS_AS(world.box({2, 0, 0, 0}), util::Error);

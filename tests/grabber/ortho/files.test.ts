@@ -120,7 +120,7 @@ test('pictures without a place, rotated ones and other files are refused by name
   const at = await local(t, path);
   await writePng(path, [461_900, 100_900, 462_200, 101_200]);
   await writeFile(path.replace('png', 'pgw'), '0.5\n0.1\n0.1\n-0.5\n461900\n101200\n');
-  await assert.rejects(at.make(), /a\.png: it is turned or has no place on Earth/);
+  await assert.rejects(at.make(), /a\.png: it is rotated, or not georeferenced/);
   const vrt = join(folder, 'b.tif');
   await writeFile(vrt, '<VRTDataset rasterXSize="1" rasterYSize="1"/>');
   await assert.rejects((await local(t, vrt)).make(), /b\.tif: it starts with "<VRTDataset/);

@@ -18,7 +18,7 @@ using terravox::test::small_scene;
 
 namespace {
 
-constexpr std::size_t kPlenty = std::size_t{256} << 20;
+constexpr std::size_t kBatchMemory_bytes = std::size_t{256} << 20;
 using Keys = std::vector<voxel::BoxKey>;
 
 /// The landscape, in batches. Requests are recorded; each answer may be delayed.
@@ -118,7 +118,7 @@ TEST_CASE("boxes with waiters are requested together, in the order of the waits"
     REQUIRE(keys.size() > 20);
     world.hold();
     Ear ear;
-    blocks::BlockManager blocks(world, kPlenty, 1);
+    blocks::BlockManager blocks(world, kBatchMemory_bytes, 1);
     blocks.wait_for(keys[0], ear, 0);
     until([&] { return world.batches().size() == 1; });
     for (std::size_t i = 1; i < 20; ++i)
@@ -137,7 +137,7 @@ TEST_CASE("a box of a batch is available as soon as it has arrived", "[raytracer
     const Keys keys = keys_of(world);
     world.hold();
     Ear ear;
-    blocks::BlockManager blocks(world, kPlenty, 1);
+    blocks::BlockManager blocks(world, kBatchMemory_bytes, 1);
     blocks.prefetch(keys);
     until([&] { return world.batches().size() == 1; });
     CHECK(world.batches()[0] == Keys(keys.begin(), keys.begin() + 8));
@@ -156,7 +156,7 @@ TEST_CASE("a world without a preference for batches is asked box by box",
           "[raytracer][world][batch]") {
     BatchWorld world(1);
     const Keys keys = keys_of(world);
-    blocks::BlockManager blocks(world, kPlenty, 3);
+    blocks::BlockManager blocks(world, kBatchMemory_bytes, 3);
     blocks.prefetch(keys);
     until([&] { return blocks.stats().entries == keys.size(); });
     const auto batches = world.batches();
@@ -170,7 +170,7 @@ TEST_CASE("boxes that are only prefetched leave loaders for those with a waiter"
     const Keys keys = keys_of(world);
     world.hold();
     Ear ear;
-    blocks::BlockManager blocks(world, kPlenty, 4);
+    blocks::BlockManager blocks(world, kBatchMemory_bytes, 4);
     blocks.prefetch(keys);
     until([&] { return world.batches().size() == 3; });
     blocks.wait_for(keys.back(), ear, 0);
@@ -186,7 +186,7 @@ TEST_CASE("what is queued is shared among the loaders that have nothing to do",
     BatchWorld world(32);
     const Keys keys = keys_of(world);
     world.hold();
-    blocks::BlockManager blocks(world, kPlenty, 4);
+    blocks::BlockManager blocks(world, kBatchMemory_bytes, 4);
     blocks.prefetch({keys.begin(), keys.begin() + 12});
     until([&] {
         return world.batches().size() == 3;
@@ -237,7 +237,7 @@ TEST_CASE("boxes that a world fails over, forgets or gives twice hold up no othe
         world.inner().make_hole(keys[3]);
         world.inner().make_hole(keys[4], [] { throw 42; });
         Ear ear;
-        blocks::BlockManager blocks(world, kPlenty, 2);
+        blocks::BlockManager blocks(world, kBatchMemory_bytes, 2);
         for (const auto& key : keys)
             blocks.wait_for(key, ear, 0);
         until([&] { return ear.count == static_cast<int>(keys.size()); });
@@ -269,7 +269,7 @@ TEST_CASE(
         return bytes_of(film);
     };
     const auto plain = landscape();
-    const std::string reference = picture(*plain, kPlenty, 1);
+    const std::string reference = picture(*plain, kBatchMemory_bytes, 1);
     struct Case {
         const char* name;
         int batch;
@@ -278,8 +278,8 @@ TEST_CASE(
         int loaders;
     };
     const auto c = GENERATE(values<Case>({
-        {"32, one loader", 32, BatchWorld::Way::kGood, kPlenty, 1},
-        {"5, backwards", 5, BatchWorld::Way::kBackwards, kPlenty, 8},
+        {"32, one loader", 32, BatchWorld::Way::kGood, kBatchMemory_bytes, 1},
+        {"5, backwards", 5, BatchWorld::Way::kBackwards, kBatchMemory_bytes, 8},
         {"32, a byte of memory", 32, BatchWorld::Way::kGood, 1, 8},
         {"7, little memory, backwards", 7, BatchWorld::Way::kBackwards, 100'000, 3},
     }));

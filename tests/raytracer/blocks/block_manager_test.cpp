@@ -6,6 +6,7 @@
 #include <map>
 #include <thread>
 
+#include "common/voxel/changed_error.hpp"
 #include "raytracer/render/boxes_in_sight.hpp"
 #include "tests/catch.hpp"
 #include "tests/eventually.hpp"

@@ -3,6 +3,7 @@
 #include <exception>
 #include <stdexcept>
 
+#include "common/voxel/changed_error.hpp"
 #include "common/voxel/world.hpp"
 #include "tests/catch.hpp"
 

@@ -18,7 +18,7 @@ using Keys = std::vector<voxel::BoxKey>;
 constexpr std::size_t kBox_bytes = 100;
 constexpr std::size_t kMemory_bytes = 40 * kBox_bytes;
 
-voxel::BoxKey key(int number) {
+voxel::BoxKey key_of(int number) {
     return {0, number, 0, 0};
 }
 
@@ -26,7 +26,7 @@ voxel::BoxKey key(int number) {
 Keys keys(int first, int end) {
     Keys out;
     for (int number = first; number < end; ++number)
-        out.push_back(key(number));
+        out.push_back(key_of(number));
     return out;
 }
 
@@ -95,16 +95,16 @@ TEST_CASE("a dropped box with a waiter is not taken", "[raytracer][world][queue]
     LoadQueue queue = queue_of(8, 1);
     add_requested(queue, keys(0, 4));
     queue.drop_requested([](const voxel::BoxKey& box) { return box.bx % 2 == 0; });
-    CHECK(take(queue).keys == Keys{key(1), key(3)});
+    CHECK(take(queue).keys == Keys{key_of(1), key_of(3)});
 }
 
 TEST_CASE("prefetched boxes are replaced, and taken once unless they are known",
           "[raytracer][world][queue]") {
     LoadQueue queue = queue_of(8, 1);
     queue.replace_prefetched(keys(0, 4));
-    queue.replace_prefetched({key(5), key(6), key(5), key(7), key(8)});
-    const LoadQueue::Request request = take(queue, 0, 0, {key(7)});
-    CHECK(request.keys == Keys{key(5), key(6), key(8)});
+    queue.replace_prefetched({key_of(5), key_of(6), key_of(5), key_of(7), key_of(8)});
+    const LoadQueue::Request request = take(queue, 0, 0, {key_of(7)});
+    CHECK(request.keys == Keys{key_of(5), key_of(6), key_of(8)});
     complete(queue, request);
     CHECK(take(queue).keys.empty());
 }
@@ -161,8 +161,8 @@ TEST_CASE("a quarter of the loaders is reserved for boxes with a waiter, where t
         }
         if (c.prefetching < c.loaders) {
             CHECK(take(queue).keys.empty());
-            queue.add_requested(key(200));
-            CHECK(take(queue).keys == Keys{key(200)});
+            queue.add_requested(key_of(200));
+            CHECK(take(queue).keys == Keys{key_of(200)});
         }
         complete(queue, under_way.back());
         CHECK(take(queue).prefetched);

@@ -110,6 +110,23 @@ TEST_CASE("a material that the file lacks has the colour of unknown", "[raytrace
     }
 }
 
+TEST_CASE("a table `default` stands for the materials that a file does not name",
+          "[raytracer][material]") {
+    const TemporaryFolder folder;
+    const MaterialFile file =
+        read_materials(written(folder,
+                               "default = { colour = \"#00ff00\", roughness = 0.5 }\n"
+                               "rock = { colour = \"#ffffff\" }\n"));
+    CHECK(file.missing.empty());
+    CHECK(appearance(file, Material::kSnow).colour.g == 1);
+    CHECK(appearance(file, Material::kSnow).roughness == 0.5f);
+    CHECK(appearance(file, Material::kUnknown).colour.r == 0);
+    CHECK(appearance(file, Material::kRock).colour.r == 1);
+    CHECK(appearance(file, Material::kRock).roughness == 1);
+    CHECK_THROWS_WITH(read_materials(written(folder, "default = { colour = \"green\" }\n")),
+                      contains("[default] colour = 'green'"));
+}
+
 TEST_CASE("a wrong field of a material is refused by file, material, field, value and range",
           "[raytracer][material]") {
     struct Case {

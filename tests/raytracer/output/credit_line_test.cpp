@@ -111,7 +111,7 @@ TEST_CASE(
 TEST_CASE("the credit stands in 8-bit pictures alone", "[raytracer][output][credit]") {
     const TemporaryFolder folder;
     output::Film film(320, 180);
-    film.add(invented_tile(0, 0, 320, 180, false));
+    film.add(synthetic_tile(0, 0, 320, 180, false));
     output::PictureInfo plain;
     output::PictureInfo credited;
     credited.credit = kCredit;

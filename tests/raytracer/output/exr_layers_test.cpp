@@ -36,7 +36,7 @@ TEST_CASE("an EXR with all layers gives back each of them", "[raytracer][output]
     const TemporaryFolder folder;
     const auto file = folder.path() / "all.exr";
     output::Film film(kWidth, kHeight, true);
-    film.add(invented_tile(0, 0, kWidth, kHeight, true));
+    film.add(synthetic_tile(0, 0, kWidth, kHeight, true));
     output::write_image(film, file, some_info());
     const Picture back = read_picture(file);
     const ExrHeader header(file);
@@ -99,7 +99,7 @@ TEST_CASE("matrices and texts stand in the header under the names that other pro
     const TemporaryFolder folder;
     const auto file = folder.path() / "all.exr";
     output::Film film(8, 8);
-    film.add(invented_tile(0, 0, 8, 8, false));
+    film.add(synthetic_tile(0, 0, 8, 8, false));
     const output::PictureInfo info = some_info();
     output::write_image(film, file, info);
     const ExrHeader header(file);
@@ -118,7 +118,7 @@ TEST_CASE("a reader of Cryptomatte cuts out each material and each square with i
     const TemporaryFolder folder;
     const auto file = folder.path() / "all.exr";
     output::Film film(kWidth, kHeight, true);
-    film.add(invented_tile(0, 0, kWidth, kHeight, true));
+    film.add(synthetic_tile(0, 0, kWidth, kHeight, true));
     const output::PictureInfo info = some_info();
     output::write_image(film, file, info);
     const Picture back = read_picture(file);

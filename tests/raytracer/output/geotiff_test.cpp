@@ -56,7 +56,7 @@ output::PictureInfo bled_info() {
 /// The right half shows nothing of the world.
 output::Film half_of(int width, int height) {
     output::Film film(width, height);
-    tiles::TileResult all = invented_tile(0, 0, width, height, false);
+    tiles::TileResult all = synthetic_tile(0, 0, width, height, false);
     std::size_t i = 0;
     all.tile.each_pixel([&](int x, int) { all.samples[i++].alpha = 2 * x < width ? 1 : 0; });
     film.add(all);

@@ -26,8 +26,8 @@ void write_plain(const output::Film& film, const std::filesystem::path& file, do
     output::write_image(film, file, info);
 }
 
-constexpr int kWidth = 61;
-constexpr int kHeight = 37;
+constexpr int kImageWidth = 61;
+constexpr int kImageHeight = 37;
 
 output::Film film_of(int width, int height) {
     std::mt19937 random(21);
@@ -57,18 +57,18 @@ TEST_CASE("EXR and TIFF give back every value to the last bit", "[raytracer][out
     INFO(ending);
     const TemporaryFolder folder;
     const auto file = folder.path() / ("picture" + ending);
-    const output::Film film = film_of(kWidth, kHeight);
+    const output::Film film = film_of(kImageWidth, kImageHeight);
     write_plain(film, file, 3, core::ToneCurve::kPhotographic,
                 kMetadata);  // exposure and tone are for 8-bit pictures
     const Picture back = read_picture(file);
     const bool exr = back.spec.nchannels == 5;
     CHECK(exr == (ending == ".exr" || ending == ".EXR"));
-    REQUIRE(back.spec.width == kWidth);
-    REQUIRE(back.spec.height == kHeight);
+    REQUIRE(back.spec.width == kImageWidth);
+    REQUIRE(back.spec.height == kImageHeight);
     REQUIRE(back.spec.nchannels == (exr ? 5 : 4));
     int wrong = 0;
-    for (int y = 0; y < kHeight; ++y)
-        for (int x = 0; x < kWidth; ++x) {
+    for (int y = 0; y < kImageHeight; ++y)
+        for (int x = 0; x < kImageWidth; ++x) {
             const tiles::PixelSample& p = film.at(x, y);
             wrong += same_bits(back.at(x, y, back.channel("R")), p.colour.r) &&
                              same_bits(back.at(x, y, back.channel("G")), p.colour.g) &&
@@ -93,14 +93,14 @@ TEST_CASE("PNG holds the developed colours, dithered to the byte below or above"
     const auto tone = GENERATE(core::ToneCurve::kPhotographic, core::ToneCurve::kFilmic,
                                core::ToneCurve::kAgx, core::ToneCurve::kLinear);
     const double exposure = GENERATE(-2.0, 0.0, 1.5);
-    const output::Film film = film_of(kWidth, kHeight);
+    const output::Film film = film_of(kImageWidth, kImageHeight);
     write_plain(film, file, exposure, tone, {});
     const Picture back = read_picture(file);
     REQUIRE(back.spec.nchannels == 3);
     CHECK(back.spec.format == OIIO::TypeDesc::UINT8);
     double worst = 0;
-    for (int y = 0; y < kHeight; ++y)
-        for (int x = 0; x < kWidth; ++x) {
+    for (int y = 0; y < kImageHeight; ++y)
+        for (int x = 0; x < kImageWidth; ++x) {
             const voxel::Colour c = output::develop(film.at(x, y).colour, exposure, tone);
             for (int k = 0; k < 3; ++k)
                 worst = std::max(
@@ -195,7 +195,7 @@ TEST_CASE("a plain TIFF is 8-bit on request", "[raytracer][output]") {
     info.tiff_samples = core::TiffSamples::kByte;
     info.tone = core::ToneCurve::kAgx;
     info.exposure_ev = 0.5;
-    const output::Film film = film_of(kWidth, kHeight);
+    const output::Film film = film_of(kImageWidth, kImageHeight);
     output::write_image(film, file, info);
     output::write_image(film, png, info);
     const Picture back = read_picture(file);

@@ -113,7 +113,7 @@ private:
 
 /// A rectangle of a picture that exists in no other place: what stands at (x, y) is a function of x
 /// and y.
-inline tiles::TileResult invented_tile(int x0, int y0, int x1, int y1, bool with_layers) {
+inline tiles::TileResult synthetic_tile(int x0, int y0, int x1, int y1, bool with_layers) {
     tiles::TileResult out;
     out.tile.x0 = x0;
     out.tile.y0 = y0;

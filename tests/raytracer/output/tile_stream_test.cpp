@@ -36,8 +36,8 @@ std::vector<tiles::RenderTile> shuffled_tiles(const output::StreamShape& s, unsi
     return tiles;
 }
 
-tiles::TileResult invented(const tiles::RenderTile& t, bool with_layers) {
-    tiles::TileResult out = invented_tile(t.x0, t.y0, t.x1, t.y1, with_layers);
+tiles::TileResult synthetic(const tiles::RenderTile& t, bool with_layers) {
+    tiles::TileResult out = synthetic_tile(t.x0, t.y0, t.x1, t.y1, with_layers);
     out.tile = t;
     return out;
 }
@@ -73,7 +73,7 @@ TEST_CASE("a streamed EXR holds what a film's would, whatever the order of its t
         output::Film film(s.width_px, s.height_px, s.with_layers);
         output::TileStream stream(streamed, s, some_info());
         for (const tiles::RenderTile& tile : shuffled_tiles(s, 3)) {
-            const tiles::TileResult result = invented(tile, s.with_layers);
+            const tiles::TileResult result = synthetic(tile, s.with_layers);
             for (output::TileSink* sink :
                  {static_cast<output::TileSink*>(&film), static_cast<output::TileSink*>(&stream)})
                 sink->add(result);
@@ -119,7 +119,7 @@ TEST_CASE(
                                             geo::Crs::from_text("EPSG:3794").wkt()};
         output::TileStream stream(file, s, info);
         for (const tiles::RenderTile& tile : shuffled_tiles(s, 4))
-            stream.add(invented(tile, false));
+            stream.add(synthetic(tile, false));
         stream.finish(7);
         CHECK(entries_in(folder.path()) == 1);
         std::ifstream in(file, std::ios::binary);
@@ -141,7 +141,7 @@ TEST_CASE(
         REQUIRE(GDALDatasetRasterIOEx(d.get(), GF_Read, 0, 0, s.width_px, s.height_px,
                                       pixels.data(), s.width_px, s.height_px, GDT_Float32, 4,
                                       nullptr, 16, 16 * s.width_px, 4, nullptr) == CE_None);
-        const tiles::TileResult all = invented_tile(0, 0, s.width_px, s.height_px, false);
+        const tiles::TileResult all = synthetic_tile(0, 0, s.width_px, s.height_px, false);
         const output::Developer developed(info.exposure_ev, info.tone);
         int wrong = 0;
         for (int y = 0; y < s.height_px; ++y)
@@ -172,7 +172,7 @@ TEST_CASE("memory stays flat while a picture streams", "[raytracer][output][stre
     constexpr std::uint64_t kGrowth_bytes = std::uint64_t{48} << 20;  // 3 bytes a pixel
     REQUIRE(output::Film::bytes(s.width_px, s.height_px, false) > 6 * kGrowth_bytes);
     output::TileStream stream(folder.path() / ("large" + ending), s, some_info());
-    tiles::TileResult result = invented_tile(0, 0, 64, 64, false);
+    tiles::TileResult result = synthetic_tile(0, 0, 64, 64, false);
     std::uint64_t first = 0;
     std::uint64_t most = 0;
     for (const tiles::RenderTile& tile : shuffled_tiles(s, 5)) {
@@ -195,15 +195,15 @@ TEST_CASE("errors of a stream are reported, and no file is left behind",
     const auto tiles = shuffled_tiles(s, 6);
     {
         output::TileStream stream(file, s, some_info());
-        stream.add(invented(tiles[0], false));
-        CHECK_THROWS_WITH(stream.add(invented(tiles[0], false)), contains("came twice"));
+        stream.add(synthetic(tiles[0], false));
+        CHECK_THROWS_WITH(stream.add(synthetic(tiles[0], false)), contains("came twice"));
         tiles::RenderTile coarse = tiles[1];
         coarse.step = 2;
-        CHECK_THROWS_WITH(stream.add(invented(coarse, false)), contains("single pass"));
+        CHECK_THROWS_WITH(stream.add(synthetic(coarse, false)), contains("single pass"));
         tiles::RenderTile shifted = tiles[1];
         ++shifted.x0;
-        CHECK_THROWS_WITH(stream.add(invented(shifted, false)), contains("single pass"));
-        tiles::TileResult poor = invented(tiles[1], false);
+        CHECK_THROWS_WITH(stream.add(synthetic(shifted, false)), contains("single pass"));
+        tiles::TileResult poor = synthetic(tiles[1], false);
         poor.samples.pop_back();
         CHECK_THROWS_AS(stream.add(poor), util::Error);
         CHECK_THROWS_WITH(stream.finish(0), contains("tiles are missing"));

@@ -16,7 +16,7 @@ namespace {
 constexpr std::chrono::seconds kMinDeadline{10};
 
 /// A planner with its book and its members.
-struct Bench {
+struct PlannerBench {
     LeaseBook book;
     processors::MemberRegistry members;
     LeasePlanner planner{book, members, kMinDeadline};
@@ -49,7 +49,7 @@ std::size_t bands_of(const std::vector<LeasePlanner::Grant>& grants, MemberId id
 
 TEST_CASE("a member of unknown speed gets little, a thread of this process more",
           "[raytracer][sched]") {
-    Bench bench;
+    PlannerBench bench;
     bench.add_tiles(16, 256);
     const MemberId worker = bench.add(worker_spec());
     const MemberId trusted = bench.add(trusted_spec());
@@ -64,7 +64,7 @@ TEST_CASE("a member of unknown speed gets little, a thread of this process more"
 
 TEST_CASE("a member has leased as much at once as it computes during a round trip",
           "[raytracer][sched]") {
-    Bench bench;
+    PlannerBench bench;
     bench.add_tiles(100, 256);
     processors::MemberSpec far = worker_spec();
     far.latency_s = [] { return 0.5; };
@@ -75,7 +75,7 @@ TEST_CASE("a member has leased as much at once as it computes during a round tri
 }
 
 TEST_CASE("near the end members get half of their share of what is left", "[raytracer][sched]") {
-    Bench bench;
+    PlannerBench bench;
     bench.add_tiles(10, 160);
     const MemberId slow = bench.add(worker_spec(), 1'000'000);
     const MemberId fast = bench.add(worker_spec(), 3'000'000);
@@ -85,14 +85,14 @@ TEST_CASE("near the end members get half of their share of what is left", "[rayt
 }
 
 TEST_CASE("the capacity of a processor bounds its leases", "[raytracer][sched]") {
-    Bench bench;
+    PlannerBench bench;
     bench.add_tiles(16, 256);
     const MemberId one = bench.add(worker_spec(1), 1'000'000);
     CHECK(bands_of(bench.plan(0), one) == 1);
 }
 
 TEST_CASE("a member that may not work gets nothing", "[raytracer][sched]") {
-    Bench bench;
+    PlannerBench bench;
     bench.add_tiles(16, 256);
     const MemberId id = bench.add(worker_spec());
     processors::PoolMember& member = *bench.members.find(id);
@@ -109,7 +109,7 @@ TEST_CASE("a member that may not work gets nothing", "[raytracer][sched]") {
 }
 
 TEST_CASE("a member on probation gets one band at a time", "[raytracer][sched]") {
-    Bench bench;
+    PlannerBench bench;
     bench.add_tiles(16, 256);
     const MemberId id = bench.add(worker_spec());
     CHECK(bench.members.find(id)->set_late());
@@ -120,7 +120,7 @@ TEST_CASE("a member on probation gets one band at a time", "[raytracer][sched]")
 
 TEST_CASE("nothing but checks is leased while results wait, and checks to trusted members only",
           "[raytracer][sched]") {
-    Bench bench;
+    PlannerBench bench;
     bench.add_tiles(16, 256);
     bench.book.check(77, tile_of_rows(0, 8), 0, {});
     bench.add(worker_spec());
@@ -146,7 +146,7 @@ TEST_CASE("the deadline of a lease is three times what the member should take, o
         {"a slow member", 100, 3 * 1024 / 100.0},
     }));
     DYNAMIC_SECTION(c.name) {
-        Bench bench;
+        PlannerBench bench;
         bench.add_tiles(1, 16);
         const MemberId id = bench.add(worker_spec(), c.pixels_per_s);
         CHECK(bench.plan(0).size() == 1);
@@ -156,7 +156,7 @@ TEST_CASE("the deadline of a lease is three times what the member should take, o
 }
 
 TEST_CASE("leases of trusted members have no deadline", "[raytracer][sched]") {
-    Bench bench;
+    PlannerBench bench;
     bench.add_tiles(1, 16);
     bench.add(trusted_spec());
     CHECK(bench.plan(0).size() == 1);
@@ -165,7 +165,7 @@ TEST_CASE("leases of trusted members have no deadline", "[raytracer][sched]") {
 
 TEST_CASE("an idle member repeats a lease, unless its owner is about to be done",
           "[raytracer][sched]") {
-    Bench bench;
+    PlannerBench bench;
     bench.add_tiles(1, 16);
     const MemberId owner = bench.add(worker_spec(1), 10'240);
     CHECK(bands_of(bench.plan(0), owner) == 1);
@@ -180,7 +180,7 @@ TEST_CASE("an idle member repeats a lease, unless its owner is about to be done"
 }
 
 TEST_CASE("an idle member repeats the lease that would take longest", "[raytracer][sched]") {
-    Bench bench;
+    PlannerBench bench;
     bench.add_tiles(2, 16);
     const MemberId slow = bench.add(worker_spec(1), 500);
     const MemberId slower = bench.add(worker_spec(1), 100);
@@ -200,7 +200,7 @@ TEST_CASE("an idle member repeats the lease that would take longest", "[raytrace
 TEST_CASE(
     "bands of a lost member are leased at once to the member that finishes first, whatever it has",
     "[raytracer][sched]") {
-    Bench bench;
+    PlannerBench bench;
     bench.add_tiles(16, 256);
     bench.add(worker_spec(1), 1000);
     const MemberId fast = bench.add(worker_spec(1), 100'000);
@@ -216,7 +216,7 @@ TEST_CASE(
 
 TEST_CASE("bands of a lost member are leased like others where no speed is known",
           "[raytracer][sched]") {
-    Bench bench;
+    PlannerBench bench;
     bench.add_tiles(16, 256);
     bench.add(worker_spec(1));
     CHECK(bench.plan(0).size() == 1);

@@ -15,12 +15,12 @@ namespace {
 const LeaseBook::Holes kHole{voxel::BoxKey{0, 1, 2, 3}};
 
 /// A validator with its book and its members, and one tile of sixteen rows to compute.
-struct Bench {
+struct ValidatorBench {
     LeaseBook book;
     processors::MemberRegistry members;
     ResultValidator validator;
 
-    explicit Bench(int check_every)
+    explicit ValidatorBench(int check_every)
         : validator(book, members, processors::CheckPolicy(check_every, 1)) {
         book.add(tile_of_rows(0, 16));
     }
@@ -48,7 +48,7 @@ struct Bench {
 }  // namespace
 
 TEST_CASE("the first answer to a lease counts, and makes the tile whole", "[raytracer][sched]") {
-    Bench bench(0);
+    ValidatorBench bench(0);
     const MemberId id = bench.add(worker_spec());
     const auto upper = bench.lease(id, 1);
     const auto lower = bench.lease(id);
@@ -64,7 +64,7 @@ TEST_CASE("the first answer to a lease counts, and makes the tile whole", "[rayt
 }
 
 TEST_CASE("an answer without a lease changes nothing", "[raytracer][sched]") {
-    Bench bench(0);
+    ValidatorBench bench(0);
     const MemberId id = bench.add(worker_spec());
     CHECK(bench.members.find(id)->set_late());
     const auto verdict = bench.answer(id, tile_of_rows(0, 16));
@@ -75,7 +75,7 @@ TEST_CASE("an answer without a lease changes nothing", "[raytracer][sched]") {
 }
 
 TEST_CASE("an answer withdraws the band from other members", "[raytracer][sched]") {
-    Bench bench(0);
+    ValidatorBench bench(0);
     const MemberId owner = bench.add(worker_spec());
     const MemberId other = bench.add(worker_spec());
     const auto band = bench.lease(owner);
@@ -91,7 +91,7 @@ TEST_CASE("an answer withdraws the band from other members", "[raytracer][sched]
 
 TEST_CASE("some rows of a worker's first band are checked by a trusted member",
           "[raytracer][sched]") {
-    Bench bench(1'000'000'000);
+    ValidatorBench bench(1'000'000'000);
     const MemberId worker = bench.add(worker_spec());
     const MemberId trusted = bench.add(trusted_spec());
     const auto first = bench.lease(worker, 1);
@@ -123,7 +123,7 @@ TEST_CASE("some rows of a worker's first band are checked by a trusted member",
 
 TEST_CASE("a worker that disagrees with a trusted member is wrong, whichever answered first",
           "[raytracer][sched]") {
-    Bench bench(0);
+    ValidatorBench bench(0);
     const MemberId worker = bench.add(worker_spec());
     const MemberId trusted = bench.add(trusted_spec());
     const auto band = bench.lease(worker);
@@ -150,7 +150,7 @@ TEST_CASE("a worker that disagrees with a trusted member is wrong, whichever ans
 
 TEST_CASE("checks of two workers that disagree decide which of them is wrong",
           "[raytracer][sched]") {
-    Bench bench(0);
+    ValidatorBench bench(0);
     const MemberId honest = bench.add(worker_spec());
     const MemberId wrong = bench.add(worker_spec());
     const auto band = bench.lease(honest);

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "common/geo/crs.hpp"
 #include "common/util/error.hpp"
 #include "tests/catch.hpp"
 
@@ -210,7 +211,7 @@ TEST_CASE("a camera that cannot be placed is refused, naming the field", "[raytr
         scene.camera.space = GENERATE(core::CoordinateSpace::kCrs, core::CoordinateSpace::kLatLon);
         CHECK_THROWS_AS(scene::make_camera(scene, nowhere, b), util::UsageError);
         CHECK_THROWS_WITH(scene::make_camera(scene, nowhere, b),
-                          contains("no place on Earth") && contains("allowed: voxel"));
+                          contains("not georeferenced") && contains("allowed: voxel"));
         scene.camera.space = core::CoordinateSpace::kVoxel;
         CHECK_NOTHROW(scene::make_camera(scene, nowhere, b));
     }

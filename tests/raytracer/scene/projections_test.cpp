@@ -4,6 +4,7 @@
 #include <numbers>
 #include <random>
 
+#include "common/geo/crs.hpp"
 #include "common/util/error.hpp"
 #include "raytracer/render/boxes_in_sight.hpp"
 #include "raytracer/scene/camera.hpp"

@@ -7,7 +7,7 @@
 
 #include "common/util/error.hpp"
 #include "tests/catch.hpp"
-#include "tests/raytracer/tiles/invented_tiles.hpp"
+#include "tests/raytracer/tiles/synthetic_tiles.hpp"
 
 using namespace terravox;
 using namespace terravox::test;

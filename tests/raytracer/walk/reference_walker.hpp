@@ -4,7 +4,7 @@
 #include <optional>
 
 #include "raytracer/walk/walker.hpp"
-#include "tests/raytracer/array_world.hpp"
+#include "tests/common/voxel/array_world.hpp"
 
 namespace terravox::test {
 

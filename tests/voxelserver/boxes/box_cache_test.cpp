@@ -72,7 +72,7 @@ TEST_CASE("a world that makes all levels is requested for a coarse box itself",
                                                  std::int32_t bz) override {
             return m_fake.column(level, bx, bz);
         }
-        [[nodiscard]] voxel::BoxWithInputs traced_box(const BoxKey& key) override {
+        [[nodiscard]] voxel::BoxWithInputs box_with_inputs(const BoxKey& key) override {
             return {box(key), {}};
         }
         [[nodiscard]] voxel::Fingerprint fingerprint(const voxel::InputExtent&) const override {
@@ -217,7 +217,7 @@ TEST_CASE("preparing makes every box of the world, children first, and counts wh
 
 TEST_CASE("all boxes of a world are walked once, each after its children", "[voxelserver][boxes]") {
     test::FakeWorld world;
-    boxes::BoxWalk walk(world);
+    boxes::BoxTraversal walk(world);
     std::set<BoxKey> seen;
     BoxKey key;
     while (walk.next(key)) {
@@ -231,7 +231,7 @@ TEST_CASE("all boxes of a world are walked once, each after its children", "[vox
                 CHECK(seen.contains(child));
         }
     }
-    CHECK(seen.size() == boxes::BoxWalk::count(world));
+    CHECK(seen.size() == boxes::BoxTraversal::count(world));
     for (int level = 0; level < world.info().levels; ++level) {
         const auto range = voxel::boxes_over(world.info().bounds, level);
         CHECK(std::count_if(seen.begin(), seen.end(),

@@ -6,7 +6,7 @@
 #include "common/voxel/downsample.hpp"
 #include "tests/catch.hpp"
 #include "tests/common/temporary_folder.hpp"
-#include "tests/common/voxel/invented_world.hpp"
+#include "tests/common/voxel/synthetic_world.hpp"
 #include "voxelserver/export/archive/archive_export.hpp"
 #include "voxelserver/export/core/journal.hpp"
 #include "voxelserver/export/core/part.hpp"
@@ -14,8 +14,8 @@
 using namespace terravox;
 using namespace terravox::exports;
 using terravox::test::contains;
-using terravox::test::InventedWorld;
 using terravox::test::same_box;
+using terravox::test::SyntheticWorld;
 using terravox::test::TemporaryFolder;
 using voxel::BoxKey;
 
@@ -65,7 +65,7 @@ void each_box(const voxel::WorldInfo& info, const Each& each) {
 TEST_CASE("an archive of a world has the world's boxes on every level",
           "[raytracer][convert][archive]") {
     const TemporaryFolder folder;
-    InventedWorld world(kBounds);
+    SyntheticWorld world(kBounds);
     const Written written = write(world, part_of(world.info(), {}), folder.path() / "a.tvx");
     CHECK(written.holes == 0);
     const auto archive = open(folder.path() / "a.tvx");
@@ -80,7 +80,7 @@ TEST_CASE("an archive of a world has the world's boxes on every level",
     std::uint64_t solid = 0;
     for (std::int32_t x = kBounds.min[0]; x < kBounds.max[0]; ++x)
         for (std::int32_t z = kBounds.min[2]; z < kBounds.max[2]; ++z)
-            solid += static_cast<std::uint64_t>(InventedWorld::top_of(x, z) - kBounds.min[1]);
+            solid += static_cast<std::uint64_t>(SyntheticWorld::top_of(x, z) - kBounds.min[1]);
     CHECK(written.voxels == solid);
     CHECK_FALSE(fs::exists(folder.path() / "a.tvx.journal"));
 }
@@ -91,13 +91,13 @@ TEST_CASE("the bytes of an archive depend neither on threads nor on breaks",
     const fs::path one = folder.path() / "one.tvx";
     const fs::path many = folder.path() / "many.tvx";
     const fs::path broken = folder.path() / "broken.tvx";
-    InventedWorld world(kBounds);
+    SyntheticWorld world(kBounds);
     const Part part = part_of(world.info(), {});
     const Written whole = write(world, part, one, 1);
     write(world, part, many, 5);
     CHECK((bytes_of(one) == bytes_of(many)));
 
-    InventedWorld breaking(kBounds);
+    SyntheticWorld breaking(kBounds);
     breaking.breaks_at_bx = 0;
     CHECK_THROWS_AS(write(breaking, part, broken), std::runtime_error);
     CHECK(fs::exists(broken.string() + ".part"));
@@ -115,7 +115,7 @@ TEST_CASE("what the journal says and the part does not have is begun anew",
     const TemporaryFolder folder;
     const fs::path file = folder.path() / "a.tvx";
     const fs::path good = folder.path() / "good.tvx";
-    InventedWorld world(kBounds);
+    SyntheticWorld world(kBounds);
     const Part part = part_of(world.info(), {});
     write(world, part, good);
     std::ofstream(file.string() + ".journal") << "test\n100 99999999 3/0/0/1 ;\n";
@@ -127,7 +127,7 @@ TEST_CASE("what the journal says and the part does not have is begun anew",
 TEST_CASE("a box that cannot be loaded is a hole of the archive and of all above it",
           "[raytracer][convert][archive]") {
     const TemporaryFolder folder;
-    InventedWorld world(kBounds);
+    SyntheticWorld world(kBounds);
     world.fails_at_bx = 2;
     const Written written = write(world, part_of(world.info(), {}), folder.path() / "a.tvx");
     CHECK(written.holes > 0);
@@ -140,7 +140,7 @@ TEST_CASE("a box that cannot be loaded is a hole of the archive and of all above
 TEST_CASE("an archive of a part and a level holds that alone, as level 0",
           "[raytracer][convert][archive]") {
     const TemporaryFolder folder;
-    InventedWorld world(kBounds);
+    SyntheticWorld world(kBounds);
     const Part part = part_of(world.info(), {1, {0, -600, 300, -400}, {0, 40}});
     const Written written = write(world, part, folder.path() / "a.tvx");
     const auto archive = open(folder.path() / "a.tvx");

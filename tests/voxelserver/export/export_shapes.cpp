@@ -1,4 +1,4 @@
-// Writes an invented lump of voxels in all shapes, with the numbers that readers of other makers
+// Writes a synthetic lump of voxels in all shapes, with the numbers that readers of other makers
 // must find in them: for tests/bench/export.
 //   export_shapes FOLDER [EDGE LAZ...]
 // With survey files: the same of the middle of their world, EDGE voxels wide and deep, without the

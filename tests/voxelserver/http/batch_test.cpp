@@ -43,7 +43,7 @@ std::vector<Record> records_of(std::string_view bytes) {
     return out;
 }
 
-struct Fixture {
+struct BatchFixture {
     test::FakeWorld world;
     util::StageTimes times;
     boxes::BoxCache boxes{world, times, {.makers = 2, .ahead = false}};
@@ -72,7 +72,7 @@ struct Fixture {
 
 TEST_CASE("a batch gives every requested box, air and failures too, and an end",
           "[voxelserver][http][batch]") {
-    Fixture f;
+    BatchFixture f;
     f.world.failing.insert({0, 0, 0, 0});
     const auto records = records_of(f.stream(
         R"({"boxes": [[0,0,-1,0], [0,0,0,0], [0,1,1,-1], [1,0,-1,0], [0,99,0,0], [0,0,-1,0]]})"));
@@ -97,7 +97,7 @@ TEST_CASE("a batch gives every requested box, air and failures too, and an end",
 
 TEST_CASE("a batch sends what is ready before what is still being made",
           "[voxelserver][http][batch]") {
-    Fixture f;
+    BatchFixture f;
     (void)f.boxes.get({0, 1, 0, 0});
     f.world.hold();
     std::atomic<int> parts{0};
@@ -120,7 +120,7 @@ TEST_CASE("a batch sends what is ready before what is still being made",
 }
 
 TEST_CASE("a client that goes away ends its batch", "[voxelserver][http][batch]") {
-    Fixture f;
+    BatchFixture f;
     int parts = 0;
     f.post(R"({"boxes": [[0,0,0,0], [0,1,0,0], [0,0,-1,0], [0,1,-1,0]]})")
         .stream([&](std::string_view) {
@@ -131,7 +131,7 @@ TEST_CASE("a client that goes away ends its batch", "[voxelserver][http][batch]"
 }
 
 TEST_CASE("a list of boxes that is none is refused in one line", "[voxelserver][http][batch]") {
-    Fixture f;
+    BatchFixture f;
     struct Case {
         const char *body, *type;
         int status;
@@ -176,7 +176,7 @@ TEST_CASE("a list of boxes that is none is refused in one line", "[voxelserver][
 
 TEST_CASE("too many batches at once are refused, and their places come back",
           "[voxelserver][http][batch]") {
-    Fixture f;
+    BatchFixture f;
     const std::string body = R"({"boxes": [[0,0,0,0]]})";
     std::vector<http::Response> held;
     for (int i = 0; i < 8; ++i)

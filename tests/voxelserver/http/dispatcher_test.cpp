@@ -14,7 +14,7 @@ using http::Route;
 
 namespace {
 
-struct Fixture {
+struct DispatcherFixture {
     test::FakeWorld world;
     util::StageTimes times;
     boxes::BoxCache boxes{world, times, {.ahead = false}};
@@ -32,7 +32,7 @@ struct Fixture {
 }  // namespace
 
 TEST_CASE("each route of the table has a handler", "[voxelserver][http][dispatcher]") {
-    Fixture f;
+    DispatcherFixture f;
     for (const http::RouteFacts& route : http::routes()) {
         INFO(route.path);
         const Response reply = f.run(route.path);
@@ -43,7 +43,7 @@ TEST_CASE("each route of the table has a handler", "[voxelserver][http][dispatch
 
 TEST_CASE("no handler runs for a request that names another edition",
           "[voxelserver][http][dispatcher]") {
-    Fixture f;
+    DispatcherFixture f;
     f.service.edition = "00112233445566778899aabbccddeeff";
     const auto status = [&](const std::string& edition) {
         return f.run("/v2/boxes/0/0/0/0", {{"terravox-edition", edition}}).status;
@@ -57,20 +57,20 @@ TEST_CASE("no handler runs for a request that names another edition",
 
 TEST_CASE("a world without an edition refuses each request that names one",
           "[voxelserver][http][dispatcher]") {
-    Fixture f;
+    DispatcherFixture f;
     CHECK(f.run("/healthz").status == 200);
     CHECK(f.run("/healthz", {{"Terravox-Edition", "x"}}).status == 412);
 }
 
 TEST_CASE("what a handler throws is left to the caller", "[voxelserver][http][dispatcher]") {
-    Fixture f;
+    DispatcherFixture f;
     f.world.failing.insert({0, 0, 0, 0});
     CHECK_THROWS_AS(f.run("/v2/boxes/0/0/0/0"), util::Error);
     CHECK(f.run("/v2/boxes/0/1/0/0").status == 200);
 }
 
 TEST_CASE("statistics are of the counts that were given", "[voxelserver][http][dispatcher]") {
-    Fixture f;
+    DispatcherFixture f;
     f.counts.add(Route::kWorld, 304, 0.25);
     const Response reply = f.run("/v2/stats");
     REQUIRE(reply.body);

@@ -72,7 +72,7 @@ public:
     }
 
     /// A box depends on its own box column and the one to the east.
-    [[nodiscard]] voxel::BoxWithInputs traced_box(const voxel::BoxKey& key) override {
+    [[nodiscard]] voxel::BoxWithInputs box_with_inputs(const voxel::BoxKey& key) override {
         return {box(key), {key.bx, key.bz, key.bx + 2, key.bz + 1}};
     }
     [[nodiscard]] voxel::Fingerprint fingerprint(const voxel::InputExtent& reach) const override {

@@ -18,7 +18,7 @@ using http::Response;
 
 namespace {
 
-struct Fixture {
+struct RouterFixture {
     test::FakeWorld world;
     util::StageTimes times;
     boxes::BoxCache boxes{world, times, {.ahead = false}};
@@ -83,7 +83,7 @@ TEST_CASE("a far server that does not answer is a bad gateway, and stays unnamed
                                                  std::int32_t bz) override {
             return m_fake.column(level, bx, bz);
         }
-        [[nodiscard]] voxel::BoxWithInputs traced_box(const voxel::BoxKey& key) override {
+        [[nodiscard]] voxel::BoxWithInputs box_with_inputs(const voxel::BoxKey& key) override {
             return {box(key), {}};
         }
         [[nodiscard]] voxel::Fingerprint fingerprint(const voxel::InputExtent&) const override {
@@ -158,7 +158,7 @@ TEST_CASE("every path has its status", "[voxelserver][http][router]") {
         {"/index.html", 404},
     }));
     DYNAMIC_SECTION(c.path) {
-        Fixture f;
+        RouterFixture f;
         const Response r = f.get(c.path);
         CHECK(r.status == c.status);
         CHECK_FALSE(r.close);
@@ -172,7 +172,7 @@ TEST_CASE("every path has its status", "[voxelserver][http][router]") {
 TEST_CASE("other methods are answered 405 with what is allowed", "[voxelserver][http][router]") {
     const std::string method =
         GENERATE("POST", "PUT", "DELETE", "OPTIONS", "PATCH", "TRACE", "get");
-    Fixture f;
+    RouterFixture f;
     for (const char* path : {"/v2/world", "/v2/boxes/0/0/0/0", "/healthz"}) {
         const Response r = f.send(method, path);
         CHECK(r.status == 405);
@@ -184,7 +184,7 @@ TEST_CASE("other methods are answered 405 with what is allowed", "[voxelserver][
 
 TEST_CASE("a request with a body is refused and its connection closed",
           "[voxelserver][http][router]") {
-    Fixture f;
+    RouterFixture f;
     const Response large = f.get("/v2/world", {{"Content-Length", "1000000000000"}});
     CHECK(large.status == 413);
     CHECK(large.close);
@@ -202,7 +202,7 @@ TEST_CASE("a request with a body is refused and its connection closed",
 TEST_CASE("HEAD is answered like GET, without the body", "[voxelserver][http][router]") {
     const std::string path = GENERATE("/healthz", "/v2/world", "/v2/boxes/0/0/0/0",
                                       "/v2/boxes/0/0/1/0", "/v2/columns/0/0/0", "/nothing");
-    Fixture f;
+    RouterFixture f;
     const Response head = f.send("HEAD", path);
     const Response get = f.get(path);
     CHECK(head.head_only);
@@ -216,7 +216,7 @@ TEST_CASE("an entity tag that is still right is answered 304 without a body",
           "[voxelserver][http][router]") {
     const std::string path =
         GENERATE("/v2/world", "/v2/boxes/0/0/0/0", "/v2/boxes/0/0/1/0", "/v2/boxes/0/1000/0/0");
-    Fixture f;
+    RouterFixture f;
     const Response first = f.get(path);
     const std::string etag = first.header("ETag");
     const Response again = f.get(path, {{"if-none-match", "\"other\", " + etag}});
@@ -228,7 +228,7 @@ TEST_CASE("an entity tag that is still right is answered 304 without a body",
 
 TEST_CASE("a box is sent as a zstd frame to clients that accept it, and uncompressed to others",
           "[voxelserver][http][router]") {
-    Fixture f;
+    RouterFixture f;
     const Response packed = f.get("/v2/boxes/0/1/-1/-1", {{"Accept-Encoding", "gzip, zstd"}});
     const Response plain = f.get("/v2/boxes/0/1/-1/-1");
     for (const Response* r : {&packed, &plain}) {
@@ -247,7 +247,7 @@ TEST_CASE("a box is sent as a zstd frame to clients that accept it, and uncompre
 }
 
 TEST_CASE("air is 204 without body and type", "[voxelserver][http][router]") {
-    Fixture f;
+    RouterFixture f;
     const Response r = f.get("/v2/boxes/0/0/1/0");
     CHECK(r.status == 204);
     CHECK_FALSE(r.body);
@@ -257,7 +257,7 @@ TEST_CASE("air is 204 without body and type", "[voxelserver][http][router]") {
 
 TEST_CASE("a box that cannot be made is a problem that says why, not air",
           "[voxelserver][http][router]") {
-    Fixture f;
+    RouterFixture f;
     f.world.failing.insert({0, 0, 0, 0});
     const Response r = f.get("/v2/boxes/0/0/0/0");
     CHECK(r.status == 500);
@@ -271,7 +271,7 @@ TEST_CASE("a box that cannot be made is a problem that says why, not air",
 }
 
 TEST_CASE("the world is described as the client reads it", "[voxelserver][http][router]") {
-    Fixture f;
+    RouterFixture f;
     const auto info = voxel::world_from_json(*f.get("/v2/world").body, "the reply");
     CHECK(info.title == f.world.info().title);
     CHECK(info.bounds == f.world.info().bounds);
@@ -280,7 +280,7 @@ TEST_CASE("the world is described as the client reads it", "[voxelserver][http][
 
 TEST_CASE("a column lists its boxes, and heights in voxels of level 0 within the world",
           "[voxelserver][http][router]") {
-    Fixture f;
+    RouterFixture f;
     CHECK(json_of(f.get("/v2/columns/0/0/0")) ==
           nlohmann::json{{"by_begin", -1}, {"by_end", 2}, {"min_y", -256}, {"max_y", 512}});
     CHECK(json_of(f.get("/v2/columns/2/0/0")) ==
@@ -290,7 +290,7 @@ TEST_CASE("a column lists its boxes, and heights in voxels of level 0 within the
 }
 
 TEST_CASE("statistics count requests by route and status", "[voxelserver][http][router]") {
-    Fixture f;
+    RouterFixture f;
     (void)f.get("/v2/boxes/0/0/0/0");
     (void)f.get("/v2/boxes/0/0/0/0");
     (void)f.get("/v2/boxes/0/0/1/0");
@@ -326,7 +326,7 @@ TEST_CASE("when the queue is full, further boxes are refused with 503 and a time
 }
 
 TEST_CASE("with a token, only open routes answer without it", "[voxelserver][http][router]") {
-    Fixture f;
+    RouterFixture f;
     http::Router router(http::Service{f.world, f.times, f.boxes}, "s3cret");
     const auto status = [&](const char* path, std::vector<Header> headers = {}) {
         return router.handle(Request{"GET", path, std::move(headers)}).status;
@@ -350,7 +350,7 @@ TEST_CASE("with a token, only open routes answer without it", "[voxelserver][htt
 
 TEST_CASE("a host name that is none of the server's is refused before all else",
           "[voxelserver][http][router]") {
-    Fixture f;
+    RouterFixture f;
     http::Router router(http::Service{f.world, f.times, f.boxes}, "",
                         sockets::HttpNames("127.0.0.1", {"voxels.example.org"}));
     for (const http::RouteFacts& route : http::routes()) {
@@ -372,7 +372,7 @@ TEST_CASE("a host name that is none of the server's is refused before all else",
 
 TEST_CASE("a page of another origin is refused, and none is invited",
           "[voxelserver][http][router]") {
-    Fixture f;
+    RouterFixture f;
     const Header host{"Host", "localhost:8888"};
     CHECK(f.get("/v2/boxes/0/0/0/0", {host,
                                       {"Sec-Fetch-Site", "cross-site"},
@@ -406,7 +406,7 @@ TEST_CASE("a page of another origin is refused, and none is invited",
 
 TEST_CASE("a request with an invalid head is refused before its body is read",
           "[voxelserver][http][router]") {
-    Fixture f;
+    RouterFixture f;
     http::Router router(http::Service{f.world, f.times, f.boxes}, "s3cret");
     const Header type{"Content-Type", "application/json"};
     const Header length{"Content-Length", "14"};
@@ -438,7 +438,7 @@ TEST_CASE("a request with an invalid head is refused before its body is read",
 TEST_CASE("health is a word for every client, and a reason for those with the token",
           "[voxelserver][http][router]") {
     using State = http::Health::State;
-    Fixture f;
+    RouterFixture f;
     http::Health now;
     http::Service service{f.world, f.times, f.boxes};
     service.health = [&] { return now; };
@@ -464,7 +464,7 @@ TEST_CASE("health is a word for every client, and a reason for those with the to
 }
 
 TEST_CASE("no reply names a folder of this machine", "[voxelserver][http][router]") {
-    Fixture f;
+    RouterFixture f;
     f.world.fail_with = "read '/home/ann/secret place/square.laz': cut short";
     f.world.failing.insert({0, 0, 0, 0});
     CHECK(json_of(f.get("/v2/boxes/0/0/0/0"))["detail"] == "read 'square.laz': cut short");
@@ -483,7 +483,7 @@ TEST_CASE("no reply names a folder of this machine", "[voxelserver][http][router
 
 TEST_CASE("the page may load its own files alone, and be shown in no other page",
           "[voxelserver][http][router]") {
-    Fixture f;
+    RouterFixture f;
     for (const char* path : {"/", "/page/app.js", "/page/app.css"}) {
         INFO(path);
         const Response r = f.get(path);
@@ -500,7 +500,7 @@ TEST_CASE("the page may load its own files alone, and be shown in no other page"
 
 TEST_CASE("metrics are in the text format of Prometheus, each family once",
           "[voxelserver][http][router]") {
-    Fixture f;
+    RouterFixture f;
     (void)f.get("/v2/boxes/0/0/0/0");
     const Response r = f.get("/metrics");
     CHECK(r.header("Content-Type") == "text/plain; version=0.0.4; charset=utf-8");
@@ -530,7 +530,7 @@ TEST_CASE("metrics are in the text format of Prometheus, each family once",
 }
 
 TEST_CASE("the squares are GeoJSON in the world's coordinates", "[voxelserver][http][router]") {
-    Fixture f;
+    RouterFixture f;
     http::Service service{f.world, f.times, f.boxes};
     service.squares = [] {
         http::SquareEntry s;
@@ -555,7 +555,7 @@ TEST_CASE("the squares are GeoJSON in the world's coordinates", "[voxelserver][h
 }
 
 TEST_CASE("what is kept is listed by level", "[voxelserver][http][router]") {
-    Fixture f;
+    RouterFixture f;
     (void)f.get("/v2/boxes/0/1/0/0");
     (void)f.get("/v2/boxes/0/0/-1/0");
     CHECK(json_of(f.get("/v2/cached/0"))["memory"] == nlohmann::json{{0, -1, 0}, {1, 0, 0}});

@@ -24,8 +24,9 @@ http::ServerOptions local() {
     return o;
 }
 
-struct Fixture {
-    explicit Fixture(const http::ServerOptions& options = local()) : server(router, options) {}
+struct ServerFixture {
+    explicit ServerFixture(const http::ServerOptions& options = local())
+        : server(router, options) {}
     test::FakeWorld world;
     util::StageTimes times;
     boxes::BoxCache boxes{world, times, {.makers = 4, .queue = 64, .ahead = false}};
@@ -108,7 +109,7 @@ std::string random_request(std::mt19937& random) {
 
 TEST_CASE("a connection serves several requests, one after the other or at once",
           "[voxelserver][http][server]") {
-    Fixture f;
+    ServerFixture f;
     HttpClient client(f.server.port());
     const HttpReply world = client.get("/v2/world");
     CHECK(world.status == 200);
@@ -140,7 +141,7 @@ TEST_CASE("a connection serves several requests, one after the other or at once"
 TEST_CASE("concurrent requests for one uncached box are answered by making it once",
           "[voxelserver][http][server]") {
     constexpr int kClients = 100;
-    Fixture f;
+    ServerFixture f;
     f.world.hold();
     std::vector<std::future<HttpReply>> replies;
     for (int i = 0; i < kClients; ++i)
@@ -208,7 +209,7 @@ TEST_CASE("what is no proper request is refused with a problem, and the connecti
          "/v2/boxes/0/0/0/0 HTTP/1.1\r\n\r\n",
          413},
     }));
-    static Fixture f;  // one server for all cases: each must leave it as it was
+    static ServerFixture f;  // one server for all cases: each must leave it as it was
     DYNAMIC_SECTION(c.name) {
         HttpClient client(f.server.port());
         client.send(c.bytes);
@@ -226,7 +227,7 @@ TEST_CASE("what is no proper request is refused with a problem, and the connecti
 
 TEST_CASE("500 random requests and path tricks neither stop the server nor make it fail",
           "[voxelserver][http][server]") {
-    Fixture f;
+    ServerFixture f;
     const std::uint32_t seed = 20240621;
     std::mt19937 random(seed);
     for (int i = 0; i < 500; ++i) {
@@ -247,7 +248,7 @@ TEST_CASE("500 random requests and path tricks neither stop the server nor make 
 TEST_CASE("a stranger's body is not waited for", "[voxelserver][http][server]") {
     http::ServerOptions options = local();
     options.request_timeout = std::chrono::hours(1);
-    Fixture f;
+    ServerFixture f;
     http::Router router(http::Service{f.world, f.times, f.boxes}, "s3cret");
     http::Server server(router, options);
     HttpClient client(server.port());
@@ -262,7 +263,7 @@ TEST_CASE("a stranger's body is not waited for", "[voxelserver][http][server]") 
 }
 
 TEST_CASE("every reply says that no other origin may use it", "[voxelserver][http][server]") {
-    Fixture f;
+    ServerFixture f;
     HttpClient client(f.server.port());
     for (const char* path : {"/", "/v2/world", "/v2/boxes/0/0/0/0", "/metrics", "/nothing"}) {
         const HttpReply reply = client.get(path);
@@ -294,7 +295,7 @@ TEST_CASE("clients that do not finish their requests give their threads to other
         {"nothing after a request", "GET /healthz HTTP/1.1\r\nHost: localhost\r\n\r\n", true},
     }));
     DYNAMIC_SECTION(c.name) {
-        Fixture f(options);
+        ServerFixture f(options);
         std::vector<std::unique_ptr<HttpClient>> slow;
         for (int i = 0; i < 20; ++i) {
             slow.push_back(std::make_unique<HttpClient>(f.server.port()));
@@ -318,7 +319,7 @@ TEST_CASE("more connections than threads are all served, and give way to each ot
     options.request_threads = 2;
     // With clients of this test, however busy the machine is.
     options.timeout = std::chrono::hours(1);
-    Fixture f(options);
+    ServerFixture f(options);
     std::vector<std::future<int>> ok;
     for (int i = 0; i < 16; ++i)
         ok.push_back(std::async(std::launch::async, [&] {
@@ -333,7 +334,7 @@ TEST_CASE("more connections than threads are all served, and give way to each ot
 
 TEST_CASE("stopping finishes the running request and refuses new ones",
           "[voxelserver][http][server]") {
-    Fixture f;
+    ServerFixture f;
     f.world.hold();
     auto running = std::async(std::launch::async,
                               [&] { return HttpClient(f.server.port()).get("/v2/boxes/0/0/0/0"); });
@@ -353,7 +354,7 @@ TEST_CASE("stopping finishes the running request and refuses new ones",
 
 TEST_CASE("a port in use or an address that is none is an error that names it",
           "[voxelserver][http][server]") {
-    Fixture f;
+    ServerFixture f;
     http::ServerOptions taken = local();
     taken.port = f.server.port();
     CHECK_THROWS_WITH(

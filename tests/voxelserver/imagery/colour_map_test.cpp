@@ -263,7 +263,7 @@ TEST_CASE("a bad palette is refused, naming file, field, value and what is allow
          "[[ndvi]] row 1 above = 3; allowed: -1 to 1"},
         {"rule without effect", entries + "[[ndvi]]\nabove = 0.3\n", "needs one of: only, forbids"},
         {"entries no tables", "entry = 3\n", "entry is no list of tables; allowed: [[entry]]"},
-        {"circle", "extends = \"test\"\n", "goes round in a circle"},
+        {"circle", "extends = \"test\"\n", "is circular"},
         {"base", "extends = \"nothing\"\n",
          "extends = 'nothing'; allowed: a palette next to it, or default, paper-rgb"},
         {"base", "extends = 3\n", "extends is no text"},

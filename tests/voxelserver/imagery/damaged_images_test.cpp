@@ -56,14 +56,14 @@ TEST_CASE("an image that cannot be placed or read is refused, naming it",
         GDALDatasetUniquePtr(GetGDALDriverManager()->GetDriverByName("GTiff")->Create(
             file.string().c_str(), 4, 4, 3, GDT_Byte, nullptr));
         CHECK_THROWS_WITH(Orthophotos({file}, frame()),
-                          contains("image.tif") && contains("no place on Earth"));
+                          contains("image.tif") && contains("not georeferenced"));
     }
     SECTION("a place without size") {
         ImageFile image;
         image.geo = {kEast0, 1, 1, kNorth0, 1, 1};
         write_image(file, image);
         CHECK_THROWS_WITH(Orthophotos({file}, frame()),
-                          contains("image.tif") && contains("no size on Earth"));
+                          contains("image.tif") && contains("size of its pixels"));
     }
     SECTION("too many pixels to a voxel") {
         ImageFile image;

@@ -172,7 +172,7 @@ TEST_CASE("the shipped colours mean what they were seen on",
         {"yard of beaten earth", {146, 139, 120}, Group::kGround, Material::kGround},
         {"slabs", {189, 189, 179}, Group::kGround, Material::kConcrete},
         {"street", {133, 134, 140}, Group::kGround, Material::kRoad},
-        // the invented survey
+        // the synthetic survey
         {"meadow", {112, 138, 66}, Group::kGround, Material::kGrass},
         {"wheat", {200, 180, 114}, Group::kGround, Material::kGrass},
         {"maize", {78, 118, 48}, Group::kGround, Material::kGrass},

@@ -9,14 +9,13 @@
 #include "tests/common/temporary_folder.hpp"
 #include "tests/voxelserver/lidar/child.hpp"
 #include "tests/voxelserver/lidar/las_bytes.hpp"
+#include "tests/voxelserver/lidar/shared_files.hpp"
 
 using namespace terravox;
 using namespace terravox::test;
 namespace fs = std::filesystem;
 
 namespace {
-
-const fs::path kShared = TERRAVOX_SHARED_DATA;
 
 Outcome read_in_child(const fs::path& file) {
     return in_child([&] {

@@ -8,6 +8,7 @@
 #include "tests/common/temporary_folder.hpp"
 #include "tests/voxelserver/lidar/child.hpp"
 #include "tests/voxelserver/lidar/las_bytes.hpp"
+#include "tests/voxelserver/lidar/shared_files.hpp"
 #include "voxelserver/lidar/spatial_index.hpp"
 
 using namespace terravox;
@@ -16,7 +17,6 @@ namespace fs = std::filesystem;
 
 namespace {
 
-const fs::path kShared = TERRAVOX_SHARED_DATA;
 constexpr std::size_t kInfoAt =
     375 + 54;  ///< of a COPC file: its record is the first one behind the header
 

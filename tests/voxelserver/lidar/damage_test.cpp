@@ -9,6 +9,7 @@
 #include "tests/common/temporary_folder.hpp"
 #include "tests/voxelserver/lidar/child.hpp"
 #include "tests/voxelserver/lidar/las_bytes.hpp"
+#include "tests/voxelserver/lidar/shared_files.hpp"
 #include "voxelserver/lidar/chunk_table.hpp"
 #include "voxelserver/lidar/las_writer.hpp"
 #include "voxelserver/lidar/spatial_index.hpp"
@@ -18,8 +19,6 @@ using namespace terravox::test;
 namespace fs = std::filesystem;
 
 namespace {
-
-const fs::path kShared = TERRAVOX_SHARED_DATA;
 
 struct Kind {
     const char *name, *file;
@@ -84,7 +83,7 @@ std::string complaint(const Outcome& outcome) {
     return outcome.text.empty() ? "crashed" : outcome.text;
 }
 
-bool there() {
+bool files_are_there() {
     if (fs::exists(kShared / "lazpy") && fs::exists(kShared / "laspy") &&
         fs::exists(kShared / "copcjs"))
         return true;
@@ -96,7 +95,7 @@ bool there() {
 
 TEST_CASE("every kind of file cut at random is refused, unless all its points are there",
           "[voxelserver][lidar][damage][data]") {
-    if (!there())
+    if (!files_are_there())
         return;
     const TemporaryFolder folder;
     for (const Kind& kind : kinds()) {
@@ -121,7 +120,7 @@ TEST_CASE("every kind of file cut at random is refused, unless all its points ar
 
 TEST_CASE("every kind of file with random bytes changed is read whole or refused",
           "[voxelserver][lidar][damage][data]") {
-    if (!there())
+    if (!files_are_there())
         return;
     const TemporaryFolder folder;
     for (const Kind& kind : kinds()) {
@@ -209,7 +208,7 @@ TEST_CASE(
 
 TEST_CASE("a .lax file cut or changed at random is refused, or loses no point",
           "[voxelserver][lidar][damage][lax][data]") {
-    if (!there())
+    if (!files_are_there())
         return;
     const TemporaryFolder folder;
     fs::copy_file(kShared / "lazpy/testdata/pt1_v2.laz", folder.path() / "a.laz");

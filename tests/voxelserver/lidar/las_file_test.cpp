@@ -10,6 +10,7 @@
 #include "tests/common/open_watch.hpp"
 #include "tests/common/temporary_folder.hpp"
 #include "tests/voxelserver/lidar/las_bytes.hpp"
+#include "tests/voxelserver/lidar/shared_files.hpp"
 
 using namespace terravox;
 using namespace terravox::lidar;
@@ -17,15 +18,6 @@ using namespace terravox::test;
 namespace fs = std::filesystem;
 
 namespace {
-
-const fs::path kShared = TERRAVOX_SHARED_DATA;
-
-bool there(const fs::path& folder) {
-    if (fs::exists(folder))
-        return true;
-    WARN("skipped: " << folder.string() << " is not there");
-    return false;
-}
 
 std::vector<fs::path> clouds_in(const fs::path& folder) {
     std::vector<fs::path> out;

@@ -7,6 +7,7 @@
 #include "tests/catch.hpp"
 #include "tests/common/temporary_folder.hpp"
 #include "tests/voxelserver/lidar/las_bytes.hpp"
+#include "tests/voxelserver/lidar/shared_files.hpp"
 #include "voxelserver/lidar/chunk_table.hpp"
 
 using namespace terravox;
@@ -15,15 +16,6 @@ using namespace terravox::test;
 namespace fs = std::filesystem;
 
 namespace {
-
-const fs::path kShared = TERRAVOX_SHARED_DATA;
-
-bool there(const fs::path& file) {
-    if (fs::exists(file))
-        return true;
-    WARN("skipped: " << file.string() << " is not there");
-    return false;
-}
 
 std::vector<RawPoint> points_of(const LasInfo& info, std::span<const PointRange> ranges) {
     std::vector<RawPoint> out;

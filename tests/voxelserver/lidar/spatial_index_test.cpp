@@ -10,6 +10,7 @@
 #include "tests/catch.hpp"
 #include "tests/common/temporary_folder.hpp"
 #include "tests/voxelserver/lidar/las_bytes.hpp"
+#include "tests/voxelserver/lidar/shared_files.hpp"
 
 using namespace terravox;
 using namespace terravox::lidar;
@@ -17,15 +18,6 @@ using namespace terravox::test;
 namespace fs = std::filesystem;
 
 namespace {
-
-const fs::path kShared = TERRAVOX_SHARED_DATA;
-
-bool there(const fs::path& file) {
-    if (fs::exists(file))
-        return true;
-    WARN("skipped: " << file.string() << " is not there");
-    return false;
-}
 
 struct Rectangle {
     double min_x;

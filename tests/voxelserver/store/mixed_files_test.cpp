@@ -1,4 +1,5 @@
 // Files that have little in common, in one world and one cache folder.
+#include "common/geo/crs.hpp"
 #include "common/util/error.hpp"
 #include "tests/catch.hpp"
 #include "tests/voxelserver/store/squares.hpp"

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "common/geo/crs.hpp"
 #include "tests/voxelserver/store/squares.hpp"
 #include "tests/voxelserver/store/timed_world.hpp"
 

@@ -24,6 +24,7 @@ void check_target(const std::filesystem::path& out, const WriteOptions& options)
 const Format kAnvilFormat{
     .name = "anvil",
     .extension = "",
+    .folder = "a Minecraft world",
     .check_target = check_target,
     .steps = column_steps,
     .write = [](Job& job, const WriteOptions& /*options*/) { write_anvil(job, {}); },

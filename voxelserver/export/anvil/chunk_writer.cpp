@@ -111,7 +111,7 @@ void ChunkWriter::root_plants(std::vector<Section>& sections) const {
     }
 }
 
-std::uint64_t ChunkWriter::look_at(const std::vector<Section>& sections) {
+std::uint64_t ChunkWriter::survey_sections(const std::vector<Section>& sections) {
     m_top.fill(Material::kAir);
     std::uint64_t solid = 0;
     for (const Section& section : sections) {
@@ -203,7 +203,7 @@ std::string ChunkWriter::chunk(std::int32_t x, std::int32_t z, std::vector<Secti
     if (std::all_of(sections.begin(), sections.end(), [](const Section& s) { return s.air(); }))
         return {};
     root_plants(sections);
-    const std::uint64_t solid = look_at(sections);
+    const std::uint64_t solid = survey_sections(sections);
     if (solid == 0)
         return {};
     m_voxels += solid;

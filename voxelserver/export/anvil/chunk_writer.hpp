@@ -31,7 +31,7 @@ public:
 
 private:
     void root_plants(std::vector<Section>& sections) const;
-    [[nodiscard]] std::uint64_t look_at(const std::vector<Section>& sections);
+    [[nodiscard]] std::uint64_t survey_sections(const std::vector<Section>& sections);
     void put_blocks(const Section& section);
     void put_state(BlockId id);
     [[nodiscard]] std::string biomes() const;

@@ -53,7 +53,7 @@ private:
         std::vector<BlockId> paint;
     };
     static std::size_t index(voxel::Material material) noexcept {
-        return static_cast<std::size_t>(material) % voxel::kMaterialCount;
+        return voxel::material_index(material);
     }
     std::vector<ExportBlock> m_all{ExportBlock{"minecraft:air", {}, voxel::Material::kAir, {}}};
     std::array<Choice, voxel::kMaterialCount> m_choices;

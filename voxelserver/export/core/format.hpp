@@ -27,8 +27,9 @@ struct WriteOptions {
 /// A format that a world can be converted to. A new format is a folder below voxelserver/export
 /// that defines one of these, and a row of formats() (voxelserver/export/formats/formats.cpp).
 struct Format {
-    std::string_view name;       ///< for --to
-    std::string_view extension;  ///< of the output, lower case, with its dot; empty: a folder
+    std::string_view name;         ///< for --to
+    std::string_view extension;    ///< of the output, lower case, with its dot; empty: a folder
+    std::string_view folder = {};  ///< what a folder of it is, for messages: "a Minecraft world"
     /// Tests whether `out` may be written, before the world is opened.
     /// @throws UsageError when something is there that is not to be replaced; Error when the folder
     /// cannot be written

@@ -4,6 +4,7 @@
 
 #include "common/util/error.hpp"
 #include "common/util/log.hpp"
+#include "common/voxel/changed_error.hpp"
 
 namespace terravox::exports {
 

@@ -5,6 +5,7 @@
 #include <cctype>
 
 #include "common/util/error.hpp"
+#include "common/util/letter_case.hpp"
 #include "voxelserver/export/anvil/anvil_format.hpp"
 #include "voxelserver/export/archive/archive_format.hpp"
 #include "voxelserver/export/mesh/mesh_formats.hpp"
@@ -12,15 +13,7 @@
 #include "voxelserver/export/vox/vox_format.hpp"
 
 namespace terravox::exports {
-namespace {
-
-std::string lower_case(std::string text) {
-    std::transform(text.begin(), text.end(), text.begin(),
-                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-    return text;
-}
-
-}  // namespace
+namespace {}  // namespace
 
 std::span<const Format* const> formats() noexcept {
     static constexpr std::array<const Format*, 6> kFormats{
@@ -32,18 +25,17 @@ std::span<const Format* const> formats() noexcept {
 std::string allowed_formats() {
     std::string out;
     for (const Format* const format : formats()) {
-        const bool is_folder = format->extension.empty();
         out += out.empty() ? "" : ", ";
         out += format->name;
-        out += " (";
-        out += is_folder ? "a folder: a Minecraft world" : format->extension;
+        out += format->extension.empty() ? " (a folder: " : " (";
+        out += format->extension.empty() ? format->folder : format->extension;
         out += ")";
     }
     return out;
 }
 
 const Format& format_of(const std::string& name, const std::filesystem::path& out) {
-    const std::string extension = lower_case(out.extension().string());
+    const std::string extension = util::lower_extension(out);
     for (const Format* const format : formats()) {
         if (name.empty() ? format->extension == extension : format->name == name)
             return *format;

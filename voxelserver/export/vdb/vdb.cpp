@@ -20,13 +20,6 @@ constexpr std::uint64_t kColumnBytes = std::uint64_t{3} << 20;
 // While a column is made, the upper nodes of its own trees count, too.
 constexpr std::uint64_t kBytesOfThread = std::uint64_t{16} << 20;
 
-// Nodes above the leaves are few, and shared by many columns.
-template <class Tree>
-std::uint64_t leaf_bytes(const Tree& tree) {
-    using Leaf = typename Tree::LeafNodeType;
-    return tree.leafCount() * (sizeof(Leaf) + Leaf::SIZE * sizeof(typename Tree::ValueType));
-}
-
 /// Writes blocks of columns as files.
 class Blocks {
 public:
@@ -92,8 +85,7 @@ private:
             [&](std::size_t, VdbTrees made) {
                 if (too_much)
                     return;
-                bytes += leaf_bytes(*made.density) + leaf_bytes(*made.material) +
-                         leaf_bytes(*made.colour);
+                bytes += made.leaf_bytes();
                 if (may_fail && bytes > m_job.memory_bytes)
                     too_much = true;
                 else
@@ -126,7 +118,7 @@ private:
 
 void write_vdb(Job& job, const VdbOptions& options) {
     util::check_writable(job.out);
-    openvdb::initialize();
+    start_vdb();
     Blocks(job, options).write_all();
 }
 

@@ -1,5 +1,6 @@
 #include "voxelserver/export/vdb/vdb_grids.hpp"
 
+#include <openvdb/openvdb.h>
 #include <openvdb/tools/Prune.h>
 
 #include <algorithm>
@@ -13,6 +14,13 @@
 #include "voxelserver/export/shape/placing.hpp"
 
 namespace terravox::exports {
+
+struct VdbTrees::Trees {
+    openvdb::FloatTree::Ptr density = std::make_shared<openvdb::FloatTree>(0.f);
+    openvdb::Int32Tree::Ptr material = std::make_shared<openvdb::Int32Tree>(0);
+    openvdb::Vec3STree::Ptr colour = std::make_shared<openvdb::Vec3STree>(openvdb::Vec3s(0.f));
+};
+
 namespace {
 
 constexpr std::int32_t kNodeEdge = 128;  // of the nodes above leaves
@@ -25,9 +33,9 @@ public:
         : m_job(job),
           m_frame(frame),
           m_to(to),
-          m_density(*to.density),
-          m_material(*to.material),
-          m_colour(*to.colour) {}
+          m_density(*to.trees->density),
+          m_material(*to.trees->material),
+          m_colour(*to.trees->colour) {}
 
     void add(const voxel::Box& box) {
         const auto& key = box.key();
@@ -44,10 +52,16 @@ public:
     }
 
 private:
+    [[nodiscard]] openvdb::Coord coord(std::int32_t x, std::int32_t y,
+                                       std::int32_t z) const noexcept {
+        const auto [i, j, k] = m_frame.coord(x, y, z);
+        return {i, j, k};
+    }
+
     void seen(std::int32_t x, std::int32_t y, std::int32_t z, const voxel::VoxelAttr& attr) {
         if (!m_job.part.holds(x, y, z))
             return;
-        const auto at = m_frame.coord(x, y, z);
+        const auto at = coord(x, y, z);
         const voxel::Rgb8 c = m_job.colour_of(attr);
         m_density.setValueOn(at, 1.f);
         m_material.setValueOn(at, static_cast<std::int32_t>(attr.material));
@@ -64,7 +78,7 @@ private:
                 for (int z = 0; z < edge; z += kLeafEdge)
                     for (int x = 0; x < edge; x += kLeafEdge) {
                         // Level 1: a tile as large as a leaf. Any voxel in it identifies it.
-                        const auto at = m_frame.coord(x0 + x, y0 + y, z0 + z);
+                        const auto at = coord(x0 + x, y0 + y, z0 + z);
                         m_density.addTile(1, at, 1.f, true);
                         m_material.addTile(1, at, kRock, true);
                     }
@@ -77,7 +91,7 @@ private:
                 for (std::int32_t x = x0; x < x0 + edge; ++x) {
                     if (!part.holds(x, y, z))
                         continue;
-                    const auto at = m_frame.coord(x, y, z);
+                    const auto at = coord(x, y, z);
                     m_density.setValueOn(at, 1.f);
                     m_material.setValueOn(at, kRock);
                     ++m_to.voxels;
@@ -128,12 +142,40 @@ public:
     }
 };
 
+template <class Tree>
+std::uint64_t leaf_bytes_of(const Tree& tree) {
+    using Leaf = typename Tree::LeafNodeType;
+    return tree.leafCount() * (sizeof(Leaf) + Leaf::SIZE * sizeof(typename Tree::ValueType));
+}
+
+/// Metres from the origin of the part, a voxel's value at its middle.
+openvdb::math::Transform::Ptr transform_of(const VdbFrame& frame) {
+    auto out = openvdb::math::Transform::createLinearTransform(frame.voxel_m());
+    const auto [x, y, z] = frame.shift_m();
+    out->postTranslate(openvdb::Vec3d(x, y, z));
+    return out;
+}
+
 }  // namespace
 
+void start_vdb() {
+    openvdb::initialize();
+}
+
+VdbTrees::VdbTrees() : trees(std::make_unique<Trees>()) {}
+VdbTrees::~VdbTrees() = default;
+VdbTrees::VdbTrees(VdbTrees&&) noexcept = default;
+VdbTrees& VdbTrees::operator=(VdbTrees&&) noexcept = default;
+
+std::uint64_t VdbTrees::leaf_bytes() const {
+    return leaf_bytes_of(*trees->density) + leaf_bytes_of(*trees->material) +
+           leaf_bytes_of(*trees->colour);
+}
+
 void VdbTrees::take(VdbTrees& other) {
-    density->merge(*other.density);
-    material->merge(*other.material);
-    colour->merge(*other.colour);
+    trees->density->merge(*other.trees->density);
+    trees->material->merge(*other.trees->material);
+    trees->colour->merge(*other.trees->colour);
     voxels += other.voxels;
     checksum = (checksum ^ other.checksum) * 0x9E37'79B9'7F4A'7C15ULL;
 }
@@ -144,15 +186,14 @@ VdbFrame::VdbFrame(const Job& job, UpAxis up)
         m_base[a] = voxel::floor_div(m_origin[a], kNodeEdge) * kNodeEdge;
 }
 
-openvdb::math::Transform::Ptr VdbFrame::transform() const {
-    auto out = openvdb::math::Transform::createLinearTransform(m_voxel_m);
+std::array<double, 3> VdbFrame::shift_m() const noexcept {
     // The middle of the world's voxel (x, y, z) lies at (x + 0.5 - origin) * voxel_m.
     const auto shift = [&](std::size_t a) { return (m_base[a] - m_origin[a] + 0.5) * m_voxel_m; };
     // North: -(z + 0.5 - origin), where the grid's coordinate is -1 - (z - base).
     const double north = (m_origin[2] - m_base[2] + 0.5) * m_voxel_m;
-    out->postTranslate(m_up == UpAxis::kY ? openvdb::Vec3d(shift(0), shift(1), shift(2))
-                                          : openvdb::Vec3d(shift(0), north, shift(1)));
-    return out;
+    if (m_up == UpAxis::kY)
+        return {shift(0), shift(1), shift(2)};
+    return {shift(0), north, shift(1)};
 }
 
 VdbTrees make_vdb_column(Job& job, const VdbFrame& frame, std::int32_t bx, std::int32_t bz) {
@@ -165,12 +206,12 @@ VdbTrees make_vdb_column(Job& job, const VdbFrame& frame, std::int32_t bx, std::
                 filler.add(*box);
     }
     // Leaves of one value become tiles.
-    openvdb::tools::prune(*out.density, 0.f, false);
-    openvdb::tools::prune(*out.material, 0, false);
+    openvdb::tools::prune(*out.trees->density, 0.f, false);
+    openvdb::tools::prune(*out.trees->material, 0, false);
     return out;
 }
 
-void write_vdb_file(Job& job, const VdbFrame& frame, const VdbTrees& trees,
+void write_vdb_file(Job& job, const VdbFrame& frame, const VdbTrees& made,
                     const std::filesystem::path& file) {
     const auto facts = facts_of(job, frame.axes());
     openvdb::MetaMap about_file;
@@ -182,15 +223,15 @@ void write_vdb_file(Job& job, const VdbFrame& frame, const VdbTrees& trees,
         using Grid = openvdb::Grid<std::decay_t<decltype(*tree)>>;
         auto grid = Grid::create(tree);
         grid->setName(name);
-        grid->setTransform(frame.transform());
+        grid->setTransform(transform_of(frame));
         for (const auto& [key, value] : facts)
             grid->insertMeta(key, openvdb::StringMetadata(value));
         grids.push_back(grid);
         return grid;
     };
-    add(trees.density, "density")->setGridClass(openvdb::GRID_FOG_VOLUME);
-    add(trees.material, "material");
-    add(trees.colour, "Cd");
+    add(made.trees->density, "density")->setGridClass(openvdb::GRID_FOG_VOLUME);
+    add(made.trees->material, "material");
+    add(made.trees->colour, "Cd");
 
     util::AtomicFile target(file);
     try {
@@ -202,8 +243,7 @@ void write_vdb_file(Job& job, const VdbFrame& frame, const VdbTrees& trees,
     } catch (const openvdb::Exception& e) {
         throw util::Error("write " + file.string() + ": " + e.what());
     }
-    name_by_content(target.temporary_path(), trees.checksum,
-                    trees.voxels * 0x9E37'79B9'7F4A'7C15ULL);
+    name_by_content(target.temporary_path(), made.checksum, made.voxels * 0x9E37'79B9'7F4A'7C15ULL);
     finish_file(job, target);
 }
 

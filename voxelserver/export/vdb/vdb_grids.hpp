@@ -1,8 +1,6 @@
 #pragma once
 
-// OpenVDB's headers are large: only the sources of this folder include this one.
-#include <openvdb/openvdb.h>
-
+// Without OpenVDB's headers: they take longer to compile than all else in this folder.
 #include <array>
 #include <cstdint>
 #include <filesystem>
@@ -13,20 +11,28 @@
 
 namespace terravox::exports {
 
-/// The three trees of one column of boxes, or of many.
-struct VdbTrees {
-    openvdb::FloatTree::Ptr density = std::make_shared<openvdb::FloatTree>(0.f);
-    openvdb::Int32Tree::Ptr material = std::make_shared<openvdb::Int32Tree>(0);
-    openvdb::Vec3STree::Ptr colour = std::make_shared<openvdb::Vec3STree>(openvdb::Vec3s(0.f));
-    std::uint64_t voxels = 0;
-    std::uint64_t checksum = 0;  ///< of the boxes, in order
+/// To be called once, before anything else of this header. Thread-safe.
+void start_vdb();
+
+/// The three trees (density, material, colour) of one column of boxes, or of many.
+class VdbTrees {
+public:
+    struct Trees;
+
+    VdbTrees();
+    ~VdbTrees();
+    VdbTrees(VdbTrees&&) noexcept;
+    VdbTrees& operator=(VdbTrees&&) noexcept;
 
     [[nodiscard]] bool empty() const noexcept { return voxels == 0; }
-    [[nodiscard]] std::uint64_t memory_bytes() const {
-        return density->memUsage() + material->memUsage() + colour->memUsage();
-    }
+    /// Memory of the leaves, bytes. Nodes above them are few, and shared by many columns.
+    [[nodiscard]] std::uint64_t leaf_bytes() const;
     /// Moves everything out of another column; leaves it empty.
     void take(VdbTrees& other);
+
+    std::uint64_t voxels = 0;
+    std::uint64_t checksum = 0;  ///< of the boxes, in order
+    std::unique_ptr<Trees> trees;
 };
 
 /// Maps voxels of the world to voxels of a grid. Grids begin at a voxel whose coordinates are
@@ -35,15 +41,18 @@ class VdbFrame {
 public:
     VdbFrame(const Job& job, UpAxis up);
     /// The grid's coordinates of a voxel of the world.
-    [[nodiscard]] openvdb::Coord coord(std::int32_t x, std::int32_t y,
-                                       std::int32_t z) const noexcept {
+    [[nodiscard]] std::array<std::int32_t, 3> coord(std::int32_t x, std::int32_t y,
+                                                    std::int32_t z) const noexcept {
         const std::int32_t i = x - m_base[0];
         const std::int32_t j = y - m_base[1];
         const std::int32_t k = z - m_base[2];
-        return m_up == UpAxis::kY ? openvdb::Coord(i, j, k) : openvdb::Coord(i, -1 - k, j);
+        if (m_up == UpAxis::kY)
+            return {i, j, k};
+        return {i, -1 - k, j};
     }
-    /// Transform to metres from the origin of the part, a voxel's value at its middle.
-    [[nodiscard]] openvdb::math::Transform::Ptr transform() const;
+    [[nodiscard]] double voxel_m() const noexcept { return m_voxel_m; }
+    /// Where the middle of the grid's voxel (0, 0, 0) is, metres from the origin of the part.
+    [[nodiscard]] std::array<double, 3> shift_m() const noexcept;
     [[nodiscard]] const char* axes() const noexcept {
         return m_up == UpAxis::kY ? "x east, y up, z south; metres"
                                   : "x east, y north, z up; metres";
@@ -62,7 +71,7 @@ private:
 
 /// Writes the trees as one file, whole or not at all.
 /// @throws Error
-void write_vdb_file(Job& job, const VdbFrame& frame, const VdbTrees& trees,
+void write_vdb_file(Job& job, const VdbFrame& frame, const VdbTrees& made,
                     const std::filesystem::path& file);
 
 }  // namespace terravox::exports

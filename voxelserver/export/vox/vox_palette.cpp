@@ -12,7 +12,7 @@ void VoxPalette::count(Material material, voxel::Rgb8 colour, bool own) {
     if (own)
         m_groups[group_of(material)].counts.add(colour);
     else
-        m_plain[static_cast<std::size_t>(material) % voxel::kMaterialCount] = true;
+        m_plain[voxel::material_index(material)] = true;
 }
 
 void VoxPalette::take(Group& group, Material material, std::size_t max_colours,
@@ -32,7 +32,7 @@ std::vector<VoxColour> VoxPalette::choose() {
         if (!m_plain[m])
             continue;
         const auto material = static_cast<Material>(m);
-        out.push_back({m_looks.of(material).colour, group_of(material)});
+        out.push_back({m_palette.of(material).colour, group_of(material)});
         m_index_of_plain[m] = static_cast<std::uint8_t>(out.size());
     }
     // Special materials first: the others get what is left, at least 144.
@@ -46,7 +46,7 @@ std::vector<VoxColour> VoxPalette::choose() {
 
 std::uint8_t VoxPalette::index_of(Material material, voxel::Rgb8 colour, bool own) const {
     if (!own)
-        return m_index_of_plain[static_cast<std::size_t>(material) % voxel::kMaterialCount];
+        return m_index_of_plain[voxel::material_index(material)];
     const Group& group = m_groups.at(group_of(material));
     return group.index_of_cell.at(group.counts.key_of(colour));
 }

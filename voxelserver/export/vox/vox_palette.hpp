@@ -30,7 +30,7 @@ struct VoxColour {
 /// once, then index_of(). Depends on the counts alone.
 class VoxPalette {
 public:
-    explicit VoxPalette(const voxel::Palette& looks) : m_looks(looks) {}
+    explicit VoxPalette(const voxel::Palette& looks) : m_palette(looks) {}
     /// @param own whether the colour is the voxel's own, else its material's
     void count(voxel::Material material, voxel::Rgb8 colour, bool own);
     /// @return colour i has the index i + 1 in the file; at most 255
@@ -52,7 +52,7 @@ private:
     }
     void take(Group& group, voxel::Material material, std::size_t max_colours,
               std::vector<VoxColour>& out) const;
-    const voxel::Palette& m_looks;
+    const voxel::Palette& m_palette;
     /// Materials with voxels without a colour of their own.
     std::array<bool, voxel::kMaterialCount> m_plain{};
     std::array<std::uint8_t, voxel::kMaterialCount> m_index_of_plain{};

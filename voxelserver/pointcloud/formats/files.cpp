@@ -9,6 +9,7 @@
 
 #include "common/util/error.hpp"
 #include "common/util/files.hpp"
+#include "common/util/letter_case.hpp"
 #include "voxelserver/pointcloud/file_bytes.hpp"
 #include "voxelserver/pointcloud/formats/list.hpp"
 
@@ -32,15 +33,8 @@ constexpr std::array<Row, sizeof...(Each)> rows_of(const std::tuple<Each...>& /*
 
 constexpr auto kRows = rows_of(Formats());
 
-std::string lower_ending(const fs::path& file) {
-    std::string out = file.extension().string();
-    std::transform(out.begin(), out.end(), out.begin(),
-                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-    return out;
-}
-
 bool has_ending(const Row& row, const fs::path& file) {
-    return std::find(row.endings.begin(), row.endings.end(), lower_ending(file)) !=
+    return std::find(row.endings.begin(), row.endings.end(), util::lower_extension(file)) !=
            row.endings.end();
 }
 

@@ -42,7 +42,7 @@ void apply(const fs::path& file, ClassTable& table, int depth) {
     };
     constexpr int kMaxExtends = 8;
     if (depth > kMaxExtends)
-        fail("'extends' goes round in a circle");
+        fail("'extends' is circular");
     const toml::table root = util::read_toml(file, fail);
     allow_only(root, "", {"title", "extends", "crs", "class"}, fail);
     for (const char* name : {"title", "extends", "crs"})

@@ -132,11 +132,11 @@ std::vector<PlanRect> settle_extent(const PointSource& source, PointCloudInfo& i
                                     int threads) {
     for (std::size_t a = 0; a < 3; ++a)
         if (info.min[a] > info.max[a])
-            refuse(info, "least and greatest swapped");
+            refuse(info, "minimum above maximum");
     const std::size_t beyond = count_beyond(info, sample);
     if (!sample.empty() && beyond == sample.size())
-        refuse(info, "where none of the " + std::to_string(sample.size()) +
-                         " points lies that were looked at");
+        refuse(info,
+               "none of the " + std::to_string(sample.size()) + " sampled points lies within them");
     const std::vector<PlanRect> stated{{info.min[0], info.min[1], info.max[0], info.max[1]}};
     if (sample.empty() || (beyond == 0 && !looks_empty(source, info, sample)))
         return stated;

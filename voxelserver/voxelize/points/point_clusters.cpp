@@ -16,7 +16,7 @@ namespace {
 constexpr double kCell_m = 256;
 constexpr int kReach = 4;                     // cells: clusters are a kilometre apart or more
 constexpr std::size_t kMaxCells = 1'000'000;  // 65,000 square kilometres; some tens of MB
-constexpr std::uint64_t kPointsPerTask = 200'000;
+constexpr std::uint64_t kPointsPerScan = 200'000;
 
 using Cells = std::unordered_map<std::uint64_t, PointCluster>;
 
@@ -102,7 +102,7 @@ PointCluster take_cluster(Cells& left) {
 
 std::vector<PointCluster> find_clusters(const pointcloud::PointSource& source,
                                         const KeepsPoint& keeps, double unit_m, int threads) {
-    const auto ranges = source.parts(kPointsPerTask);
+    const auto ranges = source.parts(kPointsPerScan);
     Cells cells;
     std::mutex mutex;
     thread::parallel_for(ranges.size(), threads, [&](std::size_t i) {

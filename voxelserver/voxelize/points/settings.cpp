@@ -57,7 +57,8 @@ std::vector<Field> fields_of(Settings& s) {
         number("bridges", "thickness_m", s.bridges.thickness_m, 0.1, 20),
         flag("bridges", "recognise", s.bridges.recognise),
         number("bridges", "widest_m", s.bridges.widest_m, 1, 15),
-        number("bridges", "least_drop_m", s.bridges.min_drop_m, 0.5, 20),
+        Field{"bridges", "min_drop_m", nullptr, &s.bridges.min_drop_m, 0.5, 20, nullptr,
+              "least_drop_m"},
         number("bridges", "above_water_m", s.bridges.above_water_m, 0.5, 50),
         number("bridges", "above_land_m", s.bridges.above_land_m, 0.5, 50),
         number("ground", "soil_m", s.ground.soil_m, 0, 100),
@@ -151,7 +152,7 @@ void read_root(const toml::table& root, const std::vector<Field>& fields, const 
 
 }  // namespace
 
-voxel::Fingerprint print_of(const Settings& settings) {
+voxel::Fingerprint fingerprint_of(const Settings& settings) {
     Settings copy = settings;  // fields_of() needs a mutable object
     voxel::ByteWriter out;
     for (const Field& f : fields_of(copy)) {
@@ -164,7 +165,7 @@ voxel::Fingerprint print_of(const Settings& settings) {
         else
             out.add(*f.number);
     }
-    return out.print();
+    return out.fingerprint();
 }
 
 Settings load_settings(const std::filesystem::path& given, std::string_view steps) {

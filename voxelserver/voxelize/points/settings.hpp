@@ -47,7 +47,7 @@ struct Settings {
     struct Vegetation {
         double low_m = 1.0, medium_m = 3.0;  ///< tops of the tiers where the source has none
         double canopy_gap_m = 3.0;           ///< foliage between two returns of a crown
-        double trunk_from_m = 3.0;           ///< plants higher than this stand on a trunk
+        double trunk_from_m = 3.0;           ///< plants at least this high stand on a trunk
         double clutter_m = 0.5;  ///< unclassified objects lower than this are ground roughness
     } vegetation;
     struct Water {
@@ -62,7 +62,7 @@ struct Settings {
 };
 
 /// Fingerprint of all fields but the palette, of which the values count (input_fingerprints.hpp).
-[[nodiscard]] voxel::Fingerprint print_of(const Settings& settings);
+[[nodiscard]] voxel::Fingerprint fingerprint_of(const Settings& settings);
 
 /// Reads a settings file over the defaults, and applies the step switches to it.
 /// @param file empty = config/voxelize.toml

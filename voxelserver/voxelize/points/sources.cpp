@@ -165,8 +165,8 @@ struct Sample {
 };
 
 // Samples some points, and determines with them where the file lies.
-Sample look_at(SquareSource& source, const ClassTable& classes, const Settings::Points& filters,
-               int threads) {
+Sample take_sample(SquareSource& source, const ClassTable& classes, const Settings::Points& filters,
+                   int threads) {
     constexpr std::size_t kAbout = 4096;
     const KeepsPoint keeps = [&](const pointcloud::Point& p) {
         return filter_result_of(p, filters, classes) == FilterResult::kKept;
@@ -279,7 +279,7 @@ Sources open_sources(const LidarWorldOptions& options, const ClassTable& classes
     warn_of_mixed_datums(infos_of(files));
     std::vector<Sample> samples(files.size());
     thread::parallel_for(files.size(), options.threads, [&](std::size_t i) {
-        samples[i] = look_at(files[i], classes, settings.points, options.threads);
+        samples[i] = take_sample(files[i], classes, settings.points, options.threads);
     });
     const pointcloud::PointCloudInfo& first = files.front().info;
     const double mid_x = (first.min[0] + first.max[0]) / 2;

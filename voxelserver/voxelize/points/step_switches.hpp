@@ -24,7 +24,8 @@ inline constexpr StepSwitch kWaterDeepening{"water deepening",
 inline constexpr StepSwitch kBridges{
     "bridges", "makes decks of bridges: without holes, open beneath", &Settings::Steps::bridges};
 inline constexpr StepSwitch kGroundFill{
-    "ground fill", "interpolates terrain between ground points, under buildings and water",
+    "ground fill",
+    "interpolates terrain between ground points, also under buildings, not under water",
     &Settings::Steps::ground_fill};
 inline constexpr StepSwitch kBuildingFill{"building fill",
                                           "closes roofs, and finds what is open beneath them",

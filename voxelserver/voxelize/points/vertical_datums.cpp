@@ -1,4 +1,5 @@
 #include "voxelserver/voxelize/points/vertical_datums.hpp"
+#include "common/util/letter_case.hpp"
 #include "common/util/log.hpp"
 
 #include <cctype>
@@ -12,8 +13,8 @@ namespace {
 std::string plain(const std::string& name) {
     std::string out;
     for (const char c : name)
-        if (const auto byte = static_cast<unsigned char>(c); std::isalnum(byte) != 0)
-            out += static_cast<char>(std::tolower(byte));
+        if (std::isalnum(static_cast<unsigned char>(c)) != 0)
+            out += util::lower_case(c);
     return out;
 }
 

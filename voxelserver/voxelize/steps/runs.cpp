@@ -212,7 +212,7 @@ private:
             attr_of(plant(crown.top_voxel, height_m(crown.top, top)), crown.top_voxel);
         std::int32_t bottom = std::max(crown.bottom, crown_floor(top));
         const Run& below = m_runs.back();
-        if (is_plant(below.attr.material) && below.y1 + canopy_gap() >= bottom)
+        if (voxel::is_plant(below.attr.material) && below.y1 + canopy_gap() >= bottom)
             bottom = below.y1;  // lower returns of the same crown
         push_plant(bottom, crown.top + 1, attr);
         m_trunk.reset();  // it ends in the crown
@@ -231,10 +231,6 @@ private:
 
     [[nodiscard]] std::int32_t canopy_gap() const {
         return rounded(m_in.settings.vegetation.canopy_gap_m, m_in.voxel_m);
-    }
-    [[nodiscard]] static bool is_plant(Material m) noexcept {
-        return m == Material::kLowVegetation || m == Material::kMediumVegetation ||
-               m == Material::kHighVegetation;
     }
 
     // A crown that a neighbour extends downwards does not become a bush.

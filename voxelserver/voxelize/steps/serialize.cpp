@@ -10,11 +10,6 @@ namespace {
 using voxel::Material;
 using voxel::VoxelAttr;
 
-bool is_plant(Material m) noexcept {
-    return m == Material::kLowVegetation || m == Material::kMediumVegetation ||
-           m == Material::kHighVegetation;
-}
-
 // Whether an image shows a run: the topmost surface and the foliage of crowns; not walls, beds or
 // trunks, nor the ground under a bridge.
 bool shows(const Run& run, bool topmost) noexcept {
@@ -22,7 +17,7 @@ bool shows(const Run& run, bool topmost) noexcept {
     if (m == Material::kWall || m == Material::kWater || m == Material::kWire ||
         m == Material::kTrunk)
         return false;
-    return topmost || is_plant(m);
+    return topmost || voxel::is_plant(m);
 }
 
 VoxelAttr attr_at(std::span<const Run> runs, std::int32_t y, const voxel::Rgb8* seen_from_above) {

@@ -74,11 +74,6 @@ Lists lists_of(const PatchColumns& columns, const ClassTable& classes, Group gro
     return out;
 }
 
-bool is_roof(Material m) noexcept {
-    return m == Material::kRoof || m == Material::kOrangeRoof || m == Material::kGreyRoof ||
-           m == Material::kFlatRoof;
-}
-
 }  // namespace
 
 SurfaceStep::SurfaceStep(const imagery::Orthophotos* images, const ClassTable& classes,
@@ -177,7 +172,8 @@ SurfaceAppearance SurfaceStep::surface(const Window& window,
             grid.material[static_cast<std::size_t>((z + m_margin) * grid.width + x + m_margin)];
         // A roof takes a roof's material, the ground any other. Water is determined by the bodies:
         // a wet-looking spot alone is not water.
-        const bool fits = window.built(x, z) ? is_roof(m) : !is_roof(m) && m != Material::kWater;
+        const bool fits =
+            window.built(x, z) ? voxel::is_roof(m) : !voxel::is_roof(m) && m != Material::kWater;
         if (fits)
             out.material.at(x, z) = m;
     });

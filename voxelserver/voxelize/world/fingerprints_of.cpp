@@ -19,7 +19,7 @@ void add(voxel::ByteWriter& out, const grid::ColumnRect& r) {
     out.add(r.max_z);
 }
 
-Fingerprint print_of(const SquareSource& s) {
+Fingerprint fingerprint_of(const SquareSource& s) {
     voxel::ByteWriter out;
     out.add(s.identity);
     out.add(s.info.crs->wkt());
@@ -31,7 +31,7 @@ Fingerprint print_of(const SquareSource& s) {
     out.add(s.highest);
     out.add(s.has_colour);
     out.add(s.colour_shift);
-    return out.print();
+    return out.fingerprint();
 }
 
 }  // namespace
@@ -46,20 +46,20 @@ InputFingerprints fingerprints_of(const Sources& sources, const imagery::Orthoph
     all.add(frame.crs().wkt());
     all.add(frame.units_per_voxel());
     all.add(frame.voxel_m());
-    all.add(print_of(settings));
-    all.add(print_of(classes));
+    all.add(fingerprint_of(settings));
+    all.add(fingerprint_of(classes));
     all.add(cell_voxels);
     all.add(sources.has_water_class);
     all.add(sources.floor_y);
     // Nothing rises above the points that it is made from, but a bed may lie below them all, and
     // boxes below the lowest are not requested.
     all.add(voxel::floor_div(sources.lowest_y, voxel::kBoxSizeY));
-    out.everywhere = all.print();
-    out.palette = palette_print(settings);
+    out.everywhere = all.fingerprint();
+    out.palette = palette_fingerprint(settings);
     // A margin of one voxel, as where columns are made: a transformed or rounded point may lie just
     // outside its file's bounds.
     for (const SquareSource& s : sources.files)
-        out.points.push_back({s.bounds.grown(1), print_of(s), s.has_colour});
+        out.points.push_back({s.bounds.grown(1), fingerprint_of(s), s.has_colour});
     std::sort(out.points.begin(), out.points.end(),
               [](const auto& a, const auto& b) { return a.fingerprint < b.fingerprint; });
     if (images != nullptr)

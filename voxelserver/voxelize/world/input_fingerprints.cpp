@@ -29,24 +29,24 @@ struct WideRect {
 
 }  // namespace
 
-Fingerprint print_of(const ClassTable& classes) {
+Fingerprint fingerprint_of(const ClassTable& classes) {
     voxel::ByteWriter out;
     for (const ClassMeaning& m : classes.meaning) {
         out.add(m.role);
         out.add(m.material);
         out.add(m.tiers);
     }
-    return out.print();
+    return out.fingerprint();
 }
 
-Fingerprint palette_print(const Settings& settings) {
+Fingerprint palette_fingerprint(const Settings& settings) {
     if (!settings.steps.specialization)
         return {};
     voxel::ByteWriter out;
     imagery::ColourMap::load(settings.palette).add_values(out);
     if (settings.steps.neighbourhood_filters)
         imagery::add_values(imagery::load_filters(settings.palette), out);
-    return out.print();
+    return out.fingerprint();
 }
 
 Fingerprint InputFingerprints::fingerprint(const InputExtent& reach) const {
@@ -67,7 +67,7 @@ Fingerprint InputFingerprints::fingerprint(const InputExtent& reach) const {
     }
     if (coloured)
         out.add(palette);
-    return out.print();
+    return out.fingerprint();
 }
 
 }  // namespace terravox::voxelize

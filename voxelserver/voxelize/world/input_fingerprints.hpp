@@ -41,7 +41,7 @@ struct InputFingerprints {
 
 /// Fingerprints of the values of a class table, and of the palette that settings name: not of their
 /// files' text.
-[[nodiscard]] voxel::Fingerprint print_of(const ClassTable& classes);
-[[nodiscard]] voxel::Fingerprint palette_print(const Settings& settings);
+[[nodiscard]] voxel::Fingerprint fingerprint_of(const ClassTable& classes);
+[[nodiscard]] voxel::Fingerprint palette_fingerprint(const Settings& settings);
 
 }  // namespace terravox::voxelize

@@ -82,10 +82,10 @@ public:
     }
 
     [[nodiscard]] std::shared_ptr<const Box> box(const BoxKey& key) override {
-        return traced_box(key).box;
+        return box_with_inputs(key).box;
     }
 
-    [[nodiscard]] BoxWithInputs traced_box(const BoxKey& key) override {
+    [[nodiscard]] BoxWithInputs box_with_inputs(const BoxKey& key) override {
         m_facts.check_level(key.level);
         if (!m_facts.touches_land(key.level, key.bx, key.bz))
             return {nullptr, footprint(key)};
@@ -157,7 +157,7 @@ private:
     // their dependencies need not be queried.
     [[nodiscard]] BoxWithInputs child(const BoxKey& key) {
         return voxel::boxes_over(m_facts.info.bounds, key.level).contains(key)
-                   ? traced_box(key)
+                   ? box_with_inputs(key)
                    : BoxWithInputs{nullptr, footprint(key)};
     }
 

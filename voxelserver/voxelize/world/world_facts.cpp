@@ -45,7 +45,7 @@ std::vector<InputFingerprints::Input> inputs(voxel::ByteReader& in) {
     std::vector<InputFingerprints::Input> out(in.count(kInputBytes));
     for (auto& i : out) {
         i.rect = rect(in);
-        i.fingerprint = in.print();
+        i.fingerprint = in.fingerprint();
         i.coloured = in.get<std::uint8_t>() != 0;
     }
     return out;
@@ -141,7 +141,7 @@ std::string to_bytes(const WorldFacts& facts) {
     put(out, facts.fingerprints.points);
     put(out, facts.fingerprints.images);
     voxel::ByteWriter whole;
-    whole.add(out.print());
+    whole.add(out.fingerprint());
     whole.add(kBoxRecipe);
     return std::string(kFactsMagic) + whole.bytes() + out.bytes();
 }
@@ -153,16 +153,16 @@ WorldFacts facts_from_bytes(std::string_view bytes) {
     if (!bytes.starts_with(kFactsMagic))
         throw fail("another version, or no facts");
     voxel::ByteReader head(bytes.substr(kFactsMagic.size()));
-    const Fingerprint said = head.print();
+    const Fingerprint said = head.fingerprint();
     const auto recipe = head.get<std::uint32_t>();
     if (!head.ok())
         throw fail("cut short");
     if (recipe != kBoxRecipe)
-        throw fail("of a way of making boxes with number " + std::to_string(recipe) +
+        throw fail("made by box recipe " + std::to_string(recipe) +
                    "; allowed: " + std::to_string(kBoxRecipe));
     const std::string_view body =
         bytes.substr(kFactsMagic.size() + 2 * sizeof(std::uint64_t) + sizeof recipe);
-    if (voxel::print_of(body) != said)
+    if (voxel::fingerprint_of(body) != said)
         throw fail("damaged (checksum)");
     voxel::ByteReader in(body);
     WorldFacts out;
@@ -180,8 +180,8 @@ WorldFacts facts_from_bytes(std::string_view bytes) {
     }
     out.orthophotos = in.get<std::uint64_t>();
     out.water_cell_m = in.get<double>();
-    out.fingerprints.everywhere = in.print();
-    out.fingerprints.palette = in.print();
+    out.fingerprints.everywhere = in.fingerprint();
+    out.fingerprints.palette = in.fingerprint();
     out.fingerprints.points = inputs(in);
     out.fingerprints.images = inputs(in);
     // A checksum detects damage, not malice: values that would break arithmetic are rejected.

@@ -26,9 +26,9 @@ std::string world_name(const LidarWorldOptions& options, const std::filesystem::
         out.add(voxel::file_identity(opener, "worlds module"));
     const Settings settings = load_settings(options.settings, options.steps);
     const ClassTable classes = load_class_table(options.classes);
-    out.add(print_of(settings));
-    out.add(palette_print(settings));
-    out.add(print_of(classes));
+    out.add(fingerprint_of(settings));
+    out.add(palette_fingerprint(settings));
+    out.add(fingerprint_of(classes));
     out.add(classes.crs.has_value());
     out.add(classes.crs.value_or(""));
     out.add(options.crs.has_value());
@@ -53,7 +53,7 @@ std::string world_name(const LidarWorldOptions& options, const std::filesystem::
             out.add(imagery::image_identity(image));
         }
     }
-    return voxel::hex_of(out.print());
+    return voxel::hex_of(out.fingerprint());
 }
 
 }  // namespace terravox::voxelize

@@ -115,11 +115,11 @@ void HeightFile::learn() {
         fail("its blocks are " + std::to_string(block_x) + " x " + std::to_string(block_y) +
              " cells; allowed: up to 512 MB; rewrite it with gdal_translate -co TILED=YES");
     if (m_data->GetGeoTransform(m_geo.data()) != CE_None)
-        fail("no place on Earth (neither tags nor a world file)");
+        fail("not georeferenced (neither tags nor a world file)");
     const double area = m_geo[1] * m_geo[5] - m_geo[2] * m_geo[4];
     if (!std::all_of(m_geo.begin(), m_geo.end(), [](double v) { return std::isfinite(v); }) ||
         !(std::abs(area) > 0))
-        fail("its cells have no size on Earth (area " + std::to_string(area) +
+        fail("the size of its cells is not above 0 (area " + std::to_string(area) +
              "; allowed: above 0)");
     constexpr double kMaxAspect = 16;
     const double aspect = std::abs(m_geo[1] / m_geo[5]);
@@ -160,7 +160,7 @@ void HeightFile::learn_values() {
         unit = *named;
     else if (*own->GetUnitType() != '\0')
         fail(std::string("unit of heights = '") + own->GetUnitType() +
-             "'; allowed: m, ft, US survey foot and their kin; give it in metres");
+             "'; allowed: m, ft, US survey foot and equivalents; give it in metres");
     else
         unit = vertical_unit_m();
     int known = 0;

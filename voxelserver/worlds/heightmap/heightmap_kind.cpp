@@ -1,7 +1,9 @@
 #include "voxelserver/worlds/heightmap/heightmap_kind.hpp"
 
 #include <algorithm>
+#include <array>
 #include <filesystem>
+#include <string_view>
 
 #include "common/thread/parallel.hpp"
 #include "common/util/files.hpp"
@@ -33,11 +35,20 @@ std::optional<double> height_unit_m(const std::string& unit) {
     return std::nullopt;
 }
 
+/// A text next to rasters is one of them only if it can be read as one; any other file with such an
+/// ending must be, since a damaged raster that is left out would be a gap that nobody sees.
+bool belongs_to_rasters(const fs::path& file) {
+    return file.extension() != ".txt" || heightmap::is_height_raster(file);
+}
+
 std::vector<fs::path> rasters_of(const worlds::WorldOptions& options) {
-    return util::expand_folders({options.inputs.begin(), options.inputs.end()},
-                                {".tif", ".tiff", ".asc", ".img", ".vrt", ".dem", ".hgt", ".bil",
-                                 ".dt2", ".dt1", ".grd", ".nc", ".xyz", ".txt"},
-                                "rasters of heights");
+    // The usual endings of what geo::open_raster() reads, apart from pictures.
+    constexpr std::array<std::string_view, 15> kEndings = {
+        ".tif", ".tiff", ".asc", ".img", ".vrt", ".dem", ".hgt", ".bil",
+        ".flt", ".dt0",  ".dt1", ".dt2", ".grd", ".xyz", ".txt",
+    };
+    return util::expand_folders({options.inputs.begin(), options.inputs.end()}, kEndings,
+                                "rasters of heights", belongs_to_rasters);
 }
 
 /// Includes names, since of overlapping rasters the first by name counts.
@@ -52,7 +63,7 @@ voxel::Fingerprint state_of_rasters(const worlds::WorldOptions& options) {
         out.add(file.string());
         out.add(imagery::image_identity(file));
     }
-    return out.print();
+    return out.fingerprint();
 }
 
 std::unique_ptr<voxel::World> open_heightmap(const OpenRequest& request) {

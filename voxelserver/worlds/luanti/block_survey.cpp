@@ -77,9 +77,9 @@ Facts facts_of(MapDatabase& database, NodeAppearances& appearances, MapBlockRead
     return out;
 }
 
-std::vector<Facts> look_at(MapDatabase& database, NodeAppearances& appearances,
-                           worlds::DamageLog& damage, const std::vector<BlockPlace>& places,
-                           int threads) {
+std::vector<Facts> survey_blocks(MapDatabase& database, NodeAppearances& appearances,
+                                 worlds::DamageLog& damage, const std::vector<BlockPlace>& places,
+                                 int threads) {
     std::vector<Facts> out(places.size());
     const std::size_t batches = (places.size() + kBatch - 1) / kBatch;
     thread::parallel_for(batches, threads, [&](std::size_t batch) {
@@ -133,7 +133,7 @@ BlockSurvey survey_blocks(MapDatabase& database, NodeAppearances& appearances,
                                    : " blocks have keys that stand for no place") +
                    "; allowed: -2048 to 2047 blocks on each axis");
     const std::vector<BlockPlace>& places = sample.places();
-    const std::vector<Facts> facts = look_at(database, appearances, damage, places, threads);
+    const std::vector<Facts> facts = survey_blocks(database, appearances, damage, places, threads);
     out.blocks = sample.added();
     out.looked_at = places.size();
     for (const Facts& block : facts) {

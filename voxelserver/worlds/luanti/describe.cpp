@@ -22,7 +22,7 @@ struct Extent {
 };
 
 /// All facts that are printed about a world.
-struct Facts {
+struct WorldFacts {
     std::string path;
     WorldFiles files;
     std::string key;  ///< columns of the table's primary key
@@ -40,7 +40,7 @@ std::string line(const std::string& label, const std::string& value) {
     return value.empty() ? std::string{} : label + ": " + value + "\n";
 }
 
-std::string text_of_extent(const Facts& facts) {
+std::string text_of_extent(const WorldFacts& facts) {
     if (facts.survey.bounds.empty())
         return {};
     const Extent extent = facts.extent();
@@ -62,7 +62,7 @@ std::string text_of_versions(const BlockSurvey& survey) {
     return out;
 }
 
-std::string text_of(const Facts& facts) {
+std::string text_of(const WorldFacts& facts) {
     const BlockSurvey& survey = facts.survey;
     std::string counts = std::to_string(survey.blocks) + ": ";
     if (!survey.complete())
@@ -84,7 +84,7 @@ std::string text_of(const Facts& facts) {
     return out;
 }
 
-std::string json_of(const Facts& facts) {
+std::string json_of(const WorldFacts& facts) {
     const BlockSurvey& survey = facts.survey;
     json versions = json::object();
     for (const auto& [version, count] : survey.versions)
@@ -115,7 +115,7 @@ worlds::Description describe(const worlds::DescribeRequest& request,
     if (request.with_blocks)
         throw util::UsageError("world info --blocks: " + request.input +
                                " is a Luanti world; allowed: a Minecraft world");
-    Facts facts;
+    WorldFacts facts;
     facts.path = request.input;
     facts.files = find_world_files(request.input);
     MapDatabase database(facts.files.map);

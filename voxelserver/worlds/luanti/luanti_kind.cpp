@@ -49,7 +49,7 @@ voxel::Fingerprint state_of_files(const worlds::WorldOptions& options) {
     for (const auto& file : {files.map, log, node_table()})
         if (file != log || std::filesystem::exists(log, failed))
             out.add(voxel::file_identity(file, "Luanti world"));
-    return out.print();
+    return out.fingerprint();
 }
 
 Description describe_luanti(const DescribeRequest& request) {

@@ -34,7 +34,7 @@ public:
           m_appearances(nodes),
           m_blocks(options.memory_bytes / 4) {
         BlockSurvey survey = survey_blocks(m_database, m_appearances, m_damage, options.threads,
-                                           options.look_through);
+                                           options.max_surveyed);
         if (survey.blocks == 0 && m_damage.lines().empty())
             throw util::UsageError(opening(options) +
                                    "it has no map blocks; allowed: at least one");
@@ -136,7 +136,7 @@ std::unique_ptr<voxel::World> open_luanti_world(const LuantiWorldOptions& option
         throw util::UsageError(opening(options) + std::to_string(options.memory_bytes >> 20) +
                                " MiB of memory; allowed: at least " +
                                std::to_string(kMinMemoryBytes >> 20));
-    if (options.look_through == 0)
+    if (options.max_surveyed == 0)
         throw util::UsageError(opening(options) +
                                "looks through 0 map blocks; allowed: at least 1");
     return std::make_unique<LuantiWorld>(options, nodes);

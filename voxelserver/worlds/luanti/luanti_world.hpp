@@ -17,7 +17,7 @@ struct LuantiWorldOptions {
     /// How many blocks are decoded before the first box, for some seconds at most. Where there are
     /// more, the bounds come from the keys of all blocks, and the framed bounds from a part of the
     /// blocks.
-    std::size_t look_through = std::size_t{1} << 15;
+    std::size_t max_surveyed = std::size_t{1} << 15;
 };
 
 /// A world of Luanti (Minetest) as voxels of 1 m: node (x, y, z) is voxel (x, y, -1 - z).

@@ -50,12 +50,12 @@ std::optional<BlockPlace> place_of(sqlite3_stmt* row, bool is_encoded) noexcept 
 }
 
 /// Resets a statement at the end of a block, so that it holds no lock on the file.
-class Resetting {
+class StatementReset {
 public:
-    explicit Resetting(sqlite3_stmt* statement) : m_statement(statement) {}
-    ~Resetting() { sqlite3_reset(m_statement); }
-    Resetting(const Resetting&) = delete;
-    Resetting& operator=(const Resetting&) = delete;
+    explicit StatementReset(sqlite3_stmt* statement) : m_statement(statement) {}
+    ~StatementReset() { sqlite3_reset(m_statement); }
+    StatementReset(const StatementReset&) = delete;
+    StatementReset& operator=(const StatementReset&) = delete;
 
 private:
     sqlite3_stmt* m_statement;
@@ -139,7 +139,7 @@ std::uint64_t MapDatabase::for_each_place(const std::function<void(const BlockPl
 std::vector<std::uint8_t> MapDatabase::read(const BlockPlace& place) {
     const std::lock_guard lock(m_mutex);
     sqlite3_stmt* const select = m_select.get();
-    const Resetting resetting(select);
+    const StatementReset resetting(select);
     if (m_encoded) {
         sqlite3_bind_int64(select, 1, encoded(place));
     } else {

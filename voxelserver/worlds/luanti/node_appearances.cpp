@@ -4,7 +4,7 @@
 namespace terravox::luanti {
 namespace {
 
-// A game has some thousands of nodes; a file of invented names must not fill the memory.
+// A game has some thousands of nodes; a file of made-up names must not fill the memory.
 constexpr std::size_t kMaxAppearances = std::size_t{1} << 16;
 
 voxel::VoxelAttr attr_of(const minecraft::BlockAppearance& appearance) noexcept {

@@ -8,7 +8,7 @@
 namespace terravox::minecraft {
 namespace {
 
-// There are a few thousand appearances; a file of invented blocks must not fill the memory.
+// There are a few thousand appearances; a file of made-up blocks must not fill the memory.
 constexpr std::size_t kMaxAppearances = std::size_t{1} << 17;
 constexpr std::size_t kMaxReported = 100'000;
 constexpr std::uint64_t kUnset = ~std::uint64_t{0};

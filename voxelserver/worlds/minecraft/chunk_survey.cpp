@@ -35,17 +35,19 @@ struct Tools {
     ChunkReader reader;
     VoxelMaker maker;
     std::vector<voxel::VoxelAttr> appearances{};
-    Tools(const ChunkStore& store, BlockAppearanceCache& book) : reader(store), maker(book) {}
+    Tools(const ChunkStore& store, BlockAppearanceCache& block_appearances)
+        : reader(store), maker(block_appearances) {}
 };
 
 // Whether a section may hold anything, without a test of each of its voxels.
-bool may_hold(Tools& tools, BlockAppearanceCache& book, const ChunkBlocks& blocks,
+bool may_hold(Tools& tools, BlockAppearanceCache& block_appearances, const ChunkBlocks& blocks,
               const ChunkSection& section) {
     if (section.numeric)
         return !tools.maker.make(blocks, section).air();
     tools.appearances.resize(section.palette_size);
-    book.of(std::span(blocks.palette).subspan(section.palette_begin, section.palette_size),
-            tools.appearances);
+    block_appearances.of(
+        std::span(blocks.palette).subspan(section.palette_begin, section.palette_size),
+        tools.appearances);
     return std::any_of(tools.appearances.begin(), tools.appearances.end(),
                        [](const voxel::VoxelAttr& appearance) {
                            return appearance.material != voxel::Material::kAir;
@@ -84,11 +86,12 @@ bool widen_by(Tools& tools, const ChunkBlocks& blocks, const ChunkSection& secti
 
 // Only sections that may widen the heights are examined voxel by voxel. The return value does not
 // depend on what other threads have found.
-bool look_at(Tools& tools, BlockAppearanceCache& book, const ChunkBlocks& blocks,
-             Heights& heights) {
+bool survey_chunk(Tools& tools, BlockAppearanceCache& block_appearances, const ChunkBlocks& blocks,
+                  Heights& heights) {
     const auto sections = blocks.sections();
-    if (std::none_of(sections.rbegin(), sections.rend(),
-                     [&](const ChunkSection& s) { return may_hold(tools, book, blocks, s); }))
+    if (std::none_of(sections.rbegin(), sections.rend(), [&](const ChunkSection& s) {
+            return may_hold(tools, block_appearances, blocks, s);
+        }))
         return false;
     for (auto s = sections.rbegin(); s != sections.rend() && s->y * 16 + 16 > heights.hi(); ++s)
         if (widen_by(tools, blocks, *s, heights))
@@ -109,7 +112,7 @@ void look_at_sections(const ChunkBlocks& blocks, Heights& heights) noexcept {
 
 }  // namespace
 
-ChunkSurvey survey_chunks(const ChunkStore& store, BlockAppearanceCache& book,
+ChunkSurvey survey_chunks(const ChunkStore& store, BlockAppearanceCache& block_appearances,
                           worlds::DamageLog& damage, int threads, std::size_t most) {
     const auto chunks = store.chunks();
     const std::size_t count = std::min(chunks.size(), most);
@@ -120,7 +123,7 @@ ChunkSurvey survey_chunks(const ChunkStore& store, BlockAppearanceCache& book,
     std::atomic<std::size_t> readable{0};
     Toolbox<Tools> toolbox;
     thread::parallel_for((count + kBatch - 1) / kBatch, threads, [&](std::size_t batch) {
-        toolbox.with([&] { return std::make_unique<Tools>(store, book); },
+        toolbox.with([&] { return std::make_unique<Tools>(store, block_appearances); },
                      [&](Tools& tools) {
                          for (std::size_t i = batch * kBatch;
                               i < std::min(count, (batch + 1) * kBatch); ++i) {
@@ -130,7 +133,7 @@ ChunkSurvey survey_chunks(const ChunkStore& store, BlockAppearanceCache& book,
                                  const ChunkBlocks& blocks = tools.reader.read(chunk);
                                  for (const std::string& oddity : blocks.oddities)
                                      damage.add(store.name_of(chunk) + ": " + oddity);
-                                 holds[i] = look_at(tools, book, blocks, heights);
+                                 holds[i] = survey_chunk(tools, block_appearances, blocks, heights);
                                  if (!out.complete)
                                      look_at_sections(blocks, heights);
                                  ++readable;

@@ -22,7 +22,8 @@ struct ChunkSurvey {
 /// the heights are those of all the sections that these have, and of the game's own worlds. Damage
 /// is added to `damage`.
 /// @param threads 0 = one for each core
-[[nodiscard]] ChunkSurvey survey_chunks(const ChunkStore& store, BlockAppearanceCache& book,
+[[nodiscard]] ChunkSurvey survey_chunks(const ChunkStore& store,
+                                        BlockAppearanceCache& block_appearances,
                                         worlds::DamageLog& damage, int threads, std::size_t most);
 
 }  // namespace terravox::minecraft

@@ -74,7 +74,7 @@ voxel::Fingerprint file_state(const fs::path& world, const fs::path& blocks) {
     else
         add_file(out, world.filename().string(), world);
     add_folder(out, blocks, [](const fs::path&) { return true; });
-    return out.print();
+    return out.fingerprint();
 }
 
 }  // namespace terravox::minecraft

@@ -55,14 +55,14 @@ public:
           m_folder(options.path, options.memory_bytes / 8),
           m_car(side_car_in(m_folder)),
           m_store(m_folder, m_folder.dimension(options.dimension), options.threads),
-          m_book(with_overlay(blocks, m_car)),
+          m_block_appearances(with_overlay(blocks, m_car)),
           m_chunks(options.memory_bytes / 8 * 3) {
         for (const std::string& line : m_folder.damage())
             m_damage.add(line);
         for (const std::string& line : m_store.damage())
             m_damage.add(line);
-        const ChunkSurvey survey =
-            survey_chunks(m_store, m_book, m_damage, options.threads, options.look_through);
+        const ChunkSurvey survey = survey_chunks(m_store, m_block_appearances, m_damage,
+                                                 options.threads, options.max_surveyed);
         if (m_store.chunks().empty() && m_store.damage().empty())
             throw util::UsageError(opening(options) + "no chunks in its dimension " +
                                    options.dimension);
@@ -102,7 +102,8 @@ private:
     struct Tools {
         ChunkReader reader;
         VoxelMaker maker;
-        Tools(const ChunkStore& store, BlockAppearanceCache& book) : reader(store), maker(book) {}
+        Tools(const ChunkStore& store, BlockAppearanceCache& block_appearances)
+            : reader(store), maker(block_appearances) {}
     };
 
     void set_info(const ChunkSurvey& survey) {
@@ -154,7 +155,7 @@ private:
     }
 
     std::shared_ptr<const VoxelChunk> read(const ChunkRef& ref) {
-        return m_tools.with([&] { return std::make_unique<Tools>(m_store, m_book); },
+        return m_tools.with([&] { return std::make_unique<Tools>(m_store, m_block_appearances); },
                             [&](Tools& tools) -> std::shared_ptr<const VoxelChunk> {
                                 try {
                                     const ChunkBlocks& blocks = tools.reader.read(ref);
@@ -189,7 +190,7 @@ private:
     WorldFolder m_folder;
     voxel::SideCar m_car;
     ChunkStore m_store;
-    BlockAppearanceCache m_book;
+    BlockAppearanceCache m_block_appearances;
     worlds::DamageLog m_damage;
     voxel::WorldInfo m_info;
     std::vector<Columns> m_columns;  ///< by level: those that may hold anything
@@ -204,7 +205,7 @@ std::unique_ptr<voxel::World> open_minecraft_world(const MinecraftWorldOptions& 
     if (options.memory_bytes < kMinMemoryBytes)
         throw util::UsageError(opening(options) + std::to_string(options.memory_bytes >> 20) +
                                " MiB of memory; allowed: 16 at least");
-    if (options.look_through == 0)
+    if (options.max_surveyed == 0)
         throw util::UsageError(opening(options) + "looks through 0 chunks; allowed: 1 at least");
     return std::make_unique<MinecraftWorld>(options, blocks);
 }

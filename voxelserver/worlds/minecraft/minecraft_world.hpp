@@ -23,7 +23,7 @@ struct MinecraftWorldOptions {
     /// How many chunks are scanned before the first box, for a second at most. Where there are
     /// more, the world's heights come from this many spread evenly over them, together with those
     /// of the game's own worlds; blocks that then lie outside are cut off, and a line of damage().
-    std::size_t look_through = 8192;
+    std::size_t max_surveyed = 8192;
 };
 
 /// Whether `path` is likely to be something that open_minecraft_world() opens. Checks names (and a

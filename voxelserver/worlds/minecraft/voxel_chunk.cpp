@@ -74,7 +74,7 @@ void VoxelMaker::look_up_numbers(const ChunkSection& section, VoxelSection& out)
         if (m_stamps[number] == m_stamp)
             continue;
         m_stamps[number] = m_stamp;
-        m_number_appearances[number] = appearance_index(m_book.of_number(number), out);
+        m_number_appearances[number] = appearance_index(m_block_appearances.of_number(number), out);
     }
 }
 
@@ -86,8 +86,9 @@ VoxelSection VoxelMaker::make(const ChunkBlocks& blocks, const ChunkSection& sec
     } else {
         m_attrs.resize(section.palette_size);
         m_appearances.resize(section.palette_size);
-        m_book.of(std::span(blocks.palette).subspan(section.palette_begin, section.palette_size),
-                  m_attrs);
+        m_block_appearances.of(
+            std::span(blocks.palette).subspan(section.palette_begin, section.palette_size),
+            m_attrs);
         for (std::size_t i = 0; i < m_attrs.size(); ++i)
             m_appearances[i] = appearance_index(m_attrs[i], out);
         appearances = m_appearances.data();

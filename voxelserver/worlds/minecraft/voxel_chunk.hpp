@@ -47,8 +47,8 @@ struct VoxelChunk {
 /// Turns blocks into voxels. Not thread-safe: one for each thread, with one shared cache.
 class VoxelMaker {
 public:
-    explicit VoxelMaker(BlockAppearanceCache& book)
-        : m_book(book), m_number_appearances(65536), m_stamps(65536) {}
+    explicit VoxelMaker(BlockAppearanceCache& block_appearances)
+        : m_block_appearances(block_appearances), m_number_appearances(65536), m_stamps(65536) {}
     /// @throws NbtError for an invalid palette entry
     [[nodiscard]] VoxelChunk make(const ChunkBlocks& blocks);
     [[nodiscard]] VoxelSection make(const ChunkBlocks& blocks, const ChunkSection& section);
@@ -57,7 +57,7 @@ private:
     std::uint16_t appearance_index(const voxel::VoxelAttr& appearance, VoxelSection& out) const;
     void look_up_numbers(const ChunkSection& section, VoxelSection& out);
 
-    BlockAppearanceCache& m_book;
+    BlockAppearanceCache& m_block_appearances;
     std::vector<voxel::VoxelAttr> m_attrs;
     std::vector<std::uint16_t> m_appearances;         ///< of each palette entry
     std::vector<std::uint16_t> m_number_appearances;  ///< of each number that has the current stamp

@@ -21,27 +21,41 @@ namespace {
 
 using voxel::Fingerprint;
 
+/// Names what is left out on purpose.
+template <class... Members>
+void unused(const Members&... /*members*/) {}
+
+/// Adds all options that boxes depend on. A member that is missing in one of the two bindings is an
+/// error of the compiler, so that no new option is forgotten.
 void add_options(voxel::ByteWriter& out, const WorldOptions& options) {
-    out.add(static_cast<std::uint64_t>(options.inputs.size()));
-    for (const std::string& input : options.inputs)
+    const auto& [inputs, orthophotos, crs, classes, vertical_unit, settings, steps, voxel_m,
+                 dimension, base_m, generated, memory_bytes, threads, cache_dir, box_timeout] =
+        options;
+    const auto& [seed, water_level, world_height, harmonics, frequency, smoothness,
+                 generated_voxel_m, trees] = generated;
+    out.add(static_cast<std::uint64_t>(inputs.size()));
+    for (const std::string& input : inputs)
         out.add(input);
-    out.add(static_cast<std::uint64_t>(options.orthophotos.size()));
-    for (const auto& image : options.orthophotos)
+    out.add(static_cast<std::uint64_t>(orthophotos.size()));
+    for (const auto& image : orthophotos)
         out.add(image.string());
-    out.add(options.crs);
-    out.add(options.vertical_unit);
-    out.add(options.voxel_m);
-    out.add(options.dimension);
-    out.add(options.base_m.has_value());
-    out.add(options.base_m.value_or(0));
-    const procedural::Settings& noise = options.generated;
-    out.add(noise.seed);
-    out.add(noise.water_level);
-    out.add(noise.world_height);
-    out.add(noise.harmonics);
-    out.add(noise.frequency);
-    out.add(noise.smoothness);
-    out.add(noise.trees);
+    out.add(crs);
+    out.add(vertical_unit);
+    out.add(voxel_m);
+    out.add(dimension);
+    out.add(base_m.has_value());
+    out.add(base_m.value_or(0));
+    out.add(seed);
+    out.add(water_level);
+    out.add(world_height);
+    out.add(harmonics);
+    out.add(frequency);
+    out.add(smoothness);
+    out.add(trees);
+    // Those of LiDAR data (InputFingerprints has them), and those that no box depends on; the size
+    // of generated voxels is voxel_m.
+    unused(classes, settings, steps, generated_voxel_m, memory_bytes, threads, cache_dir,
+           box_timeout);
 }
 
 Fingerprint random_fingerprint() {
@@ -74,7 +88,7 @@ public:
             out.add(voxel::file_identity(request.maker, "program"));
         }
         out.add(edition);
-        m_fingerprint = out.print();
+        m_fingerprint = out.fingerprint();
         check_files();
     }
 
@@ -84,7 +98,7 @@ public:
         check_files();
         return out;
     }
-    [[nodiscard]] voxel::BoxWithInputs traced_box(const voxel::BoxKey& key) override {
+    [[nodiscard]] voxel::BoxWithInputs box_with_inputs(const voxel::BoxKey& key) override {
         return {box(key), {}};
     }
     [[nodiscard]] Fingerprint fingerprint(const voxel::InputExtent& /*reach*/) const override {

@@ -54,11 +54,9 @@ const WorldKind& kind_of(const std::string& input) {
         throw util::UsageError("open the world: " + input + " does not exist" + allowed);
     }
     if (fs::is_directory(status)) {
-        throw util::UsageError("open the world: nothing in the folder " + input + " is known" +
-                               allowed);
+        throw util::UsageError("open the world: the folder " + input + " holds no world" + allowed);
     }
-    throw util::UsageError("open the world: the file " + input + " is nothing that is known" +
-                           allowed);
+    throw util::UsageError("open the world: the file " + input + " is of no known kind" + allowed);
 }
 
 }  // namespace terravox::worlds

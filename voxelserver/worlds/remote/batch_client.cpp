@@ -15,7 +15,6 @@ constexpr int kTriesInVain = 2;
 constexpr seconds kShortestPause{5};
 constexpr seconds kLongestPause{60};
 constexpr seconds kMaxStalled{120};
-constexpr std::size_t kMaxBox_bytes = std::size_t{64} << 20;
 
 /// @return nullopt for a box that is to be requested by itself
 std::optional<voxel::BoxOutcome> read(const BatchRecord& record) {

@@ -11,6 +11,9 @@
 
 namespace terravox::remote {
 
+/// Limit for a box as it is sent; the largest that the box format allows needs less.
+inline constexpr std::size_t kMaxBox_bytes = std::size_t{64} << 20;
+
 inline constexpr const char* kBatchMediaType = "application/vnd.terravox.boxes";
 
 /// The JSON request that is sent to a voxel server to get these boxes (docs/formats/http.md:

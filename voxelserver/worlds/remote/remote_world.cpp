@@ -10,6 +10,7 @@
 #include "common/voxel/box_codec.hpp"
 #include "common/voxel/world_json.hpp"
 #include "voxelserver/worlds/remote/batch_client.hpp"
+#include "voxelserver/worlds/remote/box_batch.hpp"
 #include "voxelserver/worlds/remote/retrying_client.hpp"
 
 namespace terravox::remote {
@@ -17,7 +18,6 @@ namespace {
 
 using std::chrono::milliseconds;
 
-constexpr std::size_t kMaxBox_bytes = std::size_t{64} << 20;
 constexpr std::size_t kMaxText_bytes = std::size_t{4} << 20;
 constexpr milliseconds kMaxOpening{60'000};
 constexpr int kLoaders = 8;

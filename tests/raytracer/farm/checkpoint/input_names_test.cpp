@@ -13,16 +13,16 @@ namespace fs = std::filesystem;
 
 namespace {
 
-void write(const fs::path& file, const std::string& text) {
+void write_text(const fs::path& file, const std::string& text) {
     fs::create_directories(file.parent_path());
     std::ofstream(file, std::ios::binary) << text;
 }
 
 /// A survey of two files in a folder, one of them larger than what is looked into.
 void make_survey(const fs::path& folder) {
-    write(folder / "a.laz", std::string(100'000, 'a'));
-    write(folder / "deeper" / "b.laz", "b");
-    write(folder / "empty.laz", "");
+    write_text(folder / "a.laz", std::string(100'000, 'a'));
+    write_text(folder / "deeper" / "b.laz", "b");
+    write_text(folder / "empty.laz", "");
 }
 
 std::string name_of(const fs::path& input) {
@@ -42,9 +42,9 @@ TEST_CASE("inputs are named by what is in them, not by where they lie",
     CHECK(name_of((there.path() / "survey").string() + "/") == name);
     fs::last_write_time(there.path() / "survey" / "a.laz",
                         fs::file_time_type::clock::now() - std::chrono::hours(9));
-    write(there.path() / "survey" / ".hidden" / "x", "x");
-    write(there.path() / "survey" / "session.lock", "x");
-    write(there.path() / "survey" / "store.gpkg-wal", "x");
+    write_text(there.path() / "survey" / ".hidden" / "x", "x");
+    write_text(there.path() / "survey" / "session.lock", "x");
+    write_text(there.path() / "survey" / "store.gpkg-wal", "x");
     CHECK(name_of(there.path() / "survey") == name);
 }
 
@@ -55,13 +55,13 @@ TEST_CASE("inputs that changed have another name", "[raytracer][checkpoint][inpu
     };
     const std::vector<Case> cases = {
         {"first byte",
-         [](const fs::path& f) { write(f / "a.laz", "x" + std::string(99'999, 'a')); }},
+         [](const fs::path& f) { write_text(f / "a.laz", "x" + std::string(99'999, 'a')); }},
         {"last byte",
-         [](const fs::path& f) { write(f / "a.laz", std::string(99'999, 'a') + "x"); }},
-        {"longer", [](const fs::path& f) { write(f / "a.laz", std::string(100'001, 'a')); }},
+         [](const fs::path& f) { write_text(f / "a.laz", std::string(99'999, 'a') + "x"); }},
+        {"longer", [](const fs::path& f) { write_text(f / "a.laz", std::string(100'001, 'a')); }},
         {"another name", [](const fs::path& f) { fs::rename(f / "a.laz", f / "c.laz"); }},
         {"elsewhere", [](const fs::path& f) { fs::rename(f / "deeper" / "b.laz", f / "b.laz"); }},
-        {"one more", [](const fs::path& f) { write(f / "c.laz", ""); }},
+        {"one more", [](const fs::path& f) { write_text(f / "c.laz", ""); }},
         {"one less", [](const fs::path& f) { fs::remove(f / "empty.laz"); }},
     };
     for (const Case& c : cases) {
@@ -74,9 +74,26 @@ TEST_CASE("inputs that changed have another name", "[raytracer][checkpoint][inpu
     }
 }
 
+TEST_CASE("files of every kind of input count, outputs do not", "[raytracer][checkpoint][inputs]") {
+    const TemporaryFolder folder;
+    write_text(folder.path() / "world" / "cloud.ply", "ply");
+    write_text(folder.path() / "world" / "map.sqlite", "map");
+    const auto name = [&] {
+        return farm::name_inputs({(folder.path() / "world").string()}, {}, {},
+                                 {folder.path() / "world" / "." / "frames" / "0.png"})
+            .front();
+    };
+    const std::string before = name();
+    CHECK_THAT(before, contains("world: 2 files, 6 bytes, "));
+    write_text(folder.path() / "world" / "frames" / "0.png", "frame");
+    CHECK(name() == before);
+    write_text(folder.path() / "world" / "cloud.ply", "PLY");
+    CHECK(name() != before);
+}
+
 TEST_CASE("all that shapes a picture is named, in order", "[raytracer][checkpoint][inputs]") {
     const TemporaryFolder folder;
-    write(folder.path() / "photo.tif", "photo");
+    write_text(folder.path() / "photo.tif", "photo");
     const auto names = farm::name_inputs({"generated:7", "http://127.0.0.1:8080"},
                                          {folder.path() / "photo.tif"}, {});
     REQUIRE(names.size() == 4);
@@ -89,9 +106,9 @@ TEST_CASE("all that shapes a picture is named, in order", "[raytracer][checkpoin
     CHECK(farm::name_inputs({}, {}, clay) != farm::name_inputs({}, {}, {}));
     scene::Scene own;
     own.world.settings = (folder.path() / "own.toml").string();
-    write(own.world.settings, "# 1");
+    write_text(own.world.settings, "# 1");
     const auto before = farm::name_inputs({}, {}, own);
     CHECK(before == farm::name_inputs({}, {}, own));
-    write(own.world.settings, "# 2");
+    write_text(own.world.settings, "# 2");
     CHECK(before != farm::name_inputs({}, {}, own));
 }

@@ -17,7 +17,7 @@ using enum farm::Checkpoint::Existing;
 
 namespace {
 
-std::string bytes_of(const fs::path& file) {
+std::string file_bytes_of(const fs::path& file) {
     std::ifstream in(file, std::ios::binary);
     return {std::istreambuf_iterator<char>(in), {}};
 }
@@ -40,7 +40,7 @@ std::vector<tiles::TileResult> some(const std::vector<tiles::TileResult>& tiles,
     return out;
 }
 
-std::string message(const std::function<void()>& what) {
+std::string message_of(const std::function<void()>& what) {
     try {
         what();
     } catch (const util::Error& e) {
@@ -130,7 +130,7 @@ TEST_CASE("parts of several coordinators make the picture of one",
         CHECK_FALSE(scene_there.empty());
         CHECK(a.spec.get_string_attribute("terravox:scene") == scene_there);
         if (c.memory_mib > 0)
-            CHECK((bytes_of(whole_png) == bytes_of(joined_png)));
+            CHECK((file_bytes_of(whole_png) == file_bytes_of(joined_png)));
     }
 }
 
@@ -154,7 +154,7 @@ TEST_CASE("missing tiles are reported by their rows", "[raytracer][checkpoint][m
     joined.write(all);
     farm::Checkpoint goes_on(all, small_key(), kResume);
     CHECK(goes_on.count() == 7);
-    CHECK_THAT(message([&] { joined.write(all); }), contains("another coordinator is writing"));
+    CHECK_THAT(message_of([&] { joined.write(all); }), contains("another coordinator is writing"));
     goes_on.close();
 }
 
@@ -167,7 +167,7 @@ TEST_CASE("tiles in several files must be equal", "[raytracer][checkpoint][merge
     CHECK(farm::JoinedTiles({a, write(folder, "same.tiles", some(tiles, {4, 5, 6}))}).count() == 4);
     tiles[5].samples[7].colour.g = std::nextafter(tiles[5].samples[7].colour.g, 1e9f);
     const auto other = write(folder, "other.tiles", some(tiles, {1, 5}));
-    CHECK_THAT(message([&] { farm::JoinedTiles({a, other}); }),
+    CHECK_THAT(message_of([&] { farm::JoinedTiles({a, other}); }),
                contains("other.tiles: the tile in column 3, row 2 shows something else than in") &&
                    contains("a.tiles; one of the two is wrong"));
     // One with holes stands back, in either order.
@@ -191,13 +191,13 @@ TEST_CASE("files of different pictures, and such as are being written, are not j
     scene.quality.seed = 3;
     const auto b = write(folder, "b.tiles", some(tiles, {1}),
                          farm::key_of(scene, landscape()->info(), {"test"}));
-    CHECK_THAT(message([&] { farm::JoinedTiles({a, b}); }),
+    CHECK_THAT(message_of([&] { farm::JoinedTiles({a, b}); }),
                contains("b.tiles: of another picture than") && contains("a.tiles") &&
                    contains("quality.seed = 0 there, 3 here"));
-    CHECK_THAT(message([&] { farm::JoinedTiles({a, folder.path() / "none.tiles"}); }),
+    CHECK_THAT(message_of([&] { farm::JoinedTiles({a, folder.path() / "none.tiles"}); }),
                contains("none.tiles: No such file"));
     farm::Checkpoint writing(a, small_key(), kResume);
-    CHECK_THAT(message([&] { farm::JoinedTiles({a}); }),
+    CHECK_THAT(message_of([&] { farm::JoinedTiles({a}); }),
                contains("a.tiles: a coordinator is writing to it"));
 }
 

@@ -83,7 +83,7 @@ TEST_CASE("records are read in their order", "[raytracer][checkpoint][records]")
     const Found found = scanned(folder, sample, sample.bytes);
     CHECK(found.cells == Cells{0, 1, 2, 3, 4, 5});
     CHECK(found.scan.end == sample.bytes.size());
-    CHECK(found.scan.torn_bytes + found.scan.lost_bytes + found.scan.spoiled.size() == 0);
+    CHECK(found.scan.torn_bytes + found.scan.lost_bytes + found.scan.damaged.size() == 0);
 }
 
 TEST_CASE("of a file that was cut short anywhere all records are there that were whole",
@@ -101,7 +101,7 @@ TEST_CASE("of a file that was cut short anywhere all records are there that were
         REQUIRE(found.cells.size() == whole);
         CHECK(found.scan.end == (whole == 0 ? sample.head_bytes : sample.ends[whole - 1]));
         CHECK(found.scan.end + found.scan.torn_bytes == size);
-        CHECK(found.scan.spoiled.empty());
+        CHECK(found.scan.damaged.empty());
     }
     for (std::size_t size = 0; size < sample.head_bytes; ++size)
         CHECK_THROWS_AS(scanned(folder, sample,
@@ -133,7 +133,7 @@ TEST_CASE("a byte that changed costs the record that it is in, and no other",
         std::erase(expected, hit);
         REQUIRE(found.cells == expected);
         // The damage is reported, in one way or another.
-        CHECK(found.scan.spoiled.size() + found.scan.lost_bytes +
+        CHECK(found.scan.damaged.size() + found.scan.lost_bytes +
                   (last ? found.scan.torn_bytes : 0) >
               0);
     }

@@ -3,7 +3,7 @@
 #include "raytracer/farm/checkpoint/picture_key.hpp"
 #include "raytracer/tiles/tile_plan.hpp"
 #include "tests/raytracer/landscape.hpp"
-#include "tests/raytracer/tiles/invented_tiles.hpp"
+#include "tests/raytracer/tiles/synthetic_tiles.hpp"
 
 namespace terravox::test {
 

@@ -89,7 +89,7 @@ TEST_CASE("a worker whose certificate is revoked is disconnected, and its leases
     CHECK(eventually([&] { return worker.has_ended(); }));
     CHECK(eventually([&] { return farm.workers() == 0 && pool.status().empty(); }));
     CHECK(said.hears("worker idle at 127.0.0.1:"));
-    CHECK(said.hears("is sent away: its certificate is revoked"));
+    CHECK(said.hears("is disconnected: its certificate is revoked"));
     CHECK(pool.counts().given_back > 0);
     CHECK_THROWS_WITH(
         net::dial({.host = "127.0.0.1", .port = farm.port()}, certificates.of("worker"), kHangs),

@@ -7,13 +7,13 @@
 #include <utility>
 
 #include "tests/catch.hpp"
-#include "tests/raytracer/array_world.hpp"
+#include "tests/common/voxel/array_world.hpp"
 
 using namespace terravox;
 
 namespace {
 
-constexpr std::uint64_t kSecond_ns = 1'000'000'000;
+constexpr std::uint64_t kOneSecond_ns = 1'000'000'000;
 
 /// A coordinator's link whose other end the test holds. The frames of the worker are sent before
 /// run() reads them, on the same thread.
@@ -66,8 +66,8 @@ TEST_CASE("a pong that answers no ping of the link gives no latency", "[raytrace
     };
     const auto c = GENERATE(values<Case>({
         {"of a moment ago", 1'000},
-        {"of ten seconds ago", 10 * kSecond_ns},
-        {"of fifty minutes ago", 3'000 * kSecond_ns},
+        {"of ten seconds ago", 10 * kOneSecond_ns},
+        {"of fifty minutes ago", 3'000 * kOneSecond_ns},
     }));
     DYNAMIC_SECTION(c.name) {
         LinkBench without_ping;

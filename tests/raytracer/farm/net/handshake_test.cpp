@@ -10,7 +10,7 @@ using Outcome = ListenerHandshake::Outcome;
 
 namespace {
 
-constexpr const char* kToken = "a token of the tests";
+constexpr const char* kHandshakeToken = "a token of the tests";
 
 auto hello_of(const Bytes& bytes) {
     return std::span<const std::byte, kHello_bytes>(bytes);
@@ -36,15 +36,15 @@ struct Ends {
 }  // namespace
 
 TEST_CASE("both sides accept a peer with the token", "[common][net][handshake]") {
-    Ends ends(kToken, kToken);
+    Ends ends(kHandshakeToken, kHandshakeToken);
     CHECK(ends.listener.take(ends.proof).outcome == Outcome::kProven);
     CHECK_NOTHROW(ends.dialler.check(answer_of(ends.listener.answer(Verdict::kWelcome))));
 }
 
 TEST_CASE("the handshake works byte by byte, too, and reads nothing beyond its end",
           "[common][net][handshake]") {
-    DiallerHandshake dialler(kToken);
-    ListenerHandshake listener(kToken);
+    DiallerHandshake dialler(kHandshakeToken);
+    ListenerHandshake listener(kHandshakeToken);
     Bytes said;
     for (const std::byte byte : dialler.hello()) {
         REQUIRE(listener.wanted() == kHello_bytes - said.size());
@@ -65,7 +65,7 @@ TEST_CASE("the handshake works byte by byte, too, and reads nothing beyond its e
 TEST_CASE("another token shows, whichever end has it", "[common][net][handshake]") {
     for (const char* other : {"another token of the tests", "a token of the testS", ""}) {
         INFO(other);
-        Ends ends(kToken, other);
+        Ends ends(kHandshakeToken, other);
         CHECK(ends.listener.take(ends.proof).outcome == Outcome::kWrongToken);
         // A listener without the token cannot make the proof of a welcome.
         CHECK_THROWS_AS(ends.dialler.check(answer_of(ends.listener.answer(Verdict::kWelcome))),
@@ -77,9 +77,9 @@ TEST_CASE("another token shows, whichever end has it", "[common][net][handshake]
 
 TEST_CASE("a proof is worth nothing on another connection, or sent back",
           "[common][net][handshake]") {
-    Ends first(kToken, kToken), second(kToken, kToken);
+    Ends first(kHandshakeToken, kHandshakeToken), second(kHandshakeToken, kHandshakeToken);
     CHECK(second.listener.take(first.proof).outcome == Outcome::kWrongToken);
-    Ends mirrored(kToken, kToken);
+    Ends mirrored(kHandshakeToken, kHandshakeToken);
     Bytes echo{std::byte{0}};
     echo.insert(echo.end(), mirrored.proof.begin(), mirrored.proof.end());
     CHECK_THROWS_AS(mirrored.dialler.check(answer_of(echo)), RefusedError);
@@ -88,10 +88,10 @@ TEST_CASE("a proof is worth nothing on another connection, or sent back",
 TEST_CASE("one bit changed anywhere in a proof is a wrong token", "[common][net][handshake]") {
     for (std::size_t bit = 0; bit < kProof_bytes * 8; ++bit) {
         INFO(bit);
-        Ends ends(kToken, kToken);
+        Ends ends(kHandshakeToken, kHandshakeToken);
         ends.proof[bit / 8] ^= static_cast<std::byte>(1 << bit % 8);
         REQUIRE(ends.listener.take(ends.proof).outcome == Outcome::kWrongToken);
-        auto answer = Ends(kToken, kToken).listener.answer(Verdict::kWelcome);
+        auto answer = Ends(kHandshakeToken, kHandshakeToken).listener.answer(Verdict::kWelcome);
         answer[1 + bit / 8] ^= static_cast<std::byte>(1 << bit % 8);
         REQUIRE_THROWS_AS(ends.dialler.check(answer_of(answer)), RefusedError);
     }
@@ -106,9 +106,9 @@ TEST_CASE("a dialler learns why it is refused", "[common][net][handshake]") {
     for (const Case c :
          {Case{Verdict::kWrongToken, "wrong token", true}, Case{Verdict::kBusy, "no room", false},
           Case{Verdict::kCertificates, "certificates", true},
-          Case{static_cast<Verdict>(77), "no farm", true}}) {
+          Case{static_cast<Verdict>(77), "not a Terravox farm", true}}) {
         INFO(c.why);
-        Ends ends(kToken, kToken);
+        Ends ends(kHandshakeToken, kHandshakeToken);
         const auto answer = ends.listener.answer(c.verdict);
         CHECK(Bytes(answer.begin() + 1, answer.end()) == Bytes(kProof_bytes));
         bool for_good = false;
@@ -127,8 +127,8 @@ TEST_CASE("a dialler learns why it is refused", "[common][net][handshake]") {
 }
 
 TEST_CASE("both sides report another version", "[common][net][handshake]") {
-    DiallerHandshake dialler(kToken);
-    ListenerHandshake listener(kToken);
+    DiallerHandshake dialler(kHandshakeToken);
+    ListenerHandshake listener(kHandshakeToken);
     auto hello = dialler.hello();
     hello[kHandshakeMagic.size()] = std::byte{9};
     const auto step = listener.take(hello);
@@ -142,12 +142,12 @@ TEST_CASE("an invalid hello is recognised by its first byte", "[common][net][han
     for (const char* said :
          {"GET / HTTP/1.1\r\n\r\n", "\x16\x03\x01", "PRI * HTTP/2.0", "TVX-FARN", "tvx-farm"}) {
         INFO(said);
-        ListenerHandshake listener(kToken);
+        ListenerHandshake listener(kHandshakeToken);
         const auto step = listener.take(std::as_bytes(std::span(std::string_view(said))));
         CHECK(step.outcome == Outcome::kNotTerravox);
         CHECK(step.reply.empty());
     }
-    DiallerHandshake dialler(kToken);
+    DiallerHandshake dialler(kHandshakeToken);
     CHECK_THROWS_WITH(dialler.prove(hello_of(Bytes(kHello_bytes, std::byte{'H'}))),
-                      contains("no farm of Terravox"));
+                      contains("is not a Terravox farm"));
 }

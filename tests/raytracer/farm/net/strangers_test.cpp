@@ -114,7 +114,7 @@ TEST_CASE("a listener without the token is refused by the dialler", "[common][ne
                   static_cast<void>(peer.hear_all());
               },
               "does not know the token", true},
-             {"it says something unknown", answering(200), "no farm of Terravox", true},
+             {"it says something unknown", answering(200), "is not a Terravox farm", true},
              {"it is busy", answering(2), "no room", false},
              {"it wants certificates", answering(3), "certificates", true},
              {"it speaks HTTP",
@@ -122,7 +122,7 @@ TEST_CASE("a listener without the token is refused by the dialler", "[common][ne
                   peer.say("HTTP/1.1 400 Bad Request\r\nContent-Length: 0\r\n\r\n");
                   static_cast<void>(peer.hear_all());
               },
-              "no farm of Terravox", true},
+              "is not a Terravox farm", true},
              {"it has another version",
               [hello](RawPeer& peer) {
                   auto other = hello();
@@ -295,7 +295,7 @@ TEST_CASE("unauthorised peers are refused before a byte is parsed, with the reas
         peer.say(std::string(100, 'x'));
         CHECK(peer.hear_all().substr(0, net::kHandshakeMagic.size() + 1) ==
               std::string(net::kHandshakeMagic) + '\x01');
-        CHECK(said.hears("by version 7, this end by 1"));
+        CHECK(said.hears("uses handshake version 7; allowed: 1"));
     }
     SECTION("one that repeats the proof of another connection") {
         RawPeer peer(farm.address());

@@ -24,7 +24,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-net::Credentials credentials(const fs::path& folder, const std::string& name) {
+net::Credentials tls_credentials(const fs::path& folder, const std::string& name) {
     return {.token = {},
             .ca = folder / "ca.pem",
             .certificate = folder / (name + ".pem"),
@@ -70,9 +70,9 @@ struct Certs {
 
 TEST_CASE("certificates of one CA make a link", "[common][net][tls]") {
     const Certs certs;
-    Farm farm(credentials(certs.ours, "coordinator"));
+    Farm farm(tls_credentials(certs.ours, "coordinator"));
     auto dialled = net::dial({.host = "localhost", .port = farm.address().port},
-                             credentials(certs.ours, "worker"), kLong);
+                             tls_credentials(certs.ours, "worker"), kLong);
     auto accepted = farm.arrivals().next();
     REQUIRE(accepted);
     CHECK(dialled->peer() == farm.address().text());
@@ -98,12 +98,12 @@ TEST_CASE("certificates of one CA make a link", "[common][net][tls]") {
 TEST_CASE("a dialler of another CA is refused, on both sides", "[common][net][tls]") {
     const Said said;
     const Certs certs;
-    Farm farm(credentials(certs.ours, "coordinator"));
+    Farm farm(tls_credentials(certs.ours, "coordinator"));
     const auto dial = [&](const net::Credentials& some) {
         static_cast<void>(net::dial(farm.address(), some, kLong));
     };
-    CHECK_THROWS_AS(dial(credentials(certs.theirs, "worker")), net::RefusedError);
-    CHECK_THROWS_WITH(dial(credentials(certs.theirs, "worker")),
+    CHECK_THROWS_AS(dial(tls_credentials(certs.theirs, "worker")), net::RefusedError);
+    CHECK_THROWS_WITH(dial(tls_credentials(certs.theirs, "worker")),
                       contains("connect to " + farm.address().text()) && contains("certificate"));
     CHECK(said.hears("it showed no certificate of this farm"));
     CHECK_FALSE(farm.arrivals().next(0ms));
@@ -114,7 +114,7 @@ TEST_CASE("a dialler of another CA is refused, on both sides", "[common][net][tl
 TEST_CASE("a listener refuses a peer without a certificate of its CA", "[common][net][tls]") {
     const Said said;
     const Certs certs;
-    Farm farm(credentials(certs.ours, "coordinator"));
+    Farm farm(tls_credentials(certs.ours, "coordinator"));
     const std::string ca = read(certs.ours / "ca.pem");
     SECTION("none at all") {
         const auto status = join_with(
@@ -155,11 +155,11 @@ TEST_CASE("a dialler whose certificate the listener refuses gets the reason",
           "[common][net][tls]") {
     const Said said;
     const Certs certs;
-    Farm farm(credentials(certs.ours, "coordinator"));
+    Farm farm(tls_credentials(certs.ours, "coordinator"));
     // It trusts both CAs, and has a certificate of the wrong one.
     const auto both = certs.folder.path() / "both.pem";
     std::ofstream(both) << read(certs.ours / "ca.pem") << read(certs.theirs / "ca.pem");
-    auto some = credentials(certs.theirs, "worker");
+    auto some = tls_credentials(certs.theirs, "worker");
     some.ca = both;
     const auto dial = [&] { static_cast<void>(net::dial(farm.address(), some, kLong)); };
     CHECK_THROWS_AS(dial(), util::Error);
@@ -170,7 +170,7 @@ TEST_CASE("a dialler whose certificate the listener refuses gets the reason",
     const auto [certificate, key] = made_by(certs.ours, "terravox-farm", -1);
     std::ofstream(certs.ours / "old.pem") << certificate;
     std::ofstream(certs.ours / "old.key") << key;
-    some = credentials(certs.ours, "old");
+    some = tls_credentials(certs.ours, "old");
     CHECK_THROWS_AS(dial(), net::RefusedError);
     CHECK_THROWS_WITH(dial(), contains("old.pem: certificate has expired"));
 }
@@ -201,7 +201,7 @@ TEST_CASE("a dialler refuses a listener with an invalid certificate", "[common][
         const auto dial = [&] {
             static_cast<void>(
                 net::dial({.host = "127.0.0.1", .port = static_cast<std::uint16_t>(port)},
-                          credentials(certs.ours, "worker"), kLong));
+                          tls_credentials(certs.ours, "worker"), kLong));
         };
         CHECK_THROWS_AS(dial(), net::RefusedError);
         CHECK_THROWS_WITH(dial(), contains(c.why));
@@ -213,8 +213,8 @@ TEST_CASE("each end checks the role in the other's certificate, and refuses one 
           "[common][net][tls]") {
     const Said said;
     const Certs certs;
-    Farm farm(credentials(certs.ours, "coordinator"));
-    const auto dialled = net::dial(farm.address(), credentials(certs.ours, "worker"), kLong);
+    Farm farm(tls_credentials(certs.ours, "coordinator"));
+    const auto dialled = net::dial(farm.address(), tls_credentials(certs.ours, "worker"), kLong);
     const auto accepted = farm.arrivals().next();
     REQUIRE(accepted);
     CHECK(dialled->certified_role() == "coordinator");
@@ -228,7 +228,7 @@ TEST_CASE("each end checks the role in the other's certificate, and refuses one 
     CHECK(said.hears("its certificate names no role"));
     std::ofstream(certs.ours / "old.pem") << certificate;
     std::ofstream(certs.ours / "old.key") << key;
-    CHECK_THROWS_WITH(net::dial(farm.address(), credentials(certs.ours, "old"), kLong),
+    CHECK_THROWS_WITH(net::dial(farm.address(), tls_credentials(certs.ours, "old"), kLong),
                       contains("old.pem: it names no role"));
     Farm plain;
     CHECK(plain.pair().accepted->certified_role().empty());
@@ -238,10 +238,10 @@ TEST_CASE("a certificate that is revoked is refused from then on, at both ends",
           "[common][net][tls]") {
     const Said said;
     const Certs certs;
-    Farm farm(credentials(certs.ours, "coordinator"));
+    Farm farm(tls_credentials(certs.ours, "coordinator"));
     net::make_certs(certs.ours, {"second"}, 30);
     const auto dial = [&](const char* name) {
-        return net::dial(farm.address(), credentials(certs.ours, name), kLong);
+        return net::dial(farm.address(), tls_credentials(certs.ours, name), kLong);
     };
     CHECK(dial("worker"));
     net::revoke_certs(certs.ours, {"worker"});
@@ -272,12 +272,12 @@ TEST_CASE("each end of a link that is there sees that the other's certificate is
           "[common][net][tls]") {
     const Said said;
     const Certs certs;
-    Farm farm(credentials(certs.ours, "coordinator"));
+    Farm farm(tls_credentials(certs.ours, "coordinator"));
     net::make_certs(certs.ours, {"second"}, 30);
     const fs::path list = certs.ours / "ca.crl";
     const auto dial = [&](const char* name) {
         Farm::Pair out;
-        out.dialled = net::dial(farm.address(), credentials(certs.ours, name), kLong);
+        out.dialled = net::dial(farm.address(), tls_credentials(certs.ours, name), kLong);
         out.accepted = farm.arrivals().next();
         REQUIRE(out.accepted);
         return out;
@@ -325,7 +325,7 @@ TEST_CASE("a token and certificates do not match, and both sides report that",
     const Said said;
     const Certs certs;
     SECTION("a dialler with a token") {
-        Farm farm(credentials(certs.ours, "coordinator"));
+        Farm farm(tls_credentials(certs.ours, "coordinator"));
         const auto dial = [&] {
             static_cast<void>(net::dial(
                 farm.address(), {.token = kToken, .ca = {}, .certificate = {}, .key = {}}, kLong));
@@ -337,7 +337,8 @@ TEST_CASE("a token and certificates do not match, and both sides report that",
     SECTION("a dialler with certificates") {
         Farm farm;
         const auto dial = [&] {
-            static_cast<void>(net::dial(farm.address(), credentials(certs.ours, "worker"), kLong));
+            static_cast<void>(
+                net::dial(farm.address(), tls_credentials(certs.ours, "worker"), kLong));
         };
         CHECK_THROWS_AS(dial(), net::RefusedError);
         CHECK_THROWS_WITH(dial(),
@@ -350,13 +351,13 @@ TEST_CASE("no listener, or no answer: not a refusal", "[common][net][tls]") {
     const Certs certs;
     sockets::Address gone;
     {
-        Farm farm(credentials(certs.ours, "coordinator"));
+        Farm farm(tls_credentials(certs.ours, "coordinator"));
         gone = farm.address();
     }
     const auto fails_for_now = [&](const sockets::Address& address,
                                    std::chrono::milliseconds timeout) {
         try {
-            static_cast<void>(net::dial(address, credentials(certs.ours, "worker"), timeout));
+            static_cast<void>(net::dial(address, tls_credentials(certs.ours, "worker"), timeout));
         } catch (const net::RefusedError& e) {
             FAIL(e.what());
         } catch (const util::Error& e) {
@@ -378,7 +379,7 @@ TEST_CASE("no listener, or no answer: not a refusal", "[common][net][tls]") {
 TEST_CASE("strangers at a listener with certificates", "[common][net][tls]") {
     const Said said;
     const Certs certs;
-    Farm farm(credentials(certs.ours, "coordinator"), quick());
+    Farm farm(tls_credentials(certs.ours, "coordinator"), quick());
     const std::string begun("\x16\x03\x01\x02\x00\x01\x00\x01\xfc\x03\x03", 11);
     struct Case {
         const char* name;

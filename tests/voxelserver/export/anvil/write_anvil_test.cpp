@@ -6,7 +6,7 @@
 #include "common/util/error.hpp"
 #include "common/voxel/side_car.hpp"
 #include "tests/catch.hpp"
-#include "tests/raytracer/array_world.hpp"
+#include "tests/common/voxel/array_world.hpp"
 #include "tests/voxelserver/export/anvil/anvil_reading.hpp"
 
 using namespace terravox;

@@ -7,7 +7,7 @@
 
 #include "common/voxel/material.hpp"
 #include "tests/common/temporary_folder.hpp"
-#include "tests/raytracer/array_world.hpp"
+#include "tests/common/voxel/array_world.hpp"
 #include "voxelserver/export/core/job.hpp"
 #include "voxelserver/export/shape/each_voxel.hpp"
 

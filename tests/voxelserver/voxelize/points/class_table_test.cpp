@@ -137,7 +137,7 @@ TEST_CASE("a table that cannot be is refused, naming file, field, value and what
          "[class.2] tiers is not true or false"},
         {"unknown base", "extends = \"nothing\"\n",
          "extends = 'nothing'; allowed: a table next to it, or asprs, ch-swisstopo"},
-        {"itself", "extends = \"bad\"\n", "circle"},
+        {"itself", "extends = \"bad\"\n", "circular"},
     }));
     DYNAMIC_SECTION(c.name) {
         const TemporaryFolder folder;

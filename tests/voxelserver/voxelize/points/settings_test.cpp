@@ -41,7 +41,7 @@ std::map<std::string, std::string> fields_of(const Settings& s) {
     number("bridges.thickness_m", s.bridges.thickness_m);
     flag("bridges.recognise", s.bridges.recognise);
     number("bridges.widest_m", s.bridges.widest_m);
-    number("bridges.least_drop_m", s.bridges.min_drop_m);
+    number("bridges.min_drop_m", s.bridges.min_drop_m);
     number("bridges.above_water_m", s.bridges.above_water_m);
     number("bridges.above_land_m", s.bridges.above_land_m);
     number("ground.soil_m", s.ground.soil_m);
@@ -139,7 +139,7 @@ TEST_CASE("every error in a settings file has its exact message",
          "drop_isolated"},
         {"a field of another section", "[bridges]\nsoil_m = 1\n",
          "bridges.soil_m is unknown; allowed in [bridges]: thickness_m, recognise, widest_m, "
-         "least_drop_m, above_water_m, above_land_m"},
+         "min_drop_m, above_water_m, above_land_m"},
         {"no section", "soil_m = 1\n", "soil_m is no section; allowed: " + kSections},
         {"a number for a flag", "[steps]\nbridges = 1\n", "steps.bridges is not true or false"},
         {"a text for a number", "[ground]\nsoil_m = \"2\"\n",

@@ -129,19 +129,21 @@ TEST_CASE("the same steps have one fingerprint, however they are chosen, and oth
     std::map<voxel::Fingerprint, std::string> seen;
     for (const StepSwitch& step : kStepSwitches) {
         write_text(file, "[steps]\n" + key_of(step) + " = false\n");
-        const auto by_file = print_of(load_settings(file));
-        CHECK(by_file == print_of(load_settings({}, "-" + key_of(step))));
+        const auto by_file = fingerprint_of(load_settings(file));
+        CHECK(by_file == fingerprint_of(load_settings({}, "-" + key_of(step))));
         CHECK(seen.emplace(by_file, key_of(step)).second);
     }
-    CHECK(seen.emplace(print_of(load_settings({})), "all").second);
+    CHECK(seen.emplace(fingerprint_of(load_settings({})), "all").second);
 }
 
-TEST_CASE("the old name of a step is read, but not together with the new one",
+TEST_CASE("the old name of a field is read, but not together with the new one",
           "[voxelserver][voxelize][settings]") {
     const TemporaryFolder folder;
     const auto file = folder.path() / "settings.toml";
     write_text(file, "[steps]\nvegetation_fill = false\n");
     CHECK_FALSE(load_settings(file).steps.vegetation);
+    write_text(file, "[bridges]\nleast_drop_m = 2\n");
+    CHECK(load_settings(file).bridges.min_drop_m == 2);
     write_text(file, "[steps]\nvegetation_fill = false\nvegetation = true\n");
     CHECK_THROWS_WITH(load_settings(file),
                       "read the voxelization settings " + file.string() +

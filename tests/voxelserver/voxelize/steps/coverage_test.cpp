@@ -158,16 +158,16 @@ TEST_CASE("a void at the survey's edge closes only between returns along the edg
             return true;
         };
         int lost = 0;
-        int invented = 0;
+        int spurious = 0;
         int left = 0;
         Margined<char>::each([&](int x, int z) {
             const bool is_covered = covered.at(x, z) != 0;
             lost += inside(x, z) && !(c.open && in_void(x, z)) && !is_covered ? 1 : 0;
-            invented += is_covered && (!inside(x, z) || (c.open && deep_in_void(x, z))) ? 1 : 0;
+            spurious += is_covered && (!inside(x, z) || (c.open && deep_in_void(x, z))) ? 1 : 0;
             left += c.open && inside(x, z) && !is_covered ? 1 : 0;
         });
         CHECK(lost == 0);
-        CHECK(invented == 0);
+        CHECK(spurious == 0);
         CHECK((left > 0) == c.open);
     }
 }
@@ -186,7 +186,7 @@ TEST_CASE("a strip across the bounds ends where its returns do",
         if (in_strip(x, z) && inside(x, z) && covered.at(x, z) == 0)
             FAIL("lost");
         if (std::abs(x - z) >= 40 + 2 * kRim + 1 && covered.at(x, z) != 0)
-            FAIL("invented");
+            FAIL("spurious");
     });
 }
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <random>
 
+#include "common/geo/crs.hpp"
 #include "common/geo/gdal.hpp"
 #include "tests/catch.hpp"
 #include "tests/voxelserver/voxelize/world/cloud.hpp"

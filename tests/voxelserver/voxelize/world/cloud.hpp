@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "common/geo/crs.hpp"
 #include "common/util/stage_times.hpp"
 #include "tests/common/temporary_folder.hpp"
 #include "voxelserver/lidar/las_writer.hpp"

@@ -1,4 +1,5 @@
 // Worlds of places far apart: nothing is looked for between them, and too far is refused.
+#include "common/geo/crs.hpp"
 #include "tests/catch.hpp"
 #include "tests/voxelserver/voxelize/world/cloud.hpp"
 

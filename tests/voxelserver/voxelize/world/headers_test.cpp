@@ -145,8 +145,8 @@ TEST_CASE("bounds that hold no point are an error that names the header",
     };
     const auto c = GENERATE(values<Case>({
         {"nothing but zeros", {-kEast0, -kNorth0, 0, -kEast0, -kNorth0, 0}, "none of the"},
-        {"least and greatest swapped", {199.6, 159.6, 104, 0.4, 0.4, 98}, "swapped"},
-        {"swapped in height alone", {0.4, 0.4, 104, 199.6, 159.6, 98}, "swapped"},
+        {"least and greatest swapped", {199.6, 159.6, 104, 0.4, 0.4, 98}, "minimum above maximum"},
+        {"swapped in height alone", {0.4, 0.4, 104, 199.6, 159.6, 98}, "minimum above maximum"},
         {"another place", {5000, 0.4, 98, 5200, 159.6, 104}, "none of the"},
         {"another height", {0.4, 0.4, 0, 199.6, 159.6, 20}, "none of the"},
     }));

@@ -125,7 +125,7 @@ inline Kept keep(voxelize::LidarWorld& world, const std::vector<voxel::BoxKey>& 
     Kept out;
     out.info = world.info();
     for (const auto& key : keys) {
-        const auto made = world.traced_box(key);
+        const auto made = world.box_with_inputs(key);
         out.boxes[key] = {made.box ? made.box->checksum() : 0, made.reach,
                           world.fingerprint(made.reach)};
     }

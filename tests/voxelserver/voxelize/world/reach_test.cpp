@@ -99,19 +99,19 @@ TEST_CASE("a box on land reaches one patch far, one at a lake as far as the lake
           "[voxelserver][voxelize][reach]") {
     OpenWorld world(patchwork().options());
     const BoxKey land = box_at(470, 10);
-    const InputExtent near = world.world().traced_box(land).reach;
+    const InputExtent near = world.world().box_with_inputs(land).reach;
     INFO(text(land, near));
     CHECK((near == InputExtent{land.bx - 1, land.bz - 1, land.bx + 2, land.bz + 2}));
     for (const double east : {40.0, 220.0, 420.0}) {
         const BoxKey shore = box_at(east, 250);
-        const InputExtent reach = world.world().traced_box(shore).reach;
+        const InputExtent reach = world.world().box_with_inputs(shore).reach;
         INFO(text(shore, reach));
         CHECK(reach.min_bx <= voxel_x(21) >> 6);
         CHECK(reach.max_bx > voxel_x(439) >> 6);
     }
     // Under the hall no ground lies within 32 columns: it is interpolated from around.
     const BoxKey hall = box_at(75, 75);
-    const InputExtent wide = world.world().traced_box(hall).reach;
+    const InputExtent wide = world.world().box_with_inputs(hall).reach;
     INFO(text(hall, wide));
     CHECK(holds(wide, {hall.bx - 1, hall.bz - 1, hall.bx + 2, hall.bz + 2}));
 }
@@ -135,12 +135,12 @@ TEST_CASE("a coarse box reaches over all that lies under it and as far as its ch
     }
     SECTION("next to the land a box reaches its own columns only, above it everything") {
         const voxel::BoxWithInputs beside =
-            world.world().traced_box({0, range.max.bx + 10, 1, range.min.bz});
+            world.world().box_with_inputs({0, range.max.bx + 10, 1, range.min.bz});
         CHECK(beside.box == nullptr);
         CHECK((beside.reach ==
                InputExtent{range.max.bx + 10, range.min.bz, range.max.bx + 11, range.min.bz + 1}));
         const voxel::BoxWithInputs above =
-            world.world().traced_box({0, range.min.bx, range.max.by + 3, range.min.bz});
+            world.world().box_with_inputs({0, range.min.bx, range.max.by + 3, range.min.bz});
         CHECK(above.box == nullptr);
         CHECK(holds(above.reach, {-1'000'000, -1'000'000, 1'000'000, 1'000'000}));
     }

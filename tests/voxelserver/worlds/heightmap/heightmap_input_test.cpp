@@ -79,7 +79,7 @@ TEST_CASE("what is no raster of heights is refused by name", "[raytracer][height
     SECTION("no place") {
         spec.geo = {};
         CHECK_THROWS_WITH(open({write_heights(file, spec, flat)}),
-                          contains("a.tif: no place on Earth"));
+                          contains("a.tif: not georeferenced"));
     }
     SECTION("no system") {
         spec.epsg = 0;
@@ -189,7 +189,7 @@ TEST_CASE("directories of a TIFF that lead back to themselves are not followed f
             out.write("\x11\1\4\0\5\0\0\0\10\0\0\0", 12);
         out.write("\10\0\0\0", 4);
     }
-    CHECK_FALSE(geo::lost_directory_of_tiff(file));
+    CHECK_FALSE(geo::find_lost_directory_of_tiff(file));
 }
 
 TEST_CASE(

@@ -93,7 +93,7 @@ TEST_CASE("a wide world is framed by a part of its blocks, and whole all the sam
     made.write(folder.path(), 29, Schema::kXyz);
     LuantiWorldOptions options;
     options.path = folder.path();
-    options.look_through = 8;
+    options.max_surveyed = 8;
     const auto world = open_luanti_world(options, test::luanti::shipped_nodes());
     CHECK(world->info().bounds == voxel::VoxelBounds{{0, 0, -16}, {640, 96, 0}});
     CHECK_FALSE(world->info().framed.empty());
@@ -138,7 +138,7 @@ TEST_CASE("options out of range are refused", "[luanti]") {
     CHECK_THROWS_WITH(open_luanti_world(options, test::luanti::shipped_nodes()),
                       test::contains("15 MiB of memory; allowed: at least 16"));
     options.memory_bytes = std::size_t{16} << 20;
-    options.look_through = 0;
+    options.max_surveyed = 0;
     CHECK_THROWS_WITH(open_luanti_world(options, test::luanti::shipped_nodes()),
                       test::contains("looks through 0 map blocks; allowed: at least 1"));
 }

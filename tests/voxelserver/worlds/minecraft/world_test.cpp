@@ -167,7 +167,7 @@ TEST_CASE(
     const TemporaryFolder folder;
     test::write_files(folder.path(), made.files(Made::kFlat));
     MinecraftWorldOptions options{folder.path(), "overworld", std::size_t{64} << 20, 1};
-    options.look_through = 4;  // chunks 0, 3, 6, 9
+    options.max_surveyed = 4;  // chunks 0, 3, 6, 9
     const auto world = open_minecraft_world(options, test::shipped_blocks());
     CHECK(world->info().bounds == voxel::VoxelBounds{{0, -64, 0}, {192, 512, 16}});
     CHECK(world->damage().empty());

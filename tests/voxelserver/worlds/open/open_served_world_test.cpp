@@ -42,7 +42,7 @@ struct Served {
     util::StageTimes times;
     std::unique_ptr<ServedWorld> world;
 
-    [[nodiscard]] voxel::Fingerprint print() const { return world->fingerprint({}); }
+    [[nodiscard]] voxel::Fingerprint fingerprint() const { return world->fingerprint({}); }
     /// A box in the middle of the world, of a level.
     [[nodiscard]] voxel::BoxKey middle(int level) const {
         const auto range = voxel::boxes_over(world->info().bounds, level);
@@ -64,7 +64,7 @@ TEST_CASE("a served world's boxes are those of the world, on all levels", "[voxe
     for (int level = 0; level < direct->info().levels; ++level) {
         const voxel::BoxKey key = served.middle(level);
         const auto expected = direct->box(key);
-        const auto box = served.world->traced_box(key).box;
+        const auto box = served.world->box_with_inputs(key).box;
         REQUIRE((expected != nullptr && box != nullptr));
         CHECK(box->checksum() == expected->checksum());
     }
@@ -76,27 +76,27 @@ TEST_CASE("a fingerprint names inputs, options and the program", "[voxelserver][
     const fs::path maker = folder.path() / "program";
     write_heights(file, 0);
     std::ofstream(maker) << "first";
-    const voxel::Fingerprint before = Served(heights_in(file), maker).print();
-    CHECK(Served(heights_in(file), maker).print() == before);
+    const voxel::Fingerprint before = Served(heights_in(file), maker).fingerprint();
+    CHECK(Served(heights_in(file), maker).fingerprint() == before);
     SECTION("another option") {
         worlds::WorldOptions other = heights_in(file);
         other.base_m = 100;
-        CHECK(Served(other, maker).print() != before);
+        CHECK(Served(other, maker).fingerprint() != before);
     }
     SECTION("another content") {
         write_heights(file, 7);
-        CHECK(Served(heights_in(file), maker).print() != before);
+        CHECK(Served(heights_in(file), maker).fingerprint() != before);
     }
     SECTION("another program") {
         std::ofstream(maker) << "second one";
-        CHECK(Served(heights_in(file), maker).print() != before);
+        CHECK(Served(heights_in(file), maker).fingerprint() != before);
     }
     SECTION("another seed of noise") {
         worlds::WorldOptions one;
         one.inputs = {"generated:1"};
         worlds::WorldOptions two;
         two.inputs = {"generated:2"};
-        CHECK(Served(one, maker).print() != Served(two, maker).print());
+        CHECK(Served(one, maker).fingerprint() != Served(two, maker).fingerprint());
     }
 }
 
@@ -151,4 +151,17 @@ TEST_CASE("LiDAR data is not opened this way", "[voxelserver][worlds]") {
     options.inputs = {(folder.path() / "a.laz").string()};
     util::StageTimes times;
     CHECK_THROWS_AS(open_served_world({options, {}, {}}, times, {}), util::UsageError);
+}
+
+TEST_CASE("a text next to rasters of heights is one of them only if it holds heights",
+          "[voxelserver][worlds]") {
+    const TemporaryFolder folder;
+    write_heights(folder.path() / "hills.txt", 0);
+    std::ofstream(folder.path() / "README.txt") << "Heights of 2026, in metres.\n";
+    const fs::path maker = folder.path() / "program";
+    std::ofstream(maker) << "first";
+    CHECK_FALSE(Served(heights_in(folder.path()), maker).world->info().bounds.empty());
+    // A file that should be a raster and is none is not left out silently.
+    std::ofstream(folder.path() / "broken.tif") << "nothing";
+    CHECK_THROWS_WITH(Served(heights_in(folder.path()), maker), contains("broken.tif"));
 }

@@ -98,8 +98,8 @@ TEST_CASE("what is no world is refused with all that is allowed", "[voxelserver]
     };
     const auto c = GENERATE(values<Case>({
         {"nothing", "HERE/none", "does not exist"},
-        {"a text", "HERE/text.txt", "is nothing that is known"},
-        {"an empty folder", "HERE/empty", "nothing in the folder"},
+        {"a text", "HERE/text.txt", "is of no known kind"},
+        {"an empty folder", "HERE/empty", "holds no world"},
     }));
     DYNAMIC_SECTION(c.name) {
         const std::string input = placed(c.input, folder.path());

@@ -34,7 +34,7 @@ Settings seeded(std::uint64_t seed) {
 
 }  // namespace
 
-TEST_CASE("a generated world has no place on Earth, wide bounds and a small frame",
+TEST_CASE("a generated world is not georeferenced, wide bounds and a small frame",
           "[raytracer][generated]") {
     const auto world = open_procedural_world({});
     const WorldInfo& info = world->info();

@@ -1,4 +1,4 @@
-#include "raytracer/commands/preview_command.hpp"
+#include "raytracer/commands/preview/preview_command.hpp"
 
 #include <spdlog/spdlog.h>
 #include <CLI/CLI.hpp>

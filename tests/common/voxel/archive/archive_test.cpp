@@ -9,9 +9,10 @@
 #include "common/voxel/archive/archive_world.hpp"
 #include "common/voxel/archive/archive_writer.hpp"
 #include "common/voxel/box_codec.hpp"
+#include "common/voxel/changed_error.hpp"
 #include "tests/catch.hpp"
 #include "tests/common/temporary_folder.hpp"
-#include "tests/common/voxel/invented_world.hpp"
+#include "tests/common/voxel/synthetic_world.hpp"
 
 using namespace terravox;
 using namespace terravox::voxel;
@@ -37,7 +38,7 @@ std::shared_ptr<const Box> box_at(const BoxKey& key) {
     for (int x = 0; x < 8; ++x)
         builder.add(x, (key.bx & 31) + x, 3, 5 + x + (key.bz & 7), true);
     return builder.build(
-        key, [&](int x, int y, int z) { return test::InventedWorld::attr_at(x, y, z + key.by); });
+        key, [&](int x, int y, int z) { return test::SyntheticWorld::attr_at(x, y, z + key.by); });
 }
 
 void add(ArchiveWriter& writer, const BoxKey& key) {

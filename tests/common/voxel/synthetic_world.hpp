@@ -10,12 +10,12 @@
 namespace terravox::test {
 
 /// Hills of many materials and colours, a lake, and a tower; a function of place alone.
-class InventedWorld final : public voxel::PyramidWorld {
+class SyntheticWorld final : public voxel::PyramidWorld {
 public:
-    explicit InventedWorld(const voxel::VoxelBounds& bounds,
-                           std::size_t limit_bytes = std::size_t{64} << 20)
+    explicit SyntheticWorld(const voxel::VoxelBounds& bounds,
+                            std::size_t limit_bytes = std::size_t{64} << 20)
         : PyramidWorld(limit_bytes) {
-        m_info.title = "invented";
+        m_info.title = "synthetic";
         m_info.bounds = bounds;
         m_info.levels = voxel::levels_for(bounds);
         m_info.crs = "EPSG:3794";
