@@ -3,10 +3,12 @@
 #include <algorithm>
 #include <array>
 #include <filesystem>
+#include <functional>
 #include <string_view>
 
 #include "common/thread/parallel.hpp"
 #include "common/util/files.hpp"
+#include "common/util/letter_case.hpp"
 #include "common/voxel/bytes.hpp"
 #include "voxelserver/imagery/image_identity.hpp"
 #include "voxelserver/imagery/orthophoto_files.hpp"
@@ -38,22 +40,25 @@ std::optional<double> height_unit_m(const std::string& unit) {
 /// A text next to rasters is one of them only if it can be read as one; any other file with such an
 /// ending must be, since a damaged raster that is left out would be a gap that nobody sees.
 bool belongs_to_rasters(const fs::path& file) {
-    return file.extension() != ".txt" || heightmap::is_height_raster(file);
+    return util::lower_extension(file) != ".txt" || heightmap::is_height_raster(file);
 }
 
-std::vector<fs::path> rasters_of(const worlds::WorldOptions& options) {
+std::vector<fs::path> rasters_of(const worlds::WorldOptions& options,
+                                 const std::function<bool(const fs::path&)>& belongs) {
     // The usual endings of what geo::open_raster() reads, apart from pictures.
     constexpr std::array<std::string_view, 15> kEndings = {
         ".tif", ".tiff", ".asc", ".img", ".vrt", ".dem", ".hgt", ".bil",
         ".flt", ".dt0",  ".dt1", ".dt2", ".grd", ".xyz", ".txt",
     };
     return util::expand_folders({options.inputs.begin(), options.inputs.end()}, kEndings,
-                                "rasters of heights", belongs_to_rasters);
+                                "rasters of heights", belongs);
 }
 
-/// Includes names, since of overlapping rasters the first by name counts.
+/// Includes names, since of overlapping rasters the first by name counts; and all texts next to the
+/// rasters, since it is computed after each box and must open no file.
 voxel::Fingerprint state_of_rasters(const worlds::WorldOptions& options) {
-    std::vector<fs::path> files = rasters_of(options);
+    const auto every_file = [](const fs::path& /*file*/) { return true; };
+    std::vector<fs::path> files = rasters_of(options, every_file);
     if (!options.orthophotos.empty()) {
         const std::vector<fs::path> images = imagery::orthophoto_files(options.orthophotos);
         files.insert(files.end(), images.begin(), images.end());
@@ -69,7 +74,7 @@ voxel::Fingerprint state_of_rasters(const worlds::WorldOptions& options) {
 std::unique_ptr<voxel::World> open_heightmap(const OpenRequest& request) {
     const worlds::WorldOptions& from = request.options;
     heightmap::HeightmapOptions options;
-    options.rasters = rasters_of(from);
+    options.rasters = rasters_of(from, belongs_to_rasters);
     options.orthophotos = from.orthophotos;
     options.voxel_m = from.voxel_m;
     if (!from.crs.empty())

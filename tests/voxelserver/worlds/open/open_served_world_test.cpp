@@ -158,6 +158,7 @@ TEST_CASE("a text next to rasters of heights is one of them only if it holds hei
     const TemporaryFolder folder;
     write_heights(folder.path() / "hills.txt", 0);
     std::ofstream(folder.path() / "README.txt") << "Heights of 2026, in metres.\n";
+    std::ofstream(folder.path() / "LICENCE.TXT") << "CC BY 4.0\n";
     const fs::path maker = folder.path() / "program";
     std::ofstream(maker) << "first";
     CHECK_FALSE(Served(heights_in(folder.path()), maker).world->info().bounds.empty());
