@@ -5,7 +5,7 @@ Each include that is not allowed is named, each namespace that no folder of its 
 library of a CMakeLists.txt that links more or less than its sources include.
 
 python3 tests/layers_test.py           # checks; exit code 1 and one line for each offence
-python3 tests/layers_test.py --lines   # prints the lines of each folder, and shares of houses
+python3 tests/layers_test.py --lines   # prints the lines of each folder, and shares of top folders
 """
 
 import argparse
@@ -19,7 +19,7 @@ import unittest
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 LAYERS = pathlib.Path("config", "layers.toml")
-HOUSES = ("common", "voxelserver", "raytracer")  # a house includes itself and those before it
+TOP_FOLDERS = ("common", "voxelserver", "raytracer")  # each includes itself and those before it
 LIBRARY = re.compile(r"\bterravox_library\(\s*(\w+)([^()]*)\)")
 LIBRARY_KEYWORDS = {"SOURCES", "PUBLIC", "PRIVATE"}
 ALIAS = re.compile(r"\badd_library\(terravox::(\w+) ALIAS")
@@ -31,15 +31,15 @@ NETWORK = re.compile(r"(sys/socket|netinet/|arpa/|netdb|curl/|grpc|openssl/ssl|c
 
 
 class Code:
-    """The sources of the three houses below a root: what each file includes of the others."""
+    """The sources of the three top folders: what each file includes of the others."""
 
     def __init__(self, root):
         self.root = root
         self.files = {}
         self.system = {}
         self.namespaces = {}
-        for house in HOUSES:
-            for file in sorted((root / house).rglob("*")):
+        for top in TOP_FOLDERS:
+            for file in sorted((root / top).rglob("*")):
                 if file.suffix in (".hpp", ".cpp") and "node_modules" not in file.parts:
                     self._take(file)
 
@@ -47,7 +47,7 @@ class Code:
         name = file.relative_to(self.root).as_posix()
         text = file.read_text(encoding="utf-8")
         found = INCLUDE.findall(text)
-        self.files[name] = [own for own, _ in found if own.split("/")[0] in HOUSES]
+        self.files[name] = [own for own, _ in found if own.split("/")[0] in TOP_FOLDERS]
         self.system[name] = [system for _, system in found if system]
         # What is only declared stays where it is at home.
         self.namespaces[name] = [
@@ -65,14 +65,18 @@ def folder_of(file):
 
 
 class Libraries:
-    """The libraries of the three houses' CMakeLists.txt, and what each folder's own ones link."""
+    """The libraries that CMakeLists.txt of the top folders define, and what each folder links.
+
+    The libraries of one folder are taken together; programs, and libraries that are not made by
+    terravox_library(), are not looked at.
+    """
 
     def __init__(self, root):
         self.folder_of_library = {}
         self.sources = {}  # of a library, in the order of its list
         self.linked = {}  # of a folder: {"PUBLIC": names, "PRIVATE": names}
-        for house in HOUSES:
-            for file in sorted((root / house).rglob("CMakeLists.txt")):
+        for top in TOP_FOLDERS:
+            for file in sorted((root / top).rglob("CMakeLists.txt")):
                 if "node_modules" not in file.parts:
                     text = re.sub("#.*", "", file.read_text(encoding="utf-8"))
                     self._take(file.parent.relative_to(root).as_posix(), text)
@@ -113,7 +117,7 @@ def wrong_includes(code, layers):
 
 
 def wrong_rows(code, layers):
-    """What is wrong with the table: what nothing needs, arrows upwards, circles."""
+    """What is wrong with the table: what nothing needs, arrows upwards, cycles."""
     needed = collections.defaultdict(set)
     for file, included in code.files.items():
         needed[folder_of(file)] |= {folder_of(name) for name in included} - {folder_of(file)}
@@ -126,15 +130,15 @@ def wrong_rows(code, layers):
         for other in allowed:
             if other not in needed[folder]:
                 wrong.append(f"{LAYERS}: {folder} includes nothing of {other}")
-            if HOUSES.index(other.split("/")[0]) > HOUSES.index(folder.split("/")[0]):
+            if TOP_FOLDERS.index(other.split("/")[0]) > TOP_FOLDERS.index(folder.split("/")[0]):
                 wrong.append(f"{LAYERS}: {folder} is below {other} and may not include it")
     return wrong + [
-        f"{LAYERS}: a circle of folders: {' -> '.join(circle)}" for circle in circles(layers)
+        f"{LAYERS}: a cycle of folders: {' -> '.join(cycle)}" for cycle in cycles(layers)
     ]
 
 
-def circles(graph):
-    """The first circle on each way through a graph; a list that ends as it begins."""
+def cycles(graph):
+    """The first cycle on each way through a graph; a list that ends as it begins."""
     found, done = [], set()
 
     def walk(node, path):
@@ -152,8 +156,8 @@ def circles(graph):
     return found
 
 
-def circles_of_files(code):
-    return [f"a circle of includes: {' -> '.join(circle)}" for circle in circles(code.files)]
+def cycles_of_files(code):
+    return [f"a cycle of includes: {' -> '.join(cycle)}" for cycle in cycles(code.files)]
 
 
 def network_in_common(code):
@@ -176,8 +180,8 @@ def wrong_namespaces(code, more):
         folder = folder_of(file)
         allowed = [*folder.split("/")[1:], *more.get(folder, [])]
         for namespace in namespaces:
-            room = namespace.removeprefix("terravox").removeprefix("::").split("::")[0]
-            if room not in allowed:
+            first = namespace.removeprefix("terravox").removeprefix("::").split("::")[0]
+            if first not in allowed:
                 names = " or ".join(f"terravox::{name}" for name in allowed)
                 wrong.append(f"{file}: namespace {namespace}; {folder} may have: {names}")
     return wrong
@@ -191,7 +195,7 @@ def problems(root):
     return [
         *wrong_includes(code, layers),
         *wrong_rows(code, layers),
-        *circles_of_files(code),
+        *cycles_of_files(code),
         *network_in_common(code),
         *wrong_namespaces(code, namespaces),
         *wrong_links(code, libraries),
@@ -228,6 +232,7 @@ def wrong_links(code, libraries):
 
 
 def unsorted_sources(libraries):
+    """One line for each library whose list of sources is not sorted."""
     return [
         f"{libraries.folder_of_library[name]}/CMakeLists.txt: the sources of {name} are not sorted"
         for name, sources in libraries.sources.items()
@@ -236,15 +241,15 @@ def unsorted_sources(libraries):
 
 
 def includes_of_tests(root):
-    """What tests of a house may not include: houses below it."""
+    """What tests of a top folder may not include: those that build on it."""
     wrong = []
-    for i, house in enumerate(HOUSES):
-        for file in sorted((root / "tests" / house).rglob("*.[ch]pp")):
+    for i, top in enumerate(TOP_FOLDERS):
+        for file in sorted((root / "tests" / top).rglob("*.[ch]pp")):
             for own, _ in INCLUDE.findall(file.read_text(encoding="utf-8")):
                 parts = own.removeprefix("tests/").split("/")
-                if parts[0] in HOUSES[i + 1 :]:
+                if parts[0] in TOP_FOLDERS[i + 1 :]:
                     name = file.relative_to(root).as_posix()
-                    wrong.append(f"{name}: includes {own}; tests of {house} may not")
+                    wrong.append(f"{name}: includes {own}; tests of {top} may not")
     return wrong
 
 
@@ -257,10 +262,10 @@ def print_lines(root):
         for f in (root / "grabber" / "src").rglob("*.ts")
     )
     total = sum(lines.values()) + grabber
-    for house in HOUSES:
-        own = sum(count for folder, count in lines.items() if folder.split("/")[0] == house)
-        print(f"{house:42} {own:7} {own / total:6.1%}")
-        for folder in sorted(folder for folder in lines if folder.startswith(house + "/")):
+    for top in TOP_FOLDERS:
+        own = sum(count for folder, count in lines.items() if folder.split("/")[0] == top)
+        print(f"{top:42} {own:7} {own / total:6.1%}")
+        for folder in sorted(folder for folder in lines if folder.startswith(top + "/")):
             print(f"  {folder:40} {lines[folder]:7}")
     print(f"{'grabber':42} {grabber:7} {grabber / total:6.1%}")
 
@@ -324,7 +329,7 @@ class TheCheckItself(unittest.TestCase):
                 '"common/a" = []\n',
                 "",
             ),
-            "a circle of folders": (
+            "a cycle of folders": (
                 {
                     a: '#include "common/c/c.hpp"\n',
                     "common/c/c.hpp": "",
@@ -333,10 +338,10 @@ class TheCheckItself(unittest.TestCase):
                 '"common/a" = ["common/c"]\n"common/c" = ["common/a"]\n',
                 "common/a -> common/c -> common/a",
             ),
-            "a circle of files": (
+            "a cycle of files": (
                 {a: '#include "common/a/e.hpp"\n', "common/a/e.hpp": f'#include "{a}"\n'},
                 '"common/a" = []\n',
-                "a circle of includes",
+                "a cycle of includes",
             ),
             "a folder that is not linked": (
                 {
@@ -379,7 +384,7 @@ class TheCheckItself(unittest.TestCase):
                 '"common/a" = []\n',
                 "common/a/CMakeLists.txt: the sources of a are not sorted",
             ),
-            "a test that includes a house below its own": (
+            "a test that includes what builds on its folder": (
                 {a: "", b: f'#include "{a}"\n', "tests/common/a/a_test.cpp": f'#include "{b}"\n'},
                 good,
                 "tests/common/a/a_test.cpp: includes voxelserver/b/b.hpp; tests of common may not",

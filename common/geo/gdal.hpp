@@ -21,7 +21,8 @@ void start_gdal();
 void limit_gdal_cache(std::int64_t bytes);
 
 /// Must be called before GDAL writes a file, since libgeotiff, which GDAL uses, does not check its
-/// small allocations. Thread-safe.
+/// small allocations; also tells whether memory is short where PROJ or GDAL do not say why they
+/// failed. Thread-safe.
 /// @throws std::bad_alloc unless kGdalHeadroom_bytes can be allocated now
 void check_memory_for_gdal();
 inline constexpr std::size_t kGdalHeadroom_bytes = std::size_t{16} << 20;

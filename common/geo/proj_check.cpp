@@ -9,8 +9,8 @@ namespace terravox::geo {
 
 namespace {
 
-// What PROJ reads of a system depends on the memory that is left: a system that it knows already
-// may still be read where another one was not.
+// Where memory is short, PROJ may still find a coordinate reference system that it has read before,
+// although it has just failed to read another one.
 bool has_memory() noexcept {
     try {
         check_memory_for_gdal();

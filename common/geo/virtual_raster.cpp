@@ -3,7 +3,6 @@
 #include <cpl_minixml.h>
 
 #include <algorithm>
-#include <cctype>
 #include <fstream>
 #include <iterator>
 #include <memory>

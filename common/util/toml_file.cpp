@@ -73,7 +73,9 @@ std::string toml_value(const toml::node& node) {
     if (const auto* number = node.as_floating_point()) {
         std::array<char, 32> text{};
         std::snprintf(text.data(), text.size(), "%.15g", number->get());
-        return text.data();
+        const std::string out = text.data();
+        // 2.0 is not shown as 2, which is another type; "inf" and "nan" stay.
+        return out.find_first_of(".en") == std::string::npos ? out + ".0" : out;
     }
     if (const auto* flag = node.as_boolean())
         return flag->get() ? "true" : "false";

@@ -2,7 +2,9 @@
 # pictures depend on, the compiler and its flags. Run as a script before each build; the header
 # changes only when the name does.
 #   cmake -DROOT=... -DHEADER=... -DCOMPILER=... -P BuildId.cmake
-file(GLOB_RECURSE sources RELATIVE "${ROOT}" "${ROOT}/common/*.[ch]pp" "${ROOT}/raytracer/*.[ch]pp" "${ROOT}/voxelserver/*.[ch]pp" "${ROOT}/raytracer/*.proto")
+file(GLOB_RECURSE sources RELATIVE "${ROOT}"
+  "${ROOT}/common/*.[ch]pp" "${ROOT}/raytracer/*.[ch]pp" "${ROOT}/voxelserver/*.[ch]pp"
+  "${ROOT}/raytracer/*.proto")
 list(SORT sources)
 set(all "${COMPILER}")
 foreach(source IN LISTS sources)

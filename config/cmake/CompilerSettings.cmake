@@ -23,10 +23,11 @@ target_include_directories(terravox_settings INTERFACE
 # multiply-add.
 target_compile_options(terravox_settings INTERFACE
   -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor -ffp-contract=off
-  # GCC 12 reports false positives inside libstdc++ strings and vectors at -O3 (bugs 105329, 105651).
+  # GCC 12 reports false positives inside libstdc++ strings and vectors at -O3 (bugs 105329,
+  # 105651).
   $<$<CXX_COMPILER_ID:GNU>:-Wno-restrict> $<$<CXX_COMPILER_ID:GNU>:-Wno-stringop-overflow>)
-# Targets without threads get it, too: a precompiled header is shared, and its flags must be those of
-# every source that uses it.
+# Targets without threads get it, too: a precompiled header is shared, and its flags must be those
+# of every source that uses it.
 target_compile_options(terravox_settings INTERFACE -pthread)
 if(TERRAVOX_WERROR)
   target_compile_options(terravox_settings INTERFACE -Werror)

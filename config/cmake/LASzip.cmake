@@ -7,7 +7,8 @@
 # of sources as a static library with C++17 (docs/adr/0002).
 include_guard(GLOBAL)
 
-set(TERRAVOX_LASZIP_DIR "${PROJECT_SOURCE_DIR}/build/deps/laszip" CACHE PATH "Unpacked LASzip sources")
+set(TERRAVOX_LASZIP_DIR "${PROJECT_SOURCE_DIR}/build/deps/laszip"
+    CACHE PATH "Unpacked LASzip sources")
 if(NOT EXISTS "${TERRAVOX_LASZIP_DIR}/src/laszip_dll.cpp")
   message(FATAL_ERROR "LASzip: no sources in ${TERRAVOX_LASZIP_DIR}; run ./terravox deps first")
 endif()
@@ -32,24 +33,31 @@ function(terravox_guard_laszip source from to)
   file(READ "${original}" text)
   string(REPLACE "${from}" "${to}" guarded_text "${text}")
   if(text STREQUAL guarded_text)
-    message(FATAL_ERROR "LASzip: ${original} is not the version that config/cmake/LASzip.cmake can guard")
+    message(FATAL_ERROR "LASzip: ${original} is not the version that config/cmake/LASzip.cmake "
+            "can guard")
   endif()
   file(CONFIGURE OUTPUT "${guarded}" CONTENT "${guarded_text}" @ONLY)
-  set_property(SOURCE "${guarded}" TARGET_DIRECTORY terravox_laszip APPEND PROPERTY COMPILE_OPTIONS "-include;${PROJECT_SOURCE_DIR}/config/cmake/laszip_guard.h")
+  set_property(SOURCE "${guarded}" TARGET_DIRECTORY terravox_laszip APPEND PROPERTY COMPILE_OPTIONS
+               "-include;${PROJECT_SOURCE_DIR}/config/cmake/laszip_guard.h")
   set(sources "${laszip_sources}")
   list(TRANSFORM sources REPLACE "^${original}$" "${guarded}")
   set(laszip_sources "${sources}" PARENT_SCOPE)
 endfunction()
 add_library(terravox_laszip STATIC)
-terravox_guard_laszip(lasreaditemcompressed_v2.cpp "read(item, context);" "{ TERRAVOX_LASZIP_COUNT_CALL; read(item, context); }")
-terravox_guard_laszip(arithmeticdecoder.cpp "value |= (instream->getByte());" "value |= (instream->getByte()); terravox_laszip::check_value(value);")
+terravox_guard_laszip(lasreaditemcompressed_v2.cpp
+  "read(item, context);"
+  "{ TERRAVOX_LASZIP_COUNT_CALL; read(item, context); }")
+terravox_guard_laszip(arithmeticdecoder.cpp
+  "value |= (instream->getByte());"
+  "value |= (instream->getByte()); terravox_laszip::check_value(value);")
 target_sources(terravox_laszip PRIVATE ${laszip_sources})
 
 # The API header lives in dll/ but is included as <laszip/laszip_api.h> once installed: lay it out
 # the same way.
 file(MAKE_DIRECTORY "${PROJECT_BINARY_DIR}/laszip-include/laszip")
 foreach(header dll/laszip_api.h include/laszip/laszip_common.h include/laszip/laszip_api_version.h)
-  file(COPY "${TERRAVOX_LASZIP_DIR}/${header}" DESTINATION "${PROJECT_BINARY_DIR}/laszip-include/laszip")
+  file(COPY "${TERRAVOX_LASZIP_DIR}/${header}"
+       DESTINATION "${PROJECT_BINARY_DIR}/laszip-include/laszip")
 endforeach()
 target_compile_features(terravox_laszip PRIVATE cxx_std_17)
 target_compile_definitions(terravox_laszip PRIVATE

@@ -18,7 +18,8 @@ include_guard(GLOBAL)
 #   PUBLIC              what its headers include; PRIVATE: what only its sources include
 function(terravox_library name)
   cmake_parse_arguments(PARSE_ARGV 1 arg
-    "IN_MODULE;IN_PARTS;WITHOUT_ASSERTIONS;OPTIMISE_LITTLE;COMMAND_LINE" "" "SOURCES;PUBLIC;PRIVATE")
+    "IN_MODULE;IN_PARTS;WITHOUT_ASSERTIONS;OPTIMISE_LITTLE;COMMAND_LINE" ""
+    "SOURCES;PUBLIC;PRIVATE")
   if(arg_UNPARSED_ARGUMENTS)
     message(FATAL_ERROR "terravox_library(${name} ...): not understood: ${arg_UNPARSED_ARGUMENTS}")
   endif()

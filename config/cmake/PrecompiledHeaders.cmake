@@ -12,8 +12,8 @@ option(TERRAVOX_UNITY_BUILD
        ON)
 
 # terravox_unite(target): sources that share headers are compiled together, which takes a third to
-# half of the time. CMake leaves out sources with flags of their own. Names in unnamed namespaces have
-# to be unique within a folder.
+# half of the time. CMake leaves out sources with flags of their own. Names in unnamed namespaces
+# have to be unique within a folder.
 function(terravox_unite target)
   set_target_properties(${target} PROPERTIES
     UNITY_BUILD ${TERRAVOX_UNITY_BUILD} UNITY_BUILD_BATCH_SIZE 10)
@@ -49,7 +49,8 @@ set(TERRAVOX_PRECOMPILED_OPTIONS
     $<$<CXX_COMPILER_ID:GNU>:-Wno-array-bounds>
     $<$<CXX_COMPILER_ID:GNU>:-Wno-stringop-overread>)
 
-# terravox_precompile(flavour [IN_MODULE] [OPTIONS option...] [HEADERS header...] [LIBRARIES target...])
+# terravox_precompile(flavour [IN_MODULE] [OPTIONS option...] [HEADERS header...]
+#                     [LIBRARIES target...])
 #   makes the precompiled headers that terravox_use_precompiled(target flavour) uses
 #   IN_MODULE  for shared objects
 #   OPTIONS    as those of the targets that use it

@@ -67,6 +67,13 @@ lint_cpp_form() {
     return "$status"
 }
 
+# lint_build_files: the build's files have no formatter; their lines are not too long either.
+lint_build_files() {
+    local files
+    mapfile -d '' files < <(sources CMakeLists.txt '*/CMakeLists.txt' '*.cmake' config/layers.toml)
+    too_long "${files[@]}"
+}
+
 # too_long FILE...: names lines of more than LINE_COLUMNS characters. Returns 1 when there are any.
 too_long() {
     python3 -B - "$LINE_COLUMNS" "$@" >&2 <<'PYTHON' || {
@@ -173,6 +180,7 @@ format() {
 lint_form() {
     local status=0
     lint_cpp_form || status=1
+    lint_build_files || status=1
     lint_density || status=1
     lint_python || status=1
     lint_shell || status=1

@@ -1,5 +1,7 @@
 #include "raytracer/animate/frame_names.hpp"
 
+#include <string_view>
+
 #include "common/util/error.hpp"
 
 namespace terravox::animate {
@@ -33,6 +35,23 @@ std::filesystem::path FrameNames::of(int frame) const {
     const std::string digits = std::to_string(frame);
     return m_before + std::string(m_digits > digits.size() ? m_digits - digits.size() : 0, '0') +
            digits + m_after;
+}
+
+bool FrameNames::matches(const std::filesystem::path& file) const {
+    const std::filesystem::path first = of(0);
+    std::error_code ignored;
+    const std::filesystem::path folder =
+        std::filesystem::weakly_canonical(std::filesystem::absolute(first).parent_path(), ignored);
+    if (file.parent_path() != folder)
+        return false;
+    const std::string name = file.filename().string();
+    const std::string before = std::filesystem::path(m_before).filename().string();
+    if (name.size() <= before.size() + m_after.size() || !name.starts_with(before) ||
+        !name.ends_with(m_after))
+        return false;
+    const auto number =
+        std::string_view(name).substr(before.size(), name.size() - before.size() - m_after.size());
+    return number.find_first_not_of("0123456789") == std::string_view::npos;
 }
 
 std::filesystem::path FrameNames::ledger() const {

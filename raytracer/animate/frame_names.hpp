@@ -11,6 +11,9 @@ public:
     /// @throws UsageError for another pattern
     explicit FrameNames(std::string pattern);
     [[nodiscard]] std::filesystem::path of(int frame) const;
+    /// Whether a file has the name of a frame, of any number, in the folder of the frames.
+    /// @param file a canonical path
+    [[nodiscard]] bool matches(const std::filesystem::path& file) const;
     [[nodiscard]] const std::string& pattern() const noexcept { return m_pattern; }
     /// File that records which frames are done: a hidden file next to the frames.
     [[nodiscard]] std::filesystem::path ledger() const;

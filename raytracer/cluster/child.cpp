@@ -34,7 +34,7 @@ public:
     Spool() : m_file(::memfd_create("terravox-said", MFD_CLOEXEC)) {
         if (m_file < 0)
             throw util::Error(
-                std::string("start a program: cannot create a pipe for its output: ") +
+                std::string("start a program: cannot create a file in memory for its output: ") +
                 std::strerror(errno));
     }
     ~Spool() { ::close(m_file); }

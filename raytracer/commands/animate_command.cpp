@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <memory>
 #include <set>
+#include <system_error>
 #include <vector>
 
 #include "common/util/error.hpp"
@@ -26,26 +27,22 @@ struct AnimateArguments {
     std::string animation;
 };
 
-/// What is written, which may be written into a folder of inputs.
-std::set<std::filesystem::path> outputs_of(const animate::Animation& animation,
-                                           const animate::FrameOptions& frames) {
-    const animate::FrameNames names(frames.pattern);
-    std::set<std::filesystem::path> out;
-    for (int frame = 0; frame < animation.frames(); ++frame)
-        out.insert(names.of(frame));
-    if (!frames.video.empty())
-        out.insert(frames.video);
-    return out;
-}
-
-/// Identifies the inputs of finished frames.
-std::string names_of_inputs(const AnimateArguments& args,
-                            const std::set<std::filesystem::path>& outputs,
-                            const scene::Scene& base) {
+/// Identifies the inputs of finished frames. What the command reads besides its inputs, and what it
+/// writes, may be in a folder of inputs and is none of them.
+std::string names_of_inputs(const AnimateArguments& args, const scene::Scene& base) {
+    const animate::FrameNames frames(args.frames.pattern);
+    std::error_code ignored;
+    std::set<std::filesystem::path> other_files;
+    for (const std::string& file : {args.animation, args.frames.video})
+        if (!file.empty())
+            other_files.insert(std::filesystem::weakly_canonical(file, ignored));
     const std::vector<std::filesystem::path> orthophotos(args.world.orthophotos.begin(),
                                                          args.world.orthophotos.end());
     std::string out;
-    for (const std::string& name : farm::name_inputs(args.world.inputs, orthophotos, base, outputs))
+    for (const std::string& name : farm::name_inputs(
+             args.world.inputs, orthophotos, base, [&](const std::filesystem::path& file) {
+                 return other_files.contains(file) || frames.matches(file);
+             }))
         out += name + "\n";
     return out;
 }
@@ -61,7 +58,7 @@ util::ExitCode run_animate(const AnimateArguments& args, const OpenRenderer& ope
     output::check_image_target(animate::FrameNames(args.frames.pattern).of(args.frames.first));
     (void)animation.at(0, base);
     animate::FrameOptions frames = args.frames;
-    frames.inputs = names_of_inputs(args, outputs_of(animation, frames), base);
+    frames.inputs = names_of_inputs(args, base);
     // The world is opened when the first frame has to be rendered: a finished film costs nothing.
     animate::RenderPicture render;
     return animate::render_frames(

@@ -25,16 +25,6 @@ std::string range(double low, double high) {
     return text(low) + " to " + text(high);
 }
 
-std::string shown(const toml::node& node) {
-    if (const auto* text = node.as_string())
-        return "'" + text->get() + "'";
-    if (const auto number = node.value<double>())
-        return text(*number);
-    if (const auto* flag = node.as_boolean())
-        return flag->get() ? "true" : "false";
-    return node.is_array() ? "an array" : "no such value";
-}
-
 /// Reads the fields of one material.
 class Fields {
 public:
@@ -50,7 +40,7 @@ public:
         if (node == nullptr)
             return;
         if (!node->is_boolean())
-            fail(field, shown(*node), "true or false");
+            fail(field, util::toml_value(*node), "true or false");
         out = node->as_boolean()->get();
     }
     void light(std::string_view field, double high, voxel::Colour& out) const {
@@ -59,7 +49,9 @@ public:
             return;
         const toml::array* list = node->as_array();
         if (list == nullptr || list->size() != 3)
-            fail(field, list != nullptr ? std::to_string(list->size()) + " numbers" : shown(*node),
+            fail(field,
+                 list != nullptr ? std::to_string(list->size()) + " numbers"
+                                 : util::toml_value(*node),
                  "[r, g, b], each " + range(0, high));
         out = {static_cast<float>(in_range(field, *list->get(0), 0, high)),
                static_cast<float>(in_range(field, *list->get(1), 0, high)),
@@ -79,7 +71,7 @@ public:
             }
             allowed += (allowed.empty() ? "" : ", ") + std::string(name);
         }
-        fail(field, shown(*node), allowed);
+        fail(field, util::toml_value(*node), allowed);
     }
     void colour(voxel::Colour& out) const {
         const toml::node* node = m_table.get("colour");
@@ -88,7 +80,7 @@ public:
         const auto text = node->value_exact<std::string>();
         const auto rgb = text ? voxel::rgb8_from_hex(*text) : std::nullopt;
         if (!rgb)
-            fail("colour", shown(*node), "\"#rrggbb\"");
+            fail("colour", util::toml_value(*node), "\"#rrggbb\"");
         out = voxel::to_linear(*rgb);
     }
     void check_names() const {
@@ -102,7 +94,7 @@ private:
     double in_range(std::string_view field, const toml::node& node, double low, double high) const {
         const auto value = node.is_number() ? node.value<double>() : std::nullopt;
         if (!value || !(*value >= low && *value <= high))
-            fail(field, shown(node), range(low, high));
+            fail(field, util::toml_value(node), range(low, high));
         return *value;
     }
     [[noreturn]] void fail(std::string_view field, const std::string& value,

@@ -53,7 +53,7 @@ private:
 /// terravox_holes for terravox:holes.
 [[nodiscard]] std::string gdal_name(std::string name);
 
-/// Stores the place on Earth and the metadata, including the three names that TIFF has tags for.
+/// Stores the georeference and the metadata, including the three names that TIFF has tags for.
 /// @throws Error for a CRS that cannot be read
 void describe_geotiff(GDALDatasetH dataset, const PictureInfo& info, const GdalWatch& watch);
 

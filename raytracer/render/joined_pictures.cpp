@@ -1,7 +1,6 @@
 #include "raytracer/render/joined_pictures.hpp"
 
 #include <algorithm>
-#include <cctype>
 #include <memory>
 
 #include "common/thread/parallel.hpp"

@@ -1,7 +1,6 @@
 #include "raytracer/render/picture_renderer.hpp"
 
 #include <algorithm>
-#include <cctype>
 #include <utility>
 
 #include "common/thread/parallel.hpp"

@@ -8,7 +8,7 @@ namespace terravox::sky {
 /// The sun of a scene at a place: altitude and azimuth if given, otherwise from date, clock time
 /// and place. The clock is that of utc_offset_h, else of the zone, else of the mean solar time of
 /// the place's longitude in whole hours.
-/// @param place nullptr for worlds without a place on Earth: latitude 46, longitude 14 are used
+/// @param place nullptr for worlds that are not georeferenced: latitude 46, longitude 14 are used
 /// @throws UsageError for an impossible date or time, an unknown zone, or one angle without the
 /// other
 [[nodiscard]] geo::SunPosition sun_of(const scene::Scene::Sun& sun, const geo::LatLon* place);

@@ -8,7 +8,7 @@
 namespace terravox::tiles {
 
 /// The kilometre squares (1000 units of the CRS) that contain a world's columns, numbered row by
-/// row from the north-west. In worlds without a place on Earth, squares of 1000 voxels.
+/// row from the north-west. In worlds that are not georeferenced, squares of 1000 voxels.
 class SquareGrid {
 public:
     explicit SquareGrid(const voxel::WorldInfo& world);

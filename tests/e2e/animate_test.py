@@ -206,6 +206,29 @@ class Animations(Case):
         shutil.copy(next(other.glob("*.laz")), data / "a.laz")
         self.assertIn("6 frames made, 0 were done before", said())
 
+    def test_what_the_run_itself_writes_into_the_inputs_is_no_change(self):
+        data = self.folder / "data"
+        data.mkdir()
+        shutil.copy(square(), data / "a.laz")
+        film = data / "film.toml"
+        film.write_text(TURN)
+        pattern = data / "%03d.png"
+
+        def said():
+            run = Run([binary("RAYTRACER"), "animate", film, data, *SIZE, "-o", pattern])
+            self.assertDone(run)
+            return run.err
+
+        self.assertIn("6 frames made, 0 were done before", said())
+        (data / "017.png").write_text("left by a longer film")
+        film.write_text(TURN + "# a comment\n")
+        self.assertIn("0 frames made, 6 were done before", said())
+        (data / "b.ply").write_text("points")  # data of another kind is a change all the same
+        self.assertNotIn(
+            "0 frames made",
+            Run([binary("RAYTRACER"), "animate", film, data, *SIZE, "-o", pattern]).err,
+        )
+
     def test_ranges(self):
         film = self.file(TURN)
         run = animate(

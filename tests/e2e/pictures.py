@@ -108,7 +108,7 @@ def scene_of(picture):
 
 
 class Tags:
-    """The tags of the first directory of a TIFF file that give its place on Earth.
+    """The tags of the first directory of a TIFF file that georeference it.
 
     Classic and BigTIFF, little-endian.
 

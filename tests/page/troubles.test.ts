@@ -22,7 +22,7 @@ describe('the page in trouble', { skip: noBrowser }, () => {
   test('the page asks the user for a token, reports a wrong one, and sends the right one with everything', async () => {
     fake.token = 'right';
     const { page, errors } = await openPage(browser, fake.url);
-    await untilText(page, '#status', /wants a token/);
+    await untilText(page, '#status', /requires a token/);
     await screenshot(page, 'token');
     assert.equal(await page.evaluate(() => document.activeElement?.id), 'token-text');
     await page.keyboard.type('wrong');
@@ -36,7 +36,7 @@ describe('the page in trouble', { skip: noBrowser }, () => {
     await page.reload();
     await untilText(page, '#status', /is up/);
     fake.token = 'another';
-    await untilText(page, '#status', /wants a token/);
+    await untilText(page, '#status', /requires a token/);
     await page.getByLabel('Token', { exact: true }).fill('another');
     await page.keyboard.press('Enter');
     await untilText(page, '#status', /is up/);

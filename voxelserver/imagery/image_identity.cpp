@@ -1,7 +1,6 @@
 #include "voxelserver/imagery/image_identity.hpp"
 
 #include <algorithm>
-#include <cctype>
 #include <fstream>
 #include <string>
 #include <vector>

@@ -1,6 +1,5 @@
 #include "voxelserver/imagery/vrt_sources.hpp"
 
-#include <algorithm>
 #include <charconv>
 #include <cstdint>
 #include <optional>
@@ -17,7 +16,6 @@ namespace {
 
 constexpr std::string_view kBlank = " \t\r\n";
 
-// GDAL compares names of elements and attributes case-insensitively.
 std::string_view trimmed(std::string_view text) noexcept {
     const std::size_t begin = text.find_first_not_of(kBlank);
     return begin == std::string_view::npos
@@ -97,6 +95,7 @@ bool is_relative(std::string_view attributes) {
         const std::size_t close = attributes.find(attributes[open], open + 1);
         if (close == std::string_view::npos)
             return false;
+        // GDAL compares names of elements and attributes case-insensitively.
         if (util::equal_but_for_case(name, "relativeToVRT"))
             return trimmed(attributes.substr(open + 1, close - open - 1)) == "1";
         attributes = attributes.substr(close + 1);

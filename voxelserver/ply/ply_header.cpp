@@ -1,7 +1,6 @@
 #include "voxelserver/ply/ply_header.hpp"
 
 #include <algorithm>
-#include <cctype>
 #include <charconv>
 #include <sstream>
 #include <string_view>

@@ -14,8 +14,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kAttempt = "run the batch: ";
-
 /// Frames of an animation.
 class FrameBatch : Batch {
 public:
@@ -137,7 +135,8 @@ private:
         });
         if (static_cast<std::size_t>(with_holes) != missing.size())
             throw util::Error(
-                kAttempt + std::to_string(missing.size() - static_cast<std::size_t>(with_holes)) +
+                kBatchAttempt +
+                std::to_string(missing.size() - static_cast<std::size_t>(with_holes)) +
                 " frames were not made, the first is " + std::to_string(missing.front()) +
                 "; see " + logs() + "; the same command makes what is missing");
         if (with_holes > 0) {
@@ -147,12 +146,12 @@ private:
         }
         if (const auto code = slurm()->exit_code(m_merge); code && *code != 0)
             throw util::Error(
-                kAttempt +
+                kBatchAttempt +
                 std::string("all frames are there, but the job after them failed; see ") + logs() +
                 "/merge-" + m_merge + ".txt");
         if (!m_passed.video.empty() && !fs::exists(m_passed.video))
-            throw util::Error(kAttempt + std::string("there is no ") + m_passed.video + "; see " +
-                              logs());
+            throw util::Error(kBatchAttempt + std::string("there is no ") + m_passed.video +
+                              "; see " + logs());
         if (!m_options.quiet)
             std::fprintf(stderr, "all %d frames are done\n", m_plan.frames.count());
         return util::ExitCode::kDone;

@@ -8,8 +8,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kJoinAttempt = "run the batch: ";
-
 /// Parts of one picture.
 class PartBatch : Batch {
 public:
@@ -52,13 +50,13 @@ public:
         const auto code = slurm()->exit_code(merging);
         if (!code)
             throw util::Error(
-                kJoinAttempt +
+                kBatchAttempt +
                 std::string("Slurm no longer reports how the parts were joined; see ") + logs() +
                 "/merge-" + merging + ".txt");
         if (*code == static_cast<int>(util::ExitCode::kHoles))
             return util::ExitCode::kHoles;
         if (*code != 0)
-            throw util::Error(kJoinAttempt + std::string("the parts were not joined; see ") +
+            throw util::Error(kBatchAttempt + std::string("the parts were not joined; see ") +
                               logs() + "; the same command continues");
         return util::ExitCode::kDone;
     }

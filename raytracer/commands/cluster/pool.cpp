@@ -174,8 +174,7 @@ private:
                 child.stop();
                 throw util::Error(
                     "render with workers of Slurm: interrupted by a signal; the picture is not "
-                    "finished, the "
-                    "workers are cancelled");
+                    "finished, the workers are cancelled");
             }
             if (Clock::now() < next)
                 continue;
@@ -224,8 +223,7 @@ private:
             if (thread::wait_for_stop(stop, std::chrono::seconds(m_options.poll_s)))
                 throw util::Error(
                     "render with workers of Slurm: interrupted by a signal; the picture is not "
-                    "finished, all "
-                    "jobs are cancelled");
+                    "finished, all jobs are cancelled");
         }
     }
 

@@ -8,12 +8,6 @@
 #include "common/util/shell_words.hpp"
 
 namespace terravox::cluster {
-namespace {
-
-constexpr const char* kSubmitAttempt = "run the batch: ";
-
-}  // namespace
-
 Submission::Submission(const SlurmOptions& options, const JobFolder& folder, const Slurm* slurm)
     : m_options(options), m_folder(folder), m_slurm(slurm) {
     std::ifstream in(file());
@@ -26,13 +20,13 @@ void Submission::wait_for_earlier() {
         return;
     const auto counts = m_slurm->counts(m_before);
     if (!counts)
-        throw util::Error(std::string(kSubmitAttempt) +
+        throw util::Error(std::string(kBatchAttempt) +
                           "squeue has no answer; without it, it is unknown whether the jobs of " +
                           file().string() + " are at work");
     if (counts->all() == 0)
         return;
     if (!m_options.wait)
-        throw util::Error(std::string(kSubmitAttempt) + std::to_string(counts->all()) +
+        throw util::Error(std::string(kBatchAttempt) + std::to_string(counts->all()) +
                           " tasks of " + file().string() +
                           " are at work; wait for them, or scancel them");
     if (!m_options.quiet)
@@ -76,8 +70,8 @@ void Submission::follow(const std::vector<Slurm::JobId>& jobs, int tasks) {
         const std::chrono::seconds period(m_options.poll_s);
         if (empty_looks < 2 && thread::wait_for_stop(signals.token(), period)) {
             const std::string wrong = m_slurm->cancel(jobs);
-            throw util::Error(std::string(kSubmitAttempt) + "interrupted by a signal; " +
-                              (wrong.empty() ? "all tasks are cancelled; the same command goes on"
+            throw util::Error(std::string(kBatchAttempt) + "interrupted by a signal; " +
+                              (wrong.empty() ? "all tasks are cancelled; the same command continues"
                                              : "cancel the tasks: " + wrong));
         }
     }

@@ -8,6 +8,9 @@
 
 namespace terravox::cluster {
 
+/// The beginning of every message about a batch of jobs.
+inline constexpr const char* kBatchAttempt = "run the batch: ";
+
 /// The jobs submitted for one command. They are recorded in the job's folder (jobs.txt: a name and
 /// a number per line), so that the same command finds them again. Not thread-safe.
 class Submission {

@@ -28,12 +28,6 @@ bool is_passing(const std::string& name) {
     throw util::Error("name the inputs of the picture: " + file.string() + ": " + what);
 }
 
-/// For comparing paths, whether files exist or not.
-fs::path absolute_path(const fs::path& path) {
-    std::error_code ignored;
-    return fs::absolute(path, ignored).lexically_normal();
-}
-
 class Contents {
 public:
     /// @param as the file's name relative to the input
@@ -72,11 +66,14 @@ private:
     std::uint64_t m_hash = 0;
 };
 
-/// @param outputs absolute_path() of files that are ignored
-void add_all(Contents& contents, const fs::path& path, const std::set<fs::path>& outputs = {}) {
+void add_all(Contents& contents, const fs::path& path, const IsOutput& is_output = {}) {
     std::error_code failed;
     if (!fs::is_directory(path, failed))
         return contents.add(path, path.filename().string());
+    const fs::path root = is_output ? fs::canonical(path, failed) : path;
+    const auto counts = [&](const fs::path& file) {
+        return !is_output || !is_output(root / file.lexically_relative(path));
+    };
     std::vector<fs::path> files;
     for (fs::recursive_directory_iterator
              it(path, fs::directory_options::follow_directory_symlink, failed),
@@ -86,7 +83,7 @@ void add_all(Contents& contents, const fs::path& path, const std::set<fs::path>&
         std::error_code ignored;
         if (is_passing(name))
             it.disable_recursion_pending();
-        else if (it->is_regular_file(ignored) && !outputs.contains(absolute_path(it->path())))
+        else if (it->is_regular_file(ignored) && counts(it->path()))
             files.push_back(it->path());
     }
     if (failed)
@@ -96,9 +93,9 @@ void add_all(Contents& contents, const fs::path& path, const std::set<fs::path>&
         contents.add(file, file.lexically_relative(path).string());
 }
 
-std::string name_of(const fs::path& path, const std::set<fs::path>& outputs) {
+std::string name_of(const fs::path& path, const IsOutput& is_output) {
     Contents contents;
-    add_all(contents, path, outputs);
+    add_all(contents, path, is_output);
     const fs::path bare = path.has_filename() ? path : path.parent_path();
     return bare.filename().string() + ": " + contents.text();
 }
@@ -107,17 +104,14 @@ std::string name_of(const fs::path& path, const std::set<fs::path>& outputs) {
 
 std::vector<std::string> name_inputs(const std::vector<std::string>& inputs,
                                      const std::vector<fs::path>& orthophotos,
-                                     const scene::Scene& scene, const std::set<fs::path>& outputs) {
+                                     const scene::Scene& scene, const IsOutput& is_output) {
     std::vector<std::string> out;
     std::error_code ignored;
-    std::set<fs::path> absolute_outputs;
-    for (const fs::path& output : outputs)
-        absolute_outputs.insert(absolute_path(output));
     for (const std::string& input : inputs)
-        out.push_back(fs::exists(input, ignored) ? name_of(input, absolute_outputs) : input);
+        out.push_back(fs::exists(input, ignored) ? name_of(input, is_output) : input);
     for (const fs::path& photo : orthophotos)
-        out.push_back("orthophoto " + (fs::exists(photo, ignored) ? name_of(photo, absolute_outputs)
-                                                                  : photo.string()));
+        out.push_back("orthophoto " +
+                      (fs::exists(photo, ignored) ? name_of(photo, is_output) : photo.string()));
     Contents shaping;
     add_all(shaping, material::find_materials(scene.quality.materials));
     for (const char* data : {"blocks", "classes", "palettes", "voxelize.toml"})

@@ -22,7 +22,7 @@ TileJournal::TileJournal(OpenFile file) : m_file(std::move(file)) {
     });
     prepare(scan.text);
     for (const Record& record : scan.damaged)
-        m_spoiled.insert(record.cell);
+        m_damaged.insert(record.cell);
     m_lost_bytes = scan.lost_bytes;
     m_end = scan.end;
 }
@@ -79,7 +79,7 @@ tiles::TileResult TileJournal::tile(std::uint32_t cell) const {
 
 std::string TileJournal::what_is_damaged() const {
     const auto tiles =
-        std::count_if(m_spoiled.begin(), m_spoiled.end(), [this](std::uint32_t cell) {
+        std::count_if(m_damaged.begin(), m_damaged.end(), [this](std::uint32_t cell) {
             return cell >= m_entries.size() || !m_entries[cell].is_there();
         });
     std::string out;

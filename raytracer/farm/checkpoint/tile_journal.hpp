@@ -58,7 +58,7 @@ private:
     std::vector<Entry> m_entries;  ///< by cell
     std::uint32_t m_count = 0;
     std::set<std::string> m_damage;
-    std::set<std::uint32_t> m_spoiled;  ///< cells
+    std::set<std::uint32_t> m_damaged;  ///< cells
     std::uint64_t m_lost_bytes = 0;
     std::uint64_t m_end = 0;
 };

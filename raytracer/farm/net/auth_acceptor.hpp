@@ -97,8 +97,8 @@ private:
     bool make_room(const char* why);
     std::size_t unauthenticated_count() const;
     void wake() noexcept;
-    void
-    back_off() noexcept;  ///< pauses briefly where continuing at once would only keep a core busy
+    /// Pauses briefly, where continuing at once would only keep a core busy.
+    void back_off() noexcept;
 
     const Credentials m_credentials;
     ListenerLimits m_limits;

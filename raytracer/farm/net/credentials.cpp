@@ -51,7 +51,7 @@ void check_chain(const std::vector<CertificatePtr>& ca, const std::vector<Certif
     if (X509_check_host(chain.front().get(), kFarmName.data(), kFarmName.size(),
                         X509_CHECK_FLAG_NEVER_CHECK_SUBJECT, nullptr) != 1)
         throw refuse("it does not carry the name " + std::string(kFarmName) +
-                     "; terravox farm certs makes certificates");
+                     "; terravox farm certs makes certificates that do");
     if (role_of(chain.front().get()).empty())
         throw refuse("it names no role; terravox farm certs makes certificates with a role");
 }

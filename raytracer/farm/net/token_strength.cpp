@@ -58,6 +58,7 @@ bool is_digit(char c) noexcept {
 bool is_letter(char c) noexcept {
     return is_lower(c) || is_upper(c);
 }
+
 /// The letter that a digit or a sign often replaces.
 char as_letter(char c) noexcept {
     constexpr std::string_view kWritten = "01345$7@!";

@@ -35,7 +35,7 @@ struct WorkerMetrics {
 struct MetricsAddress {
     std::string host;        ///< a numeric address such as 127.0.0.1; empty: all networks
     std::uint16_t port = 0;  ///< 0: any free one
-    /// Accepted host names, in addition to those of net::HttpNames.
+    /// Accepted host names, in addition to those of sockets::HttpNames.
     std::vector<std::string> names{};
 };
 
@@ -44,7 +44,8 @@ struct MetricsAddress {
 /// name that is none of its own, 403 for web pages of other origins. Request bodies are not read,
 /// and each reply ends its connection. Any client that reaches the address may read it: it is meant
 /// for loopback or a private network. A connection gets three seconds for its request, and half a
-/// second when others wait (net::SlowClients); four of them are answered at a time, 16 more wait.
+/// second when others wait (sockets::SlowClients); four of them are answered at a time, 16 more
+/// wait.
 class MetricsPage {
 public:
     /// Called on threads of the page; an exception is answered with status 500.

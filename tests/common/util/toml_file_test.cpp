@@ -117,6 +117,9 @@ TEST_CASE("the value of a TOML field for a message", "[common][util][toml]") {
     const std::vector<Case> cases = {
         {"a = 7", "7"},
         {"a = -0.25", "-0.25"},
+        {"a = 2.0", "2.0"},
+        {"a = 1e300", "1e+300"},
+        {"a = inf", "inf"},
         {"a = true", "true"},
         {"a = \"film\"", "'film'"},
         {"a = [1, 2]", "a list"},

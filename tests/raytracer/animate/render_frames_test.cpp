@@ -351,3 +351,16 @@ TEST_CASE("a video is made through the program, whole or not at all", "[raytrace
     CHECK_THROWS_WITH(film.run(), contains("is not installed"));
     CHECK(animate::find_program("sh") != "");
 }
+
+TEST_CASE("frames of any number are told from other files", "[raytracer][animate]") {
+    const TemporaryFolder folder;
+    const fs::path here = fs::canonical(folder.path());
+    const animate::FrameNames names((folder.path() / "film_%03d.png").string());
+    for (const char* frame : {"film_000.png", "film_017.png", "film_1234.png"})
+        CHECK(names.matches(here / frame));
+    for (const char* other : {"film_.png", "film_a.png", "film_000.png.txt", "film_000.jpg",
+                              "afilm_000.png", "deeper/film_000.png"})
+        CHECK_FALSE(names.matches(here / other));
+    CHECK(animate::FrameNames("%d.png").matches(fs::canonical(fs::current_path()) / "7.png"));
+    CHECK_FALSE(animate::FrameNames("%d.png").matches(here / "7.png"));
+}

@@ -6,7 +6,7 @@
 
 namespace terravox::test {
 
-/// Real survey files beside the checkout.
+/// Real survey files in a folder next to the checkout.
 inline const std::filesystem::path kShared = TERRAVOX_SHARED_DATA;
 
 /// Whether a real file or folder can be used; says so where a test is skipped without it.

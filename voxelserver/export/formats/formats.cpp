@@ -1,8 +1,6 @@
 #include "voxelserver/export/formats/formats.hpp"
 
-#include <algorithm>
 #include <array>
-#include <cctype>
 
 #include "common/util/error.hpp"
 #include "common/util/letter_case.hpp"
@@ -13,8 +11,6 @@
 #include "voxelserver/export/vox/vox_format.hpp"
 
 namespace terravox::exports {
-namespace {}  // namespace
-
 std::span<const Format* const> formats() noexcept {
     static constexpr std::array<const Format*, 6> kFormats{
         &kArchiveFormat, &anvil::kAnvilFormat, &kVoxFormat, &kVdbFormat, &kGlbFormat, &kPlyFormat,

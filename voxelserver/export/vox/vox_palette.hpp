@@ -30,7 +30,7 @@ struct VoxColour {
 /// once, then index_of(). Depends on the counts alone.
 class VoxPalette {
 public:
-    explicit VoxPalette(const voxel::Palette& looks) : m_palette(looks) {}
+    explicit VoxPalette(const voxel::Palette& palette) : m_palette(palette) {}
     /// @param own whether the colour is the voxel's own, else its material's
     void count(voxel::Material material, voxel::Rgb8 colour, bool own);
     /// @return colour i has the index i + 1 in the file; at most 255

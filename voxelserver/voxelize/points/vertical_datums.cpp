@@ -1,10 +1,11 @@
 #include "voxelserver/voxelize/points/vertical_datums.hpp"
-#include "common/util/letter_case.hpp"
-#include "common/util/log.hpp"
 
 #include <cctype>
 #include <set>
 #include <string>
+
+#include "common/util/letter_case.hpp"
+#include "common/util/log.hpp"
 
 namespace terravox::voxelize {
 namespace {

@@ -11,6 +11,7 @@
 #include "common/geo/gdal_error_scope.hpp"
 #include "common/geo/raster_file.hpp"
 #include "common/util/error.hpp"
+#include "common/util/letter_case.hpp"
 
 namespace terravox::heightmap {
 namespace {
@@ -20,10 +21,8 @@ constexpr double kLowest_m = -12000,
                  kHighest_m = 10000;  // of the Earth; what lies beyond is no height
 
 // A unit of height by its name, metres.
-std::optional<double> unit_of(std::string name) {
-    std::transform(name.begin(), name.end(), name.begin(), [](unsigned char c) {
-        return static_cast<char>(c >= 'A' && c <= 'Z' ? c - 'A' + 'a' : c);
-    });
+std::optional<double> unit_of(const std::string& written) {
+    const std::string name = util::lower_case(written);
     struct Unit {
         const char* name;
         double metres;

@@ -104,7 +104,7 @@ bool survey_chunk(Tools& tools, BlockAppearanceCache& block_appearances, const C
 
 // For a world that is not scanned completely: the heights of the sections that a chunk has, air or
 // not.
-void look_at_sections(const ChunkBlocks& blocks, Heights& heights) noexcept {
+void widen_by_sections(const ChunkBlocks& blocks, Heights& heights) noexcept {
     if (blocks.sections().empty())
         return;
     heights.widen(blocks.sections().front().y * 16, blocks.sections().back().y * 16 + 16);
@@ -135,7 +135,7 @@ ChunkSurvey survey_chunks(const ChunkStore& store, BlockAppearanceCache& block_a
                                      damage.add(store.name_of(chunk) + ": " + oddity);
                                  holds[i] = survey_chunk(tools, block_appearances, blocks, heights);
                                  if (!out.complete)
-                                     look_at_sections(blocks, heights);
+                                     widen_by_sections(blocks, heights);
                                  ++readable;
                              } catch (const util::Error& e) {
                                  damage.add(store.name_of(chunk) + ": " + e.what());

@@ -10,6 +10,7 @@
 
 #include "common/thread/call_until_stopped.hpp"
 #include "common/util/error.hpp"
+#include "common/util/letter_case.hpp"
 #include "voxelserver/worlds/kind/http_address.hpp"
 
 namespace terravox::remote {
@@ -56,10 +57,7 @@ std::string fault_of(const std::string& text, HttpOrigin& origin, std::string& p
     if (curl_url_set(url.get(), CURLUPART_URL, text.c_str(), CURLU_NON_SUPPORT_SCHEME) != CURLUE_OK)
         return "not an address";
     origin.tls = part_of(url, CURLUPART_SCHEME) == "https";
-    origin.host = part_of(url, CURLUPART_HOST);
-    std::transform(origin.host.begin(), origin.host.end(), origin.host.begin(), [](char c) {
-        return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
-    });
+    origin.host = util::lower_case(part_of(url, CURLUPART_HOST));
     // Of a link-local address: its network is part of the destination.
     if (const std::string zone = part_of(url, CURLUPART_ZONEID); !zone.empty())
         origin.host.insert(origin.host.size() - 1, "%25" + zone);

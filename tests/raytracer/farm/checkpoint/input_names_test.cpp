@@ -78,13 +78,19 @@ TEST_CASE("files of every kind of input count, outputs do not", "[raytracer][che
     const TemporaryFolder folder;
     write_text(folder.path() / "world" / "cloud.ply", "ply");
     write_text(folder.path() / "world" / "map.sqlite", "map");
+    // Outputs are told by canonical paths, however the folder is named.
+    fs::create_directory_symlink(folder.path() / "world", folder.path() / "link");
+    const fs::path input = folder.path() / GENERATE("world", "link");
     const auto name = [&] {
-        return farm::name_inputs({(folder.path() / "world").string()}, {}, {},
-                                 {folder.path() / "world" / "." / "frames" / "0.png"})
+        return farm::name_inputs({input.string()}, {}, {},
+                                 [&](const fs::path& file) {
+                                     return file == fs::canonical(folder.path()) / "world" /
+                                                        "frames" / "0.png";
+                                 })
             .front();
     };
     const std::string before = name();
-    CHECK_THAT(before, contains("world: 2 files, 6 bytes, "));
+    CHECK_THAT(before, contains(": 2 files, 6 bytes, "));
     write_text(folder.path() / "world" / "frames" / "0.png", "frame");
     CHECK(name() == before);
     write_text(folder.path() / "world" / "cloud.ply", "PLY");
