@@ -24,6 +24,8 @@ void limit(std::int64_t bytes) {
 void start_gdal() {
     static std::once_flag once;
     std::call_once(once, [] {
+        // Drivers that lack memory for their descriptions are registered without them.
+        check_memory_for_gdal();
         CPLSetErrorHandler(print_gdal_message);
         register_raster_drivers();
         limit(kGdalCache_bytes);

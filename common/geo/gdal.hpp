@@ -14,15 +14,17 @@ inline constexpr std::int64_t kGdalCache_bytes = std::int64_t{128} << 20;
 /// Initialises GDAL: registers the required drivers, behind a gate (raster_gate.hpp), and sets the
 /// cache limit (GDAL_CACHEMAX in the environment takes precedence). Thread-safe; calls after the
 /// first do nothing.
+/// @throws std::bad_alloc as check_memory_for_gdal()
 void start_gdal();
 
 /// Sets another limit than kGdalCache_bytes, for programs that promise to stay within a memory
 /// limit. GDAL_CACHEMAX takes precedence over this, too. Thread-safe.
+/// @throws as start_gdal()
 void limit_gdal_cache(std::int64_t bytes);
 
 /// Must be called before GDAL writes a file, since libgeotiff, which GDAL uses, does not check its
-/// small allocations; also tells whether memory is short where PROJ or GDAL do not say why they
-/// failed. Thread-safe.
+/// small allocations (start_gdal() calls it, too); also tells whether memory is short where PROJ or
+/// GDAL do not say why they failed. Thread-safe.
 /// @throws std::bad_alloc unless kGdalHeadroom_bytes can be allocated now
 void check_memory_for_gdal();
 inline constexpr std::size_t kGdalHeadroom_bytes = std::size_t{16} << 20;

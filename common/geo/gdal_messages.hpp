@@ -6,7 +6,8 @@ namespace terravox::geo {
 
 /// A GDAL error handler that drops messages. GDAL calls abort() after a message of class CE_Fatal,
 /// which it emits only when out of memory: this handler then ends the program with one line on
-/// standard error and ExitCode::kFailed before GDAL can do so. Thread-safe.
+/// standard error and ExitCode::kFailed before GDAL can do so. It does the same when a thread calls
+/// abort() after a message of another class that says that memory is missing. Thread-safe.
 void CPL_STDCALL drop_gdal_message(CPLErr severity, CPLErrorNum number,
                                    const char* message) noexcept;
 
@@ -14,8 +15,8 @@ void CPL_STDCALL drop_gdal_message(CPLErr severity, CPLErrorNum number,
 void CPL_STDCALL print_gdal_message(CPLErr severity, CPLErrorNum number,
                                     const char* message) noexcept;
 
-/// For custom error handlers: ends the program as the handlers above do when `severity` is
-/// CE_Fatal, else does nothing. Allocates no memory.
-void end_program_if_fatal(CPLErr severity, const char* message) noexcept;
+/// For custom error handlers: ends the program now or on abort(), as the handlers above do, else
+/// does nothing. Allocates no memory.
+void end_program_if_fatal(CPLErr severity, CPLErrorNum number, const char* message) noexcept;
 
 }  // namespace terravox::geo

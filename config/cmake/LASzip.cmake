@@ -20,17 +20,23 @@ list(APPEND laszip_sources laszip_dll.cpp)
 list(REMOVE_DUPLICATES laszip_sources)
 list(TRANSFORM laszip_sources PREPEND "${TERRAVOX_LASZIP_DIR}/src/")
 
-# Damaged files crash LASzip in two places, so two of its sources are compiled from copies.
+# Three of LASzip's sources are compiled from copies. Damaged files crash it in two places:
 # - GPS times of point formats 1 to 5 are read by a function that calls itself each time the file
 #   switches to the other sequence. A good file switches once for a point, a damaged one a hundred
 #   thousand times, which overflows the stack. The calls are counted (laszip_guard.h).
 # - The arithmetic decoder looks symbols up in tables, and is safe while its value is below its
 #   length. It begins with a length of 2^32 - 1 and four bytes of the file as value: only 0xFFFFFFFF
 #   is too much, which no encoder writes.
+# The third allocates memory, which has to begin as zeros (laszip_zeroed_new.h). Without memory it
+# returns null pointers, which nobody expects, or what is too small.
 function(terravox_guard_laszip source from to)
   set(original "${TERRAVOX_LASZIP_DIR}/src/${source}")
   set(guarded "${PROJECT_BINARY_DIR}/laszip-guarded/${source}")
-  file(READ "${original}" text)
+  if("${original}" IN_LIST laszip_sources)
+    file(READ "${original}" text)
+  else()
+    file(READ "${guarded}" text)
+  endif()
   string(REPLACE "${from}" "${to}" guarded_text "${text}")
   if(text STREQUAL guarded_text)
     message(FATAL_ERROR "LASzip: ${original} is not the version that config/cmake/LASzip.cmake "
@@ -50,6 +56,9 @@ terravox_guard_laszip(lasreaditemcompressed_v2.cpp
 terravox_guard_laszip(arithmeticdecoder.cpp
   "value |= (instream->getByte());"
   "value |= (instream->getByte()); terravox_laszip::check_value(value);")
+terravox_guard_laszip(mydefs.cpp "= malloc(size)" "= terravox_laszip::allocated(calloc(1, size))")
+terravox_guard_laszip(mydefs.cpp
+  "= realloc(ptr, size)" "= terravox_laszip::allocated(realloc(ptr, size))")
 target_sources(terravox_laszip PRIVATE ${laszip_sources})
 
 # The API header lives in dll/ but is included as <laszip/laszip_api.h> once installed: lay it out
@@ -86,4 +95,6 @@ target_include_directories(terravox_laszip PRIVATE
   "${TERRAVOX_LASZIP_DIR}/src" "${TERRAVOX_LASZIP_DIR}/dll")
 target_include_directories(terravox_laszip SYSTEM PUBLIC "${PROJECT_BINARY_DIR}/laszip-include"
                            "${PROJECT_BINARY_DIR}/laszip-include/laszip")
+target_compile_options(terravox_laszip PRIVATE
+  "SHELL:-include \"${PROJECT_SOURCE_DIR}/config/cmake/laszip_zeroed_new.h\"")
 add_library(LASzip::laszip ALIAS terravox_laszip)

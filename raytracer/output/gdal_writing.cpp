@@ -15,8 +15,8 @@
 namespace terravox::output {
 namespace {
 
-void CPL_STDCALL remember(CPLErr kind, CPLErrorNum, const char* said) noexcept {
-    geo::end_program_if_fatal(kind, said);
+void CPL_STDCALL remember(CPLErr kind, CPLErrorNum number, const char* said) noexcept {
+    geo::end_program_if_fatal(kind, number, said);
     auto* failure = static_cast<std::string*>(CPLGetErrorHandlerUserData());
     if (kind < CE_Failure || failure == nullptr || !failure->empty())
         return;

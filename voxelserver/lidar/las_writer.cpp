@@ -50,6 +50,9 @@ struct LasWriter::State {
     laszip_point_struct* point = nullptr;
     std::uint64_t count = 0;
     bool open = false;
+    /// A call has failed. LASzip would go on writing when it is closed, although it may lack the
+    /// memory for that: its objects stay where they are until the program ends.
+    bool broken = false;
 
     State(const std::filesystem::path& path, LasWriterOptions o)
         : file(path), options(std::move(o)) {
@@ -57,7 +60,7 @@ struct LasWriter::State {
             throw util::Error("write " + path.string() + ": cannot create a LASzip writer");
     }
     ~State() {
-        if (laszip == nullptr)
+        if (laszip == nullptr || broken)
             return;
         if (open)
             laszip_close_writer(laszip);
@@ -70,9 +73,10 @@ struct LasWriter::State {
     [[noreturn]] void fail(const std::string& what) const {
         throw util::Error("write " + file.target().string() + ": " + what);
     }
-    void require(laszip_I32 result, const char* what) const {
+    void require(laszip_I32 result, const char* what) {
         if (result == 0)
             return;
+        broken = true;
         laszip_CHAR* message = nullptr;
         laszip_get_error(laszip, &message);
         fail(std::string(what) + ": " + (message != nullptr ? message : "unknown LASzip error"));

@@ -3,6 +3,8 @@
 #include <sys/resource.h>
 #include <sys/wait.h>
 
+#include <csignal>
+#include <cstdlib>
 #include <functional>
 #include <string>
 #include <thread>
@@ -48,6 +50,37 @@ TEST_CASE("where GDAL would abort, the program ends with one line and exit code 
         CHECK(end.error_output ==
               "terravox: GDAL cannot go on: Out of memory allocating 24 bytes.\n");
     }
+}
+
+TEST_CASE("where GDAL aborts after a message that memory is missing, the program ends with a line",
+          "[common][geo]") {
+    const auto fail = [](CPLErrorNum number) {
+        CPLError(CE_Failure, number, "cannot allocate 2x8 bytes");
+    };
+    const test::ChildEnd told = test::run_in_child([=] {
+        const geo::GdalErrorScope errors;
+        fail(CPLE_OutOfMemory);
+        std::abort();
+    });
+    CHECK(WIFEXITED(told.status));
+    CHECK(WEXITSTATUS(told.status) == 1);
+    CHECK(told.error_output == "terravox: GDAL cannot go on: out of memory\n");
+
+    const test::ChildEnd gone_on = test::run_in_child([=] {
+        const geo::GdalErrorScope errors;
+        fail(CPLE_OutOfMemory);
+    });
+    CHECK(WEXITSTATUS(gone_on.status) == 0);
+    CHECK(gone_on.error_output.empty());
+
+    // Of other reasons nothing is known here: a debugger or a core file tells more.
+    const test::ChildEnd aborted = test::run_in_child([=] {
+        const geo::GdalErrorScope errors;
+        fail(CPLE_AppDefined);
+        std::abort();
+    });
+    CHECK(WIFSIGNALED(aborted.status));
+    CHECK(WTERMSIG(aborted.status) == SIGABRT);
 }
 
 #ifndef __SANITIZE_ADDRESS__  // whose own memory would be refused, too

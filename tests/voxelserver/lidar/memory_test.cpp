@@ -1,0 +1,158 @@
+// Point files written and read where the memory ends at any one allocation: LASzip, which makes
+// thousands of objects for a file, is left by an exception and deletes what it has.
+#include <cstdlib>
+#include <cstring>
+#include <limits>
+#include <new>
+
+#include "common/util/error.hpp"
+#include "tests/catch.hpp"
+#include "tests/common/temporary_folder.hpp"
+#include "voxelserver/lidar/las_file.hpp"
+#include "voxelserver/lidar/las_writer.hpp"
+
+using namespace terravox;
+using namespace terravox::test;
+namespace fs = std::filesystem;
+
+namespace {
+
+/// Of two chunks when compressed, whose sizes are kept in a table that grows.
+constexpr int kPoints = 50'010;
+constexpr std::size_t kNoLimit = std::numeric_limits<std::size_t>::max();
+thread_local std::size_t t_allocations_left = kNoLimit;
+
+bool may_allocate() {
+    if (t_allocations_left == 0)
+        return false;
+    if (t_allocations_left != kNoLimit)
+        --t_allocations_left;
+    return true;
+}
+
+void* allocate(std::size_t bytes) {
+    void* const memory = std::malloc(bytes > 0 ? bytes : 1);
+    if (memory == nullptr)
+        throw std::bad_alloc();
+    return memory;
+}
+
+}  // namespace
+
+// The linker puts these in the place of the C library's functions (its option --wrap).
+// NOLINTBEGIN(bugprone-reserved-identifier,readability-identifier-naming): its names.
+extern "C" {
+
+void* __real_malloc(std::size_t bytes);
+void* __real_calloc(std::size_t count, std::size_t bytes);
+void* __real_realloc(void* memory, std::size_t bytes);
+
+void* __wrap_malloc(std::size_t bytes) {
+    void* const memory = may_allocate() ? __real_malloc(bytes) : nullptr;
+    // What was not set is no null pointer, as in a program that has run for a while.
+    return memory != nullptr ? std::memset(memory, 0xA5, bytes) : nullptr;
+}
+void* __wrap_calloc(std::size_t count, std::size_t bytes) {
+    return may_allocate() ? __real_calloc(count, bytes) : nullptr;
+}
+void* __wrap_realloc(void* memory, std::size_t bytes) {
+    return may_allocate() ? __real_realloc(memory, bytes) : nullptr;
+}
+
+}  // extern "C"
+// NOLINTEND(bugprone-reserved-identifier,readability-identifier-naming)
+
+void* operator new(std::size_t bytes) {
+    return allocate(bytes);
+}
+void* operator new[](std::size_t bytes) {
+    return allocate(bytes);
+}
+void operator delete(void* memory) noexcept {
+    std::free(memory);
+}
+void operator delete[](void* memory) noexcept {
+    std::free(memory);
+}
+void operator delete(void* memory, std::size_t) noexcept {
+    std::free(memory);
+}
+void operator delete[](void* memory, std::size_t) noexcept {
+    std::free(memory);
+}
+
+namespace {
+
+/// @return whether the work was done with as many allocations; else it ended in an exception
+template <typename Work>
+bool done_with(std::size_t allocations, const Work& work) {
+    t_allocations_left = allocations;
+    try {
+        work();
+    } catch (const std::bad_alloc&) {
+        t_allocations_left = kNoLimit;
+        return false;
+    } catch (const util::Error&) {
+        t_allocations_left = kNoLimit;
+        return false;
+    }
+    t_allocations_left = kNoLimit;
+    return true;
+}
+
+void write(const fs::path& file, int format) {
+    lidar::LasWriterOptions options;
+    options.point_format = format;
+    lidar::LasWriter writer(file, options);
+    lidar::LasWritePoint point;
+    for (int i = 0; i < kPoints; ++i) {
+        point.x = i;
+        point.gps_time_s = i * 1e-3;
+        writer.write(point);
+    }
+    writer.close();
+}
+
+std::uint64_t read(const fs::path& file) {
+    const lidar::LasInfo info = lidar::read_las_info(file);
+    const lidar::PointRange all{0, info.point_count};
+    std::uint64_t count = 0;
+    lidar::read_point_batches(
+        info, std::span(&all, 1),
+        [&](std::span<const lidar::RawPoint> batch) { count += batch.size(); });
+    return count;
+}
+
+}  // namespace
+
+TEST_CASE("without memory a file is written whole or not at all", "[voxelserver][lidar]") {
+    const int format = GENERATE(1, 3, 6, 8);
+    const std::string ending = GENERATE(".las", ".laz");
+    INFO("format " << format << ending);
+    const TemporaryFolder folder;
+    const fs::path file = folder.path() / ("sample" + ending);
+    std::size_t failed = 0;
+    while (!done_with(failed, [&] { write(file, format); })) {
+        REQUIRE(fs::is_empty(folder.path()));
+        ++failed;
+    }
+    CHECK(failed > 20);
+    CHECK(read(file) == kPoints);
+}
+
+TEST_CASE("without memory a file is read whole or not at all", "[voxelserver][lidar]") {
+    const int format = GENERATE(1, 3, 6, 8);
+    const std::string ending = GENERATE(".las", ".laz");
+    INFO("format " << format << ending);
+    const TemporaryFolder folder;
+    const fs::path file = folder.path() / ("sample" + ending);
+    write(file, format);
+    std::size_t failed = 0;
+    std::uint64_t count = 0;
+    while (!done_with(failed, [&] { count = read(file); })) {
+        REQUIRE(count == 0);
+        ++failed;
+    }
+    CHECK(failed > 20);
+    CHECK(count == kPoints);
+}
