@@ -15,17 +15,23 @@ constexpr std::size_t kGuessed_bytes = std::size_t{64} << 10;
 
 BlockCache::Entry& BlockCache::insert(const voxel::BoxKey& key, BlockPin block) {
     Entry& entry = m_entries[key];
+    m_order.push_front(key);
+    const bool reloaded = m_loaded_once.contains(key);
+    if (!reloaded && m_loaded_once.size() < kMaxRemembered) {
+        try {
+            m_loaded_once.insert(key);
+        } catch (...) {
+            m_order.pop_front();
+            throw;
+        }
+    }
     const std::size_t bytes = block->memory_bytes();
     auto& level = m_stats.levels[static_cast<std::size_t>(key.level)];
     ++level.loaded;
     level.bytes_loaded += bytes;
-    if (m_loaded_once.contains(key))
-        ++level.reloaded;
-    else if (m_loaded_once.size() < kMaxRemembered)
-        m_loaded_once.insert(key);
+    level.reloaded += reloaded ? 1 : 0;
     entry.loading = false;
     entry.block = std::move(block);
-    m_order.push_front(key);
     entry.place = m_order.begin();
     m_stats.bytes += bytes;
     return entry;
@@ -47,9 +53,9 @@ void BlockCache::evict(std::vector<BlockPin>& evicted) {
         if (entry.unseen || entry.getters > 0 || entry.block.use_count() > 1 ||
             it == m_order.begin())
             continue;
+        evicted.push_back(entry.block);  // may throw, and then nothing has changed
         m_stats.bytes -= entry.block->memory_bytes();
         ++m_stats.levels[static_cast<std::size_t>(it->level)].evicted;
-        evicted.push_back(std::move(entry.block));
         m_entries.erase(found);
         it = m_order.erase(it);
     }

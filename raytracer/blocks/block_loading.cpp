@@ -1,6 +1,7 @@
 // The loaders of the block manager: what they request from the world, and how they handle the
 // results.
 
+#include <algorithm>
 #include <exception>
 #include <memory>
 #include <utility>
@@ -75,20 +76,28 @@ std::vector<voxel::BoxKey> BlockManager::load(const std::vector<voxel::BoxKey>& 
     std::vector<voxel::BoxKey> missing(asked);
     auto reason = std::make_exception_ptr(util::Error("the world gave no answer"));
     const auto take = [&](const voxel::BoxKey& key, voxel::BoxOutcome outcome) {
-        if (std::erase(missing, key) == 0)
+        if (std::ranges::find(missing, key) == missing.end())
             return;
-        // A box that is not available must not end the picture; it stays visible, counted and in
-        // the exit code.
-        if (!outcome.failure)
-            return on_loaded(key, {std::move(outcome.box), false});
-        is_hole(key, is_stopped(outcome.failure) ? nullptr : outcome.failure);
+        try {
+            // A box that is not available must not end the picture; it stays visible, counted and
+            // in the exit code.
+            if (!outcome.failure)
+                on_loaded(key, {std::move(outcome.box), false});
+            else
+                is_hole(key, is_stopped(outcome.failure) ? nullptr : outcome.failure);
+            std::erase(missing, key);
+        } catch (...) {
+            // Out of memory: the box stays among the missing ones.
+            reason = std::current_exception();
+        }
     };
     try {
         m_world.boxes(asked, take);
     } catch (...) {
         reason = std::current_exception();
     }
-    // No thread may wait for ever for boxes that the world did not return.
+    // No thread may wait for ever for boxes that the world did not return. Where not even a hole
+    // can be recorded, the exception ends the program.
     for (const voxel::BoxKey& key : missing)
         is_hole(key, reason);
     return again;
@@ -111,12 +120,13 @@ void BlockManager::on_loaded(const voxel::BoxKey& key, Block made) {
     on_loaded(key, std::move(made), std::unique_lock(m_mutex));
 }
 
+// Changes nothing when memory is missing.
 void BlockManager::on_loaded(const voxel::BoxKey& key, Block made,
                              std::unique_lock<std::mutex> lock) {
     auto block = std::make_shared<const Block>(std::move(made));
     std::vector<BlockPin> evicted;  // freed without the lock
-    m_queue.on_box_loaded();
     keep(key, std::move(block), evicted);
+    m_queue.on_box_loaded();
     m_loaded.notify_all();
     for (const BlockPin& gone : evicted)
         m_freed_bytes += gone->memory_bytes();
@@ -139,7 +149,11 @@ void BlockManager::keep(const voxel::BoxKey& key, BlockPin block, std::vector<Bl
         m_cache.set_unseen(entry);
     entry.waits.clear();
     entry.waits.shrink_to_fit();
-    m_cache.evict(evicted);
+    try {
+        m_cache.evict(evicted);
+    } catch (const std::bad_alloc&) {
+        // The next box evicts the rest.
+    }
 }
 
 }  // namespace terravox::blocks

@@ -1,12 +1,10 @@
 // Point files written and read where the memory ends at any one allocation: LASzip, which makes
 // thousands of objects for a file, is left by an exception and deletes what it has.
-#include <cstdlib>
-#include <cstring>
-#include <limits>
 #include <new>
 
 #include "common/util/error.hpp"
 #include "tests/catch.hpp"
+#include "tests/common/scarce_memory.hpp"
 #include "tests/common/temporary_folder.hpp"
 #include "voxelserver/lidar/las_file.hpp"
 #include "voxelserver/lidar/las_writer.hpp"
@@ -19,85 +17,18 @@ namespace {
 
 /// Of two chunks when compressed, whose sizes are kept in a table that grows.
 constexpr int kPoints = 50'010;
-constexpr std::size_t kNoLimit = std::numeric_limits<std::size_t>::max();
-thread_local std::size_t t_allocations_left = kNoLimit;
-
-bool may_allocate() {
-    if (t_allocations_left == 0)
-        return false;
-    if (t_allocations_left != kNoLimit)
-        --t_allocations_left;
-    return true;
-}
-
-void* allocate(std::size_t bytes) {
-    void* const memory = std::malloc(bytes > 0 ? bytes : 1);
-    if (memory == nullptr)
-        throw std::bad_alloc();
-    return memory;
-}
-
-}  // namespace
-
-// The linker puts these in the place of the C library's functions (its option --wrap).
-// NOLINTBEGIN(bugprone-reserved-identifier,readability-identifier-naming): its names.
-extern "C" {
-
-void* __real_malloc(std::size_t bytes);
-void* __real_calloc(std::size_t count, std::size_t bytes);
-void* __real_realloc(void* memory, std::size_t bytes);
-
-void* __wrap_malloc(std::size_t bytes) {
-    void* const memory = may_allocate() ? __real_malloc(bytes) : nullptr;
-    // What was not set is no null pointer, as in a program that has run for a while.
-    return memory != nullptr ? std::memset(memory, 0xA5, bytes) : nullptr;
-}
-void* __wrap_calloc(std::size_t count, std::size_t bytes) {
-    return may_allocate() ? __real_calloc(count, bytes) : nullptr;
-}
-void* __wrap_realloc(void* memory, std::size_t bytes) {
-    return may_allocate() ? __real_realloc(memory, bytes) : nullptr;
-}
-
-}  // extern "C"
-// NOLINTEND(bugprone-reserved-identifier,readability-identifier-naming)
-
-void* operator new(std::size_t bytes) {
-    return allocate(bytes);
-}
-void* operator new[](std::size_t bytes) {
-    return allocate(bytes);
-}
-void operator delete(void* memory) noexcept {
-    std::free(memory);
-}
-void operator delete[](void* memory) noexcept {
-    std::free(memory);
-}
-void operator delete(void* memory, std::size_t) noexcept {
-    std::free(memory);
-}
-void operator delete[](void* memory, std::size_t) noexcept {
-    std::free(memory);
-}
-
-namespace {
-
 /// @return whether the work was done with as many allocations; else it ended in an exception
 template <typename Work>
 bool done_with(std::size_t allocations, const Work& work) {
-    t_allocations_left = allocations;
     try {
+        const ScarceMemory scarce(allocations);
         work();
+        return true;
     } catch (const std::bad_alloc&) {
-        t_allocations_left = kNoLimit;
         return false;
     } catch (const util::Error&) {
-        t_allocations_left = kNoLimit;
         return false;
     }
-    t_allocations_left = kNoLimit;
-    return true;
 }
 
 void write(const fs::path& file, int format) {
