@@ -53,6 +53,16 @@ endif()
 target_compile_options(terravox_settings INTERFACE ${TERRAVOX_HARDENING})
 # For all targets, modules in C among them.
 add_link_options(-Wl,-z,relro,-z,now,-z,noexecstack)
+# Programs get those functions of a library that they need, and with them fewer shared libraries:
+# the server starts without GDAL. GNU ld would keep a shared library that only removed functions
+# call (docs/adr/0027).
+find_program(TERRAVOX_LLD ld.lld)
+if(NOT TERRAVOX_LLD)
+  message(FATAL_ERROR "The linker LLD (ld.lld, Debian package lld) is missing; "
+          "run ./terravox deps first")
+endif()
+target_compile_options(terravox_settings INTERFACE -ffunction-sections -fdata-sections)
+add_link_options(-fuse-ld=lld -Wl,--as-needed,--gc-sections)
 # Programs at random addresses. Not by POSITION_INDEPENDENT_CODE, which would compile libraries for
 # shared objects (-fPIC): those cost more. The parts of the module terravox-worlds.so set it
 # themselves.
@@ -61,13 +71,14 @@ target_compile_options(terravox_settings INTERFACE
 target_link_options(terravox_settings INTERFACE
   $<$<STREQUAL:$<TARGET_PROPERTY:TYPE>,EXECUTABLE>:-pie>)
 # The standard library checks indexes, empty containers and iterators. Sources that trace rays or
-# fill voxels leave it out (terravox_without_assertions): they read only what this program itself
-# has made and checked, and in loops that are small enough the checks cost a fifth to twice the
-# time.
+# fill voxels leave it out (terravox_library's WITHOUT_ASSERTIONS, terravox_without_assertions()):
+# they read only what this program itself has made and checked, and in loops that are small enough
+# the checks cost a fifth to twice the time.
 target_compile_definitions(terravox_settings INTERFACE _GLIBCXX_ASSERTIONS)
+set(TERRAVOX_WITHOUT_ASSERTIONS -U_GLIBCXX_ASSERTIONS)
 function(terravox_without_assertions target)
   set_property(SOURCE ${ARGN} TARGET_DIRECTORY ${target}
-    APPEND PROPERTY COMPILE_OPTIONS -U_GLIBCXX_ASSERTIONS)
+    APPEND PROPERTY COMPILE_OPTIONS ${TERRAVOX_WITHOUT_ASSERTIONS})
   # The precompiled headers were compiled with the assertions.
   set_property(SOURCE ${ARGN} TARGET_DIRECTORY ${target} PROPERTY SKIP_PRECOMPILE_HEADERS ON)
 endfunction()

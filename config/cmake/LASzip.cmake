@@ -27,7 +27,7 @@ list(TRANSFORM laszip_sources PREPEND "${TERRAVOX_LASZIP_DIR}/src/")
 # - The arithmetic decoder looks symbols up in tables, and is safe while its value is below its
 #   length. It begins with a length of 2^32 - 1 and four bytes of the file as value: only 0xFFFFFFFF
 #   is too much, which no encoder writes.
-# The third allocates memory, which has to begin as zeros (laszip_zeroed_new.h). Without memory it
+# The third allocates memory, which has to begin as zeros (laszip_guard.h). Without memory it
 # returns null pointers, which nobody expects, or what is too small.
 function(terravox_guard_laszip source from to)
   set(original "${TERRAVOX_LASZIP_DIR}/src/${source}")
@@ -43,8 +43,6 @@ function(terravox_guard_laszip source from to)
             "can guard")
   endif()
   file(CONFIGURE OUTPUT "${guarded}" CONTENT "${guarded_text}" @ONLY)
-  set_property(SOURCE "${guarded}" TARGET_DIRECTORY terravox_laszip APPEND PROPERTY COMPILE_OPTIONS
-               "-include;${PROJECT_SOURCE_DIR}/config/cmake/laszip_guard.h")
   set(sources "${laszip_sources}")
   list(TRANSFORM sources REPLACE "^${original}$" "${guarded}")
   set(laszip_sources "${sources}" PARENT_SCOPE)
@@ -95,6 +93,7 @@ target_include_directories(terravox_laszip PRIVATE
   "${TERRAVOX_LASZIP_DIR}/src" "${TERRAVOX_LASZIP_DIR}/dll")
 target_include_directories(terravox_laszip SYSTEM PUBLIC "${PROJECT_BINARY_DIR}/laszip-include"
                            "${PROJECT_BINARY_DIR}/laszip-include/laszip")
-target_compile_options(terravox_laszip PRIVATE
-  "SHELL:-include \"${PROJECT_SOURCE_DIR}/config/cmake/laszip_zeroed_new.h\"")
+# Included before each of its sources.
+target_precompile_headers(terravox_laszip PRIVATE
+  "${PROJECT_SOURCE_DIR}/config/cmake/laszip_guard.h")
 add_library(LASzip::laszip ALIAS terravox_laszip)

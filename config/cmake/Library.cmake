@@ -2,14 +2,12 @@
 # links it gets no more than that.
 include_guard(GLOBAL)
 
-# terravox_library(name [IN_MODULE] [IN_PARTS] [WITHOUT_ASSERTIONS]
+# terravox_library(name [IN_MODULE] [WITHOUT_ASSERTIONS]
 #                  [OPTIMISE_LITTLE | COMMAND_LINE] [SOURCES file...] [PUBLIC library...]
 #                  [PRIVATE library...])
 #   name                of the static library terravox_<name>, known as terravox::<name>
 #   IN_MODULE           a part of the module terravox-worlds.so, too (voxelserver/module): compiled
 #                       for shared objects
-#   IN_PARTS            programs link only those of its objects that they need, and with them fewer
-#                       shared libraries (the server starts without GDAL): not terravox_unite()
 #   WITHOUT_ASSERTIONS  all of its sources are (terravox_without_assertions)
 #   OPTIMISE_LITTLE     for what no picture or box waits for: links of a farm, panels of a window;
 #                       compiled with -O1, which takes two thirds of the time
@@ -18,16 +16,28 @@ include_guard(GLOBAL)
 #   PUBLIC              what its headers include; PRIVATE: what only its sources include
 function(terravox_library name)
   cmake_parse_arguments(PARSE_ARGV 1 arg
-    "IN_MODULE;IN_PARTS;WITHOUT_ASSERTIONS;OPTIMISE_LITTLE;COMMAND_LINE" ""
+    "IN_MODULE;WITHOUT_ASSERTIONS;OPTIMISE_LITTLE;COMMAND_LINE" ""
     "SOURCES;PUBLIC;PRIVATE")
   if(arg_UNPARSED_ARGUMENTS)
     message(FATAL_ERROR "terravox_library(${name} ...): not understood: ${arg_UNPARSED_ARGUMENTS}")
   endif()
   # Each has precompiled headers of its own.
-  if((arg_IN_MODULE AND (arg_OPTIMISE_LITTLE OR arg_COMMAND_LINE)) OR
-     (arg_OPTIMISE_LITTLE AND arg_COMMAND_LINE))
-    message(FATAL_ERROR "terravox_library(${name} ...): only one of IN_MODULE, OPTIMISE_LITTLE and "
-            "COMMAND_LINE is allowed")
+  set(flavour programs)
+  if(arg_IN_MODULE AND arg_WITHOUT_ASSERTIONS)
+    set(flavour unchecked_module)
+  elseif(arg_IN_MODULE)
+    set(flavour module)
+  elseif(arg_WITHOUT_ASSERTIONS)
+    set(flavour unchecked)
+  elseif(arg_OPTIMISE_LITTLE)
+    set(flavour little)
+  elseif(arg_COMMAND_LINE)
+    set(flavour commands)
+  endif()
+  if((arg_OPTIMISE_LITTLE AND NOT flavour STREQUAL little) OR
+     (arg_COMMAND_LINE AND NOT flavour STREQUAL commands))
+    message(FATAL_ERROR "terravox_library(${name} ...): OPTIMISE_LITTLE and COMMAND_LINE go with "
+            "none of the others")
   endif()
   set(target terravox_${name})
   if(NOT arg_SOURCES)
@@ -39,22 +49,15 @@ function(terravox_library name)
     if(arg_IN_MODULE)
       set_target_properties(${target} PROPERTIES POSITION_INDEPENDENT_CODE ON)
       target_compile_options(${target} PRIVATE -fno-semantic-interposition)
-      terravox_use_precompiled(${target} module)
-    elseif(arg_OPTIMISE_LITTLE)
-      target_compile_options(${target} PRIVATE ${TERRAVOX_OPTIMISE_LITTLE})
-      terravox_use_precompiled(${target} little)
-    elseif(arg_COMMAND_LINE)
-      target_compile_options(${target} PRIVATE ${TERRAVOX_OPTIMISE_LITTLE})
-      terravox_use_precompiled(${target} commands)
-    else()
-      terravox_use_precompiled(${target} programs)
-    endif()
-    if(NOT arg_IN_PARTS)
-      terravox_unite(${target})
     endif()
     if(arg_WITHOUT_ASSERTIONS)
-      terravox_without_assertions(${target} ${arg_SOURCES})
+      target_compile_options(${target} PRIVATE ${TERRAVOX_WITHOUT_ASSERTIONS})
     endif()
+    if(arg_OPTIMISE_LITTLE OR arg_COMMAND_LINE)
+      target_compile_options(${target} PRIVATE ${TERRAVOX_OPTIMISE_LITTLE})
+    endif()
+    terravox_use_precompiled(${target} ${flavour})
+    terravox_unite(${target})
   endif()
   add_library(terravox::${name} ALIAS ${target})
 endfunction()

@@ -17,6 +17,12 @@ option(TERRAVOX_UNITY_BUILD
 function(terravox_unite target)
   set_target_properties(${target} PROPERTIES
     UNITY_BUILD ${TERRAVOX_UNITY_BUILD} UNITY_BUILD_BATCH_SIZE 10)
+  if(TERRAVOX_UNITY_BUILD)
+    # GCC takes the sources for headers, whose classes should not have members of unnamed
+    # namespaces.
+    target_compile_options(${target} PRIVATE
+      $<$<CXX_COMPILER_ID:GNU>:-Wno-subobject-linkage>)
+  endif()
 endfunction()
 
 # ccache keeps what was compiled with precompiled headers only with the setting that times and
@@ -89,6 +95,9 @@ set(TERRAVOX_OPTIMISE_LITTLE $<$<CONFIG:Release>:-O1>)
 
 terravox_precompile(programs)
 terravox_precompile(module IN_MODULE OPTIONS -fno-semantic-interposition)
+terravox_precompile(unchecked OPTIONS ${TERRAVOX_WITHOUT_ASSERTIONS})
+terravox_precompile(unchecked_module IN_MODULE
+                    OPTIONS -fno-semantic-interposition ${TERRAVOX_WITHOUT_ASSERTIONS})
 terravox_precompile(little OPTIONS ${TERRAVOX_OPTIMISE_LITTLE})
 # Command lines: reading the headers of CLI11 takes longer than compiling what uses them.
 terravox_precompile(commands OPTIONS ${TERRAVOX_OPTIMISE_LITTLE} HEADERS <CLI/CLI.hpp>

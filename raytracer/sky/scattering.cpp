@@ -6,7 +6,9 @@
 namespace terravox::sky {
 namespace {
 
-constexpr int kHeights = 10, kSines = 14;  // of the table of multiple scattering
+// Of the table of multiple scattering.
+constexpr int kTableHeights = 10;
+constexpr int kTableSines = 14;
 // Along a level line of sight the sun's altitude changes by up to 10.2 degrees until the air ends.
 constexpr double kReach_rad = 0.2;
 constexpr double kGround_m = Atmosphere::kEarth_m;
@@ -65,11 +67,11 @@ Scattering::Scattering(const Atmosphere& atmosphere, double altitude_rad)
     m_to_sun = {sun.cos, sun.sin, 0};
     m_first_sine = det::sin(std::max(altitude_rad - kReach_rad, -det::kPi / 2));
     m_last_sine = det::sin(std::min(altitude_rad + kReach_rad, det::kPi / 2));
-    m_multiple.reserve(static_cast<std::size_t>(kHeights) * kSines);
-    for (int i = 0; i < kHeights; ++i)
-        for (int j = 0; j < kSines; ++j) {
-            const double u = static_cast<double>(i) / (kHeights - 1);
-            const double v = static_cast<double>(j) / (kSines - 1);
+    m_multiple.reserve(static_cast<std::size_t>(kTableHeights) * kTableSines);
+    for (int i = 0; i < kTableHeights; ++i)
+        for (int j = 0; j < kTableSines; ++j) {
+            const double u = static_cast<double>(i) / (kTableHeights - 1);
+            const double v = static_cast<double>(j) / (kTableSines - 1);
             m_multiple.push_back(gathered(Atmosphere::kThick_m * u * u,
                                           m_first_sine + (m_last_sine - m_first_sine) * v));
         }
@@ -128,19 +130,19 @@ Spectrum Scattering::gathered(double height_m, double sun_sine) const noexcept {
 
 Spectrum Scattering::multiple_at(double height_m, double sun_sine) const noexcept {
     const double u =
-        std::sqrt(std::clamp(height_m / Atmosphere::kThick_m, 0.0, 1.0)) * (kHeights - 1);
+        std::sqrt(std::clamp(height_m / Atmosphere::kThick_m, 0.0, 1.0)) * (kTableHeights - 1);
     const double v =
         std::clamp((sun_sine - m_first_sine) / (m_last_sine - m_first_sine), 0.0, 1.0) *
-        (kSines - 1);
-    const int i = std::min(static_cast<int>(u), kHeights - 2);
-    const int j = std::min(static_cast<int>(v), kSines - 2);
+        (kTableSines - 1);
+    const int i = std::min(static_cast<int>(u), kTableHeights - 2);
+    const int j = std::min(static_cast<int>(v), kTableSines - 2);
     const double a = u - i;
     const double b = v - j;
-    const Spectrum* node = &m_multiple[static_cast<std::size_t>(i * kSines + j)];
+    const Spectrum* node = &m_multiple[static_cast<std::size_t>(i * kTableSines + j)];
     Spectrum out;
     for (std::size_t k = 0; k < kBands; ++k)
         out[k] = (1 - a) * ((1 - b) * node[0][k] + b * node[1][k]) +
-                 a * ((1 - b) * node[kSines][k] + b * node[kSines + 1][k]);
+                 a * ((1 - b) * node[kTableSines][k] + b * node[kTableSines + 1][k]);
     return out;
 }
 

@@ -8,9 +8,8 @@
 namespace terravox::walk {
 namespace {
 
-constexpr double kMaxSlope = 8;           // a beam that leans more is not marched
-constexpr double kRounding_voxel = 1e-3;  // slopes times distances, in double
-constexpr int kMaxFineSlabs = 6;          // of the finest thickness: then single rays are cheaper
+constexpr double kMaxSlope = 8;   // a beam that leans more is not marched
+constexpr int kMaxFineSlabs = 6;  // of the finest thickness: then single rays are cheaper
 constexpr std::int32_t kFirstSlab = 4;
 
 int major_axis(core::Vec3 d) noexcept {
@@ -86,10 +85,10 @@ BeamStart BeamMarch::march(const Beam& beam, const BeamStart& from) {
         for (const int a : {u, w}) {
             range.low[a] = core::RayState::floor_to_int(
                 beam.eye[a] + std::min(d0 * beam.slope_min[a], d1 * beam.slope_min[a]) -
-                kRounding_voxel);
+                kSlabRounding_voxel);
             range.high[a] = core::RayState::floor_to_int(
                 beam.eye[a] + std::max(d0 * beam.slope_max[a], d1 * beam.slope_max[a]) +
-                kRounding_voxel);
+                kSlabRounding_voxel);
         }
         ++m_slabs;
         return !m_query.any_solid(range, grain_of_slab(shift));

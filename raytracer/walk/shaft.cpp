@@ -9,8 +9,7 @@
 namespace terravox::walk {
 namespace {
 
-constexpr double kRounding_voxel = 1e-3;
-constexpr int kMaxFineSlabs = 4;
+constexpr int kMaxShaftSlabs = 4;
 
 }  // namespace
 
@@ -64,14 +63,14 @@ std::int32_t ShaftMarch::free_from(const Shaft& shaft, std::optional<std::int32_
                                                              : std::min(from, last)) -
                          shaft.m_first) +
                 1;
-            const double room = shaft.m_spread * farthest + kRounding_voxel;
+            const double room = shaft.m_spread * farthest + kSlabRounding_voxel;
             range.low[a] = core::RayState::floor_to_int(shaft.m_low[a] + std::min(p, q) - room);
             range.high[a] = core::RayState::floor_to_int(shaft.m_high[a] + std::max(p, q) + room);
         }
         ++m_slabs;
         return !m_query.any_solid(range, grain_of_slab(shift));
     };
-    (void)march_slabs(plane, shaft.m_first, back, m_query, kMaxFineSlabs, free_between);
+    (void)march_slabs(plane, shaft.m_first, back, m_query, kMaxShaftSlabs, free_between);
     return plane;
 }
 

@@ -7,6 +7,9 @@
 
 namespace terravox::walk {
 
+/// Of slopes times distances, in double.
+inline constexpr double kSlabRounding_voxel = 1e-3;
+
 /// Moves a plane onwards while the slab in front of it is free, slab after slab, each aligned and
 /// as thick as can be shown to be free.
 /// @param plane in: where to begin; out: where it stopped, or `end` or slightly beyond it

@@ -73,7 +73,7 @@ class Hardening(Case):
         for path in self.programs + self.modules:
             with self.subTest(path.name):
                 segments = read_elf(path, "--segments")
-                self.assertRegex(segments, r"GNU_STACK +(0x[0-9a-f]+ +){5}RW +0x")
+                self.assertRegex(segments, r"GNU_STACK +(0x[0-9a-f]+ +){5}RW +0")
                 self.assertNotRegex(segments, r"\bRWE\b")
 
     def test_no_folder_of_the_build_is_searched_for_libraries(self):

@@ -12,9 +12,9 @@ namespace {
 
 // The world in its JSON format, with the address of its map.
 std::string world_text(const voxel::WorldInfo& info) {
-    auto json = nlohmann::json::parse(voxel::world_to_json(info));
-    json["map"] = {{"tile_px", map::kTilePx}, {"zooms", {0, info.levels - 1}}};
-    return json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
+    auto world = nlohmann::json::parse(voxel::world_to_json(info));
+    world["map"] = {{"tile_px", map::kTilePx}, {"zooms", {0, info.levels - 1}}};
+    return world.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
 }
 
 }  // namespace

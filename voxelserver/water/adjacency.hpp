@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -12,6 +13,11 @@ struct CellPlace {
     std::int32_t z = 0;
     bool operator==(const CellPlace&) const = default;
 };
+
+/// @param i the index of a cell or of a section, not Adjacency::kNone
+[[nodiscard]] constexpr std::size_t to_index(std::int32_t i) noexcept {
+    return static_cast<std::size_t>(i);
+}
 
 enum Side : int { kWest = 0, kEast = 1, kNorth = 2, kSouth = 3 };
 

@@ -3,23 +3,20 @@
 #include <algorithm>
 #include <queue>
 
+#include "voxelserver/water/adjacency.hpp"
+
 namespace terravox::water {
 namespace {
 
-constexpr std::int32_t kNone = Adjacency::kNone;
 constexpr int kMaxOutletRounds = 16;
 // An end so little above the lowest section is the outlet: the lowest section is lower only by
 // noise.
 constexpr double kEndRise_m = 0.1;
 
-std::size_t at(std::int32_t i) {
-    return static_cast<std::size_t>(i);
-}
-
 void rank(Drainage& d) {
     d.rank.resize(d.order.size());
     for (std::size_t k = 0; k < d.order.size(); ++k)
-        d.rank[at(d.order[k])] = static_cast<std::int32_t>(k);
+        d.rank[to_index(d.order[k])] = static_cast<std::int32_t>(k);
 }
 
 struct Flood {
@@ -39,24 +36,24 @@ Flood flood(const RiverSections& sections, const std::vector<double>& levels,
     };
     Flood out;
     out.filled.assign(levels.size(), 0);
-    out.ways.parent.assign(levels.size(), kNone);
+    out.ways.parent.assign(levels.size(), Adjacency::kNone);
     std::vector<char> reached(levels.size());
     std::priority_queue<Waiting> queue;
     for (const std::int32_t o : outlets) {
-        queue.push({levels[at(o)], o, kNone});
-        reached[at(o)] = 1;
+        queue.push({levels[to_index(o)], o, Adjacency::kNone});
+        reached[to_index(o)] = 1;
     }
     while (!queue.empty()) {
         const Waiting now = queue.top();
         queue.pop();
         out.ways.order.push_back(now.section);
-        out.ways.parent[at(now.section)] = now.from;
-        out.filled[at(now.section)] = now.level;
+        out.ways.parent[to_index(now.section)] = now.from;
+        out.filled[to_index(now.section)] = now.level;
         sections.each_neighbour(now.section, [&](std::int32_t n) {
-            if (reached[at(n)] != 0)
+            if (reached[to_index(n)] != 0)
                 return;
-            reached[at(n)] = 1;
-            queue.push({std::max(now.level, levels[at(n)]), n, now.section});
+            reached[to_index(n)] = 1;
+            queue.push({std::max(now.level, levels[to_index(n)]), n, now.section});
         });
     }
     rank(out.ways);
@@ -72,25 +69,27 @@ public:
     void add(std::int32_t s) {
         if (lower(s, m_lowest))
             m_lowest = s;
-        if (m_sections.begin[at(s) + 1] - m_sections.begin[at(s)] <= 1 && lower(s, m_end))
+        if (m_sections.begin[to_index(s) + 1] - m_sections.begin[to_index(s)] <= 1 &&
+            lower(s, m_end))
             m_end = s;
     }
     [[nodiscard]] std::int32_t section() const {
-        return m_end != kNone && m_levels[at(m_end)] <= m_levels[at(m_lowest)] + kEndRise_m
+        return m_end != Adjacency::kNone &&
+                       m_levels[to_index(m_end)] <= m_levels[to_index(m_lowest)] + kEndRise_m
                    ? m_end
                    : m_lowest;
     }
-    [[nodiscard]] std::int32_t end() const { return m_end; }  ///< kNone: no dead end
+    [[nodiscard]] std::int32_t end() const { return m_end; }  ///< Adjacency::kNone: no dead end
 
 private:
     [[nodiscard]] bool lower(std::int32_t a, std::int32_t b) const {
-        return b == kNone || m_levels[at(a)] < m_levels[at(b)] ||
-               (m_levels[at(a)] == m_levels[at(b)] && a < b);
+        return b == Adjacency::kNone || m_levels[to_index(a)] < m_levels[to_index(b)] ||
+               (m_levels[to_index(a)] == m_levels[to_index(b)] && a < b);
     }
     const RiverSections& m_sections;
     const std::vector<double>& m_levels;
-    std::int32_t m_lowest = kNone;
-    std::int32_t m_end = kNone;
+    std::int32_t m_lowest = Adjacency::kNone;
+    std::int32_t m_end = Adjacency::kNone;
 };
 
 // The lowest end in each hollow, where it lies deeper than the rim. A hollow without an end is a
@@ -101,24 +100,24 @@ std::vector<std::int32_t> hollows(const RiverSections& sections, const std::vect
     std::vector<std::int32_t> out;
     std::vector<std::int32_t> stack;
     for (std::int32_t start = 0; start < sections.size(); ++start) {
-        if (seen[at(start)] != 0 || !(filled[at(start)] > levels[at(start)]))
+        if (seen[to_index(start)] != 0 || !(filled[to_index(start)] > levels[to_index(start)]))
             continue;
         OutletOf hollow(sections, levels);
         stack.push_back(start);
-        seen[at(start)] = 1;
+        seen[to_index(start)] = 1;
         while (!stack.empty()) {
             const std::int32_t s = stack.back();
             stack.pop_back();
             hollow.add(s);
             sections.each_neighbour(s, [&](std::int32_t n) {
-                if (seen[at(n)] != 0 || !(filled[at(n)] > levels[at(n)]))
+                if (seen[to_index(n)] != 0 || !(filled[to_index(n)] > levels[to_index(n)]))
                     return;
-                seen[at(n)] = 1;
+                seen[to_index(n)] = 1;
                 stack.push_back(n);
             });
         }
         if (const std::int32_t end = hollow.end();
-            end != kNone && filled[at(end)] - levels[at(end)] > rim_m)
+            end != Adjacency::kNone && filled[to_index(end)] - levels[to_index(end)] > rim_m)
             out.push_back(end);
     }
     return out;
@@ -128,16 +127,16 @@ std::vector<std::int32_t> hollows(const RiverSections& sections, const std::vect
 
 Drainage breadth_first(const RiverSections& sections, std::int32_t root) {
     Drainage out;
-    out.parent.assign(at(sections.size()), kNone);
-    std::vector<char> seen(at(sections.size()));
+    out.parent.assign(to_index(sections.size()), Adjacency::kNone);
+    std::vector<char> seen(to_index(sections.size()));
     out.order.push_back(root);
-    seen[at(root)] = 1;
+    seen[to_index(root)] = 1;
     for (std::size_t head = 0; head < out.order.size(); ++head)
         sections.each_neighbour(out.order[head], [&](std::int32_t n) {
-            if (seen[at(n)] != 0)
+            if (seen[to_index(n)] != 0)
                 return;
-            seen[at(n)] = 1;
-            out.parent[at(n)] = out.order[head];
+            seen[to_index(n)] = 1;
+            out.parent[to_index(n)] = out.order[head];
             out.order.push_back(n);
         });
     rank(out);
@@ -170,24 +169,24 @@ std::vector<double> isotonic(const Drainage& drainage, const std::vector<double>
     std::vector<double> weight = weights;
     for (std::size_t i = 0; i < count; ++i)
         sum[i] = levels[i] * weights[i];
-    std::vector<std::int32_t> pooled_into(count, kNone);
+    std::vector<std::int32_t> pooled_into(count, Adjacency::kNone);
     std::vector<std::vector<std::int32_t>> above(count);
-    const auto level = [&](std::int32_t b) { return sum[at(b)] / weight[at(b)]; };
+    const auto level = [&](std::int32_t b) { return sum[to_index(b)] / weight[to_index(b)]; };
     const auto higher = [&](std::int32_t a, std::int32_t b) {
         return level(a) != level(b) ? level(a) > level(b) : a > b;
     };
     for (std::size_t k = count; k-- > 0;) {
         const std::int32_t here = drainage.order[k];
-        auto& heap = above[at(here)];
+        auto& heap = above[to_index(here)];
         std::make_heap(heap.begin(), heap.end(), higher);
         while (!heap.empty() && level(heap.front()) < level(here)) {
             const std::int32_t block = heap.front();
             std::pop_heap(heap.begin(), heap.end(), higher);
             heap.pop_back();
-            sum[at(here)] += sum[at(block)];
-            weight[at(here)] += weight[at(block)];
-            pooled_into[at(block)] = here;
-            auto& other = above[at(block)];
+            sum[to_index(here)] += sum[to_index(block)];
+            weight[to_index(here)] += weight[to_index(block)];
+            pooled_into[to_index(block)] = here;
+            auto& other = above[to_index(block)];
             if (other.size() > heap.size())
                 heap.swap(other);
             for (const std::int32_t b : other) {
@@ -196,12 +195,14 @@ std::vector<double> isotonic(const Drainage& drainage, const std::vector<double>
             }
             std::vector<std::int32_t>().swap(other);
         }
-        if (const std::int32_t p = drainage.parent[at(here)]; p != kNone)
-            above[at(p)].push_back(here);
+        if (const std::int32_t p = drainage.parent[to_index(here)]; p != Adjacency::kNone)
+            above[to_index(p)].push_back(here);
     }
     std::vector<double> out(count);
     for (const std::int32_t s : drainage.order)
-        out[at(s)] = pooled_into[at(s)] == kNone ? level(s) : out[at(pooled_into[at(s)])];
+        out[to_index(s)] = pooled_into[to_index(s)] == Adjacency::kNone
+                               ? level(s)
+                               : out[to_index(pooled_into[to_index(s)])];
     return out;
 }
 
@@ -209,8 +210,8 @@ void raise_to_lower(const RiverSections& sections, const Drainage& drainage,
                     std::vector<double>& levels) {
     for (const std::int32_t s : drainage.order)
         sections.each_neighbour(s, [&](std::int32_t n) {
-            if (drainage.rank[at(n)] < drainage.rank[at(s)])
-                levels[at(s)] = std::max(levels[at(s)], levels[at(n)]);
+            if (drainage.rank[to_index(n)] < drainage.rank[to_index(s)])
+                levels[to_index(s)] = std::max(levels[to_index(s)], levels[to_index(n)]);
         });
 }
 
@@ -222,8 +223,8 @@ std::vector<double> between_envelopes(const RiverSections& sections, const Drain
     for (std::size_t k = drainage.order.size(); k-- > 0;) {
         const std::int32_t s = drainage.order[k];
         sections.each_neighbour(s, [&](std::int32_t n) {
-            if (drainage.rank[at(n)] > drainage.rank[at(s)])
-                lower[at(s)] = std::min(lower[at(s)], lower[at(n)]);
+            if (drainage.rank[to_index(n)] > drainage.rank[to_index(s)])
+                lower[to_index(s)] = std::min(lower[to_index(s)], lower[to_index(n)]);
         });
     }
     for (std::size_t i = 0; i < upper.size(); ++i)

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "voxelserver/water/adjacency.hpp"
 #include "voxelserver/water/drainage.hpp"
 
 namespace terravox::water {
@@ -21,11 +22,6 @@ constexpr int kReweightings = 4;
 constexpr double kStray = 2;  // residuals beyond this many deviations lose weight
 constexpr double kRim_m = 0.3;
 constexpr double kFlatFall_m = 0.12;  // maximum fall of a stretch that gets one level
-constexpr std::int32_t kNone = Adjacency::kNone;
-
-std::size_t at(std::int32_t i) {
-    return static_cast<std::size_t>(i);
-}
 
 double certainty(const SectionSample& s) {
     return s.weight > 0 ? 1 / (kReturnNoise_m * kReturnNoise_m / std::min(s.weight, kMaxReturns) +
@@ -42,22 +38,25 @@ std::vector<double> solve(const Drainage& d, const std::vector<SectionSample>& s
     std::vector<double> level(weight.size());
     for (std::size_t i = 0; i < sum.size(); ++i)
         sum[i] = weight[i] * samples[i].level_m;
-    const auto stiff = [&](std::int32_t s) { return 1 / (step_m[at(s)] * step_m[at(s)]); };
+    const auto stiff = [&](std::int32_t s) {
+        return 1 / (step_m[to_index(s)] * step_m[to_index(s)]);
+    };
     for (std::size_t k = d.order.size(); k-- > 0;) {
         const std::int32_t s = d.order[k];
-        const std::int32_t p = d.parent[at(s)];
-        if (p == kNone || !(pull[at(s)] > 0))
+        const std::int32_t p = d.parent[to_index(s)];
+        if (p == Adjacency::kNone || !(pull[to_index(s)] > 0))
             continue;
-        const double share = stiff(s) / (pull[at(s)] + stiff(s));
-        pull[at(p)] += pull[at(s)] * share;
-        sum[at(p)] += sum[at(s)] * share;
+        const double share = stiff(s) / (pull[to_index(s)] + stiff(s));
+        pull[to_index(p)] += pull[to_index(s)] * share;
+        sum[to_index(p)] += sum[to_index(s)] * share;
     }
     for (const std::int32_t s : d.order) {
-        const std::int32_t p = d.parent[at(s)];
-        if (p == kNone)
-            level[at(s)] = pull[at(s)] > 0 ? sum[at(s)] / pull[at(s)] : 0;
+        const std::int32_t p = d.parent[to_index(s)];
+        if (p == Adjacency::kNone)
+            level[to_index(s)] = pull[to_index(s)] > 0 ? sum[to_index(s)] / pull[to_index(s)] : 0;
         else
-            level[at(s)] = (sum[at(s)] + stiff(s) * level[at(p)]) / (pull[at(s)] + stiff(s));
+            level[to_index(s)] =
+                (sum[to_index(s)] + stiff(s) * level[to_index(p)]) / (pull[to_index(s)] + stiff(s));
     }
     return level;
 }
@@ -71,22 +70,23 @@ std::vector<double> local_steps(const Drainage& d, const std::vector<double>& le
     std::vector<double> change(count), towards(count), away(count), from_above(count),
         branches(count);
     for (const std::int32_t s : d.order) {
-        const std::int32_t p = d.parent[at(s)];
-        if (p == kNone)
+        const std::int32_t p = d.parent[to_index(s)];
+        if (p == Adjacency::kNone)
             continue;
-        change[at(s)] = towards[at(s)] = level[at(s)] - level[at(p)];
-        if (d.parent[at(p)] != kNone)
-            towards[at(s)] += kFarther * (towards[at(p)] - change[at(s)]);
+        change[to_index(s)] = towards[to_index(s)] = level[to_index(s)] - level[to_index(p)];
+        if (d.parent[to_index(p)] != Adjacency::kNone)
+            towards[to_index(s)] += kFarther * (towards[to_index(p)] - change[to_index(s)]);
     }
     for (std::size_t k = count; k-- > 0;) {
         const std::int32_t s = d.order[k];
-        const std::int32_t p = d.parent[at(s)];
-        away[at(s)] = change[at(s)];
-        if (branches[at(s)] > 0)
-            away[at(s)] += kFarther * (from_above[at(s)] / branches[at(s)] - change[at(s)]);
-        if (p != kNone) {
-            from_above[at(p)] += away[at(s)];
-            branches[at(p)] += 1;
+        const std::int32_t p = d.parent[to_index(s)];
+        away[to_index(s)] = change[to_index(s)];
+        if (branches[to_index(s)] > 0)
+            away[to_index(s)] +=
+                kFarther * (from_above[to_index(s)] / branches[to_index(s)] - change[to_index(s)]);
+        if (p != Adjacency::kNone) {
+            from_above[to_index(p)] += away[to_index(s)];
+            branches[to_index(p)] += 1;
         }
     }
     for (std::size_t i = 0; i < count; ++i)
@@ -136,43 +136,45 @@ public:
     // one.
     void join(double step_m, double slope) {
         for (const std::int32_t s : m_d.order) {
-            if (m_d.parent[at(s)] == kNone)
+            if (m_d.parent[to_index(s)] == Adjacency::kNone)
                 continue;
             const std::int32_t a = root(s);
-            const std::int32_t b = root(m_d.parent[at(s)]);
+            const std::int32_t b = root(m_d.parent[to_index(s)]);
             if (a == b)
                 continue;
-            const double rise = std::abs(m_mean[at(a)] - m_mean[at(b)]);
+            const double rise = std::abs(m_mean[to_index(a)] - m_mean[to_index(b)]);
             if (rise > step_m + slope * std::min(length(a), length(b)))
                 continue;
-            if (std::max(m_high[at(a)], m_high[at(b)]) - std::min(m_low[at(a)], m_low[at(b)]) <=
+            if (std::max(m_high[to_index(a)], m_high[to_index(b)]) -
+                    std::min(m_low[to_index(a)], m_low[to_index(b)]) <=
                 kFlatFall_m)
                 unite(a, b);
         }
     }
 
-    [[nodiscard]] double level(std::int32_t s) { return m_mean[at(root(s))]; }
+    [[nodiscard]] double level(std::int32_t s) { return m_mean[to_index(root(s))]; }
 
 private:
     std::int32_t root(std::int32_t s) {
-        while (m_root[at(s)] != s)
-            s = m_root[at(s)] = m_root[at(m_root[at(s)])];
+        while (m_root[to_index(s)] != s)
+            s = m_root[to_index(s)] = m_root[to_index(m_root[to_index(s)])];
         return s;
     }
     [[nodiscard]] double length(std::int32_t r) const {
-        return m_last[at(r)] - m_first[at(r)] + m_sections.length_m;
+        return m_last[to_index(r)] - m_first[to_index(r)] + m_sections.length_m;
     }
     void unite(std::int32_t a, std::int32_t b) {
-        if (m_cells[at(a)] > m_cells[at(b)])
+        if (m_cells[to_index(a)] > m_cells[to_index(b)])
             std::swap(a, b);
-        m_mean[at(b)] = (m_mean[at(a)] * m_cells[at(a)] + m_mean[at(b)] * m_cells[at(b)]) /
-                        (m_cells[at(a)] + m_cells[at(b)]);
-        m_cells[at(b)] += m_cells[at(a)];
-        m_low[at(b)] = std::min(m_low[at(a)], m_low[at(b)]);
-        m_high[at(b)] = std::max(m_high[at(a)], m_high[at(b)]);
-        m_first[at(b)] = std::min(m_first[at(a)], m_first[at(b)]);
-        m_last[at(b)] = std::max(m_last[at(a)], m_last[at(b)]);
-        m_root[at(a)] = b;
+        m_mean[to_index(b)] = (m_mean[to_index(a)] * m_cells[to_index(a)] +
+                               m_mean[to_index(b)] * m_cells[to_index(b)]) /
+                              (m_cells[to_index(a)] + m_cells[to_index(b)]);
+        m_cells[to_index(b)] += m_cells[to_index(a)];
+        m_low[to_index(b)] = std::min(m_low[to_index(a)], m_low[to_index(b)]);
+        m_high[to_index(b)] = std::max(m_high[to_index(a)], m_high[to_index(b)]);
+        m_first[to_index(b)] = std::min(m_first[to_index(a)], m_first[to_index(b)]);
+        m_last[to_index(b)] = std::max(m_last[to_index(a)], m_last[to_index(b)]);
+        m_root[to_index(a)] = b;
     }
 
     const RiverSections& m_sections;
@@ -199,7 +201,7 @@ std::vector<double> flatten(const RiverSections& sections, const Drainage& d,
         stretches.join(pass.step_m, pass.slope);
     std::vector<double> out(level.size());
     for (std::int32_t s = 0; s < sections.size(); ++s)
-        out[at(s)] = stretches.level(s);
+        out[to_index(s)] = stretches.level(s);
     return out;
 }
 

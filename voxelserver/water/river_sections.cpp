@@ -4,6 +4,8 @@
 #include <array>
 #include <limits>
 
+#include "voxelserver/water/adjacency.hpp"
+
 namespace terravox::water {
 namespace {
 
@@ -11,21 +13,16 @@ constexpr std::int32_t kStep = 5, kDiagonal = 7, kKnight = 11;  // chamfer units
 constexpr std::int32_t kRing = 2 * kStep;
 constexpr int kNotch = 3;  // sections
 constexpr int kNotchRounds = 3;
-constexpr std::int32_t kNone = Adjacency::kNone;
-
-std::size_t at(std::int32_t i) {
-    return static_cast<std::size_t>(i);
-}
 
 // The cell reached last by a flood fill is at an end of the body.
 std::int32_t end_of(const Adjacency& adjacency) {
-    std::vector<char> seen(at(adjacency.size()));
+    std::vector<char> seen(to_index(adjacency.size()));
     std::vector<std::int32_t> queue{0};
     seen[0] = 1;
     for (std::size_t head = 0; head < queue.size(); ++head)
         for (const std::int32_t n : adjacency.around(queue[head]))
-            if (n != kNone && seen[at(n)] == 0) {
-                seen[at(n)] = 1;
+            if (n != Adjacency::kNone && seen[to_index(n)] == 0) {
+                seen[to_index(n)] = 1;
                 queue.push_back(n);
             }
     return queue.back();
@@ -34,42 +31,44 @@ std::int32_t end_of(const Adjacency& adjacency) {
 template <class Visit>
 void visit_far(const Adjacency& adjacency, std::int32_t i, const Visit& visit) {
     for (const std::int32_t n : adjacency.around(i))
-        if (n != kNone)
+        if (n != Adjacency::kNone)
             visit(n, kStep);
     for (const Side x_side : {kWest, kEast})
         for (const Side z_side : {kNorth, kSouth}) {
             const std::int32_t corner = adjacency.diagonal(i, x_side, z_side);
-            if (corner == kNone)
+            if (corner == Adjacency::kNone)
                 continue;
             visit(corner, kDiagonal);
             // A knight's move passes between two cells: both must be water.
-            if (adjacency.neighbour(i, x_side) != kNone)
-                if (const std::int32_t n = adjacency.neighbour(corner, x_side); n != kNone)
+            if (adjacency.neighbour(i, x_side) != Adjacency::kNone)
+                if (const std::int32_t n = adjacency.neighbour(corner, x_side);
+                    n != Adjacency::kNone)
                     visit(n, kKnight);
-            if (adjacency.neighbour(i, z_side) != kNone)
-                if (const std::int32_t n = adjacency.neighbour(corner, z_side); n != kNone)
+            if (adjacency.neighbour(i, z_side) != Adjacency::kNone)
+                if (const std::int32_t n = adjacency.neighbour(corner, z_side);
+                    n != Adjacency::kNone)
                     visit(n, kKnight);
         }
 }
 
 std::vector<std::int32_t> distances(const Adjacency& adjacency, std::int32_t start) {
     constexpr std::int32_t kFar = std::numeric_limits<std::int32_t>::max();
-    std::vector<std::int32_t> d(at(adjacency.size()), kFar);
+    std::vector<std::int32_t> d(to_index(adjacency.size()), kFar);
     std::array<std::vector<std::int32_t>, kKnight + 1> buckets;  // by distance, modulo their number
-    d[at(start)] = 0;
+    d[to_index(start)] = 0;
     buckets[0].push_back(start);
     std::size_t waiting = 1;
     for (std::int32_t now = 0; waiting > 0; ++now) {
-        auto& bucket = buckets[at(now % (kKnight + 1))];
+        auto& bucket = buckets[to_index(now % (kKnight + 1))];
         for (const std::int32_t i : bucket) {
             --waiting;
-            if (d[at(i)] != now)
+            if (d[to_index(i)] != now)
                 continue;  // has already been reached by a shorter path
             visit_far(adjacency, i, [&](std::int32_t n, std::int32_t step) {
-                if (now + step >= d[at(n)])
+                if (now + step >= d[to_index(n)])
                     return;
-                d[at(n)] = now + step;
-                buckets[at((now + step) % (kKnight + 1))].push_back(n);
+                d[to_index(n)] = now + step;
+                buckets[to_index((now + step) % (kKnight + 1))].push_back(n);
                 ++waiting;
             });
         }
@@ -82,20 +81,21 @@ std::vector<std::int32_t> distances(const Adjacency& adjacency, std::int32_t sta
 // otherwise fall apart.
 std::vector<std::int32_t> ring_parts(const Adjacency& adjacency,
                                      const std::vector<std::int32_t>& ring, std::int32_t& count) {
-    std::vector<std::int32_t> part(ring.size(), kNone), stack;
+    std::vector<std::int32_t> part(ring.size(), Adjacency::kNone), stack;
     count = 0;
     for (std::int32_t start = 0; start < adjacency.size(); ++start) {
-        if (part[at(start)] != kNone)
+        if (part[to_index(start)] != Adjacency::kNone)
             continue;
-        part[at(start)] = count;
+        part[to_index(start)] = count;
         stack.push_back(start);
         while (!stack.empty()) {
             const std::int32_t i = stack.back();
             stack.pop_back();
             const auto take = [&](std::int32_t n) {
-                if (n == kNone || part[at(n)] != kNone || ring[at(n)] != ring[at(i)])
+                if (n == Adjacency::kNone || part[to_index(n)] != Adjacency::kNone ||
+                    ring[to_index(n)] != ring[to_index(i)])
                     return;
-                part[at(n)] = count;
+                part[to_index(n)] = count;
                 stack.push_back(n);
             };
             for (const std::int32_t n : adjacency.around(i))
@@ -120,8 +120,8 @@ void link(RiverSections& out, const Adjacency& adjacency) {
     };
     for (std::int32_t i = 0; i < adjacency.size(); ++i)
         for (const std::int32_t n : adjacency.around(i))
-            if (n != kNone && out.section_of[at(n)] != out.section_of[at(i)])
-                add(out.section_of[at(i)], out.section_of[at(n)]);
+            if (n != Adjacency::kNone && out.section_of[to_index(n)] != out.section_of[to_index(i)])
+                add(out.section_of[to_index(i)], out.section_of[to_index(n)]);
     std::sort(pairs.begin(), pairs.end());
     pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
     out.begin.assign(out.cells.size() + 1, 0);
@@ -138,62 +138,63 @@ void link(RiverSections& out, const Adjacency& adjacency) {
 // neighbours.
 // @return the section that each one is merged into (itself: it stays)
 std::vector<std::int32_t> notches(const RiverSections& s) {
-    std::vector<std::int32_t> to(at(s.size())), degree(at(s.size()));
+    std::vector<std::int32_t> to(to_index(s.size())), degree(to_index(s.size()));
     for (std::int32_t i = 0; i < s.size(); ++i) {
-        to[at(i)] = i;
-        degree[at(i)] = static_cast<std::int32_t>(s.begin[at(i) + 1] - s.begin[at(i)]);
+        to[to_index(i)] = i;
+        degree[to_index(i)] =
+            static_cast<std::int32_t>(s.begin[to_index(i) + 1] - s.begin[to_index(i)]);
     }
     for (std::int32_t leaf = 0; leaf < s.size(); ++leaf) {
-        if (degree[at(leaf)] != 1 || to[at(leaf)] != leaf)
+        if (degree[to_index(leaf)] != 1 || to[to_index(leaf)] != leaf)
             continue;
         std::array<std::int32_t, kNotch> chain{};
         int length = 0;
         std::int32_t now = leaf;
-        std::int32_t before = kNone;
-        while (length < kNotch && degree[at(now)] <= 2) {
-            chain[at(length++)] = now;
-            std::int32_t next = kNone;
+        std::int32_t before = Adjacency::kNone;
+        while (length < kNotch && degree[to_index(now)] <= 2) {
+            chain[to_index(length++)] = now;
+            std::int32_t next = Adjacency::kNone;
             s.each_neighbour(now, [&](std::int32_t n) {
-                if (n != before && to[at(n)] == n)
+                if (n != before && to[to_index(n)] == n)
                     next = n;
             });
             before = now;
             now = next;
-            if (now == kNone)
+            if (now == Adjacency::kNone)
                 break;
         }
-        if (now == kNone || degree[at(now)] <= 2)
+        if (now == Adjacency::kNone || degree[to_index(now)] <= 2)
             continue;
         for (int k = 0; k < length; ++k)
-            to[at(chain[at(k)])] = now;
-        --degree[at(now)];
+            to[to_index(chain[to_index(k)])] = now;
+        --degree[to_index(now)];
     }
     return to;
 }
 
 bool merge_notches(RiverSections& s, const Adjacency& adjacency) {
     const std::vector<std::int32_t> to = notches(s);
-    std::vector<std::int32_t> number(at(s.size()), kNone);
+    std::vector<std::int32_t> number(to_index(s.size()), Adjacency::kNone);
     std::int32_t count = 0;
     for (std::int32_t i = 0; i < s.size(); ++i)
-        if (to[at(i)] == i)
-            number[at(i)] = count++;
+        if (to[to_index(i)] == i)
+            number[to_index(i)] = count++;
     if (count == s.size())
         return false;
-    std::vector<double> along(at(count));
-    std::vector<std::uint32_t> cells(at(count));
+    std::vector<double> along(to_index(count));
+    std::vector<std::uint32_t> cells(to_index(count));
     for (std::int32_t i = 0; i < s.size(); ++i) {
         std::int32_t target = i;
-        while (to[at(target)] != target)
-            target = to[at(target)];
+        while (to[to_index(target)] != target)
+            target = to[to_index(target)];
         if (target == i)
-            along[at(number[at(i)])] = s.along_m[at(i)];
+            along[to_index(number[to_index(i)])] = s.along_m[to_index(i)];
         else
-            number[at(i)] = number[at(target)];
-        cells[at(number[at(i)])] += s.cells[at(i)];
+            number[to_index(i)] = number[to_index(target)];
+        cells[to_index(number[to_index(i)])] += s.cells[to_index(i)];
     }
     for (std::int32_t& section : s.section_of)
-        section = number[at(section)];
+        section = number[to_index(section)];
     s.along_m = std::move(along);
     s.cells = std::move(cells);
     link(s, adjacency);
@@ -210,11 +211,11 @@ RiverSections make_sections(const Adjacency& adjacency, double cell_m) {
     out.length_m = cell_m * kRing / kStep;
     std::int32_t count = 0;
     out.section_of = ring_parts(adjacency, ring, count);
-    out.along_m.resize(at(count));
-    out.cells.resize(at(count));
+    out.along_m.resize(to_index(count));
+    out.cells.resize(to_index(count));
     for (std::size_t i = 0; i < ring.size(); ++i) {
-        out.along_m[at(out.section_of[i])] = ring[i] * out.length_m;
-        ++out.cells[at(out.section_of[i])];
+        out.along_m[to_index(out.section_of[i])] = ring[i] * out.length_m;
+        ++out.cells[to_index(out.section_of[i])];
     }
     link(out, adjacency);
     for (int round = 0; round < kNotchRounds && merge_notches(out, adjacency); ++round) {
@@ -226,18 +227,19 @@ std::vector<SectionSample> section_samples(const RiverSections& sections,
                                            const std::vector<LevelSample>& samples, float reference,
                                            double voxel_m) {
     // Counting sort by section, then a weighted median in each.
-    std::vector<std::size_t> begin(at(sections.size()) + 1);
+    std::vector<std::size_t> begin(to_index(sections.size()) + 1);
     for (std::size_t i = 0; i < samples.size(); ++i)
         if (samples[i].weight > 0)
-            ++begin[at(sections.section_of[i]) + 1];
+            ++begin[to_index(sections.section_of[i]) + 1];
     for (std::size_t s = 1; s < begin.size(); ++s)
         begin[s] += begin[s - 1];
     std::vector<WeightedLevel> levels(begin.back());
     std::vector<std::size_t> next(begin.begin(), begin.end() - 1);
     for (std::size_t i = 0; i < samples.size(); ++i)
         if (samples[i].weight > 0)
-            levels[next[at(sections.section_of[i])]++] = {samples[i].level, samples[i].weight};
-    std::vector<SectionSample> out(at(sections.size()));
+            levels[next[to_index(sections.section_of[i])]++] = {samples[i].level,
+                                                                samples[i].weight};
+    std::vector<SectionSample> out(to_index(sections.size()));
     for (std::size_t s = 0; s < out.size(); ++s) {
         std::sort(levels.begin() + static_cast<std::ptrdiff_t>(begin[s]),
                   levels.begin() + static_cast<std::ptrdiff_t>(begin[s + 1]));

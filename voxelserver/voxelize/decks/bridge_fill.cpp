@@ -6,7 +6,7 @@
 namespace terravox::voxelize {
 namespace {
 
-constexpr int kDecksAround = 5;  // of eight
+constexpr int kBridgedAround = 5;  // of eight
 
 Surface deck_of(const Window& window, int x, int z) {
     const Column& own = window.column(x, z);
@@ -19,7 +19,7 @@ Surface deck_of(const Window& window, int x, int z) {
             if (const Column& c = window.column(x + dx, z + dz);
                 (dx != 0 || dz != 0) && c.bridged())
                 around[count++] = &c.deck;
-    if (count < kDecksAround)
+    if (count < kBridgedAround)
         return {};
     const auto middle = around.begin() + static_cast<std::ptrdiff_t>(count / 2);
     std::nth_element(around.begin(), middle, around.begin() + static_cast<std::ptrdiff_t>(count),
