@@ -2,14 +2,11 @@
 
 #include "common/util/program.hpp"
 #include "common/util/version.hpp"
-#ifdef TERRAVOX_PREVIEW
-#include "raytracer/commands/preview/preview_command.hpp"
-#endif
 #include "raytracer/commands/animate_command.hpp"
 #include "raytracer/commands/cluster/cluster_command.hpp"
-#include "raytracer/commands/convert_command.hpp"
 #include "raytracer/commands/farm_command.hpp"
 #include "raytracer/commands/merge_command.hpp"
+#include "raytracer/commands/program_of_command.hpp"
 #include "raytracer/commands/render_command.hpp"
 #include "raytracer/commands/render_pool_arguments.hpp"
 #include "raytracer/commands/worker_command.hpp"
@@ -37,6 +34,10 @@ terravox::animate::RenderPicture open_renderer(
 
 int main(int argc, char** argv) {
     return terravox::util::run_program([&] {
+        terravox::commands::go_on_as(terravox::commands::kConvert, argc, argv);
+#ifdef TERRAVOX_PREVIEW
+        terravox::commands::go_on_as(terravox::commands::kPreview, argc, argv);
+#endif
         CLI::App app{
             "Ray traces voxel worlds: real places, Minecraft worlds, and worlds from noise.",
             "terravox"};
@@ -45,20 +46,16 @@ int main(int argc, char** argv) {
         const auto render = terravox::commands::add_render_command(app);
         const auto animate = terravox::commands::add_animate_command(app, open_renderer);
         const auto cluster = terravox::commands::add_cluster_command(app);
-        const auto convert = terravox::commands::add_convert_command(app);
+        terravox::commands::list_command(app, terravox::commands::kConvert);
         const auto worker = terravox::commands::add_worker_command(app);
         const auto farm = terravox::commands::add_farm_command(app);
         const auto merge = terravox::commands::add_merge_command(app);
         const auto world = terravox::commands::add_world_command(app);
 #ifdef TERRAVOX_PREVIEW
-        const auto preview = terravox::commands::add_preview_command(app);
+        terravox::commands::list_command(app, terravox::commands::kPreview);
 #endif
         if (const auto code = terravox::util::parse_arguments(app, argc, argv))
             return *code;
-#ifdef TERRAVOX_PREVIEW
-        if (app.got_subcommand("preview"))
-            return static_cast<int>(preview());
-#endif
         if (app.got_subcommand("animate"))
             return static_cast<int>(animate());
         if (app.got_subcommand("worker"))
@@ -67,8 +64,6 @@ int main(int argc, char** argv) {
             return static_cast<int>(farm());
         if (app.got_subcommand("cluster"))
             return static_cast<int>(cluster());
-        if (app.got_subcommand("convert"))
-            return static_cast<int>(convert());
         if (app.got_subcommand("merge"))
             return static_cast<int>(merge());
         if (app.got_subcommand("world"))

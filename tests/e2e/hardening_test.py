@@ -13,7 +13,7 @@ import unittest
 
 from support import Case, binary
 
-PROGRAMS = ("RAYTRACER", "VOXELSERVER", "SURVEY", "LAZ")
+PROGRAMS = ("RAYTRACER", "CONVERT", "VOXELSERVER", "SURVEY", "LAZ")
 ENDBR64 = bytes.fromhex("f30f1efa")
 
 

@@ -33,21 +33,21 @@ WRITERS = {
         [".frames.png.done"],
     ),
     "archive": (
-        "RAYTRACER",
-        ["convert", "DATA", "OUT/a.tvx"],
+        "CONVERT",
+        ["DATA", "OUT/a.tvx"],
         "a.tvx",
         ["a.tvx.journal", "a.tvx.part"],
     ),
     "Minecraft world": (
-        "RAYTRACER",
-        ["convert", "DATA", "OUT/mc"],
+        "CONVERT",
+        ["DATA", "OUT/mc"],
         "mc/level.dat",
         ["mc/conversion.journal"],
     ),
-    "MagicaVoxel": ("RAYTRACER", ["convert", "DATA", "OUT/a.vox"], "a.vox", []),
-    "OpenVDB": ("RAYTRACER", ["convert", "DATA", "OUT/a.vdb"], "a.vdb", []),
-    "glTF": ("RAYTRACER", ["convert", "DATA", "OUT/a.glb"], "a.glb", []),
-    "PLY": ("RAYTRACER", ["convert", "DATA", "OUT/a.ply"], "a.ply", []),
+    "MagicaVoxel": ("CONVERT", ["DATA", "OUT/a.vox"], "a.vox", []),
+    "OpenVDB": ("CONVERT", ["DATA", "OUT/a.vdb"], "a.vdb", []),
+    "glTF": ("CONVERT", ["DATA", "OUT/a.glb"], "a.glb", []),
+    "PLY": ("CONVERT", ["DATA", "OUT/a.ply"], "a.ply", []),
     "synthetic survey": (
         "SURVEY",
         ["--squares", "1x1", "--square-m", "64", "--density", "4", "-o", "OUT/sv"],
@@ -118,7 +118,9 @@ class Writers(Case):
         arguments = [word.replace("OUT", str(out)) for word in words]
         arguments = [{"DATA": self.data, "TURN": self.turn}.get(word, word) for word in arguments]
         if program == "RAYTRACER":
-            arguments += OF_A_PICTURE if words[0] in ("render", "animate") else ["--cache", "none"]
+            arguments += OF_A_PICTURE
+        elif program == "CONVERT":
+            arguments += ["--cache", "none"]
         return [binary(program), *arguments], out
 
     def whole(self, name):

@@ -97,25 +97,20 @@ util::ExitCode run(const Arguments& args) {
 
 }  // namespace
 
-std::function<util::ExitCode()> add_preview_command(CLI::App& app) {
+std::function<util::ExitCode()> add_preview_options(CLI::App& app) {
     auto args = std::make_shared<Arguments>();
-    CLI::App* command = app.add_subcommand(
-        "preview", "Fly around a world in a window while it is rendered, coarse to fine");
-    add_world_arguments(*command, args->world);
-    add_render_pool_arguments(*command, args->render_pool);
-    command
-        ->add_option("--save-scene", args->save_scene, "where the scene is saved at first (Ctrl+S)")
+    add_world_arguments(app, args->world);
+    add_render_pool_arguments(app, args->render_pool);
+    app.add_option("--save-scene", args->save_scene, "where the scene is saved at first (Ctrl+S)")
         ->capture_default_str();
-    command
-        ->add_option("--window", args->size,
-                     "size of the window, WIDTHxHEIGHT; output.size is that of the final picture")
+    app.add_option("--window", args->size,
+                   "size of the window, WIDTHxHEIGHT; output.size is that of the final picture")
         ->capture_default_str();
-    command->add_option("--report", args->report,
-                        "write frame times and counts to this file at the end (JSON)");
-    command->add_flag("--light", args->light, "light panels instead of dark ones");
-    command
-        ->add_option("--ui-scale", args->ui_scale,
-                     "size of text and handles, 0.5 to 4; default: as the monitor says")
+    app.add_option("--report", args->report,
+                   "write frame times and counts to this file at the end (JSON)");
+    app.add_flag("--light", args->light, "light panels instead of dark ones");
+    app.add_option("--ui-scale", args->ui_scale,
+                   "size of text and handles, 0.5 to 4; default: as the monitor says")
         ->check(CLI::Range(0.5, 4.0));
     return [args] { return run(*args); };
 }

@@ -10,9 +10,9 @@ class App;
 
 namespace terravox::commands {
 
-/// Adds `preview`: a window with the progressive picture.
+/// Adds the options of `preview` to its program: a window with the progressive picture.
 /// @return runs the command once the arguments are parsed
 /// @throws (when run) Error when there is no display
-[[nodiscard]] std::function<util::ExitCode()> add_preview_command(CLI::App& app);
+[[nodiscard]] std::function<util::ExitCode()> add_preview_options(CLI::App& app);
 
 }  // namespace terravox::commands

@@ -1,4 +1,4 @@
-#include "raytracer/commands/convert_command.hpp"
+#include "raytracer/commands/convert/convert_command.hpp"
 
 #include <xxhash.h>
 #include <CLI/CLI.hpp>
@@ -167,51 +167,42 @@ util::ExitCode run_convert(ConvertArguments& args) {
 
 }  // namespace
 
-std::function<util::ExitCode()> add_convert_command(CLI::App& app) {
+std::function<util::ExitCode()> add_convert_options(CLI::App& app) {
     auto args = std::make_shared<ConvertArguments>();
-    CLI::App* command = app.add_subcommand(
-        "convert",
-        "Convert a world to a box archive, a Minecraft world, or another program's format");
-    command
-        ->add_option("paths", args->paths,
-                     "what to convert: " + worlds::allowed_inputs() + "; then what to write")
+    app.add_option("paths", args->paths,
+                   "what to convert: " + worlds::allowed_inputs() + "; then what to write")
         ->required();
-    command->add_option(
-        "--to", args->to,
-        "format: " + exports::allowed_formats() + "; default: by the output's ending");
-    command
-        ->add_option("--level", args->selection.level,
-                     "level of the world: voxels of 2^level times its finest")
+    app.add_option("--to", args->to,
+                   "format: " + exports::allowed_formats() + "; default: by the output's ending");
+    app.add_option("--level", args->selection.level,
+                   "level of the world: voxels of 2^level times its finest")
         ->check(CLI::Range(0, 20));
-    command->add_option(
+    app.add_option(
         "--area", args->area,
         "west,south,east,north in the world's CRS; x0,z0,x1,z1 in voxels where it has none");
-    command->add_option("--heights", args->heights, "lowest,highest in metres");
-    command
-        ->add_option("--colours", args->colours,
-                     "of voxels: true (their own, where they have one) or material")
+    app.add_option("--heights", args->heights, "lowest,highest in metres");
+    app.add_option("--colours", args->colours,
+                   "of voxels: true (their own, where they have one) or material")
         ->check(CLI::IsMember({"true", "material"}))
         ->capture_default_str();
-    command
-        ->add_option("--write-memory-mib", args->memory_mib,
-                     "memory for writing, in addition to the world's own limit, MiB")
+    app.add_option("--write-memory-mib", args->memory_mib,
+                   "memory for writing, in addition to the world's own limit, MiB")
         ->check(CLI::Range(64, 1 << 20))
         ->capture_default_str();
-    command->add_option("--up", args->up, "of .vdb: z (Blender) or y (Houdini)")
+    app.add_option("--up", args->up, "of .vdb: z (Blender) or y (Houdini)")
         ->check(CLI::IsMember({"z", "y"}))
         ->capture_default_str();
-    command
-        ->add_option("--colour-steps", args->write.colour_steps,
-                     "of .glb and .ply: steps of each colour channel, fewer for larger faces; 0: "
-                     "colours as they are")
+    app.add_option("--colour-steps", args->write.colour_steps,
+                   "of .glb and .ply: steps of each colour channel, fewer for larger faces; 0: "
+                   "colours as they are")
         ->check(CLI::Range(0, 255))
         ->capture_default_str();
-    command->add_flag_callback(
+    app.add_flag_callback(
         "--no-merge", [args] { args->write.merge_faces = false; },
         "of .glb and .ply: a face for each side of a voxel");
-    command->add_flag("--overwrite", args->write.overwrite, "write over what is there");
-    command->add_flag("-q,--quiet", args->quiet, "print errors only");
-    add_opening_arguments(*command, args->world, {"world", "generated", "processing"});
+    app.add_flag("--overwrite", args->write.overwrite, "write over what is there");
+    app.add_flag("-q,--quiet", args->quiet, "print errors only");
+    add_opening_arguments(app, args->world, {"world", "generated", "processing"});
     return [args] { return run_convert(*args); };
 }
 

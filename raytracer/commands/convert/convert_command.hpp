@@ -10,8 +10,8 @@ class App;
 
 namespace terravox::commands {
 
-/// Adds `convert` to the program's commands.
+/// Adds the options of `convert` to its program.
 /// @return runs the command once the arguments are parsed
-[[nodiscard]] std::function<util::ExitCode()> add_convert_command(CLI::App& app);
+[[nodiscard]] std::function<util::ExitCode()> add_convert_options(CLI::App& app);
 
 }  // namespace terravox::commands
