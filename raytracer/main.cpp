@@ -68,6 +68,8 @@ int main(int argc, char** argv) {
             return static_cast<int>(merge());
         if (app.got_subcommand("world"))
             return static_cast<int>(world());
-        return static_cast<int>(render());
+        if (app.got_subcommand("render"))
+            return static_cast<int>(render());
+        throw terravox::util::UsageError("a command that is a program of its own must come first");
     });
 }

@@ -17,7 +17,10 @@ public:
         CPLPushErrorHandler(drop_gdal_message);
         CPLErrorReset();
     }
-    ~GdalErrorScope() { CPLPopErrorHandler(); }
+    ~GdalErrorScope() {
+        CPLPopErrorHandler();
+        forget_missing_memory();
+    }
     GdalErrorScope(const GdalErrorScope&) = delete;
     GdalErrorScope& operator=(const GdalErrorScope&) = delete;
 

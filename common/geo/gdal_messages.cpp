@@ -1,5 +1,6 @@
 #include "common/geo/gdal_messages.hpp"
 
+#include <atomic>
 #include <csignal>
 
 #include "common/util/end_of_program.hpp"
@@ -9,12 +10,19 @@ namespace {
 
 constexpr const char* kAttempt = "GDAL cannot go on";
 
-thread_local bool t_memory_was_missing = false;
+using Handler = void (*)(int);
 
-extern "C" void end_program_if_memory_was_missing(int) {
-    // After a return from here, abort() ends the program by its signal, as without a handler.
+// Of the model that needs no memory at the first use in a thread.
+[[gnu::tls_model("initial-exec")]] thread_local bool t_memory_was_missing = false;
+std::atomic<Handler> s_former_handler = SIG_DFL;
+
+extern "C" void end_program_if_memory_was_missing(int signal) {
     if (t_memory_was_missing)
         util::end_program(kAttempt, "out of memory");
+    const Handler former = s_former_handler;
+    if (former != SIG_DFL && former != SIG_IGN)
+        former(signal);
+    // After a return from here, abort() ends the program by its signal, as without a handler.
 }
 
 }  // namespace
@@ -36,8 +44,14 @@ void end_program_if_fatal(CPLErr severity, CPLErrorNum number, const char* messa
     // Most of GDAL then returns an error, but some functions for lists of strings call abort().
     if (number == CPLE_OutOfMemory) {
         t_memory_was_missing = true;
-        std::signal(SIGABRT, end_program_if_memory_was_missing);
+        const Handler former = std::signal(SIGABRT, end_program_if_memory_was_missing);
+        if (former != end_program_if_memory_was_missing && former != SIG_ERR)
+            s_former_handler = former;
     }
+}
+
+void forget_missing_memory() noexcept {
+    t_memory_was_missing = false;
 }
 
 }  // namespace terravox::geo

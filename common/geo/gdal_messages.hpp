@@ -7,7 +7,8 @@ namespace terravox::geo {
 /// A GDAL error handler that drops messages. GDAL calls abort() after a message of class CE_Fatal,
 /// which it emits only when out of memory: this handler then ends the program with one line on
 /// standard error and ExitCode::kFailed before GDAL can do so. It does the same when a thread calls
-/// abort() after a message of another class that says that memory is missing. Thread-safe.
+/// abort() after a message of another class that says that memory is missing, until
+/// forget_missing_memory(). Thread-safe.
 void CPL_STDCALL drop_gdal_message(CPLErr severity, CPLErrorNum number,
                                    const char* message) noexcept;
 
@@ -18,5 +19,8 @@ void CPL_STDCALL print_gdal_message(CPLErr severity, CPLErrorNum number,
 /// For custom error handlers: ends the program now or on abort(), as the handlers above do, else
 /// does nothing. Allocates no memory.
 void end_program_if_fatal(CPLErr severity, CPLErrorNum number, const char* message) noexcept;
+
+/// To be called on the same thread when GDAL has returned: from now on abort() has other reasons.
+void forget_missing_memory() noexcept;
 
 }  // namespace terravox::geo

@@ -2,9 +2,8 @@
 # links it gets no more than that.
 include_guard(GLOBAL)
 
-# terravox_library(name [IN_MODULE] [WITHOUT_ASSERTIONS]
-#                  [OPTIMISE_LITTLE | COMMAND_LINE] [SOURCES file...] [PUBLIC library...]
-#                  [PRIVATE library...])
+# terravox_library(name [[IN_MODULE] [WITHOUT_ASSERTIONS] | OPTIMISE_LITTLE | COMMAND_LINE]
+#                  [SOURCES file...] [PUBLIC library...] [PRIVATE library...])
 #   name                of the static library terravox_<name>, known as terravox::<name>
 #   IN_MODULE           a part of the module terravox-worlds.so, too (voxelserver/module): compiled
 #                       for shared objects

@@ -1,7 +1,9 @@
-// Included before all of LASzip's sources (LASzip.cmake): what they allocate begins as zeros.
-// LASzip makes thousands of objects for a file and fills arrays of pointers one by one; when memory
-// ends on the way, its destructors delete all of them, and crash on those that nothing was written
-// to.
+// Included before all of LASzip's sources: what protects it from damaged files and from missing
+// memory (LASzip.cmake).
+//
+// What they allocate begins as zeros: LASzip makes thousands of objects for a file and fills arrays
+// of pointers one by one; when memory ends on the way, its destructors delete all of them, and
+// crash on those that nothing was written to.
 #ifndef TERRAVOX_LASZIP_GUARD_H
 #define TERRAVOX_LASZIP_GUARD_H
 

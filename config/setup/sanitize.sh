@@ -3,7 +3,17 @@
 
 # Readers of untrusted files, with the address and the undefined-behaviour sanitizer. Part of every
 # test run, so chosen to be built from few libraries.
-SANITIZED_PARSERS=(common_test lidar_test lidar_bad_files_test minecraft_test)
+SANITIZED_PARSERS=(
+    common_test
+    imagery_test
+    lidar_bad_files_test
+    lidar_memory_test
+    lidar_test
+    luanti_test
+    minecraft_test
+    ply_test
+    sqlite_test
+)
 
 # Caches, server, farm and preview: what has threads.
 SANITIZED_THREADS=(

@@ -87,8 +87,8 @@ std::vector<voxel::BoxKey> BlockManager::load(const std::vector<voxel::BoxKey>& 
                 is_hole(key, is_stopped(outcome.failure) ? nullptr : outcome.failure);
             std::erase(missing, key);
         } catch (...) {
-            // Out of memory: the box stays among the missing ones.
-            reason = std::current_exception();
+            // Out of memory, most likely: the box stays among the missing ones.
+            reason = outcome.failure ? outcome.failure : std::current_exception();
         }
     };
     try {

@@ -32,10 +32,11 @@ void list_command(CLI::App& app, const CommandWithProgram& command) {
 void go_on_as(const CommandWithProgram& command, int argc, char** argv) {
     if (argc < 2 || std::string_view(argv[1]) != command.name)
         return;
-    const std::string program = util::beside_program(command.program).string();
+    std::string program = util::beside_program(command.program).string();
+    argv[1] = program.data();
     ::execv(program.c_str(), argv + 1);
     throw util::Error(std::string("run ") + command.name + ": cannot start " + program + ": " +
-                      std::strerror(errno) + "; it belongs into the folder of this program");
+                      std::strerror(errno) + "; it belongs in the folder of this program");
 }
 
 }  // namespace terravox::commands

@@ -52,6 +52,7 @@ GdalWatch::GdalWatch(std::string attempt) : m_attempt(std::move(attempt)) {
 
 GdalWatch::~GdalWatch() {
     CPLPopErrorHandler();
+    geo::forget_missing_memory();
     CPLSetThreadLocalConfigOption("GDAL_PAM_ENABLED", nullptr);
 }
 

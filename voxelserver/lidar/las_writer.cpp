@@ -3,6 +3,7 @@
 #include <laszip/laszip_api.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cerrno>
 #include <cmath>
 #include <cstring>
@@ -38,6 +39,14 @@ void check(const LasWriterOptions& options, const std::filesystem::path& path) {
                                    "; allowed: above 0");
 }
 
+/// A LASzip writer that is neither closed nor deleted (State::broken). The list keeps it reachable,
+/// so that tools that look for leaks know it from a forgotten one.
+struct Abandoned {
+    laszip_POINTER laszip = nullptr;
+    Abandoned* next = nullptr;
+};
+std::atomic<Abandoned*> s_abandoned = nullptr;
+
 }  // namespace
 
 struct LasWriter::State {
@@ -53,6 +62,8 @@ struct LasWriter::State {
     /// A call has failed. LASzip would go on writing when it is closed, although it may lack the
     /// memory for that: its objects stay where they are until the program ends.
     bool broken = false;
+    /// Allocated while there is memory.
+    std::unique_ptr<Abandoned> abandoned = std::make_unique<Abandoned>();
 
     State(const std::filesystem::path& path, LasWriterOptions o)
         : file(path), options(std::move(o)) {
@@ -60,8 +71,16 @@ struct LasWriter::State {
             throw util::Error("write " + path.string() + ": cannot create a LASzip writer");
     }
     ~State() {
-        if (laszip == nullptr || broken)
+        if (laszip == nullptr)
             return;
+        if (broken) {
+            Abandoned* const kept = abandoned.release();
+            kept->laszip = laszip;
+            kept->next = s_abandoned;
+            while (!s_abandoned.compare_exchange_weak(kept->next, kept)) {
+            }
+            return;
+        }
         if (open)
             laszip_close_writer(laszip);
         laszip_destroy(laszip);

@@ -74,13 +74,19 @@ TEST_CASE("where GDAL aborts after a message that memory is missing, the program
     CHECK(gone_on.error_output.empty());
 
     // Of other reasons nothing is known here: a debugger or a core file tells more.
-    const test::ChildEnd aborted = test::run_in_child([=] {
-        const geo::GdalErrorScope errors;
-        fail(CPLE_AppDefined);
-        std::abort();
-    });
-    CHECK(WIFSIGNALED(aborted.status));
-    CHECK(WTERMSIG(aborted.status) == SIGABRT);
+    for (const CPLErrorNum before : {CPLE_AppDefined, CPLE_OutOfMemory}) {
+        const test::ChildEnd aborted = test::run_in_child([=] {
+            {
+                const geo::GdalErrorScope errors;
+                fail(before);
+            }
+            const geo::GdalErrorScope errors;
+            fail(CPLE_AppDefined);
+            std::abort();
+        });
+        CHECK(WIFSIGNALED(aborted.status));
+        CHECK(WTERMSIG(aborted.status) == SIGABRT);
+    }
 }
 
 #ifndef __SANITIZE_ADDRESS__  // whose own memory would be refused, too
