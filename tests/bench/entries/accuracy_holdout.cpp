@@ -1,7 +1,7 @@
 #include "tests/bench/accuracy/holdout.hpp"
 #include "tests/bench/entries/data_sets.hpp"
 
-namespace terravox::bench {
+namespace terravox::bench::accuracy_holdout_entry {
 namespace {
 
 constexpr int kNth = 10;
@@ -48,4 +48,4 @@ const Registration kRegistered([] {
 });
 
 }  // namespace
-}  // namespace terravox::bench
+}  // namespace terravox::bench::accuracy_holdout_entry

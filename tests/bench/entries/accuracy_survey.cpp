@@ -5,7 +5,7 @@
 #include "tests/bench/bench.hpp"
 #include "voxelserver/survey/survey.hpp"
 
-namespace terravox::bench {
+namespace terravox::bench::accuracy_survey_entry {
 namespace {
 
 constexpr const char* kWork =
@@ -108,4 +108,4 @@ const Registration kRegistered([] {
 });
 
 }  // namespace
-}  // namespace terravox::bench
+}  // namespace terravox::bench::accuracy_survey_entry

@@ -3,7 +3,7 @@
 #include "common/thread/parallel.hpp"
 #include "tests/bench/entries/data_sets.hpp"
 
-namespace terravox::bench {
+namespace terravox::bench::boxes_square_entry {
 namespace {
 
 struct Pass {
@@ -67,4 +67,4 @@ Entry entry() {
 const Registration kRegistered([] { return std::vector{entry()}; });
 
 }  // namespace
-}  // namespace terravox::bench
+}  // namespace terravox::bench::boxes_square_entry

@@ -4,7 +4,7 @@
 #include "common/voxel/box_codec.hpp"
 #include "tests/bench/entries/data_sets.hpp"
 
-namespace terravox::bench {
+namespace terravox::bench::codec_box_entry {
 namespace {
 
 constexpr int kPasses = 10;
@@ -85,4 +85,4 @@ Entry entry() {
 const Registration kRegistered([] { return std::vector{entry()}; });
 
 }  // namespace
-}  // namespace terravox::bench
+}  // namespace terravox::bench::codec_box_entry

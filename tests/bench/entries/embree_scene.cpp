@@ -63,10 +63,6 @@ struct FloatCamera {
     Vec3f up;
 };
 
-std::size_t pixel(int x, int y) noexcept {
-    return static_cast<std::size_t>(y * kW + x);
-}
-
 extern "C" bool add_to_memory(void* total_bytes, ssize_t bytes, bool) noexcept {
     *static_cast<std::atomic<std::int64_t>*>(total_bytes) += bytes;
     return true;
@@ -147,8 +143,8 @@ void Embree::fill_buffers(RTCGeometry geometry, const std::vector<QuadMesh>& sla
 
 void Embree::begin(const NeutralView& view) {
     m_camera = FloatCamera(view);
-    m_depths.assign(pixel(0, kH), kInfinity);
-    m_shadowed.assign(pixel(0, kH), 0);
+    m_depths.assign(NeutralScene::pixel_index(0, kH), kInfinity);
+    m_shadowed.assign(NeutralScene::pixel_index(0, kH), 0);
 }
 
 void Embree::trace_primary(int x0, int y0, int) {
@@ -173,7 +169,8 @@ void Embree::trace_primary(int x0, int y0, int) {
             rtcIntersect16(valid, m_scene.get(), &context, &rays);
             // What was not hit keeps its end: infinity.
             for (int i = 0; i < kPacket; ++i)
-                m_depths[pixel(x + i % kPacketPx, y + i / kPacketPx)] = rays.ray.tfar[i];
+                m_depths[NeutralScene::pixel_index(x + i % kPacketPx, y + i / kPacketPx)] =
+                    rays.ray.tfar[i];
         }
 }
 
@@ -184,7 +181,7 @@ void Embree::trace_shadow(int x0, int y0, int) {
     const Vec3f sun(neutral_sun());
     for (int y = y0; y < y0 + kTracedTilePx; ++y)
         for (int x = x0; x < x0 + kTracedTilePx; ++x) {
-            const float depth = m_depths[pixel(x, y)] - kOffFace;
+            const float depth = m_depths[NeutralScene::pixel_index(x, y)] - kOffFace;
             if (depth == kInfinity)
                 continue;
             float dx = 0;
@@ -201,7 +198,7 @@ void Embree::trace_shadow(int x0, int y0, int) {
             ray.tfar = kInfinity;
             ray.mask = ~0U;
             rtcOccluded1(m_scene.get(), &context, &ray);
-            m_shadowed[pixel(x, y)] = ray.tfar < 0;
+            m_shadowed[NeutralScene::pixel_index(x, y)] = ray.tfar < 0;
         }
 }
 

@@ -1,6 +1,6 @@
 #include "tests/bench/serve_script.hpp"
 
-namespace terravox::bench {
+namespace terravox::bench::farm_entry {
 namespace {
 
 Entry scale() {
@@ -188,4 +188,4 @@ Entry faults() {
 const Registration kRegistered([] { return std::vector{scale(), kill(), faults()}; });
 
 }  // namespace
-}  // namespace terravox::bench
+}  // namespace terravox::bench::farm_entry

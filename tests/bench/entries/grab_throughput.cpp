@@ -1,6 +1,6 @@
 #include "tests/bench/serve_script.hpp"
 
-namespace terravox::bench {
+namespace terravox::bench::grab_throughput_entry {
 namespace {
 
 Entry entry() {
@@ -42,4 +42,4 @@ Entry entry() {
 const Registration kRegistered([] { return std::vector{entry()}; });
 
 }  // namespace
-}  // namespace terravox::bench
+}  // namespace terravox::bench::grab_throughput_entry

@@ -1,6 +1,6 @@
 #include "tests/bench/entries/data_sets.hpp"
 
-namespace terravox::bench {
+namespace terravox::bench::laszip_decode_entry {
 namespace {
 
 Entry entry_for(const DataSet& set) {
@@ -30,4 +30,4 @@ const Registration kRegistered([] {
 });
 
 }  // namespace
-}  // namespace terravox::bench
+}  // namespace terravox::bench::laszip_decode_entry

@@ -4,7 +4,7 @@
 #include "tests/bench/entries/light_picture.hpp"
 #include "tests/raytracer/landscape.hpp"
 
-namespace terravox::bench {
+namespace terravox::bench::light_convergence_entry {
 namespace {
 
 constexpr int kReferenceSamples = 4096;
@@ -89,4 +89,4 @@ Entry entry() {
 const Registration kRegistered([] { return std::vector{entry()}; });
 
 }  // namespace
-}  // namespace terravox::bench
+}  // namespace terravox::bench::light_convergence_entry

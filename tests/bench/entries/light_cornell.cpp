@@ -9,7 +9,7 @@
 #include "tests/bench/entries/light_picture.hpp"
 #include "tests/common/voxel/array_world.hpp"
 
-namespace terravox::bench {
+namespace terravox::bench::light_cornell_entry {
 namespace {
 
 using test::ArrayWorld;
@@ -236,4 +236,4 @@ const Registration kRegistered([] {
 });
 
 }  // namespace
-}  // namespace terravox::bench
+}  // namespace terravox::bench::light_cornell_entry

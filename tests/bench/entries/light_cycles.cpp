@@ -10,7 +10,7 @@
 #include "tests/bench/entries/embree_mesh.hpp"
 #include "tests/bench/entries/light_picture.hpp"
 
-namespace terravox::bench {
+namespace terravox::bench::light_cycles_entry {
 namespace {
 
 constexpr int kBounces = 3;
@@ -220,4 +220,4 @@ Entry entry() {
 const Registration kRegistered([] { return std::vector{entry()}; });
 
 }  // namespace
-}  // namespace terravox::bench
+}  // namespace terravox::bench::light_cycles_entry

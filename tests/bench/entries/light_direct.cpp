@@ -4,7 +4,7 @@
 #include "common/util/error.hpp"
 #include "tests/bench/bench.hpp"
 
-namespace terravox::bench {
+namespace terravox::bench::light_direct_entry {
 namespace {
 
 std::string missing(const Context& c) {
@@ -94,4 +94,4 @@ Entry entry() {
 const Registration kRegistered([] { return std::vector{entry()}; });
 
 }  // namespace
-}  // namespace terravox::bench
+}  // namespace terravox::bench::light_direct_entry

@@ -22,6 +22,10 @@ public:
     static constexpr int kSeed = 7;
     static constexpr int kWidthPx = 1280;
     static constexpr int kHeightPx = 720;
+    /// Where a pixel stands in an array of all, row by row.
+    [[nodiscard]] static constexpr std::size_t pixel_index(int x, int y) noexcept {
+        return static_cast<std::size_t>(y * kWidthPx + x);
+    }
 
     /// Why it cannot be made: no script, no Python with NumPy. Empty: it can.
     [[nodiscard]] static std::string missing(const Context& context);

@@ -8,10 +8,6 @@
 namespace terravox::bench {
 namespace {
 
-std::size_t pixel(int x, int y) noexcept {
-    return static_cast<std::size_t>(y * NeutralScene::kWidthPx + x);
-}
-
 constexpr std::size_t kBoxMemory_bytes = std::size_t{1} << 30;
 
 }  // namespace
@@ -28,7 +24,7 @@ NeutralTracer::NeutralTracer(NeutralWorld& world, int threads)
 
 void NeutralTracer::begin(const NeutralView& view) {
     m_camera = view.camera();
-    m_seen.assign(pixel(0, NeutralScene::kHeightPx), Seen{});
+    m_seen.assign(NeutralScene::pixel_index(0, NeutralScene::kHeightPx), Seen{});
 }
 
 void NeutralTracer::trace_primary(int x0, int y0, int thread) {
@@ -43,7 +39,7 @@ void NeutralTracer::trace_primary(int x0, int y0, int thread) {
 void NeutralTracer::trace_single(int x, int y, core::RayState& ray, Worker& worker) {
     walk::Hit hit;
     if (worker.walk.first_hit(ray, walk::StopAt::kSolid, core::kFar, hit) == walk::WalkEnd::kHit)
-        m_seen[pixel(x, y)] = {hit.t, hit.voxel, hit.face, true, false};
+        m_seen[NeutralScene::pixel_index(x, y)] = {hit.t, hit.voxel, hit.face, true, false};
 }
 
 // As TileJob traces its blocks.
@@ -67,7 +63,8 @@ void NeutralTracer::trace_block(int x0, int y0, const trace::PixelBlock& block, 
     }
     for (int i = 0; i < walk::RayPacket::kLanes; ++i) {
         if ((ends.hit >> i & 1) != 0) {
-            m_seen[pixel(x_of(i), y_of(i))] = {hits[i].t, hits[i].voxel, hits[i].face, true, false};
+            m_seen[NeutralScene::pixel_index(x_of(i), y_of(i))] = {hits[i].t, hits[i].voxel,
+                                                                   hits[i].face, true, false};
         } else if ((ends.missed >> i & 1) == 0) {
             core::RayState ray(m_camera->ray(x_of(i) + 0.5, y_of(i) + 0.5));
             if ((placed >> i & 1) != 0)
@@ -96,7 +93,7 @@ void NeutralTracer::trace_shadow(int x0, int y0, int thread) {
         };
         const int x = x0 + every_other(i);
         const int y = y0 + every_other(i >> 1);
-        Seen& seen = m_seen[pixel(x, y)];
+        Seen& seen = m_seen[NeutralScene::pixel_index(x, y)];
         if (!seen.hit || seen.face == core::Face::kNone)
             continue;
         const core::Ray primary = m_camera->ray(x + 0.5, y + 0.5);

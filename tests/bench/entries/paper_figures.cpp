@@ -1,7 +1,7 @@
 #include "tests/bench/entries/square_photo.hpp"
 #include "tests/bench/serve_script.hpp"
 
-namespace terravox::bench {
+namespace terravox::bench::paper_figures_entry {
 namespace {
 
 std::string missing(const Context& c) {
@@ -45,4 +45,4 @@ Entry entry() {
 const Registration kRegistered([] { return std::vector{entry()}; });
 
 }  // namespace
-}  // namespace terravox::bench
+}  // namespace terravox::bench::paper_figures_entry

@@ -1,6 +1,6 @@
 #include "tests/bench/serve_script.hpp"
 
-namespace terravox::bench {
+namespace terravox::bench::preview_entry {
 namespace {
 
 Entry latency() {
@@ -40,4 +40,4 @@ Entry latency() {
 const Registration kRegistered([] { return std::vector{latency()}; });
 
 }  // namespace
-}  // namespace terravox::bench
+}  // namespace terravox::bench::preview_entry

@@ -5,7 +5,7 @@
 #include "common/util/error.hpp"
 #include "tests/bench/entries/data_sets.hpp"
 
-namespace terravox::bench {
+namespace terravox::bench::render_entry {
 namespace {
 
 /// The useful figures of the ray tracer's --report.
@@ -92,4 +92,4 @@ const Registration kRegistered([] {
 });
 
 }  // namespace
-}  // namespace terravox::bench
+}  // namespace terravox::bench::render_entry

@@ -10,7 +10,7 @@
 #include "tests/bench/bench.hpp"
 #include "tests/bench/entries/scale_run.hpp"
 
-namespace terravox::bench {
+namespace terravox::bench::scale_levels_entry {
 namespace {
 
 using voxel::Grain;
@@ -182,4 +182,4 @@ Entry entry() {
 const Registration kRegistered([] { return std::vector{entry()}; });
 
 }  // namespace
-}  // namespace terravox::bench
+}  // namespace terravox::bench::scale_levels_entry

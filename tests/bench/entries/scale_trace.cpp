@@ -6,7 +6,7 @@
 #include "tests/bench/clocks.hpp"
 #include "tests/bench/entries/scale_run.hpp"
 
-namespace terravox::bench {
+namespace terravox::bench::scale_trace_entry {
 namespace {
 
 constexpr std::size_t kMib = std::size_t{1} << 20;
@@ -212,4 +212,4 @@ const Registration kRegistered([] {
 });
 
 }  // namespace
-}  // namespace terravox::bench
+}  // namespace terravox::bench::scale_trace_entry

@@ -1,6 +1,6 @@
 #include "tests/bench/serve_script.hpp"
 
-namespace terravox::bench {
+namespace terravox::bench::serve_cached_entry {
 namespace {
 
 void add_variant(const nlohmann::json& figures, const std::string& name, bool is_target,
@@ -50,4 +50,4 @@ Entry entry() {
 const Registration kRegistered([] { return std::vector{entry()}; });
 
 }  // namespace
-}  // namespace terravox::bench
+}  // namespace terravox::bench::serve_cached_entry

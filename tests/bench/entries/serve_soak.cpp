@@ -1,6 +1,6 @@
 #include "tests/bench/serve_script.hpp"
 
-namespace terravox::bench {
+namespace terravox::bench::serve_soak_entry {
 namespace {
 
 constexpr int kMemory_mib = 256;
@@ -44,4 +44,4 @@ Entry entry_for(const std::string& minutes) {
 const Registration kRegistered([] { return std::vector{entry_for("1"), entry_for("10")}; });
 
 }  // namespace
-}  // namespace terravox::bench
+}  // namespace terravox::bench::serve_soak_entry

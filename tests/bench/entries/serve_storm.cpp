@@ -1,6 +1,6 @@
 #include "tests/bench/serve_script.hpp"
 
-namespace terravox::bench {
+namespace terravox::bench::serve_storm_entry {
 namespace {
 
 Entry entry() {
@@ -31,4 +31,4 @@ Entry entry() {
 const Registration kRegistered([] { return std::vector{entry()}; });
 
 }  // namespace
-}  // namespace terravox::bench
+}  // namespace terravox::bench::serve_storm_entry

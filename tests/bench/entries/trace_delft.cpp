@@ -6,7 +6,7 @@
 #include "raytracer/walk/walker.hpp"
 #include "tests/bench/entries/data_sets.hpp"
 
-namespace terravox::bench {
+namespace terravox::bench::trace_delft_entry {
 namespace {
 
 constexpr std::size_t kBoxMemory_bytes = std::size_t{2} << 30;
@@ -98,4 +98,4 @@ Entry entry() {
 const Registration kRegistered([] { return std::vector{entry()}; });
 
 }  // namespace
-}  // namespace terravox::bench
+}  // namespace terravox::bench::trace_delft_entry

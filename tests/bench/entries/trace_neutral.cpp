@@ -5,7 +5,7 @@
 #include "tests/bench/entries/embree_scene.hpp"
 #include "tests/bench/entries/neutral_tracer.hpp"
 
-namespace terravox::bench {
+namespace terravox::bench::trace_neutral_entry {
 namespace {
 
 constexpr int kRounds =
@@ -134,4 +134,4 @@ Entry entry() {
 const Registration kRegistered([] { return std::vector{entry()}; });
 
 }  // namespace
-}  // namespace terravox::bench
+}  // namespace terravox::bench::trace_neutral_entry

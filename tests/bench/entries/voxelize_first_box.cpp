@@ -2,7 +2,7 @@
 #include "tests/bench/clocks.hpp"
 #include "tests/bench/entries/square_photo.hpp"
 
-namespace terravox::bench {
+namespace terravox::bench::voxelize_first_box_entry {
 namespace {
 
 constexpr double kIndexed_ms = 250;
@@ -125,4 +125,4 @@ Entry entry() {
 const Registration kRegistered([] { return std::vector{entry()}; });
 
 }  // namespace
-}  // namespace terravox::bench
+}  // namespace terravox::bench::voxelize_first_box_entry

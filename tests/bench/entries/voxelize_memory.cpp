@@ -4,7 +4,7 @@
 #include "tests/bench/entries/data_sets.hpp"
 #include "tests/bench/moved_square.hpp"
 
-namespace terravox::bench {
+namespace terravox::bench::voxelize_memory_entry {
 namespace {
 
 constexpr double kLimit_mib = 700;
@@ -73,4 +73,4 @@ const Registration kRegistered([] {
 });
 
 }  // namespace
-}  // namespace terravox::bench
+}  // namespace terravox::bench::voxelize_memory_entry

@@ -5,7 +5,7 @@
 #include "tests/bench/clocks.hpp"
 #include "tests/bench/entries/square_photo.hpp"
 
-namespace terravox::bench {
+namespace terravox::bench::voxelize_square_entry {
 namespace {
 
 constexpr double kFirstSystem_ms =
@@ -84,4 +84,4 @@ Entry entry() {
 const Registration kRegistered([] { return std::vector{entry()}; });
 
 }  // namespace
-}  // namespace terravox::bench
+}  // namespace terravox::bench::voxelize_square_entry

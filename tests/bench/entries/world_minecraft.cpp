@@ -6,7 +6,7 @@
 #include "voxelserver/worlds/minecraft/info.hpp"
 #include "voxelserver/worlds/minecraft/minecraft_world.hpp"
 
-namespace terravox::bench {
+namespace terravox::bench::world_minecraft_entry {
 namespace {
 
 constexpr int kPasses = 5;
@@ -110,4 +110,4 @@ const Registration kRegistered([] {
 });
 
 }  // namespace
-}  // namespace terravox::bench
+}  // namespace terravox::bench::world_minecraft_entry

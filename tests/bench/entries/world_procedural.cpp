@@ -3,7 +3,7 @@
 #include "tests/bench/bench.hpp"
 #include "voxelserver/worlds/procedural/procedural_world.hpp"
 
-namespace terravox::bench {
+namespace terravox::bench::world_procedural_entry {
 namespace {
 
 /// Time that this process computes, all threads together: others on the machine do not count.
@@ -64,4 +64,4 @@ Entry entry() {
 const Registration kRegistered([] { return std::vector{entry()}; });
 
 }  // namespace
-}  // namespace terravox::bench
+}  // namespace terravox::bench::world_procedural_entry

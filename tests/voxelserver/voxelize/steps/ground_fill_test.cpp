@@ -3,6 +3,7 @@
 #include <random>
 
 #include "tests/catch.hpp"
+#include "tests/same_bits.hpp"
 #include "tests/voxelserver/voxelize/steps/made_land.hpp"
 #include "voxelserver/voxelize/steps/ground_fill.hpp"
 
@@ -33,10 +34,6 @@ const AskWideGround kNeverAsked = [](std::int32_t x, std::int32_t z) -> float {
 const AskWideGround kFromAfar = [](std::int32_t x, std::int32_t z) {
     return static_cast<float>(1000 + x + 0.25 * z);
 };
-
-bool same_bits(float a, float b) {
-    return std::memcmp(&a, &b, sizeof a) == 0;
-}
 
 /// Hills with gaps of all sizes: single columns, houses, a quarry wider than any reach.
 double hills(std::int32_t x, std::int32_t z) {

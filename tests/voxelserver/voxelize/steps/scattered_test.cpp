@@ -1,13 +1,14 @@
 // Heights between scattered samples.
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <random>
 
 #include "tests/catch.hpp"
+#include "tests/same_bits.hpp"
 #include "voxelserver/voxelize/steps/scattered.hpp"
 
 using namespace terravox;
+using terravox::test::same_bits;
 using voxelize::ScatteredHeights;
 using Sample = ScatteredHeights::Sample;
 
@@ -29,10 +30,6 @@ std::vector<Sample> some_samples(unsigned seed, std::size_t count, bool on_a_gri
         out.push_back({at.first, at.second, static_cast<float>(random() % 10'000) / 100});
     }
     return out;
-}
-
-bool same_bits(float a, float b) {
-    return std::memcmp(&a, &b, sizeof a) == 0;
 }
 
 }  // namespace
