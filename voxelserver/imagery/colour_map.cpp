@@ -121,11 +121,11 @@ private:
     }
 
     void check(const PaletteFile& file) const {
-        std::uint32_t mapped = 0;
-        std::uint32_t requested = 0;
+        MaterialSet mapped = 0;
+        MaterialSet requested = 0;
         for (const auto& e : m_entries)
             mapped |= bit_of(e.material);
-        for (const std::uint32_t c : m_map.m_candidates)
+        for (const MaterialSet c : m_map.m_candidates)
             requested |= c;
         for (int m = 0; m < voxel::kMaterialCount; ++m)
             if ((requested & ~mapped & bit_of(static_cast<Material>(m))) != 0)
@@ -161,8 +161,8 @@ void ColourMap::build_sets(const std::vector<Entry>& entries) {
     m_sets.resize(m_rules.size() + 1);
     for (std::size_t r = 0; r < m_sets.size(); ++r)
         for (std::size_t g = 0; g < kGroupCount; ++g) {
-            std::uint32_t allowed =
-                m_candidates[g] & (r == 0 ? ~std::uint32_t{0} : m_rules[r - 1].only);
+            MaterialSet allowed =
+                m_candidates[g] & (r == 0 ? ~MaterialSet{0} : m_rules[r - 1].only);
             if (allowed == 0)
                 allowed = m_candidates[g];  // a rule about materials of other groups
             Set& set = m_sets[r][g];
@@ -225,7 +225,7 @@ Material ColourMap::nearest(Rgb8 colour, Group group, float index) const noexcep
 void ColourMap::add_values(voxel::ByteWriter& out) const {
     out.add(m_cielab);
     out.add(m_lightness_weight);
-    for (const std::uint32_t c : m_candidates)
+    for (const MaterialSet c : m_candidates)
         out.add(c);
     out.add(m_rules.size());
     for (const NdviRule& r : m_rules) {

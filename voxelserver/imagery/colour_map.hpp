@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "common/voxel/material.hpp"
+#include "voxelserver/imagery/material_set.hpp"
 
 namespace terravox::voxel {
 class ByteWriter;
@@ -62,7 +63,7 @@ public:
 
     [[nodiscard]] std::size_t entry_count() const noexcept { return m_entry_count; }
     /// Bit m is set when material m is a candidate of the group.
-    [[nodiscard]] std::uint32_t candidates(Group group) const noexcept {
+    [[nodiscard]] MaterialSet candidates(Group group) const noexcept {
         return m_candidates[static_cast<std::size_t>(group)];
     }
 
@@ -77,7 +78,7 @@ private:
         float above = -2;
         float below = 2;
         double darker_than = 1000;  ///< upper limit of the lightness, L*
-        std::uint32_t only = ~std::uint32_t{0};
+        MaterialSet only = ~MaterialSet{0};
     };
     /// A position in the colour space in whole steps of 1/64 (CIELAB) or 1/16 (RGB) of a unit, so
     /// that squared distances are exact, fit in 32 bits, and can be compared four at a time.
@@ -93,7 +94,7 @@ private:
         std::vector<std::int32_t> y;
         std::vector<std::int32_t> z;
         std::vector<voxel::Material> material;
-        std::uint32_t materials = 0;
+        MaterialSet materials = 0;
     };
     friend class ColourMapLoader;
     [[nodiscard]] Place place_of(voxel::Rgb8 colour, double& lightness) const noexcept;
@@ -103,7 +104,7 @@ private:
     bool m_cielab = true;
     double m_lightness_weight = 1;
     std::size_t m_entry_count = 0;
-    std::array<std::uint32_t, kGroupCount> m_candidates{};
+    std::array<MaterialSet, kGroupCount> m_candidates{};
     std::vector<NdviRule> m_rules;
     std::vector<std::array<Set, kGroupCount>> m_sets;  ///< [0] = no rule applies, [i + 1] = rule i
 };

@@ -20,10 +20,10 @@ constexpr int kMaxRadius = 6;  ///< voxels
 std::vector<int> reaches_of(const Filters& filters, const std::vector<int>& radii) {
     std::vector<int> reach(filters.size(), 0);
     for (std::size_t i = filters.size(); i-- > 0;) {
-        const std::uint32_t writes =
+        const MaterialSet writes =
             filters[i].of | (filters[i].to ? bit_of(*filters[i].to) : filters[i].by);
         for (std::size_t j = i + 1; j < filters.size(); ++j) {
-            const std::uint32_t reads =
+            const MaterialSet reads =
                 filters[j].of | filters[j].by | (filters[j].to ? bit_of(*filters[j].to) : 0);
             if ((writes & reads) != 0)
                 reach[i] = std::max(reach[i], reach[j] + radii[j]);
@@ -105,7 +105,7 @@ public:
         m_best.assign(columns, 0);
         m_own.assign(columns, 0);
         m_winner.assign(columns, Material::kAir);
-        const std::uint32_t voters = m_row.by | (m_row.to ? bit_of(*m_row.to) : 0);
+        const MaterialSet voters = m_row.by | (m_row.to ? bit_of(*m_row.to) : 0);
         if (m_row.at_most_permille >= 0) {
             count_own();
             std::fill(m_winner.begin(), m_winner.end(), *m_row.to);
@@ -156,7 +156,7 @@ private:
 
     /// Adds, for each column of a row with work, the number of columns of its disc that have one of
     /// `materials`.
-    void count(std::uint32_t materials, std::vector<std::uint16_t>& into) {
+    void count(MaterialSet materials, std::vector<std::uint16_t>& into) {
         if ((materials & m_present) == 0)
             return;
         const int z0 = m_inset - m_radius;
@@ -248,7 +248,7 @@ private:
     std::size_t m_width;
     std::array<int, kMaxRadius + 1> m_disc;
     bool m_any_work = false;
-    std::uint32_t m_present = 0;
+    MaterialSet m_present = 0;
     std::vector<std::uint8_t> m_work;
     std::vector<std::uint16_t> m_sums;
     std::vector<std::uint16_t> m_votes;
@@ -325,7 +325,7 @@ void apply_filters(Grid& grid, const Filters& filters, double voxel_m) {
                           " or more");
     if (columns == 0)
         return;
-    std::uint32_t present = 0;
+    MaterialSet present = 0;
     for (const Material m : grid.material)
         present |= bit_of(m);
     for (std::size_t i = 0; i < filters.size(); ++i) {
@@ -333,7 +333,7 @@ void apply_filters(Grid& grid, const Filters& filters, double voxel_m) {
         // occur at all.
         const FilterRow& row = filters[i];
         const bool isolated = row.at_most_permille >= 0;
-        const std::uint32_t winners = row.to ? bit_of(*row.to) : row.by;
+        const MaterialSet winners = row.to ? bit_of(*row.to) : row.by;
         if ((row.of & present) == 0 || (!isolated && (winners & present) == 0))
             continue;
         present |= row.to ? bit_of(*row.to) : 0;

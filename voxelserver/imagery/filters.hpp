@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "common/voxel/material.hpp"
+#include "voxelserver/imagery/material_set.hpp"
 
 namespace terravox::voxel {
 class ByteWriter;
@@ -31,8 +32,8 @@ struct Grid {
 /// surrounding columns have its own material.
 struct FilterRow {
     std::string name;
-    std::uint32_t of = 0;               ///< the materials that may change; bit m for material m
-    std::uint32_t by = 0;               ///< the materials that vote; unused with at_most_permille
+    MaterialSet of = 0;                 ///< the materials that may change
+    MaterialSet by = 0;                 ///< the materials that vote; unused with at_most_permille
     std::optional<voxel::Material> to;  ///< nullopt = the majority's material
     /// [0.1, 20]; the voters are the disc around the column, including itself.
     double radius_m = 1;

@@ -41,15 +41,15 @@ voxel::Material PaletteFile::material(const std::string& where, const std::strin
     return *found;
 }
 
-std::uint32_t PaletteFile::materials(const toml::table& table, const std::string& where,
-                                     const char* field) const {
+MaterialSet PaletteFile::materials(const toml::table& table, const std::string& where,
+                                   const char* field) const {
     const auto* node = table.get(field);
     if (node == nullptr)
         return 0;
     const auto* list = node->as_array();
     if (list == nullptr)
         fail(where + field + " is not a list; allowed: a list of materials of materials.toml");
-    std::uint32_t bits = 0;
+    MaterialSet bits = 0;
     for (const auto& item : *list) {
         const auto name = item.value<std::string>();
         if (!name)

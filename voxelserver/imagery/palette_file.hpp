@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "common/voxel/material.hpp"
+#include "voxelserver/imagery/material_set.hpp"
 
 namespace terravox::imagery {
 
@@ -24,9 +25,9 @@ public:
     [[nodiscard]] double number(const toml::table& table, const std::string& where,
                                 const char* field, double min, double max, double otherwise) const;
     [[nodiscard]] voxel::Material material(const std::string& where, const std::string& name) const;
-    /// The materials of a list as a bit mask, bit m for material m; 0 where the field is not set.
-    [[nodiscard]] std::uint32_t materials(const toml::table& table, const std::string& where,
-                                          const char* field) const;
+    /// The materials of a list; 0 where the field is not set.
+    [[nodiscard]] MaterialSet materials(const toml::table& table, const std::string& where,
+                                        const char* field) const;
     /// The tables of [[name]]; empty where there are none.
     [[nodiscard]] std::vector<const toml::table*> rows(const char* name) const;
     /// Rejects fields that no reader uses: a misspelt one would otherwise be ignored silently.
@@ -37,10 +38,6 @@ private:
     std::filesystem::path m_path;
     toml::table m_root;
 };
-
-[[nodiscard]] constexpr std::uint32_t bit_of(voxel::Material m) noexcept {
-    return std::uint32_t{1} << static_cast<unsigned>(m);
-}
 
 /// Reads config/palettes/<id>.toml, or a path that ends in .toml, and the files that it extends:
 /// the base first.

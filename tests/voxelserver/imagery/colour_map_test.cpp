@@ -76,7 +76,7 @@ Lab lab_by_libm(Rgb8 c) {
 }
 
 /// The nearest entry of config/palettes/default.toml by trying all of them.
-Material nearest_by_trying(Rgb8 colour, std::uint32_t candidates, double& lead) {
+Material nearest_by_trying(Rgb8 colour, MaterialSet candidates, double& lead) {
     static const auto files = read_palette("default");
     double best = 1e300;
     double other = 1e300;
@@ -105,6 +105,16 @@ Material nearest_by_trying(Rgb8 colour, std::uint32_t candidates, double& lead) 
 }
 
 }  // namespace
+
+TEST_CASE("a set of materials tells each from all others", "[voxelserver][imagery]") {
+    MaterialSet all = 0;
+    for (int m = 0; m < voxel::kMaterialCount; ++m) {
+        const MaterialSet bit = bit_of(static_cast<Material>(m));
+        CHECK(bit != 0);
+        CHECK((all & bit) == 0);
+        all |= bit;
+    }
+}
 
 TEST_CASE("sRGB becomes CIELAB", "[voxelserver][imagery][colour]") {
     struct Case {

@@ -21,14 +21,14 @@ constexpr std::array kSome = {Material::kAir,       Material::kGround,   Materia
                               Material::kRoof,      Material::kGreyRoof, Material::kFlatRoof,
                               Material::kOrangeRoof};
 
-std::uint32_t bits(std::initializer_list<Material> materials) {
-    std::uint32_t out = 0;
+MaterialSet bits(std::initializer_list<Material> materials) {
+    MaterialSet out = 0;
     for (const Material m : materials)
         out |= bit_of(m);
     return out;
 }
 
-FilterRow row(std::uint32_t of, std::uint32_t by, std::optional<Material> to, double radius_m,
+FilterRow row(MaterialSet of, MaterialSet by, std::optional<Material> to, double radius_m,
               int permille) {
     return {"test", of, by, to, radius_m, permille, -1};
 }
