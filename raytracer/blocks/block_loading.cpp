@@ -88,7 +88,8 @@ std::vector<voxel::BoxKey> BlockManager::load(const std::vector<voxel::BoxKey>& 
             std::erase(missing, key);
         } catch (...) {
             // Out of memory, most likely: the box stays among the missing ones.
-            reason = outcome.failure ? outcome.failure : std::current_exception();
+            const bool has_reason = outcome.failure && !is_stopped(outcome.failure);
+            reason = has_reason ? outcome.failure : std::current_exception();
         }
     };
     try {

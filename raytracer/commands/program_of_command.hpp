@@ -10,7 +10,7 @@ class App;
 
 namespace terravox::commands {
 
-/// A command that is a program of its own beside terravox-raytracer, since it alone needs a window
+/// A command that is a program of its own next to terravox-raytracer, since it alone needs a window
 /// or the libraries of other programs' formats: pictures start without them.
 struct CommandWithProgram {
     const char* name;         ///< of the command

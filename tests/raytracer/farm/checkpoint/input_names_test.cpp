@@ -78,7 +78,7 @@ TEST_CASE("files of every kind of input count, outputs do not", "[raytracer][che
     const TemporaryFolder folder;
     write_text(folder.path() / "world" / "cloud.ply", "ply");
     write_text(folder.path() / "world" / "map.sqlite", "map");
-    // Outputs are told by canonical paths, however the folder is named.
+    // Outputs are recognised by canonical paths, however the folder is named.
     fs::create_directory_symlink(folder.path() / "world", folder.path() / "link");
     const fs::path input = folder.path() / GENERATE("world", "link");
     const auto name = [&] {
