@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "common/thread/parallel.hpp"
+#include "common/thread/tsan_order.hpp"
 
 namespace terravox::thread {
 
@@ -24,6 +25,7 @@ void in_order(std::size_t count, int threads, const Make& make, const Use& use) 
     struct Item {
         std::size_t index;
         Made made;
+        TsanOrder order;  // between make() and use()
     };
     using ItemPtr = std::shared_ptr<Item>;
     const int max_threads = thread_count(threads);
@@ -42,29 +44,43 @@ void in_order(std::size_t count, int threads, const Make& make, const Use& use) 
                 failure = std::current_exception();
         }
     };
-    arena.execute([&] {
+    const auto run = [&] {
+        TsanTasks tasks;
+        TsanOrder inputs;
+        TsanOrder outputs;
+        const auto next_index = [&](tbb::flow_control& control) {
+            const TsanTasks::Task task(tasks);
+            const TsanSerialTask serial(inputs);
+            const bool ends = next == count || failed;
+            if (ends)
+                control.stop();
+            return ends ? count : next++;
+        };
+        const auto make_item = [&](std::size_t i) {
+            const TsanTasks::Task task(tasks);
+            ItemPtr item;
+            try_to([&] {
+                item = std::make_shared<Item>(Item{i, make(i), {}});
+                item->order.precede();
+            });
+            return item;
+        };
+        const auto use_item = [&](const ItemPtr& item) {
+            const TsanTasks::Task task(tasks);
+            const TsanSerialTask serial(outputs);
+            if (!item)
+                return;
+            item->order.follow();
+            try_to([&] { use(item->index, std::move(item->made)); });
+        };
+        using tbb::filter_mode;
         tbb::parallel_pipeline(
             static_cast<std::size_t>(max_threads) * 2,
-            tbb::make_filter<void, std::size_t>(tbb::filter_mode::serial_in_order,
-                                                [&](tbb::flow_control& control) {
-                                                    const bool ends = next == count || failed;
-                                                    if (ends)
-                                                        control.stop();
-                                                    return ends ? count : next++;
-                                                }) &
-                tbb::make_filter<std::size_t, ItemPtr>(
-                    tbb::filter_mode::parallel,
-                    [&](std::size_t i) {
-                        ItemPtr item;
-                        try_to([&] { item = std::make_shared<Item>(Item{i, make(i)}); });
-                        return item;
-                    }) &
-                tbb::make_filter<ItemPtr, void>(
-                    tbb::filter_mode::serial_in_order, [&](const ItemPtr& item) {
-                        if (item)
-                            try_to([&] { use(item->index, std::move(item->made)); });
-                    }));
-    });
+            tbb::make_filter<void, std::size_t>(filter_mode::serial_in_order, next_index) &
+                tbb::make_filter<std::size_t, ItemPtr>(filter_mode::parallel, make_item) &
+                tbb::make_filter<ItemPtr, void>(filter_mode::serial_in_order, use_item));
+    };
+    arena.execute(run);
     if (failure)
         std::rethrow_exception(failure);
 }

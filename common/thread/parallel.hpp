@@ -6,6 +6,8 @@
 #include <cstddef>
 #include <thread>
 
+#include "common/thread/tsan_order.hpp"
+
 namespace terravox::thread {
 
 /// @param requested requested number of threads; 0 = one per core
@@ -23,8 +25,13 @@ namespace terravox::thread {
 template <class Work>
 void parallel_for(std::size_t count, int threads, const Work& work) {
     oneapi::tbb::task_arena arena(thread_count(threads));
+    TsanTasks tasks;
+    const auto one = [&](std::size_t i) {
+        const TsanTasks::Task task(tasks);
+        work(i);
+    };
     arena.execute([&] {
-        oneapi::tbb::parallel_for(std::size_t{0}, count, work, oneapi::tbb::simple_partitioner{});
+        oneapi::tbb::parallel_for(std::size_t{0}, count, one, oneapi::tbb::simple_partitioner{});
     });
 }
 
