@@ -23,6 +23,7 @@ FUZZ_TARGETS=(
     "materials 16384 toml"
     "nbt 65536 nbt"
     "ply 16384 ply"
+    "raster 65536 tiff"
     "region 65536 nbt"
     "scene 8192 toml"
     "settings 16384 toml"

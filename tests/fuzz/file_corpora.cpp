@@ -1,12 +1,18 @@
 // fuzz-file-corpora FOLDER: inputs of the targets that need nothing of the ray tracer, in
 // FOLDER/TARGET.
+#include <cpl_string.h>
+#include <gdal_priv.h>
+
+#include <array>
 #include <cstdio>
 
 #include "common/geo/crs.hpp"
+#include "common/geo/gdal.hpp"
 #include "common/voxel/archive/archive_writer.hpp"
 #include "common/voxel/box_codec.hpp"
 #include "common/voxel/world_json.hpp"
 #include "raytracer/farm/net/handshake.hpp"
+#include "tests/common/temporary_folder.hpp"
 #include "tests/fuzz/corpus.hpp"
 #include "tests/voxelserver/lidar/las_bytes.hpp"
 #include "tests/voxelserver/ply/ply_bytes.hpp"
@@ -41,6 +47,58 @@ void ply(const fs::path& folder) {
     corpus.add("text", test::ply_bytes(points, test::PlyKind::kText, "crs EPSG:2154"));
     corpus.add("little", test::ply_bytes(points, test::PlyKind::kLittle));
     corpus.add("big", test::ply_bytes(points, test::PlyKind::kBig));
+}
+
+/// A raster of floating-point heights with overviews, by GDAL; options as of its GTiff driver.
+std::string tiff(const fs::path& file, std::initializer_list<const char*> options) {
+    geo::start_gdal();
+    CPLStringList words;
+    for (const char* option : options)
+        words.AddString(option);
+    {
+        const GDALDatasetUniquePtr out(GetGDALDriverManager()->GetDriverByName("GTiff")->Create(
+            file.c_str(), 40, 24, 1, GDT_Float32, words.List()));
+        std::array<double, 6> place{460'000, 1, 0, 101'000, 0, -1};
+        out->SetGeoTransform(place.data());
+        out->SetSpatialRef(&geo::Crs::from_text("EPSG:3794").ogr());
+        out->GetRasterBand(1)->SetNoDataValue(-9999);
+        out->GetRasterBand(1)->Fill(123.5);
+        std::array<int, 1> factors{2};
+        out->BuildOverviews("NEAREST", 1, factors.data(), 0, nullptr, nullptr, nullptr);
+    }
+    std::ifstream in(file, std::ios::binary);
+    return {std::istreambuf_iterator<char>(in), {}};
+}
+
+// The first byte chooses the format: tests/fuzz/raster.cpp.
+void rasters(const fs::path& folder) {
+    const Corpus corpus(folder, "raster");
+    const test::TemporaryFolder scratch;
+    const fs::path file = scratch.path() / "heights.tif";
+    const char kTiff = 0;
+    const char kVrt = 1;
+    const char kAsc = 2;
+    const char kXyz = 5;
+    int number = 0;
+    for (const auto options : std::initializer_list<std::initializer_list<const char*>>{
+             {"TILED=YES", "BLOCKXSIZE=16", "BLOCKYSIZE=16", "COMPRESS=DEFLATE"},
+             {"COMPRESS=LZW", "PREDICTOR=3"},
+             {"BIGTIFF=YES"}})
+        corpus.add("tiff-" + std::to_string(number++), kTiff + tiff(file, options));
+    corpus.add(
+        "vrt",
+        kVrt + std::string(
+                   "<VRTDataset rasterXSize=\"40\" rasterYSize=\"24\"><GeoTransform>460000, 1, 0, "
+                   "101000, 0, "
+                   "-1</GeoTransform><VRTRasterBand dataType=\"Float32\" band=\"1\"><SimpleSource>"
+                   "<SourceFilename "
+                   "relativeToVRT=\"1\">input.tif</SourceFilename><SourceBand>1</SourceBand>"
+                   "</SimpleSource></VRTRasterBand></VRTDataset>"));
+    corpus.add(
+        "asc",
+        kAsc + std::string("ncols 3\nnrows 2\nxllcorner 460000\nyllcorner 101000\ncellsize 5\n"
+                           "NODATA_value -9999\n1 2 3\n4.5 -9999 6e1\n"));
+    corpus.add("xyz", kXyz + std::string("0 0 1\n1 0 2\n0 1 3\n1 1 4\n"));
 }
 
 void boxes(const fs::path& folder) {
@@ -183,6 +241,7 @@ int main(int count, char** arguments) {
         const fs::path folder = arguments[1];
         las(folder);
         ply(folder);
+        rasters(folder);
         boxes(folder);
         minecraft_files(folder);
         map_blocks(folder);
