@@ -9,9 +9,6 @@
 namespace terravox::sky {
 namespace {
 
-// The glow of a moonless night is a ten-thousandth of this; like a lens left open, the picture's
-// night is as bright as the end of dusk.
-constexpr voxel::Colour kNight{1.1e-5f, 2.0e-5f, 4.4e-5f};
 constexpr double kRad = det::kPi / 180;
 
 float smooth(double low, double high, double v) noexcept {
@@ -21,19 +18,7 @@ float smooth(double low, double high, double v) noexcept {
 
 voxel::Colour night(double y) noexcept {
     const double low = 1 - y;
-    return kNight * static_cast<float>(1 + 0.6 * low * low * low);
-}
-
-/// Factor from shares of the sun's spectrum to the units of a picture: a sun 45 degrees high in
-/// clear air gives 2.4.
-double scale_of_pictures() {
-    static const double scale = [] {
-        constexpr double kNoonLight = 2.4;
-        constexpr double kTurbidity = 2.5;
-        return kNoonLight / static_cast<double>(voxel::luminance(sun_colour(
-                                Atmosphere(kTurbidity).transmittance(0, det::sin(45 * kRad)), 1)));
-    }();
-    return scale;
+    return kNightLight * static_cast<float>(1 + 0.6 * low * low * low);
 }
 
 struct ClearSky {
@@ -74,7 +59,7 @@ Dome::Dome(const Sun& sun, const Settings& settings)
     m_sun_flat =
         flat > 1e-9 ? core::Vec3{m_to_sun.x / flat, 0, m_to_sun.z / flat} : core::Vec3{0, 0, 1};
     const Atmosphere air(settings.turbidity);
-    const double scale = scale_of_pictures();
+    const double scale = picture_scale();
     // The table takes radiance, the sun's light is what a white surface makes of its irradiance: a
     // factor of pi apart.
     m_table = clear_sky({settings.turbidity, sun.altitude_rad(), settings.place_height_m},
@@ -141,8 +126,8 @@ voxel::Colour Dome::horizon(core::Vec3 d) const noexcept {
 voxel::Colour Dome::radiance(core::Vec3 d) const noexcept {
     voxel::Colour c = clear(d);
     if (m_stars > 0)
-        c = c +
-            starlight(d) * kNight * (m_stars * static_cast<float>(det::exp(-0.15 / (d.y + 0.03))));
+        c = c + starlight(d) * kNightLight *
+                    (m_stars * static_cast<float>(det::exp(-0.15 / (d.y + 0.03))));
     if (!m_clouds.any())
         return c;
     const CloudPlace at = cloud_place(d);

@@ -10,6 +10,10 @@
 
 namespace terravox::sky {
 
+/// The glow of a clear night at the zenith. That of a moonless night is a ten-thousandth of this;
+/// like a lens left open, the picture's night is as bright as the end of dusk.
+inline constexpr voxel::Colour kNightLight{1.1e-5f, 2.0e-5f, 4.4e-5f};
+
 /// Radiance of the upper half of the sky: the clear air by day and in twilight, the night's glow
 /// and stars, and clouds in front of them, without the sun's disc. Natural light: no strength of a
 /// scene is applied. Immutable and thread-safe once lit.

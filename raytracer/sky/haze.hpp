@@ -21,6 +21,10 @@ public:
     /// @param direction of unit length
     [[nodiscard]] voxel::Colour transmittance(core::Vec3 direction, double metres) const noexcept;
 
+    /// Extinction by molecules and by haze, at the place's height.
+    [[nodiscard]] voxel::Colour rayleigh_per_m() const noexcept { return m_rayleigh_per_m; }
+    [[nodiscard]] voxel::Colour mie_per_m() const noexcept { return m_mie_per_m; }
+
 private:
     voxel::Colour m_rayleigh_per_m;
     voxel::Colour m_mie_per_m;

@@ -25,6 +25,17 @@ voxel::Colour sun_colour(const Spectrum& share, double scale) noexcept {
     return to_rec709(light);
 }
 
+double picture_scale() {
+    static const double scale = [] {
+        constexpr double kNoonLight = 2.4;
+        constexpr double kTurbidity = 2.5;
+        constexpr double kRad = det::kPi / 180;
+        return kNoonLight / static_cast<double>(voxel::luminance(sun_colour(
+                                Atmosphere(kTurbidity).transmittance(0, det::sin(45 * kRad)), 1)));
+    }();
+    return scale;
+}
+
 SkyTable::SkyTable(const Scattering& scattering, double height_m, double scale) {
     m_nodes.reserve(static_cast<std::size_t>(kRows) * kColumns);
     for (int i = 0; i < kRows; ++i)

@@ -35,4 +35,8 @@ private:
 /// @param scale times W / m^2
 [[nodiscard]] voxel::Colour sun_colour(const Spectrum& share, double scale) noexcept;
 
+/// Factor from shares of the sun's spectrum to the units of a picture: a sun 45 degrees high in
+/// clear air gives 2.4.
+[[nodiscard]] double picture_scale();
+
 }  // namespace terravox::sky

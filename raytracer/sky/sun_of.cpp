@@ -9,6 +9,9 @@
 namespace terravox::sky {
 namespace {
 
+// Of worlds that are not georeferenced.
+constexpr geo::LatLon kDefaultPlace{46, 14};
+
 geo::DateTime clock_of(const scene::Scene::Sun& sun) {
     geo::DateTime time;
     int end = 0;
@@ -28,6 +31,17 @@ geo::DateTime clock_of(const scene::Scene::Sun& sun) {
 
 }  // namespace
 
+geo::DateTime time_of(const scene::Scene::Sun& sun, const geo::LatLon* place) {
+    geo::DateTime time = clock_of(sun);
+    const geo::LatLon here = place != nullptr ? *place : kDefaultPlace;
+    if (sun.utc_offset_h)
+        time.utc_offset_h = *sun.utc_offset_h;
+    else
+        time.utc_offset_h = sun.zone.empty() ? geo::solar_zone_offset_h(here.lon_deg)
+                                             : geo::zone_offset_h(sun.zone, time);
+    return time;
+}
+
 geo::SunPosition sun_of(const scene::Scene::Sun& sun, const geo::LatLon* place) {
     if (sun.altitude_deg.has_value() != sun.azimuth_deg.has_value())
         throw util::UsageError(std::string("place the sun: sun.") +
@@ -35,14 +49,7 @@ geo::SunPosition sun_of(const scene::Scene::Sun& sun, const geo::LatLon* place) 
                                " is missing; give both, or none to use date and time");
     if (sun.altitude_deg)
         return {*sun.altitude_deg, *sun.azimuth_deg};
-    geo::DateTime time = clock_of(sun);
-    const geo::LatLon here = place != nullptr ? *place : geo::LatLon{46, 14};
-    if (sun.utc_offset_h)
-        time.utc_offset_h = *sun.utc_offset_h;
-    else
-        time.utc_offset_h = sun.zone.empty() ? geo::solar_zone_offset_h(here.lon_deg)
-                                             : geo::zone_offset_h(sun.zone, time);
-    return geo::sun_position(time, here);
+    return geo::sun_position(time_of(sun, place), place != nullptr ? *place : kDefaultPlace);
 }
 
 }  // namespace terravox::sky

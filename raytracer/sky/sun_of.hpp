@@ -13,4 +13,9 @@ namespace terravox::sky {
 /// other
 [[nodiscard]] geo::SunPosition sun_of(const scene::Scene::Sun& sun, const geo::LatLon* place);
 
+/// The clock time of a scene's sun at a place, as sun_of() takes it; angles that are given are
+/// ignored.
+/// @throws UsageError as sun_of()
+[[nodiscard]] geo::DateTime time_of(const scene::Scene::Sun& sun, const geo::LatLon* place);
+
 }  // namespace terravox::sky

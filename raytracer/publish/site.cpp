@@ -1,0 +1,160 @@
+#include "raytracer/publish/site.hpp"
+
+#include <algorithm>
+#include <cstdio>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <string_view>
+
+#include "common/util/atomic_file.hpp"
+#include "common/util/error.hpp"
+#include "voxelserver/page/assets.hpp"
+
+namespace terravox::publish {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+constexpr std::string_view kPageFiles[] = {"viewer.js", "worker.js", "viewer.css", "licences.txt"};
+
+json point(core::Vec3 v) {
+    return json::array({v.x, v.y, v.z});
+}
+
+std::string escaped(const std::string& text) {
+    std::string out;
+    for (const char c : text) {
+        switch (c) {
+            case '&': out += "&amp;"; break;
+            case '<': out += "&lt;"; break;
+            case '>': out += "&gt;"; break;
+            case '"': out += "&quot;"; break;
+            default: out += c; break;
+        }
+    }
+    return out;
+}
+
+std::string_view page_file(std::string_view name) {
+    const page::Asset* asset = page::find(name);
+    if (asset == nullptr)
+        throw util::Error("publish: this program lacks the viewer's " + std::string(name));
+    return asset->bytes;
+}
+
+std::string part_name(std::size_t number) {
+    char name[24];
+    std::snprintf(name, sizeof name, "place-%04zu.part", number);
+    return name;
+}
+
+bool is_part(const fs::path& file) {
+    return file.extension() == ".part" && file.filename().string().rfind("place-", 0) == 0;
+}
+
+void remove_parts(const fs::path& folder) {
+    std::vector<fs::path> old;
+    for (const auto& entry : fs::directory_iterator(folder))
+        if (is_part(entry.path()))
+            old.push_back(entry.path());
+    for (const fs::path& file : old)
+        fs::remove(file);
+}
+
+// Copies the next bytes of an archive into a file of its own.
+void write_part(std::ifstream& in, const fs::path& to, std::uint64_t bytes) {
+    constexpr std::size_t kBlock = std::size_t{1} << 20;
+    util::AtomicFile file(to);
+    std::ofstream out(file.temporary_path(), std::ios::binary);
+    std::string block(kBlock, '\0');
+    for (std::uint64_t left = bytes; left > 0;) {
+        const auto size = static_cast<std::streamsize>(std::min<std::uint64_t>(left, kBlock));
+        if (!in.read(block.data(), size))
+            throw util::Error("split the archive: it cannot be read to its end");
+        if (!out.write(block.data(), size))
+            break;
+        left -= static_cast<std::uint64_t>(size);
+    }
+    out.close();
+    if (!out)
+        throw util::Error("write " + to.string() + ": the disk may be full");
+    file.commit();
+}
+
+}  // namespace
+
+std::string place_json(const SiteFacts& facts) {
+    json archive;
+    if (facts.archive.size() == 1) {
+        archive["url"] = facts.archive.front().name;
+    } else {
+        for (const ArchivePart& part : facts.archive)
+            archive["parts"].push_back({{"url", part.name}, {"bytes", part.bytes}});
+    }
+    json views = json::array();
+    for (const SiteView& view : facts.views)
+        views.push_back({{"name", view.name},
+                         {"position", point(view.position)},
+                         {"target", point(view.target)},
+                         {"fov_deg", view.fov_deg}});
+    return json{{"version", 1},
+                {"title", facts.title},
+                {"attribution", facts.attribution},
+                {"licence", facts.licence},
+                {"archive", archive},
+                {"views", views},
+                {"time_ms", facts.time_ms}}
+               .dump(1, ' ', false, json::error_handler_t::replace) +
+           "\n";
+}
+
+std::string index_html(const SiteFacts& facts) {
+    constexpr std::string_view kTitle = "<title>Terravox</title>\n";
+    std::string page(page_file("viewer.html"));
+    const auto at = page.find(kTitle);
+    if (at == std::string::npos)
+        throw util::Error("publish: the viewer's page has no title to replace");
+    const std::string title = escaped(facts.title);
+    std::string about = "A place of voxels to fly through, with the light of any day.";
+    if (!facts.attribution.empty())
+        about += " " + facts.attribution;
+    const auto meta = [](const std::string& name, const std::string& content) {
+        return "<meta property=\"" + name + "\" content=\"" + content + "\">\n";
+    };
+    page.replace(at, kTitle.size(),
+                 "<title>" + title + "</title>\n<meta name=\"description\" content=\"" +
+                     escaped(about) + "\">\n" + meta("og:title", title) +
+                     meta("og:type", "website") + meta("og:description", escaped(about)) +
+                     meta("og:image", kSitePreview));
+    return page;
+}
+
+void write_site(const fs::path& folder, const SiteFacts& facts) {
+    for (const std::string_view name : kPageFiles)
+        util::write_file_atomically(folder / "viewer" / name, page_file(name));
+    util::write_file_atomically(folder / "place.json", place_json(facts));
+    util::write_file_atomically(folder / "index.html", index_html(facts));
+}
+
+std::vector<ArchivePart> split_archive(const fs::path& archive, std::uint64_t max_bytes) {
+    const fs::path folder = archive.parent_path();
+    remove_parts(folder);
+    const std::uint64_t bytes = fs::file_size(archive);
+    if (bytes <= max_bytes)
+        return {{archive.filename().string(), bytes}};
+    std::ifstream in(archive, std::ios::binary);
+    if (!in)
+        throw util::Error("split " + archive.string() + ": it cannot be read");
+    std::vector<ArchivePart> parts;
+    for (std::uint64_t left = bytes; left > 0;) {
+        const std::uint64_t size = std::min(left, max_bytes);
+        parts.push_back({part_name(parts.size() + 1), size});
+        write_part(in, folder / parts.back().name, size);
+        left -= size;
+    }
+    fs::remove(archive);
+    return parts;
+}
+
+}  // namespace terravox::publish
