@@ -27,6 +27,10 @@
 TERRAVOX_EMBED(index, TERRAVOX_PAGE_FOLDER "/index.html");
 TERRAVOX_EMBED(script, TERRAVOX_PAGE_FOLDER "/app.js");
 TERRAVOX_EMBED(style, TERRAVOX_PAGE_FOLDER "/app.css");
+TERRAVOX_EMBED(viewer, TERRAVOX_PAGE_FOLDER "/viewer.html");
+TERRAVOX_EMBED(viewer_script, TERRAVOX_PAGE_FOLDER "/viewer.js");
+TERRAVOX_EMBED(worker_script, TERRAVOX_PAGE_FOLDER "/worker.js");
+TERRAVOX_EMBED(viewer_style, TERRAVOX_PAGE_FOLDER "/viewer.css");
 TERRAVOX_EMBED(licences, TERRAVOX_PAGE_FOLDER "/licences.txt");
 TERRAVOX_EMBED(open_api, TERRAVOX_OPEN_API);
 
@@ -51,6 +55,14 @@ std::span<const Asset> assets() noexcept {
               between(terravox_page_script_begin, terravox_page_script_end)},
         Asset{"app.css", "text/css; charset=utf-8",
               between(terravox_page_style_begin, terravox_page_style_end)},
+        Asset{"viewer.html", "text/html; charset=utf-8",
+              between(terravox_page_viewer_begin, terravox_page_viewer_end)},
+        Asset{"viewer.js", "text/javascript; charset=utf-8",
+              between(terravox_page_viewer_script_begin, terravox_page_viewer_script_end)},
+        Asset{"worker.js", "text/javascript; charset=utf-8",
+              between(terravox_page_worker_script_begin, terravox_page_worker_script_end)},
+        Asset{"viewer.css", "text/css; charset=utf-8",
+              between(terravox_page_viewer_style_begin, terravox_page_viewer_style_end)},
         Asset{"licences.txt", "text/plain; charset=utf-8",
               between(terravox_page_licences_begin, terravox_page_licences_end)},
     };

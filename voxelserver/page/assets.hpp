@@ -7,7 +7,7 @@ namespace terravox::page {
 
 /// A file of the web page, as it is part of the program. All texts live as long as the program.
 struct Asset {
-    std::string_view path;  ///< its name: "index.html", "app.js", "app.css" or "licences.txt"
+    std::string_view path;  ///< its name: "index.html", "app.js", "app.css", "viewer.html", ...
     std::string_view content_type;  ///< for the header of that name
     std::string_view bytes;
 };

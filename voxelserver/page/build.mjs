@@ -1,7 +1,10 @@
-// Bundles the page: node build.mjs FOLDER writes index.html, app.js, app.css and licences.txt there.
+// Bundles the pages: node build.mjs FOLDER writes there
+// - of the voxel server's page: index.html, app.js, app.css
+// - of the viewer: viewer.html, viewer.js, worker.js, viewer.css
+// - licences.txt of the packages in both
 import { build } from 'esbuild';
 import { copyFile, mkdir, readFile, readdir, writeFile } from 'node:fs/promises';
-import { dirname, join } from 'node:path';
+import { basename, dirname, join } from 'node:path';
 import { fileURLToPath } from 'node:url';
 
 const root = dirname(fileURLToPath(import.meta.url));
@@ -33,7 +36,14 @@ async function licenceOf(name) {
 await mkdir(out, { recursive: true });
 const result = await build({
   absWorkingDir: root,
-  entryPoints: { app: 'src/app.ts', style: 'src/app.css' },
+  entryPoints: {
+    'app': 'src/app.ts',
+    'style': 'src/app.css',
+    'viewer': 'src/viewer/viewer.ts',
+    'worker': 'src/viewer/data/worker.ts',
+    'viewer-style': 'src/viewer/viewer.css',
+  },
+  loader: { '.glsl': 'text' },
   outdir: out,
   write: false,
   bundle: true,
@@ -45,8 +55,12 @@ const result = await build({
   metafile: true,
   logLevel: 'warning',
 });
-for (const file of result.outputFiles) await writeFile(join(out, file.path.endsWith('.css') ? 'app.css' : 'app.js'), file.contents);
-await copyFile(join(root, 'index.html'), join(out, 'index.html'));
+const renamed = { 'style.css': 'app.css', 'viewer-style.css': 'viewer.css' };
+for (const file of result.outputFiles) {
+  const name = basename(file.path);
+  await writeFile(join(out, renamed[name] ?? name), file.contents);
+}
+for (const name of ['index.html', 'viewer.html']) await copyFile(join(root, name), join(out, name));
 const rule = `\n${'-'.repeat(100)}\n\n`;
 const licences = await Promise.all(packagesOf(result.metafile).map(licenceOf));
 await writeFile(join(out, 'licences.txt'), `This page holds parts of these packages.\n${rule}${licences.join(rule)}`);

@@ -1,0 +1,214 @@
+import assert from 'node:assert/strict';
+import { test } from 'node:test';
+import { hashOf, makeColumnTable, type CutColumn } from '../../voxelserver/page/src/viewer/draw/column-table.js';
+import { fromHalf } from '../../voxelserver/page/src/viewer/draw/half.js';
+import { LevelCut } from '../../voxelserver/page/src/viewer/draw/level-cut.js';
+import { Pace } from '../../voxelserver/page/src/viewer/draw/pace.js';
+import { Residency, type ColumnKey } from '../../voxelserver/page/src/viewer/draw/residency.js';
+import { RowPool } from '../../voxelserver/page/src/viewer/draw/row-pool.js';
+import { sunPosition } from '../../voxelserver/page/src/viewer/draw/sun-position.js';
+import { fromLink, toLink } from '../../voxelserver/page/src/viewer/ui/link.js';
+import { cameraOf, lookingAt, orbited, turned, type Viewpoint } from '../../voxelserver/page/src/viewer/ui/navigation.js';
+import { readPlaceFile } from '../../voxelserver/page/src/viewer/ui/place-file.js';
+import { languageOf, text } from '../../voxelserver/page/src/viewer/ui/texts.js';
+
+// A generator of the test's own, so that a failure repeats.
+function numbers(seed: number): () => number {
+  let state = seed >>> 0;
+  return () => {
+    state = (Math.imul(state, 1664525) + 1013904223) >>> 0;
+    return state / 2 ** 32;
+  };
+}
+
+test('rows that are freed can be taken again, and no two runs overlap', () => {
+  const random = numbers(1);
+  const pool = new RowPool(3, 64);
+  const taken: { at: number; rows: number }[] = [];
+  for (let i = 0; i < 4000; ++i) {
+    if (random() < 0.55) {
+      const rows = 1 + Math.floor(random() * 20);
+      const at = pool.take(rows);
+      if (at === undefined) continue;
+      assert.equal(Math.floor(at / 64), Math.floor((at + rows - 1) / 64), 'a run lies in one layer');
+      for (const other of taken)
+        assert.ok(at + rows <= other.at || other.at + other.rows <= at, 'runs do not overlap');
+      taken.push({ at, rows });
+    } else if (taken.length > 0) {
+      const [gone] = taken.splice(Math.floor(random() * taken.length), 1);
+      pool.free(gone!.at, gone!.rows);
+    }
+    assert.equal(pool.used, taken.reduce((sum, run) => sum + run.rows, 0));
+  }
+  for (const run of taken) pool.free(run.at, run.rows);
+  assert.equal(pool.take(64), 0, 'what was freed has been joined');
+});
+
+test('each column is found where the shader looks for it', () => {
+  const random = numbers(2);
+  const cut: CutColumn[] = [];
+  for (let i = 0; i < 3000; ++i) {
+    const key = { level: i % 7, bx: Math.floor(random() * 900) - 450, bz: i - 1500 };
+    const boxes = i % 3 === 0 ? undefined : { byBegin: -2, slots: [{ kind: 'air' }, { kind: 'box', cells: i, attributes: 2 * i }] as const };
+    cut.push({ ...key, boxes });
+  }
+  const { columns, mask, boxes } = makeColumnTable(cut);
+  assert.equal(boxes.length % 4096, 0);
+  for (const [i, column] of cut.entries()) {
+    let at = hashOf(column.bx, column.bz, column.level) & mask;
+    let probes = 0;
+    while (!(columns[at * 4] === column.bx >>> 0 && columns[at * 4 + 1] === column.bz >>> 0 && (columns[at * 4 + 2]! & 31) === column.level)) {
+      assert.ok(columns[at * 4 + 2] !== 0 && ++probes < 64, 'an empty entry or too many probes');
+      at = (at + 1) & mask;
+    }
+    assert.equal(columns[at * 4 + 2]! >> 8, column.boxes === undefined ? 2 : 1);
+    if (column.boxes === undefined) continue;
+    const base = columns[at * 4 + 3]! * 4;
+    assert.deepEqual([boxes[base]! | 0, boxes[base + 1]], [-2, 2]);
+    assert.deepEqual([...boxes.slice(base + 8, base + 11)], [1, i, 2 * i]);
+  }
+});
+
+const kBounds = { min: [-300, 0, -300], max: [1700, 200, 1500] } as const;
+const kStored = { byBegin: 0, slots: [] };
+const cutAt = (eye: readonly [number, number, number], detail = 1): LevelCut =>
+  new LevelCut(kBounds, { eye, pixelRad: 0.004, detail }, 5);
+
+test('where a column is far enough, so are its halves', () => {
+  const random = numbers(3);
+  for (let i = 0; i < 2000; ++i) {
+    const cut = cutAt([random() * 3000 - 500, random() * 900, random() * 3000 - 500]);
+    const level = 1 + Math.floor(random() * 5);
+    const [bx, bz] = [Math.floor(random() * 8) - 2, Math.floor(random() * 8) - 2];
+    if (!cut.isFarEnough(level, bx, bz)) continue;
+    for (const [x, z] of [[0, 0], [1, 0], [0, 1], [1, 1]] as const)
+      assert.ok(cut.isFarEnough(level - 1, bx * 2 + x, bz * 2 + z));
+  }
+});
+
+test('what is shown covers each place once, whatever is there, and is the cut in the end', () => {
+  const random = numbers(4);
+  const cut = cutAt([400, 300, 400]);
+  const residency = new Residency({ drop: () => {} });
+  let plan = residency.plan(cut, () => true);
+  let rounds = 0;
+  while (!plan.isComplete) {
+    assert.ok(++rounds < 500);
+    // Columns arrive in any order.
+    const some = plan.wanted.filter(() => random() < 0.3);
+    for (const key of some) residency.add(key, kStored);
+    plan = residency.plan(cut, () => true);
+    const leaves = plan.shown.filter((column) => column.boxes !== undefined);
+    for (let i = 0; i < 50 && leaves.length > 0; ++i) {
+      const [x, z] = [-290 + random() * 1900, -290 + random() * 1700];
+      const over = leaves.filter(({ level, bx, bz }) => {
+        const side = 64 * 2 ** level;
+        return Math.floor(x / side) === bx && Math.floor(z / side) === bz;
+      });
+      const roots = plan.wanted.filter((key) => key.level === cut.coarsest).length;
+      assert.ok(over.length === 1 || (over.length === 0 && roots > 0), `${over.length} leaves at a place`);
+    }
+  }
+  for (const column of plan.shown)
+    assert.equal(column.boxes !== undefined, cut.isFarEnough(column.level, column.bx, column.bz));
+  assert.deepEqual(plan.wanted, []);
+});
+
+test('wanted columns come coarse first, then those in view, and what a plan needs is not dropped', () => {
+  const cut = cutAt([400, 300, 400]);
+  const dropped: ColumnKey[] = [];
+  const residency = new Residency({ drop: () => {} });
+  const ahead = (key: ColumnKey): boolean => key.bx % 2 === 0;
+  const { wanted } = residency.plan(cut, ahead);
+  for (let i = 1; i < wanted.length; ++i) {
+    const [a, b] = [wanted[i - 1]!, wanted[i]!];
+    assert.ok(a.level >= b.level);
+    if (a.level === b.level) assert.ok(ahead(a) || !ahead(b));
+  }
+  const stranger = { level: 0, bx: 99, bz: 99 };
+  residency.add(stranger, kStored);
+  for (const key of wanted) residency.add(key, kStored);
+  residency.plan(cut, ahead);
+  assert.equal(residency.dropOldest(), true);
+  assert.equal(residency.has(stranger), false);
+  assert.equal(residency.dropOldest(), false, 'all others are part of the plan');
+  assert.deepEqual(dropped, []);
+});
+
+test('a slow processor gets fewer pixels while the picture moves, and never none', () => {
+  const pace = new Pace();
+  for (let i = 0; i < 50; ++i) pace.learn(1000, 100);
+  const [width, height] = pace.movingSize([1920, 1080]);
+  assert.ok(width >= 300 && width < 500 && height >= 170, `${width} x ${height}`);
+  assert.ok(pace.bandRows(1920) >= 8);
+  for (let i = 0; i < 200; ++i) pace.learn(1e7, 1);
+  assert.deepEqual(pace.movingSize([1920, 1080]), [1920, 1080]);
+});
+
+test('the sun stands where the program places it', () => {
+  // By common/geo/sun_position.cpp, for the demo's place.
+  const { altitudeDeg, azimuthDeg } = sunPosition(Date.UTC(2026, 5, 21, 15, 30), 46.05226709929544, 14.515394664860125);
+  assert.ok(Math.abs(altitudeDeg - 32.6937) < 1e-3, String(altitudeDeg));
+  assert.ok(Math.abs(azimuthDeg - 270.8952) < 1e-3, String(azimuthDeg));
+});
+
+test('halves are read as they were written', () => {
+  for (const [half, value] of [[0, 0], [0x3c00, 1], [0xc000, -2], [0x7bff, 65504], [1, 2 ** -24]] as const)
+    assert.equal(fromHalf(half), value);
+});
+
+const kView: Viewpoint = { position: [10, 20, -30], headingDeg: 40, pitchDeg: -10, fovDeg: 42 };
+
+test('a link shows what was seen, and a wrong one changes nothing', () => {
+  const state = { view: kView, timeMs: Date.UTC(2026, 5, 21, 15, 30) };
+  const other = { view: { ...kView, position: [0, 0, 0] as const }, timeMs: 0 };
+  assert.deepEqual(fromLink(toLink(state), other), state);
+  for (const bad of ['', '#', '#at=1,2', '#at=1,2,x', '#at=1,2,1e99', '#look=400,0,42', '#look=1,2', '#time=-1', '#time=NaN', '#at=,,'])
+    assert.deepEqual(fromLink(bad, other), other, bad);
+});
+
+test('orbiting keeps the distance to what it turns around, and its place in the picture', () => {
+  const centre = [100, -40, -200] as const;
+  const before = lookingAt(kView, centre);
+  const after = orbited(before, centre, 37, 12);
+  const distance = (view: Viewpoint): number => Math.hypot(...[0, 1, 2].map((a) => view.position[a]! - centre[a]!));
+  assert.ok(Math.abs(distance(after) - distance(before)) < 1e-6);
+  const camera = cameraOf(after);
+  const seen = [0, 1, 2].map((a) => after.position[a]! + camera.forward[a]! * distance(after));
+  assert.ok(Math.hypot(...[0, 1, 2].map((a) => seen[a]! - centre[a]!)) < 1e-6);
+  assert.equal(turned(kView, 720, 500).pitchDeg, 89.9);
+});
+
+const kPlace = {
+  version: 1,
+  title: 'A',
+  attribution: '',
+  licence: '',
+  archive: { url: 'place.tvx' },
+  views: [{ name: 'Start', position: [0, 1, 2], target: [3, 4, 5], fov_deg: 40 }],
+  time_ms: 0,
+};
+
+test('place.json is refused with the name of what is wrong', () => {
+  assert.equal(readPlaceFile(kPlace).views.length, 1);
+  const parts = { ...kPlace, archive: { parts: [{ url: 'a', bytes: 5 }] } };
+  assert.deepEqual(readPlaceFile(parts).archive, { parts: [{ url: 'a', bytes: 5 }] });
+  const wrong: readonly (readonly [object, RegExp])[] = [
+    [{ version: 2 }, /version/],
+    [{ title: 5 }, /title/],
+    [{ archive: {} }, /archive.url/],
+    [{ archive: { parts: [{ url: 'a', bytes: -1 }] } }, /bytes/],
+    [{ views: [] }, /no view/],
+    [{ views: [{ ...kPlace.views[0], position: [0, 1] }] }, /position/],
+    [{ views: [{ ...kPlace.views[0], fov_deg: 1000 }] }, /fov_deg/],
+    [{ time_ms: -5 }, /time_ms/],
+  ];
+  for (const [change, said] of wrong) assert.throws(() => readPlaceFile({ ...kPlace, ...change }), said);
+  for (const bad of [null, 5, [], 'x']) assert.throws(() => readPlaceFile(bad), /no object/);
+});
+
+test('texts are those of the first language that is known', () => {
+  assert.equal(languageOf(['de-AT', 'sl-SI', 'en']), 'sl');
+  assert.equal(languageOf(['fr']), 'en');
+  assert.equal(text('en', 'refining', '7').includes('7'), true);
+});

@@ -1,0 +1,78 @@
+import type { ColumnKey } from './column-key.js';
+import type { Failure } from './errors.js';
+import type { Facts } from './facts.js';
+import type { FilePart } from './range-file.js';
+import type { Column } from './source.js';
+
+/**
+ * Messages between the page and the worker that reads boxes. The page opens one world, then sends a
+ * list of wanted columns whenever the view has changed. The worker sends each column of the newest
+ * list once, as soon as it is there; the arrays of its boxes are transferred, not copied.
+ */
+
+export type { BoxArrays } from './box-arrays.js';
+export type { ColumnKey } from './column-key.js';
+export type { DataErrorKind, Failure } from './errors.js';
+export type { Facts } from './facts.js';
+export type { FilePart } from './range-file.js';
+export type { Column, ColumnBox } from './source.js';
+
+/** What to open; addresses are absolute or relative to the worker's own. */
+export type Place =
+  | { readonly url: string }
+  | { readonly parts: readonly FilePart[] }
+  | { readonly server: string; readonly token?: string };
+
+/** Columns of one list; what exceeds this is ignored. */
+export const kMaxWanted = 8192;
+
+export type ToWorker =
+  /** Must be the first message; another one is ignored. */
+  | { readonly type: 'open'; readonly place: Place }
+  /**
+   * Replaces the list. Must not name columns that the page has. May be sent before `opened` comes.
+   * @param generation a number of the page's choice, which replies carry
+   * @param columns most wanted first
+   */
+  | { readonly type: 'want'; readonly generation: number; readonly columns: readonly ColumnKey[] }
+  /**
+   * The page has taken columns of so many bytes (`bytes` of their messages): each request of the
+   * worker pauses while more than kMaxUntakenBytes have been sent and not taken.
+   */
+  | { readonly type: 'taken'; readonly bytes: number }
+  /** Requests a `stats` message. */
+  | { readonly type: 'stats' };
+
+export type FromWorker =
+  | { readonly type: 'opened'; readonly facts: Facts }
+  /** @param generation of the newest list at this time @param bytes of its arrays */
+  | {
+      readonly type: 'column';
+      readonly generation: number;
+      readonly column: Column;
+      readonly bytes: number;
+    }
+  /** One column could not be read. A later list may name it again, better not at once. */
+  | {
+      readonly type: 'failed';
+      readonly generation: number;
+      readonly column: ColumnKey;
+      readonly failure: Failure;
+    }
+  /** The world could not be opened, or its data have changed. No further message but `stats`. */
+  | { readonly type: 'ended'; readonly failure: Failure }
+  | { readonly type: 'stats'; readonly stats: Stats };
+
+export type Stats = {
+  /** HTTP requests, and bytes of their bodies, so far. */
+  readonly requests: number;
+  readonly bytes: number;
+  /** Columns that were sent so far. */
+  readonly columns: number;
+  /** Columns of the newest list that are still to come. */
+  readonly waiting: number;
+  /** Requests that run now. */
+  readonly running: number;
+};
+
+export const kMaxUntakenBytes = 64 * 1024 * 1024;

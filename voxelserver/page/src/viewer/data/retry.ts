@@ -1,0 +1,53 @@
+import { wait, type Environment } from './environment.js';
+import { DataError, type DataErrorKind } from './errors.js';
+
+/** Repeats requests that failed for a reason that may pass. */
+
+const kWaitsMs = [500, 2000];
+const kMaxRetryAfterMs = 60_000;
+const kPassing: ReadonlySet<DataErrorKind> = new Set(['cors', 'cut', 'timeout', 'server']);
+
+/**
+ * Calls `attempt` up to three times, with growing waits, while it throws errors of the network, 429
+ * or 5xx. A `Retry-After` of up to a minute lengthens the wait.
+ * @throws what the last attempt threw, or the reason of `signal`
+ */
+export async function withRetries<T>(
+  environment: Environment,
+  signal: AbortSignal,
+  attempt: () => Promise<T>,
+): Promise<T> {
+  for (let attempts = 1; ; ++attempts) {
+    try {
+      return await attempt();
+    } catch (error) {
+      const waitMs = waitBeforeRetry(environment, error, attempts);
+      if (waitMs === undefined) throw error;
+      await wait(environment.clock, waitMs, signal);
+    }
+  }
+}
+
+/**
+ * @param attempts how many were made
+ * @return undefined: no further attempt
+ */
+export function waitBeforeRetry(
+  environment: Environment,
+  error: unknown,
+  attempts: number,
+): number | undefined {
+  const waitMs = kWaitsMs[attempts - 1];
+  if (waitMs === undefined || !(error instanceof DataError) || !kPassing.has(error.kind))
+    return undefined;
+  const spread = waitMs * (0.75 + environment.random() / 2);
+  return Math.max(spread, Math.min(error.retryAfterMs, kMaxRetryAfterMs));
+}
+
+/** Of `Retry-After`: seconds or a date, as ms from now; 0 where there is none. */
+export function retryAfterMs(headers: Headers, nowMs: number): number {
+  const text = headers.get('Retry-After') ?? '';
+  if (/^\d{1,9}$/.test(text)) return Number(text) * 1000;
+  const date = Date.parse(text);
+  return Number.isNaN(date) ? 0 : Math.max(0, date - nowMs);
+}

@@ -1,0 +1,202 @@
+import { nameOfBox, type BoxKey } from './box-arrays.js';
+import { BatchStream, type BatchRecord } from './batch-stream.js';
+import { readBoxFrame } from './box-frame.js';
+import { ColumnBuilder } from './column-builder.js';
+import { keysOf, type ColumnKey } from './column-key.js';
+import { wait } from './environment.js';
+import { asDataError, DataError, oneLine, within } from './errors.js';
+import { columnHeight, hasLevel, kMaxFactsBytes, readFacts, type Facts } from './facts.js';
+import { send, statusError, type Http, type Reply } from './http.js';
+import { waitBeforeRetry, withRetries } from './retry.js';
+import type { BoxSource, ColumnBox, ColumnResult } from './source.js';
+import { Turns } from './turns.js';
+
+/**
+ * Columns of a voxel server (docs/formats/http.md): batches of boxes. The edition of the first
+ * reply goes with every request, so that boxes of two states of the server's data are never mixed.
+ */
+
+/** A column has all boxes between the heights of the bounds; most of them may be air. */
+const kMaxBatchBoxes = 32;
+const kEdition = 'Terravox-Edition';
+
+type LoadingColumn = { readonly builder: ColumnBuilder; missing: number };
+/** The boxes that are still to come. */
+type Pending = Map<string, { readonly key: BoxKey; readonly column: LoadingColumn }>;
+
+export type ServerPlace = { readonly url: string; readonly token?: string };
+
+export class ServerSource implements BoxSource {
+  readonly facts: Facts;
+  readonly #http: Http;
+  readonly #base: URL;
+  readonly #headers: Readonly<Record<string, string>>;
+  readonly #edition: string | undefined;
+  readonly #turns: Turns;
+
+  private constructor(
+    http: Http,
+    base: URL,
+    headers: Readonly<Record<string, string>>,
+    edition: string | undefined,
+    facts: Facts,
+  ) {
+    this.facts = facts;
+    this.#http = http;
+    this.#base = base;
+    this.#headers = edition === undefined ? headers : { ...headers, [kEdition]: edition };
+    this.#edition = edition;
+    this.#turns = new Turns(http.environment.clock);
+  }
+
+  /**
+   * @param place absolute URL of the server, with its path
+   * @throws DataError; the reason of `signal`
+   */
+  static async open(http: Http, place: ServerPlace, signal: AbortSignal): Promise<ServerSource> {
+    const base = new URL(place.url);
+    if (!base.pathname.endsWith('/')) base.pathname += '/';
+    const headers: Record<string, string> =
+      place.token === undefined ? {} : { Authorization: `Bearer ${place.token}` };
+    const url = new URL('v2/world', base).href;
+    return withRetries(http.environment, signal, async () => {
+      const reply = await send(http, url, `fetch ${url}`, { headers, cache: 'no-store' }, signal);
+      if (reply.status !== 200) throw statusError(reply, http.environment.clock.now());
+      const text = await reply.atMost(kMaxFactsBytes);
+      if (text === undefined)
+        throw new DataError('too-large', `fetch ${url}: more than ${kMaxFactsBytes} bytes`);
+      const facts = { world: readFacts(text, base.href), damage: 0 };
+      const edition = reply.headers.get(kEdition) ?? undefined;
+      return new ServerSource(http, base, headers, edition, facts);
+    });
+  }
+
+  prepare(): Promise<void> {
+    return Promise.resolve();
+  }
+
+  companions(column: ColumnKey, candidates: readonly ColumnKey[]): readonly ColumnKey[] {
+    if (!hasLevel(this.facts, column.level)) return [];
+    let boxes = columnHeight(this.facts, column.level);
+    const taken: ColumnKey[] = [];
+    for (const candidate of candidates) {
+      if (!hasLevel(this.facts, candidate.level)) continue;
+      boxes += columnHeight(this.facts, candidate.level);
+      if (boxes > kMaxBatchBoxes) break;
+      taken.push(candidate);
+    }
+    return taken;
+  }
+
+  async *columns(
+    columns: readonly ColumnKey[],
+    signal: AbortSignal,
+  ): AsyncGenerator<ColumnResult, void, undefined> {
+    const pending: Pending = new Map();
+    for (const key of columns) {
+      const result = this.#begin(key, pending);
+      if (result !== undefined) yield result;
+    }
+    for (let attempts = 1; pending.size > 0; ++attempts) {
+      try {
+        yield* this.#request(pending, signal);
+      } catch (error) {
+        signal.throwIfAborted();
+        const failure = asDataError(error);
+        if (failure.kind === 'changed') throw failure;
+        const waitMs = waitBeforeRetry(this.#http.environment, failure, attempts);
+        if (waitMs === undefined) {
+          yield* failAll(pending, failure);
+          return;
+        }
+        await wait(this.#http.environment.clock, waitMs, signal);
+      }
+    }
+  }
+
+  /** @return the column, where no box has to be requested for it */
+  #begin(column: ColumnKey, pending: Pending): ColumnResult | undefined {
+    let keys: BoxKey[];
+    try {
+      keys = keysOf(column, this.facts);
+    } catch (error) {
+      return { failed: column, error: asDataError(error) };
+    }
+    const loading = { builder: new ColumnBuilder(column), missing: keys.length };
+    for (const key of keys) pending.set(nameOfBox(key), { key, column: loading });
+    return keys.length === 0 ? { column: loading.builder.finish() } : undefined;
+  }
+
+  async *#request(
+    pending: Pending,
+    signal: AbortSignal,
+  ): AsyncGenerator<ColumnResult, void, undefined> {
+    const keys = [...pending.values()].map(({ key }) => [key.level, key.bx, key.by, key.bz]);
+    const url = new URL('v2/boxes', this.#base).href;
+    const reply = await send(
+      this.#http,
+      url,
+      `fetch ${keys.length} boxes of ${this.#base.href}`,
+      {
+        method: 'POST',
+        headers: { ...this.#headers, 'Content-Type': 'application/json' },
+        body: JSON.stringify({ boxes: keys }),
+      },
+      signal,
+    );
+    if (reply.status !== 200) throw statusError(reply, this.#http.environment.clock.now());
+    this.#checkEdition(reply);
+    const stream = new BatchStream(keys.length);
+    for await (const chunk of reply.chunks())
+      for (const record of stream.feed(chunk)) {
+        const result = this.#take(record, pending);
+        if (result !== undefined) yield result;
+        await this.#turns.give(signal);
+      }
+    stream.finish();
+  }
+
+  #checkEdition(reply: Reply): void {
+    const edition = reply.headers.get(kEdition);
+    // A server may name its edition in no other reply than the first one: it compares, too.
+    if (edition === null || this.#edition === undefined || edition === this.#edition) return;
+    reply.cancel();
+    const what = 'its data have changed; load the page again';
+    throw new DataError('changed', `${reply.name}: ${what}`);
+  }
+
+  /** @return the column, where this was its last box, or why it fails */
+  #take(record: BatchRecord, pending: Pending): ColumnResult | undefined {
+    const name = nameOfBox(record.key);
+    const found = pending.get(name);
+    // Of a column that has failed, or one that was not requested: skipped.
+    if (found === undefined) return undefined;
+    pending.delete(name);
+    const { key, column } = found;
+    try {
+      column.builder.add(key.by, this.#boxOf(record));
+      column.missing -= 1;
+      return column.missing > 0 ? undefined : { column: column.builder.finish() };
+    } catch (error) {
+      for (const [other, { column: its }] of pending) if (its === column) pending.delete(other);
+      return { failed: column.builder.key, error: within(`read ${this.#base.href}`, error) };
+    }
+  }
+
+  #boxOf({ key, status, payload }: BatchRecord): ColumnBox {
+    if (status === 200) return readBoxFrame(payload, key, this.#turns);
+    if (status === 204) return 'air';
+    const reason = oneLine(new TextDecoder().decode(payload));
+    if (status === 500) return { hole: reason };
+    const isBusy = status === 502 || status === 503;
+    throw new DataError(
+      isBusy ? 'server' : 'damaged',
+      `box ${nameOfBox(key)}: status ${status}; ${isBusy ? reason : 'not one of a batch'}`,
+    );
+  }
+}
+
+function* failAll(pending: Pending, error: DataError): Generator<ColumnResult, void, undefined> {
+  const columns = new Set([...pending.values()].map(({ column }) => column));
+  for (const { builder } of columns) yield { failed: builder.key, error };
+}

@@ -1,0 +1,158 @@
+import { Archive } from './archive.js';
+import { ArchiveSource } from './archive-source.js';
+import { bytesOfArrays } from './box-arrays.js';
+import type { ColumnKey } from './column-key.js';
+import type { Environment } from './environment.js';
+import { asDataError, DataError, failureOf, oneLine } from './errors.js';
+import { kServerTimeoutMs, kTimeoutMs, type Http } from './http.js';
+import {
+  kMaxUntakenBytes,
+  kMaxWanted,
+  type FromWorker,
+  type Place,
+  type Stats,
+  type ToWorker,
+} from './protocol.js';
+import { RangeFile } from './range-file.js';
+import { Scheduler } from './scheduler.js';
+import { ServerSource } from './server-source.js';
+import type { BoxSource, Column } from './source.js';
+
+/** Sends a message to the page. @param transfer buffers that the page owns from then on */
+export type Post = (message: FromWorker, transfer: ArrayBuffer[]) => void;
+
+/** Handles the messages of one page: opens a source and runs a scheduler over it. */
+export class Session {
+  readonly #post: Post;
+  readonly #base: string;
+  readonly #http: Http;
+  readonly #stopped = new AbortController();
+  #isOpen = false;
+  #scheduler: Scheduler | undefined;
+  #generation = 0;
+  /** The newest list, until the source is open. */
+  #early: readonly ColumnKey[] = [];
+  #sentColumns = 0;
+  #untakenBytes = 0;
+  #onTaken: (() => void)[] = [];
+
+  /** @param base what relative addresses are relative to */
+  constructor(post: Post, environment: Environment, base: string) {
+    this.#post = post;
+    this.#base = base;
+    this.#http = { environment, stats: { requests: 0, bytes: 0 }, timeoutMs: kTimeoutMs };
+  }
+
+  handle(message: ToWorker): void {
+    switch (message.type) {
+      case 'open':
+        if (!this.#isOpen) void this.#open(message.place);
+        this.#isOpen = true;
+        return;
+      case 'want':
+        this.#want(message.generation, message.columns);
+        return;
+      case 'taken':
+        this.#take(message.bytes);
+        return;
+      case 'stats':
+        this.#post({ type: 'stats', stats: this.#stats() }, []);
+        return;
+    }
+  }
+
+  /** Cancels all requests; nothing is sent any more. */
+  stop(): void {
+    this.#stopped.abort();
+    this.#scheduler?.stop();
+  }
+
+  async #open(place: Place): Promise<void> {
+    try {
+      const source = await this.#openSource(place, this.#stopped.signal);
+      this.#stopped.signal.throwIfAborted();
+      this.#post({ type: 'opened', facts: source.facts }, []);
+      this.#scheduler = new Scheduler(source, {
+        whenReady: () => this.#whenTaken(),
+        onColumn: (column) => this.#send(column),
+        onFailed: (column, error) => this.#sendFailure(column, error),
+        onEnded: (error) => this.#end(error),
+      });
+      this.#scheduler.want(this.#early);
+    } catch (error) {
+      if (!this.#stopped.signal.aborted) this.#end(asDataError(error));
+    }
+  }
+
+  async #openSource(place: Place, signal: AbortSignal): Promise<BoxSource> {
+    if ('server' in place) {
+      const token = place.token === undefined ? {} : { token: place.token };
+      const http = { ...this.#http, timeoutMs: kServerTimeoutMs };
+      return ServerSource.open(http, { url: this.#address(place.server), ...token }, signal);
+    }
+    const where =
+      'url' in place
+        ? this.#address(place.url)
+        : place.parts.map(({ url, bytes }) => ({ url: this.#address(url), bytes }));
+    const archive = await Archive.open(new RangeFile(this.#http, where), signal);
+    return new ArchiveSource(archive, this.#http.environment.clock);
+  }
+
+  /** @throws DataError for what is no http(s) address */
+  #address(text: string): string {
+    try {
+      const url = new URL(text, this.#base);
+      if (url.protocol === 'http:' || url.protocol === 'https:') return url.href;
+    } catch {
+      // Not an address at all.
+    }
+    throw new DataError('missing', `open ${oneLine(text)}: not an address of http or https`);
+  }
+
+  #want(generation: number, columns: readonly ColumnKey[]): void {
+    this.#generation = generation;
+    const wanted = columns.slice(0, kMaxWanted);
+    if (this.#scheduler === undefined) this.#early = wanted;
+    else this.#scheduler.want(wanted);
+  }
+
+  #send(column: Column): void {
+    const transfer: ArrayBuffer[] = [];
+    let bytes = 0;
+    for (const box of column.boxes) {
+      if (typeof box !== 'object' || !('cells' in box)) continue;
+      bytes += bytesOfArrays(box);
+      transfer.push(box.cells.buffer, box.first.buffer);
+      transfer.push(box.attributes.buffer, box.classes.buffer);
+    }
+    this.#sentColumns += 1;
+    this.#untakenBytes += bytes;
+    this.#post({ type: 'column', generation: this.#generation, column, bytes }, transfer);
+  }
+
+  async #whenTaken(): Promise<void> {
+    while (this.#untakenBytes > kMaxUntakenBytes)
+      await new Promise<void>((resolve) => this.#onTaken.push(resolve));
+  }
+
+  #take(bytes: number): void {
+    this.#untakenBytes = Math.max(0, this.#untakenBytes - bytes);
+    const waiting = this.#onTaken;
+    this.#onTaken = [];
+    for (const resume of waiting) resume();
+  }
+
+  #sendFailure(column: ColumnKey, error: DataError): void {
+    const generation = this.#generation;
+    this.#post({ type: 'failed', generation, column, failure: failureOf(error) }, []);
+  }
+
+  #end(error: DataError): void {
+    this.#post({ type: 'ended', failure: failureOf(error) }, []);
+  }
+
+  #stats(): Stats {
+    const { requests: running, waiting } = this.#scheduler?.stats ?? { requests: 0, waiting: 0 };
+    return { ...this.#http.stats, columns: this.#sentColumns, waiting, running };
+  }
+}

@@ -1,0 +1,209 @@
+/**
+ * appearance.bin (docs/formats/site.md): how materials look, and the sky, as raytracer/publish
+ * writes them. Checked and typed; numbers that would lead outside of a texture are refused.
+ */
+
+export type Rgb = readonly [number, number, number];
+
+export type Face = {
+  /** First texel of the drawing in `ratio`, and of its own colours in `own`. */
+  readonly first: number;
+  readonly ownFirst: number;
+  /** 0: nothing is drawn. */
+  readonly variants: number;
+  /** Which turns a voxel may choose: see raytracer/material/texture_list.hpp. */
+  readonly turns: number;
+  readonly metric: boolean;
+  readonly layered: boolean;
+  readonly hasOwn: boolean;
+  readonly hasHoles: boolean;
+};
+
+export type Material = {
+  readonly name: string;
+  /** 0 solid, 1 leaves, 2 water, 3 glass. */
+  readonly kind: number;
+  readonly colour: Rgb;
+  readonly variation: number;
+  readonly roughness: number;
+  readonly index: number;
+  readonly reflects: boolean;
+  readonly absorptionPerM: Rgb;
+  readonly glow: Rgb;
+  readonly emission: Rgb;
+  readonly own: Rgb;
+  readonly windows: boolean;
+  readonly waves: boolean;
+  readonly side: Face;
+  readonly bottom: Face;
+  readonly top: Face;
+};
+
+export type SkyFacts = {
+  /** Altitudes of the sun, ascending, of which there is a table in `sky`. */
+  readonly altitudesDeg: readonly number[];
+  readonly rows: number;
+  readonly columns: number;
+  /** Ascending; the sun's light at each of them. */
+  readonly sunAltitudesDeg: readonly number[];
+  readonly sunLight: readonly Rgb[];
+  readonly hazeRayleighPerM: Rgb;
+  readonly hazeMiePerM: Rgb;
+  readonly night: Rgb;
+  readonly ground: Rgb;
+};
+
+export type Appearance = {
+  readonly materials: readonly Material[];
+  readonly sky: SkyFacts;
+  /** Half floats, four to a texel: colour ratio and opacity. */
+  readonly ratio: Uint16Array;
+  /** Four to a texel: a drawing's own colour and its share. */
+  readonly own: Uint16Array;
+  /** Eight to a texel of a window: own colour, share, glass, three unused. */
+  readonly panes: Uint16Array;
+  /** By altitude, row and column: rayleigh, mie, multiple, three each. */
+  readonly skyNodes: Uint16Array;
+};
+
+const kMagic = 'TVXLOOK\n';
+const kVersion = 1;
+const kHeadBytes = 16;
+const kVariantTexels = 341;
+const kMaxMaterials = 127;
+const kMaxTexels = 2 ** 22;
+const kPaneHalves = 8 * kVariantTexels * 8;
+
+type Fields = Readonly<Record<string, unknown>>;
+
+/** @throws Error that says what is wrong */
+export function readAppearance(bytes: Uint8Array): Appearance {
+  const view = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
+  const magic = String.fromCharCode(...bytes.subarray(0, kMagic.length));
+  if (bytes.length < kHeadBytes || magic !== kMagic) fail('it is no appearance.bin');
+  const version = view.getUint32(8, true);
+  if (version !== kVersion) fail(`its version is ${version}; this page reads ${kVersion}`);
+  const textBytes = view.getUint32(12, true);
+  if (textBytes > bytes.length - kHeadBytes) fail('it is cut off');
+  const text = new TextDecoder().decode(bytes.subarray(kHeadBytes, kHeadBytes + textBytes));
+  const facts = fieldsOf(JSON.parse(text), 'its facts');
+  const start = kHeadBytes + textBytes;
+  const halves = (name: string): Uint16Array => {
+    const part = fieldsOf(fieldsOf(facts['arrays'], 'arrays')[name], `arrays.${name}`);
+    const count = whole(part['halves'], `${name}.halves`, kMaxTexels * 4);
+    const offset = whole(part['offset'], `${name}.offset`, bytes.length);
+    if (offset % 2 !== 0 || start + offset + count * 2 > bytes.length) fail(`${name} is cut off`);
+    // A copy: the offset in memory need not be even.
+    return new Uint16Array(bytes.slice(start + offset, start + offset + count * 2).buffer);
+  };
+  const [ratio, own, panes, skyNodes] = ['ratio', 'own', 'panes', 'sky'].map(halves) as [
+    Uint16Array,
+    Uint16Array,
+    Uint16Array,
+    Uint16Array,
+  ];
+  if (panes.length !== kPaneHalves) fail('windows have another size');
+  const pools = { ratio: ratio.length / 4, own: own.length / 4 };
+  const materials = list(facts['materials'], 'materials', kMaxMaterials).map((item, i) =>
+    readMaterial(fieldsOf(item, `material ${i}`), pools),
+  );
+  if (materials.length === 0) fail('it has no materials');
+  const sky = readSky(fieldsOf(facts['sky'], 'sky'));
+  if (skyNodes.length !== sky.altitudesDeg.length * sky.rows * sky.columns * 9)
+    fail('the sky has another size');
+  return { materials, sky, ratio, own, panes, skyNodes };
+}
+
+function readMaterial(m: Fields, pools: { ratio: number; own: number }): Material {
+  const face = (name: string): Face => readFace(fieldsOf(m[name], name), pools);
+  return {
+    name: String(m['name']),
+    kind: whole(m['kind'], 'kind', 3),
+    colour: rgb(m['colour'], 'colour'),
+    variation: number(m['variation'], 'variation', 0, 1),
+    roughness: number(m['roughness'], 'roughness', 0, 1),
+    index: number(m['index'], 'index', 1, 4),
+    reflects: m['reflects'] === true,
+    absorptionPerM: rgb(m['absorption_per_m'], 'absorption_per_m'),
+    glow: rgb(m['glow'], 'glow'),
+    emission: rgb(m['emission'], 'emission'),
+    own: rgb(m['own'], 'own'),
+    windows: m['windows'] === true,
+    waves: m['waves'] === true,
+    side: face('side'),
+    bottom: face('bottom'),
+    top: face('top'),
+  };
+}
+
+function readFace(f: Fields, pools: { ratio: number; own: number }): Face {
+  const face = {
+    first: whole(f['first'], 'first', kMaxTexels),
+    ownFirst: whole(f['ownFirst'], 'ownFirst', kMaxTexels),
+    variants: whole(f['variants'], 'variants', 4096),
+    turns: whole(f['turns'], 'turns', 15),
+    metric: f['metric'] === true,
+    layered: f['layered'] === true,
+    hasOwn: f['hasOwn'] === true,
+    hasHoles: f['hasHoles'] === true,
+  };
+  const texels = face.variants * kVariantTexels;
+  if (texels > 0 && face.first + texels > pools.ratio) fail('a drawing is cut off');
+  if (face.hasOwn && face.ownFirst + texels > pools.own) fail('a drawing is cut off');
+  return face;
+}
+
+function readSky(s: Fields): SkyFacts {
+  const degrees = (name: string): number[] => {
+    const values = list(s[name], name, 1000).map((v) => number(v, name, -90, 90));
+    if (values.length < 2 || values.some((v, i) => i > 0 && v <= values[i - 1]!))
+      fail(`${name} do not ascend`);
+    return values;
+  };
+  const sunAltitudesDeg = degrees('sunAltitudes_deg');
+  const sunLight = list(s['sunLight'], 'sunLight', 1000).map((c) => rgb(c, 'sunLight'));
+  if (sunLight.length !== sunAltitudesDeg.length) fail('sunLight has another length');
+  return {
+    altitudesDeg: degrees('altitudes_deg'),
+    rows: whole(s['rows'], 'rows', 256, 2),
+    columns: whole(s['columns'], 'columns', 256, 2),
+    sunAltitudesDeg,
+    sunLight,
+    hazeRayleighPerM: rgb(s['hazeRayleigh_per_m'], 'hazeRayleigh_per_m'),
+    hazeMiePerM: rgb(s['hazeMie_per_m'], 'hazeMie_per_m'),
+    night: rgb(s['night'], 'night'),
+    ground: rgb(s['ground'], 'ground'),
+  };
+}
+
+function fail(what: string): never {
+  throw new Error(`read the appearance of materials: ${what}; publish the place again`);
+}
+
+function fieldsOf(value: unknown, what: string): Fields {
+  if (typeof value !== 'object' || value === null || Array.isArray(value)) fail(`${what} is no object`);
+  return value as Fields;
+}
+
+function list(value: unknown, what: string, max: number): readonly unknown[] {
+  if (!Array.isArray(value) || value.length > max) fail(`${what} is no list of at most ${max}`);
+  return value;
+}
+
+function number(value: unknown, what: string, min: number, max: number): number {
+  if (typeof value !== 'number' || !(value >= min && value <= max))
+    fail(`${what} = ${String(value)}; allowed: ${min} to ${max}`);
+  return value;
+}
+
+function whole(value: unknown, what: string, max: number, min = 0): number {
+  const v = number(value, what, min, max);
+  if (!Number.isInteger(v)) fail(`${what} = ${v} is no whole number`);
+  return v;
+}
+
+function rgb(value: unknown, what: string): Rgb {
+  const c = list(value, what, 3).map((v) => number(v, what, -1e6, 1e6));
+  if (c.length !== 3) fail(`${what} is no colour`);
+  return c as unknown as Rgb;
+}

@@ -1,0 +1,5 @@
+/** Shader sources, bundled as texts. */
+declare module '*.glsl' {
+  const source: string;
+  export default source;
+}

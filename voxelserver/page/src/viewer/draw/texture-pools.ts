@@ -1,0 +1,171 @@
+/**
+ * The textures that hold boxes on the GPU: cells (16 + 4 bytes each) and attributes (4 bytes each),
+ * in layers of 2^18 texels, as walk.glsl addresses them. Boxes take whole rows.
+ */
+import type { BoxSlot } from './column-table.js';
+import type { StoredColumn } from './residency.js';
+import { RowPool } from './row-pool.js';
+
+/** One box: see data/box-arrays.ts. */
+export type BoxData = {
+  readonly cells: Uint32Array; // 4 words a cell
+  readonly first: Uint32Array;
+  readonly attributes: Uint32Array; // red, green, blue, material | 128: has a colour
+};
+
+export type ColumnData = {
+  readonly byBegin: number;
+  readonly boxes: readonly (BoxData | 'air' | 'hole')[];
+};
+
+export type PoolLimits = {
+  /** Bytes of both pools together. */
+  readonly bytes: number;
+};
+
+const kCellsRow = 256;
+const kCellRows = 1024;
+const kAttributesRow = 1024;
+const kAttributeRows = 256;
+const kLayerTexels = 2 ** 18;
+const kCellBytes = 20;
+const kAttributeBytes = 4;
+
+export class TexturePools {
+  readonly cells: WebGLTexture;
+  readonly first: WebGLTexture;
+  readonly attributes: WebGLTexture;
+  readonly bytes: number;
+  readonly #gl: WebGL2RenderingContext;
+  readonly #cellRows: RowPool;
+  readonly #attributeRows: RowPool;
+  readonly #rows = new Map<BoxSlot, { cells: number; attributes: number }>();
+
+  /** @throws Error when the textures cannot be made */
+  constructor(gl: WebGL2RenderingContext, limits: PoolLimits) {
+    this.#gl = gl;
+    const layers = Number(gl.getParameter(gl.MAX_ARRAY_TEXTURE_LAYERS));
+    // Surfaces have about as many attributes as a quarter of their cells' bytes.
+    const share = limits.bytes / kLayerTexels;
+    const cellLayers = clamp(Math.floor((share * 0.6) / kCellBytes), 1, layers);
+    const attributeLayers = clamp(Math.floor((share * 0.4) / kAttributeBytes), 1, layers);
+    this.#cellRows = new RowPool(cellLayers, kCellRows);
+    this.#attributeRows = new RowPool(attributeLayers, kAttributeRows);
+    this.cells = this.#make(gl.RGBA32UI, kCellsRow, kCellRows, cellLayers);
+    this.first = this.#make(gl.R32UI, kCellsRow, kCellRows, cellLayers);
+    this.attributes = this.#make(gl.RGBA8UI, kAttributesRow, kAttributeRows, attributeLayers);
+    this.bytes = kLayerTexels * (cellLayers * kCellBytes + attributeLayers * kAttributeBytes);
+  }
+
+  /** Share of the pools that is in use, [0, 1]. */
+  get fill(): number {
+    return Math.max(
+      this.#cellRows.used / this.#cellRows.capacity,
+      this.#attributeRows.used / this.#attributeRows.capacity,
+    );
+  }
+
+  /** @return undefined when there is no room: drop something and try again */
+  store(column: ColumnData): StoredColumn | undefined {
+    const slots: BoxSlot[] = [];
+    for (const box of column.boxes) {
+      const slot = typeof box === 'string' ? { kind: box } : this.#storeBox(box);
+      if (slot === undefined) {
+        this.drop({ byBegin: column.byBegin, slots });
+        return undefined;
+      }
+      slots.push(slot);
+    }
+    return { byBegin: column.byBegin, slots };
+  }
+
+  drop(column: StoredColumn): void {
+    for (const slot of column.slots) {
+      const rows = this.#rows.get(slot);
+      if (rows === undefined || slot.kind !== 'box') continue;
+      this.#cellRows.free(slot.cells / kCellsRow, rows.cells);
+      if (rows.attributes > 0)
+        this.#attributeRows.free(slot.attributes / kAttributesRow, rows.attributes);
+      this.#rows.delete(slot);
+    }
+  }
+
+  dispose(): void {
+    for (const texture of [this.cells, this.first, this.attributes])
+      this.#gl.deleteTexture(texture);
+  }
+
+  #storeBox(box: BoxData): BoxSlot | undefined {
+    const rows = {
+      cells: Math.ceil(box.first.length / kCellsRow),
+      attributes: Math.ceil(box.attributes.length / kAttributesRow),
+    };
+    const cellRow = this.#cellRows.take(rows.cells);
+    if (cellRow === undefined) return undefined;
+    const attributeRow = rows.attributes === 0 ? 0 : this.#attributeRows.take(rows.attributes);
+    if (attributeRow === undefined) {
+      this.#cellRows.free(cellRow, rows.cells);
+      return undefined;
+    }
+    const gl = this.#gl;
+    const cells = padded(box.cells, rows.cells * kCellsRow * 4);
+    const first = padded(box.first, rows.cells * kCellsRow);
+    const attributes = padded(box.attributes, rows.attributes * kAttributesRow);
+    const at = { x: kCellsRow, row: cellRow, rows: rows.cells, layerRows: kCellRows };
+    this.#upload(this.cells, at, gl.RGBA_INTEGER, gl.UNSIGNED_INT, cells);
+    this.#upload(this.first, at, gl.RED_INTEGER, gl.UNSIGNED_INT, first);
+    if (rows.attributes > 0)
+      this.#upload(
+        this.attributes,
+        { x: kAttributesRow, row: attributeRow, rows: rows.attributes, layerRows: kAttributeRows },
+        gl.RGBA_INTEGER,
+        gl.UNSIGNED_BYTE,
+        new Uint8Array(attributes.buffer, attributes.byteOffset, attributes.byteLength),
+      );
+    const slot: BoxSlot = {
+      kind: 'box',
+      cells: cellRow * kCellsRow,
+      attributes: attributeRow * kAttributesRow,
+    };
+    this.#rows.set(slot, rows);
+    return slot;
+  }
+
+  #make(format: number, width: number, height: number, layers: number): WebGLTexture {
+    const gl = this.#gl;
+    const texture = gl.createTexture();
+    if (texture === null) throw new Error('make the pools of boxes: the graphics context is lost');
+    gl.bindTexture(gl.TEXTURE_2D_ARRAY, texture);
+    gl.texStorage3D(gl.TEXTURE_2D_ARRAY, 1, format, width, height, layers);
+    gl.texParameteri(gl.TEXTURE_2D_ARRAY, gl.TEXTURE_MIN_FILTER, gl.NEAREST);
+    gl.texParameteri(gl.TEXTURE_2D_ARRAY, gl.TEXTURE_MAG_FILTER, gl.NEAREST);
+    if (gl.getError() === gl.OUT_OF_MEMORY)
+      throw new Error('make the pools of boxes: the graphics memory does not suffice');
+    return texture;
+  }
+
+  #upload(
+    texture: WebGLTexture,
+    at: { x: number; row: number; rows: number; layerRows: number },
+    format: number,
+    type: number,
+    data: ArrayBufferView,
+  ): void {
+    const gl = this.#gl;
+    const layer = Math.floor(at.row / at.layerRows);
+    const row = at.row % at.layerRows;
+    gl.bindTexture(gl.TEXTURE_2D_ARRAY, texture);
+    gl.texSubImage3D(gl.TEXTURE_2D_ARRAY, 0, 0, row, layer, at.x, at.rows, 1, format, type, data);
+  }
+}
+
+function padded(data: Uint32Array, length: number): Uint32Array {
+  if (data.length === length) return data;
+  const out = new Uint32Array(length);
+  out.set(data);
+  return out;
+}
+
+function clamp(v: number, low: number, high: number): number {
+  return Math.min(Math.max(v, low), high);
+}

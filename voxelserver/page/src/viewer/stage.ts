@@ -1,0 +1,402 @@
+/**
+ * A place on a canvas: asks the worker for the boxes that the camera needs, keeps them in the
+ * pools, traces and shows the picture. Knows nothing of controls.
+ */
+import type { ColumnKey, Facts, Failure, FromWorker, Place, Stats, ToWorker } from './data/protocol.js';
+import type { Appearance } from './draw/appearance.js';
+import { pixelRad, type Camera, type Vec3 } from './draw/camera.js';
+import { DrawClock } from './draw/clock.js';
+import { makeColumnTable } from './draw/column-table.js';
+import { LevelCut } from './draw/level-cut.js';
+import { Pace } from './draw/pace.js';
+import { kDefaultLook, Renderer, type Look } from './draw/renderer.js';
+import { Residency, type Plan } from './draw/residency.js';
+import { adaptationEv, skyLight } from './draw/sky-light.js';
+import { sunPosition, type SunPosition } from './draw/sun-position.js';
+import { TexturePools, type BoxData } from './draw/texture-pools.js';
+
+export type StageEvents = {
+  readonly onOpened: (facts: Facts) => void;
+  /** Something that a person should know; the stage goes on without it. */
+  readonly onFailure: (failure: Failure) => void;
+  /** The world cannot be read any more. */
+  readonly onEnded: (failure: Failure) => void;
+  /** After each frame that was shown. */
+  readonly onFrame: () => void;
+};
+
+export type StageStats = {
+  readonly requests: number;
+  readonly bytes: number;
+  readonly columns: number;
+  readonly waiting: number;
+  readonly poolBytes: number;
+  /** [0, 1]. */
+  readonly poolFill: number;
+  readonly samples: number;
+  readonly size: readonly [number, number];
+  /** Of the last whole pass. */
+  readonly passMs: number;
+  readonly frames: number;
+  readonly isComplete: boolean;
+  readonly detail: number;
+};
+
+/** What a pixel of the picture shows. */
+export type Pick = {
+  readonly voxel: Vec3;
+  readonly level: number;
+  readonly face: number;
+  /** Level-0 voxels from the eye. */
+  readonly distance: number;
+  readonly point: Vec3;
+  readonly material: number;
+  readonly colour: readonly [number, number, number] | undefined;
+  readonly isInSun: boolean;
+};
+
+// Pixels that a voxel may cover: coarse first, so that the whole picture stands early.
+const kDetails = [4, 2, 1] as const;
+const kSettledMs = 250; // without movement: the picture counts as still
+const kPlanMs = 200; // between two plans while columns come in
+const kRetryMs = 5000; // a column that failed is not asked for again before
+const kAdaptation = 0.75;
+// Low-discrepancy places in a pixel. Ref: Roberts, "The unreasonable effectiveness of quasirandom
+// sequences", 2018.
+const kJitter = [0.7548776662466927, 0.5698402909980532] as const;
+
+export class Stage {
+  readonly #gl: WebGL2RenderingContext;
+  readonly #canvas: HTMLCanvasElement;
+  readonly #worker: Worker;
+  readonly #appearance: Appearance;
+  readonly #events: StageEvents;
+  readonly #pools: TexturePools;
+  readonly #residency: Residency;
+  readonly #clock: DrawClock;
+  readonly #pace = new Pace();
+  readonly #failedAt = new Map<string, number>();
+  #renderer: Renderer | undefined;
+  #facts: Facts | undefined;
+  #camera: Camera | undefined;
+  #look: Look = kDefaultLook;
+  #timeMs = 0;
+  #plan: Plan | undefined;
+  #cut: LevelCut | undefined;
+  #stage = 0;
+  #isPlanDue = true;
+  #plannedMs = 0;
+  #movedMs = -Infinity;
+  #generation = 0;
+  #bandY = 0;
+  #hasCoarse = false;
+  #pixelsGiven = 0;
+  #passStartedMs = 0;
+  #passMs = 0;
+  #frames = 0;
+  #hasEnded = false;
+  #workerStats: Stats | undefined;
+  #resolveReady: () => void = () => {};
+  #rejectReady: (reason: Error) => void = () => {};
+  /** Resolves with the first whole picture; rejects when the world cannot be read. */
+  readonly ready = new Promise<void>((resolve, reject) => {
+    this.#resolveReady = resolve;
+    this.#rejectReady = reject;
+  });
+
+  /** @throws Error when the browser lacks what is needed */
+  constructor(
+    canvas: HTMLCanvasElement,
+    worker: Worker,
+    place: Place,
+    appearance: Appearance,
+    poolBytes: number,
+    events: StageEvents,
+  ) {
+    const gl = canvas.getContext('webgl2', {
+      alpha: false,
+      antialias: false,
+      depth: false,
+      powerPreference: 'high-performance',
+      preserveDrawingBuffer: true,
+    });
+    if (gl === null) throw new Error('draw the place: this browser has no WebGL 2');
+    this.#gl = gl;
+    this.#canvas = canvas;
+    this.#worker = worker;
+    this.#appearance = appearance;
+    this.#events = events;
+    this.#pools = new TexturePools(gl, { bytes: poolBytes });
+    this.#residency = new Residency(this.#pools);
+    this.#clock = new DrawClock(gl);
+    worker.onmessage = (event: MessageEvent<FromWorker>) => this.#receive(event.data);
+    worker.onerror = (event) => this.#end({ kind: 'damaged', message: event.message });
+    // Whoever waits for it sees the reason; others have seen the message.
+    this.ready.catch(() => {});
+    this.#send({ type: 'open', place });
+  }
+
+  get facts(): Facts | undefined {
+    return this.#facts;
+  }
+
+  get sun(): SunPosition {
+    const centre = this.#facts?.world.centre;
+    return sunPosition(this.#timeMs, centre?.latDeg ?? 46, centre?.lonDeg ?? 14);
+  }
+
+  setCamera(camera: Camera): void {
+    this.#camera = camera;
+    this.#moved();
+    this.#isPlanDue = true;
+  }
+
+  setLook(look: Look): void {
+    this.#look = { ...look, exposureEv: this.#look.exposureEv };
+    this.#restart();
+  }
+
+  /** @param timeMs UTC, milliseconds since 1970 */
+  setTime(timeMs: number): void {
+    if (timeMs === this.#timeMs) return;
+    this.#timeMs = timeMs;
+    this.#lightUp();
+    this.#moved();
+  }
+
+  /** One turn of the page's loop. */
+  frame(nowMs: number): void {
+    const renderer = this.#renderer;
+    const ms = this.#clock.finished(nowMs);
+    if (renderer === undefined || this.#camera === undefined || ms === undefined) return;
+    if (ms > 0) this.#finish(nowMs, ms);
+    if (this.#isPlanDue && nowMs - this.#plannedMs >= (this.#plan === undefined ? 0 : kPlanMs))
+      this.#replan(nowMs);
+    if (this.#plan === undefined || this.#plan.shown.length === 0) return;
+    const full: readonly [number, number] = [this.#canvas.width, this.#canvas.height];
+    const isMoving = nowMs - this.#movedMs < kSettledMs;
+    // After each change a coarse picture first, so that something stands at once.
+    const isCoarse = isMoving || !this.#hasCoarse;
+    const size = isCoarse ? this.#pace.movingSize(full) : full;
+    if (this.#bandY === 0 || isCoarse) {
+      renderer.resize(size);
+      this.#bandY = 0;
+      this.#passStartedMs = nowMs;
+    }
+    const rows = isCoarse ? size[1] : Math.min(this.#pace.bandRows(size[0]), size[1] - this.#bandY);
+    const n = renderer.samples;
+    const jitter = [frac(n, kJitter[0]), frac(n, kJitter[1])] as const;
+    renderer.trace(this.#camera, this.#look, jitter, { y: this.#bandY, height: rows });
+    this.#hasCoarse = true;
+    this.#pixelsGiven = rows * size[0];
+    this.#bandY += rows;
+    if (this.#bandY >= size[1]) {
+      this.#bandY = 0;
+      renderer.show(this.#look);
+    }
+    this.#clock.mark(nowMs);
+  }
+
+  /** What is seen at a place of the canvas, in its pixels; undefined: sky. */
+  pick(x: number, y: number): Pick | undefined {
+    const renderer = this.#renderer;
+    const camera = this.#camera;
+    if (renderer === undefined || camera === undefined || this.#plan === undefined) return undefined;
+    const [width, height] = [this.#canvas.width, this.#canvas.height];
+    const view = cameraAtPixel(camera, width, height, x, y);
+    const hits = renderer.firstHits(view, this.#look, [1, 1]);
+    const bits = hits.voxels[3]!;
+    if ((bits & (1 << 13)) === 0) return undefined;
+    const distance = new Float32Array(hits.details.buffer, 0, 1)[0]!;
+    const attribute = hits.details[1]! >>> 0;
+    return {
+      voxel: [hits.voxels[0]!, hits.voxels[1]!, hits.voxels[2]!],
+      level: (bits >> 4) & 31,
+      face: (bits & 7) === 7 ? -1 : bits & 7,
+      distance,
+      point: [0, 1, 2].map((a) => camera.position[a]! + view.forward[a]! * distance) as unknown as Vec3,
+      material: (attribute >> 24) & 127,
+      colour:
+        attribute >>> 31 === 1
+          ? [attribute & 255, (attribute >> 8) & 255, (attribute >> 16) & 255]
+          : undefined,
+      isInSun: (bits & (1 << 14)) !== 0,
+    };
+  }
+
+  stats(): StageStats {
+    this.#send({ type: 'stats' });
+    return {
+      requests: this.#workerStats?.requests ?? 0,
+      bytes: this.#workerStats?.bytes ?? 0,
+      columns: this.#residency.size,
+      waiting: this.#plan?.wanted.length ?? 0,
+      poolBytes: this.#pools.bytes,
+      poolFill: this.#pools.fill,
+      samples: this.#renderer?.samples ?? 0,
+      size: [this.#canvas.width, this.#canvas.height],
+      passMs: this.#passMs,
+      frames: this.#frames,
+      isComplete: this.#plan?.isComplete === true && this.#stage === kDetails.length - 1,
+      detail: kDetails[this.#stage]!,
+    };
+  }
+
+  #moved(): void {
+    this.#movedMs = performance.now();
+    this.#restart();
+  }
+
+  #restart(): void {
+    this.#renderer?.restart();
+    this.#hasCoarse = false;
+    this.#bandY = 0;
+  }
+
+  #finish(nowMs: number, ms: number): void {
+    this.#pace.learn(this.#pixelsGiven, ms);
+    if (this.#bandY !== 0) return;
+    this.#passMs = nowMs - this.#passStartedMs;
+    ++this.#frames;
+    if (this.#plan?.isComplete === true && !this.#isPlanDue) {
+      this.#resolveReady();
+      if (this.#stage < kDetails.length - 1) {
+        ++this.#stage;
+        this.#isPlanDue = true;
+      }
+    }
+    this.#events.onFrame();
+  }
+
+  #lightUp(): void {
+    if (this.#renderer === undefined) return;
+    const light = skyLight(this.#appearance, this.sun);
+    this.#renderer.setLight(light);
+    this.#look = { ...this.#look, exposureEv: adaptationEv(light, kAdaptation) };
+  }
+
+  #replan(nowMs: number): void {
+    const facts = this.#facts!.world;
+    const camera = this.#camera!;
+    const height = this.#canvas.height;
+    const view = {
+      eye: camera.position,
+      pixelRad: pixelRad(camera, height),
+      detail: kDetails[this.#stage]!,
+    };
+    const cut = new LevelCut({ min: facts.min, max: facts.max }, view, facts.levels - 1);
+    const plan = this.#residency.plan(cut, (key) => isAhead(camera, key));
+    this.#plannedMs = nowMs;
+    this.#isPlanDue = false;
+    if (this.#cut === undefined || !isSameShown(this.#plan, plan)) {
+      this.#renderer!.setColumns(makeColumnTable(plan.shown), cut.entry, cut.coarsest);
+      this.#restart();
+    }
+    this.#cut = cut;
+    this.#plan = plan;
+    const columns = plan.wanted.filter(
+      (key) => !(nowMs - (this.#failedAt.get(nameOf(key)) ?? -Infinity) < kRetryMs),
+    );
+    this.#send({ type: 'want', generation: ++this.#generation, columns });
+  }
+
+  #receive(message: FromWorker): void {
+    switch (message.type) {
+      case 'opened':
+        this.#facts = message.facts;
+        this.#renderer = new Renderer(
+          this.#gl,
+          this.#pools,
+          this.#appearance,
+          message.facts.world.voxelM,
+        );
+        this.#lightUp();
+        this.#events.onOpened(message.facts);
+        return;
+      case 'column': {
+        const boxes = message.column.boxes.map((box): BoxData | 'air' | 'hole' =>
+          box === 'air' ? 'air' : 'hole' in box ? 'hole' : box,
+        );
+        this.#store(message.column, { byBegin: message.column.byBegin, boxes });
+        this.#send({ type: 'taken', bytes: message.bytes });
+        return;
+      }
+      case 'failed':
+        this.#failedAt.set(nameOf(message.column), performance.now());
+        this.#events.onFailure(message.failure);
+        return;
+      case 'ended':
+        this.#end(message.failure);
+        return;
+      case 'stats':
+        this.#workerStats = message.stats;
+        return;
+    }
+  }
+
+  // Makes room where there is none by dropping what was used longest ago.
+  #store(key: ColumnKey, data: { byBegin: number; boxes: readonly (BoxData | 'air' | 'hole')[] }): void {
+    for (;;) {
+      const column = this.#pools.store(data);
+      if (column !== undefined) {
+        this.#residency.add(key, column);
+        this.#isPlanDue = true;
+        return;
+      }
+      if (!this.#residency.dropOldest()) return;
+    }
+  }
+
+  #end(failure: Failure): void {
+    this.#hasEnded = true;
+    this.#rejectReady(new Error(failure.message));
+    this.#events.onEnded(failure);
+  }
+
+  #send(message: ToWorker): void {
+    if (!this.#hasEnded) this.#worker.postMessage(message);
+  }
+}
+
+function frac(n: number, by: number): number {
+  return (n * by + 0.5) % 1;
+}
+
+function nameOf(key: ColumnKey): string {
+  return `${key.level}/${key.bx}/${key.bz}`;
+}
+
+// A camera whose picture of one pixel is this pixel.
+function cameraAtPixel(camera: Camera, width: number, height: number, x: number, y: number): Camera {
+  const across = (2 * (x + 0.5) - width) / height;
+  const upward = (height - 2 * (y + 0.5)) / height;
+  const d = [0, 1, 2].map(
+    (a) => camera.forward[a]! + camera.right[a]! * across + camera.up[a]! * upward,
+  );
+  const length = Math.hypot(...d);
+  const forward = d.map((v) => v / length) as unknown as Vec3;
+  const shrink = (v: Vec3): Vec3 => v.map((c) => c / height) as unknown as Vec3;
+  return { position: camera.position, forward, right: shrink(camera.right), up: shrink(camera.up) };
+}
+
+// Whether a column may be in front of the camera.
+function isAhead(camera: Camera, key: ColumnKey): boolean {
+  const side = 2 ** (6 + key.level);
+  const radius = side * Math.SQRT1_2;
+  const dx = (key.bx + 0.5) * side - camera.position[0];
+  const dz = (key.bz + 0.5) * side - camera.position[2];
+  return dx * camera.forward[0] + dz * camera.forward[2] > -radius;
+}
+
+function isSameShown(a: Plan | undefined, b: Plan): boolean {
+  if (a === undefined || a.shown.length !== b.shown.length) return false;
+  return a.shown.every((column, i) => {
+    const other = b.shown[i]!;
+    return (
+      column.level === other.level &&
+      column.bx === other.bx &&
+      column.bz === other.bz &&
+      column.boxes === other.boxes
+    );
+  });
+}

@@ -1,0 +1,177 @@
+/**
+ * Mouse, keys, wheel and touch on the canvas, as movements of a viewpoint. Keys are read by their
+ * place on the keyboard, so that WASD lies under the left hand everywhere.
+ */
+import type { Vec3 } from '../draw/camera.js';
+import { moved, orbited, turned, zoomed, type Viewpoint } from './navigation.js';
+
+export type ControlsHost = {
+  setView(view: Viewpoint): void;
+  /** What is seen at a place of the window, CSS pixels; undefined: sky. */
+  pointAt(x: number, y: number): Vec3 | undefined;
+  /** A click or tap that moved nothing. */
+  onClick(x: number, y: number): void;
+};
+
+const kClickPx = 5;
+const kTurnDegPerPx = 0.15;
+const kKeyTurnDegPerS = 60;
+const kSlow = 0.2;
+const kFast = 5;
+const kWheelZoom = 0.0015;
+const kMinSpeed = 4; // level-0 voxels a second
+const kLongestStepS = 0.1;
+
+const kMoves: Readonly<Record<string, Vec3>> = {
+  KeyW: [0, 0, 1],
+  KeyS: [0, 0, -1],
+  KeyA: [-1, 0, 0],
+  KeyD: [1, 0, 0],
+  KeyE: [0, 1, 0],
+  KeyQ: [0, -1, 0],
+  PageUp: [0, 1, 0],
+  PageDown: [0, -1, 0],
+};
+const kTurns: Readonly<Record<string, readonly [number, number]>> = {
+  ArrowLeft: [-1, 0],
+  ArrowRight: [1, 0],
+  ArrowUp: [0, 1],
+  ArrowDown: [0, -1],
+};
+
+type Pointer = { x: number; y: number };
+
+export class Controls {
+  readonly #host: ControlsHost;
+  /** What movements begin with; set by the host after each change. */
+  view: Viewpoint;
+  readonly #canvas: HTMLCanvasElement;
+  readonly #keys = new Set<string>();
+  readonly #pointers = new Map<number, Pointer>();
+  /** Voxels a second at which keys move: set by the height above the ground. */
+  speed = kMinSpeed;
+  #travelledPx = 0;
+  #orbitCentre: Vec3 | undefined;
+  #lastMs = 0;
+
+  constructor(canvas: HTMLCanvasElement, view: Viewpoint, host: ControlsHost) {
+    this.view = view;
+    this.#canvas = canvas;
+    this.#host = host;
+    canvas.addEventListener('keydown', (event) => this.#keyDown(event));
+    canvas.addEventListener('keyup', (event) => this.#keys.delete(event.code));
+    canvas.addEventListener('blur', () => this.#keys.clear());
+    canvas.addEventListener('pointerdown', (event) => this.#pointerDown(event));
+    canvas.addEventListener('pointermove', (event) => this.#pointerMove(event));
+    canvas.addEventListener('pointerup', (event) => this.#pointerUp(event));
+    canvas.addEventListener('pointercancel', (event) => this.#pointers.delete(event.pointerId));
+    canvas.addEventListener('wheel', (event) => this.#wheel(event), { passive: false });
+    canvas.addEventListener('contextmenu', (event) => event.preventDefault());
+  }
+
+  /** One turn of the page's loop: moves as long as keys are held. */
+  frame(nowMs: number): void {
+    const seconds = Math.min((nowMs - this.#lastMs) / 1000, kLongestStepS);
+    this.#lastMs = nowMs;
+    if (this.#keys.size === 0) return;
+    const has = (code: string): boolean => this.#keys.has(code);
+    const haste =
+      has('ShiftLeft') || has('ShiftRight') ? kFast : has('AltLeft') || has('AltRight') ? kSlow : 1;
+    let view = this.view;
+    for (const code of this.#keys) {
+      const by = kMoves[code];
+      if (by !== undefined) view = moved(view, scaled(by, this.speed * haste * seconds));
+      const turn = kTurns[code];
+      if (turn !== undefined)
+        view = turned(view, turn[0] * kKeyTurnDegPerS * seconds, turn[1] * kKeyTurnDegPerS * seconds);
+    }
+    if (view !== this.view) this.#host.setView(view);
+  }
+
+  #keyDown(event: KeyboardEvent): void {
+    if (event.ctrlKey || event.metaKey) return;
+    if (event.code === 'Equal' || event.code === 'NumpadAdd') this.#zoom(1 / 1.1);
+    else if (event.code === 'Minus' || event.code === 'NumpadSubtract') this.#zoom(1.1);
+    else if (kMoves[event.code] !== undefined || kTurns[event.code] !== undefined || isHaste(event.code))
+      this.#keys.add(event.code);
+    else return;
+    event.preventDefault();
+  }
+
+  #zoom(factor: number): void {
+    this.#host.setView(zoomed(this.view, factor));
+  }
+
+  #pointerDown(event: PointerEvent): void {
+    this.#canvas.focus();
+    this.#canvas.setPointerCapture(event.pointerId);
+    this.#pointers.set(event.pointerId, { x: event.clientX, y: event.clientY });
+    this.#travelledPx = 0;
+    const isOrbit = event.button !== 0 || event.shiftKey;
+    this.#orbitCentre = isOrbit ? this.#host.pointAt(event.clientX, event.clientY) : undefined;
+  }
+
+  #pointerMove(event: PointerEvent): void {
+    const pointer = this.#pointers.get(event.pointerId);
+    if (pointer === undefined) return;
+    const before = [...this.#pointers.values()].map((p) => ({ ...p }));
+    const [dx, dy] = [event.clientX - pointer.x, event.clientY - pointer.y];
+    pointer.x = event.clientX;
+    pointer.y = event.clientY;
+    this.#travelledPx += Math.hypot(dx, dy);
+    if (this.#travelledPx < kClickPx) return;
+    if (this.#pointers.size >= 2) this.#pinch(before, [...this.#pointers.values()]);
+    else this.#drag(dx, dy);
+  }
+
+  #drag(dx: number, dy: number): void {
+    const { view } = this;
+    const perPx = kTurnDegPerPx * (view.fovDeg / 45);
+    const centre = this.#orbitCentre;
+    this.#host.setView(
+      centre === undefined
+        ? turned(view, -dx * perPx, dy * perPx)
+        : orbited(view, centre, dx * perPx * 2, -dy * perPx * 2),
+    );
+  }
+
+  // Two fingers: apart and together move forward and back, both along move sideways and up.
+  #pinch(before: readonly Pointer[], after: readonly Pointer[]): void {
+    const [a0, b0] = [before[0]!, before[1]!];
+    const [a1, b1] = [after[0]!, after[1]!];
+    const apart = Math.hypot(a1.x - b1.x, a1.y - b1.y) - Math.hypot(a0.x - b0.x, a0.y - b0.y);
+    const step = this.speed / 150;
+    const along = [(a1.x + b1.x - a0.x - b0.x) / 2, (a1.y + b1.y - a0.y - b0.y) / 2] as const;
+    this.#host.setView(moved(this.view, [-along[0] * step, along[1] * step, apart * step]));
+  }
+
+  #pointerUp(event: PointerEvent): void {
+    this.#pointers.delete(event.pointerId);
+    if (this.#travelledPx < kClickPx && event.button === 0)
+      this.#host.onClick(event.clientX, event.clientY);
+  }
+
+  #wheel(event: WheelEvent): void {
+    event.preventDefault();
+    const by = Math.exp(-event.deltaY * kWheelZoom) - 1;
+    const target = this.#host.pointAt(event.clientX, event.clientY);
+    const { view } = this;
+    if (target === undefined) {
+      this.#host.setView(moved(view, [0, 0, this.speed * by]));
+      return;
+    }
+    const share = Math.min(by, 0.8);
+    const position = [0, 1, 2].map(
+      (a) => view.position[a]! + (target[a]! - view.position[a]!) * share,
+    ) as unknown as Vec3;
+    this.#host.setView({ ...view, position });
+  }
+}
+
+function isHaste(code: string): boolean {
+  return code.startsWith('Shift') || code.startsWith('Alt');
+}
+
+function scaled(v: Vec3, by: number): Vec3 {
+  return [v[0] * by, v[1] * by, v[2] * by];
+}

@@ -1,0 +1,101 @@
+/**
+ * place.json (docs/formats/site.md): what a site shows, as `terravox publish` writes it. Read with
+ * the eyes of a stranger: only known fields, of the types and sizes that they may have.
+ */
+import type { FilePart } from '../data/protocol.js';
+import type { Vec3 } from '../draw/camera.js';
+
+export type NamedView = {
+  readonly name: string;
+  /** Level-0 voxels. */
+  readonly position: Vec3;
+  readonly target: Vec3;
+  readonly fovDeg: number;
+};
+
+export type PlaceFile = {
+  readonly title: string;
+  readonly attribution: string;
+  readonly licence: string;
+  readonly archive: { readonly url: string } | { readonly parts: readonly FilePart[] };
+  /** The first one is shown at the beginning. */
+  readonly views: readonly NamedView[];
+  /** UTC, milliseconds since 1970. */
+  readonly timeMs: number;
+};
+
+const kMaxText = 4096;
+const kMaxViews = 256;
+const kMaxParts = 4096;
+const kFarthest = 2 ** 30;
+
+type Fields = Readonly<Record<string, unknown>>;
+
+/** @throws Error that names the field */
+export function readPlaceFile(json: unknown): PlaceFile {
+  const place = fieldsOf(json, 'the file');
+  if (place['version'] !== 1) fail(`version = ${String(place['version'])}; this page reads 1`);
+  const archive = fieldsOf(place['archive'], 'archive');
+  const parts = archive['parts'];
+  const views = listOf(place['views'], 'views', kMaxViews).map(readView);
+  if (views.length === 0) fail('there is no view');
+  return {
+    title: textOf(place['title'], 'title'),
+    attribution: textOf(place['attribution'], 'attribution'),
+    licence: textOf(place['licence'], 'licence'),
+    archive:
+      parts === undefined
+        ? { url: textOf(archive['url'], 'archive.url') }
+        : { parts: listOf(parts, 'archive.parts', kMaxParts).map(readPart) },
+    views,
+    timeMs: numberOf(place['time_ms'], 'time_ms', 0, 1e13),
+  };
+}
+
+function readPart(value: unknown): FilePart {
+  const part = fieldsOf(value, 'archive.parts');
+  return {
+    url: textOf(part['url'], 'url'),
+    bytes: numberOf(part['bytes'], 'bytes', 1, Number.MAX_SAFE_INTEGER),
+  };
+}
+
+function readView(value: unknown): NamedView {
+  const view = fieldsOf(value, 'views');
+  const point = (name: string): Vec3 => {
+    const c = listOf(view[name], name, 3).map((v) => numberOf(v, name, -kFarthest, kFarthest));
+    if (c.length !== 3) fail(`${name} has ${c.length} coordinates; allowed: 3`);
+    return [c[0]!, c[1]!, c[2]!];
+  };
+  return {
+    name: textOf(view['name'], 'name'),
+    position: point('position'),
+    target: point('target'),
+    fovDeg: numberOf(view['fov_deg'], 'fov_deg', 5, 120),
+  };
+}
+
+function fail(what: string): never {
+  throw new Error(`read place.json: ${what}; publish the place again`);
+}
+
+function fieldsOf(value: unknown, what: string): Fields {
+  if (typeof value !== 'object' || value === null || Array.isArray(value)) fail(`${what} is no object`);
+  return value as Fields;
+}
+
+function listOf(value: unknown, what: string, max: number): readonly unknown[] {
+  if (!Array.isArray(value) || value.length > max) fail(`${what} is no list of at most ${max}`);
+  return value;
+}
+
+function textOf(value: unknown, what: string): string {
+  if (typeof value !== 'string' || value.length > kMaxText) fail(`${what} is no text of at most ${kMaxText}`);
+  return value;
+}
+
+function numberOf(value: unknown, what: string, min: number, max: number): number {
+  if (typeof value !== 'number' || !(value >= min && value <= max))
+    fail(`${what} = ${String(value)}; allowed: ${min} to ${max}`);
+  return value;
+}
