@@ -35,6 +35,7 @@ terravox::animate::RenderPicture open_renderer(
 int main(int argc, char** argv) {
     return terravox::util::run_program([&] {
         terravox::commands::go_on_as(terravox::commands::kConvert, argc, argv);
+        terravox::commands::go_on_as(terravox::commands::kPublish, argc, argv);
 #ifdef TERRAVOX_PREVIEW
         terravox::commands::go_on_as(terravox::commands::kPreview, argc, argv);
 #endif
@@ -47,6 +48,7 @@ int main(int argc, char** argv) {
         const auto animate = terravox::commands::add_animate_command(app, open_renderer);
         const auto cluster = terravox::commands::add_cluster_command(app);
         terravox::commands::list_command(app, terravox::commands::kConvert);
+        terravox::commands::list_command(app, terravox::commands::kPublish);
         const auto worker = terravox::commands::add_worker_command(app);
         const auto farm = terravox::commands::add_farm_command(app);
         const auto merge = terravox::commands::add_merge_command(app);

@@ -20,6 +20,9 @@ struct CommandWithProgram {
 inline constexpr CommandWithProgram kConvert{
     "convert", "terravox-convert",
     "Convert a world to a box archive, a Minecraft world, or another program's format"};
+inline constexpr CommandWithProgram kPublish{
+    "publish", "terravox-publish",
+    "Make a web site of a world, which any static host serves and any browser shows"};
 inline constexpr CommandWithProgram kPreview{
     "preview", "terravox-preview",
     "Fly around a world in a window while it is rendered, coarse to fine"};

@@ -17,6 +17,7 @@ from support import HANGS_S, ROOT, Run, binary, hold_port, survey, temporary_fol
 PROGRAMS = {
     "terravox-raytracer": "RAYTRACER",
     "terravox-convert": "CONVERT",
+    "terravox-publish": "PUBLISH",
     "terravox-voxelserver": "VOXELSERVER",
     "terravox-survey": "SURVEY",
     "terravox-laz": "LAZ",

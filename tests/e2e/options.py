@@ -10,6 +10,7 @@ from support import ROOT, Run, binary
 RAYTRACER = (
     "render",
     "convert",
+    "publish",
     "worker",
     "animate",
     "preview",

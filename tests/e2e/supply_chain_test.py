@@ -264,7 +264,7 @@ class ThirdParty(Case):
             for row in self.tables["Shared libraries"]
         }
         here = {path.name: path for path in folder.glob("terravox-*") if path.suffix in ("", ".so")}
-        for program in ("RAYTRACER", "CONVERT", "VOXELSERVER", "SURVEY", "LAZ"):
+        for program in ("RAYTRACER", "CONVERT", "PUBLISH", "VOXELSERVER", "SURVEY", "LAZ"):
             self.assertIn(pathlib.Path(binary(program)).name, here)
         for name, path in sorted(here.items()):
             with self.subTest(name):

@@ -209,19 +209,21 @@ class Worlds(Case):
                 for f in entries(self.out):
                     (self.out / f).unlink()
 
-    def test_a_conversion_is_a_program_beside_the_tracer(self):
-        itself = Run([binary("CONVERT"), "--help"])
-        self.assertEqual(itself.code, 0, str(itself))
-        self.assertEqual(Run([binary("RAYTRACER"), "convert", "--help"]).out, itself.out)
+    def test_some_commands_are_programs_beside_the_tracer(self):
         listed = Run([binary("RAYTRACER"), "--help"])
-        self.assertRegex(listed.out, r"\n +convert +Convert a world")
         alone = temporary_folder() / "terravox-raytracer"
         shutil.copy(binary("RAYTRACER"), alone)
-        self.assertRefused(
-            Run([alone, "convert", "generated:1", self.out / "alone.tvx"]),
-            1,
-            str(alone.with_name("terravox-convert")),
-        )
+        for name, begins in (("convert", "Convert a world"), ("publish", "Make a web site")):
+            with self.subTest(name):
+                itself = Run([binary(name.upper()), "--help"])
+                self.assertEqual(itself.code, 0, str(itself))
+                self.assertEqual(Run([binary("RAYTRACER"), name, "--help"]).out, itself.out)
+                self.assertRegex(listed.out, rf"\n +{name} +{begins}")
+                self.assertRefused(
+                    Run([alone, name, "generated:1", self.out / "alone"]),
+                    1,
+                    str(alone.with_name(f"terravox-{name}")),
+                )
 
     def test_a_generated_world_needs_nothing(self):
         # Smaller still: with so little memory boxes are made again and again.

@@ -1,6 +1,5 @@
 #include "raytracer/commands/convert/convert_command.hpp"
 
-#include <xxhash.h>
 #include <CLI/CLI.hpp>
 
 #include <algorithm>
@@ -13,14 +12,11 @@
 #include <sstream>
 
 #include "common/util/atomic_file.hpp"
-#include "common/util/config_dir.hpp"
 #include "common/util/log.hpp"
-#include "common/util/version.hpp"
 #include "common/voxel/log_damage.hpp"
-#include "common/voxel/world_json.hpp"
+#include "raytracer/commands/convert/job_name.hpp"
 #include "raytracer/commands/world_arguments.hpp"
 #include "raytracer/material/material_file.hpp"
-#include "raytracer/scene/scene_io.hpp"
 #include "voxelserver/export/core/part.hpp"
 #include "voxelserver/export/formats/formats.hpp"
 #include "voxelserver/worlds/open/open_world.hpp"
@@ -63,50 +59,6 @@ std::vector<double> numbers_of(const std::string& flag, const std::string& text,
          static_cast<std::size_t>(std::count(text.begin(), text.end(), ',')) + 1 != count))
         throw util::UsageError("convert: " + flag + " " + text + "; allowed: " + allowed);
     return out;
-}
-
-void add_file(std::string& facts, const fs::path& file) {
-    std::error_code failed;
-    facts += '\n' + file.string() + ' ' + std::to_string(fs::file_size(file, failed));
-    if (const auto time = fs::last_write_time(file, failed); !failed)
-        facts += ' ' + std::to_string(time.time_since_epoch().count());
-}
-
-void add_files(std::string& facts, const fs::path& path) {
-    std::error_code failed;
-    std::vector<fs::path> files{path};
-    for (fs::recursive_directory_iterator it(path, failed), end; !failed && it != end;
-         it.increment(failed))
-        files.push_back(it->path());
-    std::sort(files.begin(), files.end());
-    for (const fs::path& file : files)
-        add_file(facts, file);
-}
-
-// Two conversions with the same settings that affect their files have the same name: inputs and
-// data files with size and time, part, options.
-std::string name_of_job(const ConvertArguments& args, scene::Scene scene, const exports::Part& part,
-                        const voxel::World& world, const exports::Format& format) {
-    scene.processing = {};
-    scene.world.memory_mib = scene::Scene::World{}.memory_mib;
-    std::string facts = std::string(kVersion) + '\n' + scene::to_toml(scene) +
-                        voxel::world_to_json(world.info()) + world.edition() + args.colours;
-    for (const auto* list : {&args.world.inputs, &args.world.orthophotos})
-        for (const std::string& input : *list)
-            add_files(facts, input);
-    for (const char* folder : {"blocks", "classes", "palettes", "materials.toml", "voxelize.toml"})
-        add_files(facts, util::config_dir() / folder);
-    for (const std::string& file : {scene.world.settings, scene.world.classes})
-        if (!file.empty())
-            add_file(facts, file);
-    for (std::size_t a = 0; a < 3; ++a)
-        facts +=
-            ' ' + std::to_string(part.bounds.min[a]) + ' ' + std::to_string(part.bounds.max[a]);
-    char text[64];
-    std::snprintf(text, sizeof text, "terravox %s %016llx", std::string(format.name).c_str(),
-                  static_cast<unsigned long long>(
-                      XXH64(facts.data(), facts.size(), static_cast<std::uint64_t>(part.level))));
-    return text;
 }
 
 util::ExitCode report(const exports::Job& job, const voxel::World& world, double seconds,
@@ -153,7 +105,8 @@ util::ExitCode run_convert(ConvertArguments& args) {
     const voxel::Palette palette = voxel::load_palette(material::find_materials(""));
     exports::Meter meter("convert", format.steps(part, world->info()), args.quiet);
     exports::Job job(*world, part, out, palette, meter);
-    job.name = name_of_job(args, scene, part, *world, format);
+    job.name =
+        job_name(args.world, scene, part, *world, std::string(format.name) + " " + args.colours);
     job.colours =
         args.colours == "material" ? exports::Colours::kMaterial : exports::Colours::kTrue;
     job.threads = scene.processing.threads.value_or(0);

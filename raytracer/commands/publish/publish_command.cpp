@@ -1,0 +1,223 @@
+#include "raytracer/commands/publish/publish_command.hpp"
+
+#include <CLI/CLI.hpp>
+
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+
+#include "common/util/atomic_file.hpp"
+#include "common/util/det_math.hpp"
+#include "common/util/log.hpp"
+#include "common/voxel/log_damage.hpp"
+#include "raytracer/commands/convert/job_name.hpp"
+#include "raytracer/commands/world_arguments.hpp"
+#include "raytracer/material/material_file.hpp"
+#include "raytracer/publish/appearance_file.hpp"
+#include "raytracer/publish/site.hpp"
+#include "raytracer/render/picture_renderer.hpp"
+#include "raytracer/scene/camera.hpp"
+#include "raytracer/sky/sun_of.hpp"
+#include "voxelserver/export/core/part.hpp"
+#include "voxelserver/export/formats/formats.hpp"
+#include "voxelserver/worlds/open/open_world.hpp"
+#include "voxelserver/worlds/open/world_kinds.hpp"
+
+namespace terravox::commands {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::uint64_t kMib = std::uint64_t{1} << 20;
+
+struct PublishArguments {
+    WorldArguments world;
+    std::vector<std::string> paths;
+    std::string title;
+    std::string attribution;
+    std::string licence;
+    std::uint64_t split_mib = 0;
+    int memory_mib = 1024;
+    bool no_preview = false;
+    bool quiet = false;
+};
+
+/// What is known once the archive stands.
+struct Published {
+    voxel::WorldInfo world;
+    std::size_t holes = 0;
+    std::vector<std::string> damage;
+};
+
+// An archive is taken as it is; every other world is converted.
+bool is_archive(const PublishArguments& args) {
+    return args.world.inputs.size() == 1 &&
+           fs::path(args.world.inputs.front()).extension() == ".tvx" &&
+           fs::is_regular_file(args.world.inputs.front());
+}
+
+void copy_archive(const fs::path& from, const fs::path& to) {
+    std::error_code same;
+    if (fs::equivalent(from, to, same))
+        return;
+    util::AtomicFile file(to);
+    std::error_code failed;
+    fs::copy_file(from, file.temporary_path(), fs::copy_options::overwrite_existing, failed);
+    if (failed)
+        throw util::Error("copy " + from.string() + " to " + to.string() + ": " + failed.message());
+    file.commit();
+}
+
+Published make_archive(const PublishArguments& args, const scene::Scene& scene,
+                       const fs::path& archive) {
+    util::StageTimes times;
+    const auto world = worlds::open_world(args.world.options(scene), times);
+    Published out{world->info(), 0, {}};
+    if (out.world.bounds.empty())
+        throw util::Error("publish the world '" + out.world.title + "': it is empty");
+    if (is_archive(args)) {
+        copy_archive(args.world.inputs.front(), archive);
+    } else {
+        const exports::Format& format = exports::format_of("archive", archive);
+        exports::WriteOptions write;
+        write.overwrite = true;
+        format.check_target(archive, write);
+        const exports::Part part = exports::part_of(world->info(), exports::Selection{});
+        const voxel::Palette palette = voxel::load_palette(material::find_materials(""));
+        exports::Meter meter("publish", format.steps(part, world->info()), args.quiet);
+        exports::Job job(*world, part, archive, palette, meter);
+        job.name = job_name(args.world, scene, part, *world, "archive true");
+        job.threads = scene.processing.threads.value_or(0);
+        job.memory_bytes = static_cast<std::size_t>(args.memory_mib) << 20;
+        format.write(job, write);
+        meter.finish();
+        out.holes = job.holes().size();
+    }
+    out.damage = world->damage();
+    return out;
+}
+
+publish::SiteView view_of(const std::string& name, const scene::Scene& scene,
+                          const voxel::WorldInfo& world) {
+    const scene::Camera camera = scene::make_camera(scene, world, world.framed_bounds());
+    constexpr double kAhead_voxel = 100;
+    publish::SiteView view;
+    view.name = name;
+    view.position = camera.position();
+    view.target = camera.position() + camera.forward() * kAhead_voxel;
+    const double half = core::length(camera.basis().up);
+    view.fov_deg = std::atan(half) * 2 * 180 / det::kPi;
+    return view;
+}
+
+std::vector<publish::SiteView> views_of(const scene::Scene& scene, const voxel::WorldInfo& world) {
+    if (scene.camera.projection != core::CameraProjection::kPerspective)
+        throw util::UsageError(
+            "publish: camera.projection is not perspective; the viewer has no other");
+    scene::Scene whole = scene;
+    whole.camera = {};
+    return {view_of("Start", scene, world), view_of("Whole place", whole, world)};
+}
+
+std::int64_t time_ms(const scene::Scene& scene, const voxel::WorldInfo& world) {
+    const geo::DateTime time = sky::time_of(scene.sun, world.centre ? &*world.centre : nullptr);
+    const std::chrono::sys_days day = std::chrono::year(time.year) /
+                                      std::chrono::month(static_cast<unsigned>(time.month)) /
+                                      std::chrono::day(static_cast<unsigned>(time.day));
+    constexpr double kHour_ms = 3'600'000;
+    const auto start =
+        std::chrono::duration_cast<std::chrono::milliseconds>(day.time_since_epoch());
+    return std::max<std::int64_t>(
+        0, start.count() + std::llround((time.hour - time.utc_offset_h) * kHour_ms));
+}
+
+void write_preview(const PublishArguments& args, scene::Scene scene, const fs::path& folder) {
+    constexpr std::array kSize_px = {1200, 630};  // as those who show links want them
+    constexpr int kSamples = 16;
+    scene.output.size_px = kSize_px;
+    scene.quality.samples = kSamples;
+    worlds::WorldOptions world = args.world.options(scene);
+    world.inputs = {(folder / publish::kSiteArchive).string()};
+    world.orthophotos.clear();
+    render::PictureRenderer renderer(world, render::RenderPoolOptions{}, scene, args.quiet);
+    (void)renderer.render(scene, {(folder / publish::kSitePreview).string()});
+}
+
+publish::SiteFacts facts_of(const PublishArguments& args, const scene::Scene& scene,
+                            const voxel::WorldInfo& world) {
+    publish::SiteFacts facts;
+    facts.title = args.title.empty() ? world.title : args.title;
+    facts.attribution = args.attribution.empty() ? world.attribution : args.attribution;
+    facts.licence = args.licence.empty() ? world.licence : args.licence;
+    facts.views = views_of(scene, world);
+    facts.time_ms = time_ms(scene, world);
+    return facts;
+}
+
+util::ExitCode run_publish(PublishArguments& args) {
+    util::set_up_log(args.quiet ? "error" : args.world.log_level);
+    if (args.paths.size() < 2)
+        throw util::UsageError("publish: " + std::to_string(args.paths.size()) +
+                               " path; allowed: what to publish, then the folder of the site");
+    const fs::path folder = fs::path(args.paths.back()) / "";
+    const fs::path archive = folder / publish::kSiteArchive;
+    args.world.inputs.assign(args.paths.begin(), args.paths.end() - 1);
+    const scene::Scene scene = args.world.scene();
+    util::check_writable(archive);
+
+    const Published published = make_archive(args, scene, archive);
+    publish::SiteFacts facts = facts_of(args, scene, published.world);
+    if (!args.no_preview)
+        write_preview(args, scene, folder);
+    const publish::AirOptions air{
+        std::clamp(scene.sky.turbidity, 1.0, 20.0),
+        std::clamp(published.world.bounds.min[1] * published.world.voxel_m, 0.0, 10'000.0)};
+    const auto materials =
+        material::read_materials(material::find_materials(scene.quality.materials));
+    util::write_file_atomically(folder / "appearance.bin",
+                                publish::appearance_file(materials.appearances, air));
+    facts.archive =
+        publish::split_archive(archive, args.split_mib == 0 ? UINT64_MAX : args.split_mib * kMib);
+    publish::write_site(folder, facts);
+    if (!args.quiet)
+        std::printf("wrote %s: any web server that answers range requests shows it\n",
+                    (folder / "index.html").c_str());
+    if (published.holes > 0)
+        util::log_error("the place has holes: {} boxes could not be loaded", published.holes);
+    if (!published.damage.empty())
+        voxel::log_damage(published.damage);
+    return published.holes > 0 || !published.damage.empty() ? util::ExitCode::kHoles
+                                                            : util::ExitCode::kDone;
+}
+
+}  // namespace
+
+std::function<util::ExitCode()> add_publish_options(CLI::App& app) {
+    auto args = std::make_shared<PublishArguments>();
+    app.add_option("paths", args->paths,
+                   "what to publish: " + worlds::allowed_inputs() + "; then the site's folder")
+        ->required();
+    app.add_option("--title", args->title, "of the site; default: that of the world");
+    app.add_option("--attribution", args->attribution,
+                   "who the data come from; default: that of the world");
+    app.add_option("--licence", args->licence, "of the data; default: that of the world");
+    app.add_option("--split-mib", args->split_mib,
+                   "largest file that the host takes, MiB: larger archives are cut into parts; 0: "
+                   "no limit")
+        ->check(CLI::Range(0, 1 << 20))
+        ->capture_default_str();
+    app.add_option("--write-memory-mib", args->memory_mib,
+                   "memory for writing, in addition to the world's own limit, MiB")
+        ->check(CLI::Range(64, 1 << 20))
+        ->capture_default_str();
+    app.add_flag("--no-preview", args->no_preview, "without the picture that links are shown with");
+    app.add_flag("-q,--quiet", args->quiet, "print errors only");
+    add_opening_arguments(
+        app, args->world,
+        {"world", "generated", "processing", "camera", "sun", "sky", "quality", "output"});
+    return [args] { return run_publish(*args); };
+}
+
+}  // namespace terravox::commands

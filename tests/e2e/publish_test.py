@@ -1,0 +1,130 @@
+#!/usr/bin/env python3
+"""Sites of `terravox publish`: what lies in them, and what a browser shows of them."""
+
+import json
+import os
+import re
+import subprocess
+import unittest
+
+from static_host import StaticHost
+from support import (
+    HANGS_S,
+    ROOT,
+    Case,
+    Run,
+    binary,
+    compare,
+    entries,
+    render,
+    survey,
+    temporary_folder,
+)
+
+SIZE = (400, 300)
+# The whole survey; how it is framed depends on the picture's shape.
+VIEW = ["--camera-azimuth-deg", "200", "--camera-down-deg", "30", "--size", "400x300"]
+
+
+def publish(*arguments, **options):
+    return Run([binary("PUBLISH"), *arguments, "--quiet"], **options)
+
+
+class Publish(Case):
+    @classmethod
+    def setUpClass(cls):
+        cls.site = temporary_folder() / "site"
+        run = publish(survey(), "--ortho", survey() / "ortho", cls.site, *VIEW, "--title", "A & B")
+        assert run.code == 0, run
+
+    def place(self, site):
+        return json.loads((site / "place.json").read_text())
+
+    def test_a_site_has_all_that_the_page_needs(self):
+        self.assertEqual(
+            entries(self.site),
+            [
+                "appearance.bin",
+                "index.html",
+                "place.json",
+                "place.tvx",
+                "preview.jpg",
+                "viewer",
+                "viewer/licences.txt",
+                "viewer/viewer.css",
+                "viewer/viewer.js",
+                "viewer/worker.js",
+            ],
+        )
+        index = (self.site / "index.html").read_text()
+        self.assertIn("<title>A &amp; B</title>", index)
+        for name in re.findall(r'(?:src|href)="(viewer/[^"]+)"', index):
+            self.assertTrue((self.site / name).is_file(), name)
+        place = self.place(self.site)
+        self.assertEqual(place["title"], "A & B")
+        self.assertEqual(place["archive"], {"url": "place.tvx"})
+        self.assertEqual([view["name"] for view in place["views"]], ["Start", "Whole place"])
+
+    def test_an_archive_is_published_as_it_is_and_cut_for_hosts_with_a_limit(self):
+        site = temporary_folder() / "site"
+        archive = (self.site / "place.tvx").read_bytes()
+        run = publish(self.site / "place.tvx", site, *VIEW, "--split-mib", "1", "--no-preview")
+        self.assertDone(run)
+        if len(archive) <= 1 << 20:
+            self.assertEqual((site / "place.tvx").read_bytes(), archive)
+            return
+        parts = self.place(site)["archive"]["parts"]
+        self.assertNotIn("place.tvx", entries(site))
+        self.assertEqual(b"".join((site / part["url"]).read_bytes() for part in parts), archive)
+        for part in parts:
+            self.assertEqual((site / part["url"]).stat().st_size, part["bytes"])
+            self.assertLessEqual(part["bytes"], 1 << 20)
+
+    def test_wrong_usage_writes_nothing(self):
+        folder = temporary_folder()
+        for arguments, said in (
+            ([survey()], "1 path"),
+            ([survey(), folder / "site", "--split-mib", "-1"], "--split-mib"),
+            ([survey(), folder / "site", "--camera-projection", "panorama"], "perspective"),
+            ([folder / "none.tvx", folder / "site"], "none.tvx"),
+        ):
+            with self.subTest(said):
+                run = publish(*arguments)
+                self.assertRefused(run, 2 if said != "none.tvx" else run.code, said)
+                self.assertNotEqual(run.code, 0)
+        self.assertFalse((folder / "site" / "index.html").exists())
+
+    def test_a_browser_shows_the_picture_of_the_ray_tracer(self):
+        node = os.environ.get("TERRAVOX_NODE")
+        if not node:
+            self.skipTest("no Node.js")
+        folder = temporary_folder()
+        wanted = folder / "wanted.png"
+        self.assertDone(render(self.site / "place.tvx", *VIEW, "-o", wanted))
+        shown = folder / "shown.jpg"
+        host = StaticHost(self.site)
+        try:
+            run = subprocess.run(
+                [node, ROOT / "tests" / "page" / "run.mjs"],
+                env={
+                    **os.environ,
+                    "TERRAVOX_SITE": host.url,
+                    "TERRAVOX_SITE_PICTURE": str(shown),
+                    "TERRAVOX_SITE_SIZE": f"{SIZE[0]}x{SIZE[1]}",
+                },
+                capture_output=True,
+                text=True,
+                timeout=4 * HANGS_S,
+                check=False,
+            )
+        finally:
+            host.stop()
+        self.assertEqual(run.returncode, 0, run.stdout + run.stderr)
+        if not shown.exists():
+            self.skipTest("no browser: " + run.stdout)
+        alike = compare(shown, wanted)
+        self.assertEqual(alike.code, 0, alike)
+
+
+if __name__ == "__main__":
+    unittest.main()
