@@ -5,6 +5,7 @@
 #include <list>
 #include <thread>
 
+#include "common/thread/tsan_order.hpp"
 #include "common/util/log.hpp"
 #include "raytracer/farm/net/auth_acceptor.hpp"
 #include "raytracer/farm/net/credentials.hpp"
@@ -147,11 +148,13 @@ private:
     void hand_over(sockets::Socket socket) {
         grpc::experimental::ExternalConnectionAcceptor::NewConnectionParameters parameters;
         parameters.fd = socket.release();
+        m_handed_over.precede();
         m_acceptor->HandleNewConnection(&parameters);
     }
 
     grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer>* Join(
         grpc::CallbackServerContext* context) override {
+        m_handed_over.follow();
         const std::string peer = readable_peer(context->peer());
         const auto number = m_door->joined(peer);
         if (!number)
@@ -223,6 +226,7 @@ private:
     const bool m_tls;
     const std::filesystem::path m_ca;
     std::unique_ptr<grpc::experimental::ExternalConnectionAcceptor> m_acceptor;
+    thread::TsanOrder m_handed_over;  ///< before the call of a connection, by way of gRPC
     std::unique_ptr<grpc::Server> m_server;
     std::optional<AuthAcceptor> m_door;
     std::mutex m_mutex;

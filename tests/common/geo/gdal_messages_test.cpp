@@ -89,7 +89,8 @@ TEST_CASE("where GDAL aborts after a message that memory is missing, the program
     }
 }
 
-#ifndef __SANITIZE_ADDRESS__  // whose own memory would be refused, too
+// Of the sanitizers, their own memory would be refused, too.
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
 TEST_CASE("what GDAL needs to write a file is missing before it begins, not on the way",
           "[common][geo]") {
     geo::check_memory_for_gdal();

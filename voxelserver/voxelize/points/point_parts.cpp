@@ -45,24 +45,30 @@ Squares PointParts::around(std::size_t file, const grid::PatchRect& wanted) {
 
 // Where many chunks hold a few points of each patch, keeping whole chunks would fill the memory
 // with points that were not requested.
+bool PointParts::prefers_chunks(std::size_t file) {
+    const PartedFile& parted = m_files[file];
+    const auto& index = parted.source->spatial_index;
+    if (index != nullptr && !index->by_chunk())
+        return false;
+    if (parted.kept_whole)
+        return true;
+    const grid::ColumnRect& bounds = parted.source->bounds;
+    const grid::PatchKey middle{
+        voxel::floor_div((bounds.min_x + bounds.max_x) / 2, grid::kPatchSize),
+        voxel::floor_div((bounds.min_z + bounds.max_z) / 2, grid::kPatchSize)};
+    const grid::PatchRect around{{middle.px - 1, middle.pz - 1}, {middle.px + 2, middle.pz + 2}};
+    return 2 * count_of(chunks_over(file, around)) * sizeof(store::VoxelPoint) <=
+           m_parts.limit_bytes();
+}
+
+// A mutex, not std::call_once: what is read here may throw, and a thread that waits for such a call
+// hangs under the thread sanitizer.
 bool PointParts::by_chunk(std::size_t file) {
     State& state = *m_states[file];
-    const PartedFile& parted = m_files[file];
-    std::call_once(state.chosen, [&] {
-        const auto& index = parted.source->spatial_index;
-        state.by_chunk = index == nullptr || index->by_chunk();
-        if (!state.by_chunk || parted.kept_whole)
-            return;
-        const grid::ColumnRect& bounds = parted.source->bounds;
-        const grid::PatchKey middle{
-            voxel::floor_div((bounds.min_x + bounds.max_x) / 2, grid::kPatchSize),
-            voxel::floor_div((bounds.min_z + bounds.max_z) / 2, grid::kPatchSize)};
-        const grid::PatchRect around{{middle.px - 1, middle.pz - 1},
-                                     {middle.px + 2, middle.pz + 2}};
-        state.by_chunk = 2 * count_of(chunks_over(file, around)) * sizeof(store::VoxelPoint) <=
-                         m_parts.limit_bytes();
-    });
-    return state.by_chunk;
+    const std::lock_guard lock(state.choosing);
+    if (!state.by_chunk)
+        state.by_chunk = prefers_chunks(file);
+    return *state.by_chunk;
 }
 
 std::uint64_t PointParts::points_to_decode(std::size_t file, const grid::PatchRect& wanted) {

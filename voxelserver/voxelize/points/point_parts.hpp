@@ -4,6 +4,7 @@
 #include <functional>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -61,8 +62,8 @@ private:
         std::shared_ptr<const store::ChunkIndex> chunks;
         std::atomic<bool> learnt{false};  ///< chunks is set
         std::string failed;               ///< why the scan of the file failed
-        std::once_flag chosen;            ///< guards by_chunk
-        bool by_chunk = false;
+        std::mutex choosing;              ///< guards by_chunk
+        std::optional<bool> by_chunk;     ///< nullopt: not chosen yet
     };
     /// A chunk by its first point, or a block by its place.
     struct PartKey {
@@ -82,6 +83,7 @@ private:
                  static_cast<std::int32_t>(chunk.begin >> 32)}};
     }
 
+    [[nodiscard]] bool prefers_chunks(std::size_t file);
     [[nodiscard]] bool by_chunk(std::size_t file);
     [[nodiscard]] PartKey block_of(std::size_t file, const grid::PatchRect& wanted) const noexcept;
     [[nodiscard]] grid::PatchRect patches_of(const PartKey& block) const noexcept;
