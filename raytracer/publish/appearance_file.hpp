@@ -15,6 +15,7 @@ struct AirOptions {
 /// What the web viewer needs of materials and the sky: `appearance.bin` (docs/formats/site.md).
 /// Materials with their drawings and windows as MaterialTable has them; the clear sky for several
 /// altitudes of the sun as Dome has it, on a coarser grid; sunlight, haze, and the night's glow.
+/// Compressed as gzip, which browsers unpack.
 /// A pure function of its arguments. Takes about a second: the sky is computed once for each
 /// altitude.
 [[nodiscard]] std::string appearance_file(const material::MaterialAppearances& appearances,

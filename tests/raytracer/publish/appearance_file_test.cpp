@@ -1,5 +1,7 @@
 #include "raytracer/publish/appearance_file.hpp"
 
+#include <libdeflate.h>
+
 #include <cmath>
 #include <cstring>
 #include <nlohmann/json.hpp>
@@ -26,12 +28,26 @@ float from_half(std::uint16_t half) {
     return (half & 0x8000) != 0 ? -size : size;
 }
 
+std::string unpacked(const std::string& gzip) {
+    std::string out(std::size_t{4} << 20, '\0');
+    std::size_t bytes = 0;
+    libdeflate_decompressor* reader = libdeflate_alloc_decompressor();
+    REQUIRE(reader != nullptr);
+    const auto result = libdeflate_gzip_decompress(reader, gzip.data(), gzip.size(), out.data(),
+                                                   out.size(), &bytes);
+    libdeflate_free_decompressor(reader);
+    REQUIRE(result == LIBDEFLATE_SUCCESS);
+    out.resize(bytes);
+    return out;
+}
+
 /// appearance.bin as its format describes it.
 struct Parsed {
     nlohmann::json facts;
     std::string halves;
 
-    explicit Parsed(const std::string& file) {
+    explicit Parsed(const std::string& compressed) {
+        const std::string file = unpacked(compressed);
         REQUIRE(file.substr(0, 8) == "TVXLOOK\n");
         std::uint32_t version = 0;
         std::uint32_t bytes = 0;

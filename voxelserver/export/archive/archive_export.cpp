@@ -129,12 +129,18 @@ BoxKey child_of(const BoxKey& key, int i) {
 }
 
 // Makes the boxes under one of level kSubtreeLevel (or of the top, where the world is small),
-// itself included, children first.
+// itself included; coarse ones first, those of a level in the order of their parents.
 class Subtree {
 public:
     Subtree(Job& job, const voxel::WorldInfo& info)
         : m_job(job), m_info(info), m_limits(limits_of(job.part, job.world())) {}
-    void make(const BoxKey& top) { (void)made(top); }
+    void make(const BoxKey& top) {
+        (void)made(top);
+        // Whoever reads over a network shows coarse boxes first: those lie together.
+        std::stable_sort(records.begin(), records.end(), [](const Record& a, const Record& b) {
+            return a.key.level > b.key.level;
+        });
+    }
     std::vector<Record> records;
     std::uint64_t voxels = 0;
 

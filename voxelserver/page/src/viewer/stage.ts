@@ -56,7 +56,7 @@ export type Pick = {
 };
 
 // Pixels that a voxel may cover: coarse first, so that the whole picture stands early.
-const kDetails = [4, 2, 1] as const;
+const kDetails = [8, 4, 2, 1] as const;
 const kSettledMs = 250; // without movement: the picture counts as still
 const kPlanMs = 200; // between two plans while columns come in
 const kRetryMs = 5000; // a column that failed is not asked for again before

@@ -2,7 +2,7 @@ import { formatLatLon, parsePlace } from '../coordinates.js';
 import { byId, element, setFacts, setText } from '../dom.js';
 import { WorldProjection } from '../world-projection.js';
 import type { Facts, Failure, Place } from './data/protocol.js';
-import { readAppearance, type Appearance } from './draw/appearance.js';
+import { readAppearance, unpackAppearance, type Appearance } from './draw/appearance.js';
 import type { Vec3 } from './draw/camera.js';
 import { kDefaultLook } from './draw/renderer.js';
 import { Stage, type Pick, type StageStats } from './stage.js';
@@ -301,7 +301,7 @@ async function start(): Promise<Viewer> {
   const [place, appearance] = await Promise.all([load('place.json'), load('appearance.bin')]);
   const viewer = new Viewer(
     readPlaceFile(await place.json()),
-    readAppearance(new Uint8Array(await appearance.arrayBuffer())),
+    readAppearance(await unpackAppearance(appearance.body!)),
   );
   viewer.start();
   return viewer;

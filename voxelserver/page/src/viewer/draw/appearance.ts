@@ -69,6 +69,7 @@ export type Appearance = {
 const kMagic = 'TVXLOOK\n';
 const kVersion = 1;
 const kHeadBytes = 16;
+const kMaxBytes = 16 * 2 ** 20;
 const kVariantTexels = 341;
 const kMaxMaterials = 127;
 const kMaxTexels = 2 ** 22;
@@ -76,7 +77,31 @@ const kPaneHalves = 8 * kVariantTexels * 8;
 
 type Fields = Readonly<Record<string, unknown>>;
 
-/** @throws Error that says what is wrong */
+/** @throws Error when it is no gzip stream, or unpacks to more than any appearance.bin */
+export async function unpackAppearance(body: ReadableStream<Uint8Array<ArrayBuffer>>): Promise<Uint8Array> {
+  const parts: Uint8Array[] = [];
+  let bytes = 0;
+  const unpacked = body.pipeThrough(new DecompressionStream('gzip')).getReader();
+  for (;;) {
+    const { done, value } = await unpacked.read();
+    if (done) break;
+    parts.push(value);
+    bytes += value.length;
+    if (bytes > kMaxBytes) {
+      await unpacked.cancel();
+      fail(`it unpacks to more than ${kMaxBytes} bytes`);
+    }
+  }
+  const out = new Uint8Array(bytes);
+  let at = 0;
+  for (const part of parts) {
+    out.set(part, at);
+    at += part.length;
+  }
+  return out;
+}
+
+/** @param bytes unpacked @throws Error that says what is wrong */
 export function readAppearance(bytes: Uint8Array): Appearance {
   const view = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
   const magic = String.fromCharCode(...bytes.subarray(0, kMagic.length));
