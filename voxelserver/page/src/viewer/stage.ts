@@ -61,6 +61,10 @@ const kSettledMs = 250; // without movement: the picture counts as still
 const kPlanMs = 200; // between two plans while columns come in
 const kRetryMs = 5000; // a column that failed is not asked for again before
 const kAdaptation = 0.75;
+// Pools that are too small: steps of coarseness, each of which saves about half of the boxes, and
+// how full they may be for a step back.
+const kCoarser = 1.4;
+const kRoomy = 0.4;
 // Low-discrepancy places in a pixel. Ref: Roberts, "The unreasonable effectiveness of quasirandom
 // sequences", 2018.
 const kJitter = [0.7548776662466927, 0.5698402909980532] as const;
@@ -68,12 +72,13 @@ const kJitter = [0.7548776662466927, 0.5698402909980532] as const;
 export class Stage {
   readonly #gl: WebGL2RenderingContext;
   readonly #canvas: HTMLCanvasElement;
+  readonly #poolBytes: number;
   readonly #worker: Worker;
   readonly #appearance: Appearance;
   readonly #events: StageEvents;
-  readonly #pools: TexturePools;
-  readonly #residency: Residency;
-  readonly #clock: DrawClock;
+  #pools: TexturePools;
+  #residency: Residency;
+  #clock: DrawClock;
   readonly #pace = new Pace();
   readonly #failedAt = new Map<string, number>();
   #renderer: Renderer | undefined;
@@ -84,6 +89,8 @@ export class Stage {
   #plan: Plan | undefined;
   #cut: LevelCut | undefined;
   #stage = 0;
+  /** Above 1 where the pools are too small for the view: voxels may cover more pixels then. */
+  #coarser = 1;
   #isPlanDue = true;
   #plannedMs = 0;
   #movedMs = -Infinity;
@@ -123,17 +130,40 @@ export class Stage {
     if (gl === null) throw new Error('draw the place: this browser has no WebGL 2');
     this.#gl = gl;
     this.#canvas = canvas;
+    this.#poolBytes = poolBytes;
     this.#worker = worker;
     this.#appearance = appearance;
     this.#events = events;
     this.#pools = new TexturePools(gl, { bytes: poolBytes });
     this.#residency = new Residency(this.#pools);
     this.#clock = new DrawClock(gl);
+    // Without this the browser never gives the context back.
+    canvas.addEventListener('webglcontextlost', (event) => event.preventDefault());
+    canvas.addEventListener('webglcontextrestored', () => this.#rebuild());
     worker.onmessage = (event: MessageEvent<FromWorker>) => this.#receive(event.data);
     worker.onerror = (event) => this.#end({ kind: 'damaged', message: event.message });
     // Whoever waits for it sees the reason; others have seen the message.
     this.ready.catch(() => {});
     this.#send({ type: 'open', place });
+  }
+
+  // All that lay on the graphics processor is gone: boxes are asked for again.
+  #rebuild(): void {
+    this.#pools = new TexturePools(this.#gl, { bytes: this.#poolBytes });
+    this.#residency = new Residency(this.#pools);
+    this.#clock = new DrawClock(this.#gl);
+    this.#plan = undefined;
+    this.#cut = undefined;
+    this.#stage = 0;
+    this.#isPlanDue = true;
+    if (this.#facts === undefined) return;
+    this.#makeRenderer(this.#facts);
+    this.#restart();
+  }
+
+  #makeRenderer({ world }: Facts): void {
+    this.#renderer = new Renderer(this.#gl, this.#pools, this.#appearance, world.voxelM);
+    this.#lightUp();
   }
 
   get facts(): Facts | undefined {
@@ -167,6 +197,7 @@ export class Stage {
   /** One turn of the page's loop. */
   frame(nowMs: number): void {
     const renderer = this.#renderer;
+    if (this.#gl.isContextLost()) return;
     const ms = this.#clock.finished(nowMs);
     if (renderer === undefined || this.#camera === undefined || ms === undefined) return;
     if (ms > 0) this.#finish(nowMs, ms);
@@ -238,7 +269,7 @@ export class Stage {
       passMs: this.#passMs,
       frames: this.#frames,
       isComplete: this.#plan?.isComplete === true && this.#stage === kDetails.length - 1,
-      detail: kDetails[this.#stage]!,
+      detail: kDetails[this.#stage]! * this.#coarser,
     };
   }
 
@@ -260,6 +291,10 @@ export class Stage {
     ++this.#frames;
     if (this.#plan?.isComplete === true && !this.#isPlanDue) {
       this.#resolveReady();
+      if (this.#coarser > 1 && this.#pools.fill < kRoomy) {
+        this.#coarser = Math.max(1, this.#coarser / kCoarser);
+        this.#isPlanDue = true;
+      }
       if (this.#stage < kDetails.length - 1) {
         ++this.#stage;
         this.#isPlanDue = true;
@@ -282,7 +317,7 @@ export class Stage {
     const view = {
       eye: camera.position,
       pixelRad: pixelRad(camera, height),
-      detail: kDetails[this.#stage]!,
+      detail: kDetails[this.#stage]! * this.#coarser,
     };
     const cut = new LevelCut({ min: facts.min, max: facts.max }, view, facts.levels - 1);
     const plan = this.#residency.plan(cut, (key) => isAhead(camera, key));
@@ -304,13 +339,7 @@ export class Stage {
     switch (message.type) {
       case 'opened':
         this.#facts = message.facts;
-        this.#renderer = new Renderer(
-          this.#gl,
-          this.#pools,
-          this.#appearance,
-          message.facts.world.voxelM,
-        );
-        this.#lightUp();
+        this.#makeRenderer(message.facts);
         this.#events.onOpened(message.facts);
         return;
       case 'column': {
@@ -343,7 +372,11 @@ export class Stage {
         this.#isPlanDue = true;
         return;
       }
-      if (!this.#residency.dropOldest()) return;
+      if (this.#residency.dropOldest()) continue;
+      // All that is there is part of the picture: it has to be coarser.
+      this.#coarser *= kCoarser;
+      this.#isPlanDue = true;
+      return;
     }
   }
 

@@ -44,6 +44,7 @@ class Viewer {
   #linkedMs = 0;
   #isLinkDue = false;
   #trouble = '';
+  #hasEnded = false;
   timeMs: number;
   view: Viewpoint;
 
@@ -58,7 +59,10 @@ class Viewer {
     this.#stage = new Stage(this.#canvas, worker, addressed(place), appearance, poolBytes(), {
       onOpened: (facts) => this.#opened(facts),
       onFailure: (failure) => this.#showTrouble(failure),
-      onEnded: (failure) => this.#showTrouble(failure),
+      onEnded: (failure) => {
+        this.#hasEnded = true;
+        this.#showTrouble(failure);
+      },
       onFrame: () => this.#showProgress(),
     });
     this.#controls = new Controls(this.#canvas, this.view, {
@@ -181,8 +185,11 @@ class Viewer {
 
   #showProgress(): void {
     if (this.#projection !== undefined) this.#setSpeed(this.#projection.world.max[1]);
-    if (this.#trouble !== '') return;
     const { waiting } = this.#stage.stats();
+    // What failed has been read by now, unless the place cannot be read any more.
+    if (this.#trouble !== '' && (waiting > 0 || this.#hasEnded)) return;
+    this.#trouble = '';
+    this.#status.classList.remove('trouble');
     setText(this.#status, waiting > 0 ? say('refining', String(waiting)) : '');
   }
 
