@@ -1,7 +1,9 @@
 #!/usr/bin/env python3
 """Sites of `terravox publish`: what lies in them, and what a browser shows of them."""
 
+import array
 import json
+import math
 import os
 import re
 import subprocess
@@ -28,6 +30,11 @@ VIEW = ["--camera-azimuth-deg", "200", "--camera-down-deg", "30", "--size", "400
 
 def publish(*arguments, **options):
     return Run([binary("PUBLISH"), *arguments, "--quiet"], **options)
+
+
+def numbers(value):
+    """A number, or several, of a picture's metadata."""
+    return [float(word) for word in (value.split() if isinstance(value, str) else value)]
 
 
 class Publish(Case):
@@ -94,14 +101,13 @@ class Publish(Case):
                 self.assertNotEqual(run.code, 0)
         self.assertFalse((folder / "site" / "index.html").exists())
 
-    def test_a_browser_shows_the_picture_of_the_ray_tracer(self):
+    def test_a_browser_shows_what_the_ray_tracer_shows(self):
         node = os.environ.get("TERRAVOX_NODE")
         if not node:
             self.skipTest("no Node.js")
         folder = temporary_folder()
-        wanted = folder / "wanted.png"
-        self.assertDone(render(self.site / "place.tvx", *VIEW, "-o", wanted))
         shown = folder / "shown.jpg"
+        hits = folder / "hits.json"
         host = StaticHost(self.site)
         try:
             run = subprocess.run(
@@ -110,6 +116,7 @@ class Publish(Case):
                     **os.environ,
                     "TERRAVOX_SITE": host.url,
                     "TERRAVOX_SITE_PICTURE": str(shown),
+                    "TERRAVOX_SITE_HITS": str(hits),
                     "TERRAVOX_SITE_SIZE": f"{SIZE[0]}x{SIZE[1]}",
                 },
                 capture_output=True,
@@ -122,8 +129,59 @@ class Publish(Case):
         self.assertEqual(run.returncode, 0, run.stdout + run.stderr)
         if not shown.exists():
             self.skipTest("no browser: " + run.stdout)
-        alike = compare(shown, wanted)
-        self.assertEqual(alike.code, 0, alike)
+        with self.subTest("the picture"):
+            wanted = folder / "wanted.png"
+            self.assertDone(render(self.site / "place.tvx", *VIEW, "-o", wanted))
+            alike = compare(shown, wanted)
+            self.assertEqual(alike.code, 0, alike)
+        with self.subTest("voxels, faces and shadows"):
+            self.compare_hits(json.loads(hits.read_text()), folder)
+
+    def compare_hits(self, hits, folder):
+        """First hits of the viewer with those of the ray tracer, pixel by pixel."""
+        traced = folder / "traced.exr"
+        plain = ["--samples", "1", "--quality-cut-outs", "no", "--sun-size", "0", "--layers", "all"]
+        self.assertDone(render(self.site / "place.tvx", *VIEW, *plain, "-o", traced))
+        raw = folder / "values"
+        told = Run([binary("VALUES"), traced, raw])
+        self.assertDone(told)
+        facts = json.loads(told.out)
+        channels = [channel["name"] for channel in facts["channels"]]
+        values = array.array("f", raw.read_bytes())
+        origin = numbers(facts["metadata"]["terravox:origin"])
+        voxel_m = numbers(facts["metadata"]["terravox:voxel_m"])[0]
+        at = {
+            name: channels.index(name)
+            for name in (
+                "Z",
+                "sun.V",
+                *(f"{of}.{a}" for of in ("normal", "position") for a in "XYZ"),
+            )
+        }
+        same = lit = solid = 0
+        pixels = SIZE[0] * SIZE[1]
+        for i in range(pixels):
+            pixel = values[i * len(channels) : (i + 1) * len(channels)]
+            *voxel, bits = hits["voxels"][4 * i : 4 * i + 4]
+            is_hit = bits >> 13 & 1 == 1
+            if not is_hit or math.isinf(pixel[at["Z"]]):
+                same += is_hit != math.isinf(pixel[at["Z"]])
+                continue
+            solid += 1
+            size = 1 << (bits >> 4 & 31)
+            normal = [pixel[at[f"normal.{a}"]] for a in "XYZ"]
+            point = [origin[k] + pixel[at[f"position.{a}"]] / voxel_m for k, a in enumerate("XYZ")]
+            axis = max(range(3), key=lambda k, n=normal: abs(n[k]))
+            face = 2 * axis + (normal[axis] > 0)
+            inside = [
+                math.floor((point[k] - (0.25 * size if k == axis else 0) * normal[k]) / size)
+                for k in range(3)
+            ]
+            same += inside == voxel and face == bits & 7
+            lit += (bits >> 14 & 1 == 1) == (pixel[at["sun.V"]] > 0.5)
+        self.assertGreater(solid, pixels / 10)
+        self.assertGreaterEqual(same / pixels, 0.999)
+        self.assertGreaterEqual(lit / solid, 0.995)
 
 
 if __name__ == "__main__":

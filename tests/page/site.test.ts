@@ -7,6 +7,7 @@ import { noBrowser, openBrowser, openPage } from './support/browser.js';
 
 const kSite = process.env['TERRAVOX_SITE'] ?? '';
 const kPicture = process.env['TERRAVOX_SITE_PICTURE'] ?? '';
+const kHits = process.env['TERRAVOX_SITE_HITS'] ?? '';
 const [kWidth, kHeight] = (process.env['TERRAVOX_SITE_SIZE'] ?? '400x300').split('x').map(Number);
 const kSamples = 6; // leaves let rays through at random
 
@@ -29,6 +30,11 @@ test('a site shows its place, and asks nobody but its host', { skip: noBrowser }
     );
     const picture = await page.evaluate(() => document.querySelector('canvas')!.toDataURL('image/jpeg', 0.95));
     writeFileSync(kPicture, Buffer.from(picture.split(',')[1]!, 'base64'));
+    const hits = await page.evaluate(() => {
+      const { voxels, details } = window.terravox.firstHits()!;
+      return { voxels: [...voxels], details: [...details] };
+    });
+    writeFileSync(kHits, JSON.stringify(hits));
     assert.equal(await page.title(), 'A & B · Terravox');
     assert.equal(await page.locator('#status').textContent(), '');
 

@@ -9,7 +9,7 @@ import { DrawClock } from './draw/clock.js';
 import { makeColumnTable } from './draw/column-table.js';
 import { LevelCut } from './draw/level-cut.js';
 import { Pace } from './draw/pace.js';
-import { kDefaultLook, Renderer, type Look } from './draw/renderer.js';
+import { kDefaultLook, Renderer, type FirstHits, type Look } from './draw/renderer.js';
 import { Residency, type Plan } from './draw/residency.js';
 import { adaptationEv, skyLight } from './draw/sky-light.js';
 import { sunPosition, type SunPosition } from './draw/sun-position.js';
@@ -253,6 +253,18 @@ export class Stage {
           : undefined,
       isInSun: (bits & (1 << 14)) !== 0,
     };
+  }
+
+  /**
+   * What each pixel of the canvas shows, with leaves without holes and the sun as a point: nothing
+   * is left to chance. Undefined before there is a picture.
+   */
+  firstHits(): (FirstHits & { readonly size: readonly [number, number] }) | undefined {
+    const { width, height } = this.#canvas;
+    if (this.#renderer === undefined || this.#camera === undefined || this.#plan === undefined)
+      return undefined;
+    const look = { ...this.#look, cutOuts: false, softSun: false };
+    return { ...this.#renderer.firstHits(this.#camera, look, [width, height]), size: [width, height] };
   }
 
   stats(): StageStats {

@@ -17,7 +17,11 @@ import { languageOf, text, type TextKey } from './ui/texts.js';
 declare global {
   interface Window {
     /** For scripts: see docs/guide/viewer.md. */
-    terravox: { readonly ready: Promise<void>; readonly stats: () => StageStats };
+    terravox: {
+      readonly ready: Promise<void>;
+      readonly stats: () => StageStats;
+      readonly firstHits: () => ReturnType<Stage['firstHits']>;
+    };
   }
 }
 
@@ -78,6 +82,10 @@ class Viewer {
 
   stats(): StageStats {
     return this.#stage.stats();
+  }
+
+  firstHits(): ReturnType<Stage['firstHits']> {
+    return this.#stage.firstHits();
   }
 
   setView(view: Viewpoint): void {
@@ -317,11 +325,13 @@ async function start(): Promise<Viewer> {
 const started = start();
 window.terravox = {
   ready: started.then((viewer) => viewer.ready),
-  stats: () => {
-    if (current === undefined) throw new Error('the viewer has not been started yet');
-    return current.stats();
-  },
+  stats: () => viewer().stats(),
+  firstHits: () => viewer().firstHits(),
 };
+function viewer(): Viewer {
+  if (current === undefined) throw new Error('the viewer has not been started yet');
+  return current;
+}
 let current: Viewer | undefined;
 started.then(
   (viewer) => (current = viewer),
