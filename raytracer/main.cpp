@@ -36,6 +36,7 @@ int main(int argc, char** argv) {
     return terravox::util::run_program([&] {
         terravox::commands::go_on_as(terravox::commands::kConvert, argc, argv);
         terravox::commands::go_on_as(terravox::commands::kPublish, argc, argv);
+        terravox::commands::go_on_as(terravox::commands::kView, argc, argv);
 #ifdef TERRAVOX_PREVIEW
         terravox::commands::go_on_as(terravox::commands::kPreview, argc, argv);
 #endif
@@ -49,6 +50,7 @@ int main(int argc, char** argv) {
         const auto cluster = terravox::commands::add_cluster_command(app);
         terravox::commands::list_command(app, terravox::commands::kConvert);
         terravox::commands::list_command(app, terravox::commands::kPublish);
+        terravox::commands::list_command(app, terravox::commands::kView);
         const auto worker = terravox::commands::add_worker_command(app);
         const auto farm = terravox::commands::add_farm_command(app);
         const auto merge = terravox::commands::add_merge_command(app);

@@ -23,6 +23,8 @@ inline constexpr CommandWithProgram kConvert{
 inline constexpr CommandWithProgram kPublish{
     "publish", "terravox-publish",
     "Make a web site of a world, which any static host serves and any browser shows"};
+inline constexpr CommandWithProgram kView{
+    "view", "terravox-view", "Show a site, or a world as one, to a browser of this machine"};
 inline constexpr CommandWithProgram kPreview{
     "preview", "terravox-preview",
     "Fly around a world in a window while it is rendered, coarse to fine"};

@@ -18,6 +18,7 @@ PROGRAMS = {
     "terravox-raytracer": "RAYTRACER",
     "terravox-convert": "CONVERT",
     "terravox-publish": "PUBLISH",
+    "terravox-view": "VIEW",
     "terravox-voxelserver": "VOXELSERVER",
     "terravox-survey": "SURVEY",
     "terravox-laz": "LAZ",

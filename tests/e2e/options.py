@@ -11,6 +11,7 @@ RAYTRACER = (
     "render",
     "convert",
     "publish",
+    "view",
     "worker",
     "animate",
     "preview",

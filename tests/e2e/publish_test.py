@@ -6,14 +6,18 @@ import json
 import math
 import os
 import re
+import signal
 import subprocess
 import unittest
+import urllib.error
+import urllib.request
 
 from static_host import StaticHost
 from support import (
     HANGS_S,
     ROOT,
     Case,
+    Program,
     Run,
     binary,
     compare,
@@ -100,6 +104,55 @@ class Publish(Case):
                 self.assertRefused(run, 2 if said != "none.tvx" else run.code, said)
                 self.assertNotEqual(run.code, 0)
         self.assertFalse((folder / "site" / "index.html").exists())
+
+    def asked(self, address, path="", **headers):
+        request = urllib.request.Request(address + path, headers=headers)
+        try:
+            with urllib.request.urlopen(request, timeout=HANGS_S) as reply:
+                return reply.status, reply.headers, reply.read()
+        except urllib.error.HTTPError as refusal:
+            return refusal.code, refusal.headers, refusal.read()
+
+    def test_view_serves_a_site_to_this_machine_alone(self):
+        view = Program(self.site, "--no-browser", program="VIEW")
+        try:
+            address = view.saw(r"http://127\.0\.0\.1:\d+/")[0]
+            archive = (self.site / "place.tvx").read_bytes()
+            status, headers, body = self.asked(address, "place.tvx", Range="bytes=100-199")
+            self.assertEqual((status, body), (206, archive[100:200]))
+            self.assertEqual(headers["Content-Range"], f"bytes 100-199/{len(archive)}")
+            self.assertIsNotNone(headers["ETag"])
+            self.assertEqual(self.asked(address)[2], (self.site / "index.html").read_bytes())
+            for status, path, given in (
+                (421, "", {"Host": "evil.example"}),
+                (403, "place.json", {"Origin": "http://evil.example"}),
+                (403, "viewer/", {}),
+                (404, "none", {}),
+            ):
+                with self.subTest(path=path, given=given):
+                    self.assertEqual(self.asked(address, path, **given)[0], status)
+        finally:
+            view.process.send_signal(signal.SIGTERM)
+            code = view.end()
+        self.assertEqual(code, 0, view.log())
+
+    def test_view_shows_what_is_no_site_yet_and_leaves_nothing(self):
+        scratch = temporary_folder()
+        view = Program(
+            self.site / "place.tvx",
+            "--no-browser",
+            program="VIEW",
+            environment={"TMPDIR": str(scratch)},
+        )
+        try:
+            address = view.saw(r"http://127\.0\.0\.1:\d+/")[0]
+            place = json.loads(self.asked(address, "place.json")[2])
+            self.assertEqual(place["archive"], {"url": "place.tvx"})
+        finally:
+            view.process.send_signal(signal.SIGINT)
+            code = view.end()
+        self.assertEqual(code, 0, view.log())
+        self.assertEqual(entries(scratch), [])
 
     def test_a_browser_shows_what_the_ray_tracer_shows(self):
         node = os.environ.get("TERRAVOX_NODE")

@@ -213,7 +213,11 @@ class Worlds(Case):
         listed = Run([binary("RAYTRACER"), "--help"])
         alone = temporary_folder() / "terravox-raytracer"
         shutil.copy(binary("RAYTRACER"), alone)
-        for name, begins in (("convert", "Convert a world"), ("publish", "Make a web site")):
+        for name, begins in (
+            ("convert", "Convert a world"),
+            ("publish", "Make a web site"),
+            ("view", "Show a site"),
+        ):
             with self.subTest(name):
                 itself = Run([binary(name.upper()), "--help"])
                 self.assertEqual(itself.code, 0, str(itself))

@@ -1,13 +1,18 @@
 #include "raytracer/commands/publish/publish_command.hpp"
 
+#include <spawn.h>
+#include <unistd.h>
 #include <CLI/CLI.hpp>
 
 #include <chrono>
 #include <cmath>
 #include <cstdio>
+#include <cstdlib>
 #include <filesystem>
 #include <memory>
+#include <optional>
 
+#include "common/thread/stop_signals.hpp"
 #include "common/util/atomic_file.hpp"
 #include "common/util/det_math.hpp"
 #include "common/util/log.hpp"
@@ -17,6 +22,7 @@
 #include "raytracer/material/material_file.hpp"
 #include "raytracer/publish/appearance_file.hpp"
 #include "raytracer/publish/site.hpp"
+#include "raytracer/publish/site_host.hpp"
 #include "raytracer/render/picture_renderer.hpp"
 #include "raytracer/scene/camera.hpp"
 #include "raytracer/sky/sun_of.hpp"
@@ -43,6 +49,16 @@ struct PublishArguments {
     bool no_preview = false;
     bool quiet = false;
 };
+
+struct ViewArguments {
+    PublishArguments publish;
+    int port = 0;
+    bool no_browser = false;
+};
+
+/// Of a scene: what a site is made of.
+const std::vector<std::string> kSceneSections = {"world", "generated", "processing", "camera",
+                                                 "sun",   "sky",       "quality",    "output"};
 
 /// What is known once the archive stands.
 struct Published {
@@ -156,14 +172,9 @@ publish::SiteFacts facts_of(const PublishArguments& args, const scene::Scene& sc
     return facts;
 }
 
-util::ExitCode run_publish(PublishArguments& args) {
-    util::set_up_log(args.quiet ? "error" : args.world.log_level);
-    if (args.paths.size() < 2)
-        throw util::UsageError("publish: " + std::to_string(args.paths.size()) +
-                               " path; allowed: what to publish, then the folder of the site");
-    const fs::path folder = fs::path(args.paths.back()) / "";
+// Publishes args.world.inputs.
+util::ExitCode publish_to(const fs::path& folder, const PublishArguments& args) {
     const fs::path archive = folder / publish::kSiteArchive;
-    args.world.inputs.assign(args.paths.begin(), args.paths.end() - 1);
     const scene::Scene scene = args.world.scene();
     util::check_writable(archive);
 
@@ -181,9 +192,6 @@ util::ExitCode run_publish(PublishArguments& args) {
     facts.archive =
         publish::split_archive(archive, args.split_mib == 0 ? UINT64_MAX : args.split_mib * kMib);
     publish::write_site(folder, facts);
-    if (!args.quiet)
-        std::printf("wrote %s: any web server that answers range requests shows it\n",
-                    (folder / "index.html").c_str());
     if (published.holes > 0)
         util::log_error("the place has holes: {} boxes could not be loaded", published.holes);
     if (!published.damage.empty())
@@ -192,7 +200,94 @@ util::ExitCode run_publish(PublishArguments& args) {
                                                             : util::ExitCode::kDone;
 }
 
+util::ExitCode run_publish(PublishArguments& args) {
+    util::set_up_log(args.quiet ? "error" : args.world.log_level);
+    if (args.paths.size() < 2)
+        throw util::UsageError("publish: " + std::to_string(args.paths.size()) +
+                               " path; allowed: what to publish, then the folder of the site");
+    const fs::path folder = fs::path(args.paths.back()) / "";
+    args.world.inputs.assign(args.paths.begin(), args.paths.end() - 1);
+    const util::ExitCode code = publish_to(folder, args);
+    if (!args.quiet)
+        std::printf(
+            "wrote %s: terravox view shows it here, and any web server that answers range "
+            "requests shows it to others\n",
+            (folder / "index.html").c_str());
+    return code;
+}
+
+/// A folder for a site that nobody keeps.
+class ScratchFolder {
+public:
+    ScratchFolder() {
+        std::string name = (fs::temp_directory_path() / "terravox-view-XXXXXX").string();
+        if (::mkdtemp(name.data()) == nullptr)
+            throw util::Error("view: no folder can be made in " +
+                              fs::temp_directory_path().string() + "; TMPDIR names another place");
+        m_path = name;
+    }
+    ~ScratchFolder() {
+        std::error_code ignored;
+        fs::remove_all(m_path, ignored);
+    }
+    ScratchFolder(const ScratchFolder&) = delete;
+    ScratchFolder& operator=(const ScratchFolder&) = delete;
+    [[nodiscard]] const fs::path& path() const noexcept { return m_path; }
+
+private:
+    fs::path m_path;
+};
+
+// Where there is a desktop; elsewhere the address has been printed.
+void open_browser(std::string address) {
+    if (std::getenv("DISPLAY") == nullptr && std::getenv("WAYLAND_DISPLAY") == nullptr)
+        return;
+    std::string program = "xdg-open";
+    char* arguments[] = {program.data(), address.data(), nullptr};
+    pid_t child = 0;
+    if (::posix_spawnp(&child, program.c_str(), nullptr, nullptr, arguments, environ) != 0)
+        util::log_info("view: xdg-open is missing; open {} yourself", address);
+}
+
+util::ExitCode run_view(ViewArguments& args) {
+    PublishArguments& publish = args.publish;
+    util::set_up_log(publish.quiet ? "error" : publish.world.log_level);
+    std::optional<ScratchFolder> scratch;
+    fs::path site = publish.paths.front();
+    util::ExitCode code = util::ExitCode::kDone;
+    if (publish.paths.size() > 1 || !fs::exists(site / "place.json")) {
+        scratch.emplace();
+        site = scratch->path();
+        publish.world.inputs = publish.paths;
+        publish.no_preview = true;
+        code = publish_to(site, publish);
+    }
+    const thread::StopSignals signals;
+    const publish::SiteHost host(site, static_cast<std::uint16_t>(args.port));
+    std::printf("%s  (Ctrl-C ends)\n", host.address().c_str());
+    std::fflush(stdout);
+    if (!args.no_browser)
+        open_browser(host.address());
+    while (!thread::wait_for_stop(signals.token(), std::chrono::hours(1))) {
+    }
+    return code;
+}
+
 }  // namespace
+
+std::function<util::ExitCode()> add_view_options(CLI::App& app) {
+    auto args = std::make_shared<ViewArguments>();
+    app.add_option("paths", args->publish.paths,
+                   "a site of terravox publish, or what to look at: " + worlds::allowed_inputs())
+        ->required();
+    app.add_option("--port", args->port, "of this machine; 0: any that is free")
+        ->check(CLI::Range(0, 65535))
+        ->capture_default_str();
+    app.add_flag("--no-browser", args->no_browser, "print the address only");
+    app.add_flag("-q,--quiet", args->publish.quiet, "print the address and errors only");
+    add_opening_arguments(app, args->publish.world, kSceneSections);
+    return [args] { return run_view(*args); };
+}
 
 std::function<util::ExitCode()> add_publish_options(CLI::App& app) {
     auto args = std::make_shared<PublishArguments>();
@@ -214,9 +309,7 @@ std::function<util::ExitCode()> add_publish_options(CLI::App& app) {
         ->capture_default_str();
     app.add_flag("--no-preview", args->no_preview, "without the picture that links are shown with");
     app.add_flag("-q,--quiet", args->quiet, "print errors only");
-    add_opening_arguments(
-        app, args->world,
-        {"world", "generated", "processing", "camera", "sun", "sky", "quality", "output"});
+    add_opening_arguments(app, args->world, kSceneSections);
     return [args] { return run_publish(*args); };
 }
 

@@ -1,0 +1,7 @@
+#include "raytracer/commands/program_of_command.hpp"
+#include "raytracer/commands/publish/publish_command.hpp"
+
+int main(int argc, char** argv) {
+    return terravox::commands::run_program_of(terravox::commands::kView, argc, argv,
+                                              terravox::commands::add_view_options);
+}
