@@ -361,9 +361,11 @@ class Worlds(Case):
 
     def test_a_damaged_archive_is_reported(self):
         data = bytearray(self.archive().read_bytes())
-        records = struct.unpack_from("<QQ", data, 16)
-        at = sum(records) + 32 + 40  # in the frame of the first box
-        data[at] ^= 255
+        at = struct.unpack_from("<QQ", data, 16)  # of the facts: the records begin behind them
+        at = sum(at)
+        while struct.unpack_from("<i", data, at)[0] != 0:  # coarse boxes come first
+            at += 32 + struct.unpack_from("<I", data, at + 16)[0]
+        data[at + 32 + 40] ^= 255  # in the frame of a box of level 0
         (self.out / "bad.tvx").write_bytes(data)
         run = render(self.out / "bad.tvx", *SMALL, "--detail", "0", "-o", self.out / "bad.png")
         self.assertEqual(run.code, 3, str(run))

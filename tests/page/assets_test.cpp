@@ -14,6 +14,10 @@ TEST_CASE("the program holds the files of the web page, whole", "[page]") {
         {"index.html", "text/html; charset=utf-8", "<!doctype html>\n", "</html>\n"},
         {"app.js", "text/javascript; charset=utf-8", "", "\n"},
         {"app.css", "text/css; charset=utf-8", "", "}\n"},
+        {"viewer.html", "text/html; charset=utf-8", "<!doctype html>\n", "</html>\n"},
+        {"viewer.js", "text/javascript; charset=utf-8", "", "\n"},
+        {"worker.js", "text/javascript; charset=utf-8", "", "\n"},
+        {"viewer.css", "text/css; charset=utf-8", "", "}\n"},
         {"licences.txt", "text/plain; charset=utf-8", "This page holds parts of these packages.\n",
          "\n"},
     }));
@@ -28,11 +32,14 @@ TEST_CASE("the program holds the files of the web page, whole", "[page]") {
     }
 }
 
-TEST_CASE("index.html refers to the other files of the page, and no other is found", "[page]") {
-    const std::string index(terravox::page::find("index.html")->bytes);
-    for (const Asset& asset : terravox::page::assets())
-        if (asset.path != "index.html")
-            CHECK(index.find("\"page/" + std::string(asset.path) + "\"") != std::string::npos);
+TEST_CASE("the pages refer to their other files, and no other is found", "[page]") {
+    const auto refers = [](const char* page, const std::string& to) {
+        return terravox::page::find(page)->bytes.find("\"" + to + "\"") != std::string::npos;
+    };
+    for (const char* part : {"app.js", "app.css", "licences.txt"})
+        CHECK(refers("index.html", std::string("page/") + part));
+    for (const char* part : {"viewer.js", "viewer.css"})
+        CHECK(refers("viewer.html", std::string("viewer/") + part));
     for (const char* path :
          {"", "/", "index", "page/app.js", "../index.html", "app.js.map", "APP.JS"})
         CHECK(terravox::page::find(path) == nullptr);
