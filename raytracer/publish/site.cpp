@@ -49,16 +49,31 @@ std::string part_name(std::size_t number) {
     return name;
 }
 
-bool is_part(const fs::path& file) {
-    return file.extension() == ".part" && file.filename().string().rfind("place-", 0) == 0;
+bool is_part(const std::string& name) {
+    constexpr std::string_view kBegins = "place-";
+    constexpr std::string_view kEnds = ".part";
+    constexpr std::size_t kDigits = 4;
+    if (name.size() < kBegins.size() + kDigits + kEnds.size() || name.rfind(kBegins, 0) != 0 ||
+        name.compare(name.size() - kEnds.size(), kEnds.size(), kEnds) != 0)
+        return false;
+    return std::all_of(name.begin() + kBegins.size(), name.end() - kEnds.size(),
+                       [](char c) { return c >= '0' && c <= '9'; });
 }
 
-void remove_parts(const fs::path& folder) {
-    std::vector<fs::path> old;
-    for (const auto& entry : fs::directory_iterator(folder))
-        if (is_part(entry.path()))
-            old.push_back(entry.path());
-    for (const fs::path& file : old)
+// What an earlier site has left.
+void remove_leftovers(const fs::path& folder, const SiteFacts& facts) {
+    const auto is_listed = [&](const std::string& name) {
+        return std::any_of(facts.archive.begin(), facts.archive.end(),
+                           [&](const ArchivePart& part) { return part.name == name; });
+    };
+    std::vector<fs::path> left;
+    for (const auto& entry : fs::directory_iterator(folder)) {
+        const std::string name = entry.path().filename().string();
+        const bool is_archive = name == kSiteArchive || is_part(name);
+        if ((is_archive && !is_listed(name)) || (name == kSitePreview && !facts.has_preview))
+            left.push_back(entry.path());
+    }
+    for (const fs::path& file : left)
         fs::remove(file);
 }
 
@@ -122,11 +137,12 @@ std::string index_html(const SiteFacts& facts) {
     const auto meta = [](const std::string& name, const std::string& content) {
         return "<meta property=\"" + name + "\" content=\"" + content + "\">\n";
     };
-    page.replace(at, kTitle.size(),
-                 "<title>" + title + "</title>\n<meta name=\"description\" content=\"" +
-                     escaped(about) + "\">\n" + meta("og:title", title) +
-                     meta("og:type", "website") + meta("og:description", escaped(about)) +
-                     meta("og:image", kSitePreview));
+    std::string head = "<title>" + title + "</title>\n<meta name=\"description\" content=\"" +
+                       escaped(about) + "\">\n" + meta("og:title", title) +
+                       meta("og:type", "website") + meta("og:description", escaped(about));
+    if (facts.has_preview)
+        head += meta("og:image", kSitePreview);
+    page.replace(at, kTitle.size(), head);
     return page;
 }
 
@@ -135,11 +151,11 @@ void write_site(const fs::path& folder, const SiteFacts& facts) {
         util::write_file_atomically(folder / "viewer" / name, page_file(name));
     util::write_file_atomically(folder / "place.json", place_json(facts));
     util::write_file_atomically(folder / "index.html", index_html(facts));
+    remove_leftovers(folder, facts);
 }
 
 std::vector<ArchivePart> split_archive(const fs::path& archive, std::uint64_t max_bytes) {
     const fs::path folder = archive.parent_path();
-    remove_parts(folder);
     const std::uint64_t bytes = fs::file_size(archive);
     if (bytes <= max_bytes)
         return {{archive.filename().string(), bytes}};
@@ -153,7 +169,6 @@ std::vector<ArchivePart> split_archive(const fs::path& archive, std::uint64_t ma
         write_part(in, folder / parts.back().name, size);
         left -= size;
     }
-    fs::remove(archive);
     return parts;
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <string>
@@ -30,8 +31,15 @@ struct SiteFacts {
     std::string licence;
     std::vector<ArchivePart> archive;  ///< not empty; one: the archive itself
     std::vector<SiteView> views;       ///< not empty; the first one is shown at the beginning
-    std::int64_t time_ms = 0;          ///< of the sun, UTC, since 1970; not negative
+    std::int64_t time_ms = 0;          ///< of the sun, UTC, since 1970; [0, kMaxTime_ms]
+    bool has_preview = false;          ///< kSitePreview is there
 };
+
+// What the page accepts (docs/formats/site.md).
+inline constexpr std::size_t kMaxText_bytes = 4096;
+inline constexpr double kMinFov_deg = 5;
+inline constexpr double kMaxFov_deg = 120;
+inline constexpr std::int64_t kMaxTime_ms = 7'258'118'400'000;  ///< the year 2200
 
 inline constexpr const char* kSiteArchive = "place.tvx";
 inline constexpr const char* kSitePreview = "preview.jpg";
@@ -43,13 +51,14 @@ inline constexpr const char* kSitePreview = "preview.jpg";
 /// who show links. Texts are escaped.
 [[nodiscard]] std::string index_html(const SiteFacts& facts);
 
-/// Writes place.json, the viewer's files below viewer/, and last index.html.
+/// Writes the viewer's files below viewer/, place.json and index.html, then removes what an earlier
+/// site has left: an archive or parts of one, and a preview, that are not of these facts.
 /// @param folder exists
 /// @throws Error
 void write_site(const std::filesystem::path& folder, const SiteFacts& facts);
 
 /// Cuts an archive into files of at most so many bytes next to it, place-0001.part and following,
-/// for hosts that limit the size of files; removes the archive, and parts of an earlier one.
+/// for hosts that limit the size of files. The archive stays: write_site() removes it.
 /// @param max_bytes above 0
 /// @return the parts; the archive itself where it is small enough
 /// @throws Error

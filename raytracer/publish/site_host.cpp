@@ -35,23 +35,13 @@ public:
         const std::string listen = std::string(kBind) + ":" + std::to_string(port);
         const std::string root = folder.string();
         // Names and values alternate, as CivetWeb expects them.
-        std::array settings = {"document_root",
-                               root.c_str(),
-                               "listening_ports",
-                               listen.c_str(),
-                               "num_threads",
-                               "8",
-                               "enable_directory_listing",
-                               "no",
-                               "static_file_max_age",
-                               "0",
-                               "access_control_allow_origin",
-                               "",
-                               "enable_auth_domain_check",
-                               "no",
-                               "request_timeout_ms",
-                               "30000",
-                               static_cast<const char*>(nullptr)};
+        std::array settings = {"document_root", root.c_str(), "listening_ports", listen.c_str(),
+                               "num_threads", "8",
+                               // A site is files: none of them is run, whatever its name is.
+                               "cgi_pattern", "", "ssi_pattern", "", "index_files", "index.html",
+                               "enable_directory_listing", "no", "static_file_max_age", "0",
+                               "access_control_allow_origin", "", "enable_auth_domain_check", "no",
+                               "request_timeout_ms", "30000", static_cast<const char*>(nullptr)};
         m_context = mg_start(&callbacks, this, settings.data());
         if (m_context == nullptr) {
             const std::lock_guard lock(m_mutex);

@@ -6,7 +6,9 @@ import json
 import math
 import os
 import re
+import shutil
 import signal
+import struct
 import subprocess
 import unittest
 import urllib.error
@@ -76,34 +78,43 @@ class Publish(Case):
         self.assertEqual(place["archive"], {"url": "place.tvx"})
         self.assertEqual([view["name"] for view in place["views"]], ["Start", "Whole place"])
 
-    def test_an_archive_is_published_as_it_is_and_cut_for_hosts_with_a_limit(self):
+    def test_an_archive_is_published_as_it_is(self):
         site = temporary_folder() / "site"
-        archive = (self.site / "place.tvx").read_bytes()
-        run = publish(self.site / "place.tvx", site, *VIEW, "--split-mib", "1", "--no-preview")
-        self.assertDone(run)
-        if len(archive) <= 1 << 20:
-            self.assertEqual((site / "place.tvx").read_bytes(), archive)
-            return
-        parts = self.place(site)["archive"]["parts"]
-        self.assertNotIn("place.tvx", entries(site))
-        self.assertEqual(b"".join((site / part["url"]).read_bytes() for part in parts), archive)
-        for part in parts:
-            self.assertEqual((site / part["url"]).stat().st_size, part["bytes"])
-            self.assertLessEqual(part["bytes"], 1 << 20)
+        self.assertDone(publish(self.site / "place.tvx", site, *VIEW, "--no-preview"))
+        self.assertEqual((site / "place.tvx").read_bytes(), (self.site / "place.tvx").read_bytes())
+        self.assertNotIn("preview.jpg", entries(site))
+        refused = publish(site / "place.tvx", site, "--split-mib", "1")
+        self.assertRefused(refused, 2, "would be cut into parts")
+        self.assertTrue((site / "place.tvx").exists())
+
+    def test_a_damaged_archive_is_published_with_a_word_of_its_holes(self):
+        folder = temporary_folder()
+        data = bytearray((self.site / "place.tvx").read_bytes())
+        at = sum(struct.unpack_from("<QQ", data, 16))  # of the facts: records follow
+        while struct.unpack_from("<i", data, at)[0] != 0:
+            at += 32 + struct.unpack_from("<I", data, at + 16)[0]
+        data[at + 72] ^= 255
+        (folder / "bad.tvx").write_bytes(data)
+        run = publish(folder / "bad.tvx", folder / "site", "--detail", "0")
+        self.assertEqual(run.code, 3, str(run))
 
     def test_wrong_usage_writes_nothing(self):
         folder = temporary_folder()
+        place = self.site / "place.tvx"
         for arguments, said in (
-            ([survey()], "1 path"),
-            ([survey(), folder / "site", "--split-mib", "-1"], "--split-mib"),
-            ([survey(), folder / "site", "--camera-projection", "panorama"], "perspective"),
+            ([place], "1 path"),
+            ([place, ""], "2 path"),
+            ([place, folder / "site", "--split-mib", "-1"], "--split-mib"),
+            ([place, folder / "site", "--camera-projection", "panorama"], "perspective"),
+            ([place, folder / "site", "--fov", "3"], "5 to 120"),
+            ([place, folder / "site", "--title", "x" * 5000], "4096"),
+            ([place, folder / "site", "--sun-date", "1960-06-21"], "1970"),
+            ([place, folder / "site", "--sun-altitude-deg", "3"], "by date"),
             ([folder / "none.tvx", folder / "site"], "none.tvx"),
         ):
             with self.subTest(said):
-                run = publish(*arguments)
-                self.assertRefused(run, 2 if said != "none.tvx" else run.code, said)
-                self.assertNotEqual(run.code, 0)
-        self.assertFalse((folder / "site" / "index.html").exists())
+                self.assertRefused(publish(*arguments), 2, said)
+        self.assertEqual([name for name in entries(folder) if name != "site"], [])
 
     def asked(self, address, path="", **headers):
         request = urllib.request.Request(address + path, headers=headers)
@@ -114,7 +125,11 @@ class Publish(Case):
             return refusal.code, refusal.headers, refusal.read()
 
     def test_view_serves_a_site_to_this_machine_alone(self):
-        view = Program(self.site, "--no-browser", program="VIEW")
+        site = temporary_folder() / "site"
+        shutil.copytree(self.site, site)
+        code = b'<!--#exec "id -un" -->'  # which some servers would run
+        (site / "run.shtml").write_bytes(code)
+        view = Program(site, "--no-browser", program="VIEW")
         try:
             address = view.saw(r"http://127\.0\.0\.1:\d+/")[0]
             archive = (self.site / "place.tvx").read_bytes()
@@ -122,12 +137,14 @@ class Publish(Case):
             self.assertEqual((status, body), (206, archive[100:200]))
             self.assertEqual(headers["Content-Range"], f"bytes 100-199/{len(archive)}")
             self.assertIsNotNone(headers["ETag"])
+            self.assertEqual(self.asked(address, "run.shtml")[2], code)
             self.assertEqual(self.asked(address)[2], (self.site / "index.html").read_bytes())
             for status, path, given in (
                 (421, "", {"Host": "evil.example"}),
                 (403, "place.json", {"Origin": "http://evil.example"}),
                 (403, "viewer/", {}),
                 (404, "none", {}),
+                (200, "run.shtml", {}),
             ):
                 with self.subTest(path=path, given=given):
                     self.assertEqual(self.asked(address, path, **given)[0], status)

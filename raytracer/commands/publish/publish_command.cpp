@@ -86,33 +86,26 @@ void copy_archive(const fs::path& from, const fs::path& to) {
     file.commit();
 }
 
-Published make_archive(const PublishArguments& args, const scene::Scene& scene,
-                       const fs::path& archive) {
-    util::StageTimes times;
-    const auto world = worlds::open_world(args.world.options(scene), times);
-    Published out{world->info(), 0, {}};
-    if (out.world.bounds.empty())
-        throw util::Error("publish the world '" + out.world.title + "': it is empty");
+void write_archive(const PublishArguments& args, const scene::Scene& scene, const fs::path& archive,
+                   voxel::World& world, Published& out) {
     if (is_archive(args)) {
         copy_archive(args.world.inputs.front(), archive);
-    } else {
-        const exports::Format& format = exports::format_of("archive", archive);
-        exports::WriteOptions write;
-        write.overwrite = true;
-        format.check_target(archive, write);
-        const exports::Part part = exports::part_of(world->info(), exports::Selection{});
-        const voxel::Palette palette = voxel::load_palette(material::find_materials(""));
-        exports::Meter meter("publish", format.steps(part, world->info()), args.quiet);
-        exports::Job job(*world, part, archive, palette, meter);
-        job.name = job_name(args.world, scene, part, *world, "archive true");
-        job.threads = scene.processing.threads.value_or(0);
-        job.memory_bytes = static_cast<std::size_t>(args.memory_mib) << 20;
-        format.write(job, write);
-        meter.finish();
-        out.holes = job.holes().size();
+        return;
     }
-    out.damage = world->damage();
-    return out;
+    const exports::Format& format = exports::format_of("archive", archive);
+    exports::WriteOptions write;
+    write.overwrite = true;
+    format.check_target(archive, write);
+    const exports::Part part = exports::part_of(world.info(), exports::Selection{});
+    const voxel::Palette palette = voxel::load_palette(material::find_materials(""));
+    exports::Meter meter("publish", format.steps(part, world.info()), args.quiet);
+    exports::Job job(world, part, archive, palette, meter);
+    job.name = job_name(args.world, scene, part, world, "archive true");
+    job.threads = scene.processing.threads.value_or(0);
+    job.memory_bytes = static_cast<std::size_t>(args.memory_mib) << 20;
+    format.write(job, write);
+    meter.finish();
+    out.holes = job.holes().size();
 }
 
 publish::SiteView view_of(const std::string& name, const scene::Scene& scene,
@@ -145,11 +138,12 @@ std::int64_t time_ms(const scene::Scene& scene, const voxel::WorldInfo& world) {
     constexpr double kHour_ms = 3'600'000;
     const auto start =
         std::chrono::duration_cast<std::chrono::milliseconds>(day.time_since_epoch());
-    return std::max<std::int64_t>(
-        0, start.count() + std::llround((time.hour - time.utc_offset_h) * kHour_ms));
+    return start.count() + std::llround((time.hour - time.utc_offset_h) * kHour_ms);
 }
 
-void write_preview(const PublishArguments& args, scene::Scene scene, const fs::path& folder) {
+/// @return number of boxes that could not be loaded
+std::size_t write_preview(const PublishArguments& args, scene::Scene scene,
+                          const fs::path& folder) {
     constexpr std::array kSize_px = {1200, 630};  // as those who show links want them
     constexpr int kSamples = 16;
     scene.output.size_px = kSize_px;
@@ -158,35 +152,73 @@ void write_preview(const PublishArguments& args, scene::Scene scene, const fs::p
     world.inputs = {(folder / publish::kSiteArchive).string()};
     world.orthophotos.clear();
     render::PictureRenderer renderer(world, render::RenderPoolOptions{}, scene, args.quiet);
-    (void)renderer.render(scene, {(folder / publish::kSitePreview).string()});
+    return renderer.render(scene, {(folder / publish::kSitePreview).string()}).counts.holes.size();
+}
+
+void check_facts(const publish::SiteFacts& facts) {
+    for (const auto& [name, text] :
+         {std::pair{"title", &facts.title}, std::pair{"attribution", &facts.attribution},
+          std::pair{"licence", &facts.licence}})
+        if (text->size() > publish::kMaxText_bytes)
+            throw util::UsageError(std::string("publish: the ") + name + " has " +
+                                   std::to_string(text->size()) + " bytes; allowed: up to " +
+                                   std::to_string(publish::kMaxText_bytes));
+    for (const publish::SiteView& view : facts.views)
+        if (!(view.fov_deg >= publish::kMinFov_deg && view.fov_deg <= publish::kMaxFov_deg))
+            throw util::UsageError("publish: camera.fov_deg = " + std::to_string(view.fov_deg) +
+                                   "; the viewer has 5 to 120");
+    if (facts.time_ms < 0 || facts.time_ms > publish::kMaxTime_ms)
+        throw util::UsageError("publish: sun.date lies before 1970 or after 2199");
 }
 
 publish::SiteFacts facts_of(const PublishArguments& args, const scene::Scene& scene,
                             const voxel::WorldInfo& world) {
+    if (scene.sun.altitude_deg || scene.sun.azimuth_deg)
+        throw util::UsageError(
+            "publish: sun.altitude_deg and sun.azimuth_deg; the viewer places the sun by date and "
+            "time alone");
     publish::SiteFacts facts;
     facts.title = args.title.empty() ? world.title : args.title;
     facts.attribution = args.attribution.empty() ? world.attribution : args.attribution;
     facts.licence = args.licence.empty() ? world.licence : args.licence;
     facts.views = views_of(scene, world);
     facts.time_ms = time_ms(scene, world);
+    facts.has_preview = !args.no_preview;
+    check_facts(facts);
     return facts;
 }
 
-// Publishes args.world.inputs.
+void check_target(const PublishArguments& args, const fs::path& archive) {
+    std::error_code none;
+    if (is_archive(args) && args.split_mib != 0 &&
+        fs::equivalent(args.world.inputs.front(), archive, none))
+        throw util::UsageError("publish: " + archive.string() +
+                               " would be cut into parts and removed; move it elsewhere first");
+    util::check_writable(archive);
+}
+
+// Publishes args.world.inputs. Everything that may be refused is looked at before anything is
+// written.
 util::ExitCode publish_to(const fs::path& folder, const PublishArguments& args) {
     const fs::path archive = folder / publish::kSiteArchive;
     const scene::Scene scene = args.world.scene();
-    util::check_writable(archive);
-
-    const Published published = make_archive(args, scene, archive);
+    check_target(args, archive);
+    util::StageTimes times;
+    const auto world = worlds::open_world(args.world.options(scene), times);
+    Published published{world->info(), 0, {}};
+    if (published.world.bounds.empty())
+        throw util::Error("publish the world '" + published.world.title + "': it is empty");
+    const auto materials =
+        material::read_materials(material::find_materials(scene.quality.materials));
     publish::SiteFacts facts = facts_of(args, scene, published.world);
-    if (!args.no_preview)
-        write_preview(args, scene, folder);
+
+    write_archive(args, scene, archive, *world, published);
+    if (facts.has_preview)
+        published.holes += write_preview(args, scene, folder);
+    published.damage = world->damage();
     const publish::AirOptions air{
         std::clamp(scene.sky.turbidity, 1.0, 20.0),
         std::clamp(published.world.bounds.min[1] * published.world.voxel_m, 0.0, 10'000.0)};
-    const auto materials =
-        material::read_materials(material::find_materials(scene.quality.materials));
     util::write_file_atomically(folder / "appearance.bin",
                                 publish::appearance_file(materials.appearances, air));
     facts.archive =
@@ -202,7 +234,7 @@ util::ExitCode publish_to(const fs::path& folder, const PublishArguments& args) 
 
 util::ExitCode run_publish(PublishArguments& args) {
     util::set_up_log(args.quiet ? "error" : args.world.log_level);
-    if (args.paths.size() < 2)
+    if (args.paths.size() < 2 || args.paths.back().empty())
         throw util::UsageError("publish: " + std::to_string(args.paths.size()) +
                                " path; allowed: what to publish, then the folder of the site");
     const fs::path folder = fs::path(args.paths.back()) / "";

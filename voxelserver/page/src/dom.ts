@@ -52,8 +52,11 @@ export function copyButton(label: string, text: () => string): HTMLButtonElement
   return button;
 }
 
-// The clipboard is there for HTTPS and localhost only; the old command works for a server on another machine too.
-async function copy(text: string): Promise<boolean> {
+/**
+ * Copies a text. The clipboard is there for HTTPS and localhost only; the old command works for a server on another machine too.
+ * @return whether it was copied
+ */
+export async function copy(text: string): Promise<boolean> {
   try {
     await navigator.clipboard.writeText(text);
     return true;

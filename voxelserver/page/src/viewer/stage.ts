@@ -13,7 +13,7 @@ import { kDefaultLook, Renderer, type FirstHits, type Look } from './draw/render
 import { Residency, type Plan } from './draw/residency.js';
 import { adaptationEv, skyLight } from './draw/sky-light.js';
 import { sunPosition, type SunPosition } from './draw/sun-position.js';
-import { TexturePools, type BoxData } from './draw/texture-pools.js';
+import { TexturePools, type BoxData, type ColumnData } from './draw/texture-pools.js';
 
 export type StageEvents = {
   readonly onOpened: (facts: Facts) => void;
@@ -60,11 +60,14 @@ const kDetails = [8, 4, 2, 1] as const;
 const kSettledMs = 250; // without movement: the picture counts as still
 const kPlanMs = 200; // between two plans while columns come in
 const kRetryMs = 5000; // a column that failed is not asked for again before
+const kMaxFailures = 2;
+const kNoWorker = 'start viewer/worker.js: it cannot be loaded; is the site complete?';
 const kAdaptation = 0.75;
 // Pools that are too small: steps of coarseness, each of which saves about half of the boxes, and
 // how full they may be for a step back.
 const kCoarser = 1.4;
 const kRoomy = 0.4;
+const kMaxCoarser = 64;
 // Low-discrepancy places in a pixel. Ref: Roberts, "The unreasonable effectiveness of quasirandom
 // sequences", 2018.
 const kJitter = [0.7548776662466927, 0.5698402909980532] as const;
@@ -80,7 +83,8 @@ export class Stage {
   #residency: Residency;
   #clock: DrawClock;
   readonly #pace = new Pace();
-  readonly #failedAt = new Map<string, number>();
+  /** When a column could not be read, and how often in a row. */
+  readonly #failures = new Map<string, { atMs: number; count: number }>();
   #renderer: Renderer | undefined;
   #facts: Facts | undefined;
   #camera: Camera | undefined;
@@ -91,6 +95,8 @@ export class Stage {
   #stage = 0;
   /** Above 1 where the pools are too small for the view: voxels may cover more pixels then. */
   #coarser = 1;
+  /** A column did not fit since the last plan. */
+  #isFull = false;
   #isPlanDue = true;
   #plannedMs = 0;
   #movedMs = -Infinity;
@@ -139,12 +145,24 @@ export class Stage {
     this.#clock = new DrawClock(gl);
     // Without this the browser never gives the context back.
     canvas.addEventListener('webglcontextlost', (event) => event.preventDefault());
-    canvas.addEventListener('webglcontextrestored', () => this.#rebuild());
-    worker.onmessage = (event: MessageEvent<FromWorker>) => this.#receive(event.data);
-    worker.onerror = (event) => this.#end({ kind: 'damaged', message: event.message });
+    canvas.addEventListener('webglcontextrestored', () => this.#guarded(() => this.#rebuild()));
+    worker.onmessage = (event: MessageEvent<FromWorker>) =>
+      this.#guarded(() => this.#receive(event.data));
+    worker.onerror = (event) =>
+      this.#end({ kind: 'missing', message: event.message ?? kNoWorker });
     // Whoever waits for it sees the reason; others have seen the message.
     this.ready.catch(() => {});
     this.#send({ type: 'open', place });
+  }
+
+  // What goes wrong in a handler of events would be lost.
+  #guarded(handle: () => void): void {
+    try {
+      handle();
+    } catch (error) {
+      const message = error instanceof Error ? error.message : String(error);
+      this.#end({ kind: 'damaged', message });
+    }
   }
 
   // All that lay on the graphics processor is gone: boxes are asked for again.
@@ -303,16 +321,22 @@ export class Stage {
     ++this.#frames;
     if (this.#plan?.isComplete === true && !this.#isPlanDue) {
       this.#resolveReady();
-      if (this.#coarser > 1 && this.#pools.fill < kRoomy) {
-        this.#coarser = Math.max(1, this.#coarser / kCoarser);
-        this.#isPlanDue = true;
-      }
+      this.#refineIfRoomy();
       if (this.#stage < kDetails.length - 1) {
         ++this.#stage;
         this.#isPlanDue = true;
       }
     }
     this.#events.onFrame();
+  }
+
+  // A step back from coarse voxels where the pools have room once more.
+  #refineIfRoomy(): void {
+    if (this.#coarser === 1) return;
+    while (this.#residency.dropOldest());
+    if (this.#pools.fill >= kRoomy) return;
+    this.#coarser = Math.max(1, this.#coarser / kCoarser);
+    this.#isPlanDue = true;
   }
 
   #lightUp(): void {
@@ -325,6 +349,8 @@ export class Stage {
   #replan(nowMs: number): void {
     const facts = this.#facts!.world;
     const camera = this.#camera!;
+    if (this.#isFull) this.#coarser = Math.min(kMaxCoarser, this.#coarser * kCoarser);
+    this.#isFull = false;
     const height = this.#canvas.height;
     const view = {
       eye: camera.position,
@@ -342,7 +368,7 @@ export class Stage {
     this.#cut = cut;
     this.#plan = plan;
     const columns = plan.wanted.filter(
-      (key) => !(nowMs - (this.#failedAt.get(nameOf(key)) ?? -Infinity) < kRetryMs),
+      (key) => !(nowMs - (this.#failures.get(nameOf(key))?.atMs ?? -Infinity) < kRetryMs),
     );
     this.#send({ type: 'want', generation: ++this.#generation, columns });
   }
@@ -363,7 +389,7 @@ export class Stage {
         return;
       }
       case 'failed':
-        this.#failedAt.set(nameOf(message.column), performance.now());
+        this.#fail(message.column);
         this.#events.onFailure(message.failure);
         return;
       case 'ended':
@@ -375,8 +401,28 @@ export class Stage {
     }
   }
 
+  // Tried again after a while; what fails again is a hole, as in the ray tracer's pictures, so that
+  // all else goes on.
+  #fail(key: ColumnKey): void {
+    const name = nameOf(key);
+    const count = (this.#failures.get(name)?.count ?? 0) + 1;
+    this.#failures.set(name, { atMs: performance.now(), count });
+    if (count >= kMaxFailures) this.#storeHole(key);
+    else setTimeout(() => (this.#isPlanDue = true), kRetryMs);
+  }
+
+  #storeHole(key: ColumnKey): void {
+    const { min, max } = this.#facts!.world;
+    const high = 256 * 2 ** key.level;
+    const byBegin = Math.floor(min[1] / high);
+    const count = Math.ceil(max[1] / high) - byBegin;
+    this.#store(key, { byBegin, boxes: Array.from({ length: count }, () => 'hole' as const) });
+  }
+
   // Makes room where there is none by dropping what was used longest ago.
-  #store(key: ColumnKey, data: { byBegin: number; boxes: readonly (BoxData | 'air' | 'hole')[] }): void {
+  #store(key: ColumnKey, data: ColumnData): void {
+    // Asked for twice, when a list was on its way to the worker while the column came.
+    if (this.#residency.has(key)) return;
     for (;;) {
       const column = this.#pools.store(data);
       if (column !== undefined) {
@@ -385,8 +431,9 @@ export class Stage {
         return;
       }
       if (this.#residency.dropOldest()) continue;
-      // All that is there is part of the picture: it has to be coarser.
-      this.#coarser *= kCoarser;
+      if (this.#residency.size === 0) this.#storeHole(key); // larger than all of the pools
+      // Else all that is there is part of the picture: the next plan makes it coarser.
+      this.#isFull = true;
       this.#isPlanDue = true;
       return;
     }

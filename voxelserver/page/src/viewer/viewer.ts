@@ -1,5 +1,5 @@
 import { formatLatLon, parsePlace } from '../coordinates.js';
-import { byId, element, setFacts, setText } from '../dom.js';
+import { byId, copy, element, setFacts, setText } from '../dom.js';
 import { WorldProjection } from '../world-projection.js';
 import type { Facts, Failure, Place } from './data/protocol.js';
 import { readAppearance, unpackAppearance, type Appearance } from './draw/appearance.js';
@@ -30,9 +30,9 @@ const kMinuteMs = 60_000;
 const kPoolBytes = 224 * 2 ** 20;
 const kSmallPoolBytes = 96 * 2 ** 20; // of phones: see poolBytes()
 const kLinkMs = 400; // the address follows the view not more often than this
-const kSpeedShare = 0.6; // of the height above the ground, each second
-const kMinSpeed = 4; // level-0 voxels a second
 const kMaxPixelRatio = 2;
+const kFarthest = 2 ** 29; // level-0 voxels: half of where worlds end
+const kLatestMs = Date.UTC(2199, 11, 31, 23, 59); // as links have it
 
 const language = languageOf(navigator.languages);
 const say = (key: TextKey, ...values: string[]): string => text(language, key, ...values);
@@ -88,14 +88,18 @@ class Viewer {
     return this.#stage.firstHits();
   }
 
-  setView(view: Viewpoint): void {
+  setView(wanted: Viewpoint): void {
+    const inside = (v: number): number => Math.min(Math.max(v, -kFarthest), kFarthest);
+    const [x, y, z] = wanted.position;
+    const view = { ...wanted, position: [inside(x), inside(y), inside(z)] as const };
     this.view = view;
     this.#controls.view = view;
     this.#stage.setCamera(cameraOf(view));
     this.#isLinkDue = true;
   }
 
-  setTime(timeMs: number): void {
+  setTime(wantedMs: number): void {
+    const timeMs = Math.min(Math.max(wantedMs, 0), kLatestMs);
     this.timeMs = timeMs;
     this.#stage.setTime(timeMs);
     this.#isLinkDue = true;
@@ -143,13 +147,6 @@ class Viewer {
   #opened({ world }: Facts): void {
     this.#projection = new WorldProjection(world);
     this.setTime(this.timeMs);
-    this.#setSpeed(world.max[1]);
-  }
-
-  // Fast high up, slow between houses.
-  #setSpeed(top: number): void {
-    const above = Math.max(0, this.view.position[1] - top * 0.5);
-    this.#controls.speed = Math.max(kMinSpeed, above * kSpeedShare);
   }
 
   #followLink(): void {
@@ -192,7 +189,6 @@ class Viewer {
   }
 
   #showProgress(): void {
-    if (this.#projection !== undefined) this.#setSpeed(this.#projection.world.max[1]);
     const { waiting } = this.#stage.stats();
     // What failed has been read by now, unless the place cannot be read any more.
     if (this.#trouble !== '' && (waiting > 0 || this.#hasEnded)) return;
@@ -271,7 +267,7 @@ class Viewer {
 
   async #copyLink(): Promise<void> {
     const address = new URL(toLink({ view: this.view, timeMs: this.timeMs }), location.href).href;
-    await navigator.clipboard.writeText(address);
+    if (!(await copy(address))) return;
     setText(byId('link', HTMLButtonElement), say('linkCopied'));
     setTimeout(() => setText(byId('link', HTMLButtonElement), say('link')), 2000);
   }

@@ -11,6 +11,9 @@ uniform float uVoxel_m;              // edge of a level-0 voxel
 uniform float uColourMix;            // share of the true colour; below 0: true colours only
 uniform bool uTextures;
 uniform bool uNightTime;             // some windows are lit
+uniform ivec2 uWavesAt;              // x and z, level-0 voxels, at which waves have these phases:
+uniform float uWaves[8];             // turns, [0, 1)
+uniform vec2 uRuffled;               // of the patches of calm and ruffled water
 
 const int kMips = 5;
 const int kTexels = 16;
@@ -237,19 +240,20 @@ float swing(float turns) {
   return 16.0 * x * (0.5 - abs(x));
 }
 
-// The slope of water's waves: see raytracer/material/waves.cpp.
-vec2 waterTilt(vec2 at_m, float footprint_m) {
+// The slope of water's waves: see raytracer/material/waves.cpp. Phases are those at uEye, computed in
+// double precision; places are relative to it.
+vec2 waterTilt(vec2 from_m, float footprint_m) {
   const float perX[8] = float[](0.0713, 0.1319, 0.2137, 0.1873, 0.3511, 0.4943, 0.5519, 0.9277);
   const float perZ[8] = float[](-0.0291, 0.0347, -0.1423, 0.1987, -0.0529, 0.2713, -0.4177, 0.5881);
   const float slope[8] = float[](0.0050, 0.0062, 0.0066, 0.0058, 0.0072, 0.0062, 0.0058, 0.0050);
   const float length_m[8] = float[](12.98, 7.33, 3.89, 3.66, 2.81, 1.77, 1.44, 0.91);
-  float ruffled = 0.65 + 0.35 * swing(at_m.x * 0.0113 + at_m.y * 0.0067) *
-                             swing(at_m.y * 0.0171 - at_m.x * 0.0049 + 0.3);
+  float ruffled = 0.65 + 0.35 * swing(uRuffled.x + from_m.x * 0.0113 + from_m.y * 0.0067) *
+                             swing(uRuffled.y + from_m.y * 0.0171 - from_m.x * 0.0049);
   vec2 tilt = vec2(0.0);
   for (int i = 0; i < 8; ++i) {
     float shown = clamp(1.5 - 1.5 * footprint_m / length_m[i], 0.0, 1.0);
-    float s = swing(at_m.x * perX[i] + at_m.y * perZ[i]) * slope[i] * shown * length_m[i];
-    tilt += s * vec2(perX[i], perZ[i]);
+    float turns = uWaves[i] + from_m.x * perX[i] + from_m.y * perZ[i];
+    tilt += swing(turns) * slope[i] * shown * length_m[i] * vec2(perX[i], perZ[i]);
   }
   return tilt * ruffled;
 }
@@ -322,9 +326,9 @@ Texel texelAt(uint material, Appearance look, FacePoint at) {
     if (look.windows && axis != 1) drawWindows(at, onWall, stWall, axis == 2, texel);
   }
   if (look.waves && at.face == 3) {
-    float size_m = uVoxel_m * exp2(float(at.level));
-    vec2 place = (vec2(at.voxel.xz) + vec2(at.v, at.u)) * size_m;
-    texel.tilt = waterTilt(place, at.footprint * uVoxel_m);
+    vec2 whole = vec2((at.voxel.xz << at.level) - uWavesAt);
+    vec2 inside = vec2(at.v, at.u) * exp2(float(at.level));
+    texel.tilt = waterTilt((whole + inside) * uVoxel_m, at.footprint * uVoxel_m);
   }
   return texel;
 }

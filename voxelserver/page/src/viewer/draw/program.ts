@@ -66,6 +66,11 @@ export class Program {
     else this.#gl.uniform4fv(at, values);
   }
 
+  /** An array of single numbers. */
+  floats(name: string, values: readonly number[]): void {
+    this.#gl.uniform1fv(this.#at(name), values);
+  }
+
   /** An array of three components each. */
   vectors(name: string, values: readonly (readonly number[])[]): void {
     this.#gl.uniform3fv(this.#at(name), values.flat());

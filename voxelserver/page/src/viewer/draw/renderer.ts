@@ -17,6 +17,7 @@ import skySource from './sky.glsl';
 import type { TexturePools } from './texture-pools.js';
 import traceSource from './trace.glsl';
 import walkSource from './walk.glsl';
+import { wavePhases } from './waves.js';
 
 export type Look = {
   readonly shadows: boolean;
@@ -305,6 +306,10 @@ export class Renderer {
     const eye = camera.position.map(Math.floor);
     p.int('uEye', ...eye);
     p.float('uEyeOffset', ...camera.position.map((v, a) => v - eye[a]!));
+    const phases = wavePhases(eye[0]! * this.#voxelM, eye[2]! * this.#voxelM);
+    p.int('uWavesAt', eye[0]!, eye[2]!);
+    p.floats('uWaves', phases.waves);
+    p.float('uRuffled', ...phases.ruffled);
     p.float('uForward', ...camera.forward);
     p.float('uRight', ...camera.right);
     p.float('uUp', ...camera.up);

@@ -69,7 +69,7 @@ export class TexturePools {
   store(column: ColumnData): StoredColumn | undefined {
     const slots: BoxSlot[] = [];
     for (const box of column.boxes) {
-      const slot = typeof box === 'string' ? { kind: box } : this.#storeBox(box);
+      const slot = typeof box === 'string' ? { kind: box } : this.#slotFor(box);
       if (slot === undefined) {
         this.drop({ byBegin: column.byBegin, slots });
         return undefined;
@@ -93,6 +93,12 @@ export class TexturePools {
   dispose(): void {
     for (const texture of [this.cells, this.first, this.attributes])
       this.#gl.deleteTexture(texture);
+  }
+
+  // A box of which not even one layer holds the attributes is shown as a hole: it would never fit.
+  #slotFor(box: BoxData): BoxSlot | undefined {
+    const largest = kAttributeRows * kAttributesRow;
+    return box.attributes.length > largest ? { kind: 'hole' } : this.#storeBox(box);
   }
 
   #storeBox(box: BoxData): BoxSlot | undefined {

@@ -20,6 +20,9 @@ const kSlow = 0.2;
 const kFast = 5;
 const kWheelZoom = 0.0015;
 const kMinSpeed = 4; // level-0 voxels a second
+const kMaxSpeed = 5000;
+const kFirstSpeed = 60;
+const kSpeedShare = 0.4; // of the distance ahead, each second
 const kLongestStepS = 0.1;
 
 const kMoves: Readonly<Record<string, Vec3>> = {
@@ -48,8 +51,8 @@ export class Controls {
   readonly #canvas: HTMLCanvasElement;
   readonly #keys = new Set<string>();
   readonly #pointers = new Map<number, Pointer>();
-  /** Voxels a second at which keys move: set by the height above the ground. */
-  speed = kMinSpeed;
+  /** Level-0 voxels a second at which keys move. */
+  speed = kFirstSpeed;
   #travelledPx = 0;
   #orbitCentre: Vec3 | undefined;
   #lastMs = 0;
@@ -92,10 +95,21 @@ export class Controls {
     if (event.ctrlKey || event.metaKey) return;
     if (event.code === 'Equal' || event.code === 'NumpadAdd') this.#zoom(1 / 1.1);
     else if (event.code === 'Minus' || event.code === 'NumpadSubtract') this.#zoom(1.1);
-    else if (kMoves[event.code] !== undefined || kTurns[event.code] !== undefined || isHaste(event.code))
+    else if (kMoves[event.code] !== undefined || kTurns[event.code] !== undefined || isHaste(event.code)) {
+      if (kMoves[event.code] !== undefined && !event.repeat) this.#setSpeed();
       this.#keys.add(event.code);
+    }
     else return;
     event.preventDefault();
+  }
+
+  // Slow between houses, fast high up: by the distance of what is in the middle of the picture.
+  #setSpeed(): void {
+    const box = this.#canvas.getBoundingClientRect();
+    const seen = this.#host.pointAt(box.left + box.width / 2, box.top + box.height / 2);
+    if (seen === undefined) return;
+    const distance = Math.hypot(...[0, 1, 2].map((a) => seen[a]! - this.view.position[a]!));
+    this.speed = Math.min(kMaxSpeed, Math.max(kMinSpeed, distance * kSpeedShare));
   }
 
   #zoom(factor: number): void {

@@ -1,7 +1,6 @@
 /**
  * Where the camera is and how people move it: flying by keys, turning by dragging, orbiting around
- * what is in the middle, wheel, touch, gamepad. Pure state and arithmetic; events come from
- * controls.ts.
+ * a point, wheel, touch. Pure state and arithmetic; events come from controls.ts.
  */
 import { cross, normalized, type Camera, type Vec3 } from '../draw/camera.js';
 
@@ -18,6 +17,7 @@ export type Viewpoint = {
 
 const kRad = Math.PI / 180;
 const kSteepestDeg = 89.9;
+const kSteep = 1e-4;
 const kFovDeg = [5, 120] as const;
 
 /** Of unit length. */
@@ -42,7 +42,9 @@ export function cameraOf(view: Viewpoint): Camera {
 /** Turned to look from its position to a point. */
 export function lookingAt(view: Viewpoint, target: Vec3): Viewpoint {
   const d = [0, 1, 2].map((a) => target[a]! - view.position[a]!) as unknown as Vec3;
-  const heading = Math.atan2(d[0], -d[2]) / kRad;
+  // Straight down or up, north is up in the picture, as in the ray tracer's.
+  const isSteep = Math.hypot(d[0], d[2]) < kSteep * Math.hypot(...d);
+  const heading = isSteep ? 0 : Math.atan2(d[0], -d[2]) / kRad;
   const pitch = Math.atan2(d[1], Math.hypot(d[0], d[2])) / kRad;
   return turnedTo(view, heading, pitch);
 }

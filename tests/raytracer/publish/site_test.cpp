@@ -1,0 +1,81 @@
+#include "raytracer/publish/site.hpp"
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "tests/catch.hpp"
+#include "tests/common/temporary_folder.hpp"
+
+using namespace terravox;
+using terravox::test::TemporaryFolder;
+namespace fs = std::filesystem;
+
+namespace {
+
+void write(const fs::path& file, const std::string& bytes) {
+    std::ofstream(file, std::ios::binary) << bytes;
+}
+
+std::string read(const fs::path& file) {
+    std::ifstream in(file, std::ios::binary);
+    return {std::istreambuf_iterator<char>(in), {}};
+}
+
+publish::SiteFacts some_facts() {
+    publish::SiteFacts facts;
+    facts.title = "A & <B>";
+    facts.archive = {{"place.tvx", 5}};
+    facts.views = {{"Start", {1, 2, 3}, {4, 5, 6}, 40}};
+    return facts;
+}
+
+}  // namespace
+
+TEST_CASE("parts of an archive are the archive, none larger than the limit", "[publish]") {
+    const TemporaryFolder folder;
+    std::string bytes;
+    for (int i = 0; i < 1000; ++i)
+        bytes += static_cast<char>(i * 7);
+    const fs::path archive = folder.path() / "place.tvx";
+    write(archive, bytes);
+    const std::uint64_t limit = GENERATE(1, 999, 1000, 1001, 333);
+    const auto parts = publish::split_archive(archive, limit);
+    std::string joined;
+    for (const publish::ArchivePart& part : parts) {
+        const std::string one = read(folder.path() / part.name);
+        REQUIRE(one.size() == part.bytes);
+        CHECK(part.bytes <= limit);
+        joined += one;
+    }
+    CHECK(joined == bytes);
+    CHECK((parts.size() == 1) == (limit >= bytes.size()));
+    CHECK(fs::exists(archive));
+}
+
+TEST_CASE("a site leaves nothing of an earlier one, and files of others alone", "[publish]") {
+    const TemporaryFolder folder;
+    for (const char* name : {"place.tvx", "place-0001.part", "place-0002.part", "preview.jpg",
+                             "place-notes.part", "place-12.part", "other.tvx"})
+        write(folder.path() / name, "x");
+    publish::SiteFacts facts = some_facts();
+    facts.archive = {{"place-0001.part", 1}};
+    publish::write_site(folder.path(), facts);
+    CHECK_FALSE(fs::exists(folder.path() / "place.tvx"));
+    CHECK(fs::exists(folder.path() / "place-0001.part"));
+    CHECK_FALSE(fs::exists(folder.path() / "place-0002.part"));
+    CHECK_FALSE(fs::exists(folder.path() / "preview.jpg"));
+    for (const char* name : {"place-notes.part", "place-12.part", "other.tvx"})
+        CHECK(fs::exists(folder.path() / name));
+}
+
+TEST_CASE("the page has the title of the place, escaped, and a picture where there is one",
+          "[publish]") {
+    publish::SiteFacts facts = some_facts();
+    CHECK(publish::index_html(facts).find("<title>A &amp; &lt;B&gt;</title>") != std::string::npos);
+    CHECK(publish::index_html(facts).find("og:image") == std::string::npos);
+    facts.has_preview = true;
+    CHECK(publish::index_html(facts).find("og:image") != std::string::npos);
+    const auto place = nlohmann::json::parse(publish::place_json(facts));
+    CHECK(place["title"] == facts.title);
+    CHECK(place["views"][0]["target"] == nlohmann::json({4, 5, 6}));
+}
