@@ -122,7 +122,9 @@ test(`after 10 % faults and ${kKills} kills ${kSquares} squares are verified`, a
       Math.floor(kSquares / (kKills + 1)),
       random,
     );
-    assert.equal(code, null, `ended by the kill, not by itself: ${err}`);
+    // Where this process reads the lines late, the last squares may be there before the kill.
+    if (code === 0) break;
+    assert.equal(code, null, `ended by the kill, or with all squares: ${err}`);
     // The server notices later that the connection is gone.
     await portal.idle();
     for (const name of namesIn(store, kUsable)) {
@@ -132,6 +134,7 @@ test(`after 10 % faults and ${kKills} kills ${kSquares} squares are verified`, a
       if (!wholeWhenBegun.has(name)) wholeWhenBegun.set(name, statsOf(name).whole);
     }
   }
+  assert.ok(kills > 0, 'at least one kill came before the end');
   const last = await fetchSome(portal, store, names, undefined, random);
   assert.equal(last.code, 0, last.err);
 
