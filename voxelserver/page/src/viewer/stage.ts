@@ -188,6 +188,11 @@ export class Stage {
     return this.#facts;
   }
 
+  /** Columns that the picture still lacks. */
+  get waiting(): number {
+    return this.#plan?.wanted.length ?? 0;
+  }
+
   get sun(): SunPosition {
     const centre = this.#facts?.world.centre;
     return sunPosition(this.#timeMs, centre?.latDeg ?? 46, centre?.lonDeg ?? 14);
@@ -291,7 +296,7 @@ export class Stage {
       requests: this.#workerStats?.requests ?? 0,
       bytes: this.#workerStats?.bytes ?? 0,
       columns: this.#residency.size,
-      waiting: this.#plan?.wanted.length ?? 0,
+      waiting: this.waiting,
       poolBytes: this.#pools.bytes,
       poolFill: this.#pools.fill,
       samples: this.#renderer?.samples ?? 0,

@@ -189,7 +189,7 @@ class Viewer {
   }
 
   #showProgress(): void {
-    const { waiting } = this.#stage.stats();
+    const { waiting } = this.#stage;
     // What failed has been read by now, unless the place cannot be read any more.
     if (this.#trouble !== '' && (waiting > 0 || this.#hasEnded)) return;
     this.#trouble = '';
