@@ -47,8 +47,8 @@ inline constexpr const char* kSitePreview = "preview.jpg";
 /// place.json (docs/formats/site.md).
 [[nodiscard]] std::string place_json(const SiteFacts& facts);
 
-/// index.html: the viewer's, with the title and a description of the place, and a picture for those
-/// who show links. Texts are escaped.
+/// index.html: the viewer's, with the title and a description of the place, and the picture that
+/// sites show next to a link. Texts are escaped.
 [[nodiscard]] std::string index_html(const SiteFacts& facts);
 
 /// Writes the viewer's files below viewer/, place.json and index.html, then removes what an earlier

@@ -103,7 +103,7 @@ class Publish(Case):
         place = self.site / "place.tvx"
         for arguments, said in (
             ([place], "1 path"),
-            ([place, ""], "2 path"),
+            ([place, ""], "empty name"),
             ([place, folder / "site", "--split-mib", "-1"], "--split-mib"),
             ([place, folder / "site", "--camera-projection", "panorama"], "perspective"),
             ([place, folder / "site", "--fov", "3"], "5 to 120"),

@@ -1,6 +1,10 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { hashOf, makeColumnTable, type CutColumn } from '../../voxelserver/page/src/viewer/draw/column-table.js';
+import {
+  hashOf,
+  makeColumnTable,
+  type CutColumn,
+} from '../../voxelserver/page/src/viewer/draw/column-table.js';
 import { fromHalf } from '../../voxelserver/page/src/viewer/draw/half.js';
 import { LevelCut } from '../../voxelserver/page/src/viewer/draw/level-cut.js';
 import { Pace } from '../../voxelserver/page/src/viewer/draw/pace.js';
@@ -9,7 +13,13 @@ import { RowPool } from '../../voxelserver/page/src/viewer/draw/row-pool.js';
 import { wavePhases } from '../../voxelserver/page/src/viewer/draw/waves.js';
 import { sunPosition } from '../../voxelserver/page/src/viewer/draw/sun-position.js';
 import { fromLink, toLink } from '../../voxelserver/page/src/viewer/ui/link.js';
-import { cameraOf, lookingAt, orbited, turned, type Viewpoint } from '../../voxelserver/page/src/viewer/ui/navigation.js';
+import {
+  cameraOf,
+  lookingAt,
+  orbited,
+  turned,
+  type Viewpoint,
+} from '../../voxelserver/page/src/viewer/ui/navigation.js';
 import { readPlaceFile } from '../../voxelserver/page/src/viewer/ui/place-file.js';
 import { languageOf, text } from '../../voxelserver/page/src/viewer/ui/texts.js';
 
@@ -31,7 +41,11 @@ test('rows that are freed can be taken again, and no two runs overlap', () => {
       const rows = 1 + Math.floor(random() * 20);
       const at = pool.take(rows);
       if (at === undefined) continue;
-      assert.equal(Math.floor(at / 64), Math.floor((at + rows - 1) / 64), 'a run lies in one layer');
+      assert.equal(
+        Math.floor(at / 64),
+        Math.floor((at + rows - 1) / 64),
+        'a run lies in one layer',
+      );
       for (const other of taken)
         assert.ok(at + rows <= other.at || other.at + other.rows <= at, 'runs do not overlap');
       taken.push({ at, rows });
@@ -39,7 +53,10 @@ test('rows that are freed can be taken again, and no two runs overlap', () => {
       const [gone] = taken.splice(Math.floor(random() * taken.length), 1);
       pool.free(gone!.at, gone!.rows);
     }
-    assert.equal(pool.used, taken.reduce((sum, run) => sum + run.rows, 0));
+    assert.equal(
+      pool.used,
+      taken.reduce((sum, run) => sum + run.rows, 0),
+    );
   }
   for (const run of taken) pool.free(run.at, run.rows);
   assert.equal(pool.take(64), 0, 'what was freed has been joined');
@@ -50,7 +67,13 @@ test('each column is found where the shader looks for it', () => {
   const cut: CutColumn[] = [];
   for (let i = 0; i < 3000; ++i) {
     const key = { level: i % 7, bx: Math.floor(random() * 900) - 450, bz: i - 1500 };
-    const boxes = i % 3 === 0 ? undefined : { byBegin: -2, slots: [{ kind: 'air' }, { kind: 'box', cells: i, attributes: 2 * i }] as const };
+    const boxes =
+      i % 3 === 0
+        ? undefined
+        : {
+            byBegin: -2,
+            slots: [{ kind: 'air' }, { kind: 'box', cells: i, attributes: 2 * i }] as const,
+          };
     cut.push({ ...key, boxes });
   }
   const { columns, mask, boxes } = makeColumnTable(cut);
@@ -58,7 +81,11 @@ test('each column is found where the shader looks for it', () => {
   for (const [i, column] of cut.entries()) {
     let at = hashOf(column.bx, column.bz, column.level) & mask;
     let probes = 0;
-    while (!(columns[at * 4] === column.bx >>> 0 && columns[at * 4 + 1] === column.bz >>> 0 && (columns[at * 4 + 2]! & 31) === column.level)) {
+    while (!(
+      columns[at * 4] === column.bx >>> 0 &&
+      columns[at * 4 + 1] === column.bz >>> 0 &&
+      (columns[at * 4 + 2]! & 31) === column.level
+    )) {
       assert.ok(columns[at * 4 + 2] !== 0 && ++probes < 64, 'an empty entry or too many probes');
       at = (at + 1) & mask;
     }
@@ -82,7 +109,12 @@ test('where a column is far enough, so are its halves', () => {
     const level = 1 + Math.floor(random() * 5);
     const [bx, bz] = [Math.floor(random() * 8) - 2, Math.floor(random() * 8) - 2];
     if (!cut.isFarEnough(level, bx, bz)) continue;
-    for (const [x, z] of [[0, 0], [1, 0], [0, 1], [1, 1]] as const)
+    for (const [x, z] of [
+      [0, 0],
+      [1, 0],
+      [0, 1],
+      [1, 1],
+    ] as const)
       assert.ok(cut.isFarEnough(level - 1, bx * 2 + x, bz * 2 + z));
   }
 });
@@ -107,7 +139,10 @@ test('what is shown covers each place once, whatever is there, and is the cut in
         return Math.floor(x / side) === bx && Math.floor(z / side) === bz;
       });
       const roots = plan.wanted.filter((key) => key.level === cut.coarsest).length;
-      assert.ok(over.length === 1 || (over.length === 0 && roots > 0), `${over.length} leaves at a place`);
+      assert.ok(
+        over.length === 1 || (over.length === 0 && roots > 0),
+        `${over.length} leaves at a place`,
+      );
     }
   }
   for (const column of plan.shown)
@@ -115,7 +150,7 @@ test('what is shown covers each place once, whatever is there, and is the cut in
   assert.deepEqual(plan.wanted, []);
 });
 
-test('wanted columns come coarse first, then those in view, and what a plan needs is not dropped', () => {
+test('wanted columns come coarse first, then those in view; what a plan needs stays', () => {
   const cut = cutAt([400, 300, 400]);
   let dropped = 0;
   const residency = new Residency({ drop: () => void ++dropped });
@@ -148,7 +183,11 @@ test('a slow processor gets fewer pixels while the picture moves, and never none
 
 test('the sun stands where the program places it', () => {
   // By common/geo/sun_position.cpp, for the demo's place.
-  const { altitudeDeg, azimuthDeg } = sunPosition(Date.UTC(2026, 5, 21, 15, 30), 46.05226709929544, 14.515394664860125);
+  const { altitudeDeg, azimuthDeg } = sunPosition(
+    Date.UTC(2026, 5, 21, 15, 30),
+    46.05226709929544,
+    14.515394664860125,
+  );
   assert.ok(Math.abs(altitudeDeg - 32.6937) < 1e-3, String(altitudeDeg));
   assert.ok(Math.abs(azimuthDeg - 270.8952) < 1e-3, String(azimuthDeg));
 });
@@ -162,7 +201,13 @@ test('waves have the same phases wherever the eye is', () => {
 });
 
 test('halves are read as they were written', () => {
-  for (const [half, value] of [[0, 0], [0x3c00, 1], [0xc000, -2], [0x7bff, 65504], [1, 2 ** -24]] as const)
+  for (const [half, value] of [
+    [0, 0],
+    [0x3c00, 1],
+    [0xc000, -2],
+    [0x7bff, 65504],
+    [1, 2 ** -24],
+  ] as const)
     assert.equal(fromHalf(half), value);
 });
 
@@ -172,7 +217,18 @@ test('a link shows what was seen, and a wrong one changes nothing', () => {
   const state = { view: kView, timeMs: Date.UTC(2026, 5, 21, 15, 30) };
   const other = { view: { ...kView, position: [0, 0, 0] as const }, timeMs: 0 };
   assert.deepEqual(fromLink(toLink(state), other), state);
-  for (const bad of ['', '#', '#at=1,2', '#at=1,2,x', '#at=1,2,1e99', '#look=400,0,42', '#look=1,2', '#time=-1', '#time=NaN', '#at=,,'])
+  for (const bad of [
+    '',
+    '#',
+    '#at=1,2',
+    '#at=1,2,x',
+    '#at=1,2,1e99',
+    '#look=400,0,42',
+    '#look=1,2',
+    '#time=-1',
+    '#time=NaN',
+    '#at=,,',
+  ])
     assert.deepEqual(fromLink(bad, other), other, bad);
 });
 
@@ -180,7 +236,8 @@ test('orbiting keeps the distance to what it turns around, and its place in the 
   const centre = [100, -40, -200] as const;
   const before = lookingAt(kView, centre);
   const after = orbited(before, centre, 37, 12);
-  const distance = (view: Viewpoint): number => Math.hypot(...[0, 1, 2].map((a) => view.position[a]! - centre[a]!));
+  const distance = (view: Viewpoint): number =>
+    Math.hypot(...[0, 1, 2].map((a) => view.position[a]! - centre[a]!));
   assert.ok(Math.abs(distance(after) - distance(before)) < 1e-6);
   const camera = cameraOf(after);
   const seen = [0, 1, 2].map((a) => after.position[a]! + camera.forward[a]! * distance(after));
@@ -213,7 +270,8 @@ test('place.json is refused with the name of what is wrong', () => {
     [{ views: [{ ...kPlace.views[0], fov_deg: 1000 }] }, /fov_deg/],
     [{ time_ms: -5 }, /time_ms/],
   ];
-  for (const [change, said] of wrong) assert.throws(() => readPlaceFile({ ...kPlace, ...change }), said);
+  for (const [change, said] of wrong)
+    assert.throws(() => readPlaceFile({ ...kPlace, ...change }), said);
   for (const bad of [null, 5, [], 'x']) assert.throws(() => readPlaceFile(bad), /no object/);
 });
 

@@ -56,9 +56,10 @@ struct ViewArguments {
     bool no_browser = false;
 };
 
-/// Of a scene: what a site is made of.
-const std::vector<std::string> kSceneSections = {"world", "generated", "processing", "camera",
-                                                 "sun",   "sky",       "quality",    "output"};
+/// Sections of a scene that a site is made of.
+std::vector<std::string> scene_sections() {
+    return {"world", "generated", "processing", "camera", "sun", "sky", "quality", "output"};
+}
 
 /// What is known once the archive stands.
 struct Published {
@@ -144,7 +145,7 @@ std::int64_t time_ms(const scene::Scene& scene, const voxel::WorldInfo& world) {
 /// @return number of boxes that could not be loaded
 std::size_t write_preview(const PublishArguments& args, scene::Scene scene,
                           const fs::path& folder) {
-    constexpr std::array kSize_px = {1200, 630};  // as those who show links want them
+    constexpr std::array kSize_px = {1200, 630};  // what sites that show links expect
     constexpr int kSamples = 16;
     scene.output.size_px = kSize_px;
     scene.quality.samples = kSamples;
@@ -234,7 +235,9 @@ util::ExitCode publish_to(const fs::path& folder, const PublishArguments& args) 
 
 util::ExitCode run_publish(PublishArguments& args) {
     util::set_up_log(args.quiet ? "error" : args.world.log_level);
-    if (args.paths.size() < 2 || args.paths.back().empty())
+    if (args.paths.back().empty())
+        throw util::UsageError("publish: the site's folder has an empty name");
+    if (args.paths.size() < 2)
         throw util::UsageError("publish: " + std::to_string(args.paths.size()) +
                                " path; allowed: what to publish, then the folder of the site");
     const fs::path folder = fs::path(args.paths.back()) / "";
@@ -317,7 +320,7 @@ std::function<util::ExitCode()> add_view_options(CLI::App& app) {
         ->capture_default_str();
     app.add_flag("--no-browser", args->no_browser, "print the address only");
     app.add_flag("-q,--quiet", args->publish.quiet, "print the address and errors only");
-    add_opening_arguments(app, args->publish.world, kSceneSections);
+    add_opening_arguments(app, args->publish.world, scene_sections());
     return [args] { return run_view(*args); };
 }
 
@@ -341,7 +344,7 @@ std::function<util::ExitCode()> add_publish_options(CLI::App& app) {
         ->capture_default_str();
     app.add_flag("--no-preview", args->no_preview, "without the picture that links are shown with");
     app.add_flag("-q,--quiet", args->quiet, "print errors only");
-    add_opening_arguments(app, args->world, kSceneSections);
+    add_opening_arguments(app, args->world, scene_sections());
     return [args] { return run_publish(*args); };
 }
 

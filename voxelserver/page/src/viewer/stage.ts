@@ -2,7 +2,15 @@
  * A place on a canvas: asks the worker for the boxes that the camera needs, keeps them in the
  * pools, traces and shows the picture. Knows nothing of controls.
  */
-import type { ColumnKey, Facts, Failure, FromWorker, Place, Stats, ToWorker } from './data/protocol.js';
+import type {
+  ColumnKey,
+  Facts,
+  Failure,
+  FromWorker,
+  Place,
+  Stats,
+  ToWorker,
+} from './data/protocol.js';
 import type { Appearance } from './draw/appearance.js';
 import { pixelRad, type Camera, type Vec3 } from './draw/camera.js';
 import { DrawClock } from './draw/clock.js';
@@ -148,8 +156,7 @@ export class Stage {
     canvas.addEventListener('webglcontextrestored', () => this.#guarded(() => this.#rebuild()));
     worker.onmessage = (event: MessageEvent<FromWorker>) =>
       this.#guarded(() => this.#receive(event.data));
-    worker.onerror = (event) =>
-      this.#end({ kind: 'missing', message: event.message ?? kNoWorker });
+    worker.onerror = (event) => this.#end({ kind: 'missing', message: event.message ?? kNoWorker });
     // Whoever waits for it sees the reason; others have seen the message.
     this.ready.catch(() => {});
     this.#send({ type: 'open', place });
@@ -255,7 +262,8 @@ export class Stage {
   pick(x: number, y: number): Pick | undefined {
     const renderer = this.#renderer;
     const camera = this.#camera;
-    if (renderer === undefined || camera === undefined || this.#plan === undefined) return undefined;
+    if (renderer === undefined || camera === undefined || this.#plan === undefined)
+      return undefined;
     const [width, height] = [this.#canvas.width, this.#canvas.height];
     const view = cameraAtPixel(camera, width, height, x, y);
     const hits = renderer.firstHits(view, this.#look, [1, 1]);
@@ -268,7 +276,9 @@ export class Stage {
       level: (bits >> 4) & 31,
       face: (bits & 7) === 7 ? -1 : bits & 7,
       distance,
-      point: [0, 1, 2].map((a) => camera.position[a]! + view.forward[a]! * distance) as unknown as Vec3,
+      point: [0, 1, 2].map(
+        (a) => camera.position[a]! + view.forward[a]! * distance,
+      ) as unknown as Vec3,
       material: (attribute >> 24) & 127,
       colour:
         attribute >>> 31 === 1
@@ -287,7 +297,10 @@ export class Stage {
     if (this.#renderer === undefined || this.#camera === undefined || this.#plan === undefined)
       return undefined;
     const look = { ...this.#look, cutOuts: false, softSun: false };
-    return { ...this.#renderer.firstHits(this.#camera, look, [width, height]), size: [width, height] };
+    return {
+      ...this.#renderer.firstHits(this.#camera, look, [width, height]),
+      size: [width, height],
+    };
   }
 
   stats(): StageStats {
@@ -389,6 +402,7 @@ export class Stage {
         const boxes = message.column.boxes.map((box): BoxData | 'air' | 'hole' =>
           box === 'air' ? 'air' : 'hole' in box ? 'hole' : box,
         );
+        this.#failures.delete(nameOf(message.column));
         this.#store(message.column, { byBegin: message.column.byBegin, boxes });
         this.#send({ type: 'taken', bytes: message.bytes });
         return;
@@ -436,8 +450,13 @@ export class Stage {
         return;
       }
       if (this.#residency.dropOldest()) continue;
-      if (this.#residency.size === 0) this.#storeHole(key); // larger than all of the pools
-      // Else all that is there is part of the picture: the next plan makes it coarser.
+      // Larger than all of the pools, or the picture cannot become coarser: a hole takes no room,
+      // and is not asked for again.
+      if (this.#residency.size === 0 || this.#coarser >= kMaxCoarser) {
+        this.#storeHole(key);
+        return;
+      }
+      // All that is there is part of the picture: the next plan makes it coarser.
       this.#isFull = true;
       this.#isPlanDue = true;
       return;
@@ -464,7 +483,13 @@ function nameOf(key: ColumnKey): string {
 }
 
 // A camera whose picture of one pixel is this pixel.
-function cameraAtPixel(camera: Camera, width: number, height: number, x: number, y: number): Camera {
+function cameraAtPixel(
+  camera: Camera,
+  width: number,
+  height: number,
+  x: number,
+  y: number,
+): Camera {
   const across = (2 * (x + 0.5) - width) / height;
   const upward = (height - 2 * (y + 0.5)) / height;
   const d = [0, 1, 2].map(

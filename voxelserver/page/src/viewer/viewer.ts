@@ -105,7 +105,10 @@ class Viewer {
     this.#isLinkDue = true;
     showTime(timeMs);
     const { altitudeDeg, azimuthDeg } = this.#stage.sun;
-    setText(byId('sun', HTMLParagraphElement), say('sun', altitudeDeg.toFixed(1), azimuthDeg.toFixed(0)));
+    setText(
+      byId('sun', HTMLParagraphElement),
+      say('sun', altitudeDeg.toFixed(1), azimuthDeg.toFixed(0)),
+    );
   }
 
   start(): void {
@@ -218,7 +221,8 @@ class Viewer {
     date.addEventListener('input', changed);
     time.addEventListener('input', changed);
     const looks = ['shadows', 'textures', 'material-colours'] as const;
-    for (const id of looks) byId(id, HTMLInputElement).addEventListener('input', () => this.#setLook());
+    for (const id of looks)
+      byId(id, HTMLInputElement).addEventListener('input', () => this.#setLook());
     byId('save', HTMLButtonElement).addEventListener('click', () => this.#save());
     byId('link', HTMLButtonElement).addEventListener('click', () => void this.#copyLink());
     byId('close', HTMLButtonElement).addEventListener('click', () => this.#showPick(undefined));

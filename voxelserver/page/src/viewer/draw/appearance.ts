@@ -78,7 +78,9 @@ const kPaneHalves = 8 * kVariantTexels * 8;
 type Fields = Readonly<Record<string, unknown>>;
 
 /** @throws Error when it is no gzip stream, or unpacks to more than any appearance.bin */
-export async function unpackAppearance(body: ReadableStream<Uint8Array<ArrayBuffer>>): Promise<Uint8Array> {
+export async function unpackAppearance(
+  body: ReadableStream<Uint8Array<ArrayBuffer>>,
+): Promise<Uint8Array> {
   const parts: Uint8Array[] = [];
   let bytes = 0;
   const unpacked = body.pipeThrough(new DecompressionStream('gzip')).getReader();
@@ -206,7 +208,8 @@ function fail(what: string): never {
 }
 
 function fieldsOf(value: unknown, what: string): Fields {
-  if (typeof value !== 'object' || value === null || Array.isArray(value)) fail(`${what} is no object`);
+  if (typeof value !== 'object' || value === null || Array.isArray(value))
+    fail(`${what} is no object`);
   return value as Fields;
 }
 

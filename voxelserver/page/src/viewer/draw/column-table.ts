@@ -45,7 +45,7 @@ export function hashOf(bx: number, bz: number, level: number): number {
 export function makeColumnTable(cut: readonly CutColumn[]): ColumnTable {
   let size = kColumnsRow;
   while (size < cut.length * 2) size *= 2;
-  for (;; size *= 2) {
+  for (; ; size *= 2) {
     const table = tryTable(cut, size);
     if (table !== undefined) return table;
   }

@@ -1,5 +1,6 @@
 // Direct light, as integrator "direct" of the ray tracer (raytracer/shade): sun, sky, darkened
-// corners, haze, water, leaves. One sample of a pixel; what is chosen at random averages over frames.
+// corners, haze, water, leaves. One sample of a pixel; what is chosen at random averages over
+// frames.
 
 uniform int uBounces;              // of mirrors
 uniform bool uShadows;
@@ -305,7 +306,8 @@ vec3 lightAlong(Task primary, float spread, out FirstHit first) {
       if (mayGoOn && (both || mirrorOnly) && height < kStack) {
         vec3 direction = reflect(task.direction, smoothNormal);
         float inwards = dot(direction, normal);
-        if (inwards < 1e-4) direction = normalize(direction + normal * (1e-4 - 2.0 * min(inwards, 0.0)));
+        if (inwards < 1e-4)
+          direction = normalize(direction + normal * (1e-4 - 2.0 * min(inwards, 0.0)));
         stack[height++] = sent(task, ray, hit, place, direction, kMirror,
                                both ? weight * mirrored : weight, footprint);
       }

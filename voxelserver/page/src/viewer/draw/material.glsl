@@ -93,7 +93,10 @@ uvec2 scrambled(int a, int b, uint c) {
 
 // log2 of the voxels that a drawing of about a metre spans.
 int spanShift() {
-  return uVoxel_m >= 0.7 ? 0 : uVoxel_m >= 0.35 ? 1 : uVoxel_m >= 0.17 ? 2 : uVoxel_m >= 0.08 ? 3 : 4;
+  if (uVoxel_m >= 0.7) return 0;
+  if (uVoxel_m >= 0.35) return 1;
+  if (uVoxel_m >= 0.17) return 2;
+  return uVoxel_m >= 0.08 ? 3 : 4;
 }
 
 // An approximate binary logarithm, linear between powers of two.
@@ -154,7 +157,8 @@ int dividedBy(int v, int by) {
 }
 
 uvec2 windowHash(int a, int b, int c, uint seed) {
-  uvec2 sum = multiply64(add64(uvec2(uint(c), 0u), uvec2(seed, 0u)), uvec2(0x7f4a7c15u, 0x9e3779b9u));
+  uvec2 seeded = add64(uvec2(uint(c), 0u), uvec2(seed, 0u));
+  uvec2 sum = multiply64(seeded, uvec2(0x7f4a7c15u, 0x9e3779b9u));
   return hash64(uvec2(uint(a), uint(b)) ^ sum);
 }
 
@@ -174,7 +178,8 @@ Pane blendPanes(Pane a, Pane b, float t) {
 Pane paneAt(uint style, int mip, vec2 st) {
   int size = kTexels >> mip;
   ivec2 at = ivec2(st * float(size));
-  int index = (int(style) * int(kVariantTexels) + int(mipStart(mip)) + (at.y << (4 - mip)) + at.x) * 2;
+  int texel = int(style) * int(kVariantTexels) + int(mipStart(mip)) + (at.y << (4 - mip)) + at.x;
+  int index = texel * 2;
   vec4 own = texelFetch(uPanes, ivec2(index & 1023, index >> 10), 0);
   float glass = texelFetch(uPanes, ivec2(index + 1 & 1023, index + 1 >> 10), 0).x;
   return Pane(own.rgb, own.a, glass);
@@ -195,7 +200,10 @@ void drawWindows(FacePoint at, ivec3 on, vec2 st, bool alongX, inout Texel texel
   float fills = uVoxel_m >= 1.0 ? min(1.14, kSquare_m * per_m) : 1.0;
   float square = float(edge) * fills;
   float texels = at.footprint * float(kTexels) / square;
-  float farShare = at.level > 0 ? 1.0 : texels > 8.0 ? min((roughLog2(texels) - 3.0) / 3.0, 1.0) : 0.0;
+  // Where a pixel covers more than a window, the mean of walls takes over.
+  float farShare = 0.0;
+  if (at.level > 0) farShare = 1.0;
+  else if (texels > 8.0) farShare = min((roughLog2(texels) - 3.0) / 3.0, 1.0);
   Pane found = Pane(vec3(0.0), 0.0, 0.0);
   float lit = 0.0;
   if (farShare < 1.0) {
@@ -204,7 +212,8 @@ void drawWindows(FacePoint at, ivec3 on, vec2 st, bool alongX, inout Texel texel
     ivec2 inside = ivec2(on.x - window * across - (across - edge) / 2,
                          on.y - storey * floors - (floors - edge + 1) / 2);
     vec2 place = (vec2(inside) + st) / square + (1.0 - 1.0 / fills) * 0.5;
-    bool isInside = all(greaterThanEqual(inside, ivec2(0))) && all(lessThan(inside, ivec2(edge))) &&
+    bool isInside = all(greaterThanEqual(inside, ivec2(0))) &&
+                    all(lessThan(inside, ivec2(edge))) &&
                     all(greaterThanEqual(place, vec2(0.0))) && all(lessThan(place, vec2(1.0)));
     if (isInside) {
       int deep = dividedBy(on.z, across) >> 2;
@@ -212,7 +221,8 @@ void drawWindows(FacePoint at, ivec3 on, vec2 st, bool alongX, inout Texel texel
       uvec2 ofHouse = windowHash(alongX ? house : deep, alongX ? deep : house, storey >> 3, 1u);
       uvec2 ofWindow = windowHash(window, on.z, storey, alongX ? 2u : 3u);
       if ((ofHouse.x >> 8 & 255u) >= 20u && (ofWindow.x & 255u) >= 16u) {
-        if ((ofWindow.x >> 8 & 255u) < 84u) lit = 0.4 + 0.6 * float(ofWindow.x >> 16 & 255u) / 255.0;
+        if ((ofWindow.x >> 8 & 255u) < 84u)
+          lit = 0.4 + 0.6 * float(ofWindow.x >> 16 & 255u) / 255.0;
         uint style = ofHouse.x & 7u;
         float share;
         int mip = mipOf(texels, share);
@@ -240,11 +250,12 @@ float swing(float turns) {
   return 16.0 * x * (0.5 - abs(x));
 }
 
-// The slope of water's waves: see raytracer/material/waves.cpp. Phases are those at uEye, computed in
-// double precision; places are relative to it.
+// The slope of water's waves: see raytracer/material/waves.cpp. Phases are those at uWavesAt, which
+// the page computes in double precision; places are relative to it.
 vec2 waterTilt(vec2 from_m, float footprint_m) {
   const float perX[8] = float[](0.0713, 0.1319, 0.2137, 0.1873, 0.3511, 0.4943, 0.5519, 0.9277);
-  const float perZ[8] = float[](-0.0291, 0.0347, -0.1423, 0.1987, -0.0529, 0.2713, -0.4177, 0.5881);
+  const float perZ[8] =
+      float[](-0.0291, 0.0347, -0.1423, 0.1987, -0.0529, 0.2713, -0.4177, 0.5881);
   const float slope[8] = float[](0.0050, 0.0062, 0.0066, 0.0058, 0.0072, 0.0062, 0.0058, 0.0050);
   const float length_m[8] = float[](12.98, 7.33, 3.89, 3.66, 2.81, 1.77, 1.44, 0.91);
   float ruffled = 0.65 + 0.35 * swing(uRuffled.x + from_m.x * 0.0113 + from_m.y * 0.0067) *
@@ -335,7 +346,8 @@ Texel texelAt(uint material, Appearance look, FacePoint at) {
 
 vec3 linearOf(uint attr) {
   vec3 c = vec3(attr & 255u, attr >> 8 & 255u, attr >> 16 & 255u) / 255.0;
-  return mix(c / 12.92, pow((c + 0.055) / 1.055, vec3(2.4)), greaterThan(c, vec3(0.04045)));
+  vec3 curved = pow((c + 0.055) / 1.055, vec3(2.4));
+  return mix(c / 12.92, curved, greaterThan(c, vec3(0.04045)));
 }
 
 bool hasColour(uint attr) {
@@ -346,7 +358,7 @@ uint materialOf(uint attr) {
   return attr >> 24 & 127u;
 }
 
-// How farShare a photo's colour can be trusted to be that of a voxel: see raytracer/shade/surface.cpp.
+// How far a photo's colour can be trusted to be that of a voxel: see raytracer/shade/surface.cpp.
 float believed(uint material, vec3 photo) {
   if (material == kWall) return 0.0;
   bool isSoft = material == kGround || material == kGrass ||

@@ -21,10 +21,6 @@ export class Pace {
     this.#pixelsPerMs += (rate - this.#pixelsPerMs) * weight;
   }
 
-  get pixelsPerMs(): number {
-    return this.#pixelsPerMs;
-  }
-
   /** The size of a moving picture. @param full size of the still one, pixels */
   movingSize(full: readonly [number, number]): readonly [number, number] {
     const wanted = Math.sqrt((this.#pixelsPerMs * kMovingMs) / (full[0] * full[1]));

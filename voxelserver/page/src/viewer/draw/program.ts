@@ -84,10 +84,6 @@ export class Program {
     gl.uniform1i(this.#at(name), unit);
   }
 
-  dispose(): void {
-    this.#gl.deleteProgram(this.#program);
-  }
-
   // A uniform that the compiler has removed has no location; setting it does nothing.
   #at(name: string): WebGLUniformLocation | null {
     let at = this.#locations.get(name);

@@ -196,17 +196,6 @@ export class Renderer {
     gl.drawArrays(gl.TRIANGLES, 0, 3);
   }
 
-  /** The accumulated light: red, green, blue, samples; row by row from the lower left corner. */
-  readLight(): Float32Array {
-    const gl = this.#gl;
-    const [width, height] = this.#size;
-    const out = new Float32Array(width * height * 4);
-    if (this.#targets === undefined) return out;
-    gl.bindFramebuffer(gl.FRAMEBUFFER, this.#targets[0].frame);
-    gl.readPixels(0, 0, width, height, gl.RGBA, gl.FLOAT, out);
-    return out;
-  }
-
   /** Traces the first hits of a picture and reads them back. */
   firstHits(camera: Camera, look: Look, size: readonly [number, number]): FirstHits {
     const gl = this.#gl;
@@ -238,21 +227,6 @@ export class Renderer {
     gl.deleteFramebuffer(frame);
     for (const texture of textures) gl.deleteTexture(texture);
     return out;
-  }
-
-  dispose(): void {
-    this.#dropTargets();
-    for (const program of [this.#trace, this.#develop, this.#hits]) program?.dispose();
-    const textures = [
-      this.#materials,
-      this.#ratio,
-      this.#own,
-      this.#panes,
-      this.#columns,
-      this.#boxes,
-      this.#sky,
-    ];
-    for (const texture of textures) this.#gl.deleteTexture(texture);
   }
 
   #setScene(p: Program, camera: Camera, look: Look, jitter: readonly [number, number]): void {
@@ -382,17 +356,7 @@ export class Renderer {
     const padded = new Uint16Array(rows * kPoolRow * 4);
     padded.set(values);
     const texture = this.#texture();
-    gl.texImage2D(
-      gl.TEXTURE_2D,
-      0,
-      gl.RGBA16F,
-      kPoolRow,
-      rows,
-      0,
-      gl.RGBA,
-      gl.HALF_FLOAT,
-      padded,
-    );
+    gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA16F, kPoolRow, rows, 0, gl.RGBA, gl.HALF_FLOAT, padded);
     return texture;
   }
 }

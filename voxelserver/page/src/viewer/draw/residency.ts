@@ -69,11 +69,6 @@ export class Residency {
     return true;
   }
 
-  clear(): void {
-    for (const entry of this.#entries.values()) this.#store.drop(entry.column);
-    this.#entries.clear();
-  }
-
   /** @param isInView whether a column may be visible; decides only the order of what is wanted */
   plan(cut: LevelCut, isInView: (key: ColumnKey) => boolean): Plan {
     ++this.#planNumber;

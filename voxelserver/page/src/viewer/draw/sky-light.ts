@@ -57,7 +57,10 @@ export function skyLight(look: Appearance, sun: SunPosition, size = 1): SkyLight
   const seenDeg = (altitude >= radius ? altitude : Math.max(0, (altitude + radius) / 2)) / kRad;
   const sunLight =
     sunShare > 0
-      ? times(interpolated(sky.sunAltitudesDeg, (i) => sky.sunLight[i]!, seenDeg), sunShare)
+      ? times(
+          interpolated(sky.sunAltitudesDeg, (i) => sky.sunLight[i]!, seenDeg),
+          sunShare,
+        )
       : ([0, 0, 0] as const);
   const nodes = nodesFor(look, sun.altitudeDeg);
   const table = new SkyTable(nodes, look, toSun);
@@ -84,7 +87,9 @@ export function skyLight(look: Appearance, sun: SunPosition, size = 1): SkyLight
  * @param share of the lack of daylight, [0, 1]
  */
 export function adaptationEv(light: SkyLight, share: number): number {
-  const level = luminance(add(light.ambient[3]!, times(light.sunLight, Math.max(0, light.toSun[1]))));
+  const level = luminance(
+    add(light.ambient[3]!, times(light.sunLight, Math.max(0, light.toSun[1]))),
+  );
   return clamp(-share * Math.log2(Math.max(level, 1e-6)), 0, 9);
 }
 

@@ -90,11 +90,6 @@ export class TexturePools {
     }
   }
 
-  dispose(): void {
-    for (const texture of [this.cells, this.first, this.attributes])
-      this.#gl.deleteTexture(texture);
-  }
-
   // A box of which not even one layer holds the attributes is shown as a hole: it would never fit.
   #slotFor(box: BoxData): BoxSlot | undefined {
     const largest = kAttributeRows * kAttributesRow;

@@ -9,14 +9,16 @@
 
 uniform highp usampler2DArray uCells;       // mask (low, high), detail (low, high); rows of 256
 uniform highp usampler2DArray uFirst;       // index of the first child with detail; rows of 256
-uniform highp usampler2DArray uAttributes;  // red, green, blue, material | 128: has a colour; rows of 1024
+// Red, green, blue, material (| 128: it has a colour); rows of 1024.
+uniform highp usampler2DArray uAttributes;
 uniform highp usampler2D uColumns;          // hash table of columns: bx, bz, level and kind, base
-uniform highp usampler2D uBoxes;            // at a column's base: by of the first box, how many; then boxes
+// At a column's base: by of the first box, how many there are; then the boxes.
+uniform highp usampler2D uBoxes;
 uniform uint uColumnsMask;                  // size of the hash table - 1
 uniform ivec3 uBoundsMin;                   // of the world, level-0 voxels, rounded outwards to the
 uniform ivec3 uBoundsMax;                   // coarsest level
 uniform int uCoarsest;                      // level
-uniform int uMaxSteps;                      // of one walk: a bound against hangs, not reached by rays
+uniform int uMaxSteps;                      // of one walk: a bound against hangs
 
 const int kRowBits = 8;
 const int kLayerBits = 18;  // 1024 rows of 256 cells, 256 rows of 1024 attributes
@@ -28,7 +30,7 @@ const uint kBox = 1u;
 const uint kHole = 2u;
 
 const uint kAirMaterial = 0u;
-const uint kRock = 1u << 24;  // as an attr: rock without a colour
+const uint kRock = 1u << 24;  // as an attribute: rock without a colour
 
 const int kMiss = 0;
 const int kHit = 1;
@@ -55,10 +57,6 @@ struct Hit {
   int kind;
   uint attr;   // as in uAttributes
 };
-
-ivec3 ivec3Of(bvec3 b) {
-  return ivec3(b);
-}
 
 Ray rayOf(ivec3 base, vec3 offset, vec3 direction) {
   Ray ray;
@@ -126,7 +124,7 @@ void leap(inout Ray ray, ivec3 shift) {
   ivec3 low = (ray.voxel >> shift) << shift;
   ivec3 size = ivec3(1) << shift;
   ivec3 high = low + size - 1;
-  ivec3 ahead = ivec3Of(ray.forward);
+  ivec3 ahead = ivec3(ray.forward);
   vec3 out3 = crossings(ray, (low + size * ahead) << ray.level);
   int axis = firstOf(out3);
   float at = out3[axis];
@@ -152,14 +150,17 @@ void refine(inout Ray ray) {
   ray.voxel = voxel;
 }
 
+ivec3 placeOfCell(uint index) {
+  int i = int(index);
+  return ivec3(i & 255, i >> kRowBits & 1023, i >> kLayerBits);
+}
+
 uvec4 cellAt(uint index) {
-  return texelFetch(uCells,
-                    ivec3(int(index) & 255, int(index) >> kRowBits & 1023, int(index) >> kLayerBits), 0);
+  return texelFetch(uCells, placeOfCell(index), 0);
 }
 
 uint firstAt(uint index) {
-  return texelFetch(uFirst,
-                    ivec3(int(index) & 255, int(index) >> kRowBits & 1023, int(index) >> kLayerBits), 0).x;
+  return texelFetch(uFirst, placeOfCell(index), 0).x;
 }
 
 uint attributeAt(uint index) {
@@ -196,7 +197,7 @@ int leapShift(uvec2 mask, int bit, int childShift) {
   return (word >> (corner & 31) & 0x330033u) != 0u ? childShift : childShift + 1;
 }
 
-// The attr of a voxel of a box; 0 in the material's byte: air.
+// The attribute of a voxel of a box; 0 in the material's byte: air.
 uint attributeOf(uvec2 box, ivec3 local) {
   uint index = box.x + uint(local.y >> 6 & 3);
   for (int shift = 4; shift >= 0; shift -= 2) {
@@ -211,7 +212,7 @@ uint attributeOf(uvec2 box, ivec3 local) {
   return 0u;
 }
 
-// A solid voxel without an attr of its own, because no face of it is visible within its box,
+// A solid voxel without an attribute of its own, because no face of it is visible within its box,
 // looks like what lies close above it; deep down it is rock.
 uint hiddenAttribute(uvec2 box, ivec3 local) {
   for (int above = 1; above <= 3 && local.y + above < 256; ++above) {
@@ -368,7 +369,7 @@ Hit walk(inout Ray ray, Stop stop, float tMax) {
             stopped = true;
             break;
           }
-          vec3 out3 = crossings(ray, (ray.voxel + ivec3Of(ray.forward)) << ray.level);
+          vec3 out3 = crossings(ray, (ray.voxel + ivec3(ray.forward)) << ray.level);
           int axis = firstOf(out3);
           ray.t = max(ray.t, out3[axis]);
           ray.face = faceOf(axis, ray.forward[axis]);

@@ -86,7 +86,11 @@ export class Controls {
       if (by !== undefined) view = moved(view, scaled(by, this.speed * haste * seconds));
       const turn = kTurns[code];
       if (turn !== undefined)
-        view = turned(view, turn[0] * kKeyTurnDegPerS * seconds, turn[1] * kKeyTurnDegPerS * seconds);
+        view = turned(
+          view,
+          turn[0] * kKeyTurnDegPerS * seconds,
+          turn[1] * kKeyTurnDegPerS * seconds,
+        );
     }
     if (view !== this.view) this.#host.setView(view);
   }
@@ -95,11 +99,14 @@ export class Controls {
     if (event.ctrlKey || event.metaKey) return;
     if (event.code === 'Equal' || event.code === 'NumpadAdd') this.#zoom(1 / 1.1);
     else if (event.code === 'Minus' || event.code === 'NumpadSubtract') this.#zoom(1.1);
-    else if (kMoves[event.code] !== undefined || kTurns[event.code] !== undefined || isHaste(event.code)) {
+    else if (
+      kMoves[event.code] !== undefined ||
+      kTurns[event.code] !== undefined ||
+      isHaste(event.code)
+    ) {
       if (kMoves[event.code] !== undefined && !event.repeat) this.#setSpeed();
       this.#keys.add(event.code);
-    }
-    else return;
+    } else return;
     event.preventDefault();
   }
 

@@ -64,7 +64,12 @@ export function moved(view: Viewpoint, by: Vec3): Viewpoint {
 }
 
 /** Around a point, which stays where it is in the picture. */
-export function orbited(view: Viewpoint, centre: Vec3, byHeadingDeg: number, byPitchDeg: number): Viewpoint {
+export function orbited(
+  view: Viewpoint,
+  centre: Vec3,
+  byHeadingDeg: number,
+  byPitchDeg: number,
+): Viewpoint {
   const next = turned(view, byHeadingDeg, byPitchDeg);
   const distance = Math.hypot(...[0, 1, 2].map((a) => centre[a]! - view.position[a]!));
   // The centre's place relative to the axes of the view stays the same.

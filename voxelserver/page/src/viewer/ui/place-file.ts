@@ -80,7 +80,8 @@ function fail(what: string): never {
 }
 
 function fieldsOf(value: unknown, what: string): Fields {
-  if (typeof value !== 'object' || value === null || Array.isArray(value)) fail(`${what} is no object`);
+  if (typeof value !== 'object' || value === null || Array.isArray(value))
+    fail(`${what} is no object`);
   return value as Fields;
 }
 
@@ -90,7 +91,8 @@ function listOf(value: unknown, what: string, max: number): readonly unknown[] {
 }
 
 function textOf(value: unknown, what: string): string {
-  if (typeof value !== 'string' || value.length > kMaxText) fail(`${what} is no text of at most ${kMaxText}`);
+  if (typeof value !== 'string' || value.length > kMaxText)
+    fail(`${what} is no text of at most ${kMaxText}`);
   return value;
 }
 

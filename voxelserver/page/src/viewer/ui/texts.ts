@@ -4,7 +4,9 @@ const kEnglish = {
   loading: 'Loading the place',
   refining: 'Refining: {0} boxes of columns to come',
   failed: 'The place cannot be shown',
-  help: 'Drag to turn, right-drag to orbit, W A S D to fly, E and Q up and down, wheel to come closer; click for facts.',
+  help:
+    'Drag to turn, right-drag to orbit, W A S D to fly, E and Q up and down, ' +
+    'wheel to come closer; click for facts.',
   date: 'Date',
   time: 'Time of day',
   utc: 'UTC',
@@ -39,7 +41,9 @@ const kSlovene: Readonly<Record<TextKey, string>> = {
   loading: 'Nalagam kraj',
   refining: 'Ostrim: še {0} stolpcev',
   failed: 'Kraja ni mogoče prikazati',
-  help: 'Vlecite za obračanje, z desno tipko za kroženje, W A S D za letenje, E in Q gor in dol, kolesce za približevanje; kliknite za podatke.',
+  help:
+    'Vlecite za obračanje, z desno tipko za kroženje, W A S D za letenje, E ' +
+    'in Q gor in dol, kolesce za približevanje; kliknite za podatke.',
   date: 'Datum',
   time: 'Ura',
   utc: 'UTC',
