@@ -35,6 +35,8 @@ export type ArchiveOptions = {
   };
   /** Between two records, as in an archive with more boxes. */
   readonly gapBytes?: number;
+  /** After each leaf. */
+  readonly leafGapBytes?: number;
 };
 
 const k64 = (1n << 64n) - 1n;
@@ -208,6 +210,7 @@ export function makeArchive(boxes: readonly TestBox[], options: ArchiveOptions =
     const frame = zstdFrame(Buffer.concat(raw));
     leaves.push({ first: own[0]!.key, offset: at, bytes: frame.length, entries: own.length });
     add(frame);
+    add(Buffer.alloc(options.leafGapBytes ?? 0));
   }
   const frames = new Map(leaves.map((leaf) => [leaf.offset, leaf.bytes]));
   leaves = options.changeLeaves?.(leaves) ?? leaves;

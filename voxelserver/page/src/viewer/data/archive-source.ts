@@ -7,7 +7,7 @@ import type { ColumnKey } from './column-key.js';
 import type { Clock } from './environment.js';
 import { asDataError, oneLine, within, type DataError } from './errors.js';
 import { columnHeight, hasLevel, type Facts } from './facts.js';
-import { planRanges, Stretches, type ByteRange, type RangeRequest } from './range-plan.js';
+import { gapsOf, planRanges, Stretches, type ByteRange, type RangeRequest } from './range-plan.js';
 import type { BoxSource, ColumnBox, ColumnResult } from './source.js';
 import { Turns } from './turns.js';
 
@@ -32,13 +32,13 @@ export class ArchiveSource implements BoxSource {
     this.#turns = new Turns(clock);
   }
 
-  async prepare(column: ColumnKey, signal: AbortSignal): Promise<void> {
-    await this.#archive.column(column, signal);
+  prepare(column: ColumnKey, others: readonly ColumnKey[], signal: AbortSignal): Promise<void> {
+    return this.#archive.prepare(column, others, signal);
   }
 
   companions(column: ColumnKey, candidates: readonly ColumnKey[]): readonly ColumnKey[] {
-    const entries = this.#archive.knownColumn(column) ?? [];
-    const stretches = new Stretches(entries.map(rangeOf));
+    const own = this.#knownRanges(column) ?? [];
+    const stretches = new Stretches(own);
     const taken: ColumnKey[] = [];
     const near: { readonly column: ColumnKey; readonly ranges: readonly ByteRange[] }[] = [];
     let lookUps = 0;
@@ -48,11 +48,11 @@ export class ArchiveSource implements BoxSource {
       if (lookUps > kMaxLookUps) break;
       const ranges = this.#knownRanges(candidate);
       if (ranges === undefined) continue;
-      // Air takes no request at all.
+      // Air takes no request at all, nor does what is kept.
       if (ranges.length === 0) taken.push(candidate);
       else near.push({ column: candidate, ranges });
     }
-    if (entries.length === 0) return taken;
+    if (own.length === 0) return taken;
     // Upwards, then downwards: each column that is added brings the next one near.
     near.sort((a, b) => a.ranges[0]!.offset - b.ranges[0]!.offset);
     const left = near.filter(({ ranges, column: key }) => {
@@ -80,7 +80,13 @@ export class ArchiveSource implements BoxSource {
       for (const entry of found) wanted.push({ ...rangeOf(entry), entry, column });
       if (found.length === 0) yield { column: column.builder.finish() };
     }
-    for (const request of planRanges(wanted)) yield* this.#read(request, signal);
+    const isKept = (box: WantedBox): boolean => this.#archive.file.has(box.offset, box.bytes);
+    for (const box of wanted.filter(isKept))
+      yield* this.#read({ offset: box.offset, bytes: box.bytes, ranges: [box] }, signal);
+    for (const { ranges } of planRanges(wanted.filter((box) => !isKept(box))))
+      // What a column that has failed meanwhile still lacks is not fetched.
+      for (const request of planRanges(ranges.filter(({ column }) => !column.isOver)))
+        yield* this.#read(request, signal);
   }
 
   async #find(
@@ -108,6 +114,11 @@ export class ArchiveSource implements BoxSource {
         yield failureOf(column.builder.key, error, signal);
       }
       return;
+    }
+    // Boxes that lie in between are likely to be wanted next.
+    for (const { offset, bytes: count } of gapsOf(request)) {
+      const from = offset - request.offset;
+      this.#archive.file.remember(offset, bytes.subarray(from, from + count));
     }
     for (const box of request.ranges) {
       const { column } = box;
@@ -144,9 +155,12 @@ export class ArchiveSource implements BoxSource {
     }
   }
 
+  /** What has to be fetched for a column, by offset; undefined where the index is not loaded. */
   #knownRanges(column: ColumnKey): readonly ByteRange[] | undefined {
-    const entries = this.#archive.knownColumn(column);
-    return entries?.map(rangeOf).sort((a, b) => a.offset - b.offset);
+    const ranges = this.#archive.knownColumn(column)?.map(rangeOf);
+    return ranges
+      ?.filter(({ offset, bytes }) => !this.#archive.file.has(offset, bytes))
+      .sort((a, b) => a.offset - b.offset);
   }
 }
 

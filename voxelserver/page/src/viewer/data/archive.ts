@@ -10,22 +10,39 @@ import type { BoxKey } from './box-arrays.js';
 import { ByteCache } from './byte-cache.js';
 import { keysOf, type ColumnKey } from './column-key.js';
 import { DataError, within } from './errors.js';
-import { boxRange, checkArchiveBounds, isEmpty, readFacts, type Facts } from './facts.js';
+import {
+  boxRange,
+  checkArchiveBounds,
+  columnHeight,
+  hasLevel,
+  isEmpty,
+  readFacts,
+  type Facts,
+} from './facts.js';
 import type { RangeFile } from './range-file.js';
+import { planRanges, type ByteRange } from './range-plan.js';
 import { SharedLoads } from './shared-loads.js';
 
 /**
  * A box archive (docs/formats/box-archive.md) behind range requests: its facts, and where the boxes
- * of a column lie. Memory: the root of the index, up to 32 MiB, and 16 MiB of leaves.
+ * of a column lie. Memory: the root of the index, up to 32 MiB, 16 MiB of leaves, and the beginning
+ * and the end of the file.
  */
 
 /** A box of a column, or a hole in it. Boxes without an entry are air. */
 export type ColumnEntry = Entry & { readonly by: number };
 
-/** Opening reads so much first: of small archives all but the boxes. */
+/** Opening reads so much first. */
 const kHeadBytes = 16 * 1024;
+/**
+ * And so much before the root of the index together with it: writers put the last leaves there, and
+ * before them, in small archives, the coarsest boxes, which every picture begins with.
+ */
+const kTailBytes = 64 * 1024;
 const kLeafCacheBytes = 16 * 1024 * 1024;
 const kMaxRememberedFailures = 1024;
+/** The index is searched for so many boxes of others when a column is prepared. */
+const kMaxLookUps = 8192;
 
 export class Archive {
   readonly facts: Facts;
@@ -34,6 +51,8 @@ export class Archive {
   readonly #limits: IndexLimits;
   readonly #leaves = new ByteCache<number, LeafIndex>(kLeafCacheBytes);
   readonly #loads = new SharedLoads<number, LeafIndex>();
+  /** Requests for leaves, by their ranges. */
+  readonly #reads = new SharedLoads<string, Uint8Array>();
   // Damaged leaves stay damaged: they are not fetched for every one of their columns.
   readonly #damagedLeaves = new Map<number, DataError>();
 
@@ -47,20 +66,49 @@ export class Archive {
   /** @throws DataError; the reason of `signal` */
   static async open(file: RangeFile, signal: AbortSignal): Promise<Archive> {
     const head = await file.head(kHeadBytes, signal);
+    file.keep(0, head);
     const header = readHeader(head, file.name);
     checkSize(header, file);
-    const read = async (offset: number, bytes: number): Promise<Uint8Array> =>
-      offset + bytes <= head.length
-        ? head.subarray(offset, offset + bytes)
-        : file.read(offset, bytes, signal);
-    const world = readFacts(await read(header.infoOffset, header.infoBytes), file.name);
+    const { infoOffset, infoBytes, rootOffset, rootBytes } = header;
+    const world = readFacts(await file.read(infoOffset, infoBytes, signal), file.name);
     checkArchiveBounds(world, file.name);
     const limits: IndexLimits = {
       fileBytes: header.fileBytes,
       hasRoomFor: (key) => key.level < world.levels && !isEmpty(world) && lies(key, world),
     };
-    const root = new RootIndex(await read(header.rootOffset, header.rootBytes), limits, file.name);
+    if (!file.has(rootOffset, rootBytes)) {
+      const from = Math.min(rootOffset, Math.max(head.length, rootOffset - kTailBytes));
+      file.keep(from, await file.read(from, rootOffset + rootBytes - from, signal));
+    }
+    const rootIndex = await file.read(rootOffset, rootBytes, signal);
+    const root = new RootIndex(rootIndex, limits, file.name);
     return new Archive(file, { world, damage: header.damage }, root, limits);
+  }
+
+  /**
+   * Loads what knownColumn() needs for a column.
+   * @param others columns whose leaves are loaded as well where they lie close to its own in the
+   * file, or are kept; failures of theirs are left to those who want them
+   * @throws as column()
+   */
+  async prepare(
+    column: ColumnKey,
+    others: readonly ColumnKey[],
+    signal: AbortSignal,
+  ): Promise<void> {
+    const leaves = this.#leavesOf(column);
+    const wanted = new Set([...leaves, ...this.#leavesOfAll(others)]);
+    const missing = [...wanted]
+      .filter((index) => this.#isMissing(index))
+      .map((index) => ({ ...this.#root.leaf(index), index }));
+    const isKept = ({ offset, bytes }: ByteRange): boolean => this.file.has(offset, bytes);
+    const kept = missing.filter(isKept).map((leaf) => ({ ...leaf, ranges: [leaf] }));
+    const requests = planRanges(missing.filter((leaf) => !isKept(leaf)));
+    const own = requests.filter(({ ranges }) => ranges.some(({ index }) => leaves.has(index)));
+    for (const request of [...kept, ...own])
+      for (const { index } of request.ranges)
+        this.#startLeaf(index, request, signal).catch(() => undefined);
+    for (const index of leaves) await this.#leaf(index, signal);
   }
 
   /**
@@ -95,6 +143,22 @@ export class Archive {
     return entries;
   }
 
+  #leavesOfAll(columns: readonly ColumnKey[]): number[] {
+    const leaves: number[] = [];
+    let lookUps = 0;
+    for (const column of columns) {
+      if (!hasLevel(this.facts, column.level)) continue;
+      lookUps += columnHeight(this.facts, column.level);
+      if (lookUps > kMaxLookUps) break;
+      leaves.push(...this.#leavesOf(column));
+    }
+    return leaves;
+  }
+
+  #isMissing(index: number): boolean {
+    return !this.#leaves.has(index) && !this.#damagedLeaves.has(index) && !this.#loads.has(index);
+  }
+
   #leavesOf(column: ColumnKey): Set<number> {
     const leaves = new Set<number>();
     for (const key of keysOf(column, this.facts)) {
@@ -109,12 +173,20 @@ export class Archive {
     if (known !== undefined) return known;
     const failure = this.#damagedLeaves.get(index);
     if (failure !== undefined) throw failure;
-    return this.#loads.get(index, signal, (shared) => this.#loadLeaf(index, shared));
+    return this.#startLeaf(index, this.#root.leaf(index), signal);
   }
 
-  async #loadLeaf(index: number, signal: AbortSignal): Promise<LeafIndex> {
+  /** @param range that is read for it, and for others */
+  #startLeaf(index: number, range: ByteRange, signal: AbortSignal): Promise<LeafIndex> {
+    return this.#loads.get(index, signal, (shared) => this.#loadLeaf(index, range, shared));
+  }
+
+  async #loadLeaf(index: number, range: ByteRange, signal: AbortSignal): Promise<LeafIndex> {
     const { offset, bytes } = this.#root.leaf(index);
-    const frame = await this.file.read(offset, bytes, signal);
+    const read = await this.#reads.get(`${range.offset}+${range.bytes}`, signal, (shared) =>
+      this.file.read(range.offset, range.bytes, shared),
+    );
+    const frame = read.subarray(offset - range.offset, offset - range.offset + bytes);
     try {
       const leaf = new LeafIndex(frame, this.#root, index, this.#limits);
       this.#leaves.set(index, leaf, leaf.bytes);

@@ -9,6 +9,10 @@ export class ByteCache<K, V> {
     this.#limitBytes = limitBytes;
   }
 
+  has(key: K): boolean {
+    return this.#values.has(key);
+  }
+
   get(key: K): V | undefined {
     const found = this.#values.get(key);
     if (found === undefined) return undefined;

@@ -36,8 +36,9 @@ export type ToWorker =
    */
   | { readonly type: 'want'; readonly generation: number; readonly columns: readonly ColumnKey[] }
   /**
-   * The page has taken columns of so many bytes (`bytes` of their messages): each request of the
-   * worker pauses while more than kMaxUntakenBytes have been sent and not taken.
+   * The page has taken the next column, of so many bytes (`bytes` of its message): each request of
+   * the worker pauses while more than kMaxUntakenBytes have been sent and not taken, and columns
+   * that are not taken are not sent once more.
    */
   | { readonly type: 'taken'; readonly bytes: number }
   /** Requests a `stats` message. */
@@ -45,7 +46,7 @@ export type ToWorker =
 
 export type FromWorker =
   | { readonly type: 'opened'; readonly facts: Facts }
-  /** @param generation of the newest list at this time @param bytes of its arrays */
+  /** @param generation of the newest list at this time @param bytes of memory that it takes */
   | {
       readonly type: 'column';
       readonly generation: number;

@@ -5,15 +5,23 @@ import { kMaxWholeBytes, UrlFile } from './url-file.js';
 /** A part of a file that is split into files of known sizes, in order. */
 export type FilePart = { readonly url: string; readonly bytes: number };
 
+type Stretch = { readonly offset: number; readonly bytes: Uint8Array };
+
+const kMaxRememberedBytes = 8 * 1024 * 1024;
+
 /**
  * A file behind one URL, or split into parts, read by ranges. Reads of several ranges may run at
  * once. No read takes more memory than the bytes that were asked for, except that up to 8 MiB of
- * files that a host sends whole are kept.
+ * files that a host sends whole are kept, and what keep() and remember() were called for.
  */
 export class RangeFile {
   /** For messages. */
   readonly name: string;
   readonly #files: readonly UrlFile[];
+  readonly #kept: Stretch[] = [];
+  /** What was remembered last is at the end. */
+  readonly #remembered: Stretch[] = [];
+  #rememberedBytes = 0;
 
   /**
    * @param place an absolute URL, or parts
@@ -55,6 +63,28 @@ export class RangeFile {
     return this.read(0, Math.min(length, size), signal);
   }
 
+  /** Keeps bytes that were read: what lies within them takes no request from then on. */
+  keep(offset: number, bytes: Uint8Array): void {
+    this.#kept.push({ offset, bytes });
+  }
+
+  /**
+   * As keep(), up to 8 MiB of what was read on the way: what was remembered longest ago leaves.
+   * @param bytes are copied
+   */
+  remember(offset: number, bytes: Uint8Array): void {
+    if (bytes.length > kMaxRememberedBytes || this.has(offset, bytes.length)) return;
+    this.#remembered.push({ offset, bytes: bytes.slice() });
+    this.#rememberedBytes += bytes.length;
+    while (this.#rememberedBytes > kMaxRememberedBytes)
+      this.#rememberedBytes -= this.#remembered.shift()!.bytes.length;
+  }
+
+  /** Whether these bytes are kept or remembered. */
+  has(offset: number, length: number): boolean {
+    return this.#find(offset, length) !== undefined;
+  }
+
   /**
    * @param offset, length whole numbers within the file
    * @return exactly `length` bytes
@@ -62,6 +92,8 @@ export class RangeFile {
    */
   async read(offset: number, length: number, signal: AbortSignal): Promise<Uint8Array> {
     if (length === 0) return new Uint8Array(0);
+    const kept = this.#find(offset, length);
+    if (kept !== undefined) return kept;
     if (this.size !== undefined && offset + length > this.size)
       throw this.#tooShort(offset, length);
     const pieces: Uint8Array[] = [];
@@ -74,6 +106,13 @@ export class RangeFile {
       start = end;
     }
     return pieces.length === 1 ? pieces[0]! : join(pieces, length);
+  }
+
+  #find(offset: number, length: number): Uint8Array | undefined {
+    const isWithin = ({ offset: start, bytes }: Stretch): boolean =>
+      offset >= start && offset + length <= start + bytes.length;
+    const found = this.#kept.find(isWithin) ?? this.#remembered.find(isWithin);
+    return found?.bytes.subarray(offset - found.offset, offset - found.offset + length);
   }
 
   async #readPiece(

@@ -9,8 +9,11 @@ export type RangeRequest<T extends ByteRange> = {
   readonly ranges: readonly T[];
 };
 
-/** What lies between two wanted ranges is read over up to this: cheaper than a second request. */
-export const kMaxGapBytes = 32 * 1024;
+/**
+ * What lies between two wanted ranges is read over up to this: at 10 Mbit/s it takes as long as a
+ * request over 50 ms of distance.
+ */
+export const kMaxGapBytes = 64 * 1024;
 /** Of a request, unless a single range is larger. */
 export const kMaxRequestBytes = 1024 * 1024;
 
@@ -42,6 +45,17 @@ export function planRanges<T extends ByteRange>(wanted: readonly T[]): RangeRequ
   }
   finish();
   return requests;
+}
+
+/** What a request reads besides its ranges: the gaps between them. */
+export function gapsOf({ offset, ranges }: RangeRequest<ByteRange>): ByteRange[] {
+  const gaps: ByteRange[] = [];
+  let end = offset;
+  for (const range of ranges) {
+    if (range.offset > end) gaps.push({ offset: end, bytes: range.offset - end });
+    end = Math.max(end, range.offset + range.bytes);
+  }
+  return gaps;
 }
 
 /** Stretches of a file, as one or more requests read them. */

@@ -34,7 +34,12 @@ const kMaxRequests = 6;
 const kLookAhead = 512;
 
 /** One request at a time, for one or more columns. */
-type Job = { readonly controller: AbortController; readonly columns: Map<string, ColumnKey> };
+type Job = {
+  readonly controller: AbortController;
+  readonly columns: Map<string, ColumnKey>;
+  /** Until the source is prepared for its column, another job may take that as a companion. */
+  isPreparing: boolean;
+};
 
 export class Scheduler {
   readonly #source: BoxSource;
@@ -67,8 +72,11 @@ export class Scheduler {
   want(columns: readonly ColumnKey[]): void {
     if (this.#hasEnded) return;
     this.#wanted = new Map(columns.map((column) => [nameOfColumn(column), column]));
-    for (const job of [...this.#jobs])
+    for (const job of [...this.#jobs]) {
+      // One whose column another has taken still loads a part of the index, which is shared.
+      if (job.isPreparing && job.columns.size === 0) continue;
       if (![...job.columns.keys()].some((name) => this.#wanted.has(name))) this.#cancel(job);
+    }
     this.#startJobs();
   }
 
@@ -88,7 +96,8 @@ export class Scheduler {
   }
 
   async #run(column: ColumnKey): Promise<void> {
-    const job: Job = { controller: new AbortController(), columns: new Map() };
+    const controller = new AbortController();
+    const job: Job = { controller, columns: new Map(), isPreparing: true };
     this.#jobs.add(job);
     this.#add(job, column);
     try {
@@ -103,8 +112,11 @@ export class Scheduler {
 
   async #load(job: Job, column: ColumnKey): Promise<void> {
     const { signal } = job.controller;
-    await this.#source.prepare(column, signal);
+    await this.#source.prepare(column, this.#free(), signal);
     signal.throwIfAborted();
+    job.isPreparing = false;
+    // Another job was prepared earlier, and has taken the column.
+    if (job.columns.size === 0) return;
     for (const companion of this.#source.companions(column, this.#free()))
       this.#add(job, companion);
     for await (const result of this.#source.columns([...job.columns.values()], signal)) {
@@ -115,14 +127,18 @@ export class Scheduler {
     if (job.columns.size > 0) throw new Error('a source gave no result for a column');
   }
 
-  /** The most wanted columns that are not on their way. */
+  /** The most wanted columns that are not requested yet. */
   #free(): ColumnKey[] {
     const free: ColumnKey[] = [];
     for (const [name, column] of this.#wanted) {
       if (free.length >= this.#lookAhead) break;
-      if (!this.#onTheWay.has(name)) free.push(column);
+      if (!this.#onTheWay.has(name) || this.#preparing(name) !== undefined) free.push(column);
     }
     return free;
+  }
+
+  #preparing(name: string): Job | undefined {
+    return [...this.#jobs].find((job) => job.isPreparing && job.columns.has(name));
   }
 
   #deliver(job: Job, result: ColumnResult): void {
@@ -158,6 +174,7 @@ export class Scheduler {
 
   #add(job: Job, column: ColumnKey): void {
     const name = nameOfColumn(column);
+    this.#preparing(name)?.columns.delete(name);
     job.columns.set(name, column);
     this.#onTheWay.add(name);
   }

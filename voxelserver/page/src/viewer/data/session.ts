@@ -1,7 +1,7 @@
 import { Archive } from './archive.js';
 import { ArchiveSource } from './archive-source.js';
-import { bytesOfArrays } from './box-arrays.js';
-import type { ColumnKey } from './column-key.js';
+import { bytesOfColumn } from './column-bytes.js';
+import { nameOfColumn, type ColumnKey } from './column-key.js';
 import type { Environment } from './environment.js';
 import { asDataError, DataError, failureOf, oneLine } from './errors.js';
 import { kServerTimeoutMs, kTimeoutMs, type Http } from './http.js';
@@ -34,6 +34,8 @@ export class Session {
   #early: readonly ColumnKey[] = [];
   #sentColumns = 0;
   #untakenBytes = 0;
+  /** Columns that were sent and not taken, in this order. */
+  readonly #untaken: string[] = [];
   #onTaken: (() => void)[] = [];
 
   /** @param base what relative addresses are relative to */
@@ -111,22 +113,24 @@ export class Session {
 
   #want(generation: number, columns: readonly ColumnKey[]): void {
     this.#generation = generation;
-    const wanted = columns.slice(0, kMaxWanted);
+    // A list may have been made before a column arrived at the page that is on its way there.
+    const sent = new Set(this.#untaken);
+    const wanted = columns.slice(0, kMaxWanted).filter((key) => !sent.has(nameOfColumn(key)));
     if (this.#scheduler === undefined) this.#early = wanted;
     else this.#scheduler.want(wanted);
   }
 
   #send(column: Column): void {
     const transfer: ArrayBuffer[] = [];
-    let bytes = 0;
+    const bytes = bytesOfColumn(column);
     for (const box of column.boxes) {
       if (typeof box !== 'object' || !('cells' in box)) continue;
-      bytes += bytesOfArrays(box);
       transfer.push(box.cells.buffer, box.first.buffer);
       transfer.push(box.attributes.buffer, box.classes.buffer);
     }
     this.#sentColumns += 1;
     this.#untakenBytes += bytes;
+    this.#untaken.push(nameOfColumn(column));
     this.#post({ type: 'column', generation: this.#generation, column, bytes }, transfer);
   }
 
@@ -137,6 +141,7 @@ export class Session {
 
   #take(bytes: number): void {
     this.#untakenBytes = Math.max(0, this.#untakenBytes - bytes);
+    this.#untaken.shift();
     const waiting = this.#onTaken;
     this.#onTaken = [];
     for (const resume of waiting) resume();

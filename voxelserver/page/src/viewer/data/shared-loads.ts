@@ -27,6 +27,11 @@ export class SharedLoads<K, V> {
     });
   }
 
+  /** Whether a load of this is running. */
+  has(key: K): boolean {
+    return this.#running.has(key);
+  }
+
   #start(key: K, load: (signal: AbortSignal) => Promise<V>): Load<V> {
     const controller = new AbortController();
     const result = load(controller.signal);

@@ -24,9 +24,10 @@ export type BoxSource = {
   readonly facts: Facts;
   /**
    * Loads what companions() needs to know about a column: the index.
+   * @param others columns of which it may be asked next
    * @throws DataError; the reason of `signal`
    */
-  prepare(column: ColumnKey, signal: AbortSignal): Promise<void>;
+  prepare(column: ColumnKey, others: readonly ColumnKey[], signal: AbortSignal): Promise<void>;
   /**
    * Chooses what is fetched together with a column that prepare() has been called for.
    * @param candidates most wanted first

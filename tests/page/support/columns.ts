@@ -1,0 +1,10 @@
+import type { ColumnKey } from '../../../voxelserver/page/src/viewer/data/column-key.js';
+import type { Column } from '../../../voxelserver/page/src/viewer/data/source.js';
+
+/** Columns for tests, by a number or two. */
+
+export const nameOf = ({ level, bx, bz }: ColumnKey): string => `${level}/${bx}/${bz}`;
+
+export const at = (bx: number, level = 0): ColumnKey => ({ level, bx, bz: 0 });
+
+export const columnAt = (key: ColumnKey): Column => ({ ...key, byBegin: 0, boxes: [] });
