@@ -22,6 +22,7 @@ import { Residency, type Plan } from './draw/residency.js';
 import { adaptationEv, skyLight } from './draw/sky-light.js';
 import { sunPosition, type SunPosition } from './draw/sun-position.js';
 import { TexturePools, type BoxData, type ColumnData } from './draw/texture-pools.js';
+import { ViewCut } from './view-cut.js';
 
 export type StageEvents = {
   readonly onOpened: (facts: Facts) => void;
@@ -48,6 +49,16 @@ export type StageStats = {
   readonly frames: number;
   readonly isComplete: boolean;
   readonly detail: number;
+  /** Of the first whole picture, once that stands. */
+  readonly first: FirstPicture | undefined;
+};
+
+export type FirstPicture = {
+  /** Since the page was opened. */
+  readonly ms: number;
+  /** Of boxes; the page's own files come on top. */
+  readonly requests: number;
+  readonly bytes: number;
 };
 
 /** What a pixel of the picture shows. */
@@ -111,6 +122,10 @@ export class Stage {
   #generation = 0;
   #bandY = 0;
   #hasCoarse = false;
+  /** Whether the newest pass is at the full size. */
+  #isSharp = false;
+  #readyMs: number | undefined;
+  #first: FirstPicture | undefined;
   #pixelsGiven = 0;
   #passStartedMs = 0;
   #passMs = 0;
@@ -249,6 +264,7 @@ export class Stage {
     const jitter = [frac(n, kJitter[0]), frac(n, kJitter[1])] as const;
     renderer.trace(this.#camera, this.#look, jitter, { y: this.#bandY, height: rows });
     this.#hasCoarse = true;
+    this.#isSharp = !isCoarse;
     this.#pixelsGiven = rows * size[0];
     this.#bandY += rows;
     if (this.#bandY >= size[1]) {
@@ -318,6 +334,7 @@ export class Stage {
       frames: this.#frames,
       isComplete: this.#plan?.isComplete === true && this.#stage === kDetails.length - 1,
       detail: kDetails[this.#stage]! * this.#coarser,
+      first: this.#first,
     };
   }
 
@@ -338,14 +355,24 @@ export class Stage {
     this.#passMs = nowMs - this.#passStartedMs;
     ++this.#frames;
     if (this.#plan?.isComplete === true && !this.#isPlanDue) {
-      this.#resolveReady();
+      this.#beReady();
       this.#refineIfRoomy();
-      if (this.#stage < kDetails.length - 1) {
+      // The first picture is shown sharp before requests for the next one compete with its passes.
+      const isShown = this.#stage > 0 || this.#isSharp;
+      if (isShown && this.#stage < kDetails.length - 1) {
         ++this.#stage;
         this.#isPlanDue = true;
       }
     }
     this.#events.onFrame();
+  }
+
+  #beReady(): void {
+    if (this.#readyMs !== undefined) return;
+    this.#readyMs = performance.now();
+    this.#resolveReady();
+    // The reply comes before requests for the next detail are counted.
+    this.#send({ type: 'stats' });
   }
 
   // A step back from coarse voxels where the pools have room once more.
@@ -375,8 +402,13 @@ export class Stage {
       pixelRad: pixelRad(camera, height),
       detail: kDetails[this.#stage]! * this.#coarser,
     };
-    const cut = new LevelCut({ min: facts.min, max: facts.max }, view, facts.levels - 1);
-    const plan = this.#residency.plan(cut, (key) => isAhead(camera, key));
+    const aspect = this.#canvas.width / height;
+    const viewCut = new ViewCut(facts, view, facts.levels - 1, camera, aspect);
+    // The last picture is exactly the ray tracer's; the ones before spend nothing on what is out of
+    // view.
+    const isLast = this.#stage === kDetails.length - 1;
+    const cut = isLast ? new LevelCut(facts, view, facts.levels - 1) : viewCut;
+    const plan = this.#residency.plan(cut, ({ level, bx, bz }) => viewCut.isInView(level, bx, bz));
     this.#plannedMs = nowMs;
     this.#isPlanDue = false;
     if (this.#cut === undefined || !isSameShown(this.#plan, plan)) {
@@ -416,6 +448,12 @@ export class Stage {
         return;
       case 'stats':
         this.#workerStats = message.stats;
+        if (this.#readyMs !== undefined)
+          this.#first ??= {
+            ms: this.#readyMs,
+            requests: message.stats.requests,
+            bytes: message.stats.bytes,
+          };
         return;
     }
   }
@@ -499,15 +537,6 @@ function cameraAtPixel(
   const forward = d.map((v) => v / length) as unknown as Vec3;
   const shrink = (v: Vec3): Vec3 => v.map((c) => c / height) as unknown as Vec3;
   return { position: camera.position, forward, right: shrink(camera.right), up: shrink(camera.up) };
-}
-
-// Whether a column may be in front of the camera.
-function isAhead(camera: Camera, key: ColumnKey): boolean {
-  const side = 2 ** (6 + key.level);
-  const radius = side * Math.SQRT1_2;
-  const dx = (key.bx + 0.5) * side - camera.position[0];
-  const dz = (key.bz + 0.5) * side - camera.position[2];
-  return dx * camera.forward[0] + dz * camera.forward[2] > -radius;
 }
 
 function isSameShown(a: Plan | undefined, b: Plan): boolean {
