@@ -14,6 +14,7 @@ import zipfile
 import zlib
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 
+from static_host import StaticHost
 from support import (
     HANGS_S,
     Case,
@@ -67,38 +68,10 @@ class Help(unittest.TestCase):
                 self.assertIn(name, served)
 
 
-class WebServer:
-    """A static web server for ranges of one file, which may be exchanged."""
-
-    def __init__(self, data, etag='"one"'):
-        outer = self
-        self.data = data
-        self.etag = etag
-
-        class Handler(BaseHTTPRequestHandler):
-            protocol_version = "HTTP/1.1"
-            disable_nagle_algorithm = True
-
-            def do_GET(self):
-                first, last = map(int, self.headers["Range"].removeprefix("bytes=").split("-"))
-                body = outer.data[first : last + 1]
-                self.send_response(206)
-                if outer.etag:
-                    self.send_header("ETag", outer.etag)
-                self.send_header("Content-Length", str(len(body)))
-                self.end_headers()
-                self.wfile.write(body)
-
-            def log_message(self, *_):
-                pass
-
-        self.server = ThreadingHTTPServer(("127.0.0.1", 0), Handler)
-        threading.Thread(target=self.server.serve_forever, daemon=True).start()
-        self.url = f"http://127.0.0.1:{self.server.server_port}/place.tvx"
-
-    def close(self):
-        self.server.shutdown()
-        self.server.server_close()
+def web_host(archive, etag='"one"'):
+    """A host of an archive, which may be exchanged. @return it, and the archive's address"""
+    host = StaticHost({"place.tvx": archive}, etag=etag, is_bare=True)
+    return host, host.url + "place.tvx"
 
 
 def heights(file, lift=0):
@@ -175,7 +148,7 @@ class Kinds(Case):
                 if file.is_file():
                     out.write(file, file.relative_to(cls.folder))
         cls.raster = heights(cls.folder / "hills.asc")
-        cls.web = WebServer(cls.archive.read_bytes())
+        cls.web, there = web_host(cls.archive.read_bytes())
         cls.far = Server(cls.archive, "--cache", "none", "--no-ahead")
         cls.kinds = {
             "a Minecraft folder": [cls.game],
@@ -183,7 +156,7 @@ class Kinds(Case):
             "a raster of heights": [cls.raster, "--crs", "EPSG:3794"],
             "noise": [SEED],
             "an archive": [cls.archive],
-            "an archive on a web server": [cls.web.url],
+            "an archive on a web server": [there],
             "a voxel server": [cls.far.url],
         }
         cls.servers = {}
@@ -192,7 +165,7 @@ class Kinds(Case):
     def tearDownClass(cls):
         for name, server in cls.servers.items():
             assert server.stop() == 0, (name, server.err)
-        cls.web.close()
+        cls.web.stop()
         cls.far.stop()
 
     @classmethod
@@ -308,8 +281,8 @@ class Kinds(Case):
         archive = folder / "noise.tvx"
         shutil.copy(self.archive, archive)
         raster = heights(folder / "hills.asc")
-        web = WebServer(self.archive.read_bytes())
-        self.addCleanup(web.close)
+        web, there = web_host(self.archive.read_bytes())
+        self.addCleanup(web.stop)
         other = folder / "other.tvx"
         self.assertDone(convert("generated:4", other, *AREA))
 
@@ -318,7 +291,7 @@ class Kinds(Case):
             os.utime(path, ns=(facts.st_atime_ns, facts.st_mtime_ns + 1_000_000_000))
 
         def exchange():
-            web.data = other.read_bytes()
+            web.files["place.tvx"] = other.read_bytes()
             web.etag = '"two"'
 
         return {
@@ -326,7 +299,7 @@ class Kinds(Case):
             "a ZIP": ([zipped], lambda: later(zipped)),
             "an archive": ([archive], lambda: shutil.copy(other, archive)),
             "a raster": ([raster, "--crs", "EPSG:3794"], lambda: heights(raster, 5)),
-            "an archive on a web server": ([web.url], exchange),
+            "an archive on a web server": ([there], exchange),
         }
 
     def test_a_changed_input_has_another_edition_and_boxes_of_its_own(self):
@@ -372,19 +345,19 @@ class Kinds(Case):
         return server.box_paths(level, world.get("framed", world["bounds"]))
 
     def test_an_input_without_a_known_state_is_not_kept_on_disk(self):
-        web = WebServer(self.archive.read_bytes(), etag=None)
-        self.addCleanup(web.close)
+        web, there = web_host(self.archive.read_bytes(), etag=None)
+        self.addCleanup(web.stop)
         cache = temporary_folder()
         editions = []
         for _ in range(2):
-            server = Server(web.url, "--cache", cache)
+            server = Server(there, "--cache", cache)
             self.assertEqual(server.get(self.some_box(server))[0], 200)
             self.assertIsNone(server.json("/v2/stats")["disk"])
             editions.append(server.get("/v2/world")[1]["Terravox-Edition"])
             self.stopped(server)
         self.assertNotEqual(*editions)
         self.assertRefused(
-            Run([binary("VOXELSERVER"), web.url, "--cache", cache, "--prepare-only"]),
+            Run([binary("VOXELSERVER"), there, "--cache", cache, "--prepare-only"]),
             2,
             "does not name the state of its world",
         )

@@ -8,12 +8,11 @@ import shutil
 import signal
 import struct
 import subprocess
-import threading
 import time
 import unittest
 import zipfile
-from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 
+from static_host import StaticHost
 from support import Case, Run, binary, compare, entries, render, square, survey, temporary_folder
 
 SMALL = ["--size", "160x90", "--samples", "1", "--quiet"]
@@ -28,44 +27,15 @@ def info(*arguments, **options):
     return Run([binary("RAYTRACER"), "world", "info", *arguments], **options)
 
 
-class RangeServer:
-    """A static web server that serves ranges of one file, and counts the bytes.
+def changing_host(data, after):
+    """A host of an archive that another entity tag replaces after so many requests."""
 
-    With `after` it serves `other`, another file with another entity tag, after so many requests.
-    """
+    def change(host):
+        host.etag = '"two"' if host.requests >= host.after else '"one"'
 
-    def __init__(self, data, other=None, after=0):
-        outer = self
-        self.sent = self.requests = 0
-        self.after = after
-
-        class Handler(BaseHTTPRequestHandler):
-            protocol_version = "HTTP/1.1"
-            disable_nagle_algorithm = (
-                True  # else each reply waits 40 ms for an acknowledgement of its head
-            )
-
-            def do_GET(self):
-                first, last = map(
-                    int, re.fullmatch(r"bytes=(\d+)-(\d+)", self.headers["Range"]).groups()
-                )
-                changed = other is not None and outer.requests >= outer.after
-                outer.requests += 1
-                body = (other if changed else data)[first : last + 1]
-                outer.sent += len(body)
-                self.send_response(206)
-                if other is not None:
-                    self.send_header("ETag", '"two"' if changed else '"one"')
-                self.send_header("Content-Length", str(len(body)))
-                self.end_headers()
-                self.wfile.write(body)
-
-            def log_message(self, *_):
-                pass
-
-        self.server = ThreadingHTTPServer(("127.0.0.1", 0), Handler)
-        threading.Thread(target=self.server.serve_forever, daemon=True).start()
-        self.url = f"http://127.0.0.1:{self.server.server_port}/place.tvx"
+    host = StaticHost({"place.tvx": data}, is_bare=True, before=change)
+    host.after = after
+    return host
 
 
 class Worlds(Case):
@@ -109,30 +79,32 @@ class Worlds(Case):
 
     def test_a_web_server_serves_an_archive_by_parts(self):
         data = self.archive().read_bytes()
-        server = RangeServer(data)
+        server = StaticHost({"place.tvx": data}, is_bare=True)
+        there = server.url + "place.tvx"
         flags = [*SMALL, "--detail", "8"]
         self.same(
             self.picture("here.png", self.out / "place.tvx", *flags),
-            self.picture("there.png", server.url, *flags),
+            self.picture("there.png", there, *flags),
         )
         self.assertLess(server.sent, 1.2 * len(data) + 20000)
 
     def test_an_archive_that_changes_while_it_is_read_ends_what_is_made_of_it(self):
         data = self.archive().read_bytes()
-        reading = RangeServer(data, data, after=1 << 30)
-        self.picture("whole.png", reading.url, *SMALL, "--detail", "8")
+        reading = changing_host(data, after=1 << 30)
+        self.picture("whole.png", reading.url + "place.tvx", *SMALL, "--detail", "8")
         self.assertGreater(reading.requests, 3)
         (self.out / "whole.png").unlink()
         for after in (1, 3):
             for name in ("place.png", "copy.tvx", "copy.vox", "town"):
                 with self.subTest(f"{name} after {after}"):
-                    server = RangeServer(data, data, after)
+                    server = changing_host(data, after)
+                    there = server.url + "place.tvx"
                     if name.endswith(".png"):
-                        run = render(server.url, *SMALL, "--detail", "8", "-o", self.out / name)
+                        run = render(there, *SMALL, "--detail", "8", "-o", self.out / name)
                     else:
-                        run = convert(server.url, self.out / name)
+                        run = convert(there, self.out / name)
                     self.assertRefused(
-                        run, 1, f"{server.url} has changed while it was read; start again"
+                        run, 1, f"{there} has changed while it was read; start again"
                     )
                     self.assertEqual(run.err.count("changed"), 1, str(run))
                     self.assertNotIn("hole", run.err)
@@ -142,21 +114,22 @@ class Worlds(Case):
         area = ["--area", "-256,-256,256,256"]
         self.done(convert("generated:3", self.out / "noise.tvx", *area))
         data = (self.out / "noise.tvx").read_bytes()
-        server = RangeServer(data, data, after=1 << 30)
+        server = changing_host(data, after=1 << 30)
+        there = server.url + "place.tvx"
         never = 1 << 30
-        self.done(convert(server.url, self.out / "whole.tvx", "--threads", "1"))
+        self.done(convert(there, self.out / "whole.tvx", "--threads", "1"))
         most = server.requests
         for goes_on in (True, False):
             with self.subTest(goes_on=goes_on):
                 copy = self.out / f"copy-{goes_on}.tvx"
                 server.requests = 0
                 server.after = most - 2
-                self.assertRefused(convert(server.url, copy, "--threads", "1"), 1, "has changed")
+                self.assertRefused(convert(there, copy, "--threads", "1"), 1, "has changed")
                 self.assertIn(";", (self.out / f"{copy.name}.journal").read_text())
                 server.requests = 0
                 server.after = never if goes_on else 0
                 run = self.done(
-                    Run([binary("RAYTRACER"), "convert", server.url, copy, "--threads", "1"])
+                    Run([binary("RAYTRACER"), "convert", there, copy, "--threads", "1"])
                 )
                 self.assertEqual("going on" in run.out + run.err, goes_on, str(run))
                 self.assertTrue(
