@@ -434,8 +434,11 @@ export class Stage {
         const boxes = message.column.boxes.map((box): BoxData | 'air' | 'hole' =>
           box === 'air' ? 'air' : 'hole' in box ? 'hole' : box,
         );
-        this.#failures.delete(nameOf(message.column));
-        this.#store(message.column, { byBegin: message.column.byBegin, boxes });
+        // The column itself would keep its arrays in memory for as long as it is in the pools.
+        const { level, bx, bz, byBegin } = message.column;
+        const key = { level, bx, bz };
+        this.#failures.delete(nameOf(key));
+        this.#store(key, { byBegin, boxes });
         this.#send({ type: 'taken', bytes: message.bytes });
         return;
       }
