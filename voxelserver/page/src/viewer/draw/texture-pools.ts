@@ -1,6 +1,6 @@
 /**
- * The textures that hold boxes on the GPU: cells (16 + 4 bytes each) and attributes (4 bytes each),
- * in layers of 2^18 texels, as walk.glsl addresses them. Boxes take whole rows.
+ * The textures that hold boxes on the GPU: cells (16 + 4 bytes each) and attributes (4 + 1 bytes
+ * each), in layers of 2^18 texels, as walk.glsl addresses them. Boxes take whole rows.
  */
 import type { BoxSlot } from './column-table.js';
 import type { StoredColumn } from './residency.js';
@@ -11,6 +11,7 @@ export type BoxData = {
   readonly cells: Uint32Array; // 4 words a cell
   readonly first: Uint32Array;
   readonly attributes: Uint32Array; // red, green, blue, material | 128: has a colour
+  readonly classes: Uint8Array; // of the survey, for each attribute
 };
 
 export type ColumnData = {
@@ -19,7 +20,7 @@ export type ColumnData = {
 };
 
 export type PoolLimits = {
-  /** Bytes of both pools together. */
+  /** Bytes of all pools together. */
   readonly bytes: number;
 };
 
@@ -29,12 +30,13 @@ const kAttributesRow = 1024;
 const kAttributeRows = 256;
 const kLayerTexels = 2 ** 18;
 const kCellBytes = 20;
-const kAttributeBytes = 4;
+const kAttributeBytes = 5;
 
 export class TexturePools {
   readonly cells: WebGLTexture;
   readonly first: WebGLTexture;
   readonly attributes: WebGLTexture;
+  readonly classes: WebGLTexture;
   readonly bytes: number;
   readonly #gl: WebGL2RenderingContext;
   readonly #cellRows: RowPool;
@@ -54,6 +56,7 @@ export class TexturePools {
     this.cells = this.#make(gl.RGBA32UI, kCellsRow, kCellRows, cellLayers);
     this.first = this.#make(gl.R32UI, kCellsRow, kCellRows, cellLayers);
     this.attributes = this.#make(gl.RGBA8UI, kAttributesRow, kAttributeRows, attributeLayers);
+    this.classes = this.#make(gl.R8UI, kAttributesRow, kAttributeRows, attributeLayers);
     this.bytes = kLayerTexels * (cellLayers * kCellBytes + attributeLayers * kAttributeBytes);
   }
 
@@ -109,20 +112,25 @@ export class TexturePools {
       return undefined;
     }
     const gl = this.#gl;
-    const cells = padded(box.cells, rows.cells * kCellsRow * 4);
-    const first = padded(box.first, rows.cells * kCellsRow);
-    const attributes = padded(box.attributes, rows.attributes * kAttributesRow);
+    const cells = padded(box.cells, rows.cells * kCellsRow * 4, Uint32Array);
+    const first = padded(box.first, rows.cells * kCellsRow, Uint32Array);
     const at = { x: kCellsRow, row: cellRow, rows: rows.cells, layerRows: kCellRows };
     this.#upload(this.cells, at, gl.RGBA_INTEGER, gl.UNSIGNED_INT, cells);
     this.#upload(this.first, at, gl.RED_INTEGER, gl.UNSIGNED_INT, first);
-    if (rows.attributes > 0)
-      this.#upload(
-        this.attributes,
-        { x: kAttributesRow, row: attributeRow, rows: rows.attributes, layerRows: kAttributeRows },
-        gl.RGBA_INTEGER,
-        gl.UNSIGNED_BYTE,
-        new Uint8Array(attributes.buffer, attributes.byteOffset, attributes.byteLength),
-      );
+    if (rows.attributes > 0) {
+      const length = rows.attributes * kAttributesRow;
+      const on = {
+        x: kAttributesRow,
+        row: attributeRow,
+        rows: rows.attributes,
+        layerRows: kAttributeRows,
+      };
+      const words = padded(box.attributes, length, Uint32Array);
+      const bytes = new Uint8Array(words.buffer, words.byteOffset, words.byteLength);
+      this.#upload(this.attributes, on, gl.RGBA_INTEGER, gl.UNSIGNED_BYTE, bytes);
+      const classes = padded(box.classes, length, Uint8Array);
+      this.#upload(this.classes, on, gl.RED_INTEGER, gl.UNSIGNED_BYTE, classes);
+    }
     const slot: BoxSlot = {
       kind: 'box',
       cells: cellRow * kCellsRow,
@@ -160,9 +168,13 @@ export class TexturePools {
   }
 }
 
-function padded(data: Uint32Array, length: number): Uint32Array {
+function padded<T extends Uint32Array | Uint8Array>(
+  data: T,
+  length: number,
+  make: new (length: number) => T,
+): T {
   if (data.length === length) return data;
-  const out = new Uint32Array(length);
+  const out = new make(length);
   out.set(data);
   return out;
 }
