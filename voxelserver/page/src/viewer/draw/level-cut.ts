@@ -12,6 +12,8 @@ export type Bounds = {
 export type CutView = {
   /** Level-0 voxels. */
   readonly eye: readonly [number, number, number];
+  /** Another eye that needs as much detail around it: of who looks at what the picture shows. */
+  readonly observer?: readonly [number, number, number] | undefined;
   /** Angle covered by the pixel in the middle of the picture. */
   readonly pixelRad: number;
   /** Pixels that a voxel may cover; 0: the finest level everywhere. */
@@ -24,8 +26,8 @@ export class LevelCut {
   /** The bounds at which rays enter: rounded outwards to voxels of the coarsest level. */
   readonly entry: Bounds;
   readonly coarsest: number;
-  readonly #eye: readonly [number, number, number];
-  readonly #above: number; // vertical distance from the eye to the world's range of heights
+  /** Of each eye: x, z, and the vertical distance to the world's range of heights. */
+  readonly #eyes: readonly (readonly [number, number, number])[];
   readonly #near2: readonly number[]; // square of the distance from which on a level is fine enough
 
   /** @param coarsest the coarsest level that the world has, 0 to 20 */
@@ -36,8 +38,8 @@ export class LevelCut {
       min: mapAxes((a) => Math.floor(bounds.min[a] / side) * side),
       max: mapAxes((a) => Math.ceil(bounds.max[a] / side) * side),
     };
-    this.#eye = view.eye;
-    this.#above = outside(view.eye[1], bounds.min[1], bounds.max[1]);
+    const eyes = view.observer === undefined ? [view.eye] : [view.eye, view.observer];
+    this.#eyes = eyes.map(([x, y, z]) => [x, z, outside(y, bounds.min[1], bounds.max[1])]);
     this.#near2 = Array.from({ length: this.coarsest + 1 }, (_, level) => {
       const near = view.detail > 0 ? 2 ** level / (view.detail * view.pixelRad) : 0;
       return near * near;
@@ -45,7 +47,7 @@ export class LevelCut {
   }
 
   /**
-   * Whether the column (bx, bz) of a level is far enough from the eye to be shown at that level; if
+   * Whether the column (bx, bz) of a level is far enough from all eyes to be shown at that level; if
    * so, its halves are far enough for theirs.
    */
   isFarEnough(level: number, bx: number, bz: number): boolean {
@@ -54,12 +56,16 @@ export class LevelCut {
     return this.distance2(level, bx, bz) >= this.#near2[level]!;
   }
 
-  /** Square of the distance from the eye to a column of boxes, level-0 voxels. */
+  /** Square of the distance from the nearest eye to a column of boxes, level-0 voxels. */
   distance2(level: number, bx: number, bz: number): number {
     const side = 2 ** (kSideBits + level);
-    const dx = outside(this.#eye[0], bx * side, (bx + 1) * side);
-    const dz = outside(this.#eye[2], bz * side, (bz + 1) * side);
-    return dx * dx + this.#above * this.#above + dz * dz;
+    let nearest = Infinity;
+    for (const [x, z, above] of this.#eyes) {
+      const dx = outside(x, bx * side, (bx + 1) * side);
+      const dz = outside(z, bz * side, (bz + 1) * side);
+      nearest = Math.min(nearest, dx * dx + above * above + dz * dz);
+    }
+    return nearest;
   }
 
   /** The columns of the coarsest level that lie in the bounds: [first, past the last] of bx, bz. */
