@@ -15,14 +15,24 @@ import type { Appearance } from './draw/appearance.js';
 import { pixelRad, type Camera, type Vec3 } from './draw/camera.js';
 import { DrawClock } from './draw/clock.js';
 import { makeColumnTable } from './draw/column-table.js';
+import { kUnknownClass } from './draw/layers.js';
 import { LevelCut } from './draw/level-cut.js';
 import { Pace } from './draw/pace.js';
-import { kDefaultLook, Renderer, type FirstHits, type Look } from './draw/renderer.js';
+import { checkLook } from './draw/look.js';
+import {
+  kDefaultLook,
+  Renderer,
+  type CastRay,
+  type FirstHits,
+  type Look,
+} from './draw/renderer.js';
 import { Residency, type Plan } from './draw/residency.js';
 import { adaptationEv, skyLight } from './draw/sky-light.js';
 import { sunPosition, type SunPosition } from './draw/sun-position.js';
 import { TexturePools, type BoxData, type ColumnData } from './draw/texture-pools.js';
 import { ViewCut } from './view-cut.js';
+
+export type { CastRay } from './draw/renderer.js';
 
 export type StageEvents = {
   readonly onOpened: (facts: Facts) => void;
@@ -61,17 +71,23 @@ export type FirstPicture = {
   readonly bytes: number;
 };
 
-/** What a pixel of the picture shows. */
+/** What a pixel of the picture shows, or what a ray has met. */
 export type Pick = {
+  /** Of its level. */
   readonly voxel: Vec3;
   readonly level: number;
+  /** -1: the cut face of a section, or the ray starts inside of a voxel. */
   readonly face: number;
-  /** Level-0 voxels from the eye. */
+  /** Level-0 voxels from the eye, or from the origin of the ray. */
   readonly distance: number;
   readonly point: Vec3;
   readonly material: number;
   readonly colour: readonly [number, number, number] | undefined;
   readonly isInSun: boolean;
+  /** The survey's class; undefined: not known. */
+  readonly lidarClass: number | undefined;
+  /** From the observer; undefined without one. */
+  readonly isVisible: boolean | undefined;
 };
 
 // Pixels that a voxel may cover: coarse first, so that the whole picture stands early.
@@ -87,6 +103,8 @@ const kAdaptation = 0.75;
 const kCoarser = 1.4;
 const kRoomy = 0.4;
 const kMaxCoarser = 64;
+// Of what is read back: nothing is left to chance.
+const kExact = { cutOuts: false, softSun: false } as const;
 // Low-discrepancy places in a pixel. Ref: Roberts, "The unreasonable effectiveness of quasirandom
 // sequences", 2018.
 const kJitter = [0.7548776662466927, 0.5698402909980532] as const;
@@ -202,7 +220,8 @@ export class Stage {
   }
 
   #makeRenderer({ world }: Facts): void {
-    this.#renderer = new Renderer(this.#gl, this.#pools, this.#appearance, world.voxelM);
+    const { voxelM, levels } = world;
+    this.#renderer = new Renderer(this.#gl, this.#pools, this.#appearance, voxelM, levels);
     this.#lightUp();
   }
 
@@ -226,7 +245,11 @@ export class Stage {
     this.#isPlanDue = true;
   }
 
+  /** @throws Error for numbers that no picture can be drawn with */
   setLook(look: Look): void {
+    checkLook(look);
+    // Around an observer there is detail, too.
+    if (look.observer !== this.#look.observer) this.#isPlanDue = true;
     this.#look = { ...look, exposureEv: this.#look.exposureEv };
     this.#restart();
   }
@@ -280,28 +303,28 @@ export class Stage {
     const camera = this.#camera;
     if (renderer === undefined || camera === undefined || this.#plan === undefined)
       return undefined;
+    if (this.#gl.isContextLost()) return undefined;
     const [width, height] = [this.#canvas.width, this.#canvas.height];
     const view = cameraAtPixel(camera, width, height, x, y);
     const hits = renderer.firstHits(view, this.#look, [1, 1]);
-    const bits = hits.voxels[3]!;
-    if ((bits & (1 << 13)) === 0) return undefined;
-    const distance = new Float32Array(hits.details.buffer, 0, 1)[0]!;
-    const attribute = hits.details[1]! >>> 0;
-    return {
-      voxel: [hits.voxels[0]!, hits.voxels[1]!, hits.voxels[2]!],
-      level: (bits >> 4) & 31,
-      face: (bits & 7) === 7 ? -1 : bits & 7,
-      distance,
-      point: [0, 1, 2].map(
-        (a) => camera.position[a]! + view.forward[a]! * distance,
-      ) as unknown as Vec3,
-      material: (attribute >> 24) & 127,
-      colour:
-        attribute >>> 31 === 1
-          ? [attribute & 255, (attribute >> 8) & 255, (attribute >> 16) & 255]
-          : undefined,
-      isInSun: (bits & (1 << 14)) !== 0,
-    };
+    return pickOf(hits, 0, camera.position, view.forward, this.#look);
+  }
+
+  /**
+   * Follows rays to their first hits, at the detail that is loaded: through nothing that is solid,
+   * be it water, glass or leaves, and past no section. A ray that starts inside of a voxel meets it
+   * at once. The picture goes on undisturbed.
+   * @param rays 0 to 4096
+   * @return the hit of each ray; undefined: none within its length, or there is no picture yet
+   * @throws Error for more rays
+   */
+  cast(rays: readonly CastRay[]): readonly (Pick | undefined)[] {
+    const camera = this.#camera;
+    if (this.#renderer === undefined || camera === undefined || this.#plan === undefined)
+      return rays.map(() => undefined);
+    const look = { ...this.#look, ...kExact, section: undefined };
+    const hits = this.#renderer.cast(rays, camera, look);
+    return rays.map((ray, i) => pickOf(hits, i, ray.origin, ray.direction, look));
   }
 
   /**
@@ -312,7 +335,7 @@ export class Stage {
     const { width, height } = this.#canvas;
     if (this.#renderer === undefined || this.#camera === undefined || this.#plan === undefined)
       return undefined;
-    const look = { ...this.#look, cutOuts: false, softSun: false };
+    const look = { ...this.#look, ...kExact };
     return {
       ...this.#renderer.firstHits(this.#camera, look, [width, height]),
       size: [width, height],
@@ -399,6 +422,7 @@ export class Stage {
     const height = this.#canvas.height;
     const view = {
       eye: camera.position,
+      observer: this.#look.observer,
       pixelRad: pixelRad(camera, height),
       detail: kDetails[this.#stage]! * this.#coarser,
     };
@@ -513,6 +537,36 @@ export class Stage {
   #send(message: ToWorker): void {
     if (!this.#hasEnded) this.#worker.postMessage(message);
   }
+}
+
+function pickOf(
+  hits: FirstHits,
+  i: number,
+  origin: Vec3,
+  direction: Vec3,
+  look: Look,
+): Pick | undefined {
+  const bits = hits.voxels[4 * i + 3]!;
+  const has = (bit: number): boolean => ((bits >> bit) & 1) === 1;
+  if (!has(13)) return undefined;
+  const distance = new Float32Array(hits.details.buffer)[4 * i]!;
+  const attribute = hits.details[4 * i + 1]! >>> 0;
+  const lidarClass = hits.details[4 * i + 2]!;
+  return {
+    voxel: [hits.voxels[4 * i]!, hits.voxels[4 * i + 1]!, hits.voxels[4 * i + 2]!],
+    level: (bits >> 4) & 31,
+    face: (bits & 7) === 7 ? -1 : bits & 7,
+    distance,
+    point: [0, 1, 2].map((a) => origin[a]! + direction[a]! * distance) as unknown as Vec3,
+    material: (attribute >> 24) & 127,
+    colour:
+      attribute >>> 31 === 1
+        ? [attribute & 255, (attribute >> 8) & 255, (attribute >> 16) & 255]
+        : undefined,
+    isInSun: has(14),
+    lidarClass: lidarClass === kUnknownClass ? undefined : lidarClass,
+    isVisible: look.observer === undefined ? undefined : has(15),
+  };
 }
 
 function frac(n: number, by: number): number {

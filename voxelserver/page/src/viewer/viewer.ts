@@ -4,7 +4,7 @@ import { WorldProjection } from '../world-projection.js';
 import type { Facts, Failure, Place } from './data/protocol.js';
 import { readAppearance, unpackAppearance, type Appearance } from './draw/appearance.js';
 import type { Vec3 } from './draw/camera.js';
-import { kDefaultLook } from './draw/renderer.js';
+import { kDefaultLook, type Look } from './draw/renderer.js';
 import { Stage, type Pick, type StageStats } from './stage.js';
 import { Controls } from './ui/controls.js';
 import { fromLink, toLink } from './ui/link.js';
@@ -21,6 +21,9 @@ declare global {
       readonly ready: Promise<void>;
       readonly stats: () => StageStats;
       readonly firstHits: () => ReturnType<Stage['firstHits']>;
+      readonly cast: Stage['cast'];
+      /** What is not named becomes as at the beginning. */
+      readonly setLook: (look: Partial<Look>) => void;
     };
   }
 }
@@ -86,6 +89,14 @@ class Viewer {
 
   firstHits(): ReturnType<Stage['firstHits']> {
     return this.#stage.firstHits();
+  }
+
+  cast(rays: Parameters<Stage['cast']>[0]): ReturnType<Stage['cast']> {
+    return this.#stage.cast(rays);
+  }
+
+  look(look: Partial<Look>): void {
+    this.#stage.setLook({ ...kDefaultLook, ...look });
   }
 
   setView(wanted: Viewpoint): void {
@@ -327,6 +338,8 @@ window.terravox = {
   ready: started.then((viewer) => viewer.ready),
   stats: () => viewer().stats(),
   firstHits: () => viewer().firstHits(),
+  cast: (rays) => viewer().cast(rays),
+  setLook: (look) => viewer().look(look),
 };
 function viewer(): Viewer {
   if (current === undefined) throw new Error('the viewer has not been started yet');

@@ -13,6 +13,8 @@ uniform vec3 uSunUp;
 const int kMaxRays = 24;           // of a sample: a bound, not reached but between many leaves
 const int kStack = 4;
 
+const vec3 kHoleColour = vec3(1.0, 0.0, 0.8);
+
 const int kPrimary = 0;
 const int kShadow = 1;
 const int kMirror = 2;
@@ -66,6 +68,7 @@ bool isSolid(ivec3 voxel, int level) {
     uvec2 found = columnAt(at.voxel.xz >> 6, at.level);
     if (found.x == kLeaf) {
       uvec3 box = boxAt(found.y, at.voxel.y >> 8);
+      if (isCutAway(at.voxel, at.level)) return false;
       if (box.x == kHole) return true;
       if (box.x != kBox) return false;
       return attributeOf(box.yz, at.voxel & ivec3(63, 255, 63)) >> 24 != kAirMaterial;
@@ -168,13 +171,31 @@ struct FirstHit {
   int face;
   float t;
   uint attr;
+  uint index;         // as in Hit
   bool isHole;
+  bool isCap;         // the cut face of a section
   float sun;          // share of its sunlight that is not in shadow
 };
 
+const FirstHit kNothing =
+    FirstHit(false, ivec3(0), 0, -1, 0.0, 0u, kNoIndex, false, false, 0.0);
+
+// A place on the sun's disc.
+vec3 sampledSun(uint stream) {
+  if (!uSoftSun) return uToSun;
+  float down = uSunHeight * numberOf(stream, 0u);
+  float r = sqrt(down * (2.0 - down));
+  float turn = 2.0 * kPi * numberOf(stream, 1u);
+  return uToSun * (1.0 - down) + uSunRight * (r * cos(turn)) + uSunUp * (r * sin(turn));
+}
+
+// A cut face is as bright as level ground in the sun, and a little darker than that, wherever the
+// sun stands: it is a drawing rather than a thing.
+const float kCapShade = 0.8;
+
 // @param first out: what the primary ray has met
 vec3 lightAlong(Task primary, float spread, out FirstHit first) {
-  first = FirstHit(false, ivec3(0), 0, -1, 0.0, 0u, false, 0.0);
+  first = kNothing;
   vec3 light = vec3(0.0);
   Task stack[kStack];
   stack[0] = primary;
@@ -182,8 +203,11 @@ vec3 lightAlong(Task primary, float spread, out FirstHit first) {
   for (int n = 0; n < kMaxRays && height > 0; ++n) {
     Task task = stack[--height];
     Ray ray = rayOf(task.base, task.offset, task.direction);
+    bool atPlane = false;
+    float reach = reachOf(task.base, task.offset, task.direction);
+    if (task.kind == kPrimary) reach = min(reach, primaryReach);
     if (task.kind == kPrimary && task.t == 0.0 && task.depth == 0) {
-      if (!enterBounds(ray)) {
+      if (!enterBounds(ray) || !enterKept(ray, task.offset, atPlane)) {
         light += task.weight * (skyRadiance(task.direction) + sunDisc(task.direction));
         continue;
       }
@@ -195,7 +219,7 @@ vec3 lightAlong(Task primary, float spread, out FirstHit first) {
     }
     bool isShadow = task.kind == kShadow;
     Stop stop = Stop(task.medium, task.medium != 0u && !isShadow);
-    Hit hit = walk(ray, stop, 1e30);
+    Hit hit = walk(ray, stop, reach);
     bool isMiss = hit.kind == kMiss;
     if (isShadow && isMiss) {
       light += task.weight;
@@ -205,6 +229,7 @@ vec3 lightAlong(Task primary, float spread, out FirstHit first) {
     uint material = materialOf(hit.attr);
     Appearance look = appearanceOf(material);
     bool hasFace = hit.kind == kHit && ray.face >= 0;
+    bool isCap = atPlane && hit.kind == kHit && ray.face < 0;
     // Leaves let a share of rays pass where a pixel is small enough to show the gaps.
     float footprint = task.footprint + spread * ray.t;
     bool isLeaves = hit.kind == kHit && look.kind == kLeaves && uCutOuts;
@@ -228,7 +253,7 @@ vec3 lightAlong(Task primary, float spread, out FirstHit first) {
     }
     bool slips = isLeaves && hasFace && uTextures && texel.opacity < 1.0 && ray.level == 0 &&
                  footprint < 1.0 && texel.opacity <= numberOf(task.stream, 6u);
-    if (slips || (isLeaves && !hasFace)) {
+    if (slips || (isLeaves && !hasFace && !isCap)) {
       // Behind the voxel that was met.
       leap(ray, ivec3(0));
       task.voxel = ray.voxel;
@@ -257,10 +282,16 @@ vec3 lightAlong(Task primary, float spread, out FirstHit first) {
       weight *= left;
     }
     if (task.kind == kPrimary)
-      first = FirstHit(true, ray.voxel, ray.level, ray.face, ray.t, hit.attr,
-                       hit.kind == kHoleHit, 0.0);
+      first = FirstHit(true, ray.voxel, ray.level, ray.face, ray.t, hit.attr, hit.index,
+                       hit.kind == kHoleHit, isCap, 0.0);
     if (hit.kind == kHoleHit) {
-      light += weight * vec3(1.0, 0.0, 0.8);
+      light += weight * kHoleColour;
+      continue;
+    }
+    if (isCap) {
+      vec3 arriving = uAmbient[3] + uSunLight * max(0.0, uToSun.y);
+      light += weight * baseColour(hit.attr, look, ray.voxel, ray.level) * arriving * kCapShade;
+      if (uSunShare > 0.0 && uToSun.y > 0.0 && dot(capNormal(), uToSun) > 0.0) first.sun = 1.0;
       continue;
     }
     bool isClear = look.kind == kWater || look.kind == kGlass;
@@ -341,13 +372,7 @@ vec3 lightAlong(Task primary, float spread, out FirstHit first) {
     if (uOcclusion && !isClear) sky *= openShare(around, at.u, at.v);
     light += sky;
     if (uSunShare <= 0.0) continue;
-    vec3 toSun = uToSun;
-    if (uSoftSun) {
-      float down = uSunHeight * numberOf(task.stream, 0u);
-      float r = sqrt(down * (2.0 - down));
-      float turn = 2.0 * kPi * numberOf(task.stream, 1u);
-      toSun = uToSun * (1.0 - down) + uSunRight * (r * cos(turn)) + uSunUp * (r * sin(turn));
-    }
+    vec3 toSun = sampledSun(task.stream);
     float facing = dot(normal, toSun);
     if (!(facing > 0.0) || !(toSun.y > 0.0)) continue;
     vec3 arriving = matt * uSunLight * facing * throughMedium(task.medium, depth_m, toSun);

@@ -6,6 +6,7 @@ precision highp int;
 precision highp sampler2D;
 precision highp usampler2D;
 precision highp usampler2DArray;
+precision highp isampler2D;
 `;
 // One triangle that covers the screen.
 const kVertexShader = `${kVersion}void main() {

@@ -2,66 +2,43 @@
  * Draws what is in the pools: samples of the picture are traced and accumulated, then developed for
  * the screen. Knows no world and no requests: a table of columns, a camera and a light are given.
  */
+import { Analysis, isAnalysis } from './analysis.js';
 import type { Appearance } from './appearance.js';
 import { pixelRad, type Camera } from './camera.js';
 import type { ColumnTable } from './column-table.js';
 import developSource from './develop.glsl';
 import { fromHalf } from './half.js';
 import hashSource from './hash.glsl';
+import { HitsPass, kMaxRays, type CastRay, type FirstHits } from './hits.js';
+import layerSource from './layer.glsl';
 import type { Bounds } from './level-cut.js';
 import lightSource from './light.glsl';
+import type { Look } from './look.js';
 import materialSource from './material.glsl';
 import { Program } from './program.js';
+import sectionSource from './section.glsl';
 import type { SkyLight } from './sky-light.js';
 import skySource from './sky.glsl';
+import { makeTexture } from './texture.js';
 import type { TexturePools } from './texture-pools.js';
 import traceSource from './trace.glsl';
 import walkSource from './walk.glsl';
 import { wavePhases } from './waves.js';
 
-export type Look = {
-  readonly shadows: boolean;
-  readonly softSun: boolean;
-  readonly occlusion: boolean;
-  readonly textures: boolean;
-  /** Holes between leaves. */
-  readonly cutOuts: boolean;
-  readonly bounces: number;
-  /** Share of the true colours, [0, 1]; -1: true colours alone. */
-  readonly colourMix: number;
-  readonly exposureEv: number;
-  readonly tone: 'photographic' | 'linear';
-};
-
-export const kDefaultLook: Look = {
-  shadows: true,
-  softSun: true,
-  occlusion: true,
-  textures: true,
-  cutOuts: true,
-  bounces: 6,
-  colourMix: 0.85,
-  exposureEv: 0,
-  tone: 'photographic',
-};
-
-/** What the primary rays of a picture have met, row by row from the upper left corner. */
-export type FirstHits = {
-  /** x, y, z of the voxel, and bits: face 0-2, level 4-8, hole 12, hit 13, in the sun 14. */
-  readonly voxels: Int32Array;
-  /** Bits of t (a float, level-0 voxels), attribute, and two unused. */
-  readonly details: Int32Array;
-};
+export type { CastRay, FirstHits } from './hits.js';
+export { kDefaultLook, type Look, type Section } from './look.js';
 
 /** A part of the picture in pixels, from the lower left corner. */
 export type Band = { readonly y: number; readonly height: number };
 
 const kTraceSource = [
   walkSource,
+  sectionSource,
   hashSource,
   skySource,
   materialSource,
   lightSource,
+  layerSource,
   traceSource,
 ].join('\n');
 const kMaterialTexels = 9;
@@ -86,15 +63,27 @@ export class Renderer {
   readonly #look: Appearance;
   readonly #meanPane: readonly number[];
   readonly #voxelM: number;
-  #hits: Program | undefined;
+  readonly #analysis: Analysis;
+  // Compiled when they are first used, since most visitors use none of them.
+  #traceAnalysis: Program | undefined;
+  #hits: HitsPass | undefined;
   #targets: readonly [Target, Target] | undefined;
   #size: readonly [number, number] = [0, 0];
   #samples = 0;
   #table: { readonly mask: number; readonly entry: Bounds; readonly coarsest: number } | undefined;
   #light: SkyLight | undefined;
 
-  /** @throws Error when the browser lacks what is needed */
-  constructor(gl: WebGL2RenderingContext, pools: TexturePools, look: Appearance, voxelM: number) {
+  /**
+   * @param levels that the world has
+   * @throws Error when the browser lacks what is needed
+   */
+  constructor(
+    gl: WebGL2RenderingContext,
+    pools: TexturePools,
+    look: Appearance,
+    voxelM: number,
+    levels: number,
+  ) {
     if (gl.getExtension('EXT_color_buffer_float') === null)
       throw new Error('draw the place: this browser cannot draw into textures of floats');
     this.#gl = gl;
@@ -108,9 +97,10 @@ export class Renderer {
     this.#own = this.#halves(look.own);
     this.#panes = this.#halves(look.panes);
     this.#meanPane = meanPaneOf(look);
-    this.#columns = this.#texture();
-    this.#boxes = this.#texture();
-    this.#sky = this.#texture();
+    this.#columns = makeTexture(gl);
+    this.#boxes = makeTexture(gl);
+    this.#sky = makeTexture(gl);
+    this.#analysis = new Analysis(gl, look, levels);
     gl.pixelStorei(gl.UNPACK_ALIGNMENT, 1);
   }
 
@@ -163,10 +153,11 @@ export class Renderer {
     const [width, height] = this.#size;
     gl.bindFramebuffer(gl.FRAMEBUFFER, to.frame);
     gl.viewport(0, 0, width, height);
-    this.#trace.use();
-    this.#setScene(this.#trace, camera, look, jitter);
-    this.#trace.texture('uPrevious', gl.TEXTURE_2D, from.texture);
-    this.#trace.int('uAccumulate', this.#samples > 0 ? 1 : 0);
+    const program = this.#traceProgram(look);
+    program.use();
+    this.#setScene(program, camera, look, jitter, this.#size);
+    program.texture('uPrevious', gl.TEXTURE_2D, from.texture);
+    program.int('uAccumulate', this.#samples > 0 ? 1 : 0);
     if (band !== undefined) {
       gl.enable(gl.SCISSOR_TEST);
       gl.scissor(0, band.y, width, band.height);
@@ -191,45 +182,41 @@ export class Renderer {
       this.#size[0] / gl.drawingBufferWidth,
       this.#size[1] / gl.drawingBufferHeight,
     );
-    this.#develop.float('uExposure', 2 ** look.exposureEv);
-    this.#develop.int('uTone', look.tone === 'photographic' ? 0 : 1);
+    // The colours of a layer are those of its legend, by day and by night.
+    const isLayer = look.layer !== 'none';
+    this.#develop.float('uExposure', isLayer ? 1 : 2 ** look.exposureEv);
+    this.#develop.int('uTone', isLayer || look.tone === 'linear' ? 1 : 0);
     gl.drawArrays(gl.TRIANGLES, 0, 3);
   }
 
   /** Traces the first hits of a picture and reads them back. */
   firstHits(camera: Camera, look: Look, size: readonly [number, number]): FirstHits {
-    const gl = this.#gl;
-    this.#hits ??= new Program(gl, kTraceSource, ['FIRST_HITS']);
-    const [width, height] = size;
-    const textures = [this.#texture(), this.#texture()];
-    const frame = gl.createFramebuffer();
-    gl.bindFramebuffer(gl.FRAMEBUFFER, frame);
-    textures.forEach((texture, i) => {
-      gl.bindTexture(gl.TEXTURE_2D, texture);
-      gl.texStorage2D(gl.TEXTURE_2D, 1, gl.RGBA32I, width, height);
-      gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0 + i, gl.TEXTURE_2D, texture, 0);
-    });
-    gl.drawBuffers([gl.COLOR_ATTACHMENT0, gl.COLOR_ATTACHMENT1]);
-    gl.viewport(0, 0, width, height);
-    const before = this.#size;
-    this.#size = size;
-    this.#hits.use();
-    this.#setScene(this.#hits, camera, look, [0.5, 0.5]);
-    this.#size = before;
-    gl.drawArrays(gl.TRIANGLES, 0, 3);
-    const read = (i: number): Int32Array => {
-      const rows = new Int32Array(width * height * 4);
-      gl.readBuffer(gl.COLOR_ATTACHMENT0 + i);
-      gl.readPixels(0, 0, width, height, gl.RGBA_INTEGER, gl.INT, rows);
-      return upsideDown(rows, width * 4);
-    };
-    const out = { voxels: read(0), details: read(1) };
-    gl.deleteFramebuffer(frame);
-    for (const texture of textures) gl.deleteTexture(texture);
-    return out;
+    return this.#hitsPass().trace(size, (p) => this.#setScene(p, camera, look, [0.5, 0.5], size));
   }
 
-  #setScene(p: Program, camera: Camera, look: Look, jitter: readonly [number, number]): void {
+  /** Follows rays of a list to their first hits. @throws Error for more than kMaxRays */
+  cast(rays: readonly CastRay[], camera: Camera, look: Look): FirstHits {
+    if (rays.length > kMaxRays)
+      throw new Error(`cast rays: ${rays.length} of them; allowed: 0 to ${kMaxRays}`);
+    return this.#hitsPass().cast(rays, (p) => this.#setScene(p, camera, look, [0.5, 0.5], [1, 1]));
+  }
+
+  #hitsPass(): HitsPass {
+    return (this.#hits ??= new HitsPass(this.#gl, kTraceSource));
+  }
+
+  #traceProgram(look: Look): Program {
+    if (!isAnalysis(look)) return this.#trace;
+    return (this.#traceAnalysis ??= new Program(this.#gl, kTraceSource, ['ANALYSIS']));
+  }
+
+  #setScene(
+    p: Program,
+    camera: Camera,
+    look: Look,
+    jitter: readonly [number, number],
+    size: readonly [number, number],
+  ): void {
     const gl = this.#gl;
     const light = this.#light;
     const table = this.#table;
@@ -238,6 +225,7 @@ export class Renderer {
     p.texture('uCells', gl.TEXTURE_2D_ARRAY, this.#pools.cells);
     p.texture('uFirst', gl.TEXTURE_2D_ARRAY, this.#pools.first);
     p.texture('uAttributes', gl.TEXTURE_2D_ARRAY, this.#pools.attributes);
+    p.texture('uClasses', gl.TEXTURE_2D_ARRAY, this.#pools.classes);
     p.texture('uColumns', gl.TEXTURE_2D, this.#columns);
     p.texture('uBoxes', gl.TEXTURE_2D, this.#boxes);
     p.uint('uColumnsMask', table.mask);
@@ -279,6 +267,7 @@ export class Renderer {
 
     const eye = camera.position.map(Math.floor);
     p.int('uEye', ...eye);
+    this.#analysis.set(p, look, eye);
     p.float('uEyeOffset', ...camera.position.map((v, a) => v - eye[a]!));
     const phases = wavePhases(eye[0]! * this.#voxelM, eye[2]! * this.#voxelM);
     p.int('uWavesAt', eye[0]!, eye[2]!);
@@ -287,27 +276,15 @@ export class Renderer {
     p.float('uForward', ...camera.forward);
     p.float('uRight', ...camera.right);
     p.float('uUp', ...camera.up);
-    p.float('uSize', ...this.#size);
+    p.float('uSize', ...size);
     p.float('uJitter', ...jitter);
-    p.float('uPixelRad', pixelRad(camera, this.#size[1]));
+    p.float('uPixelRad', pixelRad(camera, size[1]));
     p.uint('uFrame', this.#samples);
-  }
-
-  #texture(): WebGLTexture {
-    const gl = this.#gl;
-    const texture = gl.createTexture();
-    if (texture === null) throw new Error('make a texture: the graphics context is lost');
-    gl.bindTexture(gl.TEXTURE_2D, texture);
-    for (const filter of [gl.TEXTURE_MIN_FILTER, gl.TEXTURE_MAG_FILTER])
-      gl.texParameteri(gl.TEXTURE_2D, filter, gl.NEAREST);
-    for (const side of [gl.TEXTURE_WRAP_S, gl.TEXTURE_WRAP_T])
-      gl.texParameteri(gl.TEXTURE_2D, side, gl.CLAMP_TO_EDGE);
-    return texture;
   }
 
   #target(size: readonly [number, number]): Target {
     const gl = this.#gl;
-    const texture = this.#texture();
+    const texture = makeTexture(gl);
     gl.texStorage2D(gl.TEXTURE_2D, 1, gl.RGBA32F, size[0], size[1]);
     const frame = gl.createFramebuffer();
     if (frame === null) throw new Error('make a frame: the graphics context is lost');
@@ -344,7 +321,7 @@ export class Renderer {
   }
 
   #table2d(format: number, width: number, data: Float32Array): WebGLTexture {
-    const texture = this.#texture();
+    const texture = makeTexture(this.#gl);
     this.#upload(texture, format, width, data);
     return texture;
   }
@@ -355,7 +332,7 @@ export class Renderer {
     const rows = Math.max(1, Math.ceil(values.length / 4 / kPoolRow));
     const padded = new Uint16Array(rows * kPoolRow * 4);
     padded.set(values);
-    const texture = this.#texture();
+    const texture = makeTexture(gl);
     gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA16F, kPoolRow, rows, 0, gl.RGBA, gl.HALF_FLOAT, padded);
     return texture;
   }
@@ -399,11 +376,4 @@ function meanPaneOf(look: Appearance): number[] {
     mean = [...own, share, mean[4]! * (1 - t) + pane[4]! * t];
   }
   return mean;
-}
-
-function upsideDown(rows: Int32Array, stride: number): Int32Array {
-  const out = new Int32Array(rows.length);
-  for (let from = 0, to = rows.length - stride; to >= 0; from += stride, to -= stride)
-    out.set(rows.subarray(from, from + stride), to);
-  return out;
 }

@@ -11,6 +11,7 @@ uniform highp usampler2DArray uCells;       // mask (low, high), detail (low, hi
 uniform highp usampler2DArray uFirst;       // index of the first child with detail; rows of 256
 // Red, green, blue, material (| 128: it has a colour); rows of 1024.
 uniform highp usampler2DArray uAttributes;
+uniform highp usampler2DArray uClasses;     // of the survey, for each attribute
 uniform highp usampler2D uColumns;          // hash table of columns: bx, bz, level and kind, base
 // At a column's base: by of the first box, how many there are; then the boxes.
 uniform highp usampler2D uBoxes;
@@ -31,6 +32,8 @@ const uint kHole = 2u;
 
 const uint kAirMaterial = 0u;
 const uint kRock = 1u << 24;  // as an attribute: rock without a colour
+const uint kNoIndex = 0xffffffffu;
+const int kUnknownClass = 256;
 
 const int kMiss = 0;
 const int kHit = 1;
@@ -56,6 +59,7 @@ struct Stop {
 struct Hit {
   int kind;
   uint attr;   // as in uAttributes
+  uint index;  // of the attribute; kNoIndex: the voxel has none of its own
 };
 
 Ray rayOf(ivec3 base, vec3 offset, vec3 direction) {
@@ -163,11 +167,19 @@ uint firstAt(uint index) {
   return texelFetch(uFirst, placeOfCell(index), 0).x;
 }
 
+ivec3 placeOfAttribute(uint index) {
+  int i = int(index);
+  return ivec3(i & 1023, i >> kAttributeRowBits & 255, i >> kLayerBits);
+}
+
 uint attributeAt(uint index) {
-  uvec4 a = texelFetch(uAttributes,
-                       ivec3(int(index) & 1023, int(index) >> kAttributeRowBits & 255,
-                             int(index) >> kLayerBits), 0);
+  uvec4 a = texelFetch(uAttributes, placeOfAttribute(index), 0);
   return a.x | a.y << 8 | a.z << 16 | a.w << 24;
+}
+
+int classAt(uint index) {
+  if (index == kNoIndex) return kUnknownClass;
+  return int(texelFetch(uClasses, placeOfAttribute(index), 0).x);
 }
 
 bool hasBit(uvec2 mask, int bit) {
@@ -281,7 +293,7 @@ uvec3 boxAt(uint base, int by) {
 
 // Walks a ray that lies inside the bounds to the first voxel that stops it with t <= tMax.
 Hit walk(inout Ray ray, Stop stop, float tMax) {
-  Hit hit = Hit(kMiss, 0u);
+  Hit hit = Hit(kMiss, 0u, kNoIndex);
   int steps = 0;
   while (ray.t <= tMax) {
     ivec3 low = uBoundsMin >> ray.level;
@@ -359,9 +371,11 @@ Hit walk(inout Ray ray, Stop stop, float tMax) {
               stopped = true;
               break;
             }
-            uint attr = attributeAt(box.z + firstAt(brickIndex) + countBelow(brick.zw, bit));
+            uint place = box.z + firstAt(brickIndex) + countBelow(brick.zw, bit);
+            uint attr = attributeAt(place);
             if ((attr >> 24 & 127u) != stop.passed) {
               hit.attr = attr;
+              hit.index = place;
               stopped = true;
               break;
             }
