@@ -20,8 +20,8 @@ const vec3 kPaper = vec3(0.80, 0.83, 0.86);  // linear: where there is nothing
 
 // How bright a face is drawn, by its face: the tops brightest, and neighbouring sides unlike, so
 // that forms stay readable while the hue is the legend's.
-const float kFaceShade[6] = float[](0.72, 0.80, 0.5, 1.0, 0.62, 0.86);
-const float kShadowShade = 0.62;
+const float kFaceShade[6] = float[](0.74, 0.84, 0.6, 1.0, 0.68, 0.9);
+const float kShadowShade = 0.7;
 
 int placeInLayer(FirstHit first, float height) {
   if (uLayer == kHeight) return int(clamp((height - uLowest) * uPerHeight, 0.0, 256.0) + 0.5);
@@ -87,10 +87,15 @@ vec3 layerAlong(Task task, out FirstHit first) {
   return colour * shade;
 }
 
-// What an observer does not see is dark and without its colour, so that what is seen stands out for
-// everybody.
+// What an observer does not see lies under a veil of one colour, which is nowhere in nature, even
+// where it is dark: neither the shade of the sun nor a wood looks like it. In a layer it is grey,
+// which is how a map says that nothing is told.
 vec3 unseen(vec3 light) {
-  const vec3 kTint = vec3(0.34, 0.30, 0.52);
-  return dot(light, vec3(0.2126, 0.7152, 0.0722)) * kTint;
+  const vec3 kLuminance = vec3(0.2126, 0.7152, 0.0722);
+  float grey = dot(light, kLuminance);
+  if (uLayer != 0) return vec3(0.05 + grey * 0.25);
+  const vec3 kTint = vec3(0.30, 0.22, 0.55);
+  const float kVeil = 0.12;
+  return (grey * 0.7 + dot(uAmbient[3], kLuminance) * kVeil) * kTint;
 }
 #endif

@@ -18,11 +18,11 @@ export const kUnknownClass = 256;
 // Groups keep the hue that maps give them; within a group, and between groups that colour-blind
 // people confuse, lightness differs. Orange, sky blue, green, yellow, blue, vermilion and purple are
 // those of Okabe and Ito, "Color Universal Design", 2008.
-const kUnclassified: Bytes = [200, 200, 205];
+const kUnclassified: Bytes = [186, 186, 192];
 const kGround: Bytes = [201, 169, 122];
 const kWire: Bytes = [240, 228, 66];
 const kClasses: ReadonlyMap<number, Bytes> = new Map([
-  [0, kUnclassified], // created, never classified
+  [0, [228, 228, 232]], // created, never classified
   [1, kUnclassified],
   [2, kGround],
   [3, [190, 225, 150]], // vegetation: low, medium, high

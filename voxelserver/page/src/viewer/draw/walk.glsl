@@ -393,9 +393,7 @@ Hit walk(inout Ray ray, Stop stop, float tMax) {
         if (!stopped) continue;
       }
       hit.kind = ray.t <= tMax ? kHit : kMiss;
-      if (hidden)
-        hit.attr = ray.face < 0 ? kRock
-                                     : hiddenAttribute(box.yz, ray.voxel & ivec3(63, 255, 63));
+      if (hidden) hit.attr = hiddenAttribute(box.yz, ray.voxel & ivec3(63, 255, 63));
       return hit;
     } while (ivec3(ray.voxel.x >> 6, ray.voxel.y >> 8, ray.voxel.z >> 6) == own);
   }
