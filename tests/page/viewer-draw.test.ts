@@ -5,8 +5,17 @@ import {
   makeColumnTable,
   type CutColumn,
 } from '../../voxelserver/page/src/viewer/draw/column-table.js';
+import type { Appearance } from '../../voxelserver/page/src/viewer/draw/appearance.js';
 import { fromHalf } from '../../voxelserver/page/src/viewer/draw/half.js';
+import {
+  heightColour,
+  kLayerColours,
+  kUnknownClass,
+  layerTable,
+  legendOf,
+} from '../../voxelserver/page/src/viewer/draw/layers.js';
 import { LevelCut } from '../../voxelserver/page/src/viewer/draw/level-cut.js';
+import { checkLook, kDefaultLook, type Look } from '../../voxelserver/page/src/viewer/draw/look.js';
 import { Pace } from '../../voxelserver/page/src/viewer/draw/pace.js';
 import { Residency, type ColumnKey } from '../../voxelserver/page/src/viewer/draw/residency.js';
 import { RowPool } from '../../voxelserver/page/src/viewer/draw/row-pool.js';
@@ -119,6 +128,22 @@ test('where a column is far enough, so are its halves', () => {
   }
 });
 
+test('there is as much detail around an observer as around the eye', () => {
+  const random = numbers(5);
+  for (let i = 0; i < 500; ++i) {
+    const eye = [random() * 3000 - 500, random() * 900, random() * 3000 - 500] as const;
+    const observer = [random() * 3000 - 500, random() * 300, random() * 3000 - 500] as const;
+    const [one, other] = [cutAt(eye), cutAt(observer)];
+    const both = new LevelCut(kBounds, { eye, observer, pixelRad: 0.004, detail: 1 }, 5);
+    const level = 1 + Math.floor(random() * 5);
+    const [bx, bz] = [Math.floor(random() * 8) - 2, Math.floor(random() * 8) - 2];
+    assert.equal(
+      both.isFarEnough(level, bx, bz),
+      one.isFarEnough(level, bx, bz) && other.isFarEnough(level, bx, bz),
+    );
+  }
+});
+
 test('what is shown covers each place once, whatever is there, and is the cut in the end', () => {
   const random = numbers(4);
   const cut = cutAt([400, 300, 400]);
@@ -209,6 +234,118 @@ test('halves are read as they were written', () => {
     [1, 2 ** -24],
   ] as const)
     assert.equal(fromHalf(half), value);
+});
+
+type Bytes = readonly [number, number, number];
+
+// Of red, green and blue in people who lack a kind of cone. Ref: Machado, Oliveira and Fernandes,
+// "A Physiologically-based Model for Simulation of Color Vision Deficiency", 2009.
+const kEyes = {
+  all: [1, 0, 0, 0, 1, 0, 0, 0, 1],
+  noRed: [
+    0.152286, 1.052583, -0.204868, 0.114503, 0.786281, 0.099216, -0.003882, -0.048116, 1.051998,
+  ],
+  noGreen: [
+    0.367322, 0.860646, -0.227968, 0.280085, 0.672501, 0.047413, -0.01182, 0.04294, 0.968881,
+  ],
+  noBlue: [
+    1.255528, -0.076749, -0.178779, -0.078411, 0.930809, 0.147602, 0.004733, 0.691367, 0.3039,
+  ],
+} as const;
+
+/** A colour as such an eye sees it, in OKLab, where distances are those that people see. */
+function seenBy(eye: keyof typeof kEyes, colour: Bytes): number[] {
+  const lit = colour.map((c) => (c <= 10 ? c / 255 / 12.92 : ((c / 255 + 0.055) / 1.055) ** 2.4));
+  const m = kEyes[eye];
+  const rgb = [0, 3, 6].map((row) =>
+    Math.max(0, m[row]! * lit[0]! + m[row + 1]! * lit[1]! + m[row + 2]! * lit[2]!),
+  );
+  const mixed = (r: number, g: number, b: number): number =>
+    Math.cbrt(r * rgb[0]! + g * rgb[1]! + b * rgb[2]!);
+  const l = mixed(0.4122214708, 0.5363325363, 0.0514459929);
+  const n = mixed(0.2119034982, 0.6806995451, 0.1073969566);
+  const s = mixed(0.0883024619, 0.2817188376, 0.6299787005);
+  return [
+    0.2104542553 * l + 0.793617785 * n - 0.0040720468 * s,
+    1.9779984951 * l - 2.428592205 * n + 0.4505937099 * s,
+    0.0259040371 * l + 0.7827717662 * n - 0.808675766 * s,
+  ];
+}
+
+function apart(eye: keyof typeof kEyes, a: Bytes, b: Bytes): number {
+  const other = seenBy(eye, b);
+  return Math.hypot(...seenBy(eye, a).map((v, i) => v - other[i]!));
+}
+
+test('heights have even steps, and ascend for every eye', () => {
+  const ramp = Array.from({ length: 21 }, (_, i) => heightColour(i / 20));
+  const steps = ramp.slice(1).map((colour, i) => apart('all', colour, ramp[i]!));
+  const mean = steps.reduce((sum, step) => sum + step, 0) / steps.length;
+  for (const step of steps) assert.ok(Math.abs(step / mean - 1) < 0.15, `${step} of ${mean}`);
+  for (const eye of ['all', 'noRed', 'noGreen', 'noBlue'] as const)
+    for (let i = 1; i < ramp.length; ++i) {
+      assert.ok(seenBy(eye, ramp[i]!)[0]! > seenBy(eye, ramp[i - 1]!)[0]!, `${eye}: step ${i}`);
+      assert.ok(apart(eye, ramp[i]!, ramp[i - 1]!) > 0.4 * mean, `${eye}: step ${i}`);
+    }
+  assert.deepEqual(heightColour(-5), heightColour(0));
+  assert.deepEqual(heightColour(7), heightColour(1));
+});
+
+const kNames = ['air', 'rock', 'ground', 'grass', 'high_vegetation', 'roof', 'water', 'my_own'];
+const kLooks = {
+  materials: kNames.map((name) => ({ name, colour: [1, 0.2, 0] })),
+} as unknown as Appearance;
+
+test('a legend tells its colours apart, and is what the shader draws', () => {
+  const classes = legendOf('class', kLooks, 0.5, 6);
+  assert.equal(classes.find(({ name }) => name === 'class2')!.colour.join(), '201,169,122');
+  const distinct = [...new Map(classes.map(({ colour }) => [colour.join(), colour])).values()];
+  assert.ok(distinct.length >= 15);
+  for (const eye of ['all', 'noRed', 'noGreen', 'noBlue'] as const)
+    for (const [i, a] of distinct.entries())
+      for (const b of distinct.slice(0, i))
+        assert.ok(apart(eye, a, b) > 0.04, `${eye}: ${a} and ${b}`);
+
+  const bytesAt = (table: Float32Array, i: number): number[] =>
+    [0, 1, 2].map((a) => {
+      const c = table[4 * i + a]!;
+      return Math.round(255 * (c <= 0.0031308 ? c * 12.92 : 1.055 * c ** (1 / 2.4) - 0.055));
+    });
+  const table = layerTable('class', kLooks, 6);
+  assert.equal(table.length, 4 * kLayerColours);
+  for (const { name, colour } of classes) {
+    const places: Record<string, number> = { classOther: 200, classUnknown: kUnknownClass };
+    assert.deepEqual(bytesAt(table, places[name] ?? Number(name.slice(5))), [...colour], name);
+  }
+  const materials = legendOf('material', kLooks, 0.5, 6);
+  assert.deepEqual(materials.map(({ name }) => name), kNames.slice(1));
+  for (const [i, { colour }] of materials.entries())
+    assert.deepEqual(bytesAt(layerTable('material', kLooks, 6), i + 1), [...colour]);
+  assert.deepEqual(materials.at(-1)!.colour, [255, 124, 0], 'one that is not known has its own');
+
+  const levels = legendOf('level', kLooks, 0.5, 4);
+  assert.deepEqual(levels.map(({ name }) => name), ['0.5 m', '1 m', '2 m', '4 m']);
+  for (const [i, { colour }] of levels.entries())
+    assert.deepEqual(bytesAt(layerTable('level', kLooks, 4), i), [...colour]);
+  assert.equal(legendOf('level', kLooks, 0.5, 1).length, 1);
+  for (const layer of ['none', 'height'] as const)
+    assert.deepEqual(legendOf(layer, kLooks, 0.5, 6), []);
+  assert.deepEqual(bytesAt(layerTable('height', kLooks, 6), 128), [...heightColour(0.5)]);
+});
+
+test('a look that cannot be drawn is refused with the name of what is wrong', () => {
+  checkLook(kDefaultLook);
+  checkLook({ ...kDefaultLook, observer: [1, 2, 3], section: { normal: [0, 0.6, 0.8], offset: 5 } });
+  const wrong: readonly (readonly [Partial<Look>, RegExp])[] = [
+    [{ heightRange: [5, 5] }, /heightRange = 5, 5/],
+    [{ heightRange: [0, NaN] }, /heightRange/],
+    [{ observer: [0, Infinity, 0] }, /observer = 0, Infinity, 0/],
+    [{ section: { normal: [1, 1, 0], offset: 0 } }, /section.normal = 1, 1, 0/],
+    [{ section: { normal: [NaN, 1, 0], offset: 0 } }, /section.normal/],
+    [{ section: { normal: [1, 0, 0], offset: 1e300 } }, /section.offset/],
+  ];
+  for (const [change, said] of wrong)
+    assert.throws(() => checkLook({ ...kDefaultLook, ...change }), said);
 });
 
 const kView: Viewpoint = { position: [10, 20, -30], headingDeg: 40, pitchDeg: -10, fovDeg: 42 };
