@@ -16,8 +16,6 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-constexpr std::string_view kPageFiles[] = {"viewer.js", "worker.js", "viewer.css", "licences.txt"};
-
 json point(core::Vec3 v) {
     return json::array({v.x, v.y, v.z});
 }
@@ -147,7 +145,7 @@ std::string index_html(const SiteFacts& facts) {
 }
 
 void write_site(const fs::path& folder, const SiteFacts& facts) {
-    for (const std::string_view name : kPageFiles)
+    for (const std::string_view name : page::kViewerFiles)
         util::write_file_atomically(folder / "viewer" / name, page_file(name));
     util::write_file_atomically(folder / "place.json", place_json(facts));
     util::write_file_atomically(folder / "index.html", index_html(facts));

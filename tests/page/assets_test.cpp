@@ -3,6 +3,7 @@
 #include <string>
 
 #include "tests/catch.hpp"
+#include "voxelserver/page/appearance.hpp"
 
 using terravox::page::Asset;
 
@@ -43,4 +44,12 @@ TEST_CASE("the pages refer to their other files, and no other is found", "[page]
     for (const char* path :
          {"", "/", "index", "page/app.js", "../index.html", "app.js.map", "APP.JS"})
         CHECK(terravox::page::find(path) == nullptr);
+}
+
+TEST_CASE("the program holds what the viewer needs of materials and the sky", "[page]") {
+    for (const std::string_view file : terravox::page::kViewerFiles)
+        CHECK(terravox::page::find(file) != nullptr);
+    const std::string_view appearance = terravox::page::default_appearance();
+    CHECK(appearance.substr(0, 3) == "\x1f\x8b\x08");  // gzip
+    CHECK(appearance.size() > 100'000);
 }

@@ -4,25 +4,7 @@
 #include <array>
 #include <cstddef>
 
-// The assembler takes the files in as they are: as a C++ array half a megabyte would take the
-// compiler seconds. NOLINTBEGIN(cppcoreguidelines-macro-usage): only a preprocessor can put a path
-// into an assembler directive
-#define TERRAVOX_EMBED(symbol, file)                           \
-    asm(".pushsection .rodata.terravox_page,\"a\",@progbits\n" \
-        ".global terravox_page_" #symbol                       \
-        "_begin\n"                                             \
-        ".global terravox_page_" #symbol                       \
-        "_end\n"                                               \
-        "terravox_page_" #symbol                               \
-        "_begin:\n"                                            \
-        ".incbin \"" file                                      \
-        "\"\n"                                                 \
-        "terravox_page_" #symbol                               \
-        "_end:\n"                                              \
-        ".byte 0\n"                                            \
-        ".popsection\n");                                      \
-    extern "C" const char terravox_page_##symbol##_begin[], terravox_page_##symbol##_end[]
-// NOLINTEND(cppcoreguidelines-macro-usage)
+#include "voxelserver/page/embed.hpp"
 
 TERRAVOX_EMBED(index, TERRAVOX_PAGE_FOLDER "/index.html");
 TERRAVOX_EMBED(script, TERRAVOX_PAGE_FOLDER "/app.js");

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <span>
 #include <string_view>
 
@@ -17,6 +18,10 @@ struct Asset {
 /// more of a `Content-Security-Policy` than scripts, styles, connections and images of `'self'`,
 /// and images as `blob:` and `data:`. Thread-safe.
 [[nodiscard]] std::span<const Asset> assets() noexcept;
+
+/// What "viewer.html" refers to as `viewer/NAME`, and the licences of its parts.
+inline constexpr std::array<std::string_view, 4> kViewerFiles = {"viewer.js", "worker.js",
+                                                                 "viewer.css", "licences.txt"};
 
 /// @return the file of that name, or nullptr. Thread-safe.
 [[nodiscard]] const Asset* find(std::string_view path) noexcept;
