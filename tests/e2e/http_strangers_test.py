@@ -51,6 +51,7 @@ class Folders(Case):
         document = json.loads((ROOT / "docs" / "openapi.json").read_text())
         for path, methods in document["paths"].items():
             values = {"level": 0, "bx": bx, "by": by, "bz": bz, "name": "app.js"}
+            values["file"] = "viewer.js"
             if path.startswith("/map"):
                 values = {"z": world["map"]["zooms"][1], "x": x // 256, "y": z // 256}
             address = path.format(**values) + (query if path.startswith("/gkot") else "")

@@ -93,6 +93,8 @@ public:
         std::uint64_t failed = 0;
     };
     [[nodiscard]] Stats stats() const;
+    /// BoxCacheOptions::downsample.
+    [[nodiscard]] bool makes_coarse_from_fine() const noexcept { return m_downsample; }
     [[nodiscard]] std::size_t limit_bytes() const noexcept { return m_memory.limit_bytes(); }
     [[nodiscard]] std::vector<voxel::BoxKey> in_memory(int level, std::size_t max_keys) const;
     /// nullptr: no disk cache.

@@ -6,6 +6,7 @@
 #include "voxelserver/http/map_route.hpp"
 #include "voxelserver/http/page_routes.hpp"
 #include "voxelserver/http/state_routes.hpp"
+#include "voxelserver/http/view_place.hpp"
 
 namespace terravox::http {
 
@@ -34,6 +35,11 @@ Response Dispatcher::call_handler(Route route, const RouteRequest& call) {
     switch (route) {
         case Route::kPage:
         case Route::kPageFile: return answer_page(call);
+        case Route::kView: return redirect_to_viewer();
+        case Route::kViewPage:
+        case Route::kViewFile: return answer_viewer(call);
+        case Route::kViewPlace: return json_reply(view_place(m_service), call.request);
+        case Route::kViewAppearance: return answer_appearance(call);
         case Route::kOpenApi: return answer_open_api(call);
         case Route::kHealth: return answer_health(m_service, call);
         case Route::kWorld: return m_world.answer(call.request);

@@ -2,12 +2,15 @@
 
 #include <xxhash.h>
 
+#include <algorithm>
+
+#include "voxelserver/page/appearance.hpp"
 #include "voxelserver/page/assets.hpp"
 
 namespace terravox::http {
 namespace {
 
-// The page loads nothing from other origins, and must not be embedded in other pages. Map tiles are
+// The pages load nothing from other origins, and must not be embedded in other pages. Map tiles are
 // loaded as blobs where there is a token.
 constexpr std::string_view kPolicy =
     "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; img-src 'self' "
@@ -25,18 +28,41 @@ Response fixed(std::string_view content_type, std::string_view bytes, const Requ
     return out;
 }
 
-}  // namespace
-
-Response answer_page(const RouteRequest& call) {
-    const std::string_view name =
-        call.parts.count == 1 ? std::string_view("index.html") : call.parts.part[1];
+Response answer_asset(std::string_view name, const Request& request) {
     const page::Asset* asset = page::find(name);
     if (asset == nullptr)
         return problem(404, "the page has no file " + std::string(name));
-    Response out = fixed(asset->content_type, asset->bytes, call.request);
+    Response out = fixed(asset->content_type, asset->bytes, request);
     return out.add("Content-Security-Policy", kPolicy)
         .add("Referrer-Policy", "no-referrer")
         .add("Cross-Origin-Opener-Policy", "same-origin");
+}
+
+}  // namespace
+
+Response answer_page(const RouteRequest& call) {
+    return answer_asset(call.parts.count == 1 ? std::string_view("index.html") : call.parts.part[1],
+                        call.request);
+}
+
+// Relative to the request, so that a proxy may add a path.
+Response redirect_to_viewer() {
+    Response out = reply(308, "text/plain; charset=utf-8", "view/\n");
+    return out.add("Location", "view/").add("Cache-Control", "no-store");
+}
+
+Response answer_viewer(const RouteRequest& call) {
+    if (call.parts.count == 2)
+        return answer_asset("viewer.html", call.request);
+    const std::string_view name = call.parts.part[2];
+    const auto& files = page::kViewerFiles;
+    if (std::find(files.begin(), files.end(), name) == files.end())
+        return problem(404, "the viewer has no file " + std::string(name));
+    return answer_asset(name, call.request);
+}
+
+Response answer_appearance(const RouteRequest& call) {
+    return fixed("application/octet-stream", page::default_appearance(), call.request);
 }
 
 Response answer_open_api(const RouteRequest& call) {

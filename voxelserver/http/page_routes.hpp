@@ -8,6 +8,16 @@ namespace terravox::http {
 /// unknown name.
 [[nodiscard]] Response answer_page(const RouteRequest& call);
 
+/// GET /view: 308 to /view/, where the relative addresses of the viewer lead to its files.
+[[nodiscard]] Response redirect_to_viewer();
+
+/// GET /view/ and /view/viewer/{file}: the viewer's page and its files, as a site has them; 404 for
+/// an unknown name.
+[[nodiscard]] Response answer_viewer(const RouteRequest& call);
+
+/// GET /view/appearance.bin: materials and the sky, which are compiled into the program.
+[[nodiscard]] Response answer_appearance(const RouteRequest& call);
+
 /// GET /openapi.json: docs/openapi.json, which is compiled into the program.
 [[nodiscard]] Response answer_open_api(const RouteRequest& call);
 

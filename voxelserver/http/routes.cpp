@@ -8,6 +8,11 @@ constexpr std::size_t kBatchBytes = std::size_t{256} << 10;
 constexpr std::array<RouteFacts, kRouteCount> kRoutes = {{
     {Route::kPage, "/", false, true},
     {Route::kPageFile, "/page/{name}", false, true},
+    {Route::kView, "/view", false, true},
+    {Route::kViewPage, "/view/", false, true},
+    {Route::kViewPlace, "/view/place.json"},
+    {Route::kViewAppearance, "/view/appearance.bin", false, true},
+    {Route::kViewFile, "/view/viewer/{file}", false, true},
     {Route::kHealth, "/healthz", false, true},
     {Route::kWorld, "/v2/world"},
     {Route::kBox, "/v2/boxes/{level}/{bx}/{by}/{bz}"},

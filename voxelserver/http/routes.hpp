@@ -12,6 +12,11 @@ namespace terravox::http {
 enum class Route {
     kPage,
     kPageFile,
+    kView,
+    kViewPage,
+    kViewPlace,
+    kViewAppearance,
+    kViewFile,
     kHealth,
     kWorld,
     kBox,

@@ -332,8 +332,10 @@ TEST_CASE("with a token, only open routes answer without it", "[voxelserver][htt
         return router.handle(Request{"GET", path, std::move(headers)}).status;
     };
     CHECK(status("/healthz") == 200);
-    for (const char* path :
-         {"/v2/world", "/v2/boxes/0/0/0/0", "/metrics", "/v2/stats", "/nothing"}) {
+    for (const char* path : {"/view/", "/view/appearance.bin", "/view/viewer/worker.js"})
+        CHECK(status(path) == 200);
+    for (const char* path : {"/v2/world", "/v2/boxes/0/0/0/0", "/metrics", "/v2/stats", "/nothing",
+                             "/view/place.json", "/view/nothing"}) {
         INFO(path);
         CHECK(status(path) == 401);
     }
@@ -484,7 +486,9 @@ TEST_CASE("no reply names a folder of this machine", "[voxelserver][http][router
 TEST_CASE("the page may load its own files alone, and be shown in no other page",
           "[voxelserver][http][router]") {
     RouterFixture f;
-    for (const char* path : {"/", "/page/app.js", "/page/app.css"}) {
+    for (const char* path :
+         {"/", "/page/app.js", "/page/app.css", "/view/", "/view/viewer/viewer.js",
+          "/view/viewer/worker.js", "/view/viewer/viewer.css", "/view/viewer/licences.txt"}) {
         INFO(path);
         const Response r = f.get(path);
         REQUIRE(r.status == 200);
@@ -495,6 +499,26 @@ TEST_CASE("the page may load its own files alone, and be shown in no other page"
         CHECK(policy.find("unsafe") == std::string::npos);
         CHECK(r.header("Referrer-Policy") == "no-referrer");
         CHECK(r.header("Cross-Origin-Opener-Policy") == "same-origin");
+    }
+}
+
+TEST_CASE("the viewer is at /view/, where its relative addresses lead to its files",
+          "[voxelserver][http][router]") {
+    RouterFixture f;
+    const Response from = f.get("/view");
+    CHECK(from.status == 308);
+    CHECK(from.header("Location") == "view/");
+    CHECK(f.get("/view/").bytes().find("src=\"viewer/viewer.js\"") != std::string_view::npos);
+    const Response place = f.get("/view/place.json");
+    CHECK(place.header("Cache-Control") == "no-store");
+    CHECK(json_of(place)["archive"]["server"] == "../");
+    const Response appearance = f.get("/view/appearance.bin");
+    CHECK(appearance.bytes().substr(0, 2) == "\x1f\x8b");
+    CHECK(appearance.header("ETag") != "");
+    for (const char* path : {"/view/viewer.js", "/view/viewer/app.js", "/view/viewer/viewer.html",
+                             "/view/viewer/", "/view/place.tvx", "/view//"}) {
+        INFO(path);
+        CHECK(f.get(path).status == 404);
     }
 }
 
