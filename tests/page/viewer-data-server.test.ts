@@ -7,6 +7,7 @@ import { record, serverHost } from './support/batch-host.js';
 import { at } from './support/columns.js';
 import { kindOfAsync } from './support/data-errors.js';
 import { kOpen, type Handler, FakeHost, status } from './support/fake-host.js';
+import { kFacts } from './support/make-archive.js';
 import { kColumns, archiveHost, collect, columnsOf } from './support/small-archive.js';
 import { bytesOf } from './support/test-bytes.js';
 
@@ -56,17 +57,69 @@ test('a batch that is cut short is requested again for what is missing', async (
   assert.ok([...failed.values()].some((c) => c instanceof DataError && c.kind === 'cut'));
 });
 
-test('a box that a busy server leaves out fails its column, and a change ends all', async () => {
-  const host = serverHost({ statusOf: ([, bx]) => (bx === 0 ? 503 : 204) });
+test('what a busy server leaves out is requested again until it comes', async () => {
+  const left = new Map<string, number>();
+  const host = serverHost({
+    statusOf: ([, bx, by]) => {
+      const times = left.get(`${bx},${by}`) ?? (bx === 0 ? 7 : 0);
+      left.set(`${bx},${by}`, times - 1);
+      return times > 0 ? 503 : 204;
+    },
+  });
   const source = await openServer(host);
   const found = await collect(host, source, [at(0), at(1)]);
-  assert.equal((found.get('0/0/0') as DataError).kind, 'server');
+  assert.deepEqual((found.get('0/0/0') as Column).boxes, []);
   assert.deepEqual((found.get('0/1/0') as Column).boxes, []);
+  const counts = host.asked.slice(1).map(({ init }) => {
+    return (JSON.parse(String(init.body)) as { boxes: unknown[] }).boxes.length;
+  });
+  assert.deepEqual(counts, [4, 2, 2, 2, 2, 2, 2, 2]);
+});
+
+test('a server that is away for a while makes no hole', async () => {
+  const host = serverHost();
+  const source = await openServer(host);
+  const away: Handler = () => {
+    throw new TypeError('Failed to fetch');
+  };
+  host.next.push(away, away, away, away, status(503), status(502), status(429), away);
+  const found = await collect(host, source, kColumns);
+  assert.ok([...found.values()].every((column) => !(column instanceof DataError)));
+});
+
+test('what is no longer wanted of a busy server is not requested again', async () => {
+  const host = serverHost({ statusOf: () => 503 });
+  const source = await openServer(host);
+  const unwanted = new AbortController();
+  const results = source.columns([at(0)], unwanted.signal).next();
+  const isAskedAgain = async (): Promise<void> => {
+    while (host.asked.length < 4) await new Promise((resolve) => setImmediate(resolve));
+  };
+  await host.clock.finish(isAskedAgain());
+  unwanted.abort(new Error('not any more'));
+  await assert.rejects(host.clock.finish(results), /not any more/);
+  assert.equal(host.asked.length, 4);
+});
+
+test('a change of the data, or of the token, ends all', async () => {
+  const host = serverHost();
+  const source = await openServer(host);
   const other = { headers: { 'Terravox-Edition': 'e2' } };
-  for (const handler of [status(412), () => new Response('', other)]) {
+  for (const handler of [status(412), status(401), () => new Response('', other)]) {
     host.next.push(handler);
     assert.equal(await kindOfAsync(collect(host, source, [at(0)])), 'changed');
   }
+});
+
+test('levels that take too long are left out, unless too many columns would remain', async () => {
+  const world = { ...kFacts, bounds: { min: [0, 0, 0], max: [8192, 256, 4096] }, levels: 8 };
+  const host = new FakeHost();
+  host.handler = () => new Response(JSON.stringify(world));
+  const open = (coarsest: number): Promise<ServerSource> =>
+    host.clock.finish(ServerSource.open(host.http, { url: 'http://host/', coarsest }, kOpen));
+  assert.equal((await open(2)).facts.world.levels, 3);
+  assert.equal((await open(20)).facts.world.levels, 8);
+  assert.equal(await kindOfAsync(open(0)), 'too-large');
 });
 
 test('replies to a batch that are none are refused', async () => {

@@ -29,7 +29,15 @@ import {
   turned,
   type Viewpoint,
 } from '../../voxelserver/page/src/viewer/ui/navigation.js';
+import { kTokenKey } from '../../voxelserver/page/src/api.js';
+import { readStats, readWorld } from '../../voxelserver/page/src/replies.js';
 import { readPlaceFile } from '../../voxelserver/page/src/viewer/ui/place-file.js';
+import {
+  fetchWithToken,
+  serverPlace,
+  tokenStore,
+} from '../../voxelserver/page/src/viewer/ui/server-access.js';
+import { placeOnMap, progressOf } from '../../voxelserver/page/src/viewer/ui/server-watch.js';
 import { languageOf, text } from '../../voxelserver/page/src/viewer/ui/texts.js';
 
 // A generator of the test's own, so that a failure repeats.
@@ -397,11 +405,17 @@ test('place.json is refused with the name of what is wrong', () => {
   assert.equal(readPlaceFile(kPlace).views.length, 1);
   const parts = { ...kPlace, archive: { parts: [{ url: 'a', bytes: 5 }] } };
   assert.deepEqual(readPlaceFile(parts).archive, { parts: [{ url: 'a', bytes: 5 }] });
+  const server = { server: '../', coarsest: 2 };
+  assert.deepEqual(readPlaceFile({ ...kPlace, archive: server }).archive, server);
   const wrong: readonly (readonly [object, RegExp])[] = [
     [{ version: 2 }, /version/],
     [{ title: 5 }, /title/],
     [{ archive: {} }, /archive.url/],
     [{ archive: { parts: [{ url: 'a', bytes: -1 }] } }, /bytes/],
+    [{ archive: { server: 5, coarsest: 2 } }, /archive.server/],
+    [{ archive: { server: '../' } }, /archive.coarsest/],
+    [{ archive: { server: '../', coarsest: 21 } }, /archive.coarsest/],
+    [{ archive: { server: '../', coarsest: 1.5 } }, /archive.coarsest/],
     [{ views: [] }, /no view/],
     [{ views: [{ ...kPlace.views[0], position: [0, 1] }] }, /position/],
     [{ views: [{ ...kPlace.views[0], fov_deg: 1000 }] }, /fov_deg/],
@@ -416,4 +430,57 @@ test('texts are those of the first language that is known', () => {
   assert.equal(languageOf(['de-AT', 'sl-SI', 'en']), 'sl');
   assert.equal(languageOf(['fr']), 'en');
   assert.equal(text('en', 'refining', '7').includes('7'), true);
+});
+
+test("the token goes to the page's own origin, and to no other", async () => {
+  const sent: string[] = [];
+  const own = { origin: 'https://own.example' };
+  const before = { location: globalThis.location, fetch: globalThis.fetch };
+  Object.assign(globalThis, {
+    location: own,
+    fetch: (url: URL, { headers }: { headers: { Authorization?: string } }) => {
+      sent.push(`${url.host} ${headers.Authorization ?? 'nothing'}`);
+      const challenge = { status: 401, headers: { 'WWW-Authenticate': 'Bearer' } };
+      return Promise.resolve(new Response('', url.origin === own.origin ? {} : challenge));
+    },
+  });
+  try {
+    tokenStore.setItem(kTokenKey, 's3cret');
+    const say = (): string => '';
+    assert.equal((await fetchWithToken(new URL('https://own.example/a'), say)).status, 200);
+    assert.equal((await fetchWithToken(new URL('https://other.example/a'), say)).status, 401);
+    assert.deepEqual(sent, ['own.example Bearer s3cret', 'other.example nothing']);
+    const server = 'https://own.example/path/';
+    assert.deepEqual(serverPlace(server, 2), { server, coarsest: 2, token: 's3cret' });
+    for (const other of ['https://other.example/', 'http://own.example/', 'https://own.example:1/'])
+      assert.throws(() => serverPlace(other, 2), /another origin/);
+    tokenStore.removeItem(kTokenKey);
+    assert.deepEqual(serverPlace(server, 2), { server, coarsest: 2 });
+  } finally {
+    Object.assign(globalThis, before);
+  }
+});
+
+test('the map shows what is looked at, or what is under the camera', () => {
+  const bounds = { min: [0, 0, 0], max: [4000, 200, 4000] } as const;
+  const world = readWorld({
+    bounds,
+    voxel_m: 0.5,
+    levels: 3,
+    crs_units_per_voxel: 0.5,
+  });
+  const view = { position: [1000, 400, -2000], headingDeg: 90, pitchDeg: -45, fovDeg: 45 } as const;
+  assert.equal(placeOnMap(view, world), '#e=650.00&n=1000.00&r=0.414');
+  for (const pitchDeg of [0, 30, -1])
+    assert.equal(placeOnMap({ ...view, pitchDeg }, world), '#e=500.00&n=1000.00&r=0.195');
+});
+
+test('a server that makes boxes says how far it is, and one that makes none says nothing', () => {
+  const said = (making: object, prepare?: object): string =>
+    progressOf(readStats({ making, prepare }), (key, ...values) => text('en', key, ...values));
+  assert.equal(said({ made: 70 }), '');
+  assert.match(said({ running: 2, waiting: 5, made: 70 }), /: 2 now, 5 waiting, 70 made$/);
+  assert.match(said({}, { done: 3, total: 9 }), /3 of 9/);
+  assert.equal(said({}, { done: 9, total: 9 }), '');
+  assert.match(said({ made: 1, failed: 4 }), /^4 could not be made/);
 });

@@ -14,7 +14,8 @@ export class ApiError extends Error {
 }
 
 export type Fetch = (url: string, init: RequestInit) => Promise<Response>;
-const kTokenKey = 'terravox-token';
+/** Of the tab's storage: what the user typed on one page of the server is known to the others. */
+export const kTokenKey = 'terravox-token';
 
 export class Api {
   /** Where the page lies, with a slash at the end: the server's root, also behind a proxy that adds a path. */

@@ -10,6 +10,8 @@ import { Controls } from './ui/controls.js';
 import { fromLink, toLink } from './ui/link.js';
 import { cameraOf, lookingAt, type Viewpoint } from './ui/navigation.js';
 import { readPlaceFile, type NamedView, type PlaceFile } from './ui/place-file.js';
+import { fetchWithToken, serverPlace } from './ui/server-access.js';
+import { watchServer } from './ui/server-watch.js';
 import { languageOf, text, type TextKey } from './ui/texts.js';
 
 /** The viewer of a site (docs/formats/site.md): opens place.json, and lets people fly around. */
@@ -306,6 +308,7 @@ function viewpointOf(named: NamedView): Viewpoint {
 // Addresses in place.json are relative to the page, not to the worker.
 function addressed({ archive }: PlaceFile): Place {
   const absolute = (url: string): string => new URL(url, document.baseURI).href;
+  if ('server' in archive) return serverPlace(absolute(archive.server), archive.coarsest);
   if ('url' in archive) return { url: absolute(archive.url) };
   return { parts: archive.parts.map(({ url, bytes }) => ({ url: absolute(url), bytes })) };
 }
@@ -317,19 +320,19 @@ function poolBytes(): number {
 }
 
 async function load(name: string): Promise<Response> {
-  const response = await fetch(new URL(name, document.baseURI));
+  const response = await fetchWithToken(new URL(name, document.baseURI), say);
   if (!response.ok)
     throw new Error(`read ${name}: the host answers ${response.status}; is the site complete?`);
   return response;
 }
 
 async function start(): Promise<Viewer> {
-  const [place, appearance] = await Promise.all([load('place.json'), load('appearance.bin')]);
-  const viewer = new Viewer(
-    readPlaceFile(await place.json()),
-    readAppearance(await unpackAppearance(appearance.body!)),
-  );
+  const [file, appearance] = await Promise.all([load('place.json'), load('appearance.bin')]);
+  const place = readPlaceFile(await file.json());
+  const viewer = new Viewer(place, readAppearance(await unpackAppearance(appearance.body!)));
   viewer.start();
+  if ('server' in place.archive)
+    watchServer(new URL(place.archive.server, document.baseURI).href, say, viewer);
   return viewer;
 }
 

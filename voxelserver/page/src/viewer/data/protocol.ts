@@ -21,7 +21,8 @@ export type { Column, ColumnBox } from './source.js';
 export type Place =
   | { readonly url: string }
   | { readonly parts: readonly FilePart[] }
-  | { readonly server: string; readonly token?: string };
+  /** @param coarsest level that is requested; coarser ones would take too long */
+  | { readonly server: string; readonly token?: string; readonly coarsest?: number };
 
 /** Columns of one list; what exceeds this is ignored. */
 export const kMaxWanted = 8192;

@@ -4,8 +4,16 @@ import { readBoxFrame } from './box-frame.js';
 import { ColumnBuilder } from './column-builder.js';
 import { keysOf, type ColumnKey } from './column-key.js';
 import { wait } from './environment.js';
-import { asDataError, DataError, oneLine, within } from './errors.js';
-import { columnHeight, hasLevel, kMaxFactsBytes, readFacts, type Facts } from './facts.js';
+import { asDataError, DataError, oneLine, within, type DataErrorKind } from './errors.js';
+import {
+  boxRange,
+  columnHeight,
+  hasLevel,
+  isEmpty,
+  kMaxFactsBytes,
+  readFacts,
+  type Facts,
+} from './facts.js';
 import { send, statusError, type Http, type Reply } from './http.js';
 import { waitBeforeRetry, withRetries } from './retry.js';
 import type { BoxSource, ColumnBox, ColumnResult } from './source.js';
@@ -16,6 +24,10 @@ import { Turns } from './turns.js';
  * reply goes with every request, so that boxes of two states of the server's data are never mixed.
  */
 
+/** Of the coarsest level that is requested; all of them are wanted for a whole picture. */
+const kMaxCoarsestColumns = 4096;
+/** The server may be making what was requested, or come back: no attempt is the last one. */
+const kPatient: ReadonlySet<DataErrorKind> = new Set(['server', 'timeout', 'cors']);
 /** A column has all boxes between the heights of the bounds; most of them may be air. */
 const kMaxBatchBoxes = 32;
 const kEdition = 'Terravox-Edition';
@@ -24,7 +36,12 @@ type LoadingColumn = { readonly builder: ColumnBuilder; missing: number };
 /** The boxes that are still to come. */
 type Pending = Map<string, { readonly key: BoxKey; readonly column: LoadingColumn }>;
 
-export type ServerPlace = { readonly url: string; readonly token?: string };
+export type ServerPlace = {
+  readonly url: string;
+  readonly token?: string;
+  /** The coarsest level that is requested; by default, that of the world. */
+  readonly coarsest?: number;
+};
 
 export class ServerSource implements BoxSource {
   readonly facts: Facts;
@@ -61,11 +78,12 @@ export class ServerSource implements BoxSource {
     const url = new URL('v2/world', base).href;
     return withRetries(http.environment, signal, async () => {
       const reply = await send(http, url, `fetch ${url}`, { headers, cache: 'no-store' }, signal);
-      if (reply.status !== 200) throw statusError(reply, http.environment.clock.now());
+      if (reply.status !== 200) throw refusal(reply, http.environment.clock.now());
       const text = await reply.atMost(kMaxFactsBytes);
       if (text === undefined)
         throw new DataError('too-large', `fetch ${url}: more than ${kMaxFactsBytes} bytes`);
-      const facts = { world: readFacts(text, base.href), damage: 0 };
+      const whole = { world: readFacts(text, base.href), damage: 0 };
+      const facts = place.coarsest === undefined ? whole : upTo(place.coarsest, whole);
       const edition = reply.headers.get(kEdition) ?? undefined;
       return new ServerSource(http, base, headers, edition, facts);
     });
@@ -97,14 +115,18 @@ export class ServerSource implements BoxSource {
       const result = this.#begin(key, pending);
       if (result !== undefined) yield result;
     }
-    for (let attempts = 1; pending.size > 0; ++attempts) {
+    let attempts = 0;
+    while (pending.size > 0) {
+      const before = pending.size;
       try {
         yield* this.#request(pending, signal);
       } catch (error) {
         signal.throwIfAborted();
         const failure = asDataError(error);
         if (failure.kind === 'changed') throw failure;
-        const waitMs = waitBeforeRetry(this.#http.environment, failure, attempts);
+        attempts = pending.size < before ? 1 : attempts + 1;
+        const counted = kPatient.has(failure.kind) ? Math.min(attempts, 2) : attempts;
+        const waitMs = waitBeforeRetry(this.#http.environment, failure, counted);
         if (waitMs === undefined) {
           yield* failAll(pending, failure);
           return;
@@ -144,16 +166,19 @@ export class ServerSource implements BoxSource {
       },
       signal,
     );
-    if (reply.status !== 200) throw statusError(reply, this.#http.environment.clock.now());
+    if (reply.status !== 200) throw refusal(reply, this.#http.environment.clock.now());
     this.#checkEdition(reply);
     const stream = new BatchStream(keys.length);
+    let busy: DataError | undefined;
     for await (const chunk of reply.chunks())
       for (const record of stream.feed(chunk)) {
+        busy ??= busyError(record);
         const result = this.#take(record, pending);
         if (result !== undefined) yield result;
         await this.#turns.give(signal);
       }
     stream.finish();
+    if (busy !== undefined) throw busy;
   }
 
   #checkEdition(reply: Reply): void {
@@ -169,8 +194,9 @@ export class ServerSource implements BoxSource {
   #take(record: BatchRecord, pending: Pending): ColumnResult | undefined {
     const name = nameOfBox(record.key);
     const found = pending.get(name);
-    // Of a column that has failed, or one that was not requested: skipped.
-    if (found === undefined) return undefined;
+    // Of a column that has failed, or one that was not requested: skipped. What a busy server
+    // leaves out stays pending.
+    if (found === undefined || busyError(record) !== undefined) return undefined;
     pending.delete(name);
     const { key, column } = found;
     try {
@@ -188,12 +214,37 @@ export class ServerSource implements BoxSource {
     if (status === 204) return 'air';
     const reason = oneLine(new TextDecoder().decode(payload));
     if (status === 500) return { hole: reason };
-    const isBusy = status === 502 || status === 503;
-    throw new DataError(
-      isBusy ? 'server' : 'damaged',
-      `box ${nameOfBox(key)}: status ${status}; ${isBusy ? reason : 'not one of a batch'}`,
-    );
+    throw new DataError('damaged', `box ${nameOfBox(key)}: status ${status}; not one of a batch`);
   }
+}
+
+function busyError({ key, status, payload }: BatchRecord): DataError | undefined {
+  if (status !== 502 && status !== 503) return undefined;
+  const reason = oneLine(new TextDecoder().decode(payload));
+  return new DataError('server', `box ${nameOfBox(key)}: status ${status}; ${reason}`);
+}
+
+// Another token than that of the first reply is required: nothing can be read any more.
+function refusal(reply: Reply, nowMs: number): DataError {
+  if (reply.status !== 401) return statusError(reply, nowMs);
+  reply.cancel();
+  const what = 'status 401; the server requires a token, or another one; load the page again';
+  return new DataError('changed', `${reply.name}: ${what}`);
+}
+
+function upTo(coarsest: number, facts: Facts): Facts {
+  const { world } = facts;
+  const levels = Math.min(world.levels, coarsest + 1);
+  if (isEmpty(world)) return facts;
+  const { min, max } = boxRange(world, levels - 1);
+  const columns = (max[0] - min[0]) * (max[2] - min[2]);
+  if (columns > kMaxCoarsestColumns)
+    throw new DataError(
+      'too-large',
+      `open a voxel server up to level ${coarsest}: ${columns} columns of it; ` +
+        `allowed: up to ${kMaxCoarsestColumns}`,
+    );
+  return { ...facts, world: { ...world, levels } };
 }
 
 function* failAll(pending: Pending, error: DataError): Generator<ColumnResult, void, undefined> {

@@ -88,9 +88,9 @@ export class Session {
 
   async #openSource(place: Place, signal: AbortSignal): Promise<BoxSource> {
     if ('server' in place) {
-      const token = place.token === undefined ? {} : { token: place.token };
+      const { server, ...options } = place;
       const http = { ...this.#http, timeoutMs: kServerTimeoutMs };
-      return ServerSource.open(http, { url: this.#address(place.server), ...token }, signal);
+      return ServerSource.open(http, { url: this.#address(server), ...options }, signal);
     }
     const where =
       'url' in place

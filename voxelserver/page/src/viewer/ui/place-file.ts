@@ -17,7 +17,11 @@ export type PlaceFile = {
   readonly title: string;
   readonly attribution: string;
   readonly licence: string;
-  readonly archive: { readonly url: string } | { readonly parts: readonly FilePart[] };
+  readonly archive:
+    | { readonly url: string }
+    | { readonly parts: readonly FilePart[] }
+    /** A voxel server, and the coarsest level that may be requested of it. */
+    | { readonly server: string; readonly coarsest: number };
   /** The first one is shown at the beginning. */
   readonly views: readonly NamedView[];
   /** UTC, milliseconds since 1970. */
@@ -27,6 +31,7 @@ export type PlaceFile = {
 const kMaxText = 4096;
 const kMaxViews = 256;
 const kMaxParts = 4096;
+const kMaxLevel = 20;
 const kFarthest = 2 ** 30;
 
 type Fields = Readonly<Record<string, unknown>>;
@@ -35,21 +40,27 @@ type Fields = Readonly<Record<string, unknown>>;
 export function readPlaceFile(json: unknown): PlaceFile {
   const place = fieldsOf(json, 'the file');
   if (place['version'] !== 1) fail(`version = ${String(place['version'])}; this page reads 1`);
-  const archive = fieldsOf(place['archive'], 'archive');
-  const parts = archive['parts'];
   const views = listOf(place['views'], 'views', kMaxViews).map(readView);
   if (views.length === 0) fail('there is no view');
   return {
     title: textOf(place['title'], 'title'),
     attribution: textOf(place['attribution'], 'attribution'),
     licence: textOf(place['licence'], 'licence'),
-    archive:
-      parts === undefined
-        ? { url: textOf(archive['url'], 'archive.url') }
-        : { parts: listOf(parts, 'archive.parts', kMaxParts).map(readPart) },
+    archive: readArchive(fieldsOf(place['archive'], 'archive')),
     views,
     timeMs: numberOf(place['time_ms'], 'time_ms', 0, 1e13),
   };
+}
+
+function readArchive(archive: Fields): PlaceFile['archive'] {
+  const { server, parts } = archive;
+  if (server !== undefined) {
+    const coarsest = numberOf(archive['coarsest'], 'archive.coarsest', 0, kMaxLevel);
+    if (!Number.isInteger(coarsest)) fail(`archive.coarsest = ${coarsest}; allowed: whole numbers`);
+    return { server: textOf(server, 'archive.server'), coarsest };
+  }
+  if (parts === undefined) return { url: textOf(archive['url'], 'archive.url') };
+  return { parts: listOf(parts, 'archive.parts', kMaxParts).map(readPart) };
 }
 
 function readPart(value: unknown): FilePart {

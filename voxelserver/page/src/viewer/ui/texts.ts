@@ -4,6 +4,19 @@ const kEnglish = {
   loading: 'Loading the place',
   refining: 'Refining: {0} boxes of columns to come',
   failed: 'The place cannot be shown',
+  tokenRequired: 'The server requires a token',
+  tokenRefused: 'The server does not take this token',
+  tokenHelp:
+    'It was started with a token file. The token stays in this tab until the tab is closed.',
+  token: 'Token',
+  useToken: 'Use it',
+  map: 'Map',
+  serverMaking: 'The server makes boxes: {0} now, {1} waiting, {2} made',
+  serverPrepares: 'prepared {0} of {1}',
+  serverFailed: '{0} could not be made; its log says why',
+  serverGone: 'The server does not answer. Trying again …',
+  serverBusy: 'The server is too busy. Trying again …',
+  serverToken: 'The server requires another token: load the page again.',
   help:
     'Drag to turn, right-drag to orbit, W A S D to fly, E and Q up and down, ' +
     'wheel to come closer; click for facts.',
@@ -41,6 +54,19 @@ const kSlovene: Readonly<Record<TextKey, string>> = {
   loading: 'Nalagam kraj',
   refining: 'Ostrim: še {0} stolpcev',
   failed: 'Kraja ni mogoče prikazati',
+  tokenRequired: 'Strežnik zahteva žeton',
+  tokenRefused: 'Strežnik tega žetona ne sprejme',
+  tokenHelp:
+    'Zagnan je bil z datoteko z žetonom. Žeton ostane v tem zavihku, dokler ga ne zaprete.',
+  token: 'Žeton',
+  useToken: 'Uporabi',
+  map: 'Zemljevid',
+  serverMaking: 'Strežnik dela škatle: {0} zdaj, {1} čaka, {2} narejenih',
+  serverPrepares: 'pripravljenih {0} od {1}',
+  serverFailed: '{0} ni bilo mogoče narediti; razlog je v dnevniku strežnika',
+  serverGone: 'Strežnik ne odgovarja. Poskušam znova …',
+  serverBusy: 'Strežnik je preobremenjen. Poskušam znova …',
+  serverToken: 'Strežnik zahteva drug žeton: naložite stran znova.',
   help:
     'Vlecite za obračanje, z desno tipko za kroženje, W A S D za letenje, E ' +
     'in Q gor in dol, kolesce za približevanje; kliknite za podatke.',
