@@ -9,6 +9,9 @@ import { Rates } from '../../voxelserver/page/src/rates.js';
 import { cameraHeight, cameraPlace, fileName, renderCommand } from '../../voxelserver/page/src/render-command.js';
 import { readStats, readWorld } from '../../voxelserver/page/src/replies.js';
 import { readCachedBoxes, readSquares, squareContains } from '../../voxelserver/page/src/squares.js';
+import { viewLink, viewOfMap, viewOfPlace } from '../../voxelserver/page/src/view-link.js';
+import { forwardOf } from '../../voxelserver/page/src/viewer/ui/navigation.js';
+import { fromLink, type ViewState } from '../../voxelserver/page/src/viewer/ui/link.js';
 import { horizontalWkt, WorldProjection } from '../../voxelserver/page/src/world-projection.js';
 import crsCases from './support/crs.json';
 import { heightAt, kCrs, squaresJson, worldJson } from './support/fake-world.js';
@@ -104,6 +107,30 @@ test('no name or address can put a second command into the first', () => {
     assert.match(fileName(name), /^[A-Za-z0-9_][A-Za-z0-9_.-]*$/, name);
   const spot = { easting: 0, northing: 0, heightM: 0 };
   assert.match(renderCommand("http://h/a';b&$(c)", spot, spot, 'x', projection), /render 'http:\/\/h\/a'\\'';b&\$\(c\)' --camera/);
+});
+
+test('links to the viewer are views of the place, from above the ground', () => {
+  const otherwise: ViewState = { view: { position: [0, 0, 0], headingDeg: 1, pitchDeg: 2, fovDeg: 50 }, timeMs: 60_000 };
+  const place = { easting: 462500, northing: 101500 };
+  const links = {
+    'a spot': viewLink({ ...place, heightM: 310 }, { easting: 462400, northing: 101400, heightM: 610 }, projection),
+    'a place': viewOfPlace(place, 310, projection),
+    'a place of unknown height': viewOfPlace(place, undefined, projection),
+    'the map, near': viewOfMap([place.easting, place.northing], 40, projection),
+    'the map, whole': viewOfMap([place.easting, place.northing], 1000, projection),
+  };
+  for (const [name, link] of Object.entries(links)) {
+    assert.ok(link.startsWith('view/#'), name);
+    const { view, timeMs } = fromLink(link.slice('view/'.length), otherwise);
+    assert.equal(timeMs, otherwise.timeMs, 'the time is left to the viewer');
+    const forward = forwardOf(view);
+    // Where the line of sight passes above the place: it must pass right above it.
+    const t = (-place.northing - view.position[2]) / forward[2];
+    assert.ok(t > 0 && Math.abs(view.position[0] + t * forward[0] - place.easting) < 1, `${name}: ${link}`);
+    const height = view.position[1] + t * forward[1];
+    assert.ok(Math.abs(height - (name.startsWith('a spot') || name === 'a place' ? 310 : 420)) < 1, `${name}: ${height}`);
+    assert.ok(view.position[1] > (name.startsWith('the map') ? 640 : 600), name);
+  }
 });
 
 test('the top of every column of a box is found, with its look', () => {

@@ -5,6 +5,7 @@ import { formatBytes, formatCount } from './number-format.js';
 import { cameraHeight, cameraPlace, renderCommand } from './render-command.js';
 import type { Square } from './squares.js';
 import { TopFinder, type Top } from './top-finder.js';
+import { viewLink, viewOfPlace } from './view-link.js';
 import type { WorldProjection } from './world-projection.js';
 
 /** What is at a place: coordinates, what is on top, the LiDAR square, and the command that renders it. */
@@ -18,6 +19,7 @@ export class PlacePanel {
   readonly #note = element('p', { class: 'note' });
   readonly #latLonButton: HTMLButtonElement;
   readonly #geo = element('a', {}, 'Open in a map program');
+  readonly #view = element('a', {}, 'View in 3D');
   #place: readonly [number, number] = [0, 0];
   #height: number | undefined;
   #resolution = 1;
@@ -34,6 +36,7 @@ export class PlacePanel {
       copyButton('Copy E,N', () => this.#placeText()),
       this.#latLonButton,
       copyButton('Copy link', () => this.#link()),
+      this.#view,
       this.#geo,
     );
     const label = element('label', { for: 'command' }, 'Render it');
@@ -75,7 +78,12 @@ export class PlacePanel {
     const target = { easting, northing, heightM: top.heightM };
     const from = { easting: camera[0], northing: camera[1], heightM: cameraHeight(top.heightM, ground?.heightM) };
     this.#command.value = renderCommand(this.#api.base.replace(/\/$/, ''), target, from, square?.name ?? 'picture', this.#projection);
+    this.#linkView(viewLink(target, from, this.#projection));
     setText(this.#note, 'Seen from the south-west, 400 m away.');
+  }
+
+  #linkView(link: string): void {
+    this.#view.href = new URL(link, this.#api.base).href;
   }
 
   #draw(square: Square | undefined, top: string): void {
@@ -83,6 +91,8 @@ export class PlacePanel {
     const latLon = this.#latLonText();
     this.#latLonButton.hidden = this.#geo.hidden = latLon === '';
     this.#geo.setAttribute('href', `geo:${latLon.replace(' ', '')}`);
+    const [easting, northing] = this.#place;
+    this.#linkView(viewOfPlace({ easting, northing }, this.#height, this.#projection));
     setFacts(this.#facts, [
       [crs === '' ? 'Easting, northing' : `${crs}`, this.#placeText()],
       ['Latitude, longitude', latLon],

@@ -11,6 +11,7 @@ import { SquaresLayer } from './squares-layer.js';
 import { SquaresTable } from './squares-table.js';
 import { extentOf, readCachedBoxes, type CachedBoxes, type Square } from './squares.js';
 import { TopViewLayer } from './top-view-layer.js';
+import { viewOfMap } from './view-link.js';
 import { WorldProjection } from './world-projection.js';
 
 const kPlaceVoxels = 400;  // shown across 512 pixels when the map moves to a place
@@ -39,7 +40,10 @@ export class WorldView {
     this.#map = new MapView(byId('map', HTMLElement), projection, {
       onPick: (e, n) => void this.#pick(e, n),
       onPointer: (place) => this.#showPosition(place),
-      onMoved: () => this.#showPosition(undefined),
+      onMoved: () => {
+        this.#showPosition(undefined);
+        this.#linkView();
+      },
     });
     this.#topView = world.finestZoom >= 0 ? new TopViewLayer(api, projection, this.#map.mapProjection) : undefined;
     this.#cached = new CachedLayer(projection);
@@ -142,6 +146,12 @@ export class WorldView {
   #openHash(): void {
     const place = placeFromHash(location.hash);
     if (place) this.#goTo(place.easting, place.northing, place.resolution);
+  }
+
+  #linkView(): void {
+    const [west, south, east, north] = this.#map.shownExtent;
+    const across = Math.min(east! - west!, north! - south!);
+    byId('view-link', HTMLAnchorElement).href = new URL(viewOfMap(this.#map.centre, across, this.#projection), this.#api.base).href;
   }
 
   // Without a pointer (keyboard, touch) it is the middle of the map that counts.
