@@ -1,5 +1,5 @@
 // Checks the types of the page and of its tests, bundles both, and runs the tests: node run.mjs [arguments of node --test]
-// With TERRAVOX_URL, a server's address, or TERRAVOX_SITE, that of a published site, it runs what depends on these alone.
+// With TERRAVOX_URL or TERRAVOX_VIEWED, a server's address, or TERRAVOX_SITE, that of a published site, it runs what depends on these alone.
 import { spawn } from 'node:child_process';
 import { createRequire } from 'node:module';
 import { existsSync, readdirSync, rmSync } from 'node:fs';
@@ -24,7 +24,7 @@ function run(...args) {
 }
 
 // The type checks compute while the tests mostly wait for a browser: they run side by side.
-const given = { TERRAVOX_URL: 'page.test.ts', TERRAVOX_SITE: 'site.test.ts' };
+const given = { TERRAVOX_URL: 'page.test.ts', TERRAVOX_SITE: 'site.test.ts', TERRAVOX_VIEWED: 'server-view.test.ts' };
 const alone = Object.keys(given).find((name) => process.env[name] !== undefined);
 const checks = (alone !== undefined ? [] : [page, here]).map((folder) => run(join(modules, 'typescript/bin/tsc'), '-p', join(folder, 'tsconfig.json')));
 const built = await run(join(page, 'build.mjs'), join(page, 'dist'));
@@ -34,7 +34,7 @@ if (built !== 0) process.exit(built);
 const out = join(page, 'dist-test');
 rmSync(out, { recursive: true, force: true });
 const { build } = createRequire(join(page, 'package.json'))('esbuild');
-const isForAll = (name) => name.endsWith('.test.ts') && name !== given.TERRAVOX_SITE;
+const isForAll = (name) => name.endsWith('.test.ts') && name !== given.TERRAVOX_SITE && name !== given.TERRAVOX_VIEWED;
 const tests = alone !== undefined ? [given[alone]] : readdirSync(here).filter(isForAll);
 await build({
   entryPoints: tests.map((name) => join(here, name)),
