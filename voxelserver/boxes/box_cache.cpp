@@ -6,6 +6,7 @@
 #include <array>
 #include <optional>
 
+#include "common/thread/on_new_thread.hpp"
 #include "common/thread/start_threads.hpp"
 #include "common/util/error.hpp"
 #include "common/util/log.hpp"
@@ -159,6 +160,27 @@ voxel::BoxWithInputs BoxCache::build(const voxel::BoxKey& key, Origin origin) {
     return out;
 }
 
+KeptBoxPtr BoxCache::compressed(const voxel::BoxKey& key, Origin origin) {
+    voxel::BoxWithInputs made = build(key, origin);
+    made.reach.add(footprint(key));
+    std::shared_ptr<const std::string> frame;
+    if (made.box) {
+        const util::StageTimes::Scope timed(m_times, "compression");
+        const auto bytes = voxel::compress(*made.box);
+        frame = std::make_shared<const std::string>(reinterpret_cast<const char*>(bytes.data()),
+                                                    bytes.size());
+    }
+    return keep(made.box ? made.box->checksum() : 0, std::move(frame), made.reach);
+}
+
+KeptBoxPtr BoxCache::compressed_on_new_thread(const voxel::BoxKey& key) {
+    return thread::on_new_thread(
+        [&] { return compressed(key, Origin::kCaller); },
+        []() -> KeptBoxPtr {
+            throw OverloadedError("make a box: the system has no thread for it");
+        });
+}
+
 KeptBoxPtr BoxCache::make(const voxel::BoxKey& key, Origin origin) {
     std::optional<AdmissionControl::Permit> permit;
     // A box that waits for its children must not occupy a slot that they need.
@@ -166,16 +188,7 @@ KeptBoxPtr BoxCache::make(const voxel::BoxKey& key, Origin origin) {
         permit.emplace(m_admission);
     KeptBoxPtr kept;
     try {
-        voxel::BoxWithInputs made = build(key, origin);
-        made.reach.add(footprint(key));
-        std::shared_ptr<const std::string> frame;
-        if (made.box) {
-            const util::StageTimes::Scope timed(m_times, "compression");
-            const auto bytes = voxel::compress(*made.box);
-            frame = std::make_shared<const std::string>(reinterpret_cast<const char*>(bytes.data()),
-                                                        bytes.size());
-        }
-        kept = keep(made.box ? made.box->checksum() : 0, std::move(frame), made.reach);
+        kept = origin == Origin::kCaller ? compressed_on_new_thread(key) : compressed(key, origin);
     } catch (const OverloadedError&) {
         throw;
     } catch (...) {

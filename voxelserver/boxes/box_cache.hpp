@@ -108,6 +108,9 @@ private:
     enum class Origin { kCaller, kParent, kPrefetch };
     KeptBoxPtr get(const voxel::BoxKey& key, Origin origin);
     KeptBoxPtr make(const voxel::BoxKey& key, Origin origin);
+    KeptBoxPtr compressed(const voxel::BoxKey& key, Origin origin);
+    /// Callers may be threads with little stack: those of the web server.
+    KeptBoxPtr compressed_on_new_thread(const voxel::BoxKey& key);
     voxel::BoxWithInputs build(const voxel::BoxKey& key, Origin origin);
     [[nodiscard]] KeptBoxPtr known_air(const voxel::BoxKey& key) const;
     [[nodiscard]] KeptBoxPtr from_disk(const voxel::BoxKey& key);

@@ -1,5 +1,7 @@
 #include "voxelserver/boxes/box_cache.hpp"
 
+#include <pthread.h>
+
 #include <thread>
 
 #include "common/voxel/box_codec.hpp"
@@ -35,6 +37,34 @@ TEST_CASE("a box is made and compressed once, and its frame holds it", "[voxelse
     CHECK(std::equal(box->blob().begin(), box->blob().end(), expected->blob().begin(),
                      expected->blob().end()));
     CHECK(first->checksum == expected->checksum());
+}
+
+TEST_CASE("boxes are made with a stack of their own, whatever the caller's", "[voxelserver][boxes]") {
+    // CivetWeb's threads have as little; a box that takes more would end the program.
+    constexpr std::size_t kCallersStack_bytes = 100 * 1024;
+    struct Call {
+        Fixture f;
+        boxes::KeptBoxPtr fine;
+        boxes::KeptBoxPtr coarse;
+    } call;
+    call.f.world.stack_bytes = 10 * kCallersStack_bytes;
+    pthread_attr_t attributes;
+    REQUIRE(pthread_attr_init(&attributes) == 0);
+    REQUIRE(pthread_attr_setstacksize(&attributes, kCallersStack_bytes) == 0);
+    const auto run = [](void* argument) -> void* {
+        Call& made = *static_cast<Call*>(argument);
+        made.fine = made.f.cache.get({0, 0, -1, 0});
+        made.coarse = made.f.cache.get({2, 0, -1, 0});
+        return nullptr;
+    };
+    pthread_t thread;
+    REQUIRE(pthread_create(&thread, &attributes, run, &call) == 0);
+    REQUIRE(pthread_join(thread, nullptr) == 0);
+    pthread_attr_destroy(&attributes);
+    REQUIRE(call.fine);
+    REQUIRE(call.coarse);
+    CHECK_FALSE(call.fine->air());
+    CHECK_FALSE(call.coarse->air());
 }
 
 TEST_CASE("a box above level 0 is the world's own, made of children that are kept",

@@ -16,6 +16,18 @@
 
 namespace terravox::test {
 
+/// Fills so much of the stack, in frames of a page.
+[[gnu::noinline]] inline void take_stack(std::size_t bytes) {
+    constexpr std::size_t kPage_bytes = 4096;
+    if (bytes < kPage_bytes)
+        return;
+    volatile char page[kPage_bytes];
+    for (std::size_t i = 0; i < kPage_bytes; i += 64)
+        page[i] = 1;
+    take_stack(bytes - kPage_bytes);
+    page[0] = page[64];
+}
+
 /// 2 x 3 x 2 boxes of which the topmost are air, with three levels. Counts what it makes, can fail,
 /// and can be held up.
 class FakeWorld final : public voxel::ProvenanceWorld {
@@ -47,6 +59,7 @@ public:
             std::unique_lock lock(m_mutex);
             m_changed.wait(lock, [&] { return !m_held; });
         }
+        take_stack(stack_bytes);
         if (failing.contains(key))
             throw util::Error(fail_with);
         if (key.by >= 1)
@@ -93,6 +106,7 @@ public:
     std::set<voxel::BoxKey> failing;  ///< set before the first request
     std::string fail_with =
         "decode the square 'a\"b': damaged\xff";  ///< what those of `failing` throw
+    std::size_t stack_bytes = 0;             ///< that box() takes
     bool columns_fail = false;
     std::map<std::pair<int, int>, int>
         versions;  ///< of box columns that have changed; set before the first request
