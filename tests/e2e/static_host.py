@@ -178,4 +178,3 @@ def _handler(host):
             pass
 
     return Handler
-
