@@ -8,6 +8,7 @@ import {
 import type { Appearance } from '../../voxelserver/page/src/viewer/draw/appearance.js';
 import { fromHalf } from '../../voxelserver/page/src/viewer/draw/half.js';
 import {
+  contourStepM,
   heightColour,
   kLayerColours,
   kUnknownClass,
@@ -295,6 +296,7 @@ test('heights have even steps, and ascend for every eye', () => {
       assert.ok(seenBy(eye, ramp[i]!)[0]! > seenBy(eye, ramp[i - 1]!)[0]!, `${eye}: step ${i}`);
       assert.ok(apart(eye, ramp[i]!, ramp[i - 1]!) > 0.4 * mean, `${eye}: step ${i}`);
     }
+  assert.deepEqual([1, 16, 17, 33, 100, 1600].map(contourStepM), [0.1, 1, 2, 5, 10, 100]);
   assert.deepEqual(heightColour(-5), heightColour(0));
   assert.deepEqual(heightColour(7), heightColour(1));
 });

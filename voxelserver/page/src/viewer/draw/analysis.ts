@@ -1,6 +1,6 @@
 /** The uniforms of section.glsl and layer.glsl. */
 import type { Appearance } from './appearance.js';
-import { kLayerColours, layerTable, type Layer } from './layers.js';
+import { contourStepM, kLayerColours, layerTable, type Layer } from './layers.js';
 import type { Look } from './look.js';
 import type { Program } from './program.js';
 import { makeTexture } from './texture.js';
@@ -21,13 +21,15 @@ export function isAnalysis(look: Look): boolean {
 export class Analysis {
   readonly #gl: WebGL2RenderingContext;
   readonly #appearance: Appearance;
+  readonly #voxelM: number;
   readonly #levels: number;
   readonly #colours: WebGLTexture;
   #layer: Layer | undefined;
 
-  constructor(gl: WebGL2RenderingContext, appearance: Appearance, levels: number) {
+  constructor(gl: WebGL2RenderingContext, appearance: Appearance, voxelM: number, levels: number) {
     this.#gl = gl;
     this.#appearance = appearance;
+    this.#voxelM = voxelM;
     this.#levels = levels;
     this.#colours = makeTexture(gl);
   }
@@ -40,6 +42,10 @@ export class Analysis {
     p.int('uLayer', kLayers[look.layer]);
     p.float('uLowest', heightRange[0] - origin[1]!);
     p.float('uPerHeight', (kLayerColours - 1) / (heightRange[1] - heightRange[0]));
+    const band = contourStepM((heightRange[1] - heightRange[0]) * this.#voxelM) / this.#voxelM;
+    p.float('uBand', band);
+    // Where in the two bands of a pair the origin lies.
+    p.float('uInBands', origin[1]! - Math.floor(origin[1]! / (2 * band)) * 2 * band);
 
     p.int('uOrigin', ...origin);
     p.int('uIsCut', section === undefined ? 0 : 1);

@@ -7,6 +7,8 @@ uniform highp sampler2D uLayerColours;  // linear; see layers.ts
 uniform int uLayer;                     // 0: true colours
 uniform float uLowest;                  // y of the range of heights, from uOrigin
 uniform float uPerHeight;               // places of the table in a voxel of height
+uniform float uBand;                    // height of a band between contours, level-0 voxels
+uniform float uInBands;                 // height of uOrigin in two bands, [0, 2 uBand)
 uniform bool uHasObserver;
 uniform ivec3 uObserver;                // whole voxel
 uniform vec3 uObserverOffset;
@@ -28,6 +30,13 @@ int placeInLayer(FirstHit first, float height) {
   if (uLayer == kMaterial) return int(materialOf(first.attr));
   if (uLayer == kClass) return classAt(first.index);
   return first.level;
+}
+
+// Bands between contours, by two shades: their edges are lines from wherever they are seen.
+float bandShade(float height) {
+  // Just below a face on top, so that it does not lie on an edge.
+  float bands = (height - 0.02 + uInBands) / uBand;
+  return mod(floor(bands), 2.0) < 1.0 ? 1.0 : 0.86;
 }
 
 // Follows a ray from a face that has been met.
@@ -71,6 +80,7 @@ vec3 layerAlong(Task task, out FirstHit first) {
   vec3 place = task.offset + task.direction * ray.t;
   float height = float(task.base.y - uOrigin.y) + place.y;
   vec3 colour = texelFetch(uLayerColours, ivec2(placeInLayer(first, height), 0), 0).rgb;
+  if (uLayer == kHeight) colour *= bandShade(height);
   if (ray.face < 0) return colour * kCapShade;
   float shade = kFaceShade[ray.face];
   if (uOcclusion) {

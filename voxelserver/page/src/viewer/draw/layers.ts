@@ -84,7 +84,7 @@ const kMaterials: ReadonlyMap<string, Bytes> = new Map([
 // while the hue turns from blue over green to yellow, which all common kinds of colour blindness
 // keep apart. Ref: Ottosson, "A perceptual color space for image processing", 2020; the order of
 // hues is that of viridis (Smith and van der Walt, 2015).
-const kRampLightness = [0.36, 0.93] as const;
+const kRampLightness = [0.44, 0.94] as const;
 const kRampHueDeg = [285, 105] as const;
 const kRampChroma = 0.135;
 
@@ -99,6 +99,18 @@ export function heightColour(share: number): Bytes {
     if (rgb.every((c) => c >= 0 && c <= 1) || chroma <= 0)
       return rgb.map((c) => Math.round(toSrgb(c) * 255)) as unknown as Bytes;
   }
+}
+
+const kBands = 16;
+
+/**
+ * Heights are drawn in bands of two alternating shades, whose edges are contour lines.
+ * @param range of heights, metres @return height of a band, metres: 1, 2 or 5 times a power of ten
+ */
+export function contourStepM(range: number): number {
+  const least = range / kBands;
+  const power = 10 ** Math.floor(Math.log10(least));
+  return power * [1, 2, 5, 10].find((step) => step * power >= least * (1 - 1e-9))!;
 }
 
 /**

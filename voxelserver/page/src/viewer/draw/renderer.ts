@@ -100,7 +100,7 @@ export class Renderer {
     this.#columns = makeTexture(gl);
     this.#boxes = makeTexture(gl);
     this.#sky = makeTexture(gl);
-    this.#analysis = new Analysis(gl, look, levels);
+    this.#analysis = new Analysis(gl, look, voxelM, levels);
     gl.pixelStorei(gl.UNPACK_ALIGNMENT, 1);
   }
 
