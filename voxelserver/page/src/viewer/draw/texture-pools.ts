@@ -31,6 +31,9 @@ const kAttributeRows = 256;
 const kLayerTexels = 2 ** 18;
 const kCellBytes = 20;
 const kAttributeBytes = 5;
+// Of the bytes: surveyed land with woods and houses has 18 attributes a cell, which is a share of
+// 0.21; what is flatter or sparser has fewer attributes.
+const kCellShare = 0.3;
 
 export class TexturePools {
   readonly cells: WebGLTexture;
@@ -47,10 +50,13 @@ export class TexturePools {
   constructor(gl: WebGL2RenderingContext, limits: PoolLimits) {
     this.#gl = gl;
     const layers = Number(gl.getParameter(gl.MAX_ARRAY_TEXTURE_LAYERS));
-    // Surfaces have about as many attributes as a quarter of their cells' bytes.
     const share = limits.bytes / kLayerTexels;
-    const cellLayers = clamp(Math.floor((share * 0.6) / kCellBytes), 1, layers);
-    const attributeLayers = clamp(Math.floor((share * 0.4) / kAttributeBytes), 1, layers);
+    const cellLayers = clamp(Math.floor((share * kCellShare) / kCellBytes), 1, layers);
+    const attributeLayers = clamp(
+      Math.floor((share * (1 - kCellShare)) / kAttributeBytes),
+      1,
+      layers,
+    );
     this.#cellRows = new RowPool(cellLayers, kCellRows);
     this.#attributeRows = new RowPool(attributeLayers, kAttributeRows);
     this.cells = this.#make(gl.RGBA32UI, kCellsRow, kCellRows, cellLayers);
