@@ -301,9 +301,7 @@ export class Stage {
   pick(x: number, y: number): Pick | undefined {
     const renderer = this.#renderer;
     const camera = this.#camera;
-    if (renderer === undefined || camera === undefined || this.#plan === undefined)
-      return undefined;
-    if (this.#gl.isContextLost()) return undefined;
+    if (renderer === undefined || camera === undefined || !this.#canRead()) return undefined;
     const [width, height] = [this.#canvas.width, this.#canvas.height];
     const view = cameraAtPixel(camera, width, height, x, y);
     const hits = renderer.firstHits(view, this.#look, [1, 1]);
@@ -312,15 +310,16 @@ export class Stage {
 
   /**
    * Follows rays to their first hits, at the detail that is loaded: through nothing that is solid,
-   * be it water, glass or leaves, and past no section. A ray that starts inside of a voxel meets it
-   * at once. The picture goes on undisturbed.
+   * be it water, glass or leaves, and as if there were no section. A ray that starts inside of a
+   * voxel meets it at once; in water or glass it goes on to where that ends. The picture goes on
+   * undisturbed.
    * @param rays 0 to 4096
    * @return the hit of each ray; undefined: none within its length, or there is no picture yet
    * @throws Error for more rays
    */
   cast(rays: readonly CastRay[]): readonly (Pick | undefined)[] {
     const camera = this.#camera;
-    if (this.#renderer === undefined || camera === undefined || this.#plan === undefined)
+    if (this.#renderer === undefined || camera === undefined || !this.#canRead())
       return rays.map(() => undefined);
     const look = { ...this.#look, ...kExact, section: undefined };
     const hits = this.#renderer.cast(rays, camera, look);
@@ -333,7 +332,7 @@ export class Stage {
    */
   firstHits(): (FirstHits & { readonly size: readonly [number, number] }) | undefined {
     const { width, height } = this.#canvas;
-    if (this.#renderer === undefined || this.#camera === undefined || this.#plan === undefined)
+    if (this.#renderer === undefined || this.#camera === undefined || !this.#canRead())
       return undefined;
     const look = { ...this.#look, ...kExact };
     return {
@@ -359,6 +358,10 @@ export class Stage {
       detail: kDetails[this.#stage]! * this.#coarser,
       first: this.#first,
     };
+  }
+
+  #canRead(): boolean {
+    return this.#plan !== undefined && !this.#gl.isContextLost();
   }
 
   #moved(): void {
