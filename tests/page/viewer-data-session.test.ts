@@ -6,7 +6,7 @@ import { Session } from '../../voxelserver/page/src/viewer/data/session.js';
 import { serverHost } from './support/batch-host.js';
 import { at } from './support/columns.js';
 import { FakeHost } from './support/fake-host.js';
-import { makeArchive } from './support/make-archive.js';
+import { kFacts, makeArchive } from './support/make-archive.js';
 import { kBoxes, archiveHost } from './support/small-archive.js';
 
 function sessionOf(host: FakeHost): { session: Session; sent: FromWorker[]; transfers: number[] } {
@@ -60,6 +60,21 @@ test('a session says why a world cannot be opened', async () => {
   assert.equal(await open({ type: 'open', place: { parts: [] } }), 'damaged');
   const bytes = makeArchive(kBoxes).length;
   assert.equal(await open({ type: 'open', place: { parts: [{ url: 'a', bytes }] } }), 'opened');
+});
+
+test('batches that take long leave connections to the host free', async () => {
+  const world = { ...kFacts, bounds: { min: [0, 0, 0], max: [8192, 256, 4096] }, levels: 8 };
+  const host = new FakeHost();
+  host.handler = (url) =>
+    url.endsWith('/v2/world') ? new Response(JSON.stringify(world)) : new Promise(() => undefined);
+  const { session, sent } = sessionOf(host);
+  session.handle({ type: 'open', place: { server: 'http://host/' } });
+  await untilSent(host, sent, 1);
+  const columns = Array.from({ length: 500 }, (_, i) => ({ level: 0, bx: i % 100, bz: i % 60 }));
+  session.handle({ type: 'want', generation: 1, columns });
+  for (let i = 0; i < 50; ++i) await new Promise((resolve) => setImmediate(resolve));
+  assert.equal(host.asked.filter(({ url }) => url.endsWith('/v2/boxes')).length, 4);
+  session.stop();
 });
 
 test('a session pauses while the page has not taken what was sent', async () => {

@@ -17,8 +17,9 @@ using Point = std::array<double, 3>;
 // What the page accepts (docs/formats/site.md).
 constexpr std::size_t kMaxText_bytes = 4096;
 
-// Where coarse boxes are made from fine ones: a column of this level is 16 columns of level 0.
-constexpr int kSoonLevel = 2;
+// Where coarse boxes are made from fine ones: a column is soon made of those so many levels below,
+// which are 16.
+constexpr int kSoon = 2;
 // Of the coarsest level that is requested: each of them is needed for a whole picture.
 constexpr std::int64_t kMaxColumns = 1024;
 
@@ -139,12 +140,15 @@ bool all_are_kept(Service& service, int level) {
 
 int coarsest_for_viewer(Service& service) {
     const voxel::WorldInfo& info = service.world.info();
-    int level = info.levels - 1;
+    const int last = info.levels - 1;
     if (!service.boxes.makes_coarse_from_fine() || info.bounds.empty())
-        return level;
-    while (level > kSoonLevel && columns_of(info, level - 1) <= kMaxColumns &&
-           !all_are_kept(service, level))
-        --level;
+        return last;
+    int level = last;
+    for (; level > 0 && columns_of(info, level) <= kMaxColumns; --level)
+        if (all_are_kept(service, level))
+            return std::min(level + kSoon, last);
+    while (level < last && (level < kSoon || columns_of(info, level) > kMaxColumns))
+        ++level;
     return level;
 }
 

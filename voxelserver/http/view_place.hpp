@@ -13,7 +13,8 @@ namespace terravox::http {
 
 /// The coarsest level that the viewer should request. Where coarse boxes are made from fine ones,
 /// the coarsest box of an unprepared world takes as long as all of it: levels are left out then,
-/// down to one of which a few columns come soon, unless there would be too many of them.
+/// down to one of which a column is soon made from what is kept, unless there would be too many
+/// columns.
 /// @return a level of the world
 /// @throws as World::column()
 [[nodiscard]] int coarsest_for_viewer(Service& service);

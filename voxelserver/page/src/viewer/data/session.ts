@@ -18,6 +18,12 @@ import { Scheduler } from './scheduler.js';
 import { ServerSource } from './server-source.js';
 import type { BoxSource, Column } from './source.js';
 
+/**
+ * Batches of a voxel server at once: each may take minutes, and browsers have six connections to a
+ * host, one of which the page needs to ask how far the server is.
+ */
+const kMaxBatches = 4;
+
 /** Sends a message to the page. @param transfer buffers that the page owns from then on */
 export type Post = (message: FromWorker, transfer: ArrayBuffer[]) => void;
 
@@ -74,12 +80,14 @@ export class Session {
       const source = await this.#openSource(place, this.#stopped.signal);
       this.#stopped.signal.throwIfAborted();
       this.#post({ type: 'opened', facts: source.facts }, []);
-      this.#scheduler = new Scheduler(source, {
+      const events = {
         whenReady: () => this.#whenTaken(),
-        onColumn: (column) => this.#send(column),
-        onFailed: (column, error) => this.#sendFailure(column, error),
-        onEnded: (error) => this.#end(error),
-      });
+        onColumn: (column: Column) => this.#send(column),
+        onFailed: (column: ColumnKey, error: DataError) => this.#sendFailure(column, error),
+        onEnded: (error: DataError) => this.#end(error),
+      };
+      const options = 'server' in place ? { maxRequests: kMaxBatches } : {};
+      this.#scheduler = new Scheduler(source, events, options);
       this.#scheduler.want(this.#early);
     } catch (error) {
       if (!this.#stopped.signal.aborted) this.#end(asDataError(error));
