@@ -27,6 +27,7 @@ from support import (
     render,
     survey,
     temporary_folder,
+    wait_until,
 )
 
 SIZE = (400, 300)
@@ -170,6 +171,25 @@ class Publish(Case):
             code = view.end()
         self.assertEqual(code, 0, view.log())
         self.assertEqual(entries(scratch), [])
+
+    def test_a_view_that_is_stopped_while_it_publishes_leaves_nothing(self):
+        for stop in (signal.SIGINT, signal.SIGTERM):
+            scratch = temporary_folder()
+            view = Program(
+                survey(),
+                "--no-browser",
+                "--processing-threads",
+                "1",
+                program="VIEW",
+                environment={"TMPDIR": str(scratch)},
+            )
+            wait_until(lambda folder=scratch: entries(folder), "the folder of the site")
+            view.process.send_signal(stop)
+            code = view.end()
+            with self.subTest(stop):
+                self.assertEqual(code, 1, view.log())
+                self.assertIn("view: stopped before", view.log())
+                self.assertEqual(entries(scratch), [])
 
     def test_a_browser_shows_what_the_ray_tracer_shows(self):
         node = os.environ.get("TERRAVOX_NODE")

@@ -11,6 +11,7 @@
 #include <filesystem>
 #include <memory>
 #include <optional>
+#include <stop_token>
 
 #include "common/thread/stop_signals.hpp"
 #include "common/util/atomic_file.hpp"
@@ -261,15 +262,31 @@ public:
                               fs::temp_directory_path().string() + "; TMPDIR names another place");
         m_path = name;
     }
-    ~ScratchFolder() {
-        std::error_code ignored;
-        fs::remove_all(m_path, ignored);
-    }
+    ~ScratchFolder() { remove(); }
     ScratchFolder(const ScratchFolder&) = delete;
     ScratchFolder& operator=(const ScratchFolder&) = delete;
     [[nodiscard]] const fs::path& path() const noexcept { return m_path; }
 
+    /// Removes the folder and ends the program at once, while other threads may be writing there:
+    /// nothing that publishes a site waits for a stop.
+    [[noreturn]] void abandon() noexcept {
+        remove();
+        std::fputs("terravox: view: stopped before the place was published\n", stderr);
+        std::_Exit(static_cast<int>(util::ExitCode::kFailed));
+    }
+
 private:
+    // A file that is made meanwhile keeps its folder from being removed: then once more.
+    void remove() noexcept {
+        constexpr int kAttempts = 100;
+        for (int i = 0; i < kAttempts; ++i) {
+            std::error_code failed;
+            fs::remove_all(m_path, failed);
+            if (!failed)
+                return;
+        }
+    }
+
     fs::path m_path;
 };
 
@@ -290,14 +307,15 @@ util::ExitCode run_view(ViewArguments& args) {
     std::optional<ScratchFolder> scratch;
     fs::path site = publish.paths.front();
     util::ExitCode code = util::ExitCode::kDone;
+    const thread::StopSignals signals;
     if (publish.paths.size() > 1 || !fs::exists(site / "place.json")) {
         scratch.emplace();
         site = scratch->path();
         publish.world.inputs = publish.paths;
         publish.no_preview = true;
+        const std::stop_callback stopped(signals.token(), [&] { scratch->abandon(); });
         code = publish_to(site, publish);
     }
-    const thread::StopSignals signals;
     const publish::SiteHost host(site, static_cast<std::uint16_t>(args.port));
     std::printf("%s  (Ctrl-C ends)\n", host.address().c_str());
     std::fflush(stdout);
