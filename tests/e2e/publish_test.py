@@ -1,9 +1,7 @@
 #!/usr/bin/env python3
 """Sites of `terravox publish`: what lies in them, and what a browser shows of them."""
 
-import array
 import json
-import math
 import os
 import re
 import shutil
@@ -14,6 +12,17 @@ import unittest
 import urllib.error
 import urllib.request
 
+from site_views import (
+    NoBrowser,
+    Traced,
+    compare_hits,
+    compare_shadows,
+    minutes_of_the_year,
+    numbers_of,
+    rmse_of_light,
+    show,
+    three_views,
+)
 from static_host import StaticHost
 from support import (
     HANGS_S,
@@ -37,11 +46,6 @@ VIEW = ["--camera-azimuth-deg", "200", "--camera-down-deg", "30", "--size", "400
 
 def publish(*arguments, **options):
     return Run([binary("PUBLISH"), *arguments, "--quiet"], **options)
-
-
-def numbers(value):
-    """A number, or several, of a picture's metadata."""
-    return [float(word) for word in (value.split() if isinstance(value, str) else value)]
 
 
 class Publish(Case):
@@ -225,53 +229,52 @@ class Publish(Case):
             alike = compare(shown, wanted)
             self.assertEqual(alike.code, 0, alike)
         with self.subTest("voxels, faces and shadows"):
-            self.compare_hits(json.loads(hits.read_text()), folder)
+            self.compare_hits(json.loads(hits.read_text())["voxels"], folder)
 
     def compare_hits(self, hits, folder):
         """First hits of the viewer with those of the ray tracer, pixel by pixel."""
-        traced = folder / "traced.exr"
-        plain = ["--samples", "1", "--quality-cut-outs", "no", "--sun-size", "0", "--layers", "all"]
-        self.assertDone(render(self.site / "place.tvx", *VIEW, *plain, "-o", traced))
-        raw = folder / "values"
-        told = Run([binary("VALUES"), traced, raw])
-        self.assertDone(told)
-        facts = json.loads(told.out)
-        channels = [channel["name"] for channel in facts["channels"]]
-        values = array.array("f", raw.read_bytes())
-        origin = numbers(facts["metadata"]["terravox:origin"])
-        voxel_m = numbers(facts["metadata"]["terravox:voxel_m"])[0]
-        at = {
-            name: channels.index(name)
-            for name in (
-                "Z",
-                "sun.V",
-                *(f"{of}.{a}" for of in ("normal", "position") for a in "XYZ"),
-            )
-        }
-        same = lit = solid = 0
-        pixels = SIZE[0] * SIZE[1]
-        for i in range(pixels):
-            pixel = values[i * len(channels) : (i + 1) * len(channels)]
-            *voxel, bits = hits["voxels"][4 * i : 4 * i + 4]
-            is_hit = bits >> 13 & 1 == 1
-            if not is_hit or math.isinf(pixel[at["Z"]]):
-                same += is_hit != math.isinf(pixel[at["Z"]])
-                continue
-            solid += 1
-            size = 1 << (bits >> 4 & 31)
-            normal = [pixel[at[f"normal.{a}"]] for a in "XYZ"]
-            point = [origin[k] + pixel[at[f"position.{a}"]] / voxel_m for k, a in enumerate("XYZ")]
-            axis = max(range(3), key=lambda k, n=normal: abs(n[k]))
-            face = 2 * axis + (normal[axis] > 0)
-            inside = [
-                math.floor((point[k] - (0.25 * size if k == axis else 0) * normal[k]) / size)
-                for k in range(3)
-            ]
-            same += inside == voxel and face == bits & 7
-            lit += (bits >> 14 & 1 == 1) == (pixel[at["sun.V"]] > 0.5)
-        self.assertGreater(solid, pixels / 10)
-        self.assertGreaterEqual(same / pixels, 0.999)
-        self.assertGreaterEqual(lit / solid, 0.995)
+        solid, same, lit = compare_hits(hits, Traced(self.site / "place.tvx", VIEW, folder))
+        self.assertGreater(solid, 0.1)
+        self.assertGreaterEqual(same, 0.999)
+        self.assertGreaterEqual(lit, 0.995)
+
+    def test_views_levels_dates_and_light_are_those_of_the_ray_tracer(self):
+        if not os.environ.get("TERRAVOX_NODE"):
+            self.skipTest("no Node.js")
+        size = (320, 180)
+        archive = self.site / "place.tvx"
+        folder = temporary_folder()
+        cameras = three_views(archive)
+        dates = [
+            camera.at(f"{camera.name}-{minute}", minute)
+            for camera, minute in zip(cameras, minutes_of_the_year(3), strict=True)
+        ]
+        names = [camera.name for camera in cameras]
+        try:
+            show(self.site, [*cameras, *dates], size, folder, light=names)
+        except NoBrowser as reason:
+            self.skipTest(str(reason))
+        levels = set()
+        for camera in cameras:
+            with self.subTest(camera.name):
+                traced = Traced(archive, camera.flags(size), folder)
+                hits = numbers_of(folder / f"{camera.name}.hits", "i")
+                levels |= {bits >> 4 & 31 for bits in hits[3::4] if bits >> 13 & 1}
+                solid, same, lit = compare_hits(hits, traced)
+                self.assertGreater(solid, 0.1)
+                self.assertGreaterEqual(same, 0.999)
+                self.assertGreaterEqual(lit, 0.995)
+                light = numbers_of(folder / f"{camera.name}.light", "f")
+                self.assertLessEqual(rmse_of_light(light, traced), 0.03)
+        self.assertGreaterEqual(len(levels), 2)
+        for view in dates:
+            with self.subTest(view.name):
+                traced = Traced(archive, view.flags(size), folder)
+                hits = numbers_of(folder / f"{view.name}.hits", "i")
+                sunny, same = compare_shadows(hits, traced)
+                self.assertGreater(sunny, 0.05)
+                self.assertLess(sunny, 0.999)
+                self.assertGreaterEqual(same, 0.995)
 
 
 if __name__ == "__main__":
