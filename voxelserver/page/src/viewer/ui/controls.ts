@@ -1,8 +1,9 @@
 /**
- * Mouse, keys, wheel and touch on the canvas, as movements of a viewpoint. Keys are read by their
+ * Mouse, keys, wheel, touch on the canvas and gamepads, as movements of a viewpoint. Keys are read by their
  * place on the keyboard, so that WASD lies under the left hand everywhere.
  */
 import type { Vec3 } from '../draw/camera.js';
+import { padMotion, type PadMotion } from './gamepad.js';
 import { moved, orbited, turned, zoomed, type Viewpoint } from './navigation.js';
 
 export type ControlsHost = {
@@ -12,6 +13,8 @@ export type ControlsHost = {
   /** A click or tap that moved nothing. */
   onClick(x: number, y: number): void;
 };
+
+const kPadTurnDegPerS = 90;
 
 const kClickPx = 5;
 const kTurnDegPerPx = 0.15;
@@ -56,11 +59,23 @@ export class Controls {
   #travelledPx = 0;
   #orbitCentre: Vec3 | undefined;
   #lastMs = 0;
+  #hasPads = false;
+  #isPadMoving = false;
 
-  constructor(canvas: HTMLCanvasElement, view: Viewpoint, host: ControlsHost) {
+  /** @param isEnabled whether people can move the picture; clicks count always */
+  constructor(canvas: HTMLCanvasElement, view: Viewpoint, host: ControlsHost, isEnabled = true) {
     this.view = view;
     this.#canvas = canvas;
     this.#host = host;
+    canvas.addEventListener('keydown', (event) => {
+      if (event.key === 'Enter') this.#clickMiddle();
+    });
+    if (!isEnabled) {
+      canvas.addEventListener('click', (event) => host.onClick(event.clientX, event.clientY));
+      return;
+    }
+    // Gamepads are polled only where the browser has announced one: elsewhere it may refuse.
+    window.addEventListener('gamepadconnected', () => (this.#hasPads = true));
     canvas.addEventListener('keydown', (event) => this.#keyDown(event));
     canvas.addEventListener('keyup', (event) => this.#keys.delete(event.code));
     canvas.addEventListener('blur', () => this.#keys.clear());
@@ -72,10 +87,11 @@ export class Controls {
     canvas.addEventListener('contextmenu', (event) => event.preventDefault());
   }
 
-  /** One turn of the page's loop: moves as long as keys are held. */
+  /** One turn of the page's loop: moves as long as keys or sticks are held. */
   frame(nowMs: number): void {
     const seconds = Math.min((nowMs - this.#lastMs) / 1000, kLongestStepS);
     this.#lastMs = nowMs;
+    if (this.#hasPads) this.#followPad(seconds);
     if (this.#keys.size === 0) return;
     const has = (code: string): boolean => this.#keys.has(code);
     const haste =
@@ -93,6 +109,22 @@ export class Controls {
         );
     }
     if (view !== this.view) this.#host.setView(view);
+  }
+
+  #followPad(seconds: number): void {
+    const motion = firstMotion();
+    if (motion !== undefined && !this.#isPadMoving) this.#setSpeed();
+    this.#isPadMoving = motion !== undefined;
+    if (motion === undefined) return;
+    const haste = { slow: kSlow, usual: 1, fast: kFast }[motion.pace];
+    const turnDeg = kPadTurnDegPerS * (this.view.fovDeg / 45) * seconds;
+    const view = moved(this.view, scaled(motion.move, this.speed * haste * seconds));
+    this.#host.setView(turned(view, motion.turn[0] * turnDeg, motion.turn[1] * turnDeg));
+  }
+
+  #clickMiddle(): void {
+    const box = this.#canvas.getBoundingClientRect();
+    this.#host.onClick(box.left + box.width / 2, box.top + box.height / 2);
   }
 
   #keyDown(event: KeyboardEvent): void {
@@ -124,7 +156,6 @@ export class Controls {
   }
 
   #pointerDown(event: PointerEvent): void {
-    this.#canvas.focus();
     this.#canvas.setPointerCapture(event.pointerId);
     this.#pointers.set(event.pointerId, { x: event.clientX, y: event.clientY });
     this.#travelledPx = 0;
@@ -187,6 +218,16 @@ export class Controls {
     ) as unknown as Vec3;
     this.#host.setView({ ...view, position });
   }
+}
+
+// Of the first gamepad that is touched.
+function firstMotion(): PadMotion | undefined {
+  for (const pad of navigator.getGamepads()) {
+    if (pad === null || pad.mapping !== 'standard') continue;
+    const motion = padMotion(pad);
+    if (motion !== undefined) return motion;
+  }
+  return undefined;
 }
 
 function isHaste(code: string): boolean {

@@ -1,8 +1,10 @@
 /**
  * The link of a view: everything that a person sees, in the part of the address behind `#`. Numbers
  * have as many digits as it takes to see the same picture. Unknown words are ignored, numbers out
- * of range too: a link from elsewhere can ask for nothing but a view.
+ * of range too: a link from elsewhere can ask for nothing but a view. Tools and switches have words
+ * of their own, which are there only where they differ from what the page begins with.
  */
+import type { Vec3 } from '../draw/camera.js';
 import type { Viewpoint } from './navigation.js';
 
 export type ViewState = {
@@ -15,21 +17,54 @@ const kFarthest = 2 ** 30; // level-0 voxels
 const kLatestMs = Date.UTC(2200, 0, 1);
 const kMinuteMs = 60_000;
 
-export function toLink(state: ViewState): string {
+/** Words of tools and switches: a name, and a value of letters, digits and `,._-`. */
+export type Words = Readonly<Record<string, string>>;
+
+export const kMaxPoints = 64;
+
+export function toLink(state: ViewState, others: Words = {}): string {
   const { view } = state;
   const place = view.position.map((v) => Number(v.toFixed(2))).join(',');
   const look = [view.headingDeg, view.pitchDeg, view.fovDeg].map((v) => Number(v.toFixed(2)));
-  return `#at=${place}&look=${look.join(',')}&time=${Math.round(state.timeMs / kMinuteMs)}`;
+  const own = `#at=${place}&look=${look.join(',')}&time=${Math.round(state.timeMs / kMinuteMs)}`;
+  return [own, ...Object.entries(others).map(([name, value]) => `${name}=${value}`)].join('&');
+}
+
+/** What a link says about tools and switches. */
+export function wordsOf(link: string): URLSearchParams {
+  const words = new URLSearchParams(link.replace(/^#/, ''));
+  for (const own of ['at', 'look', 'time']) words.delete(own);
+  return words;
+}
+
+export function pointsWord(points: readonly Vec3[]): string {
+  return points.map((point) => numbersWord(point)).join('_');
+}
+
+/** @return no points when there are more than 64, or one of them is none */
+export function readPoints(word: string | null): readonly Vec3[] {
+  if (word === null) return [];
+  const parts = word.split('_');
+  if (parts.length > kMaxPoints) return [];
+  const points = parts.map(readPoint);
+  return points.every((point) => point !== undefined) ? points : [];
+}
+
+/** Level-0 voxels. */
+export function readPoint(word: string | null): Vec3 | undefined {
+  const far = [-kFarthest, kFarthest] as const;
+  const values = numbers(word, [far, far, far]);
+  return values === undefined ? undefined : [values[0]!, values[1]!, values[2]!];
+}
+
+export function numbersWord(values: readonly number[]): string {
+  return values.map((v) => Number(v.toFixed(2))).join(',');
 }
 
 /** @param link the part of an address from `#` on @param otherwise what it leaves open */
 export function fromLink(link: string, otherwise: ViewState): ViewState {
   const words = new URLSearchParams(link.replace(/^#/, ''));
-  const place = numbers(words.get('at'), [
-    [-kFarthest, kFarthest],
-    [-kFarthest, kFarthest],
-    [-kFarthest, kFarthest],
-  ]);
+  const place = readPoint(words.get('at'));
   const look = numbers(words.get('look'), [
     [0, 360],
     [-89.9, 89.9],
@@ -39,7 +74,7 @@ export function fromLink(link: string, otherwise: ViewState): ViewState {
   const before = otherwise.view;
   return {
     view: {
-      position: place === undefined ? before.position : [place[0]!, place[1]!, place[2]!],
+      position: place ?? before.position,
       headingDeg: look?.[0] ?? before.headingDeg,
       pitchDeg: look?.[1] ?? before.pitchDeg,
       fovDeg: look?.[2] ?? before.fovDeg,
@@ -48,7 +83,8 @@ export function fromLink(link: string, otherwise: ViewState): ViewState {
   };
 }
 
-function numbers(
+/** @return undefined unless there are as many numbers as ranges, each inside its own */
+export function numbers(
   text: string | null,
   ranges: readonly (readonly [number, number])[],
 ): number[] | undefined {

@@ -1,0 +1,622 @@
+import assert from 'node:assert/strict';
+import { test } from 'node:test';
+import { sunPosition } from '../../voxelserver/page/src/viewer/draw/sun-position.js';
+import type { Vec3 } from '../../voxelserver/page/src/viewer/draw/camera.js';
+import type { Pick } from '../../voxelserver/page/src/viewer/stage.js';
+import { padMotion, type Pad } from '../../voxelserver/page/src/viewer/ui/gamepad.js';
+import {
+  fromLink,
+  kMaxPoints,
+  pointsWord,
+  readPoint,
+  readPoints,
+  toLink,
+  wordsOf,
+} from '../../voxelserver/page/src/viewer/ui/link.js';
+import { measuresOf } from '../../voxelserver/page/src/viewer/ui/measures.js';
+import { cameraOf, type Viewpoint } from '../../voxelserver/page/src/viewer/ui/navigation.js';
+import { lengthDecimals, numberText } from '../../voxelserver/page/src/viewer/ui/number-text.js';
+import { embedCode, readOptions } from '../../voxelserver/page/src/viewer/ui/options.js';
+import { keyTarget } from '../../voxelserver/page/src/viewer/ui/profile-chart.js';
+import {
+  csvOf,
+  factsOf,
+  finest,
+  placesAlong,
+  raysDown,
+  samplesOf,
+  ticksOf,
+} from '../../voxelserver/page/src/viewer/ui/profile-line.js';
+import {
+  clipped,
+  segmentOf,
+  spotOf,
+  spotOfDirection,
+} from '../../voxelserver/page/src/viewer/ui/projection.js';
+import {
+  readSection,
+  sectionOf,
+  sectionWord,
+  through,
+  type SectionPlane,
+} from '../../voxelserver/page/src/viewer/ui/section-plane.js';
+import { sightOf, sightRay } from '../../voxelserver/page/src/viewer/ui/sight-line.js';
+import { sunDay, towards } from '../../voxelserver/page/src/viewer/ui/sun-day.js';
+import {
+  className,
+  kLanguages,
+  kTextKeys,
+  languageOf,
+  materialName,
+  text,
+  type Say,
+  type TextKey,
+} from '../../voxelserver/page/src/viewer/ui/texts.js';
+
+const english: Say = (key: TextKey, ...values: readonly string[]) => text('en', key, ...values);
+
+function isNear(value: number, wanted: number, within = 1e-6): void {
+  assert.ok(Math.abs(value - wanted) <= within, `${value} instead of ${wanted}`);
+}
+
+// A generator of the test's own, so that a failure repeats.
+function randoms(seed: number): () => number {
+  let state = seed >>> 0;
+  return () => {
+    state = (Math.imul(state, 1664525) + 1013904223) >>> 0;
+    return state / 2 ** 32;
+  };
+}
+
+function pickAt(point: Vec3, distance: number, level = 0): Pick {
+  return {
+    voxel: [0, 0, 0],
+    level,
+    face: 3,
+    distance,
+    point,
+    material: 1,
+    colour: undefined,
+    isInSun: true,
+    lidarClass: undefined,
+    isVisible: undefined,
+  };
+}
+
+// --- Texts
+
+test('every text is there in every language, with the same values', () => {
+  const values = ['1', '2', '3'];
+  const named = (language: (typeof kLanguages)[number], key: TextKey): string[] =>
+    [...text(language, key, '\u00011', '\u00012').matchAll(/\u0001\d/g)].map(([v]) => v).sort();
+  for (const key of kTextKeys)
+    for (const language of kLanguages) {
+      assert.notEqual(text(language, key, ...values).trim(), '', `${language}: ${key}`);
+      assert.deepEqual(named(language, key), named('en', key), `${language}: ${key}`);
+    }
+});
+
+test('Slovene has a form for one, two, a few and many', () => {
+  const said = [1, 2, 3, 4, 5, 101, 102].map((n) => text('sl', 'refining', String(n)));
+  assert.deepEqual(said, [
+    'Ostrim: manjka še 1 stolpec',
+    'Ostrim: manjkata še 2 stolpca',
+    'Ostrim: manjkajo še 3 stolpci',
+    'Ostrim: manjkajo še 4 stolpci',
+    'Ostrim: manjka še 5 stolpcev',
+    'Ostrim: manjka še 101 stolpec',
+    'Ostrim: manjkata še 102 stolpca',
+  ]);
+  assert.equal(text('en', 'refining', '1'), 'Refining: 1 column to come');
+  assert.equal(text('en', 'refining', '2'), 'Refining: 2 columns to come');
+});
+
+test('names that no table knows are shown as they are', () => {
+  assert.equal(className(english, 2), 'Ground');
+  assert.equal(className(english, 64), 'Class 64');
+  assert.equal(materialName(english, 'grey_roof'), 'grey roof');
+  assert.equal(materialName(english, 'minecraft_stone'), 'minecraft stone');
+  assert.equal(languageOf(['de-AT', 'sl-SI', 'en']), 'sl');
+});
+
+// --- Numbers
+
+test('measures have the digits that the voxels justify', () => {
+  const cases: readonly (readonly [number, number])[] = [
+    [10, 0],
+    [1, 1],
+    [0.5, 1],
+    [0.25, 1],
+    [0.05, 2],
+    [0.001, 3],
+  ];
+  for (const [voxelM, decimals] of cases)
+    assert.equal(lengthDecimals(voxelM), decimals, `voxels of ${voxelM} m`);
+  const numbers = numberText('en', 0.5);
+  assert.equal(numbers.length(12.34), '12.3 m');
+  assert.equal(numbers.length(-0.01), '0.0 m');
+  assert.equal(numbers.length(12_345.6), '12.346 km');
+  assert.equal(numbers.area(50), '50.0 m²');
+  assert.equal(numbers.area(5000.4), '5000 m²');
+  assert.equal(numbers.area(12_345), '1.23 ha');
+  assert.equal(numbers.area(2_345_678), '2.346 km²');
+  assert.equal(numberText('sl', 0.5).length(12.34), '12,3 m');
+});
+
+// --- Measuring
+
+test('a line of points has lengths, heights, slope and azimuth', () => {
+  const m = measuresOf(
+    [
+      [0, 0, 0],
+      [30, 0, -40],
+      [30, 60, -40],
+    ],
+    0.5,
+  );
+  isNear(m.slopeM, 25 + 30);
+  isNear(m.horizontalM, 25);
+  isNear(m.heightM, 30);
+  isNear(m.spanM, 25);
+  isNear(m.azimuthDeg!, (Math.atan2(30, 40) * 180) / Math.PI);
+  const empty = measuresOf([], 1);
+  assert.equal(empty.slopeM, 0);
+  assert.equal(empty.azimuthDeg, undefined);
+});
+
+test('azimuths go clockwise from north', () => {
+  for (const [to, azimuth] of [
+    [[0, 0, -5], 0],
+    [[5, 0, 0], 90],
+    [[0, 0, 5], 180],
+    [[-5, 0, 0], 270],
+  ] as const)
+    isNear(measuresOf([[0, 0, 0], to], 1).azimuthDeg!, azimuth);
+  assert.equal(
+    measuresOf(
+      [
+        [0, 0, 0],
+        [0, 9, 0],
+      ],
+      1,
+    ).azimuthDeg,
+    undefined,
+  );
+});
+
+test('areas do not depend on where in a country they lie, on slope or on direction', () => {
+  const square = (x: number, z: number): Vec3[] => [
+    [x, 3, z],
+    [x + 20, 90, z],
+    [x + 20, 7, z + 10],
+    [x, 1, z + 10],
+  ];
+  for (const points of [square(0, 0), square(5e8, -5e8), square(7, 9).reverse()]) {
+    const m = measuresOf(points, 0.5);
+    isNear(m.areaM2, 50);
+    isNear(m.perimeterM, 30);
+  }
+});
+
+// --- Projection
+
+const kView: Viewpoint = { position: [10, 20, -30], headingDeg: 40, pitchDeg: -10, fovDeg: 42 };
+const kSize = [640, 360] as const;
+
+test('a point is projected onto the pixel whose ray meets it', () => {
+  const random = randoms(3);
+  const camera = cameraOf(kView);
+  for (let i = 0; i < 200; ++i) {
+    const [x, y] = [random() * kSize[0], random() * kSize[1]];
+    // As the ray of the pixel in trace.glsl.
+    const across = (2 * x - kSize[0]) / kSize[1];
+    const upward = (kSize[1] - 2 * y) / kSize[1];
+    const away = 1 + random() * 1000;
+    const point = [0, 1, 2].map(
+      (a) =>
+        camera.position[a]! +
+        away * (camera.forward[a]! + across * camera.right[a]! + upward * camera.up[a]!),
+    ) as unknown as Vec3;
+    const spot = spotOf(camera, kSize, point)!;
+    isNear(spot[0], x, 1e-6);
+    isNear(spot[1], y, 1e-6);
+    const direction = [0, 1, 2].map((a) => point[a]! - camera.position[a]!) as unknown as Vec3;
+    isNear(spotOfDirection(camera, kSize, direction)![0], x, 1e-6);
+  }
+});
+
+test('what lies behind the camera has no place in the picture', () => {
+  const camera = cameraOf({ ...kView, position: [0, 0, 0], headingDeg: 0, pitchDeg: 0 });
+  assert.equal(spotOf(camera, kSize, [0, 0, 5]), undefined);
+  assert.equal(spotOf(camera, kSize, [0, 0, 0]), undefined);
+  assert.equal(spotOfDirection(camera, kSize, [0, 0, 1]), undefined);
+  assert.equal(spotOfDirection(camera, kSize, [1, 0, 0]), undefined);
+  assert.equal(segmentOf(camera, kSize, [0, 0, 5], [3, 2, 9]), undefined);
+  assert.deepEqual(spotOf(camera, kSize, [0, 0, -5]), [320, 180]);
+});
+
+test('a segment that passes the camera is cut in front of it, and at the edges', () => {
+  const camera = cameraOf({ ...kView, position: [0, 0, 0], headingDeg: 0, pitchDeg: 0 });
+  const ahead: Vec3 = [0, 0, -100];
+  const [from, to] = segmentOf(camera, kSize, [4, 1, 60], ahead)!;
+  for (const [x, y] of [from, to])
+    assert.ok(x >= -1e-6 && x <= 640 + 1e-6 && y >= -1e-6 && y <= 360 + 1e-6, `${x}, ${y}`);
+  isNear(to[0], 320);
+  isNear(to[1], 180);
+  // The other way round it is the same line.
+  const [back, start] = segmentOf(camera, kSize, ahead, [4, 1, 60])!;
+  isNear(start[0], from[0]);
+  isNear(back[1], to[1]);
+});
+
+test('segments are clipped to the picture', () => {
+  assert.deepEqual(clipped([-10, 50], [110, 50], [100, 100]), [
+    [0, 50],
+    [100, 50],
+  ]);
+  assert.deepEqual(clipped([10, 10], [20, 30], [100, 100]), [
+    [10, 10],
+    [20, 30],
+  ]);
+  assert.equal(clipped([-10, 5], [-1, 50], [100, 100]), undefined);
+  assert.equal(clipped([-10, 105], [110, 101], [100, 100]), undefined);
+  assert.equal(clipped([-50, 40], [40, -50], [100, 100]), undefined);
+  assert.equal(clipped([50, -5], [50, -5], [100, 100]), undefined);
+});
+
+// --- Gamepad
+
+function pad(axes: readonly number[], pressed: Readonly<Record<number, number>> = {}): Pad {
+  const buttons = Array.from({ length: 17 }, (_, i) => ({
+    value: pressed[i] ?? 0,
+    pressed: (pressed[i] ?? 0) > 0.5,
+  }));
+  return { axes, buttons };
+}
+
+test('sticks, triggers and shoulder buttons move the camera', () => {
+  assert.deepEqual(padMotion(pad([1, 0, 0, 0]))?.move, [1, 0, 0]);
+  assert.deepEqual(padMotion(pad([0, -1, 0, 0]))?.move, [0, 0, 1], 'up is forward');
+  assert.deepEqual(padMotion(pad([0, 0, 1, 0]))?.turn, [1, 0]);
+  assert.deepEqual(padMotion(pad([0, 0, 0, -1]))?.turn, [0, 1], 'up looks up');
+  assert.deepEqual(padMotion(pad([0, 0, 0, 0], { 7: 1 }))?.move, [0, 1, 0]);
+  assert.deepEqual(padMotion(pad([0, 0, 0, 0], { 6: 0.5 }))?.move, [0, -0.5, 0]);
+  assert.equal(padMotion(pad([1, 0, 0, 0]))?.pace, 'usual');
+  assert.equal(padMotion(pad([1, 0, 0, 0], { 4: 1 }))?.pace, 'slow');
+  assert.equal(padMotion(pad([1, 0, 0, 0], { 5: 1 }))?.pace, 'fast');
+});
+
+test('a stick at rest moves nothing, and leaves its dead zone without a jump', () => {
+  for (const axes of [[0, 0, 0, 0], [0.1, -0.1, 0.05, 0.14], [NaN, 0, 0, 0], []])
+    assert.equal(padMotion(pad(axes)), undefined, String(axes));
+  assert.equal(padMotion(pad([0, 0, 0, 0], { 5: 1 })), undefined, 'a shoulder button alone');
+  const barely = padMotion(pad([0.16, 0, 0, 0]))!.move[0];
+  assert.ok(barely > 0 && barely < 0.02, String(barely));
+  const diagonal = padMotion(pad([1, 1, 0, 0]))!.move;
+  isNear(Math.hypot(diagonal[0], diagonal[2]), 1, 1e-9);
+});
+
+// --- Links
+
+const kState = { view: kView, timeMs: Date.UTC(2026, 5, 21, 15, 30) };
+
+test('a link carries the words of tools, and old links have none', () => {
+  const points: readonly Vec3[] = [
+    [1.25, 2, -3],
+    [462_080, 640.5, -101_080],
+  ];
+  const link = toLink(kState, { measure: pointsWord(points), sun: '1' });
+  assert.deepEqual(fromLink(link, { ...kState, timeMs: 0 }), kState);
+  assert.deepEqual(readPoints(wordsOf(link).get('measure')), points);
+  assert.equal(wordsOf(link).get('sun'), '1');
+  assert.match(link, /^#[\w=&.,-]+$/, 'nothing that an address would have to escape');
+  assert.deepEqual([...wordsOf(toLink(kState))], []);
+});
+
+test('points of a link are bounded in number and place', () => {
+  const many = (count: number): string =>
+    pointsWord(Array.from({ length: count }, () => [1, 2, 3]));
+  assert.equal(readPoints(many(kMaxPoints)).length, kMaxPoints);
+  for (const bad of [
+    many(kMaxPoints + 1),
+    '',
+    '_',
+    '1,2',
+    '1,2,3_4,5',
+    '1,2,x',
+    '1,2,3e40',
+    'NaN,1,2',
+  ])
+    assert.deepEqual(readPoints(bad), [], bad.slice(0, 40));
+  assert.deepEqual(readPoints(null), []);
+  assert.equal(readPoint('1,2,3,4'), undefined);
+});
+
+// --- Options and embedding
+
+test('the address chooses how an embedded page looks', () => {
+  const plain = readOptions('', ['sl-SI']);
+  assert.deepEqual(plain, {
+    isEmbedded: false,
+    isPanelOpen: true,
+    isPanelForced: false,
+    hasControls: true,
+    language: 'sl',
+    theme: undefined,
+  });
+  const all = readOptions('?embed=1&panel=open&controls=none&lang=en&theme=dark', ['sl-SI']);
+  assert.deepEqual(all, {
+    isEmbedded: true,
+    isPanelOpen: true,
+    isPanelForced: true,
+    hasControls: false,
+    language: 'en',
+    theme: 'dark',
+  });
+  assert.equal(readOptions('?embed=1', []).isPanelOpen, false);
+  assert.equal(readOptions('?panel=closed', []).isPanelOpen, false);
+  const strange = readOptions('?embed=yes&panel=x&controls=&lang=xx&theme=<b>&a=1', ['sl']);
+  assert.deepEqual(strange, plain);
+});
+
+test('the embed code holds the view, and no title can leave its attribute', () => {
+  const code = embedCode(
+    'https://a.example/place/?embed=0&x=1#old',
+    toLink(kState, { sun: '1' }),
+    'A "castle" <b> & lake',
+  );
+  assert.match(code, /^<iframe src="https:\/\/a\.example\/place\/\?embed=1#at=/);
+  assert.match(code, /&amp;sun=1" title="A &quot;castle&quot; &lt;b&gt; &amp; lake" /);
+  assert.equal(code.match(/[<>]/g)!.length, 4);
+});
+
+// --- Profile
+
+const kWorld = { min: [0, 0, 0], max: [100, 50, 100], voxelM: 0.5 } as const;
+
+test('a profile goes along all segments, evenly, at most 512 times', () => {
+  const line: readonly Vec3[] = [
+    [0, 5, 0],
+    [30, 9, 0],
+    [30, 1, 40],
+  ];
+  const places = placesAlong(line);
+  assert.equal(places.length, 71);
+  assert.deepEqual(places[0], { x: 0, z: 0, t: 0 });
+  assert.deepEqual(places.at(-1), { x: 30, z: 40, t: 70 });
+  isNear(places[30]!.x, 30);
+  isNear(places[50]!.z, 20);
+  assert.equal(
+    placesAlong([
+      [0, 0, 0],
+      [9999, 0, 0],
+    ]).length,
+    512,
+  );
+  assert.deepEqual(placesAlong([[0, 0, 0]]), []);
+  assert.deepEqual(
+    placesAlong([
+      [1, 0, 1],
+      [1, 9, 1],
+    ]),
+    [],
+    'points above each other',
+  );
+  const twice: readonly Vec3[] = [
+    [0, 0, 0],
+    [0, 0, 0],
+    [4, 0, 0],
+    [4, 0, 0],
+  ];
+  assert.deepEqual(
+    placesAlong(twice).map((p) => p.x),
+    [0, 1, 2, 3, 4],
+  );
+  for (const ray of raysDown(places, kWorld)) {
+    assert.deepEqual(ray.direction, [0, -1, 0]);
+    assert.ok(ray.origin[1] > 50 && ray.origin[1] - ray.maxT < 0);
+  }
+});
+
+test('heights become facts and a table; what is not known stays empty', () => {
+  const places = placesAlong([
+    [0, 0, 0],
+    [3, 0, 0],
+  ]);
+  const heights = [10, 14, undefined, 12];
+  const hits = heights.map((y, i) => (y === undefined ? undefined : pickAt([i, y, 0], 41 - y, i)));
+  const samples = samplesOf(places, hits, kWorld);
+  assert.deepEqual(factsOf(samples), {
+    lengthM: 1.5,
+    lowestM: 5,
+    highestM: 7,
+    ascentM: 2,
+    descentM: 1,
+    coarsestVoxelM: 4,
+  });
+  assert.deepEqual(csvOf(samples, { unitsPerVoxel: 0.5 }).split('\r\n'), [
+    'easting,northing,distance_m,height_m,level_m',
+    '0.000,0.000,0.000,5.000,0.5',
+    '0.500,0.000,0.500,7.000,1',
+    '1.000,0.000,1.000,,',
+    '1.500,0.000,1.500,6.000,4',
+    '',
+  ]);
+  assert.equal(factsOf(samplesOf(places, [], kWorld)), undefined);
+});
+
+test('northings grow to the north', () => {
+  const [sample] = samplesOf([{ x: 4, z: -8, t: 0 }], [], kWorld);
+  assert.match(csvOf([sample!], { unitsPerVoxel: 0.5 }), /\r\n2\.000,4\.000,/);
+});
+
+test('a profile keeps its finest reading when the camera flies away', () => {
+  const places = placesAlong([
+    [0, 0, 0],
+    [2, 0, 0],
+  ]);
+  const read = (levels: readonly (number | undefined)[]): ReturnType<typeof samplesOf> =>
+    samplesOf(
+      places,
+      levels.map((level, i) =>
+        level === undefined ? undefined : pickAt([i, 10 + level, 0], 1, level),
+      ),
+      kWorld,
+    );
+  const kept = finest(read([0, 3, undefined]), read([2, 1, 4]));
+  assert.deepEqual(
+    kept.map((s) => s.heightM),
+    [5, 5.5, 7],
+  );
+  assert.deepEqual(
+    finest(read([0, 0, 0]), read([undefined, 0, 0])).map((s) => s.heightM),
+    [5, 5, 5],
+  );
+  assert.equal(finest(read([0, 0, 0]).slice(1), read([2, 2, 2]))[0]!.heightM, 6, 'another line');
+});
+
+test('ticks are round and inside the range', () => {
+  assert.deepEqual(ticksOf(0, 10, 5), [0, 2, 4, 6, 8, 10]);
+  assert.deepEqual(ticksOf(471.2, 486.3, 4), [475, 480, 485]);
+  assert.deepEqual(ticksOf(0, 0.3, 3), [0, 0.1, 0.2, 0.3]);
+  assert.deepEqual(ticksOf(5, 5, 4), [5]);
+  const random = randoms(8);
+  for (let i = 0; i < 300; ++i) {
+    const from = (random() - 0.5) * 1e4;
+    const to = from + 10 ** (random() * 8 - 3);
+    const ticks = ticksOf(from, to, 5);
+    assert.ok(ticks.length <= 7, `${from} to ${to}: ${ticks.length}`);
+    for (const tick of ticks) assert.ok(tick >= from - 1e-6 && tick <= to + 1e-6, `${tick}`);
+  }
+});
+
+test('keys move along a chart and stop at its ends', () => {
+  const cases: readonly (readonly [string, number, number | undefined])[] = [
+    ['ArrowRight', 3, 4],
+    ['ArrowLeft', 0, 0],
+    ['ArrowUp', 9, 9],
+    ['PageDown', 4, 0],
+    ['PageUp', 4, 9],
+    ['Home', 4, 0],
+    ['End', 4, 9],
+    ['Tab', 4, undefined],
+  ];
+  for (const [key, at, wanted] of cases) assert.equal(keyTarget(key, at, 9), wanted, key);
+});
+
+// --- Section plane
+
+const kNoPlane: SectionPlane = {
+  kind: 'off',
+  azimuthDeg: 0,
+  position: 0,
+  height: 20,
+  isFlipped: false,
+};
+
+test('an upright plane cuts away what lies towards its azimuth', () => {
+  const pivot: Vec3 = [100, 20, -200];
+  const plane: SectionPlane = { ...kNoPlane, kind: 'vertical', azimuthDeg: 90, position: 5 };
+  const isCut = (section: ReturnType<typeof sectionOf>, p: Vec3): boolean =>
+    section!.normal.reduce((sum, n, a) => sum + n * p[a]!, 0) > section!.offset;
+  const section = sectionOf(plane, pivot);
+  assert.equal(isCut(section, [106, 0, -200]), true);
+  assert.equal(isCut(section, [104, 0, -200]), false);
+  const flipped = sectionOf({ ...plane, isFlipped: true }, pivot);
+  assert.equal(isCut(flipped, [106, 0, -200]), false);
+  assert.equal(isCut(flipped, [104, 0, -200]), true);
+  isNear(Math.hypot(...section!.normal), 1);
+  const level: SectionPlane = { ...kNoPlane, kind: 'horizontal', height: 30 };
+  assert.deepEqual(sectionOf(level, pivot), { normal: [0, 1, 0], offset: 30 });
+  assert.deepEqual(sectionOf({ ...level, isFlipped: true }, pivot), {
+    normal: [0, -1, 0],
+    offset: -30,
+  });
+  assert.equal(sectionOf(kNoPlane, pivot), undefined);
+});
+
+test('a plane can be put through a point', () => {
+  const pivot: Vec3 = [100, 20, -200];
+  const point: Vec3 = [130, 44, -250];
+  const plane = through({ ...kNoPlane, kind: 'vertical', azimuthDeg: 33 }, pivot, point);
+  const section = sectionOf(plane, pivot)!;
+  isNear(section.normal[0] * point[0] + section.normal[2] * point[2], section.offset);
+  assert.equal(plane.height, 44);
+});
+
+test('a plane survives its link, and wrong words are no plane', () => {
+  for (const plane of [
+    { ...kNoPlane, kind: 'vertical', azimuthDeg: 215, position: -69.67, isFlipped: true },
+    { ...kNoPlane, kind: 'horizontal', height: 480.5 },
+  ] as const)
+    assert.deepEqual(readSection(sectionWord(plane), kNoPlane), plane);
+  for (const bad of [
+    null,
+    '',
+    'v',
+    'v,',
+    'v,1,2',
+    'v,400,0,0',
+    'h,1',
+    'h,1,7',
+    'x,1,2',
+    'h,1e30,0',
+  ])
+    assert.equal(readSection(bad, kNoPlane), kNoPlane, String(bad));
+});
+
+// --- Line of sight
+
+test('a target is seen unless something lies before its own voxel', () => {
+  const ray = sightRay([0, 0, 0], [0, 0, -100])!;
+  assert.deepEqual(ray, { origin: [0, 0, 0], direction: [0, 0, -1], maxT: 100 });
+  assert.equal(sightOf(ray, undefined).obstacle, undefined);
+  assert.equal(sightOf(ray, pickAt([0, 0, -99], 99)).obstacle, undefined, 'its own voxel');
+  assert.equal(sightOf(ray, pickAt([0, 0, -94], 94, 2)).obstacle, undefined, 'a coarse one');
+  const blocked = sightOf(ray, pickAt([0, 0, -60], 60));
+  assert.deepEqual(blocked.obstacle, [0, 0, -60]);
+  assert.equal(blocked.obstacleDistance, 60);
+  assert.equal(sightRay([1, 2, 3], [1, 2, 3]), undefined);
+});
+
+// --- Sun path
+
+test('the sun rises and sets when almanacs say so', () => {
+  // Ljubljana, midsummer 2026: rise 3:11 to 3:12, set 18:57 to 18:58 UTC (flat horizon).
+  const day = sunDay(Date.UTC(2026, 5, 21, 15, 30), 46.05, 14.51);
+  const minutes = (ms: number): number => (ms - Date.UTC(2026, 5, 21)) / 60_000;
+  isNear(minutes(day.rise!.timeMs), 3 * 60 + 11.5, 1.5);
+  isNear(minutes(day.set!.timeMs), 18 * 60 + 57, 1.5);
+  isNear(minutes(day.noon.timeMs), 11 * 60 + 4, 1.5);
+  isNear(day.noon.azimuthDeg, 180, 0.5);
+  isNear(day.noon.altitudeDeg, 90 - 46.05 + 23.44, 0.05);
+  assert.ok(day.path.every((at) => at.altitudeDeg <= day.noon.altitudeDeg + 1e-3));
+  assert.equal(day.hours.length, 24);
+  assert.ok(day.hours.every((at) => at.timeMs % 3_600_000 === 0));
+});
+
+test('a day is that of the place, wherever it lies', () => {
+  for (const lonDeg of [-180, -120, 0, 75, 179]) {
+    const timeMs = Date.UTC(2026, 2, 20, 5);
+    const { path, rise, noon, set } = sunDay(timeMs, -33, lonDeg);
+    assert.ok(path[0]!.timeMs <= timeMs && timeMs <= path.at(-1)!.timeMs, `${lonDeg}`);
+    assert.ok(rise!.timeMs < noon.timeMs && noon.timeMs < set!.timeMs, `${lonDeg}`);
+    isNear(sunPosition(rise!.timeMs, -33, lonDeg).altitudeDeg, -16 / 60, 1e-2);
+  }
+});
+
+test('where the sun does not rise or set, there is no such time', () => {
+  const summer = sunDay(Date.UTC(2026, 5, 21, 12), 78, 15);
+  assert.deepEqual([summer.rise, summer.set], [undefined, undefined]);
+  assert.ok(summer.noon.altitudeDeg > 0);
+  const winter = sunDay(Date.UTC(2026, 11, 21, 12), 78, 15);
+  assert.deepEqual([winter.rise, winter.set], [undefined, undefined]);
+  assert.ok(winter.noon.altitudeDeg < 0);
+});
+
+test('directions to the sun are those of the light', () => {
+  const near = (v: Vec3, wanted: Vec3): void => v.forEach((c, a) => isNear(c, wanted[a]!, 1e-9));
+  near(towards({ altitudeDeg: 0, azimuthDeg: 0 }), [0, 0, -1]);
+  near(towards({ altitudeDeg: 0, azimuthDeg: 90 }), [1, 0, 0]);
+  near(towards({ altitudeDeg: 90, azimuthDeg: 0 }), [0, 1, 0]);
+});

@@ -1,0 +1,77 @@
+/** A plane that cuts the picture open: upright by azimuth and position, or level by height. */
+import type { Vec3 } from '../draw/camera.js';
+import type { Section } from '../draw/renderer.js';
+import { numbers, numbersWord } from './link.js';
+
+export type SectionPlane = {
+  readonly kind: 'off' | 'vertical' | 'horizontal';
+  /** Of what is cut away, clockwise from north, [0, 360). */
+  readonly azimuthDeg: number;
+  /** Level-0 voxels from the pivot towards the azimuth. */
+  readonly position: number;
+  /** Level-0 voxels; what lies above is cut away. */
+  readonly height: number;
+  /** The other side is cut away. */
+  readonly isFlipped: boolean;
+};
+
+const kFarthest = 2 ** 30;
+const kRad = Math.PI / 180;
+
+/** @param pivot where an upright plane at position 0 passes through */
+export function sectionOf(plane: SectionPlane, pivot: Vec3): Section | undefined {
+  if (plane.kind === 'off') return undefined;
+  const normal: Vec3 = plane.kind === 'vertical' ? towards(plane.azimuthDeg) : [0, 1, 0];
+  const offset = plane.kind === 'vertical' ? dot(normal, pivot) + plane.position : plane.height;
+  if (!plane.isFlipped) return { normal, offset };
+  const opposite = (v: number): number => (v === 0 ? 0 : -v);
+  return {
+    normal: [opposite(normal[0]), opposite(normal[1]), opposite(normal[2])],
+    offset: -offset,
+  };
+}
+
+/** The same plane moved so that it passes through a point. */
+export function through(plane: SectionPlane, pivot: Vec3, point: Vec3): SectionPlane {
+  const from: Vec3 = [point[0] - pivot[0], 0, point[2] - pivot[2]];
+  return { ...plane, position: dot(towards(plane.azimuthDeg), from), height: point[1] };
+}
+
+export function sectionWord(plane: SectionPlane): string {
+  const flip = plane.isFlipped ? 1 : 0;
+  return plane.kind === 'vertical'
+    ? `v,${numbersWord([plane.azimuthDeg, plane.position, flip])}`
+    : `h,${numbersWord([plane.height, flip])}`;
+}
+
+/** @return `otherwise` for what is no plane */
+export function readSection(word: string | null, otherwise: SectionPlane): SectionPlane {
+  const kind = word?.slice(0, 2);
+  const rest = word?.slice(2) ?? null;
+  const far = [-kFarthest, kFarthest] as const;
+  if (kind === 'v,') {
+    const v = numbers(rest, [[0, 360], far, [0, 1]]);
+    if (v !== undefined)
+      return {
+        ...otherwise,
+        kind: 'vertical',
+        azimuthDeg: v[0]! % 360,
+        position: v[1]!,
+        isFlipped: v[2] === 1,
+      };
+  }
+  if (kind === 'h,') {
+    const v = numbers(rest, [far, [0, 1]]);
+    if (v !== undefined)
+      return { ...otherwise, kind: 'horizontal', height: v[0]!, isFlipped: v[1] === 1 };
+  }
+  return otherwise;
+}
+
+function towards(azimuthDeg: number): Vec3 {
+  return [Math.sin(azimuthDeg * kRad), 0, -Math.cos(azimuthDeg * kRad)];
+}
+
+function dot(a: Vec3, b: Vec3): number {
+  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}

@@ -1,0 +1,81 @@
+/** The sun's way over a day: where it stands, when it rises and sets. */
+import { sunPosition, type SunPosition } from '../draw/sun-position.js';
+import type { Vec3 } from '../draw/camera.js';
+
+export type SunAt = SunPosition & {
+  /** UTC, milliseconds since 1970. */
+  readonly timeMs: number;
+};
+
+export type SunDay = {
+  /** Every ten minutes from one midnight of the place to the next. */
+  readonly path: readonly SunAt[];
+  /** At full hours of UTC. */
+  readonly hours: readonly SunAt[];
+  readonly noon: SunAt;
+  /** undefined when it does not. */
+  readonly rise: SunAt | undefined;
+  readonly set: SunAt | undefined;
+};
+
+const kDayMs = 86_400_000;
+const kHourMs = 3_600_000;
+const kStepMs = 600_000;
+const kAccuracyMs = 500;
+/** The sun's middle when its upper edge is on the horizon; positions hold refraction. */
+const kEdgeDeg = -16 / 60;
+
+/** @param timeMs any time of the day, UTC; the day is that of the place's mean sun */
+export function sunDay(timeMs: number, latDeg: number, lonDeg: number): SunDay {
+  const at = (t: number): SunAt => ({ timeMs: t, ...sunPosition(t, latDeg, lonDeg) });
+  const shiftMs = (lonDeg / 360) * kDayMs;
+  const midnight = Math.floor((timeMs + shiftMs) / kDayMs) * kDayMs - shiftMs;
+  const path = Array.from({ length: kDayMs / kStepMs + 1 }, (_, i) => at(midnight + i * kStepMs));
+  const firstHour = Math.ceil(midnight / kHourMs) * kHourMs;
+  const altitude = (t: number): number => at(t).altitudeDeg - kEdgeDeg;
+  const crossing = (isRise: boolean): SunAt | undefined => {
+    const i = path.findIndex((next, k) => {
+      const before = path[k - 1];
+      if (before === undefined) return false;
+      const [low, high] = isRise ? [before, next] : [next, before];
+      return low.altitudeDeg < kEdgeDeg && high.altitudeDeg >= kEdgeDeg;
+    });
+    return i < 0 ? undefined : at(zeroOf(altitude, path[i - 1]!.timeMs, path[i]!.timeMs));
+  };
+  return {
+    path,
+    hours: Array.from({ length: 24 }, (_, i) => at(firstHour + i * kHourMs)),
+    noon: at(highest(altitude, midnight + kDayMs / 4, midnight + (3 * kDayMs) / 4)),
+    rise: crossing(true),
+    set: crossing(false),
+  };
+}
+
+/** Of unit length, to the sun; the axes are those of the renderer's light. */
+export function towards({ altitudeDeg, azimuthDeg }: SunPosition): Vec3 {
+  const [altitude, azimuth] = [(altitudeDeg * Math.PI) / 180, (azimuthDeg * Math.PI) / 180];
+  const flat = Math.cos(altitude);
+  return [Math.sin(azimuth) * flat, Math.sin(altitude), -Math.cos(azimuth) * flat];
+}
+
+function zeroOf(f: (t: number) => number, from: number, to: number): number {
+  let [low, high] = [from, to];
+  const isRising = f(low) < 0;
+  while (high - low > kAccuracyMs) {
+    const middle = (low + high) / 2;
+    if (f(middle) < 0 === isRising) low = middle;
+    else high = middle;
+  }
+  return (low + high) / 2;
+}
+
+// By thirds; the altitude has one top between six hours before and after noon.
+function highest(f: (t: number) => number, from: number, to: number): number {
+  let [low, high] = [from, to];
+  while (high - low > kAccuracyMs) {
+    const [a, b] = [low + (high - low) / 3, high - (high - low) / 3];
+    if (f(a) < f(b)) low = a;
+    else high = b;
+  }
+  return (low + high) / 2;
+}
