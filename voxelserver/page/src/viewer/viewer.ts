@@ -1,18 +1,29 @@
-import { formatLatLon, parsePlace } from '../coordinates.js';
-import { byId, copy, element, setFacts, setText } from '../dom.js';
+import { byId, element, setText } from '../dom.js';
 import { WorldProjection } from '../world-projection.js';
-import type { Facts, Failure, Place } from './data/protocol.js';
+import type { Facts, Place } from './data/protocol.js';
 import { readAppearance, unpackAppearance, type Appearance } from './draw/appearance.js';
 import type { Vec3 } from './draw/camera.js';
 import { kDefaultLook, type Look } from './draw/renderer.js';
 import { Stage, type Pick, type StageStats } from './stage.js';
 import { Controls } from './ui/controls.js';
-import { fromLink, toLink } from './ui/link.js';
-import { cameraOf, lookingAt, type Viewpoint } from './ui/navigation.js';
+import { showFacts } from './ui/facts-panel.js';
+import { fromLink, toLink, wordsOf } from './ui/link.js';
+import { chosenLook, followLook, lookWords, setUpLook } from './ui/look-switches.js';
+import { cameraOf, lookingAt, turned, type Viewpoint } from './ui/navigation.js';
+import { numberText } from './ui/number-text.js';
+import { embedCode, readOptions } from './ui/options.js';
+import { Overlay, type Shape } from './ui/overlay.js';
+import { setUpCopy, setUpPanel } from './ui/panel.js';
 import { readPlaceFile, type NamedView, type PlaceFile } from './ui/place-file.js';
+import { savePicture } from './ui/save-picture.js';
+import { setUpSearch, viewOf } from './ui/search.js';
 import { fetchWithToken, serverPlace } from './ui/server-access.js';
 import { watchServer } from './ui/server-watch.js';
-import { languageOf, text, type TextKey } from './ui/texts.js';
+import { StatusLine } from './ui/status-line.js';
+import { text, type TextKey } from './ui/texts.js';
+import { setUpTime, showTime } from './ui/time-inputs.js';
+import type { ToolContext } from './ui/tool.js';
+import { Toolbox } from './ui/toolbox.js';
 
 /** The viewer of a site (docs/formats/site.md): opens place.json, and lets people fly around. */
 
@@ -30,36 +41,42 @@ declare global {
   }
 }
 
-const kDayMs = 86_400_000;
-const kMinuteMs = 60_000;
 const kPoolBytes = 224 * 2 ** 20;
 const kSmallPoolBytes = 96 * 2 ** 20; // of phones: see poolBytes()
 const kLinkMs = 400; // the address follows the view not more often than this
+const kSettledMs = 700; // without movement or boxes to come: rays meet what they can meet
 const kMaxPixelRatio = 2;
 const kFarthest = 2 ** 29; // level-0 voxels: half of where worlds end
 const kLatestMs = Date.UTC(2199, 11, 31, 23, 59); // as links have it
 
-const language = languageOf(navigator.languages);
-const say = (key: TextKey, ...values: string[]): string => text(language, key, ...values);
+const options = readOptions(location.search, navigator.languages);
+const say = (key: TextKey, ...values: string[]): string => text(options.language, key, ...values);
+const degrees = numberText(options.language, 1);
 
 class Viewer {
   readonly #canvas = byId('picture', HTMLCanvasElement);
-  readonly #status = byId('status', HTMLParagraphElement);
+  readonly #status = new StatusLine(byId('status', HTMLParagraphElement), say);
   readonly #place: PlaceFile;
   readonly #stage: Stage;
   readonly #controls: Controls;
+  readonly #overlay: Overlay;
   readonly #appearance: Appearance;
+  readonly #credit: string;
   #projection: WorldProjection | undefined;
+  #toolbox: Toolbox | undefined;
   #linkedMs = 0;
   #isLinkDue = false;
-  #trouble = '';
-  #hasEnded = false;
+  #isLookDue = true;
+  #isOverlayDue = true;
+  /** Since when nothing has moved and nothing is to come; undefined when tools know. */
+  #stillSinceMs: number | undefined;
   timeMs: number;
   view: Viewpoint;
 
   constructor(place: PlaceFile, appearance: Appearance) {
     this.#place = place;
     this.#appearance = appearance;
+    this.#credit = [place.attribution, place.licence].filter((part) => part !== '').join(' · ');
     const first = viewpointOf(place.views[0]!);
     const state = fromLink(location.hash, { view: first, timeMs: place.timeMs });
     this.view = state.view;
@@ -67,18 +84,17 @@ class Viewer {
     const worker = new Worker(new URL('worker.js', import.meta.url), { type: 'module' });
     this.#stage = new Stage(this.#canvas, worker, addressed(place), appearance, poolBytes(), {
       onOpened: (facts) => this.#opened(facts),
-      onFailure: (failure) => this.#showTrouble(failure),
-      onEnded: (failure) => {
-        this.#hasEnded = true;
-        this.#showTrouble(failure);
-      },
-      onFrame: () => this.#showProgress(),
+      onFailure: (failure) => this.#status.showTrouble(failure),
+      onEnded: (failure) => this.#status.end(failure),
+      onFrame: () => this.#status.showProgress(this.#stage.waiting),
     });
-    this.#controls = new Controls(this.#canvas, this.view, {
-      setView: (view) => this.setView(view),
-      pointAt: (x, y) => this.#pickAt(x, y)?.point,
-      onClick: (x, y) => this.#showPick(this.#pickAt(x, y)),
-    });
+    this.#overlay = new Overlay(this.#canvas);
+    const host = {
+      setView: (view: Viewpoint): void => this.setView(view),
+      pointAt: (x: number, y: number): Vec3 | undefined => this.#pickAt(x, y)?.point,
+      onClick: (x: number, y: number): void => this.#click(this.#pickAt(x, y)),
+    };
+    this.#controls = new Controls(this.#canvas, this.view, host, options.hasControls);
   }
 
   get ready(): Promise<void> {
@@ -108,29 +124,33 @@ class Viewer {
     this.view = view;
     this.#controls.view = view;
     this.#stage.setCamera(cameraOf(view));
-    this.#isLinkDue = true;
+    this.#stillSinceMs = performance.now();
+    this.#changed();
   }
 
   setTime(wantedMs: number): void {
     const timeMs = Math.min(Math.max(wantedMs, 0), kLatestMs);
     this.timeMs = timeMs;
     this.#stage.setTime(timeMs);
-    this.#isLinkDue = true;
-    showTime(timeMs);
+    showTime(timeMs, say);
     const { altitudeDeg, azimuthDeg } = this.#stage.sun;
     setText(
       byId('sun', HTMLParagraphElement),
-      say('sun', altitudeDeg.toFixed(1), azimuthDeg.toFixed(0)),
+      say('sun', degrees.number(altitudeDeg, 1), degrees.number(azimuthDeg, 0)),
     );
+    this.#toolbox?.timeChanged();
+    this.#changed();
   }
 
   start(): void {
     setText(byId('title', HTMLHeadingElement), this.#place.title);
     document.title = `${this.#place.title} · Terravox`;
-    const credit = [this.#place.attribution, this.#place.licence].filter((part) => part !== '');
-    setText(byId('attribution', HTMLParagraphElement), credit.join(' · '));
-    setText(this.#status, say('loading'));
-    this.#fillPanel();
+    this.#canvas.setAttribute('aria-label', say('pictureOf', this.#place.title));
+    this.#canvas.classList.toggle('fixed', !options.hasControls);
+    setText(byId('attribution', HTMLParagraphElement), this.#credit);
+    setUpPanel(options, say);
+    this.#setUpInputs();
+    followLook(wordsOf(location.hash));
     new ResizeObserver(() => this.#resize()).observe(this.#canvas);
     this.#resize();
     this.setTime(this.timeMs);
@@ -140,13 +160,53 @@ class Viewer {
 
   #frame(nowMs: number): void {
     this.#controls.frame(nowMs);
+    if (this.#isLookDue) {
+      this.#isLookDue = false;
+      const look = chosenLook();
+      this.#stage.setLook(this.#toolbox?.look(look) ?? look);
+    }
     this.#stage.frame(nowMs);
-    if (this.#isLinkDue && nowMs - this.#linkedMs > kLinkMs) {
+    if (this.#isOverlayDue) {
+      this.#isOverlayDue = false;
+      this.#overlay.draw(cameraOf(this.view), this.#shapes());
+    }
+    this.#settle(nowMs);
+    // Before the place is there nobody knows the words of tools.
+    if (this.#isLinkDue && this.#toolbox !== undefined && nowMs - this.#linkedMs > kLinkMs) {
       this.#isLinkDue = false;
       this.#linkedMs = nowMs;
-      history.replaceState(null, '', toLink({ view: this.view, timeMs: this.timeMs }));
+      history.replaceState(null, '', this.#link());
     }
     requestAnimationFrame((next) => this.#frame(next));
+  }
+
+  #link(): string {
+    const words = { ...lookWords(), ...this.#toolbox?.words() };
+    return toLink({ view: this.view, timeMs: this.timeMs }, words);
+  }
+
+  // Tools cast their rays again when all that the view needs has come.
+  #settle(nowMs: number): void {
+    if (this.#stage.waiting > 0) this.#stillSinceMs = nowMs;
+    if (this.#stillSinceMs === undefined || nowMs - this.#stillSinceMs < kSettledMs) return;
+    this.#stillSinceMs = undefined;
+    this.#toolbox?.settled();
+  }
+
+  #shapes(): readonly Shape[] {
+    const toolbox = this.#toolbox;
+    if (toolbox === undefined) return [];
+    return toolbox.takesClicks ? [...toolbox.shapes(), { kind: 'cross' }] : toolbox.shapes();
+  }
+
+  #changed(): void {
+    this.#isLinkDue = true;
+    this.#isOverlayDue = true;
+  }
+
+  #lookChanged(): void {
+    this.#isLookDue = true;
+    this.#changed();
   }
 
   #resize(): void {
@@ -162,11 +222,36 @@ class Viewer {
 
   #opened({ world }: Facts): void {
     this.#projection = new WorldProjection(world);
+    const context: ToolContext = {
+      say,
+      numbers: numberText(options.language, world.voxelM),
+      world,
+      appearance: this.#appearance,
+      cast: (rays) => this.#stage.cast(rays),
+      camera: () => cameraOf(this.view),
+      aspect: () => this.#canvas.width / this.#canvas.height,
+      middle: () => this.#pickMiddle(),
+      timeMs: () => this.timeMs,
+      turnTo: (headingDeg, pitchDeg) => {
+        const { view } = this;
+        this.setView(turned(view, headingDeg - view.headingDeg, pitchDeg - view.pitchDeg));
+      },
+      changed: () => this.#changed(),
+      lookChanged: () => this.#lookChanged(),
+    };
+    const section = byId('tools', HTMLElement);
+    this.#toolbox = new Toolbox(context, section);
+    this.#toolbox.follow(wordsOf(location.hash));
+    section.hidden = false;
     this.setTime(this.timeMs);
   }
 
   #followLink(): void {
     const state = fromLink(location.hash, { view: this.view, timeMs: this.timeMs });
+    const words = wordsOf(location.hash);
+    followLook(words);
+    this.#toolbox?.follow(words);
+    this.#lookChanged();
     this.setView(state.view);
     this.setTime(state.timeMs);
   }
@@ -177,46 +262,25 @@ class Viewer {
     return this.#stage.pick(Math.floor((x - box.left) * ratio), Math.floor((y - box.top) * ratio));
   }
 
+  #pickMiddle(): Pick | undefined {
+    const { width, height } = this.#canvas;
+    return this.#stage.pick(Math.floor(width / 2), Math.floor(height / 2));
+  }
+
+  #click(pick: Pick | undefined): void {
+    if (this.#toolbox?.takesClicks !== true) this.#showPick(pick);
+    else if (pick !== undefined) this.#toolbox.click(pick);
+  }
+
   #showPick(pick: Pick | undefined): void {
-    const section = byId('place', HTMLElement);
-    section.hidden = pick === undefined;
-    if (pick === undefined || this.#projection === undefined) return;
-    const { world } = this.#projection;
-    const units = world.unitsPerVoxel;
-    const [easting, northing] = [pick.point[0] * units, -pick.point[2] * units];
-    const degrees = this.#projection.toLatLon(easting, northing);
-    const colour = pick.colour;
-    setFacts(byId('facts', HTMLDListElement), [
-      [say('easting'), easting.toFixed(1)],
-      [say('northing'), northing.toFixed(1)],
-      [say('height'), `${(pick.point[1] * world.voxelM).toFixed(1)} m`],
-      [say('latitude'), degrees === undefined ? '' : formatLatLon(degrees.latDeg, degrees.lonDeg)],
-      [say('material'), this.#appearance.materials[pick.material]?.name ?? ''],
-      [say('colour'), colour === undefined ? '' : `rgb(${colour.join(', ')})`],
-      [say('level'), `${(2 ** pick.level * world.voxelM).toFixed(2)} m`],
-      [say('inSun'), say(pick.isInSun ? 'yes' : 'no')],
-    ]);
+    byId('place', HTMLElement).hidden = pick === undefined;
+    const projection = this.#projection;
+    if (pick === undefined || projection === undefined) return;
+    const numbers = numberText(options.language, projection.world.voxelM);
+    showFacts(pick, projection, this.#appearance, say, numbers);
   }
 
-  #showTrouble(failure: Failure): void {
-    this.#trouble = failure.message;
-    this.#status.classList.add('trouble');
-    setText(this.#status, failure.message);
-  }
-
-  #showProgress(): void {
-    const { waiting } = this.#stage;
-    // What failed has been read by now, unless the place cannot be read any more.
-    if (this.#trouble !== '' && (waiting > 0 || this.#hasEnded)) return;
-    this.#trouble = '';
-    this.#status.classList.remove('trouble');
-    setText(this.#status, waiting > 0 ? say('refining', String(waiting)) : '');
-  }
-
-  #fillPanel(): void {
-    for (const target of document.querySelectorAll<HTMLElement>('[data-text]'))
-      setText(target, say(target.dataset['text'] as TextKey));
-    document.documentElement.lang = language;
+  #setUpInputs(): void {
     const views = byId('views', HTMLSelectElement);
     views.replaceChildren(
       ...this.#place.views.map((view, i) => element('option', { value: String(i) }, view.name)),
@@ -225,79 +289,22 @@ class Viewer {
       const named = this.#place.views[Number(views.value)];
       if (named !== undefined) this.setView(viewpointOf(named));
     });
-    const date = byId('date', HTMLInputElement);
-    const time = byId('time', HTMLInputElement);
-    const changed = (): void => {
-      const day = date.valueAsNumber;
-      if (Number.isFinite(day)) this.setTime(day + time.valueAsNumber * kMinuteMs);
-    };
-    date.addEventListener('input', changed);
-    time.addEventListener('input', changed);
-    const looks = ['shadows', 'textures', 'material-colours'] as const;
-    for (const id of looks)
-      byId(id, HTMLInputElement).addEventListener('input', () => this.#setLook());
-    byId('save', HTMLButtonElement).addEventListener('click', () => this.#save());
-    byId('link', HTMLButtonElement).addEventListener('click', () => void this.#copyLink());
+    setUpTime((timeMs) => this.setTime(timeMs));
+    setUpLook(() => this.#lookChanged());
+    byId('save', HTMLButtonElement).addEventListener('click', () =>
+      savePicture(this.#canvas, cameraOf(this.view), this.#shapes(), this.#credit),
+    );
     byId('close', HTMLButtonElement).addEventListener('click', () => this.#showPick(undefined));
-    const search = byId('search-text', HTMLInputElement);
-    search.placeholder = say('goToHint');
-    byId('search', HTMLFormElement).addEventListener('submit', (event) => {
-      event.preventDefault();
-      this.#goTo(search.value);
-    });
+    setUpSearch(
+      say,
+      () => this.#projection,
+      (place, projection) => this.setView(viewOf(place, projection, this.view)),
+    );
+    const address = (): string => new URL(this.#link(), location.href).href;
+    const code = (): string => embedCode(location.href, this.#link(), this.#place.title);
+    setUpCopy(byId('link', HTMLButtonElement), address, say, 'link', 'linkCopied');
+    setUpCopy(byId('embed', HTMLButtonElement), code, say, 'embed', 'embedCopied');
   }
-
-  #setLook(): void {
-    const isOn = (id: string): boolean => byId(id, HTMLInputElement).checked;
-    this.#stage.setLook({
-      ...kDefaultLook,
-      shadows: isOn('shadows'),
-      textures: isOn('textures'),
-      colourMix: isOn('material-colours') ? 0 : kDefaultLook.colourMix,
-    });
-  }
-
-  #goTo(words: string): void {
-    const projection = this.#projection;
-    if (projection === undefined) return;
-    const found = parsePlace(words, projection);
-    const error = byId('search-error', HTMLSpanElement);
-    setText(error, typeof found === 'string' ? found : '');
-    if (typeof found === 'string') return;
-    const [x, z] = projection.toVoxel(found.easting, found.northing);
-    const { min, max } = projection.world;
-    const middle = (min[1] + max[1]) / 2;
-    const away = Math.max(60, max[1] - min[1]);
-    const from: Vec3 = [x, middle + away, z + away];
-    this.setView(lookingAt({ ...this.view, position: from }, [x, middle, z]));
-  }
-
-  #save(): void {
-    this.#canvas.toBlob((blob) => {
-      if (blob === null) return;
-      const link = element('a', { download: 'terravox.png' });
-      link.href = URL.createObjectURL(blob);
-      link.click();
-      URL.revokeObjectURL(link.href);
-    });
-  }
-
-  async #copyLink(): Promise<void> {
-    const address = new URL(toLink({ view: this.view, timeMs: this.timeMs }), location.href).href;
-    if (!(await copy(address))) return;
-    setText(byId('link', HTMLButtonElement), say('linkCopied'));
-    setTimeout(() => setText(byId('link', HTMLButtonElement), say('link')), 2000);
-  }
-}
-
-function showTime(timeMs: number): void {
-  const date = byId('date', HTMLInputElement);
-  const time = byId('time', HTMLInputElement);
-  const day = Math.floor(timeMs / kDayMs) * kDayMs;
-  date.valueAsNumber = day;
-  time.valueAsNumber = Math.round((timeMs - day) / kMinuteMs);
-  const clock = new Date(timeMs).toISOString().slice(11, 16);
-  setText(byId('clock', HTMLOutputElement), `${clock} ${say('utc')}`);
 }
 
 function viewpointOf(named: NamedView): Viewpoint {

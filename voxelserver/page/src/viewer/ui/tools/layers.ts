@@ -1,0 +1,157 @@
+/** What colours show: the true picture, or heights, materials, classes, levels; with a legend. */
+import { element, setText } from '../../../dom.js';
+import type { Vec3 } from '../../draw/camera.js';
+import { heightColour, legendOf, type Layer, type LegendEntry } from '../../draw/layers.js';
+import type { CastRay } from '../../stage.js';
+import { numbers as readNumbers, numbersWord } from '../link.js';
+import { className, materialName } from '../texts.js';
+import type { Tool, ToolContext } from '../tool.js';
+import { button, numberField, select } from '../widgets.js';
+
+const kSvg = 'http://www.w3.org/2000/svg';
+const kRampSteps = 32;
+const kGrid = [24, 16] as const; // rays that look for the heights of a view
+const kFarthestM = 1e6;
+const kLayers: readonly Layer[] = ['none', 'height', 'material', 'class', 'level'];
+
+export function makeLayers(context: ToolContext): Tool {
+  const { say, numbers, world, appearance } = context;
+  const whole: readonly [number, number] = [
+    Math.floor(world.framed.min[1] * world.voxelM),
+    Math.ceil(world.framed.max[1] * world.voxelM),
+  ];
+  let layer: Layer = 'none';
+  let rangeM = whole;
+  const note = element('p', { class: 'note', role: 'status' });
+  const legend = element('ul', { class: 'legend', 'aria-label': say('layer.legend') });
+  const chosen = select<Layer>(
+    say('layer.select'),
+    kLayers.map((id) => [id, say(`layer.${id}`)] as const),
+    (to) => set(to, rangeM),
+  );
+  const limits = { min: -kFarthestM, max: kFarthestM, step: 1 };
+  const from = numberField(say('layer.from'), limits, rangeChanged);
+  const to = numberField(say('layer.to'), limits, rangeChanged);
+  const fit = element('p', { class: 'buttons' }, button(say('layer.fit'), fitToView));
+  const rangeRows = element('div', {}, from.row, to.row, fit);
+
+  function set(next: Layer, range: readonly [number, number]): void {
+    layer = next;
+    rangeM = range;
+    chosen.input.value = layer;
+    from.input.valueAsNumber = rangeM[0];
+    to.input.valueAsNumber = rangeM[1];
+    rangeRows.hidden = layer !== 'height';
+    setText(note, '');
+    legend.replaceChildren(...(layer === 'height' ? [ramp()] : entries()));
+    context.lookChanged();
+  }
+
+  function rangeChanged(): void {
+    const range = [from.input.valueAsNumber, to.input.valueAsNumber] as const;
+    if (isRange(range)) set(layer, range);
+    else setText(note, say('layer.wrongRange'));
+  }
+
+  function fitToView(): void {
+    const heights = context
+      .cast(raysOfView())
+      .filter((hit) => hit !== undefined)
+      .map((hit) => hit.point[1] * world.voxelM);
+    if (heights.length === 0) {
+      setText(note, say('nothingThere'));
+      return;
+    }
+    const low = Math.floor(Math.min(...heights));
+    set(layer, [low, Math.max(low + 1, Math.ceil(Math.max(...heights)))]);
+  }
+
+  function raysOfView(): CastRay[] {
+    const { position, forward, right, up } = context.camera();
+    const [columns, rows] = kGrid;
+    return Array.from({ length: columns * rows }, (_, i) => {
+      const across = (((i % columns) + 0.5) / columns) * 2 - 1;
+      const upward = ((Math.floor(i / columns) + 0.5) / rows) * 2 - 1;
+      const d = [0, 1, 2].map(
+        (a) => forward[a]! + right[a]! * across * context.aspect() + up[a]! * upward,
+      );
+      const length = Math.hypot(...d);
+      const direction = d.map((v) => v / length) as unknown as Vec3;
+      return { origin: position, direction, maxT: 2 ** 30 };
+    });
+  }
+
+  function ramp(): HTMLElement {
+    const svg = document.createElementNS(kSvg, 'svg');
+    svg.setAttribute('viewBox', `0 0 ${kRampSteps} 1`);
+    svg.setAttribute('preserveAspectRatio', 'none');
+    svg.setAttribute('aria-hidden', 'true');
+    for (let i = 0; i < kRampSteps; ++i)
+      svg.append(swatchRect(heightColour((i + 0.5) / kRampSteps), i));
+    const ends = rangeM.map((m) => element('span', {}, `${numbers.number(m, 0)} m`));
+    const middle = element('span', {}, `${numbers.number((rangeM[0] + rangeM[1]) / 2, 0)} m`);
+    const scale = element('span', { class: 'ends' }, ends[0]!, middle, ends[1]!);
+    const row = element('li', { class: 'ramp' });
+    row.append(svg, scale);
+    return row;
+  }
+
+  function entries(): HTMLElement[] {
+    return legendOf(layer, appearance, world.voxelM, world.levels).map((entry) => {
+      const svg = document.createElementNS(kSvg, 'svg');
+      svg.setAttribute('viewBox', '0 0 1 1');
+      svg.setAttribute('aria-hidden', 'true');
+      svg.append(swatchRect(entry.colour, 0));
+      const row = element('li');
+      row.append(svg, element('span', {}, nameOf(entry)));
+      return row;
+    });
+  }
+
+  function nameOf({ name }: LegendEntry): string {
+    const number = /^class(\d+)$/.exec(name)?.[1];
+    if (layer === 'class' && number !== undefined) return className(say, Number(number));
+    const edge = /^([\d.]+) m$/.exec(name)?.[1];
+    if (layer === 'level' && edge !== undefined) {
+      const decimals = edge.split('.')[1]?.length ?? 0;
+      return `${numbers.number(Number(edge), decimals)} m`;
+    }
+    return layer === 'material' ? materialName(say, name) : name;
+  }
+
+  set('none', whole);
+  return {
+    id: 'layers',
+    panel: [chosen.row, rangeRows, note, legend],
+    clear: () => set('none', whole),
+    shapes: () => [],
+    look: (look) => ({
+      ...look,
+      layer,
+      heightRange: [rangeM[0] / world.voxelM, rangeM[1] / world.voxelM],
+    }),
+    words: () => {
+      if (layer === 'none') return {};
+      const isWhole = rangeM[0] === whole[0] && rangeM[1] === whole[1];
+      return { layer, ...(isWhole ? {} : { range: numbersWord(rangeM) }) };
+    },
+    follow: (words) => {
+      const found = kLayers.find((id) => id === words.get('layer')) ?? 'none';
+      const limit = [-kFarthestM, kFarthestM] as const;
+      const range = readNumbers(words.get('range'), [limit, limit]);
+      const isUsable = range !== undefined && isRange([range[0]!, range[1]!]);
+      set(found, isUsable ? [range[0]!, range[1]!] : whole);
+    },
+  };
+}
+
+function isRange([from, to]: readonly [number, number]): boolean {
+  return from < to && Math.abs(from) <= kFarthestM && Math.abs(to) <= kFarthestM;
+}
+
+function swatchRect(colour: readonly [number, number, number], x: number): SVGElement {
+  const rect = document.createElementNS(kSvg, 'rect');
+  const values = { x, y: 0, width: 1.05, height: 1, fill: `rgb(${colour.join(' ')})` };
+  for (const [key, value] of Object.entries(values)) rect.setAttribute(key, String(value));
+  return rect;
+}

@@ -1,0 +1,92 @@
+/** Distances, heights, slopes and areas between clicked points. */
+import { element, setFacts } from '../../../dom.js';
+import type { Vec3 } from '../../draw/camera.js';
+import { pointsWord, readPoints } from '../link.js';
+import { distance, measuresOf } from '../measures.js';
+import type { Shape } from '../overlay.js';
+import type { Tool, ToolContext } from '../tool.js';
+import { checkbox } from '../widgets.js';
+import { makePointLine } from './point-line.js';
+
+const kDegrees = 180 / Math.PI;
+
+export function makeMeasure(context: ToolContext): Tool {
+  const { say, numbers, world } = context;
+  let isClosed = false;
+  const results = element('dl', { id: 'measures', 'aria-live': 'polite' });
+  const line = makePointLine(context, changed);
+  const closed = checkbox(say('measure.closed'), isClosed, (isOn) => {
+    isClosed = isOn;
+    changed();
+  });
+
+  function changed(): void {
+    setFacts(results, facts());
+    context.changed();
+  }
+
+  function facts(): (readonly [string, string])[] {
+    const { points } = line;
+    if (points.length < 2) return [[say('points'), String(points.length)]];
+    const m = measuresOf(points, world.voxelM);
+    const degrees = Math.atan2(m.heightM, m.spanM) * kDegrees;
+    const percent = m.spanM > 0 ? ` (${numbers.number((100 * m.heightM) / m.spanM, 1)} %)` : '';
+    return [
+      [say('points'), String(points.length)],
+      [say('measure.slope'), numbers.length(m.slopeM)],
+      [say('measure.horizontal'), numbers.length(m.horizontalM)],
+      [say('measure.height'), numbers.length(m.heightM)],
+      [say('measure.gradient'), `${numbers.number(degrees, 1)}°${percent}`],
+      [
+        say('measure.azimuth'),
+        m.azimuthDeg === undefined ? '' : `${numbers.number(m.azimuthDeg, 1)}°`,
+      ],
+      [say('measure.area'), isArea() ? numbers.area(m.areaM2) : ''],
+      [say('measure.perimeter'), isArea() ? numbers.length(m.perimeterM) : ''],
+    ];
+  }
+
+  function isArea(): boolean {
+    return isClosed && line.points.length >= 3;
+  }
+
+  function shapes(): readonly Shape[] {
+    const { points } = line;
+    const ring = isArea() ? [...points, points[0]!] : points;
+    const labels = ring.slice(1).map((to, i): Shape => {
+      const from = ring[i]!;
+      const label = numbers.length(distance(from, to) * world.voxelM);
+      return { kind: 'label', at: halfway(from, to), label };
+    });
+    return [
+      { kind: 'line', points: ring, tone: 'usual' },
+      ...points.map((at): Shape => ({ kind: 'point', at, tone: 'usual' })),
+      ...labels,
+    ];
+  }
+
+  function setClosed(isOn: boolean): void {
+    isClosed = isOn;
+    closed.input.checked = isOn;
+  }
+
+  return {
+    id: 'measure',
+    panel: [...line.controls, closed.row, results],
+    click: ({ point }) => line.add(point),
+    clear: () => line.set([]),
+    shapes: () => (line.points.length === 0 ? [] : shapes()),
+    words: () => ({
+      ...(line.points.length > 0 ? { measure: pointsWord(line.points) } : {}),
+      ...(isClosed ? { area: '1' } : {}),
+    }),
+    follow: (words) => {
+      setClosed(words.get('area') === '1');
+      line.set(readPoints(words.get('measure')));
+    },
+  };
+}
+
+function halfway(a: Vec3, b: Vec3): Vec3 {
+  return [(a[0] + b[0]) / 2, (a[1] + b[1]) / 2, (a[2] + b[2]) / 2];
+}

@@ -1,0 +1,91 @@
+/** Heights along a line of clicked points: a chart, its facts, and a table to take away. */
+import { element, setFacts } from '../../../dom.js';
+import { pointsWord, readPoints } from '../link.js';
+import type { Shape } from '../overlay.js';
+import { makeProfileChart } from '../profile-chart.js';
+import {
+  csvOf,
+  factsOf,
+  finest,
+  placesAlong,
+  raysDown,
+  samplesOf,
+  type ProfileSample,
+} from '../profile-line.js';
+import type { Tool, ToolContext } from '../tool.js';
+import { button, download } from '../widgets.js';
+import { makePointLine } from './point-line.js';
+
+const kCsvName = 'profile.csv';
+
+export function makeProfile(context: ToolContext): Tool {
+  const { say, numbers, world } = context;
+  let samples: readonly ProfileSample[] = [];
+  const facts = element('dl', { id: 'profile-facts', 'aria-live': 'polite' });
+  const line = makePointLine(context, () => read(true));
+  const chart = makeProfileChart(say, numbers, () => context.changed());
+  const csv = button(say('profile.csv'), () =>
+    download(new Blob([csvOf(samples, world)], { type: 'text/csv' }), kCsvName),
+  );
+  const results = element('div', {}, chart.element, facts, element('p', {}, csv));
+  results.hidden = true;
+
+  function read(isNew: boolean): void {
+    const places = placesAlong(line.points);
+    const hits = places.length === 0 ? [] : context.cast(raysDown(places, world));
+    const now = samplesOf(places, hits, world);
+    samples = isNew ? now : finest(samples, now);
+    results.hidden = samples.length === 0;
+    chart.show(samples);
+    setFacts(facts, samples.length === 0 ? [] : factRows());
+    context.changed();
+  }
+
+  function factRows(): (readonly [string, string])[] {
+    const f = factsOf(samples);
+    if (f === undefined) return [[say('profile.none'), ' ']];
+    return [
+      [say('profile.length'), numbers.length(f.lengthM)],
+      [say('profile.lowest'), numbers.length(f.lowestM)],
+      [say('profile.highest'), numbers.length(f.highestM)],
+      [say('profile.ascent'), numbers.length(f.ascentM)],
+      [say('profile.descent'), numbers.length(f.descentM)],
+      [say('profile.voxel'), numbers.length(f.coarsestVoxelM)],
+      [say('profile.exaggeration'), `${numbers.number(chart.exaggeration, 1)} ×`],
+    ];
+  }
+
+  function shapes(): readonly Shape[] {
+    const cursor = chart.cursor;
+    const known = samples.filter((sample) => sample.heightM !== undefined);
+    return [
+      { kind: 'line', points: line.points, tone: 'usual' },
+      { kind: 'line', points: known.map((sample) => sample.point), tone: 'good' },
+      ...line.points.map((at): Shape => ({ kind: 'point', at, tone: 'usual' })),
+      ...(cursor?.heightM === undefined
+        ? []
+        : [
+            {
+              kind: 'point',
+              at: cursor.point,
+              tone: 'good',
+              label: numbers.length(cursor.heightM),
+            } as const,
+          ]),
+    ];
+  }
+
+  return {
+    id: 'profile',
+    panel: [...line.controls, results],
+    begin: () => chart.resize(),
+    click: ({ point }) => line.add(point),
+    clear: () => line.set([]),
+    shapes: () => (line.points.length === 0 ? [] : shapes()),
+    settled: () => {
+      if (line.points.length > 1) read(false);
+    },
+    words: () => (line.points.length > 0 ? { profile: pointsWord(line.points) } : {}),
+    follow: (words) => line.set(readPoints(words.get('profile'))),
+  };
+}

@@ -1,0 +1,128 @@
+/** The sun's way over the chosen day: over the picture, and its times in words. */
+import { element, setFacts } from '../../../dom.js';
+import { sunPosition } from '../../draw/sun-position.js';
+import type { Shape } from '../overlay.js';
+import { sunDay, towards, type SunAt, type SunDay } from '../sun-day.js';
+import type { Tool, ToolContext } from '../tool.js';
+import { button, checkbox } from '../widgets.js';
+
+// Where worlds without a place on Earth have their sun, as the stage draws it.
+const kNowhere = { latDeg: 46, lonDeg: 14 };
+const kMinuteMs = 60_000;
+const kSunPx = 11;
+const kHourPx = 4;
+
+export function makeSunPath(context: ToolContext): Tool {
+  const { say, numbers, world } = context;
+  const { latDeg, lonDeg } = world.centre ?? kNowhere;
+  let day = sunDay(context.timeMs(), latDeg, lonDeg);
+  const facts = element('dl', { id: 'sun-facts' });
+  const shown = checkbox(say('sun.show'), false, () => context.changed());
+
+  function sunNow(): SunAt {
+    const timeMs = context.timeMs();
+    return { timeMs, ...sunPosition(timeMs, latDeg, lonDeg) };
+  }
+
+  function timeChanged(): void {
+    day = sunDay(context.timeMs(), latDeg, lonDeg);
+    setFacts(facts, factsOf(day));
+  }
+
+  function factsOf({ noon, rise, set }: SunDay): (readonly [string, string])[] {
+    const rows: (readonly [string, string])[] = [
+      [say('sun.rise'), edge(rise)],
+      [
+        say('sun.noon'),
+        say('sun.noonValue', clock(noon.timeMs), numbers.number(noon.altitudeDeg, 1)),
+      ],
+      [say('sun.set'), edge(set)],
+    ];
+    if (rise === undefined || set === undefined) return [...rows, [withoutEdge(noon), ' ']];
+    const minutes = Math.round(lengthMs(rise, set) / kMinuteMs);
+    const parts = [Math.floor(minutes / 60), minutes % 60].map(String);
+    return [...rows, [say('sun.length'), say('sun.hours', ...parts)]];
+  }
+
+  function edge(at: SunAt | undefined): string {
+    if (at === undefined) return '';
+    return say('sun.edgeValue', clock(at.timeMs), numbers.number(at.azimuthDeg, 0));
+  }
+
+  function withoutEdge(noon: SunAt): string {
+    return say(noon.altitudeDeg < 0 ? 'sun.noRise' : 'sun.noSet');
+  }
+
+  function shapes(): readonly Shape[] {
+    const up = (at: SunAt): boolean => at.altitudeDeg >= 0;
+    const marked = [day.rise, day.noon, day.set].filter((at) => at !== undefined);
+    return [
+      ...runsOf(day.path, up).map((run): Shape => ({
+        kind: 'sky-line',
+        directions: run.map(towards),
+        tone: 'sun',
+      })),
+      ...marked.filter((at) => at.altitudeDeg > -1).map((at) => mark(at, clock(at.timeMs))),
+      ...day.hours.filter(up).map((at) => mark(at, `${new Date(at.timeMs).getUTCHours()} h`)),
+      {
+        kind: 'sky-point',
+        direction: towards(sunNow()),
+        tone: 'sun',
+        radiusPx: kSunPx,
+      },
+    ];
+  }
+
+  timeChanged();
+  return {
+    id: 'sun',
+    panel: [
+      shown.row,
+      facts,
+      element(
+        'p',
+        { class: 'buttons' },
+        button(say('sun.turn'), () => {
+          const sun = sunNow();
+          context.turnTo(sun.azimuthDeg, sun.altitudeDeg);
+        }),
+      ),
+      element('p', { class: 'hint' }, say('sun.note')),
+    ],
+    begin: () => (shown.input.checked = true),
+    clear: () => {
+      shown.input.checked = false;
+      context.changed();
+    },
+    shapes: () => (shown.input.checked ? shapes() : []),
+    timeChanged,
+    words: () => (shown.input.checked ? { sun: '1' } : {}),
+    follow: (words) => {
+      shown.input.checked = words.get('sun') === '1';
+      context.changed();
+    },
+  };
+}
+
+function mark(at: SunAt, label: string): Shape {
+  return { kind: 'sky-point', direction: towards(at), tone: 'sun', radiusPx: kHourPx, label };
+}
+
+// A day of the place begins at its midnight: where the sun does not set then, it rises after it.
+function lengthMs(rise: SunAt, set: SunAt): number {
+  const kDayMs = 86_400_000;
+  const ms = set.timeMs - rise.timeMs;
+  return ms < 0 ? ms + kDayMs : ms;
+}
+
+function runsOf(path: readonly SunAt[], isIn: (at: SunAt) => boolean): SunAt[][] {
+  const runs: SunAt[][] = [[]];
+  for (const at of path)
+    if (isIn(at)) runs.at(-1)!.push(at);
+    else if (runs.at(-1)!.length > 0) runs.push([]);
+  return runs;
+}
+
+function clock(timeMs: number): string {
+  return new Date(Math.round(timeMs / kMinuteMs) * kMinuteMs).toISOString().slice(11, 16);
+}
