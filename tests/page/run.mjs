@@ -24,7 +24,12 @@ function run(...args) {
 }
 
 // The type checks compute while the tests mostly wait for a browser: they run side by side.
-const given = { TERRAVOX_URL: 'page.test.ts', TERRAVOX_SITE: 'site.test.ts', TERRAVOX_VIEWED: 'server-view.test.ts' };
+const given = {
+  TERRAVOX_URL: ['page.test.ts'],
+  TERRAVOX_SITE: ['site.test.ts', 'site-tools.test.ts'],
+  TERRAVOX_VIEWED: ['server-view.test.ts'],
+};
+const forPrograms = [...given.TERRAVOX_SITE, ...given.TERRAVOX_VIEWED];
 const alone = Object.keys(given).find((name) => process.env[name] !== undefined);
 const checks = (alone !== undefined ? [] : [page, here]).map((folder) => run(join(modules, 'typescript/bin/tsc'), '-p', join(folder, 'tsconfig.json')));
 const built = await run(join(page, 'build.mjs'), join(page, 'dist'));
@@ -34,8 +39,8 @@ if (built !== 0) process.exit(built);
 const out = join(page, 'dist-test');
 rmSync(out, { recursive: true, force: true });
 const { build } = createRequire(join(page, 'package.json'))('esbuild');
-const isForAll = (name) => name.endsWith('.test.ts') && name !== given.TERRAVOX_SITE && name !== given.TERRAVOX_VIEWED;
-const tests = alone !== undefined ? [given[alone]] : readdirSync(here).filter(isForAll);
+const isForAll = (name) => name.endsWith('.test.ts') && !forPrograms.includes(name);
+const tests = alone !== undefined ? given[alone] : readdirSync(here).filter(isForAll);
 await build({
   entryPoints: tests.map((name) => join(here, name)),
   outdir: out,

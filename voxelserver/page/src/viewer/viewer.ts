@@ -1,4 +1,4 @@
-import { byId, element, setText } from '../dom.js';
+import { byId, setText } from '../dom.js';
 import { WorldProjection } from '../world-projection.js';
 import type { Facts, Place } from './data/protocol.js';
 import { readAppearance, unpackAppearance, type Appearance } from './draw/appearance.js';
@@ -24,6 +24,7 @@ import { text, type TextKey } from './ui/texts.js';
 import { setUpTime, showTime } from './ui/time-inputs.js';
 import type { ToolContext } from './ui/tool.js';
 import { Toolbox } from './ui/toolbox.js';
+import { setUpViews } from './ui/views.js';
 
 /** The viewer of a site (docs/formats/site.md): opens place.json, and lets people fly around. */
 
@@ -51,7 +52,6 @@ const kLatestMs = Date.UTC(2199, 11, 31, 23, 59); // as links have it
 
 const options = readOptions(location.search, navigator.languages);
 const say = (key: TextKey, ...values: string[]): string => text(options.language, key, ...values);
-const degrees = numberText(options.language, 1);
 
 class Viewer {
   readonly #canvas = byId('picture', HTMLCanvasElement);
@@ -132,12 +132,7 @@ class Viewer {
     const timeMs = Math.min(Math.max(wantedMs, 0), kLatestMs);
     this.timeMs = timeMs;
     this.#stage.setTime(timeMs);
-    showTime(timeMs, say);
-    const { altitudeDeg, azimuthDeg } = this.#stage.sun;
-    setText(
-      byId('sun', HTMLParagraphElement),
-      say('sun', degrees.number(altitudeDeg, 1), degrees.number(azimuthDeg, 0)),
-    );
+    showTime(timeMs, this.#stage.sun, say, options.language);
     this.#toolbox?.timeChanged();
     this.#changed();
   }
@@ -281,14 +276,7 @@ class Viewer {
   }
 
   #setUpInputs(): void {
-    const views = byId('views', HTMLSelectElement);
-    views.replaceChildren(
-      ...this.#place.views.map((view, i) => element('option', { value: String(i) }, view.name)),
-    );
-    views.addEventListener('change', () => {
-      const named = this.#place.views[Number(views.value)];
-      if (named !== undefined) this.setView(viewpointOf(named));
-    });
+    setUpViews(this.#place.views, (named) => this.setView(viewpointOf(named)));
     setUpTime((timeMs) => this.setTime(timeMs));
     setUpLook(() => this.#lookChanged());
     byId('save', HTMLButtonElement).addEventListener('click', () =>
