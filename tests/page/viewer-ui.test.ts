@@ -41,7 +41,7 @@ import {
   type SectionPlane,
 } from '../../voxelserver/page/src/viewer/ui/section-plane.js';
 import { sightOf, sightRay } from '../../voxelserver/page/src/viewer/ui/sight-line.js';
-import { sunDay, towards } from '../../voxelserver/page/src/viewer/ui/sun-day.js';
+import { isUp, sunDay, towards } from '../../voxelserver/page/src/viewer/ui/sun-day.js';
 import {
   className,
   kLanguages,
@@ -590,6 +590,13 @@ test('the sun rises and sets when almanacs say so', () => {
   isNear(minutes(day.noon.timeMs), 11 * 60 + 4, 1.5);
   isNear(day.noon.azimuthDeg, 180, 0.5);
   isNear(day.noon.altitudeDeg, 90 - 46.05 + 23.44, 0.05);
+  const times = day.path.map((at) => at.timeMs);
+  assert.ok(times.includes(day.rise!.timeMs) && times.includes(day.set!.timeMs));
+  assert.deepEqual(
+    times,
+    [...times].sort((a, b) => a - b),
+  );
+  assert.ok(isUp(day.rise!) && isUp(day.set!) && !isUp(day.path[0]!));
   assert.ok(day.path.every((at) => at.altitudeDeg <= day.noon.altitudeDeg + 1e-3));
   assert.equal(day.hours.length, 24);
   assert.ok(day.hours.every((at) => at.timeMs % 3_600_000 === 0));

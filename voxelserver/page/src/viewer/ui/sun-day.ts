@@ -8,7 +8,7 @@ export type SunAt = SunPosition & {
 };
 
 export type SunDay = {
-  /** Every ten minutes from one midnight of the place to the next. */
+  /** Every ten minutes from one midnight of the place to the next, and at rise and set. */
   readonly path: readonly SunAt[];
   /** At full hours of UTC. */
   readonly hours: readonly SunAt[];
@@ -42,13 +42,22 @@ export function sunDay(timeMs: number, latDeg: number, lonDeg: number): SunDay {
     });
     return i < 0 ? undefined : at(zeroOf(altitude, path[i - 1]!.timeMs, path[i]!.timeMs));
   };
+  const [rise, set] = [crossing(true), crossing(false)];
+  const edges = [rise, set].filter((edge) => edge !== undefined);
   return {
-    path,
+    path: [...path, ...edges].sort((a, b) => a.timeMs - b.timeMs),
     hours: Array.from({ length: 24 }, (_, i) => at(firstHour + i * kHourMs)),
     noon: at(highest(altitude, midnight + kDayMs / 4, midnight + (3 * kDayMs) / 4)),
-    rise: crossing(true),
-    set: crossing(false),
+    rise,
+    set,
   };
+}
+
+/** Whether a part of the sun is above a level horizon. */
+export function isUp({ altitudeDeg }: SunPosition): boolean {
+  // Rise and set belong to the day, whatever the last digits of their search are.
+  const kRoundingDeg = 1e-3;
+  return altitudeDeg >= kEdgeDeg - kRoundingDeg;
 }
 
 /** Of unit length, to the sun; the axes are those of the renderer's light. */

@@ -58,9 +58,11 @@ export function makeProfile(context: ToolContext): Tool {
   function shapes(): readonly Shape[] {
     const cursor = chart.cursor;
     const known = samples.filter((sample) => sample.heightM !== undefined);
+    const surface = known.map((sample) => sample.point);
     return [
-      { kind: 'line', points: line.points, tone: 'usual' },
-      { kind: 'line', points: known.map((sample) => sample.point), tone: 'good' },
+      surface.length > 1
+        ? { kind: 'line', points: surface, tone: 'good' }
+        : { kind: 'line', points: line.points, tone: 'usual' },
       ...line.points.map((at): Shape => ({ kind: 'point', at, tone: 'usual' })),
       ...(cursor?.heightM === undefined
         ? []

@@ -2,7 +2,7 @@
 import { element, setFacts } from '../../../dom.js';
 import { sunPosition } from '../../draw/sun-position.js';
 import type { Shape } from '../overlay.js';
-import { sunDay, towards, type SunAt, type SunDay } from '../sun-day.js';
+import { isUp, sunDay, towards, type SunAt, type SunDay } from '../sun-day.js';
 import type { Tool, ToolContext } from '../tool.js';
 import { button, checkbox } from '../widgets.js';
 
@@ -54,16 +54,15 @@ export function makeSunPath(context: ToolContext): Tool {
   }
 
   function shapes(): readonly Shape[] {
-    const up = (at: SunAt): boolean => at.altitudeDeg >= 0;
     const marked = [day.rise, day.noon, day.set].filter((at) => at !== undefined);
     return [
-      ...runsOf(day.path, up).map((run): Shape => ({
+      ...runsOf(day.path).map((run): Shape => ({
         kind: 'sky-line',
         directions: run.map(towards),
         tone: 'sun',
       })),
-      ...marked.filter((at) => at.altitudeDeg > -1).map((at) => mark(at, clock(at.timeMs))),
-      ...day.hours.filter(up).map((at) => mark(at, `${new Date(at.timeMs).getUTCHours()} h`)),
+      ...marked.filter(isUp).map((at) => mark(at, clock(at.timeMs))),
+      ...day.hours.filter(isUp).map((at) => mark(at, `${new Date(at.timeMs).getUTCHours()} h`)),
       {
         kind: 'sky-point',
         direction: towards(sunNow()),
@@ -115,10 +114,11 @@ function lengthMs(rise: SunAt, set: SunAt): number {
   return ms < 0 ? ms + kDayMs : ms;
 }
 
-function runsOf(path: readonly SunAt[], isIn: (at: SunAt) => boolean): SunAt[][] {
+// Parts of the day while the sun is up.
+function runsOf(path: readonly SunAt[]): SunAt[][] {
   const runs: SunAt[][] = [[]];
   for (const at of path)
-    if (isIn(at)) runs.at(-1)!.push(at);
+    if (isUp(at)) runs.at(-1)!.push(at);
     else if (runs.at(-1)!.length > 0) runs.push([]);
   return runs;
 }
