@@ -6,7 +6,7 @@ import type { Vec3 } from './draw/camera.js';
 import { kDefaultLook, type Look } from './draw/renderer.js';
 import { Stage, type Pick, type StageStats } from './stage.js';
 import { Controls } from './ui/controls.js';
-import { showFacts } from './ui/facts-panel.js';
+import { setUpFacts, showFacts } from './ui/facts-panel.js';
 import { fromLink, toLink, wordsOf } from './ui/link.js';
 import { chosenLook, followLook, lookWords, setUpLook } from './ui/look-switches.js';
 import { cameraOf, lookingAt, turned, type Viewpoint } from './ui/navigation.js';
@@ -52,6 +52,9 @@ const kLatestMs = Date.UTC(2199, 11, 31, 23, 59); // as links have it
 
 const options = readOptions(location.search, navigator.languages);
 const say = (key: TextKey, ...values: string[]): string => text(options.language, key, ...values);
+
+// First of all: what goes wrong from here on is read in it.
+setUpPanel(options, say);
 
 class Viewer {
   readonly #canvas = byId('picture', HTMLCanvasElement);
@@ -143,7 +146,6 @@ class Viewer {
     this.#canvas.setAttribute('aria-label', say('pictureOf', this.#place.title));
     this.#canvas.classList.toggle('fixed', !options.hasControls);
     setText(byId('attribution', HTMLParagraphElement), this.#credit);
-    setUpPanel(options, say);
     this.#setUpInputs();
     followLook(wordsOf(location.hash));
     new ResizeObserver(() => this.#resize()).observe(this.#canvas);
@@ -263,16 +265,10 @@ class Viewer {
   }
 
   #click(pick: Pick | undefined): void {
-    if (this.#toolbox?.takesClicks !== true) this.#showPick(pick);
-    else if (pick !== undefined) this.#toolbox.click(pick);
-  }
-
-  #showPick(pick: Pick | undefined): void {
-    byId('place', HTMLElement).hidden = pick === undefined;
-    const projection = this.#projection;
-    if (pick === undefined || projection === undefined) return;
-    const numbers = numberText(options.language, projection.world.voxelM);
-    showFacts(pick, projection, this.#appearance, say, numbers);
+    if (this.#toolbox?.takesClicks === true) {
+      if (pick !== undefined) this.#toolbox.click(pick);
+    } else if (this.#projection !== undefined)
+      showFacts(pick, this.#projection, this.#appearance, say, options.language);
   }
 
   #setUpInputs(): void {
@@ -282,7 +278,7 @@ class Viewer {
     byId('save', HTMLButtonElement).addEventListener('click', () =>
       savePicture(this.#canvas, cameraOf(this.view), this.#shapes(), this.#credit),
     );
-    byId('close', HTMLButtonElement).addEventListener('click', () => this.#showPick(undefined));
+    setUpFacts(() => this.#canvas.focus());
     setUpSearch(
       say,
       () => this.#projection,

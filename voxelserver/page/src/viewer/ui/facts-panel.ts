@@ -4,17 +4,35 @@ import { byId, setFacts } from '../../dom.js';
 import type { WorldProjection } from '../../world-projection.js';
 import type { Appearance } from '../draw/appearance.js';
 import type { Pick } from '../stage.js';
-import type { NumberText } from './number-text.js';
-import { className, materialName, type Say } from './texts.js';
+import { numberText } from './number-text.js';
+import { className, materialName, type Language, type Say } from './texts.js';
 
+/** @param onClosed somebody has closed it, with the focus in it, which must go elsewhere */
+export function setUpFacts(onClosed: () => void): void {
+  const close = (): void => {
+    const section = byId('place', HTMLElement);
+    const hadFocus = section.contains(document.activeElement);
+    section.hidden = true;
+    if (hadFocus) onClosed();
+  };
+  byId('close', HTMLButtonElement).addEventListener('click', close);
+  document.addEventListener('keydown', (event) => {
+    if (event.key === 'Escape') close();
+  });
+}
+
+/** @param pick undefined hides what was shown */
 export function showFacts(
-  pick: Pick,
+  pick: Pick | undefined,
   projection: WorldProjection,
   appearance: Appearance,
   say: Say,
-  numbers: NumberText,
+  language: Language,
 ): void {
+  byId('place', HTMLElement).hidden = pick === undefined;
+  if (pick === undefined) return;
   const { world } = projection;
+  const numbers = numberText(language, world.voxelM);
   const units = world.unitsPerVoxel;
   const [easting, northing] = [pick.point[0] * units, -pick.point[2] * units];
   const degrees = projection.toLatLon(easting, northing);
