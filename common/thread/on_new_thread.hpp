@@ -8,8 +8,8 @@
 namespace terravox::thread {
 
 /// Runs `work` on a thread of its own and waits for its end. For work that needs the stack that the
-/// system gives to threads (8 MiB) and is called on a thread of a library that gives less: CivetWeb's
-/// threads have 100 KiB, of which voxelization alone takes two thirds.
+/// system gives to threads (8 MiB) and is called on a thread of a library that gives less:
+/// CivetWeb's threads have 100 KiB, of which voxelization alone takes two thirds.
 /// @param work     returns a value
 /// @param refused  called instead where the system refuses the thread
 /// @return what the one that was called returns

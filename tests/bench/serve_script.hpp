@@ -8,8 +8,8 @@
 
 namespace terravox::bench {
 
-/// The entries serve/..., view/..., grab/... and paper/... : a Python script in tests/bench starts the real
-/// programs, loads them, and ends with its figures, one line of JSON.
+/// The entries serve/..., view/..., grab/... and paper/... : a Python script in tests/bench starts
+/// the real programs, loads them, and ends with its figures, one line of JSON.
 
 /// Why such an entry cannot run here; empty = it can. @param others programs it needs besides the
 /// server, the survey's maker and Python

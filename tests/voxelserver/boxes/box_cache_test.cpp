@@ -39,7 +39,8 @@ TEST_CASE("a box is made and compressed once, and its frame holds it", "[voxelse
     CHECK(first->checksum == expected->checksum());
 }
 
-TEST_CASE("boxes are made with a stack of their own, whatever the caller's", "[voxelserver][boxes]") {
+TEST_CASE("boxes are made with a stack of their own, whatever the caller's",
+          "[voxelserver][boxes]") {
     // CivetWeb's threads have as little; a box that takes more would end the program.
     constexpr std::size_t kCallersStack_bytes = 100 * 1024;
     struct Call {

@@ -106,7 +106,7 @@ public:
     std::set<voxel::BoxKey> failing;  ///< set before the first request
     std::string fail_with =
         "decode the square 'a\"b': damaged\xff";  ///< what those of `failing` throw
-    std::size_t stack_bytes = 0;             ///< that box() takes
+    std::size_t stack_bytes = 0;                  ///< that box() takes
     bool columns_fail = false;
     std::map<std::pair<int, int>, int>
         versions;  ///< of box columns that have changed; set before the first request
