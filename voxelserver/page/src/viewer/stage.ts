@@ -354,7 +354,9 @@ export class Stage {
       size: [this.#canvas.width, this.#canvas.height],
       passMs: this.#passMs,
       frames: this.#frames,
-      isComplete: this.#plan?.isComplete === true && this.#stage === kDetails.length - 1,
+      // Not where the plan is that of the detail before.
+      isComplete:
+        this.#plan?.isComplete === true && !this.#isPlanDue && this.#stage === kDetails.length - 1,
       detail: kDetails[this.#stage]! * this.#coarser,
       first: this.#first,
     };
