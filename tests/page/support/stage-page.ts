@@ -1,0 +1,117 @@
+/** Bundled for a browser: a Stage alone on a canvas, with pools of a size that the test chooses. */
+import type { Place } from '../../../voxelserver/page/src/viewer/data/protocol.js';
+import type {
+  Appearance,
+  Face,
+  Rgb,
+} from '../../../voxelserver/page/src/viewer/draw/appearance.js';
+import { Stage, type StageStats } from '../../../voxelserver/page/src/viewer/stage.js';
+import { cameraOf, type Viewpoint } from '../../../voxelserver/page/src/viewer/ui/navigation.js';
+
+export type StageJob = {
+  readonly place: Place;
+  readonly view: Viewpoint;
+  readonly poolBytes: number;
+};
+
+declare global {
+  interface Window {
+    startStage: (job: StageJob) => void;
+    stage: {
+      readonly failures: string[];
+      readonly ended: string[];
+      readonly isReady: () => boolean;
+      readonly stats: () => StageStats;
+      readonly hits: () => Int32Array;
+    };
+  }
+}
+
+const kHalfOne = 0x3c00;
+const kSize = 120;
+
+function plainAppearance(): Appearance {
+  const one: Rgb = [1, 1, 1];
+  const none: Rgb = [0, 0, 0];
+  const face: Face = {
+    first: 0,
+    ownFirst: 0,
+    variants: 0,
+    turns: 0,
+    metric: false,
+    layered: false,
+    hasOwn: false,
+    hasHoles: false,
+  };
+  const material = (_: unknown, i: number) => ({
+    name: `material ${i}`,
+    kind: 0,
+    colour: one,
+    variation: 0,
+    roughness: 1,
+    index: 1,
+    reflects: false,
+    absorptionPerM: none,
+    glow: none,
+    emission: none,
+    own: none,
+    windows: false,
+    waves: false,
+    side: face,
+    bottom: face,
+    top: face,
+  });
+  const sky = {
+    altitudesDeg: [-90, 90],
+    rows: 2,
+    columns: 2,
+    sunAltitudesDeg: [-90, 90],
+    sunLight: [one, one],
+    hazeRayleighPerM: none,
+    hazeMiePerM: none,
+    night: none,
+    ground: one,
+  };
+  return {
+    materials: Array.from({ length: 33 }, material),
+    sky,
+    ratio: new Uint16Array(4 * 341).fill(kHalfOne),
+    own: new Uint16Array(4 * 341),
+    panes: new Uint16Array(8 * 341 * 8),
+    skyNodes: new Uint16Array(2 * 2 * 2 * 9).fill(kHalfOne),
+  };
+}
+
+window.startStage = ({ place, view, poolBytes }) => {
+  const canvas = document.querySelector('canvas')!;
+  canvas.width = kSize;
+  canvas.height = kSize;
+  const failures: string[] = [];
+  const ended: string[] = [];
+  let isReady = false;
+  const worker = new Worker('worker.js', { type: 'module' });
+  const stage = new Stage(canvas, worker, place, plainAppearance(), poolBytes, {
+    onOpened: () => undefined,
+    onFailure: (failure) => void failures.push(failure.kind),
+    onEnded: (failure) => void ended.push(`${failure.kind}: ${failure.message}`),
+    onFrame: () => undefined,
+  });
+  stage.ready.then(
+    () => (isReady = true),
+    () => undefined,
+  );
+  stage.setTime(Date.UTC(2026, 5, 21, 12));
+  stage.setCamera(cameraOf(view));
+  const frame = (nowMs: number): void => {
+    stage.frame(nowMs);
+    requestAnimationFrame(frame);
+  };
+  requestAnimationFrame(frame);
+  window.stage = {
+    failures,
+    ended,
+    isReady: () => isReady,
+    stats: () => stage.stats(),
+    hits: () => stage.firstHits()!.voxels,
+  };
+};

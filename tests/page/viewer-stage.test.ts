@@ -1,0 +1,234 @@
+import assert from 'node:assert/strict';
+import { readFileSync } from 'node:fs';
+import { createServer, type IncomingMessage, type Server, type ServerResponse } from 'node:http';
+import { createRequire } from 'node:module';
+import type { AddressInfo } from 'node:net';
+import { join } from 'node:path';
+import { after, before, describe, test } from 'node:test';
+import type { Browser, Page } from 'playwright-core';
+import { noBrowser, openBrowser, openPage } from './support/browser.js';
+import { makeArchive, type Key, type TestBox } from './support/make-archive.js';
+
+declare const TERRAVOX_PAGE_DIST: string;
+
+/** A stage in a browser: what fails for good, and pools that are too small for a view. */
+
+const kSide = 16; // level-0 columns each way
+const kLevels = 5;
+const kFacts = {
+  bounds: { min: [0, 0, 0], max: [64 * kSide, 256, 64 * kSide] },
+  levels: kLevels,
+  voxel_m: 1,
+  crs_units_per_voxel: 1,
+};
+/** From above the middle, almost straight down; so narrow that every column has to be fine. */
+const kView = { position: [512, 1200, 540], headingDeg: 0, pitchDeg: -88, fovDeg: 5 } as const;
+const kMiB = 2 ** 20;
+/** Of pools with one layer each: 256 rows of attributes, one of which each box takes. */
+const kSmallestPools = kMiB;
+const kManyPools = 64 * kMiB;
+
+/** A floor in every column of every level. */
+function floor(): TestBox[] {
+  return Array.from({ length: kLevels }, (_, level) => {
+    const side = kSide >> level;
+    return Array.from({ length: side * side }, (_, i): TestBox => {
+      const key: Key = [level, i % side, 0, Math.floor(i / side)];
+      const voxels = Array.from({ length: 64 }, (_, v) => {
+        return { x: (v % 8) * 8, y: 3, z: Math.floor(v / 8) * 8, material: 4 };
+      });
+      return { key, voxels };
+    });
+  }).flat();
+}
+
+/** A page with a stage, its scripts, and an archive, some of whose ranges may fail. */
+class StageHost {
+  readonly archive = Buffer.from(makeArchive(floor(), { facts: kFacts, gapBytes: 30_000 }));
+  /** Status of a request for these bytes; 0: as usual. */
+  fails: (first: number, last: number) => number = () => 0;
+  requests = 0;
+  readonly #script: string;
+  readonly #server: Server;
+
+  constructor(script: string) {
+    this.#script = script;
+    this.#server = createServer((request, reply) => this.#answer(request, reply));
+  }
+
+  async open(): Promise<this> {
+    await new Promise<void>((resolve) => this.#server.listen(0, '127.0.0.1', resolve));
+    return this;
+  }
+
+  close(): void {
+    this.#server.closeAllConnections();
+    this.#server.close();
+  }
+
+  get url(): string {
+    return `http://127.0.0.1:${(this.#server.address() as AddressInfo).port}/`;
+  }
+
+  #answer(request: IncomingMessage, reply: ServerResponse): void {
+    const send = (type: string, text: string | Buffer): void =>
+      void reply.writeHead(200, { 'Content-Type': type }).end(text);
+    switch (request.url) {
+      case '/':
+        return send(
+          'text/html',
+          '<!doctype html><canvas></canvas><script src="stage.js"></script>',
+        );
+      case '/stage.js':
+        return send('text/javascript', this.#script);
+      case '/worker.js':
+        return send('text/javascript', readFileSync(join(TERRAVOX_PAGE_DIST, 'worker.js')));
+      case '/place.tvx':
+        return this.#sendRange(request.headers.range ?? '', reply);
+      default:
+        return void reply.writeHead(404).end();
+    }
+  }
+
+  #sendRange(range: string, reply: ServerResponse): void {
+    this.requests += 1;
+    const [, from, to] = /bytes=(\d+)-(\d+)/.exec(range)!;
+    const [first, last] = [Number(from), Math.min(Number(to), this.archive.length - 1)];
+    const status = this.fails(first, last);
+    if (status !== 0) return void reply.writeHead(status).end();
+    reply.writeHead(206, {
+      'Content-Range': `bytes ${first}-${last}/${this.archive.length}`,
+      ETag: '"one"',
+    });
+    reply.end(this.archive.subarray(first, last + 1));
+  }
+}
+
+async function bundle(): Promise<string> {
+  const page = join(TERRAVOX_PAGE_DIST, '..');
+  const { build } = createRequire(join(page, 'package.json'))('esbuild') as {
+    build: (options: object) => Promise<{ outputFiles: { text: string }[] }>;
+  };
+  const built = await build({
+    entryPoints: [join(page, '../../tests/page/support/stage-page.ts')],
+    bundle: true,
+    write: false,
+    loader: { '.glsl': 'text' },
+    format: 'iife',
+    logLevel: 'warning',
+  });
+  return built.outputFiles[0]!.text;
+}
+
+describe('a stage', { skip: noBrowser }, () => {
+  let browser: Browser;
+  let script: string;
+  before(async () => {
+    [browser, script] = await Promise.all([openBrowser(), bundle()]);
+  });
+  after(() => browser?.close());
+
+  async function start(host: StageHost, poolBytes: number): Promise<Page> {
+    const { page } = await openPage(browser, host.url, {}, 1);
+    await page.evaluate(
+      ([place, view, bytes]) =>
+        window.startStage({ place, view, poolBytes: bytes } as Parameters<
+          typeof window.startStage
+        >[0]),
+      [{ url: `${host.url}place.tvx` }, kView, poolBytes] as const,
+    );
+    return page;
+  }
+
+  const untilComplete = (page: Page): Promise<unknown> =>
+    page.waitForFunction(
+      () => {
+        const { isComplete, samples } = window.stage.stats();
+        return isComplete && samples > 0;
+      },
+      undefined,
+      { polling: 100 },
+    );
+
+  /** Level of each pixel that shows a voxel. */
+  const levelsOf = (page: Page): Promise<number[]> =>
+    page.evaluate(() =>
+      [...window.stage.hits()]
+        .filter((_, i) => i % 4 === 3)
+        .filter((bits) => (bits & (1 << 13)) !== 0)
+        .map((bits) => (bits >> 4) & 31),
+    );
+
+  test('pools that are too small for a view make its voxels coarser until it fits', async () => {
+    const host = await new StageHost(script).open();
+    try {
+      const large = await start(host, kManyPools);
+      await untilComplete(large);
+      const fine = await large.evaluate(() => window.stage.stats());
+      assert.equal(fine.detail, 1);
+      assert.ok(fine.columns > 256, `${fine.columns}`);
+      const small = await start(host, kSmallestPools);
+      await untilComplete(small);
+      const coarse = await small.evaluate(() => window.stage.stats());
+      assert.ok(coarse.detail > 1, `${coarse.detail}`);
+      assert.ok(coarse.columns <= 256 && coarse.poolFill <= 1, JSON.stringify(coarse));
+      const [here, there] = [await levelsOf(large), await levelsOf(small)];
+      // There is no hole in it.
+      assert.ok(here.length > 0 && there.length === here.length);
+      for (const page of [large, small])
+        assert.deepEqual(await page.evaluate(() => window.stage.ended), []);
+    } finally {
+      for (const context of browser.contexts()) await context.close();
+      host.close();
+    }
+  });
+
+  test('a column that cannot be read is asked for twice, and is a hole then', async () => {
+    const host = await new StageHost(script).open();
+    // The middle of the file: boxes of the finest level.
+    const [from, to] = [host.archive.length * 0.3, host.archive.length * 0.32];
+    let failed = 0;
+    host.fails = (first, last) => {
+      const isBad = first < to && last > from;
+      failed += Number(isBad);
+      return isBad ? 404 : 0;
+    };
+    try {
+      const page = await start(host, kManyPools);
+      await untilComplete(page);
+      const { failures, ended, isReady } = await page.evaluate(() => ({
+        ...window.stage,
+        isReady: window.stage.isReady(),
+        stats: undefined,
+        hits: undefined,
+      }));
+      assert.deepEqual(ended, []);
+      assert.ok(isReady);
+      assert.ok(failures.length >= 2 && failures.every((kind) => kind === 'missing'));
+      assert.ok(failed >= 2, `${failed}`);
+      // All else is there, and nothing is asked for any more.
+      assert.ok((await levelsOf(page)).length > 0);
+      const before = host.requests;
+      await page.waitForTimeout(6000);
+      assert.equal(host.requests, before);
+    } finally {
+      for (const context of browser.contexts()) await context.close();
+      host.close();
+    }
+  });
+
+  test('a place that is not there ends the stage with the reason', async () => {
+    const host = await new StageHost(script).open();
+    host.fails = () => 404;
+    try {
+      const page = await start(host, kManyPools);
+      await page.waitForFunction(() => window.stage.ended.length > 0, undefined, { polling: 100 });
+      const ended = await page.evaluate(() => window.stage.ended);
+      assert.match(ended[0]!, /^missing: .*status 404/);
+      assert.equal(await page.evaluate(() => window.stage.isReady()), false);
+    } finally {
+      for (const context of browser.contexts()) await context.close();
+      host.close();
+    }
+  });
+});
