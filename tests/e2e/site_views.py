@@ -17,6 +17,7 @@ SOLAR_NOON_H = 11.05  # UTC, at the longitude of the synthetic survey
 SUN_AT_LEAST_DEG = 4
 YEAR_STARTS_MS = 1767225600000  # 2026, UTC
 DAY_MIN = 1440
+SUMMER_AFTERNOON_MIN = 171 * DAY_MIN + 15 * 60 + 30  # 21 June, 15:30 UTC
 
 
 class NoBrowser(Exception):
@@ -26,7 +27,7 @@ class NoBrowser(Exception):
 class View:
     """A camera and a time. @param position, target voxels: x east, y up, z south"""
 
-    def __init__(self, name, position, target, fov_deg=42, minute=247_650):
+    def __init__(self, name, position, target, fov_deg=42, minute=SUMMER_AFTERNOON_MIN):
         self.name = name
         self.position = position
         self.target = target
