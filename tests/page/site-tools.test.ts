@@ -22,15 +22,20 @@ const kHangsMs = 300_000;
 // What the driver says of reading back a pixel.
 const isNoise = (message: string): boolean => message.includes('GL Driver Message');
 
+const kCredit = { attribution: 'A survey & its people', licence: 'CC0' } as const;
+
 let browser: Browser | undefined;
+/** place.json of the site, with names for its sources. */
+let placeFile = {};
 before(async () => {
-  if (noBrowser === false) browser = await openBrowser();
+  if (noBrowser !== false) return;
+  browser = await openBrowser();
+  const response = await fetch(new URL('place.json', kSite));
+  placeFile = { ...((await response.json()) as object), ...kCredit };
 });
 after(async () => browser?.close());
 
 type Opened = { readonly page: Page; readonly end: () => Promise<void> };
-
-const kCredit = { attribution: 'A survey & its people', licence: 'CC0' } as const;
 
 /**
  * A page with its first whole picture, of a place whose sources have names; `end` asserts that
@@ -39,11 +44,7 @@ const kCredit = { attribution: 'A survey & its people', licence: 'CC0' } as cons
 async function open(options: BrowserContextOptions, search = '', link = ''): Promise<Opened> {
   const context = await browser!.newContext(options);
   context.setDefaultTimeout(kHangsMs);
-  await context.route('**/place.json', async (route) => {
-    const response = await route.fetch();
-    const place = (await response.json()) as object;
-    await route.fulfill({ response, json: { ...place, ...kCredit } });
-  });
+  await context.route('**/place.json', (route) => route.fulfill({ json: placeFile }));
   const page = await context.newPage();
   const errors: string[] = [];
   page.on('console', (message) => {
@@ -60,6 +61,7 @@ async function open(options: BrowserContextOptions, search = '', link = ''): Pro
   await page.evaluate(() => window.terravox.ready);
   const end = async (): Promise<void> => {
     assert.deepEqual(errors, []);
+    await context.unrouteAll({ behavior: 'ignoreErrors' });
     await context.close();
   };
   return { page, end };
