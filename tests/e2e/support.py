@@ -32,6 +32,11 @@ def binary(name):
     return path
 
 
+def has_sanitizers():
+    """Whether ctest runs programs that a sanitizer gives more memory than they ask for."""
+    return "ASAN_OPTIONS" in os.environ or "TSAN_OPTIONS" in os.environ
+
+
 def temporary_folder():
     folder = pathlib.Path(tempfile.mkdtemp(prefix="terravox-e2e-"))
     atexit.register(shutil.rmtree, folder, ignore_errors=True)
