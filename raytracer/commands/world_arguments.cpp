@@ -25,8 +25,29 @@ worlds::WorldOptions WorldArguments::options(const scene::Scene& scene) const {
     return out;
 }
 
+namespace {
+
+/// @param sections as for add_opening_arguments
+bool is_flag(const std::string& path, const std::vector<std::string>& sections) {
+    // Set by the name of the analysis.
+    if (path == "analysis.kind")
+        return false;
+    const std::string section = path.substr(0, path.find('.'));
+    if (sections.empty())
+        return section != "analysis";
+    return std::any_of(sections.begin(), sections.end(), [&](const std::string& listed) {
+        return listed == section || listed == path;
+    });
+}
+
+}  // namespace
+
+std::string world_inputs_help() {
+    return worlds::allowed_inputs();
+}
+
 void add_world_arguments(CLI::App& command, WorldArguments& args) {
-    command.add_option("inputs", args.inputs, worlds::allowed_inputs())->required();
+    command.add_option("inputs", args.inputs, world_inputs_help())->required();
     add_opening_arguments(command, args, {});
 }
 
@@ -50,10 +71,9 @@ void add_opening_arguments(CLI::App& command, WorldArguments& args,
     command.add_option("--log", args.log_level, "trace, debug, info, warn, error or off")
         ->capture_default_str();
     for (const scene::SceneFlag& flag : scene::scene_flags()) {
-        const std::string section = flag.path.substr(0, flag.path.find('.'));
-        if (!sections.empty() &&
-            std::find(sections.begin(), sections.end(), section) == sections.end())
+        if (!is_flag(flag.path, sections))
             continue;
+        const std::string section = flag.path.substr(0, flag.path.find('.'));
         const auto keep = [&args, path = flag.path](const std::string& text) {
             args.fields.emplace_back(path, text);
         };

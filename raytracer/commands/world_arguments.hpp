@@ -34,10 +34,13 @@ struct WorldArguments {
     [[nodiscard]] worlds::WorldOptions options(const scene::Scene& scene) const;
 };
 
+/// Help for the worlds that a command takes.
+[[nodiscard]] std::string world_inputs_help();
+
 /// Adds the flags to a command. `args` must outlive the parsing.
 void add_world_arguments(CLI::App& command, WorldArguments& args);
 /// The same without the inputs.
-/// @param sections of the scene whose fields are flags; empty: all
+/// @param sections of the scene, or single fields of it, that are flags; empty: all of a picture
 void add_opening_arguments(CLI::App& command, WorldArguments& args,
                            const std::vector<std::string>& sections);
 

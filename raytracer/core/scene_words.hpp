@@ -117,6 +117,34 @@ constexpr std::span<const Word<Integrator>> words_of(Integrator) noexcept {
     return kIntegrators;
 }
 
+/// What a pixel is: light, or measured values of a cell of a raster (docs/adr/0029).
+enum class AnalysisKind : std::uint8_t {
+    kNone,     ///< a picture
+    kTerrain,  ///< heights, classes, materials, colours
+    kSky,      ///< how much of the sky is seen
+};
+inline constexpr Word<AnalysisKind> kAnalysisKinds[] = {
+    {AnalysisKind::kNone, "none"},
+    {AnalysisKind::kTerrain, "terrain"},
+    {AnalysisKind::kSky, "sky"},
+};
+constexpr std::span<const Word<AnalysisKind>> words_of(AnalysisKind) noexcept {
+    return kAnalysisKinds;
+}
+
+/// Where in a cell an analysis measures.
+enum class AnalysisSurface : std::uint8_t {
+    kTop,     ///< on the highest voxel
+    kGround,  ///< on the ground, below crowns, wires and decks
+};
+inline constexpr Word<AnalysisSurface> kAnalysisSurfaces[] = {
+    {AnalysisSurface::kTop, "top"},
+    {AnalysisSurface::kGround, "ground"},
+};
+constexpr std::span<const Word<AnalysisSurface>> words_of(AnalysisSurface) noexcept {
+    return kAnalysisSurfaces;
+}
+
 /// Order in which tiles are traced (raytracer/tiles/tile_order.hpp).
 enum class TileOrder : std::uint8_t { kSpiral, kVertical, kVerticalSplit, kHilbert, kRows };
 inline constexpr Word<TileOrder> kTileOrders[] = {

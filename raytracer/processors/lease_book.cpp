@@ -182,6 +182,7 @@ std::optional<tiles::TileResult> LeaseBook::add_part(Member member, tiles::TileR
             auto& r = part.result;
             std::move(r.samples.begin(), r.samples.end(), std::back_inserter(whole.samples));
             std::move(r.layers.begin(), r.layers.end(), std::back_inserter(whole.layers));
+            std::move(r.bands.begin(), r.bands.end(), std::back_inserter(whole.bands));
             whole.counts.add(r.counts);
             whole.holes.merge(r.holes);
         }

@@ -118,6 +118,14 @@ struct Scene {
         double colour_mix = 0.85;  ///< share of the true colour in VoxelColour::kMix
         friend bool operator==(const Quality&, const Quality&) = default;
     } quality;
+    /// Rasters of measured values, made by `terravox analyse`; pictures have none of it.
+    struct Analysis {
+        core::AnalysisKind kind = core::AnalysisKind::kNone;
+        core::AnalysisSurface surface = core::AnalysisSurface::kTop;  ///< of kind sky
+        int directions = 256;  ///< of kind sky: rays from each cell
+        double range_m = 0;    ///< of kind sky: how far they look; 0: to the end of the world
+        friend bool operator==(const Analysis&, const Analysis&) = default;
+    } analysis;
     struct Processing {
         /// On this machine; default: one for each core; 0: none, workers render.
         std::optional<int> threads;

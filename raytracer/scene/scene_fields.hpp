@@ -213,6 +213,21 @@ void visit_fields(SceneType& s, Visit&& visit) {
         FieldRule{"of voxels with a true colour", 0, 0, texts_of<core::VoxelColour>(), "--colour"});
     visit("quality.colour_mix", s.quality.colour_mix,
           FieldRule{"share of the true colour for mix", 0, 1});
+    visit("analysis.kind", s.analysis.kind,
+          FieldRule{"of a raster: what terravox analyse measures; pictures have none", 0, 0,
+                    texts_of<core::AnalysisKind>()});
+    visit("analysis.surface", s.analysis.surface,
+          FieldRule{"where in a cell the sky is measured: on the highest voxel, or on the ground "
+                    "below crowns and decks",
+                    0, 0, texts_of<core::AnalysisSurface>(), "--surface"});
+    visit("analysis.directions", s.analysis.directions,
+          FieldRule{"rays from a cell towards the sky", 16, 4096, {}, "--directions"});
+    visit("analysis.range_m", s.analysis.range_m,
+          FieldRule{"how far those rays look, metres; 0 = to the end of the world",
+                    0,
+                    1e6,
+                    {},
+                    "--range-m"});
     visit("processing.threads", s.processing.threads,
           FieldRule{"threads of this machine; default: one for each core; 0 = none: workers render",
                     0,

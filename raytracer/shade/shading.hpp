@@ -20,27 +20,39 @@ struct SampleSum {
     float sun = 0;  ///< share of the first hit's sunlight that is not in shadow
     voxel::Material material = voxel::Material::kAir;
     bool water = false;
+    core::Bands bands{};  ///< of an analysis
 };
 
-/// Evaluates the end of a ray: light for its sample, and further rays that must be traced. It walks
-/// no rays itself, so that rays may wait. Immutable; a pure function of its arguments: random
-/// numbers are those of the sample and of the ray's stream.
-class Shading {
+/// Evaluates the end of a ray: light, or measured values, for its sample, and further rays that
+/// must be traced. It walks no rays itself, so that rays may wait. Immutable; a pure function of
+/// its arguments: random numbers are those of the sample and of the ray's stream.
+class RayEvaluator {
 public:
-    explicit Shading(const View& view) noexcept : m_view(view) {}
-    Shading(const Shading&) = delete;
-    Shading& operator=(const Shading&) = delete;
-    virtual ~Shading() = default;
+    RayEvaluator() = default;
+    RayEvaluator(const RayEvaluator&) = delete;
+    RayEvaluator& operator=(const RayEvaluator&) = delete;
+    virtual ~RayEvaluator() = default;
 
     /// The primary ray for a ray of the camera. The caller sets its state.
-    [[nodiscard]] walk::TracedRay primary(const core::Ray& ray,
-                                          std::uint32_t sample) const noexcept;
+    [[nodiscard]] virtual walk::TracedRay primary(const core::Ray& ray,
+                                                  std::uint32_t sample) const noexcept = 0;
     /// Whether shade() will need the voxels around the ray's hit (TracedRay::around).
     [[nodiscard]] virtual bool needs_surroundings(const walk::TracedRay& ray) const noexcept = 0;
     /// Adds to the sum what the ray has found, and to `next` the rays that must be traced as a
     /// result.
+    virtual void shade(const walk::TracedRay& ray, SampleSum& sum,
+                       std::vector<walk::TracedRay>& next) const = 0;
+};
+
+/// Evaluates rays of a picture: what they find is light.
+class Shading : public RayEvaluator {
+public:
+    explicit Shading(const View& view) noexcept : m_view(view) {}
+
+    [[nodiscard]] walk::TracedRay primary(const core::Ray& ray,
+                                          std::uint32_t sample) const noexcept override;
     void shade(const walk::TracedRay& ray, SampleSum& sum,
-               std::vector<walk::TracedRay>& next) const;
+               std::vector<walk::TracedRay>& next) const final;
 
 protected:
     struct Interaction {

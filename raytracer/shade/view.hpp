@@ -2,11 +2,13 @@
 
 #include <memory>
 
+#include "raytracer/core/analysis_bands.hpp"
 #include "raytracer/material/material_table.hpp"
 #include "raytracer/scene/camera.hpp"
 #include "raytracer/scene/scene.hpp"
 #include "raytracer/sky/sky.hpp"
 #include "raytracer/tiles/square_grid.hpp"
+#include "raytracer/tiles/tile.hpp"
 #include "raytracer/walk/level_cut.hpp"
 
 namespace terravox::shade {
@@ -25,6 +27,13 @@ struct View {
     double exposure_ev = 0;  ///< of 8-bit pictures, including the adaptation to the daylight
     float max_indirect = 0;  ///< greatest light of one indirect sample; 0: no limit
 
+    /// Number of measured values for each pixel; 0 for pictures.
+    [[nodiscard]] std::size_t bands() const noexcept {
+        return core::band_count(scene.analysis.kind);
+    }
+    [[nodiscard]] tiles::PixelContent content() const noexcept {
+        return {wants_layers(), static_cast<std::uint8_t>(bands())};
+    }
     [[nodiscard]] bool wants_layers() const noexcept {
         return scene.output.layers != core::PictureLayers::kBeauty || scene.output.denoise;
     }

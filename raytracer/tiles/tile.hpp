@@ -52,12 +52,21 @@ struct PixelSample {
     void merge(const PixelSample& more) noexcept;
 };
 
+/// What a picture's pixels hold in addition to their samples; the same for all of its tiles.
+struct PixelContent {
+    bool layers = false;
+    std::uint8_t bands = 0;  ///< measured values; 0: a picture
+    friend bool operator==(const PixelContent&, const PixelContent&) = default;
+};
+
 /// A finished tile: one sample for each pixel that each_pixel visits, in its order.
 struct TileResult {
     RenderTile tile;
     std::vector<PixelSample> samples;
     /// Parallel to `samples`; empty where layers were not requested.
     std::vector<LayerSample> layers;
+    /// Of an analysis: core::band_count values for each sample, pixel by pixel; empty for pictures.
+    std::vector<float> bands;
     TraceCounts counts;
     std::set<voxel::BoxKey> holes;  ///< boxes that its rays needed and that were not available
     /// Replaces a result that was delivered before, whose maker turned out not to be trustworthy.

@@ -12,6 +12,7 @@
 #include <type_traits>
 
 #include "common/util/error.hpp"
+#include "raytracer/core/analysis_bands.hpp"
 
 namespace terravox::tiles {
 namespace {
@@ -25,7 +26,7 @@ constexpr std::size_t kBefore = 1 + sizeof(std::uint64_t);  // version and check
 constexpr int kFarthest_px = 1 << 24;
 constexpr int kLargestStep_px = 1 << 16;
 constexpr std::size_t kHole_bytes = 4 * sizeof(std::int32_t);
-enum Flags : std::uint8_t { kRefines = 1, kLayers = 2, kAllFlags = 3 };
+enum Flags : std::uint8_t { kRefines = 1, kLayers = 2, kBands = 4, kAllFlags = 7 };
 
 /// Calls field(value) for all parts of a sample, in the order of the planes.
 template <class Sample, class Field>
@@ -94,8 +95,9 @@ std::string wrong_with(const RenderTile& t) {
     return {};
 }
 
-std::uint64_t plane_bytes(std::uint64_t pixels, bool with_layers) noexcept {
-    return pixels * (kSample_bytes + (with_layers ? kLayers_bytes : 0));
+std::uint64_t plane_bytes(std::uint64_t pixels, PixelContent content) noexcept {
+    return pixels *
+           (kSample_bytes + (content.layers ? kLayers_bytes : 0) + content.bands * sizeof(float));
 }
 
 std::string too_much(const RenderTile& t, std::uint64_t bytes) {
@@ -188,13 +190,18 @@ TileHead read_head(Reader& in) {
         in.fail("flags " + std::to_string(flags) + "; allowed: up to " + std::to_string(kAllFlags));
     visit_tile(head.tile, [&](auto& n) { in.get(n); });
     head.tile.refines = (flags & kRefines) != 0;
-    head.with_layers = (flags & kLayers) != 0;
+    head.content.layers = (flags & kLayers) != 0;
+    if ((flags & kBands) != 0) {
+        in.get(head.content.bands);
+        if (head.content.bands < 1 || head.content.bands > core::kMaxBands)
+            in.fail(std::to_string(head.content.bands) + " bands; allowed: 1 to " +
+                    std::to_string(core::kMaxBands));
+    }
     in.get(head.holes);
     if (const std::string wrong = wrong_with(head.tile); !wrong.empty())
         in.fail(wrong);
     head.pixels = pixels_of(head.tile);
-    if (const std::uint64_t bytes = plane_bytes(head.pixels, head.with_layers);
-        bytes > kMaxTile_bytes)
+    if (const std::uint64_t bytes = plane_bytes(head.pixels, head.content); bytes > kMaxTile_bytes)
         in.fail(too_much(head.tile, bytes));
     if (head.holes > in.left().size() / kHole_bytes)
         in.fail(std::to_string(head.holes) + " holes in " + std::to_string(in.left().size()) +
@@ -371,8 +378,8 @@ std::vector<std::byte> decompress(std::span<const std::byte> frame, std::uint64_
 
 }  // namespace
 
-std::uint64_t pixel_bytes(const RenderTile& tile, bool with_layers) noexcept {
-    return plane_bytes(pixels_of(tile), with_layers);
+std::uint64_t pixel_bytes(const RenderTile& tile, PixelContent content) noexcept {
+    return plane_bytes(pixels_of(tile), content);
 }
 
 std::vector<std::byte> encode_tile(const TileResult& result) {
@@ -388,7 +395,13 @@ std::vector<std::byte> encode_tile(const TileResult& result) {
         fail(std::to_string(result.samples.size()) + " samples and " +
              std::to_string(result.layers.size()) +
              " of its layers; allowed: " + std::to_string(pixels));
-    const std::uint64_t bytes = plane_bytes(pixels, with_layers);
+    const std::size_t bands = pixels > 0 ? result.bands.size() / pixels : 0;
+    if (result.bands.size() != bands * pixels || bands > core::kMaxBands)
+        fail(std::to_string(result.bands.size()) + " measured values; allowed: up to " +
+             std::to_string(core::kMaxBands) + " for each of " + std::to_string(pixels) +
+             " pixels");
+    const std::uint64_t bytes =
+        plane_bytes(pixels, {with_layers, static_cast<std::uint8_t>(bands)});
     if (bytes > kMaxTile_bytes)
         fail(too_much(t, bytes) + ", so make quality.tile smaller");
 
@@ -396,8 +409,11 @@ std::vector<std::byte> encode_tile(const TileResult& result) {
     const auto put = [&](auto& n) { out.put(n); };
     out.put(kVersion);
     out.put(std::uint64_t{0});
-    out.put(static_cast<std::uint8_t>((t.refines ? kRefines : 0) | (with_layers ? kLayers : 0)));
+    out.put(static_cast<std::uint8_t>((t.refines ? kRefines : 0) | (with_layers ? kLayers : 0) |
+                                      (bands > 0 ? kBands : 0)));
     visit_tile(t, put);
+    if (bands > 0)
+        out.put(static_cast<std::uint8_t>(bands));
     out.put(static_cast<std::uint32_t>(result.holes.size()));
     visit_counts(result.counts, put);
     for (const voxel::BoxKey& key : result.holes) {
@@ -412,6 +428,8 @@ std::vector<std::byte> encode_tile(const TileResult& result) {
     const auto plane = [&](const auto& value) { planes.put(pixels, value); };
     each_plane(result.samples, kVisitSample, plane);
     each_plane(result.layers, kVisitLayers, plane);
+    for (std::size_t b = 0; b < bands; ++b)
+        plane([&](std::size_t i) -> const float& { return result.bands[i * bands + b]; });
     compress(raw, out.bytes());
     const std::uint64_t checksum = checksum_of(std::span(out.bytes()).subspan(kBefore));
     std::memcpy(out.bytes().data() + 1, &checksum, sizeof checksum);
@@ -434,17 +452,21 @@ TileResult decode_tile(std::span<const std::byte> bytes, const std::string& orig
         in.fail("times below 0 s, or not finite");
     read_holes(in, head.holes, out.holes);
 
-    std::vector<std::byte> raw =
-        decompress(in.left(), plane_bytes(head.pixels, head.with_layers), in);
+    std::vector<std::byte> raw = decompress(in.left(), plane_bytes(head.pixels, head.content), in);
     out.samples.resize(head.pixels);
-    if (head.with_layers)
+    if (head.content.layers)
         out.layers.resize(head.pixels);
+    out.bands.resize(head.content.bands * head.pixels);
     Planes planes(raw.data());
     const auto plane = [&](const auto& value) { planes.get(head.pixels, value); };
     each_plane(out.samples, kVisitSample, plane);
     each_plane(out.layers, kVisitLayers, plane);
+    for (std::size_t b = 0; b < head.content.bands; ++b)
+        plane([&](std::size_t i) -> float& { return out.bands[i * head.content.bands + b]; });
     check_values(out.samples, in);
     check_values(out.layers, in);
+    if (!std::all_of(out.bands.begin(), out.bands.end(), [](float v) { return std::isfinite(v); }))
+        in.fail("a measured value that is not finite; allowed: finite numbers");
     return out;
 }
 
@@ -497,6 +519,10 @@ std::uint64_t hash_of_pixels(const TileResult& result, const RenderTile& rows) n
         visit_sample(result.samples[i], add);
     for (std::size_t i = begin; i < end && !result.layers.empty(); ++i)
         visit_layers(result.layers[i], add);
+    const std::size_t bands =
+        result.samples.empty() ? 0 : result.bands.size() / result.samples.size();
+    for (std::size_t i = begin * bands; i < end * bands; ++i)
+        hash.add(result.bands[i]);
     return hash.finish();
 }
 

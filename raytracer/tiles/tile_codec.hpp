@@ -15,7 +15,7 @@ inline constexpr std::size_t kMaxTile_bytes = std::size_t{1} << 30;
 
 /// Bytes of a tile's samples and layers, uncompressed.
 /// @param tile with a rectangle that is not inverted and step >= 1
-[[nodiscard]] std::uint64_t pixel_bytes(const RenderTile& tile, bool with_layers) noexcept;
+[[nodiscard]] std::uint64_t pixel_bytes(const RenderTile& tile, PixelContent content) noexcept;
 
 /// Encodes a finished tile, for the wire and for checkpoints: its rectangle, counts, holes, samples
 /// and layers; compressed (zstd) and checksummed (XXH3). The same tile gives the same bytes on
@@ -35,7 +35,7 @@ inline constexpr std::size_t kMaxTile_bytes = std::size_t{1} << 30;
 struct TileHead {
     RenderTile tile;
     std::uint64_t pixels = 0;  ///< that each_pixel visits
-    bool with_layers = false;
+    PixelContent content;
     std::uint32_t holes = 0;
 };
 

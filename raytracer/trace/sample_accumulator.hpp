@@ -16,7 +16,8 @@ namespace terravox::trace {
 class SampleAccumulator {
 public:
     /// @param pixels of the tile
-    void begin_tile(std::size_t pixels, bool with_layers);
+    /// @param bands measured values of each pixel, which has a single sample then; 0: a picture
+    void begin_tile(std::size_t pixels, bool with_layers, std::size_t bands = 0);
     /// @param pixels of the part; all of them become active
     void begin_part(std::size_t pixels);
     /// Indices of the active pixels of the part, ascending.
@@ -36,10 +37,15 @@ public:
     [[nodiscard]] std::vector<tiles::PixelSample> take_samples() { return std::move(m_samples); }
     /// Of the tile, by TilePixel::place; empty without layers.
     [[nodiscard]] std::vector<tiles::LayerSample> take_layers() { return std::move(m_layers); }
+    /// Of the tile, by TilePixel::place, pixel by pixel; empty for pictures.
+    [[nodiscard]] std::vector<float> take_bands() { return std::move(m_bands); }
 
 private:
     std::vector<tiles::PixelSample> m_samples;
     std::vector<tiles::LayerSample> m_layers;
+    std::vector<float> m_bands;
+    std::vector<core::Bands> m_part_bands;  ///< of the part's pixels; empty for pictures
+    std::size_t m_band_count = 0;
     std::vector<PixelSum> m_pixel_sums;
     std::vector<LayerSum> m_layer_sums;  ///< empty without layers
     std::vector<std::uint32_t> m_active;

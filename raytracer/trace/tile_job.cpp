@@ -12,6 +12,9 @@ constexpr std::size_t kBlockPixels = std::size_t{kPixelBlockSide} * kPixelBlockS
 // A wave of many rays for each pixel must not take more memory than one of few.
 std::size_t part_blocks(const shade::View& view, std::size_t wave_rays) noexcept {
     const auto& quality = view.scene.quality;
+    if (view.scene.analysis.kind == core::AnalysisKind::kSky)
+        return std::max<std::size_t>(
+            wave_rays / kBlockPixels / static_cast<std::size_t>(view.scene.analysis.directions), 1);
     const bool has_ambient_rays =
         quality.integrator == core::Integrator::kDirect && quality.ambient_occlusion;
     const std::size_t rays =
@@ -63,7 +66,7 @@ bool TileJob::trace(TracerTools& tools, const thread::StopCondition& stop) {
 
 void TileJob::begin(TracerTools& tools) {
     const std::size_t pixels = m_pixels.cut(tools.view.camera, tools.beams);
-    m_accumulator.begin_tile(pixels, tools.view.wants_layers());
+    m_accumulator.begin_tile(pixels, tools.view.wants_layers(), tools.view.bands());
     m_clock.lap(tiles::TraceStage::kBeams, m_counts);
     begin_part(tools.view);
     begin_round(tools);
@@ -99,7 +102,11 @@ bool TileJob::end_round(TracerTools& tools) {
 }
 
 tiles::TileResult TileJob::take_result() {
-    return {m_pixels.tile(), m_accumulator.take_samples(), m_accumulator.take_layers(), m_counts,
+    return {m_pixels.tile(),
+            m_accumulator.take_samples(),
+            m_accumulator.take_layers(),
+            m_accumulator.take_bands(),
+            m_counts,
             std::move(m_holes)};
 }
 

@@ -4,7 +4,7 @@
 #include <memory>
 #include <optional>
 
-#include "raytracer/shade/shading.hpp"
+#include "raytracer/analyse/evaluator.hpp"
 #include "raytracer/walk/lane_walk.hpp"
 #include "raytracer/walk/packet_walk.hpp"
 #include "raytracer/walk/shaft.hpp"
@@ -24,7 +24,7 @@ struct TracerTools {
           beams(reader, of.cut),
           shafts(reader, of.cut),
           surroundings(reader, of.cut),
-          shading(shade::make_shading(of)) {}
+          shading(analyse::make_evaluator(of)) {}
 
     const shade::View& view;
     walk::BlockReader reader;
@@ -34,7 +34,7 @@ struct TracerTools {
     walk::BeamMarch beams;
     walk::ShaftMarch shafts;
     walk::Surroundings surroundings;
-    std::unique_ptr<const shade::Shading> shading;
+    std::unique_ptr<const shade::RayEvaluator> shading;
     walk::Occluder occluder;
 
     [[nodiscard]] std::uint64_t steps() const noexcept {

@@ -196,10 +196,10 @@ void Checkpoint::add(const tiles::TileResult& result) {
 void Checkpoint::add_encoded(std::span<const std::byte> bytes) {
     const tiles::TileHead head = tiles::read_tile_head(bytes, "for " + m_path.string());
     const std::uint32_t cell = cell_of(head.tile);
-    if (head.with_layers != m_journal->key().with_layers)
+    if (head.content.layers != m_journal->key().with_layers)
         fail(m_path, std::string("the tile ") + std::to_string(cell) +
-                         (head.with_layers ? " has layers; the picture has none"
-                                           : " lacks the picture's layers"));
+                         (head.content.layers ? " has layers; the picture has none"
+                                              : " lacks the picture's layers"));
     m_journal->note(append(RecordKind::kTile, cell, bytes), head.holes);
     // With or without holes, the tile is now the result of this run.
     if (m_again[cell]) {

@@ -113,7 +113,7 @@ void Farm::begin(processors::ProcessorPool& pool, const scene::Scene& scene,
     call.world_id = m_supplier.world_id();
     call.spec = pack(scene, m_blocks.world_info());
     call.source = m_source;
-    call.layers = view.wants_layers();
+    call.content = view.content();
     const std::lock_guard lock(m_mutex);
     call.id = m_picture.next_id++;
     m_picture.call = std::move(call);

@@ -17,12 +17,12 @@ constexpr std::size_t kMaxStrays = 10'000;
 }  // namespace
 
 SocketProcessor::SocketProcessor(std::shared_ptr<net::Link> link, std::string name,
-                                 std::uint64_t picture, bool layers, int capacity,
+                                 std::uint64_t picture, tiles::PixelContent content, int capacity,
                                  const blocks::BlockManager& blocks)
     : m_link(std::move(link)),
       m_name(std::move(name)),
       m_picture(picture),
-      m_layers(layers),
+      m_content(content),
       m_capacity(std::max(capacity, 1)),
       m_blocks(blocks) {}
 
@@ -129,8 +129,12 @@ tiles::TileResult SocketProcessor::decoded(const std::string& bytes,
     const tiles::TileHead head = tiles::read_tile_head(data, name);
     if (!(head.tile == tile))
         throw util::Error("it sent another tile than " + std::to_string(tile.index));
-    if (head.with_layers != m_layers)
-        throw util::Error("it sent " + name + (m_layers ? " without layers" : " with layers"));
+    if (head.content.layers != m_content.layers)
+        throw util::Error("it sent " + name +
+                          (m_content.layers ? " without layers" : " with layers"));
+    if (head.content.bands != m_content.bands)
+        throw util::Error("it sent " + name + " with " + std::to_string(head.content.bands) +
+                          " bands; allowed: " + std::to_string(m_content.bands));
     if (const std::size_t known = m_blocks.hole_count(); head.holes > known)
         throw util::Error(name + " has " + std::to_string(head.holes) + " holes; allowed: the " +
                           std::to_string(known) +

@@ -25,11 +25,11 @@ namespace terravox::farm {
 class SocketProcessor final : public processors::TileProcessor {
 public:
     /// @param picture its id on the wire
-    /// @param layers whether tiles must have layers
+    /// @param content that tiles must have
     /// @param blocks of this machine, which must outlive the processor: a box counts as a hole only
     /// when it is not available here either
     SocketProcessor(std::shared_ptr<net::Link> link, std::string name, std::uint64_t picture,
-                    bool layers, int capacity, const blocks::BlockManager& blocks);
+                    tiles::PixelContent content, int capacity, const blocks::BlockManager& blocks);
     [[nodiscard]] int capacity() const noexcept override { return m_capacity; }
     void submit(tiles::RenderTile tile) override;
     [[nodiscard]] bool wait(std::chrono::milliseconds timeout) override;
@@ -59,7 +59,7 @@ private:
     const std::shared_ptr<net::Link> m_link;
     const std::string m_name;
     const std::uint64_t m_picture;
-    const bool m_layers;
+    const tiles::PixelContent m_content;
     const int m_capacity;
     const blocks::BlockManager& m_blocks;
     std::mutex m_mutex;

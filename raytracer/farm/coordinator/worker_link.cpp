@@ -38,7 +38,7 @@ WorkerLink::~WorkerLink() {
 
 std::shared_ptr<SocketProcessor> WorkerLink::begin(const PictureCall& call) {
     auto processor =
-        std::make_shared<SocketProcessor>(m_link, m_hello.name(), call.id, call.layers,
+        std::make_shared<SocketProcessor>(m_link, m_hello.name(), call.id, call.content,
                                           static_cast<int>(m_hello.capacity()), m_boxes.blocks());
     farm::Frame frame;
     farm::Picture& picture = *frame.mutable_picture();

@@ -31,7 +31,7 @@ struct PictureCall {
     std::uint64_t world_id = 0;
     PictureSpec spec;
     BoxSource source;
-    bool layers = false;
+    tiles::PixelContent content;
 };
 
 /// The coordinator's end of a link to a worker, after the hellos. Thread-safe.

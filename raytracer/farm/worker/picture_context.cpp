@@ -211,7 +211,7 @@ void PictureContext::trace() {
     try {
         thread::start_threads(
             collectors, count, [&] { collect(processor); }, [&] { processor.cancel(); });
-        feed(processor, view.wants_layers());
+        feed(processor, view.content());
     } catch (...) {
         failure = std::current_exception();
     }
@@ -227,31 +227,31 @@ void PictureContext::trace() {
 }
 
 // The lock must be held.
-bool PictureContext::has_room(const tiles::RenderTile& tile, bool with_layers) const {
-    std::uint64_t bytes = tiles::pixel_bytes(tile, with_layers);
+bool PictureContext::has_room(const tiles::RenderTile& tile, tiles::PixelContent content) const {
+    std::uint64_t bytes = tiles::pixel_bytes(tile, content);
     for (const auto& [id, begun] : m_begun)
-        bytes += tiles::pixel_bytes(begun, with_layers);
+        bytes += tiles::pixel_bytes(begun, content);
     return m_begun.empty() || kCopies * bytes <= m_memory_bytes;
 }
 
-void PictureContext::feed(processors::TileProcessor& processor, bool with_layers) {
+void PictureContext::feed(processors::TileProcessor& processor, tiles::PixelContent content) {
     std::unique_lock lock(m_mutex);
     while (true) {
         m_work.wait(lock, [&] {
             return m_cancelled ||
-                   (!m_waiting.empty() && has_room(m_waiting.front().second, with_layers));
+                   (!m_waiting.empty() && has_room(m_waiting.front().second, content));
         });
         if (m_cancelled)
             return;
         if (const auto [id, tile] = m_waiting.front();
-            tiles::pixel_bytes(tile, with_layers) > kMaxLease_bytes) {
+            tiles::pixel_bytes(tile, content) > kMaxLease_bytes) {
             m_waiting.pop_front();
             m_idle.notify_all();
             lock.unlock();
-            m_answers.failed(
-                id, "a tile of " + std::to_string(tiles::pixel_bytes(tile, with_layers)) +
-                        " bytes of pixels; allowed: up to " + std::to_string(kMaxLease_bytes) +
-                        ", so make quality.tile smaller");
+            m_answers.failed(id, "a tile of " + std::to_string(tiles::pixel_bytes(tile, content)) +
+                                     " bytes of pixels; allowed: up to " +
+                                     std::to_string(kMaxLease_bytes) +
+                                     ", so make quality.tile smaller");
             lock.lock();
             continue;
         }

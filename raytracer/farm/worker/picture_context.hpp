@@ -99,8 +99,8 @@ private:
     /// Opens the world unless an earlier picture has.
     /// @return false: it was stopped
     [[nodiscard]] bool open_world();
-    void feed(processors::TileProcessor& processor, bool with_layers);
-    [[nodiscard]] bool has_room(const tiles::RenderTile& tile, bool with_layers) const;
+    void feed(processors::TileProcessor& processor, tiles::PixelContent content);
+    [[nodiscard]] bool has_room(const tiles::RenderTile& tile, tiles::PixelContent content) const;
     void collect(processors::TileProcessor& processor);
 
     const std::uint64_t m_picture;

@@ -6,6 +6,7 @@
 #include <cstring>
 
 #include "common/util/error.hpp"
+#include "raytracer/core/analysis_bands.hpp"
 #include "tests/catch.hpp"
 #include "tests/raytracer/tiles/synthetic_tiles.hpp"
 
@@ -57,7 +58,7 @@ bool same(const tiles::TileResult& a, const tiles::TileResult& b) {
                           [](const auto& p, const auto& q) { return same(p, q); });
     };
     return a.tile == b.tile && alike(a.samples, b.samples) && alike(a.layers, b.layers) &&
-           a.holes == b.holes && bytes_of(a.counts) == bytes_of(b.counts);
+           a.bands == b.bands && a.holes == b.holes && bytes_of(a.counts) == bytes_of(b.counts);
 }
 
 // Where numbers lie in encoded bytes; the format is fixed, so the test may know it.
@@ -106,9 +107,44 @@ TEST_CASE("a decoded tile equals the encoded one, bit by bit", "[raytracer][tile
             CHECK(head.tile == tile.tile);
             CHECK(head.pixels == tile.samples.size());
             CHECK(head.holes == tile.holes.size());
-            CHECK(head.with_layers == !tile.layers.empty());
+            CHECK(head.content.layers == !tile.layers.empty());
         }
     }
+}
+
+TEST_CASE("measured values survive encoding, and count for the hash", "[raytracer][tiles][codec]") {
+    for (std::size_t bands = 1; bands <= core::kMaxBands; ++bands) {
+        INFO(bands << " bands");
+        tiles::TileResult tile = tile_of_chance(rectangle(3, 5, 20, 16), bands % 2 == 0, 9);
+        for (std::size_t i = 0; i < bands * tile.samples.size(); ++i)
+            tile.bands.push_back(static_cast<float>(i) * 0.25F - 300);
+        tile.bands[1] = core::kNoData;
+        const Bytes bytes = tiles::encode_tile(tile);
+        REQUIRE(same(tiles::decode_tile(bytes, "test"), tile));
+        CHECK(tiles::read_tile_head(bytes, "test").content.bands == bands);
+        tiles::TileResult other = tile;
+        other.bands.back() += 1;
+        CHECK(tiles::hash_of_pixels(other) != tiles::hash_of_pixels(tile));
+        tiles::RenderTile first_rows = tile.tile;
+        first_rows.y1 = 10;
+        CHECK(tiles::hash_of_pixels(other, first_rows) == tiles::hash_of_pixels(tile, first_rows));
+    }
+}
+
+TEST_CASE("measured values that no cell has are refused", "[raytracer][tiles][codec]") {
+    tiles::TileResult tile = tile_of_chance(rectangle(0, 0, 4, 2), false, 3);
+    tile.bands.assign(2 * tile.samples.size(), 1);
+    const Bytes bytes = tiles::encode_tile(tile);
+    for (const std::uint8_t count : {0, 1, 3, 9, 255}) {
+        INFO(static_cast<int>(count) << " bands");
+        CHECK_THROWS_AS(tiles::decode_tile(forged(bytes, kHolesAt, count), "test"), util::Error);
+    }
+    tile.bands[5] = std::numeric_limits<float>::quiet_NaN();
+    CHECK_THROWS_WITH(tiles::decode_tile(tiles::encode_tile(tile), "test"), contains("not finite"));
+    tile.bands.pop_back();
+    CHECK_THROWS_AS(tiles::encode_tile(tile), util::Error);
+    tile.bands.assign((core::kMaxBands + 1) * tile.samples.size(), 1);
+    CHECK_THROWS_AS(tiles::encode_tile(tile), util::Error);
 }
 
 TEST_CASE("random rectangles survive encoding and decoding", "[raytracer][tiles][codec]") {
@@ -214,7 +250,7 @@ TEST_CASE("hostile heads are refused before any memory is taken for pixels",
     }
     CHECK_THROWS_WITH(tiles::decode_tile(forged(bytes, kFlagsAt, std::uint8_t{0}), "test"),
                       contains("requires"));
-    CHECK_THROWS_WITH(tiles::decode_tile(forged(bytes, kFlagsAt, std::uint8_t{4}), "test"),
+    CHECK_THROWS_WITH(tiles::decode_tile(forged(bytes, kFlagsAt, std::uint8_t{8}), "test"),
                       contains("flags"));
     CHECK_THROWS_WITH(tiles::decode_tile(forged(bytes, kSecondsAt, -1.0), "test"),
                       contains("times below 0"));

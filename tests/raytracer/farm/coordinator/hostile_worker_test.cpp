@@ -139,6 +139,13 @@ TEST_CASE("whatever a hostile worker sends, the picture is right, and the worker
                          }));
          },
          "with layers"},
+        {"measured values of a picture",
+         [](FakeWorker& w, auto picture, auto id, const tiles::RenderTile& t) {
+             w.send_tile(picture, id, changed(w.right(t), [](tiles::TileResult& r) {
+                             r.bands.resize(2 * r.samples.size());
+                         }));
+         },
+         "2 bands; allowed: 0"},
         {"wrong pixels, well packed",
          [](FakeWorker& w, auto picture, auto id, const tiles::RenderTile& t) {
              w.send_tile(picture, id, changed(w.right(t), [](tiles::TileResult& r) {

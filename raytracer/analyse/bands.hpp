@@ -1,0 +1,28 @@
+#pragma once
+
+#include <type_traits>
+
+#include "raytracer/core/analysis_bands.hpp"
+
+namespace terravox::analyse {
+
+/// The value of a band of a cell.
+/// @param band core::TerrainBand, core::SkyBand
+template <class Band>
+[[nodiscard]] float& at(core::Bands& bands, Band band) noexcept {
+    static_assert(std::is_enum_v<Band>);
+    return bands[static_cast<std::size_t>(band)];
+}
+
+/// Bands without any value.
+/// @param hole the band that counts holes
+/// @param is_hole whether a box that is not available is the reason
+template <class Band>
+[[nodiscard]] core::Bands no_values(Band hole, bool is_hole) noexcept {
+    core::Bands out;
+    out.fill(core::kNoData);
+    at(out, hole) = is_hole ? 1.0F : 0.0F;
+    return out;
+}
+
+}  // namespace terravox::analyse

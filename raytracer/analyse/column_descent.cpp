@@ -1,0 +1,56 @@
+#include "raytracer/analyse/column_descent.hpp"
+
+#include <cmath>
+
+#include "common/util/det_math.hpp"
+
+namespace terravox::analyse {
+namespace {
+
+// On the boundary between two voxels rounding must not choose one of them: positions are rounded
+// to a fraction of a voxel, and an exact boundary belongs to the voxel east or south of it.
+double on_grid(double at) noexcept {
+    constexpr double kSteps = 1024;
+    return std::floor(at * kSteps + 0.5) / kSteps;
+}
+
+}  // namespace
+
+walk::TracedRay cell_ray(const core::Ray& ray, std::uint32_t sample) noexcept {
+    walk::TracedRay out;
+    out.ray = {{on_grid(ray.origin.x), ray.origin.y, on_grid(ray.origin.z)}, {0, -1, 0}};
+    out.sample = sample;
+    return out;
+}
+
+double top_of(const walk::Hit& hit) noexcept {
+    return static_cast<double>(hit.voxel.y + 1) * det::exp2_int(hit.level);
+}
+
+bool is_ground(voxel::Material material) noexcept {
+    const voxel::Grain grain = voxel::traits_of(material).grain;
+    return grain == voxel::Grain::kTerrain || grain == voxel::Grain::kWater;
+}
+
+Descent descent_at(const walk::TracedRay& ray) noexcept {
+    // A ray of below() starts at the bottom of the voxel that it went through: at 0 there is no air
+    // between that voxel and this one.
+    if (ray.hit.t == 0 && !voxel::see_through(ray.medium))
+        return Descent::kCovered;
+    return is_ground(ray.hit.attr.material) ? Descent::kGround : Descent::kContinues;
+}
+
+walk::TracedRay below(const walk::TracedRay& ray) noexcept {
+    const walk::Hit& hit = ray.hit;
+    walk::TracedRay out;
+    out.ray = ray.ray;
+    out.ray.origin.y = static_cast<double>(hit.voxel.y) * det::exp2_int(hit.level);
+    out.state = core::RayState(out.ray);
+    out.state.start_in({hit.voxel.x, hit.voxel.y - 1, hit.voxel.z}, hit.level);
+    out.sample = ray.sample;
+    out.depth = 1;
+    out.medium = hit.attr.material;
+    return out;
+}
+
+}  // namespace terravox::analyse

@@ -1,0 +1,35 @@
+#pragma once
+
+#include <vector>
+
+#include "raytracer/walk/traced_ray.hpp"
+
+namespace terravox::analyse {
+
+// A cell is measured by one ray straight down through its middle. Where the ground is wanted, the
+// ray goes on below whatever else it meets, one voxel after the other.
+
+/// The vertical ray of a cell, from a ray of the camera.
+[[nodiscard]] walk::TracedRay cell_ray(const core::Ray& ray, std::uint32_t sample) noexcept;
+
+/// Height of the top of the voxel that a vertical ray has met, level-0 voxels.
+[[nodiscard]] double top_of(const walk::Hit& hit) noexcept;
+
+/// Whether a material is the surface of terrain: ground of any kind, water, ice.
+[[nodiscard]] bool is_ground(voxel::Material material) noexcept;
+
+enum class Descent : std::uint8_t {
+    kGround,  ///< the ray has met the ground
+    /// The ground is below here, but its height is unknown: inside of what is opaque on all sides,
+    /// such as a building, boxes hold no materials.
+    kCovered,
+    kContinues,
+};
+/// What a vertical ray's hit, which must not be a hole, means for the search for the ground.
+/// @param ray of cell_ray() or below()
+[[nodiscard]] Descent descent_at(const walk::TracedRay& ray) noexcept;
+
+/// The ray that goes on below the voxel that a vertical ray has met.
+[[nodiscard]] walk::TracedRay below(const walk::TracedRay& ray) noexcept;
+
+}  // namespace terravox::analyse

@@ -1,0 +1,17 @@
+#include "raytracer/analyse/evaluator.hpp"
+
+#include "raytracer/analyse/sky_evaluator.hpp"
+#include "raytracer/analyse/terrain_evaluator.hpp"
+
+namespace terravox::analyse {
+
+std::unique_ptr<const shade::RayEvaluator> make_evaluator(const shade::View& view) {
+    switch (view.scene.analysis.kind) {
+        case core::AnalysisKind::kNone: break;
+        case core::AnalysisKind::kTerrain: return std::make_unique<TerrainEvaluator>(view);
+        case core::AnalysisKind::kSky: return std::make_unique<SkyEvaluator>(view);
+    }
+    return shade::make_shading(view);
+}
+
+}  // namespace terravox::analyse

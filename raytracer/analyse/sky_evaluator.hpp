@@ -1,0 +1,31 @@
+#pragma once
+
+#include "raytracer/analyse/sky_directions.hpp"
+#include "raytracer/shade/shading.hpp"
+
+namespace terravox::analyse {
+
+/// Measures core::SkyBand: from the middle of each cell's top, or of its ground, rays in all
+/// directions of the upper half of a sphere. A voxel of any material blocks them, leaves and panes
+/// as well; what lies outside of the world's bounds does not.
+class SkyEvaluator final : public shade::RayEvaluator {
+public:
+    explicit SkyEvaluator(const shade::View& view);
+
+    [[nodiscard]] walk::TracedRay primary(const core::Ray& ray,
+                                          std::uint32_t sample) const noexcept override;
+    [[nodiscard]] bool needs_surroundings(const walk::TracedRay& ray) const noexcept override;
+    void shade(const walk::TracedRay& ray, shade::SampleSum& sum,
+               std::vector<walk::TracedRay>& next) const override;
+
+private:
+    void shade_cell(const walk::TracedRay& ray, shade::SampleSum& sum,
+                    std::vector<walk::TracedRay>& next) const;
+    void send_to_sky(const walk::TracedRay& ray, shade::SampleSum& sum,
+                     std::vector<walk::TracedRay>& next) const;
+    const shade::View& m_view;
+    const SkyDirections m_directions;
+    const double m_range;  ///< level-0 voxels
+};
+
+}  // namespace terravox::analyse

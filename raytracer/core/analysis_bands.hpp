@@ -1,0 +1,51 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+#include "raytracer/core/scene_words.hpp"
+
+namespace terravox::core {
+
+/// Stands for no value in a band of an analysis: outside of the data, or behind a hole.
+inline constexpr float kNoData = -9999;
+
+/// What rays measure for a cell, one float for each. The numbers are those of a tile's planes.
+enum class TerrainBand : std::uint8_t {
+    kSurface,  ///< top of the highest voxel, metres
+    kGround,   ///< top of the ground, metres; kNoData where it is covered
+    kClass,    ///< of the survey, of the highest voxel
+    kMaterial,
+    kRed,  ///< sRGB, 0 to 255
+    kGreen,
+    kBlue,
+    kHole,  ///< 1: a box that is not available; all other bands are kNoData
+};
+inline constexpr std::size_t kTerrainBands = 8;
+
+enum class SkyBand : std::uint8_t {
+    kCosine,    ///< sky-view factor: share of the sky's light on a level surface, [0, 1]
+    kSolid,     ///< share of the solid angle above the horizon, [0, 1]
+    kOpenness,  ///< mean over all azimuths of the free zenith angle, degrees, [0, 90]
+    kHole,      ///< as TerrainBand::kHole
+};
+inline constexpr std::size_t kSkyBands = 4;
+
+inline constexpr std::size_t kMaxBands = 8;
+static_assert(kTerrainBands <= kMaxBands && kSkyBands <= kMaxBands);
+
+/// @return 0: a picture, which has no bands
+[[nodiscard]] constexpr std::size_t band_count(AnalysisKind kind) noexcept {
+    switch (kind) {
+        case AnalysisKind::kNone: return 0;
+        case AnalysisKind::kTerrain: return kTerrainBands;
+        case AnalysisKind::kSky: return kSkyBands;
+    }
+    return 0;
+}
+
+/// The measured bands of one cell; those beyond its analysis are not used.
+using Bands = std::array<float, kMaxBands>;
+
+}  // namespace terravox::core
