@@ -102,6 +102,31 @@ void describe_geotiff(GDALDatasetH dataset, const PictureInfo& info, const GdalW
     }
 }
 
+void write_cog(GDALDatasetH from, const std::filesystem::path& file, const CogOptions& cog,
+               const GdalWatch& watch) {
+    const std::string predictor = cog.has_floats ? "3" : "2";
+    const std::string edge = std::to_string(cog.block_px);
+    GDALDriverH driver = GDALGetDriverByName("COG");
+    GdalOptions options = {{"COMPRESS", "DEFLATE"},
+                           {"PREDICTOR", predictor},
+                           {"BIGTIFF", "IF_SAFER"},
+                           {"NUM_THREADS", cog.threads}};
+    if (driver != nullptr) {
+        options.add("BLOCKSIZE", edge);
+        options.add("OVERVIEW_RESAMPLING", cog.overview_resampling);
+    } else {
+        driver = GDALGetDriverByName("GTiff");
+        options.add("TILED", "YES");
+        options.add("BLOCKXSIZE", edge);
+        options.add("BLOCKYSIZE", edge);
+    }
+    GdalDataset out(GDALCreateCopy(driver, file.string().c_str(), from, FALSE, options.list(),
+                                   nullptr, nullptr));
+    watch.check(out != nullptr);
+    out.reset();  // writes what is left
+    watch.check_closed_tiff(file);
+}
+
 std::string gdal_name(std::string name) {
     std::replace_if(name.begin(), name.end(), [](char c) { return c == ':' || c == '='; }, '_');
     return name;

@@ -57,4 +57,16 @@ private:
 /// @throws Error for a CRS that cannot be read
 void describe_geotiff(GDALDatasetH dataset, const PictureInfo& info, const GdalWatch& watch);
 
+struct CogOptions {
+    bool has_floats = false;
+    int block_px = 512;
+    std::string overview_resampling = "AVERAGE";  ///< GDAL's name
+    std::string threads = "ALL_CPUS";             ///< for compression
+};
+/// Writes a copy of a dataset as a TIFF in tiles with overviews, laid out for reading by ranges
+/// ("cloud optimized"); as plain tiles where GDAL lacks its COG driver.
+/// @throws Error
+void write_cog(GDALDatasetH from, const std::filesystem::path& file, const CogOptions& cog,
+               const GdalWatch& watch);
+
 }  // namespace terravox::output

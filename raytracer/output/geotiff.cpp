@@ -30,29 +30,6 @@ void add_bands(GDALDatasetH memory, const void* first, GDALDataType type, std::s
     }
 }
 
-/// A copy of `from` in the file.
-void write_copy(GDALDatasetH from, const std::string& path, bool floats, const GdalWatch& watch) {
-    const std::string predictor = floats ? "3" : "2";
-    GDALDriverH cog = GDALGetDriverByName("COG");
-    GdalOptions options = {{"COMPRESS", "DEFLATE"},
-                           {"PREDICTOR", predictor},
-                           {"BIGTIFF", "IF_SAFER"},
-                           {"NUM_THREADS", "ALL_CPUS"}};
-    if (cog != nullptr) {
-        options.add("BLOCKSIZE", "512");
-        options.add("OVERVIEW_RESAMPLING", "AVERAGE");
-    } else {
-        options.add("TILED", "YES");
-        options.add("BLOCKXSIZE", "512");
-        options.add("BLOCKYSIZE", "512");
-    }
-    GdalDataset out(GDALCreateCopy(cog != nullptr ? cog : GDALGetDriverByName("GTiff"),
-                                   path.c_str(), from, FALSE, options.list(), nullptr, nullptr));
-    watch.check(out != nullptr);
-    out.reset();  // writes what is left
-    watch.check_closed_tiff(path);
-}
-
 }  // namespace
 
 void write_geotiff(const Film& film, const std::filesystem::path& file, const PictureInfo& info) {
@@ -81,7 +58,9 @@ void write_geotiff(const Film& film, const std::filesystem::path& file, const Pi
     }
     describe_geotiff(memory.get(), info, watch);
     util::AtomicFile target(file);
-    write_copy(memory.get(), target.temporary_path().string(), floats, watch);
+    CogOptions options;
+    options.has_floats = floats;
+    write_cog(memory.get(), target.temporary_path(), options, watch);
     target.commit();
 }
 

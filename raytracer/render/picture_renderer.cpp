@@ -103,6 +103,10 @@ PictureRenderer::~PictureRenderer() = default;
 
 void PictureRenderer::check(const scene::Scene& asked, const std::vector<std::string>& files) {
     const scene::Scene scene = drop_unneeded_layers(asked, files);
+    if (scene.analysis.kind != core::AnalysisKind::kNone)
+        throw util::UsageError(
+            "render: analysis.kind = " + std::string(core::word_of(scene.analysis.kind)) +
+            "; allowed for pictures: none; terravox analyse makes rasters");
     for (const std::string& file : files)
         output::check_image_target(file);
     if (scene.output.denoise)
@@ -130,7 +134,51 @@ RenderStatistics PictureRenderer::render(const scene::Scene& asked,
                                          std::chrono::steady_clock::time_point start) {
     RenderStatistics statistics;
     statistics.threads = m_threads;
-    scene::Scene scene = drop_unneeded_layers(asked, files, !keep.part);
+    const scene::Scene scene = drop_unneeded_layers(asked, files, !keep.part);
+    prepare(scene, files, keep);
+    if (m_part)
+        render_part(statistics, start);
+    else if (streams(scene))
+        render_to_files(statistics, files, start);
+    else
+        render_to_film(statistics, files, start);
+    finish_checkpoint(statistics);
+    finish(statistics, start);
+    m_checkpoint.reset();
+    return statistics;
+}
+
+RenderStatistics PictureRenderer::render_tiles(
+    const scene::Scene& scene, const std::string& file,
+    const std::function<output::TileSink&()>& begin,
+    const std::function<void(const RenderStatistics&)>& write, const KeepOptions& keep,
+    std::chrono::steady_clock::time_point start) {
+    RenderStatistics statistics;
+    statistics.threads = m_threads;
+    prepare(scene, {file}, keep);
+    {
+        const util::StageTimes::Clock timed(m_loaded->times, "ray tracing (clock)");
+        render_with_pool(
+            [&](processors::TileProcessor& processor) {
+                statistics.counts = render_stream(job(processor, start), begin());
+            },
+            statistics);
+    }
+    if (statistics.counts.missing == 0) {
+        finish(statistics, start);
+        write(statistics);
+    }
+    finish_checkpoint(statistics);
+    finish(statistics, start);
+    m_checkpoint.reset();
+    if (statistics.counts.missing > 0)
+        throw util::Error("render: " + std::to_string(statistics.counts.missing) +
+                          " tiles are missing; nothing was written");
+    return statistics;
+}
+
+void PictureRenderer::prepare(scene::Scene scene, const std::vector<std::string>& files,
+                              const KeepOptions& keep) {
     m_part = keep.part;
     // Parts and checkpoints have whole tiles. Coarse passes are for viewers; at the end of each,
     // workers wait for the last tile.
@@ -147,19 +195,13 @@ RenderStatistics PictureRenderer::render(const scene::Scene& asked,
     m_checkpoint.reset();
     if (keeps)
         open_checkpoint(scene, files, keep);
-    if (m_part)
-        render_part(statistics, start);
-    else if (streams(scene))
-        render_to_files(statistics, files, start);
-    else
-        render_to_film(statistics, files, start);
+}
+
+void PictureRenderer::finish_checkpoint(const RenderStatistics& statistics) {
     if (m_checkpoint && (m_part || statistics.counts.missing > 0))
         m_checkpoint->close();
     else if (m_checkpoint)
         m_checkpoint->finish();
-    finish(statistics, start);
-    m_checkpoint.reset();
-    return statistics;
 }
 
 void PictureRenderer::open_checkpoint(const scene::Scene& scene,

@@ -59,6 +59,18 @@ public:
         const KeepOptions& keep = {},
         std::chrono::steady_clock::time_point start = std::chrono::steady_clock::now());
 
+    /// Renders a scene tile by tile into a sink that is not a picture: an analysis.
+    /// @param file that the sink is for: names the checkpoint
+    /// @param begin makes the sink anew, and returns it; called again where the picture must be
+    /// started again
+    /// @param write makes the file of the finished sink; the checkpoint is kept until it has
+    /// @throws Error, UsageError
+    RenderStatistics render_tiles(
+        const scene::Scene& scene, const std::string& file,
+        const std::function<output::TileSink&()>& begin,
+        const std::function<void(const RenderStatistics&)>& write, const KeepOptions& keep = {},
+        std::chrono::steady_clock::time_point start = std::chrono::steady_clock::now());
+
     [[nodiscard]] util::StageTimes& times() noexcept { return m_loaded->times; }
     /// The view of the last picture.
     [[nodiscard]] const shade::View& view() const noexcept { return *m_view; }
@@ -77,6 +89,9 @@ private:
                          std::chrono::steady_clock::time_point start);
     void finish(RenderStatistics& statistics, std::chrono::steady_clock::time_point start) const;
 
+    void prepare(scene::Scene scene, const std::vector<std::string>& files,
+                 const KeepOptions& keep);
+    void finish_checkpoint(const RenderStatistics& statistics);
     void open_checkpoint(const scene::Scene& scene, const std::vector<std::string>& files,
                          const KeepOptions& keep);
     void render_part(RenderStatistics& statistics, std::chrono::steady_clock::time_point start);
