@@ -2,6 +2,7 @@
 
 #include "common/util/program.hpp"
 #include "common/util/version.hpp"
+#include "raytracer/commands/analyse/analyse_command.hpp"
 #include "raytracer/commands/animate_command.hpp"
 #include "raytracer/commands/cluster/cluster_command.hpp"
 #include "raytracer/commands/farm_command.hpp"
@@ -47,6 +48,7 @@ int main(int argc, char** argv) {
         app.require_subcommand(1);
         const auto render = terravox::commands::add_render_command(app);
         const auto animate = terravox::commands::add_animate_command(app, open_renderer);
+        const auto analyse = terravox::commands::add_analyse_command(app);
         const auto cluster = terravox::commands::add_cluster_command(app);
         terravox::commands::list_command(app, terravox::commands::kConvert);
         terravox::commands::list_command(app, terravox::commands::kPublish);
@@ -62,6 +64,8 @@ int main(int argc, char** argv) {
             return *code;
         if (app.got_subcommand("animate"))
             return static_cast<int>(animate());
+        if (app.got_subcommand("analyse"))
+            return static_cast<int>(analyse());
         if (app.got_subcommand("worker"))
             return static_cast<int>(worker());
         if (app.got_subcommand("farm"))

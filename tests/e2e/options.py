@@ -10,6 +10,8 @@ from support import ROOT, Run, binary
 RAYTRACER = (
     "render",
     "convert",
+    "analyse terrain",
+    "analyse sky",
     "publish",
     "view",
     "worker",

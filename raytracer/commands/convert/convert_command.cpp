@@ -2,19 +2,16 @@
 
 #include <CLI/CLI.hpp>
 
-#include <algorithm>
-#include <charconv>
 #include <chrono>
-#include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <memory>
-#include <sstream>
 
 #include "common/util/atomic_file.hpp"
 #include "common/util/log.hpp"
 #include "common/voxel/log_damage.hpp"
 #include "raytracer/commands/convert/job_name.hpp"
+#include "raytracer/commands/number_list.hpp"
 #include "raytracer/commands/world_arguments.hpp"
 #include "raytracer/material/material_file.hpp"
 #include "voxelserver/export/core/part.hpp"
@@ -40,26 +37,6 @@ struct ConvertArguments {
     int memory_mib = 1024;
     bool quiet = false;
 };
-
-// @param allowed the expected text, for messages
-std::vector<double> numbers_of(const std::string& flag, const std::string& text, std::size_t count,
-                               const std::string& allowed) {
-    std::vector<double> out;
-    std::istringstream in(text);
-    for (std::string word; std::getline(in, word, ',');) {
-        double value = 0;
-        const auto read = std::from_chars(word.data(), word.data() + word.size(), value);
-        if (read.ec != std::errc{} || read.ptr != word.data() + word.size() ||
-            !std::isfinite(value))
-            break;
-        out.push_back(value);
-    }
-    if (!text.empty() &&
-        (out.size() != count ||
-         static_cast<std::size_t>(std::count(text.begin(), text.end(), ',')) + 1 != count))
-        throw util::UsageError("convert: " + flag + " " + text + "; allowed: " + allowed);
-    return out;
-}
 
 util::ExitCode report(const exports::Job& job, const voxel::World& world, double seconds,
                       bool quiet) {
@@ -94,9 +71,11 @@ util::ExitCode run_convert(ConvertArguments& args) {
     args.world.inputs.assign(args.paths.begin(), args.paths.end() - 1);
     const exports::Format& format = exports::format_of(args.to, out);
     args.write.up = args.up == "y" ? exports::UpAxis::kY : exports::UpAxis::kZ;
-    args.selection.area = numbers_of(
-        "--area", args.area, 4, "west,south,east,north, or x0,z0,x1,z1 in a world without a CRS");
-    args.selection.heights = numbers_of("--heights", args.heights, 2, "lowest,highest in metres");
+    args.selection.area =
+        numbers_of("convert", "--area", args.area, 4,
+                   "west,south,east,north, or x0,z0,x1,z1 in a world without a CRS");
+    args.selection.heights =
+        numbers_of("convert", "--heights", args.heights, 2, "lowest,highest in metres");
     format.check_target(out, args.write);
     const scene::Scene scene = args.world.scene();
     util::StageTimes times;

@@ -1,0 +1,61 @@
+#pragma once
+
+#include <filesystem>
+#include <vector>
+
+#include "common/util/atomic_file.hpp"
+#include "raytracer/analyse/raster/raster_bands.hpp"
+#include "raytracer/output/gdal_writing.hpp"
+#include "raytracer/output/tile_sink.hpp"
+
+namespace terravox::analyse {
+
+/// A rectangle of cells, [x0, x0 + width) x [y0, y0 + height) of the raster.
+struct CellRectangle {
+    int x0 = 0;
+    int y0 = 0;
+    int width = 0;
+    int height = 0;
+};
+
+/// The bands of a raster in a temporary file next to the output, so that a raster may be larger
+/// than memory: measured ones are written as tiles arrive, derived ones block by block afterwards.
+/// The file is removed with the object. Not thread-safe.
+class CellFile final : public output::TileSink {
+public:
+    /// @param out the raster that is made of it
+    /// @param tile_px edge of the tiles, a multiple of 16
+    /// @throws Error when it cannot be written
+    CellFile(const std::filesystem::path& out, core::AnalysisKind kind, int columns, int rows,
+             int tile_px);
+
+    void add(const tiles::TileResult& result) override;
+    /// It is only a file, so a tile may be written again.
+    [[nodiscard]] bool replaces() const noexcept override { return true; }
+
+    /// Values of a band, row by row.
+    /// @param area may reach beyond the raster, where all is core::kNoData
+    /// @throws Error
+    void read(int band, const CellRectangle& area, std::vector<float>& values);
+    /// @param area within the raster
+    void write(int band, const CellRectangle& area, std::vector<float>& values);
+
+    /// Edge of the file's blocks.
+    [[nodiscard]] int block_px() const noexcept { return m_block_px; }
+    [[nodiscard]] int columns() const noexcept { return m_columns; }
+    [[nodiscard]] int rows() const noexcept { return m_rows; }
+    /// For the copy that becomes the output; everything that was written is in it.
+    [[nodiscard]] GDALDatasetH dataset() const noexcept { return m_dataset.get(); }
+    [[nodiscard]] const std::string& attempt() const noexcept { return m_attempt; }
+
+private:
+    const core::AnalysisKind m_kind;
+    const int m_columns;
+    const int m_rows;
+    const int m_block_px;
+    const std::string m_attempt;
+    util::AtomicFile m_file;  // outlives the dataset in it; never committed
+    output::GdalDataset m_dataset;
+};
+
+}  // namespace terravox::analyse

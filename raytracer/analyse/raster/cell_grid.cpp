@@ -1,0 +1,82 @@
+#include "raytracer/analyse/raster/cell_grid.hpp"
+
+#include <cmath>
+#include <cstdio>
+
+#include "common/util/error.hpp"
+
+namespace terravox::analyse {
+namespace {
+
+std::string metres(double v) {
+    char text[32];
+    std::snprintf(text, sizeof text, "%g", v);
+    return text;
+}
+
+/// Whole cells that cover [from, to) voxels.
+struct CellRange {
+    std::int64_t begin = 0;
+    std::int64_t count = 0;
+};
+CellRange cells_over(std::int32_t from, std::int32_t to, double edge) {
+    const double begin = std::floor(from / edge);
+    return {static_cast<std::int64_t>(begin),
+            static_cast<std::int64_t>(std::ceil(to / edge) - begin)};
+}
+
+}  // namespace
+
+CellGrid grid_over(const voxel::WorldInfo& world, const voxel::VoxelBounds& area,
+                   std::optional<double> edge_m) {
+    constexpr double kMax_m = 100'000;
+    const double edge = edge_m.value_or(world.voxel_m);
+    if (!(edge >= world.voxel_m && edge <= kMax_m))
+        throw util::UsageError("analyse: --resolution " + metres(edge) +
+                               " m; allowed: " + metres(world.voxel_m) +
+                               " (a voxel of this world) to " + metres(kMax_m));
+    CellGrid out;
+    out.edge_m = edge;
+    out.edge_voxels = edge / world.voxel_m;
+    const CellRange columns = cells_over(area.min[0], area.max[0], out.edge_voxels);
+    const CellRange rows = cells_over(area.min[2], area.max[2], out.edge_voxels);
+    if (columns.count > CellGrid::kMaxSide || rows.count > CellGrid::kMaxSide)
+        throw util::UsageError("analyse: " + std::to_string(columns.count) + " x " +
+                               std::to_string(rows.count) + " cells of " + metres(edge) +
+                               " m; allowed: up to " + std::to_string(CellGrid::kMaxSide) +
+                               " a side, by --area or a coarser --resolution");
+    out.west = columns.begin;
+    out.north = rows.begin;
+    out.columns = static_cast<int>(columns.count);
+    out.rows = static_cast<int>(rows.count);
+    return out;
+}
+
+void look_at_cells(const CellGrid& grid, const voxel::WorldInfo& world, scene::Scene& scene) {
+    const double x = (static_cast<double>(grid.west) + grid.columns / 2.0) * grid.edge_voxels;
+    const double z = (static_cast<double>(grid.north) + grid.rows / 2.0) * grid.edge_voxels;
+    const double y = world.bounds.max[1];
+    scene.camera = {};
+    scene.camera.projection = core::CameraProjection::kOrthographic;
+    scene.camera.space = core::CoordinateSpace::kVoxel;
+    scene.camera.target = {x, y, z};
+    scene.camera.position = {x, y + 1, z};
+    scene.camera.height_m = grid.rows * grid.edge_m;
+    scene.camera.inside_rock = true;
+    scene.output = {};
+    scene.output.size_px = {grid.columns, grid.rows};
+    scene.quality.samples = 1;
+    scene.quality.noise = 0;
+    scene.quality.time_s = 0;
+    scene.quality.coarse_step = 1;
+}
+
+output::GeoPlacement placement_of(const CellGrid& grid, const voxel::WorldInfo& world) {
+    const double unit = world.crs.empty() ? world.voxel_m : world.crs_units_per_voxel;
+    const double edge = grid.edge_voxels * unit;
+    return {{static_cast<double>(grid.west) * edge, edge, 0,
+             -static_cast<double>(grid.north) * edge, 0, -edge},
+            world.crs_wkt};
+}
+
+}  // namespace terravox::analyse

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <array>
+#include <string>
+
+#include "common/voxel/world.hpp"
+#include "raytracer/output/picture_info.hpp"
+#include "raytracer/scene/scene.hpp"
+
+namespace terravox::analyse {
+
+/// The cells of a raster: squares whose borders are whole multiples of their edge, in the world's
+/// CRS or, without one, in its voxels. Rasters of the same edge therefore have cells in common.
+struct CellGrid {
+    std::int64_t west = 0;   ///< of the first column, in cells
+    std::int64_t north = 0;  ///< z of the first row, in cells: to the south, as in the world
+    int columns = 0;
+    int rows = 0;
+    double edge_voxels = 1;  ///< of level 0
+    double edge_m = 1;
+
+    static constexpr int kMaxSide = 65536;
+};
+
+/// The grid whose cells cover an area.
+/// @param area level-0 voxels, not empty
+/// @param edge_m nullopt: that of a voxel
+/// @throws UsageError for cells smaller than a voxel, or more than CellGrid::kMaxSide of them
+[[nodiscard]] CellGrid grid_over(const voxel::WorldInfo& world, const voxel::VoxelBounds& area,
+                                 std::optional<double> edge_m);
+
+/// Makes a scene's picture that of a grid: an orthographic camera looks straight down, and each of
+/// its pixels is a cell, with one ray through the middle.
+void look_at_cells(const CellGrid& grid, const voxel::WorldInfo& world, scene::Scene& scene);
+
+/// Where the raster lies: in the world's CRS, or without one in metres, with y to the north.
+[[nodiscard]] output::GeoPlacement placement_of(const CellGrid& grid,
+                                                const voxel::WorldInfo& world);
+
+}  // namespace terravox::analyse

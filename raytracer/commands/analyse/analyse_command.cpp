@@ -1,0 +1,196 @@
+#include "raytracer/commands/analyse/analyse_command.hpp"
+
+#include <CLI/CLI.hpp>
+
+#include <cstdio>
+#include <memory>
+#include <optional>
+
+#include "common/thread/parallel.hpp"
+#include "common/thread/stop_signals.hpp"
+#include "common/util/log.hpp"
+#include "common/voxel/log_damage.hpp"
+#include "raytracer/analyse/raster/cell_grid.hpp"
+#include "raytracer/analyse/raster/derived_bands.hpp"
+#include "raytracer/analyse/raster/raster.hpp"
+#include "raytracer/commands/number_list.hpp"
+#include "raytracer/commands/render_pool_arguments.hpp"
+#include "raytracer/commands/world_arguments.hpp"
+#include "raytracer/render/picture_renderer.hpp"
+#include "voxelserver/export/core/part.hpp"
+
+namespace terravox::commands {
+namespace {
+
+/// Arguments of all analyses, and those of terrain.
+struct AnalyseArguments {
+    WorldArguments world;
+    RenderPoolArguments render_pool;
+    std::string output;
+    std::string area;
+    std::optional<double> resolution_m;
+    std::optional<int> level;
+    std::string relief_of = "dtm";
+    std::string light = "315,45";
+    analyse::ReliefOptions relief;
+    bool resume = false;
+    bool quiet = false;
+};
+
+constexpr const char* kAreaHelp =
+    "west,south,east,north in the world's CRS; x0,z0,x1,z1 in voxels where it has none; default: "
+    "all";
+
+analyse::ReliefOptions relief_of(const AnalyseArguments& args) {
+    analyse::ReliefOptions out = args.relief;
+    out.of = args.relief_of == "dsm" ? analyse::ReliefOf::kSurface : analyse::ReliefOf::kGround;
+    const std::string allowed =
+        "azimuth,altitude in degrees: 0 to 360 clockwise from north, and 0 to 90";
+    const auto light = numbers_of("analyse", "--light", args.light, 2, allowed);
+    if (light.size() != 2 || light[0] < 0 || light[0] > 360 || light[1] < 0 || light[1] > 90)
+        throw util::UsageError("analyse: --light " + args.light + "; allowed: " + allowed);
+    out.light_azimuth_deg = light[0];
+    out.light_altitude_deg = light[1];
+    if (out.window % 2 == 0)
+        throw util::UsageError("analyse: --window " + std::to_string(out.window) +
+                               "; allowed: odd numbers of cells, 3 to 101");
+    return out;
+}
+
+/// The scene of an analysis, without its camera: that depends on the world.
+scene::Scene scene_of(const AnalyseArguments& args, core::AnalysisKind kind) {
+    scene::Scene scene = args.world.scene();
+    scene.analysis.kind = kind;
+    scene.quality.level = 0;
+    // A voxel covers at most a cell.
+    scene.quality.detail = 1;
+    if (args.level) {
+        scene.quality.level = *args.level;
+        scene.quality.detail = 0;
+    }
+    return scene;
+}
+
+util::ExitCode report(const AnalyseArguments& args, const render::RenderStatistics& statistics,
+                      const util::StageTimes& times) {
+    if (!args.quiet) {
+        render::print_statistics(statistics, times);
+        std::printf("wrote %s\n", args.output.c_str());
+    }
+    if (!statistics.counts.holes.empty())
+        util::log_error("the raster has holes: {} boxes could not be loaded",
+                        statistics.counts.holes.size());
+    if (!statistics.damage.empty())
+        voxel::log_damage(statistics.damage);
+    return statistics.has_holes() ? util::ExitCode::kHoles : util::ExitCode::kDone;
+}
+
+util::ExitCode run_analyse(const AnalyseArguments& args, core::AnalysisKind kind) {
+    util::set_up_log(args.quiet ? "error" : args.world.log_level);
+    const auto start = std::chrono::steady_clock::now();
+    // Reject what cannot be written before any work is done.
+    analyse::check_raster_target(args.output);
+    const analyse::ReliefOptions relief = relief_of(args);
+    exports::Selection selection;
+    selection.area = numbers_of("analyse", "--area", args.area, 4,
+                                "west,south,east,north, or x0,z0,x1,z1 in a world without a CRS");
+    scene::Scene scene = scene_of(args, kind);
+    const render::RenderPoolOptions render_pool = args.render_pool.options(scene);
+
+    const auto loaded = std::make_shared<render::LoadedWorld>(args.world.options(scene), scene);
+    const voxel::WorldInfo& world = loaded->world->info();
+    const analyse::CellGrid grid =
+        analyse::grid_over(world, exports::part_of(world, selection).bounds, args.resolution_m);
+    analyse::look_at_cells(grid, world, scene);
+
+    const thread::StopSignals signals;
+    render::PictureRenderer renderer(loaded, render_pool, scene, args.quiet, signals.token());
+    std::optional<analyse::CellFile> cells;
+    const auto begin = [&]() -> output::TileSink& {
+        cells.emplace(args.output, kind, grid.columns, grid.rows,
+                      scene.quality.tile.in_picture(grid.columns));
+        return *cells;
+    };
+    const auto write = [&](const render::RenderStatistics& statistics) {
+        const util::StageTimes::Scope timed(loaded->times, "write the raster");
+        if (kind == core::AnalysisKind::kTerrain)
+            analyse::derive_terrain(*cells, grid.edge_m, relief, signals.token());
+        output::PictureInfo info = render::picture_info(renderer.view(), world, statistics, false);
+        info.geo = analyse::placement_of(grid, world);
+        analyse::write_raster(*cells, args.output, info,
+                              thread::thread_count(scene.processing.threads.value_or(0)));
+    };
+    const render::RenderStatistics statistics =
+        renderer.render_tiles(scene, args.output, begin, write, {args.resume, true, {}}, start);
+    return report(args, statistics, loaded->times);
+}
+
+CLI::App* add_kind(CLI::App& group, AnalyseArguments& args, core::AnalysisKind kind,
+                   const std::string& description) {
+    CLI::App* command = group.add_subcommand(std::string(core::word_of(kind)), description);
+    command->add_option("inputs", args.world.inputs, world_inputs_help())->required();
+    command->add_option("-o,--output", args.output, "raster to write: a Cloud Optimized GeoTIFF")
+        ->required();
+    command->add_option("--area", args.area, kAreaHelp);
+    command->add_option("--resolution", args.resolution_m,
+                        "edge of a cell, metres; default: that of a voxel");
+    command
+        ->add_option("--level", args.level,
+                     "level of the world's voxels; default: the coarsest whose voxels are no "
+                     "larger than a cell")
+        ->check(CLI::Range(0, 20));
+    command->add_flag("--resume", args.resume,
+                      "keep finished tiles in OUT.tif.tiles until the raster is finished, and go "
+                      "on with those that are there");
+    command->add_flag("-q,--quiet", args.quiet, "print errors only");
+    std::vector<std::string> sections = {"world", "generated", "processing", "quality.tile"};
+    if (kind == core::AnalysisKind::kSky)
+        sections.emplace_back("analysis");
+    add_opening_arguments(*command, args.world, sections);
+    add_render_pool_arguments(*command, args.render_pool);
+    return command;
+}
+
+void add_relief_options(CLI::App& command, AnalyseArguments& args) {
+    command.add_option("--relief", args.relief_of, "surface of slope, aspect and hillshade")
+        ->check(CLI::IsMember({"dtm", "dsm"}))
+        ->capture_default_str();
+    command
+        .add_option("--window", args.relief.window,
+                    "slopes are those of a plane through the heights of so many cells a side: odd; "
+                    "more even out the steps of voxels")
+        ->check(CLI::Range(3, 101))
+        ->capture_default_str();
+    command
+        .add_option("--fill-m", args.relief.fill_m,
+                    "how far the ground is interpolated below buildings, metres, and at most 256 "
+                    "cells; 0: not at all")
+        ->check(CLI::Range(0.0, 1e5))
+        ->capture_default_str();
+    command
+        .add_option("--light", args.light,
+                    "azimuth,altitude of the hillshade's light, degrees, clockwise from north")
+        ->capture_default_str();
+}
+
+}  // namespace
+
+std::function<util::ExitCode()> add_analyse_command(CLI::App& app) {
+    CLI::App* group = app.add_subcommand("analyse", "Measure a world: rasters for GIS, as GeoTIFF");
+    group->require_subcommand(1);
+    auto terrain = std::make_shared<AnalyseArguments>();
+    auto sky = std::make_shared<AnalyseArguments>();
+    CLI::App* terrain_command = add_kind(
+        *group, *terrain, core::AnalysisKind::kTerrain,
+        "Heights of surface and ground, slope, aspect, hillshade, class, material, colour");
+    add_relief_options(*terrain_command, *terrain);
+    const CLI::App* sky_command =
+        add_kind(*group, *sky, core::AnalysisKind::kSky,
+                 "How much of the sky is seen: sky-view factor, openness");
+    return [terrain, sky, sky_command] {
+        return sky_command->parsed() ? run_analyse(*sky, core::AnalysisKind::kSky)
+                                     : run_analyse(*terrain, core::AnalysisKind::kTerrain);
+    };
+}
+
+}  // namespace terravox::commands

@@ -1,0 +1,18 @@
+#pragma once
+
+#include <functional>
+
+#include "common/util/error.hpp"
+
+namespace CLI {
+class App;
+}
+
+namespace terravox::commands {
+
+/// Adds `analyse` to the program's commands.
+/// @return runs the command once the arguments are parsed
+/// @throws (when run) Error, UsageError
+[[nodiscard]] std::function<util::ExitCode()> add_analyse_command(CLI::App& app);
+
+}  // namespace terravox::commands

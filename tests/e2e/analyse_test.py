@@ -1,0 +1,254 @@
+#!/usr/bin/env python3
+"""Rasters of a synthetic survey: their form, their values, how they go on, and what is refused."""
+
+import json
+import os
+import shutil
+import signal
+import subprocess
+import unittest
+
+from support import HANGS_S, Case, Run, binary, entries, square, temporary_folder
+
+TERRAIN = ["dsm", "dtm", "ndsm", "slope", "aspect", "hillshade", "class", "material"]
+TERRAIN += ["red", "green", "blue", "dtm_source", "hole"]
+SKY = ["svf", "sky_view_solid", "openness", "hole"]
+NO_DATA = -9999
+
+_rasters = {}
+
+
+def analyse(*arguments, **options):
+    return Run([binary("RAYTRACER"), "analyse", *arguments], **options)
+
+
+def area():
+    """@return a part of the survey: west, south, east, north"""
+    name = square().stem  # TM_EAST_NORTH, in metres or kilometres
+    east, north = (int(number) for number in name.split("_")[1:])
+    if east < 10000:
+        east, north = 1000 * east, 1000 * north
+    return east + 60, north + 40, east + 190, north + 150
+
+
+def area_flag():
+    return ["--area", ",".join(str(number) for number in area())]
+
+
+def raster(kind, *flags):
+    """@return the file of an analysis of the part"""
+    key = (kind, *flags)
+    if key not in _rasters:
+        file = temporary_folder() / "a.tif"
+        run = analyse(kind, square(), *area_flag(), *flags, "--quiet", "-o", file)
+        if run.code != 0 or run.out:
+            raise AssertionError(str(run))
+        if entries(file.parent) != ["a.tif"]:
+            raise AssertionError(f"left behind: {entries(file.parent)}")
+        _rasters[key] = file
+    return _rasters[key]
+
+
+@unittest.skipUnless(shutil.which("gdalinfo"), "needs GDAL's programs")
+class Rasters(Case):
+    def info(self, file):
+        run = subprocess.run(
+            ["gdalinfo", "-json", "-stats", file],
+            capture_output=True,
+            text=True,
+            check=True,
+            env={**os.environ, "GDAL_PAM_ENABLED": "NO"},
+        )
+        return json.loads(run.stdout)
+
+    def values(self, file, band):
+        """@return the values of a band by row"""
+        grid = temporary_folder() / "a.asc"
+        subprocess.run(
+            ["gdal_translate", "-q", "-of", "AAIGrid", "-b", str(band), file, grid], check=True
+        )
+        lines = grid.read_text(encoding="utf-8").splitlines()
+        first = next(i for i, line in enumerate(lines) if line.strip()[0] in "-0123456789")
+        return [[float(word) for word in line.split()] for line in lines[first:]]
+
+    def test_are_cloud_optimized_and_name_their_bands_units_and_place(self):
+        west, south, east, north = area()
+        for kind, names in (("terrain", TERRAIN), ("sky", SKY)):
+            with self.subTest(kind):
+                info = self.info(raster(kind))
+                self.assertEqual(info["metadata"]["IMAGE_STRUCTURE"]["LAYOUT"], "COG")
+                self.assertEqual([band["description"] for band in info["bands"]], names)
+                self.assertEqual({band["noDataValue"] for band in info["bands"]}, {NO_DATA})
+                self.assertEqual(info["geoTransform"], [west, 1, 0, north, 0, -1])
+                self.assertEqual(info["size"], [east - west, north - south])
+                self.assertIn("3794", info["coordinateSystem"]["wkt"])
+                units = {band["description"]: band.get("unit", "") for band in info["bands"]}
+                for name, unit in (("dsm", "m"), ("slope", "degree"), ("openness", "degree")):
+                    if name in units:
+                        self.assertEqual(units[name], unit)
+                self.assertEqual(info["metadata"][""]["terravox_holes"], "0")
+
+    def test_values_of_terrain_agree_with_each_other(self):
+        file = raster("terrain")
+        bands = {name: self.values(file, i + 1) for i, name in enumerate(TERRAIN)}
+        cells = 0
+        interpolated = 0
+        for y, row in enumerate(bands["dsm"]):
+            for x, surface in enumerate(row):
+                at = {name: bands[name][y][x] for name in TERRAIN}
+                self.assertEqual(at["hole"], 0)
+                if surface == NO_DATA:
+                    continue
+                cells += 1
+                self.assertTrue(0 <= at["red"] <= 255 and at["material"] > 0, at)
+                if at["dtm"] == NO_DATA:
+                    continue
+                interpolated += at["dtm_source"] == 2
+                self.assertLessEqual(at["dtm"], surface)
+                self.assertAlmostEqual(at["ndsm"], surface - at["dtm"], places=3)
+                self.assertTrue(0 <= at["slope"] < 90 and 1 <= at["hillshade"] <= 255, at)
+                self.assertTrue(at["aspect"] == NO_DATA or 0 <= at["aspect"] < 360, at)
+        self.assertGreater(cells, 10_000)
+        self.assertGreater(interpolated, 5)
+
+    def test_values_of_the_sky_are_shares(self):
+        file = raster("sky")
+        for i in (1, 2):
+            values = [v for row in self.values(file, i) for v in row]
+            self.assertTrue(all(v == NO_DATA or 0 <= v <= 1.00001 for v in values))
+            self.assertLess(min(v for v in values if v != NO_DATA), 0.6)
+            self.assertGreater(max(values), 0.9)
+        openness = [v for row in self.values(file, 3) for v in row]
+        self.assertTrue(all(v == NO_DATA or 0 <= v <= 90.001 for v in openness))
+
+    def test_files_are_the_same_for_any_threads_tiles_and_memory(self):
+        for kind in ("terrain", "sky"):
+            with self.subTest(kind):
+                wanted = raster(kind).read_bytes()
+                for flags in (
+                    ["--threads", "1"],
+                    ["--threads", "3", "--tile", "32"],
+                    ["--memory-mib", "1", "--tile", "112"],
+                ):
+                    self.assertEqual(raster(kind, *flags).read_bytes(), wanted, flags)
+
+    def test_a_part_has_the_values_of_the_whole(self):
+        west, south, east, north = area()
+        part = temporary_folder() / "part.tif"
+        flags = ["--area", f"{west + 20},{south + 30},{east - 50},{north - 10}"]
+        run = analyse("sky", square(), *flags, "--quiet", "-o", part)
+        self.assertEqual(run.code, 0, run)
+        whole = self.values(raster("sky"), 1)
+        self.assertEqual(self.values(part, 1), [row[20:-50] for row in whole[10:-30]])
+
+    def test_coarser_cells_lie_on_the_same_grid(self):
+        info = self.info(raster("terrain", "--resolution", "4"))
+        west, south, east, north = area()
+        self.assertEqual(info["geoTransform"][1], 4)
+        self.assertEqual(info["geoTransform"][0] % 4, 0)
+        self.assertEqual(info["geoTransform"][3] % 4, 0)
+        self.assertTrue(0 <= west - info["geoTransform"][0] < 4)
+        self.assertTrue(0 <= info["geoTransform"][3] - north < 4)
+
+    def test_an_interrupted_raster_goes_on_where_it_was(self):
+        file = temporary_folder() / "a.tif"
+        words = ["analyse", "sky", square(), *area_flag(), "--tile", "16", "--resume", "-o", file]
+        process = subprocess.Popen(
+            [binary("RAYTRACER"), *words, "--directions", "1024", "--threads", "1"],
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+        tiles = file.with_name("a.tif.tiles")
+        while process.poll() is None and not (tiles.exists() and tiles.stat().st_size > 30_000):
+            pass
+        process.send_signal(signal.SIGINT)
+        _, err = process.communicate(timeout=HANGS_S)
+        self.assertIn("interrupted", err)
+        self.assertEqual(entries(file.parent), ["a.tif.tiles"])
+        other = analyse(*words[1:], "--quiet")
+        self.assertEqual(other.code, 1, other)  # with other directions
+        self.assertIn("analysis.directions", other.err)
+        run = Run([binary("RAYTRACER"), *words, "--directions", "1024"])
+        self.assertEqual(run.code, 0, run)
+        self.assertIn("tiles are in", run.out + run.err)
+        self.assertEqual(entries(file.parent), ["a.tif"])
+        whole = raster("sky", "--tile", "16", "--directions", "1024")
+        self.assertEqual(self.values(file, 1), self.values(whole, 1))
+
+
+class Refusals(Case):
+    def test_what_cannot_be_is_refused_in_one_line_with_nothing_left_behind(self):
+        west, south, east, north = area()
+        cases = {
+            "no output": (["terrain", square()], "--output"),
+            "another format": (["terrain", square(), "-o", "a.png"], ".tif"),
+            "cells smaller than voxels": (
+                ["terrain", square(), "-o", "a.tif", "--resolution", "0.5"],
+                "allowed: 1",
+            ),
+            "an area elsewhere": (
+                ["sky", square(), "-o", "a.tif", "--area", "0,0,10,10"],
+                "--area within",
+            ),
+            "an area upside down": (
+                ["sky", square(), "-o", "a.tif", "--area", f"{east},{north},{west},{south}"],
+                "--area",
+            ),
+            "an area of three": (["sky", square(), "-o", "a.tif", "--area", "1,2,3"], "--area"),
+            "a level that is not there": (
+                ["sky", square(), "-o", "a.tif", "--level", "19"],
+                "level",
+            ),
+            "an even window": (["terrain", square(), "-o", "a.tif", "--window", "4"], "odd"),
+            "no light": (["terrain", square(), "-o", "a.tif", "--light", "400,1"], "--light"),
+            "tiles that no TIFF has": (
+                ["sky", square(), *area_flag(), "-o", "a.tif", "--tile", "20"],
+                "multiples of 16",
+            ),
+            "a surface that is none": (
+                ["sky", square(), "-o", "a.tif", "--surface", "cellar"],
+                "ground",
+            ),
+            "options of the other kind": (
+                ["terrain", square(), "-o", "a.tif", "--directions", "64"],
+                "--directions",
+            ),
+            "no kind": ([], "subcommand"),
+        }
+        for name, (arguments, says) in cases.items():
+            with self.subTest(name):
+                folder = temporary_folder()
+                run = analyse(*arguments, "--quiet", cwd=folder) if arguments else analyse()
+                self.assertEqual(run.code, 2, run)
+                self.assertIn(says, run.err)
+                self.assertEqual(run.out, "")
+                self.assertEqual(entries(folder), [])
+
+    def test_a_picture_of_an_analysis_is_refused(self):
+        folder = temporary_folder()
+        (folder / "sky.toml").write_text('[analysis]\nkind = "sky"\n', encoding="utf-8")
+        run = Run(
+            [binary("RAYTRACER"), "render", square(), "--scene", "sky.toml", "-o", "a.png"],
+            cwd=folder,
+        )
+        self.assertEqual(run.code, 2, run)
+        self.assertIn("terravox analyse", run.err)
+
+    def test_help_names_the_kinds(self):
+        run = analyse("--help")
+        self.assertEqual(run.code, 0)
+        self.assertIn("terrain", run.out)
+        self.assertIn("sky", run.out)
+
+    def test_data_that_is_no_world_ends_with_one_line(self):
+        folder = temporary_folder()
+        (folder / "a.laz").write_bytes(b"no points")
+        run = analyse("sky", "a.laz", "-o", "a.tif", "--quiet", cwd=folder)
+        self.assertNotEqual(run.code, 0)
+        self.assertEqual(len(run.err.strip().splitlines()), 1, run)
+        self.assertEqual(entries(folder), ["a.laz"])
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,62 @@
+#include "raytracer/analyse/raster/cell_grid.hpp"
+
+#include "common/util/error.hpp"
+#include "raytracer/scene/camera.hpp"
+#include "tests/catch.hpp"
+
+namespace {
+
+using namespace terravox;
+
+voxel::WorldInfo world_of(double voxel_m) {
+    voxel::WorldInfo world;
+    world.bounds = {{-7, 0, -13}, {23, 40, 5}};
+    world.voxel_m = voxel_m;
+    world.crs = "EPSG:3794";
+    world.crs_units_per_voxel = voxel_m;
+    return world;
+}
+
+}  // namespace
+
+TEST_CASE("cells cover the area, and begin at multiples of their edge", "[raytracer][analyse]") {
+    const voxel::WorldInfo world = world_of(0.5);
+    const analyse::CellGrid grid = analyse::grid_over(world, world.bounds, 2);
+    CHECK(grid.edge_voxels == 4);
+    CHECK(grid.west == -2);
+    CHECK(grid.columns == 8);
+    CHECK(grid.north == -4);
+    CHECK(grid.rows == 6);
+    const auto place = analyse::placement_of(grid, world).transform;
+    CHECK(place == std::array<double, 6>{-4, 2, 0, 8, 0, -2});
+    CHECK(analyse::grid_over(world, world.bounds, {}).edge_m == 0.5);
+}
+
+TEST_CASE("each pixel's ray goes straight down through the middle of its cell",
+          "[raytracer][analyse]") {
+    const voxel::WorldInfo world = world_of(1);
+    const analyse::CellGrid grid = analyse::grid_over(world, world.bounds, 3);
+    scene::Scene scene;
+    analyse::look_at_cells(grid, world, scene);
+    const scene::Camera camera = scene::make_camera(scene, world, world.bounds);
+    for (int row = 0; row < grid.rows; ++row)
+        for (int column = 0; column < grid.columns; ++column) {
+            const core::Ray ray = camera.ray(column + 0.5, row + 0.5);
+            CHECK(ray.direction == core::Vec3{0, -1, 0});
+            CHECK(std::abs(ray.origin.x - (static_cast<double>(grid.west + column) + 0.5) * 3) <
+                  1e-9);
+            CHECK(std::abs(ray.origin.z - (static_cast<double>(grid.north + row) + 0.5) * 3) <
+                  1e-9);
+            CHECK(ray.origin.y > world.bounds.max[1]);
+        }
+}
+
+TEST_CASE("cells smaller than voxels, and too many, are refused", "[raytracer][analyse]") {
+    const voxel::WorldInfo world = world_of(1);
+    for (const double edge_m : {0.5, 0.0, -1.0, 1e6})
+        CHECK_THROWS_AS(analyse::grid_over(world, world.bounds, edge_m), util::UsageError);
+    voxel::WorldInfo wide = world;
+    wide.bounds.max[0] = 70'000;
+    CHECK_THROWS_AS(analyse::grid_over(wide, wide.bounds, 1), util::UsageError);
+    CHECK(analyse::grid_over(wide, wide.bounds, 2).columns == 35'004);
+}
