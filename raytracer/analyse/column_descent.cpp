@@ -40,6 +40,29 @@ Descent descent_at(const walk::TracedRay& ray) noexcept {
     return is_ground(ray.hit.attr.material) ? Descent::kGround : Descent::kContinues;
 }
 
+CellStep cell_step_at(const walk::TracedRay& ray, core::AnalysisSurface surface) noexcept {
+    if (ray.end != walk::WalkEnd::kHit || ray.hit.hole)
+        return CellStep::kNothing;
+    if (surface == core::AnalysisSurface::kTop)
+        return CellStep::kMeasure;
+    switch (descent_at(ray)) {
+        case Descent::kGround: return CellStep::kMeasure;
+        case Descent::kCovered: break;
+        case Descent::kContinues: return CellStep::kDescend;
+    }
+    return CellStep::kNothing;
+}
+
+walk::TracedRay upward(const walk::TracedRay& ray, core::Vec3 to) noexcept {
+    walk::TracedRay out;
+    out.ray = {{ray.ray.origin.x, top_of(ray.hit), ray.ray.origin.z}, to};
+    out.state = core::RayState(out.ray);
+    out.state.start_in({ray.hit.voxel.x, ray.hit.voxel.y + 1, ray.hit.voxel.z}, ray.hit.level);
+    out.sample = ray.sample;
+    out.kind = walk::RayKind::kSky;
+    return out;
+}
+
 walk::TracedRay below(const walk::TracedRay& ray) noexcept {
     const walk::Hit& hit = ray.hit;
     walk::TracedRay out;

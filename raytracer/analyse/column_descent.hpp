@@ -2,6 +2,7 @@
 
 #include <vector>
 
+#include "raytracer/core/scene_words.hpp"
 #include "raytracer/walk/traced_ray.hpp"
 
 namespace terravox::analyse {
@@ -11,6 +12,11 @@ namespace terravox::analyse {
 
 /// The vertical ray of a cell, from a ray of the camera.
 [[nodiscard]] walk::TracedRay cell_ray(const core::Ray& ray, std::uint32_t sample) noexcept;
+
+/// Whether a ray has ended at a box that is not available.
+[[nodiscard]] inline bool is_hole(const walk::TracedRay& ray) noexcept {
+    return ray.end == walk::WalkEnd::kHit && ray.hit.hole;
+}
 
 /// Height of the top of the voxel that a vertical ray has met, level-0 voxels.
 [[nodiscard]] double top_of(const walk::Hit& hit) noexcept;
@@ -28,6 +34,20 @@ enum class Descent : std::uint8_t {
 /// What a vertical ray's hit, which must not be a hole, means for the search for the ground.
 /// @param ray of cell_ray() or below()
 [[nodiscard]] Descent descent_at(const walk::TracedRay& ray) noexcept;
+
+/// What a vertical ray means for an analysis that measures at one point of the cell.
+enum class CellStep : std::uint8_t {
+    kMeasure,  ///< at the top of the voxel that it has met
+    kDescend,  ///< further down: below()
+    kNothing,  ///< nowhere: the cell has no value
+};
+/// @param ray at its end
+[[nodiscard]] CellStep cell_step_at(const walk::TracedRay& ray,
+                                    core::AnalysisSurface surface) noexcept;
+
+/// A ray from the middle of the top of the voxel that a vertical ray has met.
+/// @param to of unit length, y > 0
+[[nodiscard]] walk::TracedRay upward(const walk::TracedRay& ray, core::Vec3 to) noexcept;
 
 /// The ray that goes on below the voxel that a vertical ray has met.
 [[nodiscard]] walk::TracedRay below(const walk::TracedRay& ray) noexcept;

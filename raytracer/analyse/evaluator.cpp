@@ -1,6 +1,7 @@
 #include "raytracer/analyse/evaluator.hpp"
 
 #include "raytracer/analyse/sky_evaluator.hpp"
+#include "raytracer/analyse/sun_evaluator.hpp"
 #include "raytracer/analyse/terrain_evaluator.hpp"
 
 namespace terravox::analyse {
@@ -10,6 +11,7 @@ std::unique_ptr<const shade::RayEvaluator> make_evaluator(const shade::View& vie
         case core::AnalysisKind::kNone: break;
         case core::AnalysisKind::kTerrain: return std::make_unique<TerrainEvaluator>(view);
         case core::AnalysisKind::kSky: return std::make_unique<SkyEvaluator>(view);
+        case core::AnalysisKind::kSun: return std::make_unique<SunEvaluator>(view);
     }
     return shade::make_shading(view);
 }

@@ -57,18 +57,11 @@ void SkyEvaluator::shade(const walk::TracedRay& ray, shade::SampleSum& sum,
 
 void SkyEvaluator::shade_cell(const walk::TracedRay& ray, shade::SampleSum& sum,
                               std::vector<walk::TracedRay>& next) const {
-    const bool hit = ray.end == walk::WalkEnd::kHit;
-    sum.bands = no_values(SkyBand::kHole, hit && ray.hit.hole);
-    if (!hit || ray.hit.hole)
-        return;
-    if (m_view.scene.analysis.surface == core::AnalysisSurface::kTop) {
-        send_to_sky(ray, sum, next);
-        return;
-    }
-    switch (descent_at(ray)) {
-        case Descent::kGround: send_to_sky(ray, sum, next); break;
-        case Descent::kCovered: break;
-        case Descent::kContinues: next.push_back(below(ray)); break;
+    sum.bands = no_values(SkyBand::kHole, is_hole(ray));
+    switch (cell_step_at(ray, m_view.scene.analysis.surface)) {
+        case CellStep::kMeasure: send_to_sky(ray, sum, next); break;
+        case CellStep::kDescend: next.push_back(below(ray)); break;
+        case CellStep::kNothing: break;
     }
 }
 
@@ -77,16 +70,9 @@ void SkyEvaluator::send_to_sky(const walk::TracedRay& ray, shade::SampleSum& sum
     at(sum.bands, SkyBand::kCosine) = 0;
     at(sum.bands, SkyBand::kSolid) = 0;
     at(sum.bands, SkyBand::kOpenness) = 0;
-    const core::VoxelCoord start{ray.hit.voxel.x, ray.hit.voxel.y + 1, ray.hit.voxel.z};
-    const core::Vec3 origin{ray.ray.origin.x, top_of(ray.hit), ray.ray.origin.z};
-    for (const SkyDirection& direction : m_directions.of(name_of_cell(origin))) {
-        walk::TracedRay out;
-        out.ray = {origin, direction.to};
-        out.state = core::RayState(out.ray);
-        out.state.start_in(start, ray.hit.level);
+    for (const SkyDirection& direction : m_directions.of(name_of_cell(ray.ray.origin))) {
+        walk::TracedRay out = upward(ray, direction.to);
         out.weight = direction.share;
-        out.sample = ray.sample;
-        out.kind = walk::RayKind::kSky;
         out.t_max = m_range;
         next.push_back(out);
     }

@@ -32,8 +32,16 @@ enum class SkyBand : std::uint8_t {
 };
 inline constexpr std::size_t kSkyBands = 4;
 
+enum class SunBand : std::uint8_t {
+    kHours,  ///< of direct sun
+    kFirst,  ///< clock time at which the first sunlit step begins, hours
+    kLast,   ///< clock time at which the last one ends
+    kHole,   ///< as TerrainBand::kHole
+};
+inline constexpr std::size_t kSunBands = 4;
+
 inline constexpr std::size_t kMaxBands = 8;
-static_assert(kTerrainBands <= kMaxBands && kSkyBands <= kMaxBands);
+static_assert(kTerrainBands <= kMaxBands && kSkyBands <= kMaxBands && kSunBands <= kMaxBands);
 
 /// @return 0: a picture, which has no bands
 [[nodiscard]] constexpr std::size_t band_count(AnalysisKind kind) noexcept {
@@ -41,6 +49,7 @@ static_assert(kTerrainBands <= kMaxBands && kSkyBands <= kMaxBands);
         case AnalysisKind::kNone: return 0;
         case AnalysisKind::kTerrain: return kTerrainBands;
         case AnalysisKind::kSky: return kSkyBands;
+        case AnalysisKind::kSun: return kSunBands;
     }
     return 0;
 }

@@ -122,11 +122,13 @@ enum class AnalysisKind : std::uint8_t {
     kNone,     ///< a picture
     kTerrain,  ///< heights, classes, materials, colours
     kSky,      ///< how much of the sky is seen
+    kSun,      ///< hours of direct sun on a day
 };
 inline constexpr Word<AnalysisKind> kAnalysisKinds[] = {
     {AnalysisKind::kNone, "none"},
     {AnalysisKind::kTerrain, "terrain"},
     {AnalysisKind::kSky, "sky"},
+    {AnalysisKind::kSun, "sun"},
 };
 constexpr std::span<const Word<AnalysisKind>> words_of(AnalysisKind) noexcept {
     return kAnalysisKinds;

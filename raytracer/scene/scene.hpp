@@ -121,9 +121,11 @@ struct Scene {
     /// Rasters of measured values, made by `terravox analyse`; pictures have none of it.
     struct Analysis {
         core::AnalysisKind kind = core::AnalysisKind::kNone;
-        core::AnalysisSurface surface = core::AnalysisSurface::kTop;  ///< of kind sky
+        core::AnalysisSurface surface = core::AnalysisSurface::kTop;  ///< of kinds sky, sun
         int directions = 256;  ///< of kind sky: rays from each cell
         double range_m = 0;    ///< of kind sky: how far they look; 0: to the end of the world
+        /// Of kind sun: the sun is where it is in the middle of each step of the day.
+        double step_min = 10;
         friend bool operator==(const Analysis&, const Analysis&) = default;
     } analysis;
     struct Processing {

@@ -75,14 +75,15 @@ void visit_fields(SceneType& s, Visit&& visit) {
             0, 0, texts_of<core::CoordinateSpace>()});
     visit("camera.inside_rock", s.camera.inside_rock,
           FieldRule{"allow a camera inside a solid voxel"});
-    visit("sun.date", s.sun.date, FieldRule{"YYYY-MM-DD"});
+    visit("sun.date", s.sun.date, FieldRule{"YYYY-MM-DD", 0, 0, {}, "--date"});
     visit("sun.time_h", s.sun.time_h, FieldRule{"clock time, hours", 0, 24});
     visit("sun.utc_offset_h", s.sun.utc_offset_h,
           FieldRule{"clock time minus UTC, hours; default: sun.zone, else the zone of the place's "
                     "longitude",
                     -14, 14});
     visit("sun.zone", s.sun.zone,
-          FieldRule{"IANA time zone with its summer time, such as Europe/Ljubljana"});
+          FieldRule{
+              "IANA time zone with its summer time, such as Europe/Ljubljana", 0, 0, {}, "--zone"});
     visit("sun.altitude_deg", s.sun.altitude_deg,
           FieldRule{"with azimuth_deg instead of date and time, degrees", -90, 90});
     visit("sun.azimuth_deg", s.sun.azimuth_deg,
@@ -217,9 +218,10 @@ void visit_fields(SceneType& s, Visit&& visit) {
           FieldRule{"of a raster: what terravox analyse measures; pictures have none", 0, 0,
                     texts_of<core::AnalysisKind>()});
     visit("analysis.surface", s.analysis.surface,
-          FieldRule{"where in a cell the sky is measured: on the highest voxel, or on the ground "
-                    "below crowns and decks",
-                    0, 0, texts_of<core::AnalysisSurface>(), "--surface"});
+          FieldRule{
+              "where in a cell sky and sun are measured: on the highest voxel, or on the ground "
+              "below crowns and decks",
+              0, 0, texts_of<core::AnalysisSurface>(), "--surface"});
     visit("analysis.directions", s.analysis.directions,
           FieldRule{"rays from a cell towards the sky", 16, 4096, {}, "--directions"});
     visit("analysis.range_m", s.analysis.range_m,
@@ -228,6 +230,8 @@ void visit_fields(SceneType& s, Visit&& visit) {
                     1e6,
                     {},
                     "--range-m"});
+    visit("analysis.step_min", s.analysis.step_min,
+          FieldRule{"steps of the sun's way, minutes", 1, 60, {}, "--step-min"});
     visit("processing.threads", s.processing.threads,
           FieldRule{"threads of this machine; default: one for each core; 0 = none: workers render",
                     0,

@@ -8,10 +8,11 @@ import signal
 import subprocess
 import unittest
 
-from support import HANGS_S, Case, Run, binary, entries, square, temporary_folder
+from support import HANGS_S, Case, Run, binary, entries, hold_port, square, temporary_folder
 
 TERRAIN = ["dsm", "dtm", "ndsm", "slope", "aspect", "hillshade", "class", "material"]
 TERRAIN += ["red", "green", "blue", "dtm_source", "hole"]
+SUN = ["sun_hours", "first_sun", "last_sun", "hole"]
 SKY = ["svf", "sky_view_solid", "openness", "hole"]
 NO_DATA = -9999
 
@@ -73,7 +74,7 @@ class Rasters(Case):
 
     def test_are_cloud_optimized_and_name_their_bands_units_and_place(self):
         west, south, east, north = area()
-        for kind, names in (("terrain", TERRAIN), ("sky", SKY)):
+        for kind, names in (("terrain", TERRAIN), ("sky", SKY), ("sun", SUN)):
             with self.subTest(kind):
                 info = self.info(raster(kind))
                 self.assertEqual(info["metadata"]["IMAGE_STRUCTURE"]["LAYOUT"], "COG")
@@ -83,7 +84,7 @@ class Rasters(Case):
                 self.assertEqual(info["size"], [east - west, north - south])
                 self.assertIn("3794", info["coordinateSystem"]["wkt"])
                 units = {band["description"]: band.get("unit", "") for band in info["bands"]}
-                for name, unit in (("dsm", "m"), ("slope", "degree"), ("openness", "degree")):
+                for name, unit in (("dsm", "m"), ("openness", "degree"), ("sun_hours", "h")):
                     if name in units:
                         self.assertEqual(units[name], unit)
                 self.assertEqual(info["metadata"][""]["terravox_holes"], "0")
@@ -121,8 +122,21 @@ class Rasters(Case):
         openness = [v for row in self.values(file, 3) for v in row]
         self.assertTrue(all(v == NO_DATA or 0 <= v <= 90.001 for v in openness))
 
+    def test_hours_of_sun_lie_between_first_and_last_sun(self):
+        file = raster("sun", "--date", "2026-06-21", "--zone", "Europe/Ljubljana")
+        hours, first, last = ([v for row in self.values(file, i) for v in row] for i in (1, 2, 3))
+        self.assertGreater(max(hours), 14)
+        self.assertLess(min(v for v in hours if v != NO_DATA), 10)
+        for of_day, begins, ends in zip(hours, first, last):
+            if of_day <= 0:
+                self.assertEqual((begins, ends), (NO_DATA, NO_DATA))
+                continue
+            # Summer time: the sun is due south at about 13:03.
+            self.assertTrue(5 <= begins < ends <= 21.2, (begins, ends))
+            self.assertLessEqual(of_day, ends - begins + 0.01)
+
     def test_files_are_the_same_for_any_threads_tiles_and_memory(self):
-        for kind in ("terrain", "sky"):
+        for kind in ("terrain", "sky", "sun"):
             with self.subTest(kind):
                 wanted = raster(kind).read_bytes()
                 for flags in (
@@ -140,6 +154,51 @@ class Rasters(Case):
         self.assertEqual(run.code, 0, run)
         whole = self.values(raster("sky"), 1)
         self.assertEqual(self.values(part, 1), [row[20:-50] for row in whole[10:-30]])
+
+    def test_a_worker_measures_the_same(self):
+        folder = temporary_folder()
+        token = folder / "token"
+        token.write_text("a token of many characters, for this test alone\n", encoding="utf-8")
+        token.chmod(0o600)
+        port = hold_port()
+        address = f"127.0.0.1:{port}"
+        log = (folder / "worker.log").open("w", encoding="utf-8")
+        worker = subprocess.Popen(
+            [binary("RAYTRACER"), "worker", "--listen", address, "--token-file", token],
+            stdout=log,
+            stderr=log,
+        )
+        try:
+            for kind in ("terrain", "sky", "sun"):
+                with self.subTest(kind):
+                    wanted = raster(kind).read_bytes()
+                    flags = ["--threads", "0", "--worker", address, "--token-file", str(token)]
+                    self.assertEqual(raster(kind, *flags).read_bytes(), wanted)
+        finally:
+            worker.terminate()
+            worker.wait(HANGS_S)
+            log.close()
+
+    def test_what_cannot_be_read_is_a_hole_and_no_value(self):
+        folder = temporary_folder()
+        broken = bytearray(square().read_bytes())
+        middle = len(broken) // 2
+        broken[middle : middle + 400] = bytes(400)
+        (folder / "broken.laz").write_bytes(broken)
+        for kind, names in (("terrain", TERRAIN), ("sky", SKY)):
+            with self.subTest(kind):
+                file = folder / f"{kind}.tif"
+                run = analyse(kind, folder / "broken.laz", *area_flag(), "--quiet", "-o", file)
+                self.assertEqual(run.code, 3, run)
+                self.assertIn("holes", run.err)
+                holes = self.values(file, len(names))
+                first = self.values(file, 1)
+                counted = 0
+                for holes_of_row, values_of_row in zip(holes, first):
+                    for hole, value in zip(holes_of_row, values_of_row):
+                        self.assertEqual(hole == 1, value == NO_DATA)
+                        counted += hole == 1
+                self.assertGreater(counted, 1000)
 
     def test_coarser_cells_lie_on_the_same_grid(self):
         info = self.info(raster("terrain", "--resolution", "4"))
@@ -206,6 +265,12 @@ class Refusals(Case):
                 ["sky", square(), *area_flag(), "-o", "a.tif", "--tile", "20"],
                 "multiples of 16",
             ),
+            "a day that is none": (["sun", square(), "-o", "a.tif", "--date", "2026-02-30"], "day"),
+            "a zone that is none": (
+                ["sun", square(), "-o", "a.tif", "--zone", "Europe/Atlantis"],
+                "Atlantis",
+            ),
+            "a sun of no place": (["sun", "generated:3", "-o", "a.tif"], "no place on Earth"),
             "a surface that is none": (
                 ["sky", square(), "-o", "a.tif", "--surface", "cellar"],
                 "ground",

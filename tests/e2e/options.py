@@ -12,6 +12,7 @@ RAYTRACER = (
     "convert",
     "analyse terrain",
     "analyse sky",
+    "analyse sun",
     "publish",
     "view",
     "worker",

@@ -13,6 +13,9 @@ constexpr int measured_at(core::TerrainBand band) noexcept {
 constexpr int measured_at(core::SkyBand band) noexcept {
     return static_cast<int>(band);
 }
+constexpr int measured_at(core::SunBand band) noexcept {
+    return static_cast<int>(band);
+}
 
 constexpr RasterBand kTerrainTable[] = {
     {"dsm", "m", measured_at(core::TerrainBand::kSurface)},
@@ -35,6 +38,12 @@ constexpr RasterBand kSkyTable[] = {
     {"openness", "degree", measured_at(core::SkyBand::kOpenness)},
     {"hole", "", measured_at(core::SkyBand::kHole)},
 };
+constexpr RasterBand kSunTable[] = {
+    {"sun_hours", "h", measured_at(core::SunBand::kHours)},
+    {"first_sun", "h", measured_at(core::SunBand::kFirst)},
+    {"last_sun", "h", measured_at(core::SunBand::kLast)},
+    {"hole", "", measured_at(core::SunBand::kHole)},
+};
 
 }  // namespace
 
@@ -43,6 +52,7 @@ std::span<const RasterBand> bands_of(core::AnalysisKind kind) noexcept {
         case core::AnalysisKind::kNone: return {};
         case core::AnalysisKind::kTerrain: return kTerrainTable;
         case core::AnalysisKind::kSky: return kSkyTable;
+        case core::AnalysisKind::kSun: return kSunTable;
     }
     return {};
 }

@@ -99,6 +99,9 @@ util::ExitCode run_analyse(const AnalyseArguments& args, core::AnalysisKind kind
 
     const auto loaded = std::make_shared<render::LoadedWorld>(args.world.options(scene), scene);
     const voxel::WorldInfo& world = loaded->world->info();
+    if (kind == core::AnalysisKind::kSun && !world.centre)
+        throw util::UsageError("analyse sun: '" + world.title +
+                               "' has no place on Earth; allowed: worlds with a CRS");
     const analyse::CellGrid grid =
         analyse::grid_over(world, exports::part_of(world, selection).bounds, args.resolution_m);
     analyse::look_at_cells(grid, world, scene);
@@ -145,7 +148,11 @@ CLI::App* add_kind(CLI::App& group, AnalyseArguments& args, core::AnalysisKind k
     command->add_flag("-q,--quiet", args.quiet, "print errors only");
     std::vector<std::string> sections = {"world", "generated", "processing", "quality.tile"};
     if (kind == core::AnalysisKind::kSky)
-        sections.emplace_back("analysis");
+        sections.insert(sections.end(),
+                        {"analysis.surface", "analysis.directions", "analysis.range_m"});
+    if (kind == core::AnalysisKind::kSun)
+        sections.insert(sections.end(), {"analysis.surface", "analysis.step_min", "sun.date",
+                                         "sun.zone", "sun.utc_offset_h"});
     add_opening_arguments(*command, args.world, sections);
     add_render_pool_arguments(*command, args.render_pool);
     return command;
@@ -180,6 +187,7 @@ std::function<util::ExitCode()> add_analyse_command(CLI::App& app) {
     group->require_subcommand(1);
     auto terrain = std::make_shared<AnalyseArguments>();
     auto sky = std::make_shared<AnalyseArguments>();
+    auto sun = std::make_shared<AnalyseArguments>();
     CLI::App* terrain_command = add_kind(
         *group, *terrain, core::AnalysisKind::kTerrain,
         "Heights of surface and ground, slope, aspect, hillshade, class, material, colour");
@@ -187,9 +195,15 @@ std::function<util::ExitCode()> add_analyse_command(CLI::App& app) {
     const CLI::App* sky_command =
         add_kind(*group, *sky, core::AnalysisKind::kSky,
                  "How much of the sky is seen: sky-view factor, openness");
-    return [terrain, sky, sky_command] {
-        return sky_command->parsed() ? run_analyse(*sky, core::AnalysisKind::kSky)
-                                     : run_analyse(*terrain, core::AnalysisKind::kTerrain);
+    const CLI::App* sun_command =
+        add_kind(*group, *sun, core::AnalysisKind::kSun,
+                 "Hours of direct sun on a day, and when they begin and end");
+    return [terrain, sky, sun, sky_command, sun_command] {
+        if (sky_command->parsed())
+            return run_analyse(*sky, core::AnalysisKind::kSky);
+        if (sun_command->parsed())
+            return run_analyse(*sun, core::AnalysisKind::kSun);
+        return run_analyse(*terrain, core::AnalysisKind::kTerrain);
     };
 }
 
