@@ -17,7 +17,7 @@ import threading
 import time
 import unittest
 
-from support import Program, Server, binary, temporary_folder
+from support import Program, Server, binary, has_sanitizers, temporary_folder
 from writers import WRITERS, Ended, Writers
 
 LONG = "--long" in sys.argv
@@ -68,6 +68,7 @@ class Faults(Writers):
                     self.assert_told(run, name)
                     self.assert_nothing_half_written(name, run, out)
 
+    @unittest.skipIf(has_sanitizers(), "the address sanitizer reserves terabytes of addresses")
     def test_too_little_memory_is_reported(self):
         mib = 1 << 20
         least = {}
