@@ -46,7 +46,8 @@ private:
                      std::string*, std::optional<std::array<double, 3>>*, std::array<int, 2>*,
                      scene::TileSize*, core::CameraProjection*, core::CoordinateSpace*,
                      core::SkyModel*, core::ToneCurve*, core::PictureLayers*, core::TiffSamples*,
-                     core::Integrator*, core::TileOrder*, core::VoxelColour*>;
+                     core::Integrator*, core::TileOrder*, core::VoxelColour*, core::AnalysisKind*,
+                     core::AnalysisSurface*>;
     struct Field {
         Value value;
         Value usual;
