@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "raytracer/processors/processor_pool.hpp"
+#include "raytracer/scene/picture_check.hpp"
 #include "raytracer/tiles/tile_plan.hpp"
 
 namespace terravox::preview {
@@ -25,6 +26,7 @@ void Progressive::stop() noexcept {
 void Progressive::start(const scene::Scene& scene, int first_step) {
     stop();
     m_progress.whole = false;
+    scene::check_is_picture(scene);
     m_view = std::make_shared<const shade::View>(m_views.make(scene, m_blocks));
     const auto [width, height] = scene.output.size_px;
     if (!m_film || m_film->width_px() != width || m_film->height_px() != height ||

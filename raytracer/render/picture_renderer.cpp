@@ -11,6 +11,7 @@
 #include "raytracer/output/image_writer.hpp"
 #include "raytracer/output/tile_stream.hpp"
 #include "raytracer/processors/thread_processor.hpp"
+#include "raytracer/scene/picture_check.hpp"
 
 namespace terravox::render {
 namespace {
@@ -103,10 +104,7 @@ PictureRenderer::~PictureRenderer() = default;
 
 void PictureRenderer::check(const scene::Scene& asked, const std::vector<std::string>& files) {
     const scene::Scene scene = drop_unneeded_layers(asked, files);
-    if (scene.analysis.kind != core::AnalysisKind::kNone)
-        throw util::UsageError(
-            "render: analysis.kind = " + std::string(core::word_of(scene.analysis.kind)) +
-            "; allowed for pictures: none; terravox analyse makes rasters");
+    scene::check_is_picture(scene);
     for (const std::string& file : files)
         output::check_image_target(file);
     if (scene.output.denoise)

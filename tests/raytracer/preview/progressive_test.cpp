@@ -138,6 +138,9 @@ TEST_CASE("a scene that cannot be leaves no picture under way, and the next one 
     bad.quality.level = 20;
     bad.output.size_px = {3000, 2000};
     CHECK_THROWS_AS(picture.start(bad, 8), util::UsageError);
+    scene::Scene raster = scene;
+    raster.analysis.kind = core::AnalysisKind::kSky;
+    CHECK_THROWS_AS(picture.start(raster, 8), util::UsageError);
     CHECK_FALSE(picture.busy());
     CHECK_FALSE(picture.whole());  // the film is of the scene before
     CHECK(picture.film()->width_px() == scene.output.size_px[0]);
