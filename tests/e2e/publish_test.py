@@ -2,6 +2,7 @@
 """Sites of `terravox publish`: what lies in them, and what a browser shows of them."""
 
 import json
+import math
 import os
 import re
 import shutil
@@ -91,6 +92,27 @@ class Publish(Case):
         refused = publish(site / "place.tvx", site, "--split-mib", "1")
         self.assertRefused(refused, 2, "would be cut into parts")
         self.assertTrue((site / "place.tvx").exists())
+
+    def test_a_part_is_published_where_one_is_chosen(self):
+        site = temporary_folder() / "site"
+        noise = ("generated:7", site, "--no-preview", "--sun-date", "2026-06-21")
+        run = publish(*noise, "--area", "-64,0,128,64")
+        self.assertDone(run)
+        self.assertNotIn("--area chooses", run.err)
+        info = Run([binary("RAYTRACER"), "world", "info", site / "place.tvx", "--json"])
+        self.assertDone(info)
+        bounds = json.loads(info.out)["bounds"]
+        self.assertEqual((bounds["min"][0], bounds["max"][0]), (-64, 128))
+        self.assertEqual((bounds["min"][2], bounds["max"][2]), (0, 64))
+        # The view of the whole place looks at the middle of the part.
+        whole = self.place(site)["views"][1]
+        (x, _, z), (tx, _, tz) = whole["position"], whole["target"]
+        beside = ((32 - x) * (tz - z) - (32 - z) * (tx - x)) / math.hypot(tx - x, tz - z)
+        self.assertLess(abs(beside), 40)
+        self.assertLess(math.hypot(32 - x, 32 - z), 1000)
+        self.assertRefused(publish(*noise, "--area", "1,2,3"), 2, "--area 1,2,3")
+        archive = publish(site / "place.tvx", site.parent / "other", "--area", "0,0,64,64")
+        self.assertRefused(archive, 2, "published whole")
 
     def test_a_damaged_archive_is_published_with_a_word_of_its_holes(self):
         folder = temporary_folder()

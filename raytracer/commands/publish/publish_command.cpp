@@ -19,6 +19,7 @@
 #include "common/util/log.hpp"
 #include "common/voxel/log_damage.hpp"
 #include "raytracer/commands/convert/job_name.hpp"
+#include "raytracer/commands/number_list.hpp"
 #include "raytracer/commands/world_arguments.hpp"
 #include "raytracer/material/material_file.hpp"
 #include "raytracer/publish/appearance_file.hpp"
@@ -45,6 +46,7 @@ struct PublishArguments {
     std::string title;
     std::string attribution;
     std::string licence;
+    std::string area;
     std::uint64_t split_mib = 0;
     int memory_mib = 1024;
     bool no_preview = false;
@@ -88,17 +90,41 @@ void copy_archive(const fs::path& from, const fs::path& to) {
     file.commit();
 }
 
-void write_archive(const PublishArguments& args, const scene::Scene& scene, const fs::path& archive,
-                   voxel::World& world, Published& out) {
+/// The part of a world that a site shows; an archive is shown as it is.
+/// @throws UsageError
+std::optional<exports::Part> part_to_publish(const PublishArguments& args,
+                                             const voxel::WorldInfo& world) {
+    const std::vector<double> area =
+        numbers_of("publish", "--area", args.area, 4,
+                   "west,south,east,north, or x0,z0,x1,z1 in a world without a CRS");
     if (is_archive(args)) {
+        if (!area.empty())
+            throw util::UsageError("publish: --area " + args.area +
+                                   " of an archive, which is published whole; terravox convert "
+                                   "--area makes a smaller one");
+        return std::nullopt;
+    }
+    const exports::Part part = exports::part_of(world, exports::Selection{0, area, {}});
+    if (area.empty() && !(part.bounds == world.bounds)) {
+        const auto& [min, max] = part.bounds;
+        util::log_info(
+            "publishes x {} to {}, z {} to {}, voxels, of a world that has more; --area chooses",
+            min[0], max[0], min[2], max[2]);
+    }
+    return part;
+}
+
+void write_archive(const PublishArguments& args, const scene::Scene& scene, const fs::path& archive,
+                   voxel::World& world, const exports::Part* chosen, Published& out) {
+    if (chosen == nullptr) {
         copy_archive(args.world.inputs.front(), archive);
         return;
     }
+    const exports::Part& part = *chosen;
     const exports::Format& format = exports::format_of("archive", archive);
     exports::WriteOptions write;
     write.overwrite = true;
     format.check_target(archive, write);
-    const exports::Part part = exports::part_of(world.info(), exports::Selection{});
     const voxel::Palette palette = voxel::load_palette(material::find_materials(""));
     exports::Meter meter("publish", format.steps(part, world.info()), args.quiet);
     exports::Job job(world, part, archive, palette, meter);
@@ -212,9 +238,12 @@ util::ExitCode publish_to(const fs::path& folder, const PublishArguments& args) 
         throw util::Error("publish the world '" + published.world.title + "': it is empty");
     const auto materials =
         material::read_materials(material::find_materials(scene.quality.materials));
+    const std::optional<exports::Part> part = part_to_publish(args, published.world);
+    if (part)
+        published.world.framed = part->bounds;
     publish::SiteFacts facts = facts_of(args, scene, published.world);
 
-    write_archive(args, scene, archive, *world, published);
+    write_archive(args, scene, archive, *world, part ? &*part : nullptr, published);
     if (facts.has_preview)
         published.holes += write_preview(args, scene, folder);
     published.damage = world->damage();
@@ -351,6 +380,10 @@ std::function<util::ExitCode()> add_publish_options(CLI::App& app) {
     app.add_option("--attribution", args->attribution,
                    "who the data come from; default: that of the world");
     app.add_option("--licence", args->licence, "of the data; default: that of the world");
+    app.add_option(
+        "--area", args->area,
+        "west,south,east,north in the world's CRS; x0,z0,x1,z1 in voxels where it has none; "
+        "default: all, or what a picture of an endless world shows");
     app.add_option("--split-mib", args->split_mib,
                    "largest file that the host takes, MiB: larger archives are cut into parts; 0: "
                    "no limit")
