@@ -22,8 +22,8 @@ export type WatchedViewer = {
 export function watchServer(server: string, say: Say, viewer: WatchedViewer): void {
   const api = new Api(server, (url, init) => fetch(url, init), tokenStore);
   const line = element('p', { id: 'server', role: 'status' });
-  const panel = byId('status', HTMLParagraphElement);
-  panel.after(line, element('p', {}, mapLink(api, say, viewer)));
+  byId('status', HTMLParagraphElement).after(line);
+  byId('panel', HTMLDivElement).prepend(element('p', {}, mapLink(api, say, viewer)));
   const watch = async (): Promise<void> => {
     const { waiting, frames } = viewer.stats();
     try {
