@@ -80,7 +80,9 @@ test('a voxel server shows its world as a site of it does', { skip: noBrowser },
     await whole(site);
     compare(await hitsOf(server), await hitsOf(site));
 
-    // To the map at this place, where the tab's token is known, and back by the place's link.
+    // To the map at this place, where the tab's token is known, and back by the place's link. In so
+    // small a window the panel begins folded.
+    await server.locator('#fold').click();
     await server.locator('#map-link').click();
     await untilText(server, '#status', /^The server is up\.$/);
     assert.match(server.url(), /#e=46\d{4}.*&n=10\d{4}/);
