@@ -206,7 +206,7 @@ async function openTools(browser: Awaited<ReturnType<typeof openBrowser>>): Prom
 
 const share = (of: readonly boolean[]): number => of.filter(Boolean).length / of.length;
 
-/** Pixels whose neighbours show something of the same kind, so that samples beside their middle do, too. */
+/** Pixels whose neighbours show the same kind, so that samples away from their middle do, too. */
 function inner(hits: readonly (Seen | undefined)[], kindOf: (hit: Seen) => number): number[] {
   const kind = hits.map((hit) => (hit === undefined ? -1 : kindOf(hit)));
   const out: number[] = [];

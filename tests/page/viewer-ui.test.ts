@@ -1,6 +1,5 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { sunPosition } from '../../voxelserver/page/src/viewer/draw/sun-position.js';
 import type { Vec3 } from '../../voxelserver/page/src/viewer/draw/camera.js';
 import type { Pick } from '../../voxelserver/page/src/viewer/stage.js';
 import { padMotion, type Pad } from '../../voxelserver/page/src/viewer/ui/gamepad.js';
@@ -41,7 +40,6 @@ import {
   type SectionPlane,
 } from '../../voxelserver/page/src/viewer/ui/section-plane.js';
 import { sightOf, sightRay } from '../../voxelserver/page/src/viewer/ui/sight-line.js';
-import { isUp, sunDay, towards } from '../../voxelserver/page/src/viewer/ui/sun-day.js';
 import {
   className,
   kLanguages,
@@ -52,12 +50,9 @@ import {
   type Say,
   type TextKey,
 } from '../../voxelserver/page/src/viewer/ui/texts.js';
+import { isNear } from './support/near.js';
 
 const english: Say = (key: TextKey, ...values: readonly string[]) => text('en', key, ...values);
-
-function isNear(value: number, wanted: number, within = 1e-6): void {
-  assert.ok(Math.abs(value - wanted) <= within, `${value} instead of ${wanted}`);
-}
 
 // A generator of the test's own, so that a failure repeats.
 function randoms(seed: number): () => number {
@@ -577,53 +572,4 @@ test('a target is seen unless something lies before its own voxel', () => {
   assert.deepEqual(blocked.obstacle, [0, 0, -60]);
   assert.equal(blocked.obstacleDistance, 60);
   assert.equal(sightRay([1, 2, 3], [1, 2, 3]), undefined);
-});
-
-// --- Sun path
-
-test('the sun rises and sets when almanacs say so', () => {
-  // Ljubljana, midsummer 2026: rise 3:11 to 3:12, set 18:57 to 18:58 UTC (flat horizon).
-  const day = sunDay(Date.UTC(2026, 5, 21, 15, 30), 46.05, 14.51);
-  const minutes = (ms: number): number => (ms - Date.UTC(2026, 5, 21)) / 60_000;
-  isNear(minutes(day.rise!.timeMs), 3 * 60 + 11.5, 1.5);
-  isNear(minutes(day.set!.timeMs), 18 * 60 + 57, 1.5);
-  isNear(minutes(day.noon.timeMs), 11 * 60 + 4, 1.5);
-  isNear(day.noon.azimuthDeg, 180, 0.5);
-  isNear(day.noon.altitudeDeg, 90 - 46.05 + 23.44, 0.05);
-  const times = day.path.map((at) => at.timeMs);
-  assert.ok(times.includes(day.rise!.timeMs) && times.includes(day.set!.timeMs));
-  assert.deepEqual(
-    times,
-    [...times].sort((a, b) => a - b),
-  );
-  assert.ok(isUp(day.rise!) && isUp(day.set!) && !isUp(day.path[0]!));
-  assert.ok(day.path.every((at) => at.altitudeDeg <= day.noon.altitudeDeg + 1e-3));
-  assert.equal(day.hours.length, 24);
-  assert.ok(day.hours.every((at) => at.timeMs % 3_600_000 === 0));
-});
-
-test('a day is that of the place, wherever it lies', () => {
-  for (const lonDeg of [-180, -120, 0, 75, 179]) {
-    const timeMs = Date.UTC(2026, 2, 20, 5);
-    const { path, rise, noon, set } = sunDay(timeMs, -33, lonDeg);
-    assert.ok(path[0]!.timeMs <= timeMs && timeMs <= path.at(-1)!.timeMs, `${lonDeg}`);
-    assert.ok(rise!.timeMs < noon.timeMs && noon.timeMs < set!.timeMs, `${lonDeg}`);
-    isNear(sunPosition(rise!.timeMs, -33, lonDeg).altitudeDeg, -16 / 60, 1e-2);
-  }
-});
-
-test('where the sun does not rise or set, there is no such time', () => {
-  const summer = sunDay(Date.UTC(2026, 5, 21, 12), 78, 15);
-  assert.deepEqual([summer.rise, summer.set], [undefined, undefined]);
-  assert.ok(summer.noon.altitudeDeg > 0);
-  const winter = sunDay(Date.UTC(2026, 11, 21, 12), 78, 15);
-  assert.deepEqual([winter.rise, winter.set], [undefined, undefined]);
-  assert.ok(winter.noon.altitudeDeg < 0);
-});
-
-test('directions to the sun are those of the light', () => {
-  const near = (v: Vec3, wanted: Vec3): void => v.forEach((c, a) => isNear(c, wanted[a]!, 1e-9));
-  near(towards({ altitudeDeg: 0, azimuthDeg: 0 }), [0, 0, -1]);
-  near(towards({ altitudeDeg: 0, azimuthDeg: 90 }), [1, 0, 0]);
-  near(towards({ altitudeDeg: 90, azimuthDeg: 0 }), [0, 1, 0]);
 });

@@ -12,10 +12,9 @@ import type {
   ToWorker,
 } from './data/protocol.js';
 import type { Appearance } from './draw/appearance.js';
-import { pixelRad, type Camera, type Vec3 } from './draw/camera.js';
+import { pixelRad, type Camera } from './draw/camera.js';
 import { DrawClock } from './draw/clock.js';
 import { makeColumnTable } from './draw/column-table.js';
-import { kUnknownClass } from './draw/layers.js';
 import { LevelCut } from './draw/level-cut.js';
 import { Pace } from './draw/pace.js';
 import { checkLook } from './draw/look.js';
@@ -31,7 +30,9 @@ import { adaptationEv, skyLight } from './draw/sky-light.js';
 import { sunPosition, type SunPosition } from './draw/sun-position.js';
 import { TexturePools, type BoxData, type ColumnData } from './draw/texture-pools.js';
 import { ViewCut } from './view-cut.js';
+import { cameraAtPixel, pickOf, type Pick } from './pick.js';
 
+export type { Pick } from './pick.js';
 export type { CastRay } from './draw/renderer.js';
 
 export type StageEvents = {
@@ -69,25 +70,6 @@ export type FirstPicture = {
   /** Of boxes; the page's own files come on top. */
   readonly requests: number;
   readonly bytes: number;
-};
-
-/** What a pixel of the picture shows, or what a ray has met. */
-export type Pick = {
-  /** Of its level. */
-  readonly voxel: Vec3;
-  readonly level: number;
-  /** -1: the cut face of a section, or the ray starts inside of a voxel. */
-  readonly face: number;
-  /** Level-0 voxels from the eye, or from the origin of the ray. */
-  readonly distance: number;
-  readonly point: Vec3;
-  readonly material: number;
-  readonly colour: readonly [number, number, number] | undefined;
-  readonly isInSun: boolean;
-  /** The survey's class; undefined: not known. */
-  readonly lidarClass: number | undefined;
-  /** From the observer; undefined without one. */
-  readonly isVisible: boolean | undefined;
 };
 
 // Pixels that a voxel may cover: coarse first, so that the whole picture stands early.
@@ -544,61 +526,12 @@ export class Stage {
   }
 }
 
-function pickOf(
-  hits: FirstHits,
-  i: number,
-  origin: Vec3,
-  direction: Vec3,
-  look: Look,
-): Pick | undefined {
-  const bits = hits.voxels[4 * i + 3]!;
-  const has = (bit: number): boolean => ((bits >> bit) & 1) === 1;
-  if (!has(13)) return undefined;
-  const distance = new Float32Array(hits.details.buffer)[4 * i]!;
-  const attribute = hits.details[4 * i + 1]! >>> 0;
-  const lidarClass = hits.details[4 * i + 2]!;
-  return {
-    voxel: [hits.voxels[4 * i]!, hits.voxels[4 * i + 1]!, hits.voxels[4 * i + 2]!],
-    level: (bits >> 4) & 31,
-    face: (bits & 7) === 7 ? -1 : bits & 7,
-    distance,
-    point: [0, 1, 2].map((a) => origin[a]! + direction[a]! * distance) as unknown as Vec3,
-    material: (attribute >> 24) & 127,
-    colour:
-      attribute >>> 31 === 1
-        ? [attribute & 255, (attribute >> 8) & 255, (attribute >> 16) & 255]
-        : undefined,
-    isInSun: has(14),
-    lidarClass: lidarClass === kUnknownClass ? undefined : lidarClass,
-    isVisible: look.observer === undefined ? undefined : has(15),
-  };
-}
-
 function frac(n: number, by: number): number {
   return (n * by + 0.5) % 1;
 }
 
 function nameOf(key: ColumnKey): string {
   return `${key.level}/${key.bx}/${key.bz}`;
-}
-
-// A camera whose picture of one pixel is this pixel.
-function cameraAtPixel(
-  camera: Camera,
-  width: number,
-  height: number,
-  x: number,
-  y: number,
-): Camera {
-  const across = (2 * (x + 0.5) - width) / height;
-  const upward = (height - 2 * (y + 0.5)) / height;
-  const d = [0, 1, 2].map(
-    (a) => camera.forward[a]! + camera.right[a]! * across + camera.up[a]! * upward,
-  );
-  const length = Math.hypot(...d);
-  const forward = d.map((v) => v / length) as unknown as Vec3;
-  const shrink = (v: Vec3): Vec3 => v.map((c) => c / height) as unknown as Vec3;
-  return { position: camera.position, forward, right: shrink(camera.right), up: shrink(camera.up) };
 }
 
 function isSameShown(a: Plan | undefined, b: Plan): boolean {

@@ -88,7 +88,7 @@ export class Archive {
   /**
    * Loads what knownColumn() needs for a column.
    * @param others columns whose leaves are loaded as well where they lie close to its own in the
-   * file, or are kept; failures of theirs are left to those who want them
+   * file, or are kept; where one cannot be read, column() of that column throws
    * @throws as column()
    */
   async prepare(

@@ -99,7 +99,7 @@ vec3 layerAlong(Task task, out FirstHit first) {
 
 // What an observer does not see lies under a veil of one colour, which is nowhere in nature, even
 // where it is dark: neither the shade of the sun nor a wood looks like it. In a layer it is grey,
-// which is how a map says that nothing is told.
+// as maps draw what is unknown.
 vec3 unseen(vec3 light) {
   const vec3 kLuminance = vec3(0.2126, 0.7152, 0.0722);
   float grey = dot(light, kLuminance);

@@ -12,7 +12,7 @@ export type Bounds = {
 export type CutView = {
   /** Level-0 voxels. */
   readonly eye: readonly [number, number, number];
-  /** Another eye that needs as much detail around it: of who looks at what the picture shows. */
+  /** A second eye, around which as much detail is needed: the observer of a line of sight. */
   readonly observer?: readonly [number, number, number] | undefined;
   /** Angle covered by the pixel in the middle of the picture. */
   readonly pixelRad: number;

@@ -1,6 +1,6 @@
 /**
- * Mouse, keys, wheel, touch on the canvas and gamepads, as movements of a viewpoint. Keys are read by their
- * place on the keyboard, so that WASD lies under the left hand everywhere.
+ * Mouse, keys, wheel, touch on the canvas and gamepads, as movements of a viewpoint. Keys are read
+ * by their place on the keyboard, so that WASD lies under the left hand everywhere.
  */
 import type { Vec3 } from '../draw/camera.js';
 import { padMotion, type PadMotion } from './gamepad.js';
