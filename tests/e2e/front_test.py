@@ -12,6 +12,7 @@ import time
 import unittest
 import urllib.request
 
+from certificate import self_signed
 from crowd import Crowd, half_header, nothing, slow_body, slow_header
 from support import HANGS_S, ROOT, Case, Server, hold_port, survey, temporary_folder, wait_until
 from wire import connect, get, talk
@@ -135,31 +136,11 @@ class FrontTest(Case):
         self.assertNotIn("[warn]", done.stderr)
 
     def test_tls_as_the_example_has_it(self):
-        openssl = shutil.which("openssl")
-        if openssl is None:
-            self.skipTest("openssl is not installed")
         front = Front(self.server.port)
         port = hold_port()
-        subprocess.run(
-            [
-                openssl,
-                "req",
-                "-x509",
-                "-newkey",
-                "rsa:2048",
-                "-nodes",
-                "-days",
-                "1",
-                "-subj",
-                "/CN=localhost",
-                "-keyout",
-                front.folder / "key.pem",
-                "-out",
-                front.folder / "certificate.pem",
-            ],
-            check=True,
-            capture_output=True,
-        )
+        folder = self_signed()
+        for name in ("key.pem", "certificate.pem"):
+            shutil.copy(folder / name, front.folder)
         text = (ROOT / "config" / "nginx" / "terravox-tls.conf.example").read_text()
         text = text.replace("8443", f"127.0.0.1:{port}").replace("/etc/terravox", str(front.folder))
         (front.folder / "terravox-tls.conf").write_text(text)

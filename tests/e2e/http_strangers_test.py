@@ -7,10 +7,10 @@ import json
 import select
 import shutil
 import ssl
-import subprocess
 import time
 import unittest
 
+from certificate import self_signed
 from support import ROOT, Case, Run, Server, binary, square, survey, temporary_folder
 from wire import connect, get, talk
 
@@ -230,35 +230,9 @@ class HalfOpen(Case):
         self.assertEqual(code, 0, server.err)
 
     def test_with_tls(self):
-        openssl = shutil.which("openssl")
-        if openssl is None:
-            self.skipTest("openssl is not installed")
-        folder = temporary_folder()
-        key, certificate, both = (folder / f"{name}.pem" for name in ("key", "certificate", "both"))
-        subprocess.run(
-            [
-                openssl,
-                "req",
-                "-x509",
-                "-newkey",
-                "rsa:2048",
-                "-nodes",
-                "-days",
-                "1",
-                "-subj",
-                "/CN=localhost",
-                "-addext",
-                "subjectAltName=IP:127.0.0.1",
-                "-keyout",
-                key,
-                "-out",
-                certificate,
-            ],
-            check=True,
-            capture_output=True,
-        )
-        both.write_text(certificate.read_text() + key.read_text())
-        context = ssl.create_default_context(cafile=certificate)
+        folder = self_signed()
+        both = folder / "both.pem"
+        context = ssl.create_default_context(cafile=folder / "certificate.pem")
 
         def secure(server):
             def ask():

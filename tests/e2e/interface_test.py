@@ -11,12 +11,12 @@ import shutil
 import sqlite3
 import ssl
 import struct
-import subprocess
 import unittest
 import urllib.error
 import urllib.request
 import zlib
 
+from certificate import self_signed
 from support import (
     HANGS_S,
     ROOT,
@@ -402,40 +402,8 @@ class Stores(Case):
 
 
 class Tls(Case):
-    def certificate(self):
-        """@return a folder with key.pem, certificate.pem, and both.pem, which holds both"""
-        openssl = shutil.which("openssl")
-        if openssl is None:
-            self.skipTest("openssl is not installed")
-        folder = temporary_folder()
-        subprocess.run(
-            [
-                openssl,
-                "req",
-                "-x509",
-                "-newkey",
-                "rsa:2048",
-                "-nodes",
-                "-days",
-                "1",
-                "-subj",
-                "/CN=localhost",
-                "-addext",
-                "subjectAltName=IP:127.0.0.1",
-                "-keyout",
-                folder / "key.pem",
-                "-out",
-                folder / "certificate.pem",
-            ],
-            check=True,
-            capture_output=True,
-        )
-        pair = [(folder / name).read_text() for name in ("certificate.pem", "key.pem")]
-        (folder / "both.pem").write_text("".join(pair))
-        return folder
-
     def test_https_works_with_a_certificate_and_only_with_one(self):
-        folder = self.certificate()
+        folder = self_signed()
         server = Server(square(), "--cache", "none", "--tls-cert", folder / "both.pem")
         try:
             self.assertTrue(server.url.startswith("https://"))
@@ -462,7 +430,7 @@ class Tls(Case):
             self.assertEqual(server.stop(), 0, server.err)
 
     def test_a_file_without_a_certificate_is_refused(self):
-        folder = self.certificate()
+        folder = self_signed()
         self.assertRefused(
             Run([binary("VOXELSERVER"), square(), "--tls-cert", folder / "none.pem"]), 2, "none.pem"
         )
