@@ -95,7 +95,38 @@ void write_part(std::ifstream& in, const fs::path& to, std::uint64_t bytes) {
     file.commit();
 }
 
+bool is_visible(char c) noexcept {
+    return c > ' ' && c <= '~';
+}
+
+// The host of an address with a scheme, with port and user; empty for relative references.
+std::string_view authority_of(std::string_view url) noexcept {
+    constexpr std::string_view kSlashes = "//";
+    const auto at = url.find(kSlashes);
+    if (at == std::string_view::npos)
+        return {};
+    const std::string_view rest = url.substr(at + kSlashes.size());
+    return rest.substr(0, rest.find_first_of("/?"));
+}
+
 }  // namespace
+
+void check_archive_url(const std::string& url) {
+    constexpr std::string_view kScheme = "https://";
+    const std::string_view path = std::string_view(url).substr(0, url.find_first_of("/?"));
+    const bool is_absolute = url.starts_with(kScheme);
+    const bool is_relative =
+        !url.empty() && path.find(':') == std::string_view::npos && !url.starts_with("//");
+    const std::string_view host = is_absolute ? authority_of(url) : std::string_view();
+    const bool is_plain = std::all_of(url.begin(), url.end(), is_visible) &&
+                          url.find_first_of("#\\\"<>") == std::string::npos;
+    if ((is_absolute ? host.empty() || host.find('@') != std::string_view::npos : !is_relative) ||
+        !is_plain || url.size() > kMaxText_bytes)
+        throw util::UsageError(
+            "publish: --archive-url " + url +
+            "; allowed: https://HOST/PATH without a user or #, or an address relative to the page, "
+            "such as ../places/valley.tvx; browsers read no archive of another host over http");
+}
 
 std::string place_json(const SiteFacts& facts) {
     json archive;

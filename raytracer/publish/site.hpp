@@ -20,8 +20,8 @@ struct SiteView {
 
 /// One of the files that an archive lies in, in their order.
 struct ArchivePart {
-    std::string name;  ///< of the file, in the site's folder
-    std::uint64_t bytes = 0;
+    std::string name;  ///< of the file, in the site's folder; of a single one also an address
+    std::uint64_t bytes = 0;  ///< not used for a single one
 };
 
 /// What a site says about its place.
@@ -43,6 +43,13 @@ inline constexpr std::int64_t kMaxTime_ms = 7'258'118'400'000;  ///< the year 22
 
 inline constexpr const char* kSiteArchive = "place.tvx";
 inline constexpr const char* kSitePreview = "preview.jpg";
+
+/// Whether pages may read an archive at an address: the page's policy allows its own origin and
+/// https (viewer.html).
+/// @param url https://..., or a reference relative to the page; visible ASCII, without a fragment
+///     or a user, of at most kMaxText_bytes
+/// @throws UsageError otherwise
+void check_archive_url(const std::string& url);
 
 /// place.json (docs/formats/site.md).
 [[nodiscard]] std::string place_json(const SiteFacts& facts);

@@ -13,6 +13,7 @@ import unittest
 import urllib.error
 import urllib.request
 
+from certificate import self_signed
 from site_views import (
     NoBrowser,
     Traced,
@@ -22,6 +23,7 @@ from site_views import (
     numbers_of,
     rmse_of_light,
     show,
+    show_at,
     three_views,
 )
 from static_host import StaticHost
@@ -90,8 +92,65 @@ class Publish(Case):
         self.assertEqual((site / "place.tvx").read_bytes(), (self.site / "place.tvx").read_bytes())
         self.assertNotIn("preview.jpg", entries(site))
         refused = publish(site / "place.tvx", site, "--split-mib", "1")
-        self.assertRefused(refused, 2, "would be cut into parts")
+        self.assertRefused(refused, 2, "would be removed from the site")
         self.assertTrue((site / "place.tvx").exists())
+
+    def test_an_archive_elsewhere_is_referred_to_and_not_copied(self):
+        folder = temporary_folder()
+        shutil.copy(self.site / "place.tvx", folder / "valley.tvx")
+        site = folder / "site"
+        self.assertDone(publish(folder / "valley.tvx", site, *VIEW))
+        refer = (folder / "valley.tvx", site, *VIEW, "--archive-url")
+        self.assertDone(publish(*refer, "https://files.example/valley.tvx?key=1"))
+        self.assertEqual(
+            self.place(site)["archive"], {"url": "https://files.example/valley.tvx?key=1"}
+        )
+        # That of the site before is not left lying there.
+        self.assertNotIn("place.tvx", entries(site))
+        self.assertIn("preview.jpg", entries(site))
+        host = StaticHost(folder)
+        try:
+            away = publish(host.url + "valley.tvx", site, *VIEW, "--archive-url", "../valley.tvx")
+        finally:
+            host.stop()
+        self.assertDone(away)
+        self.assertEqual(self.place(site)["archive"], {"url": "../valley.tvx"})
+        for url in ("http://files.example/a.tvx", "//files.example/a.tvx", "https://u@h/a.tvx"):
+            with self.subTest(url):
+                self.assertRefused(publish(*refer, url), 2, "allowed: https://HOST/PATH")
+        made = publish(survey(), site, "--archive-url", "https://files.example/valley.tvx")
+        self.assertRefused(made, 2, "terravox convert makes archives")
+        own = publish(self.site / "place.tvx", self.site, "--archive-url", "../valley.tvx")
+        self.assertRefused(own, 2, "would be removed")
+        self.assertTrue((self.site / "place.tvx").exists())
+
+    def test_a_browser_reads_an_archive_of_another_host(self):
+        if not os.environ.get("TERRAVOX_NODE"):
+            self.skipTest("no Node.js")
+        folder = temporary_folder()
+        views = three_views(self.site / "place.tvx")[:1]
+        allowed = {
+            "Access-Control-Allow-Origin": "*",
+            "Access-Control-Expose-Headers": "Content-Range, ETag",
+        }
+        files = StaticHost(self.site, headers=allowed, certificate=self_signed())
+        refer = ("--archive-url", files.url + "place.tvx")
+        self.assertDone(
+            publish(self.site / "place.tvx", folder / "site", *VIEW, "--no-preview", *refer)
+        )
+        pages = StaticHost(folder / "site")
+        try:
+            show_at(pages.url, views, (160, 90), folder, trusts_all=True)
+            hits = numbers_of(folder / f"{views[0].name}.hits", "i")
+            self.assertGreater(sum(bits >> 13 & 1 for bits in hits[3::4]), 160 * 90 / 10)
+            files.headers = {}
+            with self.assertRaisesRegex(AssertionError, "Access-Control-Allow-Origin of the host"):
+                show_at(pages.url, views, (160, 90), folder, trusts_all=True)
+        except NoBrowser as reason:
+            self.skipTest(str(reason))
+        finally:
+            pages.stop()
+            files.stop()
 
     def test_a_part_is_published_where_one_is_chosen(self):
         site = temporary_folder() / "site"

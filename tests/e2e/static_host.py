@@ -3,6 +3,7 @@
 import gzip
 import pathlib
 import re
+import ssl
 import threading
 import time
 from email.utils import formatdate
@@ -35,6 +36,8 @@ class StaticHost:
     fails: called with the name of a file and its range (None: all of it); what it returns, a status
         or None, is the reply instead of the file
     before: called with the host before each request, to change it
+    headers: of every reply, in addition to those of the file
+    certificate: a folder of certificate.self_signed(): the host speaks TLS
     """
 
     def __init__(
@@ -48,6 +51,8 @@ class StaticHost:
         bytes_per_s=0,
         fails=None,
         before=None,
+        headers=None,
+        certificate=None,
     ):
         self.files = files if isinstance(files, dict) else pathlib.Path(files)
         self.compresses = compresses
@@ -57,12 +62,21 @@ class StaticHost:
         self.bytes_per_s = bytes_per_s
         self.fails = fails
         self.before = before
+        self.headers = headers or {}
         self.requests = self.sent = 0
         self.log = []  # (name, range or None, status, bytes of the body)
         self.lock = threading.Lock()
         self.server = _Server(("127.0.0.1", 0), _handler(self))
+        if certificate is not None:
+            context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
+            context.load_cert_chain(certificate / "both.pem")
+            # Handshakes are made by the threads of the connections: the first read begins them.
+            self.server.socket = context.wrap_socket(
+                self.server.socket, server_side=True, do_handshake_on_connect=False
+            )
         threading.Thread(target=self.server.serve_forever, daemon=True).start()
-        self.url = f"http://127.0.0.1:{self.server.server_port}/"
+        scheme = "http" if certificate is None else "https"
+        self.url = f"{scheme}://127.0.0.1:{self.server.server_port}/"
 
     def stop(self):
         self.server.shutdown()
@@ -164,7 +178,7 @@ def _handler(host):
                 host.sent += len(body)
                 host.log.append((name, part, status, len(body)))
             self.send_response(status)
-            for header, value in headers.items():
+            for header, value in {**headers, **host.headers}.items():
                 self.send_header(header, value)
             self.send_header("Content-Length", str(len(body)))
             self.end_headers()

@@ -1,36 +1,13 @@
 #include "raytracer/commands/publish/publish_command.hpp"
 
-#include <spawn.h>
-#include <unistd.h>
 #include <CLI/CLI.hpp>
 
-#include <chrono>
-#include <cmath>
 #include <cstdio>
-#include <cstdlib>
 #include <filesystem>
 #include <memory>
-#include <optional>
-#include <stop_token>
 
-#include "common/thread/stop_signals.hpp"
-#include "common/util/atomic_file.hpp"
-#include "common/util/det_math.hpp"
 #include "common/util/log.hpp"
-#include "common/voxel/log_damage.hpp"
-#include "raytracer/commands/convert/job_name.hpp"
-#include "raytracer/commands/number_list.hpp"
-#include "raytracer/commands/world_arguments.hpp"
-#include "raytracer/material/material_file.hpp"
-#include "raytracer/publish/appearance_file.hpp"
-#include "raytracer/publish/site.hpp"
-#include "raytracer/publish/site_host.hpp"
-#include "raytracer/render/picture_renderer.hpp"
-#include "raytracer/scene/camera.hpp"
-#include "raytracer/sky/sun_of.hpp"
-#include "voxelserver/export/core/part.hpp"
-#include "voxelserver/export/formats/formats.hpp"
-#include "voxelserver/worlds/open/open_world.hpp"
+#include "raytracer/commands/publish/publish_site.hpp"
 #include "voxelserver/worlds/open/world_kinds.hpp"
 
 namespace terravox::commands {
@@ -38,242 +15,23 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::uint64_t kMib = std::uint64_t{1} << 20;
-
-struct PublishArguments {
-    WorldArguments world;
-    std::vector<std::string> paths;
-    std::string title;
-    std::string attribution;
-    std::string licence;
-    std::string area;
-    std::uint64_t split_mib = 0;
-    int memory_mib = 1024;
-    bool no_preview = false;
-    bool quiet = false;
-};
-
-struct ViewArguments {
+struct CommandArguments {
     PublishArguments publish;
-    int port = 0;
-    bool no_browser = false;
+    std::vector<std::string> paths;
 };
 
-/// Sections of a scene that a site is made of.
-std::vector<std::string> scene_sections() {
-    return {"world", "generated", "processing", "camera", "sun", "sky", "quality", "output"};
-}
-
-/// What is known once the archive stands.
-struct Published {
-    voxel::WorldInfo world;
-    std::size_t holes = 0;
-    std::vector<std::string> damage;
-};
-
-// An archive is taken as it is; every other world is converted.
-bool is_archive(const PublishArguments& args) {
-    return args.world.inputs.size() == 1 &&
-           fs::path(args.world.inputs.front()).extension() == ".tvx" &&
-           fs::is_regular_file(args.world.inputs.front());
-}
-
-void copy_archive(const fs::path& from, const fs::path& to) {
-    std::error_code same;
-    if (fs::equivalent(from, to, same))
-        return;
-    util::AtomicFile file(to);
-    std::error_code failed;
-    fs::copy_file(from, file.temporary_path(), fs::copy_options::overwrite_existing, failed);
-    if (failed)
-        throw util::Error("copy " + from.string() + " to " + to.string() + ": " + failed.message());
-    file.commit();
-}
-
-/// The part of a world that a site shows; an archive is shown as it is.
-/// @throws UsageError
-std::optional<exports::Part> part_to_publish(const PublishArguments& args,
-                                             const voxel::WorldInfo& world) {
-    const std::vector<double> area =
-        numbers_of("publish", "--area", args.area, 4,
-                   "west,south,east,north, or x0,z0,x1,z1 in a world without a CRS");
-    if (is_archive(args)) {
-        if (!area.empty())
-            throw util::UsageError("publish: --area " + args.area +
-                                   " of an archive, which is published whole; terravox convert "
-                                   "--area makes a smaller one");
-        return std::nullopt;
-    }
-    const exports::Part part = exports::part_of(world, exports::Selection{0, area, {}});
-    if (area.empty() && !(part.bounds == world.bounds)) {
-        const auto& [min, max] = part.bounds;
-        util::log_info(
-            "publishes x {} to {}, z {} to {}, voxels, of a world that has more; --area chooses",
-            min[0], max[0], min[2], max[2]);
-    }
-    return part;
-}
-
-void write_archive(const PublishArguments& args, const scene::Scene& scene, const fs::path& archive,
-                   voxel::World& world, const exports::Part* chosen, Published& out) {
-    if (chosen == nullptr) {
-        copy_archive(args.world.inputs.front(), archive);
-        return;
-    }
-    const exports::Part& part = *chosen;
-    const exports::Format& format = exports::format_of("archive", archive);
-    exports::WriteOptions write;
-    write.overwrite = true;
-    format.check_target(archive, write);
-    const voxel::Palette palette = voxel::load_palette(material::find_materials(""));
-    exports::Meter meter("publish", format.steps(part, world.info()), args.quiet);
-    exports::Job job(world, part, archive, palette, meter);
-    job.name = job_name(args.world, scene, part, world, "archive true");
-    job.threads = scene.processing.threads.value_or(0);
-    job.memory_bytes = static_cast<std::size_t>(args.memory_mib) << 20;
-    format.write(job, write);
-    meter.finish();
-    out.holes = job.holes().size();
-}
-
-publish::SiteView view_of(const std::string& name, const scene::Scene& scene,
-                          const voxel::WorldInfo& world) {
-    const scene::Camera camera = scene::make_camera(scene, world, world.framed_bounds());
-    constexpr double kAhead_voxel = 100;
-    publish::SiteView view;
-    view.name = name;
-    view.position = camera.position();
-    view.target = camera.position() + camera.forward() * kAhead_voxel;
-    const double half = core::length(camera.basis().up);
-    view.fov_deg = std::atan(half) * 2 * 180 / det::kPi;
-    return view;
-}
-
-std::vector<publish::SiteView> views_of(const scene::Scene& scene, const voxel::WorldInfo& world) {
-    if (scene.camera.projection != core::CameraProjection::kPerspective)
-        throw util::UsageError(
-            "publish: camera.projection is not perspective; the viewer has no other");
-    scene::Scene whole = scene;
-    whole.camera = {};
-    return {view_of("Start", scene, world), view_of("Whole place", whole, world)};
-}
-
-std::int64_t time_ms(const scene::Scene& scene, const voxel::WorldInfo& world) {
-    const geo::DateTime time = sky::time_of(scene.sun, world.centre ? &*world.centre : nullptr);
-    const std::chrono::sys_days day = std::chrono::year(time.year) /
-                                      std::chrono::month(static_cast<unsigned>(time.month)) /
-                                      std::chrono::day(static_cast<unsigned>(time.day));
-    constexpr double kHour_ms = 3'600'000;
-    const auto start =
-        std::chrono::duration_cast<std::chrono::milliseconds>(day.time_since_epoch());
-    return start.count() + std::llround((time.hour - time.utc_offset_h) * kHour_ms);
-}
-
-/// @return number of boxes that could not be loaded
-std::size_t write_preview(const PublishArguments& args, scene::Scene scene,
-                          const fs::path& folder) {
-    constexpr std::array kSize_px = {1200, 630};  // what sites that show links expect
-    constexpr int kSamples = 16;
-    scene.output.size_px = kSize_px;
-    scene.quality.samples = kSamples;
-    worlds::WorldOptions world = args.world.options(scene);
-    world.inputs = {(folder / publish::kSiteArchive).string()};
-    world.orthophotos.clear();
-    render::PictureRenderer renderer(world, render::RenderPoolOptions{}, scene, args.quiet);
-    return renderer.render(scene, {(folder / publish::kSitePreview).string()}).counts.holes.size();
-}
-
-void check_facts(const publish::SiteFacts& facts) {
-    for (const auto& [name, text] :
-         {std::pair{"title", &facts.title}, std::pair{"attribution", &facts.attribution},
-          std::pair{"licence", &facts.licence}})
-        if (text->size() > publish::kMaxText_bytes)
-            throw util::UsageError(std::string("publish: the ") + name + " has " +
-                                   std::to_string(text->size()) + " bytes; allowed: up to " +
-                                   std::to_string(publish::kMaxText_bytes));
-    for (const publish::SiteView& view : facts.views)
-        if (!(view.fov_deg >= publish::kMinFov_deg && view.fov_deg <= publish::kMaxFov_deg))
-            throw util::UsageError("publish: camera.fov_deg = " + std::to_string(view.fov_deg) +
-                                   "; the viewer has 5 to 120");
-    if (facts.time_ms < 0 || facts.time_ms > publish::kMaxTime_ms)
-        throw util::UsageError("publish: sun.date lies before 1970 or after 2199");
-}
-
-publish::SiteFacts facts_of(const PublishArguments& args, const scene::Scene& scene,
-                            const voxel::WorldInfo& world) {
-    if (scene.sun.altitude_deg || scene.sun.azimuth_deg)
-        throw util::UsageError(
-            "publish: sun.altitude_deg and sun.azimuth_deg; the viewer places the sun by date and "
-            "time alone");
-    publish::SiteFacts facts;
-    facts.title = args.title.empty() ? world.title : args.title;
-    facts.attribution = args.attribution.empty() ? world.attribution : args.attribution;
-    facts.licence = args.licence.empty() ? world.licence : args.licence;
-    facts.views = views_of(scene, world);
-    facts.time_ms = time_ms(scene, world);
-    facts.has_preview = !args.no_preview;
-    check_facts(facts);
-    return facts;
-}
-
-void check_target(const PublishArguments& args, const fs::path& archive) {
-    std::error_code none;
-    if (is_archive(args) && args.split_mib != 0 &&
-        fs::equivalent(args.world.inputs.front(), archive, none))
-        throw util::UsageError("publish: " + archive.string() +
-                               " would be cut into parts and removed; move it elsewhere first");
-    util::check_writable(archive);
-}
-
-// Publishes args.world.inputs. Everything that may be refused is looked at before anything is
-// written.
-util::ExitCode publish_to(const fs::path& folder, const PublishArguments& args) {
-    const fs::path archive = folder / publish::kSiteArchive;
-    const scene::Scene scene = args.world.scene();
-    check_target(args, archive);
-    util::StageTimes times;
-    const auto world = worlds::open_world(args.world.options(scene), times);
-    Published published{world->info(), 0, {}};
-    if (published.world.bounds.empty())
-        throw util::Error("publish the world '" + published.world.title + "': it is empty");
-    const auto materials =
-        material::read_materials(material::find_materials(scene.quality.materials));
-    const std::optional<exports::Part> part = part_to_publish(args, published.world);
-    if (part)
-        published.world.framed = part->bounds;
-    publish::SiteFacts facts = facts_of(args, scene, published.world);
-
-    write_archive(args, scene, archive, *world, part ? &*part : nullptr, published);
-    if (facts.has_preview)
-        published.holes += write_preview(args, scene, folder);
-    published.damage = world->damage();
-    const publish::AirOptions air{
-        std::clamp(scene.sky.turbidity, 1.0, 20.0),
-        std::clamp(published.world.bounds.min[1] * published.world.voxel_m, 0.0, 10'000.0)};
-    util::write_file_atomically(folder / "appearance.bin",
-                                publish::appearance_file(materials.appearances, air));
-    facts.archive =
-        publish::split_archive(archive, args.split_mib == 0 ? UINT64_MAX : args.split_mib * kMib);
-    publish::write_site(folder, facts);
-    if (published.holes > 0)
-        util::log_error("the place has holes: {} boxes could not be loaded", published.holes);
-    if (!published.damage.empty())
-        voxel::log_damage(published.damage);
-    return published.holes > 0 || !published.damage.empty() ? util::ExitCode::kHoles
-                                                            : util::ExitCode::kDone;
-}
-
-util::ExitCode run_publish(PublishArguments& args) {
-    util::set_up_log(args.quiet ? "error" : args.world.log_level);
-    if (args.paths.back().empty())
+util::ExitCode run_publish(CommandArguments& args) {
+    auto& [publish, paths] = args;
+    util::set_up_log(publish.quiet ? "error" : publish.world.log_level);
+    if (paths.back().empty())
         throw util::UsageError("publish: the site's folder has an empty name");
-    if (args.paths.size() < 2)
-        throw util::UsageError("publish: " + std::to_string(args.paths.size()) +
+    if (paths.size() < 2)
+        throw util::UsageError("publish: " + std::to_string(paths.size()) +
                                " path; allowed: what to publish, then the folder of the site");
-    const fs::path folder = fs::path(args.paths.back()) / "";
-    args.world.inputs.assign(args.paths.begin(), args.paths.end() - 1);
-    const util::ExitCode code = publish_to(folder, args);
-    if (!args.quiet)
+    const fs::path folder = fs::path(paths.back()) / "";
+    publish.world.inputs.assign(paths.begin(), paths.end() - 1);
+    const util::ExitCode code = publish_site(folder, publish);
+    if (!publish.quiet)
         std::printf(
             "wrote %s: terravox view shows it here, and any web server that answers range "
             "requests shows it to others\n",
@@ -281,121 +39,40 @@ util::ExitCode run_publish(PublishArguments& args) {
     return code;
 }
 
-/// A folder for a site that nobody keeps.
-class ScratchFolder {
-public:
-    ScratchFolder() {
-        std::string name = (fs::temp_directory_path() / "terravox-view-XXXXXX").string();
-        if (::mkdtemp(name.data()) == nullptr)
-            throw util::Error("view: no folder can be made in " +
-                              fs::temp_directory_path().string() + "; TMPDIR names another place");
-        m_path = name;
-    }
-    ~ScratchFolder() { remove(); }
-    ScratchFolder(const ScratchFolder&) = delete;
-    ScratchFolder& operator=(const ScratchFolder&) = delete;
-    [[nodiscard]] const fs::path& path() const noexcept { return m_path; }
-
-    /// Removes the folder and ends the program at once, while other threads may be writing there:
-    /// nothing that publishes a site waits for a stop.
-    [[noreturn]] void abandon() noexcept {
-        remove();
-        std::fputs("terravox: view: stopped before the place was published\n", stderr);
-        std::_Exit(static_cast<int>(util::ExitCode::kFailed));
-    }
-
-private:
-    // A file that is made meanwhile keeps its folder from being removed: then once more.
-    void remove() noexcept {
-        constexpr int kAttempts = 100;
-        for (int i = 0; i < kAttempts; ++i) {
-            std::error_code failed;
-            fs::remove_all(m_path, failed);
-            if (!failed)
-                return;
-        }
-    }
-
-    fs::path m_path;
-};
-
-// Where there is a desktop; elsewhere the address has been printed.
-void open_browser(std::string address) {
-    if (std::getenv("DISPLAY") == nullptr && std::getenv("WAYLAND_DISPLAY") == nullptr)
-        return;
-    std::string program = "xdg-open";
-    char* arguments[] = {program.data(), address.data(), nullptr};
-    pid_t child = 0;
-    if (::posix_spawnp(&child, program.c_str(), nullptr, nullptr, arguments, environ) != 0)
-        util::log_info("view: xdg-open is missing; open {} yourself", address);
-}
-
-util::ExitCode run_view(ViewArguments& args) {
-    PublishArguments& publish = args.publish;
-    util::set_up_log(publish.quiet ? "error" : publish.world.log_level);
-    std::optional<ScratchFolder> scratch;
-    fs::path site = publish.paths.front();
-    util::ExitCode code = util::ExitCode::kDone;
-    const thread::StopSignals signals;
-    if (publish.paths.size() > 1 || !fs::exists(site / "place.json")) {
-        scratch.emplace();
-        site = scratch->path();
-        publish.world.inputs = publish.paths;
-        publish.no_preview = true;
-        const std::stop_callback stopped(signals.token(), [&] { scratch->abandon(); });
-        code = publish_to(site, publish);
-    }
-    const publish::SiteHost host(site, static_cast<std::uint16_t>(args.port));
-    std::printf("%s  (Ctrl-C ends)\n", host.address().c_str());
-    std::fflush(stdout);
-    if (!args.no_browser)
-        open_browser(host.address());
-    while (!thread::wait_for_stop(signals.token(), std::chrono::hours(1))) {
-    }
-    return code;
-}
-
 }  // namespace
 
-std::function<util::ExitCode()> add_view_options(CLI::App& app) {
-    auto args = std::make_shared<ViewArguments>();
-    app.add_option("paths", args->publish.paths,
-                   "a site of terravox publish, or what to look at: " + worlds::allowed_inputs())
-        ->required();
-    app.add_option("--port", args->port, "of this machine; 0: any that is free")
-        ->check(CLI::Range(0, 65535))
-        ->capture_default_str();
-    app.add_flag("--no-browser", args->no_browser, "print the address only");
-    app.add_flag("-q,--quiet", args->publish.quiet, "print the address and errors only");
-    add_opening_arguments(app, args->publish.world, scene_sections());
-    return [args] { return run_view(*args); };
-}
-
 std::function<util::ExitCode()> add_publish_options(CLI::App& app) {
-    auto args = std::make_shared<PublishArguments>();
+    auto args = std::make_shared<CommandArguments>();
+    PublishArguments& publish = args->publish;
     app.add_option("paths", args->paths,
                    "what to publish: " + worlds::allowed_inputs() + "; then the site's folder")
         ->required();
-    app.add_option("--title", args->title, "of the site; default: that of the world");
-    app.add_option("--attribution", args->attribution,
+    app.add_option("--title", publish.title, "of the site; default: that of the world");
+    app.add_option("--attribution", publish.attribution,
                    "who the data come from; default: that of the world");
-    app.add_option("--licence", args->licence, "of the data; default: that of the world");
+    app.add_option("--licence", publish.licence, "of the data; default: that of the world");
     app.add_option(
-        "--area", args->area,
+        "--area", publish.area,
         "west,south,east,north in the world's CRS; x0,z0,x1,z1 in voxels where it has none; "
         "default: all, or what a picture of an endless world shows");
-    app.add_option("--split-mib", args->split_mib,
+    CLI::Option* address = app.add_option(
+        "--archive-url", publish.archive_url,
+        "where the archive lies, which is not copied then: https://..., or an address relative to "
+        "the page");
+    app.add_option("--split-mib", publish.split_mib,
                    "largest file that the host takes, MiB: larger archives are cut into parts; 0: "
                    "no limit")
         ->check(CLI::Range(0, 1 << 20))
-        ->capture_default_str();
-    app.add_option("--write-memory-mib", args->memory_mib,
+        ->capture_default_str()
+        ->excludes(address);
+    app.add_option("--write-memory-mib", publish.memory_mib,
                    "memory for writing, in addition to the world's own limit, MiB")
         ->check(CLI::Range(64, 1 << 20))
         ->capture_default_str();
-    app.add_flag("--no-preview", args->no_preview, "without the picture that links are shown with");
-    app.add_flag("-q,--quiet", args->quiet, "print errors only");
-    add_opening_arguments(app, args->world, scene_sections());
+    app.add_flag("--no-preview", publish.no_preview,
+                 "without the picture that links are shown with");
+    app.add_flag("-q,--quiet", publish.quiet, "print errors only");
+    add_opening_arguments(app, publish.world, site_sections());
     return [args] { return run_publish(*args); };
 }
 

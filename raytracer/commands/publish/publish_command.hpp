@@ -14,8 +14,4 @@ namespace terravox::commands {
 /// @return runs the command once the arguments are parsed
 [[nodiscard]] std::function<util::ExitCode()> add_publish_options(CLI::App& app);
 
-/// The same of `view`, which shows a site, or what it publishes for the time that it runs, to a
-/// browser of this machine.
-[[nodiscard]] std::function<util::ExitCode()> add_view_options(CLI::App& app);
-
 }  // namespace terravox::commands

@@ -1,5 +1,5 @@
 #include "raytracer/commands/program_of_command.hpp"
-#include "raytracer/commands/publish/publish_command.hpp"
+#include "raytracer/commands/publish/view_command.hpp"
 
 int main(int argc, char** argv) {
     return terravox::commands::run_program_of(terravox::commands::kView, argc, argv,

@@ -3,6 +3,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "common/util/error.hpp"
 #include "tests/catch.hpp"
 #include "tests/common/temporary_folder.hpp"
 
@@ -66,6 +67,26 @@ TEST_CASE("a site leaves nothing of an earlier one, and files of others alone", 
     CHECK_FALSE(fs::exists(folder.path() / "preview.jpg"));
     for (const char* name : {"place-notes.part", "place-12.part", "other.tvx"})
         CHECK(fs::exists(folder.path() / name));
+}
+
+TEST_CASE("an archive elsewhere is at an address that a page may read", "[publish]") {
+    using publish::check_archive_url;
+    for (const char* url : {"https://files.example/a.tvx", "https://files.example:8443/a?k=1:2@3",
+                            "valley.tvx", "../places/valley.tvx", "/places/valley.tvx?v=2"}) {
+        INFO(url);
+        CHECK_NOTHROW(check_archive_url(url));
+    }
+    const std::string long_path = "a/" + std::string(publish::kMaxText_bytes, 'a');
+    for (const std::string& url :
+         {std::string(), std::string("http://files.example/a.tvx"), std::string("https://"),
+          std::string("https:///a.tvx"), std::string("https://me:secret@files.example/a.tvx"),
+          std::string("//files.example/a.tvx"), std::string("file:///a.tvx"),
+          std::string("javascript:alert(1)"), std::string("a.tvx#part"), std::string("a b.tvx"),
+          std::string("a\\b.tvx"), std::string("a\n.tvx"), std::string("\xc3\xa9.tvx"),
+          long_path}) {
+        INFO(url);
+        CHECK_THROWS_AS(check_archive_url(url), util::UsageError);
+    }
 }
 
 TEST_CASE("the page has the title of the place, escaped, and a picture where there is one",

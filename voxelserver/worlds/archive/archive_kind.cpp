@@ -39,6 +39,7 @@ constinit const WorldKind kArchiveKind{
     .recognises = is_file_of_boxes,
     .open = open_file,
     .state = state_of_file,
+    .is_archive = true,
 };
 
 constinit const WorldKind kRemoteArchiveKind{
@@ -48,6 +49,7 @@ constinit const WorldKind kRemoteArchiveKind{
     .open = open_remote,
     .flags = "--processing-box-timeout-s",
     .is_path = false,
+    .is_archive = true,
     .farm_access = FarmAccess::kByAddress,
 };
 

@@ -70,6 +70,7 @@ struct WorldKind {
     bool is_path = true;         ///< the input is a file or folder of this machine
     bool takes_several = false;  ///< more than one input makes one world
     bool takes_orthophotos = false;
+    bool is_archive = false;   ///< the input is a box archive, which can be passed on as it is
     bool has_squares = false;  ///< LiDAR squares, which can be prepared in the cache folder
     FarmAccess farm_access = FarmAccess::kFromCoordinator;
 };

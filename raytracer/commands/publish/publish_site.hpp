@@ -1,0 +1,38 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "common/util/error.hpp"
+#include "raytracer/commands/world_arguments.hpp"
+
+namespace terravox::commands {
+
+/// What a site is made of.
+struct PublishArguments {
+    WorldArguments world;  ///< whose inputs are published
+    std::string title;     ///< empty: that of the world, as the two below
+    std::string attribution;
+    std::string licence;
+    std::string area;  ///< west,south,east,north; empty: all
+    std::string
+        archive_url;  ///< of the archive, which is not copied then; empty: it lies in the site
+    std::uint64_t split_mib = 0;  ///< largest file; 0: no limit
+    int memory_mib = 1024;
+    bool no_preview = false;
+    bool quiet = false;
+};
+
+/// Sections of a scene that a site is made of.
+[[nodiscard]] std::vector<std::string> site_sections();
+
+/// Writes a site. All that may be refused is looked at before anything is written.
+/// @param folder of the site; made where it is missing
+/// @return kHoles: the site stands, but lacks what could not be read
+/// @throws UsageError, Error
+[[nodiscard]] util::ExitCode publish_site(const std::filesystem::path& folder,
+                                          const PublishArguments& args);
+
+}  // namespace terravox::commands

@@ -1,0 +1,123 @@
+#include "raytracer/commands/publish/view_command.hpp"
+
+#include <spawn.h>
+#include <unistd.h>
+#include <CLI/CLI.hpp>
+
+#include <chrono>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <stop_token>
+
+#include "common/thread/stop_signals.hpp"
+#include "common/util/log.hpp"
+#include "raytracer/commands/publish/publish_site.hpp"
+#include "raytracer/publish/site_host.hpp"
+#include "voxelserver/worlds/open/world_kinds.hpp"
+
+namespace terravox::commands {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct ViewArguments {
+    PublishArguments publish;
+    std::vector<std::string> paths;
+    int port = 0;
+    bool no_browser = false;
+};
+
+/// A folder for a site that nobody keeps.
+class ScratchFolder {
+public:
+    ScratchFolder() {
+        std::string name = (fs::temp_directory_path() / "terravox-view-XXXXXX").string();
+        if (::mkdtemp(name.data()) == nullptr)
+            throw util::Error("view: no folder can be made in " +
+                              fs::temp_directory_path().string() + "; TMPDIR names another place");
+        m_path = name;
+    }
+    ~ScratchFolder() { remove(); }
+    ScratchFolder(const ScratchFolder&) = delete;
+    ScratchFolder& operator=(const ScratchFolder&) = delete;
+    [[nodiscard]] const fs::path& path() const noexcept { return m_path; }
+
+    /// Removes the folder and ends the program at once, while other threads may be writing there:
+    /// nothing that publishes a site waits for a stop.
+    [[noreturn]] void abandon() noexcept {
+        remove();
+        std::fputs("terravox: view: stopped before the place was published\n", stderr);
+        std::_Exit(static_cast<int>(util::ExitCode::kFailed));
+    }
+
+private:
+    // A file that is made meanwhile keeps its folder from being removed: then once more.
+    void remove() noexcept {
+        constexpr int kAttempts = 100;
+        for (int i = 0; i < kAttempts; ++i) {
+            std::error_code failed;
+            fs::remove_all(m_path, failed);
+            if (!failed)
+                return;
+        }
+    }
+
+    fs::path m_path;
+};
+
+// Where there is a desktop; elsewhere the address has been printed.
+void open_browser(std::string address) {
+    if (std::getenv("DISPLAY") == nullptr && std::getenv("WAYLAND_DISPLAY") == nullptr)
+        return;
+    std::string program = "xdg-open";
+    char* arguments[] = {program.data(), address.data(), nullptr};
+    pid_t child = 0;
+    if (::posix_spawnp(&child, program.c_str(), nullptr, nullptr, arguments, environ) != 0)
+        util::log_info("view: xdg-open is missing; open {} yourself", address);
+}
+
+util::ExitCode run_view(ViewArguments& args) {
+    PublishArguments& publish = args.publish;
+    util::set_up_log(publish.quiet ? "error" : publish.world.log_level);
+    std::optional<ScratchFolder> scratch;
+    fs::path site = args.paths.front();
+    util::ExitCode code = util::ExitCode::kDone;
+    const thread::StopSignals signals;
+    if (args.paths.size() > 1 || !fs::exists(site / "place.json")) {
+        scratch.emplace();
+        site = scratch->path();
+        publish.world.inputs = args.paths;
+        publish.no_preview = true;
+        const std::stop_callback stopped(signals.token(), [&] { scratch->abandon(); });
+        code = publish_site(site, publish);
+    }
+    const publish::SiteHost host(site, static_cast<std::uint16_t>(args.port));
+    std::printf("%s  (Ctrl-C ends)\n", host.address().c_str());
+    std::fflush(stdout);
+    if (!args.no_browser)
+        open_browser(host.address());
+    while (!thread::wait_for_stop(signals.token(), std::chrono::hours(1))) {
+    }
+    return code;
+}
+
+}  // namespace
+
+std::function<util::ExitCode()> add_view_options(CLI::App& app) {
+    auto args = std::make_shared<ViewArguments>();
+    app.add_option("paths", args->paths,
+                   "a site of terravox publish, or what to look at: " + worlds::allowed_inputs())
+        ->required();
+    app.add_option("--port", args->port, "of this machine; 0: any that is free")
+        ->check(CLI::Range(0, 65535))
+        ->capture_default_str();
+    app.add_flag("--no-browser", args->no_browser, "print the address only");
+    app.add_flag("-q,--quiet", args->publish.quiet, "print the address and errors only");
+    add_opening_arguments(app, args->publish.world, site_sections());
+    return [args] { return run_view(*args); };
+}
+
+}  // namespace terravox::commands
