@@ -534,6 +534,36 @@ test('a phone shows the place above the panel, for fingers', { skip: noBrowser }
   await end();
 });
 
+test('two fingers turn the view around what lies between them', { skip: noBrowser }, async () => {
+  const { page, end } = await open(kPhone);
+  const look = async (): Promise<readonly number[]> => {
+    await page.waitForFunction(() => location.hash.includes('look='));
+    return /look=([-\d.,]+)/.exec(new URL(page.url()).hash)![1]!.split(',').map(Number);
+  };
+  const client = await page.context().newCDPSession(page);
+  const touch = (type: 'touchStart' | 'touchMove' | 'touchEnd', ...at: [number, number][]) =>
+    client.send('Input.dispatchTouchEvent', {
+      type,
+      touchPoints: at.map(([x, y], id) => ({ x, y, id })),
+    });
+  const [heading, pitch] = await look();
+  await touch('touchStart', [145, 200], [245, 200]);
+  const kSteps = 9;
+  for (let i = 1; i <= kSteps; ++i) {
+    const angle = (Math.PI / 2) * (i / kSteps);
+    const [x, y] = [50 * Math.cos(angle), 50 * Math.sin(angle)];
+    await touch('touchMove', [195 - x, 200 - y], [195 + x, 200 + y]);
+  }
+  await touch('touchEnd');
+  // The address follows when the picture has stood still for a moment.
+  await until('the address has turned', async () => {
+    const turned = (heading! - (await look())[0]! + 360) % 360;
+    return turned > 60 && turned < 100;
+  });
+  assert.equal((await look())[1], pitch);
+  await end();
+});
+
 test('an embedded page hides its panel, and never its sources', { skip: noBrowser }, async () => {
   const frame = {
     viewport: { width: 640, height: 400 },

@@ -3,6 +3,7 @@
  * by their place on the keyboard, so that WASD lies under the left hand everywhere.
  */
 import type { Vec3 } from '../draw/camera.js';
+import { fingersMoved, middleOf, type Fingers } from './fingers.js';
 import { padMotion, type PadMotion } from './gamepad.js';
 import { moved, orbited, turned, zoomed, type Viewpoint } from './navigation.js';
 
@@ -58,6 +59,7 @@ export class Controls {
   speed = kFirstSpeed;
   #travelledPx = 0;
   #orbitCentre: Vec3 | undefined;
+  #betweenFingers: Vec3 | undefined;
   #lastMs = 0;
   #hasPads = false;
   #isPadMoving = false;
@@ -147,7 +149,7 @@ export class Controls {
     const box = this.#canvas.getBoundingClientRect();
     const seen = this.#host.pointAt(box.left + box.width / 2, box.top + box.height / 2);
     if (seen === undefined) return;
-    const distance = Math.hypot(...[0, 1, 2].map((a) => seen[a]! - this.view.position[a]!));
+    const distance = distanceOf(this.view.position, seen);
     this.speed = Math.min(kMaxSpeed, Math.max(kMinSpeed, distance * kSpeedShare));
   }
 
@@ -161,19 +163,38 @@ export class Controls {
     this.#travelledPx = 0;
     const isOrbit = event.button !== 0 || event.shiftKey;
     this.#orbitCentre = isOrbit ? this.#host.pointAt(event.clientX, event.clientY) : undefined;
+    const fingers = this.#fingers();
+    if (fingers === undefined) return;
+    this.#betweenFingers = this.#host.pointAt(...middleOf(fingers));
   }
 
   #pointerMove(event: PointerEvent): void {
     const pointer = this.#pointers.get(event.pointerId);
     if (pointer === undefined) return;
-    const before = [...this.#pointers.values()].map((p) => ({ ...p }));
+    const before = this.#fingers();
     const [dx, dy] = [event.clientX - pointer.x, event.clientY - pointer.y];
     pointer.x = event.clientX;
     pointer.y = event.clientY;
     this.#travelledPx += Math.hypot(dx, dy);
     if (this.#travelledPx < kClickPx) return;
-    if (this.#pointers.size >= 2) this.#pinch(before, [...this.#pointers.values()]);
-    else this.#drag(dx, dy);
+    const after = this.#fingers();
+    if (before === undefined || after === undefined) this.#drag(dx, dy);
+    else this.#pinch(before, after);
+  }
+
+  #pinch(before: Fingers, after: Fingers): void {
+    const { view } = this;
+    const centre = this.#betweenFingers;
+    const distance =
+      centre === undefined ? this.speed / kSpeedShare : distanceOf(view.position, centre);
+    const { clientHeight } = this.#canvas;
+    this.#host.setView(fingersMoved(view, before, after, centre, distance, clientHeight));
+  }
+
+  /** The first two; undefined for one or none. */
+  #fingers(): Fingers | undefined {
+    const [first, second] = this.#pointers.values();
+    return first === undefined || second === undefined ? undefined : [{ ...first }, { ...second }];
   }
 
   #drag(dx: number, dy: number): void {
@@ -185,16 +206,6 @@ export class Controls {
         ? turned(view, -dx * perPx, dy * perPx)
         : orbited(view, centre, dx * perPx * 2, -dy * perPx * 2),
     );
-  }
-
-  // Two fingers: apart and together move forward and back, both along move sideways and up.
-  #pinch(before: readonly Pointer[], after: readonly Pointer[]): void {
-    const [a0, b0] = [before[0]!, before[1]!];
-    const [a1, b1] = [after[0]!, after[1]!];
-    const apart = Math.hypot(a1.x - b1.x, a1.y - b1.y) - Math.hypot(a0.x - b0.x, a0.y - b0.y);
-    const step = this.speed / 150;
-    const along = [(a1.x + b1.x - a0.x - b0.x) / 2, (a1.y + b1.y - a0.y - b0.y) / 2] as const;
-    this.#host.setView(moved(this.view, [-along[0] * step, along[1] * step, apart * step]));
   }
 
   #pointerUp(event: PointerEvent): void {
@@ -232,6 +243,10 @@ function firstMotion(): PadMotion | undefined {
 
 function isHaste(code: string): boolean {
   return code.startsWith('Shift') || code.startsWith('Alt');
+}
+
+function distanceOf(a: Vec3, b: Vec3): number {
+  return Math.hypot(b[0] - a[0], b[1] - a[1], b[2] - a[2]);
 }
 
 function scaled(v: Vec3, by: number): Vec3 {

@@ -1,0 +1,71 @@
+/**
+ * Two fingers on the picture, as maps have it. What lies between them follows: apart and together
+ * bring it closer and farther, both along move it across, and turning one around the other turns
+ * the view around it.
+ */
+import type { Vec3 } from '../draw/camera.js';
+import { cameraOf, forwardOf, orbited, type Viewpoint } from './navigation.js';
+
+export type FingerPlace = { readonly x: number; readonly y: number };
+/** Places of two fingers, CSS pixels, y down. */
+export type Fingers = readonly [first: FingerPlace, second: FingerPlace];
+
+const kDeg = 180 / Math.PI;
+/** Shares of the distance that one event may cover: fingers that meet must not throw the view away. */
+const kNearest = 0.8;
+const kFarthest = -4;
+
+/**
+ * @param distance of what lies between the fingers from the viewpoint, level-0 voxels, above 0;
+ *   of sky: how far the picture is taken to be
+ * @param heightPx of the picture, CSS pixels
+ */
+export function fingersMoved(
+  view: Viewpoint,
+  before: Fingers,
+  after: Fingers,
+  centre: Vec3 | undefined,
+  distance: number,
+  heightPx: number,
+): Viewpoint {
+  const forward = forwardOf(view);
+  const at = centre ?? along(view.position, [[forward, distance]]);
+  // What turns clockwise in the picture turns below a view that turns the other way.
+  const next = orbited(view, at, -twistDeg(before, after), 0);
+  const { right, up } = cameraOf(next);
+  const perPx = (2 * distance) / heightPx;
+  const [x, y] = [0, 1].map((i) => middleOf(after)[i]! - middleOf(before)[i]!) as [number, number];
+  const toward = [0, 1, 2].map((a) => at[a]! - next.position[a]!) as unknown as Vec3;
+  const share = 1 - distanceOf(before) / Math.max(distanceOf(after), 1);
+  const position = along(next.position, [
+    [right, -x * perPx],
+    [up, y * perPx],
+    [toward, Math.min(Math.max(share, kFarthest), kNearest)],
+  ]);
+  return { ...next, position };
+}
+
+/** How far the line between two fingers has turned clockwise, degrees, (-180, 180]. */
+export function twistDeg(before: Fingers, after: Fingers): number {
+  const [a, b] = [between(before), between(after)];
+  return Math.atan2(a.x * b.y - a.y * b.x, a.x * b.x + a.y * b.y) * kDeg;
+}
+
+export function middleOf([first, second]: Fingers): readonly [x: number, y: number] {
+  return [(first.x + second.x) / 2, (first.y + second.y) / 2];
+}
+
+function between([first, second]: Fingers): FingerPlace {
+  return { x: second.x - first.x, y: second.y - first.y };
+}
+
+function distanceOf(fingers: Fingers): number {
+  const { x, y } = between(fingers);
+  return Math.hypot(x, y);
+}
+
+function along(from: Vec3, steps: readonly (readonly [by: Vec3, times: number])[]): Vec3 {
+  const sum = (a: number): number =>
+    steps.reduce((at, [by, times]) => at + by[a]! * times, from[a]!);
+  return [sum(0), sum(1), sum(2)];
+}
