@@ -44,14 +44,18 @@ function floor(): TestBox[] {
 
 /** A page with a stage, its scripts, and an archive, some of whose ranges may fail. */
 class StageHost {
-  readonly archive = Buffer.from(makeArchive(floor(), { facts: kFacts, gapBytes: 30_000 }));
+  readonly archive: Buffer;
   /** Status of a request for these bytes; 0: as usual. */
   fails: (first: number, last: number) => number = () => 0;
+  /** Replies to requests for these bytes wait for it. */
+  until: (first: number, last: number) => Promise<void> | undefined = () => undefined;
   requests = 0;
   readonly #script: string;
   readonly #server: Server;
 
-  constructor(script: string) {
+  /** @param gapBytes between two boxes: above 64 KiB no request for the index brings a box */
+  constructor(script: string, gapBytes = 30_000) {
+    this.archive = Buffer.from(makeArchive(floor(), { facts: kFacts, gapBytes }));
     this.#script = script;
     this.#server = createServer((request, reply) => this.#answer(request, reply));
   }
@@ -84,16 +88,17 @@ class StageHost {
       case '/worker.js':
         return send('text/javascript', readFileSync(join(TERRAVOX_PAGE_DIST, 'worker.js')));
       case '/place.tvx':
-        return this.#sendRange(request.headers.range ?? '', reply);
+        return void this.#sendRange(request.headers.range ?? '', reply);
       default:
         return void reply.writeHead(404).end();
     }
   }
 
-  #sendRange(range: string, reply: ServerResponse): void {
+  async #sendRange(range: string, reply: ServerResponse): Promise<void> {
     this.requests += 1;
     const [, from, to] = /bytes=(\d+)-(\d+)/.exec(range)!;
     const [first, last] = [Number(from), Math.min(Number(to), this.archive.length - 1)];
+    await this.until(first, last);
     const status = this.fails(first, last);
     if (status !== 0) return void reply.writeHead(status).end();
     reply.writeHead(206, {
@@ -178,6 +183,36 @@ describe('a stage', { skip: noBrowser }, () => {
       for (const page of [large, small])
         assert.deepEqual(await page.evaluate(() => window.stage.ended), []);
     } finally {
+      for (const context of browser.contexts()) await context.close();
+      host.close();
+    }
+  });
+
+  test('the sky stands before the first column does, and is no whole picture', async () => {
+    const host = await new StageHost(script, 70_000).open();
+    let release: () => void = () => undefined;
+    const released = new Promise<void>((resolve) => (release = resolve));
+    // The header is at the beginning, the index at the end.
+    const isOfBoxes = (first: number, last: number): boolean =>
+      first > 0 && last < host.archive.length - 1;
+    host.until = (first, last) => (isOfBoxes(first, last) ? released : undefined);
+    try {
+      const page = await start(host, kManyPools);
+      await page.waitForFunction(() => window.stage.stats().samples > 0, undefined, {
+        polling: 100,
+      });
+      const [red, green, blue] = await page.evaluate(() => window.stage.colour());
+      assert.ok(red! > 0 && green! > 0 && blue! > 0, `${[red, green, blue]}`);
+      const { columns, waiting } = await page.evaluate(() => window.stage.stats());
+      assert.equal(columns, 0);
+      assert.ok(waiting > 0);
+      assert.equal(await page.evaluate(() => window.stage.isReady()), false);
+      release();
+      await untilComplete(page);
+      assert.ok((await levelsOf(page)).length > 0);
+      assert.ok(await page.evaluate(() => window.stage.isReady()));
+    } finally {
+      release();
       for (const context of browser.contexts()) await context.close();
       host.close();
     }

@@ -23,6 +23,8 @@ declare global {
       readonly isReady: () => boolean;
       readonly stats: () => StageStats;
       readonly hits: () => Int32Array;
+      /** Of the middle of the canvas. */
+      readonly colour: () => readonly number[];
     };
   }
 }
@@ -113,5 +115,10 @@ window.startStage = ({ place, view, poolBytes }) => {
     isReady: () => isReady,
     stats: () => stage.stats(),
     hits: () => stage.firstHits()!.voxels,
+    colour: () => {
+      const copy = new OffscreenCanvas(kSize, kSize).getContext('2d')!;
+      copy.drawImage(canvas, 0, 0);
+      return [...copy.getImageData(kSize / 2, kSize / 2, 1, 1).data];
+    },
   };
 };

@@ -253,7 +253,10 @@ export class Stage {
     if (ms > 0) this.#finish(nowMs, ms);
     if (this.#isPlanDue && nowMs - this.#plannedMs >= (this.#plan === undefined ? 0 : kPlanMs))
       this.#replan(nowMs);
-    if (this.#plan === undefined || this.#plan.shown.length === 0) return;
+    if (this.#plan === undefined) return;
+    const isBare = this.#plan.shown.length === 0;
+    // Until the first column is there, one picture of the sky is enough.
+    if (isBare && renderer.samples > 0) return;
     const full: readonly [number, number] = [this.#canvas.width, this.#canvas.height];
     const isMoving = nowMs - this.#movedMs < kSettledMs;
     // After each change a coarse picture first, so that something stands at once.
@@ -270,7 +273,8 @@ export class Stage {
     renderer.trace(this.#camera, this.#look, jitter, { y: this.#bandY, height: rows });
     this.#hasCoarse = true;
     this.#isSharp = !isCoarse;
-    this.#pixelsGiven = rows * size[0];
+    // The sky alone says nothing of how long pixels take.
+    this.#pixelsGiven = isBare ? 0 : rows * size[0];
     this.#bandY += rows;
     if (this.#bandY >= size[1]) {
       this.#bandY = 0;
@@ -360,7 +364,7 @@ export class Stage {
   }
 
   #finish(nowMs: number, ms: number): void {
-    this.#pace.learn(this.#pixelsGiven, ms);
+    if (this.#pixelsGiven > 0) this.#pace.learn(this.#pixelsGiven, ms);
     if (this.#bandY !== 0) return;
     this.#passMs = nowMs - this.#passStartedMs;
     ++this.#frames;
