@@ -68,7 +68,8 @@ void remove_leftovers(const fs::path& folder, const SiteFacts& facts) {
     for (const auto& entry : fs::directory_iterator(folder)) {
         const std::string name = entry.path().filename().string();
         const bool is_archive = name == kSiteArchive || is_part(name);
-        if ((is_archive && !is_listed(name)) || (name == kSitePreview && !facts.has_preview))
+        if ((is_archive && !is_listed(name)) || (name == kSitePreview && !facts.has_preview) ||
+            (name == kSiteSquares && facts.squares.empty()))
             left.push_back(entry.path());
     }
     for (const fs::path& file : left)
@@ -142,15 +143,30 @@ std::string place_json(const SiteFacts& facts) {
                          {"position", point(view.position)},
                          {"target", point(view.target)},
                          {"fov_deg", view.fov_deg}});
-    return json{{"version", 1},
-                {"title", facts.title},
-                {"attribution", facts.attribution},
-                {"licence", facts.licence},
-                {"archive", archive},
-                {"views", views},
-                {"time_ms", facts.time_ms}}
-               .dump(1, ' ', false, json::error_handler_t::replace) +
-           "\n";
+    json place{{"version", 1},
+               {"title", facts.title},
+               {"attribution", facts.attribution},
+               {"licence", facts.licence},
+               {"archive", archive},
+               {"views", views},
+               {"time_ms", facts.time_ms}};
+    if (!facts.squares.empty())
+        place["squares"] = kSiteSquares;
+    return place.dump(1, ' ', false, json::error_handler_t::replace) + "\n";
+}
+
+std::string squares_json(const std::vector<SiteSquare>& squares) {
+    json features = json::array();
+    for (const auto& [name, west, south, east, north] : squares)
+        features.push_back(
+            {{"type", "Feature"},
+             {"geometry",
+              {{"type", "Polygon"},
+               {"coordinates",
+                {{{west, south}, {east, south}, {east, north}, {west, north}, {west, south}}}}}},
+             {"properties", {{"name", name}}}});
+    const json out = {{"type", "FeatureCollection"}, {"features", features}};
+    return out.dump(-1, ' ', false, json::error_handler_t::replace) + "\n";
 }
 
 std::string index_html(const SiteFacts& facts) {
@@ -178,6 +194,8 @@ std::string index_html(const SiteFacts& facts) {
 void write_site(const fs::path& folder, const SiteFacts& facts) {
     for (const std::string_view name : page::kViewerFiles)
         util::write_file_atomically(folder / "viewer" / name, page_file(name));
+    if (!facts.squares.empty())
+        util::write_file_atomically(folder / kSiteSquares, squares_json(facts.squares));
     util::write_file_atomically(folder / "place.json", place_json(facts));
     util::write_file_atomically(folder / "index.html", index_html(facts));
     remove_leftovers(folder, facts);

@@ -24,6 +24,15 @@ struct ArchivePart {
     std::uint64_t bytes = 0;  ///< not used for a single one
 };
 
+/// A LiDAR square: where one of the files of the data lies. Units of the world's CRS.
+struct SiteSquare {
+    std::string name;
+    double west = 0;
+    double south = 0;
+    double east = 0;
+    double north = 0;
+};
+
 /// What a site says about its place.
 struct SiteFacts {
     std::string title;
@@ -31,6 +40,7 @@ struct SiteFacts {
     std::string licence;
     std::vector<ArchivePart> archive;  ///< not empty; one: the archive itself
     std::vector<SiteView> views;       ///< not empty; the first one is shown at the beginning
+    std::vector<SiteSquare> squares;   ///< up to kMaxSquares; none: unknown, or other data
     std::int64_t time_ms = 0;          ///< of the sun, UTC, since 1970; [0, kMaxTime_ms]
     bool has_preview = false;          ///< kSitePreview is there
 };
@@ -41,8 +51,12 @@ inline constexpr double kMinFov_deg = 5;
 inline constexpr double kMaxFov_deg = 120;
 inline constexpr std::int64_t kMaxTime_ms = 7'258'118'400'000;  ///< the year 2200
 
+/// The page reads the list when somebody asks what is at a point.
+inline constexpr std::size_t kMaxSquares = 10'000;
+
 inline constexpr const char* kSiteArchive = "place.tvx";
 inline constexpr const char* kSitePreview = "preview.jpg";
+inline constexpr const char* kSiteSquares = "squares.json";
 
 /// Whether pages may read an archive at an address: the page's policy allows its own origin and
 /// https (viewer.html).
@@ -54,12 +68,16 @@ void check_archive_url(const std::string& url);
 /// place.json (docs/formats/site.md).
 [[nodiscard]] std::string place_json(const SiteFacts& facts);
 
+/// squares.json: GeoJSON in the world's own CRS, as `/v2/squares` of a voxel server, with names.
+[[nodiscard]] std::string squares_json(const std::vector<SiteSquare>& squares);
+
 /// index.html: the viewer's, with the title and a description of the place, and the picture that
 /// sites show next to a link. Texts are escaped.
 [[nodiscard]] std::string index_html(const SiteFacts& facts);
 
-/// Writes the viewer's files below viewer/, place.json and index.html, then removes what an earlier
-/// site has left: an archive or parts of one, and a preview, that are not of these facts.
+/// Writes the viewer's files below viewer/, squares.json where there are squares, place.json and
+/// index.html, then removes what an earlier site has left: an archive or parts of one, squares, and
+/// a preview, that are not of these facts.
 /// @param folder exists
 /// @throws Error
 void write_site(const std::filesystem::path& folder, const SiteFacts& facts);

@@ -70,6 +70,7 @@ class Publish(Case):
                 "place.json",
                 "place.tvx",
                 "preview.jpg",
+                "squares.json",
                 "viewer",
                 "viewer/licences.txt",
                 "viewer/viewer.css",
@@ -85,12 +86,15 @@ class Publish(Case):
         self.assertEqual(place["title"], "A & B")
         self.assertEqual(place["archive"], {"url": "place.tvx"})
         self.assertEqual([view["name"] for view in place["views"]], ["Start", "Whole place"])
+        squares = json.loads((self.site / place["squares"]).read_text())["features"]
+        self.assertEqual(len(squares), 1)
 
     def test_an_archive_is_published_as_it_is(self):
         site = temporary_folder() / "site"
         self.assertDone(publish(self.site / "place.tvx", site, *VIEW, "--no-preview"))
         self.assertEqual((site / "place.tvx").read_bytes(), (self.site / "place.tvx").read_bytes())
         self.assertNotIn("preview.jpg", entries(site))
+        self.assertNotIn("squares.json", entries(site))
         refused = publish(site / "place.tvx", site, "--split-mib", "1")
         self.assertRefused(refused, 2, "would be removed from the site")
         self.assertTrue((site / "place.tvx").exists())

@@ -80,6 +80,10 @@ test('a voxel server shows its world as a site of it does', { skip: noBrowser },
     await whole(site);
     compare(await hitsOf(server), await hitsOf(site));
 
+    await server.locator('#picture').click();
+    await untilText(server, '#facts', /LiDAR square[A-Z]+_\d+_\d+/);
+    await server.keyboard.press('Escape');
+
     // To the map at this place, where the tab's token is known, and back by the place's link. In so
     // small a window the panel begins folded.
     await server.locator('#fold').click();

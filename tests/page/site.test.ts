@@ -8,7 +8,7 @@ import type { CastRay, Look } from '../../voxelserver/page/src/viewer/draw/rende
 import type { Pick } from '../../voxelserver/page/src/viewer/stage.js';
 import { cameraOf, lookingAt } from '../../voxelserver/page/src/viewer/ui/navigation.js';
 import { readPlaceFile } from '../../voxelserver/page/src/viewer/ui/place-file.js';
-import { noBrowser, openBrowser, openPage, type WatchedPage } from './support/browser.js';
+import { noBrowser, openBrowser, openPage, untilText, type WatchedPage } from './support/browser.js';
 
 /** A site of `terravox publish`, whose address is TERRAVOX_SITE: tests/e2e/publish_test.py. */
 
@@ -49,6 +49,8 @@ test('a site shows its place, and asks nobody but its host', { skip: noBrowser }
     await page.mouse.click(kWidth! / 2, kHeight! * 0.4);
     await page.locator('#place').waitFor({ state: 'visible' });
     assert.match(await page.locator('#facts').innerText(), /Easting\s+46\d{4}/);
+    // The name comes with a list that is fetched only now.
+    await untilText(page, '#facts', /LiDAR square[A-Z]+_\d+_\d+/);
 
     // Flying by keys changes the view, and the link follows.
     await page.locator('canvas').focus();

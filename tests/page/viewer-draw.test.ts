@@ -409,6 +409,8 @@ test('place.json is refused with the name of what is wrong', () => {
   assert.deepEqual(readPlaceFile(parts).archive, { parts: [{ url: 'a', bytes: 5 }] });
   const server = { server: '../', coarsest: 2 };
   assert.deepEqual(readPlaceFile({ ...kPlace, archive: server }).archive, server);
+  assert.equal(readPlaceFile(kPlace).squares, undefined);
+  assert.equal(readPlaceFile({ ...kPlace, squares: 'squares.json' }).squares, 'squares.json');
   const wrong: readonly (readonly [object, RegExp])[] = [
     [{ version: 2 }, /version/],
     [{ title: 5 }, /title/],
@@ -422,6 +424,7 @@ test('place.json is refused with the name of what is wrong', () => {
     [{ views: [{ ...kPlace.views[0], position: [0, 1] }] }, /position/],
     [{ views: [{ ...kPlace.views[0], fov_deg: 1000 }] }, /fov_deg/],
     [{ time_ms: -5 }, /time_ms/],
+    [{ squares: 5 }, /squares/],
   ];
   for (const [change, said] of wrong)
     assert.throws(() => readPlaceFile({ ...kPlace, ...change }), said);

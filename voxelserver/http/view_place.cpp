@@ -154,14 +154,15 @@ int coarsest_for_viewer(Service& service) {
 
 std::string view_place(Service& service) {
     const voxel::WorldInfo& info = service.world.info();
-    const json place = {
-        {"version", 1},
-        {"title", shortened(info.title)},
-        {"attribution", shortened(info.attribution)},
-        {"licence", shortened(info.licence)},
-        {"archive", {{"server", "../"}, {"coarsest", coarsest_for_viewer(service)}}},
-        {"views", views(service.world)},
-        {"time_ms", time_ms(info)}};
+    json place = {{"version", 1},
+                  {"title", shortened(info.title)},
+                  {"attribution", shortened(info.attribution)},
+                  {"licence", shortened(info.licence)},
+                  {"archive", {{"server", "../"}, {"coarsest", coarsest_for_viewer(service)}}},
+                  {"views", views(service.world)},
+                  {"time_ms", time_ms(info)}};
+    if (!service.squares().empty())
+        place["squares"] = "../v2/squares";
     return place.dump(-1, ' ', false, json::error_handler_t::replace) + "\n";
 }
 

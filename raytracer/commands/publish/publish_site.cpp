@@ -18,6 +18,7 @@
 #include "raytracer/sky/sun_of.hpp"
 #include "voxelserver/export/core/part.hpp"
 #include "voxelserver/export/formats/formats.hpp"
+#include "voxelserver/voxelize/world/lidar_world.hpp"
 #include "voxelserver/worlds/open/open_world.hpp"
 #include "voxelserver/worlds/open/world_kinds.hpp"
 
@@ -177,6 +178,29 @@ std::vector<publish::ArchivePart> archive_of(const PublishArguments& args,
                                   args.split_mib == 0 ? UINT64_MAX : args.split_mib * kMib);
 }
 
+/// The LiDAR squares that lie in a part of a world.
+std::vector<publish::SiteSquare> squares_in(const voxel::World& world,
+                                            const voxel::VoxelBounds& part) {
+    const auto* lidar = dynamic_cast<const voxelize::LidarWorld*>(&world);
+    if (lidar == nullptr)
+        return {};
+    const decltype(voxelize::SquareInfo::bounds) shown{part.min[0], part.min[2], part.max[0],
+                                                       part.max[2]};
+    const double units = world.info().crs_units_per_voxel;
+    std::vector<publish::SiteSquare> out;
+    for (const voxelize::SquareInfo& square : lidar->squares()) {
+        const auto& [min_x, min_z, max_x, max_z] = square.bounds;
+        if (square.bounds.overlaps(shown))
+            out.push_back(
+                {square.name, min_x * units, -max_z * units, max_x * units, -min_z * units});
+    }
+    if (out.size() <= publish::kMaxSquares)
+        return out;
+    util::log_info("publishes no list of its {} LiDAR squares; one of up to {} is published",
+                   out.size(), publish::kMaxSquares);
+    return {};
+}
+
 void check_facts(const publish::SiteFacts& facts) {
     for (const auto& [name, text] :
          {std::pair{"title", &facts.title}, std::pair{"attribution", &facts.attribution},
@@ -238,6 +262,7 @@ util::ExitCode publish_site(const fs::path& folder, const PublishArguments& args
     if (part)
         published.world.framed = part->bounds;
     publish::SiteFacts facts = facts_of(args, scene, published.world);
+    facts.squares = squares_in(*world, published.world.framed_bounds());
 
     write_archive(args, scene, archive, *world, part ? &*part : nullptr, published);
     if (facts.has_preview)

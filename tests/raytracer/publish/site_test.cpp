@@ -89,6 +89,27 @@ TEST_CASE("an archive elsewhere is at an address that a page may read", "[publis
     }
 }
 
+TEST_CASE("squares are a file of their own, with their outlines in the CRS", "[publish]") {
+    const TemporaryFolder folder;
+    publish::SiteFacts facts = some_facts();
+    facts.squares = {{"TM_1", 1000, 2000, 2000, 3000}};
+    publish::write_site(folder.path(), facts);
+    CHECK(nlohmann::json::parse(publish::place_json(facts))["squares"] == "squares.json");
+    const auto squares = nlohmann::json::parse(read(folder.path() / "squares.json"));
+    const auto& square = squares["features"][0];
+    CHECK(square["properties"]["name"] == "TM_1");
+    const auto corners = square["geometry"]["coordinates"][0];
+    REQUIRE(corners.size() == 5);
+    CHECK(corners[0] == nlohmann::json::array({1000.0, 2000.0}));
+    CHECK(corners[2] == nlohmann::json::array({2000.0, 3000.0}));
+    CHECK(corners[4] == corners[0]);
+
+    facts.squares.clear();
+    publish::write_site(folder.path(), facts);
+    CHECK_FALSE(fs::exists(folder.path() / "squares.json"));
+    CHECK_FALSE(nlohmann::json::parse(publish::place_json(facts)).contains("squares"));
+}
+
 TEST_CASE("the page has the title of the place, escaped, and a picture where there is one",
           "[publish]") {
     publish::SiteFacts facts = some_facts();

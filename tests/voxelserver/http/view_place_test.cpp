@@ -58,6 +58,7 @@ TEST_CASE("the place of a server names it as the source, with the facts of its w
     const auto json = Place(world).json();
     CHECK(json["version"] == 1);
     CHECK(json["title"] == world.info().title);
+    CHECK_FALSE(json.contains("squares"));
     CHECK(json["attribution"] == "nobody & nothing");
     CHECK(json["licence"] == "CC0");
     CHECK(json["archive"] == nlohmann::json{{"server", "../"}, {"coarsest", 2}});
@@ -145,4 +146,12 @@ TEST_CASE("what is kept makes two levels more come soon", "[voxelserver][http][v
     keep_all(2);
     keep_all(4);
     CHECK(http::coarsest_for_viewer(place.service) == 5);
+}
+
+TEST_CASE("the page asks a server for squares only where there are some",
+          "[voxelserver][http][view_place]") {
+    test::FakeWorld world;
+    Place place(world);
+    place.service.squares = [] { return std::vector<http::SquareEntry>(1); };
+    CHECK(place.json()["squares"] == "../v2/squares");
 }

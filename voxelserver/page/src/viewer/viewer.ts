@@ -6,7 +6,7 @@ import type { Vec3 } from './draw/camera.js';
 import { kDefaultLook, type Look } from './draw/renderer.js';
 import { Stage, type Pick, type StageStats } from './stage.js';
 import { Controls } from './ui/controls.js';
-import { setUpFacts, showFacts } from './ui/facts-panel.js';
+import { areFactsShown, positionOf, setUpFacts, showFacts } from './ui/facts-panel.js';
 import { fromLink, toLink, wordsOf } from './ui/link.js';
 import { chosenLook, followLook, lookWords, setUpLook } from './ui/look-switches.js';
 import { cameraOf, lookingAt, turned, type Viewpoint } from './ui/navigation.js';
@@ -19,6 +19,7 @@ import { savePicture } from './ui/save-picture.js';
 import { setUpSearch, viewOf } from './ui/search.js';
 import { fetchWithToken, serverPlace } from './ui/server-access.js';
 import { watchServer } from './ui/server-watch.js';
+import { SquareNames } from './ui/square-names.js';
 import { StatusLine } from './ui/status-line.js';
 import { text, type TextKey } from './ui/texts.js';
 import { setUpTime, showTime } from './ui/time-inputs.js';
@@ -65,6 +66,9 @@ class Viewer {
   readonly #overlay: Overlay;
   readonly #appearance: Appearance;
   readonly #credit: string;
+  readonly #squares: SquareNames;
+  /** What the facts are of. */
+  #asked: Pick | undefined;
   #projection: WorldProjection | undefined;
   #toolbox: Toolbox | undefined;
   #linkedMs = 0;
@@ -79,6 +83,8 @@ class Viewer {
   constructor(place: PlaceFile, appearance: Appearance) {
     this.#place = place;
     this.#appearance = appearance;
+    const { squares } = place;
+    this.#squares = new SquareNames(squares === undefined ? undefined : () => load(squares));
     this.#credit = [place.attribution, place.licence].filter((part) => part !== '').join(' · ');
     const first = viewpointOf(place.views[0]!);
     const state = fromLink(location.hash, { view: first, timeMs: place.timeMs });
@@ -267,8 +273,21 @@ class Viewer {
   #click(pick: Pick | undefined): void {
     if (this.#toolbox?.takesClicks === true) {
       if (pick !== undefined) this.#toolbox.click(pick);
-    } else if (this.#projection !== undefined)
-      showFacts(pick, this.#projection, this.#appearance, say, options.language);
+    } else if (this.#projection !== undefined) this.#showFacts(pick, this.#projection);
+  }
+
+  #showFacts(pick: Pick | undefined, projection: WorldProjection): void {
+    const show = (square: string): void =>
+      showFacts(pick, square, projection, this.#appearance, say, options.language);
+    this.#asked = pick;
+    show('');
+    if (pick === undefined) return;
+    this.#squares.at(positionOf(pick, projection)).then(
+      (square) => {
+        if (square !== '' && this.#asked === pick && areFactsShown()) show(square);
+      },
+      (error: Error) => this.#status.showTrouble({ kind: 'missing', message: error.message }),
+    );
   }
 
   #setUpInputs(): void {

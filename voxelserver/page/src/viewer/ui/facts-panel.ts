@@ -21,9 +21,17 @@ export function setUpFacts(onClosed: () => void): void {
   });
 }
 
-/** @param pick undefined hides what was shown */
+export function areFactsShown(): boolean {
+  return !byId('place', HTMLElement).hidden;
+}
+
+/**
+ * @param pick undefined hides what was shown
+ * @param square name of the LiDAR square; '': none, or not known yet
+ */
 export function showFacts(
   pick: Pick | undefined,
+  square: string,
   projection: WorldProjection,
   appearance: Appearance,
   say: Say,
@@ -33,8 +41,7 @@ export function showFacts(
   if (pick === undefined) return;
   const { world } = projection;
   const numbers = numberText(language, world.voxelM);
-  const units = world.unitsPerVoxel;
-  const [easting, northing] = [pick.point[0] * units, -pick.point[2] * units];
+  const [easting, northing] = positionOf(pick, projection);
   const degrees = projection.toLatLon(easting, northing);
   const { colour, lidarClass, isVisible } = pick;
   const yesOrNo = (value: boolean | undefined): string =>
@@ -46,9 +53,15 @@ export function showFacts(
     [say('latLon'), degrees === undefined ? '' : formatLatLon(degrees.latDeg, degrees.lonDeg)],
     [say('material'), materialName(say, appearance.materials[pick.material]?.name ?? '')],
     [say('lidarClass'), lidarClass === undefined ? '' : className(say, lidarClass)],
+    [say('square'), square],
     [say('colour'), colour === undefined ? '' : `rgb(${colour.join(', ')})`],
     [say('level'), `${numbers.number(2 ** pick.level * world.voxelM, 2)} m`],
     [say('inSun'), yesOrNo(pick.isInSun)],
     [say('inSight'), yesOrNo(isVisible)],
   ]);
+}
+
+/** Easting and northing of a point, in units of the CRS. */
+export function positionOf({ point }: Pick, { world }: WorldProjection): readonly [number, number] {
+  return [point[0] * world.unitsPerVoxel, -point[2] * world.unitsPerVoxel];
 }

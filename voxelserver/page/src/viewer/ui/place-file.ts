@@ -26,6 +26,8 @@ export type PlaceFile = {
   readonly views: readonly NamedView[];
   /** UTC, milliseconds since 1970. */
   readonly timeMs: number;
+  /** Address of the LiDAR squares, relative to the page. */
+  readonly squares: string | undefined;
 };
 
 const kMaxText = 4096;
@@ -42,6 +44,7 @@ export function readPlaceFile(json: unknown): PlaceFile {
   if (place['version'] !== 1) fail(`version = ${String(place['version'])}; this page reads 1`);
   const views = listOf(place['views'], 'views', kMaxViews).map(readView);
   if (views.length === 0) fail('there is no view');
+  const squares = place['squares'];
   return {
     title: textOf(place['title'], 'title'),
     attribution: textOf(place['attribution'], 'attribution'),
@@ -49,6 +52,7 @@ export function readPlaceFile(json: unknown): PlaceFile {
     archive: readArchive(fieldsOf(place['archive'], 'archive')),
     views,
     timeMs: numberOf(place['time_ms'], 'time_ms', 0, 1e13),
+    squares: squares === undefined ? undefined : textOf(squares, 'squares'),
   };
 }
 
