@@ -5,11 +5,10 @@ import { readBoxArrays } from '../../voxelserver/page/src/viewer/data/box-arrays
 import { DataError, type DataErrorKind } from '../../voxelserver/page/src/viewer/data/errors.js';
 import { readFacts } from '../../voxelserver/page/src/viewer/data/facts.js';
 import type { Column } from '../../voxelserver/page/src/viewer/data/source.js';
-import { xxh64 } from '../../voxelserver/page/src/viewer/data/xxh64.js';
 import { nameOf } from './support/columns.js';
 import { kOpen } from './support/fake-host.js';
+import { fullBoxFrame } from './support/full-box.js';
 import { kindOf, kindOfAsync } from './support/data-errors.js';
-import { big } from './support/hash64.js';
 import {
   boxBytes,
   kFacts,
@@ -23,7 +22,6 @@ import {
   type RawLeaf,
   type TestBox,
 } from './support/make-archive.js';
-import { makeBox } from './support/make-box.js';
 import { bytesOf, randomOf, skewed } from './support/test-bytes.js';
 import {
   kVoxels,
@@ -307,28 +305,10 @@ test('a frame that is no box, or a bomb, fails its column alone', async () => {
 });
 
 test('a column of more memory than a page should hold is refused', async () => {
-  // The largest box: every voxel has an attribute. Its frame is small.
-  const content = makeBox([{ x: 0, y: 0, z: 0, material: 1 }]);
-  const cells = 4 + 256 + 16_384;
-  const box = Buffer.alloc(64 + 24 * cells + 8 * (1 << 20));
-  box.set(content.subarray(0, 64));
-  box.writeUInt32LE(cells, 28);
-  box.writeUInt32LE(1 << 20, 32);
-  for (let i = 0; i < cells; ++i) {
-    box.fill(255, 64 + 24 * i, 64 + 24 * i + 16);
-    const first = i < 260 ? 4 + 64 * i : 64 * (i - 260);
-    box.writeUInt32LE(first, 64 + 24 * i + 16);
-  }
-  const seal = (key: Key): Uint8Array => {
-    key.forEach((number, i) => box.writeInt32LE(number, 12 + 4 * i));
-    const seed = xxh64(box.subarray(0, 56));
-    box.writeBigUInt64LE(big(xxh64(box.subarray(64), seed)), 56);
-    return zstdFrame(box);
-  };
   const tall = { bounds: { min: [-128, 0, -128], max: [128, 256 * 20, 128] } };
   const boxes = Array.from({ length: 14 }, (_, by) => {
     const key: Key = [0, 0, by, 0];
-    return { key, frame: seal(key) };
+    return { key, frame: fullBoxFrame(key) };
   });
   const column = { level: 0, bx: 0, bz: 0 };
   const found = await columnsOf(archiveHost({ facts: tall }, boxes), [column]);

@@ -7,6 +7,7 @@ import { join } from 'node:path';
 import { after, before, describe, test } from 'node:test';
 import type { Browser, Page } from 'playwright-core';
 import { noBrowser, openBrowser, openPage } from './support/browser.js';
+import { fullBoxFrame } from './support/full-box.js';
 import { makeArchive, type Key, type TestBox } from './support/make-archive.js';
 
 declare const TERRAVOX_PAGE_DIST: string;
@@ -42,6 +43,11 @@ function floor(): TestBox[] {
   }).flat();
 }
 
+/** @param gapBytes between two boxes: above 64 KiB no request for the index brings a box */
+function archiveOf(boxes: readonly TestBox[], gapBytes = 30_000, facts: object = kFacts): Buffer {
+  return Buffer.from(makeArchive(boxes, { facts: { ...facts }, gapBytes }));
+}
+
 /** A page with a stage, its scripts, and an archive, some of whose ranges may fail. */
 class StageHost {
   readonly archive: Buffer;
@@ -53,9 +59,8 @@ class StageHost {
   readonly #script: string;
   readonly #server: Server;
 
-  /** @param gapBytes between two boxes: above 64 KiB no request for the index brings a box */
-  constructor(script: string, gapBytes = 30_000) {
-    this.archive = Buffer.from(makeArchive(floor(), { facts: kFacts, gapBytes }));
+  constructor(script: string, archive = archiveOf(floor())) {
+    this.archive = archive;
     this.#script = script;
     this.#server = createServer((request, reply) => this.#answer(request, reply));
   }
@@ -133,14 +138,14 @@ describe('a stage', { skip: noBrowser }, () => {
   });
   after(() => browser?.close());
 
-  async function start(host: StageHost, poolBytes: number): Promise<Page> {
+  async function start(host: StageHost, poolBytes: number, from: object = kView): Promise<Page> {
     const { page } = await openPage(browser, host.url, {}, 1);
     await page.evaluate(
       ([place, view, bytes]) =>
         window.startStage({ place, view, poolBytes: bytes } as Parameters<
           typeof window.startStage
         >[0]),
-      [{ url: `${host.url}place.tvx` }, kView, poolBytes] as const,
+      [{ url: `${host.url}place.tvx` }, from, poolBytes] as const,
     );
     return page;
   }
@@ -189,7 +194,7 @@ describe('a stage', { skip: noBrowser }, () => {
   });
 
   test('the sky stands before the first column does, and is no whole picture', async () => {
-    const host = await new StageHost(script, 70_000).open();
+    const host = await new StageHost(script, archiveOf(floor(), 70_000)).open();
     let release: () => void = () => undefined;
     const released = new Promise<void>((resolve) => (release = resolve));
     // The header is at the beginning, the index at the end.
@@ -213,6 +218,34 @@ describe('a stage', { skip: noBrowser }, () => {
       assert.ok(await page.evaluate(() => window.stage.isReady()));
     } finally {
       release();
+      for (const context of browser.contexts()) await context.close();
+      host.close();
+    }
+  });
+
+  test('the largest boxes that there are have room, too', async () => {
+    const bounds = { min: [0, 0, 0], max: [64, 256, 128] };
+    const keys: readonly Key[] = [
+      [0, 0, 0, 0],
+      [0, 0, 0, 1],
+    ];
+    const boxes = keys.map((key): TestBox => ({ key, frame: fullBoxFrame(key, 4) }));
+    const facts = { ...kFacts, bounds, levels: 2 };
+    const coarse: TestBox = { key: [1, 0, 0, 0], voxels: [{ x: 3, y: 3, z: 3, material: 4 }] };
+    const host = await new StageHost(script, archiveOf([...boxes, coarse], 0, facts)).open();
+    try {
+      const view = { ...kView, position: [32, 1200, 64], pitchDeg: -89 } as const;
+      const page = await start(host, kManyPools, view);
+      await untilComplete(page);
+      const hits = await page.evaluate(() =>
+        [...window.stage.hits()].filter((_, i) => i % 4 === 3),
+      );
+      const isSolid = (bits: number): boolean => (bits & (1 << 13)) !== 0;
+      const isHole = (bits: number): boolean => (bits & (1 << 12)) !== 0;
+      assert.ok(hits.filter(isSolid).length > hits.length / 4);
+      assert.equal(hits.filter(isHole).length, 0);
+      assert.ok(hits.filter(isSolid).every((bits) => ((bits >> 4) & 31) === 0));
+    } finally {
       for (const context of browser.contexts()) await context.close();
       host.close();
     }

@@ -1,60 +1,52 @@
 /**
- * Rows of a texture array, handed out in runs: a box gets whole rows of one layer for its cells,
- * and rows for its attributes. First fit; neighbouring free runs are joined. Pure bookkeeping.
+ * Rows of a texture array, handed out in runs: a box gets whole rows for its cells, and rows for
+ * its attributes. A run may begin in one layer and end in another, so that the largest box has room
+ * too. First fit; neighbouring free runs are joined. Pure bookkeeping.
  */
 export class RowPool {
-  /** Free runs by layer, in ascending order. */
-  readonly #free: { at: number; rows: number }[][];
-  readonly #rowsOfLayer: number;
+  readonly capacity: number;
+  /** Free runs in ascending order. */
+  readonly #free: { at: number; rows: number }[];
   #used = 0;
 
-  constructor(layers: number, rowsOfLayer: number) {
-    this.#rowsOfLayer = rowsOfLayer;
-    this.#free = Array.from({ length: layers }, () => [{ at: 0, rows: rowsOfLayer }]);
-  }
-
-  get capacity(): number {
-    return this.#free.length * this.#rowsOfLayer;
+  /** @param rows of all layers together */
+  constructor(rows: number) {
+    this.capacity = rows;
+    this.#free = [{ at: 0, rows }];
   }
 
   get used(): number {
     return this.#used;
   }
 
-  /** @return the first row, counted over all layers; undefined when no run is long enough */
+  /** @return the first row; undefined when no run is long enough */
   take(rows: number): number | undefined {
-    for (const [layer, runs] of this.#free.entries()) {
-      const i = runs.findIndex((run) => run.rows >= rows);
-      const run = runs[i];
-      if (run === undefined) continue;
-      const at = run.at;
-      run.at += rows;
-      run.rows -= rows;
-      if (run.rows === 0) runs.splice(i, 1);
-      this.#used += rows;
-      return layer * this.#rowsOfLayer + at;
-    }
-    return undefined;
+    const i = this.#free.findIndex((run) => run.rows >= rows);
+    const run = this.#free[i];
+    if (run === undefined) return undefined;
+    const { at } = run;
+    run.at += rows;
+    run.rows -= rows;
+    if (run.rows === 0) this.#free.splice(i, 1);
+    this.#used += rows;
+    return at;
   }
 
   /** Frees what take(rows) returned. */
-  free(first: number, rows: number): void {
-    const layer = Math.floor(first / this.#rowsOfLayer);
-    const at = first % this.#rowsOfLayer;
-    const runs = this.#free[layer]!;
-    let i = runs.findIndex((run) => run.at > at);
-    if (i < 0) i = runs.length;
-    runs.splice(i, 0, { at, rows });
-    this.#join(runs, i);
-    if (i > 0) this.#join(runs, i - 1);
+  free(at: number, rows: number): void {
+    let i = this.#free.findIndex((run) => run.at > at);
+    if (i < 0) i = this.#free.length;
+    this.#free.splice(i, 0, { at, rows });
+    this.#join(i);
+    if (i > 0) this.#join(i - 1);
     this.#used -= rows;
   }
 
-  #join(runs: { at: number; rows: number }[], i: number): void {
-    const run = runs[i]!;
-    const next = runs[i + 1];
+  #join(i: number): void {
+    const run = this.#free[i]!;
+    const next = this.#free[i + 1];
     if (next === undefined || run.at + run.rows !== next.at) return;
     run.rows += next.rows;
-    runs.splice(i + 1, 1);
+    this.#free.splice(i + 1, 1);
   }
 }

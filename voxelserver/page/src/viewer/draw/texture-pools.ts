@@ -1,6 +1,7 @@
 /**
  * The textures that hold boxes on the GPU: cells (16 + 4 bytes each) and attributes (4 + 1 bytes
- * each), in layers of 2^18 texels, as walk.glsl addresses them. Boxes take whole rows.
+ * each), in layers of 2^18 texels, as walk.glsl addresses them. Boxes take whole rows, and go on
+ * in the next layer where one ends.
  */
 import type { BoxSlot } from './column-table.js';
 import type { StoredColumn } from './residency.js';
@@ -57,8 +58,8 @@ export class TexturePools {
       1,
       layers,
     );
-    this.#cellRows = new RowPool(cellLayers, kCellRows);
-    this.#attributeRows = new RowPool(attributeLayers, kAttributeRows);
+    this.#cellRows = new RowPool(cellLayers * kCellRows);
+    this.#attributeRows = new RowPool(attributeLayers * kAttributeRows);
     this.cells = this.#make(gl.RGBA32UI, kCellsRow, kCellRows, cellLayers);
     this.first = this.#make(gl.R32UI, kCellsRow, kCellRows, cellLayers);
     this.attributes = this.#make(gl.RGBA8UI, kAttributesRow, kAttributeRows, attributeLayers);
@@ -78,7 +79,7 @@ export class TexturePools {
   store(column: ColumnData): StoredColumn | undefined {
     const slots: BoxSlot[] = [];
     for (const box of column.boxes) {
-      const slot = typeof box === 'string' ? { kind: box } : this.#slotFor(box);
+      const slot = typeof box === 'string' ? { kind: box } : this.#storeBox(box);
       if (slot === undefined) {
         this.drop({ byBegin: column.byBegin, slots });
         return undefined;
@@ -99,12 +100,6 @@ export class TexturePools {
     }
   }
 
-  // A box of which not even one layer holds the attributes is shown as a hole: it would never fit.
-  #slotFor(box: BoxData): BoxSlot | undefined {
-    const largest = kAttributeRows * kAttributesRow;
-    return box.attributes.length > largest ? { kind: 'hole' } : this.#storeBox(box);
-  }
-
   #storeBox(box: BoxData): BoxSlot | undefined {
     const rows = {
       cells: Math.ceil(box.first.length / kCellsRow),
@@ -120,13 +115,13 @@ export class TexturePools {
     const gl = this.#gl;
     const cells = padded(box.cells, rows.cells * kCellsRow * 4, Uint32Array);
     const first = padded(box.first, rows.cells * kCellsRow, Uint32Array);
-    const at = { x: kCellsRow, row: cellRow, rows: rows.cells, layerRows: kCellRows };
+    const at = { width: kCellsRow, row: cellRow, rows: rows.cells, layerRows: kCellRows };
     this.#upload(this.cells, at, gl.RGBA_INTEGER, gl.UNSIGNED_INT, cells);
     this.#upload(this.first, at, gl.RED_INTEGER, gl.UNSIGNED_INT, first);
     if (rows.attributes > 0) {
       const length = rows.attributes * kAttributesRow;
       const on = {
-        x: kAttributesRow,
+        width: kAttributesRow,
         row: attributeRow,
         rows: rows.attributes,
         layerRows: kAttributeRows,
@@ -159,18 +154,26 @@ export class TexturePools {
     return texture;
   }
 
+  /** @param data of all rows */
   #upload(
     texture: WebGLTexture,
-    at: { x: number; row: number; rows: number; layerRows: number },
+    at: { width: number; row: number; rows: number; layerRows: number },
     format: number,
     type: number,
-    data: ArrayBufferView,
+    data: Uint32Array | Uint8Array,
   ): void {
     const gl = this.#gl;
-    const layer = Math.floor(at.row / at.layerRows);
-    const row = at.row % at.layerRows;
+    const { width, layerRows } = at;
+    const ofRow = data.length / at.rows;
     gl.bindTexture(gl.TEXTURE_2D_ARRAY, texture);
-    gl.texSubImage3D(gl.TEXTURE_2D_ARRAY, 0, 0, row, layer, at.x, at.rows, 1, format, type, data);
+    for (let done = 0; done < at.rows;) {
+      const layer = Math.floor((at.row + done) / layerRows);
+      const row = (at.row + done) % layerRows;
+      const rows = Math.min(at.rows - done, layerRows - row);
+      const part = data.subarray(done * ofRow, (done + rows) * ofRow);
+      gl.texSubImage3D(gl.TEXTURE_2D_ARRAY, 0, 0, row, layer, width, rows, 1, format, type, part);
+      done += rows;
+    }
   }
 }
 
