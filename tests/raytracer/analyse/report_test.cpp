@@ -1,0 +1,212 @@
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <memory>
+#include <string>
+
+#include "raytracer/analyse/report/html_report.hpp"
+#include "raytracer/analyse/report/map_picture.hpp"
+#include "tests/catch.hpp"
+#include "tests/common/temporary_folder.hpp"
+
+using namespace terravox;
+using terravox::test::TemporaryFolder;
+
+namespace {
+
+constexpr int kColumns = 150;
+constexpr int kRows = 100;
+
+/// A raster of an analysis of the sky, whose first band is given by column and row.
+template <class Value>
+std::unique_ptr<analyse::CellFile> sky_raster(const TemporaryFolder& folder, const Value& value_at,
+                                              int columns = kColumns, int rows = kRows) {
+    auto cells = std::make_unique<analyse::CellFile>(folder.path() / "sky.tif",
+                                                     core::AnalysisKind::kSky, columns, rows, 64);
+    std::vector<float> first;
+    std::vector<float> hole;
+    for (int y = 0; y < rows; ++y)
+        for (int x = 0; x < columns; ++x) {
+            first.push_back(static_cast<float>(value_at(x, y)));
+            hole.push_back(first.back() == core::kNoData && y % 2 == 1 ? 1.0F : 0.0F);
+        }
+    const analyse::CellRectangle all{0, 0, columns, rows};
+    cells->write(1, all, first);
+    cells->write(2, all, first);
+    cells->write(3, all, first);
+    cells->write(4, all, hole);
+    return cells;
+}
+
+std::string read(const std::filesystem::path& file) {
+    std::ifstream in(file, std::ios::binary);
+    return {std::istreambuf_iterator<char>(in), {}};
+}
+
+std::size_t count_of(const std::string& text, const std::string& part) {
+    std::size_t count = 0;
+    for (auto at = text.find(part); at != std::string::npos; at = text.find(part, at + 1))
+        ++count;
+    return count;
+}
+
+analyse::ReportFacts some_facts() {
+    analyse::ReportFacts facts;
+    facts.kind = core::AnalysisKind::kSky;
+    facts.place = "A & <B>";
+    facts.attribution = "People \"of\" a survey";
+    facts.cell_m = 2;
+    return facts;
+}
+
+}  // namespace
+
+TEST_CASE("statistics of a band are those of its values", "[raytracer][analyse]") {
+    const TemporaryFolder folder;
+    const auto value_at = [](int x, int y) {
+        return x == 3 ? core::kNoData : static_cast<float>(x + 1000 * (y / 50));
+    };
+    const auto cells = sky_raster(folder, value_at);
+    const auto found = analyse::statistics_of(*cells, 1, {});
+    CHECK(found.cells == (kColumns - 1) * kRows);
+    CHECK(found.min == 0);
+    CHECK(found.max == kColumns - 1 + 1000);
+    double sum = 0;
+    for (int x = 0; x < kColumns; ++x)
+        sum += x == 3 ? 0 : x + 500;
+    CHECK(found.mean == Approx(sum / (kColumns - 1)));
+    std::uint64_t binned = 0;
+    for (const std::uint64_t bin : found.bins)
+        binned += bin;
+    CHECK(binned == found.cells);
+    const double bin_width = (found.max - found.min) / analyse::BandStatistics::kBins;
+    CHECK(std::abs(found.quantile(0.25) - 75) <= bin_width + 1);
+    CHECK(found.quantile(1) == Approx(found.max));
+
+    const auto counts = analyse::counts_of(*cells, 1, {});
+    CHECK(counts.size() == 2 * (kColumns - 1));
+    CHECK(counts.at(1007) == kRows / 2);
+    CHECK(counts.count(3) == 0);
+}
+
+TEST_CASE("a band without values has statistics of nothing", "[raytracer][analyse]") {
+    const TemporaryFolder folder;
+    const auto cells = sky_raster(folder, [](int, int) { return core::kNoData; });
+    CHECK(analyse::statistics_of(*cells, 1, {}).cells == 0);
+    // A report of it is still one, with a table and no map.
+    const auto out = folder.path() / "report.html";
+    analyse::write_report(*cells, out, some_facts(), {});
+    CHECK(count_of(read(out), "<img") == 0);
+    CHECK_THROWS_AS(analyse::write_map(*cells, folder.path() / "map.png", some_facts(), {}),
+                    util::Error);
+    CHECK_FALSE(std::filesystem::exists(folder.path() / "map.png"));
+}
+
+TEST_CASE("scales have round ends, and ticks within them", "[raytracer][analyse]") {
+    struct Step {
+        double length;
+        int count;
+        double step;
+    };
+    for (const auto& [length, count, step] :
+         {Step{1, 5, 0.2}, Step{100, 5, 20}, Step{37, 5, 10}, Step{0.003, 5, 0.001}, Step{12, 5, 5},
+          Step{1e7, 2, 5e6}})
+        CHECK(analyse::round_step(length, count) == Approx(step));
+    CHECK(analyse::number_text(1.25, 0.5) == "1.2");
+    CHECK(analyse::number_text(-0.0001, 0.5) == "0.0");
+    CHECK(analyse::number_text(12345, 100) == "12345");
+
+    analyse::BandStatistics s;
+    s.cells = 256;
+    s.min = 293.4;
+    s.max = 411.8;
+    s.bins.fill(1);
+    const auto heights = analyse::scale_for(*analyse::style_of("dtm"), s);
+    CHECK(heights.low <= 294.7);
+    CHECK(heights.high >= 410.6);
+    CHECK(heights.high - heights.low <= 2 * (s.max - s.min));
+    REQUIRE(heights.ticks.size() >= 3);
+    for (const analyse::Tick& tick : heights.ticks)
+        CHECK((tick.share >= -1e-9 && tick.share <= 1 + 1e-9));
+    // All values alike.
+    s.min = s.max = 5;
+    const auto flat = analyse::scale_for(*analyse::style_of("dtm"), s);
+    CHECK(flat.high > flat.low);
+    CHECK(flat.ticks.size() < 20);
+    const auto fixed = analyse::scale_for(*analyse::style_of("svf"), s);
+    CHECK((fixed.low == 0 && fixed.high == 1));
+}
+
+TEST_CASE("a map shows values, what has none, and what could not be read", "[raytracer][analyse]") {
+    const TemporaryFolder folder;
+    // The right half has no value; its odd rows are holes.
+    const auto value_at = [](int x, int) { return x < 2 ? 0.25F : core::kNoData; };
+    const auto cells = sky_raster(folder, value_at, 4, 4);
+    const auto legend =
+        analyse::scale_for(*analyse::style_of("svf"), analyse::statistics_of(*cells, 1, {}));
+    const auto map = analyse::draw_band(*cells, core::AnalysisKind::kSky, 1, legend, 20);
+    REQUIRE((map.width == 20 && map.height == 20));
+    CHECK(map.cells_per_px == Approx(0.2));
+    const auto at = [&](int x, int y) {
+        return map.pixels[static_cast<std::size_t>(y) * 20 + static_cast<std::size_t>(x)];
+    };
+    const map::Rgba8 low = analyse::colour_at(analyse::Ramp::kMuch, 0.25);
+    CHECK(at(0, 0) == low);
+    CHECK(at(9, 19) == low);
+    CHECK(at(10, 0) == map::Rgba8{218, 218, 218, 255});
+    CHECK(at(10, 5) == map::Rgba8{255, 0, 204, 255});
+}
+
+TEST_CASE("a large raster is drawn by means of its cells", "[raytracer][analyse]") {
+    const TemporaryFolder folder;
+    const auto cells =
+        sky_raster(folder, [](int x, int y) { return (x + y) % 2 == 0 ? 0.0F : 1.0F; }, 400, 200);
+    const auto legend =
+        analyse::scale_for(*analyse::style_of("svf"), analyse::statistics_of(*cells, 1, {}));
+    const auto map = analyse::draw_band(*cells, core::AnalysisKind::kSky, 1, legend, 40);
+    REQUIRE((map.width == 40 && map.height == 20));
+    const map::Rgba8 half = analyse::colour_at(analyse::Ramp::kMuch, 0.5);
+    CHECK(std::all_of(map.pixels.begin(), map.pixels.end(),
+                      [&](const map::Rgba8& p) { return p == half; }));
+}
+
+TEST_CASE("a report is one page without scripts, and its texts are escaped",
+          "[raytracer][analyse]") {
+    const TemporaryFolder folder;
+    const auto cells =
+        sky_raster(folder, [](int x, int y) { return x == y ? core::kNoData : (x + y) / 250.0F; });
+    const auto out = folder.path() / "report.html";
+    analyse::ReportFacts facts = some_facts();
+    facts.settings = {{"directions", "<64>"}};
+    analyse::write_report(*cells, out, facts, {});
+    const std::string page = read(out);
+    CHECK(count_of(page, "<img") == 3);
+    CHECK(count_of(page, "data:image/png;base64,iVBOR") == 3);
+    CHECK(count_of(page, "<script") == 0);
+    CHECK(count_of(page, "http://") + count_of(page, "https://") == 0);
+    CHECK(count_of(page, "A &amp; &lt;B&gt;") == 3);
+    CHECK(count_of(page, "&lt;64&gt;") == 1);
+    CHECK(count_of(page, "sky_view_solid") == 1);
+    CHECK(count_of(page, "class=\"warning\"") == 1);
+
+    analyse::write_map(*cells, folder.path() / "map.png", facts, {});
+    const std::string png = read(folder.path() / "map.png");
+    CHECK(png.substr(1, 3) == "PNG");
+}
+
+TEST_CASE("each ramp runs from one end to the other, and categories differ from their neighbours",
+          "[raytracer][analyse]") {
+    using analyse::Ramp;
+    for (const Ramp ramp : {Ramp::kHeights, Ramp::kMuch, Ramp::kWarm, Ramp::kGrey}) {
+        CHECK_FALSE(analyse::colour_at(ramp, 0) == analyse::colour_at(ramp, 1));
+        CHECK(analyse::colour_at(ramp, -1) == analyse::colour_at(ramp, 0));
+        CHECK(analyse::colour_at(ramp, 7) == analyse::colour_at(ramp, 1));
+    }
+    CHECK(analyse::colour_at(Ramp::kAround, 0) == analyse::colour_at(Ramp::kAround, 1));
+    for (int number = 0; number < 40; ++number)
+        CHECK_FALSE(analyse::colour_of_category(Ramp::kMaterials, number) ==
+                    analyse::colour_of_category(Ramp::kMaterials, number + 1));
+    CHECK(analyse::name_of_category(Ramp::kClasses, 6) == "building");
+    CHECK(analyse::name_of_category(Ramp::kClasses, 77) == "class 77");
+    CHECK(analyse::name_of_category(Ramp::kMaterials, 14).find('_') == std::string::npos);
+}
