@@ -5,16 +5,11 @@
 #include "common/util/det_math.hpp"
 
 namespace terravox::analyse {
-namespace {
 
-// On the boundary between two voxels rounding must not choose one of them: positions are rounded
-// to a fraction of a voxel, and an exact boundary belongs to the voxel east or south of it.
 double on_grid(double at) noexcept {
     constexpr double kSteps = 1024;
     return std::floor(at * kSteps + 0.5) / kSteps;
 }
-
-}  // namespace
 
 walk::TracedRay cell_ray(const core::Ray& ray, std::uint32_t sample) noexcept {
     walk::TracedRay out;

@@ -10,6 +10,10 @@ namespace terravox::analyse {
 // A cell is measured by one ray straight down through its middle. Where the ground is wanted, the
 // ray goes on below whatever else it meets, one voxel after the other.
 
+/// A coordinate, rounded to 1/1024 of a voxel: on the boundary between two voxels rounding must not
+/// choose one of them. An exact boundary belongs to the voxel east or south of it.
+[[nodiscard]] double on_grid(double at) noexcept;
+
 /// The vertical ray of a cell, from a ray of the camera.
 [[nodiscard]] walk::TracedRay cell_ray(const core::Ray& ray, std::uint32_t sample) noexcept;
 

@@ -1,5 +1,6 @@
 #include "raytracer/analyse/evaluator.hpp"
 
+#include "raytracer/analyse/sight_evaluator.hpp"
 #include "raytracer/analyse/sky_evaluator.hpp"
 #include "raytracer/analyse/sun_evaluator.hpp"
 #include "raytracer/analyse/terrain_evaluator.hpp"
@@ -12,6 +13,7 @@ std::unique_ptr<const shade::RayEvaluator> make_evaluator(const shade::View& vie
         case core::AnalysisKind::kTerrain: return std::make_unique<TerrainEvaluator>(view);
         case core::AnalysisKind::kSky: return std::make_unique<SkyEvaluator>(view);
         case core::AnalysisKind::kSun: return std::make_unique<SunEvaluator>(view);
+        case core::AnalysisKind::kSight: return std::make_unique<SightEvaluator>(view);
     }
     return shade::make_shading(view);
 }

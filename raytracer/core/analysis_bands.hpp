@@ -40,8 +40,18 @@ enum class SunBand : std::uint8_t {
 };
 inline constexpr std::size_t kSunBands = 4;
 
+enum class SightBand : std::uint8_t {
+    kSeen,      ///< number of observers that see the cell
+    kDistance,  ///< to the nearest of those, metres; kNoData where there is none
+    kClass,     ///< of the survey, of the voxel that is looked for
+    kMaterial,
+    kHole,  ///< as TerrainBand::kHole
+};
+inline constexpr std::size_t kSightBands = 5;
+
 inline constexpr std::size_t kMaxBands = 8;
 static_assert(kTerrainBands <= kMaxBands && kSkyBands <= kMaxBands && kSunBands <= kMaxBands);
+static_assert(kSightBands <= kMaxBands);
 
 /// @return 0: a picture, which has no bands
 [[nodiscard]] constexpr std::size_t band_count(AnalysisKind kind) noexcept {
@@ -50,6 +60,7 @@ static_assert(kTerrainBands <= kMaxBands && kSkyBands <= kMaxBands && kSunBands 
         case AnalysisKind::kTerrain: return kTerrainBands;
         case AnalysisKind::kSky: return kSkyBands;
         case AnalysisKind::kSun: return kSunBands;
+        case AnalysisKind::kSight: return kSightBands;
     }
     return 0;
 }

@@ -123,12 +123,11 @@ enum class AnalysisKind : std::uint8_t {
     kTerrain,  ///< heights, classes, materials, colours
     kSky,      ///< how much of the sky is seen
     kSun,      ///< hours of direct sun on a day
+    kSight,    ///< what observers see
 };
 inline constexpr Word<AnalysisKind> kAnalysisKinds[] = {
-    {AnalysisKind::kNone, "none"},
-    {AnalysisKind::kTerrain, "terrain"},
-    {AnalysisKind::kSky, "sky"},
-    {AnalysisKind::kSun, "sun"},
+    {AnalysisKind::kNone, "none"}, {AnalysisKind::kTerrain, "terrain"}, {AnalysisKind::kSky, "sky"},
+    {AnalysisKind::kSun, "sun"},   {AnalysisKind::kSight, "sight"},
 };
 constexpr std::span<const Word<AnalysisKind>> words_of(AnalysisKind) noexcept {
     return kAnalysisKinds;

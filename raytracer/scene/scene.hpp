@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "raytracer/core/scene_words.hpp"
+#include "raytracer/scene/point_list.hpp"
 #include "raytracer/scene/tile_size.hpp"
 #include "voxelserver/worlds/kind/procedural_settings.hpp"
 
@@ -121,11 +122,17 @@ struct Scene {
     /// Rasters of measured values, made by `terravox analyse`; pictures have none of it.
     struct Analysis {
         core::AnalysisKind kind = core::AnalysisKind::kNone;
-        core::AnalysisSurface surface = core::AnalysisSurface::kTop;  ///< of kinds sky, sun
+        core::AnalysisSurface surface = core::AnalysisSurface::kTop;  ///< of all kinds but terrain
         int directions = 256;  ///< of kind sky: rays from each cell
-        double range_m = 0;    ///< of kind sky: how far they look; 0: to the end of the world
+        /// Of kinds sky, sight: how far their rays look; 0: to the end of the world.
+        double range_m = 0;
         /// Of kind sun: the sun is where it is in the middle of each step of the day.
         double step_min = 10;
+        PointList observers;    ///< of kind sight
+        double target_m = 0;    ///< of kind sight: height above the surface that is looked for
+        bool curvature = true;  ///< of kind sight: the Earth's, lessened by the air's refraction
+        double refraction =
+            0.13;  ///< its coefficient: the Earth's radius to that of a ray of light
         friend bool operator==(const Analysis&, const Analysis&) = default;
     } analysis;
     struct Processing {

@@ -219,19 +219,36 @@ void visit_fields(SceneType& s, Visit&& visit) {
                     texts_of<core::AnalysisKind>()});
     visit("analysis.surface", s.analysis.surface,
           FieldRule{
-              "where in a cell sky and sun are measured: on the highest voxel, or on the ground "
-              "below crowns and decks",
+              "where in a cell sky, sun and sight are measured: on the highest voxel, or on the "
+              "ground below crowns and decks",
               0, 0, texts_of<core::AnalysisSurface>(), "--surface"});
     visit("analysis.directions", s.analysis.directions,
           FieldRule{"rays from a cell towards the sky", 16, 4096, {}, "--directions"});
     visit("analysis.range_m", s.analysis.range_m,
-          FieldRule{"how far those rays look, metres; 0 = to the end of the world",
+          FieldRule{"how far sky and sight look, metres; 0 = to the end of the world",
                     0,
                     1e6,
                     {},
                     "--range-m"});
     visit("analysis.step_min", s.analysis.step_min,
           FieldRule{"steps of the sun's way, minutes", 1, 60, {}, "--step-min"});
+    visit("analysis.observers", s.analysis.observers,
+          FieldRule{"of sight: points that look, x,y,z;... in voxels"});
+    visit("analysis.target_m", s.analysis.target_m,
+          FieldRule{"height above the surface that is looked for, metres",
+                    0,
+                    10000,
+                    {},
+                    "--target-height"});
+    visit("analysis.curvature", s.analysis.curvature,
+          FieldRule{"curvature of the Earth, with refraction", 0, 0, {}, "--curvature"});
+    visit(
+        "analysis.refraction", s.analysis.refraction,
+        FieldRule{"coefficient of the air's refraction: 0 none, 0.13 by day, more over cold water",
+                  -1,
+                  1,
+                  {},
+                  "--refraction"});
     visit("processing.threads", s.processing.threads,
           FieldRule{"threads of this machine; default: one for each core; 0 = none: workers render",
                     0,

@@ -98,6 +98,12 @@ public:
             fail("'" + value + "'", TileSize::kAllowed);
         field = *size;
     }
+    void put(const std::string& value, PointList& field) const {
+        const auto points = PointList::parse(value);
+        if (!points)
+            fail("'" + value.substr(0, 80) + "'", PointList::kAllowed);
+        field = *points;
+    }
     [[noreturn]] void fail(const std::string& value, const std::string& range) const {
         throw util::UsageError(m_where + " = " + value + "; allowed: " + range);
     }
@@ -156,6 +162,9 @@ void put_text(const Setter& s, const std::string& text, Size& f) {
 void put_text(const Setter& s, const std::string& text, TileSize& f) {
     s.put(text, f);
 }
+void put_text(const Setter& s, const std::string& text, PointList& f) {
+    s.put(text, f);
+}
 template <core::WordEnum Enum>
 void put_text(const Setter& s, const std::string& text, Enum& f) {
     s.put(text, f);
@@ -205,6 +214,11 @@ void put_node(const Setter& s, const toml::node& node, TileSize& f) {
                std::string("a whole number, or text: ") + TileSize::kAllowed);
     s.put(node.is_integer() ? std::to_string(**node.as_integer()) : **node.as_string(), f);
 }
+void put_node(const Setter& s, const toml::node& node, PointList& f) {
+    if (!node.is_string())
+        s.fail(util::toml_value(node), "text in quotes");
+    s.put(**node.as_string(), f);
+}
 template <core::WordEnum Enum>
 void put_node(const Setter& s, const toml::node& node, Enum& f) {
     if (!node.is_string())
@@ -242,6 +256,9 @@ void write(std::ostream& out, const Size& v) {
 void write(std::ostream& out, const TileSize& v) {
     write(out, v.text());
 }
+void write(std::ostream& out, const PointList& v) {
+    write(out, v.text());
+}
 void write(std::ostream& out, const Triple& v) {
     out << '[';
     for (std::size_t i = 0; i < 3; ++i) {
@@ -276,6 +293,9 @@ std::string flag_text(const Size& v) {
     return std::to_string(v[0]) + "x" + std::to_string(v[1]);
 }
 std::string flag_text(const TileSize& v) {
+    return v.text();
+}
+std::string flag_text(const PointList& v) {
     return v.text();
 }
 std::string flag_text(const Triple& v) {

@@ -17,6 +17,9 @@ std::size_t part_blocks(const shade::View& view, std::size_t wave_rays) noexcept
             wave_rays / kBlockPixels / static_cast<std::size_t>(view.scene.analysis.directions), 1);
     if (view.scene.analysis.kind == core::AnalysisKind::kSun)
         return std::max<std::size_t>(wave_rays / kBlockPixels / (1 + view.sun_steps.size()), 1);
+    if (view.scene.analysis.kind == core::AnalysisKind::kSight)
+        return std::max<std::size_t>(
+            wave_rays / kBlockPixels / (1 + view.scene.analysis.observers.points.size()), 1);
     const bool has_ambient_rays =
         quality.integrator == core::Integrator::kDirect && quality.ambient_occlusion;
     const std::size_t rays =

@@ -16,6 +16,9 @@ constexpr int measured_at(core::SkyBand band) noexcept {
 constexpr int measured_at(core::SunBand band) noexcept {
     return static_cast<int>(band);
 }
+constexpr int measured_at(core::SightBand band) noexcept {
+    return static_cast<int>(band);
+}
 
 constexpr RasterBand kTerrainTable[] = {
     {"dsm", "m", measured_at(core::TerrainBand::kSurface)},
@@ -44,6 +47,13 @@ constexpr RasterBand kSunTable[] = {
     {"last_sun", "h", measured_at(core::SunBand::kLast)},
     {"hole", "", measured_at(core::SunBand::kHole)},
 };
+constexpr RasterBand kSightTable[] = {
+    {"seen", "", measured_at(core::SightBand::kSeen)},
+    {"distance_m", "m", measured_at(core::SightBand::kDistance)},
+    {"class", "", measured_at(core::SightBand::kClass)},
+    {"material", "", measured_at(core::SightBand::kMaterial)},
+    {"hole", "", measured_at(core::SightBand::kHole)},
+};
 
 }  // namespace
 
@@ -53,6 +63,7 @@ std::span<const RasterBand> bands_of(core::AnalysisKind kind) noexcept {
         case core::AnalysisKind::kTerrain: return kTerrainTable;
         case core::AnalysisKind::kSky: return kSkyTable;
         case core::AnalysisKind::kSun: return kSunTable;
+        case core::AnalysisKind::kSight: return kSightTable;
     }
     return {};
 }

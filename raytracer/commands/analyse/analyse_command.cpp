@@ -13,6 +13,8 @@
 #include "raytracer/analyse/raster/cell_grid.hpp"
 #include "raytracer/analyse/raster/derived_bands.hpp"
 #include "raytracer/analyse/raster/raster.hpp"
+#include "raytracer/analyse/raster/sight_summary.hpp"
+#include "raytracer/commands/analyse/observer_arguments.hpp"
 #include "raytracer/commands/number_list.hpp"
 #include "raytracer/commands/render_pool_arguments.hpp"
 #include "raytracer/commands/world_arguments.hpp"
@@ -22,7 +24,7 @@
 namespace terravox::commands {
 namespace {
 
-/// Arguments of all analyses, and those of terrain.
+/// Arguments of all analyses, and those of terrain and sight.
 struct AnalyseArguments {
     WorldArguments world;
     RenderPoolArguments render_pool;
@@ -33,6 +35,8 @@ struct AnalyseArguments {
     std::string relief_of = "dtm";
     std::string light = "315,45";
     analyse::ReliefOptions relief;
+    std::vector<std::string> observers;
+    bool as_json = false;
     bool resume = false;
     bool quiet = false;
 };
@@ -73,7 +77,7 @@ scene::Scene scene_of(const AnalyseArguments& args, core::AnalysisKind kind) {
 
 util::ExitCode report(const AnalyseArguments& args, const render::RenderStatistics& statistics,
                       const util::StageTimes& times) {
-    if (!args.quiet) {
+    if (!args.quiet && !args.as_json) {
         render::print_statistics(statistics, times);
         std::printf("wrote %s\n", args.output.c_str());
     }
@@ -105,10 +109,15 @@ util::ExitCode run_analyse(const AnalyseArguments& args, core::AnalysisKind kind
     const analyse::CellGrid grid =
         analyse::grid_over(world, exports::part_of(world, selection).bounds, args.resolution_m);
     analyse::look_at_cells(grid, world, scene);
+    if (kind == core::AnalysisKind::kSight)
+        scene.analysis.observers =
+            analyse::place_observers(observers_of(args.observers, world), scene, loaded->blocks);
 
     const thread::StopSignals signals;
-    render::PictureRenderer renderer(loaded, render_pool, scene, args.quiet, signals.token());
+    render::PictureRenderer renderer(loaded, render_pool, scene, args.quiet || args.as_json,
+                                     signals.token());
     std::optional<analyse::CellFile> cells;
+    std::optional<analyse::SightSummary> seen;
     const auto begin = [&]() -> output::TileSink& {
         cells.emplace(args.output, kind, grid.columns, grid.rows,
                       scene.quality.tile.in_picture(grid.columns));
@@ -118,6 +127,8 @@ util::ExitCode run_analyse(const AnalyseArguments& args, core::AnalysisKind kind
         const util::StageTimes::Scope timed(loaded->times, "write the raster");
         if (kind == core::AnalysisKind::kTerrain)
             analyse::derive_terrain(*cells, grid.edge_m, relief, signals.token());
+        if (kind == core::AnalysisKind::kSight)
+            seen = analyse::summary_of(*cells, grid.edge_m);
         output::PictureInfo info = render::picture_info(renderer.view(), world, statistics, false);
         info.geo = analyse::placement_of(grid, world);
         analyse::write_raster(*cells, args.output, info,
@@ -125,7 +136,12 @@ util::ExitCode run_analyse(const AnalyseArguments& args, core::AnalysisKind kind
     };
     const render::RenderStatistics statistics =
         renderer.render_tiles(scene, args.output, begin, write, {args.resume, true, {}}, start);
-    return report(args, statistics, loaded->times);
+    const util::ExitCode code = report(args, statistics, loaded->times);
+    if (seen && args.as_json)
+        std::printf("%s\n", analyse::json_of(*seen).c_str());
+    else if (seen && !args.quiet)
+        std::printf("%s", analyse::table_of(*seen).c_str());
+    return code;
 }
 
 CLI::App* add_kind(CLI::App& group, AnalyseArguments& args, core::AnalysisKind kind,
@@ -153,6 +169,10 @@ CLI::App* add_kind(CLI::App& group, AnalyseArguments& args, core::AnalysisKind k
     if (kind == core::AnalysisKind::kSun)
         sections.insert(sections.end(), {"analysis.surface", "analysis.step_min", "sun.date",
                                          "sun.zone", "sun.utc_offset_h"});
+    if (kind == core::AnalysisKind::kSight)
+        sections.insert(sections.end(),
+                        {"analysis.surface", "analysis.range_m", "analysis.target_m",
+                         "analysis.curvature", "analysis.refraction"});
     add_opening_arguments(*command, args.world, sections);
     add_render_pool_arguments(*command, args.render_pool);
     return command;
@@ -180,6 +200,18 @@ void add_relief_options(CLI::App& command, AnalyseArguments& args) {
         ->capture_default_str();
 }
 
+void add_sight_options(CLI::App& command, AnalyseArguments& args) {
+    command
+        .add_option("--observer", args.observers,
+                    std::string("who looks; may be given several times: ") + kObserverForms)
+        ->expected(1)
+        ->take_all()
+        ->allow_extra_args(false)
+        ->required();
+    command.add_flag("--json", args.as_json,
+                     "print what is seen, by material and class, as one JSON object");
+}
+
 }  // namespace
 
 std::function<util::ExitCode()> add_analyse_command(CLI::App& app) {
@@ -188,6 +220,7 @@ std::function<util::ExitCode()> add_analyse_command(CLI::App& app) {
     auto terrain = std::make_shared<AnalyseArguments>();
     auto sky = std::make_shared<AnalyseArguments>();
     auto sun = std::make_shared<AnalyseArguments>();
+    auto sight = std::make_shared<AnalyseArguments>();
     CLI::App* terrain_command = add_kind(
         *group, *terrain, core::AnalysisKind::kTerrain,
         "Heights of surface and ground, slope, aspect, hillshade, class, material, colour");
@@ -198,7 +231,13 @@ std::function<util::ExitCode()> add_analyse_command(CLI::App& app) {
     const CLI::App* sun_command =
         add_kind(*group, *sun, core::AnalysisKind::kSun,
                  "Hours of direct sun on a day, and when they begin and end");
-    return [terrain, sky, sun, sky_command, sun_command] {
+    CLI::App* sight_command =
+        add_kind(*group, *sight, core::AnalysisKind::kSight,
+                 "What observers see, and from where they are seen: viewsheds");
+    add_sight_options(*sight_command, *sight);
+    return [terrain, sky, sun, sight, sky_command, sun_command, sight_command] {
+        if (sight_command->parsed())
+            return run_analyse(*sight, core::AnalysisKind::kSight);
         if (sky_command->parsed())
             return run_analyse(*sky, core::AnalysisKind::kSky);
         if (sun_command->parsed())

@@ -141,6 +141,7 @@ public:
         draw_text(std::to_string((*v)[0]) + "x" + std::to_string((*v)[1]));
     }
     void operator()(scene::TileSize* v) { draw_text(v->text()); }
+    void operator()(scene::PointList* v) { draw_text(v->text()); }
     template <core::WordEnum Word>
     void operator()(Word* v) {
         if (const auto word = draw_words(core::word_of(*v)))

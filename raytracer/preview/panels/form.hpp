@@ -44,10 +44,10 @@ private:
     using Value =
         std::variant<double*, std::optional<double>*, int*, std::optional<int>*, bool*,
                      std::string*, std::optional<std::array<double, 3>>*, std::array<int, 2>*,
-                     scene::TileSize*, core::CameraProjection*, core::CoordinateSpace*,
-                     core::SkyModel*, core::ToneCurve*, core::PictureLayers*, core::TiffSamples*,
-                     core::Integrator*, core::TileOrder*, core::VoxelColour*, core::AnalysisKind*,
-                     core::AnalysisSurface*>;
+                     scene::TileSize*, scene::PointList*, core::CameraProjection*,
+                     core::CoordinateSpace*, core::SkyModel*, core::ToneCurve*,
+                     core::PictureLayers*, core::TiffSamples*, core::Integrator*, core::TileOrder*,
+                     core::VoxelColour*, core::AnalysisKind*, core::AnalysisSurface*>;
     struct Field {
         Value value;
         Value usual;

@@ -23,7 +23,8 @@ std::map<std::string, std::string> values_of(const scene::Scene& scene) {
         using T = std::decay_t<decltype(v)>;
         if constexpr (std::is_same_v<T, std::string>)
             return v;
-        else if constexpr (std::is_same_v<T, scene::TileSize>)
+        else if constexpr (std::is_same_v<T, scene::TileSize> ||
+                           std::is_same_v<T, scene::PointList>)
             return v.text();
         else if constexpr (std::is_enum_v<T>)
             return std::to_string(static_cast<int>(v));
@@ -62,6 +63,8 @@ std::string other_value(std::string_view path, const scene::FieldRule& rule, con
                                              : core::words_of(T{})[0].value));
     } else if constexpr (std::is_same_v<T, scene::TileSize>)
         return "12.5%";
+    else if constexpr (std::is_same_v<T, scene::PointList>)
+        return "1,2,3;-4.5,6e8,0.1";
     else if constexpr (std::is_same_v<T, std::array<int, 2>>)
         return "321x123";
     else if constexpr (std::is_same_v<T, std::optional<std::array<double, 3>>>)

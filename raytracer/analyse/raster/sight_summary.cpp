@@ -1,0 +1,120 @@
+#include "raytracer/analyse/raster/sight_summary.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+#include <string_view>
+
+#include "common/voxel/material.hpp"
+
+namespace terravox::analyse {
+namespace {
+
+double share(std::uint64_t part, std::uint64_t of) noexcept {
+    return of == 0 ? 0 : static_cast<double>(part) / static_cast<double>(of);
+}
+
+void count(SeenCells& cells, bool is_seen) noexcept {
+    ++cells.all;
+    cells.seen += is_seen ? 1 : 0;
+}
+
+std::string name_of_material(int number) {
+    return std::string(voxel::material_name(static_cast<voxel::Material>(number)));
+}
+
+std::string name_of_class(int number) {
+    return "class " + std::to_string(number);
+}
+
+using NameOf = std::string (*)(int);
+
+void add_rows(const SightSummary& summary, const std::map<int, SeenCells>& kinds, NameOf name_of,
+              std::string& out) {
+    for (const auto& [number, cells] : kinds) {
+        if (cells.seen == 0)
+            continue;
+        std::array<char, 160> line{};
+        std::snprintf(line.data(), line.size(), "  %-20s %10.4f km2 %8.1f %% %12.1f %%\n",
+                      name_of(number).c_str(), summary.km2(cells.seen),
+                      100 * share(cells.seen, summary.cells.seen),
+                      100 * share(cells.seen, cells.all));
+        out += line.data();
+    }
+}
+
+nlohmann::json rows_of(const SightSummary& summary, const std::map<int, SeenCells>& kinds,
+                       NameOf name_of) {
+    nlohmann::json out = nlohmann::json::array();
+    for (const auto& [number, cells] : kinds)
+        out.push_back({{"number", number},
+                       {"name", name_of(number)},
+                       {"cells", cells.all},
+                       {"seen_cells", cells.seen},
+                       {"seen_km2", summary.km2(cells.seen)},
+                       {"share_of_seen", share(cells.seen, summary.cells.seen)},
+                       {"seen_share", share(cells.seen, cells.all)}});
+    return out;
+}
+
+}  // namespace
+
+SightSummary summary_of(CellFile& cells, double edge_m) {
+    const auto band = [](std::string_view name) {
+        return band_number(core::AnalysisKind::kSight, name);
+    };
+    SightSummary out;
+    out.cell_m2 = edge_m * edge_m;
+    std::vector<float> seen;
+    std::vector<float> materials;
+    std::vector<float> classes;
+    std::vector<float> holes;
+    const int edge = cells.block_px();
+    for (int y = 0; y < cells.rows(); y += edge)
+        for (int x = 0; x < cells.columns(); x += edge) {
+            const CellRectangle area{x, y, std::min(edge, cells.columns() - x),
+                                     std::min(edge, cells.rows() - y)};
+            cells.read(band("seen"), area, seen);
+            cells.read(band("material"), area, materials);
+            cells.read(band("class"), area, classes);
+            cells.read(band("hole"), area, holes);
+            for (std::size_t i = 0; i < seen.size(); ++i) {
+                out.holes += holes[i] > 0 ? 1 : 0;
+                if (seen[i] == core::kNoData)
+                    continue;
+                const bool is_seen = seen[i] > 0;
+                count(out.cells, is_seen);
+                count(out.by_material[static_cast<int>(materials[i])], is_seen);
+                count(out.by_class[static_cast<int>(classes[i])], is_seen);
+            }
+        }
+    return out;
+}
+
+std::string table_of(const SightSummary& summary) {
+    std::array<char, 160> line{};
+    std::snprintf(line.data(), line.size(), "seen: %.4f km2 of %.4f km2 (%.1f %%)\n",
+                  summary.km2(summary.cells.seen), summary.km2(summary.cells.all),
+                  100 * share(summary.cells.seen, summary.cells.all));
+    std::string out = line.data();
+    out += "  what                  area seen  share of seen  seen of it\n";
+    add_rows(summary, summary.by_material, name_of_material, out);
+    add_rows(summary, summary.by_class, name_of_class, out);
+    return out;
+}
+
+std::string json_of(const SightSummary& summary) {
+    const nlohmann::json out = {
+        {"cell_m2", summary.cell_m2},
+        {"cells", summary.cells.all},
+        {"seen_cells", summary.cells.seen},
+        {"hole_cells", summary.holes},
+        {"seen_km2", summary.km2(summary.cells.seen)},
+        {"seen_share", share(summary.cells.seen, summary.cells.all)},
+        {"materials", rows_of(summary, summary.by_material, name_of_material)},
+        {"classes", rows_of(summary, summary.by_class, name_of_class)}};
+    return out.dump();
+}
+
+}  // namespace terravox::analyse
