@@ -70,8 +70,7 @@ private:
             return 0;
         const auto surface = observer.base == HeightBase::kTop ? core::AnalysisSurface::kTop
                                                                : core::AnalysisSurface::kGround;
-        walk::TracedRay ray = cell_ray(
-            {{observer.x, static_cast<double>(m_world.bounds.max[1]) + 1, observer.z}, {}}, 0);
+        walk::TracedRay ray = cell_ray(above(observer), 0);
         std::optional<walk::Hit> hit = met(observer, m_walker.first_hit(ray.ray));
         if (!hit)
             refuse(observer,
@@ -96,16 +95,26 @@ private:
     }
 
     void check_free(const Observer& observer, core::Vec3 at) {
-        const std::optional<walk::Hit> hit = met(observer, m_walker.first_hit({at, {0, -1, 0}}));
-        if (!hit || hit->face != core::Face::kNone)
+        if (at.y >= m_world.bounds.max[1])
             return;
-        const walk::TracedRay down =
-            cell_ray({{at.x, static_cast<double>(m_world.bounds.max[1]) + 1, at.z}, {}}, 0);
+        const std::optional<walk::Hit> hit = m_walker.first_hit({at, {0, -1, 0}});
+        if (hit && hit->face != core::Face::kNone)
+            return;
+        (void)met(observer, hit);
+        const walk::TracedRay down = cell_ray(above(observer), 0);
         const std::optional<walk::Hit> top = met(observer, m_walker.first_hit(down.ray));
-        refuse(observer, "at " + number(at.y * m_world.voxel_m) +
-                             " m it lies inside of something solid; allowed: " +
-                             number(top ? top_of(*top) * m_world.voxel_m : 0) +
+        // Where there is nothing at all, there is nothing to be inside of.
+        if (!top)
+            return;
+        refuse(observer, "at " + number(at.y * m_world.voxel_m) + " m it lies " +
+                             (hit ? "inside of something solid" : "below the ground") +
+                             "; allowed: " + number(top_of(*top) * m_world.voxel_m) +
                              " m and more, the top there");
+    }
+
+    /// A ray that starts above everything.
+    [[nodiscard]] core::Ray above(const Observer& observer) const noexcept {
+        return {{observer.x, static_cast<double>(m_world.bounds.max[1]) + 1, observer.z}, {}};
     }
 
     const voxel::WorldInfo& m_world;

@@ -10,6 +10,7 @@
 #include "raytracer/scene/world_options_of.hpp"
 #include "voxelserver/voxelize/points/step_switches.hpp"
 #include "voxelserver/worlds/open/world_kinds.hpp"
+#include "voxelserver/worlds/overlay/additions.hpp"
 
 namespace terravox::commands {
 
@@ -21,6 +22,7 @@ worlds::WorldOptions WorldArguments::options(const scene::Scene& scene) const {
     worlds::WorldOptions out = scene::world_options_of(scene);
     out.inputs = inputs;
     out.orthophotos = orthophoto_paths();
+    out.additions = additions;
     out.cache_dir = util::cache_dir(cache);
     return out;
 }
@@ -56,6 +58,14 @@ void add_opening_arguments(CLI::App& command, WorldArguments& args,
     command
         .add_option("--ortho", args.orthophotos,
                     "orthophoto, or a folder of them; may be given several times")
+        ->expected(1)
+        ->take_all()
+        ->allow_extra_args(false);
+    command
+        .add_option("--add", args.additions,
+                    std::string("planned object that is put into the world; may be given several "
+                                "times: ") +
+                        overlay::kAdditionForms)
         ->expected(1)
         ->take_all()
         ->allow_extra_args(false);

@@ -18,6 +18,7 @@ namespace terravox::commands {
 struct WorldArguments {
     std::vector<std::string> inputs;
     std::vector<std::string> orthophotos;
+    std::vector<std::string> additions;  ///< planned objects
     std::string scene_file;
     std::string log_level = "info";
     std::string cache;                                        ///< as for util::cache_dir

@@ -12,6 +12,9 @@ namespace {
 /// loopback address.
 farm::BoxSource box_source(const worlds::WorldOptions& world, const std::stop_token& stop) {
     farm::BoxSource out;
+    // Only here are planned objects in the boxes.
+    if (!world.additions.empty())
+        return out;
     const std::string& input = world.inputs.front();
     switch (worlds::kind_of(input).farm_access) {
         case worlds::FarmAccess::kFromCoordinator: break;

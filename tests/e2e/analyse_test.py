@@ -13,6 +13,7 @@ from support import HANGS_S, Case, Run, binary, entries, hold_port, square, temp
 TERRAIN = ["dsm", "dtm", "ndsm", "slope", "aspect", "hillshade", "class", "material"]
 TERRAIN += ["red", "green", "blue", "dtm_source", "hole"]
 SUN = ["sun_hours", "first_sun", "last_sun", "hole"]
+SIGHT = ["seen", "distance_m", "class", "material", "hole"]
 SKY = ["svf", "sky_view_solid", "openness", "hole"]
 NO_DATA = -9999
 
@@ -36,11 +37,23 @@ def area_flag():
     return ["--area", ",".join(str(number) for number in area())]
 
 
+def observer(above=20):
+    """@return one above the middle of the part"""
+    west, south, east, north = area()
+    return ["--observer", f"{(west + east) / 2 + 0.25},{(south + north) / 2},+{above}"]
+
+
+def needed(kind):
+    """@return the flags without which there is no such analysis"""
+    return observer() if kind == "sight" else []
+
+
 def raster(kind, *flags):
     """@return the file of an analysis of the part"""
     key = (kind, *flags)
     if key not in _rasters:
         file = temporary_folder() / "a.tif"
+        flags = [*needed(kind), *flags]
         run = analyse(kind, square(), *area_flag(), *flags, "--quiet", "-o", file)
         if run.code != 0 or run.out:
             raise AssertionError(str(run))
@@ -74,7 +87,12 @@ class Rasters(Case):
 
     def test_are_cloud_optimized_and_name_their_bands_units_and_place(self):
         west, south, east, north = area()
-        for kind, names in (("terrain", TERRAIN), ("sky", SKY), ("sun", SUN)):
+        for kind, names in (
+            ("terrain", TERRAIN),
+            ("sky", SKY),
+            ("sun", SUN),
+            ("sight", SIGHT),
+        ):
             with self.subTest(kind):
                 info = self.info(raster(kind))
                 self.assertEqual(info["metadata"]["IMAGE_STRUCTURE"]["LAYOUT"], "COG")
@@ -84,7 +102,12 @@ class Rasters(Case):
                 self.assertEqual(info["size"], [east - west, north - south])
                 self.assertIn("3794", info["coordinateSystem"]["wkt"])
                 units = {band["description"]: band.get("unit", "") for band in info["bands"]}
-                for name, unit in (("dsm", "m"), ("openness", "degree"), ("sun_hours", "h")):
+                for name, unit in (
+                    ("dsm", "m"),
+                    ("openness", "degree"),
+                    ("sun_hours", "h"),
+                    ("distance_m", "m"),
+                ):
                     if name in units:
                         self.assertEqual(units[name], unit)
                 self.assertEqual(info["metadata"][""]["terravox_holes"], "0")
@@ -135,8 +158,51 @@ class Rasters(Case):
             self.assertTrue(5 <= begins < ends <= 21.2, (begins, ends))
             self.assertLessEqual(of_day, ends - begins + 0.01)
 
+    def test_what_is_seen_has_a_distance_and_a_material(self):
+        file = raster("sight")
+        seen, distance, _, material, _ = (
+            [v for row in self.values(file, i) for v in row] for i in range(1, 6)
+        )
+        self.assertEqual({v for v in seen if v != NO_DATA}, {0, 1})
+        for is_seen, metres, what in zip(seen, distance, material):
+            self.assertEqual(is_seen == 1, metres > 0, (is_seen, metres))
+            self.assertEqual(is_seen == NO_DATA, what == NO_DATA)
+        self.assertLess(max(distance), 250)
+
+    def test_observers_add_up_on_the_file_and_in_the_summary(self):
+        west, south, east, north = area()
+        first = ["--observer", f"{west + 10},{south + 10},+2"]
+        second = ["--observer", f"{east - 10},{north - 10},1.6,above-ground"]
+        one, other, both = (
+            [v for row in self.values(file, 1) for v in row]
+            for file in (self.sight(first), self.sight(second), self.sight([*first, *second]))
+        )
+        self.assertEqual(
+            [a if a == NO_DATA else a + b for a, b in zip(one, other)],
+            both,
+        )
+        run = analyse("sight", square(), *area_flag(), *first, *second, "--json", "-o", self.out)
+        self.assertEqual(run.code, 0, run)
+        summary = json.loads(run.out)
+        self.assertEqual(summary["seen_cells"], sum(v > 0 for v in both))
+        self.assertEqual(summary["cells"], sum(v != NO_DATA for v in both))
+        self.assertAlmostEqual(summary["seen_km2"], summary["seen_cells"] / 1e6)
+        for rows in (summary["materials"], summary["classes"]):
+            self.assertEqual(sum(row["seen_cells"] for row in rows), summary["seen_cells"])
+            self.assertAlmostEqual(sum(row["share_of_seen"] for row in rows), 1)
+        run = analyse("sight", square(), *area_flag(), *first, "-o", self.out)
+        self.assertEqual(run.code, 0, run)
+        self.assertRegex(run.out, r"seen: 0\.\d+ km2 of 0\.\d+ km2")
+        self.assertIn("grass", run.out)
+
+    def sight(self, flags):
+        self.out = temporary_folder() / "sight.tif"
+        run = analyse("sight", square(), *area_flag(), *flags, "--quiet", "-o", self.out)
+        self.assertEqual((run.code, run.out, run.err), (0, "", ""), run)
+        return self.out
+
     def test_files_are_the_same_for_any_threads_tiles_and_memory(self):
-        for kind in ("terrain", "sky", "sun"):
+        for kind in ("terrain", "sky", "sun", "sight"):
             with self.subTest(kind):
                 wanted = raster(kind).read_bytes()
                 for flags in (
@@ -169,7 +235,7 @@ class Rasters(Case):
             stderr=log,
         )
         try:
-            for kind in ("terrain", "sky", "sun"):
+            for kind in ("terrain", "sky", "sun", "sight"):
                 with self.subTest(kind):
                     wanted = raster(kind).read_bytes()
                     flags = ["--threads", "0", "--worker", address, "--token-file", str(token)]
@@ -185,10 +251,17 @@ class Rasters(Case):
         middle = len(broken) // 2
         broken[middle : middle + 400] = bytes(400)
         (folder / "broken.laz").write_bytes(broken)
-        for kind, names in (("terrain", TERRAIN), ("sky", SKY)):
+        west, south, east, north = area()
+        above = ["--observer", f"{west + 5},{south + 5},2000"]
+        for kind, names, flags in (
+            ("terrain", TERRAIN, []),
+            ("sky", SKY, []),
+            ("sight", SIGHT, above),
+        ):
             with self.subTest(kind):
                 file = folder / f"{kind}.tif"
-                run = analyse(kind, folder / "broken.laz", *area_flag(), "--quiet", "-o", file)
+                flags = [*area_flag(), *flags]
+                run = analyse(kind, folder / "broken.laz", *flags, "--quiet", "-o", file)
                 self.assertEqual(run.code, 3, run)
                 self.assertIn("holes", run.err)
                 holes = self.values(file, len(names))
@@ -279,6 +352,34 @@ class Refusals(Case):
                 ["terrain", square(), "-o", "a.tif", "--directions", "64"],
                 "--directions",
             ),
+            "no observer": (["sight", square(), "-o", "a.tif"], "--observer"),
+            "an observer elsewhere": (
+                ["sight", square(), "-o", "a.tif", "--observer", "1,2,3"],
+                "outside of the data; allowed: E ",
+            ),
+            "an observer inside rock": (
+                ["sight", square(), "-o", "a.tif", "--observer", f"{west + 5},{south + 5},1"],
+                "the top there",
+            ),
+            "an observer of two numbers": (
+                ["sight", square(), "-o", "a.tif", "--observer", f"{west + 5},{south + 5}"],
+                "above-ground",
+            ),
+            "an observer of words": (
+                ["sight", square(), "-o", "a.tif", "--observer", "here,there,+2"],
+                "above-ground",
+            ),
+            "too many observers": (
+                [
+                    *["sight", square(), "-o", "a.tif"],
+                    *["--observer", f"{west + 5},{south + 5},+2"] * 1025,
+                ],
+                "1 to 1024",
+            ),
+            "refraction that no air has": (
+                ["sight", square(), "-o", "a.tif", *observer(), "--refraction", "2"],
+                "refraction",
+            ),
             "no kind": ([], "subcommand"),
         }
         for name, (arguments, says) in cases.items():
@@ -305,6 +406,7 @@ class Refusals(Case):
         self.assertEqual(run.code, 0)
         self.assertIn("terrain", run.out)
         self.assertIn("sky", run.out)
+        self.assertIn("sight", run.out)
 
     def test_data_that_is_no_world_ends_with_one_line(self):
         folder = temporary_folder()

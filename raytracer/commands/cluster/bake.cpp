@@ -45,7 +45,9 @@ util::ExitCode prepare_squares(const std::string& command, const std::string& pa
         throw util::UsageError("cluster bake: --cache " + passed.world.cache +
                                "; allowed: a folder, into which squares are prepared");
     util::StageTimes times;
-    options.orthophotos.clear();  // they do not affect a prepared square
+    // They do not affect a prepared square.
+    options.orthophotos.clear();
+    options.additions.clear();
     const auto opened = worlds::open_world(options, times);
     auto* world = dynamic_cast<voxelize::LidarWorld*>(opened.get());
     if (world == nullptr)

@@ -327,6 +327,8 @@ TEST_CASE("observers are placed on tops, on the ground, and where they may be",
           "6 m and more, the top there");
     CHECK_THAT(refusal(-7.5, 1.5, 1, HeightBase::kGround),
                test::contains("inside of what is 6 m high"));
+    CHECK_THAT(refusal(-15.5, 1.5, -2, HeightBase::kZero),
+               test::contains("at -2 m it lies below the ground; allowed: 0 m and more"));
     CHECK_THAT(refusal(17.5, 1.5, 1, HeightBase::kTop), test::contains("no data at that place"));
     CHECK_THAT(refusal(20.5, 1.5, 1, HeightBase::kZero),
                test::contains("outside of the data; allowed: x -20 to 20, z -4 to 4"));

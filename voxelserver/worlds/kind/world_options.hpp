@@ -20,6 +20,9 @@ struct WorldOptions {
     /// Images, or folders of them, for LiDAR data, stores and rasters of heights.
     std::vector<std::filesystem::path> orthophotos;
 
+    /// Planned objects that are put into the world (voxelserver/worlds/overlay/additions.hpp).
+    std::vector<std::string> additions;
+
     std::string crs;                      ///< overrides that of the files; empty: theirs
     std::string classes = "asprs";        ///< id of a LiDAR class table, or a path to one
     std::string vertical_unit;            ///< "m", "ft" or "us-ft"; empty: from the files

@@ -28,9 +28,9 @@ void unused(const Members&... /*members*/) {}
 /// Adds all options that boxes depend on. A member that is missing in one of the two bindings is an
 /// error of the compiler, so that no new option is forgotten.
 void add_options(voxel::ByteWriter& out, const WorldOptions& options) {
-    const auto& [inputs, orthophotos, crs, classes, vertical_unit, settings, steps, voxel_m,
-                 dimension, base_m, generated, memory_bytes, threads, cache_dir, box_timeout] =
-        options;
+    const auto& [inputs, orthophotos, additions, crs, classes, vertical_unit, settings, steps,
+                 voxel_m, dimension, base_m, generated, memory_bytes, threads, cache_dir,
+                 box_timeout] = options;
     const auto& [seed, water_level, world_height, harmonics, frequency, smoothness,
                  generated_voxel_m, trees] = generated;
     out.add(static_cast<std::uint64_t>(inputs.size()));
@@ -39,6 +39,8 @@ void add_options(voxel::ByteWriter& out, const WorldOptions& options) {
     out.add(static_cast<std::uint64_t>(orthophotos.size()));
     for (const auto& image : orthophotos)
         out.add(image.string());
+    for (const std::string& addition : additions)
+        out.add(addition);
     out.add(crs);
     out.add(vertical_unit);
     out.add(voxel_m);

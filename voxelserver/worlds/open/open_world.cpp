@@ -6,6 +6,7 @@
 #include "common/voxel/archive/archive_world.hpp"
 #include "voxelserver/worlds/archive/remote_archive.hpp"
 #include "voxelserver/worlds/open/world_kinds.hpp"
+#include "voxelserver/worlds/overlay/additions.hpp"
 #include "voxelserver/worlds/remote/remote_kind.hpp"
 #include "voxelserver/worlds/remote/remote_world.hpp"
 
@@ -60,7 +61,8 @@ std::unique_ptr<voxel::World> open_address(const std::string& url, const remote:
 
 std::unique_ptr<voxel::World> open_world(const WorldOptions& options, util::StageTimes& times,
                                          const std::stop_token& stop) {
-    return checked_kind(options).open({options, times, stop});
+    return overlay::with_additions(checked_kind(options).open({options, times, stop}),
+                                   options.additions);
 }
 
 }  // namespace terravox::worlds

@@ -1,0 +1,205 @@
+#include "common/geo/geojson.hpp"
+
+#include <cmath>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "common/util/error.hpp"
+
+namespace terravox::geo {
+namespace {
+
+using nlohmann::json;
+
+/// Reads one file.
+class Reader {
+public:
+    explicit Reader(const std::filesystem::path& file)
+        : m_attempt("read the GeoJSON file " + file.string()) {
+        std::error_code failed;
+        const auto bytes = std::filesystem::file_size(file, failed);
+        if (failed)
+            fail("it is no file that can be read");
+        if (bytes > kMaxGeoJson_bytes)
+            fail(std::to_string(bytes) + " bytes; allowed: up to " +
+                 std::to_string(kMaxGeoJson_bytes));
+        std::ifstream in(file, std::ios::binary);
+        m_root = json::parse(in, nullptr, false);
+        if (!m_root.is_object())
+            fail("it is no JSON object");
+    }
+
+    [[nodiscard]] std::vector<Shape> shapes(const Crs& to) {
+        read_root();
+        transform(to);
+        return std::move(m_shapes);
+    }
+
+private:
+    [[noreturn]] void fail(const std::string& what) const {
+        throw util::Error(m_attempt + ": " + what);
+    }
+    [[nodiscard]] std::string type_of(const json& object) const {
+        const auto type = object.is_object() ? object.find("type") : object.end();
+        if (!object.is_object() || type == object.end() || !type->is_string())
+            fail("an object without a type");
+        return type->get<std::string>();
+    }
+    [[nodiscard]] const json& member(const json& object, const char* name) const {
+        const auto found = object.find(name);
+        if (found == object.end() || !found->is_array())
+            fail("feature " + std::to_string(m_feature) + " has no list '" + name + "'");
+        return *found;
+    }
+
+    void read_root() {
+        const std::string type = type_of(m_root);
+        if (type != "FeatureCollection") {
+            read_feature(m_root, type == "Feature");
+            return;
+        }
+        for (const json& feature : member(m_root, "features")) {
+            if (type_of(feature) != "Feature")
+                fail("feature " + std::to_string(m_feature) + " is a " + type_of(feature));
+            read_feature(feature, true);
+            ++m_feature;
+        }
+    }
+
+    void read_feature(const json& object, bool is_feature) {
+        m_numbers.clear();
+        if (!is_feature) {
+            read_geometry(object);
+            return;
+        }
+        if (const auto found = object.find("properties");
+            found != object.end() && found->is_object())
+            for (const auto& [name, value] : found->items())
+                if (value.is_number())
+                    m_numbers[name] = value.get<double>();
+        // A feature without a place has the geometry null.
+        if (const auto found = object.find("geometry"); found != object.end() && found->is_object())
+            read_geometry(*found);
+    }
+
+    void read_geometry(const json& geometry) {
+        const std::string type = type_of(geometry);
+        const json& at = member(geometry, "coordinates");
+        if (type == "Point")
+            add(ShapeKind::kPoint, json::array({json::array({at})}));
+        else if (type == "LineString")
+            add(ShapeKind::kLine, json::array({at}));
+        else if (type == "Polygon")
+            add(ShapeKind::kPolygon, at);
+        else if (type == "MultiPoint" || type == "MultiLineString" || type == "MultiPolygon")
+            read_parts(type, at);
+        else
+            fail("feature " + std::to_string(m_feature) + " is a " + type +
+                 "; allowed: points, lines, polygons");
+    }
+
+    void read_parts(const std::string& type, const json& parts) {
+        for (const json& part : parts) {
+            if (type == "MultiPoint")
+                add(ShapeKind::kPoint, json::array({json::array({part})}));
+            else if (type == "MultiLineString")
+                add(ShapeKind::kLine, json::array({part}));
+            else
+                add(ShapeKind::kPolygon, part);
+        }
+    }
+
+    void add(ShapeKind kind, const json& parts) {
+        Shape shape;
+        shape.kind = kind;
+        shape.numbers = m_numbers;
+        shape.feature = m_feature;
+        if (!parts.is_array() || parts.empty())
+            fail("feature " + std::to_string(m_feature) + " has no positions");
+        for (const json& part : parts) {
+            if (!part.is_array() || part.empty())
+                fail("feature " + std::to_string(m_feature) + " has no positions");
+            auto& positions = shape.parts.emplace_back();
+            for (const json& position : part)
+                positions.push_back(position_of(position));
+        }
+        m_shapes.push_back(std::move(shape));
+    }
+
+    [[nodiscard]] Shape::Position position_of(const json& from) {
+        if (++m_positions > kMaxGeoJsonPositions)
+            fail("more than " + std::to_string(kMaxGeoJsonPositions) + " positions");
+        Shape::Position out{0, 0, std::numeric_limits<double>::quiet_NaN()};
+        if (!from.is_array() || from.size() < 2)
+            fail("feature " + std::to_string(m_feature) +
+                 " has a position that is no list of "
+                 "numbers");
+        for (std::size_t i = 0; i < std::min<std::size_t>(from.size(), 3); ++i) {
+            if (!from[i].is_number())
+                fail("feature " + std::to_string(m_feature) +
+                     " has a position that is no list "
+                     "of numbers");
+            out[i] = from[i].get<double>();
+        }
+        return out;
+    }
+
+    /// The name of the file's CRS; empty: longitude and latitude.
+    [[nodiscard]] std::string crs_name() const {
+        const auto crs = m_root.find("crs");
+        if (crs == m_root.end() || crs->is_null())
+            return {};
+        const json name =
+            crs->is_object() ? crs->value("/properties/name"_json_pointer, json()) : json();
+        if (!name.is_string())
+            fail("a member 'crs' without a name");
+        std::string text = name.get<std::string>();
+        constexpr std::string_view kUrn = "urn:ogc:def:crs:";
+        if (!text.starts_with(kUrn))
+            return text;
+        // AUTHORITY:VERSION:CODE, where the version may be empty.
+        text.erase(0, kUrn.size());
+        return text.substr(0, text.find(':')) + text.substr(text.rfind(':'));
+    }
+
+    void transform(const Crs& to) {
+        const std::string name = crs_name();
+        const Crs from = Crs::from_text(name.empty() ? "OGC:CRS84" : name);
+        if (from.same_horizontal(to))
+            return;
+        std::vector<double> x;
+        std::vector<double> y;
+        each([&](Shape::Position& p) {
+            x.push_back(p[0]);
+            y.push_back(p[1]);
+        });
+        Transform(from, to).apply(x, y);
+        std::size_t i = 0;
+        each([&](Shape::Position& p) {
+            p[0] = x[i];
+            p[1] = y[i++];
+        });
+    }
+    template <class Visit>
+    void each(const Visit& visit) {
+        for (Shape& shape : m_shapes)
+            for (auto& part : shape.parts)
+                for (Shape::Position& position : part)
+                    visit(position);
+    }
+
+    const std::string m_attempt;
+    json m_root;
+    std::vector<Shape> m_shapes;
+    std::map<std::string, double> m_numbers;
+    std::size_t m_feature = 0;
+    std::size_t m_positions = 0;
+};
+
+}  // namespace
+
+std::vector<Shape> read_geojson(const std::filesystem::path& file, const Crs& to) {
+    return Reader(file).shapes(to);
+}
+
+}  // namespace terravox::geo

@@ -1,0 +1,86 @@
+#include "common/geo/geojson.hpp"
+
+#include <cmath>
+#include <fstream>
+
+#include "common/util/error.hpp"
+#include "tests/catch.hpp"
+#include "tests/common/temporary_folder.hpp"
+
+namespace {
+
+using namespace terravox;
+using test::contains;
+using test::TemporaryFolder;
+
+std::vector<geo::Shape> read(const std::string& text, const char* crs = "EPSG:3794") {
+    const TemporaryFolder folder;
+    const auto file = folder.path() / "a.geojson";
+    std::ofstream(file) << text;
+    return geo::read_geojson(file, geo::Crs::from_text(crs));
+}
+
+std::string feature(const std::string& geometry, const std::string& properties = "null") {
+    return R"({"type":"Feature","properties":)" + properties + R"(,"geometry":)" + geometry + "}";
+}
+
+}  // namespace
+
+TEST_CASE("shapes of a GeoJSON file are read with their numbers", "[common][geo]") {
+    const auto shapes = read(
+        R"({"type":"FeatureCollection","crs":{"type":"name","properties":)"
+        R"({"name":"urn:ogc:def:crs:EPSG::3794"}},"features":[)" +
+        feature(R"({"type":"Point","coordinates":[462000,101000,12.5]})", R"({"id":"a"})") + "," +
+        feature(R"({"type":"MultiPolygon","coordinates":[[[[0,0],[4,0],[4,4],[0,0]],)"
+                R"([[1,1],[2,1],[2,2],[1,1]]],[[[9,9],[10,9],[10,10],[9,9]]]]})",
+                R"({"height":30,"name":"tower"})") +
+        "," + feature("null") + "," +
+        feature(R"({"type":"LineString","coordinates":[[1,2],[3,4]]})") + "]}");
+    REQUIRE(shapes.size() == 4);
+    CHECK(shapes[0].kind == geo::ShapeKind::kPoint);
+    CHECK(shapes[0].parts.at(0).at(0) == geo::Shape::Position{462000, 101000, 12.5});
+    CHECK(std::isnan(shapes[0].number("height")));
+    CHECK(shapes[1].parts.size() == 2);
+    CHECK(shapes[1].number("height") == 30);
+    CHECK(shapes[2].feature == 1);
+    CHECK(shapes[3].kind == geo::ShapeKind::kLine);
+    CHECK(shapes[3].feature == 3);
+    CHECK(std::isnan(shapes[3].parts[0][0][2]));
+}
+
+TEST_CASE("a GeoJSON file without a CRS is in longitude and latitude", "[common][geo]") {
+    const auto shapes = read(R"({"type":"Point","coordinates":[15,46]})");
+    // The middle meridian of the grid is 15 degrees east.
+    CHECK(std::abs(shapes.at(0).parts[0][0][0] - 500'000) < 0.01);
+    CHECK(std::abs(shapes.at(0).parts[0][0][1] - 94'000) < 3000);
+}
+
+TEST_CASE("what is no GeoJSON is refused", "[common][geo]") {
+    struct Case {
+        const char* text;
+        const char* says;
+    };
+    for (const Case& c : {
+             Case{"", "no JSON object"},
+             Case{"[1]", "no JSON object"},
+             Case{"{}", "without a type"},
+             Case{R"({"type":"Point"})", "coordinates"},
+             Case{R"({"type":"Point","coordinates":[1]})", "no list of numbers"},
+             Case{R"({"type":"Point","coordinates":[1,"2"]})", "no list of numbers"},
+             Case{R"({"type":"Polygon","coordinates":[]})", "no positions"},
+             Case{R"({"type":"Polygon","coordinates":[[]]})", "no positions"},
+             Case{R"({"type":"GeometryCollection","coordinates":[]})", "allowed: points"},
+             Case{R"({"type":"FeatureCollection","features":[{"type":"Point"}]})", "is a Point"},
+             Case{R"({"type":"Point","coordinates":[1,2],"crs":{}})", "without a name"},
+             Case{R"({"type":"Point","coordinates":[1,2],"crs":[]})", "without a name"},
+         }) {
+        INFO(c.text);
+        CHECK_THROWS_WITH(read(c.text), contains(c.says));
+    }
+    CHECK_THROWS_AS(geo::read_geojson("/nowhere.geojson", geo::Crs::from_text("EPSG:3794")),
+                    util::Error);
+    std::string many = R"({"type":"LineString","coordinates":[[1,2])";
+    for (std::size_t i = 0; i < geo::kMaxGeoJsonPositions; ++i)
+        many += ",[1,2]";
+    CHECK_THROWS_WITH(read(many + "]}"), contains("more than 100000 positions"));
+}

@@ -1,0 +1,179 @@
+#include "voxelserver/worlds/overlay/overlay_world.hpp"
+
+#include <fstream>
+#include <map>
+#include <stdexcept>
+
+#include "common/geo/crs.hpp"
+#include "common/util/error.hpp"
+#include "tests/catch.hpp"
+#include "tests/common/temporary_folder.hpp"
+#include "tests/common/voxel/array_world.hpp"
+#include "voxelserver/worlds/overlay/additions.hpp"
+
+namespace {
+
+using namespace terravox;
+using overlay::Footprint;
+using test::ArrayWorld;
+using test::contains;
+using voxel::Material;
+
+/// Ground up to y = 0, a tree and a house on it.
+std::unique_ptr<ArrayWorld> land(int level = 0) {
+    auto world = std::make_unique<ArrayWorld>(ArrayWorld::Coord{-100, -4, -100},
+                                              ArrayWorld::Coord{100, 12, 100}, level);
+    world->fill({-100, -4, -100}, {100, 0, 100}, Material::kGrass);
+    world->fill({20, 0, 20}, {21, 3, 21}, Material::kTrunk);
+    world->fill({18, 3, 18}, {23, 8, 23}, Material::kHighVegetation);
+    world->fill({40, 0, 40}, {50, 6, 50}, Material::kRoof);
+    return world;
+}
+
+/// The voxels of a level; each box is made once.
+class Voxels {
+public:
+    explicit Voxels(voxel::World& world, int level = 0) : m_world(world), m_level(level) {}
+    [[nodiscard]] std::optional<voxel::VoxelAttr> at(int x, int y, int z) {
+        const voxel::BoxKey key{m_level, x >> 6, y >> 8, z >> 6};
+        auto found = m_boxes.find(key);
+        if (found == m_boxes.end())
+            found = m_boxes.emplace(key, m_world.box(key)).first;
+        return found->second ? found->second->voxel(x & 63, y & 255, z & 63) : std::nullopt;
+    }
+
+private:
+    voxel::World& m_world;
+    const int m_level;
+    std::map<voxel::BoxKey, std::shared_ptr<const voxel::Box>> m_boxes;
+};
+
+std::unique_ptr<voxel::World> with(std::vector<std::string> additions, int level = 0) {
+    return overlay::with_additions(land(level), additions);
+}
+
+}  // namespace
+
+TEST_CASE("a footprint contains what is inside of its border and outside of its holes",
+          "[voxelserver][overlay]") {
+    const Footprint f(
+        {{{0, 0}, {10, 0}, {10, 10}, {0, 10}, {0, 0}}, {{4, 4}, {6, 4}, {6, 6}, {4, 6}}});
+    CHECK(f.contains(1, 1));
+    CHECK(f.contains(9.5, 5));
+    CHECK_FALSE(f.contains(5, 5));
+    CHECK_FALSE(f.contains(11, 5));
+    CHECK_FALSE(f.contains(5, -1));
+    CHECK(f.contains(f.middle()[0], f.middle()[1]));
+    CHECK_THROWS_AS(Footprint({}), std::invalid_argument);
+    CHECK_THROWS_AS(Footprint({{{0, 0}, {1, 1}}}), std::invalid_argument);
+    CHECK_THROWS_AS(Footprint({{{0, 0}, {5, 0}, {9, 0}}}), std::invalid_argument);
+}
+
+TEST_CASE("a planned object is solid, and all else is as it was", "[voxelserver][overlay]") {
+    const auto before = land();
+    const auto after = with({"-10,-70,5,-60,300"});
+    CHECK(after->info().bounds.max[1] == 300);
+    CHECK(after->column(0, -1, -1).by_end == 2);
+    Voxels voxels(*after);
+    for (int z = -100; z < 100; ++z)
+        for (int x = -100; x < 100; ++x)
+            for (const int y : {-4, -1, 0, 5, 11, 12, 255, 256, 299, 300}) {
+                const bool is_inside = x >= -10 && x < 5 && z >= -70 && z < -60 && y < 300;
+                const auto there = voxels.at(x, y, z);
+                if (is_inside) {
+                    if (!there)
+                        FAIL("air at " << x << ", " << y << ", " << z);
+                    continue;
+                }
+                const Material wanted = before->at(x, y, z);
+                const bool is_air = wanted == Material::kAir;
+                if (is_air == there.has_value() ||
+                    (there && there->material != wanted && there->material != Material::kRock))
+                    FAIL("another voxel at " << x << ", " << y << ", " << z);
+            }
+    const auto wall = voxels.at(-10, 100, -65);
+    REQUIRE(wall);
+    CHECK(wall->material == Material::kPlain);
+    const auto untouched = after->box({0, 1, -1, 1});
+    CHECK(untouched->checksum() == before->box({0, 1, -1, 1})->checksum());
+    CHECK(after->edition() != with({"-10,-70,5,-60,301"})->edition());
+    CHECK(after->may_hold({{0, -1, 1, -1}, {0, 0, 2, 0}}));
+}
+
+TEST_CASE("on coarse levels an object keeps its place, and never vanishes",
+          "[voxelserver][overlay]") {
+    // Voxels of 8; the array's coordinates are in these.
+    const auto world = with({"80,80,160,160,80", "-799,-799,-798,-798,80"}, 3);
+    Voxels voxels(*world, 3);
+    for (int z = 0; z < 30; ++z)
+        for (int x = 0; x < 30; ++x) {
+            const bool is_inside = x >= 10 && x < 20 && z >= 10 && z < 20;
+            const auto there = voxels.at(x, 9, z);
+            CHECK(there.has_value() == is_inside);
+        }
+    CHECK(voxels.at(-100, 9, -100).has_value());
+    CHECK_FALSE(voxels.at(-99, 9, -100).has_value());
+}
+
+TEST_CASE("boxes asked for together are those asked for alone", "[voxelserver][overlay]") {
+    const auto world = with({"-10,-10,5,5,40"});
+    const std::vector<voxel::BoxKey> keys = {{0, -1, 0, -1}, {0, 0, 0, 0}, {0, 1, -1, 1}};
+    int count = 0;
+    world->boxes(keys, [&](const voxel::BoxKey& key, const voxel::BoxOutcome& outcome) {
+        ++count;
+        CHECK(outcome.box->checksum() == world->box(key)->checksum());
+    });
+    CHECK(count == 3);
+}
+
+TEST_CASE("heights count from the ground in the middle of an object", "[voxelserver][overlay]") {
+    const auto world = land();
+    CHECK(overlay::ground_at(*world, 0, 0) == 0);
+    CHECK(overlay::ground_at(*world, 22, 22) == 0);  // below a crown
+    CHECK(overlay::ground_at(*world, 45, 45) == 6);  // on a house
+    CHECK(with({"21,21,24,24,+30"})->info().bounds.max[1] == 30);
+    CHECK(with({"42,42,48,48,+30"})->info().bounds.max[1] == 36);
+}
+
+TEST_CASE("polygons of a file are put into the world", "[voxelserver][overlay]") {
+    const test::TemporaryFolder folder;
+    const auto file = folder.path() / "plan.geojson";
+    std::ofstream(file) << R"({"type":"Feature","properties":{"height":20},)"
+                           R"("crs":{"properties":{"name":"EPSG:3794"}},"geometry":)"
+                           R"({"type":"Polygon","coordinates":[[[0,0],[9,0],[9,9],[0,0]]]}})";
+    auto base = land();
+    base->editable_info().crs = "EPSG:3794";
+    base->editable_info().crs_wkt = geo::Crs::from_text("EPSG:3794").wkt();
+    const std::vector<std::string> additions = {file.string()};
+    const auto world = overlay::with_additions(std::move(base), additions);
+    CHECK(world->info().bounds.max[1] == 20);
+    Voxels voxels(*world);
+    CHECK(voxels.at(6, 15, -2).has_value());  // north of the southern border
+    CHECK_FALSE(voxels.at(2, 15, -6).has_value());
+    CHECK_FALSE(voxels.at(6, 15, 2).has_value());
+}
+
+TEST_CASE("what cannot be added is refused in words", "[voxelserver][overlay]") {
+    struct Case {
+        const char* text;
+        const char* says;
+    };
+    for (const Case& c : {
+             Case{"1,2,3,4", "allowed: west,south,east,north,TOP"},
+             Case{"1,2,3,4,5,6", "allowed: west"},
+             Case{"1,2,3,4,x", "allowed: west"},
+             Case{"1,2,3,4,+", "allowed: west"},
+             Case{"nan,2,3,4,5", "allowed: west"},
+             Case{"tower", "allowed: west"},
+             Case{"3,2,1,4,5", "upside down"},
+             Case{"0,0,101,5,5", "within -100,-100,100,100"},
+             Case{"0,0,10,5,1e6", "allowed: up to 20000"},
+             Case{"plan.geojson", "no CRS"},
+         }) {
+        INFO(c.text);
+        CHECK_THROWS_AS(with({c.text}), util::UsageError);
+        CHECK_THROWS_WITH(with({c.text}), contains(c.says));
+    }
+    CHECK_THROWS_WITH(with(std::vector<std::string>(1001, "0,0,2,2,5")),
+                      contains("more than 1000 objects"));
+}

@@ -1,0 +1,178 @@
+#include "voxelserver/worlds/overlay/additions.hpp"
+
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <filesystem>
+#include <optional>
+#include <stdexcept>
+#include <utility>
+#include <vector>
+
+#include "common/geo/geojson.hpp"
+#include "common/util/error.hpp"
+#include "common/util/letter_case.hpp"
+#include "voxelserver/worlds/overlay/overlay_world.hpp"
+
+namespace terravox::overlay {
+namespace {
+
+/// The height of an object, as it was given.
+struct Height {
+    double metres = 0;
+    bool is_above_ground = false;
+};
+
+std::string number(double v) {
+    std::array<char, 40> text{};
+    return {text.data(), std::to_chars(text.data(), text.data() + text.size(), v).ptr};
+}
+
+/// Reads the additions to one world.
+class AdditionReader {
+public:
+    explicit AdditionReader(voxel::World& world) : m_world(world), m_info(world.info()) {}
+
+    void read(const std::string& text) {
+        m_text = text;
+        const std::string ending = util::lower_extension(text);
+        if (ending == ".geojson" || ending == ".json")
+            read_file();
+        else
+            read_box();
+    }
+    [[nodiscard]] std::vector<AddedObject> take() { return std::move(m_objects); }
+    /// Identifies the objects: their corners and tops in voxels.
+    [[nodiscard]] const std::string& identity() const noexcept { return m_identity; }
+
+private:
+    [[noreturn]] void refuse(const std::string& what) const {
+        throw util::UsageError("add " + m_text + ": " + what);
+    }
+
+    void read_box() {
+        std::string numbers = m_text;
+        Height height;
+        if (const std::size_t last = numbers.rfind(',') + 1;
+            last > 0 && last < numbers.size() && numbers[last] == '+') {
+            height.is_above_ground = true;
+            numbers.erase(last, 1);
+        }
+        std::array<double, 5> values{};
+        const char* at = numbers.data();
+        const char* end = at + numbers.size();
+        for (std::size_t i = 0; i < values.size(); ++i) {
+            const auto [next, failed] = std::from_chars(at, end, values[i]);
+            const bool is_last = i + 1 == values.size();
+            if (failed != std::errc{} || !std::isfinite(values[i]) ||
+                (is_last ? next != end : next == end || *next != ','))
+                refuse(std::string("no object; allowed: ") + kAdditionForms);
+            at = is_last ? next : next + 1;
+        }
+        const auto [west, south, east, north, metres] = values;
+        if (!(west < east && south < north))
+            refuse("it is empty or upside down; allowed: west,south,east,north");
+        height.metres = metres;
+        const Footprint::Ring ring = {in_voxels(west, south), in_voxels(east, south),
+                                      in_voxels(east, north), in_voxels(west, north)};
+        add({ring}, height);
+    }
+
+    void read_file() {
+        if (m_info.crs_wkt.empty())
+            refuse(
+                "this world has no CRS to place polygons in; allowed: x0,z0,x1,z1,TOP in voxels");
+        const auto shapes = geo::read_geojson(m_text, geo::Crs::from_wkt(m_info.crs_wkt));
+        for (const geo::Shape& shape : shapes) {
+            const std::string name = "feature " + std::to_string(shape.feature);
+            if (shape.kind != geo::ShapeKind::kPolygon)
+                refuse(name + " is no polygon");
+            const double top = shape.number("top");
+            const Height height =
+                std::isnan(top) ? Height{shape.number("height"), true} : Height{top, false};
+            if (std::isnan(height.metres))
+                refuse(name + " has no number 'top' or 'height', in metres");
+            std::vector<Footprint::Ring> rings;
+            for (const auto& part : shape.parts) {
+                Footprint::Ring& ring = rings.emplace_back();
+                for (const geo::Shape::Position& p : part)
+                    ring.push_back(in_voxels(p[0], p[1]));
+            }
+            add(std::move(rings), height);
+        }
+        if (shapes.empty())
+            refuse("it holds no polygon");
+    }
+
+    [[nodiscard]] Footprint::Point in_voxels(double x, double y) const {
+        if (m_info.crs.empty())
+            return {x, y};
+        return {x / m_info.crs_units_per_voxel, -y / m_info.crs_units_per_voxel};
+    }
+
+    void add(std::vector<Footprint::Ring> rings, Height height) {
+        if (m_objects.size() == kMaxObjects)
+            refuse("more than " + std::to_string(kMaxObjects) + " objects");
+        std::optional<Footprint> footprint;
+        try {
+            footprint.emplace(std::move(rings));
+        } catch (const std::invalid_argument& e) {
+            refuse(e.what());
+        }
+        check_place(*footprint);
+        double top = height.metres / m_info.voxel_m;
+        if (height.is_above_ground)
+            top += ground_below(*footprint);
+        constexpr double kHighest_m = 20'000;
+        if (!(std::abs(top * m_info.voxel_m) <= kHighest_m))
+            refuse("a top at " + number(top * m_info.voxel_m) + " m; allowed: up to " +
+                   number(kHighest_m));
+        for (const double v :
+             {footprint->min()[0], footprint->min()[1], footprint->max()[0], footprint->max()[1],
+              footprint->middle()[0], footprint->middle()[1], top})
+            m_identity += (m_identity.empty() ? "" : " ") + number(v);
+        m_objects.push_back({std::move(*footprint), top});
+    }
+
+    void check_place(const Footprint& footprint) const {
+        const voxel::VoxelBounds& b = m_info.bounds;
+        const Footprint::Point low = footprint.min();
+        const Footprint::Point high = footprint.max();
+        if (low[0] >= b.min[0] && high[0] <= b.max[0] && low[1] >= b.min[2] && high[1] <= b.max[2])
+            return;
+        const bool is_placed = !m_info.crs.empty();
+        const double unit = is_placed ? m_info.crs_units_per_voxel : 1;
+        refuse("it lies outside of the data; allowed: within " + number(b.min[0] * unit) + "," +
+               number(is_placed ? -b.max[2] * unit : b.min[2]) + "," + number(b.max[0] * unit) +
+               "," + number(is_placed ? -b.min[2] * unit : b.max[2]));
+    }
+
+    [[nodiscard]] double ground_below(const Footprint& footprint) const {
+        const auto ground =
+            ground_at(m_world, static_cast<std::int32_t>(std::floor(footprint.middle()[0])),
+                      static_cast<std::int32_t>(std::floor(footprint.middle()[1])));
+        if (!ground)
+            refuse("there are no data in its middle; allowed: TOP, a height of its own");
+        return *ground;
+    }
+
+    voxel::World& m_world;
+    const voxel::WorldInfo& m_info;
+    std::string m_text;
+    std::string m_identity;
+    std::vector<AddedObject> m_objects;
+};
+
+}  // namespace
+
+std::unique_ptr<voxel::World> with_additions(std::unique_ptr<voxel::World> world,
+                                             std::span<const std::string> additions) {
+    if (additions.empty())
+        return world;
+    AdditionReader reader(*world);
+    for (const std::string& text : additions)
+        reader.read(text);
+    return std::make_unique<OverlayWorld>(std::move(world), reader.take(), reader.identity());
+}
+
+}  // namespace terravox::overlay

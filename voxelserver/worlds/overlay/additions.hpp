@@ -1,0 +1,25 @@
+#pragma once
+
+#include <memory>
+#include <span>
+#include <string>
+
+#include "common/voxel/world.hpp"
+
+namespace terravox::overlay {
+
+/// The forms of an addition, for help and messages.
+inline constexpr const char* kAdditionForms =
+    "west,south,east,north,TOP (height of its top, metres), west,south,east,north,+HEIGHT (above "
+    "the ground in its middle), or a GeoJSON file of polygons with the property top or height";
+inline constexpr std::size_t kMaxObjects = 1000;
+
+/// Puts planned objects into a world.
+/// @param additions each one of kAdditionForms; coordinates in the world's CRS, in voxels x0,z0,
+/// x1,z1 where it has none; none: the world is returned as it is
+/// @throws UsageError for another text, for objects outside of the world or without a height;
+/// Error for a file that cannot be read, and as World::box()
+[[nodiscard]] std::unique_ptr<voxel::World> with_additions(std::unique_ptr<voxel::World> world,
+                                                           std::span<const std::string> additions);
+
+}  // namespace terravox::overlay
