@@ -221,29 +221,55 @@ class Rasters(Case):
         whole = self.values(raster("sky"), 1)
         self.assertEqual(self.values(part, 1), [row[20:-50] for row in whole[10:-30]])
 
-    def test_a_worker_measures_the_same(self):
+    def worker(self):
+        """@return the flags with which a worker renders alone"""
         folder = temporary_folder()
         token = folder / "token"
         token.write_text("a token of many characters, for this test alone\n", encoding="utf-8")
         token.chmod(0o600)
-        port = hold_port()
-        address = f"127.0.0.1:{port}"
+        address = f"127.0.0.1:{hold_port()}"
         log = (folder / "worker.log").open("w", encoding="utf-8")
+        self.addCleanup(log.close)
         worker = subprocess.Popen(
             [binary("RAYTRACER"), "worker", "--listen", address, "--token-file", token],
             stdout=log,
             stderr=log,
         )
-        try:
-            for kind in ("terrain", "sky", "sun", "sight"):
-                with self.subTest(kind):
-                    wanted = raster(kind).read_bytes()
-                    flags = ["--threads", "0", "--worker", address, "--token-file", str(token)]
-                    self.assertEqual(raster(kind, *flags).read_bytes(), wanted)
-        finally:
-            worker.terminate()
-            worker.wait(HANGS_S)
-            log.close()
+        self.addCleanup(worker.wait, HANGS_S)
+        self.addCleanup(worker.terminate)
+        return ["--threads", "0", "--worker", address, "--token-file", str(token)]
+
+    def test_a_worker_measures_the_same(self):
+        flags = self.worker()
+        for kind in ("terrain", "sky", "sun", "sight"):
+            with self.subTest(kind):
+                self.assertEqual(raster(kind, *flags).read_bytes(), raster(kind).read_bytes())
+
+    def test_a_planned_object_is_in_the_world_and_hides_what_is_behind(self):
+        west, south, _, _ = area()
+        box = f"{west + 60},{south + 40},{west + 70},{south + 50}"
+        before = self.values(raster("terrain"), 1)
+        after = self.values(raster("terrain", "--add", f"{box},700"), 1)
+        for y, row in enumerate(after):
+            for x, height in enumerate(row):
+                is_inside = 60 <= x < 70 and 60 <= y < 70
+                self.assertEqual(height, 700 if is_inside else before[y][x], (x, y))
+        on_ground = self.values(raster("terrain", "--add", f"{box},+30"), 1)
+        self.assertEqual(len({height for row in on_ground[60:70] for height in row[60:70]}), 1)
+        self.assertAlmostEqual(on_ground[65][65] - before[65][65], 30, delta=15)
+        seen = [v for row in self.values(raster("sight"), 1) for v in row]
+        # The observer stands next to it.
+        wall = [v for row in self.values(raster("sight", "--add", f"{box},700"), 1) for v in row]
+        self.assertLess(wall.count(1), 0.9 * seen.count(1))
+
+    def test_a_worker_measures_planned_objects_too(self):
+        add = ["--area", "0,0,100,80", "--add", "40,30,60,50,300"]
+        files = [temporary_folder() / "a.tif", temporary_folder() / "b.tif"]
+        for file, flags in zip(files, ([], self.worker())):
+            words = ["terrain", "generated:3", *add, *flags, "--quiet", "-o", file]
+            self.assertEqual(analyse(*words).code, 0)
+        self.assertEqual(files[0].read_bytes(), files[1].read_bytes())
+        self.assertEqual(max(v for row in self.values(files[0], 1) for v in row), 300)
 
     def test_what_cannot_be_read_is_a_hole_and_no_value(self):
         folder = temporary_folder()
@@ -379,6 +405,14 @@ class Refusals(Case):
             "refraction that no air has": (
                 ["sight", square(), "-o", "a.tif", *observer(), "--refraction", "2"],
                 "refraction",
+            ),
+            "a planned object elsewhere": (
+                ["terrain", square(), "-o", "a.tif", "--add", "0,0,10,10,500"],
+                "outside of the data; allowed: within",
+            ),
+            "a planned object without a height": (
+                ["terrain", square(), "-o", "a.tif", "--add", "0,0,10,10"],
+                "TOP",
             ),
             "no kind": ([], "subcommand"),
         }
