@@ -35,7 +35,7 @@ struct AnalyseArguments {
     std::string relief_of = "dtm";
     std::string light = "315,45";
     analyse::ReliefOptions relief;
-    std::vector<std::string> observers;
+    ObserverArguments observers;
     bool as_json = false;
     bool resume = false;
     bool quiet = false;
@@ -202,12 +202,20 @@ void add_relief_options(CLI::App& command, AnalyseArguments& args) {
 
 void add_sight_options(CLI::App& command, AnalyseArguments& args) {
     command
-        .add_option("--observer", args.observers,
+        .add_option("--observer", args.observers.texts,
                     std::string("who looks; may be given several times: ") + kObserverForms)
         ->expected(1)
         ->take_all()
-        ->allow_extra_args(false)
-        ->required();
+        ->allow_extra_args(false);
+    command.add_option("--observers", args.observers.files, kObserverFileForm)
+        ->expected(1)
+        ->take_all()
+        ->allow_extra_args(false);
+    command
+        .add_option("--observer-step-m", args.observers.step_m,
+                    "distance of the observers on a line, metres")
+        ->check(CLI::Range(0.1, 1e5))
+        ->capture_default_str();
     command.add_flag("--json", args.as_json,
                      "print what is seen, by material and class, as one JSON object");
 }
