@@ -48,4 +48,33 @@ double zone_offset_h(const std::string& zone, const DateTime& local) {
     }
 }
 
+double zone_offset_at_h(const std::string& zone, std::int64_t utc_s) {
+    const date::time_zone& found = find(zone);
+    try {
+        const auto info = found.get_info(date::sys_seconds{std::chrono::seconds{utc_s}});
+        return std::chrono::duration<double, std::ratio<3600>>(info.offset).count();
+    } catch (const std::exception& e) {
+        throw util::Error("read the time zone '" + zone + "': " + e.what());
+    }
+}
+
+std::int64_t days_from_1970(int year, int month, int day) noexcept {
+    const std::chrono::year_month_day date{std::chrono::year(year),
+                                           std::chrono::month(static_cast<unsigned>(month)),
+                                           std::chrono::day(static_cast<unsigned>(day))};
+    return std::chrono::sys_days{date}.time_since_epoch().count();
+}
+
+DateTime clock_at(std::int64_t utc_s, double utc_offset_h) noexcept {
+    const std::chrono::sys_seconds local{
+        std::chrono::seconds{utc_s + std::llround(utc_offset_h * 3600)}};
+    const auto day = std::chrono::floor<std::chrono::days>(local);
+    const std::chrono::year_month_day date{day};
+    return {.year = static_cast<int>(date.year()),
+            .month = static_cast<int>(static_cast<unsigned>(date.month())),
+            .day = static_cast<int>(static_cast<unsigned>(date.day())),
+            .hour = static_cast<double>((local - day).count()) / 3600,
+            .utc_offset_h = utc_offset_h};
+}
+
 }  // namespace terravox::geo

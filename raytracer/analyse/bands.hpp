@@ -15,14 +15,18 @@ template <class Band>
 }
 
 /// Bands without any value.
-/// @param hole the band that counts holes
+/// @param hole number of the band that counts holes
 /// @param is_hole whether a box that is not available is the reason
-template <class Band>
-[[nodiscard]] core::Bands no_values(Band hole, bool is_hole) noexcept {
+[[nodiscard]] inline core::Bands no_values(std::size_t hole, bool is_hole) noexcept {
     core::Bands out;
     out.fill(core::kNoData);
-    at(out, hole) = is_hole ? 1.0F : 0.0F;
+    out[hole] = is_hole ? 1.0F : 0.0F;
     return out;
+}
+template <class Band>
+[[nodiscard]] core::Bands no_values(Band hole, bool is_hole) noexcept {
+    static_assert(std::is_enum_v<Band>);
+    return no_values(static_cast<std::size_t>(hole), is_hole);
 }
 
 }  // namespace terravox::analyse

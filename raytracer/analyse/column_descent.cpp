@@ -54,6 +54,8 @@ walk::TracedRay upward(const walk::TracedRay& ray, core::Vec3 to) noexcept {
     out.state = core::RayState(out.ray);
     out.state.start_in({ray.hit.voxel.x, ray.hit.voxel.y + 1, ray.hit.voxel.z}, ray.hit.level);
     out.sample = ray.sample;
+    // Where it starts, for the rays that follow it.
+    out.hit = ray.hit;
     out.kind = walk::RayKind::kSky;
     return out;
 }

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <algorithm>
+#include <cstddef>
 #include <vector>
 
 #include "raytracer/core/scene_words.hpp"
@@ -50,8 +52,25 @@ enum class CellStep : std::uint8_t {
                                     core::AnalysisSurface surface) noexcept;
 
 /// A ray from the middle of the top of the voxel that a vertical ray has met.
+/// @param ray such a vertical ray, or another ray of upward(), which starts at the same point
 /// @param to of unit length, y > 0
 [[nodiscard]] walk::TracedRay upward(const walk::TracedRay& ray, core::Vec3 to) noexcept;
+
+// The rays of a cell are sent in chunks: the last one of a chunk sends the next chunk when it has
+// ended. So a wave holds as few rays for a cell as a chunk has, and rays of neighbouring cells in
+// one direction lie together in it, however many directions there are.
+
+inline constexpr std::size_t kChunkRays = 16;
+
+/// Whether a ray is the last one of its chunk.
+/// @param index of the ray among those of its cell
+[[nodiscard]] constexpr bool ends_chunk(std::size_t index) noexcept {
+    return (index + 1) % kChunkRays == 0;
+}
+/// One past the last ray of the chunk that begins with ray `first`, of `count` rays of a cell.
+[[nodiscard]] constexpr std::size_t chunk_end(std::size_t first, std::size_t count) noexcept {
+    return std::min(first + kChunkRays, count);
+}
 
 /// The ray that goes on below the voxel that a vertical ray has met.
 [[nodiscard]] walk::TracedRay below(const walk::TracedRay& ray) noexcept;

@@ -12,7 +12,10 @@ std::unique_ptr<const shade::RayEvaluator> make_evaluator(const shade::View& vie
         case core::AnalysisKind::kNone: break;
         case core::AnalysisKind::kTerrain: return std::make_unique<TerrainEvaluator>(view);
         case core::AnalysisKind::kSky: return std::make_unique<SkyEvaluator>(view);
-        case core::AnalysisKind::kSun: return std::make_unique<SunEvaluator>(view);
+        case core::AnalysisKind::kSun:
+        case core::AnalysisKind::kSunPeriod:
+        case core::AnalysisKind::kSunMonths:
+        case core::AnalysisKind::kShadow: return std::make_unique<SunEvaluator>(view);
         case core::AnalysisKind::kSight: return std::make_unique<SightEvaluator>(view);
     }
     return shade::make_shading(view);

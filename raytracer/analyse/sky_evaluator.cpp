@@ -48,32 +48,36 @@ void SkyEvaluator::shade(const walk::TracedRay& ray, shade::SampleSum& sum,
     if (ray.end == walk::WalkEnd::kHit) {
         if (ray.hit.hole)
             sum.bands = no_values(SkyBand::kHole, true);
-        return;
+    } else {
+        at(sum.bands, SkyBand::kCosine) += ray.weight.r;
+        at(sum.bands, SkyBand::kSolid) += ray.weight.g;
+        at(sum.bands, SkyBand::kOpenness) += ray.weight.b * kZenithAngle_deg;
     }
-    at(sum.bands, SkyBand::kCosine) += ray.weight.r;
-    at(sum.bands, SkyBand::kSolid) += ray.weight.g;
-    at(sum.bands, SkyBand::kOpenness) += ray.weight.b * kZenithAngle_deg;
+    if (ends_chunk(ray.stream))
+        send_to_sky(ray, ray.stream + 1, next);
 }
 
 void SkyEvaluator::shade_cell(const walk::TracedRay& ray, shade::SampleSum& sum,
                               std::vector<walk::TracedRay>& next) const {
     sum.bands = no_values(SkyBand::kHole, is_hole(ray));
     switch (cell_step_at(ray, m_view.scene.analysis.surface)) {
-        case CellStep::kMeasure: send_to_sky(ray, sum, next); break;
+        case CellStep::kMeasure:
+            sum.bands = {};
+            send_to_sky(ray, 0, next);
+            break;
         case CellStep::kDescend: next.push_back(below(ray)); break;
         case CellStep::kNothing: break;
     }
 }
 
-void SkyEvaluator::send_to_sky(const walk::TracedRay& ray, shade::SampleSum& sum,
+void SkyEvaluator::send_to_sky(const walk::TracedRay& ray, std::size_t first,
                                std::vector<walk::TracedRay>& next) const {
-    at(sum.bands, SkyBand::kCosine) = 0;
-    at(sum.bands, SkyBand::kSolid) = 0;
-    at(sum.bands, SkyBand::kOpenness) = 0;
-    for (const SkyDirection& direction : m_directions.of(name_of_cell(ray.ray.origin))) {
-        walk::TracedRay out = upward(ray, direction.to);
-        out.weight = direction.share;
+    const auto directions = m_directions.of(name_of_cell(ray.ray.origin));
+    for (std::size_t i = first; i < chunk_end(first, directions.size()); ++i) {
+        walk::TracedRay out = upward(ray, directions[i].to);
+        out.weight = directions[i].share;
         out.t_max = m_range;
+        out.stream = static_cast<std::uint32_t>(i);
         next.push_back(out);
     }
 }

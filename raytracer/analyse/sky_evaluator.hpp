@@ -21,7 +21,8 @@ public:
 private:
     void shade_cell(const walk::TracedRay& ray, shade::SampleSum& sum,
                     std::vector<walk::TracedRay>& next) const;
-    void send_to_sky(const walk::TracedRay& ray, shade::SampleSum& sum,
+    /// Sends the chunk of rays that begins with direction `first`.
+    void send_to_sky(const walk::TracedRay& ray, std::size_t first,
                      std::vector<walk::TracedRay>& next) const;
     const shade::View& m_view;
     const SkyDirections m_directions;

@@ -8,7 +8,40 @@
 namespace terravox::analyse {
 namespace {
 
+using core::AnalysisKind;
+using core::ShadowBand;
 using core::SunBand;
+using core::SunMonthsBand;
+using core::SunPeriodBand;
+
+void add_to_day(const solar::SunDirection& from, core::Bands& bands) noexcept {
+    const auto begin = static_cast<float>(from.begin_h);
+    const auto end = static_cast<float>(from.end_h);
+    at(bands, SunBand::kHours) += static_cast<float>(from.hours);
+    float& first = at(bands, SunBand::kFirst);
+    float& last = at(bands, SunBand::kLast);
+    first = first == core::kNoData ? begin : std::min(first, begin);
+    last = std::max(last, end);
+}
+
+void add_to_period(const solar::SunDirection& from, const solar::SunWay& way,
+                   core::Bands& bands) noexcept {
+    at(bands, SunPeriodBand::kHours) += static_cast<float>(from.hours);
+    at(bands, SunPeriodBand::kPerDay) += static_cast<float>(from.hours / way.days);
+    at(bands, SunPeriodBand::kShare) += static_cast<float>(from.hours / way.hours);
+}
+
+void add_to_months(const solar::SunDirection& from, core::Bands& bands) noexcept {
+    at(bands, SunMonthsBand::kHours) += static_cast<float>(from.hours);
+    float* const month = &at(bands, SunMonthsBand::kJanuary);
+    for (std::size_t m = 0; m < from.month_hours.size(); ++m)
+        month[m] += from.month_hours[m];
+}
+
+/// The band that counts holes: the last one of every kind.
+std::size_t hole_of(AnalysisKind kind) noexcept {
+    return core::band_count(kind) - 1;
+}
 
 }  // namespace
 
@@ -22,41 +55,62 @@ bool SunEvaluator::needs_surroundings(const walk::TracedRay& /*ray*/) const noex
 
 void SunEvaluator::shade(const walk::TracedRay& ray, shade::SampleSum& sum,
                          std::vector<walk::TracedRay>& next) const {
-    if (ray.kind != walk::RayKind::kPrimary) {
-        if (at(sum.bands, SunBand::kHole) > 0)
-            return;
-        if (ray.end != walk::WalkEnd::kHit)
-            add_sunlit_step(ray.stream, sum.bands);
-        else if (ray.hit.hole)
-            sum.bands = no_values(SunBand::kHole, true);
+    if (ray.kind == walk::RayKind::kPrimary) {
+        shade_cell(ray, sum, next);
         return;
     }
-    sum.bands = no_values(SunBand::kHole, is_hole(ray));
+    const std::size_t hole = hole_of(m_view.scene.analysis.kind);
+    if (sum.bands[hole] > 0)
+        return;
+    if (ray.end != walk::WalkEnd::kHit)
+        add_sunlit(m_view.sun_way.directions[ray.stream], sum.bands);
+    else if (ray.hit.hole)
+        sum.bands = no_values(hole, true);
+    if (ends_chunk(ray.stream))
+        send_to_sun(ray, ray.stream + 1, next);
+}
+
+void SunEvaluator::shade_cell(const walk::TracedRay& ray, shade::SampleSum& sum,
+                              std::vector<walk::TracedRay>& next) const {
+    sum.bands = no_values(hole_of(m_view.scene.analysis.kind), is_hole(ray));
     switch (cell_step_at(ray, m_view.scene.analysis.surface)) {
-        case CellStep::kMeasure: send_to_sun(ray, sum, next); break;
+        case CellStep::kMeasure:
+            sum.bands = without_sun();
+            send_to_sun(ray, 0, next);
+            break;
         case CellStep::kDescend: next.push_back(below(ray)); break;
         case CellStep::kNothing: break;
     }
 }
 
-void SunEvaluator::add_sunlit_step(std::size_t step, core::Bands& bands) const noexcept {
-    const double half_h = m_view.scene.analysis.step_min / 60 / 2;
-    const double middle_h = m_view.sun_steps[step].hour;
-    const auto begin = static_cast<float>(middle_h - half_h);
-    const auto end = static_cast<float>(middle_h + half_h);
-    at(bands, SunBand::kHours) += static_cast<float>(2 * half_h);
-    float& first = at(bands, SunBand::kFirst);
-    float& last = at(bands, SunBand::kLast);
-    first = first == core::kNoData ? begin : std::min(first, begin);
-    last = std::max(last, end);
+core::Bands SunEvaluator::without_sun() const noexcept {
+    core::Bands out{};
+    if (m_view.scene.analysis.kind == AnalysisKind::kSun) {
+        at(out, SunBand::kFirst) = core::kNoData;
+        at(out, SunBand::kLast) = core::kNoData;
+    }
+    return out;
 }
 
-void SunEvaluator::send_to_sun(const walk::TracedRay& ray, shade::SampleSum& sum,
+void SunEvaluator::add_sunlit(const solar::SunDirection& from, core::Bands& bands) const noexcept {
+    switch (m_view.scene.analysis.kind) {
+        case AnalysisKind::kSun: add_to_day(from, bands); break;
+        case AnalysisKind::kSunPeriod: add_to_period(from, m_view.sun_way, bands); break;
+        case AnalysisKind::kSunMonths: add_to_months(from, bands); break;
+        case AnalysisKind::kShadow: at(bands, ShadowBand::kSunlit) = 1; break;
+        case AnalysisKind::kNone:
+        case AnalysisKind::kTerrain:
+        case AnalysisKind::kSky: break;
+    }
+}
+
+void SunEvaluator::send_to_sun(const walk::TracedRay& ray, std::size_t first,
                                std::vector<walk::TracedRay>& next) const {
-    at(sum.bands, SunBand::kHours) = 0;
-    for (std::size_t step = 0; step < m_view.sun_steps.size(); ++step) {
-        walk::TracedRay out = upward(ray, m_view.sun_steps[step].to);
-        out.stream = static_cast<std::uint32_t>(step);
+    const auto& directions = m_view.sun_way.directions;
+    for (std::size_t i = first; i < chunk_end(first, directions.size()); ++i) {
+        walk::TracedRay out = upward(ray, directions[i].to);
+        out.kind = walk::RayKind::kShadow;
+        out.stream = static_cast<std::uint32_t>(i);
         next.push_back(out);
     }
 }

@@ -49,9 +49,31 @@ enum class SightBand : std::uint8_t {
 };
 inline constexpr std::size_t kSightBands = 5;
 
-inline constexpr std::size_t kMaxBands = 8;
-static_assert(kTerrainBands <= kMaxBands && kSkyBands <= kMaxBands && kSunBands <= kMaxBands);
-static_assert(kSightBands <= kMaxBands);
+enum class SunPeriodBand : std::uint8_t {
+    kHours,   ///< of direct sun in the period
+    kPerDay,  ///< its mean over the days of the period, hours
+    kShare,   ///< of the time for which the sun is above a level horizon, [0, 1]
+    kHole,    ///< as TerrainBand::kHole
+};
+inline constexpr std::size_t kSunPeriodBands = 4;
+
+enum class SunMonthsBand : std::uint8_t {
+    kHours,      ///< of direct sun in the period
+    kJanuary,    ///< hours of all Januaries in the period; those of February follow, ...
+    kHole = 13,  ///< as TerrainBand::kHole
+};
+inline constexpr std::size_t kSunMonthsBands = 14;
+
+enum class ShadowBand : std::uint8_t {
+    kSunlit,  ///< 1: in the sun; 0: in shadow, or the sun is below the horizon
+    kHole,    ///< as TerrainBand::kHole
+};
+inline constexpr std::size_t kShadowBands = 2;
+
+inline constexpr std::size_t kMaxBands = 16;
+static_assert(kTerrainBands <= kMaxBands && kSkyBands <= kMaxBands && kSunBands <= kMaxBands &&
+              kSunPeriodBands <= kMaxBands && kSunMonthsBands <= kMaxBands &&
+              kShadowBands <= kMaxBands && kSightBands <= kMaxBands);
 
 /// @return 0: a picture, which has no bands
 [[nodiscard]] constexpr std::size_t band_count(AnalysisKind kind) noexcept {
@@ -60,6 +82,9 @@ static_assert(kSightBands <= kMaxBands);
         case AnalysisKind::kTerrain: return kTerrainBands;
         case AnalysisKind::kSky: return kSkyBands;
         case AnalysisKind::kSun: return kSunBands;
+        case AnalysisKind::kSunPeriod: return kSunPeriodBands;
+        case AnalysisKind::kSunMonths: return kSunMonthsBands;
+        case AnalysisKind::kShadow: return kShadowBands;
         case AnalysisKind::kSight: return kSightBands;
     }
     return 0;

@@ -119,18 +119,33 @@ constexpr std::span<const Word<Integrator>> words_of(Integrator) noexcept {
 
 /// What a pixel is: light, or measured values of a cell of a raster (docs/adr/0029).
 enum class AnalysisKind : std::uint8_t {
-    kNone,     ///< a picture
-    kTerrain,  ///< heights, classes, materials, colours
-    kSky,      ///< how much of the sky is seen
-    kSun,      ///< hours of direct sun on a day
-    kSight,    ///< what observers see
+    kNone,       ///< a picture
+    kTerrain,    ///< heights, classes, materials, colours
+    kSky,        ///< how much of the sky is seen
+    kSun,        ///< hours of direct sun on a day
+    kSunPeriod,  ///< hours of direct sun in a period
+    kSunMonths,  ///< the same, and by month
+    kShadow,     ///< whether the sun shines at an instant
+    kSight,      ///< what observers see
 };
 inline constexpr Word<AnalysisKind> kAnalysisKinds[] = {
-    {AnalysisKind::kNone, "none"}, {AnalysisKind::kTerrain, "terrain"}, {AnalysisKind::kSky, "sky"},
-    {AnalysisKind::kSun, "sun"},   {AnalysisKind::kSight, "sight"},
+    {AnalysisKind::kNone, "none"},
+    {AnalysisKind::kTerrain, "terrain"},
+    {AnalysisKind::kSky, "sky"},
+    {AnalysisKind::kSun, "sun"},
+    {AnalysisKind::kSunPeriod, "sun-period"},
+    {AnalysisKind::kSunMonths, "sun-months"},
+    {AnalysisKind::kShadow, "shadow"},
+    {AnalysisKind::kSight, "sight"},
 };
 constexpr std::span<const Word<AnalysisKind>> words_of(AnalysisKind) noexcept {
     return kAnalysisKinds;
+}
+
+/// Whether an analysis sends rays towards the sun.
+[[nodiscard]] constexpr bool needs_sun_way(AnalysisKind kind) noexcept {
+    return kind == AnalysisKind::kSun || kind == AnalysisKind::kSunPeriod ||
+           kind == AnalysisKind::kSunMonths || kind == AnalysisKind::kShadow;
 }
 
 /// Where in a cell an analysis measures.

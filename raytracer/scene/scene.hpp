@@ -126,13 +126,17 @@ struct Scene {
         int directions = 256;  ///< of kind sky: rays from each cell
         /// Of kinds sky, sight: how far their rays look; 0: to the end of the world.
         double range_m = 0;
-        /// Of kind sun: the sun is where it is in the middle of each step of the day.
+        /// Of the kinds of the sun: it is where it is in the middle of each step of time.
         double step_min = 10;
+        /// First and last day of a period, YYYY-MM-DD; both empty: sun.date alone.
+        std::string from, to;
+        /// Of a period: size of the bins that gather the sun's positions; 0: a ray for each.
+        double bin_deg = 3;
         PointList observers;    ///< of kind sight
         double target_m = 0;    ///< of kind sight: height above the surface that is looked for
         bool curvature = true;  ///< of kind sight: the Earth's, lessened by the air's refraction
-        double refraction =
-            0.13;  ///< its coefficient: the Earth's radius to that of a ray of light
+        /// Its coefficient: the Earth's radius to that of a ray of light.
+        double refraction = 0.13;
         friend bool operator==(const Analysis&, const Analysis&) = default;
     } analysis;
     struct Processing {

@@ -232,6 +232,17 @@ void visit_fields(SceneType& s, Visit&& visit) {
                     "--range-m"});
     visit("analysis.step_min", s.analysis.step_min,
           FieldRule{"steps of the sun's way, minutes", 1, 60, {}, "--step-min"});
+    visit("analysis.from", s.analysis.from,
+          FieldRule{"first day of a period, YYYY-MM-DD", 0, 0, {}, "--from"});
+    visit("analysis.to", s.analysis.to,
+          FieldRule{"last day of a period, YYYY-MM-DD", 0, 0, {}, "--to"});
+    visit("analysis.bin_deg", s.analysis.bin_deg,
+          FieldRule{"bins that gather the sun's positions of a period, degrees; 0 = a ray for each "
+                    "position",
+                    0,
+                    15,
+                    {},
+                    "--bin-deg"});
     visit("analysis.observers", s.analysis.observers,
           FieldRule{"of sight: points that look, x,y,z;... in voxels"});
     visit("analysis.target_m", s.analysis.target_m,

@@ -1,24 +1,18 @@
 #pragma once
 
 #include <memory>
-#include <vector>
 
 #include "raytracer/core/analysis_bands.hpp"
 #include "raytracer/material/material_table.hpp"
 #include "raytracer/scene/camera.hpp"
 #include "raytracer/scene/scene.hpp"
 #include "raytracer/sky/sky.hpp"
+#include "raytracer/solar/sun_way.hpp"
 #include "raytracer/tiles/square_grid.hpp"
 #include "raytracer/tiles/tile.hpp"
 #include "raytracer/walk/level_cut.hpp"
 
 namespace terravox::shade {
-
-/// A step of the sun's way over a day, while its centre is above the horizon.
-struct SunStep {
-    core::Vec3 to;    ///< of unit length, y > 0; in the middle of the step
-    double hour = 0;  ///< clock time of its middle
-};
 
 /// Everything that all rays of a picture have in common. Immutable and shared by all processors.
 struct View {
@@ -33,7 +27,7 @@ struct View {
     bool night = false;      ///< windows are lit
     double exposure_ev = 0;  ///< of 8-bit pictures, including the adaptation to the daylight
     float max_indirect = 0;  ///< greatest light of one indirect sample; 0: no limit
-    std::vector<SunStep> sun_steps;  ///< of an analysis of the sun, in the order of the day
+    solar::SunWay sun_way = {};  ///< of an analysis of the sun
 
     /// Number of measured values for each pixel; 0 for pictures.
     [[nodiscard]] std::size_t bands() const noexcept {

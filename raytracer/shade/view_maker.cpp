@@ -68,22 +68,6 @@ void check_camera(const View& view, blocks::BlockManager& blocks) {
                            " m higher, or --camera-inside-rock yes");
 }
 
-std::vector<SunStep> sun_steps_of(const scene::Scene& scene, const geo::LatLon* place) {
-    constexpr double kDay_h = 24;
-    const double step_h = scene.analysis.step_min / 60;
-    scene::Scene::Sun sun = scene.sun;
-    sun.altitude_deg = std::nullopt;
-    sun.azimuth_deg = std::nullopt;
-    std::vector<SunStep> out;
-    for (int step = 0; (step + 0.5) * step_h < kDay_h; ++step) {
-        sun.time_h = (step + 0.5) * step_h;
-        const geo::SunPosition at = sky::sun_of(sun, place);
-        if (at.altitude_deg > 0)
-            out.push_back({sky::Sun(at, 0).direction(), sun.time_h});
-    }
-    return out;
-}
-
 /// @param sky_of makes the sky
 template <class SkyOf>
 View assemble(const scene::Scene& scene, const voxel::WorldInfo& world,
@@ -112,8 +96,8 @@ View assemble(const scene::Scene& scene, const voxel::WorldInfo& world,
                static_cast<double>(origin[2])},
               sun.altitude_deg < kLampsOn_deg};
     view.exposure_ev = scene.output.exposure_ev + adaptation_ev(view.sky, scene.output.adaptation);
-    if (scene.analysis.kind == core::AnalysisKind::kSun)
-        view.sun_steps = sun_steps_of(scene, world.centre ? &*world.centre : nullptr);
+    if (core::needs_sun_way(scene.analysis.kind))
+        view.sun_way = solar::sun_way_of(scene, world.centre ? &*world.centre : nullptr);
     if (scene.quality.integrator == core::Integrator::kPath)
         view.max_indirect =
             static_cast<float>(scene.quality.clamp * det::pow(2, -view.exposure_ev));

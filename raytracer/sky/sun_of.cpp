@@ -13,15 +13,7 @@ namespace {
 constexpr geo::LatLon kDefaultPlace{46, 14};
 
 geo::DateTime clock_of(const scene::Scene::Sun& sun) {
-    geo::DateTime time;
-    int end = 0;
-    if (std::sscanf(sun.date.c_str(), "%4d-%2d-%2d%n", &time.year, &time.month, &time.day, &end) !=
-            3 ||
-        static_cast<std::size_t>(end) != sun.date.size())
-        throw util::UsageError("place the sun: sun.date = '" + sun.date + "'; allowed: YYYY-MM-DD");
-    if (!geo::is_date(time.year, time.month, time.day))
-        throw util::UsageError("place the sun: sun.date = '" + sun.date +
-                               "' is no day of the calendar");
+    geo::DateTime time = date_of(sun.date, "sun.date");
     if (!(sun.time_h >= 0 && sun.time_h <= 24))
         throw util::UsageError("place the sun: sun.time_h = " + std::to_string(sun.time_h) +
                                "; allowed: 0 to 24");
@@ -30,6 +22,20 @@ geo::DateTime clock_of(const scene::Scene::Sun& sun) {
 }
 
 }  // namespace
+
+geo::DateTime date_of(const std::string& text, const std::string& field) {
+    geo::DateTime time;
+    int end = 0;
+    if (std::sscanf(text.c_str(), "%4d-%2d-%2d%n", &time.year, &time.month, &time.day, &end) != 3 ||
+        static_cast<std::size_t>(end) != text.size())
+        throw util::UsageError("place the sun: " + field + " = '" + text +
+                               "'; allowed: YYYY-MM-DD");
+    if (!geo::is_date(time.year, time.month, time.day))
+        throw util::UsageError("place the sun: " + field + " = '" + text +
+                               "' is no day of the calendar");
+    time.hour = 0;
+    return time;
+}
 
 geo::DateTime time_of(const scene::Scene::Sun& sun, const geo::LatLon* place) {
     geo::DateTime time = clock_of(sun);

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <string>
+
 #include "common/geo/sun_position.hpp"
 #include "raytracer/scene/scene.hpp"
 
@@ -12,6 +14,12 @@ namespace terravox::sky {
 /// @throws UsageError for an impossible date or time, an unknown zone, or one angle without the
 /// other
 [[nodiscard]] geo::SunPosition sun_of(const scene::Scene::Sun& sun, const geo::LatLon* place);
+
+/// A date from its text.
+/// @param field that holds it, for the message
+/// @return midnight of the day, with an offset of 0
+/// @throws UsageError unless it is a day of the calendar, as YYYY-MM-DD
+[[nodiscard]] geo::DateTime date_of(const std::string& text, const std::string& field);
 
 /// The clock time of a scene's sun at a place, as sun_of() takes it; angles that are given are
 /// ignored.

@@ -77,7 +77,10 @@ void RayWave::shade(TracerTools& tools, std::span<shade::SampleSum> samples, Sta
     for (const walk::TracedRay& ray : m_rays)
         ++counts.rays[static_cast<std::size_t>(ray.kind)];
     clock.lap(tiles::TraceStage::kShading, counts);
-    trace_shadow_groups(tools, counts);
+    if (tools.view.scene.analysis.kind == core::AnalysisKind::kNone)
+        trace_shadow_groups(tools, counts);
+    else
+        trace_sun_directions(tools, counts);
     clock.lap(tiles::TraceStage::kSun, counts);
     trace_scattered(tools);
     clock.lap(tiles::TraceStage::kScattered, counts);
@@ -102,6 +105,52 @@ void RayWave::trace_shadow_groups(TracerTools& tools, tiles::TraceCounts& counts
     for (walk::TracedRay& ray : m_rays)
         if (ray.leaves && ray.end == walk::WalkEnd::kHit)
             ray.end = walk::WalkEnd::kWaits;
+}
+
+// Of an analysis, rays towards one place of the sun come from as many cells as the wave has.
+void RayWave::trace_sun_directions(TracerTools& tools, tiles::TraceCounts& counts) {
+    sort_by_stream();
+    for (std::size_t first = 0; first < m_by_stream.size();) {
+        const walk::TracedRay& leader = m_rays[m_by_stream[first]];
+        m_shadows.clear();
+        for (; first < m_by_stream.size() && m_shadows.size() < ShadowGroups::kMax; ++first) {
+            walk::TracedRay& ray = m_rays[m_by_stream[first]];
+            if (ray.stream != leader.stream)
+                break;
+            m_shadows.push_back({ray.ray.origin, &ray.state, &ray.end});
+        }
+        ShadowGroups groups(tools.shafts, tools.packets ? &*tools.packets : nullptr,
+                            leader.ray.direction, 0);
+        counts.spared += groups.trace(m_shadows);
+    }
+}
+
+// Counts the rays of each stream, and puts them in its place: rays of one stream stay in order.
+void RayWave::sort_by_stream() {
+    m_by_stream.clear();
+    std::uint32_t low = ~0U;
+    std::uint32_t high = 0;
+    std::uint32_t count = 0;
+    for (const walk::TracedRay& ray : m_rays) {
+        if (ray.kind != walk::RayKind::kShadow)
+            continue;
+        low = std::min(low, ray.stream);
+        high = std::max(high, ray.stream);
+        ++count;
+    }
+    if (count == 0)
+        return;
+    m_stream_end.assign(high - low + 1, 0);
+    for (const walk::TracedRay& ray : m_rays)
+        if (ray.kind == walk::RayKind::kShadow)
+            ++m_stream_end[ray.stream - low];
+    std::uint32_t before = 0;
+    for (std::uint32_t& end : m_stream_end)
+        before = end = before + end;
+    m_by_stream.resize(count);
+    for (auto i = static_cast<std::uint32_t>(m_rays.size()); i-- > 0;)
+        if (m_rays[i].kind == walk::RayKind::kShadow)
+            m_by_stream[--m_stream_end[m_rays[i].stream - low]] = i;
 }
 
 // Rays that matt faces send out, mirrored rays, and shadow rays among leaves.

@@ -47,11 +47,15 @@ public:
 
 private:
     void trace_shadow_groups(TracerTools& tools, tiles::TraceCounts& counts);
+    void trace_sun_directions(TracerTools& tools, tiles::TraceCounts& counts);
+    void sort_by_stream();
     void trace_scattered(TracerTools& tools);
 
     std::vector<walk::TracedRay> m_rays;
     std::vector<walk::TracedRay> m_next;
     std::vector<ShadowRay> m_shadows;
+    std::vector<std::uint32_t> m_by_stream;   ///< indices into m_rays of rays towards the sun
+    std::vector<std::uint32_t> m_stream_end;  ///< in m_by_stream, by stream
     std::vector<walk::LaneRay> m_scattered;
     std::vector<std::uint32_t> m_pending;  ///< indices into m_rays
     /// Indices into m_rays by the box that they wait for.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "raytracer/analyse/column_descent.hpp"
 #include "raytracer/trace/primary_rays.hpp"
 
 namespace terravox::trace {
@@ -12,14 +13,12 @@ constexpr std::size_t kBlockPixels = std::size_t{kPixelBlockSide} * kPixelBlockS
 // A wave of many rays for each pixel must not take more memory than one of few.
 std::size_t part_blocks(const shade::View& view, std::size_t wave_rays) noexcept {
     const auto& quality = view.scene.quality;
-    if (view.scene.analysis.kind == core::AnalysisKind::kSky)
-        return std::max<std::size_t>(
-            wave_rays / kBlockPixels / static_cast<std::size_t>(view.scene.analysis.directions), 1);
-    if (view.scene.analysis.kind == core::AnalysisKind::kSun)
-        return std::max<std::size_t>(wave_rays / kBlockPixels / (1 + view.sun_steps.size()), 1);
-    if (view.scene.analysis.kind == core::AnalysisKind::kSight)
+    const core::AnalysisKind kind = view.scene.analysis.kind;
+    if (kind == core::AnalysisKind::kSight)
         return std::max<std::size_t>(
             wave_rays / kBlockPixels / (1 + view.scene.analysis.observers.points.size()), 1);
+    if (kind != core::AnalysisKind::kNone && kind != core::AnalysisKind::kTerrain)
+        return std::max<std::size_t>(wave_rays / kBlockPixels / analyse::kChunkRays, 1);
     const bool has_ambient_rays =
         quality.integrator == core::Integrator::kDirect && quality.ambient_occlusion;
     const std::size_t rays =

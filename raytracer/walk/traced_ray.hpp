@@ -50,7 +50,9 @@ struct TracedRay {
     voxel::Material medium = voxel::Material::kAir;  ///< that it passes through
     StopAt stop;
     Seen around;  ///< the voxels around the one in front of the face
-    Hit hit;      ///< valid with kHit; of occlusion rays only `hole`, unless `leaves`
+    /// Valid with kHit; of occlusion rays only `hole`, unless `leaves`. Occlusion rays of an
+    /// analysis keep the voxel here on which they start.
+    Hit hit;
 
     /// Whether it is an occlusion ray: only whether it is free matters.
     [[nodiscard]] bool is_occlusion() const noexcept {

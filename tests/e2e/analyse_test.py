@@ -14,6 +14,10 @@ TERRAIN = ["dsm", "dtm", "ndsm", "slope", "aspect", "hillshade", "class", "mater
 TERRAIN += ["red", "green", "blue", "dtm_source", "hole"]
 SUN = ["sun_hours", "first_sun", "last_sun", "hole"]
 SIGHT = ["seen", "distance_m", "class", "material", "hole"]
+PERIOD = ["sun_hours", "sun_hours_per_day", "sun_share", "hole"]
+MONTHS = "january february march april may june july august september october november december"
+MONTHS = ["sun_hours", *MONTHS.split(), "hole"]
+YEAR = ["--from", "2026-01-01", "--to", "2026-12-31", "--step-min", "60", "--bin-deg", "8"]
 SKY = ["svf", "sky_view_solid", "openness", "hole"]
 NO_DATA = -9999
 
@@ -87,14 +91,17 @@ class Rasters(Case):
 
     def test_are_cloud_optimized_and_name_their_bands_units_and_place(self):
         west, south, east, north = area()
-        for kind, names in (
-            ("terrain", TERRAIN),
-            ("sky", SKY),
-            ("sun", SUN),
-            ("sight", SIGHT),
+        for kind, names, flags in (
+            ("terrain", TERRAIN, []),
+            ("sky", SKY, []),
+            ("sun", SUN, []),
+            ("sun", PERIOD, YEAR),
+            ("sun", MONTHS, [*YEAR, "--monthly"]),
+            ("sun", ["sunlit", "hole"], ["--at", "12:00"]),
+            ("sight", SIGHT, []),
         ):
-            with self.subTest(kind):
-                info = self.info(raster(kind))
+            with self.subTest(kind, flags=flags):
+                info = self.info(raster(kind, *flags))
                 self.assertEqual(info["metadata"]["IMAGE_STRUCTURE"]["LAYOUT"], "COG")
                 self.assertEqual([band["description"] for band in info["bands"]], names)
                 self.assertEqual({band["noDataValue"] for band in info["bands"]}, {NO_DATA})
@@ -215,16 +222,41 @@ class Rasters(Case):
         self.assertEqual((run.code, run.out, run.err), (0, "", ""), run)
         return self.out
 
+    def test_hours_of_a_year_are_those_of_its_months(self):
+        year = [self.values(raster("sun", *YEAR), i + 1) for i in range(3)]
+        months = [self.values(raster("sun", *YEAR, "--monthly"), i + 1) for i in range(13)]
+        self.assertEqual(year[0], months[0])
+        lit = 0
+        for y, row in enumerate(year[0]):
+            for x, hours in enumerate(row):
+                if hours == NO_DATA:
+                    continue
+                lit += hours > 4000
+                self.assertAlmostEqual(sum(m[y][x] for m in months[1:]), hours, delta=0.1)
+                self.assertAlmostEqual(year[1][y][x], hours / 365, places=3)
+                self.assertTrue(0 <= year[2][y][x] <= 1.0001)
+                self.assertLessEqual(months[12][y][x], months[6][y][x] + 100)
+        self.assertGreater(lit, 1000)
+
+    def test_an_instant_is_sunlit_or_not(self):
+        flags = ["--date", "2026-06-21", "--zone", "Europe/Ljubljana", "--at"]
+        noon = [v for row in self.values(raster("sun", *flags, "13:00"), 1) for v in row]
+        self.assertEqual({v for v in noon if v != NO_DATA}, {0, 1})
+        evening = [v for row in self.values(raster("sun", *flags, "19:30"), 1) for v in row]
+        self.assertGreater(noon.count(1), evening.count(1) + 1000)
+        night = [v for row in self.values(raster("sun", *flags, "01:00"), 1) for v in row]
+        self.assertEqual({v for v in night if v != NO_DATA}, {0})
+
     def test_files_are_the_same_for_any_threads_tiles_and_memory(self):
-        for kind in ("terrain", "sky", "sun", "sight"):
-            with self.subTest(kind):
-                wanted = raster(kind).read_bytes()
+        for kind, *what in (["terrain"], ["sky"], ["sun"], ["sun", *YEAR, "--monthly"], ["sight"]):
+            with self.subTest(kind, what=what):
+                wanted = raster(kind, *what).read_bytes()
                 for flags in (
                     ["--threads", "1"],
                     ["--threads", "3", "--tile", "32"],
                     ["--memory-mib", "1", "--tile", "112"],
                 ):
-                    self.assertEqual(raster(kind, *flags).read_bytes(), wanted, flags)
+                    self.assertEqual(raster(kind, *what, *flags).read_bytes(), wanted, flags)
 
     def test_a_part_has_the_values_of_the_whole(self):
         west, south, east, north = area()
@@ -255,9 +287,10 @@ class Rasters(Case):
 
     def test_a_worker_measures_the_same(self):
         flags = self.worker()
-        for kind in ("terrain", "sky", "sun", "sight"):
-            with self.subTest(kind):
-                self.assertEqual(raster(kind, *flags).read_bytes(), raster(kind).read_bytes())
+        for kind, *what in (["terrain"], ["sky"], ["sun"], ["sun", *YEAR], ["sight"]):
+            with self.subTest(kind, what=what):
+                wanted = raster(kind, *what).read_bytes()
+                self.assertEqual(raster(kind, *what, *flags).read_bytes(), wanted)
 
     def test_a_planned_object_is_in_the_world_and_hides_what_is_behind(self):
         west, south, _, _ = area()
@@ -382,6 +415,34 @@ class Refusals(Case):
             "a zone that is none": (
                 ["sun", square(), "-o", "a.tif", "--zone", "Europe/Atlantis"],
                 "Atlantis",
+            ),
+            "a period without end": (
+                ["sun", square(), "-o", "a.tif", "--from", "2026-01-01"],
+                "analysis.to is missing",
+            ),
+            "a period backwards": (
+                ["sun", square(), "-o", "a.tif", "--from", "2026-02-01", "--to", "2026-01-01"],
+                "not before",
+            ),
+            "a day and a period": (
+                ["sun", square(), "-o", "a.tif", *YEAR, "--date", "2026-01-01"],
+                "--date together with --from",
+            ),
+            "an instant of a period": (
+                ["sun", square(), "-o", "a.tif", *YEAR, "--at", "12:00"],
+                "--at together with --from",
+            ),
+            "months of a day": (["sun", square(), "-o", "a.tif", "--monthly"], "--from and --to"),
+            "a time that is none": (
+                ["sun", square(), "-o", "a.tif", "--at", "25:00"],
+                "--at 25:00; allowed: HH:MM",
+            ),
+            "two centuries of minutes": (
+                [
+                    *["sun", square(), "-o", "a.tif", "--step-min", "1"],
+                    *["--from", "1900-01-01", "--to", "2100-12-31"],
+                ],
+                "allowed: up to 1000000",
             ),
             "a sun of no place": (["sun", "generated:3", "-o", "a.tif"], "no place on Earth"),
             "a surface that is none": (

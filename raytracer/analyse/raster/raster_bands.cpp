@@ -1,23 +1,20 @@
 #include "raytracer/analyse/raster/raster_bands.hpp"
 
 #include <string>
+#include <type_traits>
 
 #include "common/util/error.hpp"
 
 namespace terravox::analyse {
 namespace {
 
-constexpr int measured_at(core::TerrainBand band) noexcept {
+template <class Band>
+constexpr int measured_at(Band band) noexcept {
+    static_assert(std::is_enum_v<Band>);
     return static_cast<int>(band);
 }
-constexpr int measured_at(core::SkyBand band) noexcept {
-    return static_cast<int>(band);
-}
-constexpr int measured_at(core::SunBand band) noexcept {
-    return static_cast<int>(band);
-}
-constexpr int measured_at(core::SightBand band) noexcept {
-    return static_cast<int>(band);
+constexpr int month_at(int month) noexcept {
+    return measured_at(core::SunMonthsBand::kJanuary) + month - 1;
 }
 
 constexpr RasterBand kTerrainTable[] = {
@@ -47,6 +44,32 @@ constexpr RasterBand kSunTable[] = {
     {"last_sun", "h", measured_at(core::SunBand::kLast)},
     {"hole", "", measured_at(core::SunBand::kHole)},
 };
+constexpr RasterBand kSunPeriodTable[] = {
+    {"sun_hours", "h", measured_at(core::SunPeriodBand::kHours)},
+    {"sun_hours_per_day", "h", measured_at(core::SunPeriodBand::kPerDay)},
+    {"sun_share", "", measured_at(core::SunPeriodBand::kShare)},
+    {"hole", "", measured_at(core::SunPeriodBand::kHole)},
+};
+constexpr RasterBand kSunMonthsTable[] = {
+    {"sun_hours", "h", measured_at(core::SunMonthsBand::kHours)},
+    {"january", "h", month_at(1)},
+    {"february", "h", month_at(2)},
+    {"march", "h", month_at(3)},
+    {"april", "h", month_at(4)},
+    {"may", "h", month_at(5)},
+    {"june", "h", month_at(6)},
+    {"july", "h", month_at(7)},
+    {"august", "h", month_at(8)},
+    {"september", "h", month_at(9)},
+    {"october", "h", month_at(10)},
+    {"november", "h", month_at(11)},
+    {"december", "h", month_at(12)},
+    {"hole", "", measured_at(core::SunMonthsBand::kHole)},
+};
+constexpr RasterBand kShadowTable[] = {
+    {"sunlit", "", measured_at(core::ShadowBand::kSunlit)},
+    {"hole", "", measured_at(core::ShadowBand::kHole)},
+};
 constexpr RasterBand kSightTable[] = {
     {"seen", "", measured_at(core::SightBand::kSeen)},
     {"distance_m", "m", measured_at(core::SightBand::kDistance)},
@@ -63,6 +86,9 @@ std::span<const RasterBand> bands_of(core::AnalysisKind kind) noexcept {
         case core::AnalysisKind::kTerrain: return kTerrainTable;
         case core::AnalysisKind::kSky: return kSkyTable;
         case core::AnalysisKind::kSun: return kSunTable;
+        case core::AnalysisKind::kSunPeriod: return kSunPeriodTable;
+        case core::AnalysisKind::kSunMonths: return kSunMonthsTable;
+        case core::AnalysisKind::kShadow: return kShadowTable;
         case core::AnalysisKind::kSight: return kSightTable;
     }
     return {};

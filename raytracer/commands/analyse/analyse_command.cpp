@@ -15,6 +15,7 @@
 #include "raytracer/analyse/raster/raster.hpp"
 #include "raytracer/analyse/raster/sight_summary.hpp"
 #include "raytracer/commands/analyse/observer_arguments.hpp"
+#include "raytracer/commands/analyse/sun_arguments.hpp"
 #include "raytracer/commands/number_list.hpp"
 #include "raytracer/commands/render_pool_arguments.hpp"
 #include "raytracer/commands/world_arguments.hpp"
@@ -37,6 +38,7 @@ struct AnalyseArguments {
     analyse::ReliefOptions relief;
     ObserverArguments observers;
     bool as_json = false;
+    SunArguments sun;
     bool resume = false;
     bool quiet = false;
 };
@@ -65,6 +67,8 @@ analyse::ReliefOptions relief_of(const AnalyseArguments& args) {
 scene::Scene scene_of(const AnalyseArguments& args, core::AnalysisKind kind) {
     scene::Scene scene = args.world.scene();
     scene.analysis.kind = kind;
+    if (kind == core::AnalysisKind::kSun)
+        choose_sun_kind(args.sun, args.world, scene);
     scene.quality.level = 0;
     // A voxel covers at most a cell.
     scene.quality.detail = 1;
@@ -103,8 +107,8 @@ util::ExitCode run_analyse(const AnalyseArguments& args, core::AnalysisKind kind
 
     const auto loaded = std::make_shared<render::LoadedWorld>(args.world.options(scene), scene);
     const voxel::WorldInfo& world = loaded->world->info();
-    if (kind == core::AnalysisKind::kSun && !world.centre)
-        throw util::UsageError("analyse sun: '" + world.title +
+    if (core::needs_sun_way(kind) && !world.centre)
+        throw util::UsageError("analyse " + std::string(core::word_of(kind)) + ": '" + world.title +
                                "' has no place on Earth; allowed: worlds with a CRS");
     const analyse::CellGrid grid =
         analyse::grid_over(world, exports::part_of(world, selection).bounds, args.resolution_m);
@@ -119,7 +123,7 @@ util::ExitCode run_analyse(const AnalyseArguments& args, core::AnalysisKind kind
     std::optional<analyse::CellFile> cells;
     std::optional<analyse::SightSummary> seen;
     const auto begin = [&]() -> output::TileSink& {
-        cells.emplace(args.output, kind, grid.columns, grid.rows,
+        cells.emplace(args.output, scene.analysis.kind, grid.columns, grid.rows,
                       scene.quality.tile.in_picture(grid.columns));
         return *cells;
     };
@@ -167,8 +171,9 @@ CLI::App* add_kind(CLI::App& group, AnalyseArguments& args, core::AnalysisKind k
         sections.insert(sections.end(),
                         {"analysis.surface", "analysis.directions", "analysis.range_m"});
     if (kind == core::AnalysisKind::kSun)
-        sections.insert(sections.end(), {"analysis.surface", "analysis.step_min", "sun.date",
-                                         "sun.zone", "sun.utc_offset_h"});
+        sections.insert(sections.end(),
+                        {"analysis.surface", "analysis.step_min", "analysis.from", "analysis.to",
+                         "analysis.bin_deg", "sun.date", "sun.zone", "sun.utc_offset_h"});
     if (kind == core::AnalysisKind::kSight)
         sections.insert(sections.end(),
                         {"analysis.surface", "analysis.range_m", "analysis.target_m",
@@ -236,9 +241,10 @@ std::function<util::ExitCode()> add_analyse_command(CLI::App& app) {
     const CLI::App* sky_command =
         add_kind(*group, *sky, core::AnalysisKind::kSky,
                  "How much of the sky is seen: sky-view factor, openness");
-    const CLI::App* sun_command =
+    CLI::App* sun_command =
         add_kind(*group, *sun, core::AnalysisKind::kSun,
-                 "Hours of direct sun on a day, and when they begin and end");
+                 "Hours of direct sun on a day or in a period, or where it shines at an instant");
+    add_sun_options(*sun_command, sun->sun);
     CLI::App* sight_command =
         add_kind(*group, *sight, core::AnalysisKind::kSight,
                  "What observers see, and from where they are seen: viewsheds");

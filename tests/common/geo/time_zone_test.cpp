@@ -41,6 +41,34 @@ TEST_CASE("clocks stand where the zones' laws put them", "[common][geo][zone]") 
     }
 }
 
+TEST_CASE("an instant has the offset and the clock of its zone", "[common][geo][zone]") {
+    struct Case {
+        const char* name;
+        std::int64_t utc_s;
+        double offset_h;
+        DateTime clock;
+    };
+    const std::int64_t spring_s = days_from_1970(2026, 3, 29) * 86'400;
+    const std::int64_t autumn_s = days_from_1970(2026, 10, 25) * 86'400;
+    const auto c = GENERATE_COPY(values<Case>({
+        {"the beginning", 0, 1, {1970, 1, 1, 1, 1}},
+        {"before it", -7200, 1, {1969, 12, 31, 23, 1}},
+        {"before clocks go forward", spring_s + 3599, 1, {2026, 3, 29, 2 - 1 / 3600.0, 1}},
+        {"after it", spring_s + 3600, 2, {2026, 3, 29, 3, 2}},
+        {"the first of two equal times", autumn_s + 1800, 2, {2026, 10, 25, 2.5, 2}},
+        {"the second", autumn_s + 5400, 1, {2026, 10, 25, 2.5, 1}},
+    }));
+    DYNAMIC_SECTION(c.name) {
+        CHECK(zone_offset_at_h("Europe/Ljubljana", c.utc_s) == c.offset_h);
+        const DateTime clock = clock_at(c.utc_s, c.offset_h);
+        CHECK(clock.year == c.clock.year);
+        CHECK(clock.month == c.clock.month);
+        CHECK(clock.day == c.clock.day);
+        CHECK(clock.hour == Approx(c.clock.hour));
+        CHECK(clock.utc_offset_h == c.clock.utc_offset_h);
+    }
+}
+
 TEST_CASE("unknown zones are refused by name", "[common][geo][zone]") {
     for (const std::string zone : {"Mars/Olympus_Mons", "europe/ljubljana", "CET-1",
                                    "../../etc/passwd", "", "Europe/", "Europe"}) {

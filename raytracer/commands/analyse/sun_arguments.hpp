@@ -1,0 +1,24 @@
+#pragma once
+
+#include <CLI/CLI.hpp>
+
+#include <string>
+
+#include "raytracer/commands/world_arguments.hpp"
+
+namespace terravox::commands {
+
+/// Arguments of `analyse sun` that are no fields of a scene.
+struct SunArguments {
+    std::string at;
+    bool monthly = false;
+};
+
+void add_sun_options(CLI::App& command, SunArguments& args);
+
+/// Sets the kind that is measured (a day, a period, its months, an instant), and the instant.
+/// @param world with the fields that were given on the command line
+/// @throws UsageError for options that exclude each other, and for what is no time
+void choose_sun_kind(const SunArguments& args, const WorldArguments& world, scene::Scene& scene);
+
+}  // namespace terravox::commands
