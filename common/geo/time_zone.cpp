@@ -48,14 +48,24 @@ double zone_offset_h(const std::string& zone, const DateTime& local) {
     }
 }
 
-double zone_offset_at_h(const std::string& zone, std::int64_t utc_s) {
+std::vector<OffsetFrom> zone_offsets(const std::string& zone, std::int64_t begin_s,
+                                     std::int64_t end_s) {
     const date::time_zone& found = find(zone);
+    std::vector<OffsetFrom> out;
     try {
-        const auto info = found.get_info(date::sys_seconds{std::chrono::seconds{utc_s}});
-        return std::chrono::duration<double, std::ratio<3600>>(info.offset).count();
+        date::sys_seconds at{std::chrono::seconds{begin_s}};
+        do {
+            const auto info = found.get_info(at);
+            const double offset_h =
+                std::chrono::duration<double, std::ratio<3600>>(info.offset).count();
+            if (out.empty() || out.back().offset_h != offset_h)
+                out.push_back({at.time_since_epoch().count(), offset_h});
+            at = info.end;
+        } while (at.time_since_epoch().count() < end_s);
     } catch (const std::exception& e) {
         throw util::Error("read the time zone '" + zone + "': " + e.what());
     }
+    return out;
 }
 
 std::int64_t days_from_1970(int year, int month, int day) noexcept {

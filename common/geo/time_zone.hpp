@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <string>
+#include <vector>
 
 #include "common/geo/sun_position.hpp"
 
@@ -19,11 +20,17 @@ namespace terravox::geo {
 /// @throws UsageError for a zone that the database lacks; Error if the database cannot be read
 [[nodiscard]] double zone_offset_h(const std::string& zone, const DateTime& local);
 
-/// UTC offset of a time zone at an instant. Thread-safe.
-/// @param utc_s seconds since 1970-01-01 00:00 UTC
-/// @return local time minus UTC, in hours
+/// An offset from UTC, and the instant from which on it counts.
+struct OffsetFrom {
+    std::int64_t from_s = 0;  ///< seconds since 1970-01-01 00:00 UTC
+    double offset_h = 0;      ///< local time minus UTC
+};
+/// The offsets of a time zone from one instant to another, in the order of time; at least one.
+/// Thread-safe.
+/// @param begin_s, end_s seconds since 1970-01-01 00:00 UTC
 /// @throws as zone_offset_h()
-[[nodiscard]] double zone_offset_at_h(const std::string& zone, std::int64_t utc_s);
+[[nodiscard]] std::vector<OffsetFrom> zone_offsets(const std::string& zone, std::int64_t begin_s,
+                                                   std::int64_t end_s);
 
 /// Days from 1970-01-01 to a date, which must be valid.
 [[nodiscard]] std::int64_t days_from_1970(int year, int month, int day) noexcept;

@@ -123,13 +123,16 @@ struct Scene {
     struct Analysis {
         core::AnalysisKind kind = core::AnalysisKind::kNone;
         core::AnalysisSurface surface = core::AnalysisSurface::kTop;  ///< of all kinds but terrain
-        int directions = 256;  ///< of kind sky: rays from each cell
+        int directions = 256;  ///< of kinds sky, energy: rays from each cell
         /// Of kinds sky, sight: how far their rays look; 0: to the end of the world.
         double range_m = 0;
         /// Of the kinds of the sun: it is where it is in the middle of each step of time.
         double step_min = 10;
         /// First and last day of a period, YYYY-MM-DD; both empty: sun.date alone.
         std::string from, to;
+        /// Offsets of the place's clock instead of the sun's zone (solar/clock.hpp): workers get
+        /// them, so that they need no table of time zones.
+        std::string clock;
         /// Of a period: size of the bins that gather the sun's positions; 0: a ray for each.
         double bin_deg = 3;
         PointList observers;    ///< of kind sight

@@ -236,6 +236,11 @@ void visit_fields(SceneType& s, Visit&& visit) {
           FieldRule{"first day of a period, YYYY-MM-DD", 0, 0, {}, "--from"});
     visit("analysis.to", s.analysis.to,
           FieldRule{"last day of a period, YYYY-MM-DD", 0, 0, {}, "--to"});
+    visit(
+        "analysis.clock", s.analysis.clock,
+        FieldRule{"offsets of the clock in hours and their instants, instead of sun.zone; workers "
+                  "get them",
+                  0, 0});
     visit("analysis.bin_deg", s.analysis.bin_deg,
           FieldRule{"bins that gather the sun's positions of a period, degrees; 0 = a ray for each "
                     "position",

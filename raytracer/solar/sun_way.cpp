@@ -75,7 +75,7 @@ private:
 
 SunWay instant_of(const scene::Scene& scene, const geo::LatLon& place) {
     SunWay out;
-    const geo::SunPosition sun = geo::sun_position(sky::time_of(scene.sun, &place), place);
+    const geo::SunPosition sun = sky::sun_of(scene.sun, &place);
     if (sun.altitude_deg > 0)
         out.directions.push_back({.to = direction_of(sun)});
     return out;

@@ -11,6 +11,7 @@
 #include "raytracer/scene/scene_io.hpp"
 #include "raytracer/shade/view_maker.hpp"
 #include "raytracer/sky/sun_of.hpp"
+#include "raytracer/solar/clock.hpp"
 
 namespace terravox::farm {
 namespace {
@@ -44,6 +45,8 @@ scene::Scene decided(const scene::Scene& scene, const voxel::WorldInfo& world) {
     out.sun.altitude_deg = sun.altitude_deg;
     out.sun.azimuth_deg = sun.azimuth_deg;
     out.sun.zone.clear();
+    if (world.centre && scene.analysis.kind != core::AnalysisKind::kNone && !scene.sun.zone.empty())
+        out.analysis.clock = solar::Clock(scene, *world.centre).text();
     return out;
 }
 

@@ -59,7 +59,7 @@ TEST_CASE("an instant has the offset and the clock of its zone", "[common][geo][
         {"the second", autumn_s + 5400, 1, {2026, 10, 25, 2.5, 1}},
     }));
     DYNAMIC_SECTION(c.name) {
-        CHECK(zone_offset_at_h("Europe/Ljubljana", c.utc_s) == c.offset_h);
+        CHECK(zone_offsets("Europe/Ljubljana", c.utc_s, c.utc_s + 1).at(0).offset_h == c.offset_h);
         const DateTime clock = clock_at(c.utc_s, c.offset_h);
         CHECK(clock.year == c.clock.year);
         CHECK(clock.month == c.clock.month);
@@ -67,6 +67,20 @@ TEST_CASE("an instant has the offset and the clock of its zone", "[common][geo][
         CHECK(clock.hour == Approx(c.clock.hour));
         CHECK(clock.utc_offset_h == c.clock.utc_offset_h);
     }
+}
+
+TEST_CASE("the offsets of a year are those between its changes", "[common][geo][zone]") {
+    const std::int64_t begin_s = days_from_1970(2026, 1, 1) * 86'400;
+    const auto year = zone_offsets("Europe/Ljubljana", begin_s, begin_s + 365 * 86'400);
+    REQUIRE(year.size() == 3);
+    CHECK(year[0].from_s == begin_s);
+    CHECK(year[0].offset_h == 1);
+    CHECK(year[1].from_s == days_from_1970(2026, 3, 29) * 86'400 + 3600);
+    CHECK(year[1].offset_h == 2);
+    CHECK(year[2].from_s == days_from_1970(2026, 10, 25) * 86'400 + 3600);
+    CHECK(year[2].offset_h == 1);
+    CHECK(zone_offsets("Asia/Kolkata", begin_s, begin_s + 365 * 86'400).size() == 1);
+    CHECK_THROWS_AS(zone_offsets("Europe/Atlantis", 0, 1), util::UsageError);
 }
 
 TEST_CASE("unknown zones are refused by name", "[common][geo][zone]") {

@@ -5,6 +5,7 @@
 #include <numeric>
 
 #include "common/util/error.hpp"
+#include "raytracer/solar/clock.hpp"
 #include "raytracer/solar/sun_steps.hpp"
 #include "tests/catch.hpp"
 
@@ -53,6 +54,51 @@ TEST_CASE("a day has as many hours as its clocks give it", "[raytracer][solar]")
         const solar::Period found = solar::period_of(scene, kPlace);
         CHECK(found.days == 1);
         CHECK(found.end_s - found.begin_s == d.hours * 3600);
+    }
+}
+
+TEST_CASE("a clock's text has all that its zone says", "[raytracer][solar]") {
+    // Clocks of Beirut change at midnight, Apia left out a day.
+    struct Place {
+        const char* zone;
+        const char* from;
+        const char* to;
+    };
+    for (const Place& p : {Place{"Europe/Ljubljana", "2026-01-01", "2026-12-31"},
+                           Place{"Asia/Beirut", "2022-03-20", "2022-11-05"},
+                           Place{"Pacific/Apia", "2011-12-28", "2012-01-02"},
+                           Place{"Asia/Kathmandu", "2024-07-01", "2024-07-01"}}) {
+        INFO(p.zone);
+        const scene::Scene by_zone = in_zone(period(p.from, p.to), p.zone);
+        scene::Scene by_text = period(p.from, p.to);
+        by_text.analysis.clock = solar::Clock(by_zone, kPlace).text();
+        INFO(by_text.analysis.clock);
+        const solar::Period wanted = solar::period_of(by_zone, kPlace);
+        const solar::Period found = solar::period_of(by_text, kPlace);
+        CHECK(found.begin_s == wanted.begin_s);
+        CHECK(found.end_s == wanted.end_s);
+        const solar::SunWay zone_way = way(by_zone);
+        const solar::SunWay text_way = way(by_text);
+        REQUIRE(zone_way.directions.size() == text_way.directions.size());
+        for (std::size_t i = 0; i < zone_way.directions.size(); ++i) {
+            REQUIRE(zone_way.directions[i].to == text_way.directions[i].to);
+            REQUIRE(zone_way.directions[i].begin_h == text_way.directions[i].begin_h);
+            REQUIRE(zone_way.directions[i].month_hours == text_way.directions[i].month_hours);
+        }
+    }
+    // Midnight is where the law puts it: skipped, the clock goes from 23:59 to 1:00.
+    const scene::Scene spring = in_zone(period("2022-03-26", "2022-03-27"), "Asia/Beirut");
+    const solar::Clock beirut(spring, kPlace);
+    const std::int64_t day = geo::days_from_1970(2022, 3, 27);
+    CHECK(beirut.midnight_s(day) == day * 86'400 - 2 * 3600);
+    CHECK(beirut.midnight_s(day + 1) == (day + 1) * 86'400 - 3 * 3600);
+    for (const char* text : {"1", "@", "1@", "x@0", "1@0,", "1@0 ", "1@0 2@0", "2@5 1@4", "25@0",
+                             "nan@0", "1@99999999999999999999", "1@9999999999999"}) {
+        INFO("'" << text << "'");
+        scene::Scene bad = period("2026-01-01", "2026-01-01");
+        bad.analysis.clock = text;
+        CHECK_THROWS_AS(way(bad), util::UsageError);
+        CHECK_THROWS_WITH(way(bad), terravox::test::contains("analysis.clock"));
     }
 }
 
