@@ -68,6 +68,7 @@ walk::TracedRay below(const walk::TracedRay& ray) noexcept {
     out.state = core::RayState(out.ray);
     out.state.start_in({hit.voxel.x, hit.voxel.y - 1, hit.voxel.z}, hit.level);
     out.sample = ray.sample;
+    out.stream = ray.stream;
     out.depth = 1;
     out.medium = hit.attr.material;
     return out;

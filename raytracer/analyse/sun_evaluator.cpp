@@ -100,6 +100,7 @@ void SunEvaluator::add_sunlit(const solar::SunDirection& from, core::Bands& band
         case AnalysisKind::kShadow: at(bands, ShadowBand::kSunlit) = 1; break;
         case AnalysisKind::kNone:
         case AnalysisKind::kTerrain:
+        case AnalysisKind::kEnergy:
         case AnalysisKind::kSky: break;
     }
 }

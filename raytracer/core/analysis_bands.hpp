@@ -70,10 +70,21 @@ enum class ShadowBand : std::uint8_t {
 };
 inline constexpr std::size_t kShadowBands = 2;
 
+enum class EnergyBand : std::uint8_t {
+    kHole,   ///< as TerrainBand::kHole
+    kTotal,  ///< of all that follows, kWh/m2 of the surface
+    kBeam,
+    kDiffuse,
+    kReflected,
+    kSlope,   ///< of the surface that the energy is of, degrees
+    kAspect,  ///< where it falls to, degrees clockwise from north; kNoData where it is level
+};
+inline constexpr std::size_t kEnergyBands = 7;
+
 inline constexpr std::size_t kMaxBands = 16;
 static_assert(kTerrainBands <= kMaxBands && kSkyBands <= kMaxBands && kSunBands <= kMaxBands &&
               kSunPeriodBands <= kMaxBands && kSunMonthsBands <= kMaxBands &&
-              kShadowBands <= kMaxBands && kSightBands <= kMaxBands);
+              kShadowBands <= kMaxBands && kEnergyBands <= kMaxBands && kSightBands <= kMaxBands);
 
 /// @return 0: a picture, which has no bands
 [[nodiscard]] constexpr std::size_t band_count(AnalysisKind kind) noexcept {
@@ -85,6 +96,7 @@ static_assert(kTerrainBands <= kMaxBands && kSkyBands <= kMaxBands && kSunBands 
         case AnalysisKind::kSunPeriod: return kSunPeriodBands;
         case AnalysisKind::kSunMonths: return kSunMonthsBands;
         case AnalysisKind::kShadow: return kShadowBands;
+        case AnalysisKind::kEnergy: return kEnergyBands;
         case AnalysisKind::kSight: return kSightBands;
     }
     return 0;

@@ -126,6 +126,7 @@ enum class AnalysisKind : std::uint8_t {
     kSunPeriod,  ///< hours of direct sun in a period
     kSunMonths,  ///< the same, and by month
     kShadow,     ///< whether the sun shines at an instant
+    kEnergy,     ///< energy of the sun and of the sky
     kSight,      ///< what observers see
 };
 inline constexpr Word<AnalysisKind> kAnalysisKinds[] = {
@@ -136,6 +137,7 @@ inline constexpr Word<AnalysisKind> kAnalysisKinds[] = {
     {AnalysisKind::kSunPeriod, "sun-period"},
     {AnalysisKind::kSunMonths, "sun-months"},
     {AnalysisKind::kShadow, "shadow"},
+    {AnalysisKind::kEnergy, "energy"},
     {AnalysisKind::kSight, "sight"},
 };
 constexpr std::span<const Word<AnalysisKind>> words_of(AnalysisKind) noexcept {

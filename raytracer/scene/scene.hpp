@@ -135,6 +135,10 @@ struct Scene {
         std::string clock;
         /// Of a period: size of the bins that gather the sun's positions; 0: a ray for each.
         double bin_deg = 3;
+        // Of kind energy.
+        std::string linke = "3";        ///< turbidity of the air: one number, or twelve by month
+        std::string diffuse = "perez";  ///< model of the sky's light; or isotropic
+        double albedo = 0.2;            ///< share of light that the surroundings reflect
         PointList observers;    ///< of kind sight
         double target_m = 0;    ///< of kind sight: height above the surface that is looked for
         bool curvature = true;  ///< of kind sight: the Earth's, lessened by the air's refraction

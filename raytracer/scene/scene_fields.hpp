@@ -248,6 +248,20 @@ void visit_fields(SceneType& s, Visit&& visit) {
                     15,
                     {},
                     "--bin-deg"});
+    visit("analysis.linke", s.analysis.linke,
+          FieldRule{"Linke turbidity of a sky without clouds: one number, or twelve, January first",
+                    0,
+                    0,
+                    {},
+                    "--linke"});
+    visit("analysis.diffuse", s.analysis.diffuse,
+          FieldRule{"model of where the sky's light comes from",
+                    0,
+                    0,
+                    {"perez", "isotropic"},
+                    "--diffuse"});
+    visit("analysis.albedo", s.analysis.albedo,
+          FieldRule{"share of light that the surroundings reflect", 0, 1, {}, "--albedo"});
     visit("analysis.observers", s.analysis.observers,
           FieldRule{"of sight: points that look, x,y,z;... in voxels"});
     visit("analysis.target_m", s.analysis.target_m,

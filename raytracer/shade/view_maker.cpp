@@ -68,6 +68,10 @@ void check_camera(const View& view, blocks::BlockManager& blocks) {
                            " m higher, or --camera-inside-rock yes");
 }
 
+double middle_height_m(const voxel::WorldInfo& world) noexcept {
+    return (world.bounds.min[1] + world.bounds.max[1]) / 2.0 * world.voxel_m;
+}
+
 /// @param sky_of makes the sky
 template <class SkyOf>
 View assemble(const scene::Scene& scene, const voxel::WorldInfo& world,
@@ -96,8 +100,11 @@ View assemble(const scene::Scene& scene, const voxel::WorldInfo& world,
                static_cast<double>(origin[2])},
               sun.altitude_deg < kLampsOn_deg};
     view.exposure_ev = scene.output.exposure_ev + adaptation_ev(view.sky, scene.output.adaptation);
+    const geo::LatLon* const place = world.centre ? &*world.centre : nullptr;
     if (core::needs_sun_way(scene.analysis.kind))
-        view.sun_way = solar::sun_way_of(scene, world.centre ? &*world.centre : nullptr);
+        view.sun_way = solar::sun_way_of(scene, place);
+    if (scene.analysis.kind == core::AnalysisKind::kEnergy)
+        view.energy = solar::energy_of(scene, place, middle_height_m(world));
     if (scene.quality.integrator == core::Integrator::kPath)
         view.max_indirect =
             static_cast<float>(scene.quality.clamp * det::pow(2, -view.exposure_ev));

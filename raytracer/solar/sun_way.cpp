@@ -1,21 +1,16 @@
 #include "raytracer/solar/sun_way.hpp"
 
-#include <cmath>
 #include <map>
 #include <string>
-#include <utility>
 
-#include "common/util/det_math.hpp"
 #include "common/util/error.hpp"
 #include "raytracer/sky/sun.hpp"
 #include "raytracer/sky/sun_of.hpp"
+#include "raytracer/solar/sun_bins.hpp"
 #include "raytracer/solar/sun_steps.hpp"
 
 namespace terravox::solar {
 namespace {
-
-constexpr std::size_t kMaxDirections = 65'536;
-constexpr double kRad = det::kPi / 180;
 
 core::Vec3 direction_of(const geo::SunPosition& sun) {
     return sky::Sun(sun, 0).direction();
@@ -31,47 +26,6 @@ SunDirection of_step(const SunStep& step) {
         static_cast<float>(step.hours);
     return out;
 }
-
-/// Hour angle and declination of directions, in bins.
-class SunBins {
-public:
-    SunBins(double latitude_deg, double bin_deg)
-        : m_latitude(det::sin_cos(latitude_deg * kRad)), m_bin_deg(bin_deg) {}
-
-    void add(const SunStep& step) {
-        const SunDirection one = of_step(step);
-        SunDirection& bin = m_bins[place_of(one.to)];
-        bin.to = bin.to + one.to * one.hours;
-        bin.hours += one.hours;
-        for (std::size_t m = 0; m < bin.month_hours.size(); ++m)
-            bin.month_hours[m] += one.month_hours[m];
-    }
-    /// The bins in the order of hour angles, each with its mean direction.
-    [[nodiscard]] std::vector<SunDirection> take() {
-        std::vector<SunDirection> out;
-        out.reserve(m_bins.size());
-        for (auto& [place, bin] : m_bins) {
-            bin.to = core::normalized(bin.to);
-            out.push_back(bin);
-        }
-        return out;
-    }
-
-private:
-    using Place = std::pair<int, int>;
-    [[nodiscard]] Place place_of(core::Vec3 to) const noexcept {
-        // z points south: the pole is in the north, the equator's highest point in the south.
-        const double pole = to.y * m_latitude.sin - to.z * m_latitude.cos;
-        const double south = to.y * m_latitude.cos + to.z * m_latitude.sin;
-        const double declination_deg = det::asin(pole) / kRad;
-        const double hour_angle_deg = det::atan2(-to.x, south) / kRad;
-        return {static_cast<int>(std::floor(hour_angle_deg / m_bin_deg)),
-                static_cast<int>(std::floor(declination_deg / m_bin_deg))};
-    }
-    const det::SinCos m_latitude;
-    const double m_bin_deg;
-    std::map<Place, SunDirection> m_bins;
-};
 
 SunWay instant_of(const scene::Scene& scene, const geo::LatLon& place) {
     SunWay out;
@@ -94,9 +48,23 @@ std::vector<SunDirection> steps_of(const scene::Scene& scene, const geo::LatLon&
 }
 
 std::vector<SunDirection> bins_of(const scene::Scene& scene, const geo::LatLon& place) {
-    SunBins bins(place.lat_deg, scene.analysis.bin_deg);
-    each_sun_step(scene, place, [&](const SunStep& step) { bins.add(step); });
-    return bins.take();
+    const SunBins bins(place.lat_deg, scene.analysis.bin_deg);
+    std::map<SunBins::Place, SunDirection> found;
+    each_sun_step(scene, place, [&](const SunStep& step) {
+        const SunDirection one = of_step(step);
+        SunDirection& bin = found[bins.place_of(one.to)];
+        bin.to = bin.to + one.to * one.hours;
+        bin.hours += one.hours;
+        for (std::size_t m = 0; m < bin.month_hours.size(); ++m)
+            bin.month_hours[m] += one.month_hours[m];
+    });
+    std::vector<SunDirection> out;
+    out.reserve(found.size());
+    for (auto& [_, bin] : found) {
+        bin.to = core::normalized(bin.to);
+        out.push_back(bin);
+    }
+    return out;
 }
 
 }  // namespace

@@ -18,6 +18,15 @@ PERIOD = ["sun_hours", "sun_hours_per_day", "sun_share", "hole"]
 MONTHS = "january february march april may june july august september october november december"
 MONTHS = ["sun_hours", *MONTHS.split(), "hole"]
 YEAR = ["--from", "2026-01-01", "--to", "2026-12-31", "--step-min", "60", "--bin-deg", "8"]
+ENERGY = ["kwh_m2", "beam", "diffuse", "reflected", "slope", "aspect", "hole"]
+# With the laws of a zone, which workers do not look up.
+ZONE = ["--zone", "Europe/Ljubljana"]
+ZONED = [
+    ["sun", "--date", "2026-03-29", *ZONE],
+    ["sun", *YEAR, "--monthly", *ZONE],
+    ["sun", "--at", "17:30", *ZONE],
+    ["energy", *YEAR, "--directions", "64", *ZONE],
+]
 SKY = ["svf", "sky_view_solid", "openness", "hole"]
 NO_DATA = -9999
 
@@ -98,6 +107,7 @@ class Rasters(Case):
             ("sun", PERIOD, YEAR),
             ("sun", MONTHS, [*YEAR, "--monthly"]),
             ("sun", ["sunlit", "hole"], ["--at", "12:00"]),
+            ("energy", ENERGY, YEAR),
             ("sight", SIGHT, []),
         ):
             with self.subTest(kind, flags=flags):
@@ -113,6 +123,7 @@ class Rasters(Case):
                     ("dsm", "m"),
                     ("openness", "degree"),
                     ("sun_hours", "h"),
+                    ("beam", "kWh/m2"),
                     ("distance_m", "m"),
                 ):
                     if name in units:
@@ -238,6 +249,24 @@ class Rasters(Case):
                 self.assertLessEqual(months[12][y][x], months[6][y][x] + 100)
         self.assertGreater(lit, 1000)
 
+    def test_energy_is_the_sum_of_its_parts_and_most_on_southern_roofs(self):
+        flags = [*YEAR, "--directions", "64", "--linke", "2,2,2,3,3,3,4,4,3,3,2,2"]
+        bands = [self.values(raster("energy", *flags), i + 1) for i in range(6)]
+        facing = {"north": [], "south": []}
+        for row in zip(*bands):
+            for total, beam, diffuse, reflected, slope, aspect in zip(*row):
+                if total == NO_DATA:
+                    continue
+                self.assertAlmostEqual(total, beam + diffuse + reflected, delta=0.01)
+                self.assertTrue(0 <= total < 3000 and min(beam, diffuse, reflected) >= 0)
+                if 20 < slope < 50 and abs(aspect - 180) < 40:
+                    facing["south"].append(total)
+                if 20 < slope < 50 and abs(aspect - 180) > 140:
+                    facing["north"].append(total)
+        means = {side: sum(found) / len(found) for side, found in facing.items()}
+        self.assertGreater(len(facing["south"]), 20)
+        self.assertGreater(means["south"], 1.3 * means["north"])
+
     def test_an_instant_is_sunlit_or_not(self):
         flags = ["--date", "2026-06-21", "--zone", "Europe/Ljubljana", "--at"]
         noon = [v for row in self.values(raster("sun", *flags, "13:00"), 1) for v in row]
@@ -248,7 +277,8 @@ class Rasters(Case):
         self.assertEqual({v for v in night if v != NO_DATA}, {0})
 
     def test_files_are_the_same_for_any_threads_tiles_and_memory(self):
-        for kind, *what in (["terrain"], ["sky"], ["sun"], ["sun", *YEAR, "--monthly"], ["sight"]):
+        months = ["sun", *YEAR, "--monthly"]
+        for kind, *what in (["terrain"], ["sky"], ["sun"], months, ["energy"], ["sight"]):
             with self.subTest(kind, what=what):
                 wanted = raster(kind, *what).read_bytes()
                 for flags in (
@@ -287,7 +317,7 @@ class Rasters(Case):
 
     def test_a_worker_measures_the_same(self):
         flags = self.worker()
-        for kind, *what in (["terrain"], ["sky"], ["sun"], ["sun", *YEAR], ["sight"]):
+        for kind, *what in (["terrain"], ["sky"], ["sun"], *ZONED, ["sight"]):
             with self.subTest(kind, what=what):
                 wanted = raster(kind, *what).read_bytes()
                 self.assertEqual(raster(kind, *what, *flags).read_bytes(), wanted)
@@ -444,6 +474,27 @@ class Refusals(Case):
                 ],
                 "allowed: up to 1000000",
             ),
+            "air that is none": (
+                ["energy", square(), "-o", "a.tif", "--linke", "0.5"],
+                "analysis.linke = '0.5'; allowed",
+            ),
+            "air of eleven months": (
+                ["energy", square(), "-o", "a.tif", "--linke", "2,2,2,2,2,2,2,2,2,2,2"],
+                "or twelve separated by commas",
+            ),
+            "surroundings brighter than light": (
+                ["energy", square(), "-o", "a.tif", "--albedo", "1.5"],
+                "0 to 1",
+            ),
+            "another model of the sky": (
+                ["energy", square(), "-o", "a.tif", "--diffuse", "hay"],
+                "perez, isotropic",
+            ),
+            "energy of a day and a period": (
+                ["energy", square(), "-o", "a.tif", *YEAR, "--date", "2026-01-01"],
+                "analyse energy: --date together",
+            ),
+            "energy of no place": (["energy", "generated:3", "-o", "a.tif"], "no place on Earth"),
             "a sun of no place": (["sun", "generated:3", "-o", "a.tif"], "no place on Earth"),
             "a surface that is none": (
                 ["sky", square(), "-o", "a.tif", "--surface", "cellar"],

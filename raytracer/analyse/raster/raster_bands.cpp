@@ -70,6 +70,15 @@ constexpr RasterBand kShadowTable[] = {
     {"sunlit", "", measured_at(core::ShadowBand::kSunlit)},
     {"hole", "", measured_at(core::ShadowBand::kHole)},
 };
+constexpr RasterBand kEnergyTable[] = {
+    {"kwh_m2", "kWh/m2", measured_at(core::EnergyBand::kTotal)},
+    {"beam", "kWh/m2", measured_at(core::EnergyBand::kBeam)},
+    {"diffuse", "kWh/m2", measured_at(core::EnergyBand::kDiffuse)},
+    {"reflected", "kWh/m2", measured_at(core::EnergyBand::kReflected)},
+    {"slope", "degree", measured_at(core::EnergyBand::kSlope)},
+    {"aspect", "degree", measured_at(core::EnergyBand::kAspect)},
+    {"hole", "", measured_at(core::EnergyBand::kHole)},
+};
 constexpr RasterBand kSightTable[] = {
     {"seen", "", measured_at(core::SightBand::kSeen)},
     {"distance_m", "m", measured_at(core::SightBand::kDistance)},
@@ -89,6 +98,7 @@ std::span<const RasterBand> bands_of(core::AnalysisKind kind) noexcept {
         case core::AnalysisKind::kSunPeriod: return kSunPeriodTable;
         case core::AnalysisKind::kSunMonths: return kSunMonthsTable;
         case core::AnalysisKind::kShadow: return kShadowTable;
+        case core::AnalysisKind::kEnergy: return kEnergyTable;
         case core::AnalysisKind::kSight: return kSightTable;
     }
     return {};

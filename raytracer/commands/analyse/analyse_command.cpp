@@ -69,6 +69,8 @@ scene::Scene scene_of(const AnalyseArguments& args, core::AnalysisKind kind) {
     scene.analysis.kind = kind;
     if (kind == core::AnalysisKind::kSun)
         choose_sun_kind(args.sun, args.world, scene);
+    if (kind == core::AnalysisKind::kEnergy)
+        refuse_day_and_period("energy", args.world, scene);
     scene.quality.level = 0;
     // A voxel covers at most a cell.
     scene.quality.detail = 1;
@@ -107,7 +109,7 @@ util::ExitCode run_analyse(const AnalyseArguments& args, core::AnalysisKind kind
 
     const auto loaded = std::make_shared<render::LoadedWorld>(args.world.options(scene), scene);
     const voxel::WorldInfo& world = loaded->world->info();
-    if (core::needs_sun_way(kind) && !world.centre)
+    if ((core::needs_sun_way(kind) || kind == core::AnalysisKind::kEnergy) && !world.centre)
         throw util::UsageError("analyse " + std::string(core::word_of(kind)) + ": '" + world.title +
                                "' has no place on Earth; allowed: worlds with a CRS");
     const analyse::CellGrid grid =
@@ -174,6 +176,12 @@ CLI::App* add_kind(CLI::App& group, AnalyseArguments& args, core::AnalysisKind k
         sections.insert(sections.end(),
                         {"analysis.surface", "analysis.step_min", "analysis.from", "analysis.to",
                          "analysis.bin_deg", "sun.date", "sun.zone", "sun.utc_offset_h"});
+    if (kind == core::AnalysisKind::kEnergy)
+        sections.insert(
+            sections.end(),
+            {"analysis.surface", "analysis.directions", "analysis.step_min", "analysis.from",
+             "analysis.to", "analysis.bin_deg", "analysis.linke", "analysis.diffuse",
+             "analysis.albedo", "sun.date", "sun.zone", "sun.utc_offset_h"});
     if (kind == core::AnalysisKind::kSight)
         sections.insert(sections.end(),
                         {"analysis.surface", "analysis.range_m", "analysis.target_m",
@@ -245,11 +253,18 @@ std::function<util::ExitCode()> add_analyse_command(CLI::App& app) {
         add_kind(*group, *sun, core::AnalysisKind::kSun,
                  "Hours of direct sun on a day or in a period, or where it shines at an instant");
     add_sun_options(*sun_command, sun->sun);
+    auto energy = std::make_shared<AnalyseArguments>();
+    const CLI::App* energy_command =
+        add_kind(*group, *energy, core::AnalysisKind::kEnergy,
+                 "Energy of sun and sky on a day or in a period, on roofs and ground as they lie");
     CLI::App* sight_command =
         add_kind(*group, *sight, core::AnalysisKind::kSight,
                  "What observers see, and from where they are seen: viewsheds");
     add_sight_options(*sight_command, *sight);
-    return [terrain, sky, sun, sight, sky_command, sun_command, sight_command] {
+    return [terrain, sky, sun, energy, sight, sky_command, sun_command, energy_command,
+            sight_command] {
+        if (energy_command->parsed())
+            return run_analyse(*energy, core::AnalysisKind::kEnergy);
         if (sight_command->parsed())
             return run_analyse(*sight, core::AnalysisKind::kSight);
         if (sky_command->parsed())

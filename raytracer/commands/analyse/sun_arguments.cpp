@@ -21,8 +21,8 @@ double hour_of(const std::string& text) {
     return hour + minute / 60.0;
 }
 
-void refuse_together(const std::string& one, const std::string& other) {
-    throw util::UsageError("analyse sun: " + one + " together with " + other +
+void refuse_together(const std::string& command, const std::string& one, const std::string& other) {
+    throw util::UsageError("analyse " + command + ": " + one + " together with " + other +
                            "; allowed: one of them");
 }
 
@@ -36,14 +36,19 @@ void add_sun_options(CLI::App& command, SunArguments& args) {
                      "with --from and --to: a band of hours for each month of the year");
 }
 
-void choose_sun_kind(const SunArguments& args, const WorldArguments& world, scene::Scene& scene) {
+void refuse_day_and_period(const std::string& command, const WorldArguments& world,
+                           const scene::Scene& scene) {
     const bool has_date = std::any_of(world.fields.begin(), world.fields.end(),
                                       [](const auto& field) { return field.first == "sun.date"; });
+    if (has_date && (!scene.analysis.from.empty() || !scene.analysis.to.empty()))
+        refuse_together(command, "--date", "--from and --to");
+}
+
+void choose_sun_kind(const SunArguments& args, const WorldArguments& world, scene::Scene& scene) {
+    refuse_day_and_period("sun", world, scene);
     const bool has_period = !scene.analysis.from.empty() || !scene.analysis.to.empty();
-    if (has_period && has_date)
-        refuse_together("--date", "--from and --to");
     if (has_period && !args.at.empty())
-        refuse_together("--at", "--from and --to");
+        refuse_together("sun", "--at", "--from and --to");
     if (args.monthly && !has_period)
         throw util::UsageError(
             "analyse sun: --monthly without --from and --to; allowed: with a "

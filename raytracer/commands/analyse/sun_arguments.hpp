@@ -16,6 +16,11 @@ struct SunArguments {
 
 void add_sun_options(CLI::App& command, SunArguments& args);
 
+/// @param command the kind's name, for the message
+/// @throws UsageError where a day is given as well as a period
+void refuse_day_and_period(const std::string& command, const WorldArguments& world,
+                           const scene::Scene& scene);
+
 /// Sets the kind that is measured (a day, a period, its months, an instant), and the instant.
 /// @param world with the fields that were given on the command line
 /// @throws UsageError for options that exclude each other, and for what is no time

@@ -1,0 +1,39 @@
+#pragma once
+
+#include <vector>
+
+#include "common/geo/lat_lon.hpp"
+#include "raytracer/core/ray.hpp"
+#include "raytracer/scene/scene.hpp"
+
+namespace terravox::solar {
+
+/// Light from a direction over a period, kWh/m2 on a surface that faces it.
+struct LightDirection {
+    core::Vec3 to;          ///< of unit length, y > 0
+    double beam = 0;        ///< of the sun
+    double around_sun = 0;  ///< of the sky near to the sun
+};
+
+/// The light of a period: that of directions, and what the sky adds evenly (solar/sky_light.hpp).
+/// Of a whole period these are few numbers, so that a cell needs one ray for each direction.
+/// Ref: Robinson & Stone, "Irradiation modelling made simple: the cumulative sky approach and its
+/// applications", 2004.
+struct Energy {
+    std::vector<LightDirection> sun;
+    std::vector<core::Vec3> sky;  ///< directions of equal solid angles over the upper half sphere
+    double isotropic = 0;         ///< kWh/m2 on a level surface
+    double horizon = 0;           ///< kWh/m2
+};
+
+/// Heights of sky directions below which they belong to the horizon, as sine.
+inline constexpr double kHorizonSine = 0.15;
+
+/// The light of a scene's analysis. A pure function of its arguments on every machine.
+/// @param place nullptr: unknown
+/// @param height_m of the place above the sea
+/// @throws UsageError as sun_way_of(); for turbidities that are none
+[[nodiscard]] Energy energy_of(const scene::Scene& scene, const geo::LatLon* place,
+                               double height_m);
+
+}  // namespace terravox::solar

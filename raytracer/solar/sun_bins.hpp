@@ -1,0 +1,32 @@
+#pragma once
+
+#include <cstddef>
+#include <utility>
+
+#include "common/util/det_math.hpp"
+#include "raytracer/core/ray.hpp"
+
+namespace terravox::solar {
+
+/// Directions of an analysis without bins: rays of a cell are bounded, whatever a scene asks for.
+inline constexpr std::size_t kMaxDirections = 65'536;
+
+/// Bins of equal angles by hour angle and declination, as seen from a latitude: the sun's way
+/// through the sky is a strip of these coordinates at every latitude.
+class SunBins {
+public:
+    /// @param bin_deg above 0
+    SunBins(double latitude_deg, double bin_deg)
+        : m_latitude(det::sin_cos(latitude_deg * det::kPi / 180)), m_bin_deg(bin_deg) {}
+
+    /// Numbers of a bin; they order bins from the east to the west.
+    using Place = std::pair<int, int>;
+    /// @param to of unit length; x east, y up, z south
+    [[nodiscard]] Place place_of(core::Vec3 to) const noexcept;
+
+private:
+    det::SinCos m_latitude;
+    double m_bin_deg;
+};
+
+}  // namespace terravox::solar

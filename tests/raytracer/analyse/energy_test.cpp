@@ -1,0 +1,231 @@
+#include <cmath>
+
+#include "raytracer/analyse/cell_plane.hpp"
+#include "raytracer/sky/sun.hpp"
+#include "raytracer/solar/clear_sky.hpp"
+#include "raytracer/solar/sun_steps.hpp"
+#include "tests/catch.hpp"
+#include "tests/raytracer/analyse/measured.hpp"
+
+namespace {
+
+using namespace terravox;
+using core::EnergyBand;
+using test::ArrayWorld;
+using test::Measured;
+using voxel::Material;
+
+constexpr geo::LatLon kTown{46, 14.5};
+
+scene::Scene energy_scene(const char* from, const char* to) {
+    scene::Scene scene = test::analysis_scene(core::AnalysisKind::kEnergy);
+    scene.sun.utc_offset_h = 1;
+    scene.analysis.from = from;
+    scene.analysis.to = to;
+    scene.analysis.step_min = 30;
+    scene.analysis.diffuse = "isotropic";
+    return scene;
+}
+
+std::unique_ptr<ArrayWorld> flat(int half, int top) {
+    auto world = std::make_unique<ArrayWorld>(ArrayWorld::Coord{-half, -2, -half},
+                                              ArrayWorld::Coord{half, top, half});
+    world->fill({-half, -2, -half}, {half, 0, half}, Material::kGrass);
+    world->editable_info().centre = kTown;
+    return world;
+}
+
+/// Light of a period on a plane with a free sky, kWh/m2.
+struct Light {
+    double beam = 0;
+    double diffuse = 0;
+    double reflected = 0;
+};
+
+/// @param normal of unit length; x east, y up, z south
+Light in_the_open(const scene::Scene& scene, core::Vec3 normal, double height_m) {
+    Light out;
+    double level = 0;
+    solar::each_sun_step(scene, kTown, [&](const solar::SunStep& step) {
+        const int day = static_cast<int>((step.middle_s + 3600) / 86'400 - 20'453);  // of 2026
+        const solar::Irradiance light = solar::clear_sky(step.sun.altitude_deg, 3, height_m, day);
+        const core::Vec3 to = sky::Sun(step.sun, 0).direction();
+        const double kilohours = step.hours / 1000;
+        out.beam += light.beam * std::max(core::dot(normal, to), 0.0) * kilohours;
+        out.diffuse += light.diffuse * (1 + normal.y) / 2 * kilohours;
+        level += (light.beam * to.y + light.diffuse) * kilohours;
+    });
+    out.reflected = scene.analysis.albedo * level * (1 - normal.y) / 2;
+    return out;
+}
+
+double value(const Measured& raster, int x, int z, EnergyBand band) {
+    return static_cast<double>(raster.at(x, z, band));
+}
+
+}  // namespace
+
+TEST_CASE("an open plane gets the energy of the closed form", "[raytracer][analyse]") {
+    const auto world = flat(12, 2);
+    scene::Scene scene = energy_scene("2026-06-01", "2026-06-30");
+    const Light expected = in_the_open(scene, {0, 1, 0}, 0);
+    REQUIRE(expected.beam > 100);
+    for (const double bin_deg : {0.0, 3.0}) {
+        INFO("bins of " << bin_deg);
+        scene.analysis.bin_deg = bin_deg;
+        const Measured raster(*world, scene, {});
+        for (int z = -12; z < 12; ++z)
+            for (int x = -12; x < 12; ++x) {
+                REQUIRE(value(raster, x, z, EnergyBand::kHole) == 0);
+                REQUIRE(value(raster, x, z, EnergyBand::kSlope) == 0);
+                REQUIRE(value(raster, x, z, EnergyBand::kAspect) ==
+                        static_cast<double>(core::kNoData));
+                REQUIRE(value(raster, x, z, EnergyBand::kBeam) ==
+                        Approx(expected.beam).epsilon(1e-3));
+                REQUIRE(value(raster, x, z, EnergyBand::kDiffuse) ==
+                        Approx(expected.diffuse).epsilon(1e-4));
+                REQUIRE(value(raster, x, z, EnergyBand::kReflected) == 0);
+                REQUIRE(value(raster, x, z, EnergyBand::kTotal) ==
+                        Approx(expected.beam + expected.diffuse).epsilon(1e-3));
+            }
+    }
+    // What Perez takes from the even sky comes from around the sun.
+    scene.analysis.diffuse = "perez";
+    const Measured perez(*world, scene, {});
+    CHECK(value(perez, 0, 0, EnergyBand::kDiffuse) == Approx(expected.diffuse).epsilon(0.01));
+}
+
+TEST_CASE("slopes made of voxels get the energy of the plane", "[raytracer][analyse]") {
+    struct Slope {
+        const char* name;
+        double rise;  // to the north for each metre, so that it faces south; below 0: north
+    };
+    for (const Slope& slope : {Slope{"14 degrees", 0.25}, Slope{"30 degrees", 0.57735},
+                               Slope{"45 degrees", 1}, Slope{"to the north", -0.5}}) {
+        INFO(slope.name);
+        constexpr int kHalf = 40;
+        ArrayWorld world({-kHalf, -60, -kHalf}, {kHalf, 60, kHalf});
+        world.fill_with([&](int, int y, int z) {
+            return y < std::floor(-slope.rise * z) ? Material::kRoof : Material::kAir;
+        });
+        world.editable_info().centre = kTown;
+        const scene::Scene scene = energy_scene("2026-01-01", "2026-12-31");
+        Measured::Options options;
+        options.area = voxel::VoxelBounds{{-4, -60, -16}, {4, 60, 16}};
+        const Measured raster(world, scene, options);
+        const core::Vec3 normal = core::normalized({0, 1, slope.rise});
+        const Light expected = in_the_open(scene, normal, 0);
+        double beam = 0;
+        double diffuse = 0;
+        double reflected = 0;
+        double slope_deg = 0;
+        constexpr int kCells = 8 * 32;
+        for (int z = -16; z < 16; ++z)
+            for (int x = -4; x < 4; ++x) {
+                beam += value(raster, x, z, EnergyBand::kBeam) / kCells;
+                diffuse += value(raster, x, z, EnergyBand::kDiffuse) / kCells;
+                slope_deg += value(raster, x, z, EnergyBand::kSlope) / kCells;
+                REQUIRE(value(raster, x, z, EnergyBand::kAspect) == (slope.rise > 0 ? 180 : 0));
+                reflected += value(raster, x, z, EnergyBand::kReflected) / kCells;
+            }
+        CHECK(slope_deg == Approx(std::atan(std::abs(slope.rise)) * 180 / det::kPi).margin(0.8));
+        CHECK(beam == Approx(expected.beam).epsilon(0.02));
+        CHECK(diffuse == Approx(expected.diffuse).epsilon(0.02));
+        CHECK(reflected == Approx(expected.reflected).epsilon(0.2));
+    }
+}
+
+TEST_CASE("the ground inside of a closed hall gets no energy", "[raytracer][analyse]") {
+    const auto world = flat(9, 10);
+    world->fill({-9, 0, -9}, {9, 9, 9}, Material::kBridge);
+    world->fill({-8, 0, -8}, {8, 8, 8}, Material::kAir);
+    scene::Scene scene = energy_scene("2026-06-21", "2026-06-21");
+    scene.analysis.surface = core::AnalysisSurface::kGround;
+    scene.analysis.diffuse = "perez";
+    const Measured inside(*world, scene, {});
+    for (const EnergyBand band : {EnergyBand::kTotal, EnergyBand::kBeam, EnergyBand::kDiffuse,
+                                  EnergyBand::kReflected, EnergyBand::kHole}) {
+        CHECK(value(inside, 0, 0, band) == 0);
+        CHECK(value(inside, 7, -8, band) == 0);
+    }
+}
+
+TEST_CASE("nothing that is added sends more light of sun or sky", "[raytracer][analyse]") {
+    const auto few = flat(20, 30);
+    few->fill({-12, 0, -6}, {-8, 14, 6}, Material::kWall);
+    const auto many = flat(20, 30);
+    many->fill({-12, 0, -6}, {-8, 14, 6}, Material::kWall);
+    many->fill({4, 0, 4}, {9, 20, 12}, Material::kWall);
+    many->fill({-2, 10, -20}, {3, 11, 20}, Material::kBridge);
+    scene::Scene scene = energy_scene("2026-03-01", "2026-04-30");
+    scene.analysis.surface = core::AnalysisSurface::kGround;
+    const Measured before(*few, scene, {});
+    const Measured after(*many, scene, {});
+    int less = 0;
+    for (int z = -20; z < 20; ++z)
+        for (int x = -20; x < 20; ++x)
+            for (const EnergyBand band : {EnergyBand::kBeam, EnergyBand::kDiffuse}) {
+                const double then = value(before, x, z, band);
+                const double now = value(after, x, z, band);
+                if (now == static_cast<double>(core::kNoData))
+                    continue;
+                REQUIRE(now <= then);
+                less += now < then ? 1 : 0;
+            }
+    CHECK(less > 1000);
+}
+
+TEST_CASE("energy is the same for any tile size and number of threads", "[raytracer][analyse]") {
+    const auto world = flat(30, 20);
+    world->fill({-4, 0, -4}, {5, 20, 5}, Material::kWall);
+    for (int z = 8; z < 18; ++z)
+        world->fill({-20, 0, z}, {20, z - 7, z + 1}, Material::kRoof);
+    scene::Scene scene = energy_scene("2026-09-01", "2026-10-05");
+    scene.analysis.diffuse = "perez";
+    scene.analysis.surface = core::AnalysisSurface::kGround;
+    const Measured plain(*world, scene, {});
+    CHECK(Measured(*world, scene, {3, 7}).values() == plain.values());
+    CHECK(Measured(*world, scene, {2, 64}).values() == plain.values());
+}
+
+TEST_CASE("a cell whose light or neighbours are behind a hole has no energy",
+          "[raytracer][analyse]") {
+    ArrayWorld world({-40, -2, -20}, {100, 30, 20});
+    world.fill({-40, -2, -20}, {100, 0, 20}, Material::kGrass);
+    world.editable_info().centre = kTown;
+    world.make_hole({0, 1, 0, 0});
+    const Measured raster(world, energy_scene("2026-06-21", "2026-06-21"), {});
+    for (const int x : {90, 63, 62, 50}) {
+        INFO(x);
+        CHECK(raster.at(x, 10, EnergyBand::kHole) == 1);
+        CHECK(raster.at(x, 10, EnergyBand::kTotal) == core::kNoData);
+    }
+}
+
+TEST_CASE("the plane of a cell leaves out what is another surface", "[raytracer][analyse]") {
+    using namespace terravox::analyse;
+    CHECK(is_same_surface(1, 2, 1));
+    CHECK_FALSE(is_same_surface(1, 3, 1));
+    CHECK_FALSE(is_same_surface(1, -6, 1));
+    CHECK(is_same_surface(2, -4, 1));
+    HeightSums level;
+    for (int s = -2; s <= 2; ++s)
+        for (int e = -2; e <= 2; ++e)
+            level.add(e, s, 0);
+    CHECK(plane_through(level, 1, 1).lift == 0);
+    CHECK(plane_through(level, 1, 1).normal() == core::Vec3{0, 1, 0});
+    HeightSums eastward;
+    for (int s = -2; s <= 2; ++s)
+        for (int e = -2; e <= 2; ++e)
+            eastward.add(e, s, static_cast<float>(-2 * e));
+    const CellPlane steep = plane_through(eastward, 4, 1);
+    CHECK(steep.east == -0.5);
+    CHECK(steep.south == 0);
+    CHECK(steep.lift == 0.25);
+    CHECK(steep.normal().x > 0);
+    // Three cells in a row are no plane.
+    HeightSums row;
+    for (int e = -1; e <= 1; ++e)
+        row.add(e, 0, static_cast<float>(e));
+    CHECK(plane_through(row, 1, 1).normal() == core::Vec3{0, 1, 0});
+}
