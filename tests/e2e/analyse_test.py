@@ -3,6 +3,7 @@
 
 import json
 import os
+import re
 import shutil
 import signal
 import subprocess
@@ -288,6 +289,26 @@ class Rasters(Case):
                 ):
                     self.assertEqual(raster(kind, *what, *flags).read_bytes(), wanted, flags)
 
+    def test_a_report_and_a_map_tell_what_the_raster_holds(self):
+        folder = temporary_folder()
+        page, map_ = folder / "sky.html", folder / "sky.png"
+        out = ["-o", folder / "sky.tif", "--report", page, "--map", map_]
+        run = analyse("sky", square(), *area_flag(), "--directions", "64", *out)
+        self.assertEqual(run.code, 0, run)
+        for file in ("sky.tif", "sky.html", "sky.png"):
+            self.assertIn(f"wrote {folder / file}", run.out)
+        self.assertTrue(map_.read_bytes().startswith(b"\x89PNG"))
+        text = page.read_text(encoding="utf-8")
+        self.assertEqual(text.count("<img"), 3)
+        self.assertIn("<tr><td>directions</td><td>64</td></tr>", text)
+        self.assertNotIn("http", text.replace("http-equiv", ""))
+        shown = re.search(r"<td>svf</td><td></td>" + r'<td class="n">([^<]*)</td>' * 6, text)
+        values = [v for row in self.values(folder / "sky.tif", 1) for v in row if v != NO_DATA]
+        least, _, mean, _, most = (float(shown[i]) for i in range(2, 7))
+        self.assertAlmostEqual(least, min(values), delta=0.001)
+        self.assertAlmostEqual(most, max(values), delta=0.001)
+        self.assertAlmostEqual(mean, sum(values) / len(values), delta=0.001)
+
     def test_a_part_has_the_values_of_the_whole(self):
         west, south, east, north = area()
         part = temporary_folder() / "part.tif"
@@ -473,6 +494,14 @@ class Refusals(Case):
                     *["--from", "1900-01-01", "--to", "2100-12-31"],
                 ],
                 "allowed: up to 1000000",
+            ),
+            "a report of no page": (
+                ["sky", square(), "-o", "a.tif", "--report", "a.pdf"],
+                "allowed: .html",
+            ),
+            "a map of no picture": (
+                ["sky", square(), "-o", "a.tif", "--map", "a.jpg"],
+                "allowed: .png",
             ),
             "air that is none": (
                 ["energy", square(), "-o", "a.tif", "--linke", "0.5"],

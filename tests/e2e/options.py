@@ -13,6 +13,7 @@ RAYTRACER = (
     "analyse terrain",
     "analyse sky",
     "analyse sun",
+    "analyse energy",
     "analyse sight",
     "publish",
     "view",

@@ -27,6 +27,13 @@ constexpr BandStyle kStyles[] = {
     {"sun_hours", "Hours of direct sun", Ramp::kWarm, 0.0, {}},
     {"first_sun", "First sun, clock time", Ramp::kMuch, {}, {}},
     {"last_sun", "Last sun, clock time", Ramp::kMuch, {}, {}},
+    {"sun_hours_per_day", "Hours of direct sun a day", Ramp::kWarm, 0.0, {}},
+    {"sunlit", "In the sun", Ramp::kWarm, 0.0, 1.0},
+    {"kwh_m2", "Energy of sun and sky", Ramp::kWarm, 0.0, {}},
+    {"beam", "Energy directly from the sun", Ramp::kWarm, 0.0, {}},
+    {"diffuse", "Energy from the sky", Ramp::kWarm, 0.0, {}},
+    {"seen", "Observers that see the place", Ramp::kMuch, 0.0, {}},
+    {"distance_m", "Distance to the nearest observer that sees it", Ramp::kMuch, 0.0, {}},
 };
 
 using Anchors = std::span<const Rgba8>;

@@ -1,6 +1,7 @@
 #include "raytracer/analyse/report/html_report.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <optional>
 
 #include "common/util/atomic_file.hpp"
@@ -207,8 +208,9 @@ std::string facts_table(const CellFile& cells, const ReportFacts& facts) {
             out += "<tr><td>" + escaped(name) + "</td><td>" + escaped(value) + "</td></tr>\n";
     };
     row("Place", facts.place);
-    row("Cells", std::to_string(cells.columns()) + " x " + std::to_string(cells.rows()) + " of " +
-                     number_text(facts.cell_m, 0.01) + " m");
+    row("Cells",
+        std::to_string(cells.columns()) + " x " + std::to_string(cells.rows()) + " of " +
+            number_text(facts.cell_m, std::floor(facts.cell_m) == facts.cell_m ? 1 : 0.001) + " m");
     row("Coordinate reference system", facts.crs);
     for (const auto& [name, value] : facts.settings)
         row(name, value);

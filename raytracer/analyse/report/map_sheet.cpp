@@ -16,7 +16,7 @@ constexpr int kGlyphRows = static_cast<int>(output::Glyph::kRows);
 constexpr int kGap = 1;          // between letters
 constexpr int kNarrowest = 360;  // of what is printed, at a scale of 1
 constexpr int kMostEntries = 12;
-constexpr int kPxPerTextScale = 500;
+constexpr int kPxPerTextScale = 350;
 constexpr int kMaxTextScale = 3;
 
 /// Pixels to draw on, and a pen with a text size.

@@ -2,6 +2,7 @@
 
 #include <CLI/CLI.hpp>
 
+#include <array>
 #include <cstdio>
 #include <memory>
 #include <optional>
@@ -15,6 +16,7 @@
 #include "raytracer/analyse/raster/raster.hpp"
 #include "raytracer/analyse/raster/sight_summary.hpp"
 #include "raytracer/commands/analyse/observer_arguments.hpp"
+#include "raytracer/commands/analyse/report_arguments.hpp"
 #include "raytracer/commands/analyse/sun_arguments.hpp"
 #include "raytracer/commands/number_list.hpp"
 #include "raytracer/commands/render_pool_arguments.hpp"
@@ -37,6 +39,7 @@ struct AnalyseArguments {
     std::string light = "315,45";
     analyse::ReliefOptions relief;
     ObserverArguments observers;
+    ReportArguments reports;
     bool as_json = false;
     SunArguments sun;
     bool resume = false;
@@ -85,7 +88,9 @@ util::ExitCode report(const AnalyseArguments& args, const render::RenderStatisti
                       const util::StageTimes& times) {
     if (!args.quiet && !args.as_json) {
         render::print_statistics(statistics, times);
-        std::printf("wrote %s\n", args.output.c_str());
+        for (const std::string& file : {args.output, args.reports.map, args.reports.page})
+            if (!file.empty())
+                std::printf("wrote %s\n", file.c_str());
     }
     if (!statistics.counts.holes.empty())
         util::log_error("the raster has holes: {} boxes could not be loaded",
@@ -95,11 +100,34 @@ util::ExitCode report(const AnalyseArguments& args, const render::RenderStatisti
     return statistics.has_holes() ? util::ExitCode::kHoles : util::ExitCode::kDone;
 }
 
+/// The fields of a scene that an analysis has options for, beside those of all analyses.
+std::vector<std::string> own_fields(core::AnalysisKind kind) {
+    switch (kind) {
+        case core::AnalysisKind::kSky:
+            return {"analysis.surface", "analysis.directions", "analysis.range_m"};
+        case core::AnalysisKind::kSun:
+            return {"analysis.surface", "analysis.step_min", "analysis.from", "analysis.to",
+                    "analysis.bin_deg", "sun.date",          "sun.zone",      "sun.utc_offset_h"};
+        case core::AnalysisKind::kEnergy:
+            return {"analysis.surface",  "analysis.directions",
+                    "analysis.step_min", "analysis.from",
+                    "analysis.to",       "analysis.bin_deg",
+                    "analysis.linke",    "analysis.diffuse",
+                    "analysis.albedo",   "sun.date",
+                    "sun.zone",          "sun.utc_offset_h"};
+        case core::AnalysisKind::kSight:
+            return {"analysis.surface", "analysis.range_m", "analysis.target_m",
+                    "analysis.curvature", "analysis.refraction"};
+        default: return {};
+    }
+}
+
 util::ExitCode run_analyse(const AnalyseArguments& args, core::AnalysisKind kind) {
     util::set_up_log(args.quiet ? "error" : args.world.log_level);
     const auto start = std::chrono::steady_clock::now();
     // Reject what cannot be written before any work is done.
     analyse::check_raster_target(args.output);
+    check_report_targets(args.reports);
     const analyse::ReliefOptions relief = relief_of(args);
     exports::Selection selection;
     selection.area = numbers_of("analyse", "--area", args.area, 4,
@@ -139,6 +167,8 @@ util::ExitCode run_analyse(const AnalyseArguments& args, core::AnalysisKind kind
         info.geo = analyse::placement_of(grid, world);
         analyse::write_raster(*cells, args.output, info,
                               thread::thread_count(scene.processing.threads.value_or(0)));
+        const Reported what{world, scene, grid, own_fields(kind), statistics.counts.holes.size()};
+        write_reports(args.reports, *cells, what, signals.token());
     };
     const render::RenderStatistics statistics =
         renderer.render_tiles(scene, args.output, begin, write, {args.resume, true, {}}, start);
@@ -167,25 +197,10 @@ CLI::App* add_kind(CLI::App& group, AnalyseArguments& args, core::AnalysisKind k
     command->add_flag("--resume", args.resume,
                       "keep finished tiles in OUT.tif.tiles until the raster is finished, and go "
                       "on with those that are there");
+    add_report_options(*command, args.reports);
     command->add_flag("-q,--quiet", args.quiet, "print errors only");
-    std::vector<std::string> sections = {"world", "generated", "processing", "quality.tile"};
-    if (kind == core::AnalysisKind::kSky)
-        sections.insert(sections.end(),
-                        {"analysis.surface", "analysis.directions", "analysis.range_m"});
-    if (kind == core::AnalysisKind::kSun)
-        sections.insert(sections.end(),
-                        {"analysis.surface", "analysis.step_min", "analysis.from", "analysis.to",
-                         "analysis.bin_deg", "sun.date", "sun.zone", "sun.utc_offset_h"});
-    if (kind == core::AnalysisKind::kEnergy)
-        sections.insert(
-            sections.end(),
-            {"analysis.surface", "analysis.directions", "analysis.step_min", "analysis.from",
-             "analysis.to", "analysis.bin_deg", "analysis.linke", "analysis.diffuse",
-             "analysis.albedo", "sun.date", "sun.zone", "sun.utc_offset_h"});
-    if (kind == core::AnalysisKind::kSight)
-        sections.insert(sections.end(),
-                        {"analysis.surface", "analysis.range_m", "analysis.target_m",
-                         "analysis.curvature", "analysis.refraction"});
+    std::vector<std::string> sections = own_fields(kind);
+    sections.insert(sections.end(), {"world", "generated", "processing", "quality.tile"});
     add_opening_arguments(*command, args.world, sections);
     add_render_pool_arguments(*command, args.render_pool);
     return command;
@@ -238,40 +253,37 @@ void add_sight_options(CLI::App& command, AnalyseArguments& args) {
 std::function<util::ExitCode()> add_analyse_command(CLI::App& app) {
     CLI::App* group = app.add_subcommand("analyse", "Measure a world: rasters for GIS, as GeoTIFF");
     group->require_subcommand(1);
-    auto terrain = std::make_shared<AnalyseArguments>();
-    auto sky = std::make_shared<AnalyseArguments>();
-    auto sun = std::make_shared<AnalyseArguments>();
-    auto sight = std::make_shared<AnalyseArguments>();
-    CLI::App* terrain_command = add_kind(
-        *group, *terrain, core::AnalysisKind::kTerrain,
-        "Heights of surface and ground, slope, aspect, hillshade, class, material, colour");
-    add_relief_options(*terrain_command, *terrain);
-    const CLI::App* sky_command =
-        add_kind(*group, *sky, core::AnalysisKind::kSky,
-                 "How much of the sky is seen: sky-view factor, openness");
-    CLI::App* sun_command =
-        add_kind(*group, *sun, core::AnalysisKind::kSun,
-                 "Hours of direct sun on a day or in a period, or where it shines at an instant");
-    add_sun_options(*sun_command, sun->sun);
-    auto energy = std::make_shared<AnalyseArguments>();
-    const CLI::App* energy_command =
-        add_kind(*group, *energy, core::AnalysisKind::kEnergy,
-                 "Energy of sun and sky on a day or in a period, on roofs and ground as they lie");
-    CLI::App* sight_command =
-        add_kind(*group, *sight, core::AnalysisKind::kSight,
-                 "What observers see, and from where they are seen: viewsheds");
-    add_sight_options(*sight_command, *sight);
-    return [terrain, sky, sun, energy, sight, sky_command, sun_command, energy_command,
-            sight_command] {
-        if (energy_command->parsed())
-            return run_analyse(*energy, core::AnalysisKind::kEnergy);
-        if (sight_command->parsed())
-            return run_analyse(*sight, core::AnalysisKind::kSight);
-        if (sky_command->parsed())
-            return run_analyse(*sky, core::AnalysisKind::kSky);
-        if (sun_command->parsed())
-            return run_analyse(*sun, core::AnalysisKind::kSun);
-        return run_analyse(*terrain, core::AnalysisKind::kTerrain);
+    struct Kind {
+        core::AnalysisKind kind;
+        const char* description;
+        AnalyseArguments args{};
+        CLI::App* command = nullptr;
+    };
+    using core::AnalysisKind;
+    const auto kinds = std::make_shared<std::array<Kind, 5>>(std::array<Kind, 5>{{
+        {AnalysisKind::kTerrain,
+         "Heights of surface and ground, slope, aspect, hillshade, class, material, colour"},
+        {AnalysisKind::kSky, "How much of the sky is seen: sky-view factor, openness"},
+        {AnalysisKind::kSun,
+         "Hours of direct sun on a day or in a period, or where it shines at an instant"},
+        {AnalysisKind::kEnergy,
+         "Energy of sun and sky on a day or in a period, on roofs and ground as they lie"},
+        {AnalysisKind::kSight, "What observers see, and from where they are seen: viewsheds"},
+    }});
+    for (Kind& kind : *kinds) {
+        kind.command = add_kind(*group, kind.args, kind.kind, kind.description);
+        if (kind.kind == AnalysisKind::kTerrain)
+            add_relief_options(*kind.command, kind.args);
+        if (kind.kind == AnalysisKind::kSun)
+            add_sun_options(*kind.command, kind.args.sun);
+        if (kind.kind == AnalysisKind::kSight)
+            add_sight_options(*kind.command, kind.args);
+    }
+    return [kinds] {
+        for (const Kind& kind : *kinds)
+            if (kind.command->parsed())
+                return run_analyse(kind.args, kind.kind);
+        throw util::UsageError("analyse: no kind; --help lists them");
     };
 }
 

@@ -1,6 +1,7 @@
 #include "raytracer/commands/analyse/sun_arguments.hpp"
 
 #include <algorithm>
+#include <CLI/CLI.hpp>
 #include <cstdio>
 
 #include "common/util/error.hpp"

@@ -1,10 +1,12 @@
 #pragma once
 
-#include <CLI/CLI.hpp>
-
 #include <string>
 
 #include "raytracer/commands/world_arguments.hpp"
+
+namespace CLI {
+class App;
+}
 
 namespace terravox::commands {
 
