@@ -21,6 +21,7 @@
 #include <condition_variable>
 #include <optional>
 #include <tuple>
+#include <utility>
 #endif
 
 namespace terravox::net {
