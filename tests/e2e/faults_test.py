@@ -57,6 +57,7 @@ class Faults(Writers):
                 self.assertEqual(again.code, 0, str(again))
                 self.assert_as_on_a_good_day(name, out)
 
+    @unittest.skipIf(has_sanitizers(), "a sanitizer asks through a pipe what memory may be read")
     def test_too_few_descriptors_are_reported(self):
         for name in WRITERS if LONG else ("render to EXR", "archive", "glTF", "synthetic survey"):
             for value in range(3, 40) if LONG else (3, 5, 6, 8, 11, 16, 24):
@@ -120,6 +121,7 @@ class Faults(Writers):
         self.assertIn(200, statuses)
         self.assertEqual(code, 0, server.err)
 
+    @unittest.skipIf(has_sanitizers(), "a sanitizer has to be the first library that is loaded")
     @unittest.skipUnless(FAKETIME, "libfaketime (Debian package faketime) is missing")
     def test_a_clock_that_jumps_changes_no_picture(self):
         name = "render to PNG"

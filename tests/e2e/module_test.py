@@ -10,7 +10,16 @@ import shutil
 import subprocess
 import unittest
 
-from support import Case, Run, Server, binary, square, survey, temporary_folder
+from support import (
+    Case,
+    Run,
+    Server,
+    binary,
+    has_sanitizers,
+    square,
+    survey,
+    temporary_folder,
+)
 
 PROGRAM = pathlib.Path(binary("VOXELSERVER"))
 MODULE = PROGRAM.parent / "terravox-worlds.so"
@@ -21,7 +30,11 @@ def libraries(file):
     return subprocess.run(["ldd", str(file)], check=True, capture_output=True, text=True).stdout
 
 
+KEEPS_ALL = "builds with a sanitizer keep what is not used, and the libraries that it needs"
+
+
 class Module(Case):
+    @unittest.skipIf(has_sanitizers(), KEEPS_ALL)
     def test_the_program_does_not_load_gdal(self):
         self.assertIn("libgdal", libraries(MODULE))
         loaded = libraries(PROGRAM)
@@ -48,6 +61,7 @@ class Module(Case):
                         Run([PROGRAM, folder / file, "--cache", cache, "--port", "0"]), code, said
                     )
 
+    @unittest.skipIf(has_sanitizers(), KEEPS_ALL)
     def test_kept_boxes_are_served_where_gdal_cannot_be_loaded(self):
         cache = temporary_folder()
         server = Server(survey(), "--cache", cache, "--no-ahead")

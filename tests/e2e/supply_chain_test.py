@@ -10,7 +10,7 @@ import subprocess
 import tarfile
 import unittest
 
-from support import ROOT, Case, Run, binary, temporary_folder
+from support import ROOT, Case, Run, binary, has_sanitizers, temporary_folder
 
 PACKAGES = [ROOT / "grabber", ROOT / "voxelserver" / "page"]
 REQUIREMENTS = sorted((ROOT / "config" / "setup" / "python").glob("*.txt"))
@@ -257,6 +257,7 @@ class ThirdParty(Case):
         super().setUp()
         self.tables = tables()
 
+    @unittest.skipIf(has_sanitizers(), "builds with a sanitizer have libraries of its own")
     def test_libraries_are_those_the_programs_are_linked_with(self):
         folder = pathlib.Path(binary("RAYTRACER")).parent
         rows = {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 
+#include "common/thread/on_new_thread.hpp"
 #include "common/util/error.hpp"
 #include "common/voxel/morton.hpp"
 #include "voxelserver/map/finest_tile.hpp"
@@ -81,8 +82,19 @@ Tile MapTiles::get(int z, std::int32_t x, std::int32_t y) {
     Work work;
     work.make = area.zooms_out < kZoomsMade;
     const std::uint64_t version = m_source.version(area);
-    const PicturePtr made = picture(area, work);
+    const PicturePtr made = picture_on_new_thread(area, work);
     return {png(area, *made, version), made->complete, made->reach};
+}
+
+// A picture is made of those of the zooms below, down to the finest: that takes more stack than the
+// threads of a server have. What is kept is found without a thread.
+MapTiles::PicturePtr MapTiles::picture_on_new_thread(const TileArea& area, Work& work) {
+    if (auto found = m_pixels.find({area, kWhole}))
+        return found;
+    const auto make = [&] { return picture(area, work); };
+    return thread::on_new_thread(make, []() -> PicturePtr {
+        throw util::Error("draw a map tile: the system gives no thread");
+    });
 }
 
 MapTiles::PicturePtr MapTiles::picture(const TileArea& area, Work& work) {

@@ -87,6 +87,7 @@ private:
     static constexpr std::uint64_t kSeenWhole = kWhole - 1;
 
     [[nodiscard]] bool in_world(int zooms_out, std::int64_t x, std::int64_t z) const noexcept;
+    [[nodiscard]] PicturePtr picture_on_new_thread(const TileArea& area, Work& work);
     [[nodiscard]] PicturePtr picture(const TileArea& area, Work& work);
     [[nodiscard]] PicturePtr compose(const TileArea& area, Work& work);
     [[nodiscard]] PicturePtr finest(const TileArea& area, const Work& work);
