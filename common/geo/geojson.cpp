@@ -1,7 +1,9 @@
 #include "common/geo/geojson.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <fstream>
+#include <memory>
 #include <nlohmann/json.hpp>
 
 #include "common/util/error.hpp"
@@ -67,7 +69,7 @@ private:
     }
 
     void read_feature(const json& object, bool is_feature) {
-        m_numbers.clear();
+        m_numbers = std::make_shared<std::map<std::string, double>>();
         if (!is_feature) {
             read_geometry(object);
             return;
@@ -76,7 +78,7 @@ private:
             found != object.end() && found->is_object())
             for (const auto& [name, value] : found->items())
                 if (value.is_number())
-                    m_numbers[name] = value.get<double>();
+                    (*m_numbers)[name] = value.get<double>();
         // A feature without a place has the geometry null.
         if (const auto found = object.find("geometry"); found != object.end() && found->is_object())
             read_geometry(*found);
@@ -112,7 +114,7 @@ private:
     void add(ShapeKind kind, const json& parts) {
         Shape shape;
         shape.kind = kind;
-        shape.numbers = m_numbers;
+        shape.numbers = m_numbers;  // shared by all parts of the feature
         shape.feature = m_feature;
         if (!parts.is_array() || parts.empty())
             fail("feature " + std::to_string(m_feature) + " has no positions");
@@ -144,21 +146,32 @@ private:
         return out;
     }
 
+    /// @return nullptr where there is none
+    static const json* find_in(const json& of, const char* name) {
+        if (!of.is_object())
+            return nullptr;
+        const auto found = of.find(name);
+        return found == of.end() ? nullptr : &*found;
+    }
+
     /// The name of the file's CRS; empty: longitude and latitude.
     [[nodiscard]] std::string crs_name() const {
         const auto crs = m_root.find("crs");
         if (crs == m_root.end() || crs->is_null())
             return {};
-        const json name =
-            crs->is_object() ? crs->value("/properties/name"_json_pointer, json()) : json();
-        if (!name.is_string())
+        const json* name = find_in(*crs, "properties");
+        name = name == nullptr ? nullptr : find_in(*name, "name");
+        if (name == nullptr || !name->is_string())
             fail("a member 'crs' without a name");
-        std::string text = name.get<std::string>();
+        std::string text = name->get<std::string>();
         constexpr std::string_view kUrn = "urn:ogc:def:crs:";
         if (!text.starts_with(kUrn))
             return text;
         // AUTHORITY:VERSION:CODE, where the version may be empty.
         text.erase(0, kUrn.size());
+        if (text.find(':') == std::string::npos)
+            fail("a crs named " + std::string(kUrn) + text +
+                 "; allowed: urn:ogc:def:crs:AUTHORITY:VERSION:CODE");
         return text.substr(0, text.find(':')) + text.substr(text.rfind(':'));
     }
 
@@ -191,7 +204,7 @@ private:
     const std::string m_attempt;
     json m_root;
     std::vector<Shape> m_shapes;
-    std::map<std::string, double> m_numbers;
+    std::shared_ptr<std::map<std::string, double>> m_numbers;
     std::size_t m_feature = 0;
     std::size_t m_positions = 0;
 };

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <limits>
 #include <map>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -22,13 +23,16 @@ struct Shape {
     ShapeKind kind = ShapeKind::kPoint;
     /// Of a polygon: its border and its holes; of others: one. Never empty, nor are its members.
     std::vector<std::vector<Position>> parts;
-    std::map<std::string, double> numbers;  ///< properties of the feature that are numbers
-    std::size_t feature = 0;                ///< its number in the file, from 0
+    /// Properties of the feature that are numbers; shared by its shapes.
+    std::shared_ptr<const std::map<std::string, double>> numbers;
+    std::size_t feature = 0;  ///< its number in the file, from 0
 
     /// @return NaN where there is no such property
     [[nodiscard]] double number(const std::string& name) const {
-        const auto found = numbers.find(name);
-        return found == numbers.end() ? std::numeric_limits<double>::quiet_NaN() : found->second;
+        if (!numbers)
+            return std::numeric_limits<double>::quiet_NaN();
+        const auto found = numbers->find(name);
+        return found == numbers->end() ? std::numeric_limits<double>::quiet_NaN() : found->second;
     }
 };
 

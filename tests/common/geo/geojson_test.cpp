@@ -73,6 +73,11 @@ TEST_CASE("what is no GeoJSON is refused", "[common][geo]") {
              Case{R"({"type":"FeatureCollection","features":[{"type":"Point"}]})", "is a Point"},
              Case{R"({"type":"Point","coordinates":[1,2],"crs":{}})", "without a name"},
              Case{R"({"type":"Point","coordinates":[1,2],"crs":[]})", "without a name"},
+             Case{R"({"type":"Point","coordinates":[1,2],"crs":{"properties":[1]}})",
+                  "without a name"},
+             Case{R"({"type":"Point","coordinates":[1,2],)"
+                  R"("crs":{"properties":{"name":"urn:ogc:def:crs:EPSG"}}})",
+                  "allowed: urn:ogc:def:crs:AUTHORITY:VERSION:CODE"},
          }) {
         INFO(c.text);
         CHECK_THROWS_WITH(read(c.text), contains(c.says));
