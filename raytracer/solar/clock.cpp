@@ -42,8 +42,9 @@ const char* read_offset(const char* at, const char* end, geo::OffsetFrom& to) no
         !(std::abs(to.offset_h) <= kMaxOffset_h))
         return nullptr;
     const auto [stop, no_instant] = std::from_chars(sign + 1, end, to.from_s);
-    return no_instant == std::errc{} && std::abs(to.from_s) < std::int64_t{1} << 40 ? stop
-                                                                                    : nullptr;
+    constexpr std::int64_t kMaxInstant_s = std::int64_t{1} << 40;
+    const bool is_near = to.from_s > -kMaxInstant_s && to.from_s < kMaxInstant_s;
+    return no_instant == std::errc{} && is_near ? stop : nullptr;
 }
 
 std::vector<geo::OffsetFrom> offsets_of(const std::string& text) {

@@ -82,10 +82,7 @@ private:
         bin.to = bin.to + to * (beam + around_sun);
         bin.beam += beam;
         bin.around_sun += around_sun;
-        if (m_found.size() > kMaxDirections)
-            throw util::UsageError("light the sky: more than " + std::to_string(kMaxDirections) +
-                                   " steps of sun without bins; allowed: fewer days, longer "
-                                   "steps, or analysis.bin_deg above 0");
+        check_directions(m_found.size());
     }
 
     const std::array<double, 12> m_linke;

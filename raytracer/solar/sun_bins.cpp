@@ -1,8 +1,25 @@
 #include "raytracer/solar/sun_bins.hpp"
 
 #include <cmath>
+#include <string>
+
+#include "common/util/error.hpp"
 
 namespace terravox::solar {
+
+void check_directions(std::size_t count) {
+    if (count > kMaxDirections)
+        throw util::UsageError("place the sun: more than " + std::to_string(kMaxDirections) +
+                               " directions; allowed: fewer days, longer steps, or a larger "
+                               "analysis.bin_deg");
+}
+
+SunBins::SunBins(double latitude_deg, double bin_deg)
+    : m_latitude(det::sin_cos(latitude_deg * det::kPi / 180)), m_bin_deg(bin_deg) {
+    if (!(bin_deg >= kSmallest_deg))
+        throw util::UsageError("place the sun: analysis.bin_deg = " + std::to_string(bin_deg) +
+                               "; allowed: 0.1 to 15, or 0 for a ray for each position");
+}
 
 SunBins::Place SunBins::place_of(core::Vec3 to) const noexcept {
     constexpr double kRad = det::kPi / 180;

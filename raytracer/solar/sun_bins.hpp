@@ -8,16 +8,20 @@
 
 namespace terravox::solar {
 
-/// Directions of an analysis without bins: rays of a cell are bounded, whatever a scene asks for.
+/// Directions of an analysis: rays of a cell are bounded, whatever a scene asks for.
 inline constexpr std::size_t kMaxDirections = 65'536;
+/// @throws UsageError for more than kMaxDirections
+void check_directions(std::size_t count);
 
 /// Bins of equal angles by hour angle and declination, as seen from a latitude: the sun's way
 /// through the sky is a strip of these coordinates at every latitude.
 class SunBins {
 public:
-    /// @param bin_deg above 0
-    SunBins(double latitude_deg, double bin_deg)
-        : m_latitude(det::sin_cos(latitude_deg * det::kPi / 180)), m_bin_deg(bin_deg) {}
+    static constexpr double kSmallest_deg = 0.1;
+
+    /// @param bin_deg at least kSmallest_deg
+    /// @throws UsageError for smaller bins
+    SunBins(double latitude_deg, double bin_deg);
 
     /// Numbers of a bin; they order bins from the east to the west.
     using Place = std::pair<int, int>;

@@ -38,11 +38,8 @@ SunWay instant_of(const scene::Scene& scene, const geo::LatLon& place) {
 std::vector<SunDirection> steps_of(const scene::Scene& scene, const geo::LatLon& place) {
     std::vector<SunDirection> out;
     each_sun_step(scene, place, [&](const SunStep& step) {
-        if (out.size() == kMaxDirections)
-            throw util::UsageError("place the sun: more than " + std::to_string(kMaxDirections) +
-                                   " steps of sun without bins; allowed: fewer days, longer "
-                                   "steps, or analysis.bin_deg above 0");
         out.push_back(of_step(step));
+        check_directions(out.size());
     });
     return out;
 }
@@ -53,6 +50,7 @@ std::vector<SunDirection> bins_of(const scene::Scene& scene, const geo::LatLon& 
     each_sun_step(scene, place, [&](const SunStep& step) {
         const SunDirection one = of_step(step);
         SunDirection& bin = found[bins.place_of(one.to)];
+        check_directions(found.size());
         bin.to = bin.to + one.to * one.hours;
         bin.hours += one.hours;
         for (std::size_t m = 0; m < bin.month_hours.size(); ++m)

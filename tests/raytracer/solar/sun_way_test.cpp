@@ -92,8 +92,9 @@ TEST_CASE("a clock's text has all that its zone says", "[raytracer][solar]") {
     const std::int64_t day = geo::days_from_1970(2022, 3, 27);
     CHECK(beirut.midnight_s(day) == day * 86'400 - 2 * 3600);
     CHECK(beirut.midnight_s(day + 1) == (day + 1) * 86'400 - 3 * 3600);
-    for (const char* text : {"1", "@", "1@", "x@0", "1@0,", "1@0 ", "1@0 2@0", "2@5 1@4", "25@0",
-                             "nan@0", "1@99999999999999999999", "1@9999999999999"}) {
+    for (const char* text :
+         {"1", "@", "1@", "x@0", "1@0,", "1@0 ", "1@0 2@0", "2@5 1@4", "25@0", "nan@0",
+          "1@99999999999999999999", "1@9999999999999", "1@-9223372036854775808"}) {
         INFO("'" << text << "'");
         scene::Scene bad = period("2026-01-01", "2026-01-01");
         bad.analysis.clock = text;
@@ -207,7 +208,13 @@ TEST_CASE("periods that cannot be are refused by name", "[raytracer][solar]") {
     };
     scene::Scene of_a_day = period("2026-01-01", "2026-01-02");
     of_a_day.analysis.kind = AnalysisKind::kSun;
+    scene::Scene fine_bins = period("2026-01-01", "2026-01-02");
+    fine_bins.analysis.bin_deg = 1e-9;
+    scene::Scene many_bins = period("2026-01-01", "2027-06-30", 1);
+    many_bins.analysis.bin_deg = 0.1;
     const Case cases[] = {
+        {"bins of nothing", fine_bins, "allowed: 0.1 to 15"},
+        {"too many bins", many_bins, "a larger analysis.bin_deg"},
         {"no end", period("2026-01-01", ""), "analysis.to is missing"},
         {"no beginning", period("", "2026-01-01"), "analysis.from is missing"},
         {"backwards", period("2026-02-01", "2026-01-31"), "not before analysis.from"},
@@ -216,7 +223,7 @@ TEST_CASE("periods that cannot be are refused by name", "[raytracer][solar]") {
         {"before the almanac", period("1899-12-31", "1900-02-01"), "years 1900 to 2100"},
         {"after it", period("2100-01-01", "2101-01-01"), "years 1900 to 2100"},
         {"too many steps", period("1900-01-01", "2100-12-31", 1), "up to 1000000"},
-        {"too many rays", period("2000-01-01", "2019-12-31"), "bin_deg above 0"},
+        {"too many rays", period("2000-01-01", "2019-12-31"), "a larger analysis.bin_deg"},
         {"a day of many", of_a_day, "of one day"},
         {"no zone", in_zone(period("2026-01-01", "2026-01-01"), "Moon/Tycho"), "Moon/Tycho"},
     };
