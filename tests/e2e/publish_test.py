@@ -99,6 +99,21 @@ class Publish(Case):
         self.assertRefused(refused, 2, "would be removed from the site")
         self.assertTrue((site / "place.tvx").exists())
 
+    def test_planned_objects_are_in_the_archive_of_a_site(self):
+        folder = temporary_folder()
+        info = Run([binary("RAYTRACER"), "world", "info", self.site / "place.tvx", "--json"])
+        bounds = json.loads(info.out)["bounds"]
+        x, z = ((bounds["min"][a] + bounds["max"][a]) // 2 for a in (0, 2))
+        add = ("--add", f"{x},{-z - 20},{x + 20},{-z},+600")
+        for data in (survey(), self.site / "place.tvx"):
+            self.assertDone(publish(data, folder / "site", *VIEW, "--no-preview", *add))
+            added = Run(
+                [binary("RAYTRACER"), "world", "info", folder / "site" / "place.tvx", "--json"]
+            )
+            higher = json.loads(added.out)["bounds"]["max"][1] - bounds["max"][1]
+            self.assertGreater(higher, 20, data)
+            self.assertEqual("squares.json" in entries(folder / "site"), data == survey())
+
     def test_an_archive_elsewhere_is_referred_to_and_not_copied(self):
         folder = temporary_folder()
         shutil.copy(self.site / "place.tvx", folder / "valley.tvx")
@@ -122,6 +137,8 @@ class Publish(Case):
         for url in ("http://files.example/a.tvx", "//files.example/a.tvx", "https://u@h/a.tvx"):
             with self.subTest(url):
                 self.assertRefused(publish(*refer, url), 2, "allowed: https://HOST/PATH")
+        added = publish(*refer, "../valley.tvx", "--add", "462010,101010,462020,101020,+60")
+        self.assertRefused(added, 2, "--add with --archive-url")
         made = publish(survey(), site, "--archive-url", "https://files.example/valley.tvx")
         self.assertRefused(made, 2, "terravox convert makes archives")
         own = publish(self.site / "place.tvx", self.site, "--archive-url", "../valley.tvx")

@@ -21,6 +21,7 @@
 #include "voxelserver/voxelize/world/lidar_world.hpp"
 #include "voxelserver/worlds/open/open_world.hpp"
 #include "voxelserver/worlds/open/world_kinds.hpp"
+#include "voxelserver/worlds/overlay/overlay_world.hpp"
 
 namespace terravox::commands {
 namespace {
@@ -41,9 +42,10 @@ bool is_one_archive(const PublishArguments& args) {
     return inputs.size() == 1 && worlds::kind_of(inputs.front()).is_archive;
 }
 
-// Taken as it is; every other world is converted.
+// Taken as it is, unless something is put into it; every other world is converted.
 bool is_archive_here(const PublishArguments& args) {
-    return is_one_archive(args) && worlds::kind_of(args.world.inputs.front()).is_path;
+    return args.world.additions.empty() && is_one_archive(args) &&
+           worlds::kind_of(args.world.inputs.front()).is_path;
 }
 
 bool is_referred_to(const PublishArguments& args) {
@@ -55,6 +57,10 @@ void check_reference(const PublishArguments& args) {
     if (!is_referred_to(args))
         return;
     publish::check_archive_url(args.archive_url);
+    if (!args.world.additions.empty())
+        throw util::UsageError(
+            "publish: --add with --archive-url; allowed: one of them, as what is "
+            "added would not be in the archive that lies there");
     if (!is_one_archive(args))
         throw util::UsageError("publish: --archive-url " + args.archive_url + " with " +
                                args.world.inputs.front() +
@@ -166,6 +172,7 @@ std::size_t write_preview(const PublishArguments& args, scene::Scene scene,
     if (!is_referred_to(args))
         world.inputs = {(folder / publish::kSiteArchive).string()};
     world.orthophotos.clear();
+    world.additions.clear();  // they are in the archive
     render::PictureRenderer renderer(world, render::RenderPoolOptions{}, scene, args.quiet);
     return renderer.render(scene, {(folder / publish::kSitePreview).string()}).counts.holes.size();
 }
@@ -181,7 +188,9 @@ std::vector<publish::ArchivePart> archive_of(const PublishArguments& args,
 /// The LiDAR squares that lie in a part of a world.
 std::vector<publish::SiteSquare> squares_in(const voxel::World& world,
                                             const voxel::VoxelBounds& part) {
-    const auto* lidar = dynamic_cast<const voxelize::LidarWorld*>(&world);
+    const auto* with_objects = dynamic_cast<const overlay::OverlayWorld*>(&world);
+    const auto* lidar = dynamic_cast<const voxelize::LidarWorld*>(
+        with_objects != nullptr ? &with_objects->base() : &world);
     if (lidar == nullptr)
         return {};
     const decltype(voxelize::SquareInfo::bounds) shown{part.min[0], part.min[2], part.max[0],

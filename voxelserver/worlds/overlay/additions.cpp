@@ -12,6 +12,8 @@
 #include "common/geo/geojson.hpp"
 #include "common/util/error.hpp"
 #include "common/util/letter_case.hpp"
+#include "common/voxel/bytes.hpp"
+#include "common/voxel/file_identity.hpp"
 #include "voxelserver/worlds/overlay/overlay_world.hpp"
 
 namespace terravox::overlay {
@@ -42,8 +44,11 @@ public:
             read_box();
     }
     [[nodiscard]] std::vector<AddedObject> take() { return std::move(m_objects); }
-    /// Identifies the objects: their corners and tops in voxels.
-    [[nodiscard]] const std::string& identity() const noexcept { return m_identity; }
+    /// Identifies the objects: how many there are, and a hash of their corners and tops.
+    [[nodiscard]] std::string identity() const {
+        return std::to_string(m_objects.size()) + " objects " +
+               voxel::hex_of(m_identity.fingerprint());
+    }
 
 private:
     [[noreturn]] void refuse(const std::string& what) const {
@@ -127,10 +132,14 @@ private:
         if (!(std::abs(top * m_info.voxel_m) <= kHighest_m))
             refuse("a top at " + number(top * m_info.voxel_m) + " m; allowed: up to " +
                    number(kHighest_m));
-        for (const double v :
-             {footprint->min()[0], footprint->min()[1], footprint->max()[0], footprint->max()[1],
-              footprint->middle()[0], footprint->middle()[1], top})
-            m_identity += (m_identity.empty() ? "" : " ") + number(v);
+        for (const Footprint::Ring& ring : footprint->rings()) {
+            for (const Footprint::Point& corner : ring) {
+                m_identity.add(corner[0]);
+                m_identity.add(corner[1]);
+            }
+            m_identity.add(std::uint64_t{ring.size()});
+        }
+        m_identity.add(top);
         m_objects.push_back({std::move(*footprint), top});
     }
 
@@ -159,7 +168,7 @@ private:
     voxel::World& m_world;
     const voxel::WorldInfo& m_info;
     std::string m_text;
-    std::string m_identity;
+    voxel::ByteWriter m_identity;
     std::vector<AddedObject> m_objects;
 };
 

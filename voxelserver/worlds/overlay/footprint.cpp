@@ -53,13 +53,10 @@ std::vector<double> Footprint::crossings(double z) const {
     return out;
 }
 
-bool Footprint::contains(double x, double z) const noexcept {
-    if (x < m_min[0] || x > m_max[0] || z < m_min[1] || z > m_max[1])
-        return false;
-    bool is_inside = false;
-    for (const Ring& ring : m_rings)
-        each_crossing(ring, z, [&](double at) { is_inside ^= at <= x; });
-    return is_inside;
+bool Footprint::is_inside(const std::vector<double>& crossings, double x) noexcept {
+    // Those at x are passed: a point on a border in the west is inside.
+    const auto passed = std::upper_bound(crossings.begin(), crossings.end(), x);
+    return (passed - crossings.begin()) % 2 == 1;
 }
 
 }  // namespace terravox::overlay

@@ -29,7 +29,7 @@ std::int32_t bottom_of(const voxel::WorldInfo& info, int level) noexcept {
     return voxel::floor_div(info.bounds.min[1], std::int32_t{1} << level);
 }
 
-/// Heights of the objects' columns in a box and one column around it, local; 0: none there.
+/// Heights of the objects' columns in a box and one column around it.
 class ColumnTops {
 public:
     static constexpr int kSide = voxel::kBoxSizeX + 2;
@@ -51,17 +51,20 @@ private:
         const double side = side_of(key.level);
         const Footprint::Point middle = object.footprint.middle();
         const std::int32_t end = end_of(object, key.level);
-        for (int z = -1; z <= voxel::kBoxSizeZ; ++z)
+        for (int z = -1; z <= voxel::kBoxSizeZ; ++z) {
+            const std::int32_t vz = key.bz * voxel::kBoxSizeZ + z;
+            // Once for each row: a polygon may have many corners.
+            const std::vector<double> borders = object.footprint.crossings((vz + 0.5) * side);
             for (int x = -1; x <= voxel::kBoxSizeX; ++x) {
                 const std::int32_t vx = key.bx * voxel::kBoxSizeX + x;
-                const std::int32_t vz = key.bz * voxel::kBoxSizeZ + z;
                 const bool is_middle = vx == down(middle[0] / side) && vz == down(middle[1] / side);
-                if (!is_middle && !object.footprint.contains((vx + 0.5) * side, (vz + 0.5) * side))
+                if (!is_middle && !Footprint::is_inside(borders, (vx + 0.5) * side))
                     continue;
                 std::int32_t& top = m_tops[static_cast<std::size_t>(z + 1) * kSide +
                                            static_cast<std::size_t>(x + 1)];
                 top = std::max(top, end);
             }
+        }
     }
     std::vector<std::int32_t> m_tops;
 };
@@ -88,7 +91,8 @@ OverlayWorld::OverlayWorld(std::unique_ptr<voxel::World> base, std::vector<Added
     }
 }
 
-OverlayWorld::Objects OverlayWorld::objects_at(int level, std::int32_t bx, std::int32_t bz) const {
+OverlayWorld::Objects OverlayWorld::objects_within(int level, std::int32_t bx, std::int32_t bz,
+                                                   std::int32_t end_bx, std::int32_t end_bz) const {
     const double edge = side_of(level) * voxel::kBoxSizeX;
     // The column in an object's middle may lie half outside of it.
     const double margin = side_of(level);
@@ -96,8 +100,8 @@ OverlayWorld::Objects OverlayWorld::objects_at(int level, std::int32_t bx, std::
     for (const AddedObject& object : m_objects) {
         const Footprint::Point low = object.footprint.min();
         const Footprint::Point high = object.footprint.max();
-        if (high[0] + margin >= bx * edge && low[0] - margin <= (bx + 1.0) * edge &&
-            high[1] + margin >= bz * edge && low[1] - margin <= (bz + 1.0) * edge)
+        if (high[0] + margin >= bx * edge && low[0] - margin <= end_bx * edge &&
+            high[1] + margin >= bz * edge && low[1] - margin <= end_bz * edge)
             out.push_back(&object);
     }
     return out;
@@ -142,7 +146,7 @@ std::shared_ptr<const Box> OverlayWorld::with_objects(const BoxKey& key,
     if (base)
         add_voxels(*base, builder);
     return builder.build(key, [&](int x, int y, int z) {
-        // What was there before keeps its looks below an object's top, where it is hidden.
+        // What was there before is filled up to the object's top.
         const std::int32_t top = tops.at(x, z);
         if (top != ColumnTops::kNone && y + y0 < top && y + y0 >= bottom)
             return voxel::VoxelAttr{voxel::Material::kPlain, 0, 0, 0, {}, 0};
@@ -167,11 +171,8 @@ voxel::ColumnExtent OverlayWorld::column(int level, std::int32_t bx, std::int32_
 bool OverlayWorld::may_hold(const voxel::BoxRange& range) {
     if (m_base->may_hold(range))
         return true;
-    for (std::int32_t bz = range.min.bz; bz < range.max.bz; ++bz)
-        for (std::int32_t bx = range.min.bx; bx < range.max.bx; ++bx)
-            if (!objects_at(range.min.level, bx, bz).empty())
-                return true;
-    return false;
+    const auto& [min, max] = range;
+    return !objects_within(min.level, min.bx, min.bz, max.bx, max.bz).empty();
 }
 
 std::string OverlayWorld::edition() const {
@@ -184,14 +185,15 @@ std::optional<std::int32_t> ground_at(voxel::World& world, std::int32_t x, std::
     const std::int32_t bz = voxel::floor_div(z, voxel::kBoxSizeZ);
     const voxel::ColumnExtent extent = world.column(0, bx, bz);
     std::optional<std::int32_t> highest;
-    std::optional<std::int32_t> opaque_top;  // of the opaque voxels that end at the one above
+    constexpr std::int32_t kNone = INT32_MIN;
+    std::int32_t opaque_top = kNone;  // of the opaque voxels that end at the one above
     for (std::int32_t by = extent.by_end - 1; by >= extent.by_begin; --by) {
         const auto box = world.box({0, bx, by, bz});
         for (int y = voxel::kBoxSizeY - 1; y >= 0; --y) {
             const auto attr = box ? box->voxel(x & 63, y, z & 63) : std::nullopt;
             if (!attr || (voxel::see_through(attr->material) &&
                           voxel::traits_of(attr->material).grain != voxel::Grain::kWater)) {
-                opaque_top = std::nullopt;
+                opaque_top = kNone;
                 if (!attr)
                     continue;
             }
@@ -199,8 +201,8 @@ std::optional<std::int32_t> ground_at(voxel::World& world, std::int32_t x, std::
             highest = std::max(highest.value_or(top), top);
             const voxel::Grain grain = voxel::traits_of(attr->material).grain;
             if (grain == voxel::Grain::kTerrain || grain == voxel::Grain::kWater)
-                return opaque_top.value_or(top);
-            if (!voxel::see_through(attr->material) && !opaque_top)
+                return opaque_top == kNone ? top : opaque_top;
+            if (!voxel::see_through(attr->material) && opaque_top == kNone)
                 opaque_top = top;
         }
     }

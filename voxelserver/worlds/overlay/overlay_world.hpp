@@ -23,6 +23,8 @@ public:
     OverlayWorld(std::unique_ptr<voxel::World> base, std::vector<AddedObject> objects,
                  const std::string& text);
 
+    /// The world without the objects.
+    [[nodiscard]] const voxel::World& base() const noexcept { return *m_base; }
     [[nodiscard]] const voxel::WorldInfo& info() const noexcept override { return m_info; }
     [[nodiscard]] std::shared_ptr<const voxel::Box> box(const voxel::BoxKey& key) override;
     void boxes(std::span<const voxel::BoxKey> keys, const voxel::TakeBox& take) override;
@@ -40,7 +42,12 @@ public:
 
 private:
     using Objects = std::vector<const AddedObject*>;
-    [[nodiscard]] Objects objects_at(int level, std::int32_t bx, std::int32_t bz) const;
+    /// Those whose bounds meet columns of boxes, [bx, end_bx) x [bz, end_bz).
+    [[nodiscard]] Objects objects_within(int level, std::int32_t bx, std::int32_t bz,
+                                         std::int32_t end_bx, std::int32_t end_bz) const;
+    [[nodiscard]] Objects objects_at(int level, std::int32_t bx, std::int32_t bz) const {
+        return objects_within(level, bx, bz, bx + 1, bz + 1);
+    }
     [[nodiscard]] std::shared_ptr<const voxel::Box> with_objects(
         const voxel::BoxKey& key, std::shared_ptr<const voxel::Box> base) const;
 

@@ -153,6 +153,24 @@ TEST_CASE("polygons of a file are put into the world", "[voxelserver][overlay]")
     CHECK_FALSE(voxels.at(6, 15, 2).has_value());
 }
 
+TEST_CASE("plans that differ in a corner are different worlds", "[voxelserver][overlay]") {
+    const test::TemporaryFolder folder;
+    const auto edition_of = [&](const char* ring) {
+        const auto file = folder.path() / "plan.geojson";
+        std::ofstream(file) << R"({"type":"Feature","properties":{"top":20},"geometry":)"
+                            << R"({"type":"Polygon","coordinates":[)" << ring << "]},"
+                            << R"("crs":{"properties":{"name":"EPSG:3794"}}})";
+        auto base = land();
+        base->editable_info().crs = "EPSG:3794";
+        base->editable_info().crs_wkt = geo::Crs::from_text("EPSG:3794").wkt();
+        const std::vector<std::string> additions = {file.string()};
+        return overlay::with_additions(std::move(base), additions)->edition();
+    };
+    const std::string square = edition_of("[[0,0],[10,0],[10,10],[0,10],[0,0]]");
+    CHECK(square == edition_of("[[0,0],[10,0],[10,10],[0,10],[0,0]]"));
+    CHECK(square != edition_of("[[0,0],[10,0],[10,7],[7,10],[0,10],[0,0]]"));
+}
+
 TEST_CASE("what cannot be added is refused in words", "[voxelserver][overlay]") {
     struct Case {
         const char* text;
