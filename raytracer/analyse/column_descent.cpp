@@ -40,6 +40,9 @@ CellStep cell_step_at(const walk::TracedRay& ray, core::AnalysisSurface surface)
         return CellStep::kNothing;
     if (surface == core::AnalysisSurface::kTop)
         return CellStep::kMeasure;
+    // Grass and crops as high as a voxel or two are what people stand in, not what shades them.
+    if (ray.hit.attr.material == voxel::Material::kLowVegetation)
+        return CellStep::kMeasure;
     switch (descent_at(ray)) {
         case Descent::kGround: return CellStep::kMeasure;
         case Descent::kCovered: break;

@@ -153,7 +153,7 @@ constexpr std::span<const Word<AnalysisKind>> words_of(AnalysisKind) noexcept {
 /// Where in a cell an analysis measures.
 enum class AnalysisSurface : std::uint8_t {
     kTop,     ///< on the highest voxel
-    kGround,  ///< on the ground, below crowns, wires and decks
+    kGround,  ///< on the ground or low vegetation, below crowns, wires and decks
 };
 inline constexpr Word<AnalysisSurface> kAnalysisSurfaces[] = {
     {AnalysisSurface::kTop, "top"},

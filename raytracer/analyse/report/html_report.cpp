@@ -132,8 +132,10 @@ std::string chart(const BandFacts& band) {
                       "\" role=\"img\" aria-label=\"How much area has which values\">\n";
     for (std::size_t i = 0; i < bars.size(); ++i) {
         const double value = s.min + (static_cast<double>(i) + 0.5) * bar_width;
+        // Where all values are alike, the one bar has no width of its own.
         const double left = std::max(0.0, x_of(value - bar_width / 2));
-        const double right = std::min<double>(kWidth, x_of(value + bar_width / 2));
+        const double right =
+            std::min<double>(kWidth, std::max(x_of(value + bar_width / 2), left + 1));
         if (bars[i] == 0 || right <= left)
             continue;
         const double height = kHeight * static_cast<double>(bars[i]) / highest;
@@ -188,8 +190,11 @@ std::string bands_table(const std::vector<BandFacts>& bands, double cell_m) {
         out += "<tr><td>" + escaped(band.band.name) + "</td><td>" + escaped(band.band.unit) +
                "</td><td class=\"n\">" + area_text(static_cast<double>(s.cells), cell_m) + "</td>";
         const double step = round_step(std::max(s.max - s.min, 1e-6), 500);
+        // Directions have no mean, and no order.
+        const bool is_around = band.style != nullptr && band.style->ramp == Ramp::kAround;
         const auto value = [&](double v) {
-            out += "<td class=\"n\">" + (s.cells == 0 ? "" : number_text(v, step)) + "</td>";
+            out += "<td class=\"n\">" + (s.cells == 0 || is_around ? "" : number_text(v, step)) +
+                   "</td>";
         };
         value(s.min);
         value(s.quantile(0.05));

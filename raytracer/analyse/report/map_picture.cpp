@@ -46,7 +46,9 @@ MapPicture draw_band(CellFile& cells, core::AnalysisKind kind, int band, const L
                      int most_px) {
     const Size size = drawn_size(cells, most_px);
     const bool is_smaller = size.width < cells.columns();
-    const bool has_means = is_smaller && !has_categories(legend.ramp);
+    // The mean of 359 and 1 degrees is none.
+    const bool has_means =
+        is_smaller && !has_categories(legend.ramp) && legend.ramp != Ramp::kAround;
     const auto values =
         read_at(cells, band, size, has_means ? GRIORA_Average : GRIORA_NearestNeighbour);
     const auto holes = read_at(cells, band_number(kind, kHoleBand), size,
@@ -57,10 +59,12 @@ MapPicture draw_band(CellFile& cells, core::AnalysisKind kind, int band, const L
     out.cells_per_px = static_cast<double>(cells.columns()) / size.width;
     out.pixels.reserve(values.size());
     for (std::size_t i = 0; i < values.size(); ++i) {
-        if (values[i] != core::kNoData)
+        if (holes[i] > 0)
+            out.pixels.push_back(kHole);
+        else if (values[i] != core::kNoData)
             out.pixels.push_back(legend.colour_of(static_cast<double>(values[i])));
         else
-            out.pixels.push_back(holes[i] > 0 ? kHole : kNothing);
+            out.pixels.push_back(kNothing);
     }
     return out;
 }

@@ -105,7 +105,11 @@ std::vector<std::string> own_fields(core::AnalysisKind kind) {
     switch (kind) {
         case core::AnalysisKind::kSky:
             return {"analysis.surface", "analysis.directions", "analysis.range_m"};
+        case core::AnalysisKind::kShadow:
+            return {"analysis.surface", "sun.date", "sun.time_h", "sun.zone", "sun.utc_offset_h"};
         case core::AnalysisKind::kSun:
+        case core::AnalysisKind::kSunPeriod:
+        case core::AnalysisKind::kSunMonths:
             return {"analysis.surface", "analysis.step_min", "analysis.from", "analysis.to",
                     "analysis.bin_deg", "sun.date",          "sun.zone",      "sun.utc_offset_h"};
         case core::AnalysisKind::kEnergy:
@@ -167,7 +171,12 @@ util::ExitCode run_analyse(const AnalyseArguments& args, core::AnalysisKind kind
         info.geo = analyse::placement_of(grid, world);
         analyse::write_raster(*cells, args.output, info,
                               thread::thread_count(scene.processing.threads.value_or(0)));
-        const Reported what{world, scene, grid, own_fields(kind), statistics.counts.holes.size()};
+        const Reported what{world,
+                            scene,
+                            grid,
+                            own_fields(scene.analysis.kind),
+                            args.world.additions,
+                            statistics.counts.holes.size()};
         write_reports(args.reports, *cells, what, signals.token());
     };
     const render::RenderStatistics statistics =

@@ -26,6 +26,11 @@ analyse::ReportFacts facts_of(const Reported& what) {
         if (is_own && text && !(has_period && path == "sun.date"))
             facts.settings.emplace_back(path.substr(path.find('.') + 1), *text);
     }
+    const auto& analysis = what.scene.analysis;
+    if (analysis.kind == core::AnalysisKind::kSight)
+        facts.settings.emplace_back("observers", std::to_string(analysis.observers.points.size()));
+    for (const std::string& text : what.additions)
+        facts.settings.emplace_back("added", text);
     return facts;
 }
 

@@ -34,6 +34,7 @@ struct Reported {
     const analyse::CellGrid& grid;
     /// Paths of the scene's fields that the analysis has options for.
     std::vector<std::string> fields;
+    std::vector<std::string> additions;  ///< planned objects, as they were given
     std::size_t missing_boxes = 0;
 };
 

@@ -111,6 +111,20 @@ TEST_CASE("the ground inside of a closed hall sees no sky, and its roof all",
     CHECK(measure_sky(world).at(0, 0, SkyBand::kCosine) > 0.9999F);
 }
 
+TEST_CASE("people stand in low vegetation, and below crowns", "[raytracer][analyse]") {
+    ArrayWorld world({-20, -2, -20}, {20, 30, 20});
+    world.fill({-20, -2, -20}, {20, 0, 20}, Material::kGround);
+    world.fill({-20, 0, -20}, {0, 2, 20}, Material::kLowVegetation);
+    world.fill({5, 6, -20}, {20, 10, 20}, Material::kHighVegetation);
+    scene::Scene scene = sky_scene();
+    scene.analysis.surface = core::AnalysisSurface::kGround;
+    const Measured raster = measure_sky(world, scene);
+    // Between stalks there is none; below the crown there is some from the side.
+    CHECK(raster.at(-10, 0, SkyBand::kCosine) > 0.8F);
+    CHECK(raster.at(12, 0, SkyBand::kCosine) < 0.3F);
+    CHECK(raster.at(6, 0, SkyBand::kCosine) > 0);
+}
+
 TEST_CASE("street canyons have the sky-view factor of the closed form", "[raytracer][analyse]") {
     struct Canyon {
         const char* name;

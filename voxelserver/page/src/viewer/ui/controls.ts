@@ -5,7 +5,7 @@
 import type { Vec3 } from '../draw/camera.js';
 import { fingersMoved, middleOf, type Fingers } from './fingers.js';
 import { padMotion, type PadMotion } from './gamepad.js';
-import { moved, orbited, turned, zoomed, type Viewpoint } from './navigation.js';
+import { forwardOf, moved, orbited, turned, zoomed, type Viewpoint } from './navigation.js';
 
 export type ControlsHost = {
   setView(view: Viewpoint): void;
@@ -185,8 +185,7 @@ export class Controls {
   #pinch(before: Fingers, after: Fingers): void {
     const { view } = this;
     const centre = this.#betweenFingers;
-    const distance =
-      centre === undefined ? this.speed / kSpeedShare : distanceOf(view.position, centre);
+    const distance = centre === undefined ? this.speed / kSpeedShare : depthOf(view, centre);
     const { clientHeight } = this.#canvas;
     this.#host.setView(fingersMoved(view, before, after, centre, distance, clientHeight));
   }
@@ -243,6 +242,13 @@ function firstMotion(): PadMotion | undefined {
 
 function isHaste(code: string): boolean {
   return code.startsWith('Shift') || code.startsWith('Alt');
+}
+
+// Along the line of sight; not less than a voxel.
+function depthOf(view: Viewpoint, point: Vec3): number {
+  const forward = forwardOf(view);
+  const along = [0, 1, 2].map((a) => (point[a]! - view.position[a]!) * forward[a]!);
+  return Math.max(along[0]! + along[1]! + along[2]!, 1);
 }
 
 function distanceOf(a: Vec3, b: Vec3): number {

@@ -16,8 +16,8 @@ const kNearest = 0.8;
 const kFarthest = -4;
 
 /**
- * @param distance of what lies between the fingers from the viewpoint, level-0 voxels, above 0;
- *   of sky: how far the picture is taken to be
+ * @param distance of what lies between the fingers, along the line of sight of the middle of the
+ *   picture, level-0 voxels, above 0; of sky: how far the picture is taken to be
  * @param heightPx of the picture, CSS pixels
  */
 export function fingersMoved(
