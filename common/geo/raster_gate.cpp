@@ -18,6 +18,7 @@
 #include "common/geo/crs_text.hpp"
 #include "common/geo/side_files.hpp"
 #include "common/geo/virtual_raster.hpp"
+#include "common/geo/whole_grid.hpp"
 #include "common/geo/whole_tiff.hpp"
 #include "common/util/error.hpp"
 
@@ -127,7 +128,13 @@ void check_before(GDALDriver& driver, const fs::path& raster, GDALAccess access)
     check_virtual_raster(raster);
 }
 
-void check_opened(GDALDataset& data) {
+void check_opened(const GDALDriver& driver, GDALDataset& data, const fs::path& raster) {
+    if (EQUAL(driver.GetDescription(), "AAIGrid")) {
+        const auto values = static_cast<std::uint64_t>(data.GetRasterXSize()) *
+                            static_cast<std::uint64_t>(data.GetRasterYSize());
+        if (const auto lost = find_lost_values_of_grid(raster, values))
+            throw util::Error("cut short: " + *lost);
+    }
     if (data.GetMetadataItem("OVERVIEW_FILE", "OVERVIEWS") != nullptr)
         throw util::Error("its metadata name another file for its overviews");
     if (data.GetMetadata("GEOLOCATION") != nullptr)
@@ -153,7 +160,7 @@ GDALDataset* open_through_gate(GDALDriver* driver, GDALOpenInfo* info) noexcept 
             check_before(*driver, info->pszFilename, info->eAccess);
         std::unique_ptr<GDALDataset> data(original_of(driver)(info));
         if (data && !is_virtual)
-            check_opened(*data);
+            check_opened(*driver, *data, info->pszFilename);
         return data.release();
     } catch (const std::exception& e) {
         CPLError(CE_Failure, CPLE_OpenFailed, "%s", e.what());

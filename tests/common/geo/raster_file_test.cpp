@@ -554,6 +554,29 @@ TEST_CASE("the formats that are allowed are read, with their side files", "[comm
     }
 }
 
+TEST_CASE("a grid of text that ends early is refused at once", "[common][geo][raster]") {
+    const Place place;
+    const auto grid = [&](int rows) {
+        std::string text = "ncols 20\nnrows 900\nxllcorner 0\nyllcorner 0\ncellsize 5\n";
+        for (int row = 0; row < rows; ++row) {
+            for (int column = 0; column < 20; ++column)
+                text += std::to_string(row) + (column % 7 == 6 ? "\r\n" : " ");
+            text += "\n";
+        }
+        write(place.here / "x.asc", text);
+        return place.here / "x.asc";
+    };
+    const GDALDatasetUniquePtr whole = geo::open_raster(grid(900), "read");
+    double last = 0;
+    CHECK(whole->GetRasterBand(1)->RasterIO(GF_Read, 19, 899, 1, 1, &last, 1, 1, GDT_Float64, 0, 0,
+                                            nullptr) == CE_None);
+    CHECK(last == 899);
+    // To GDAL each missing row is twice the work of the one before it.
+    for (const int rows : {1, 2, 450, 898})
+        CHECK_THROWS_WITH(geo::open_raster(grid(rows), "read"),
+                          contains("cut short: it has fewer than the 18000 values"));
+}
+
 TEST_CASE("a path lies in a folder or it does not, after all links", "[common][geo][raster]") {
     const Place place;
     fs::create_directory_symlink(place.elsewhere, place.here / "door");
