@@ -20,7 +20,7 @@ namespace terravox::analyse {
 
 /// The way of light between two points, in the coordinates of a world. Over a curved Earth it is a
 /// parabola, followed here by chords that lie at most kMaxError_voxels off it. It is the same from
-/// either end, bit for bit: who sees is seen. Level-0 voxels.
+/// either end, bit for bit, so sight is symmetric. Level-0 voxels.
 class SightLine {
 public:
     static constexpr double kMaxError_voxels = 1.0 / 256;

@@ -8,30 +8,19 @@
 
 #include "common/util/atomic_file.hpp"
 #include "common/util/error.hpp"
+#include "common/util/markup.hpp"
 #include "voxelserver/page/assets.hpp"
 
 namespace terravox::publish {
 namespace {
+
+using util::escaped_markup;
 
 namespace fs = std::filesystem;
 using nlohmann::json;
 
 json point(core::Vec3 v) {
     return json::array({v.x, v.y, v.z});
-}
-
-std::string escaped(const std::string& text) {
-    std::string out;
-    for (const char c : text) {
-        switch (c) {
-            case '&': out += "&amp;"; break;
-            case '<': out += "&lt;"; break;
-            case '>': out += "&gt;"; break;
-            case '"': out += "&quot;"; break;
-            default: out += c; break;
-        }
-    }
-    return out;
 }
 
 std::string_view page_file(std::string_view name) {
@@ -175,7 +164,7 @@ std::string index_html(const SiteFacts& facts) {
     const auto at = page.find(kTitle);
     if (at == std::string::npos)
         throw util::Error("publish: the viewer's page has no title to replace");
-    const std::string title = escaped(facts.title);
+    const std::string title = escaped_markup(facts.title);
     std::string about = "A place of voxels to fly through, with the light of any day.";
     if (!facts.attribution.empty())
         about += " " + facts.attribution;
@@ -183,8 +172,8 @@ std::string index_html(const SiteFacts& facts) {
         return "<meta property=\"" + name + "\" content=\"" + content + "\">\n";
     };
     std::string head = "<title>" + title + "</title>\n<meta name=\"description\" content=\"" +
-                       escaped(about) + "\">\n" + meta("og:title", title) +
-                       meta("og:type", "website") + meta("og:description", escaped(about));
+                       escaped_markup(about) + "\">\n" + meta("og:title", title) +
+                       meta("og:type", "website") + meta("og:description", escaped_markup(about));
     if (facts.has_preview)
         head += meta("og:image", kSitePreview);
     page.replace(at, kTitle.size(), head);

@@ -7,10 +7,13 @@
 #include "common/util/atomic_file.hpp"
 #include "common/util/error.hpp"
 #include "common/util/letter_case.hpp"
+#include "common/util/markup.hpp"
 #include "raytracer/analyse/report/map_sheet.hpp"
 
 namespace terravox::analyse {
 namespace {
+
+using util::escaped_markup;
 
 constexpr int kMap_px = 900;  // of the longer side
 constexpr int kPicture_px = 1600;
@@ -31,20 +34,6 @@ tr { border-bottom: 1px solid #8884; }
 footer { margin-top: 3rem; font-size: .9rem; }
 @media print { body { margin: 0; max-width: none; } h2, figure { break-inside: avoid; } }
 )";
-
-std::string escaped(std::string_view text) {
-    std::string out;
-    for (const char c : text) {
-        switch (c) {
-            case '&': out += "&amp;"; break;
-            case '<': out += "&lt;"; break;
-            case '>': out += "&gt;"; break;
-            case '"': out += "&quot;"; break;
-            default: out += c; break;
-        }
-    }
-    return out;
-}
 
 // Ref: RFC 4648.
 std::string base64(std::string_view bytes) {
@@ -150,7 +139,7 @@ std::string chart(const BandFacts& band) {
         out += "<text x=\"" + number_text(tick.share * kWidth, 0.1) + "\" y=\"" +
                std::to_string(kHeight + kText_px - 4) +
                "\" font-size=\"14\" fill=\"currentColor\" text-anchor=\"" + anchor + "\">" +
-               escaped(tick.label) + "</text>\n";
+               escaped_markup(tick.label) + "</text>\n";
     }
     return out + "</svg>\n";
 }
@@ -162,14 +151,14 @@ std::string entries_table(const BandFacts& band, double cell_m) {
         out +=
             "<tr><td><svg viewBox=\"0 0 1 1\" style=\"width:1rem\"><rect width=\"1\" "
             "height=\"1\" fill=\"" +
-            css(entry.colour) + "\"/></svg></td><td>" + escaped(entry.name) +
+            css(entry.colour) + "\"/></svg></td><td>" + escaped_markup(entry.name) +
             "</td><td class=\"n\">" + number_text(100 * entry.share, kPercentStep) +
             " %</td><td class=\"n\">" + area_text(entry.share * cells, cell_m) + "</td></tr>\n";
     return out + "</table>\n";
 }
 
 std::string figure(CellFile& cells, const BandFacts& band, const ReportFacts& facts) {
-    const std::string title = escaped(band.style->title);
+    const std::string title = escaped_markup(band.style->title);
     std::string out = "<h2>" + title + "</h2>\n<figure><img alt=\"Map: " + title +
                       "\" src=\"data:image/png;base64," +
                       base64(sheet_of(cells, band, facts, kMap_px)) + "\"></figure>\n";
@@ -187,8 +176,9 @@ std::string bands_table(const std::vector<BandFacts>& bands, double cell_m) {
         const bool is_category = band.style != nullptr && has_categories(band.style->ramp);
         if (is_category || band.band.name == kHoleBand)
             continue;
-        out += "<tr><td>" + escaped(band.band.name) + "</td><td>" + escaped(band.band.unit) +
-               "</td><td class=\"n\">" + area_text(static_cast<double>(s.cells), cell_m) + "</td>";
+        out += "<tr><td>" + escaped_markup(band.band.name) + "</td><td>" +
+               escaped_markup(band.band.unit) + "</td><td class=\"n\">" +
+               area_text(static_cast<double>(s.cells), cell_m) + "</td>";
         const double step = round_step(std::max(s.max - s.min, 1e-6), 500);
         // Directions have no mean, and no order.
         const bool is_around = band.style != nullptr && band.style->ramp == Ramp::kAround;
@@ -210,7 +200,8 @@ std::string facts_table(const CellFile& cells, const ReportFacts& facts) {
     std::string out = "<table>\n";
     const auto row = [&](const std::string& name, const std::string& value) {
         if (!value.empty())
-            out += "<tr><td>" + escaped(name) + "</td><td>" + escaped(value) + "</td></tr>\n";
+            out += "<tr><td>" + escaped_markup(name) + "</td><td>" + escaped_markup(value) +
+                   "</td></tr>\n";
     };
     row("Place", facts.place);
     row("Cells",
@@ -240,8 +231,8 @@ std::string page(CellFile& cells, const ReportFacts& facts, const std::stop_toke
         "name=\"viewport\" content=\"width=device-width\">\n<meta "
         "http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; img-src data:; "
         "style-src 'unsafe-inline'\">\n<title>" +
-        escaped(title) + "</title>\n<style>" + std::string(kStyle) + "</style>\n<h1>" +
-        escaped(title) + "</h1>\n";
+        escaped_markup(title) + "</title>\n<style>" + std::string(kStyle) + "</style>\n<h1>" +
+        escaped_markup(title) + "</h1>\n";
     std::vector<BandFacts> bands;
     int number = 0;
     for (const RasterBand& band : bands_of(facts.kind))
@@ -257,7 +248,7 @@ std::string page(CellFile& cells, const ReportFacts& facts, const std::stop_toke
     out += "<footer>";
     for (const std::string& text : {facts.attribution, facts.licence})
         if (!text.empty())
-            out += "<p>" + escaped(text) + "</p>";
+            out += "<p>" + escaped_markup(text) + "</p>";
     return out + "<p>Made with Terravox.</p></footer>\n</html>\n";
 }
 

@@ -10,7 +10,7 @@
 
 namespace terravox::analyse {
 
-/// What a report says beside the values. UTF-8.
+/// What a report says in addition to the values. UTF-8.
 struct ReportFacts {
     core::AnalysisKind kind = core::AnalysisKind::kNone;
     std::string place;        ///< title of the world

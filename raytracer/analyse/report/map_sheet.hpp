@@ -10,7 +10,7 @@ namespace terravox::analyse {
 struct SheetFacts {
     std::string title;
     std::string unit;    ///< of the values; empty: none
-    std::string credit;  ///< who the data come from; empty: nobody
+    std::string credit;  ///< attribution of the data; empty: none
     double cell_m = 1;   ///< edge of a cell
 };
 

@@ -100,7 +100,7 @@ util::ExitCode report(const AnalyseArguments& args, const render::RenderStatisti
     return statistics.has_holes() ? util::ExitCode::kHoles : util::ExitCode::kDone;
 }
 
-/// The fields of a scene that an analysis has options for, beside those of all analyses.
+/// The fields of a scene that an analysis has options for, in addition to those of all.
 std::vector<std::string> own_fields(core::AnalysisKind kind) {
     switch (kind) {
         case core::AnalysisKind::kSky:

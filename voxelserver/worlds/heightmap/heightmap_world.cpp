@@ -5,6 +5,7 @@
 #include <atomic>
 #include <cmath>
 #include <mutex>
+#include <string_view>
 
 #include "common/geo/raster_file.hpp"
 #include "common/util/cache.hpp"

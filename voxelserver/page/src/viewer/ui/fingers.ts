@@ -11,7 +11,7 @@ export type FingerPlace = { readonly x: number; readonly y: number };
 export type Fingers = readonly [first: FingerPlace, second: FingerPlace];
 
 const kDeg = 180 / Math.PI;
-/** Shares of the distance that one event may cover: fingers that meet must not throw the view away. */
+/** Shares of the distance that one event may cover: fingers that meet must not lose the view. */
 const kNearest = 0.8;
 const kFarthest = -4;
 
