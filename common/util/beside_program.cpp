@@ -1,6 +1,7 @@
 #include "common/util/beside_program.hpp"
 
 #include <dlfcn.h>
+#include <link.h>
 
 #include <string>
 #include <system_error>
@@ -9,9 +10,22 @@
 
 namespace terravox::util {
 
-std::filesystem::path beside_program(std::string_view name) {
+std::filesystem::path own_file() {
     std::error_code ignored;
-    return std::filesystem::read_symlink("/proc/self/exe", ignored).parent_path() / name;
+    Dl_info symbol{};
+    void* object = nullptr;
+    const auto* const here = reinterpret_cast<const void*>(&own_file);
+    if (dladdr1(here, &symbol, &object, RTLD_DL_LINKMAP) != 0 && object != nullptr) {
+        // The name of the program itself is empty here.
+        const std::string name = static_cast<const link_map*>(object)->l_name;
+        if (!name.empty())
+            return std::filesystem::canonical(name, ignored);
+    }
+    return std::filesystem::read_symlink("/proc/self/exe", ignored);
+}
+
+std::filesystem::path beside_program(std::string_view name) {
+    return own_file().parent_path() / name;
 }
 
 void* open_beside_program(std::string_view name, std::string_view what) {

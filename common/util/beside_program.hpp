@@ -5,7 +5,11 @@
 
 namespace terravox::util {
 
-/// @return the path of a file in the folder of the running program; it need not exist
+/// @return the file that this code is in: the running program, or a shared library that is a part
+/// of another one; links are followed. Empty when the system does not tell
+[[nodiscard]] std::filesystem::path own_file();
+
+/// @return the path of a file in the folder of own_file(); it need not exist
 [[nodiscard]] std::filesystem::path beside_program(std::string_view name);
 
 /// Loads a shared library from the folder of the program, once per process however often it is

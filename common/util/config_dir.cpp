@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "common/util/beside_program.hpp"
 #include "common/util/error.hpp"
 
 namespace terravox::util {
@@ -21,8 +22,7 @@ std::filesystem::path config_dir() {
         throw UsageError("find the configuration: TERRAVOX_CONFIG = '" + std::string(folder) +
                          "' holds no materials.toml");
     }
-    std::error_code ignored;
-    const fs::path program = fs::read_symlink("/proc/self/exe", ignored);
+    const fs::path program = own_file();
     std::string tried;
     fs::path folder = program.parent_path();
     // build/<preset>/bin is three levels below the root of the sources; an installed bin/ is one

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "raytracer/output/film.hpp"
-#include "raytracer/render/render.hpp"
+#include "raytracer/render/passes/passes.hpp"
 #include "raytracer/shade/view_maker.hpp"
 
 namespace terravox::preview {

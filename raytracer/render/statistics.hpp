@@ -7,7 +7,7 @@
 #include "common/util/stage_times.hpp"
 #include "raytracer/output/picture_info.hpp"
 #include "raytracer/processors/processor_pool.hpp"
-#include "raytracer/render/render.hpp"
+#include "raytracer/render/passes/passes.hpp"
 
 namespace terravox::render {
 

@@ -6,7 +6,7 @@
 #include "raytracer/blocks/block_manager.hpp"
 #include "raytracer/output/film.hpp"
 #include "raytracer/processors/thread_processor.hpp"
-#include "raytracer/render/render.hpp"
+#include "raytracer/render/passes/passes.hpp"
 #include "raytracer/shade/view_maker.hpp"
 #include "tests/common/voxel/array_world.hpp"
 

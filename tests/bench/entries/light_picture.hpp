@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "raytracer/render/render.hpp"
+#include "raytracer/render/passes/passes.hpp"
 #include "tests/bench/clocks.hpp"
 
 namespace terravox::bench {

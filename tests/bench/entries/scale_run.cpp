@@ -12,7 +12,7 @@
 #include "raytracer/blocks/block_manager.hpp"
 #include "raytracer/output/image_writer.hpp"
 #include "raytracer/processors/thread_processor.hpp"
-#include "raytracer/render/render.hpp"
+#include "raytracer/render/passes/passes.hpp"
 #include "raytracer/shade/view_maker.hpp"
 #include "tests/bench/clocks.hpp"
 

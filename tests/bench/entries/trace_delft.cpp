@@ -1,7 +1,7 @@
 #include "common/util/error.hpp"
 #include "raytracer/blocks/block_manager.hpp"
 #include "raytracer/processors/thread_processor.hpp"
-#include "raytracer/render/render.hpp"
+#include "raytracer/render/passes/passes.hpp"
 #include "raytracer/shade/view_maker.hpp"
 #include "raytracer/walk/walker.hpp"
 #include "tests/bench/entries/data_sets.hpp"

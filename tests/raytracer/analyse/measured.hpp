@@ -12,7 +12,7 @@
 #include "raytracer/core/analysis_bands.hpp"
 #include "raytracer/output/tile_sink.hpp"
 #include "raytracer/processors/thread_processor.hpp"
-#include "raytracer/render/render.hpp"
+#include "raytracer/render/passes/passes.hpp"
 #include "raytracer/shade/view_maker.hpp"
 #include "tests/common/voxel/array_world.hpp"
 

@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "raytracer/render/boxes_in_sight.hpp"
+#include "raytracer/render/passes/boxes_in_sight.hpp"
 #include "raytracer/scene/camera.hpp"
 #include "raytracer/walk/level_cut.hpp"
 #include "tests/catch.hpp"

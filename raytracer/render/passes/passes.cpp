@@ -1,4 +1,4 @@
-#include "raytracer/render/render.hpp"
+#include "raytracer/render/passes/passes.hpp"
 
 #include <cmath>
 #include <map>
@@ -9,7 +9,7 @@
 #include "common/util/log.hpp"
 #include "raytracer/output/progress.hpp"
 #include "raytracer/processors/processor_pool.hpp"
-#include "raytracer/render/boxes_in_sight.hpp"
+#include "raytracer/render/passes/boxes_in_sight.hpp"
 #include "raytracer/tiles/tile_plan.hpp"
 
 namespace terravox::render {

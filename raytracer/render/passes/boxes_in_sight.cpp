@@ -1,4 +1,4 @@
-#include "raytracer/render/boxes_in_sight.hpp"
+#include "raytracer/render/passes/boxes_in_sight.hpp"
 
 #include <algorithm>
 #include <array>

@@ -1,0 +1,27 @@
+#pragma once
+
+#include <terravox/control.hpp>
+#include <terravox/picture.hpp>
+
+#include <cstddef>
+
+#include "raytracer/library/state.hpp"
+#include "raytracer/output/film.hpp"
+#include "raytracer/output/tile_sink.hpp"
+#include "raytracer/shade/view.hpp"
+
+namespace terravox {
+
+/// @throws util::UsageError
+[[nodiscard]] scene::Scene scene_of(const SceneText& text);
+
+/// Renders the tiles of a view on threads of this process.
+/// @param film one of both: a film, or a sink that takes tiles in any order
+/// @return boxes that could not be read
+/// @throws Stopped, util::Error
+std::size_t render_tiles(const WorldState& state, const shade::View& view, int threads,
+                         const Control& control, output::Film& film);
+std::size_t render_tiles(const WorldState& state, const shade::View& view, int threads,
+                         const Control& control, output::TileSink& sink);
+
+}  // namespace terravox

@@ -1,0 +1,92 @@
+#include "raytracer/library/state.hpp"
+
+#include <terravox/error.hpp>
+
+#include <cstdlib>
+#include <system_error>
+#include <utility>
+
+#include "common/thread/parallel.hpp"
+#include "common/util/error.hpp"
+#include "raytracer/scene/views.hpp"
+
+namespace terravox {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+WorldInfo info_of(const voxel::WorldInfo& world, const MapFrame& frame) {
+    WorldInfo out;
+    out.title = world.title;
+    out.bounds = frame.bounds_of(world.framed_bounds());
+    out.block = {0, world.framed_bounds().min, world.framed_bounds().max};
+    out.voxel_m = world.voxel_m;
+    out.map_units = frame.units();
+    out.levels = world.levels;
+    out.crs = world.crs;
+    out.crs_wkt = world.crs_wkt;
+    if (world.centre)
+        out.centre = {world.centre->lat_deg, world.centre->lon_deg};
+    out.licence = world.licence;
+    out.attribution = world.attribution;
+    return out;
+}
+
+}  // namespace
+
+TemporaryFolder TemporaryFolder::make() {
+    std::string name = (fs::temp_directory_path() / "terravox-XXXXXX").string();
+    if (::mkdtemp(name.data()) == nullptr)
+        throw util::Error("make a temporary folder " + name + ": " +
+                          std::system_category().message(errno));
+    TemporaryFolder out;
+    out.m_path = name;
+    return out;
+}
+
+TemporaryFolder::TemporaryFolder(TemporaryFolder&& other) noexcept
+    : m_path(std::exchange(other.m_path, {})) {}
+
+TemporaryFolder& TemporaryFolder::operator=(TemporaryFolder&& other) noexcept {
+    std::swap(m_path, other.m_path);
+    return *this;
+}
+
+TemporaryFolder::~TemporaryFolder() {
+    std::error_code ignored;
+    if (!m_path.empty())
+        fs::remove_all(m_path, ignored);
+}
+
+WorldState::WorldState(const scene::Scene& settings, const OpenWorld& open, TemporaryFolder files)
+    : folder(std::move(files)),
+      world(open(times)),
+      frame(world->info()),
+      info(info_of(world->info(), frame)),
+      blocks(*world, static_cast<std::size_t>(settings.processing.memory_mib) << 20,
+             world->useful_concurrency(
+                 thread::thread_count(settings.processing.threads.value_or(0)))) {}
+
+void WorldState::check_level(int level) const {
+    const int levels = world->info().levels;
+    if (level < 0 || level >= levels)
+        throw util::UsageError("read the world '" + world->info().title +
+                               "': level = " + std::to_string(level) + "; allowed: 0 to " +
+                               std::to_string(levels - 1));
+}
+
+scene::Scene settings_of(const OpenOptions& options) {
+    scene::Scene out = scene::compose_scene({scene::fields_layer(options.fields)});
+    out.world.crs = options.crs;
+    out.world.classes = options.classes;
+    out.world.voxel_m = options.voxel_m;
+    return out;
+}
+
+void check_stop(const Control& control) {
+    if (control.stop.stop_requested())
+        throw Stopped("stopped");
+}
+
+}  // namespace terravox
