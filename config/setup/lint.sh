@@ -14,26 +14,7 @@ MAX_BRANCHES_PER_10_LINES=3.2
 # Installs clang-format, ruff and lizard, unless the pinned versions are there already.
 # tests/measure_form.py imports lizard from this folder.
 install_linters() {
-    local pinned part
-    pinned=$(sha256sum <"$LINT_REQUIREMENTS")
-    [[ -f $LINT_DIR/.pinned && $(<"$LINT_DIR/.pinned") == "$pinned" ]] && return
-    say "Fetching clang-format, ruff and lizard"
-    mkdir -p "$ROOT/build/deps"
-    # Installed next to its place and renamed: a folder of that name is always complete.
-    part=$(mktemp -d "$ROOT/build/deps/lint.XXXXXX")
-    if ! quietly "$LOGS/pip-lint.log" pip_install_linters "$part"; then
-        rm -rf "$part"
-        die "install the linters: pip failed"
-    fi
-    printf '%s\n' "$pinned" >"$part/.pinned"
-    rm -rf "$LINT_DIR"
-    mv "$part" "$LINT_DIR"
-}
-
-# pip_install_linters FOLDER
-pip_install_linters() {
-    python3 -m pip install --require-hashes --no-deps --only-binary :all: \
-        --disable-pip-version-check --target "$1" --requirement "$LINT_REQUIREMENTS"
+    install_pinned "$LINT_DIR" "$LINT_REQUIREMENTS" "clang-format, ruff and lizard"
 }
 
 # lint_python: looks for mistakes and for what `ruff format` would change, but changes

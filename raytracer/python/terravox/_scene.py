@@ -1,0 +1,55 @@
+"""Scenes: dictionaries, files and keyword arguments."""
+
+import json
+import os
+import pathlib
+from collections.abc import Mapping
+from typing import Any, TypeAlias
+
+SceneLike: TypeAlias = Mapping[str, Any] | str | os.PathLike[str] | None
+"""Sections with their fields, {"camera": {"look": "bled"}}, or the path of a scene file."""
+
+
+def _value(value: Any) -> str:
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, str):
+        return json.dumps(value, ensure_ascii=False)
+    if isinstance(value, (list, tuple)):
+        return "[" + ", ".join(_value(one) for one in value) + "]"
+    if isinstance(value, (int, float)) or hasattr(value, "__float__"):
+        return repr(value.item() if hasattr(value, "item") else value)
+    raise TypeError(
+        f"a scene with {value!r}; allowed: text, numbers, True, False, and lists of them"
+    )
+
+
+def toml_of(scene: SceneLike) -> str:
+    """Return a scene as the text of a scene file."""
+    if scene is None:
+        return ""
+    if not isinstance(scene, Mapping):
+        return pathlib.Path(scene).read_text(encoding="utf-8")
+    lines = []
+    for section, fields in scene.items():
+        if not isinstance(fields, Mapping):
+            raise TypeError(
+                f"a scene with {section!r} = {fields!r}; allowed: sections, which are dictionaries"
+            )
+        lines.append(f"[{section}]")
+        lines += [f"{name} = {_value(value)}" for name, value in fields.items()]
+    return "\n".join(lines) + "\n"
+
+
+def field_text(value: Any) -> str:
+    """Return a value as text, as on the command line."""
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, (list, tuple)):
+        return ",".join(field_text(one) for one in value)
+    return str(value)
+
+
+def field_list(fields: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """Return fields by their paths, {"sun.date": "2026-06-21"}, as the core takes them."""
+    return [(path, field_text(value)) for path, value in fields.items()]

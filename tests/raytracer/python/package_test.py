@@ -1,0 +1,360 @@
+#!/usr/bin/env python3
+"""The Python package: values, types, errors, Ctrl-C, and what stays behind."""
+
+import doctest
+import gc
+import math
+import os
+import pathlib
+import pickle
+import signal
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+import unittest
+
+import numpy as np
+import terravox
+import xarray as xr
+
+GRASS = 4
+SMALL = {"output.size": "48x32", "quality.samples": 1}
+_folder = tempfile.TemporaryDirectory(prefix="terravox-python-")
+FOLDER = pathlib.Path(_folder.name)
+_worlds = {}
+
+
+def village():
+    """@return a small synthetic place with a CRS, as an archive that is open"""
+    if "village" not in _worlds:
+        (laz,) = terravox.survey(FOLDER / "survey", density=2, square_m=208)
+        world = terravox.open(laz, cache="none")
+        world.convert(FOLDER / "village.tvx")
+        _worlds["village"] = terravox.open(FOLDER / "village.tvx")
+    return _worlds["village"]
+
+
+def rays(world, count, seed=1):
+    """@return origins above a world, and directions downwards"""
+    random = np.random.default_rng(seed)
+    west, south, east, north = world.bounds
+    origins = np.stack(
+        [
+            random.uniform(west, east, count),
+            random.uniform(south, north, count),
+            np.full(count, world.heights[1] + 10),
+        ],
+        axis=1,
+    )
+    directions = random.normal(size=(count, 3))
+    directions[:, 2] = -0.1 - np.abs(directions[:, 2])
+    return origins, directions
+
+
+def open_descriptors():
+    return len(list(pathlib.Path("/proc/self/fd").iterdir()))
+
+
+def resident_kib():
+    return int(pathlib.Path("/proc/self/statm").read_text().split()[1]) * 4
+
+
+class Values(unittest.TestCase):
+    def test_facts(self):
+        world = village()
+        self.assertEqual(world.crs, "EPSG:3794")
+        west, south, east, north = world.bounds
+        self.assertAlmostEqual(east - west, 208, delta=2)
+        self.assertAlmostEqual(north - south, 208, delta=2)
+        self.assertLess(world.heights[0], world.heights[1])
+        self.assertEqual(world.voxel_m, 1)
+        self.assertAlmostEqual(world.centre[0], 46.05, delta=0.1)
+        self.assertEqual(world.damage, [])
+        self.assertIn("EPSG:3794", repr(world))
+
+    def test_surface_is_that_of_voxels_and_of_the_analysis(self):
+        world = village()
+        surface = world.surface()
+        self.assertIsInstance(surface, xr.DataArray)
+        self.assertEqual(surface.dtype, np.float32)
+        voxels = world.voxels()
+        self.assertEqual(voxels.dtype, np.uint8)
+        self.assertEqual(voxels.shape[1:], surface.shape)
+        top = voxels.shape[0] - np.argmax(voxels[::-1] > 0, axis=0)
+        np.testing.assert_array_equal(world.heights[0] + top, surface.values)
+        terrain = world.terrain()
+        np.testing.assert_array_equal(terrain.dsm.values, surface.values)
+        self.assertEqual(terrain.dsm.attrs["units"], "m")
+        self.assertEqual(terrain.attrs["holes"], 0)
+
+    def test_coordinates_are_middles_of_cells_and_the_crs_is_named(self):
+        surface = village().surface()
+        west, _, _, north = village().bounds
+        self.assertEqual(float(surface.x[0]), west + 0.5)
+        self.assertEqual(float(surface.y[0]), north - 0.5)
+        self.assertEqual(float(surface.y[1] - surface.y[0]), -1)
+        mapping = surface.coords[surface.attrs["grid_mapping"]].attrs
+        self.assertIn("Slovenia 1996", mapping["crs_wkt"])
+        numbers = [float(one) for one in mapping["GeoTransform"].split()]
+        self.assertEqual(numbers, [west, 1, 0, north, 0, -1])
+
+    def test_rays_meet_the_surface(self):
+        world = village()
+        surface = world.surface()
+        east, north = np.meshgrid(surface.x.values, surface.y.values)
+        origins = np.stack([east.ravel(), north.ravel(), np.full(east.size, 2000.0)], axis=1)
+        hits = world.cast(origins, (0, 0, -1))
+        self.assertEqual(hits.holes, 0)
+        heights = (2000 - hits.distance).astype(np.float32)
+        np.testing.assert_array_equal(heights, surface.values.ravel())
+        self.assertEqual(set(hits.face), {3})
+        self.assertTrue((hits.material > 0).all())
+        self.assertTrue(world.occluded(origins, (0, 0, -1)).all())
+        self.assertFalse(world.occluded(origins, (0, 0, 1)).any())
+
+    def test_threads_make_no_difference(self):
+        world = village()
+        origins, directions = rays(world, 30_000)
+        one = world.cast(origins, directions, threads=1)
+        two = world.cast(origins, directions, threads=2)
+        for first, second in zip(one, two, strict=True):
+            np.testing.assert_array_equal(first, second)
+        first = world.render(fields=SMALL, threads=1).light
+        np.testing.assert_array_equal(first, world.render(fields=SMALL, threads=2).light)
+
+    def test_bounds_choose_a_part(self):
+        world = village()
+        # Voxels of level 1 begin at even coordinates.
+        west, south = (2 * round(edge / 2) for edge in world.bounds[:2])
+        part = (west + 10, south + 20, west + 42, south + 60)
+        self.assertEqual(world.surface(part).shape, (40, 32))
+        self.assertEqual(world.surface(part, level=1).shape, (20, 16))
+        block = world.voxels((*part, world.heights[0], world.heights[0] + 8))
+        self.assertEqual(block.shape, (8, 40, 32))
+
+    def test_arrays_live_longer_than_their_world(self):
+        world = terravox.open(FOLDER / "village.tvx") if village() else None
+        voxels = world.voxels()
+        expected = voxels.sum(dtype=np.int64)
+        del world
+        gc.collect()
+        self.assertEqual(voxels.sum(dtype=np.int64), expected)
+
+    def test_pictures(self):
+        world = village()
+        picture = world.render({"camera": {"azimuth_deg": 200.0}}, fields=SMALL)
+        self.assertEqual(picture.rgb.shape, (32, 48, 3))
+        self.assertEqual(picture.light.shape, (32, 48, 4))
+        self.assertEqual(np.asarray(picture).shape, (32, 48, 3))
+        self.assertEqual(picture.layers, {})
+        self.assertTrue(np.isinf(picture.depth).any())
+        self.assertTrue(picture.png().startswith(b"\x89PNG"))
+        self.assertIn("data:image/png;base64,", world._repr_html_())
+        layers = world.render(fields={**SMALL, "output.layers": "all"}).layers
+        self.assertEqual(layers["normal"].shape, (32, 48, 3))
+        self.assertEqual(layers["material"].shape, (32, 48))
+
+    def test_a_picture_is_that_of_the_command(self):
+        program = os.environ.get("TERRAVOX_RAYTRACER")
+        if not program:
+            self.skipTest("TERRAVOX_RAYTRACER names no program")
+        village()
+        out = FOLDER / "command.png"
+        command = [program, "render", FOLDER / "village.tvx", "-o", out, "-q"]
+        command += ["--size", "48x32", "--samples", "1"]
+        subprocess.run(command, check=True)
+        compare = os.environ["TERRAVOX_COMPARE"]
+        mine = FOLDER / "mine.png"
+        village().render(fields=SMALL).save(mine)
+        subprocess.run([compare, "--exact", out, mine], check=True)
+
+    def test_hours_of_sun(self):
+        sun = village().analyse("sun", resolution=8, fields={"sun.date": "2026-03-20"})
+        self.assertGreater(float(sun.sun_hours.max()), 9)
+        self.assertLess(float(sun.sun_hours.max()), 12.5)
+        seen = village().analyse(
+            "sight", resolution=8, observers=[(*(sum(p) / 2 for p in bounds_pairs()), 900)]
+        )
+        self.assertGreater(float(seen.seen.sum()), 10)
+
+    def test_materials(self):
+        self.assertEqual(terravox.MATERIALS[0].name, "air")
+        self.assertEqual(terravox.MATERIALS[GRASS].name, "grass")
+        self.assertTrue(all(m.number == i for i, m in enumerate(terravox.MATERIALS)))
+
+    def test_examples_in_docstrings(self):
+        failed, tried = doctest.testmod(terravox)
+        self.assertEqual(failed, 0)
+        self.assertGreater(tried, 0)
+
+
+def bounds_pairs():
+    west, south, east, north = village().bounds
+    return (west, east), (south, north)
+
+
+class Errors(unittest.TestCase):
+    def refused(self, call, *parts):
+        with self.assertRaises(ValueError) as caught:
+            call()
+        for part in parts:
+            self.assertIn(part, str(caught.exception))
+
+    def test_messages_are_those_of_the_programs(self):
+        world = village()
+        self.refused(lambda: terravox.open("/nowhere"), "/nowhere does not exist")
+        self.refused(lambda: terravox.open([]), "allowed")
+        self.refused(lambda: world.surface(level=99), "level = 99", "allowed: 0 to")
+        self.refused(lambda: world.surface((0, 0, 1, 1)), "nothing is within")
+        self.refused(lambda: world.surface((0, 1)), "2 numbers of bounds")
+        self.refused(lambda: world.render({"camera": {"fow": 3}}), "unknown field 'camera.fow'")
+        self.refused(lambda: world.render(fields={"camera.fov_deg": 500}), "500")
+        self.refused(lambda: world.analyse("gravity"), "gravity", "terrain")
+        self.refused(lambda: world.cast((0, 0, 0), (0, 0, 0)), "no direction")
+        self.refused(lambda: world.cast((0, 0, math.nan), (0, 0, 1)), "endless number")
+        self.refused(lambda: world.cast([[1, 2]], (0, 0, 1)), "n x 3")
+        self.refused(lambda: terravox.survey(FOLDER / "x", square_m=70), "square_m = 70")
+
+    def test_kinds_of_errors(self):
+        self.assertTrue(issubclass(terravox.UsageError, terravox.Error))
+        self.assertTrue(issubclass(terravox.UsageError, ValueError))
+        self.assertTrue(issubclass(terravox.Error, RuntimeError))
+        broken = FOLDER / "broken.laz"
+        broken.write_bytes(b"LASF" + bytes(100))
+        with self.assertRaises(terravox.Error):
+            terravox.open(broken)
+
+    def test_scenes_of_wrong_types(self):
+        for scene in ({"camera": 3}, {"camera": {"look": object()}}):
+            with self.assertRaises(TypeError):
+                village().render(scene)
+
+    def test_rays_of_wrong_types(self):
+        with self.assertRaises((TypeError, ValueError)):
+            village().cast("north", (0, 0, 1))
+        with self.assertRaises((TypeError, ValueError)):
+            village().cast([[1, 2, 3]], [[0, 0, 1], [0, 0, 1]])
+
+    def test_worlds_cannot_be_pickled(self):
+        with self.assertRaises(TypeError):
+            pickle.dumps(village())
+
+
+class Interruptions(unittest.TestCase):
+    """A call that would take long ends soon after Ctrl-C, and the world goes on."""
+
+    def interrupted_after_s(self, call):
+        main = threading.main_thread().ident
+        pressed = []
+
+        def press():
+            time.sleep(0.3)
+            pressed.append(time.monotonic())
+            signal.pthread_kill(main, signal.SIGINT)
+
+        thread = threading.Thread(target=press)
+        thread.start()
+        with self.assertRaises(KeyboardInterrupt):
+            call()
+        ended = time.monotonic()
+        thread.join()
+        return ended - pressed[0]
+
+    def test_a_picture(self):
+        world = village()
+        long = {"output.size": "2000x2000", "quality.samples": 512}
+        # That it ends soon is the point, not how soon exactly on a busy machine.
+        self.assertLess(self.interrupted_after_s(lambda: world.render(fields=long)), 30)
+        self.assertEqual(world.render(fields=SMALL).holes, 0)
+
+    def test_progress_is_told_and_its_errors_come_through(self):
+        world = village()
+        told = []
+        world.render(fields=SMALL, progress=lambda done, total: told.append((done, total)))
+        self.assertTrue(told)
+        self.assertEqual(told[-1][0], told[-1][1])
+
+        def fail(_done, _total):
+            raise LookupError("enough")
+
+        with self.assertRaises(LookupError):
+            world.render(fields={"output.size": "1000x1000"}, progress=fail)
+
+    def test_other_threads_go_on_meanwhile(self):
+        world = village()
+        counted = []
+        stop = threading.Event()
+
+        def count():
+            while not stop.is_set():
+                counted.append(1)
+                time.sleep(0.001)
+
+        thread = threading.Thread(target=count)
+        thread.start()
+        before = len(counted)
+        world.render(fields={"output.size": "320x240", "quality.samples": 4})
+        after = len(counted)
+        stop.set()
+        thread.join()
+        self.assertGreater(after, before)
+
+    def test_several_threads_use_one_world(self):
+        world = village()
+        expected = world.surface().values
+        results = []
+
+        def work():
+            for _ in range(5):
+                results.append(np.array_equal(world.surface().values, expected))
+                world.render(fields=SMALL)
+
+        threads = [threading.Thread(target=work) for _ in range(4)]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+        self.assertEqual(results, [True] * 20)
+
+
+class Leaks(unittest.TestCase):
+    def test_a_thousand_worlds_leave_nothing(self):
+        village()
+
+        def use(times):
+            for _ in range(times):
+                world = terravox.open(FOLDER / "village.tvx")
+                world.surface()
+                world.cast((0, 0, 1e6), (0, 0, -1))
+            gc.collect()
+
+        use(200)
+        descriptors = open_descriptors()
+        before = resident_kib()
+        use(800)
+        self.assertEqual(open_descriptors(), descriptors)
+        # A world that stayed would take megabytes.
+        self.assertLess(resident_kib() - before, 64 * 1024)
+
+    def test_the_interpreter_ends_after_an_interrupted_call(self):
+        village()
+        code = (
+            "import signal, threading, terravox\n"
+            f"w = terravox.open({str(FOLDER / 'village.tvx')!r})\n"
+            "main = threading.main_thread().ident\n"
+            "threading.Timer(0.3, lambda: signal.pthread_kill(main, signal.SIGINT)).start()\n"
+            "try:\n"
+            "    w.render(fields={'output.size': '3000x3000', 'quality.samples': 64})\n"
+            "except KeyboardInterrupt:\n"
+            "    print('interrupted')\n"
+        )
+        done = subprocess.run(
+            [sys.executable, "-c", code], capture_output=True, text=True, check=False
+        )
+        self.assertEqual((done.returncode, done.stdout), (0, "interrupted\n"), done.stderr)
+
+
+if __name__ == "__main__":
+    unittest.main(verbosity=2)
