@@ -1,7 +1,7 @@
 import { join } from 'node:path';
 import { Command, CommanderError } from 'commander';
 import { GrabberError, describeError, type ErrorCode } from '../util/errors.js';
-import { readPackageInfo } from '../util/package-info.js';
+import { readPackageInfo, shippedConfig } from '../util/package-info.js';
 import type { CliContext } from './context.js';
 import { kExit } from './exit-codes.js';
 import type { Output } from './output.js';
@@ -73,7 +73,7 @@ async function buildProgram(
     .option(
       '--config <folder>',
       'folder of the configuration: sources, areas, converters',
-      join(info.root, '..', 'config'),
+      shippedConfig(info),
     )
     .configureOutput({ writeOut: output.out, writeErr: output.err })
     .exitOverride()

@@ -22,7 +22,8 @@ export type LazTool = {
 };
 
 /**
- * Finds the tool in the configuration, the project's build folder, or PATH, in this order.
+ * Finds the tool in the configuration, the project's build folder, the folder of installed
+ * programs, or PATH, in this order.
  * @param packageRoot folder of the grabber's package.json
  * @return undefined when it is not found
  * @throws GrabberError NO_CONVERTER when the configured path is no program
@@ -42,6 +43,7 @@ export async function findLazTool(
   }
   const folders = [
     join(packageRoot, '..', 'build', 'release', 'bin'),
+    join(packageRoot, '..'),
     ...(process.env['PATH'] ?? '').split(delimiter),
   ];
   for (const folder of folders.filter(isAbsolute)) {

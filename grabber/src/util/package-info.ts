@@ -1,4 +1,4 @@
-import { readFileSync } from 'node:fs';
+import { existsSync, readFileSync } from 'node:fs';
 import { dirname, join } from 'node:path';
 import { fileURLToPath } from 'node:url';
 import { systemCode } from './errors.js';
@@ -34,6 +34,18 @@ function readManifest(path: string): { name?: string; version?: string } | undef
     if (systemCode(error) === 'ENOENT') return undefined;
     throw error;
   }
+}
+
+/**
+ * The folder of the data files that ship with the programs: TERRAVOX_CONFIG when set, else that of
+ * the checkout, or of the prefix where the grabber is installed (lib/terravox/grabber).
+ */
+export function shippedConfig(info: PackageInfo): string {
+  const given = process.env['TERRAVOX_CONFIG'];
+  if (given !== undefined && given !== '') return given;
+  const checkout = join(info.root, '..', 'config');
+  const installed = join(info.root, '..', '..', '..', 'share', 'terravox', 'config');
+  return existsSync(join(checkout, 'materials.toml')) ? checkout : installed;
 }
 
 /** Portals ask robots to identify themselves. */

@@ -1,0 +1,43 @@
+# cmake --install BUILD --prefix P [--component programs]: programs and what they read
+# (docs/adr/0030). Everything is found relative to the programs, so that P can be moved.
+#   bin/terravox                the commands; the only program in the PATH
+#   lib/terravox                the programs, their modules, the grabber
+#   share/terravox/config       data files
+#   share/terravox/setup        what bin/terravox is made of
+#   share/doc/terravox          licences, changes
+include_guard(GLOBAL)
+
+set(programs
+  terravox-convert terravox-laz terravox-publish terravox-raytracer terravox-survey terravox-view
+  terravox-voxelserver terravox_tls_symbol terravox_worlds_module)
+if(TERRAVOX_PREVIEW)
+  list(APPEND programs terravox-preview)
+endif()
+# Not LIBDIR: nothing links with what is there, and its place does not hang on the machine.
+set(private lib/terravox)
+install(TARGETS ${programs} COMPONENT programs
+  RUNTIME DESTINATION ${private}
+  LIBRARY DESTINATION ${private})
+install(PROGRAMS config/setup/installed.sh COMPONENT programs
+  DESTINATION bin RENAME terravox)
+install(FILES config/setup/commands.sh config/setup/commands.txt config/setup/say.sh
+  COMPONENT programs DESTINATION share/terravox/setup)
+
+install(DIRECTORY config/areas config/blocks config/classes config/cluster config/nginx
+    config/palettes config/scenes config/sources config/systemd config/views
+  COMPONENT programs DESTINATION share/terravox/config
+  PATTERN "Dockerfile*" EXCLUDE)
+install(FILES config/converters.toml config/licences.toml config/materials-clay.toml
+    config/materials.toml config/voxelize.toml config/worker.toml
+  COMPONENT programs DESTINATION share/terravox/config)
+install(FILES CHANGELOG.md LICENSE THIRD_PARTY.md
+  COMPONENT programs DESTINATION share/doc/terravox)
+install(FILES "${PROJECT_BINARY_DIR}/voxelserver/page/dist/licences.txt"
+  COMPONENT programs DESTINATION share/doc/terravox RENAME licences-page.txt)
+
+# npm builds the grabber before CMake runs (config/setup/node.sh).
+install(CODE "set(node \"${TERRAVOX_NODE}\")
+set(grabber \"${PROJECT_SOURCE_DIR}/grabber\")
+set(folder \"\$ENV{DESTDIR}\${CMAKE_INSTALL_PREFIX}/${private}/grabber\")"
+  COMPONENT programs)
+install(SCRIPT config/cmake/install_grabber.cmake COMPONENT programs)

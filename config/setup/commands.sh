@@ -1,0 +1,47 @@
+# The commands for users, of a checkout (./terravox) and of an installed package (bin/terravox)
+# alike. Sourced by both after say.sh, with COMMANDS_FILE set. Each defines start PROGRAM
+# [ARGUMENT...], which runs one of the programs in place of the script.
+# shellcheck shell=bash
+
+# Prints NAME|PROGRAM|TEXT for each command.
+command_rows() {
+    sed -E '/^#/d; s/ *\| */|/g' "$COMMANDS_FILE"
+}
+
+# Lines of `help`: 76 columns of text behind 22 of names.
+list_commands() {
+    local name text line
+    while IFS='|' read -r name _ text; do
+        while IFS= read -r line; do
+            printf '  %-20s %s\n' "$name" "${line% }"
+            name=
+        done < <(fold -s -w 77 <<<"$text")
+    done < <(command_rows)
+}
+
+# Lines of `help` about the environment that the programs read.
+list_environment() {
+    cat <<'TEXT'
+Environment: TERRAVOX_FARM_TOKEN: a coordinator's and its workers' token; TERRAVOX_SERVER_TOKEN: a
+voxel server's, which clients send to TERRAVOX_SERVER_ORIGIN alone; TERRAVOX_CONFIG: a folder of
+data files instead of those that ship.
+TEXT
+}
+
+# program_of COMMAND: prints the program and its first words, nothing where there is no such
+# command.
+program_of() {
+    local name program
+    while IFS='|' read -r name program _; do
+        [[ ${name%% *} == "$1" ]] && printf '%s\n' "$program"
+    done < <(command_rows)
+    return 0
+}
+
+# run_command COMMAND [ARGUMENT...]: one of the programs, in place of this script.
+run_command() {
+    local words
+    read -ra words <<<"$(program_of "$1")"
+    ((${#words[@]} > 0)) || usage_error "unknown command '$1'; terravox help lists them"
+    start "${words[@]}" "${@:2}"
+}

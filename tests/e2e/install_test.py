@@ -1,0 +1,156 @@
+#!/usr/bin/env python3
+"""cmake --install: the programs in a prefix of their own, moved, without the checkout."""
+
+import os
+import pathlib
+import sys
+import unittest
+import urllib.request
+
+from installed import hidden, moved_prefix, rows, start
+from support import HANGS_S, ROOT, Case, Run, binary, survey, temporary_folder
+
+PICTURE = ("--size", "64x36", "--samples", "1", "--cache", "none", "--quiet")
+
+
+def node_folder():
+    """@return the folder of Node.js where it is not in the checkout, which is hidden"""
+    folder = pathlib.Path(os.environ["TERRAVOX_NODE"]).resolve().parent
+    return None if folder.is_relative_to(ROOT) else folder
+
+
+class Installed(Case):
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        if not hidden():
+            print("the checkout cannot be hidden here: it stays visible", file=sys.stderr)
+        cls.prefix = moved_prefix()
+        cls.terravox = cls.prefix / "bin" / "terravox"
+        cls.folder = temporary_folder()
+
+    def run_installed(self, *arguments, **options):
+        options.setdefault("cwd", self.folder)
+        return Run([*hidden(), self.terravox, *arguments], **options)
+
+    def test_a_picture_has_the_bytes_of_the_checkouts(self):
+        for name, scene in (("plain", ()), ("clay", ("--materials", "clay"))):
+            with self.subTest(name):
+                ours = self.folder / f"{name}-checkout.png"
+                theirs = self.folder / f"{name}-installed.png"
+                words = [survey(), "--ortho", survey() / "ortho", *PICTURE, *scene, "-o"]
+                self.assertDone(Run([binary("RAYTRACER"), "render", *words, ours]))
+                self.assertDone(self.run_installed("render", *words, theirs))
+                self.assertEqual(ours.read_bytes(), theirs.read_bytes())
+
+    def test_it_runs_through_a_symbolic_link(self):
+        link = temporary_folder() / "tvx"
+        link.symlink_to(self.terravox)
+        other = temporary_folder() / "raytracer"
+        other.symlink_to(self.prefix / "lib" / "terravox" / "terravox-raytracer")
+        for words in ([link, "render"], [other, "render"]):
+            picture = temporary_folder() / "linked.png"
+            run = Run([*hidden(), *words, "generated:5", *PICTURE, "-o", picture])
+            self.assertDone(run)
+            self.assertTrue(picture.exists())
+
+    def test_a_survey_is_made_checked_and_converted(self):
+        made = self.folder / "made"
+        self.assertDone(self.run_installed("survey", "--square-m", "64", "-o", made))
+        square = next(made.glob("*.laz"))
+        self.assertDone(self.run_installed("laz", "check", square))
+        archive = self.folder / "made.tvx"
+        words = [made, archive, "--quiet"]
+        self.assertDone(self.run_installed("convert", *words))
+        run = self.run_installed("world", "info", archive)
+        self.assertDone(run)
+        self.assertIn("voxel", run.out)
+
+    def test_a_minecraft_world_is_written_with_the_shipped_blocks(self):
+        world = self.folder / "a world"
+        self.assertDone(self.run_installed("convert", survey(), world, "--level", "2", "--quiet"))
+        self.assertTrue((world / "level.dat").exists())
+
+    def test_a_site_is_published(self):
+        site = self.folder / "site"
+        run = self.run_installed("publish", survey(), site, "--title", "T", "--quiet")
+        self.assertDone(run)
+        self.assertTrue((site / "index.html").exists())
+
+    def test_a_server_answers(self):
+        server = start(self.terravox, "serve", survey(), "--port", "0", "--cache", "none")
+        try:
+            line = server.stdout.readline()
+            self.assertIn("listening on http://", line)
+            with urllib.request.urlopen(f"{line.split()[-1]}/healthz", timeout=HANGS_S) as reply:
+                self.assertEqual(reply.read(), b"ok\n")
+            with urllib.request.urlopen(line.split()[-1], timeout=HANGS_S) as reply:
+                self.assertIn(b"<html", reply.read())
+        finally:
+            server.terminate()
+            server.stdout.close()
+            self.assertEqual(server.wait(HANGS_S), 0)
+
+    def test_every_command_explains_itself(self):
+        listed = self.run_installed("help")
+        self.assertDone(listed)
+        for name, program, text in rows():
+            with self.subTest(name):
+                self.assertIn(f"\n  {name} ", listed.out)
+                self.assertIn(text.split()[-1], listed.out)
+                words = program.split()
+                if (self.prefix / "lib" / "terravox" / words[0]).is_file():
+                    run = self.run_installed(name.split()[0], "--help")
+                    self.assertDone(run)
+                    self.assertIn("--help", run.out)
+
+    def test_a_checkout_offers_the_same_commands_and_those_of_developers(self):
+        checkout = Run([ROOT / "terravox", "help"])
+        self.assertDone(checkout)
+        installed = self.run_installed("help").out.splitlines()
+        theirs = [line for line in installed if line.startswith("  ")]
+        self.assertEqual([line for line in theirs if line not in checkout.out.splitlines()], [])
+        for word in ("deps", "build", "test", "lint", "clean", "demo"):
+            self.assertIn(f"\n  {word} ", checkout.out)
+            self.assertNotIn(f"\n  {word} ", "\n".join(theirs))
+            self.assertRefused(self.run_installed(word), 2, f"unknown command '{word}'")
+
+    def test_the_version_is_that_of_the_checkout(self):
+        ours = Run([ROOT / "terravox", "--version"])
+        self.assertEqual(self.run_installed("--version").out, ours.out)
+
+    def test_nothing_names_the_checkout(self):
+        named = [
+            str(file.relative_to(self.prefix))
+            for file in self.prefix.rglob("*")
+            if file.is_file() and str(ROOT).encode() + b"/" in file.read_bytes()
+        ]
+        self.assertEqual(named, [])
+
+    def test_the_grabber_reads_the_shipped_configuration(self):
+        node = node_folder()
+        if node is None:
+            print("left out: Node.js is in the checkout", file=sys.stderr)
+            return
+        environment = {"PATH": f"{node}:{os.environ['PATH']}"}
+        run = self.run_installed("grab", "areas", environment=environment)
+        self.assertDone(run)
+        self.assertIn("bled", run.out)
+        store = self.folder / "store"
+        words = ["fetch", "--from", survey(), "--store", store, "--crs", "EPSG:3794"]
+        words += ["--licence", "CC0", "--attribution", "A"]
+        self.assertDone(self.run_installed("grab", *words, environment=environment))
+        run = self.run_installed("grab", "status", "--store", store, environment=environment)
+        self.assertDone(run)
+
+    def test_another_node_is_refused_with_a_reason(self):
+        folder = temporary_folder()
+        node = folder / "node"
+        node.write_text("#!/bin/sh\necho 83\n", encoding="utf-8")
+        node.chmod(0o755)
+        run = self.run_installed("grab", "areas", environment={"PATH": f"{folder}:/usr/bin:/bin"})
+        self.assertRefused(run, 1, "modules of version 83", str(node))
+
+
+if __name__ == "__main__":
+    unittest.main()
