@@ -52,7 +52,7 @@ int main(int argc, char** argv) {
         terravox::ConvertOptions options;
         options.overwrite = true;
         const auto report = world.convert(argv[1], options);
-        std::printf("%llu voxels\n", static_cast<unsigned long long>(report.voxels));
+        std::printf("%llu visible voxels\n", static_cast<unsigned long long>(report.voxels));
         return 0;
     } catch (const terravox::Error& e) {
         std::fprintf(stderr, "%s\n", e.what());

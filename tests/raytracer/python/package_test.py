@@ -19,6 +19,7 @@ import numpy as np
 import terravox
 import xarray as xr
 
+ROOT = pathlib.Path(__file__).resolve().parents[3]
 GRASS = 4
 SMALL = {"output.size": "48x32", "quality.samples": 1}
 _folder = tempfile.TemporaryDirectory(prefix="terravox-python-")
@@ -193,6 +194,18 @@ class Values(unittest.TestCase):
 def bounds_pairs():
     west, south, east, north = village().bounds
     return (west, east), (south, north)
+
+
+class Guide(unittest.TestCase):
+    def test_examples_of_the_guide(self):
+        folder = str(FOLDER / "guide")
+        failed, tried = doctest.testfile(
+            str(ROOT / "docs" / "guide" / "programming.md"),
+            module_relative=False,
+            globs={"folder": folder},
+        )
+        self.assertEqual(failed, 0)
+        self.assertGreater(tried, 10)
 
 
 class Errors(unittest.TestCase):
