@@ -51,8 +51,10 @@ class Hardening(Case):
         folder = pathlib.Path(binary("RAYTRACER")).parent
         cls.programs = sorted(path for path in folder.glob("terravox-*") if not path.suffix)
         assert len(cls.programs) >= LEAST_PROGRAMS, cls.programs
-        cls.modules = sorted(cls.programs[0].parent.glob("*.so"))
+        cls.modules = sorted(folder.glob("*.so"))
         assert cls.modules, "the modules of the voxel server are gone"
+        cls.modules.append(folder.parent / "lib" / "libterravox.so")
+        cls.modules += folder.parent.glob("python/terravox/*.so")
         imports = read_elf(cls.programs[0], "--dyn-syms")
         if "__asan_init" in imports or "__tsan_init" in imports:
             raise unittest.SkipTest("a build with sanitizers is not hardened")

@@ -265,6 +265,9 @@ class ThirdParty(Case):
             for row in self.tables["Shared libraries"]
         }
         here = {path.name: path for path in folder.glob("terravox-*") if path.suffix in ("", ".so")}
+        here["terravox-library"] = folder.parent / "lib" / "libterravox.so"
+        if package := sorted(folder.parent.glob("python/terravox/_core*.so")):
+            (here["terravox-python"],) = package
         for program in ("RAYTRACER", "CONVERT", "PUBLISH", "VOXELSERVER", "SURVEY", "LAZ"):
             self.assertIn(pathlib.Path(binary(program)).name, here)
         for name, path in sorted(here.items()):
