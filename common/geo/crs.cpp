@@ -11,22 +11,40 @@
 #include <atomic>
 #include <cmath>
 #include <cstring>
+#include <filesystem>
 #include <mutex>
+#include <system_error>
 
 #include "common/geo/crs_text.hpp"
 #include "common/geo/gdal.hpp"
 #include "common/geo/gdal_error_scope.hpp"
 #include "common/geo/proj_check.hpp"
+#include "common/util/beside_program.hpp"
 #include "common/util/error.hpp"
 
 namespace terravox::geo {
 namespace {
 
+// A library that has PROJ inside has its database beside it: the system's may be missing, or of
+// another version.
+void use_own_proj_data() {
+    const std::filesystem::path folder = util::beside_program("proj");
+    std::error_code ignored;
+    if (!std::filesystem::exists(folder / "proj.db", ignored))
+        return;
+    const std::string name = folder.string();
+    const char* const folders[] = {name.c_str(), nullptr};
+    OSRSetPROJSearchPaths(folders);
+}
+
 std::shared_ptr<OGRSpatialReference> empty_reference() {
     // PROJ would download missing grids if the user's PROJ_NETWORK or proj.ini enables that:
     // coordinates must not depend on it.
     static std::once_flag once;
-    std::call_once(once, [] { OSRSetPROJEnableNetwork(0); });
+    std::call_once(once, [] {
+        OSRSetPROJEnableNetwork(0);
+        use_own_proj_data();
+    });
     auto ogr = std::shared_ptr<OGRSpatialReference>(new OGRSpatialReference,
                                                     [](OGRSpatialReference* p) { p->Release(); });
     ogr->SetAxisMappingStrategy(OAMS_TRADITIONAL_GIS_ORDER);

@@ -1,7 +1,5 @@
 #include "voxelserver/export/formats/formats.hpp"
 
-#include <array>
-
 #include "common/util/error.hpp"
 #include "common/util/letter_case.hpp"
 #include "voxelserver/export/anvil/anvil_format.hpp"
@@ -12,8 +10,12 @@
 
 namespace terravox::exports {
 std::span<const Format* const> formats() noexcept {
-    static constexpr std::array<const Format*, 6> kFormats{
-        &kArchiveFormat, &anvil::kAnvilFormat, &kVoxFormat, &kVdbFormat, &kGlbFormat, &kPlyFormat,
+    static constexpr const Format* kFormats[] = {
+        &kArchiveFormat, &anvil::kAnvilFormat, &kVoxFormat,
+#ifdef TERRAVOX_VDB
+        &kVdbFormat,
+#endif
+        &kGlbFormat,     &kPlyFormat,
     };
     return kFormats;
 }

@@ -1,0 +1,103 @@
+# The wheel of the Python package. Sourced by ./terravox.
+# shellcheck shell=bash
+
+WHEEL_TOOLS=$ROOT/build/deps/wheel-tools
+WHEEL_REQUIREMENTS=$ROOT/config/setup/python/wheel.txt
+# GDAL and PROJ with the formats that Terravox reads, to be linked into the package: those of Debian
+# are shared libraries with a hundred others behind them.
+GEO_DIR=$ROOT/build/deps/geo
+GEO_FLAGS="-O2 -ffunction-sections -fdata-sections -fvisibility=hidden"
+GDAL_DRIVERS=(AAIGRID DTED JPEG OPENJPEG PNG RAW SRTMHGT USGSDEM XYZ)
+
+# fetch_debian_sources FOLDER PACKAGE...: the sources of this system's packages, which apt verifies.
+fetch_debian_sources() {
+    local folder=$1 options=()
+    shift
+    mkdir -p "$folder/lists/partial"
+    sed 's/^Types: .*/Types: deb-src/' /etc/apt/sources.list.d/debian.sources \
+        >"$folder/debian.sources" ||
+        die "fetch sources of $*: /etc/apt/sources.list.d/debian.sources is missing"
+    options=(-o "Dir::Etc::SourceList=$folder/debian.sources" -o Dir::Etc::SourceParts=/dev/null
+        -o "Dir::State::Lists=$folder/lists" -o APT::Sandbox::User=root)
+    (
+        cd "$folder"
+        apt-get "${options[@]}" update
+        apt-get "${options[@]}" source --download-only "$@"
+        local archive
+        for archive in *.orig.tar.*; do
+            tar --extract --file "$archive"
+        done
+    )
+}
+
+# build_geo_part NAME SOURCES CMAKE_OPTION...: into GEO_DIR
+build_geo_part() {
+    local name=$1 sources=$2
+    shift 2
+    cmake -S "$sources" -B "$GEO_DIR/build/$name" -G Ninja -DCMAKE_BUILD_TYPE=Release \
+        -DCMAKE_C_FLAGS="$GEO_FLAGS" -DCMAKE_CXX_FLAGS="$GEO_FLAGS" \
+        -DCMAKE_POSITION_INDEPENDENT_CODE=ON -DBUILD_SHARED_LIBS=OFF -DBUILD_APPS=OFF \
+        -DBUILD_TESTING=OFF -DCMAKE_INSTALL_PREFIX="$GEO_DIR" -DCMAKE_INSTALL_LIBDIR=lib "$@"
+    cmake --build "$GEO_DIR/build/$name" --target install
+}
+
+build_geo() {
+    local driver drivers=()
+    for driver in "${GDAL_DRIVERS[@]}"; do
+        drivers+=("-DGDAL_ENABLE_DRIVER_$driver=ON")
+    done
+    fetch_debian_sources "$GEO_DIR/sources" gdal proj
+    build_geo_part proj "$GEO_DIR"/sources/proj-* -DENABLE_TIFF=OFF -DENABLE_CURL=OFF
+    build_geo_part gdal "$GEO_DIR"/sources/gdal-* "${drivers[@]}" \
+        -DGDAL_BUILD_OPTIONAL_DRIVERS=OFF -DOGR_BUILD_OPTIONAL_DRIVERS=OFF \
+        -DGDAL_USE_EXTERNAL_LIBS=OFF -DGDAL_USE_INTERNAL_LIBS=ON -DGDAL_USE_OPENJPEG=ON \
+        -DBUILD_PYTHON_BINDINGS=OFF -DCMAKE_PREFIX_PATH="$GEO_DIR"
+    rm -rf "$GEO_DIR/build" "$GEO_DIR/sources"
+}
+
+# Once; takes some minutes.
+install_geo() {
+    [[ -f $GEO_DIR/.complete ]] && return
+    say "Building GDAL and PROJ for the wheel"
+    rm -rf "$GEO_DIR"
+    mkdir -p "$GEO_DIR"
+    quietly "$LOGS/geo.log" build_geo
+    touch "$GEO_DIR/.complete"
+}
+
+# in_wheel_tools COMMAND...: with the tools' packages in Python's path
+in_wheel_tools() {
+    PYTHONPATH=$WHEEL_TOOLS:$NANOBIND_DIR PATH=$WHEEL_TOOLS/bin:$PATH "$@"
+}
+
+# build_wheel PYTHON FOLDER: for one version of Python
+build_wheel() {
+    local python=$1 folder=$2 raw
+    raw=$(mktemp -d "$ROOT/build/wheel.XXXXXX")
+    in_wheel_tools "$python" -m pip wheel "$ROOT/raytracer/python" --no-deps \
+        --no-build-isolation --disable-pip-version-check --wheel-dir "$raw" \
+        --config-settings "cmake.define.GDAL_DIR=$GEO_DIR/lib/cmake/gdal" \
+        --config-settings "cmake.define.PROJ_DIR=$GEO_DIR/lib/cmake/proj" \
+        --config-settings "cmake.define.TERRAVOX_PROJ_DATABASE=$GEO_DIR/share/proj/proj.db" \
+        --config-settings "build-dir=$ROOT/build/wheel-${python##*/}"
+    in_wheel_tools "$python" -m auditwheel repair --strip --wheel-dir "$folder" "$raw"/*.whl
+    rm -rf "$raw"
+}
+
+# package_wheel FOLDER: wheels for the versions of Python that are here
+package_wheel() {
+    local folder=$1 version found=0
+    install_pinned "$WHEEL_TOOLS" "$WHEEL_REQUIREMENTS" "scikit-build-core and auditwheel"
+    install_geo
+    mkdir -p "$folder"
+    for version in 3.11 3.12 3.13; do
+        if ! "python$version" -c 'import sys' 2>/dev/null; then
+            say "No wheel for Python $version: python$version is not here"
+            continue
+        fi
+        say "Building the wheel for Python $version"
+        quietly "$LOGS/wheel-$version.log" build_wheel "$(command -v "python$version")" "$folder"
+        found=1
+    done
+    ((found)) || die "package wheel: no Python from 3.11 to 3.13 is here"
+}
