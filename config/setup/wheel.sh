@@ -70,16 +70,17 @@ in_wheel_tools() {
     PYTHONPATH=$WHEEL_TOOLS:$NANOBIND_DIR PATH=$WHEEL_TOOLS/bin:$PATH "$@"
 }
 
-# build_wheel PYTHON FOLDER: for one version of Python
+# build_wheel PYTHON FOLDER: for one version of Python. All versions share a build: little of it
+# depends on them.
 build_wheel() {
     local python=$1 folder=$2 raw
-    raw=$(mktemp -d "$ROOT/build/wheel.XXXXXX")
+    raw=$(mktemp -d "$ROOT/build/wheels.XXXXXX")
     in_wheel_tools "$python" -m pip wheel "$ROOT/raytracer/python" --no-deps \
         --no-build-isolation --disable-pip-version-check --wheel-dir "$raw" \
         --config-settings "cmake.define.GDAL_DIR=$GEO_DIR/lib/cmake/gdal" \
         --config-settings "cmake.define.PROJ_DIR=$GEO_DIR/lib/cmake/proj" \
         --config-settings "cmake.define.TERRAVOX_PROJ_DATABASE=$GEO_DIR/share/proj/proj.db" \
-        --config-settings "build-dir=$ROOT/build/wheel-${python##*/}"
+        --config-settings "build-dir=$ROOT/build/wheel"
     in_wheel_tools "$python" -m auditwheel repair --strip --wheel-dir "$folder" "$raw"/*.whl
     rm -rf "$raw"
 }

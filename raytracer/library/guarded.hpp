@@ -6,13 +6,16 @@
 #include <utility>
 
 #include "common/util/error.hpp"
+#include "raytracer/library/process_check.hpp"
 
 namespace terravox {
 
-/// Calls work(), and turns the errors of this project into those that its users know.
+/// Calls work() where the library can be used (process_check.hpp), and turns the errors of this
+/// project into those that its users know.
 template <class Work>
 decltype(auto) guarded(Work&& work) {
     try {
+        check_process();
         return std::forward<Work>(work)();
     } catch (const util::UsageError& e) {
         throw UsageError(e.what());

@@ -84,7 +84,7 @@ World World::open(const std::vector<std::string>& inputs, const OpenOptions& opt
             check_stop(control);
             return worlds::open_world(from, times, control.stop);
         };
-        World out(std::make_shared<WorldState>(settings, open));
+        World out(make_state(settings, open));
         check_stop(control);
         return out;
     });
@@ -100,7 +100,7 @@ World World::of(std::shared_ptr<VoxelSource> source, const OpenOptions& options)
             return std::make_unique<SourceWorld>(
                 source, static_cast<std::size_t>(settings.world.memory_mib) << 20);
         };
-        return World(std::make_shared<WorldState>(settings, open));
+        return World(make_state(settings, open));
     });
 }
 
@@ -118,7 +118,7 @@ World World::voxelize(PointSource& points, const OpenOptions& options, const Con
         const auto open = [&](util::StageTimes& times) {
             return worlds::open_world(from, times, control.stop);
         };
-        return World(std::make_shared<WorldState>(settings, open, std::move(folder)));
+        return World(make_state(settings, open, std::move(folder)));
     });
 }
 

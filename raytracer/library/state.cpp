@@ -8,6 +8,7 @@
 
 #include "common/thread/parallel.hpp"
 #include "common/util/error.hpp"
+#include "raytracer/library/process_check.hpp"
 #include "raytracer/scene/views.hpp"
 
 namespace terravox {
@@ -74,6 +75,15 @@ void WorldState::check_level(int level) const {
         throw util::UsageError("read the world '" + world->info().title +
                                "': level = " + std::to_string(level) + "; allowed: 0 to " +
                                std::to_string(levels - 1));
+}
+
+std::shared_ptr<WorldState> make_state(const scene::Scene& settings, const OpenWorld& open,
+                                       TemporaryFolder files) {
+    auto state = std::make_unique<WorldState>(settings, open, std::move(files));
+    return {state.release(), [](WorldState* made) {
+                if (is_first_process())
+                    delete made;
+            }};
 }
 
 scene::Scene settings_of(const OpenOptions& options) {

@@ -54,6 +54,13 @@ struct WorldState {
     void check_level(int level) const;
 };
 
+/// Makes a state. In a forked process it is never destroyed, which would wait for threads that are
+/// not there.
+/// @throws what `open` throws
+[[nodiscard]] std::shared_ptr<WorldState> make_state(const scene::Scene& settings,
+                                                     const OpenWorld& open,
+                                                     TemporaryFolder files = {});
+
 /// The settings that a world is opened with.
 /// @throws util::UsageError
 [[nodiscard]] scene::Scene settings_of(const OpenOptions& options);

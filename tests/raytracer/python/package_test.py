@@ -4,6 +4,7 @@
 import doctest
 import gc
 import math
+import multiprocessing
 import os
 import pathlib
 import pickle
@@ -52,6 +53,11 @@ def rays(world, count, seed=1):
     directions = random.normal(size=(count, 3))
     directions[:, 2] = -0.1 - np.abs(directions[:, 2])
     return origins, directions
+
+
+def highest(archive):
+    """Runs in a process of its own."""
+    return float(terravox.open(archive).surface().max())
 
 
 def open_descriptors():
@@ -330,6 +336,33 @@ class Interruptions(unittest.TestCase):
         for thread in threads:
             thread.join()
         self.assertEqual(results, [True] * 20)
+
+
+class Processes(unittest.TestCase):
+    def test_a_forked_process_is_told_to_start_anew(self):
+        world = village()
+        world.surface()
+        read, write = os.pipe()
+        child = os.fork()
+        if child == 0:
+            with os.fdopen(write, "w") as out:
+                for call in (world.surface, lambda: terravox.open("generated:7")):
+                    try:
+                        call()
+                    except terravox.UsageError as error:
+                        out.write(f"{'spawn' in str(error)} ")
+            os._exit(0)
+        os.close(write)
+        with os.fdopen(read) as told:
+            self.assertEqual(told.read(), "True True ")
+        self.assertEqual(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]), 0)
+        self.assertEqual(world.render(fields=SMALL).holes, 0)
+
+    def test_spawned_processes_work(self):
+        village()
+        with multiprocessing.get_context("spawn").Pool(2) as pool:
+            heights = pool.map(highest, [FOLDER / "village.tvx"] * 2)
+        self.assertEqual(heights, [float(village().surface().max())] * 2)
 
 
 class Leaks(unittest.TestCase):
