@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <cstddef>
 
 #include "common/util/det_math.hpp"
 #include "raytracer/analyse/bands.hpp"
@@ -27,7 +28,8 @@ struct Heights {
     float level = 0;    ///< of its voxel
     float waiting = 0;  ///< neighbours whose rays are on their way
     HeightSums sums;
-    float unused[2] = {};
+    float unused = 0;
+    float material = 0;
 };
 struct Gathered {
     float hole = 0;
@@ -39,9 +41,12 @@ struct Gathered {
     float sky = 0, free_sky = 0;  ///< all, and those that nothing blocks
     float level_sky = 0, free_level_sky = 0;
     float horizon = 0, free_horizon = 0;
-    float unused[3] = {};
+    float sun_hours = 0;
+    float unused = 0;
+    float material = 0;
 };
 static_assert(sizeof(Heights) == sizeof(core::Bands) && sizeof(Gathered) == sizeof(core::Bands));
+static_assert(offsetof(Heights, material) == offsetof(Gathered, material));
 constexpr std::size_t kHole = static_cast<std::size_t>(EnergyBand::kHole);
 static_assert(kHole == 0);
 
@@ -59,6 +64,13 @@ int east_of(std::uint32_t place) noexcept {
 }
 int south_of(std::uint32_t place) noexcept {
     return static_cast<int>(place / kWindow) - kRadius;
+}
+
+/// What is left of a cell, one of whose rays has met a hole.
+core::Bands behind_hole(const core::Bands& memory) noexcept {
+    core::Bands out = no_values(kHole, true);
+    at(out, EnergyBand::kMaterial) = memory_of<Gathered>(memory).material;
+    return out;
 }
 
 double spacing_of(const shade::View& view) noexcept {
@@ -100,7 +112,7 @@ void EnergyEvaluator::shade(const walk::TracedRay& ray, shade::SampleSum& sum,
     if (sum.bands[kHole] > 0)
         return;
     if (ray.end == walk::WalkEnd::kHit && ray.hit.hole)
-        sum.bands = no_values(kHole, true);
+        sum.bands = behind_hole(sum.bands);
     else if (ray.kind == walk::RayKind::kPrimary)
         shade_neighbour(ray, sum, next);
     else
@@ -124,6 +136,7 @@ void EnergyEvaluator::send_to_neighbours(const walk::TracedRay& ray, shade::Samp
     heights.top = static_cast<float>(top_of(ray.hit));
     heights.level = ray.hit.level;
     heights.waiting = kNeighbours - 1;
+    heights.material = static_cast<float>(ray.hit.attr.material);
     keep(heights, sum.bands);
     const double above = m_view.camera.position().y;
     for (std::uint32_t place = 0; place < kNeighbours; ++place) {
@@ -170,6 +183,7 @@ void EnergyEvaluator::shade_neighbour(const walk::TracedRay& ray, shade::SampleS
     gathered.east = static_cast<float>(normal.x);
     gathered.up = static_cast<float>(normal.y);
     gathered.south = static_cast<float>(normal.z);
+    gathered.material = heights.material;
     keep(gathered, sum.bands);
     const core::Vec3 from{ray.ray.origin.x - east * m_spacing,
                           static_cast<double>(heights.top) + plane.lift,
@@ -219,6 +233,7 @@ void EnergyEvaluator::shade_light(const walk::TracedRay& ray, shade::SampleSum& 
             gathered.beam += static_cast<float>(light.beam * cosine);
             gathered.around_sun += static_cast<float>(light.around_sun * cosine);
             gathered.level += static_cast<float>((light.beam + light.around_sun) * to.y);
+            gathered.sun_hours += cosine > 0 ? static_cast<float>(light.hours) : 0.0F;
         }
     } else {
         const auto part = static_cast<float>(cosine);
@@ -265,6 +280,8 @@ core::Bands EnergyEvaluator::result_of(const core::Bands& memory) const noexcept
     const double azimuth = det::atan2(normal.x, 0 - normal.z) * kDegPerRad;
     at(out, EnergyBand::kAspect) =
         sine > 0 ? static_cast<float>(azimuth < 0 ? azimuth + 360 : azimuth) : core::kNoData;
+    at(out, EnergyBand::kSunHours) = gathered.sun_hours;
+    at(out, EnergyBand::kMaterial) = gathered.material;
     return out;
 }
 

@@ -76,10 +76,12 @@ enum class EnergyBand : std::uint8_t {
     kBeam,
     kDiffuse,
     kReflected,
-    kSlope,   ///< of the surface that the energy is of, degrees
-    kAspect,  ///< where it falls to, degrees clockwise from north; kNoData where it is level
+    kSlope,     ///< of the surface that the energy is of, degrees
+    kAspect,    ///< where it falls to, degrees clockwise from north; kNoData where it is level
+    kSunHours,  ///< for which the sun shines on the surface
+    kMaterial,  ///< of the voxel that is measured; has a value behind a hole, too
 };
-inline constexpr std::size_t kEnergyBands = 7;
+inline constexpr std::size_t kEnergyBands = 9;
 
 inline constexpr std::size_t kMaxBands = 16;
 static_assert(kTerrainBands <= kMaxBands && kSkyBands <= kMaxBands && kSunBands <= kMaxBands &&

@@ -61,7 +61,8 @@ public:
         const double kilohours = step.hours / kWattsPerKilowatt;
         m_energy.isotropic += sky.isotropic * kilohours;
         m_energy.horizon += sky.horizon * kilohours;
-        add(sky::Sun(step.sun, 0).direction(), light.beam * kilohours, sky.around_sun * kilohours);
+        add({sky::Sun(step.sun, 0).direction(), light.beam * kilohours, sky.around_sun * kilohours,
+             step.hours});
     }
     [[nodiscard]] Energy take() {
         for (auto& [_, bin] : m_found) {
@@ -72,16 +73,19 @@ public:
     }
 
 private:
-    void add(core::Vec3 to, double beam, double around_sun) {
+    void add(const LightDirection& light) {
         // Without light there is no mean direction either.
-        if (beam + around_sun <= 0)
+        const double weight = light.beam + light.around_sun;
+        if (weight <= 0)
             return;
-        const SunBins::Place place =
-            m_is_binned ? m_bins.place_of(to) : SunBins::Place{static_cast<int>(m_found.size()), 0};
+        const SunBins::Place place = m_is_binned
+                                         ? m_bins.place_of(light.to)
+                                         : SunBins::Place{static_cast<int>(m_found.size()), 0};
         LightDirection& bin = m_found[place];
-        bin.to = bin.to + to * (beam + around_sun);
-        bin.beam += beam;
-        bin.around_sun += around_sun;
+        bin.to = bin.to + light.to * weight;
+        bin.beam += light.beam;
+        bin.around_sun += light.around_sun;
+        bin.hours += light.hours;
         check_directions(m_found.size());
     }
 

@@ -13,6 +13,7 @@ struct LightDirection {
     core::Vec3 to;          ///< of unit length, y > 0
     double beam = 0;        ///< of the sun
     double around_sun = 0;  ///< of the sky near to the sun
+    double hours = 0;       ///< for which the sun shines from there
 };
 
 /// The light of a period: that of directions, and what the sky adds evenly (solar/sky_light.hpp).

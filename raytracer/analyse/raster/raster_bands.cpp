@@ -77,6 +77,8 @@ constexpr RasterBand kEnergyTable[] = {
     {"reflected", "kWh/m2", measured_at(core::EnergyBand::kReflected)},
     {"slope", "degree", measured_at(core::EnergyBand::kSlope)},
     {"aspect", "degree", measured_at(core::EnergyBand::kAspect)},
+    {"sun_hours", "h", measured_at(core::EnergyBand::kSunHours)},
+    {"material", "", measured_at(core::EnergyBand::kMaterial)},
     {"hole", "", measured_at(core::EnergyBand::kHole)},
 };
 constexpr RasterBand kSightTable[] = {

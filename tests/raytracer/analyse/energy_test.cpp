@@ -199,6 +199,10 @@ TEST_CASE("a cell whose light or neighbours are behind a hole has no energy",
         INFO(x);
         CHECK(raster.at(x, 10, EnergyBand::kHole) == 1);
         CHECK(raster.at(x, 10, EnergyBand::kTotal) == core::kNoData);
+        // Those that are themselves behind the hole have nothing at all.
+        const bool is_seen = x < 64;
+        CHECK(raster.at(x, 10, EnergyBand::kMaterial) ==
+              (is_seen ? static_cast<float>(Material::kGrass) : core::kNoData));
     }
 }
 
