@@ -1,11 +1,14 @@
 #!/usr/bin/env python3
 """Rasters of a synthetic survey: their form, their values, how they go on, and what is refused."""
 
+import contextlib
 import json
+import math
 import os
 import re
 import shutil
 import signal
+import sqlite3
 import subprocess
 import unittest
 
@@ -19,7 +22,8 @@ PERIOD = ["sun_hours", "sun_hours_per_day", "sun_share", "hole"]
 MONTHS = "january february march april may june july august september october november december"
 MONTHS = ["sun_hours", *MONTHS.split(), "hole"]
 YEAR = ["--from", "2026-01-01", "--to", "2026-12-31", "--step-min", "60", "--bin-deg", "8"]
-ENERGY = ["kwh_m2", "beam", "diffuse", "reflected", "slope", "aspect", "hole"]
+ENERGY = ["kwh_m2", "beam", "diffuse", "reflected", "slope", "aspect"]
+ENERGY += ["sun_hours", "material", "hole"]
 # With the laws of a zone, which workers do not look up.
 ZONE = ["--zone", "Europe/Ljubljana"]
 ZONED = [
@@ -49,6 +53,12 @@ def area():
 
 def area_flag():
     return ["--area", ",".join(str(number) for number in area())]
+
+
+def village():
+    """@return the flag of a part of the survey with many buildings"""
+    west, south = area()[0] - 60, area()[1] - 40
+    return ["--area", f"{west + 206},{south + 126},{west + 256},{south + 256}"]
 
 
 def observer(above=20):
@@ -309,6 +319,92 @@ class Rasters(Case):
         self.assertAlmostEqual(most, max(values), delta=0.001)
         self.assertAlmostEqual(mean, sum(values) / len(values), delta=0.001)
 
+    def objects(self, *flags):
+        """@return the objects of the energy of a year by id, and the file, next to its raster"""
+        folder = temporary_folder()
+        file = folder / "a.gpkg"
+        out = ["-o", folder / "a.tif", "--objects", file]
+        run = analyse("energy", square(), *YEAR, *flags, "--quiet", *out)
+        self.assertEqual((run.code, run.out, run.err), (0, "", ""), run)
+        self.assertEqual(entries(folder), ["a.gpkg", "a.tif"])
+        with contextlib.closing(sqlite3.connect(file)) as data:
+            data.row_factory = sqlite3.Row
+            rows = data.execute("SELECT * FROM objects ORDER BY id").fetchall()
+        return {row["id"]: dict(row) for row in rows}, file
+
+    def test_objects_are_the_connected_roofs_with_all_of_their_energy(self):
+        found, file = self.objects(*village())
+        energy = file.with_name("a.tif")
+        bands = {name: self.values(energy, i + 1) for i, name in enumerate(ENERGY)}
+        cells = {
+            (x, y)
+            for y, row in enumerate(bands["material"])
+            for x, material in enumerate(row)
+            if material in (8, 9, 10, 11, 12, 32)
+        }
+        self.assertGreater(len(cells), 300)
+        left = set(cells)
+        number = 0
+        for first in sorted(cells, key=lambda at: (at[1], at[0])):
+            if first not in left:
+                continue
+            number += 1
+            mine = [first]
+            left.remove(first)
+            for x, y in mine:
+                for at in ((x + 1, y), (x - 1, y), (x, y + 1), (x, y - 1)):
+                    if at in left:
+                        left.remove(at)
+                        mine.append(at)
+            surface = kwh = hours = 0
+            for x, y in mine:
+                part = 1 / math.cos(math.radians(bands["slope"][y][x]))
+                surface += part
+                kwh += part * bands["kwh_m2"][y][x]
+                hours += part * bands["sun_hours"][y][x]
+            one = found[number]
+            self.assertEqual((one["cells"], one["cells_without_value"]), (len(mine), 0))
+            self.assertEqual(one["area_m2"], len(mine))
+            self.assertAlmostEqual(one["surface_m2"] / surface, 1, places=5)
+            self.assertAlmostEqual(one["kwh"] / kwh, 1, places=5)
+            self.assertAlmostEqual(one["kwh_m2"] / (kwh / surface), 1, places=5)
+            self.assertAlmostEqual(one["sun_hours"] / (hours / surface), 1, places=5)
+            self.assertLessEqual(one["best_kwh"], one["kwh"] + 0.001)
+        self.assertEqual(number, len(found))
+        outlines = temporary_folder() / "a.geojson"
+        subprocess.run(["ogr2ogr", "-lco", "RFC7946=NO", outlines, file, "objects"], check=True)
+        shapes = json.loads(outlines.read_text(encoding="utf-8"))
+        self.assertIn("3794", shapes["crs"]["properties"]["name"])
+        for shape in shapes["features"]:
+            rings = shape["geometry"]["coordinates"]
+            twice = [sum(a[0] * b[1] - b[0] * a[1] for a, b in zip(r, r[1:])) for r in rings]
+            area_m2 = abs(twice[0]) / 2 - sum(abs(a) for a in twice[1:]) / 2
+            self.assertAlmostEqual(area_m2, shape["properties"]["area_m2"], places=3)
+        with contextlib.closing(sqlite3.connect(file)) as data:
+            style = data.execute("SELECT f_table_name, useAsDefault, styleQML FROM layer_styles")
+            table, is_default, qml = style.fetchone()
+        self.assertEqual((table, is_default), ("objects", 1))
+        self.assertIn("graduatedSymbol", qml)
+
+    def test_objects_are_the_same_for_any_threads_tiles_and_memory(self):
+        wanted, _ = self.objects(*village())
+        for flags in (["--threads", "1"], ["--tile", "32"], ["--memory-mib", "1", "--tile", "112"]):
+            self.assertEqual(self.objects(*village(), *flags)[0], wanted, flags)
+
+    def test_objects_of_polygons_are_those_cells(self):
+        west, south, _, _ = area()
+        ring = [(west + 10, south + 10), (west + 30, south + 10), (west + 30, south + 25)]
+        ring = [[*at] for at in [*ring, (west + 10, south + 25), ring[0]]]
+        crs = {"type": "name", "properties": {"name": "urn:ogc:def:crs:EPSG::3794"}}
+        geometry = {"type": "Polygon", "coordinates": [ring]}
+        feature = {"type": "Feature", "properties": {}, "geometry": geometry, "crs": crs}
+        file = temporary_folder() / "yard.geojson"
+        file.write_text(json.dumps(feature), encoding="utf-8")
+        found, _ = self.objects(*area_flag(), "--polygons", str(file), "--surface", "ground")
+        self.assertEqual(list(found), [1])
+        self.assertEqual((found[1]["cells"], found[1]["area_m2"]), (300, 300))
+        self.assertGreater(found[1]["kwh"], 300 * 200)
+
     def test_a_part_has_the_values_of_the_whole(self):
         west, south, east, north = area()
         part = temporary_folder() / "part.tif"
@@ -518,6 +614,26 @@ class Refusals(Case):
             "another model of the sky": (
                 ["energy", square(), "-o", "a.tif", "--diffuse", "hay"],
                 "perez, isotropic",
+            ),
+            "objects that are no GeoPackage": (
+                ["energy", square(), "-o", "a.tif", "--objects", "a.shp"],
+                "allowed: .gpkg",
+            ),
+            "objects on the ground": (
+                ["energy", square(), "-o", "a.tif", "--objects", "a.gpkg", "--surface", "ground"],
+                "--surface top, or --polygons",
+            ),
+            "polygons of nothing": (
+                ["energy", square(), "-o", "a.tif", "--polygons", "a.geojson"],
+                "--polygons without --objects",
+            ),
+            "polygons that are none": (
+                [
+                    *["energy", square(), "-o", "a.tif", "--objects", "a.gpkg"],
+                    *["--polygons", square()],
+                ],
+                "read the GeoJSON file",
+                1,
             ),
             "energy of a day and a period": (
                 ["energy", square(), "-o", "a.tif", *YEAR, "--date", "2026-01-01"],

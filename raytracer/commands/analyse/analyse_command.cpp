@@ -15,6 +15,7 @@
 #include "raytracer/analyse/raster/derived_bands.hpp"
 #include "raytracer/analyse/raster/raster.hpp"
 #include "raytracer/analyse/raster/sight_summary.hpp"
+#include "raytracer/commands/analyse/object_arguments.hpp"
 #include "raytracer/commands/analyse/observer_arguments.hpp"
 #include "raytracer/commands/analyse/report_arguments.hpp"
 #include "raytracer/commands/analyse/sun_arguments.hpp"
@@ -39,6 +40,7 @@ struct AnalyseArguments {
     std::string light = "315,45";
     analyse::ReliefOptions relief;
     ObserverArguments observers;
+    ObjectArguments objects;
     ReportArguments reports;
     bool as_json = false;
     SunArguments sun;
@@ -88,7 +90,8 @@ util::ExitCode report(const AnalyseArguments& args, const render::RenderStatisti
                       const util::StageTimes& times) {
     if (!args.quiet && !args.as_json) {
         render::print_statistics(statistics, times);
-        for (const std::string& file : {args.output, args.reports.map, args.reports.page})
+        for (const std::string& file :
+             {args.output, args.objects.file, args.reports.map, args.reports.page})
             if (!file.empty())
                 std::printf("wrote %s\n", file.c_str());
     }
@@ -137,6 +140,7 @@ util::ExitCode run_analyse(const AnalyseArguments& args, core::AnalysisKind kind
     selection.area = numbers_of("analyse", "--area", args.area, 4,
                                 "west,south,east,north, or x0,z0,x1,z1 in a world without a CRS");
     scene::Scene scene = scene_of(args, kind);
+    check_object_arguments(args.objects, scene);
     const render::RenderPoolOptions render_pool = args.render_pool.options(scene);
 
     const auto loaded = std::make_shared<render::LoadedWorld>(args.world.options(scene), scene);
@@ -147,6 +151,9 @@ util::ExitCode run_analyse(const AnalyseArguments& args, core::AnalysisKind kind
     const analyse::CellGrid grid =
         analyse::grid_over(world, exports::part_of(world, selection).bounds, args.resolution_m);
     analyse::look_at_cells(grid, world, scene);
+    std::optional<PlannedObjects> objects;
+    if (!args.objects.file.empty())
+        objects.emplace(args.objects, scene, grid, world);
     if (kind == core::AnalysisKind::kSight)
         scene.analysis.observers =
             analyse::place_observers(observers_of(args.observers, world), scene, loaded->blocks);
@@ -171,6 +178,8 @@ util::ExitCode run_analyse(const AnalyseArguments& args, core::AnalysisKind kind
         info.geo = analyse::placement_of(grid, world);
         analyse::write_raster(*cells, args.output, info,
                               thread::thread_count(scene.processing.threads.value_or(0)));
+        if (objects)
+            objects->write(*cells, signals.token());
         const Reported what{world,
                             scene,
                             grid,
@@ -285,6 +294,8 @@ std::function<util::ExitCode()> add_analyse_command(CLI::App& app) {
             add_relief_options(*kind.command, kind.args);
         if (kind.kind == AnalysisKind::kSun)
             add_sun_options(*kind.command, kind.args.sun);
+        if (kind.kind == AnalysisKind::kEnergy)
+            add_object_options(*kind.command, kind.args.objects);
         if (kind.kind == AnalysisKind::kSight)
             add_sight_options(*kind.command, kind.args);
     }

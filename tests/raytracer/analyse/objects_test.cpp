@@ -1,0 +1,302 @@
+#include "raytracer/analyse/objects/objects.hpp"
+
+#include <cmath>
+#include <fstream>
+#include <functional>
+#include <map>
+#include <memory>
+#include <random>
+#include <string>
+
+#include "common/geo/crs.hpp"
+#include "common/util/error.hpp"
+#include "common/voxel/material.hpp"
+#include "raytracer/analyse/objects/connected_cells.hpp"
+#include "raytracer/analyse/objects/qgis_style.hpp"
+#include "tests/catch.hpp"
+#include "tests/common/temporary_folder.hpp"
+
+using namespace terravox;
+using terravox::test::TemporaryFolder;
+using voxel::Material;
+
+namespace {
+
+using Grid = std::vector<std::vector<int>>;
+
+analyse::EnergyCell cell(float kwh_m2, float slope_deg, float aspect_deg) {
+    return {kwh_m2, 100, slope_deg, aspect_deg};
+}
+
+/// A raster of energies: a cell belongs to a building where the grid is above 0; 2: it has no value
+/// there. Its energy is 1 and more from the north-west on.
+std::unique_ptr<analyse::CellFile> raster_of(const TemporaryFolder& folder, const Grid& grid,
+                                             int tile_px = 16) {
+    const int columns = static_cast<int>(grid.front().size());
+    const int rows = static_cast<int>(grid.size());
+    auto out = std::make_unique<analyse::CellFile>(
+        folder.path() / "a.tif", core::AnalysisKind::kEnergy, columns, rows, tile_px);
+    const analyse::CellRectangle all{0, 0, columns, rows};
+    const auto write = [&](const char* band, const auto& value_at) {
+        std::vector<float> values;
+        for (int y = 0; y < rows; ++y)
+            for (int x = 0; x < columns; ++x)
+                values.push_back(static_cast<float>(
+                    value_at(grid[static_cast<std::size_t>(y)][static_cast<std::size_t>(x)],
+                             y * columns + x)));
+        out->write(analyse::band_number(core::AnalysisKind::kEnergy, band), all, values);
+    };
+    const auto value = [](float number) {
+        return [number](int kind, int) { return kind == 2 ? core::kNoData : number; };
+    };
+    write("kwh_m2", [](int kind, int i) { return kind == 2 ? core::kNoData : 1.0F + i * 0.1F; });
+    write("sun_hours", value(1000));
+    write("slope", value(60));
+    write("aspect", value(180));
+    write("material", [](int kind, int) {
+        return static_cast<float>(kind > 0 ? Material::kGreyRoof : Material::kGrass);
+    });
+    return out;
+}
+
+/// Numbers of connected cells by filling one after the other; 0: none.
+Grid filled(const Grid& grid) {
+    Grid out(grid.size(), std::vector<int>(grid.front().size(), 0));
+    int number = 0;
+    const std::function<void(std::size_t, std::size_t)> fill = [&](std::size_t y, std::size_t x) {
+        if (y >= grid.size() || x >= grid.front().size() || grid[y][x] == 0 || out[y][x] != 0)
+            return;
+        out[y][x] = number;
+        fill(y + 1, x);
+        fill(y - 1, x);
+        fill(y, x + 1);
+        fill(y, x - 1);
+    };
+    for (std::size_t y = 0; y < grid.size(); ++y)
+        for (std::size_t x = 0; x < grid.front().size(); ++x)
+            if (grid[y][x] != 0 && out[y][x] == 0) {
+                ++number;
+                fill(y, x);
+            }
+    return out;
+}
+
+Grid numbers_of(analyse::ConnectedCells& found) {
+    Grid out;
+    found.each_row([&](int, const std::vector<std::int32_t>& numbers) {
+        out.emplace_back(numbers.begin(), numbers.end());
+    });
+    return out;
+}
+
+Grid random_grid(std::uint32_t seed) {
+    std::mt19937 random(seed);
+    Grid out(5 + random() % 40, std::vector<int>(3 + random() % 60));
+    const std::uint32_t share = 20 + random() % 70;
+    for (auto& row : out)
+        for (int& value : row)
+            value = random() % 100 < share ? 1 + static_cast<int>(random() % 8 == 0) : 0;
+    return out;
+}
+
+output::GeoPlacement placement() {
+    return {{462000, 2, 0, 101000, 0, -2}, geo::Crs::from_text("EPSG:3794").wkt()};
+}
+
+std::filesystem::path geojson(const TemporaryFolder& folder, const std::string& geometries,
+                              const std::string& crs = "EPSG:3794") {
+    const auto file = folder.path() / "polygons.geojson";
+    std::ofstream(file) << R"({"type":"FeatureCollection","crs":{"type":"name","properties":)"
+                        << R"({"name":")" << crs << R"("}},"features":[)" << geometries << "]}";
+    return file;
+}
+std::string polygon(const std::string& rings, const char* type = "Polygon") {
+    return R"({"type":"Feature","properties":{},"geometry":{"type":")" + std::string(type) +
+           R"(","coordinates":)" + rings + "}}";
+}
+
+}  // namespace
+
+TEST_CASE("an object's area and energy are along its slopes", "[raytracer][analyse]") {
+    analyse::ObjectSums sums;
+    // 60 degrees: twice as much surface as on the map.
+    sums.add(cell(1000, 60, 170), 4);
+    sums.add(cell(1000, 60, 190), 4);
+    sums.add(cell(500, 0, core::kNoData), 4);
+    sums.add(cell(400, 60, 350), 4);
+    sums.add(cell(core::kNoData, core::kNoData, core::kNoData), 4);
+    const analyse::ObjectFacts facts = analyse::facts_of(sums, 4);
+    CHECK(facts.cells == 5);
+    CHECK(facts.cells_without_value == 1);
+    CHECK(facts.area_m2 == 20);
+    CHECK(facts.surface_m2 == Approx(3 * 8 + 4));
+    CHECK(facts.kwh == Approx(16 * 1000 + 4 * 500 + 8 * 400));
+    CHECK(facts.kwh_m2() == Approx(facts.kwh / 28));
+    CHECK(facts.sun_hours == Approx(100));
+    CHECK(facts.best == analyse::Facing::kSouth);
+    CHECK(facts.best_azimuth_deg == Approx(180));
+    CHECK(facts.best_slope_deg == Approx(60).margin(0.5));
+    CHECK(facts.best_surface_m2 == Approx(16));
+    CHECK(facts.best_kwh == Approx(16000));
+    analyse::ObjectSums none;
+    none.add(cell(core::kNoData, 0, 0), 4);
+    CHECK_FALSE(analyse::facts_of(none, 4).has_values());
+}
+
+TEST_CASE("faces are eight directions and flat", "[raytracer][analyse]") {
+    using analyse::Facing;
+    CHECK(analyse::facing_of(30, 0) == Facing::kNorth);
+    CHECK(analyse::facing_of(30, 359) == Facing::kNorth);
+    CHECK(analyse::facing_of(30, 22.4F) == Facing::kNorth);
+    CHECK(analyse::facing_of(30, 22.6F) == Facing::kNorthEast);
+    CHECK(analyse::facing_of(30, 180) == Facing::kSouth);
+    CHECK(analyse::facing_of(30, 270) == Facing::kWest);
+    CHECK(analyse::facing_of(4.9F, 270) == Facing::kFlat);
+    CHECK(analyse::facing_of(0, core::kNoData) == Facing::kFlat);
+    CHECK(std::string(analyse::name_of(Facing::kSouthWest)) == "SW");
+}
+
+TEST_CASE("connected cells are those that a fill finds, and lose no energy",
+          "[raytracer][analyse]") {
+    for (std::uint32_t seed = 1; seed <= 60; ++seed) {
+        INFO("seed " << seed);
+        const Grid grid = random_grid(seed);
+        const TemporaryFolder folder;
+        const auto cells = raster_of(folder, grid);
+        analyse::ConnectedCells found(*cells, 4, {});
+        const Grid expected = filled(grid);
+        REQUIRE(numbers_of(found) == expected);
+        std::map<int, double> kwh;
+        std::map<int, std::uint64_t> without_value;
+        const auto columns = grid.front().size();
+        for (std::size_t y = 0; y < grid.size(); ++y)
+            for (std::size_t x = 0; x < columns; ++x) {
+                const auto i = static_cast<float>(y * columns + x);
+                without_value[expected[y][x]] += grid[y][x] == 2 ? 1 : 0;
+                kwh[expected[y][x]] +=
+                    grid[y][x] == 1 ? 8 * static_cast<double>(1.0F + i * 0.1F) : 0;
+            }
+        for (std::size_t i = 0; i < found.facts().size(); ++i) {
+            REQUIRE(found.facts()[i].kwh == Approx(kwh[static_cast<int>(i) + 1]));
+            REQUIRE(found.facts()[i].cells_without_value == without_value[static_cast<int>(i) + 1]);
+        }
+        // Another size of blocks, the same bits.
+        const TemporaryFolder other;
+        const auto again = raster_of(other, grid, 48);
+        const analyse::ConnectedCells same(*again, 4, {});
+        REQUIRE(same.facts().size() == found.facts().size());
+        for (std::size_t i = 0; i < found.facts().size(); ++i)
+            REQUIRE(same.facts()[i].kwh == found.facts()[i].kwh);
+    }
+}
+
+TEST_CASE("polygons count the cells whose middles they hold", "[raytracer][analyse]") {
+    const TemporaryFolder folder;
+    const auto cells = raster_of(folder, Grid(10, std::vector<int>(12, 1)));
+    // In cells: 2 to 6 from the west, 1 to 4 from the north, without one cell; and two parts, of
+    // which one reaches beyond the raster.
+    const auto file = geojson(
+        folder, polygon("[[[462004,100998],[462012,100998],[462012,100992],[462004,100992],"
+                        "[462004,100998]],[[462006,100996],[462006,100994],[462008,100994],"
+                        "[462008,100996],[462006,100996]]]") +
+                    "," +
+                    polygon("[[[[461998,101000],[462002,101000],[462002,100998],[461998,100998],"
+                            "[461998,101000]]],[[[462020,100984],[462024,100984],[462024,100982],"
+                            "[462020,100982],[462020,100984]]]]",
+                            "MultiPolygon"));
+    const auto polygons = analyse::read_polygons(file, placement(), 12, 10);
+    REQUIRE(polygons.size() == 2);
+    const auto facts = analyse::facts_of(*cells, polygons, 4, {});
+    CHECK(facts[0].cells == 4 * 3 - 1);
+    CHECK(facts[0].area_m2 == 44);
+    CHECK(facts[0].cells_without_value == 0);
+    double kwh = 0;
+    for (int y = 1; y < 4; ++y)
+        for (int x = 2; x < 6; ++x)
+            kwh += y == 2 && x == 3 ? 0 : 8 * (1 + (y * 12 + x) * 0.1);
+    CHECK(facts[0].kwh == Approx(kwh));
+    CHECK(facts[1].cells == 2 + 2);
+    CHECK(facts[1].cells_without_value == 1);
+}
+
+TEST_CASE("polygons of longitude and latitude are transformed", "[raytracer][analyse]") {
+    const TemporaryFolder folder;
+    const geo::Crs crs = geo::Crs::from_text("EPSG:3794");
+    std::string ring;
+    for (const auto& [x, y] : {std::pair{462004.0, 100998.0},
+                               {462012.0, 100998.0},
+                               {462012.0, 100992.0},
+                               {462004.0, 100992.0},
+                               {462004.0, 100998.0}}) {
+        const geo::LatLon at = geo::to_lat_lon(crs, x, y);
+        char text[80];
+        std::snprintf(text, sizeof text, "%s[%.10f,%.10f]", ring.empty() ? "" : ",", at.lon_deg,
+                      at.lat_deg);
+        ring += text;
+    }
+    const auto file = geojson(folder, polygon("[[" + ring + "]]"), "OGC:CRS84");
+    const auto polygons = analyse::read_polygons(file, placement(), 12, 10);
+    CHECK(polygons[0].parts[0].min()[0] == Approx(2).margin(1e-3));
+    CHECK(polygons[0].parts[0].max()[1] == Approx(4).margin(1e-3));
+}
+
+TEST_CASE("what is no valid polygon is refused", "[raytracer][analyse]") {
+    const TemporaryFolder folder;
+    struct Wrong {
+        const char* name;
+        std::string feature;
+        const char* says;
+    };
+    const Wrong wrong[] = {
+        {"a bow",
+         polygon("[[[462000,100990],[462010,100980],[462010,100990],[462000,100980],"
+                 "[462000,100990]]]"),
+         "feature 0 is not valid"},
+        {"open", polygon("[[[462000,100990],[462010,100980],[462010,100990],[462000,100980]]]"),
+         "not closed"},
+        {"a point", polygon("[462000,100990]", "Point"), "no polygon"},
+        {"nothing", "", "holds none"},
+        {"parts that overlap",
+         polygon("[[[[462000,100990],[462010,100990],[462010,100980],[462000,100990]]],"
+                 "[[[462000,100990],[462010,100990],[462010,100980],[462000,100990]]]]",
+                 "MultiPolygon"),
+         "not valid"},
+        {"elsewhere", polygon("[[[1,1],[9,1],[9,9],[1,1]]]"), "none of them meets"},
+    };
+    for (const Wrong& one : wrong) {
+        INFO(one.name);
+        const auto file = geojson(folder, one.feature);
+        CHECK_THROWS_WITH(analyse::read_polygons(file, placement(), 12, 10),
+                          test::contains(one.says) && test::contains("polygons.geojson"));
+    }
+}
+
+TEST_CASE("a file of objects appears when it is complete, and a stop leaves nothing",
+          "[raytracer][analyse]") {
+    const TemporaryFolder folder;
+    const auto cells = raster_of(folder, random_grid(5));
+    const auto out = folder.path() / "a.gpkg";
+    std::stop_source stop;
+    stop.request_stop();
+    CHECK_THROWS_WITH(
+        analyse::write_objects(*cells, out, {placement(), ""}, {}, 4, stop.get_token()),
+        "interrupted");
+    CHECK_FALSE(std::filesystem::exists(out));
+    CHECK(analyse::write_objects(*cells, out, {placement(), ""}, {}, 4, {}) > 3);
+    CHECK(std::filesystem::exists(out));
+    CHECK_THROWS_AS(analyse::check_object_target("a.shp"), util::UsageError);
+}
+
+TEST_CASE("a style has steps from the least to the most energy", "[raytracer][analyse]") {
+    std::vector<analyse::ObjectFacts> objects(3);
+    for (std::size_t i = 0; i < objects.size(); ++i) {
+        objects[i].cells = 1;
+        objects[i].surface_m2 = 2;
+        objects[i].kwh = 2 * (800.0 + 300 * static_cast<double>(i));
+    }
+    objects.push_back({.cells = 1, .cells_without_value = 1});
+    const std::string style = analyse::qgis_style(objects);
+    CHECK(style.find("lower=\"800.000000\"") != std::string::npos);
+    CHECK(style.find("upper=\"1400.000000\"") != std::string::npos);
+    CHECK(analyse::qgis_style({}).find("lower=\"0.000000\"") != std::string::npos);
+}
