@@ -139,7 +139,10 @@ struct Scene {
         std::string linke = "3";        ///< turbidity of the air: one number, or twelve by month
         std::string diffuse = "perez";  ///< model of the sky's light; or isotropic
         double albedo = 0.2;            ///< share of light that the surroundings reflect
-        PointList observers;            ///< of kind sight
+        /// Light of a period (solar/light_list.hpp) instead of that of a clear sky; empty: none.
+        /// The command sums it up of a weather file, so that workers need no file.
+        std::string light;
+        PointList observers;    ///< of kind sight
         double target_m = 0;    ///< of kind sight: height above the surface that is looked for
         bool curvature = true;  ///< of kind sight: the Earth's, lessened by the air's refraction
         /// Its coefficient: the Earth's radius to that of a ray of light.

@@ -262,6 +262,9 @@ void visit_fields(SceneType& s, Visit&& visit) {
                     "--diffuse"});
     visit("analysis.albedo", s.analysis.albedo,
           FieldRule{"share of light that the surroundings reflect", 0, 1, {}, "--albedo"});
+    visit("analysis.light", s.analysis.light,
+          FieldRule{"light of a period, summed up of a weather file, instead of a sky without "
+                    "clouds; workers get it"});
     visit("analysis.observers", s.analysis.observers,
           FieldRule{"of sight: points that look, x,y,z;... in voxels"});
     visit("analysis.target_m", s.analysis.target_m,

@@ -30,10 +30,11 @@ struct Energy {
 /// Heights of sky directions below which they belong to the horizon, as sine.
 inline constexpr double kHorizonSine = 0.15;
 
-/// The light of a scene's analysis. A pure function of its arguments on every machine.
-/// @param place nullptr: unknown
+/// The light of a scene's analysis: analysis.light, or else that of a sky without clouds. A pure
+/// function of its arguments on every machine.
+/// @param place nullptr: unknown; needed without analysis.light
 /// @param height_m of the place above the sea
-/// @throws UsageError as sun_way_of(); for turbidities that are none
+/// @throws UsageError as sun_way_of() and light_of(); for turbidities that are none
 [[nodiscard]] Energy energy_of(const scene::Scene& scene, const geo::LatLon* place,
                                double height_m);
 

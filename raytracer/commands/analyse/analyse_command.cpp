@@ -19,6 +19,7 @@
 #include "raytracer/commands/analyse/observer_arguments.hpp"
 #include "raytracer/commands/analyse/report_arguments.hpp"
 #include "raytracer/commands/analyse/sun_arguments.hpp"
+#include "raytracer/commands/analyse/weather_arguments.hpp"
 #include "raytracer/commands/number_list.hpp"
 #include "raytracer/commands/render_pool_arguments.hpp"
 #include "raytracer/commands/world_arguments.hpp"
@@ -44,6 +45,7 @@ struct AnalyseArguments {
     ReportArguments reports;
     bool as_json = false;
     SunArguments sun;
+    std::string weather;
     bool resume = false;
     bool quiet = false;
 };
@@ -141,6 +143,7 @@ util::ExitCode run_analyse(const AnalyseArguments& args, core::AnalysisKind kind
                                 "west,south,east,north, or x0,z0,x1,z1 in a world without a CRS");
     scene::Scene scene = scene_of(args, kind);
     check_object_arguments(args.objects, scene);
+    const std::optional<solar::WeatherFile> weather = read_weather(args.weather, args.world);
     const render::RenderPoolOptions render_pool = args.render_pool.options(scene);
 
     const auto loaded = std::make_shared<render::LoadedWorld>(args.world.options(scene), scene);
@@ -148,6 +151,8 @@ util::ExitCode run_analyse(const AnalyseArguments& args, core::AnalysisKind kind
     if ((core::needs_sun_way(kind) || kind == core::AnalysisKind::kEnergy) && !world.centre)
         throw util::UsageError("analyse " + std::string(core::word_of(kind)) + ": '" + world.title +
                                "' has no place on Earth; allowed: worlds with a CRS");
+    if (weather)
+        use_weather(*weather, world, scene);
     const analyse::CellGrid grid =
         analyse::grid_over(world, exports::part_of(world, selection).bounds, args.resolution_m);
     analyse::look_at_cells(grid, world, scene);
@@ -185,6 +190,7 @@ util::ExitCode run_analyse(const AnalyseArguments& args, core::AnalysisKind kind
                             grid,
                             own_fields(scene.analysis.kind),
                             args.world.additions,
+                            args.weather,
                             statistics.counts.holes.size()};
         write_reports(args.reports, *cells, what, signals.token());
     };
@@ -294,8 +300,10 @@ std::function<util::ExitCode()> add_analyse_command(CLI::App& app) {
             add_relief_options(*kind.command, kind.args);
         if (kind.kind == AnalysisKind::kSun)
             add_sun_options(*kind.command, kind.args.sun);
-        if (kind.kind == AnalysisKind::kEnergy)
+        if (kind.kind == AnalysisKind::kEnergy) {
+            add_weather_option(*kind.command, kind.args.weather);
             add_object_options(*kind.command, kind.args.objects);
+        }
         if (kind.kind == AnalysisKind::kSight)
             add_sight_options(*kind.command, kind.args);
     }

@@ -29,6 +29,10 @@ analyse::ReportFacts facts_of(const Reported& what) {
     const auto& analysis = what.scene.analysis;
     if (analysis.kind == core::AnalysisKind::kSight)
         facts.settings.emplace_back("observers", std::to_string(analysis.observers.points.size()));
+    if (!what.weather.empty()) {
+        std::erase_if(facts.settings, [](const auto& one) { return one.first == "linke"; });
+        facts.settings.emplace_back("weather", what.weather);
+    }
     for (const std::string& text : what.additions)
         facts.settings.emplace_back("added", text);
     return facts;

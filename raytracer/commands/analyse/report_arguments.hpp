@@ -35,6 +35,7 @@ struct Reported {
     /// Paths of the scene's fields that the analysis has options for.
     std::vector<std::string> fields;
     std::vector<std::string> additions;  ///< planned objects, as they were given
+    std::string weather;                 ///< file instead of a clear sky; empty: none
     std::size_t missing_boxes = 0;
 };
 

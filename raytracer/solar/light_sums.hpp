@@ -1,0 +1,40 @@
+#pragma once
+
+#include <map>
+
+#include "raytracer/solar/clear_sky.hpp"
+#include "raytracer/solar/energy.hpp"
+#include "raytracer/solar/sun_bins.hpp"
+#include "raytracer/solar/sun_steps.hpp"
+
+namespace terravox::solar {
+
+/// Day of the year of a clock time, from 1.
+[[nodiscard]] int day_number(const geo::DateTime& clock) noexcept;
+
+/// Adds up the light of the steps of a period, by the bins of a scene's analysis.
+class LightSums {
+public:
+    /// @throws UsageError as SunBins
+    LightSums(const scene::Scene& scene, const geo::LatLon& place);
+
+    /// Adds the light of a step.
+    /// @param shines_h hours of it that count as sunshine
+    /// @throws UsageError as check_directions()
+    void add(const SunStep& step, const Irradiance& light, double shines_h);
+    /// Adds light of the sky that comes evenly, kWh/m2 on a level surface.
+    void add_even(double kwh_m2) noexcept { m_energy.isotropic += kwh_m2; }
+    /// The sums, without the directions of the sky.
+    [[nodiscard]] Energy take();
+
+private:
+    void add(const LightDirection& light);
+
+    const bool m_is_perez;
+    const bool m_is_binned;
+    const SunBins m_bins;
+    std::map<SunBins::Place, LightDirection> m_found;
+    Energy m_energy;
+};
+
+}  // namespace terravox::solar
