@@ -48,6 +48,8 @@ build_geo() {
     done
     fetch_debian_sources "$GEO_DIR/sources" gdal proj
     build_geo_part proj "$GEO_DIR"/sources/proj-* -DENABLE_TIFF=OFF -DENABLE_CURL=OFF
+    # CMake's list names two files of other makers, which Debian leaves out of the sources.
+    touch "$GEO_DIR"/sources/gdal-*/data/{cubewerx_extra,ecw_cs}.wkt
     build_geo_part gdal "$GEO_DIR"/sources/gdal-* "${drivers[@]}" \
         -DGDAL_BUILD_OPTIONAL_DRIVERS=OFF -DOGR_BUILD_OPTIONAL_DRIVERS=OFF \
         -DGDAL_USE_EXTERNAL_LIBS=OFF -DGDAL_USE_INTERNAL_LIBS=ON -DGDAL_USE_OPENJPEG=ON \

@@ -545,9 +545,10 @@ class Window(Case):
         port = hold_port()
         server = Server(survey(), port=port)
         self.addCleanup(lambda: server.process.poll() is None and server.kill())
-        program = self.preview(
-            server.url, "--samples", "1", "--processing-box-timeout-s", "1", "--memory-mib", "1"
-        )
+        # A busy server takes seconds for a box, and what it is late with would stay a hole; one that
+        # is gone is asked again for as long.
+        timeout = ["--processing-box-timeout-s", "20"]
+        program = self.preview(server.url, "--samples", "1", *timeout, "--memory-mib", "1")
         server.kill()
         with self.desktop.held("Left"):
             program.saw("hole at box")
