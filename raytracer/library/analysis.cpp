@@ -13,20 +13,25 @@
 #include "raytracer/library/guarded.hpp"
 #include "raytracer/library/local_render.hpp"
 #include "raytracer/shade/view_maker.hpp"
+#include "raytracer/solar/use_weather.hpp"
+#include "raytracer/solar/weather_file.hpp"
 
 namespace terravox {
 namespace {
 
 core::AnalysisKind kind_of(const std::string& name, const scene::Scene& scene) {
-    for (const auto kind : {core::AnalysisKind::kTerrain, core::AnalysisKind::kSky,
-                            core::AnalysisKind::kEnergy, core::AnalysisKind::kSight})
-        if (name == core::word_of(kind))
-            return kind;
-    if (name != core::word_of(core::AnalysisKind::kSun))
-        throw util::UsageError("analyse: kind '" + name +
-                               "'; allowed: terrain, sky, sun, energy, sight");
-    const bool has_period = !scene.analysis.from.empty() || !scene.analysis.to.empty();
-    return has_period ? core::AnalysisKind::kSunPeriod : core::AnalysisKind::kSun;
+    std::string allowed;
+    for (const auto& word : core::kAnalysisKinds) {
+        if (word.value == core::AnalysisKind::kNone)
+            continue;
+        const bool has_period = !scene.analysis.from.empty() || !scene.analysis.to.empty();
+        if (name == word.text)
+            return word.value == core::AnalysisKind::kSun && has_period
+                       ? core::AnalysisKind::kSunPeriod
+                       : word.value;
+        allowed += (allowed.empty() ? "" : ", ") + std::string(word.text);
+    }
+    throw util::UsageError("analyse: kind '" + name + "'; allowed: " + allowed);
 }
 
 scene::Scene analysis_scene(const AnalysisOptions& options) {
@@ -97,6 +102,12 @@ Raster World::analyse(const AnalysisOptions& options, const Control& control) co
         if (kind == core::AnalysisKind::kSight)
             scene.analysis.observers = analyse::place_observers(
                 observers_of(options, m_state->frame), scene, m_state->blocks);
+        if (!options.weather.empty()) {
+            if (kind != core::AnalysisKind::kEnergy)
+                throw util::UsageError("analyse " + options.kind +
+                                       ": weather; allowed: for energy alone");
+            solar::use_weather(solar::read_weather(options.weather), *world.centre, scene);
+        }
         const shade::View view = shade::make_view(scene, m_state->blocks);
         const TemporaryFolder folder = TemporaryFolder::make();
         analyse::CellFile cells(folder.path() / "cells.tif", kind, grid.columns, grid.rows,

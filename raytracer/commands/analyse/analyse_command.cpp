@@ -24,6 +24,7 @@
 #include "raytracer/commands/render_pool_arguments.hpp"
 #include "raytracer/commands/world_arguments.hpp"
 #include "raytracer/render/picture_renderer.hpp"
+#include "raytracer/solar/use_weather.hpp"
 #include "voxelserver/export/core/part.hpp"
 
 namespace terravox::commands {
@@ -152,7 +153,7 @@ util::ExitCode run_analyse(const AnalyseArguments& args, core::AnalysisKind kind
         throw util::UsageError("analyse " + std::string(core::word_of(kind)) + ": '" + world.title +
                                "' has no place on Earth; allowed: worlds with a CRS");
     if (weather)
-        use_weather(*weather, world, scene);
+        solar::use_weather(*weather, *world.centre, scene);
     const analyse::CellGrid grid =
         analyse::grid_over(world, exports::part_of(world, selection).bounds, args.resolution_m);
     analyse::look_at_cells(grid, world, scene);

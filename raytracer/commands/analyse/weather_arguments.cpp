@@ -1,31 +1,12 @@
 #include "raytracer/commands/analyse/weather_arguments.hpp"
 
-#include <algorithm>
 #include <CLI/CLI.hpp>
-#include <cmath>
 
-#include "common/util/det_math.hpp"
+#include <algorithm>
+
 #include "common/util/error.hpp"
-#include "common/util/log.hpp"
-#include "raytracer/solar/light_list.hpp"
-#include "raytracer/solar/weather_light.hpp"
 
 namespace terravox::commands {
-namespace {
-
-/// Along a great circle.
-double distance_km(const geo::LatLon& a, const geo::LatLon& b) {
-    constexpr double kRad = det::kPi / 180;
-    constexpr double kEarth_km = 6371;
-    const double north = std::sin((b.lat_deg - a.lat_deg) * kRad / 2);
-    const double east = std::sin((b.lon_deg - a.lon_deg) * kRad / 2);
-    const double part =
-        north * north + std::cos(a.lat_deg * kRad) * std::cos(b.lat_deg * kRad) * east * east;
-    return 2 * kEarth_km * std::asin(std::sqrt(std::min(part, 1.0)));
-}
-
-}  // namespace
-
 void add_weather_option(CLI::App& command, std::string& file) {
     command.add_option("--weather", file,
                        "EPW file: light of a year's hours by its weather, instead of a sky without "
@@ -43,24 +24,6 @@ std::optional<solar::WeatherFile> read_weather(const std::string& file,
         throw util::UsageError(
             "analyse energy: --weather together with --linke; allowed: one of them");
     return solar::read_weather(file);
-}
-
-void use_weather(const solar::WeatherFile& weather, const voxel::WorldInfo& world,
-                 scene::Scene& scene) {
-    constexpr double kFar_km = 50;
-    const double far_km = distance_km(weather.place, *world.centre);
-    if (far_km > kFar_km)
-        util::log_warn(
-            "the weather is that of {}, {:.0f} km from the data; up to {:.0f} km is near",
-            weather.name, far_km, kFar_km);
-    const solar::WeatherLight light = solar::weather_light(scene, *world.centre, weather);
-    constexpr double kTolerance = 0.1;
-    if (std::abs(light.level - light.global) > kTolerance * light.global)
-        util::log_warn(
-            "light of the weather file does not fit the sun: direct and diffuse light are {:.1f} "
-            "kWh/m2 on level ground, global light is {:.1f}; is its time zone right?",
-            light.level, light.global);
-    scene.analysis.light = solar::text_of(light.energy);
 }
 
 }  // namespace terravox::commands

@@ -24,11 +24,4 @@ void add_weather_option(CLI::App& command, std::string& file);
 [[nodiscard]] std::optional<solar::WeatherFile> read_weather(const std::string& file,
                                                              const WorldArguments& world);
 
-/// Puts the light of a weather file into a scene. Warns where the file is of a place far away, and
-/// where its light does not fit the sun.
-/// @param world with a place
-/// @throws UsageError as solar::weather_light() and solar::text_of()
-void use_weather(const solar::WeatherFile& weather, const voxel::WorldInfo& world,
-                 scene::Scene& scene);
-
 }  // namespace terravox::commands

@@ -37,12 +37,15 @@ struct OpenOptions {
 
 /// What `terravox analyse KIND` measures.
 struct AnalysisOptions {
-    std::string kind;                    ///< terrain, sky, sun, energy or sight
+    /// terrain, sky, sun (of a day, or of a period with analysis.from and analysis.to), sun-months
+    /// (of a period), shadow (at sun.time_h), energy or sight
+    std::string kind;
     std::optional<MapBounds> area;       ///< its heights are ignored; nullopt: all
     std::optional<double> resolution_m;  ///< edge of a cell; nullopt: that of a voxel
     std::optional<int> level;  ///< nullopt: the coarsest whose voxels are no larger than a cell
     /// Of kind sight: easting, northing, height of those who look, map coordinates.
     std::vector<std::array<double, 3>> observers;
+    std::string weather;  ///< of kind energy: an EPW file; empty: a clear sky
     /// Fields of a scene: {"sun.date", "2026-06-21"}, {"analysis.from", ...}, ...
     SceneText scene;
     int threads = 0;  ///< 0: one for each core

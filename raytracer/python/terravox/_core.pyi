@@ -81,6 +81,7 @@ class World:
         resolution_m: float | None,
         level: int | None,
         observers: Sequence[Sequence[float]],
+        weather: str,
         toml: str,
         fields: _Fields,
         threads: int,

@@ -211,6 +211,7 @@ class World:
         *,
         level: int | None = None,
         observers: Iterable[Sequence[float]] = (),
+        weather: Path = "",
         scene: SceneLike = None,
         fields: Mapping[str, Any] | None = None,
         threads: int = 0,
@@ -218,10 +219,12 @@ class World:
     ) -> xr.Dataset:
         """Measure the world on a grid of cells, as `terravox analyse` does.
 
-        :param kind: terrain, sky, sun, energy or sight
+        :param kind: terrain, sky, sun (of a day, or of a period by the fields analysis.from and
+            analysis.to), sun-months (of a period), shadow (at sun.time_h), energy or sight
         :param resolution: edge of a cell, metres; None: that of a voxel
         :param level: of the voxels; None: the coarsest that are no larger than a cell
         :param observers: of kind sight: easting, northing and height of those who look
+        :param weather: of kind energy: an EPW file; "": a clear sky
         :param fields: of a scene, {"sun.date": "2026-06-21", "sun.zone": "Europe/Ljubljana"}
         :returns: a variable for each band; `attrs["holes"]` counts the boxes that could not be
             read, whose cells have no values
@@ -232,6 +235,7 @@ class World:
             resolution,
             level,
             [[float(one) for one in at] for at in observers],
+            os.fspath(weather),
             toml_of(scene),
             field_list(fields or {}),
             threads,

@@ -181,6 +181,11 @@ class Values(unittest.TestCase):
         sun = village().analyse("sun", resolution=8, fields={"sun.date": "2026-03-20"})
         self.assertGreater(float(sun.sun_hours.max()), 9)
         self.assertLess(float(sun.sun_hours.max()), 12.5)
+        shadow = village().analyse("shadow", resolution=8, fields={"sun.time_h": 12})
+        measured = shadow.sunlit.values[np.isfinite(shadow.sunlit.values)]
+        self.assertEqual(set(measured.tolist()), {0.0, 1.0})
+        energy = village().analyse("energy", resolution=16, fields={"sun.date": "2026-06-21"})
+        self.assertGreater(float(energy.kwh_m2.max()), 5)
         seen = village().analyse(
             "sight", resolution=8, observers=[(*(sum(p) / 2 for p in bounds_pairs()), 900)]
         )
@@ -231,6 +236,7 @@ class Errors(unittest.TestCase):
         self.refused(lambda: world.render({"camera": {"fow": 3}}), "unknown field 'camera.fow'")
         self.refused(lambda: world.render(fields={"camera.fov_deg": 500}), "500")
         self.refused(lambda: world.analyse("gravity"), "gravity", "terrain")
+        self.refused(lambda: world.analyse("sun", weather="a.epw"), "for energy alone")
         self.refused(lambda: world.cast((0, 0, 0), (0, 0, 0)), "no direction")
         self.refused(lambda: world.cast((0, 0, math.nan), (0, 0, 1)), "endless number")
         self.refused(lambda: world.cast([[1, 2]], (0, 0, 1)), "n x 3")
