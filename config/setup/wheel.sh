@@ -3,13 +3,14 @@
 
 WHEEL_TOOLS=$ROOT/build/deps/wheel-tools
 WHEEL_REQUIREMENTS=$ROOT/config/setup/python/wheel.txt
-# GDAL and PROJ with the formats that Terravox reads, to be linked into the package: those of Debian
-# are shared libraries with a hundred others behind them.
+# GDAL, PROJ and curl with what Terravox needs of them, to be linked into the package: those of
+# Debian are shared libraries with a hundred others behind them.
 GEO_DIR=$ROOT/build/deps/geo
 GEO_FLAGS="-O2 -ffunction-sections -fdata-sections -fvisibility=hidden"
 GDAL_DRIVERS=(AAIGRID DTED JPEG OPENJPEG PNG RAW SRTMHGT USGSDEM XYZ)
 
-# fetch_debian_sources FOLDER PACKAGE...: the sources of this system's packages, which apt verifies.
+# fetch_debian_sources FOLDER PACKAGE...: the sources of this system's packages, which apt verifies,
+# with Debian's patches, of which many are for security.
 fetch_debian_sources() {
     local folder=$1 options=()
     shift
@@ -20,13 +21,9 @@ fetch_debian_sources() {
     options=(-o "Dir::Etc::SourceList=$folder/debian.sources" -o Dir::Etc::SourceParts=/dev/null
         -o "Dir::State::Lists=$folder/lists" -o APT::Sandbox::User=root)
     (
-        cd "$folder"
+        cd "$folder" || exit
         apt-get "${options[@]}" update
-        apt-get "${options[@]}" source --download-only "$@"
-        local archive
-        for archive in *.orig.tar.*; do
-            tar --extract --file "$archive"
-        done
+        apt-get "${options[@]}" source "$@"
     )
 }
 
@@ -46,11 +43,14 @@ build_geo() {
     for driver in "${GDAL_DRIVERS[@]}"; do
         drivers+=("-DGDAL_ENABLE_DRIVER_$driver=ON")
     done
-    fetch_debian_sources "$GEO_DIR/sources" gdal proj
-    build_geo_part proj "$GEO_DIR"/sources/proj-* -DENABLE_TIFF=OFF -DENABLE_CURL=OFF
+    fetch_debian_sources "$GEO_DIR/sources" curl gdal proj
+    build_geo_part curl "$GEO_DIR"/sources/curl-*/ -DHTTP_ONLY=ON -DBUILD_CURL_EXE=OFF \
+        -DCURL_USE_OPENSSL=ON -DOPENSSL_USE_STATIC_LIBS=ON -DCURL_USE_LIBSSH2=OFF \
+        -DCURL_USE_LIBPSL=OFF -DUSE_LIBIDN2=OFF
+    build_geo_part proj "$GEO_DIR"/sources/proj-*/ -DENABLE_TIFF=OFF -DENABLE_CURL=OFF
     # CMake's list names two files of other makers, which Debian leaves out of the sources.
     touch "$GEO_DIR"/sources/gdal-*/data/{cubewerx_extra,ecw_cs}.wkt
-    build_geo_part gdal "$GEO_DIR"/sources/gdal-* "${drivers[@]}" \
+    build_geo_part gdal "$GEO_DIR"/sources/gdal-*/ "${drivers[@]}" \
         -DGDAL_BUILD_OPTIONAL_DRIVERS=OFF -DOGR_BUILD_OPTIONAL_DRIVERS=OFF \
         -DGDAL_USE_EXTERNAL_LIBS=OFF -DGDAL_USE_INTERNAL_LIBS=ON -DGDAL_USE_OPENJPEG=ON \
         -DBUILD_PYTHON_BINDINGS=OFF -DCMAKE_PREFIX_PATH="$GEO_DIR"
@@ -60,7 +60,7 @@ build_geo() {
 # Once; takes some minutes.
 install_geo() {
     [[ -f $GEO_DIR/.complete ]] && return
-    say "Building GDAL and PROJ for the wheel"
+    say "Building GDAL, PROJ and curl for the wheel"
     rm -rf "$GEO_DIR"
     mkdir -p "$GEO_DIR"
     quietly "$LOGS/geo.log" build_geo
@@ -79,6 +79,8 @@ build_wheel() {
     raw=$(mktemp -d "$ROOT/build/wheels.XXXXXX")
     in_wheel_tools "$python" -m pip wheel "$ROOT/raytracer/python" --no-deps \
         --no-build-isolation --disable-pip-version-check --wheel-dir "$raw" \
+        --config-settings "cmake.define.CURL_DIR=$GEO_DIR/lib/cmake/CURL" \
+        --config-settings cmake.define.OPENSSL_USE_STATIC_LIBS=ON \
         --config-settings "cmake.define.GDAL_DIR=$GEO_DIR/lib/cmake/gdal" \
         --config-settings "cmake.define.PROJ_DIR=$GEO_DIR/lib/cmake/proj" \
         --config-settings "cmake.define.TERRAVOX_PROJ_DATABASE=$GEO_DIR/share/proj/proj.db" \
