@@ -9,15 +9,21 @@
 
 #include "common/util/end_of_program.hpp"
 #include "common/util/error.hpp"
+#include "common/util/option_tables.hpp"
 #include "common/util/printable.hpp"
 
 namespace terravox::util {
 
 /// Parses a program's arguments.
-/// @return the exit code when --help or --version was requested (and printed), nullopt to continue
+/// @return the exit code when --help, --version or the tables of options were requested (and
+///         printed), nullopt to continue
 /// @throws UsageError for arguments that the program does not accept
 [[nodiscard]] inline std::optional<int> parse_arguments(CLI::App& app, int argc,
                                                         const char* const* argv) {
+    if (wants_option_tables(argc, argv)) {
+        std::cout << option_tables(app);
+        return static_cast<int>(ExitCode::kDone);
+    }
     try {
         app.parse(argc, argv);
         return std::nullopt;

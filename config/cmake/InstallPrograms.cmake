@@ -5,6 +5,7 @@
 #   share/terravox/config       data files
 #   share/terravox/setup        what bin/terravox is made of
 #   share/doc/terravox          licences, changes
+#   share/man, and for completion share/bash-completion, share/fish
 include_guard(GLOBAL)
 
 set(programs
@@ -36,8 +37,14 @@ install(FILES "${PROJECT_BINARY_DIR}/voxelserver/page/dist/licences.txt"
   COMPONENT programs DESTINATION share/doc/terravox RENAME licences-page.txt)
 
 # npm builds the grabber before CMake runs (config/setup/node.sh).
+find_package(Python3 REQUIRED COMPONENTS Interpreter)
 install(CODE "set(node \"${TERRAVOX_NODE}\")
+set(python \"${Python3_EXECUTABLE}\")
+set(version \"${PROJECT_VERSION}\")
+set(root \"${PROJECT_SOURCE_DIR}\")
 set(grabber \"${PROJECT_SOURCE_DIR}/grabber\")
-set(folder \"\$ENV{DESTDIR}\${CMAKE_INSTALL_PREFIX}/${private}/grabber\")"
+set(prefix \"\$ENV{DESTDIR}\${CMAKE_INSTALL_PREFIX}\")
+set(folder \"\${prefix}/${private}/grabber\")"
   COMPONENT programs)
 install(SCRIPT config/cmake/install_grabber.cmake COMPONENT programs)
+install(SCRIPT config/cmake/install_manual.cmake COMPONENT programs)

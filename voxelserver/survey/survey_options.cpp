@@ -4,6 +4,7 @@
 #include <CLI/CLI.hpp>
 
 #include "common/util/error.hpp"
+#include "common/util/option_tables.hpp"
 #include "common/util/version.hpp"
 
 namespace terravox::survey {
@@ -166,6 +167,10 @@ std::optional<SurveyOptions> parse_options(int argc, const char* const* argv, st
     app.add_option("-o,--output", texts.folder, "folder to write to; made when missing")
         ->type_name("DIR")
         ->required();
+    if (util::wants_option_tables(argc, argv)) {
+        answer = util::option_tables(app);
+        return std::nullopt;
+    }
     try {
         app.parse(argc, argv);
     } catch (const CLI::CallForHelp&) {

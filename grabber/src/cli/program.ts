@@ -43,6 +43,11 @@ export async function run(
   const state = { exitCode: kExit.done as number };
   try {
     const program = await buildProgram(args, state, output, signal);
+    if (args.length === 1 && args[0] === '--option-tables') {
+      const { optionTable } = await import('./option-tables.js');
+      output.out(`${JSON.stringify(optionTable(program), null, 1)}\n`);
+      return kExit.done;
+    }
     await program.parseAsync(args, { from: 'user' });
     return state.exitCode;
   } catch (error) {

@@ -1,0 +1,23 @@
+#pragma once
+
+#include <string>
+
+namespace CLI {
+class App;
+}
+
+namespace terravox::util {
+
+/// True for the command line `PROGRAM --option-tables`, which no help lists: man pages and
+/// completions are made of what it prints (config/setup/python/manual).
+[[nodiscard]] bool wants_option_tables(int argc, const char* const* argv);
+
+/// @return what --help says of a program and its subcommands, as JSON that ends with a line end: an
+///         object with `name`, `description`, `footer`, `options`, `commands` (objects like it).
+///         An option has
+///         - `names` ("--size", "-o"; none of a positional one) and `positional` (its name, or "")
+///         - `group`, `text`, `default` (or ""), `required`, `repeats` (takes several values)
+///         - `value` ("TEXT"; "" of a flag that takes none) and `words` (all values, or none)
+[[nodiscard]] std::string option_tables(const CLI::App& app);
+
+}  // namespace terravox::util
