@@ -42,7 +42,7 @@ struct Gathered {
     float level_sky = 0, free_level_sky = 0;
     float horizon = 0, free_horizon = 0;
     float sun_hours = 0;
-    float unused = 0;
+    float waiting = 0;  ///< rays of the chunk that are on their way
     float material = 0;
 };
 static_assert(sizeof(Heights) == sizeof(core::Bands) && sizeof(Gathered) == sizeof(core::Bands));
@@ -73,6 +73,29 @@ core::Bands behind_hole(const core::Bands& memory) noexcept {
     return out;
 }
 
+/// Whether a material belongs to what --crown-light lets light through.
+bool is_crown(voxel::Material material) noexcept {
+    return material == voxel::Material::kMediumVegetation ||
+           material == voxel::Material::kHighVegetation;
+}
+
+bool lets_light_through_crowns(const solar::Energy& energy) noexcept {
+    return energy.through_crowns > 0 ||
+           std::any_of(energy.sun.begin(), energy.sun.end(),
+                       [](const auto& light) { return light.through_crowns > 0; });
+}
+
+int level_of(float edge) noexcept {
+    return std::ilogb(edge);
+}
+
+/// @param edge of the voxel, level-0 voxels
+core::VoxelCoord voxel_at(core::Vec3 at, float edge) noexcept {
+    const double scale = 1 / static_cast<double>(edge);
+    return {core::RayState::floor_to_int(at.x * scale), core::RayState::floor_to_int(at.y * scale),
+            core::RayState::floor_to_int(at.z * scale)};
+}
+
 double spacing_of(const shade::View& view) noexcept {
     const auto& scene = view.scene;
     return scene.camera.height_m.value_or(0) / scene.output.size_px[1] / view.voxel_m;
@@ -90,7 +113,9 @@ double share(float part, float whole) noexcept {
 }  // namespace
 
 EnergyEvaluator::EnergyEvaluator(const shade::View& view) noexcept
-    : m_view(view), m_spacing(spacing_of(view)) {}
+    : m_view(view),
+      m_spacing(spacing_of(view)),
+      m_crowns_shine(lets_light_through_crowns(view.energy)) {}
 
 walk::TracedRay EnergyEvaluator::primary(const core::Ray& ray,
                                          std::uint32_t sample) const noexcept {
@@ -188,7 +213,7 @@ void EnergyEvaluator::shade_neighbour(const walk::TracedRay& ray, shade::SampleS
     const core::Vec3 from{ray.ray.origin.x - east * m_spacing,
                           static_cast<double>(heights.top) + plane.lift,
                           ray.ray.origin.z - south * m_spacing};
-    send_to_light({from, level, ray.sample}, 0, next);
+    send_to_light({from, level, ray.sample}, 0, sum, next);
 }
 
 std::size_t EnergyEvaluator::directions() const noexcept {
@@ -200,19 +225,21 @@ core::Vec3 EnergyEvaluator::direction(std::size_t index) const noexcept {
     return index < suns ? m_view.energy.sun[index].to : m_view.energy.sky[index - suns];
 }
 
-void EnergyEvaluator::send_to_light(const Start& start, std::size_t first,
+void EnergyEvaluator::send_to_light(const Start& start, std::size_t first, shade::SampleSum& sum,
                                     std::vector<walk::TracedRay>& next) const {
-    const double scale = det::exp2_int(-start.level);
-    const core::VoxelCoord voxel{core::RayState::floor_to_int(start.at.x * scale),
-                                 core::RayState::floor_to_int(start.at.y * scale),
-                                 core::RayState::floor_to_int(start.at.z * scale)};
-    for (std::size_t i = first; i < chunk_end(first, directions()); ++i) {
+    const auto edge = static_cast<float>(det::exp2_int(start.level));
+    const core::VoxelCoord voxel = voxel_at(start.at, edge);
+    const std::size_t end = chunk_end(first, directions());
+    auto gathered = memory_of<Gathered>(sum.bands);
+    gathered.waiting = static_cast<float>(end - first);
+    keep(gathered, sum.bands);
+    for (std::size_t i = first; i < end; ++i) {
         walk::TracedRay out;
         out.ray = {start.at, direction(i)};
         out.state = core::RayState(out.ray);
         out.state.start_in(voxel, start.level);
-        // For the rays that follow it.
-        out.hit.level = static_cast<std::int8_t>(start.level);
+        // For the rays that follow it: the edge of the voxel from which it comes.
+        out.footprint = edge;
         out.sample = start.sample;
         out.stream = static_cast<std::uint32_t>(i);
         out.kind = walk::RayKind::kShadow;
@@ -220,26 +247,59 @@ void EnergyEvaluator::send_to_light(const Start& start, std::size_t first,
     }
 }
 
+bool EnergyEvaluator::sends_through_crowns(const walk::TracedRay& ray,
+                                           std::vector<walk::TracedRay>& next) const {
+    // A walk passes one material: crowns of more layers than this are as dark as walls.
+    constexpr std::uint8_t kMaxWalks = 32;
+    const bool is_first = ray.depth == 0;
+    if (!m_crowns_shine || ray.end != walk::WalkEnd::kHit || ray.depth == kMaxWalks ||
+        (!is_first && !is_crown(ray.hit.attr.material)))
+        return false;
+    walk::TracedRay out = ray;
+    out.state = core::RayState(out.ray);
+    if (is_first) {
+        // What has blocked it is not known, so it starts again.
+        out.state.start_in(voxel_at(ray.ray.origin, ray.footprint), level_of(ray.footprint));
+        out.stop = {voxel::Material::kHighVegetation, false};
+    } else {
+        out.state.start_in(ray.hit.voxel, ray.hit.level);
+        out.state.t = ray.hit.t;
+        out.state.face = ray.hit.face;
+        out.stop = {ray.hit.attr.material, false};
+    }
+    out.end = walk::WalkEnd::kWaits;
+    out.kind = walk::RayKind::kSky;
+    out.depth = static_cast<std::uint8_t>(ray.depth + 1);
+    next.push_back(out);
+    return true;
+}
+
 void EnergyEvaluator::shade_light(const walk::TracedRay& ray, shade::SampleSum& sum,
                                   std::vector<walk::TracedRay>& next) const {
+    if (sends_through_crowns(ray, next))
+        return;
+    const bool is_free = ray.end != walk::WalkEnd::kHit;
+    const bool has_passed = ray.depth > 0;
     auto gathered = memory_of<Gathered>(sum.bands);
     const core::Vec3 to = ray.ray.direction;
     const double cosine = std::max(core::dot(normal_of(gathered), to), 0.0);
-    const bool is_free = ray.end != walk::WalkEnd::kHit;
     const std::size_t suns = m_view.energy.sun.size();
     if (ray.stream < suns) {
         const solar::LightDirection& light = m_view.energy.sun[ray.stream];
+        const double share = has_passed ? light.through_crowns : 1;
         if (is_free) {
-            gathered.beam += static_cast<float>(light.beam * cosine);
-            gathered.around_sun += static_cast<float>(light.around_sun * cosine);
-            gathered.level += static_cast<float>((light.beam + light.around_sun) * to.y);
-            gathered.sun_hours += cosine > 0 ? static_cast<float>(light.hours) : 0.0F;
+            gathered.beam += static_cast<float>(light.beam * share * cosine);
+            gathered.around_sun += static_cast<float>(light.around_sun * share * cosine);
+            gathered.level += static_cast<float>((light.beam + light.around_sun) * share * to.y);
+            gathered.sun_hours +=
+                cosine > 0 && !has_passed ? static_cast<float>(light.hours) : 0.0F;
         }
     } else {
         const auto part = static_cast<float>(cosine);
         const auto level = static_cast<float>(to.y);
         const float low = to.y < solar::kHorizonSine ? part : 0.0F;
-        const float free = is_free ? 1.0F : 0.0F;
+        const double share = has_passed ? m_view.energy.through_crowns : 1;
+        const float free = is_free ? static_cast<float>(share) : 0.0F;
         gathered.sky += part;
         gathered.free_sky += part * free;
         gathered.level_sky += level;
@@ -247,11 +307,15 @@ void EnergyEvaluator::shade_light(const walk::TracedRay& ray, shade::SampleSum& 
         gathered.horizon += low;
         gathered.free_horizon += low * free;
     }
+    gathered.waiting -= 1;
     keep(gathered, sum.bands);
-    if (ray.stream + 1 == directions())
+    if (gathered.waiting > 0)
+        return;
+    const std::size_t end = chunk_end(ray.stream / kChunkRays * kChunkRays, directions());
+    if (end == directions())
         sum.bands = result_of(sum.bands);
-    else if (ends_chunk(ray.stream))
-        send_to_light({ray.ray.origin, ray.hit.level, ray.sample}, ray.stream + 1, next);
+    else
+        send_to_light({ray.ray.origin, level_of(ray.footprint), ray.sample}, end, sum, next);
 }
 
 core::Bands EnergyEvaluator::result_of(const core::Bands& memory) const noexcept {

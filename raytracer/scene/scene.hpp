@@ -139,6 +139,8 @@ struct Scene {
         std::string linke = "3";        ///< turbidity of the air: one number, or twelve by month
         std::string diffuse = "perez";  ///< model of the sky's light; or isotropic
         double albedo = 0.2;            ///< share of light that the surroundings reflect
+        /// Share of light that crowns let through: with leaves, and without; one number for both.
+        std::string crown_light = "0";
         /// Light of a period (solar/light_list.hpp) instead of that of a clear sky; empty: none.
         /// The command sums it up of a weather file, so that workers need no file.
         std::string light;

@@ -262,6 +262,14 @@ void visit_fields(SceneType& s, Visit&& visit) {
                     "--diffuse"});
     visit("analysis.albedo", s.analysis.albedo,
           FieldRule{"share of light that the surroundings reflect", 0, 1, {}, "--albedo"});
+    visit(
+        "analysis.crown_light", s.analysis.crown_light,
+        FieldRule{"share of light that crowns of trees let through: one number, or two with leaves "
+                  "and without them, such as 0.03,0.45",
+                  0,
+                  0,
+                  {},
+                  "--crown-light"});
     visit("analysis.light", s.analysis.light,
           FieldRule{"light of a period, summed up of a weather file, instead of a sky without "
                     "clouds; workers get it"});

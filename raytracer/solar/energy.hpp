@@ -10,10 +10,11 @@ namespace terravox::solar {
 
 /// Light from a direction over a period, kWh/m2 on a surface that faces it.
 struct LightDirection {
-    core::Vec3 to;          ///< of unit length, y > 0
-    double beam = 0;        ///< of the sun
-    double around_sun = 0;  ///< of the sky near to the sun
-    double hours = 0;       ///< for which the sun shines from there
+    core::Vec3 to;              ///< of unit length, y > 0
+    double beam = 0;            ///< of the sun
+    double around_sun = 0;      ///< of the sky near to the sun
+    double hours = 0;           ///< for which the sun shines from there
+    double through_crowns = 0;  ///< share of the light that crowns let through
 };
 
 /// The light of a period: that of directions, and what the sky adds evenly (solar/sky_light.hpp).
@@ -25,6 +26,7 @@ struct Energy {
     std::vector<core::Vec3> sky;  ///< directions of equal solid angles over the upper half sphere
     double isotropic = 0;         ///< kWh/m2 on a level surface
     double horizon = 0;           ///< kWh/m2
+    double through_crowns = 0;    ///< share of these two that crowns let through
 };
 
 /// Heights of sky directions below which they belong to the horizon, as sine.

@@ -15,8 +15,10 @@ namespace {
 constexpr double kMax = 1e6;
 
 constexpr const char* kAllowed =
-    "isotropic,horizon;x,y,z,beam,around_sun,hours;... with up to 4096 directions of unit length "
-    "above the horizon, and finite light that is not negative";
+    "isotropic,horizon,through_crowns;x,y,z,beam,around_sun,hours,through_crowns;... with up to "
+    "4096 "
+    "directions of unit length above the horizon, finite light that is not negative, and shares of "
+    "0 to 1";
 
 void append(std::string& out, char before, double value) {
     if (before != '\0')
@@ -50,16 +52,21 @@ std::optional<std::array<double, kCount>> take(std::string_view& text) {
     return text.empty() ? std::nullopt : std::optional(out);
 }
 
+bool is_share(double value) noexcept {
+    return value >= 0 && value <= 1;
+}
+
 std::optional<LightDirection> take_direction(std::string_view& text) {
-    const auto found = take<6>(text);
+    const auto found = take<7>(text);
     if (!found)
         return std::nullopt;
-    const auto& [x, y, z, beam, around_sun, hours] = *found;
+    const auto& [x, y, z, beam, around_sun, hours, through_crowns] = *found;
     constexpr double kRounding = 1e-5;
     const double length = std::sqrt(x * x + y * y + z * z);
-    if (!(std::abs(length - 1) <= kRounding) || !(y > 0) || beam < 0 || around_sun < 0 || hours < 0)
+    if (!(std::abs(length - 1) <= kRounding) || !(y > 0) || beam < 0 || around_sun < 0 ||
+        hours < 0 || !is_share(through_crowns))
         return std::nullopt;
-    return LightDirection{core::normalized({x, y, z}), beam, around_sun, hours};
+    return LightDirection{core::normalized({x, y, z}), beam, around_sun, hours, through_crowns};
 }
 
 [[noreturn]] void refuse(const std::string& text) {
@@ -79,9 +86,11 @@ std::string text_of(const Energy& light) {
     std::string out;
     append(out, '\0', light.isotropic);
     append(out, ',', light.horizon);
+    append(out, ',', light.through_crowns);
     for (const LightDirection& from : light.sun) {
         append(out, ';', from.to.x);
-        for (const double value : {from.to.y, from.to.z, from.beam, from.around_sun, from.hours})
+        for (const double value :
+             {from.to.y, from.to.z, from.beam, from.around_sun, from.hours, from.through_crowns})
             append(out, ',', value);
     }
     return out;
@@ -89,12 +98,13 @@ std::string text_of(const Energy& light) {
 
 Energy light_of(const std::string& text) {
     std::string_view rest = text;
-    const auto even = take<2>(rest);
-    if (!even || even->front() < 0)
+    const auto even = take<3>(rest);
+    if (!even || even->front() < 0 || !is_share(even->back()))
         refuse(text);
     Energy out;
-    out.isotropic = even->front();
-    out.horizon = even->back();
+    out.isotropic = (*even)[0];
+    out.horizon = (*even)[1];
+    out.through_crowns = (*even)[2];
     while (!rest.empty()) {
         const auto direction = take_direction(rest);
         if (!direction || out.sun.size() == kMaxListedDirections)

@@ -20,7 +20,8 @@ int day_number(const geo::DateTime& clock) noexcept {
 }
 
 LightSums::LightSums(const scene::Scene& scene, const geo::LatLon& place)
-    : m_is_perez(scene.analysis.diffuse == "perez"),
+    : m_crowns(scene.analysis.crown_light, place),
+      m_is_perez(scene.analysis.diffuse == "perez"),
       m_is_binned(scene.analysis.bin_deg > 0),
       m_bins(place.lat_deg, m_is_binned ? scene.analysis.bin_deg : 1) {}
 
@@ -30,10 +31,15 @@ void LightSums::add(const SunStep& step, const Irradiance& light, double shines_
         m_is_perez ? perez_light(light, altitude_deg, extraterrestrial_w_m2(day_number(step.clock)))
                    : isotropic_light(light);
     const double kilohours = step.hours / kWattsPerKilowatt;
-    m_energy.isotropic += sky.isotropic * kilohours;
+    add_even(sky.isotropic * kilohours, step.clock.month);
     m_energy.horizon += sky.horizon * kilohours;
     add({sky::Sun(step.sun, 0).direction(), light.beam * kilohours, sky.around_sun * kilohours,
-         shines_h});
+         shines_h, m_crowns.share(step.clock.month)});
+}
+
+void LightSums::add_even(double kwh_m2, int month) noexcept {
+    m_energy.isotropic += kwh_m2;
+    m_energy.through_crowns += kwh_m2 * m_crowns.share(month);
 }
 
 void LightSums::add(const LightDirection& light) {
@@ -48,14 +54,18 @@ void LightSums::add(const LightDirection& light) {
     bin.beam += light.beam;
     bin.around_sun += light.around_sun;
     bin.hours += light.hours;
+    bin.through_crowns += light.through_crowns * weight;
     check_directions(m_found.size());
 }
 
 Energy LightSums::take() {
     for (auto& [_, bin] : m_found) {
         bin.to = core::normalized(bin.to);
+        bin.through_crowns /= bin.beam + bin.around_sun;
         m_energy.sun.push_back(bin);
     }
+    if (m_energy.isotropic > 0)
+        m_energy.through_crowns /= m_energy.isotropic;
     return std::move(m_energy);
 }
 

@@ -3,6 +3,7 @@
 #include <map>
 
 #include "raytracer/solar/clear_sky.hpp"
+#include "raytracer/solar/crown_light.hpp"
 #include "raytracer/solar/energy.hpp"
 #include "raytracer/solar/sun_bins.hpp"
 #include "raytracer/solar/sun_steps.hpp"
@@ -15,7 +16,7 @@ namespace terravox::solar {
 /// Adds up the light of the steps of a period, by the bins of a scene's analysis.
 class LightSums {
 public:
-    /// @throws UsageError as SunBins
+    /// @throws UsageError as SunBins and CrownLight
     LightSums(const scene::Scene& scene, const geo::LatLon& place);
 
     /// Adds the light of a step.
@@ -23,13 +24,15 @@ public:
     /// @throws UsageError as check_directions()
     void add(const SunStep& step, const Irradiance& light, double shines_h);
     /// Adds light of the sky that comes evenly, kWh/m2 on a level surface.
-    void add_even(double kwh_m2) noexcept { m_energy.isotropic += kwh_m2; }
+    /// @param month 1 to 12
+    void add_even(double kwh_m2, int month) noexcept;
     /// The sums, without the directions of the sky.
     [[nodiscard]] Energy take();
 
 private:
     void add(const LightDirection& light);
 
+    const CrownLight m_crowns;
     const bool m_is_perez;
     const bool m_is_binned;
     const SunBins m_bins;

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "common/geo/time_zone.hpp"
 #include "common/util/det_math.hpp"
 #include "common/util/error.hpp"
 #include "raytracer/solar/light_sums.hpp"
@@ -50,7 +51,8 @@ private:
     void finish_night(std::int64_t end) {
         for (; m_next < end; ++m_next) {
             const WeatherHour& hour = m_weather.at(m_next);
-            m_sums.add_even(hour.diffuse * kPerKilo);
+            const geo::DateTime clock = geo::clock_at(m_next * std::int64_t{3600}, 0);
+            m_sums.add_even(hour.diffuse * kPerKilo, clock.month);
             m_out.level += hour.diffuse * kPerKilo;
             m_out.global += hour.global * kPerKilo;
         }

@@ -32,6 +32,7 @@ ZONED = [
     ["sun", "--at", "17:30", *ZONE],
     ["energy", *YEAR, "--directions", "64", *ZONE],
 ]
+CROWNS = ["energy", *YEAR, "--directions", "64", "--surface", "ground", "--crown-light"]
 SKY = ["svf", "sky_view_solid", "openness", "hole"]
 NO_DATA = -9999
 
@@ -278,6 +279,17 @@ class Rasters(Case):
         self.assertGreater(len(facing["south"]), 20)
         self.assertGreater(means["south"], 1.3 * means["north"])
 
+    def test_crowns_add_light_below_them_and_nowhere_else(self):
+        for band in (2, 3):  # of the sun and of the sky
+            values = [self.values(raster(*CROWNS, share), band) for share in ("0", "0.1", "1")]
+            more = 0
+            for rows in zip(*values):
+                for none, some, every in zip(*rows):
+                    self.assertTrue(none <= some <= every, (none, some, every))
+                    self.assertAlmostEqual(some, 0.9 * none + 0.1 * every, delta=0.1)
+                    more += every > 1.2 * none
+            self.assertGreater(more, 500)
+
     def test_an_instant_is_sunlit_or_not(self):
         flags = ["--date", "2026-06-21", "--zone", "Europe/Ljubljana", "--at"]
         noon = [v for row in self.values(raster("sun", *flags, "13:00"), 1) for v in row]
@@ -289,7 +301,11 @@ class Rasters(Case):
 
     def test_files_are_the_same_for_any_threads_tiles_and_memory(self):
         months = ["sun", *YEAR, "--monthly"]
-        for kind, *what in (["terrain"], ["sky"], ["sun"], months, ["energy"], ["sight"]):
+        crowns = [*CROWNS, "0.03,0.45"]
+        for kind, *what in (
+            *[["terrain"], ["sky"], ["sun"], months],
+            *[["energy"], crowns, ["sight"]],
+        ):
             with self.subTest(kind, what=what):
                 wanted = raster(kind, *what).read_bytes()
                 for flags in (
@@ -434,7 +450,10 @@ class Rasters(Case):
 
     def test_a_worker_measures_the_same(self):
         flags = self.worker()
-        for kind, *what in (["terrain"], ["sky"], ["sun"], *ZONED, ["sight"]):
+        for kind, *what in (
+            *[["terrain"], ["sky"], ["sun"], *ZONED],
+            *[[*CROWNS, "0.03,0.45"], ["sight"]],
+        ):
             with self.subTest(kind, what=what):
                 wanted = raster(kind, *what).read_bytes()
                 self.assertEqual(raster(kind, *what, *flags).read_bytes(), wanted)
@@ -610,6 +629,10 @@ class Refusals(Case):
             "surroundings brighter than light": (
                 ["energy", square(), "-o", "a.tif", "--albedo", "1.5"],
                 "0 to 1",
+            ),
+            "crowns brighter than light": (
+                ["energy", square(), "-o", "a.tif", "--crown-light", "0.1,1.5"],
+                "analysis.crown_light = '0.1,1.5'; allowed",
             ),
             "another model of the sky": (
                 ["energy", square(), "-o", "a.tif", "--diffuse", "hay"],

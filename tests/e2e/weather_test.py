@@ -144,7 +144,7 @@ class Weather(Case):
             ["gdalinfo", "-json", file], capture_output=True, text=True, check=True
         )
         scene = json.loads(info.stdout)["metadata"][""]["terravox_scene"]
-        self.assertRegex(scene, r"light = '[0-9.]+,-?[0-9.]+;")
+        self.assertRegex(scene, r"light = '[0-9.]+,-?[0-9.]+,0;")
 
 
 if __name__ == "__main__":

@@ -119,12 +119,11 @@ std::vector<std::string> own_fields(core::AnalysisKind kind) {
             return {"analysis.surface", "analysis.step_min", "analysis.from", "analysis.to",
                     "analysis.bin_deg", "sun.date",          "sun.zone",      "sun.utc_offset_h"};
         case core::AnalysisKind::kEnergy:
-            return {"analysis.surface",  "analysis.directions",
-                    "analysis.step_min", "analysis.from",
-                    "analysis.to",       "analysis.bin_deg",
-                    "analysis.linke",    "analysis.diffuse",
-                    "analysis.albedo",   "sun.date",
-                    "sun.zone",          "sun.utc_offset_h"};
+            return {
+                "analysis.surface", "analysis.directions",  "analysis.step_min", "analysis.from",
+                "analysis.to",      "analysis.bin_deg",     "analysis.linke",    "analysis.diffuse",
+                "analysis.albedo",  "analysis.crown_light", "sun.date",          "sun.zone",
+                "sun.utc_offset_h"};
         case core::AnalysisKind::kSight:
             return {"analysis.surface", "analysis.range_m", "analysis.target_m",
                     "analysis.curvature", "analysis.refraction"};

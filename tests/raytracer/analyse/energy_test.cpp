@@ -150,6 +150,52 @@ TEST_CASE("the ground inside of a closed hall gets no energy", "[raytracer][anal
     }
 }
 
+TEST_CASE("crowns let a share of light through by season, and what is solid lets none",
+          "[raytracer][analyse]") {
+    // A hall whose walls and roof are leaves, several voxels thick.
+    const auto world = flat(9, 12);
+    world->fill({-9, 0, -9}, {9, 11, 9}, Material::kHighVegetation);
+    world->fill({-8, 0, -8}, {8, 9, 8}, Material::kMediumVegetation);
+    world->fill({-7, 0, -7}, {7, 8, 7}, Material::kHighVegetation);
+    world->fill({-6, 0, -6}, {6, 7, 6}, Material::kAir);
+    struct Season {
+        const char* day;
+        const char* light;
+        double share;
+    };
+    const Season seasons[] = {
+        {"2026-06-21", "0.25", 0.25},    {"2026-06-21", "0.25,0.5", 0.25},
+        {"2026-12-21", "0.25,0.5", 0.5}, {"2026-12-21", "0.25,0", 0},
+        {"2026-06-21", "0", 0},          {"2026-06-21", "1", 1},
+    };
+    for (const Season& season : seasons) {
+        INFO(season.day << ", " << season.light);
+        scene::Scene scene = energy_scene(season.day, season.day);
+        scene.analysis.surface = core::AnalysisSurface::kGround;
+        scene.analysis.crown_light = season.light;
+        const Light open = in_the_open(scene, {0, 1, 0}, 0);
+        const Measured inside(*world, scene, {});
+        for (const int x : {0, 3, -4}) {
+            CHECK(value(inside, x, 1, EnergyBand::kBeam) ==
+                  Approx(open.beam * season.share).epsilon(5e-3).margin(1e-9));
+            CHECK(value(inside, x, 1, EnergyBand::kDiffuse) ==
+                  Approx(open.diffuse * season.share).epsilon(1e-4).margin(1e-9));
+            CHECK(value(inside, x, 1, EnergyBand::kSunHours) == 0);
+        }
+        CHECK(Measured(*world, scene, {3, 7}).values() == inside.values());
+    }
+    world->fill({-6, 6, -6}, {6, 7, 6}, Material::kBridge);
+    world->fill({-6, 0, -6}, {-5, 7, 6}, Material::kTrunk);
+    world->fill({5, 0, -6}, {6, 7, 6}, Material::kWall);
+    world->fill({-6, 0, -6}, {6, 7, -5}, Material::kWire);
+    world->fill({-6, 0, 5}, {6, 7, 6}, Material::kWall);
+    scene::Scene scene = energy_scene("2026-06-21", "2026-06-21");
+    scene.analysis.surface = core::AnalysisSurface::kGround;
+    scene.analysis.crown_light = "0.25";
+    const Measured closed(*world, scene, {});
+    CHECK(value(closed, 0, 0, EnergyBand::kTotal) == 0);
+}
+
 TEST_CASE("nothing that is added sends more light of sun or sky", "[raytracer][analyse]") {
     const auto few = flat(20, 30);
     few->fill({-12, 0, -6}, {-8, 14, 6}, Material::kWall);

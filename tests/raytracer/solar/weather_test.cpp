@@ -2,6 +2,7 @@
 #include <vector>
 
 #include "common/util/error.hpp"
+#include "raytracer/solar/crown_light.hpp"
 #include "raytracer/solar/light_list.hpp"
 #include "raytracer/solar/weather_light.hpp"
 #include "tests/catch.hpp"
@@ -220,7 +221,10 @@ TEST_CASE("weather files with faults are refused with the line", "[raytracer][so
 
 TEST_CASE("light as text is the same light, and other texts are refused", "[raytracer][solar]") {
     const WeatherFile weather = read(test::epw_text());
-    const Energy light = weather_light(year(), test::kTown, weather).energy;
+    scene::Scene scene = year();
+    scene.analysis.crown_light = "0.03,0.45";
+    const Energy light = weather_light(scene, test::kTown, weather).energy;
+    CHECK((0.1 < light.through_crowns && light.through_crowns < 0.2));
     const std::string text = text_of(light);
     CHECK(text.size() < 60'000);
     const Energy again = light_of(text);
@@ -231,33 +235,52 @@ TEST_CASE("light as text is the same light, and other texts are refused", "[rayt
         CHECK(core::dot(again.sun[i].to, light.sun[i].to) == Approx(1).epsilon(1e-12));
         CHECK(again.sun[i].beam == Approx(light.sun[i].beam).epsilon(1e-6));
         CHECK(again.sun[i].hours == Approx(light.sun[i].hours).epsilon(1e-6));
+        CHECK(again.sun[i].through_crowns == Approx(light.sun[i].through_crowns).epsilon(1e-6));
     }
     CHECK(text_of(again).size() > 10'000);
-    CHECK(light_of("3,-1").sun.empty());
-    const char* const wrong[] = {"x",
-                                 "1",
-                                 "1,2,3",
-                                 "-1,0",
-                                 "1,nan",
-                                 "1,2e6",
-                                 "1,2;",
-                                 "1,2;0,1,0",
-                                 "1,2;0,1,0,1,1,1;",
-                                 "1,2;0,2,0,1,1,1",
-                                 "1,2;0,-1,0,1,1,1",
-                                 "1,2;1,0,0,1,1,1",
-                                 "1,2;0,1,0,-1,1,1",
-                                 "1,2;0,1,0,1,inf,1",
-                                 "1,2;0,1,0,1,1,1 "};
+    CHECK(light_of("3,-1,0.5").sun.empty());
+    const char* const wrong[] = {
+        "x",
+        "1,2",
+        "1,2,0,4",
+        "-1,0,0",
+        "1,nan,0",
+        "1,2e6,0",
+        "1,0,1.5",
+        "1,2,0;",
+        "1,2,0;0,1,0",
+        "1,2,0;0,1,0,1,1,1,0;",
+        "1,2,0;0,2,0,1,1,1,0",
+        "1,2,0;0,-1,0,1,1,1,0",
+        "1,2,0;1,0,0,1,1,1,0",
+        "1,2,0;0,1,0,-1,1,1,0",
+        "1,2,0;0,1,0,1,inf,1,0",
+        "1,2,0;0,1,0,1,1,1,-0.1",
+        "1,2,0;0,1,0,1,1,1,0 ",
+    };
     for (const char* const one : wrong) {
         INFO(one);
         CHECK_THROWS_AS(light_of(one), util::UsageError);
     }
-    std::string many = "1,2";
+    std::string many = "1,2,0";
     for (std::size_t i = 0; i <= kMaxListedDirections; ++i)
-        many += ";0,1,0,1,1,1";
+        many += ";0,1,0,1,1,1,0";
     CHECK_THROWS_AS(light_of(many), util::UsageError);
     Energy wide;
     wide.sun.resize(kMaxListedDirections + 1);
     CHECK_THROWS_WITH(text_of(wide), test::contains("bin_deg"));
+}
+
+TEST_CASE("crowns have leaves in summer, on either side of the equator", "[raytracer][solar]") {
+    const CrownLight north("0.03,0.45", {46, 14.5});
+    const CrownLight south("0.03,0.45", {-38, 145});
+    for (int month = 1; month <= 12; ++month) {
+        INFO("month " << month);
+        CHECK(north.share(month) == (4 <= month && month <= 10 ? 0.03 : 0.45));
+        CHECK(south.share(month) == (5 <= month && month <= 9 ? 0.45 : 0.03));
+        CHECK(CrownLight("0.2", {46, 14.5}).share(month) == 0.2);
+    }
+    for (const char* const wrong :
+         {"", "x", "-0.1", "1.1", "nan", "0.1,", ",0.1", "0.1,2", "0,0,0"})
+        CHECK_THROWS_AS(CrownLight(wrong, test::kTown), util::UsageError);
 }
