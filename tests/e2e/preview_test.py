@@ -545,8 +545,8 @@ class Window(Case):
         port = hold_port()
         server = Server(survey(), port=port)
         self.addCleanup(lambda: server.process.poll() is None and server.kill())
-        # A busy server takes seconds for a box, and what it is late with would stay a hole; one that
-        # is gone is asked again for as long.
+        # A busy server takes seconds for a box, and what it is late with would stay a hole; one
+        # that is gone is asked again for as long.
         timeout = ["--processing-box-timeout-s", "20"]
         program = self.preview(server.url, "--samples", "1", *timeout, "--memory-mib", "1")
         server.kill()
