@@ -7,7 +7,7 @@ WHEEL_REQUIREMENTS=$ROOT/config/setup/python/wheel.txt
 # Debian are shared libraries with a hundred others behind them.
 GEO_DIR=$ROOT/build/deps/geo
 GEO_FLAGS="-O2 -ffunction-sections -fdata-sections -fvisibility=hidden"
-GDAL_DRIVERS=(AAIGRID DTED JPEG OPENJPEG PNG RAW SRTMHGT USGSDEM XYZ)
+GDAL_DRIVERS=(AAIGRID DTED JP2OPENJPEG JPEG PNG RAW SRTMHGT USGSDEM XYZ)
 
 # fetch_debian_sources FOLDER PACKAGE...: the sources of this system's packages, which apt verifies,
 # with Debian's patches, of which many are for security.
