@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <limits>
 #include <string>
 
@@ -50,6 +51,9 @@ std::vector<analyse::Observer> observers_of(const AnalysisOptions& options, cons
                                " observers; allowed: 1 to " + std::to_string(kMost));
     std::vector<analyse::Observer> out;
     for (const auto& at : options.observers) {
+        if (!std::isfinite(at[0]) || !std::isfinite(at[1]) || !std::isfinite(at[2]))
+            throw util::UsageError("analyse sight: observer " + std::to_string(out.size() + 1) +
+                                   " has an endless number; allowed: finite ones");
         const core::Vec3 place = frame.to_voxels({at[0], at[1], at[2]});
         analyse::Observer observer;
         observer.x = place.x;
@@ -86,18 +90,18 @@ Raster raster_of(analyse::CellFile& cells, const analyse::CellGrid& grid, core::
 }  // namespace
 
 Raster World::analyse(const AnalysisOptions& options, const Control& control) const {
-    return guarded([&] {
+    return guarded(control, [&] {
+        const WorldCall call(*m_state, options.threads);
         const voxel::WorldInfo& world = m_state->world->info();
+        if (options.level)
+            m_state->check_level(*options.level);
         scene::Scene scene = analysis_scene(options);
         const core::AnalysisKind kind = scene.analysis.kind;
         if ((core::needs_sun_way(kind) || kind == core::AnalysisKind::kEnergy) && !world.centre)
             throw util::UsageError("analyse " + options.kind + ": '" + world.title +
                                    "' has no place on Earth; allowed: worlds with a CRS");
-        MapBounds area = options.area.value_or(m_state->info.bounds);
-        area.bottom = -std::numeric_limits<double>::infinity();
-        area.top = std::numeric_limits<double>::infinity();
-        const analyse::CellGrid grid = analyse::grid_over(
-            world, m_state->frame.block_over(area, 0, m_state->bounds()), options.resolution_m);
+        const analyse::CellGrid grid =
+            analyse::grid_over(world, m_state->columns_over(options.area, 0), options.resolution_m);
         analyse::look_at_cells(grid, world, scene);
         if (kind == core::AnalysisKind::kSight)
             scene.analysis.observers = analyse::place_observers(
@@ -117,7 +121,7 @@ Raster World::analyse(const AnalysisOptions& options, const Control& control) co
         if (kind == core::AnalysisKind::kTerrain)
             analyse::derive_terrain(cells, grid.edge_m, {}, control.stop);
         Raster out = raster_of(cells, grid, kind, m_state->frame);
-        out.holes = holes;
+        out.holes = call.checked(holes);
         return out;
     });
 }

@@ -47,6 +47,12 @@ public:
         const double* towards = &m_directions[3 * i];
         core::Ray out{m_state.frame.to_voxels({origin[0], origin[1], origin[2]}),
                       m_state.frame.to_voxels({towards[0], towards[1], towards[2]})};
+        // Squares of very small and of very large numbers are lost.
+        const double most = std::max(
+            {std::abs(out.direction.x), std::abs(out.direction.y), std::abs(out.direction.z)});
+        if (most > 0 && std::isfinite(most))
+            out.direction = {out.direction.x / most, out.direction.y / most,
+                             out.direction.z / most};
         const double length = core::length(out.direction);
         const bool is_ray = std::isfinite(out.origin.x) && std::isfinite(out.origin.y) &&
                             std::isfinite(out.origin.z) && std::isfinite(length) && length > 0;
@@ -145,7 +151,8 @@ void cast_each(const Rays& rays, const WorldState& state, const CastOptions& opt
 
 RayHits World::cast(std::span<const double> origins, std::span<const double> directions,
                     const CastOptions& options, const Control& control) const {
-    return guarded([&] {
+    return guarded(control, [&] {
+        const WorldCall call(*m_state, options.threads);
         m_state->check_level(options.level);
         const Rays rays(origins, directions, *m_state, options);
         RayHits out;
@@ -167,14 +174,15 @@ RayHits World::cast(std::span<const double> origins, std::span<const double> dir
             out.face[i] = static_cast<Face>(hit->face);
             out.material[i] = static_cast<std::uint8_t>(hit->attr.material);
         });
-        out.holes = holes;
+        out.holes = call.checked(holes);
         return out;
     });
 }
 
 Occlusion World::occluded(std::span<const double> origins, std::span<const double> directions,
                           const CastOptions& options, const Control& control) const {
-    return guarded([&] {
+    return guarded(control, [&] {
+        const WorldCall call(*m_state, options.threads);
         m_state->check_level(options.level);
         const Rays rays(origins, directions, *m_state, options);
         Occlusion out;
@@ -185,7 +193,7 @@ Occlusion World::occluded(std::span<const double> origins, std::span<const doubl
                       out.occluded[i] = hit != nullptr ? 1 : 0;
                       holes += hit != nullptr && hit->hole ? 1 : 0;
                   });
-        out.holes = holes;
+        out.holes = call.checked(holes);
         return out;
     });
 }

@@ -10,26 +10,27 @@
 
 namespace terravox {
 
-ConvertReport World::convert(const std::string& out, const ConvertOptions& options) const {
-    return guarded([&] {
-        m_state->check_level(options.level);
+ConvertReport World::convert(const std::string& out, const ConvertOptions& options,
+                             const Control& control) const {
+    return guarded(control, [&] {
+        const WorldCall call(*m_state, options.threads);
         const exports::Format& format = exports::format_of(options.format, out);
         exports::WriteOptions write;
         write.overwrite = options.overwrite;
         format.check_target(out, write);
-        const exports::Part part{
-            options.level, m_state->frame.block_over(options.area.value_or(m_state->info.bounds),
-                                                     options.level, m_state->bounds())};
+        const exports::Part part{options.level, m_state->block_over(options.area, options.level)};
         const voxel::Palette palette = voxel::load_palette(material::find_materials(""));
-        exports::Meter meter("convert", format.steps(part, m_state->world->info()), true);
+        exports::Meter meter("convert", format.steps(part, m_state->world->info()), true,
+                             control.progress);
         exports::Job job(*m_state->world, part, out, palette, meter);
         job.threads = options.threads;
+        job.stop = control.stop;
         format.write(job, write);
         ConvertReport report;
         for (const std::filesystem::path& file : job.files())
             report.files.push_back(file.string());
         report.voxels = job.voxels();
-        report.holes = job.holes().size();
+        report.holes = call.checked(job.holes().size());
         return report;
     });
 }

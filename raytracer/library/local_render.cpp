@@ -18,19 +18,11 @@ namespace {
 template <class Render>
 std::size_t run(const WorldState& state, const shade::View& view, int threads,
                 const Control& control, const Render& render) {
-    // Boxes that could not be read before may be there now.
-    state.blocks.forget_holes();
     processors::ThreadProcessor processor(view, state.blocks, thread::thread_count(threads));
     render::RenderJob job{view, processor, true, control.stop};
     job.on_progress = control.progress;
     job.check_world = [&] { state.blocks.check_world(); };
-    try {
-        const render::RenderCounts counts = render(job);
-        return counts.holes.size();
-    } catch (const util::Error&) {
-        check_stop(control);
-        throw;
-    }
+    return render(job).holes.size();
 }
 
 }  // namespace

@@ -30,6 +30,11 @@ std::string text_of(const MapBounds& b) {
 
 voxel::VoxelBounds MapFrame::block_over(const MapBounds& bounds, int level,
                                         const voxel::VoxelBounds& world) const {
+    for (const double edge :
+         {bounds.west, bounds.south, bounds.east, bounds.north, bounds.bottom, bounds.top})
+        if (std::isnan(edge))
+            throw util::UsageError("find voxels: an edge of the bounds is not a number (" +
+                                   text_of(bounds) + "); allowed: numbers");
     const double scale = static_cast<double>(std::int64_t{1} << level);
     const std::int32_t side = std::int32_t{1} << level;
     const double low[3] = {bounds.west / m_units, bounds.bottom / m_voxel_m,

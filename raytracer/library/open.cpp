@@ -75,7 +75,7 @@ std::string spool(PointSource& points, const std::filesystem::path& folder,
 
 World World::open(const std::vector<std::string>& inputs, const OpenOptions& options,
                   const Control& control) {
-    return guarded([&] {
+    return guarded(control, [&] {
         set_up_log_once();
         const scene::Scene settings = settings_of(options);
         worlds::WorldOptions from = world_options(settings, options);
@@ -95,6 +95,11 @@ World World::of(std::shared_ptr<VoxelSource> source, const OpenOptions& options)
         set_up_log_once();
         if (!source)
             throw util::UsageError("open a world of one's own: no source; allowed: one");
+        if (!options.crs.empty() || !options.classes.empty() || options.voxel_m ||
+            !options.orthophotos.empty() || !options.additions.empty())
+            throw util::UsageError(
+                "open a world of one's own: crs, classes, voxel_m, orthophotos or additions; "
+                "allowed: fields, since a source says the rest itself");
         const scene::Scene settings = settings_of(options);
         const auto open = [&](util::StageTimes&) {
             return std::make_unique<SourceWorld>(
@@ -105,7 +110,7 @@ World World::of(std::shared_ptr<VoxelSource> source, const OpenOptions& options)
 }
 
 World World::voxelize(PointSource& points, const OpenOptions& options, const Control& control) {
-    return guarded([&] {
+    return guarded(control, [&] {
         set_up_log_once();
         const scene::Scene settings = settings_of(options);
         TemporaryFolder folder = TemporaryFolder::make();
@@ -132,9 +137,7 @@ std::vector<std::string> World::damage() const {
 
 VoxelBlock World::block_of(const std::optional<MapBounds>& bounds, int level) const {
     return guarded([&] {
-        m_state->check_level(level);
-        const voxel::VoxelBounds found = m_state->frame.block_over(
-            bounds.value_or(m_state->info.bounds), level, m_state->bounds());
+        const voxel::VoxelBounds found = m_state->block_over(bounds, level);
         return VoxelBlock{level, found.min, found.max};
     });
 }

@@ -78,14 +78,15 @@ void add_layers(const output::Film& film, Picture& out) {
 }  // namespace
 
 Picture World::render(const SceneText& scene, int threads, const Control& control) const {
-    return guarded([&] {
+    return guarded(control, [&] {
+        const WorldCall call(*m_state, threads);
         const shade::View view = shade::make_view(scene_of(scene), m_state->blocks);
         const auto [width, height] = view.scene.output.size_px;
         output::Film film(width, height, view.wants_layers());
         Picture out;
         out.width = static_cast<std::size_t>(width);
         out.height = static_cast<std::size_t>(height);
-        out.holes = render_tiles(*m_state, view, threads, control, film);
+        out.holes = call.checked(render_tiles(*m_state, view, threads, control, film));
         out.light.reserve(out.width * out.height * 4);
         out.depth_m.reserve(out.width * out.height);
         out.rgb.reserve(out.width * out.height * 3);

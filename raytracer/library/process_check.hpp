@@ -2,12 +2,16 @@
 
 namespace terravox {
 
-/// Threads do not survive a fork, and would be waited for: the library works in the process that
-/// used it first, and in those that had not when they were forked.
-/// @throws util::UsageError in a process that was forked after the library had been used
+/// Threads do not survive a fork, and would be waited for: the library works in the process in
+/// which it first had threads, and in those that were forked before that.
+/// @throws util::UsageError in a process that was forked later
 void check_process();
 
-/// Whether this is the process that used the library first.
-[[nodiscard]] bool is_first_process() noexcept;
+/// To be called before threads are made.
+/// @throws as check_process()
+void note_process();
+
+/// Whether threads of the library that were made are in this process.
+[[nodiscard]] bool has_threads_here() noexcept;
 
 }  // namespace terravox

@@ -2,10 +2,11 @@
 
 #include <terravox/world.hpp>
 
+#include <atomic>
 #include <filesystem>
+#include <functional>
 #include <memory>
-#include <stop_token>
-#include <string>
+#include <optional>
 
 #include "common/util/stage_times.hpp"
 #include "common/voxel/world.hpp"
@@ -47,12 +48,39 @@ struct WorldState {
     /// Requests for boxes are short, so that a call may be stopped: other calls use the same boxes.
     mutable blocks::BlockManager blocks;
 
-    [[nodiscard]] const voxel::VoxelBounds& bounds() const noexcept {
-        return world->info().framed_bounds();
-    }
+    mutable std::atomic<int> calls{0};  ///< that are under way
+
+    /// The smallest block of a level that covers bounds, in voxels of that level; without bounds
+    /// what pictures show.
+    /// @throws util::UsageError for a level that the world does not have, and where nothing is
+    [[nodiscard]] voxel::VoxelBounds block_over(const std::optional<MapBounds>& bounds,
+                                                int level) const;
+    /// The same over the whole height of the world.
+    [[nodiscard]] voxel::VoxelBounds columns_over(const std::optional<MapBounds>& area,
+                                                  int level) const;
     /// @throws util::UsageError for a level that the world does not have
     void check_level(int level) const;
 };
+
+/// A call that reads boxes. If no other is under way, boxes that could not be read are asked for
+/// again.
+class WorldCall {
+public:
+    /// @throws util::UsageError for a number of threads that is not allowed
+    WorldCall(const WorldState& state, int threads);
+    ~WorldCall();
+    WorldCall(const WorldCall&) = delete;
+    WorldCall& operator=(const WorldCall&) = delete;
+    /// @return the holes that a result has
+    /// @throws voxel::ChangedError where it has any because the world is another one now
+    [[nodiscard]] std::size_t checked(std::size_t holes) const;
+
+private:
+    const WorldState& m_state;
+};
+
+/// @throws util::UsageError unless 0 to 1024
+void check_threads(int threads);
 
 /// Makes a state. In a forked process it is never destroyed, which would wait for threads that are
 /// not there.

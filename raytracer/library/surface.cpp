@@ -4,7 +4,9 @@
 #include <atomic>
 #include <bit>
 #include <limits>
+#include <string>
 
+#include "common/util/error.hpp"
 #include "raytracer/library/box_columns.hpp"
 #include "raytracer/library/guarded.hpp"
 #include "raytracer/library/tree_walk.hpp"
@@ -120,17 +122,23 @@ private:
     std::atomic<std::size_t> m_holes{0};
 };
 
+/// Worlds without end are wider than any memory.
+void check_size(const voxel::VoxelBounds& block) {
+    constexpr double kMost = 1e9;
+    const double cells = (static_cast<double>(block.max[0]) - block.min[0]) *
+                         (static_cast<double>(block.max[2]) - block.min[2]);
+    if (cells > kMost)
+        throw util::UsageError("read a surface: " + std::to_string(cells) +
+                               " cells; allowed: up to 10^9");
+}
+
 }  // namespace
 
 Raster World::surface(const std::optional<MapBounds>& area, int level, int threads,
                       const Control& control) const {
-    return guarded([&] {
-        m_state->check_level(level);
-        MapBounds wanted = area.value_or(m_state->info.bounds);
-        wanted.bottom = -std::numeric_limits<double>::infinity();
-        wanted.top = std::numeric_limits<double>::infinity();
-        const voxel::VoxelBounds block =
-            m_state->frame.block_over(wanted, level, m_state->bounds());
+    return guarded(control, [&] {
+        const WorldCall call(*m_state, threads);
+        const voxel::VoxelBounds block = m_state->columns_over(area, level);
         voxel::VoxelBounds finest = block;
         for (std::size_t a = 0; a < 3; ++a) {
             finest.min[a] *= std::int32_t{1} << level;
@@ -139,6 +147,7 @@ Raster World::surface(const std::optional<MapBounds>& area, int level, int threa
         Raster out;
         out.bounds = m_state->frame.bounds_of(finest);
         out.cell = m_state->frame.units() * static_cast<double>(std::int64_t{1} << level);
+        check_size(block);
         out.rows = static_cast<std::size_t>(block.max[2] - block.min[2]);
         out.columns = static_cast<std::size_t>(block.max[0] - block.min[0]);
         out.bands.push_back(
@@ -149,7 +158,7 @@ Raster World::surface(const std::optional<MapBounds>& area, int level, int threa
         SurfaceReader reader(m_state->blocks, block, level, voxel_m, out);
         each_box_column(block, level, threads, control,
                         [&](const BoxColumnAt& column) { reader.read(column); });
-        out.holes = reader.holes();
+        out.holes = call.checked(reader.holes());
         return out;
     });
 }

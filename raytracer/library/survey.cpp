@@ -5,6 +5,7 @@
 
 #include "common/util/error.hpp"
 #include "raytracer/library/guarded.hpp"
+#include "raytracer/library/process_check.hpp"
 #include "raytracer/library/state.hpp"
 #include "voxelserver/survey/survey.hpp"
 
@@ -19,6 +20,7 @@ void check(const char* name, double value, double least, double most) {
 }
 
 survey::SurveyOptions options_of(const SurveyRequest& request) {
+    check_threads(request.threads);
     check("density", request.density, 0.1, 200);
     check("squares_east", request.squares_east, 1, 100);
     check("squares_north", request.squares_north, 1, 100);
@@ -42,7 +44,8 @@ survey::SurveyOptions options_of(const SurveyRequest& request) {
 }  // namespace
 
 std::vector<std::string> make_survey(const SurveyRequest& request, const Control& control) {
-    return guarded([&] {
+    return guarded(control, [&] {
+        note_process();
         const survey::SurveyOptions options = options_of(request);
         const std::size_t total = survey::squares_of(options).size();
         const auto reports =

@@ -67,6 +67,16 @@ private:
     int m_z = 0;
 };
 
+/// Far coordinates would not fit their type at other levels, or as bytes of an array.
+void check_range(std::int32_t coordinate, int level) {
+    constexpr std::int64_t kFarthest = std::int64_t{1} << 30;
+    const std::int64_t finest = std::int64_t{coordinate} * (std::int64_t{1} << level);
+    if (finest < -kFarthest || finest > kFarthest)
+        throw util::UsageError("read voxels: the block reaches to " + std::to_string(coordinate) +
+                               " on level " + std::to_string(level) +
+                               "; allowed: -2^30 to 2^30 on level 0");
+}
+
 VoxelGrid grid_of(const VoxelBlock& block, const MapFrame& frame) {
     constexpr double kMost = 4294967296.0;
     VoxelGrid out;
@@ -74,6 +84,8 @@ VoxelGrid grid_of(const VoxelBlock& block, const MapFrame& frame) {
     voxel::VoxelBounds finest{block.min, block.max};
     double count = 1;
     for (std::size_t a = 0; a < 3; ++a) {
+        check_range(block.min[a], block.level);
+        check_range(block.max[a], block.level);
         const std::int64_t size = std::int64_t{block.max[a]} - block.min[a];
         if (size <= 0)
             throw util::UsageError("read voxels: the block has " + std::to_string(size) +
@@ -95,7 +107,8 @@ VoxelGrid grid_of(const VoxelBlock& block, const MapFrame& frame) {
 }  // namespace
 
 VoxelGrid World::voxels(const VoxelBlock& block, int threads, const Control& control) const {
-    return guarded([&] {
+    return guarded(control, [&] {
+        const WorldCall call(*m_state, threads);
         m_state->check_level(block.level);
         VoxelGrid out = grid_of(block, m_state->frame);
         std::atomic<std::size_t> holes{0};
@@ -111,7 +124,7 @@ VoxelGrid World::voxels(const VoxelBlock& block, int threads, const Control& con
                 walk_tree(*found->box, copy);
             }
         });
-        out.holes = holes;
+        out.holes = call.checked(holes);
         return out;
     });
 }

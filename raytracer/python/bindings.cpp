@@ -92,10 +92,10 @@ nb::dict dict_of(Picture picture) {
     return out;
 }
 
-World open_world(std::vector<std::string> inputs, OpenOptions options, const nb::object& progress) {
+World open_world(std::vector<std::string> inputs, OpenOptions options) {
     return interruptible(
-        progress, [inputs = std::move(inputs), options = std::move(options)](
-                      const Control& control) { return World::open(inputs, options, control); });
+        nb::none(), [inputs = std::move(inputs), options = std::move(options)](
+                        const Control& control) { return World::open(inputs, options, control); });
 }
 
 nb::object voxels(const World& world, const std::optional<Bounds>& bounds, int level, int threads,
@@ -168,10 +168,11 @@ nb::dict analyse(const World& world, AnalysisOptions options, const nb::object& 
         }));
 }
 
-nb::object convert(const World& world, std::string out, ConvertOptions options) {
+nb::object convert(const World& world, std::string out, ConvertOptions options,
+                   const nb::object& progress) {
     const ConvertReport report = interruptible(
-        nb::none(), [world, out = std::move(out), options = std::move(options)](
-                        const Control& /*control*/) { return world.convert(out, options); });
+        progress, [world, out = std::move(out), options = std::move(options)](
+                      const Control& control) { return world.convert(out, options, control); });
     return nb::make_tuple(nb::cast(report.files), report.voxels, report.holes);
 }
 
@@ -191,7 +192,7 @@ std::vector<std::tuple<int, std::string, std::array<int, 3>>> material_list() {
 
 void finish() {
     const nb::gil_scoped_release without_lock;
-    LeftThreads::all().join();
+    Calls::all().finish();
 }
 
 }  // namespace
@@ -224,17 +225,14 @@ NB_MODULE(_core, module) {
         .def_static(
             "open",
             [](std::vector<std::string> inputs, std::string crs, std::string classes,
-               double voxel_m, std::vector<std::string> orthophotos,
-               std::vector<std::string> additions, std::string cache, Fields fields,
-               const nb::object& progress) {
-                return open_world(
-                    std::move(inputs),
-                    {std::move(crs), std::move(classes), voxel_m, std::move(orthophotos),
-                     std::move(additions), std::move(cache), std::move(fields)},
-                    progress);
+               std::optional<double> voxel_m, std::vector<std::string> orthophotos,
+               std::vector<std::string> additions, std::string cache, Fields fields) {
+                return open_world(std::move(inputs), {std::move(crs), std::move(classes), voxel_m,
+                                                      std::move(orthophotos), std::move(additions),
+                                                      std::move(cache), std::move(fields)});
             },
-            "inputs"_a, "crs"_a, "classes"_a, "voxel_m"_a, "orthophotos"_a, "additions"_a,
-            "cache"_a, "fields"_a, "progress"_a.none())
+            "inputs"_a, "crs"_a, "classes"_a, "voxel_m"_a.none(), "orthophotos"_a, "additions"_a,
+            "cache"_a, "fields"_a)
         .def("info", &info_of)
         .def("damage", &World::damage)
         .def("voxels", &voxels, "bounds"_a.none(), "level"_a, "threads"_a, "progress"_a.none())
@@ -266,9 +264,12 @@ NB_MODULE(_core, module) {
         .def(
             "convert",
             [](const World& world, std::string out, std::string format, int level,
-               const std::optional<Bounds>& area, bool overwrite, int threads) {
+               const std::optional<Bounds>& area, bool overwrite, int threads,
+               const nb::object& progress) {
                 return convert(world, std::move(out),
-                               {std::move(format), level, map_bounds(area), overwrite, threads});
+                               {std::move(format), level, map_bounds(area), overwrite, threads},
+                               progress);
             },
-            "out"_a, "format"_a, "level"_a, "area"_a.none(), "overwrite"_a, "threads"_a);
+            "out"_a, "format"_a, "level"_a, "area"_a.none(), "overwrite"_a, "threads"_a,
+            "progress"_a.none());
 }

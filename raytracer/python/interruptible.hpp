@@ -3,9 +3,13 @@
 #include <nanobind/nanobind.h>
 #include <terravox/control.hpp>
 
+#include <sys/types.h>
+
 #include <chrono>
+#include <condition_variable>
 #include <functional>
 #include <future>
+#include <list>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -18,18 +22,44 @@ namespace terravox::python {
 
 namespace nb = nanobind;
 
-/// Threads whose results nobody waits for any more: their calls were interrupted in the middle of a
-/// box. They end soon, and must have ended before the interpreter does.
-class LeftThreads {
+/// All calls that are under way, and the threads of those that were interrupted in the middle of a
+/// box. They must have ended before the interpreter does, which ends other threads wherever they
+/// ask for its lock.
+class Calls {
 public:
-    static LeftThreads& all();
-    void add(std::thread thread);
-    /// Waits for all of them. To be called without the interpreter's lock.
-    void join();
+    static Calls& all();
+
+    /// A call that is under way.
+    class Scope {
+    public:
+        /// @throws Error once the interpreter ends
+        explicit Scope(const std::stop_source& stop);
+        ~Scope();
+        Scope(const Scope&) = delete;
+        Scope& operator=(const Scope&) = delete;
+
+    private:
+        std::list<std::stop_source>::iterator m_place;
+    };
+
+    /// Takes a thread whose result nobody waits for.
+    /// @param ended when it is ready, the thread is about to end
+    void leave(std::thread thread, std::shared_future<void> ended);
+    /// Refuses further calls, stops those that are under way, and waits for all threads. To be
+    /// called without the interpreter's lock. In a forked process it does nothing.
+    void finish();
 
 private:
+    struct LeftThread {
+        std::thread thread;
+        std::shared_future<void> ended;
+    };
     std::mutex m_mutex;
-    std::vector<std::thread> m_threads;
+    std::condition_variable m_idle;
+    std::list<std::stop_source> m_running;
+    std::vector<LeftThread> m_left;
+    bool m_closed = false;
+    pid_t m_process = 0;  ///< that the threads are in
 };
 
 /// The progress of a call, from the thread that works to the one that waits.
@@ -61,23 +91,31 @@ auto interruptible(const nb::object& progress, Work work) {
     constexpr std::chrono::milliseconds kPeriod{20};
     const auto shared = std::make_shared<SharedProgress>();
     std::stop_source stop;
+    const Calls::Scope scope(stop);
     Control control;
     control.stop = stop.get_token();
     if (!progress.is_none())
         control.progress = [shared](std::uint64_t done, std::uint64_t of) {
             shared->set(done, of);
         };
+    std::promise<void> ended;
+    const std::shared_future<void> end = ended.get_future().share();
     std::packaged_task<Result()> task(
         [work = std::move(work), control]() mutable { return work(control); });
     std::future<Result> result = task.get_future();
-    std::thread thread(std::move(task));
+    std::thread thread([task = std::move(task), ended = std::move(ended)]() mutable {
+        task();
+        // What it owned, Python's objects among it, is let go before the thread counts as ended.
+        task = {};
+        ended.set_value();
+    });
     const auto report = [&] {
         if (const auto counts = shared->take())
             progress(counts->first, counts->second);
     };
     try {
         const nb::gil_scoped_release without_lock;
-        while (result.wait_for(kPeriod) != std::future_status::ready) {
+        while (end.wait_for(kPeriod) != std::future_status::ready) {
             const nb::gil_scoped_acquire with_lock;
             if (PyErr_CheckSignals() != 0)
                 throw nb::python_error();
@@ -86,7 +124,7 @@ auto interruptible(const nb::object& progress, Work work) {
         thread.join();
     } catch (...) {
         stop.request_stop();
-        LeftThreads::all().add(std::move(thread));
+        Calls::all().leave(std::move(thread), end);
         throw;
     }
     report();

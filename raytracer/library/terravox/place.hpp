@@ -37,7 +37,8 @@ struct VoxelBlock {
 /// Facts of a world.
 struct WorldInfo {
     std::string title;
-    MapBounds bounds;      ///< of everything that is not air
+    /// Of everything that is not air; of worlds without end, what pictures show of them.
+    MapBounds bounds;
     VoxelBlock block;      ///< the same, of level 0
     double voxel_m = 1;    ///< edge of a voxel of level 0
     double map_units = 1;  ///< of the map for such an edge: voxel_m where these are metres

@@ -20,7 +20,7 @@ struct SurveyRequest {
     int threads = 0;        ///< 0: one for each core
 };
 
-/// Writes a survey.
+/// Writes a survey. Stopped, it finishes the squares that are begun.
 /// @return the LAZ files
 /// @throws UsageError, Error
 TERRAVOX_API std::vector<std::string> make_survey(const SurveyRequest& request,

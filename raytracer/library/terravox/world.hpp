@@ -21,9 +21,9 @@ namespace terravox {
 struct WorldState;
 
 struct OpenOptions {
-    std::string crs;                       ///< instead of that of the files; empty: theirs
-    std::string classes = "asprs";         ///< table of LiDAR classes: its name, or a path
-    double voxel_m = 1;                    ///< edge of a voxel of LiDAR data and heights
+    std::string crs;                ///< instead of that of the files; empty: theirs
+    std::string classes;            ///< table of LiDAR classes: its name, or a path; empty: asprs
+    std::optional<double> voxel_m;  ///< edge of a voxel of LiDAR data and heights; nullopt: 1
     std::vector<std::string> orthophotos;  ///< images, or folders of them
     /// Planned objects that are put into the world, as `--add` of the command line takes them.
     std::vector<std::string> additions;
@@ -68,10 +68,12 @@ struct ConvertReport {
 /// A world of voxels: LiDAR data, rasters of heights, Minecraft and Luanti worlds, archives of
 /// boxes, addresses of voxel servers, or a source of one's own. Boxes are read when they are
 /// needed, and kept in memory up to a limit (field processing.memory_mib). Copies share one world.
-/// All functions may be called from several threads at once, and throw terravox::Error.
+/// All functions may be called from several threads at once. They throw terravox::Error, and
+/// std::bad_alloc where memory is missing. Numbers of threads are 0 (one for each core) to 1024.
 class TERRAVOX_API World {
 public:
     /// @param inputs paths or addresses of one kind; several only of LiDAR data and heights
+    /// @param control its progress is not told
     /// @throws UsageError, Error
     [[nodiscard]] static World open(const std::vector<std::string>& inputs,
                                     const OpenOptions& options = {}, const Control& control = {});
@@ -116,7 +118,8 @@ public:
     [[nodiscard]] Raster analyse(const AnalysisOptions& options, const Control& control = {}) const;
     /// Writes the world, or a part of it, in another format.
     /// @throws UsageError when something is there that is not to be replaced
-    ConvertReport convert(const std::string& out, const ConvertOptions& options = {}) const;
+    ConvertReport convert(const std::string& out, const ConvertOptions& options = {},
+                          const Control& control = {}) const;
 
 private:
     explicit World(std::shared_ptr<WorldState> state) : m_state(std::move(state)) {}

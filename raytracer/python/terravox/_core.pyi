@@ -32,12 +32,11 @@ class World:
         inputs: Sequence[str],
         crs: str,
         classes: str,
-        voxel_m: float,
+        voxel_m: float | None,
         orthophotos: Sequence[str],
         additions: Sequence[str],
         cache: str,
         fields: _Fields,
-        progress: _Progress,
     ) -> World: ...
     def info(self) -> dict[str, Any]: ...
     def damage(self) -> list[str]: ...
@@ -95,4 +94,5 @@ class World:
         area: Sequence[float] | None,
         overwrite: bool,
         threads: int,
+        progress: _Progress,
     ) -> tuple[list[str], int, int]: ...

@@ -1,8 +1,10 @@
 """Scenes: dictionaries, files and keyword arguments."""
 
+import datetime
 import json
 import os
 import pathlib
+import re
 from collections.abc import Mapping
 from typing import Any, TypeAlias
 
@@ -10,7 +12,12 @@ SceneLike: TypeAlias = Mapping[str, Any] | str | os.PathLike[str] | None
 """Sections with their fields, {"camera": {"look": "bled"}}, or the path of a scene file."""
 
 
+_NAME = re.compile(r"[a-z][a-z0-9_]*")
+
+
 def _value(value: Any) -> str:
+    if isinstance(value, datetime.date):
+        return json.dumps(value.isoformat())
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, str):
@@ -32,17 +39,24 @@ def toml_of(scene: SceneLike) -> str:
         return pathlib.Path(scene).read_text(encoding="utf-8")
     lines = []
     for section, fields in scene.items():
+        if not isinstance(section, str) or not _NAME.fullmatch(section):
+            raise TypeError(f"a scene with {section!r}; allowed: names of sections")
         if not isinstance(fields, Mapping):
             raise TypeError(
                 f"a scene with {section!r} = {fields!r}; allowed: sections, which are dictionaries"
             )
         lines.append(f"[{section}]")
-        lines += [f"{name} = {_value(value)}" for name, value in fields.items()]
+        for name, value in fields.items():
+            if not isinstance(name, str) or not _NAME.fullmatch(name):
+                raise TypeError(f"a scene with {section}.{name!r}; allowed: names of fields")
+            lines.append(f"{name} = {_value(value)}")
     return "\n".join(lines) + "\n"
 
 
 def field_text(value: Any) -> str:
     """Return a value as text, as on the command line."""
+    if value is None:
+        raise TypeError("a field that is None; allowed: text, numbers, True, False, dates, lists")
     if isinstance(value, bool):
         return "yes" if value else "no"
     if isinstance(value, (list, tuple)):

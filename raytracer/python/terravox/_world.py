@@ -28,20 +28,19 @@ def open(  # noqa: A001 - terravox.open() is what users expect
     path: Path | Iterable[Path],
     *,
     crs: str = "",
-    classes: str = "asprs",
-    voxel_m: float = 1.0,
+    classes: str = "",
+    voxel_m: float | None = None,
     orthophotos: Iterable[Path] = (),
     add: Iterable[str] = (),
     cache: Path = "",
     fields: Mapping[str, Any] | None = None,
-    progress: Progress = None,
 ) -> "World":
     """Open a world: LiDAR data, heights, Minecraft, Luanti, an archive, an address, noise.
 
     :param path: a path or an address; several only of LiDAR data and of rasters of heights
     :param crs: instead of that of the files, "EPSG:3794"
-    :param classes: table of LiDAR classes: its name, or a path
-    :param voxel_m: edge of a voxel of LiDAR data and heights, metres
+    :param classes: table of LiDAR classes: its name, or a path; "": asprs
+    :param voxel_m: edge of a voxel of LiDAR data and heights, metres; None: 1
     :param orthophotos: images, or folders of them
     :param add: planned objects that are put into the world, as `--add` takes them
     :param cache: folder that keeps prepared squares; "": the user's own; "none": none
@@ -60,7 +59,6 @@ def open(  # noqa: A001 - terravox.open() is what users expect
         list(add),
         os.fspath(cache),
         field_list(fields or {}),
-        progress,
     )
     return World(core)
 
@@ -127,13 +125,16 @@ class World:
 
     @property
     def bounds(self) -> tuple[float, float, float, float]:
-        """West, south, east, north of all that is not air, units of the CRS."""
+        """West, south, east, north in units of the CRS.
+
+        Of all that is not air; of worlds without end, of what pictures show of them.
+        """
         west, south, east, north = self._info["bounds"][:4]
         return (west, south, east, north)
 
     @property
     def heights(self) -> tuple[float, float]:
-        """Lowest and highest height of all that is not air, metres."""
+        """Lowest and highest height of these bounds, metres."""
         bottom, top = self._info["bounds"][4:]
         return (bottom, top)
 
@@ -309,6 +310,7 @@ class World:
         bounds: Bounds = None,
         overwrite: bool = False,
         threads: int = 0,
+        progress: Progress = None,
     ) -> list[str]:
         """Write the world, or a part of it, in another format: .tvx, .vox, .glb, Minecraft, ...
 
@@ -317,7 +319,7 @@ class World:
         :raises Error: where data could not be read; what was written has holes then
         """
         files, _, holes = self._core.convert(
-            os.fspath(path), format, level, _six(bounds), overwrite, threads
+            os.fspath(path), format, level, _six(bounds), overwrite, threads, progress
         )
         if holes:
             raise _core.Error(f"convert to {os.fspath(path)}: {holes} boxes could not be read")

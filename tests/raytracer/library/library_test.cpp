@@ -234,6 +234,47 @@ TEST_CASE("library: boxes that cannot be made are counted, never air", "[library
     CHECK(world.render(small_scene()).holes > 0);
 }
 
+TEST_CASE("library: boxes that come back are read again", "[library]") {
+    const auto source = std::make_shared<Hills>();
+    const World world = World::of(source);
+    const std::vector<double> origin{30, 30, 200};
+    const std::vector<double> down{0, 0, -1};
+    source->fail();
+    REQUIRE(world.cast(origin, down).holes == 1);
+    source->fail(false);
+    CHECK(world.cast(origin, down).holes == 0);
+    source->fail();
+    source->fail(false);
+    CHECK(world.surface().holes == 0);
+}
+
+TEST_CASE("library: areas of worlds without end are where they are asked for", "[library]") {
+    const World world = World::open({"generated:7"});
+    const MapBounds far{3000, -64, 3064, 0};
+    const Raster surface = world.surface(far);
+    CHECK(surface.bounds.west == 3000);
+    CHECK(surface.columns == 64);
+    CHECK(surface.rows == 64);
+    CHECK(std::none_of(surface.bands.front().values.begin(), surface.bands.front().values.end(),
+                       [](float v) { return std::isnan(v); }));
+    AnalysisOptions options;
+    options.kind = "terrain";
+    options.area = far;
+    CHECK(same_bits(world.analyse(options).bands.front().values, surface.bands.front().values));
+    const double all = 1e9;
+    CHECK_THROWS_AS(world.surface(MapBounds{-all, -all, all, all}), UsageError);
+}
+
+TEST_CASE("library: directions of any length give one distance", "[library]") {
+    const World world = hills();
+    const std::vector<double> origin{30, 30, 100};
+    const double expected = 100 - Hills::top(60, -60) * 0.5;
+    for (const double length : {1e-300, 1e-161, 1e-9, 1.0, 1e9, 1e200, 1e300}) {
+        const std::vector<double> down{0, 0, -length};
+        CHECK(world.cast(origin, down).distance_m.front() == expected);
+    }
+}
+
 TEST_CASE("library: a call that is stopped ends with Stopped", "[library]") {
     const World world = hills();
     std::stop_source stop;
@@ -246,6 +287,13 @@ TEST_CASE("library: a call that is stopped ends with Stopped", "[library]") {
     const std::vector<double> ray{0, 0, 1};
     CHECK_THROWS_AS(world.cast(ray, ray, {}, control), Stopped);
     CHECK_THROWS_AS(World::open({"generated:7"}, {}, control), Stopped);
+    AnalysisOptions options;
+    options.kind = "terrain";
+    CHECK_THROWS_AS(world.analyse(options, control), Stopped);
+    const std::filesystem::path out =
+        std::filesystem::temp_directory_path() / "terravox_library_stopped.tvx";
+    CHECK_THROWS_AS(world.convert(out.string(), {}, control), Stopped);
+    CHECK(!std::filesystem::exists(out));
     // The world can be used afterwards.
     CHECK(world.surface().holes == 0);
 }
@@ -305,6 +353,19 @@ TEST_CASE("library: requests that make no sense are refused", "[library]") {
     options.kind = "sight";
     CHECK_THROWS_AS(world.analyse(options), UsageError);
     CHECK_THROWS_AS(World::open({"/nowhere/at/all"}), UsageError);
+    const double nan = std::numeric_limits<double>::quiet_NaN();
+    CHECK_THROWS_AS(world.surface(MapBounds{nan, -1, 1, 1}), UsageError);
+    CHECK_THROWS_AS(world.block_of(MapBounds{-1, -1, 1, nan}), UsageError);
+    const std::int32_t most = std::numeric_limits<std::int32_t>::max();
+    CHECK_THROWS_AS(world.voxels({1, {0, 0, 0}, {most, 1, 1}}), UsageError);
+    CHECK_THROWS_AS(world.surface(std::nullopt, 0, -1), UsageError);
+    CHECK_THROWS_AS(world.render(small_scene(), 100'000), UsageError);
+    OpenOptions elsewhere;
+    elsewhere.fields = {{"sun.date", "2026-06-21"}};
+    CHECK_THROWS_AS(World::open({"generated:7"}, elsewhere), UsageError);
+    OpenOptions with_crs;
+    with_crs.crs = "EPSG:3794";
+    CHECK_THROWS_AS(World::of(std::make_shared<Hills>(), with_crs), UsageError);
     CHECK_THROWS_AS(World::of(nullptr), UsageError);
     CHECK_THROWS_AS(World::of(std::make_shared<Hills>("EPSG:4326")), UsageError);
     CHECK_THROWS_AS(make_survey({"", 7, 8, 1, 1, 1000, 0}), UsageError);

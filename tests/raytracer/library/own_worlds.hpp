@@ -53,7 +53,7 @@ public:
         return any;
     }
 
-    void fail() noexcept { m_fails = true; }
+    void fail(bool fails = true) noexcept { m_fails = fails; }
     [[nodiscard]] int boxes() const noexcept { return m_boxes; }
 
 private:

@@ -55,6 +55,10 @@ def rays(world, count, seed=1):
     return origins, directions
 
 
+def run_python(code):
+    return subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+
+
 def highest(archive):
     """Runs in a process of its own."""
     return float(terravox.open(archive).surface().max())
@@ -233,6 +237,9 @@ class Errors(unittest.TestCase):
         self.refused(lambda: world.surface(level=99), "level = 99", "allowed: 0 to")
         self.refused(lambda: world.surface((0, 0, 1, 1)), "nothing is within")
         self.refused(lambda: world.surface((0, 1)), "2 numbers of bounds")
+        self.refused(lambda: world.surface((math.nan, 0, 1, 1)), "not a number")
+        self.refused(lambda: world.surface(threads=-1), "-1", "0 to 1024")
+        self.refused(lambda: terravox.open("generated:7", fields={"sun.size": 2}), "sun.size")
         self.refused(lambda: world.render({"camera": {"fow": 3}}), "unknown field 'camera.fow'")
         self.refused(lambda: world.render(fields={"camera.fov_deg": 500}), "500")
         self.refused(lambda: world.analyse("gravity"), "gravity", "terrain")
@@ -252,7 +259,8 @@ class Errors(unittest.TestCase):
             terravox.open(broken)
 
     def test_scenes_of_wrong_types(self):
-        for scene in ({"camera": 3}, {"camera": {"look": object()}}):
+        wrong = ({"camera": 3}, {"camera": {"look": object()}}, {"a]\n[b": {}})
+        for scene in (*wrong, {"camera": {"a = 1\nb": 2}}):
             with self.assertRaises(TypeError):
                 village().render(scene)
 
@@ -293,6 +301,13 @@ class Interruptions(unittest.TestCase):
         # That it ends soon is the point, not how soon exactly on a busy machine.
         self.assertLess(self.interrupted_after_s(lambda: world.render(fields=long)), 30)
         self.assertEqual(world.render(fields=SMALL).holes, 0)
+
+    def test_a_conversion(self):
+        world = terravox.open("generated:7")
+        out = FOLDER / "interrupted.tvx"
+        bounds = (-2000, -2000, 2000, 2000)
+        self.assertLess(self.interrupted_after_s(lambda: world.convert(out, bounds=bounds)), 30)
+        self.assertFalse(out.exists())
 
     def test_progress_is_told_and_its_errors_come_through(self):
         world = village()
@@ -364,6 +379,19 @@ class Processes(unittest.TestCase):
         self.assertEqual(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]), 0)
         self.assertEqual(world.render(fields=SMALL).holes, 0)
 
+    def test_a_process_that_was_forked_before_any_use_works(self):
+        village()
+        code = (
+            "import multiprocessing, terravox\n"
+            "def highest(path):\n"
+            "    return float(terravox.open(path).surface().max())\n"
+            "with multiprocessing.get_context('fork').Pool(2) as pool:\n"
+            f"    print(pool.map(highest, [{str(FOLDER / 'village.tvx')!r}] * 2))\n"
+        )
+        done = run_python(code)
+        expected = f"{[float(village().surface().max())] * 2}\n"
+        self.assertEqual((done.returncode, done.stdout), (0, expected), done.stderr)
+
     def test_spawned_processes_work(self):
         village()
         with multiprocessing.get_context("spawn").Pool(2) as pool:
@@ -402,10 +430,43 @@ class Leaks(unittest.TestCase):
             "except KeyboardInterrupt:\n"
             "    print('interrupted')\n"
         )
-        done = subprocess.run(
-            [sys.executable, "-c", code], capture_output=True, text=True, check=False
-        )
+        done = run_python(code)
         self.assertEqual((done.returncode, done.stdout), (0, "interrupted\n"), done.stderr)
+
+    def test_the_interpreter_ends_while_another_thread_is_in_a_call(self):
+        village()
+        code = (
+            "import threading, time, terravox\n"
+            f"w = terravox.open({str(FOLDER / 'village.tvx')!r})\n"
+            "def work():\n"
+            "    while True:\n"
+            "        w.render(fields={'output.size': '400x400', 'quality.samples': 64})\n"
+            "threading.Thread(target=work, daemon=True).start()\n"
+            "time.sleep(0.5)\n"
+        )
+        done = run_python(code)
+        self.assertEqual(done.returncode, 0, done.stderr)
+
+    def test_a_process_that_is_forked_after_an_interruption_ends(self):
+        village()
+        code = (
+            "import atexit, os, signal, threading, terravox\n"
+            f"w = terravox.open({str(FOLDER / 'village.tvx')!r})\n"
+            "main = threading.main_thread().ident\n"
+            "threading.Timer(0.3, lambda: signal.pthread_kill(main, signal.SIGINT)).start()\n"
+            "try:\n"
+            "    w.render(fields={'output.size': '3000x3000', 'quality.samples': 64})\n"
+            "except KeyboardInterrupt:\n"
+            "    pass\n"
+            "child = os.fork()\n"
+            "if child == 0:\n"
+            # Not exit(): the log of OpenVDB waits there for threads of its own.
+            "    atexit._run_exitfuncs()\n"
+            "    os._exit(0)\n"
+            "print(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]))\n"
+        )
+        done = run_python(code)
+        self.assertEqual((done.returncode, done.stdout), (0, "0\n"), done.stderr)
 
 
 if __name__ == "__main__":

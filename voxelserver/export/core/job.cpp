@@ -11,6 +11,8 @@ namespace terravox::exports {
 voxel::BoxOutcome Job::outcome(std::int32_t bx, std::int32_t by, std::int32_t bz) {
     const voxel::BoxKey key{part.level, bx, by, bz};
     voxel::BoxOutcome got;
+    if (stop.stop_requested())
+        throw util::Error("convert to " + out.string() + ": interrupted");
     try {
         got.box = m_world.box(key);
     } catch (const voxel::ChangedError&) {

@@ -7,6 +7,7 @@
 #include <memory>
 #include <mutex>
 #include <set>
+#include <stop_token>
 #include <string>
 #include <vector>
 
@@ -59,7 +60,8 @@ public:
     /// their files is the same.
     std::string name = "conversion";
     Colours colours = Colours::kTrue;
-    int threads = 0;  ///< 0 = one for each core
+    int threads = 0;       ///< 0 = one for each core
+    std::stop_token stop;  ///< ends the conversion, with an Error
     /// What the writer may hold in addition to the world's own caches.
     std::size_t memory_bytes = std::size_t{1} << 30;
     [[nodiscard]] const voxel::WorldInfo& world() const noexcept { return m_world.info(); }
@@ -69,7 +71,8 @@ public:
     }
 
     /// A box of the part's level. A hole is logged and counted.
-    /// @throws voxel::ChangedError, with which the conversion ends
+    /// @throws voxel::ChangedError, and Error "interrupted" once stopped, with which the conversion
+    /// ends
     [[nodiscard]] voxel::BoxOutcome outcome(std::int32_t bx, std::int32_t by, std::int32_t bz);
     /// @return nullptr = air, or a hole
     [[nodiscard]] std::shared_ptr<const voxel::Box> box(std::int32_t bx, std::int32_t by,

@@ -18,17 +18,21 @@ double seconds(std::chrono::steady_clock::duration d) {
 
 }  // namespace
 
-Meter::Meter(std::string what, std::uint64_t total, bool quiet)
+Meter::Meter(std::string what, std::uint64_t total, bool quiet,
+             std::function<void(std::uint64_t, std::uint64_t)> told)
     : m_what(std::move(what)),
       m_total(total),
       m_quiet(quiet),
       m_terminal(::isatty(STDERR_FILENO) == 1),
+      m_told(std::move(told)),
       m_start(std::chrono::steady_clock::now()),
       m_last(m_start) {}
 
 void Meter::add(std::uint64_t steps) {
     const std::lock_guard lock(m_mutex);
     m_done += steps;
+    if (m_told)
+        m_told(m_done, m_total);
     const auto now = std::chrono::steady_clock::now();
     if (m_finished || seconds(now - m_last) < (m_terminal ? kTerminalEvery_s : kPlainEvery_s))
         return;

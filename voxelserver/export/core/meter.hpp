@@ -2,6 +2,7 @@
 
 #include <chrono>
 #include <cstdint>
+#include <functional>
 #include <mutex>
 #include <string>
 
@@ -14,7 +15,9 @@ public:
     /// @param what text before the bar
     /// @param total steps
     /// @param quiet print nothing
-    Meter(std::string what, std::uint64_t total, bool quiet);
+    /// @param told called for each step with what is done and all there is, one call at a time
+    Meter(std::string what, std::uint64_t total, bool quiet,
+          std::function<void(std::uint64_t, std::uint64_t)> told = {});
     ~Meter() { finish(); }
     Meter(const Meter&) = delete;
     Meter& operator=(const Meter&) = delete;
@@ -27,6 +30,7 @@ private:
     const std::uint64_t m_total;
     const bool m_quiet;
     const bool m_terminal;
+    const std::function<void(std::uint64_t, std::uint64_t)> m_told;
     std::mutex m_mutex;
     std::uint64_t m_done = 0;
     bool m_shown = false;
