@@ -8,15 +8,16 @@ command_rows() {
     sed -E '/^#/d; s/ *\| */|/g' "$COMMANDS_FILE"
 }
 
-# Lines of `help`: 76 columns of text behind 22 of names.
+# Lines of `help`: 77 columns of text behind 23 of names. Pipes, and not <(...): that needs /dev/fd,
+# which bare roots lack.
 list_commands() {
     local name text line
-    while IFS='|' read -r name _ text; do
-        while IFS= read -r line; do
+    command_rows | while IFS='|' read -r name _ text; do
+        fold -s -w 77 <<<"$text" | while IFS= read -r line; do
             printf '  %-20s %s\n' "$name" "${line% }"
             name=
-        done < <(fold -s -w 77 <<<"$text")
-    done < <(command_rows)
+        done
+    done
 }
 
 # Lines of `help` about the environment that the programs read.
@@ -32,10 +33,11 @@ TEXT
 # command.
 program_of() {
     local name program
-    while IFS='|' read -r name program _; do
-        [[ ${name%% *} == "$1" ]] && printf '%s\n' "$program"
-    done < <(command_rows)
-    return 0
+    command_rows | while IFS='|' read -r name program _; do
+        if [[ ${name%% *} == "$1" ]]; then
+            printf '%s\n' "$program"
+        fi
+    done
 }
 
 # run_command COMMAND [ARGUMENT...]: one of the programs, in place of this script.
