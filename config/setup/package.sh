@@ -100,26 +100,21 @@ package_deb() {
 
 package_help() {
     cat <<'TEXT'
-Makes packages of the programs of this checkout; prints their names.
+Makes packages of this checkout.
 
-Usage: terravox package deb -o FOLDER
+Usage: terravox package deb|wheel -o FOLDER
 
-  deb              a package for the Debian or Ubuntu of this machine
-  -o FOLDER        where it is written; made when missing
+  deb              the programs, for the Debian or Ubuntu of this machine; prints its name
+  wheel            the Python package, for each Python from 3.11 to 3.13 that is here (takes half an
+                   hour: GDAL, PROJ and curl are compiled once, and most of Terravox)
+  -o FOLDER        where they are written; made when missing
 
-The same commit makes the same bytes: times are those of the commit, or SOURCE_DATE_EPOCH.
+The same commit makes the same bytes of a deb: times are those of the commit, or SOURCE_DATE_EPOCH.
 TEXT
 }
 
-# package deb -o FOLDER
-package() {
-    case ${1:-} in
-        -h | --help) package_help && return ;;
-        deb) ;;
-        *) usage_error "package: '${1:-}'; allowed: deb" ;;
-    esac
-    [[ ${2:-} == -o && -n ${3:-} ]] || usage_error "package $1: -o FOLDER is missing"
-    (($# == 3)) || usage_error "package $1: unknown argument '$4'"
+# build_and_package_deb FOLDER
+build_and_package_deb() {
     command -v dpkg-shlibdeps >/dev/null ||
         die "package deb: dpkg-shlibdeps is not installed (Debian package dpkg-dev)"
     if [[ ${TERRAVOX_NO_BUILD:-0} != 1 ]]; then
@@ -128,6 +123,23 @@ package() {
     fi
     SOURCE_DATE_EPOCH=$(package_epoch)
     export SOURCE_DATE_EPOCH
+    package_deb "$1"
+}
+
+# package deb|wheel -o FOLDER
+package() {
+    case ${1:-} in
+        -h | --help) package_help && return ;;
+        deb | wheel) ;;
+        *) usage_error "package: '${1:-}'; allowed: deb, wheel" ;;
+    esac
+    [[ ${2:-} == -o && -n ${3:-} ]] || usage_error "package $1: -o FOLDER is missing"
+    (($# == 3)) || usage_error "package $1: unknown argument '$4'"
     mkdir -p "$3"
-    package_deb "$(cd "$3" && pwd)"
+    if [[ $1 == wheel ]]; then
+        set_up
+        package_wheel "$(cd "$3" && pwd)"
+    else
+        build_and_package_deb "$(cd "$3" && pwd)"
+    fi
 }
