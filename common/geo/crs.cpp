@@ -25,8 +25,8 @@
 namespace terravox::geo {
 namespace {
 
-// A library that has PROJ inside has its database beside it: the system's may be missing, or of
-// another version.
+// A library into which PROJ is compiled has PROJ's database next to it: that of the system may be
+// missing, or of another version.
 void use_own_proj_data() {
     const std::filesystem::path folder = util::beside_program("proj");
     std::error_code ignored;

@@ -9,7 +9,7 @@ class App;
 namespace terravox::util {
 
 /// True for the command line `PROGRAM --option-tables`, which no help lists: man pages and
-/// completions are made of what it prints (config/setup/python/manual).
+/// completions are made of what it prints (config/manual).
 [[nodiscard]] bool wants_option_tables(int argc, const char* const* argv);
 
 /// @return what --help says of a program and its subcommands, as JSON that ends with a line end: an

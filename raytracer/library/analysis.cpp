@@ -113,7 +113,7 @@ Raster World::analyse(const AnalysisOptions& options, const Control& control) co
             solar::use_weather(solar::read_weather(options.weather), *world.centre, scene);
         }
         const shade::View view = shade::make_view(scene, m_state->blocks);
-        const TemporaryFolder folder = TemporaryFolder::make();
+        const auto folder = util::TemporaryFolder::make("analyse " + options.kind);
         analyse::CellFile cells(folder.path() / "cells.tif", kind, grid.columns, grid.rows,
                                 scene.quality.tile.in_picture(grid.columns));
         const std::size_t holes = render_tiles(*m_state, view, options.threads, control,

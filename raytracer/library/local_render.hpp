@@ -16,7 +16,7 @@ namespace terravox {
 [[nodiscard]] scene::Scene scene_of(const SceneText& text);
 
 /// Renders the tiles of a view on threads of this process.
-/// @param film one of both: a film, or a sink that takes tiles in any order
+/// @param film, sink what takes the tiles: a film, or something else that takes them in any order
 /// @return boxes that could not be read
 /// @throws Stopped, util::Error
 std::size_t render_tiles(const WorldState& state, const shade::View& view, int threads,

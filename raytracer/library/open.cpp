@@ -113,7 +113,7 @@ World World::voxelize(PointSource& points, const OpenOptions& options, const Con
     return guarded(control, [&] {
         set_up_log_once();
         const scene::Scene settings = settings_of(options);
-        TemporaryFolder folder = TemporaryFolder::make();
+        auto folder = util::TemporaryFolder::make("voxelize points");
         worlds::WorldOptions from = world_options(settings, options);
         if (from.crs.empty())
             from.crs = points.crs();

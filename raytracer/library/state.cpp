@@ -2,9 +2,8 @@
 
 #include <terravox/error.hpp>
 
-#include <cstdlib>
 #include <limits>
-#include <system_error>
+#include <string>
 #include <utility>
 
 #include "common/thread/parallel.hpp"
@@ -13,8 +12,6 @@
 #include "raytracer/scene/views.hpp"
 
 namespace terravox {
-
-namespace fs = std::filesystem;
 
 namespace {
 
@@ -37,31 +34,8 @@ WorldInfo info_of(const voxel::WorldInfo& world, const MapFrame& frame) {
 
 }  // namespace
 
-TemporaryFolder TemporaryFolder::make() {
-    std::string name = (fs::temp_directory_path() / "terravox-XXXXXX").string();
-    if (::mkdtemp(name.data()) == nullptr)
-        throw util::Error("make a temporary folder " + name + ": " +
-                          std::system_category().message(errno));
-    TemporaryFolder out;
-    out.m_path = name;
-    return out;
-}
-
-TemporaryFolder::TemporaryFolder(TemporaryFolder&& other) noexcept
-    : m_path(std::exchange(other.m_path, {})) {}
-
-TemporaryFolder& TemporaryFolder::operator=(TemporaryFolder&& other) noexcept {
-    std::swap(m_path, other.m_path);
-    return *this;
-}
-
-TemporaryFolder::~TemporaryFolder() {
-    std::error_code ignored;
-    if (!m_path.empty())
-        fs::remove_all(m_path, ignored);
-}
-
-WorldState::WorldState(const scene::Scene& settings, const OpenWorld& open, TemporaryFolder files)
+WorldState::WorldState(const scene::Scene& settings, const OpenWorld& open,
+                       util::TemporaryFolder files)
     : folder(std::move(files)),
       world(open(times)),
       frame(world->info()),
@@ -96,7 +70,7 @@ void WorldState::check_level(int level) const {
 }
 
 std::shared_ptr<WorldState> make_state(const scene::Scene& settings, const OpenWorld& open,
-                                       TemporaryFolder files) {
+                                       util::TemporaryFolder files) {
     note_process();
     auto state = std::make_unique<WorldState>(settings, open, std::move(files));
     return {state.release(), [](WorldState* made) {

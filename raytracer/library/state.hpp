@@ -3,33 +3,18 @@
 #include <terravox/world.hpp>
 
 #include <atomic>
-#include <filesystem>
 #include <functional>
 #include <memory>
 #include <optional>
 
 #include "common/util/stage_times.hpp"
+#include "common/util/temporary_folder.hpp"
 #include "common/voxel/world.hpp"
 #include "raytracer/blocks/block_manager.hpp"
 #include "raytracer/library/map_frame.hpp"
 #include "raytracer/scene/scene.hpp"
 
 namespace terravox {
-
-/// A folder that is removed with the object; an empty path is none.
-class TemporaryFolder {
-public:
-    TemporaryFolder() = default;
-    /// @throws util::Error when it cannot be made
-    static TemporaryFolder make();
-    TemporaryFolder(TemporaryFolder&& other) noexcept;
-    TemporaryFolder& operator=(TemporaryFolder&& other) noexcept;
-    ~TemporaryFolder();
-    [[nodiscard]] const std::filesystem::path& path() const noexcept { return m_path; }
-
-private:
-    std::filesystem::path m_path;
-};
 
 /// Opens a world.
 /// @param times outlive it
@@ -38,14 +23,15 @@ using OpenWorld = std::function<std::unique_ptr<voxel::World>(util::StageTimes& 
 /// An open world: its boxes in memory, and what it was opened with.
 struct WorldState {
     /// @param settings its section processing is used
-    WorldState(const scene::Scene& settings, const OpenWorld& open, TemporaryFolder files = {});
+    WorldState(const scene::Scene& settings, const OpenWorld& open,
+               util::TemporaryFolder files = {});
 
-    const TemporaryFolder folder;  ///< outlives the world, whose files may be in it
-    util::StageTimes times;        ///< outlives the world, which writes to it
+    const util::TemporaryFolder folder;  ///< outlives the world, whose files may be in it
+    util::StageTimes times;              ///< outlives the world, which writes to it
     const std::unique_ptr<voxel::World> world;
     const MapFrame frame;
     const WorldInfo info;
-    /// Requests for boxes are short, so that a call may be stopped: other calls use the same boxes.
+    /// Shared by all calls; thread-safe.
     mutable blocks::BlockManager blocks;
 
     mutable std::atomic<int> calls{0};  ///< that are under way
@@ -87,7 +73,7 @@ void check_threads(int threads);
 /// @throws what `open` throws
 [[nodiscard]] std::shared_ptr<WorldState> make_state(const scene::Scene& settings,
                                                      const OpenWorld& open,
-                                                     TemporaryFolder files = {});
+                                                     util::TemporaryFolder files = {});
 
 /// The settings that a world is opened with.
 /// @throws util::UsageError

@@ -7,7 +7,7 @@
 
 namespace terravox {
 
-/// Counts the finished steps of a call, and tells them to its caller. Thread-safe.
+/// Counts the finished steps of a call, and reports them to Control::progress. Thread-safe.
 class Steps {
 public:
     Steps(const Control& control, std::uint64_t total) : m_control(control), m_total(total) {}

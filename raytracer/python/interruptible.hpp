@@ -42,7 +42,7 @@ public:
         std::list<std::stop_source>::iterator m_place;
     };
 
-    /// Takes a thread whose result nobody waits for.
+    /// Takes the thread of an interrupted call, whose result is not needed.
     /// @param ended when it is ready, the thread is about to end
     void leave(std::thread thread, std::shared_future<void> ended);
     /// Refuses further calls, stops those that are under way, and waits for all threads. To be

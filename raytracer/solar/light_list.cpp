@@ -16,8 +16,8 @@ constexpr double kMax = 1e6;
 
 constexpr const char* kAllowed =
     "isotropic,horizon,through_crowns;x,y,z,beam,around_sun,hours,through_crowns;... with up to "
-    "4096 "
-    "directions of unit length above the horizon, finite light that is not negative, and shares of "
+    "4096 directions of unit length above the horizon, finite light that is not negative, and "
+    "shares of "
     "0 to 1";
 
 void append(std::string& out, char before, double value) {

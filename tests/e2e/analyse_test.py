@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Rasters of a synthetic survey: their form, their values, how they go on, and what is refused."""
+"""Rasters of a synthetic survey: their form, their values, how they go on."""
 
 import contextlib
 import json
@@ -12,80 +12,25 @@ import sqlite3
 import subprocess
 import unittest
 
+from analysing import (
+    CROWNS,
+    ENERGY,
+    MONTHS,
+    NO_DATA,
+    PERIOD,
+    SIGHT,
+    SKY,
+    SUN,
+    TERRAIN,
+    YEAR,
+    ZONED,
+    analyse,
+    area,
+    area_flag,
+    raster,
+    village,
+)
 from support import HANGS_S, Case, Run, binary, entries, hold_port, square, temporary_folder
-
-TERRAIN = ["dsm", "dtm", "ndsm", "slope", "aspect", "hillshade", "class", "material"]
-TERRAIN += ["red", "green", "blue", "dtm_source", "hole"]
-SUN = ["sun_hours", "first_sun", "last_sun", "hole"]
-SIGHT = ["seen", "distance_m", "class", "material", "hole"]
-PERIOD = ["sun_hours", "sun_hours_per_day", "sun_share", "hole"]
-MONTHS = "january february march april may june july august september october november december"
-MONTHS = ["sun_hours", *MONTHS.split(), "hole"]
-YEAR = ["--from", "2026-01-01", "--to", "2026-12-31", "--step-min", "60", "--bin-deg", "8"]
-ENERGY = ["kwh_m2", "beam", "diffuse", "reflected", "slope", "aspect"]
-ENERGY += ["sun_hours", "material", "hole"]
-# With the laws of a zone, which workers do not look up.
-ZONE = ["--zone", "Europe/Ljubljana"]
-ZONED = [
-    ["sun", "--date", "2026-03-29", *ZONE],
-    ["sun", *YEAR, "--monthly", *ZONE],
-    ["sun", "--at", "17:30", *ZONE],
-    ["energy", *YEAR, "--directions", "64", *ZONE],
-]
-CROWNS = ["energy", *YEAR, "--directions", "64", "--surface", "ground", "--crown-light"]
-SKY = ["svf", "sky_view_solid", "openness", "hole"]
-NO_DATA = -9999
-
-_rasters = {}
-
-
-def analyse(*arguments, **options):
-    return Run([binary("RAYTRACER"), "analyse", *arguments], **options)
-
-
-def area():
-    """@return a part of the survey: west, south, east, north"""
-    name = square().stem  # TM_EAST_NORTH, in metres or kilometres
-    east, north = (int(number) for number in name.split("_")[1:])
-    if east < 10000:
-        east, north = 1000 * east, 1000 * north
-    return east + 60, north + 40, east + 190, north + 150
-
-
-def area_flag():
-    return ["--area", ",".join(str(number) for number in area())]
-
-
-def village():
-    """@return the flag of a part of the survey with many buildings"""
-    west, south = area()[0] - 60, area()[1] - 40
-    return ["--area", f"{west + 206},{south + 126},{west + 256},{south + 256}"]
-
-
-def observer(above=20):
-    """@return one above the middle of the part"""
-    west, south, east, north = area()
-    return ["--observer", f"{(west + east) / 2 + 0.25},{(south + north) / 2},+{above}"]
-
-
-def needed(kind):
-    """@return the flags without which there is no such analysis"""
-    return observer() if kind == "sight" else []
-
-
-def raster(kind, *flags):
-    """@return the file of an analysis of the part"""
-    key = (kind, *flags)
-    if key not in _rasters:
-        file = temporary_folder() / "a.tif"
-        flags = [*needed(kind), *flags]
-        run = analyse(kind, square(), *area_flag(), *flags, "--quiet", "-o", file)
-        if run.code != 0 or run.out:
-            raise AssertionError(str(run))
-        if entries(file.parent) != ["a.tif"]:
-            raise AssertionError(f"left behind: {entries(file.parent)}")
-        _rasters[key] = file
-    return _rasters[key]
 
 
 @unittest.skipUnless(shutil.which("gdalinfo"), "needs GDAL's programs")
@@ -547,208 +492,6 @@ class Rasters(Case):
         self.assertEqual(entries(file.parent), ["a.tif"])
         whole = raster("sky", "--tile", "16", "--directions", "1024")
         self.assertEqual(self.values(file, 1), self.values(whole, 1))
-
-
-class Refusals(Case):
-    def test_what_cannot_be_is_refused_in_one_line_with_nothing_left_behind(self):
-        west, south, east, north = area()
-        cases = {
-            "no output": (["terrain", square()], "--output"),
-            "another format": (["terrain", square(), "-o", "a.png"], ".tif"),
-            "cells smaller than voxels": (
-                ["terrain", square(), "-o", "a.tif", "--resolution", "0.5"],
-                "allowed: 1",
-            ),
-            "an area elsewhere": (
-                ["sky", square(), "-o", "a.tif", "--area", "0,0,10,10"],
-                "--area within",
-            ),
-            "an area upside down": (
-                ["sky", square(), "-o", "a.tif", "--area", f"{east},{north},{west},{south}"],
-                "--area",
-            ),
-            "an area of three": (["sky", square(), "-o", "a.tif", "--area", "1,2,3"], "--area"),
-            "a level that is not there": (
-                ["sky", square(), "-o", "a.tif", "--level", "19"],
-                "level",
-            ),
-            "an even window": (["terrain", square(), "-o", "a.tif", "--window", "4"], "odd"),
-            "no light": (["terrain", square(), "-o", "a.tif", "--light", "400,1"], "--light"),
-            "tiles that no TIFF has": (
-                ["sky", square(), *area_flag(), "-o", "a.tif", "--tile", "20"],
-                "multiples of 16",
-            ),
-            "a day that is none": (["sun", square(), "-o", "a.tif", "--date", "2026-02-30"], "day"),
-            "a zone that is none": (
-                ["sun", square(), "-o", "a.tif", "--zone", "Europe/Atlantis"],
-                "Atlantis",
-            ),
-            "a period without end": (
-                ["sun", square(), "-o", "a.tif", "--from", "2026-01-01"],
-                "analysis.to is missing",
-            ),
-            "a period backwards": (
-                ["sun", square(), "-o", "a.tif", "--from", "2026-02-01", "--to", "2026-01-01"],
-                "not before",
-            ),
-            "a day and a period": (
-                ["sun", square(), "-o", "a.tif", *YEAR, "--date", "2026-01-01"],
-                "--date together with --from",
-            ),
-            "an instant of a period": (
-                ["sun", square(), "-o", "a.tif", *YEAR, "--at", "12:00"],
-                "--at together with --from",
-            ),
-            "months of a day": (["sun", square(), "-o", "a.tif", "--monthly"], "--from and --to"),
-            "a time that is none": (
-                ["sun", square(), "-o", "a.tif", "--at", "25:00"],
-                "--at 25:00; allowed: HH:MM",
-            ),
-            "two centuries of minutes": (
-                [
-                    *["sun", square(), "-o", "a.tif", "--step-min", "1"],
-                    *["--from", "1900-01-01", "--to", "2100-12-31"],
-                ],
-                "allowed: up to 1000000",
-            ),
-            "a report of no page": (
-                ["sky", square(), "-o", "a.tif", "--report", "a.pdf"],
-                "allowed: .html",
-            ),
-            "a map of no picture": (
-                ["sky", square(), "-o", "a.tif", "--map", "a.jpg"],
-                "allowed: .png",
-            ),
-            "air that is none": (
-                ["energy", square(), "-o", "a.tif", "--linke", "0.5"],
-                "analysis.linke = '0.5'; allowed",
-            ),
-            "air of eleven months": (
-                ["energy", square(), "-o", "a.tif", "--linke", "2,2,2,2,2,2,2,2,2,2,2"],
-                "or twelve separated by commas",
-            ),
-            "surroundings brighter than light": (
-                ["energy", square(), "-o", "a.tif", "--albedo", "1.5"],
-                "0 to 1",
-            ),
-            "crowns brighter than light": (
-                ["energy", square(), "-o", "a.tif", "--crown-light", "0.1,1.5"],
-                "analysis.crown_light = '0.1,1.5'; allowed",
-            ),
-            "another model of the sky": (
-                ["energy", square(), "-o", "a.tif", "--diffuse", "hay"],
-                "perez, isotropic",
-            ),
-            "objects that are no GeoPackage": (
-                ["energy", square(), "-o", "a.tif", "--objects", "a.shp"],
-                "allowed: .gpkg",
-            ),
-            "objects on the ground": (
-                ["energy", square(), "-o", "a.tif", "--objects", "a.gpkg", "--surface", "ground"],
-                "--surface top, or --polygons",
-            ),
-            "polygons of nothing": (
-                ["energy", square(), "-o", "a.tif", "--polygons", "a.geojson"],
-                "--polygons without --objects",
-            ),
-            "polygons that are none": (
-                [
-                    *["energy", square(), "-o", "a.tif", "--objects", "a.gpkg"],
-                    *["--polygons", square()],
-                ],
-                "read the GeoJSON file",
-                1,
-            ),
-            "energy of a day and a period": (
-                ["energy", square(), "-o", "a.tif", *YEAR, "--date", "2026-01-01"],
-                "analyse energy: --date together",
-            ),
-            "energy of no place": (["energy", "generated:3", "-o", "a.tif"], "no place on Earth"),
-            "a sun of no place": (["sun", "generated:3", "-o", "a.tif"], "no place on Earth"),
-            "a surface that is none": (
-                ["sky", square(), "-o", "a.tif", "--surface", "cellar"],
-                "ground",
-            ),
-            "options of the other kind": (
-                ["terrain", square(), "-o", "a.tif", "--directions", "64"],
-                "--directions",
-            ),
-            "no observer": (["sight", square(), "-o", "a.tif"], "--observer"),
-            "a file of observers that is none": (
-                ["sight", square(), "-o", "a.tif", "--observers", square()],
-                "read the GeoJSON file",
-                1,
-            ),
-            "an observer elsewhere": (
-                ["sight", square(), "-o", "a.tif", "--observer", "1,2,3"],
-                "outside of the data; allowed: E ",
-            ),
-            "an observer inside rock": (
-                ["sight", square(), "-o", "a.tif", "--observer", f"{west + 5},{south + 5},1"],
-                "the top there",
-            ),
-            "an observer of two numbers": (
-                ["sight", square(), "-o", "a.tif", "--observer", f"{west + 5},{south + 5}"],
-                "above-ground",
-            ),
-            "an observer of words": (
-                ["sight", square(), "-o", "a.tif", "--observer", "here,there,+2"],
-                "above-ground",
-            ),
-            "too many observers": (
-                [
-                    *["sight", square(), "-o", "a.tif"],
-                    *["--observer", f"{west + 5},{south + 5},+2"] * 1025,
-                ],
-                "1 to 1024",
-            ),
-            "refraction that no air has": (
-                ["sight", square(), "-o", "a.tif", *observer(), "--refraction", "2"],
-                "refraction",
-            ),
-            "a planned object elsewhere": (
-                ["terrain", square(), "-o", "a.tif", "--add", "0,0,10,10,500"],
-                "outside of the data; allowed: within",
-            ),
-            "a planned object without a height": (
-                ["terrain", square(), "-o", "a.tif", "--add", "0,0,10,10"],
-                "TOP",
-            ),
-            "no kind": ([], "subcommand"),
-        }
-        for name, (arguments, says, *code) in cases.items():
-            with self.subTest(name):
-                folder = temporary_folder()
-                run = analyse(*arguments, "--quiet", cwd=folder) if arguments else analyse()
-                self.assertEqual(run.code, code[0] if code else 2, run)
-                self.assertIn(says, run.err)
-                self.assertEqual(run.out, "")
-                self.assertEqual(entries(folder), [])
-
-    def test_a_picture_of_an_analysis_is_refused(self):
-        folder = temporary_folder()
-        (folder / "sky.toml").write_text('[analysis]\nkind = "sky"\n', encoding="utf-8")
-        run = Run(
-            [binary("RAYTRACER"), "render", square(), "--scene", "sky.toml", "-o", "a.png"],
-            cwd=folder,
-        )
-        self.assertEqual(run.code, 2, run)
-        self.assertIn("terravox analyse", run.err)
-
-    def test_help_names_the_kinds(self):
-        run = analyse("--help")
-        self.assertEqual(run.code, 0)
-        self.assertIn("terrain", run.out)
-        self.assertIn("sky", run.out)
-        self.assertIn("sight", run.out)
-
-    def test_data_that_is_no_world_ends_with_one_line(self):
-        folder = temporary_folder()
-        (folder / "a.laz").write_bytes(b"no points")
-        run = analyse("sky", "a.laz", "-o", "a.tif", "--quiet", cwd=folder)
-        self.assertNotEqual(run.code, 0)
-        self.assertEqual(len(run.err.strip().splitlines()), 1, run)
-        self.assertEqual(entries(folder), ["a.laz"])
 
 
 if __name__ == "__main__":

@@ -17,7 +17,7 @@ class OGRGeometry;
 
 namespace terravox::analyse {
 
-/// What a GeoPackage of objects is told about them.
+/// Facts of a GeoPackage of objects that are not those of one of them.
 struct ObjectFileInfo {
     output::GeoPlacement placement;  ///< of the raster; with a CRS
     std::string description;         ///< of the layer

@@ -9,11 +9,11 @@
 #include <cstdlib>
 #include <filesystem>
 #include <memory>
-#include <optional>
 #include <stop_token>
 
 #include "common/thread/stop_signals.hpp"
 #include "common/util/log.hpp"
+#include "common/util/temporary_folder.hpp"
 #include "raytracer/commands/publish/publish_site.hpp"
 #include "raytracer/publish/site_host.hpp"
 #include "voxelserver/worlds/open/world_kinds.hpp"
@@ -30,43 +30,13 @@ struct ViewArguments {
     bool no_browser = false;
 };
 
-/// A folder for a site that nobody keeps.
-class ScratchFolder {
-public:
-    ScratchFolder() {
-        std::string name = (fs::temp_directory_path() / "terravox-view-XXXXXX").string();
-        if (::mkdtemp(name.data()) == nullptr)
-            throw util::Error("view: no folder can be made in " +
-                              fs::temp_directory_path().string() + "; TMPDIR names another place");
-        m_path = name;
-    }
-    ~ScratchFolder() { remove(); }
-    ScratchFolder(const ScratchFolder&) = delete;
-    ScratchFolder& operator=(const ScratchFolder&) = delete;
-    [[nodiscard]] const fs::path& path() const noexcept { return m_path; }
-
-    /// Removes the folder and ends the program at once, while other threads may be writing there:
-    /// nothing that publishes a site waits for a stop.
-    [[noreturn]] void abandon() noexcept {
-        remove();
-        std::fputs("terravox: view: stopped before the place was published\n", stderr);
-        std::_Exit(static_cast<int>(util::ExitCode::kFailed));
-    }
-
-private:
-    // A file that is made meanwhile keeps its folder from being removed: then once more.
-    void remove() noexcept {
-        constexpr int kAttempts = 100;
-        for (int i = 0; i < kAttempts; ++i) {
-            std::error_code failed;
-            fs::remove_all(m_path, failed);
-            if (!failed)
-                return;
-        }
-    }
-
-    fs::path m_path;
-};
+/// Ends the program at once, while other threads may be writing into the folder: nothing that
+/// publishes a site waits for a stop.
+[[noreturn]] void abandon(util::TemporaryFolder& folder) noexcept {
+    folder.remove();
+    std::fputs("terravox: view: stopped before the place was published\n", stderr);
+    std::_Exit(static_cast<int>(util::ExitCode::kFailed));
+}
 
 // Where there is a desktop; elsewhere the address has been printed.
 void open_browser(std::string address) {
@@ -82,16 +52,16 @@ void open_browser(std::string address) {
 util::ExitCode run_view(ViewArguments& args) {
     PublishArguments& publish = args.publish;
     util::set_up_log(publish.quiet ? "error" : publish.world.log_level);
-    std::optional<ScratchFolder> scratch;
+    util::TemporaryFolder scratch;
     fs::path site = args.paths.front();
     util::ExitCode code = util::ExitCode::kDone;
     const thread::StopSignals signals;
     if (args.paths.size() > 1 || !fs::exists(site / "place.json")) {
-        scratch.emplace();
-        site = scratch->path();
+        scratch = util::TemporaryFolder::make("view");
+        site = scratch.path();
         publish.world.inputs = args.paths;
         publish.no_preview = true;
-        const std::stop_callback stopped(signals.token(), [&] { scratch->abandon(); });
+        const std::stop_callback stopped(signals.token(), [&] { abandon(scratch); });
         code = publish_site(site, publish);
     }
     const publish::SiteHost host(site, static_cast<std::uint16_t>(args.port));

@@ -1,4 +1,5 @@
 #pragma once
 
-/// Marks what the shared library offers; everything else in it is hidden.
+/// Marks what programs share with the library, whatever visibility they are compiled with. The
+/// names that the library shows are listed in raytracer/library/symbols.map.
 #define TERRAVOX_API __attribute__((visibility("default")))

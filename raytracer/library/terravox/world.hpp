@@ -43,7 +43,7 @@ struct AnalysisOptions {
     std::optional<MapBounds> area;       ///< its heights are ignored; nullopt: all
     std::optional<double> resolution_m;  ///< edge of a cell; nullopt: that of a voxel
     std::optional<int> level;  ///< nullopt: the coarsest whose voxels are no larger than a cell
-    /// Of kind sight: easting, northing, height of those who look, map coordinates.
+    /// Of kind sight: easting, northing, height of the observers, map coordinates.
     std::vector<std::array<double, 3>> observers;
     std::string weather;  ///< of kind energy: an EPW file; empty: a clear sky
     /// Fields of a scene: {"sun.date", "2026-06-21"}, {"analysis.from", ...}, ...
@@ -73,7 +73,7 @@ struct ConvertReport {
 class TERRAVOX_API World {
 public:
     /// @param inputs paths or addresses of one kind; several only of LiDAR data and heights
-    /// @param control its progress is not told
+    /// @param control only `stop` is used
     /// @throws UsageError, Error
     [[nodiscard]] static World open(const std::vector<std::string>& inputs,
                                     const OpenOptions& options = {}, const Control& control = {});

@@ -224,7 +224,7 @@ class World:
             analysis.to), sun-months (of a period), shadow (at sun.time_h), energy or sight
         :param resolution: edge of a cell, metres; None: that of a voxel
         :param level: of the voxels; None: the coarsest that are no larger than a cell
-        :param observers: of kind sight: easting, northing and height of those who look
+        :param observers: of kind sight: easting, northing and height of the observers
         :param weather: of kind energy: an EPW file; "": a clear sky
         :param fields: of a scene, {"sun.date": "2026-06-21", "sun.zone": "Europe/Ljubljana"}
         :returns: a variable for each band; `attrs["holes"]` counts the boxes that could not be
