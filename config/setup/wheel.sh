@@ -6,7 +6,8 @@ WHEEL_REQUIREMENTS=$ROOT/config/setup/python/wheel.txt
 # GDAL, PROJ and curl with what Terravox needs of them, to be linked into the package: those of
 # Debian are shared libraries with a hundred others behind them.
 GEO_DIR=$ROOT/build/deps/geo
-GEO_FLAGS="-O2 -ffunction-sections -fdata-sections -fvisibility=hidden"
+# -fPIC among the flags: GDAL leaves CMake's property for it to builds of shared libraries.
+GEO_FLAGS="-O2 -fPIC -ffunction-sections -fdata-sections -fvisibility=hidden"
 GDAL_DRIVERS=(AAIGRID DTED JP2OPENJPEG JPEG PNG RAW SRTMHGT USGSDEM XYZ)
 
 # fetch_debian_sources FOLDER PACKAGE...: the sources of this system's packages, which apt verifies,
@@ -33,8 +34,8 @@ build_geo_part() {
     shift 2
     cmake -S "$sources" -B "$GEO_DIR/build/$name" -G Ninja -DCMAKE_BUILD_TYPE=Release \
         -DCMAKE_C_FLAGS="$GEO_FLAGS" -DCMAKE_CXX_FLAGS="$GEO_FLAGS" \
-        -DCMAKE_POSITION_INDEPENDENT_CODE=ON -DBUILD_SHARED_LIBS=OFF -DBUILD_APPS=OFF \
-        -DBUILD_TESTING=OFF -DCMAKE_INSTALL_PREFIX="$GEO_DIR" -DCMAKE_INSTALL_LIBDIR=lib "$@"
+        -DBUILD_SHARED_LIBS=OFF -DBUILD_APPS=OFF -DBUILD_TESTING=OFF \
+        -DCMAKE_INSTALL_PREFIX="$GEO_DIR" -DCMAKE_INSTALL_LIBDIR=lib "$@"
     cmake --build "$GEO_DIR/build/$name" --target install
 }
 
