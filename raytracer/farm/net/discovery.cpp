@@ -14,6 +14,7 @@
 #include <avahi-common/error.h>
 #include <avahi-common/malloc.h>
 #include <avahi-common/thread-watch.h>
+#include <avahi-common/timeval.h>
 #include <net/if.h>
 #include <unistd.h>
 
@@ -29,6 +30,7 @@ namespace terravox::net {
 namespace {
 
 constexpr std::size_t kMaxInstances = 1000;  // Avahi's daemon gives a client 1024 objects
+constexpr unsigned kRetry_ms = 2000;         ///< between attempts to reach a bus or a daemon
 
 struct FreePoll {
     void operator()(AvahiThreadedPoll* poll) const noexcept { avahi_threaded_poll_free(poll); }
@@ -38,9 +40,9 @@ struct FreeTexts {
 };
 using TextList = std::unique_ptr<AvahiStringList, FreeTexts>;
 
-/// A connection to Avahi's daemon with a thread of its own, renewed when the daemon has come back.
-/// All work of derived classes happens on that thread, with the poll's lock held, or before it
-/// starts or after it ends: no other lock is needed.
+/// A connection to Avahi's daemon with a thread of its own, renewed whenever it fails, until the
+/// daemon or the system bus has come back. All work of derived classes happens on that thread, with
+/// the poll's lock held, or before it starts or after it ends: no other lock is needed.
 class Client {
 public:
     Client(const Client&) = delete;
@@ -49,13 +51,15 @@ public:
 protected:
     Client() = default;
     virtual ~Client() { end(); }
-    /// @param patient whether to wait for a daemon that is not running yet
+    /// @param patient whether to wait for a daemon, or a bus, that is not running yet
     /// @return 0, or Avahi's error code
     [[nodiscard]] int begin(bool patient) {
         m_poll.reset(avahi_threaded_poll_new());
         if (!m_poll)
             return AVAHI_ERR_NO_MEMORY;
-        if (const int error = connect(patient); error != 0)
+        if (patient)
+            renew();
+        else if (const int error = connect(false); error != 0)
             return error;
         return avahi_threaded_poll_start(m_poll.get()) == 0 ? 0 : AVAHI_ERR_FAILURE;
     }
@@ -77,12 +81,55 @@ protected:
     virtual void absent(const char* why) = 0;  ///< the daemon is not available
 
 private:
+    /// Gives up the connection, if there is one, and makes another: now, or later if it fails. Not
+    /// to be called from within the library, which may still use what is given up.
+    void renew() {
+        if (m_client != nullptr) {
+            lost();
+            avahi_client_free(m_client);
+            m_client = nullptr;
+        }
+        const int error = connect(true);
+        if (error == 0)
+            return;
+        absent(avahi_strerror(error));
+        renew_in(kRetry_ms);
+    }
+    void renew_in(unsigned delay_ms) {
+        const AvahiPoll* poll = avahi_threaded_poll_get(m_poll.get());
+        timeval when{};
+        avahi_elapse_time(&when, delay_ms, 0);
+        if (m_timeout == nullptr)
+            m_timeout = poll->timeout_new(poll, &when, on_timeout, this);
+        else
+            poll->timeout_update(m_timeout, &when);
+    }
+    static void on_timeout(AvahiTimeout* timeout, void* me) noexcept {
+        Client& self = *static_cast<Client*>(me);
+        // One that is not set back would be called without end.
+        avahi_threaded_poll_get(self.m_poll.get())->timeout_update(timeout, nullptr);
+        try {
+            self.renew();
+        } catch (const std::exception& e) {
+            util::log_error("speak with Avahi: {}", e.what());
+        }
+    }
+
+    /// @return 0, or Avahi's error code; there is no client then
     [[nodiscard]] int connect(bool patient) {
         int error = 0;
         m_client = avahi_client_new(avahi_threaded_poll_get(m_poll.get()),
                                     patient ? AVAHI_CLIENT_NO_FAIL : AvahiClientFlags(0), on_state,
                                     this, &error);
-        return m_client == nullptr ? error : 0;
+        if (m_client == nullptr)
+            return error;
+        if (avahi_client_get_state(m_client) != AVAHI_CLIENT_FAILURE)
+            return 0;
+        error = avahi_client_errno(m_client);
+        lost();
+        avahi_client_free(m_client);
+        m_client = nullptr;
+        return error;
     }
 
     // Called from within avahi_client_new, too, before that has returned the client.
@@ -100,20 +147,22 @@ private:
             case AVAHI_CLIENT_S_COLLISION: renamed(); break;
             case AVAHI_CLIENT_CONNECTING: absent("its daemon does not run"); break;
             case AVAHI_CLIENT_FAILURE:
-                if (avahi_client_errno(client) == AVAHI_ERR_DISCONNECTED && client == m_client) {
-                    lost();
-                    avahi_client_free(client);
-                    m_client = nullptr;
-                    if (const int error = connect(true); error != 0)
-                        absent(avahi_strerror(error));
-                } else
-                    absent(avahi_strerror(avahi_client_errno(client)));
+                // One that fails while it is made is connect()'s.
+                if (client == m_client)
+                    failed(avahi_client_errno(client));
                 break;
         }
+    }
+    void failed(int error) {
+        if (error == AVAHI_ERR_DISCONNECTED)
+            return renew_in(0);
+        absent(avahi_strerror(error));
+        renew_in(kRetry_ms);
     }
 
     std::unique_ptr<AvahiThreadedPoll, FreePoll> m_poll;
     AvahiClient* m_client = nullptr;
+    AvahiTimeout* m_timeout = nullptr;  ///< the poll's own
 };
 
 std::string host_name() {

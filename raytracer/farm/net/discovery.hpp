@@ -40,9 +40,9 @@ public:
 };
 
 /// Keeps a service published on all networks of this machine during its lifetime, for programs that
-/// listen on all of them. Without Avahi it only logs one warning; when its daemon starts or returns
-/// later, the service is published then. Names that are taken get a number. It has a thread of its
-/// own.
+/// listen on all of them. Without Avahi it only logs one warning; when its daemon, or the system
+/// bus, starts or returns later, the service is published then. Names that are taken get a number.
+/// It has a thread of its own.
 class Announcement {
 public:
     /// @param role what others search for: "worker" or "coordinator"; stored in the text as `role`

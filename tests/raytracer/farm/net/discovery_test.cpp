@@ -281,6 +281,30 @@ TEST_CASE("services of one name get numbers, and each is found", "[common][net][
     CHECK(numbers == std::set<std::string>{"0", "1", "2"});
 }
 
+TEST_CASE("a bus that starts late, or is restarted, is used", "[common][net][discovery]") {
+    NEED_A_NETWORK();
+    Network& network = Network::get();
+    Log log;
+    const net::Announcement announced("worker", 7878, {});
+    CHECK(log.warnings() == 1);
+    {
+        const Running running;
+        CHECK(eventually([&] { return !announced.name().empty(); }));
+
+        RecordedEvents events;
+        const net::ServiceBrowser browser("worker", events.listener());
+        REQUIRE(eventually([&] { return events.now().size() == 1; }));
+        network.stop();
+        CHECK(eventually([&] { return events.now().empty() && announced.name().empty(); }));
+        network.start_bus();
+        network.start_avahi();
+        CHECK(eventually([&] { return events.now().size() == 1 && !announced.name().empty(); }));
+        CHECK(events.strays() == 0);
+        INFO(log.text());
+        CHECK(log.warnings() == 3);
+    }
+}
+
 TEST_CASE("a daemon that starts late, or is restarted, is used", "[common][net][discovery]") {
     NEED_A_NETWORK();
     Network& network = Network::get();
