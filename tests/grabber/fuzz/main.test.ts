@@ -60,7 +60,7 @@ test('fuzz targets run side by side, each in its own process, and report their r
   assert.equal(lines.length, 2);
   for (const name of ['retry-after', 'toml-nesting']) {
     const line = lines.find((one) => one.startsWith(`${name} `));
-    assert.match(line ?? '', / [1-9]\d* runs$/, run.stdout);
+    assert.match(line ?? '', / [1-9]\d* runs, +[1-9]\d* lines$/, run.stdout);
   }
 });
 
