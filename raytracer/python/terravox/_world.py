@@ -101,12 +101,35 @@ def _both(
 class World:
     """A world of voxels, read as needed. Copies and threads may share it.
 
-    Made by :func:`terravox.open`.
+    Made by :func:`terravox.open`. It is closed when nothing refers to it any more, by
+    :meth:`close`, or at the end of a `with` statement.
     """
 
     def __init__(self, core: _core.World) -> None:
-        self._core = core
+        self._opened: _core.World | None = core
         self._info = core.info()
+
+    @property
+    def _use(self) -> _core.World:
+        if self._opened is None:
+            raise ValueError(f"use the world {self.title!r}: it was closed")
+        return self._opened
+
+    def close(self) -> None:
+        """Give up its files and memory, once calls in other threads have ended.
+
+        What it has returned stays. Later calls of it raise ValueError, but facts, such as
+        its bounds, can still be read.
+        """
+        self._opened = None
+
+    def __enter__(self) -> "World":
+        """Return this world, which is closed at the end of a `with` statement."""
+        return self
+
+    def __exit__(self, *_error: object) -> None:
+        """Close it."""
+        self.close()
 
     @property
     def title(self) -> str:
@@ -162,7 +185,7 @@ class World:
     @property
     def damage(self) -> list[str]:
         """Faults of the data that were met so far. What they concern is missing in results."""
-        return self._core.damage()
+        return self._use.damage()
 
     def voxels(
         self, bounds: Bounds = None, level: int = 0, *, threads: int = 0, progress: Progress = None
@@ -173,7 +196,7 @@ class World:
             of `terravox.MATERIALS`, 0 for air
         :raises Error: where data cannot be read
         """
-        values, _, holes = self._core.voxels(_six(bounds), level, threads, progress)
+        values, _, holes = self._use.voxels(_six(bounds), level, threads, progress)
         if holes:
             raise _core.Error(f"read voxels: {holes} boxes could not be read")
         return values
@@ -182,7 +205,7 @@ class World:
         self, bounds: Bounds = None, level: int = 0, *, threads: int = 0, progress: Progress = None
     ) -> xr.DataArray:
         """Heights of the highest voxels, metres: a DSM. NaN where there are none."""
-        found = self._core.surface(_six(bounds), level, threads, progress)
+        found = self._use.surface(_six(bounds), level, threads, progress)
         return array_of(found, self.crs_wkt)
 
     def terrain(
@@ -230,7 +253,7 @@ class World:
         :returns: a variable for each band; `attrs["holes"]` counts the boxes that could not be
             read, whose cells have no values
         """
-        found = self._core.analyse(
+        found = self._use.analyse(
             kind,
             _six(bounds),
             resolution,
@@ -261,7 +284,7 @@ class World:
         :param range_m: how far rays go
         """
         starts, towards = _both(origins, directions)
-        return Hits(*self._core.cast(starts, towards, level, range_m, threads, progress))
+        return Hits(*self._use.cast(starts, towards, level, range_m, threads, progress))
 
     def occluded(
         self,
@@ -278,7 +301,7 @@ class World:
         :raises Error: where data cannot be read
         """
         starts, towards = _both(origins, directions)
-        found, holes = self._core.occluded(starts, towards, level, range_m, threads, progress)
+        found, holes = self._use.occluded(starts, towards, level, range_m, threads, progress)
         if holes:
             raise _core.Error(f"cast rays: {holes} of them met boxes that could not be read")
         return found
@@ -296,7 +319,7 @@ class World:
         :param scene: sections of a scene, or the path of a scene file; None: the whole world
         :param fields: over those of the scene: {"output.size": "640x360"}
         """
-        found = self._core.render(toml_of(scene), field_list(fields or {}), threads, progress)
+        found = self._use.render(toml_of(scene), field_list(fields or {}), threads, progress)
         return Picture(
             found["rgb"], found["light"], found["depth_m"], found["layers"], found["holes"]
         )
@@ -318,7 +341,7 @@ class World:
         :returns: the files
         :raises Error: where data could not be read; what was written has holes then
         """
-        files, _, holes = self._core.convert(
+        files, _, holes = self._use.convert(
             os.fspath(path), format, level, _six(bounds), overwrite, threads, progress
         )
         if holes:
@@ -326,6 +349,8 @@ class World:
         return files
 
     def __repr__(self) -> str:
+        if self._opened is None:
+            return f"<terravox.World {self.title!r}, closed>"
         west, south, east, north = self.bounds
         bottom, top = self.heights
         return (
@@ -335,6 +360,8 @@ class World:
         )
 
     def _repr_html_(self) -> str:
+        if self._opened is None:
+            return html.escape(repr(self))
         fields = {"output.size": "320x180", "quality.samples": 1}
         picture = base64.b64encode(self.render(fields=fields).png()).decode("ascii")
         return (

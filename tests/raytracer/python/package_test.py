@@ -153,6 +153,21 @@ class Values(unittest.TestCase):
         gc.collect()
         self.assertEqual(voxels.sum(dtype=np.int64), expected)
 
+    def test_a_world_is_closed_at_the_end_of_a_statement(self):
+        village()
+        before = open_descriptors()
+        with terravox.open(FOLDER / "village.tvx") as world:
+            surface = world.surface()
+            self.assertGreater(open_descriptors(), before)
+        self.assertEqual(open_descriptors(), before)
+        self.assertGreater(float(surface.max()), 0)
+        self.assertEqual(world.bounds, village().bounds)
+        self.assertIn("closed", repr(world))
+        self.assertIn("closed", world._repr_html_())
+        with self.assertRaisesRegex(ValueError, "it was closed"):
+            world.surface()
+        world.close()
+
     def test_pictures(self):
         world = village()
         picture = world.render({"camera": {"azimuth_deg": 200.0}}, fields=SMALL)
