@@ -9,8 +9,8 @@
 include_guard(GLOBAL)
 
 set(programs
-  terravox-convert terravox-laz terravox-publish terravox-raytracer terravox-survey terravox-view
-  terravox-voxelserver terravox_tls_symbol terravox_worlds_module)
+  terravox-archive terravox-convert terravox-laz terravox-publish terravox-raytracer
+  terravox-survey terravox-view terravox-voxelserver terravox_tls_symbol terravox_worlds_module)
 if(TERRAVOX_PREVIEW)
   list(APPEND programs terravox-preview)
 endif()

@@ -16,6 +16,7 @@ from support import HANGS_S, ROOT, Run, binary, hold_port, survey, temporary_fol
 
 PROGRAMS = {
     "terravox-raytracer": "RAYTRACER",
+    "terravox-archive": "ARCHIVE",
     "terravox-convert": "CONVERT",
     "terravox-publish": "PUBLISH",
     "terravox-view": "VIEW",

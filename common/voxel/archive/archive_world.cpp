@@ -1,46 +1,30 @@
 #include "common/voxel/archive/archive_world.hpp"
 
-#include <xxhash.h>
-#include <zstd.h>
-
 #include <algorithm>
 #include <array>
-#include <cstring>
 #include <fstream>
 #include <optional>
 
 #include "common/util/cache.hpp"
 #include "common/util/error.hpp"
-#include "common/voxel/archive/archive_format.hpp"
+#include "common/voxel/archive/archive_index.hpp"
 #include "common/voxel/box_codec.hpp"
-#include "common/voxel/pyramid_world.hpp"
-#include "common/voxel/world_json.hpp"
 
 namespace terravox::voxel {
 namespace {
 
 using namespace archive;
 
-constexpr std::uint64_t kMaxInfo_bytes = 4 << 20;
-constexpr std::uint64_t kMaxRoot_bytes = std::uint64_t{256} << 20;
-const std::uint64_t kMaxLeaf_bytes = ZSTD_compressBound(kLeafEntries * sizeof(Entry));
 constexpr std::size_t kLeafCache_bytes = std::size_t{64} << 20;
-// A box in which every voxel has attributes is 9 MiB uncompressed.
-constexpr std::uint32_t kMaxFrame_bytes = 16 << 20;
 
 class ArchiveWorld final : public World {
 public:
     explicit ArchiveWorld(std::unique_ptr<ByteSource> source)
-        : m_source(std::move(source)), m_leaves(kLeafCache_bytes) {
-        const Header header = read_header();
-        std::vector<std::byte> room;
-        const auto text =
-            m_source->read(header.info_offset, static_cast<std::size_t>(header.info_bytes), room);
-        m_info = world_from_json(
-            std::string(reinterpret_cast<const char*>(text.data()), text.size()), m_source->name());
-        check_bounds();
-        m_root = read_root(header);
-    }
+        : m_source(std::move(source)),
+          m_index(*m_source),
+          m_info(m_index.info()),
+          m_root(m_index.leaves()),
+          m_leaves(kLeafCache_bytes) {}
 
     [[nodiscard]] const WorldInfo& info() const noexcept override { return m_info; }
 
@@ -88,10 +72,11 @@ public:
     }
 
     [[nodiscard]] std::vector<std::string> damage() const override {
-        if (m_damage == 0)
+        const std::uint32_t count = m_index.header().damage;
+        if (count == 0)
             return {};
         return {m_source->name() + ": the data that it was made from were damaged in " +
-                std::to_string(m_damage) + (m_damage == 1 ? " place" : " places")};
+                std::to_string(count) + (count == 1 ? " place" : " places")};
     }
     [[nodiscard]] std::string edition() const override { return m_source->edition(); }
     [[nodiscard]] int useful_concurrency(int threads) const noexcept override {
@@ -102,116 +87,9 @@ public:
 private:
     using Entries = std::vector<Entry>;
 
-    [[noreturn]] void fail(const std::string& what) const {
-        throw util::Error("open the box archive " + m_source->name() + ": " + what);
-    }
-
-    [[nodiscard]] Header read_header() {
-        Header header{};
-        std::vector<std::byte> room;
-        const auto bytes = m_source->read(0, sizeof header, room);
-        std::memcpy(&header, bytes.data(), sizeof header);
-        if (std::memcmp(header.magic, kMagic, sizeof kMagic) != 0)
-            fail("not a box archive");
-        if (header.version != kVersion)
-            fail("version " + std::to_string(header.version) +
-                 "; allowed: " + std::to_string(kVersion));
-        if (header.checksum != XXH64(&header, offsetof(Header, checksum), 0))
-            fail("its header is damaged");
-        if (header.root_offset == 0)
-            fail("it was never finished; convert again to go on");
-        const auto inside = [&](std::uint64_t offset, std::uint64_t count) {
-            return offset <= header.file_bytes && count <= header.file_bytes - offset;
-        };
-        if (header.info_bytes > kMaxInfo_bytes || header.root_bytes > kMaxRoot_bytes ||
-            header.root_bytes < sizeof(std::uint64_t) ||
-            (header.root_bytes - sizeof(std::uint64_t)) % sizeof(Leaf) != 0 ||
-            !inside(header.info_offset, header.info_bytes) ||
-            !inside(header.root_offset, header.root_bytes))
-            fail("its header leads outside");
-        m_file_bytes = header.file_bytes;
-        m_damage = header.damage;
-        return header;
-    }
-
-    // The cost of a picture of air is proportional to the number of boxes of the coarsest level, so
-    // these must be large in relation to the world.
-    void check_bounds() {
-        if (m_info.bounds.empty())
-            return;
-        const BoxRange range = boxes_over(m_info.bounds, 0);
-        const BoxKey last{0, range.max.bx - 1, range.max.by - 1, range.max.bz - 1};
-        if (!in_range(key_of(range.min)) || !in_range(key_of(last)))
-            fail("its bounds reach beyond 2^20 boxes from the origin");
-        if (const int needed = levels_for(m_info.bounds); m_info.levels < needed)
-            fail("levels = " + std::to_string(m_info.levels) +
-                 "; bounds of this width need at least " + std::to_string(needed));
-    }
-
-    /// Whether the box lies in the world that the archive declares.
-    [[nodiscard]] bool has_room_for(const Key& key) const {
-        return in_range(key) && key.level < m_info.levels && !m_info.bounds.empty() &&
-               boxes_over(m_info.bounds, key.level).contains(key_of(key));
-    }
-
-    [[nodiscard]] std::vector<Leaf> read_root(const Header& header) {
-        std::vector<std::byte> room;
-        const auto bytes =
-            m_source->read(header.root_offset, static_cast<std::size_t>(header.root_bytes), room);
-        const std::size_t payload = bytes.size() - sizeof(std::uint64_t);
-        std::uint64_t checksum = 0;
-        std::memcpy(&checksum, bytes.data() + payload, sizeof checksum);
-        if (checksum != XXH64(bytes.data(), payload, 0))
-            fail("its index is damaged");
-        std::vector<Leaf> root(payload / sizeof(Leaf));
-        if (payload != 0)
-            std::memcpy(root.data(), bytes.data(), payload);
-        for (std::size_t i = 0; i < root.size(); ++i) {
-            const Leaf& leaf = root[i];
-            if (leaf.entries == 0 || leaf.entries > kLeafEntries || leaf.offset > m_file_bytes ||
-                leaf.bytes > m_file_bytes - leaf.offset || leaf.bytes > kMaxLeaf_bytes ||
-                !in_range(leaf.first) || (i > 0 && !before(root[i - 1].first, leaf.first)))
-                fail("its index is damaged");
-            if (!has_room_for(leaf.first))
-                fail("its index names box " + to_string(key_of(leaf.first)) +
-                     ", which lies outside of its bounds");
-        }
-        return root;
-    }
-
     [[nodiscard]] std::shared_ptr<const Entries> entries_of(std::size_t index) {
         return m_leaves.get(
-            index,
-            [&] {
-                const Leaf& leaf = m_root[index];
-                std::vector<std::byte> room;
-                const auto frame = m_source->read(leaf.offset, leaf.bytes, room);
-                const auto wrong = [&](const std::string& what) {
-                    return util::Error("read the index of the box archive " + m_source->name() +
-                                       ": leaf " + std::to_string(index) + what);
-                };
-                const auto damaged = [&] { return wrong(" is damaged"); };
-                if (XXH64(frame.data(), frame.size(), 0) != leaf.checksum)
-                    throw damaged();
-                auto entries = std::make_shared<Entries>(leaf.entries);
-                const std::size_t size = ZSTD_decompress(
-                    entries->data(), entries->size() * sizeof(Entry), frame.data(), frame.size());
-                if (size != entries->size() * sizeof(Entry))
-                    throw damaged();
-                if (!std::is_sorted(
-                        entries->begin(), entries->end(),
-                        [](const Entry& a, const Entry& b) { return before(a.key, b.key); }))
-                    throw damaged();
-                for (const Entry& e : *entries) {
-                    if (e.offset > m_file_bytes ||
-                        e.bytes > std::min<std::uint64_t>(kMaxFrame_bytes, m_file_bytes - e.offset))
-                        throw damaged();
-                    if (!has_room_for(e.key))
-                        throw wrong(" names box " + to_string(key_of(e.key)) +
-                                    ", which lies outside of its bounds");
-                }
-                return std::shared_ptr<const Entries>(std::move(entries));
-            },
+            index, [&] { return std::make_shared<const Entries>(m_index.entries(index)); },
             [](const auto& made) { return made->size() * sizeof(Entry); });
     }
 
@@ -291,10 +169,9 @@ private:
     }
 
     const std::unique_ptr<ByteSource> m_source;
-    std::uint64_t m_file_bytes = 0;
-    std::uint32_t m_damage = 0;
-    WorldInfo m_info;
-    std::vector<Leaf> m_root;
+    const ArchiveIndex m_index;
+    const WorldInfo& m_info;
+    const std::span<const Leaf> m_root;
     util::Cache<std::size_t, Entries> m_leaves;
 };
 

@@ -1,0 +1,47 @@
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "common/voxel/archive/archive_format.hpp"
+#include "common/voxel/archive/byte_source.hpp"
+#include "common/voxel/world.hpp"
+
+namespace terravox::voxel::archive {
+
+/// What an archive holds besides its boxes: header, facts and index. Checksums, order and places
+/// are verified when a part is read. The leaves are not kept. Thread-safe.
+class ArchiveIndex {
+public:
+    /// Reads header, facts and the root of the index.
+    /// @param source must outlive this
+    /// @throws Error when it is not an archive, has another version, is unfinished or damaged, or
+    /// when its bounds are inconsistent with its levels (levels_for())
+    explicit ArchiveIndex(ByteSource& source);
+
+    [[nodiscard]] const Header& header() const noexcept { return m_header; }
+    [[nodiscard]] const WorldInfo& info() const noexcept { return m_info; }
+    /// Of the whole index, in the order of their first entries (before()).
+    [[nodiscard]] std::span<const Leaf> leaves() const noexcept { return m_root; }
+    /// The entries of a leaf, in order.
+    /// @param index of the leaf
+    /// @throws Error when the leaf is damaged, or names a box outside the bounds
+    [[nodiscard]] std::vector<Entry> entries(std::size_t index) const;
+
+private:
+    void read_header();
+    void read_info();
+    void read_root();
+    void check_bounds() const;
+    [[nodiscard]] bool has_room_for(const Key& key) const;
+    [[noreturn]] void fail(const std::string& what) const;
+
+    ByteSource& m_source;
+    Header m_header{};
+    WorldInfo m_info;
+    std::vector<Leaf> m_root;
+};
+
+}  // namespace terravox::voxel::archive

@@ -1,0 +1,94 @@
+#!/usr/bin/env python3
+"""terravox-archive as a user runs it: what an archive holds, and whether it is whole."""
+
+import json
+import pathlib
+import shutil
+import subprocess
+import unittest
+
+from support import Case, Run, binary, square, temporary_folder
+
+
+def archive(*arguments, **options):
+    return Run([binary("ARCHIVE"), *arguments], **options)
+
+
+class Archive(Case):
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        cls.whole = temporary_folder() / "place.tvx"
+        words = [binary("CONVERT"), square(), cls.whole, "--cache", "none"]
+        subprocess.run(words, check=True, capture_output=True)
+
+    def assertRefused(self, run, code, *said):
+        self.assertEqual(run.code, code, str(run))
+        self.assertEqual(run.out, "", str(run))
+        self.assertTrue(run.err.startswith("terravox: "), str(run))
+        for text in said:
+            self.assertIn(text, run.err)
+
+    def damaged(self, offset):
+        copy = pathlib.Path(shutil.copy(self.whole, temporary_folder() / "place.tvx"))
+        with copy.open("r+b") as file:
+            file.seek(offset)
+            byte = file.read(1)[0]
+            file.seek(offset)
+            file.write(bytes([byte ^ 0x10]))
+        return copy
+
+    def test_info_tells_what_it_holds(self):
+        run = archive("info", self.whole)
+        self.assertDone(run)
+        self.assertIn("EPSG:3794", run.out)
+        self.assertIn("level 0", run.out)
+        facts = json.loads(archive("info", "--json", self.whole).out)
+        self.assertEqual(facts["bytes"], self.whole.stat().st_size)
+        self.assertEqual(facts["world"]["levels"], len(facts["levels"]))
+        self.assertGreater(facts["levels"][0]["boxes"], 10)
+        self.assertEqual(facts["damage"], 0)
+
+    def test_a_conversion_is_whole(self):
+        run = archive("verify", self.whole)
+        self.assertDone(run)
+        boxes = sum(
+            level["boxes"]
+            for level in json.loads(archive("info", "--json", self.whole).out)["levels"]
+        )
+        self.assertEqual(run.out, f"{self.whole}: whole, {boxes} boxes, 0 holes\n")
+
+    def test_damage_is_named(self):
+        size = self.whole.stat().st_size
+        self.assertRefused(archive("verify", self.damaged(10)), 1, "version")
+        self.assertRefused(archive("verify", self.damaged(size // 2)), 1, "is damaged", "1 problem")
+        self.assertRefused(archive("verify", self.damaged(size - 20)), 1, "index is damaged")
+
+    def test_an_archive_that_was_cut_short_is_refused(self):
+        copy = pathlib.Path(shutil.copy(self.whole, temporary_folder() / "place.tvx"))
+        with copy.open("r+b") as file:
+            file.truncate(self.whole.stat().st_size - 1)
+        self.assertRefused(archive("verify", copy), 1)
+        self.assertRefused(archive("info", copy), 1)
+
+    def test_other_files_are_refused(self):
+        self.assertRefused(archive("verify", square()), 1, "not a box archive")
+        self.assertRefused(archive("info", temporary_folder()), 1, "not a plain file")
+        self.assertRefused(archive("info", temporary_folder() / "none.tvx"), 1, "no such file")
+
+    def test_wrong_usage_ends_with_2(self):
+        for arguments in (
+            [],
+            ["verify"],
+            ["repair", self.whole],
+            ["info", self.whole, "more"],
+            ["verify", "--threads", "many", self.whole],
+            ["verify", "--threads", "-1", self.whole],
+            ["info", "--threads", "1", self.whole],
+        ):
+            with self.subTest(arguments):
+                self.assertRefused(archive(*arguments), 2)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,84 @@
+#include <cstdio>
+#include <iostream>
+#include <string>
+
+#include "common/util/printable.hpp"
+#include "common/util/program.hpp"
+#include "common/util/version.hpp"
+#include "voxelserver/archive/summary.hpp"
+#include "voxelserver/archive/verify.hpp"
+#include "voxelserver/export/core/meter.hpp"
+
+namespace {
+
+using namespace terravox;
+
+struct Arguments {
+    std::string file;
+    bool json = false;
+    bool quiet = false;
+    int threads = 0;
+};
+
+util::ExitCode info(const Arguments& arguments) {
+    const archive_tools::Summary summary = archive_tools::summary_of(arguments.file);
+    std::cout << (arguments.json ? archive_tools::json_of(summary) + "\n"
+                                 : archive_tools::text_of(summary));
+    return summary.holes() > 0 ? util::ExitCode::kHoles : util::ExitCode::kDone;
+}
+
+std::string counted(std::uint64_t count, const std::string& one, const std::string& many) {
+    return std::to_string(count) + " " + (count == 1 ? one : many);
+}
+
+util::ExitCode verify(const Arguments& arguments) {
+    const archive_tools::Summary summary = archive_tools::summary_of(arguments.file);
+    std::uint64_t records = summary.holes();
+    for (const archive_tools::LevelSummary& level : summary.levels)
+        records += level.boxes;
+    exports::Meter meter("verify", records, arguments.quiet);
+    std::uint64_t shown = 0;
+    const auto found = archive_tools::verify(arguments.file, arguments.threads,
+                                             [&](std::uint64_t done, std::uint64_t /*total*/) {
+                                                 meter.add(done - std::exchange(shown, done));
+                                             });
+    meter.finish();
+    for (const std::string& problem : found.first_problems)
+        std::cerr << "terravox: verify " << util::printable(arguments.file) << ": "
+                  << util::printable(problem) << "\n";
+    if (found.problems > 0)
+        throw util::Error("verify " + arguments.file + ": " +
+                          counted(found.problems, "problem", "problems") + " in " +
+                          counted(found.boxes, "box", "boxes"));
+    std::cout << arguments.file << ": whole, " << counted(found.boxes, "box", "boxes") << ", "
+              << counted(found.holes, "hole", "holes") << "\n";
+    return found.holes > 0 ? util::ExitCode::kHoles : util::ExitCode::kDone;
+}
+
+int run(int argc, char** argv) {
+    CLI::App app(
+        "Box archives (.tvx): what one holds, whether it is whole. Exit code 3: whole, but with "
+        "holes, boxes that could not be read when it was made.",
+        "terravox-archive");
+    app.set_version_flag("--version", std::string("terravox archive ") + kVersion);
+    app.require_subcommand(1);
+    Arguments arguments;
+    auto* const informing = app.add_subcommand("info", "print what an archive says of itself");
+    informing->add_flag("--json", arguments.json, "as JSON");
+    auto* const verifying = app.add_subcommand(
+        "verify", "read every box, and compare coarse boxes with those that they were made of");
+    verifying->add_option("--threads", arguments.threads, "0: one for each core")
+        ->check(CLI::Range(0, 1024));
+    verifying->add_flag("-q,--quiet", arguments.quiet, "no progress");
+    for (auto* const command : {informing, verifying})
+        command->add_option("file", arguments.file, "the archive")->required();
+    if (const auto answered = util::parse_arguments(app, argc, argv))
+        return *answered;
+    return static_cast<int>(*informing ? info(arguments) : verify(arguments));
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+    return util::run_program([&] { return run(argc, argv); });
+}

@@ -1,0 +1,36 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace terravox::archive_tools {
+
+/// What was found wrong, and what was looked at.
+struct Verification {
+    std::uint64_t boxes = 0;
+    std::uint64_t holes = 0;
+    std::uint64_t problems = 0;
+    std::vector<std::string> first_problems;  ///< the first kShownProblems, a line each
+    static constexpr std::size_t kShownProblems = 20;
+};
+
+/// Called now and then with the records that were verified, and all that there are.
+using VerifyProgress = std::function<void(std::uint64_t done, std::uint64_t total)>;
+
+/// Reads all of an archive: that every part of the index, every record and every box has the bytes
+/// that its checksum says, lies where the index says, and is a valid box; that each coarse box is
+/// what its eight children give, is a hole where one of them is, and is there where they hold
+/// anything; and that the file has no bytes that nothing names.
+///
+/// Each box is unpacked once. Memory: 32 bytes for every eight boxes, and some boxes for each
+/// thread.
+/// @param threads 0: one for each core
+/// @throws Error where nothing can be verified: no archive, an unfinished one, or one whose header
+/// or root of the index is damaged; ChangedError when another program writes to it meanwhile
+[[nodiscard]] Verification verify(const std::filesystem::path& archive, int threads = 0,
+                                  const VerifyProgress& progress = {});
+
+}  // namespace terravox::archive_tools
