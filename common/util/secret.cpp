@@ -83,15 +83,19 @@ std::string find_server_token(const std::filesystem::path& file) {
     const Secret found = find_secret(file, kServerTokenVariable);
     if (found.text.empty() && file.empty())
         return {};
+    check_server_token(found);
+    return found.text;
+}
+
+void check_server_token(const Secret& token) {
     // The token is sent in a header, and must not be able to end it.
-    const bool fits = found.text.size() >= 8 && found.text.size() <= 512 &&
-                      std::all_of(found.text.begin(), found.text.end(),
+    const bool fits = token.text.size() >= 8 && token.text.size() <= 512 &&
+                      std::all_of(token.text.begin(), token.text.end(),
                                   [](char c) { return c > ' ' && c < 127; });
     if (!fits)
-        throw UsageError(found.attempt +
+        throw UsageError(token.attempt +
                          ": the token does not fit a header; allowed: 8 to 512 visible ASCII "
                          "characters without a blank");
-    return found.text;
 }
 
 }  // namespace terravox::util

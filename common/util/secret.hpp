@@ -29,5 +29,7 @@ struct Secret {
 /// TERRAVOX_SERVER_TOKEN, else "".
 /// @throws as find_secret(); UsageError for one that is not 8 to 512 visible ASCII characters
 [[nodiscard]] std::string find_server_token(const std::filesystem::path& file);
+/// @throws UsageError for one that is not 8 to 512 visible ASCII characters
+void check_server_token(const Secret& token);
 
 }  // namespace terravox::util

@@ -1,12 +1,14 @@
 #!/usr/bin/env python3
 """The installed library: the examples are built against it and run, without the checkout."""
 
+import json
 import os
 import re
 import shutil
 import struct
 import subprocess
 import unittest
+import urllib.request
 
 from installed import hidden, install
 from support import ROOT, Case, Run, square, temporary_folder
@@ -15,7 +17,7 @@ EXAMPLES = ROOT / "docs" / "examples" / "cpp"
 # What a name of the library's may begin with.
 PUBLIC = re.compile(
     r"(typeinfo name for |typeinfo for |vtable for )?terravox::"
-    r"(World|VoxelSource|PointSource|Error|UsageError|Stopped|make_survey|materials"
+    r"(World|Server|VoxelSource|PointSource|Error|UsageError|Stopped|make_survey|materials"
     r"|set_log_level|version)\b"
 )
 
@@ -71,6 +73,19 @@ class Library(Case):
         lines = self.run_example("rays_of_your_own", square()).splitlines()
         self.assertEqual(len(lines), 16)
         self.assertTrue(any(re.search(r": (grass|ground|high_vegetation)", line) for line in lines))
+
+    def test_a_world_is_served(self):
+        words = [*hidden(), self.folder / "serve_a_world", square()]
+        pipe = subprocess.PIPE
+        with subprocess.Popen(words, cwd=self.folder, stdin=pipe, stdout=pipe, text=True) as server:
+            address = server.stdout.readline().strip()
+            self.assertRegex(address, r"^http://127\.0\.0\.1:\d+$")
+            with urllib.request.urlopen(address + "/v2/world") as reply:
+                self.assertIn("levels", json.load(reply))
+            with urllib.request.urlopen(address + "/") as reply:
+                self.assertIn(b"<html", reply.read())
+            server.communicate()
+        self.assertEqual(server.returncode, 0)
 
     def test_a_failure_is_told(self):
         run = Run([self.folder / "rays_of_your_own", self.folder / "nothing.laz"])

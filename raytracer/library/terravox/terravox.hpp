@@ -7,6 +7,7 @@
 #include <terravox/picture.hpp>
 #include <terravox/place.hpp>
 #include <terravox/rays.hpp>
+#include <terravox/server.hpp>
 #include <terravox/sources.hpp>
 #include <terravox/survey.hpp>
 #include <terravox/world.hpp>

@@ -122,6 +122,7 @@ public:
                           const Control& control = {}) const;
 
 private:
+    friend class Server;
     explicit World(std::shared_ptr<WorldState> state) : m_state(std::move(state)) {}
     std::shared_ptr<WorldState> m_state;
 };
