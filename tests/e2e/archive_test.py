@@ -76,6 +76,66 @@ class Archive(Case):
         self.assertRefused(archive("info", temporary_folder()), 1, "not a plain file")
         self.assertRefused(archive("info", temporary_folder() / "none.tvx"), 1, "no such file")
 
+    def shards(self, count, *options):
+        folder = temporary_folder()
+        out = []
+        for number in range(1, count + 1):
+            out.append(folder / f"{number}.tvx")
+            words = [binary("CONVERT"), square(), out[-1], "--cache", "none", *options]
+            self.assertDone(Run([*words, "--shard", f"{number}/{count}"]))
+        return out
+
+    def test_shards_in_any_order_give_the_same_bytes(self):
+        for count in (2, 5):
+            shards = self.shards(count)
+            merged = temporary_folder() / "merged.tvx"
+            self.assertDone(archive("merge", *reversed(shards), "-o", merged))
+            self.assertEqual(merged.read_bytes(), self.whole.read_bytes(), count)
+            self.assertDone(archive("verify", merged))
+
+    def test_a_shard_says_what_it_is(self):
+        shards = self.shards(2)
+        facts = json.loads(archive("info", "--json", shards[1]).out)
+        self.assertEqual((facts["shard"], facts["shards"]), (2, 2))
+        self.assertIn("2 of 2", archive("info", shards[1]).out)
+        for shard in shards:
+            self.assertDone(archive("verify", shard))
+            run = Run([binary("RAYTRACER"), "render", shard, "-o", shard.with_suffix(".png")])
+            self.assertRefused(run, 1, "it is a shard of one", "archive merge")
+            self.assertFalse(shard.with_suffix(".png").exists())
+
+    def test_shards_that_do_not_belong_together_are_refused(self):
+        first, second = self.shards(2)
+        other = self.shards(2, "--level", "1")[1]
+        merged = first.parent / "merged.tvx"
+        for shards, code, said in (
+            ([first], 2, "shard 2 of 2 is missing"),
+            ([second], 2, "shard 1 of 2 is missing"),
+            ([first, first], 2, "is there twice"),
+            ([first, other], 2, "is of another conversion"),
+            ([first, self.whole], 2, "a whole archive"),
+            ([first, square()], 1, "not a box archive"),
+        ):
+            with self.subTest(said):
+                self.assertRefused(archive("merge", *shards, "-o", merged), code, said)
+        data = bytearray(second.read_bytes())
+        data[len(data) // 3] ^= 1
+        second.write_bytes(data)
+        self.assertRefused(archive("merge", first, second, "-o", merged), 1, "is damaged at byte")
+        self.assertFalse(merged.exists())
+        merged.write_text("mine", encoding="utf-8")
+        self.assertRefused(archive("merge", first, second, "-o", merged), 2, "--overwrite")
+        self.assertEqual(merged.read_text(encoding="utf-8"), "mine")
+
+    def test_wrong_shards_are_refused(self):
+        out = temporary_folder() / "part.tvx"
+        for text in ("0/2", "3/2", "1/0", "1", "1/2/3", "a/b", "1/200000", "-1/2", "1/ 2"):
+            with self.subTest(text):
+                words = [binary("CONVERT"), square(), out, f"--shard={text}"]
+                self.assertRefused(Run(words), 2, "--shard", "allowed: I/N")
+        words = [binary("CONVERT"), square(), out.with_suffix(".glb"), "--shard", "1/2"]
+        self.assertRefused(Run(words), 2, "allowed: to a box archive")
+
     def test_wrong_usage_ends_with_2(self):
         for arguments in (
             [],

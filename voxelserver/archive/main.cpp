@@ -1,10 +1,13 @@
-#include <cstdio>
+#include <filesystem>
 #include <iostream>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "common/util/printable.hpp"
 #include "common/util/program.hpp"
 #include "common/util/version.hpp"
+#include "voxelserver/archive/merge.hpp"
 #include "voxelserver/archive/summary.hpp"
 #include "voxelserver/archive/verify.hpp"
 #include "voxelserver/export/core/meter.hpp"
@@ -15,6 +18,9 @@ using namespace terravox;
 
 struct Arguments {
     std::string file;
+    std::vector<std::string> shards;  ///< of merge
+    std::string out;                  ///< of merge
+    bool overwrite = false;
     bool json = false;
     bool quiet = false;
     int threads = 0;
@@ -55,10 +61,33 @@ util::ExitCode verify(const Arguments& arguments) {
     return found.holes > 0 ? util::ExitCode::kHoles : util::ExitCode::kDone;
 }
 
+util::ExitCode merge(const Arguments& arguments) {
+    const std::filesystem::path out = arguments.out;
+    if (!arguments.overwrite && std::filesystem::exists(out))
+        throw util::UsageError("merge to " + out.string() +
+                               ": it is there already; allowed: another name, or --overwrite");
+    const std::vector<std::filesystem::path> shards(arguments.shards.begin(),
+                                                    arguments.shards.end());
+    constexpr std::uint64_t kSteps = 1000;
+    exports::Meter meter("merge", kSteps, arguments.quiet);
+    std::uint64_t shown = 0;
+    const auto done = archive_tools::merge(
+        shards, out, arguments.threads, [&](std::uint64_t bytes, std::uint64_t total) {
+            const std::uint64_t step = total == 0 ? 0 : bytes * kSteps / total;
+            if (step > shown)
+                meter.add(step - std::exchange(shown, step));
+        });
+    meter.finish();
+    std::cout << arguments.out << ": " << counted(done.records - done.holes, "box", "boxes") << ", "
+              << counted(done.holes, "hole", "holes") << ", of "
+              << counted(shards.size(), "shard", "shards") << "\n";
+    return done.holes > 0 ? util::ExitCode::kHoles : util::ExitCode::kDone;
+}
+
 int run(int argc, char** argv) {
     CLI::App app(
-        "Box archives (.tvx): what one holds, whether it is whole. Exit code 3: whole, but with "
-        "holes, boxes that could not be read when it was made.",
+        "Box archives (.tvx): what one holds, whether it is whole, one of shards. Exit code 3: "
+        "done, but there are holes, boxes that could not be read when it was made.",
         "terravox-archive");
     app.set_version_flag("--version", std::string("terravox archive ") + kVersion);
     app.require_subcommand(1);
@@ -67,13 +96,22 @@ int run(int argc, char** argv) {
     informing->add_flag("--json", arguments.json, "as JSON");
     auto* const verifying = app.add_subcommand(
         "verify", "read every box, and compare coarse boxes with those that they were made of");
-    verifying->add_option("--threads", arguments.threads, "0: one for each core")
-        ->check(CLI::Range(0, 1024));
-    verifying->add_flag("-q,--quiet", arguments.quiet, "no progress");
     for (auto* const command : {informing, verifying})
-        command->add_option("file", arguments.file, "the archive")->required();
+        command->add_option("file", arguments.file, "the archive, or a shard of one")->required();
+    auto* const merging = app.add_subcommand(
+        "merge", "join the shards of convert --shard I/N to the archive that they are parts of");
+    merging->add_option("shards", arguments.shards, "all shards of one conversion")->required();
+    merging->add_option("-o,--output", arguments.out, "archive to write")->required();
+    merging->add_flag("--overwrite", arguments.overwrite, "write over what is there");
+    for (auto* const command : {verifying, merging}) {
+        command->add_option("--threads", arguments.threads, "0: one for each core")
+            ->check(CLI::Range(0, 1024));
+        command->add_flag("-q,--quiet", arguments.quiet, "no progress");
+    }
     if (const auto answered = util::parse_arguments(app, argc, argv))
         return *answered;
+    if (*merging)
+        return static_cast<int>(merge(arguments));
     return static_cast<int>(*informing ? info(arguments) : verify(arguments));
 }
 

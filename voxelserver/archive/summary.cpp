@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "common/voxel/archive/archive_index.hpp"
+#include "common/voxel/archive/shard.hpp"
 #include "common/voxel/world_json.hpp"
 
 namespace terravox::archive_tools {
@@ -22,10 +23,15 @@ std::uint64_t Summary::holes() const noexcept {
 
 Summary summary_of(const std::filesystem::path& archive) {
     const auto source = voxel::archive::file_source(archive);
-    const ArchiveIndex index(*source);
+    const ArchiveIndex index(*source, ArchiveIndex::Of::kArchiveOrShard);
     Summary out;
     out.file_bytes = index.header().file_bytes;
     out.damage = index.header().damage;
+    if (index.is_shard()) {
+        const voxel::archive::Shard shard = voxel::archive::read_shard(*source, index);
+        out.damage = static_cast<std::uint32_t>(shard.damage.size());
+        out.shard = {shard.number, shard.of};
+    }
     out.facts = voxel::world_to_json(index.info());
     out.levels.resize(static_cast<std::size_t>(index.info().levels));
     for (std::size_t leaf = 0; leaf < index.leaves().size(); ++leaf) {
@@ -55,6 +61,8 @@ std::string text_of(const Summary& summary) {
         out += row("title", world.title);
     out += row("format", fmt::format("box archive, version {}, {:.1f} MB", voxel::archive::kVersion,
                                      static_cast<double>(summary.file_bytes) / 1e6));
+    if (summary.shard.of > 0)
+        out += row("shard", fmt::format("{} of {}", summary.shard.number, summary.shard.of));
     out += row("CRS", world.crs.empty() ? "none" : world.crs);
     out += row("extent", fmt::format("{:.1f} x {:.1f} m, {:.1f} m high; voxels of {} m", metres(0),
                                      metres(2), metres(1), world.voxel_m));
@@ -76,6 +84,10 @@ std::string json_of(const Summary& summary) {
     nlohmann::ordered_json out;
     out["bytes"] = summary.file_bytes;
     out["damage"] = summary.damage;
+    if (summary.shard.of > 0) {
+        out["shard"] = summary.shard.number;
+        out["shards"] = summary.shard.of;
+    }
     out["levels"] = nlohmann::ordered_json::array();
     for (const LevelSummary& level : summary.levels)
         out["levels"].push_back(

@@ -14,9 +14,16 @@ struct LevelSummary {
     std::uint64_t bytes = 0;  ///< of the frames of its boxes
 };
 
-/// What an archive holds, by header, facts and index alone: boxes are not read.
+/// Which of the shards of an archive a file is.
+struct ShardNumber {
+    int number = 0;
+    int of = 0;  ///< 0: none, it is an archive
+};
+
+/// What an archive, or a shard of one, holds, by header, facts and index alone: boxes are not read.
 struct Summary {
     std::uint64_t file_bytes = 0;
+    ShardNumber shard;
     std::uint32_t damage = 0;          ///< damaged places of the data that it was made from
     std::vector<LevelSummary> levels;  ///< the finest first
     std::string facts;                 ///< JSON, as `GET /v2/world` returns
@@ -28,8 +35,8 @@ struct Summary {
 
 /// The summary in lines for people.
 [[nodiscard]] std::string text_of(const Summary& summary);
-/// The same as a JSON object: `bytes`, `damage`, `levels` (with `boxes`, `holes`, `bytes` each) and
-/// `world`, the facts.
+/// The same as a JSON object: `bytes`, `damage`, of a shard `shard` and `shards`, `levels` (with
+/// `boxes`, `holes`, `bytes` each) and `world`, the facts.
 [[nodiscard]] std::string json_of(const Summary& summary);
 
 }  // namespace terravox::archive_tools

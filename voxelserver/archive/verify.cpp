@@ -11,6 +11,7 @@
 #include "common/thread/in_order.hpp"
 #include "common/util/error.hpp"
 #include "common/voxel/archive/archive_index.hpp"
+#include "common/voxel/archive/shard.hpp"
 #include "common/voxel/box_codec.hpp"
 #include "common/voxel/changed_error.hpp"
 #include "common/voxel/downsample.hpp"
@@ -105,7 +106,10 @@ private:
 class Verifier {
 public:
     Verifier(ByteSource& source, int threads, const VerifyProgress& progress)
-        : m_source(source), m_index(source), m_threads(threads), m_progress(progress) {}
+        : m_source(source),
+          m_index(source, ArchiveIndex::Of::kArchiveOrShard),
+          m_threads(threads),
+          m_progress(progress) {}
 
     Verification run(std::uint64_t file_bytes) {
         read_index();
@@ -186,8 +190,9 @@ private:
         while (next != expected.cend())
             note_missing(*next++);
         ++m_level;
-        // The coarsest level has no parents.
-        if (m_level == m_index.info().levels)
+        // The coarsest level has no parents, and those of a shard's are in no shard.
+        if (m_level == m_index.info().levels ||
+            (m_index.is_shard() && m_level > voxel::archive::kSubtreeLevel))
             m_expected.clear();
     }
 
@@ -302,11 +307,25 @@ private:
         if (file_bytes != header.file_bytes)
             note("the file has " + std::to_string(file_bytes) + " bytes; its header says " +
                  std::to_string(header.file_bytes));
-        const std::uint64_t named =
-            sizeof header + header.info_bytes + m_named_bytes + header.root_bytes;
+        std::uint64_t named = sizeof header + header.info_bytes + m_named_bytes + header.root_bytes;
+        if (m_index.is_shard())
+            named += read_shard_bytes();
         if (m_readable && named != header.file_bytes)
             note("its parts have " + std::to_string(named) + " bytes in all; its header says " +
                  std::to_string(header.file_bytes));
+    }
+
+    /// Reads the end of a shard. @return its bytes
+    std::uint64_t read_shard_bytes() {
+        try {
+            (void)voxel::archive::read_shard(m_source, m_index);
+        } catch (const voxel::ChangedError&) {
+            throw;
+        } catch (const util::Error& e) {
+            note(e.what());
+        }
+        const auto& header = m_index.header();
+        return header.file_bytes - header.root_offset - header.root_bytes;
     }
 
     ByteSource& m_source;

@@ -10,6 +10,7 @@
 namespace terravox::voxel::archive {
 
 inline constexpr char kMagic[8] = {'T', 'V', 'X', 'A', 'R', 'C', '\r', '\n'};
+inline constexpr char kShardMagic[8] = {'T', 'V', 'X', 'S', 'H', 'D', '\r', '\n'};  ///< shard.hpp
 inline constexpr std::uint32_t kVersion = 1;
 inline constexpr const char* kEnding = ".tvx";
 
@@ -68,6 +69,9 @@ struct Leaf {
 static_assert(sizeof(Leaf) == 40);
 
 inline constexpr std::uint32_t kLeafEntries = 1024;
+
+/// Records of one box of this level, and of all below it, are made and written together.
+inline constexpr int kSubtreeLevel = 3;
 
 [[nodiscard]] constexpr Key key_of(const BoxKey& k) noexcept {
     return {k.level, k.bx, k.by, k.bz};

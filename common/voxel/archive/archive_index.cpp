@@ -21,8 +21,8 @@ constexpr std::uint32_t kMaxFrame_bytes = 16 << 20;
 
 }  // namespace
 
-ArchiveIndex::ArchiveIndex(ByteSource& source) : m_source(source) {
-    read_header();
+ArchiveIndex::ArchiveIndex(ByteSource& source, Of of) : m_source(source) {
+    read_header(of);
     read_info();
     check_bounds();
     read_root();
@@ -32,12 +32,15 @@ void ArchiveIndex::fail(const std::string& what) const {
     throw util::Error("open the box archive " + m_source.name() + ": " + what);
 }
 
-void ArchiveIndex::read_header() {
+void ArchiveIndex::read_header(Of of) {
     std::vector<std::byte> room;
     const auto bytes = m_source.read(0, sizeof m_header, room);
     std::memcpy(&m_header, bytes.data(), sizeof m_header);
-    if (std::memcmp(m_header.magic, kMagic, sizeof kMagic) != 0)
+    m_is_shard = std::memcmp(m_header.magic, kShardMagic, sizeof kShardMagic) == 0;
+    if (!m_is_shard && std::memcmp(m_header.magic, kMagic, sizeof kMagic) != 0)
         fail("not a box archive");
+    if (m_is_shard && of == Of::kArchive)
+        fail("it is a shard of one; terravox archive merge joins the shards");
     if (m_header.version != kVersion)
         fail("version " + std::to_string(m_header.version) +
              "; allowed: " + std::to_string(kVersion));

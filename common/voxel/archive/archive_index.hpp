@@ -15,14 +15,19 @@ namespace terravox::voxel::archive {
 /// are verified when a part is read. The leaves are not kept. Thread-safe.
 class ArchiveIndex {
 public:
+    enum class Of {
+        kArchive,
+        kArchiveOrShard,  ///< or one of the shards that an archive is made of (shard.hpp)
+    };
     /// Reads header, facts and the root of the index.
     /// @param source must outlive this
     /// @throws Error when it is not an archive, has another version, is unfinished or damaged, or
     /// when its bounds are inconsistent with its levels (levels_for())
-    explicit ArchiveIndex(ByteSource& source);
+    explicit ArchiveIndex(ByteSource& source, Of of = Of::kArchive);
 
     [[nodiscard]] const Header& header() const noexcept { return m_header; }
     [[nodiscard]] const WorldInfo& info() const noexcept { return m_info; }
+    [[nodiscard]] bool is_shard() const noexcept { return m_is_shard; }
     /// Of the whole index, in the order of their first entries (before()).
     [[nodiscard]] std::span<const Leaf> leaves() const noexcept { return m_root; }
     /// The entries of a leaf, in order.
@@ -31,7 +36,7 @@ public:
     [[nodiscard]] std::vector<Entry> entries(std::size_t index) const;
 
 private:
-    void read_header();
+    void read_header(Of of);
     void read_info();
     void read_root();
     void check_bounds() const;
@@ -40,6 +45,7 @@ private:
 
     ByteSource& m_source;
     Header m_header{};
+    bool m_is_shard = false;
     WorldInfo m_info;
     std::vector<Leaf> m_root;
 };

@@ -184,7 +184,9 @@ std::unique_ptr<World> open_archive(std::unique_ptr<ByteSource> source) {
 bool is_archive(const std::filesystem::path& file) {
     std::array<char, sizeof kMagic> magic{};
     std::ifstream in(file, std::ios::binary);
-    return in.read(magic.data(), magic.size()) && std::equal(magic.begin(), magic.end(), kMagic);
+    const bool is_read = static_cast<bool>(in.read(magic.data(), magic.size()));
+    return is_read && (std::equal(magic.begin(), magic.end(), kMagic) ||
+                       std::equal(magic.begin(), magic.end(), kShardMagic));
 }
 
 }  // namespace terravox::voxel

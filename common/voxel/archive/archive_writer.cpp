@@ -128,6 +128,19 @@ std::vector<std::byte> ArchiveWriter::frame_of(const Entry& entry) const {
 }
 
 void ArchiveWriter::finish(std::size_t damage) {
+    write_index();
+    close(damage);
+}
+
+void ArchiveWriter::finish_shard(const std::string& facts) {
+    write_index();
+    write(std::as_bytes(std::span(facts)));
+    write(bytes_of(XXH64(facts.data(), facts.size(), 0)));
+    std::copy(std::begin(kShardMagic), std::end(kShardMagic), m_header.magic);
+    close(0);
+}
+
+void ArchiveWriter::write_index() {
     std::sort(m_entries.begin(), m_entries.end(),
               [](const Entry& a, const Entry& b) { return before(a.key, b.key); });
     std::vector<Leaf> root;
@@ -144,12 +157,15 @@ void ArchiveWriter::finish(std::size_t damage) {
         write(std::span(frame).first(size));
     }
     m_header.root_offset = m_at;
-    m_header.damage = static_cast<std::uint32_t>(damage);
     const auto root_bytes = std::as_bytes(std::span(root));
     write(root_bytes);
     const std::uint64_t checksum = XXH64(root_bytes.data(), root_bytes.size(), 0);
     write(bytes_of(checksum));
     m_header.root_bytes = root_bytes.size() + sizeof checksum;
+}
+
+void ArchiveWriter::close(std::size_t damage) {
+    m_header.damage = static_cast<std::uint32_t>(damage);
     m_header.file_bytes = flush();
     m_header.checksum = XXH64(&m_header, offsetof(Header, checksum), 0);
     write_at(0, bytes_of(m_header));

@@ -40,8 +40,13 @@ public:
     /// @param damage number of places where the world's data are damaged
     /// @throws Error
     void finish(std::size_t damage = 0);
+    /// The same for a shard (shard.hpp): a file that archives are merged of.
+    /// @param facts what ends the file: json_of(Shard)
+    void finish_shard(const std::string& facts);
 
 private:
+    void write_index();
+    void close(std::size_t damage);
     void begin(const std::string& info);
     void take_over(std::uint64_t keep);
     void write(std::span<const std::byte> bytes);

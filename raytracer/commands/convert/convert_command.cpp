@@ -2,6 +2,7 @@
 
 #include <CLI/CLI.hpp>
 
+#include <charconv>
 #include <chrono>
 #include <cstdio>
 #include <filesystem>
@@ -33,10 +34,32 @@ struct ConvertArguments {
     exports::WriteOptions write;
     std::string area;
     std::string heights;
+    std::string shard;
     exports::Selection selection;
     int memory_mib = 1024;
     bool quiet = false;
 };
+
+/// @throws UsageError unless it is I/N, or empty
+exports::ShardChoice shard_of(const std::string& text) {
+    exports::ShardChoice out;
+    if (text.empty())
+        return out;
+    const auto refused = [&] {
+        return util::UsageError("convert: --shard " + text +
+                                "; allowed: I/N with I from 1 to N, N up to " +
+                                std::to_string(exports::ShardChoice::kMost));
+    };
+    const char* const end = text.data() + text.size();
+    const auto number = std::from_chars(text.data(), end, out.number);
+    if (number.ec != std::errc() || number.ptr == end || *number.ptr != '/')
+        throw refused();
+    const auto of = std::from_chars(number.ptr + 1, end, out.of);
+    if (of.ec != std::errc() || of.ptr != end || out.of < 1 ||
+        out.of > exports::ShardChoice::kMost || out.number < 1 || out.number > out.of)
+        throw refused();
+    return out;
+}
 
 util::ExitCode report(const exports::Job& job, const voxel::World& world, double seconds,
                       bool quiet) {
@@ -74,6 +97,10 @@ util::ExitCode run_convert(ConvertArguments& args) {
     args.selection.area =
         numbers_of("convert", "--area", args.area, 4,
                    "west,south,east,north, or x0,z0,x1,z1 in a world without a CRS");
+    args.write.shard = shard_of(args.shard);
+    if (args.write.shard.of > 1 && !format.has_shards)
+        throw util::UsageError("convert: --shard " + args.shard + " to " +
+                               std::string(format.name) + "; allowed: to a box archive (.tvx)");
     args.selection.heights =
         numbers_of("convert", "--heights", args.heights, 2, "lowest,highest in metres");
     format.check_target(out, args.write);
@@ -112,6 +139,9 @@ std::function<util::ExitCode()> add_convert_options(CLI::App& app) {
     app.add_option(
         "--area", args->area,
         "west,south,east,north in the world's CRS; x0,z0,x1,z1 in voxels where it has none");
+    app.add_option("--shard", args->shard,
+                   "I/N: of a box archive only the I-th of N shards, which other calls may make "
+                   "elsewhere at the same time; terravox archive merge joins them");
     app.add_option("--heights", args->heights, "lowest,highest in metres");
     app.add_option("--colours", args->colours,
                    "of voxels: true (their own, where they have one) or material")

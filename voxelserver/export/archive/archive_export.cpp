@@ -4,18 +4,17 @@
 #include <array>
 #include <bit>
 #include <limits>
-#include <map>
 #include <memory>
-#include <set>
+#include <utility>
 
 #include "common/thread/in_order.hpp"
 #include "common/util/atomic_file.hpp"
 #include "common/util/error.hpp"
 #include "common/util/log.hpp"
 #include "common/voxel/archive/archive_writer.hpp"
+#include "common/voxel/archive/coarse_levels.hpp"
+#include "common/voxel/archive/shard.hpp"
 #include "common/voxel/box_builder.hpp"
-#include "common/voxel/box_codec.hpp"
-#include "common/voxel/downsample.hpp"
 #include "common/voxel/pyramid_world.hpp"
 #include "voxelserver/export/core/journal.hpp"
 
@@ -25,10 +24,10 @@ namespace {
 using voxel::Box;
 using voxel::BoxKey;
 using voxel::BoxRange;
-using voxel::archive::Entry;
 using voxel::archive::Kind;
-
-constexpr int kZstdLevel = 9;  // written once, read often
+using voxel::archive::kSubtreeLevel;
+using voxel::archive::MadeBox;
+using voxel::archive::MadeRecord;
 
 voxel::WorldInfo info_of(const Part& part, const voxel::WorldInfo& world) {
     const auto scale = static_cast<double>(std::int64_t{1} << part.level);
@@ -97,37 +96,6 @@ std::uint64_t solid_count(const Box& box) {
     return count;
 }
 
-struct Record {
-    BoxKey key;
-    Kind kind;
-    std::vector<std::byte> frame;
-};
-
-Record hole_record(const BoxKey& key, const std::string& why) {
-    const auto bytes = std::as_bytes(std::span(why));
-    return {key, Kind::kHole, {bytes.begin(), bytes.end()}};
-}
-
-// A box, or the reason why there is none.
-struct Made {
-    std::shared_ptr<const Box> box;
-    std::string hole;
-};
-
-Made parent_of(const BoxKey& key, const std::array<Made, 8>& children) {
-    std::array<std::shared_ptr<const Box>, 8> boxes;
-    for (std::size_t i = 0; i < 8; ++i) {
-        if (!children[i].hole.empty())
-            return {nullptr, children[i].hole};
-        boxes[i] = children[i].box;
-    }
-    return {voxel::downsample(key, boxes), {}};
-}
-
-BoxKey child_of(const BoxKey& key, int i) {
-    return {key.level - 1, 2 * key.bx + (i & 1), 2 * key.by + (i >> 2), 2 * key.bz + (i >> 1 & 1)};
-}
-
 // Makes the boxes under one of level kSubtreeLevel (or of the top, where the world is small),
 // itself included; coarse ones first, those of a level in the order of their parents.
 class Subtree {
@@ -137,33 +105,31 @@ public:
     void make(const BoxKey& top) {
         (void)made(top);
         // Whoever reads over a network shows coarse boxes first: those lie together.
-        std::stable_sort(records.begin(), records.end(), [](const Record& a, const Record& b) {
-            return a.key.level > b.key.level;
-        });
+        std::stable_sort(
+            records.begin(), records.end(),
+            [](const MadeRecord& a, const MadeRecord& b) { return a.key.level > b.key.level; });
     }
-    std::vector<Record> records;
+    std::vector<MadeRecord> records;
     std::uint64_t voxels = 0;
 
 private:
-    Made made(const BoxKey& key) {
+    MadeBox made(const BoxKey& key) {
         if (!voxel::boxes_over(m_info.bounds, key.level).contains(key))
             return {};
-        Made out = key.level == 0 ? finest(key) : coarser(key);
-        if (!out.hole.empty())
-            records.push_back(hole_record(key, out.hole));
-        else if (out.box)
-            records.push_back({key, Kind::kBox, voxel::compress(*out.box, kZstdLevel)});
+        MadeBox out = key.level == 0 ? finest(key) : coarser(key);
+        if (out.box || !out.hole.empty())
+            records.push_back(voxel::archive::record_of(key, out));
         return out;
     }
 
-    Made coarser(const BoxKey& key) {
-        std::array<Made, 8> children;
+    MadeBox coarser(const BoxKey& key) {
+        std::array<MadeBox, 8> children;
         for (int i = 0; i < 8; ++i)
-            children[static_cast<std::size_t>(i)] = made(child_of(key, i));
-        return parent_of(key, children);
+            children[static_cast<std::size_t>(i)] = made(voxel::archive::child_of(key, i));
+        return voxel::archive::coarse_box(key, children);
     }
 
-    Made finest(const BoxKey& key) {
+    MadeBox finest(const BoxKey& key) {
         const voxel::BoxOutcome got = m_job.outcome(key.bx, key.by, key.bz);
         if (got.failure) {
             try {
@@ -185,27 +151,49 @@ private:
     const voxel::VoxelBounds m_limits;
 };
 
+static_assert(ShardChoice::kMost == voxel::archive::kMaxShards);
+
+/// The columns of a shard: contiguous, so that the shards one after the other are all of them.
+/// @return first, and one after the last
+std::pair<std::size_t, std::size_t> range_of(const ShardChoice& shard, std::size_t columns) {
+    const auto end_of = [&](int number) {
+        return columns * static_cast<std::size_t>(number) / static_cast<std::size_t>(shard.of);
+    };
+    return {end_of(shard.number - 1), end_of(shard.number)};
+}
+
 class Exporter {
 public:
-    explicit Exporter(Job& job)
+    Exporter(Job& job, const ShardChoice& shard)
         : m_job(job),
+          m_shard(shard),
           m_info(info_of(job.part, job.world())),
           m_tops(voxel::boxes_over(m_info.bounds, std::min(kSubtreeLevel, m_info.levels - 1))),
           m_columns(columns_of(job, m_tops)),
-          m_journal(journal_of(job.out), job.name) {}
+          m_journal(journal_of(job.out), job.name + name_of(shard)) {}
 
     void run() {
         open();
         subtrees();
-        for (int level = std::min(kSubtreeLevel, m_info.levels - 1) + 1; level < m_info.levels;
-             ++level)
-            level_above(level);
-        m_writer->finish(m_job.damage());
+        if (m_shard.of > 1) {
+            m_writer->finish_shard(voxel::archive::json_of(
+                {m_shard.number, m_shard.of, m_job.name, m_job.damage_lines()}));
+        } else {
+            voxel::archive::add_levels_above(*m_writer, m_tops.min.level, m_info.levels,
+                                             m_job.threads);
+            m_writer->finish(m_job.damage_lines().size());
+        }
         m_journal.remove();
         m_job.wrote(m_job.out);
     }
 
 private:
+    static std::string name_of(const ShardChoice& shard) {
+        return shard.of == 1
+                   ? ""
+                   : " shard " + std::to_string(shard.number) + " of " + std::to_string(shard.of);
+    }
+
     static std::filesystem::path journal_of(std::filesystem::path out) {
         util::check_writable(out);
         out += ".journal";
@@ -239,82 +227,40 @@ private:
 
     void subtrees() {
         const auto ny = static_cast<std::size_t>(m_tops.max.by - m_tops.min.by);
-        m_job.meter.add(m_columns.left_out() * ny);
-        const auto key_at = [&](std::size_t i) {
-            const Columns::At at = m_columns.at(i / ny);
+        const auto [first, end] = range_of(m_shard, m_columns.count());
+        m_job.meter.add((m_columns.left_out() + m_columns.count() - (end - first)) * ny);
+        const auto key_at = [&, first = first](std::size_t i) {
+            const Columns::At at = m_columns.at(first + i / ny);
             return BoxKey{m_tops.min.level, at.bx,
                           m_tops.min.by + static_cast<std::int32_t>(i % ny), at.bz};
         };
-        thread::in_order(
-            m_columns.count() * ny, m_job.threads,
-            [&](std::size_t i) {
-                Subtree made(m_job, m_info);
-                if (!m_journal.has(voxel::to_string(key_at(i))))
-                    made.make(key_at(i));
-                return made;
-            },
-            [&](std::size_t i, Subtree made) {
-                const std::string name = voxel::to_string(key_at(i));
-                if (!m_journal.has(name)) {
-                    for (const Record& r : made.records)
-                        m_writer->add(r.key, r.kind, r.frame);
-                    const bool whole =
-                        std::none_of(made.records.begin(), made.records.end(),
-                                     [](const Record& r) { return r.kind == Kind::kHole; });
-                    m_whole = m_whole && whole;
-                    // With a hole, the next run retries from here on.
-                    if (m_whole)
-                        m_journal.add(name, made.voxels, m_writer->flush());
-                    m_job.count_voxels(made.voxels);
-                }
-                m_job.meter.add();
-            });
-    }
-
-    Made read_back(const BoxKey& key, const Entry& entry) {
-        const auto frame = m_writer->frame_of(entry);
-        if (entry.kind == Kind::kHole)
-            return {nullptr,
-                    std::string(reinterpret_cast<const char*>(frame.data()), frame.size())};
-        return {voxel::decompress_box(frame, voxel::to_string(key)), {}};
-    }
-
-    void level_above(int level) {
-        m_writer->flush();
-        std::map<BoxKey, Entry> below;
-        std::set<BoxKey> parents;
-        for (const Entry& e : m_writer->entries()) {
-            const BoxKey key = voxel::archive::key_of(e.key);
-            if (key.level != level - 1)
-                continue;
-            below.emplace(key, e);
-            parents.insert({level, voxel::floor_div(key.bx, 2), voxel::floor_div(key.by, 2),
-                            voxel::floor_div(key.bz, 2)});
-        }
-        const std::vector<BoxKey> keys(parents.begin(), parents.end());
-        thread::in_order(
-            keys.size(), m_job.threads,
-            [&](std::size_t i) {
-                std::array<Made, 8> children;
-                for (int c = 0; c < 8; ++c) {
-                    const BoxKey key = child_of(keys[i], c);
-                    if (const auto found = below.find(key); found != below.end())
-                        children[static_cast<std::size_t>(c)] = read_back(key, found->second);
-                }
-                Made made = parent_of(keys[i], children);
-                if (!made.hole.empty())
-                    return hole_record(keys[i], made.hole);
-                return Record{
-                    keys[i], Kind::kBox,
-                    made.box ? voxel::compress(*made.box, kZstdLevel) : std::vector<std::byte>{}};
-            },
-            [&](std::size_t, const Record& r) {
-                if (!r.frame.empty())
-                    m_writer->add(r.key, r.kind, r.frame);
-            });
+        thread::in_order((end - first) * ny, m_job.threads,
+                         [&](std::size_t i) {
+                             Subtree made(m_job, m_info);
+                             if (!m_journal.has(voxel::to_string(key_at(i))))
+                                 made.make(key_at(i));
+                             return made;
+                         },
+                         [&](std::size_t i, Subtree made) {
+                             const std::string name = voxel::to_string(key_at(i));
+                             if (!m_journal.has(name)) {
+                                 for (const MadeRecord& r : made.records)
+                                     m_writer->add(r.key, r.kind, r.frame);
+                                 const bool whole = std::none_of(
+                                     made.records.begin(), made.records.end(),
+                                     [](const MadeRecord& r) { return r.kind == Kind::kHole; });
+                                 m_whole = m_whole && whole;
+                                 // With a hole, the next run retries from here on.
+                                 if (m_whole)
+                                     m_journal.add(name, made.voxels, m_writer->flush());
+                                 m_job.count_voxels(made.voxels);
+                             }
+                             m_job.meter.add();
+                         });
     }
 
     Job& m_job;
+    const ShardChoice m_shard;
     const voxel::WorldInfo m_info;
     const BoxRange m_tops;    ///< of subtrees
     const Columns m_columns;  ///< before the journal: a rejected export leaves nothing
@@ -333,8 +279,8 @@ std::uint64_t archive_steps(const Part& part, const voxel::WorldInfo& world) {
            static_cast<std::uint64_t>(r.max.bz - r.min.bz);
 }
 
-void write_archive(Job& job) {
-    Exporter(job).run();
+void write_archive(Job& job, const ShardChoice& shard) {
+    Exporter(job, shard).run();
 }
 
 }  // namespace terravox::exports

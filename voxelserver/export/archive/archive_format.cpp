@@ -9,7 +9,8 @@ const Format kArchiveFormat{
     .extension = ".tvx",
     .check_target = check_file_target,
     .steps = archive_steps,
-    .write = [](Job& job, const WriteOptions& /*options*/) { write_archive(job); },
+    .write = [](Job& job, const WriteOptions& options) { write_archive(job, options.shard); },
+    .has_shards = true,
 };
 
 }  // namespace terravox::exports

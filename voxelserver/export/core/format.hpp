@@ -16,12 +16,20 @@ enum class UpAxis : std::uint8_t {
     kY,  ///< x east, y up, z south: as in Houdini
 };
 
+/// One of several conversions that share a world, each on a machine of its own.
+struct ShardChoice {
+    int number = 1;  ///< 1 to `of`
+    int of = 1;      ///< 1: the whole world
+    static constexpr int kMost = 100'000;
+};
+
 /// What a user can choose of the written form. Each format reads those members that apply to it.
 struct WriteOptions {
     UpAxis up = UpAxis::kZ;   ///< of .vdb
     bool merge_faces = true;  ///< of meshes: adjacent faces of one appearance become one
     int colour_steps = 0;     ///< of meshes: steps of each colour channel, 0 = colours as they are
     bool overwrite = false;   ///< earlier output may be replaced
+    ShardChoice shard;        ///< of archives
 };
 
 /// A format that a world can be converted to. A new format is a folder below voxelserver/export
@@ -39,6 +47,7 @@ struct Format {
     /// Writes the job's part to the job's output.
     /// @throws UsageError for options out of range; Error when it cannot be written
     void (*write)(Job& job, const WriteOptions& options);
+    bool has_shards = false;  ///< whether WriteOptions::shard applies
 };
 
 /// check_target() of formats that write one file.

@@ -102,8 +102,8 @@ public:
     [[nodiscard]] std::uint64_t voxels() const noexcept { return m_voxels; }
     [[nodiscard]] std::vector<std::filesystem::path> files() const;
     [[nodiscard]] std::vector<voxel::BoxKey> holes() const;
-    /// Number of places where the world's data are damaged, as far as known.
-    [[nodiscard]] std::size_t damage() const { return m_world.damage().size(); }
+    /// Places where the world's data are damaged, as far as known, a line each.
+    [[nodiscard]] std::vector<std::string> damage_lines() const { return m_world.damage(); }
 
 private:
     void hole(const voxel::BoxKey& key, const char* what);

@@ -1,0 +1,77 @@
+#include "common/voxel/archive/coarse_levels.hpp"
+
+#include <map>
+#include <set>
+
+#include "common/thread/in_order.hpp"
+#include "common/voxel/box_codec.hpp"
+#include "common/voxel/downsample.hpp"
+#include "common/voxel/world.hpp"
+
+namespace terravox::voxel::archive {
+namespace {
+
+MadeBox read_back(const ArchiveWriter& writer, const Entry& entry) {
+    const auto frame = writer.frame_of(entry);
+    if (entry.kind == Kind::kHole)
+        return {nullptr, std::string(reinterpret_cast<const char*>(frame.data()), frame.size())};
+    return {decompress_box(frame, to_string(key_of(entry.key))), {}};
+}
+
+void add_level(ArchiveWriter& writer, int level, int threads) {
+    writer.flush();
+    std::map<BoxKey, Entry> below;
+    std::set<BoxKey> parents;
+    for (const Entry& e : writer.entries()) {
+        const BoxKey key = key_of(e.key);
+        if (key.level != level - 1)
+            continue;
+        below.emplace(key, e);
+        parents.insert({level, floor_div(key.bx, 2), floor_div(key.by, 2), floor_div(key.bz, 2)});
+    }
+    const std::vector<BoxKey> keys(parents.begin(), parents.end());
+    thread::in_order(
+        keys.size(), threads,
+        [&](std::size_t i) {
+            std::array<MadeBox, 8> children;
+            for (int c = 0; c < 8; ++c) {
+                const BoxKey key = child_of(keys[i], c);
+                if (const auto found = below.find(key); found != below.end())
+                    children[static_cast<std::size_t>(c)] = read_back(writer, found->second);
+            }
+            return record_of(keys[i], coarse_box(keys[i], children));
+        },
+        [&](std::size_t, const MadeRecord& record) {
+            if (!record.frame.empty())
+                writer.add(record.key, record.kind, record.frame);
+        });
+}
+
+}  // namespace
+
+MadeRecord record_of(const BoxKey& key, const MadeBox& made) {
+    if (!made.hole.empty()) {
+        const auto bytes = std::as_bytes(std::span(made.hole));
+        return {key, Kind::kHole, {bytes.begin(), bytes.end()}};
+    }
+    if (!made.box)
+        return {key, Kind::kBox, {}};
+    return {key, Kind::kBox, compress(*made.box, kZstdLevel)};
+}
+
+MadeBox coarse_box(const BoxKey& key, const std::array<MadeBox, 8>& children) {
+    std::array<std::shared_ptr<const Box>, 8> boxes;
+    for (std::size_t i = 0; i < 8; ++i) {
+        if (!children[i].hole.empty())
+            return {nullptr, children[i].hole};
+        boxes[i] = children[i].box;
+    }
+    return {downsample(key, boxes), {}};
+}
+
+void add_levels_above(ArchiveWriter& writer, int below, int levels, int threads) {
+    for (int level = below + 1; level < levels; ++level)
+        add_level(writer, level, threads);
+}
+
+}  // namespace terravox::voxel::archive

@@ -1,0 +1,43 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "common/voxel/archive/archive_writer.hpp"
+#include "common/voxel/box.hpp"
+
+namespace terravox::voxel::archive {
+
+inline constexpr int kZstdLevel = 9;  ///< of boxes: written once, read often
+
+/// A box for an archive, or the reason why there is none.
+struct MadeBox {
+    std::shared_ptr<const Box> box;  ///< nullptr: air, or a hole
+    std::string hole;                ///< empty: no hole
+};
+
+/// What is written of a made box.
+struct MadeRecord {
+    BoxKey key;
+    Kind kind = Kind::kBox;
+    std::vector<std::byte> frame;  ///< empty: air, which is not written
+};
+[[nodiscard]] MadeRecord record_of(const BoxKey& key, const MadeBox& made);
+
+/// The key of one of eight children: i = dx + 2 dz + 4 dy.
+[[nodiscard]] constexpr BoxKey child_of(const BoxKey& key, int i) noexcept {
+    return {key.level - 1, 2 * key.bx + (i & 1), 2 * key.by + (i >> 2), 2 * key.bz + (i >> 1 & 1)};
+}
+/// A coarse box from its children (child_of()); a hole if one of them is.
+[[nodiscard]] MadeBox coarse_box(const BoxKey& key, const std::array<MadeBox, 8>& children);
+
+/// Adds the boxes of levels below + 1 to levels - 1, level by level in the order of their keys,
+/// from those of the level `below` that the writer has.
+/// @param threads 0: one for each core; the bytes do not depend on it
+/// @throws Error when what was written cannot be read back
+void add_levels_above(ArchiveWriter& writer, int below, int levels, int threads);
+
+}  // namespace terravox::voxel::archive
