@@ -1,4 +1,4 @@
-"""Writes the completion of command lines for bash and fish."""
+"""Writes the completion of command lines for bash, fish and zsh."""
 
 import shlex
 
@@ -91,19 +91,26 @@ def _top_words(command):
     return ["help", "--version"] if not command.words else []
 
 
+def _inner_words(commands):
+    """@return path, the words that may follow it, of each command with others below it"""
+    return [
+        (_path(c), " ".join([*(each.words[-1] for each in c.commands), *_top_words(c)]))
+        for c in commands
+        if c.commands
+    ]
+
+
+def _options_with_value(commands):
+    return [(_path(c), _names(o for o in c.options if o.value)) for c in commands if c.options]
+
+
 def bash(root):
     """@param root the command terravox"""
     commands = list(root.everything())
     tables = {
-        "COMMANDS": [
-            (_path(c), " ".join([*(each.words[-1] for each in c.commands), *_top_words(c)]))
-            for c in commands
-            if c.commands
-        ],
+        "COMMANDS": _inner_words(commands),
         "OPTIONS": [(_path(c), _names(c.options) or "--help --version") for c in commands],
-        "WITH_VALUE": [
-            (_path(c), _names(o for o in c.options if o.value)) for c in commands if c.options
-        ],
+        "WITH_VALUE": _options_with_value(commands),
         "VALUES": [
             (f"{_path(c)} {name}", " ".join(option.words))
             for c in commands
@@ -157,3 +164,89 @@ def fish(root):
             lines.append(f"complete -c terravox -f -n {at} -a {inner.words[-1]} -d {text}")
         lines += [_fish_option(command, option) for option in command.options if option.names]
     return FISH.replace("@NAMES@", " ".join(names)) + "\n".join(lines) + "\n"
+
+
+ZSH = r"""#compdef terravox
+# Completion of terravox for zsh. Made from the option tables of the programs.
+
+# What the function _arguments reads of the options of a command.
+_terravox_options() {
+    case $1 in
+@OPTIONS@
+    esac
+}
+
+_terravox() {
+    # at: the command that the words up to the current one name, such as "analyse sky"; its last
+    # word is the start-th.
+    local at= word start=1 i
+    local -A inner=(
+@COMMANDS@
+    )
+    local -A with_value=(
+@WITH_VALUE@
+    )
+    local -a specs found
+    for ((i = 2; i < CURRENT; i++)); do
+        word=$words[i]
+        if [[ $word == -* ]]; then
+            [[ " $with_value[:$at] " != *" $word "* ]] || ((i++))
+        elif [[ " $inner[:$at] " == *" $word "* ]]; then
+            at=${at:+$at }$word
+            start=$i
+        fi
+    done
+    if [[ -n $inner[:$at] && $words[CURRENT] != -* ]]; then
+        found=(${=inner[:$at]})
+        compadd -- $found
+        return
+    fi
+    _terravox_options $at
+    # _arguments takes the first word for the command.
+    words=("${(@)words[start,-1]}")
+    ((CURRENT -= start - 1))
+    _arguments : $specs '*:file:_files'
+}
+
+_terravox "$@"
+"""
+
+
+def _zsh_text(text):
+    """Text in a row for _arguments, where brackets and colons have a meaning."""
+    text = text.split("\n")[0].replace("\\", "\\\\")
+    for mark in "[]:":
+        text = text.replace(mark, "\\" + mark)
+    return text
+
+
+def _zsh_rows(option):
+    what = ""
+    if option.words:
+        what = f":value:({' '.join(option.words)})"
+    elif option.value:
+        what = ":value:_files"
+    for name in option.names:
+        # Of a long option the value may follow a `=`.
+        joint = "=" if what and name.startswith("--") else ""
+        yield f"*{name}{joint}[{_zsh_text(option.text)}]{what}"
+
+
+def _zsh_specs(command):
+    rows = [row for option in command.options for row in _zsh_rows(option)]
+    rows = rows or ["--help[prints what it can do]", "--version[prints its version]"]
+    lines = [f"    {shlex.quote(row)}" for row in rows]
+    case = [f"{shlex.quote(_path(command))})", "    specs=(", *lines, "    )", "    ;;"]
+    return "\n".join(f"        {line}" for line in case)
+
+
+def _zsh_table(rows):
+    return "\n".join(f"        {shlex.quote(':' + key)} {shlex.quote(text)}" for key, text in rows)
+
+
+def zsh(root):
+    """@param root the command terravox"""
+    commands = list(root.everything())
+    text = ZSH.replace("@OPTIONS@", "\n".join(map(_zsh_specs, commands)))
+    text = text.replace("@COMMANDS@", _zsh_table(_inner_words(commands)))
+    return text.replace("@WITH_VALUE@", _zsh_table(_options_with_value(commands)))

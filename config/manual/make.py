@@ -5,7 +5,7 @@ options. Run by cmake --install (config/cmake/install_manual.cmake)."""
 import argparse
 import pathlib
 
-from completion import bash, fish
+from completion import bash, fish, zsh
 from man_page import man_page
 from tables import read_commands
 
@@ -35,6 +35,7 @@ def main():
     write_pages(root, None, share / "man" / "man1", args.version, args.date)
     write(share / "bash-completion" / "completions" / "terravox", bash(root))
     write(share / "fish" / "vendor_completions.d" / "terravox.fish", fish(root))
+    write(share / "zsh" / "vendor-completions" / "_terravox", zsh(root))
 
 
 if __name__ == "__main__":

@@ -22,6 +22,30 @@ _terravox
 ((${#COMPREPLY[@]} == 0)) || printf '%s\\n' "${COMPREPLY[@]}"
 """
 
+# Types a line and Tab into a zsh in a terminal of its own, and prints what is offered. The function
+# that takes offers is replaced by one that prints them. The terminal shows what is typed, too,
+# which is not to be taken for an answer.
+ZSH = r"""
+zmodload zsh/zpty
+zpty shell zsh -f -i
+tell() { zpty -w shell "$1" }
+tell 'PS1= PS2=; stty -echo; fpath=("'$1'" $fpath); autoload -Uz compinit; compinit -u -D'
+tell 'compadd() {
+    if [[ ${@[1,(i)(-|--)]} == *-(O|A|D)\ * ]]; then builtin compadd "$@"; return; fi
+    local -a hits
+    builtin compadd -A hits "$@"
+    [[ -z $hits ]] || print -rl -- OFFER:${^hits}
+}'
+tell 'show() { zle complete-word; print E""ND; exit }'
+tell 'zle -N show; bindkey "^I" show; print RE""ADY'
+zpty -r shell out '*READY*'
+zpty -w -n shell "$2"$'\t'
+while zpty -r shell out; do
+    print -r -- "$out"
+    [[ $out != *END* ]] || break
+done
+"""
+
 
 def plain(roff):
     """The text of a page without the marks of fonts and letters."""
@@ -144,6 +168,27 @@ class Completion(Case):
             self.assertDone(run)
             found = [text.split("\t")[0] for text in run.out.splitlines()]
             self.assertIn(wanted, found, str(run))
+
+    def test_zsh_reads_its_completion(self):
+        if shutil.which("zsh") is None:
+            print("left out: zsh is not installed", file=sys.stderr)
+            return
+        folder = moved_prefix() / "share" / "zsh" / "vendor-completions"
+        for line, wanted, other in (
+            ("terravox ren", "render", "serve"),
+            ("terravox analyse sk", "sky", "terrain"),
+            ("terravox render --ton", "--tone", "--camera"),
+            ("terravox render --tone fil", "filmic", "agx"),
+            ("terravox render --tone=fil", "filmic", "agx"),
+            ("terravox laz info index --he", "--help", "--version"),
+        ):
+            with self.subTest(line):
+                home = {"HOME": os.environ.get("TMPDIR", "/tmp"), "TERM": "dumb"}
+                run = Run(["zsh", "-f", "-c", ZSH, "zsh", folder, line], environment=home)
+                self.assertDone(run)
+                found = re.findall(r"OFFER:(\S+)", run.out)
+                self.assertIn(wanted, found, str(run))
+                self.assertNotIn(other, found)
 
 
 if __name__ == "__main__":
