@@ -1,21 +1,31 @@
-# cmake --install BUILD --prefix P [--component programs]: programs and what they read
-# (docs/adr/0030). Everything is found relative to the programs, so that P can be moved.
-#   bin/terravox                the commands; the only program in the PATH
-#   lib/terravox                the programs, their modules, the grabber
-#   share/terravox/config       data files
-#   share/terravox/setup        what bin/terravox is made of
-#   share/doc/terravox          licences, changes
-#   share/man, and for completion share/bash-completion, share/fish
+# cmake --install BUILD --prefix P [--component C]: programs and what they read (docs/adr/0030).
+# Everything is found relative to the programs, so that P can be moved. The components, in this
+# order, since the manual is made of the programs that are there:
+#   data      share/terravox/config     data files, of the library and the Python package, too
+#             share/doc/terravox        licences
+#   preview   lib/terravox/terravox-preview, with libraries that a server has no use for
+#   programs  bin/terravox              the commands; the only program in the PATH
+#             lib/terravox              the programs, their modules, the grabber
+#             share/terravox/setup      what bin/terravox is made of
+#             share/doc/terravox        changes, licences of the page
+#             share/man, and for completion share/bash-completion, share/fish, share/zsh
+# Those of the library (library, development) and of the Python package (python) stand in their
+# folders.
 include_guard(GLOBAL)
 
 set(programs
   terravox-archive terravox-convert terravox-laz terravox-publish terravox-raytracer
   terravox-survey terravox-view terravox-voxelserver terravox_tls_symbol terravox_worlds_module)
-if(TERRAVOX_PREVIEW)
-  list(APPEND programs terravox-preview)
-endif()
 # Not LIBDIR: nothing links with what is there, and its place does not hang on the machine.
 set(private lib/terravox)
+# All that is installed, for those who build no tests.
+add_custom_target(terravox_packaged DEPENDS
+  ${programs} terravox_shared terravox_page $<$<BOOL:${TERRAVOX_PYTHON}>:terravox_python>
+  $<$<BOOL:${TERRAVOX_PYTHON}>:terravox_python_sources>)
+if(TERRAVOX_PREVIEW)
+  add_dependencies(terravox_packaged terravox-preview)
+  install(TARGETS terravox-preview COMPONENT preview RUNTIME DESTINATION ${private})
+endif()
 install(TARGETS ${programs} COMPONENT programs
   RUNTIME DESTINATION ${private}
   LIBRARY DESTINATION ${private})
@@ -26,12 +36,13 @@ install(FILES config/setup/commands.sh config/setup/commands.txt config/setup/sa
 
 install(DIRECTORY config/areas config/blocks config/classes config/cluster config/nginx
     config/palettes config/scenes config/sources config/systemd config/views
-  COMPONENT programs DESTINATION share/terravox/config
-  PATTERN "Dockerfile*" EXCLUDE)
+  COMPONENT data DESTINATION share/terravox/config)
 install(FILES config/converters.toml config/licences.toml config/materials-clay.toml
     config/materials.toml config/voxelize.toml config/worker.toml
-  COMPONENT programs DESTINATION share/terravox/config)
-install(FILES CHANGELOG.md LICENSE THIRD_PARTY.md
+  COMPONENT data DESTINATION share/terravox/config)
+install(FILES LICENSE THIRD_PARTY.md
+  COMPONENT data DESTINATION share/doc/terravox)
+install(FILES CHANGELOG.md
   COMPONENT programs DESTINATION share/doc/terravox)
 install(FILES "${PROJECT_BINARY_DIR}/voxelserver/page/dist/licences.txt"
   COMPONENT programs DESTINATION share/doc/terravox RENAME licences-page.txt)

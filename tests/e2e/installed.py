@@ -26,10 +26,12 @@ def hidden():
     return words if run.code == 0 and run.out == "" else []
 
 
-def install(prefix, component="programs"):
-    words = ["cmake", "--install", BUILD, "--prefix", prefix, "--component", component]
-    run = Run(words, timeout_s=HANGS_S)
-    assert run.code == 0, run
+def install(prefix, *components):
+    """@param components those of the programs, with their data, unless others are named"""
+    for component in components or ("data", "preview", "programs"):
+        words = ["cmake", "--install", BUILD, "--prefix", prefix, "--component", component]
+        run = Run(words, timeout_s=HANGS_S)
+        assert run.code == 0, run
 
 
 def rows():

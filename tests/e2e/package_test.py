@@ -1,27 +1,43 @@
 #!/usr/bin/env python3
 """Packages for Debian, and the services in them.
 
-With --long a package is made twice, checked by lintian, and installed, used, upgraded and purged in
-a fresh Debian (debootstrap; needs root and the network that apt has).
+With --long the packages are made twice, checked by lintian, and installed, used, upgraded and
+purged in a fresh Debian (debian_root.py).
 """
 
-import os
+import functools
+import io
 import pathlib
 import re
 import shutil
 import subprocess
 import sys
+import tarfile
 import unittest
 
+import debian_root
+from debian_root import INSTALL_S
 from support import ROOT, Case, Run, binary, survey, temporary_folder
 
 LONG = "--long" in sys.argv
 UNITS = sorted((ROOT / "config" / "systemd").glob("*.service"))
 MAX_EXPOSURE = 3.0
-APT = pathlib.Path("/etc/apt")
-INSTALL_S = 3000
 PICTURE = ("--size", "64x36", "--samples", "1", "--cache", "none", "--quiet")
+EXAMPLES = ROOT / "docs" / "examples" / "cpp"
+PYTHON = """
+import terravox
+picture = terravox.open("generated:5").render(fields={"output.size": "64x36"})
+print(terravox.__version__, picture.rgb.shape[:2])
+"""
 MAINTAINER = {"DEBFULLNAME": "Terravox", "DEBEMAIL": "packages@example.org"}
+
+
+def version():
+    text = (ROOT / "CMakeLists.txt").read_text(encoding="utf-8")
+    return re.search(r"project\(terravox VERSION ([0-9.]+)", text)[1]
+
+
+LIBRARY = "libterravox" + version().rpartition(".")[0]
 
 
 class Services(Case):
@@ -58,7 +74,8 @@ class Usage(Case):
         self.assertDone(self.package("--help"))
 
 
-def make_package(epoch=None):
+def make_packages(epoch=None):
+    """@return the files by the names of their packages"""
     environment = {"TERRAVOX_NO_BUILD": "1", **MAINTAINER}
     if epoch is not None:
         environment["SOURCE_DATE_EPOCH"] = epoch
@@ -69,118 +86,150 @@ def make_package(epoch=None):
         timeout_s=INSTALL_S,
     )
     assert run.code == 0, run
-    return pathlib.Path(run.out.strip())
+    files = map(pathlib.Path, run.out.split())
+    return {file.name.split("_")[0]: file for file in files}
 
 
-def mirror():
-    """@return the first address that apt has packages from, and the name of the release"""
-    run = Run(["apt-get", "indextargets", "--format", "$(SITE) $(RELEASE)"])
-    site, release = next(line.split() for line in run.out.splitlines() if line.strip())
-    return site, release
+made_packages = functools.cache(make_packages)
 
 
-class Root:
-    """A fresh Debian with the host's settings of apt."""
-
-    def __init__(self):
-        self.folder = temporary_folder() / "root"
-        site, release = mirror()
-        words = ["debootstrap", "--variant=minbase", release, self.folder, site]
-        run = Run(words, timeout_s=INSTALL_S)
-        assert run.code == 0, run
-        for name in ("sources.list", "sources.list.d", "apt.conf.d", "trusted.gpg.d"):
-            self._copy(APT / name)
-        for name in ("/usr/share/keyrings", "/etc/hosts", "/etc/resolv.conf"):
-            self._copy(pathlib.Path(name))
-        # Sources of others than Debian need what is not in this root.
-        for file in (self.folder / "etc/apt/sources.list.d").iterdir():
-            if site not in file.read_text(encoding="utf-8"):
-                file.unlink()
-
-    def _copy(self, path):
-        to = self.folder / path.relative_to("/")
-        if path.is_dir():
-            shutil.copytree(path, to, dirs_exist_ok=True)
-        elif path.exists():
-            shutil.copy(path, to)
-
-    def run(self, *words):
-        proc = f"--mount-proc={self.folder}/proc"
-        command = ["unshare", "--mount", "--pid", "--fork", proc, "chroot", self.folder]
-        environment = {"DEBIAN_FRONTEND": "noninteractive", "HOME": "/root"}
-        return Run([*command, *words], environment=environment, timeout_s=INSTALL_S)
-
-    def files(self):
-        """What is installed anywhere but in the records of packages."""
-        left_out = (
-            "proc",
-            "sys",
-            "dev",
-            "var/lib/dpkg",
-            "var/lib/apt",
-            "var/cache/apt",
-            "var/log",
-            "tmp",
-        )
-        found = set()
-        for path in self.folder.rglob("*"):
-            name = str(path.relative_to(self.folder))
-            if "terravox" in name and not name.startswith(left_out):
-                found.add(name)
-        return found
+def files_of(package):
+    command = ["dpkg-deb", "--fsys-tarfile", package]
+    done = subprocess.run(command, capture_output=True, check=True)
+    with tarfile.open(fileobj=io.BytesIO(done.stdout)) as archive:
+        return {entry.name for entry in archive if not entry.isdir()}
 
 
 @unittest.skipUnless(LONG, "with --long")
-class Package(Case):
+class Packages(Case):
     def test_the_same_commit_makes_the_same_bytes(self):
-        first = make_package().read_bytes()
-        self.assertEqual(first, make_package().read_bytes())
-        self.assertNotEqual(first, make_package(epoch="1000000000").read_bytes())
+        again = make_packages()
+        other = make_packages(epoch="1000000000")
+        self.assertEqual(set(made_packages()), set(again))
+        for name, file in made_packages().items():
+            with self.subTest(name):
+                self.assertEqual(file.read_bytes(), again[name].read_bytes())
+                self.assertNotEqual(file.read_bytes(), other[name].read_bytes())
 
     def test_lintian_has_no_errors(self):
         if shutil.which("lintian") is None:
             print("left out: lintian is not installed", file=sys.stderr)
             return
-        run = Run(["lintian", "--allow-root", "--fail-on", "error", make_package()])
-        self.assertDone(run)
+        command = ["lintian", "--allow-root", "--fail-on", "error"]
+        self.assertDone(Run([*command, *made_packages().values()], timeout_s=INSTALL_S))
 
-    def test_it_is_installed_used_upgraded_and_purged(self):
-        if shutil.which("debootstrap") is None or os.geteuid() != 0:
-            print("left out: debootstrap is not installed, or not root", file=sys.stderr)
-            return
-        root = Root()
-        before = root.files()
-        package = make_package()
-        shutil.copy(package, root.folder / "tmp" / "terravox.deb")
-        shutil.copytree(survey(), root.folder / "tmp" / "survey")
-        install = ["apt-get", "--yes", "--no-install-recommends", "install", "/tmp/terravox.deb"]
-        self.assertDone(root.run("apt-get", "update"))
-        self.assertDone(root.run(*install))
+    def test_each_file_is_in_one_package(self):
+        seen = {}
+        for name, file in made_packages().items():
+            for path in files_of(file):
+                self.assertNotIn(path, seen, f"in {name} and {seen.get(path)}")
+                seen[path] = name
+        for path, name in (
+            ("./usr/lib/terravox/terravox-preview", "terravox-preview"),
+            ("./usr/share/man/man1/terravox-preview.1.gz", "terravox-preview"),
+            ("./usr/share/terravox/config/materials.toml", "terravox-data"),
+            ("./usr/bin/terravox", "terravox"),
+            ("./usr/include/terravox/terravox.hpp", "libterravox-dev"),
+            ("./usr/lib/libterravox.so", "libterravox-dev"),
+        ):
+            self.assertEqual(seen.get(path), name, path)
+
+    def test_a_server_needs_no_window(self):
+        for name in ("terravox", "python3-terravox"):
+            control = Run(["dpkg-deb", "--field", made_packages()[name], "Depends"])
+            self.assertDone(control)
+            self.assertNotIn("libglfw", control.out)
+            self.assertIn("libgdal", control.out)
+
+
+@unittest.skipUnless(LONG, "with --long")
+class Installed(Case):
+    """In a fresh Debian. The order of the tests is that of their names."""
+
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        if debian_root.missing():
+            raise unittest.SkipTest(debian_root.missing())
+        cls.root = debian_root.Root()
+        cls.before = cls.root.files()
+        cls.packages = made_packages()
+        for file in cls.packages.values():
+            shutil.copy(file, cls.root.folder / "tmp")
+        shutil.copytree(survey(), cls.root.folder / "tmp" / "survey")
+        shutil.copytree(EXAMPLES, cls.root.folder / "tmp" / "examples")
+        run = cls.root.run("apt-get", "update")
+        assert run.code == 0, run
+
+    def install(self, *packages):
+        """Those of ours by their files, others by their names."""
+        files = [self.packages.get(name, name) for name in packages]
+        words = [f"/tmp/{file.name}" if isinstance(file, pathlib.Path) else file for file in files]
+        command = ["apt-get", "--yes", "--no-install-recommends", "install", *words]
+        self.assertDone(self.root.run(*command))
+
+    def test_1_the_programs_make_the_picture_of_the_checkout(self):
+        self.install("terravox-data", "terravox")
         words = ["/tmp/survey", "--ortho", "/tmp/survey/ortho", *PICTURE, "-o", "/tmp/p.png"]
-        self.assertDone(root.run("terravox", "render", *words))
+        self.assertDone(self.root.run("terravox", "render", *words))
         ours = temporary_folder() / "p.png"
         words = [survey(), "--ortho", survey() / "ortho", *PICTURE, "-o", ours]
         self.assertDone(Run([binary("RAYTRACER"), "render", *words]))
-        self.assertEqual(ours.read_bytes(), (root.folder / "tmp" / "p.png").read_bytes())
-        self.check_upgrade(root, package)
-        self.assertDone(root.run("apt-get", "--yes", "purge", "terravox"))
-        self.assertEqual(root.files() - before, set())
+        self.assertEqual(ours.read_bytes(), (self.root.folder / "tmp" / "p.png").read_bytes())
+        run = self.root.run("terravox", "preview", "--help")
+        self.assertRefused(run, 1, "terravox-preview", "not in /usr/lib/terravox")
 
-    def check_upgrade(self, root, package):
-        """A setting of the user stays when a newer version comes."""
-        settings = root.folder / "etc" / "terravox" / "serve.env"
+    def test_2_the_window_is_a_package_of_its_own(self):
+        self.install("terravox-preview")
+        run = self.root.run("terravox", "preview", "--help")
+        self.assertDone(run)
+        self.assertIn("--scene", run.out)
+
+    def test_3_the_examples_are_built_with_the_library(self):
+        self.install("libterravox-dev", LIBRARY, "cmake", "g++", "make", "pkg-config")
+        examples = "/tmp/examples"
+        self.assertDone(self.root.run("cmake", "-S", examples, "-B", f"{examples}/build"))
+        self.assertDone(self.root.run("cmake", "--build", f"{examples}/build"))
+        square = next((self.root.folder / "tmp" / "survey").glob("*.laz")).name
+        run = self.root.run(f"{examples}/build/rays_of_your_own", f"/tmp/survey/{square}")
+        self.assertDone(run)
+        self.assertEqual(len(run.out.splitlines()), 16)
+        flags = self.root.run("pkg-config", "--libs", "terravox")
+        self.assertIn("-lterravox", flags.out)
+
+    def test_4_python_imports_the_module(self):
+        self.install("python3-terravox")
+        run = self.root.run("python3", "-c", PYTHON)
+        self.assertDone(run)
+        self.assertEqual(run.out.split(), [version(), "(36,", "64)"])
+
+    def test_5_settings_stay_when_a_newer_version_comes(self):
+        settings = self.root.folder / "etc" / "terravox" / "serve.env"
         settings.write_text('TERRAVOX_SERVE="generated:7"\n', encoding="utf-8")
-        (root.folder / "etc" / "terravox" / "token").write_text("secret\n", encoding="utf-8")
-        work = temporary_folder() / "newer"
-        subprocess.run(["dpkg-deb", "--raw-extract", package, work], check=True)
-        control = work / "DEBIAN" / "control"
-        text = control.read_text(encoding="utf-8")
-        control.write_text(re.sub(r"(?m)^Version: .*", "Version: 99", text), encoding="utf-8")
-        newer = root.folder / "tmp" / "newer.deb"
-        subprocess.run(["dpkg-deb", "--root-owner-group", "--build", work, newer], check=True)
-        self.assertDone(root.run("dpkg", "--install", "/tmp/newer.deb"))
+        token = self.root.folder / "etc" / "terravox" / "token"
+        token.write_text("secret\n", encoding="utf-8")
+        for name, package in self.packages.items():
+            newer(package, self.root.folder / "tmp" / f"newer-{name}.deb")
+        newer_files = [f"/tmp/newer-{name}.deb" for name in self.packages]
+        self.assertDone(self.root.run("dpkg", "--install", *newer_files))
         self.assertIn("generated:7", settings.read_text(encoding="utf-8"))
-        self.assertDone(root.run("terravox", "help"))
+        self.assertDone(self.root.run("terravox", "help"))
+        self.assertDone(self.root.run("python3", "-c", PYTHON))
+
+    def test_6_nothing_stays_after_a_purge(self):
+        self.assertDone(self.root.run("apt-get", "--yes", "purge", *self.packages))
+        self.assertEqual(self.root.files() - self.before, set())
+
+
+def newer(package, file):
+    """Writes the same package with version 99."""
+    work = temporary_folder() / "newer"
+    subprocess.run(["dpkg-deb", "--raw-extract", package, work], check=True)
+    control = work / "DEBIAN" / "control"
+    text = control.read_text(encoding="utf-8").replace(f"(= {version()})", "(= 99)")
+    control.write_text(re.sub(r"(?m)^Version: .*", "Version: 99", text), encoding="utf-8")
+    words = ["dpkg-deb", "--root-owner-group", "-Zgzip", "-z1", "--build", work, file]
+    subprocess.run(words, check=True, stdout=subprocess.DEVNULL)
 
 
 if __name__ == "__main__":
