@@ -15,10 +15,13 @@ package_help() {
     cat <<'TEXT'
 Makes packages of this checkout.
 
-Usage: terravox package deb|wheel -o FOLDER
+Usage: terravox package deb|image|sdist|wheel -o FOLDER
 
   deb              Debian packages of the programs, the library and the Python package, for the
                    Debian or Ubuntu of this machine; prints their names
+  image            an image for containers (OCI) of the programs, made without a daemon, as root or
+                   in a user namespace; prints its name
+  sdist            the sources of the Python package, which pip builds a wheel of; prints its name
   wheel            the Python package, for each Python from 3.11 to 3.13 that is here (takes half an
                    hour: GDAL, PROJ and curl are compiled once, and most of Terravox)
   -o FOLDER        where they are written; made when missing
@@ -35,12 +38,12 @@ build_packaged() {
     fi
 }
 
-# package deb|wheel -o FOLDER
+# package deb|image|sdist|wheel -o FOLDER
 package() {
     case ${1:-} in
         -h | --help) package_help && return ;;
-        deb | wheel) ;;
-        *) usage_error "package: '${1:-}'; allowed: deb, wheel" ;;
+        deb | image | sdist | wheel) ;;
+        *) usage_error "package: '${1:-}'; allowed: deb, image, sdist, wheel" ;;
     esac
     [[ ${2:-} == -o && -n ${3:-} ]] || usage_error "package $1: -o FOLDER is missing"
     (($# == 3)) || usage_error "package $1: unknown argument '$4'"
@@ -54,6 +57,11 @@ package() {
             build_packaged
             package_deb "$folder"
             ;;
+        image)
+            build_packaged
+            package_image "$folder"
+            ;;
+        sdist) package_sdist "$folder" ;;
         wheel)
             set_up
             package_wheel "$folder"

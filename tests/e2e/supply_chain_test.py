@@ -189,7 +189,7 @@ class Pins(Case):
             (path, line)
             for path in [
                 ROOT / "terravox",
-                *tracked("config/setup/*.sh", "config/cluster/Dockerfile", "*.yml", "*.yaml"),
+                *tracked("config/setup/*.sh", "*.yml", "*.yaml"),
             ]
             for line in path.read_text(encoding="utf-8").splitlines()
             if re.search(r"\b(npm|npx|yarn|pnpm)\b", line)
@@ -217,7 +217,7 @@ class Pins(Case):
             (path, line)
             for path in [
                 ROOT / "terravox",
-                *tracked("*.sh", "*.py", "*.md", "*.cpp", "*.hpp", "*.txt", "*Dockerfile"),
+                *tracked("*.sh", "*.py", "*.md", "*.cpp", "*.hpp", "*.txt"),
             ]
             for line in path.read_text(encoding="utf-8").splitlines()
             if re.search(r"\bpip3? (install|download)\b", line)
