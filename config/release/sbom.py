@@ -62,7 +62,7 @@ class Release:
             "python3-terravox": lambda programs: "python" in programs,
         }
         package = path.name.partition("_")[0]
-        if package.startswith("libterravox0"):
+        if re.match(r"libterravox\d", package):
             self._add_compiled(key, lambda programs: "library" in programs)
         elif package in users:
             self._add_compiled(key, users[package])

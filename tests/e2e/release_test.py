@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Releases: what stands in their way, and the lists that come with them.
 
-With --long a draft of Debian packages and the source archive is made.
+With --long a draft of Debian packages and the source archive is made, and the latter compiled.
 """
 
 import hashlib
@@ -34,6 +34,7 @@ READ = (
 )
 GIT = ("git", "-c", "user.name=T", "-c", "user.email=t@example.org", "-c", "commit.gpgsign=false")
 TIME = "1700000000"
+BUILD_S = 9000
 
 
 def tool(name, *arguments):
@@ -234,17 +235,18 @@ class Lists(Case):
             self.assertIn(words, text)
 
 
-class Sources(Case):
-    def archive(self):
-        run = Run(
-            [ROOT / "terravox", "package", "sdist", "-o", temporary_folder()],
-            environment={"SOURCE_DATE_EPOCH": TIME},
-        )
-        self.assertDone(run)
-        return pathlib.Path(run.out.strip())
+def source_archive():
+    run = Run(
+        [ROOT / "terravox", "package", "sdist", "-o", temporary_folder()],
+        environment={"SOURCE_DATE_EPOCH": TIME},
+    )
+    assert run.code == 0, run
+    return pathlib.Path(run.out.strip())
 
+
+class Sources(Case):
     def test_the_source_archive_holds_what_a_wheel_is_made_of(self):
-        file = self.archive()
+        file = source_archive()
         top = f"terravox-{version()}"
         with tarfile.open(file) as archive:
             names = set(archive.getnames())
@@ -265,7 +267,7 @@ class Sources(Case):
         self.assertNotIn("../", project)
 
     def test_the_same_commit_makes_the_same_archive(self):
-        self.assertEqual(self.archive().read_bytes(), self.archive().read_bytes())
+        self.assertEqual(source_archive().read_bytes(), source_archive().read_bytes())
 
 
 @unittest.skipUnless(LONG, "with --long")
@@ -291,6 +293,61 @@ class Draft(Case):
         )
         self.assertEqual(done.returncode, 0, done.stdout)
         self.assertEqual(done.stdout.count(": OK"), len(names) - 1)
+
+
+# What a program needs that reads and writes points, without a server's page.
+SMALL_BUILD = (
+    "-GNinja",
+    "-DCMAKE_BUILD_TYPE=Release",
+    "-DTERRAVOX_PREVIEW=OFF",
+    "-DTERRAVOX_PYTHON=OFF",
+    "-DTERRAVOX_TESTS=OFF",
+    "-DTERRAVOX_VDB=OFF",
+    "-DTERRAVOX_WHEEL=ON",
+)
+PYTHON = "/usr/bin/python3"
+PICTURE = """
+import terravox
+print(terravox.open("generated:5").render(fields={"output.size": "64x36"}).rgb.shape)
+"""
+
+
+@unittest.skipUnless(LONG, "with --long")
+class Compiled(Case):
+    """The source archive, where nothing of the checkout is."""
+
+    def compiled_in(self, folder):
+        """@return the bytes of a program"""
+        folder.mkdir(parents=True)
+        with tarfile.open(source_archive()) as archive:
+            archive.extractall(folder, filter="data")
+        sources = folder / f"terravox-{version()}"
+        build = sources / "build" / "small"
+        off = {"CCACHE_DISABLE": "1"}
+        for command in (
+            ["cmake", "-S", sources, "-B", build, *SMALL_BUILD],
+            ["cmake", "--build", build, "--target", "terravox-laz"],
+        ):
+            self.assertDone(Run(command, environment=off, timeout_s=BUILD_S))
+        return (build / "bin" / "terravox-laz").read_bytes()
+
+    def test_a_program_has_the_same_bytes_wherever_it_is_compiled(self):
+        one = self.compiled_in(temporary_folder() / "one")
+        other = self.compiled_in(temporary_folder() / "another" / "longer-name")
+        self.assertEqual(one, other)
+
+    def test_pip_makes_a_wheel_of_it(self):
+        folder = temporary_folder()
+        words = ["wheel", "--no-deps", "--no-cache-dir", "--wheel-dir", folder, source_archive()]
+        self.assertDone(Run([PYTHON, "-m", "pip", *words], timeout_s=BUILD_S))
+        (wheel,) = folder.glob("terravox-*.whl")
+        place = folder / "installed"
+        words = ["install", "--no-index", "--no-deps", "--target", place, wheel]
+        self.assertDone(Run([PYTHON, "-m", "pip", *words], timeout_s=600))
+        installed = {"PYTHONPATH": str(place)}
+        run = Run([PYTHON, "-c", PICTURE], cwd=folder, environment=installed)
+        self.assertDone(run)
+        self.assertEqual(run.out, "(36, 64, 3)\n")
 
 
 if __name__ == "__main__":
