@@ -27,10 +27,18 @@ class Wheel(Case):
     def setUpClass(cls):
         super().setUpClass()
         cls.folder = temporary_folder()
-        run = Run([ROOT / "terravox", "package", "wheel", "-o", cls.folder], timeout_s=7200)
-        assert run.code == 0, run
-        cls.wheels = sorted(cls.folder.glob("terravox-*.whl"))
+        cls.wheels = cls.make(cls.folder)
         assert cls.wheels, "no wheel was made"
+
+    @classmethod
+    def make(cls, folder):
+        run = Run([ROOT / "terravox", "package", "wheel", "-o", folder], timeout_s=7200)
+        assert run.code == 0, run
+        return sorted(folder.glob("terravox-*.whl"))
+
+    def test_the_same_commit_makes_the_same_bytes(self):
+        again = {file.name: file.read_bytes() for file in self.make(temporary_folder())}
+        self.assertEqual(again, {file.name: file.read_bytes() for file in self.wheels})
 
     def test_they_are_small_and_say_what_they_need(self):
         for wheel in self.wheels:
