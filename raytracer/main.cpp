@@ -6,7 +6,7 @@
 #include "raytracer/commands/animate_command.hpp"
 #include "raytracer/commands/cluster/cluster_command.hpp"
 #include "raytracer/commands/farm_command.hpp"
-#include "raytracer/commands/merge_command.hpp"
+#include "raytracer/commands/merge/merge_command.hpp"
 #include "raytracer/commands/program_of_command.hpp"
 #include "raytracer/commands/render_command.hpp"
 #include "raytracer/commands/render_pool_arguments.hpp"

@@ -1,4 +1,4 @@
-#include "raytracer/commands/merge_command.hpp"
+#include "raytracer/commands/merge/merge_command.hpp"
 
 #include <fcntl.h>
 #include <CLI/CLI.hpp>
