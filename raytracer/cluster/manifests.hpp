@@ -43,7 +43,7 @@ struct PodPlace {
 /// One picture: a Job with the coordinator, a Service in front of it, and a Job of workers, which
 /// end with it. The token is taken from the Secret NAME-token, key `token`, which is not written
 /// here.
-/// @param render program, "render", arguments
+/// @param render program, "render" or "analyse" and its kind, arguments
 /// @throws UsageError
 [[nodiscard]] std::string kubernetes_pool(const std::string& name, const Command& render, int cpus,
                                           int memory_mib, const PodPlace& place);

@@ -164,14 +164,11 @@ std::string parts_script(const JobPlace& place, const Command& command, int part
            "\nexec \"${command[@]}\" --resume --part \"$((task + 1))/" + of + "\"\n";
 }
 
-std::string merge_parts_script(const JobPlace& place, const std::vector<std::string>& outputs,
-                               int parts, const std::filesystem::path& picture) {
-    Command names;
-    for (const std::string& output : outputs)
-        names.insert(names.end(), {"-o", output});
+std::string merge_parts_script(const JobPlace& place, const Command& arguments, int parts,
+                               const std::filesystem::path& picture) {
     const std::string of = std::to_string(parts);
     return head(place, "merge", "Joins the parts of the picture.", false) +
-           util::shell_array("outputs", names) +
+           util::shell_array("outputs", arguments) +
            "tiles=()\n"
            "for ((part = 1; part <= " +
            of +

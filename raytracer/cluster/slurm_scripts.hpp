@@ -52,7 +52,7 @@ struct PoolScript {
                                              const std::filesystem::path& address_file);
 
 /// Prepares LiDAR squares with `terravox cluster bake`.
-/// @param passed "render" or "animate", whose arguments `words` are
+/// @param passed "render", "animate" or the kind of an analysis, whose arguments `words` are
 [[nodiscard]] std::string bake_script(const JobPlace& place, const std::string& passed,
                                       const Command& words, int tasks);
 
@@ -66,14 +66,13 @@ struct PoolScript {
 [[nodiscard]] std::string merge_frames_script(const JobPlace& place, const std::string& pattern,
                                               Range frames, const Command& command);
 
-/// Renders parts of one picture to files of tiles next to it.
+/// Renders parts of one picture or raster to files of tiles next to it.
 /// @param command to which --part is added
 [[nodiscard]] std::string parts_script(const JobPlace& place, const Command& command, int parts);
 /// Joins the parts.
-/// @param outputs pictures to write
+/// @param arguments of `terravox merge`, after the parts: -o and the files to write
 /// @param picture for which the parts were rendered: the first output of their command
-[[nodiscard]] std::string merge_parts_script(const JobPlace& place,
-                                             const std::vector<std::string>& outputs, int parts,
-                                             const std::filesystem::path& picture);
+[[nodiscard]] std::string merge_parts_script(const JobPlace& place, const Command& arguments,
+                                             int parts, const std::filesystem::path& picture);
 
 }  // namespace terravox::cluster

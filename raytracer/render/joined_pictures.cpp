@@ -63,6 +63,12 @@ void check_joined_pictures(const farm::PictureKey& key, const std::vector<std::s
         output::check_can_stream(file, shape);
 }
 
+output::PictureInfo joined_picture_info(const scene::Scene& scene, const voxel::WorldInfo& world,
+                                        const RenderStatistics& statistics) {
+    // No ray is traced, so the looks of materials are not needed.
+    return picture_info(shade::make_view(scene, world, nullptr), world, statistics, false);
+}
+
 RenderStatistics write_joined_pictures(const farm::JoinedTiles& tiles,
                                        const std::vector<std::string>& files,
                                        const PictureOptions& options) {

@@ -22,6 +22,12 @@ struct PictureOptions {
 void check_joined_pictures(const farm::PictureKey& key, const std::vector<std::string>& files,
                            const PictureOptions& options);
 
+/// Metadata of a picture or raster whose tiles are joined: those of one rendered in one go.
+/// @throws UsageError for a scene that has no view of this world
+[[nodiscard]] output::PictureInfo joined_picture_info(const scene::Scene& scene,
+                                                      const voxel::WorldInfo& world,
+                                                      const RenderStatistics& statistics);
+
 /// Writes the pictures that a coordinator with all the tiles would have written: EXR files of the
 /// same pixels, PNG, JPEG and TIFF files of the same pixels and metadata. The cost of a run (times,
 /// boxes) is not known, and not stored.

@@ -122,6 +122,12 @@ struct Scene {
     /// Rasters of measured values, made by `terravox analyse`; pictures have none of it.
     struct Analysis {
         core::AnalysisKind kind = core::AnalysisKind::kNone;
+        double cell_m = 0;  ///< edge of a cell; 0: none, a picture
+        // Of kind terrain, whose slopes are made of the finished tiles.
+        std::string relief = "dtm";  ///< surface of slope, aspect and hillshade; or dsm
+        int window = 5;              ///< edge of the window of slopes, cells: odd
+        double fill_m = 100;         ///< how far the ground is interpolated below buildings
+        std::string relief_light = "315,45";  ///< azimuth and altitude of the hillshade's light
         core::AnalysisSurface surface = core::AnalysisSurface::kTop;  ///< of all kinds but terrain
         int directions = 256;  ///< of kinds sky, energy: rays from each cell
         /// Of kinds sky, sight: how far their rays look; 0: to the end of the world.

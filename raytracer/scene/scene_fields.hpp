@@ -217,6 +217,30 @@ void visit_fields(SceneType& s, Visit&& visit) {
     visit("analysis.kind", s.analysis.kind,
           FieldRule{"of a raster: what terravox analyse measures; pictures have none", 0, 0,
                     texts_of<core::AnalysisKind>()});
+    visit("analysis.cell_m", s.analysis.cell_m,
+          FieldRule{"edge of a raster's cells, metres; 0 = none, a picture", 0, 1e5});
+    visit("analysis.relief", s.analysis.relief,
+          FieldRule{"surface of slope, aspect and hillshade", 0, 0, {"dtm", "dsm"}, "--relief"});
+    visit("analysis.window", s.analysis.window,
+          FieldRule{"slopes are those of a plane through the heights of so many cells a side: odd; "
+                    "more even out the steps of voxels",
+                    3,
+                    101,
+                    {},
+                    "--window"});
+    visit("analysis.fill_m", s.analysis.fill_m,
+          FieldRule{"how far the ground is interpolated below buildings, metres, and at most 256 "
+                    "cells; 0 = not at all",
+                    0,
+                    1e5,
+                    {},
+                    "--fill-m"});
+    visit("analysis.relief_light", s.analysis.relief_light,
+          FieldRule{"azimuth,altitude of the hillshade's light, degrees, clockwise from north",
+                    0,
+                    0,
+                    {},
+                    "--light"});
     visit("analysis.surface", s.analysis.surface,
           FieldRule{
               "where in a cell sky, sun and sight are measured: on the highest voxel, or on the "

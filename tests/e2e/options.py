@@ -51,9 +51,10 @@ def options_of(command):
     run = Run([binary(variable), *words, "--help"])
     if run.code != 0:
         raise AssertionError(run)
-    # Further arguments of the cluster's commands are those of these two.
+    # Further arguments of the cluster's commands are those of these.
     if command.startswith("cluster "):
-        return run.out + options_of("render") + options_of("animate")
+        others = ("render", "animate", "analyse sun")
+        return run.out + "".join(options_of(other) for other in others)
     return run.out
 
 

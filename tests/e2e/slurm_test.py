@@ -445,6 +445,17 @@ class OnSlurm(Case):
         self.assertEqual(run.code, 0, f"{run} {self.logs()}")
         self.assertAlike(self.folder / "picture.exr", whole, exact=True)
 
+    @long
+    def test_an_analysis_in_parts(self):
+        words = ["analyse", "sky", survey(), "--directions", "16", "--tile", "64"]
+        whole = self.folder / "whole.tif"
+        self.assertDone(Run([binary("RAYTRACER"), *words, "--quiet", "-o", whole]))
+        batch = ["--batch", "--parts", "3", "--folder", "the cells", "--analyse"]
+        run = self.run_here(*batch, *words[1:], "-o", "sky.tif", "--map", "sky.png")
+        self.assertEqual(run.code, 0, f"{run} {self.logs()}")
+        self.assertEqual((self.folder / "sky.tif").read_bytes(), whole.read_bytes())
+        self.assertTrue((self.folder / "sky.png").exists())
+
 
 class WithoutSlurm(Case):
     def test_a_missing_slurm_is_reported_and_a_dry_run_works(self):

@@ -56,6 +56,7 @@ void look_at_cells(const CellGrid& grid, const voxel::WorldInfo& world, scene::S
     const double x = (static_cast<double>(grid.west) + grid.columns / 2.0) * grid.edge_voxels;
     const double z = (static_cast<double>(grid.north) + grid.rows / 2.0) * grid.edge_voxels;
     const double y = world.bounds.max[1];
+    scene.analysis.cell_m = grid.edge_m;
     scene.camera = {};
     scene.camera.projection = core::CameraProjection::kOrthographic;
     scene.camera.space = core::CoordinateSpace::kVoxel;
@@ -69,6 +70,26 @@ void look_at_cells(const CellGrid& grid, const voxel::WorldInfo& world, scene::S
     scene.quality.noise = 0;
     scene.quality.time_s = 0;
     scene.quality.coarse_step = 1;
+}
+
+CellGrid grid_of(const scene::Scene& scene, const voxel::WorldInfo& world) {
+    CellGrid out;
+    out.edge_m = scene.analysis.cell_m;
+    out.edge_voxels = out.edge_m / world.voxel_m;
+    out.columns = scene.output.size_px[0];
+    out.rows = scene.output.size_px[1];
+    const auto& target = scene.camera.target;
+    // Whole numbers far below this one are exact.
+    constexpr double kFar = 1e12;
+    const double west = target ? (*target)[0] / out.edge_voxels - out.columns / 2.0 : kFar;
+    const double north = target ? (*target)[2] / out.edge_voxels - out.rows / 2.0 : kFar;
+    if (!(out.edge_m > 0) || !(std::abs(west) < kFar) || !(std::abs(north) < kFar))
+        throw util::Error("find the cells of a raster: cells of " + metres(out.edge_m) +
+                          " m, from column " + metres(west) + " and row " + metres(north) +
+                          " on; allowed: the scene of an analysis");
+    out.west = std::llround(west);
+    out.north = std::llround(north);
+    return out;
 }
 
 output::GeoPlacement placement_of(const CellGrid& grid, const voxel::WorldInfo& world) {

@@ -12,11 +12,11 @@
 #include "common/util/log.hpp"
 #include "common/voxel/log_damage.hpp"
 #include "raytracer/analyse/raster/cell_grid.hpp"
-#include "raytracer/analyse/raster/derived_bands.hpp"
 #include "raytracer/analyse/raster/raster.hpp"
 #include "raytracer/analyse/raster/sight_summary.hpp"
 #include "raytracer/commands/analyse/object_arguments.hpp"
 #include "raytracer/commands/analyse/observer_arguments.hpp"
+#include "raytracer/commands/analyse/raster_outputs.hpp"
 #include "raytracer/commands/analyse/report_arguments.hpp"
 #include "raytracer/commands/analyse/sun_arguments.hpp"
 #include "raytracer/commands/analyse/weather_arguments.hpp"
@@ -38,15 +38,13 @@ struct AnalyseArguments {
     std::string area;
     std::optional<double> resolution_m;
     std::optional<int> level;
-    std::string relief_of = "dtm";
-    std::string light = "315,45";
-    analyse::ReliefOptions relief;
     ObserverArguments observers;
     ObjectArguments objects;
     ReportArguments reports;
     bool as_json = false;
     SunArguments sun;
     std::string weather;
+    std::string part;
     bool resume = false;
     bool quiet = false;
 };
@@ -54,22 +52,6 @@ struct AnalyseArguments {
 constexpr const char* kAreaHelp =
     "west,south,east,north in the world's CRS; x0,z0,x1,z1 in voxels where it has none; default: "
     "all";
-
-analyse::ReliefOptions relief_of(const AnalyseArguments& args) {
-    analyse::ReliefOptions out = args.relief;
-    out.of = args.relief_of == "dsm" ? analyse::ReliefOf::kSurface : analyse::ReliefOf::kGround;
-    const std::string allowed =
-        "azimuth,altitude in degrees: 0 to 360 clockwise from north, and 0 to 90";
-    const auto light = numbers_of("analyse", "--light", args.light, 2, allowed);
-    if (light.size() != 2 || light[0] < 0 || light[0] > 360 || light[1] < 0 || light[1] > 90)
-        throw util::UsageError("analyse: --light " + args.light + "; allowed: " + allowed);
-    out.light_azimuth_deg = light[0];
-    out.light_altitude_deg = light[1];
-    if (out.window % 2 == 0)
-        throw util::UsageError("analyse: --window " + std::to_string(out.window) +
-                               "; allowed: odd numbers of cells, 3 to 101");
-    return out;
-}
 
 /// The scene of an analysis, without its camera: that depends on the world.
 scene::Scene scene_of(const AnalyseArguments& args, core::AnalysisKind kind) {
@@ -91,7 +73,11 @@ scene::Scene scene_of(const AnalyseArguments& args, core::AnalysisKind kind) {
 
 util::ExitCode report(const AnalyseArguments& args, const render::RenderStatistics& statistics,
                       const util::StageTimes& times) {
-    if (!args.quiet && !args.as_json) {
+    if (!args.quiet && !args.part.empty()) {
+        render::print_statistics(statistics, times);
+        std::printf("wrote %s: terravox merge makes a raster of all parts\n",
+                    farm::checkpoint_path(args.output, farm::Part::parse(args.part)).c_str());
+    } else if (!args.quiet && !args.as_json) {
         render::print_statistics(statistics, times);
         for (const std::string& file :
              {args.output, args.objects.file, args.reports.map, args.reports.page})
@@ -106,9 +92,13 @@ util::ExitCode report(const AnalyseArguments& args, const render::RenderStatisti
     return statistics.has_holes() ? util::ExitCode::kHoles : util::ExitCode::kDone;
 }
 
-/// The fields of a scene that an analysis has options for, in addition to those of all.
+}  // namespace
+
 std::vector<std::string> own_fields(core::AnalysisKind kind) {
     switch (kind) {
+        case core::AnalysisKind::kTerrain:
+            return {"analysis.relief", "analysis.window", "analysis.fill_m",
+                    "analysis.relief_light"};
         case core::AnalysisKind::kSky:
             return {"analysis.surface", "analysis.directions", "analysis.range_m"};
         case core::AnalysisKind::kShadow:
@@ -131,17 +121,42 @@ std::vector<std::string> own_fields(core::AnalysisKind kind) {
     }
 }
 
+namespace {
+
+/// @return nullopt for the whole raster
+/// @throws UsageError for what is no part, and for files that only a whole raster has
+std::optional<farm::Part> part_of(const AnalyseArguments& args) {
+    if (args.part.empty())
+        return std::nullopt;
+    const std::optional<farm::Part> part = farm::Part::parse(args.part);
+    if (!part)
+        throw util::UsageError("analyse: --part " + args.part +
+                               "; allowed: " + farm::Part::kAllowed);
+    const std::array<std::pair<const char*, bool>, 4> of_all = {
+        {{"--report", !args.reports.page.empty()},
+         {"--map", !args.reports.map.empty()},
+         {"--objects", !args.objects.file.empty()},
+         {"--json", args.as_json}}};
+    for (const auto& [option, is_given] : of_all)
+        if (is_given)
+            throw util::UsageError(std::string("analyse: --part with ") + option +
+                                   ", which needs all parts; allowed: " + option +
+                                   " of terravox merge");
+    return part;
+}
+
 util::ExitCode run_analyse(const AnalyseArguments& args, core::AnalysisKind kind) {
     util::set_up_log(args.quiet ? "error" : args.world.log_level);
     const auto start = std::chrono::steady_clock::now();
     // Reject what cannot be written before any work is done.
     analyse::check_raster_target(args.output);
     check_report_targets(args.reports);
-    const analyse::ReliefOptions relief = relief_of(args);
     exports::Selection selection;
     selection.area = numbers_of("analyse", "--area", args.area, 4,
                                 "west,south,east,north, or x0,z0,x1,z1 in a world without a CRS");
     scene::Scene scene = scene_of(args, kind);
+    (void)relief_of(scene);
+    const std::optional<farm::Part> part = part_of(args);
     check_object_arguments(args.objects, scene);
     const std::optional<solar::WeatherFile> weather = read_weather(args.weather, args.world);
     const render::RenderPoolOptions render_pool = args.render_pool.options(scene);
@@ -175,16 +190,7 @@ util::ExitCode run_analyse(const AnalyseArguments& args, core::AnalysisKind kind
     };
     const auto write = [&](const render::RenderStatistics& statistics) {
         const util::StageTimes::Scope timed(loaded->times, "write the raster");
-        if (kind == core::AnalysisKind::kTerrain)
-            analyse::derive_terrain(*cells, grid.edge_m, relief, signals.token());
-        if (kind == core::AnalysisKind::kSight)
-            seen = analyse::summary_of(*cells, grid.edge_m);
         output::PictureInfo info = render::picture_info(renderer.view(), world, statistics, false);
-        info.geo = analyse::placement_of(grid, world);
-        analyse::write_raster(*cells, args.output, info,
-                              thread::thread_count(scene.processing.threads.value_or(0)));
-        if (objects)
-            objects->write(*cells, signals.token());
         const Reported what{world,
                             scene,
                             grid,
@@ -192,10 +198,14 @@ util::ExitCode run_analyse(const AnalyseArguments& args, core::AnalysisKind kind
                             args.world.additions,
                             args.weather,
                             statistics.counts.holes.size()};
-        write_reports(args.reports, *cells, what, signals.token());
+        seen = write_outputs(*cells, {args.output, args.reports, objects}, what, std::move(info),
+                             thread::thread_count(scene.processing.threads.value_or(0)),
+                             signals.token());
     };
+    const render::KeepOptions keep{args.resume, true, part};
     const render::RenderStatistics statistics =
-        renderer.render_tiles(scene, args.output, begin, write, {args.resume, true, {}}, start);
+        part ? renderer.render(scene, {args.output}, keep, start)
+             : renderer.render_tiles(scene, args.output, begin, write, keep, start);
     const util::ExitCode code = report(args, statistics, loaded->times);
     if (seen && args.as_json)
         std::printf("%s\n", analyse::json_of(*seen).c_str());
@@ -221,6 +231,8 @@ CLI::App* add_kind(CLI::App& group, AnalyseArguments& args, core::AnalysisKind k
     command->add_flag("--resume", args.resume,
                       "keep finished tiles in OUT.tif.tiles until the raster is finished, and go "
                       "on with those that are there");
+    command->add_option("--part", args.part,
+                        "I/N: only part I of N of the tiles, kept for terravox merge; no raster");
     add_report_options(*command, args.reports);
     command->add_flag("-q,--quiet", args.quiet, "print errors only");
     std::vector<std::string> sections = own_fields(kind);
@@ -228,28 +240,6 @@ CLI::App* add_kind(CLI::App& group, AnalyseArguments& args, core::AnalysisKind k
     add_opening_arguments(*command, args.world, sections);
     add_render_pool_arguments(*command, args.render_pool);
     return command;
-}
-
-void add_relief_options(CLI::App& command, AnalyseArguments& args) {
-    command.add_option("--relief", args.relief_of, "surface of slope, aspect and hillshade")
-        ->check(CLI::IsMember({"dtm", "dsm"}))
-        ->capture_default_str();
-    command
-        .add_option("--window", args.relief.window,
-                    "slopes are those of a plane through the heights of so many cells a side: odd; "
-                    "more even out the steps of voxels")
-        ->check(CLI::Range(3, 101))
-        ->capture_default_str();
-    command
-        .add_option("--fill-m", args.relief.fill_m,
-                    "how far the ground is interpolated below buildings, metres, and at most 256 "
-                    "cells; 0: not at all")
-        ->check(CLI::Range(0.0, 1e5))
-        ->capture_default_str();
-    command
-        .add_option("--light", args.light,
-                    "azimuth,altitude of the hillshade's light, degrees, clockwise from north")
-        ->capture_default_str();
 }
 
 void add_sight_options(CLI::App& command, AnalyseArguments& args) {
@@ -296,8 +286,6 @@ std::function<util::ExitCode()> add_analyse_command(CLI::App& app) {
     }});
     for (Kind& kind : *kinds) {
         kind.command = add_kind(*group, kind.args, kind.kind, kind.description);
-        if (kind.kind == AnalysisKind::kTerrain)
-            add_relief_options(*kind.command, kind.args);
         if (kind.kind == AnalysisKind::kSun)
             add_sun_options(*kind.command, kind.args.sun);
         if (kind.kind == AnalysisKind::kEnergy) {

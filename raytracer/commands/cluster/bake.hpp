@@ -9,7 +9,7 @@ namespace terravox::cluster {
 
 /// Prepares LiDAR squares into the cache folder given by the arguments, so that later tasks need
 /// not decode them.
-/// @param command "render" or "animate", whose arguments `words` are
+/// @param command "render", "animate" or the kind of an analysis, whose arguments `words` are
 /// @param part "I/N": the I-th square (counted from 1) and each N-th after it, in the order of
 /// their paths
 /// @return kHoles when some could not be decoded

@@ -31,7 +31,9 @@ int Batch::array_limit() const {
 }
 
 Command Batch::command(const std::string& name) const {
-    Command out{m_folder.place().program.string(), name};
+    Command out{m_folder.place().program.string()};
+    const std::vector<std::string> beginning = words_of_command(name);
+    out.insert(out.end(), beginning.begin(), beginning.end());
     out.insert(out.end(), m_passed.words.begin(), m_passed.words.end());
     return out;
 }
@@ -91,13 +93,14 @@ std::vector<std::string> Batch::submit_bake(Submission& submission) const {
 
 util::ExitCode run_batch(const SlurmOptions& options, const std::vector<std::string>& words) {
     if (options.parts > 0) {
-        ForwardedArguments passed = ForwardedArguments::read("render", words);
-        for (const char* own : {"--part", "--resume", "--listen", "--worker"})
+        const std::string& command = options.analyse.empty() ? "render" : options.analyse;
+        ForwardedArguments passed = ForwardedArguments::read(command, words);
+        for (const char* own : {"--part", "--resume", "--listen", "--worker", "--json"})
             if (passed.has(own))
-                throw util::UsageError(
-                    std::string("cluster slurm --parts: ") + own +
-                    " among the arguments of render; allowed: without it, each part "
-                    "renders by itself");
+                throw util::UsageError(std::string("cluster slurm --parts: ") + own +
+                                       " among the arguments of " + command +
+                                       "; allowed: without it, each part "
+                                       "renders by itself");
         return run_parts(options, std::move(passed));
     }
     ForwardedArguments passed = ForwardedArguments::read("animate", words);

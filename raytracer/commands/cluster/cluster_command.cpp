@@ -17,6 +17,8 @@ namespace {
 
 using namespace cluster;
 
+const std::vector<std::string> kAnalyses = {"terrain", "sky", "sun", "energy", "sight"};
+
 struct Arguments {
     SlurmOptions slurm;
     PodPlace pods;
@@ -138,6 +140,14 @@ void add_slurm_pool(CLI::App& command, Arguments& args) {
         ->group(group);
 }
 
+void add_analyse(CLI::App& command, Arguments& args) {
+    command
+        .add_option("--analyse", args.slurm.analyse,
+                    "an analysis instead of a picture: its kind; the arguments that follow are "
+                    "those of `terravox analyse KIND`")
+        ->check(CLI::IsMember(kAnalyses));
+}
+
 /// Options for independent tasks: frames of an animation, or parts of a picture.
 void add_slurm_batch(CLI::App& command, Arguments& args) {
     const char* group = "Independent tasks";
@@ -147,7 +157,7 @@ void add_slurm_batch(CLI::App& command, Arguments& args) {
         ->group(group);
     command
         .add_option("--parts", args.slurm.parts,
-                    "with --batch: one picture in so many parts, joined at the end")
+                    "with --batch: one picture or analysis in so many parts, joined at the end")
         ->check(CLI::Range(2, 65536))
         ->group(group);
     command
@@ -166,13 +176,16 @@ void add_slurm_batch(CLI::App& command, Arguments& args) {
 CLI::App* add_slurm(CLI::App& cluster, Arguments& args) {
     CLI::App* command =
         cluster.add_subcommand("slurm",
-                               "Render on a Slurm cluster: one picture by workers, or many frames "
-                               "(--batch), or parts of a picture (--batch --parts)");
+                               "Render on a Slurm cluster: one picture or analysis by workers, or "
+                               "many frames (--batch), or parts of a picture or analysis (--batch "
+                               "--parts)");
     command->prefix_command();
     command->footer(
         "Then the arguments of `terravox render`, which begin with the world; with --batch those "
-        "of `terravox animate`, which begin with the animation.\n"
+        "of `terravox animate`, which begin with the animation; with --analyse KIND those of "
+        "`terravox analyse KIND`.\n"
         "The job's folder, the program and all paths must be the same on all nodes.");
+    add_analyse(*command, args);
     add_needs(*command, args);
     add_slurm_jobs(*command, args);
     add_slurm_pool(*command, args);
@@ -193,6 +206,9 @@ util::ExitCode run_slurm(const Arguments& args, const std::vector<std::string>& 
     if (o.parts > 0 && (!o.frames.empty() || o.frames_per_task > 0))
         throw util::UsageError(
             "cluster slurm: --parts with --frames or --frames-per-task; allowed: one of them");
+    if (!o.analyse.empty() && o.batch && o.parts == 0)
+        throw util::UsageError(
+            "cluster slurm: --analyse and --batch without --parts; allowed: with it");
     return o.batch ? run_batch(o, words) : run_pool(o, words);
 }
 
@@ -224,12 +240,14 @@ util::ExitCode run_openjd(const Arguments& args, const std::vector<std::string>&
 CLI::App* add_kubernetes(CLI::App& cluster, Arguments& args) {
     CLI::App* command = cluster.add_subcommand("kubernetes",
                                                "Write manifests for Kubernetes to standard output: "
-                                               "one picture by workers, or many frames (--batch)");
+                                               "one picture or analysis by workers, or many frames "
+                                               "(--batch)");
     command->prefix_command();
     command->footer(
-        "Then the arguments of `terravox render`, or with --batch those of `terravox animate`; "
-        "their paths are those in the pods.\n"
+        "Then the arguments of `terravox render`, or with --batch those of `terravox animate`, or "
+        "with --analyse KIND those of `terravox analyse KIND`; their paths are those in the pods.\n"
         "Workers know each other by the Secret NAME-token, key `token`: config/cluster/README.md.");
+    add_analyse(*command, args);
     add_needs(*command, args);
     add_frames(*command, args);
     command->add_option("--name", args.name, "of what is made")->capture_default_str();
@@ -256,6 +274,9 @@ util::ExitCode run_kubernetes(Arguments args, const std::vector<std::string>& wo
     args.pods.nodes = args.slurm.nodes;
     const std::string program =
         args.slurm.program.empty() ? "terravox-raytracer" : args.slurm.program.string();
+    if (!args.slurm.analyse.empty() && args.slurm.batch)
+        throw util::UsageError(
+            "cluster kubernetes: --analyse with --batch; allowed: without it, by workers");
     if (args.slurm.batch) {
         std::fputs(kubernetes_frames(frame_job(args, program, words), args.pods).c_str(), stdout);
         return util::ExitCode::kDone;
@@ -263,12 +284,14 @@ util::ExitCode run_kubernetes(Arguments args, const std::vector<std::string>& wo
     if (!args.slurm.frames.empty() || args.slurm.frames_per_task > 0)
         throw util::UsageError(
             "cluster kubernetes: --frames or --frames-per-task without --batch; allowed: with it");
-    Command render{program, "render"};
-    const ForwardedArguments passed = ForwardedArguments::read("render", words);
+    const std::string command = args.slurm.analyse.empty() ? "render" : args.slurm.analyse;
+    Command render{program};
+    const std::vector<std::string> beginning = words_of_command(command);
+    render.insert(render.end(), beginning.begin(), beginning.end());
+    const ForwardedArguments passed = ForwardedArguments::read(command, words);
     if (passed.has("--listen"))
-        throw util::UsageError(
-            "cluster kubernetes: --listen among the arguments of render; allowed: without it, the "
-            "service has a port of its own");
+        throw util::UsageError("cluster kubernetes: --listen among the arguments of " + command +
+                               "; allowed: without it, the service has a port of its own");
     render.insert(render.end(), passed.words.begin(), passed.words.end());
     if (!passed.has("--threads"))
         render.insert(render.end(), {"--threads", std::to_string(args.slurm.needs.cpus)});
@@ -285,10 +308,13 @@ CLI::App* add_bake(CLI::App& cluster, Arguments& args) {
                                                "machines share (--cache among the arguments)");
     command->prefix_command();
     command->footer(
-        "Then the arguments of `terravox render` or `terravox animate`. `cluster slurm --batch` "
+        "Then the arguments of `terravox render`, `terravox animate` or `terravox analyse KIND`. "
+        "`cluster slurm --batch` "
         "calls this by itself.");
+    std::vector<std::string> bakers = {"render", "animate"};
+    bakers.insert(bakers.end(), kAnalyses.begin(), kAnalyses.end());
     command->add_option("--for", args.bake_for, "whose arguments follow")
-        ->check(CLI::IsMember({"render", "animate"}))
+        ->check(CLI::IsMember(bakers))
         ->capture_default_str();
     command->add_option("--part", args.bake_part, "I/N: every N-th square from the I-th on")
         ->capture_default_str();

@@ -3,9 +3,12 @@
 #include <CLI/CLI.hpp>
 
 #include <algorithm>
+#include <functional>
+#include <utility>
 
 #include "common/util/program.hpp"
 #include "raytracer/animate/animation.hpp"
+#include "raytracer/commands/analyse/analyse_command.hpp"
 #include "raytracer/commands/animate_command.hpp"
 #include "raytracer/commands/render_command.hpp"
 #include "raytracer/scene/scene_io.hpp"
@@ -13,6 +16,15 @@
 
 namespace terravox::cluster {
 namespace {
+
+const std::vector<std::string> kOfWholeRaster = {"--report", "--map", "--objects", "--polygons"};
+
+std::function<util::ExitCode()> add_command(CLI::App& app, const std::string& name) {
+    if (name == "animate")
+        return commands::add_animate_command(app, {});
+    return name == "analyse" ? commands::add_analyse_command(app)
+                             : commands::add_render_command(app);
+}
 
 std::vector<std::string> values_of(const CLI::App& command, const std::string& option) {
     const CLI::Option* found = command.get_option_no_throw(option);
@@ -32,24 +44,37 @@ bool is_option(const std::string& word, const std::string& name) {
 
 }  // namespace
 
+std::vector<std::string> words_of_command(const std::string& command) {
+    if (command == "render" || command == "animate")
+        return {command};
+    return {"analyse", command};
+}
+
 ForwardedArguments ForwardedArguments::read(const std::string& command,
                                             const std::vector<std::string>& words) {
+    const std::vector<std::string> beginning = words_of_command(command);
+    const std::string text =
+        beginning.size() > 1 ? beginning.front() + " " + beginning.back() : command;
     if (words.empty() || words.front().starts_with('-'))
         throw util::UsageError(
             "cluster: " + (words.empty() ? "no world" : "unknown option " + words.front()) +
-            "; allowed: options of the cluster, then the arguments of `terravox " + command +
+            "; allowed: options of the cluster, then the arguments of `terravox " + text +
             "`, which begin with the " + (command == "animate" ? "animation" : "world") +
             "; --help lists them");
     CLI::App app;
-    const auto run = command == "animate" ? commands::add_animate_command(app, {})
-                                          : commands::add_render_command(app);
-    std::vector<const char*> argv{"terravox", command.c_str()};
+    const auto run = add_command(app, beginning.front());
+    std::vector<const char*> argv{"terravox"};
+    for (const std::string& word : beginning)
+        argv.push_back(word.c_str());
     for (const std::string& word : words)
         argv.push_back(word.c_str());
     if (util::parse_arguments(app, static_cast<int>(argv.size()), argv.data()))
-        throw util::UsageError("cluster: --help among the arguments of `terravox " + command +
+        throw util::UsageError("cluster: --help among the arguments of `terravox " + text +
                                "`; allowed: before them");
-    const CLI::App& parsed = *app.get_subcommand(command);
+    const CLI::App* found = &app;
+    for (const std::string& word : beginning)
+        found = found->get_subcommand(word);
+    const CLI::App& parsed = *found;
     ForwardedArguments out;
     out.command = command;
     out.words = words;
@@ -65,7 +90,16 @@ ForwardedArguments ForwardedArguments::read(const std::string& command,
     out.outputs = values_of(parsed, "--output");
     out.animation = value_of(parsed, "animation");
     out.video = value_of(parsed, "--video");
+    for (const std::string& name : kOfWholeRaster)
+        if (const std::string value = value_of(parsed, name); !value.empty())
+            out.of_whole_raster.insert(out.of_whole_raster.end(), {name, value});
     return out;
+}
+
+std::vector<std::string> ForwardedArguments::take_of_whole_raster() {
+    if (is_analysis())
+        take(kOfWholeRaster);
+    return std::exchange(of_whole_raster, {});
 }
 
 void ForwardedArguments::take(const std::vector<std::string>& names) {

@@ -22,6 +22,7 @@ struct SlurmOptions {
     int poll_s = 5;                 ///< interval between queries of the queue
     bool dry_run = false;
     bool quiet = false;
+    std::string analyse;  ///< kind of an analysis; empty: a picture
     // One picture by workers:
     bool coordinator_in_job = false;
     /// Address of the coordinator's machine for workers; empty: its host name.

@@ -17,9 +17,12 @@ public:
     util::ExitCode run() {
         const std::vector<std::string> outputs = m_passed.outputs;
         m_passed.take({"-o", "--output"});
+        Command joining = m_passed.take_of_whole_raster();
+        for (const std::string& output : outputs)
+            joining.insert(joining.end(), {"-o", output});
         auto again = m_passed.words;
         again.insert(again.end(), {"-o", outputs.front()});
-        if (const ForwardedArguments read = ForwardedArguments::read("render", again);
+        if (const ForwardedArguments read = ForwardedArguments::read(m_passed.command, again);
             read.outputs.size() != 1 || read.world.inputs != m_passed.world.inputs)
             throw util::UsageError(
                 "cluster slurm --parts: the pictures cannot be distinguished from the other "
@@ -34,9 +37,10 @@ public:
         m_passed.words.insert(m_passed.words.end(), {"-o", picture.string()});
         Submission submission(m_options, m_folder, slurm());
         submission.wait_for_earlier();
-        m_folder.write_script("parts.sbatch",
-                              parts_script(m_folder.place(), command("render"), m_options.parts));
-        m_folder.write_script("merge.sbatch", merge_parts_script(m_folder.place(), outputs,
+        m_folder.write_script(
+            "parts.sbatch",
+            parts_script(m_folder.place(), command(m_passed.command), m_options.parts));
+        m_folder.write_script("merge.sbatch", merge_parts_script(m_folder.place(), joining,
                                                                  m_options.parts, picture));
 
         std::vector<int> tasks(static_cast<std::size_t>(m_options.parts));

@@ -123,7 +123,9 @@ private:
     }
 
     [[nodiscard]] Command coordinator() const {
-        Command command{m_folder.place().program.string(), "render"};
+        Command command{m_folder.place().program.string()};
+        const std::vector<std::string> beginning = words_of_command(m_render.command);
+        command.insert(command.end(), beginning.begin(), beginning.end());
         command.insert(command.end(), m_render.words.begin(), m_render.words.end());
         command.insert(command.end(), {"--token-file", token_file().string()});
         // On all interfaces: a machine's own name often means its loopback to itself.
@@ -251,13 +253,14 @@ private:
 }  // namespace
 
 util::ExitCode run_pool(const SlurmOptions& options, const std::vector<std::string>& words) {
-    ForwardedArguments render = ForwardedArguments::read("render", words);
+    const std::string& command = options.analyse.empty() ? "render" : options.analyse;
+    ForwardedArguments render = ForwardedArguments::read(command, words);
     for (const char* own : {"--listen", "--token-file", "--tls-ca", "--tls-cert", "--tls-key"})
         if (render.has(own))
-            throw util::UsageError(
-                std::string("cluster slurm: ") + own +
-                " among the arguments of render; allowed: without it, each run has a token of its "
-                "own; --port and --address of cluster slurm say where it listens");
+            throw util::UsageError(std::string("cluster slurm: ") + own +
+                                   " among the arguments of " + command +
+                                   "; allowed: without it, each run has a token of its own; --port "
+                                   "and --address of cluster slurm say where it listens");
     return Pool(options, std::move(render)).run();
 }
 

@@ -10,6 +10,7 @@
 #include "common/util/log.hpp"
 #include "common/voxel/log_damage.hpp"
 #include "common/voxel/world_json.hpp"
+#include "raytracer/commands/merge/joined_raster.hpp"
 #include "raytracer/render/joined_pictures.hpp"
 #include "raytracer/scene/scene_io.hpp"
 
@@ -21,25 +22,38 @@ struct MergeArguments {
     std::vector<std::string> outputs;
     std::string tiles;
     render::PictureOptions picture;
+    JoinedRasterArguments raster;
     std::string log_level = "info";
     bool info = false;
     bool quiet = false;
 };
+
+scene::Scene scene_of(const farm::PictureKey& key) {
+    scene::Scene scene;
+    scene::parse_scene(key.scene, "of the checkpoint", scene);
+    return scene;
+}
+
+std::string what_is_made(const farm::PictureKey& key, const scene::Scene& scene) {
+    if (scene.analysis.kind != core::AnalysisKind::kNone)
+        return "cells of " + std::string(core::word_of(scene.analysis.kind));
+    return "pixels, " + std::to_string(scene.quality.samples) + " samples" +
+           (key.with_layers ? ", layers" : "");
+}
 
 /// Prints what one file belongs to, and how much of it is done. A coordinator may be writing to it
 /// meanwhile.
 void print_info(const std::filesystem::path& path) {
     const farm::TileJournal journal(farm::OpenFile(path, O_RDONLY, "read the checkpoint"));
     const farm::PictureKey& key = journal.key();
-    scene::Scene scene;
-    scene::parse_scene(key.scene, "of " + path.string(), scene);
+    const scene::Scene scene = scene_of(key);
     std::uint32_t holes = 0;
     for (std::uint32_t cell = 0; cell < key.grid.cells(); ++cell)
         holes += journal.at(cell).holes > 0 ? 1 : 0;
     std::printf("%s: %llu bytes\n", path.c_str(), static_cast<unsigned long long>(journal.end()));
-    std::printf("  of       %s, %dx%d pixels, %d samples%s\n",
+    std::printf("  of       %s, %dx%d %s\n",
                 voxel::world_from_json(key.world, path.string()).title.c_str(), key.grid.width_px,
-                key.grid.height_px, scene.quality.samples, key.with_layers ? ", layers" : "");
+                key.grid.height_px, what_is_made(key, scene).c_str());
     std::printf("  made by  %s, build %s\n", key.software.c_str(), key.build.c_str());
     for (const std::string& input : key.inputs)
         std::printf("  from     %s\n", input.c_str());
@@ -68,6 +82,14 @@ void check(const MergeArguments& args) {
             "merge: nothing to write named; give -o FILE.exr, --tiles FILE.tiles, or --info");
 }
 
+void check_outputs(const MergeArguments& args, const farm::PictureKey& key,
+                   const scene::Scene& scene) {
+    if (scene.analysis.kind != core::AnalysisKind::kNone)
+        return check_joined_raster(scene, args.outputs, args.raster);
+    check_is_no_raster(args.raster);
+    render::check_joined_pictures(key, args.outputs, args.picture);
+}
+
 util::ExitCode run_merge(MergeArguments& args) {
     util::set_up_log(args.quiet ? "error" : args.log_level);
     check(args);
@@ -78,8 +100,10 @@ util::ExitCode run_merge(MergeArguments& args) {
     }
     args.picture.threads = thread::thread_count(args.picture.threads);
     const farm::JoinedTiles tiles(args.journals);
+    const scene::Scene scene = scene_of(tiles.key());
+    const bool is_raster = scene.analysis.kind != core::AnalysisKind::kNone;
     if (!args.outputs.empty())
-        render::check_joined_pictures(tiles.key(), args.outputs, args.picture);
+        check_outputs(args, tiles.key(), scene);
     if (!args.tiles.empty()) {
         tiles.write(args.tiles);
         if (!args.quiet)
@@ -93,6 +117,9 @@ util::ExitCode run_merge(MergeArguments& args) {
             "merge into " + args.outputs.front() + ": " + std::to_string(tiles.missing()) + " of " +
             std::to_string(tiles.key().grid.cells()) + " tiles are missing, in rows " +
             tiles.rows_missing() + " of " + std::to_string(tiles.key().grid.rows()));
+    if (is_raster)
+        return write_joined_raster(tiles, scene, args.outputs.front(), args.raster,
+                                   args.picture.threads, args.quiet);
     const render::RenderStatistics s =
         render::write_joined_pictures(tiles, args.outputs, args.picture);
     if (!args.quiet)
@@ -111,15 +138,18 @@ util::ExitCode run_merge(MergeArguments& args) {
 std::function<util::ExitCode()> add_merge_command(CLI::App& app) {
     auto args = std::make_shared<MergeArguments>();
     CLI::App* command = app.add_subcommand(
-        "merge", "Join the checkpoints of several coordinators of one picture, and write it");
+        "merge",
+        "Join the checkpoints of several coordinators of one picture or analysis, and write it");
     command
         ->add_option("checkpoints", args->journals,
-                     "files that render --resume or --part has written: PICTURE.tiles")
+                     "files that render or analyse has written with --resume or --part: "
+                     "PICTURE.tiles")
         ->required();
     command
-        ->add_option(
-            "-o,--output", args->outputs,
-            "picture to write: .png .jpg (8-bit), .exr .tif (float); may be given several times")
+        ->add_option("-o,--output", args->outputs,
+                     "picture to write: .png .jpg (8-bit), .exr .tif (float); may be given several "
+                     "times; of "
+                     "an analysis: one .tif")
         ->expected(1)
         ->take_all()
         ->allow_extra_args(false);
@@ -138,6 +168,7 @@ std::function<util::ExitCode()> add_merge_command(CLI::App& app) {
                      "for noise and for files; 0: one for each core (0 to 1024)")
         ->check(CLI::Range(0, 1024))
         ->default_val(0);
+    add_joined_raster_options(*command, args->raster);
     command->add_option("--log", args->log_level, "trace, debug, info, warn, error or off")
         ->capture_default_str();
     command->add_flag("-q,--quiet", args->quiet, "print errors only");

@@ -2,6 +2,7 @@
 
 #include "common/util/error.hpp"
 #include "raytracer/scene/camera.hpp"
+#include "raytracer/scene/scene_io.hpp"
 #include "tests/catch.hpp"
 
 namespace {
@@ -49,6 +50,40 @@ TEST_CASE("each pixel's ray goes straight down through the middle of its cell",
                   1e-9);
             CHECK(ray.origin.y > world.bounds.max[1]);
         }
+}
+
+TEST_CASE("the grid is found again from the scene, though that was a text",
+          "[raytracer][analyse]") {
+    for (const double voxel_m : {0.25, 1.0, 0.3048})
+        for (const double times : {1.0, 1.7, 3.0, 7.3}) {
+            const voxel::WorldInfo world = world_of(voxel_m);
+            const analyse::CellGrid grid = analyse::grid_over(world, world.bounds, voxel_m * times);
+            scene::Scene scene;
+            analyse::look_at_cells(grid, world, scene);
+            scene::Scene read;
+            scene::parse_scene(scene::to_toml(scene), "of a test", read);
+            const analyse::CellGrid found = analyse::grid_of(read, world);
+            CAPTURE(voxel_m, times);
+            CHECK(found.west == grid.west);
+            CHECK(found.north == grid.north);
+            CHECK(found.columns == grid.columns);
+            CHECK(found.rows == grid.rows);
+            CHECK(found.edge_m == grid.edge_m);
+            CHECK(analyse::placement_of(found, world).transform ==
+                  analyse::placement_of(grid, world).transform);
+        }
+}
+
+TEST_CASE("a scene that looks at no cells has no grid", "[raytracer][analyse]") {
+    const voxel::WorldInfo world = world_of(1);
+    scene::Scene scene;
+    CHECK_THROWS_AS(analyse::grid_of(scene, world), util::Error);
+    scene.analysis.cell_m = 1;
+    CHECK_THROWS_AS(analyse::grid_of(scene, world), util::Error);
+    scene.camera.target = {1e300, 0, 0};
+    CHECK_THROWS_AS(analyse::grid_of(scene, world), util::Error);
+    scene.camera.target = {0, 0, 0};
+    CHECK(analyse::grid_of(scene, world).columns == scene.output.size_px[0]);
 }
 
 TEST_CASE("cells smaller than voxels, and too many, are refused", "[raytracer][analyse]") {

@@ -192,8 +192,8 @@ TEST_CASE("parts resume with their tiles, and are joined", "[cluster][scripts]")
     CHECK(stage.called(script, {"SLURM_ARRAY_TASK_ID=2"}, {"0"}) ==
           std::vector<std::string>{"render", "w", "-o", picture, "--resume", "--part", "3/5"});
     CHECK(stage.called(script, {"SLURM_ARRAY_TASK_ID=1"}, {"3"}).back() == "5/5");
-    const auto joined =
-        stage.called(merge_parts_script(stage.place, {kHostile, "b.png"}, 2, picture), {});
+    const auto joined = stage.called(
+        merge_parts_script(stage.place, {"-o", kHostile, "-o", "b.png"}, 2, picture), {});
     CHECK(joined == std::vector<std::string>{
                         "merge", farm::checkpoint_path(picture, farm::Part{1, 2}).string(),
                         farm::checkpoint_path(picture, farm::Part{2, 2}).string(), "-o", kHostile,
