@@ -64,7 +64,8 @@ def middle(world):
 class Interface(Case):
     @classmethod
     def setUpClass(cls):
-        cls.server = Server(survey(), "--ortho", survey() / "ortho", "--cache", temporary_folder())
+        flags = ["--ortho", survey() / "ortho", "--cache", temporary_folder(), "--jobs", "1"]
+        cls.server = Server(survey(), *flags)
         cls.world = cls.server.json("/v2/world")
         x, z = middle(cls.world)
         column = cls.server.json(f"/v2/columns/0/{x // 64}/{z // 64}")
@@ -73,6 +74,17 @@ class Interface(Case):
     @classmethod
     def tearDownClass(cls):
         assert cls.server.stop() == 0, cls.server.err
+
+    def job(self):
+        """@return the name of a job that is done"""
+        x, z = middle(self.world)
+        job = {"kind": "terrain", "area": [x, -z, x + 20, 20 - z]}
+        status, _, body = self.server.post("/v2/jobs", json.dumps(job))
+        self.assertEqual(status, 201, body)
+        name = json.loads(body)["id"]
+        done = ("done", "failed")
+        wait_until(lambda: self.server.json(f"/v2/jobs/{name}")["state"] in done, "a job")
+        return name
 
     def test_every_path_of_the_document_is_answered_as_documented(self):
         document = json.loads((ROOT / "docs" / "openapi.json").read_text())
@@ -86,6 +98,7 @@ class Interface(Case):
         x, z = middle(self.world)
         values = {"level": level, "bx": bx, "by": by, "bz": bz, "name": "app.js"}
         values["file"] = "viewer.js"
+        values["id"] = self.job()
         queries = {
             "/gkot/box": f"?format=raw&tmx={x}&tmy={-z}&x=0&y=0&z=0&sx=16&sy=16&sz=16",
             "/gkot/origin.json": f"?tmx={x}&tmy={-z}",

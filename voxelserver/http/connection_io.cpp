@@ -1,6 +1,7 @@
 #include "voxelserver/http/connection_io.hpp"
 
 #include <civetweb.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <array>
@@ -49,7 +50,7 @@ void append_head(std::string& out, const Response& r, Length length, bool keep_a
     if (length == Length::kChunked)
         out.append("Transfer-Encoding: chunked\r\n");
     else if (length == Length::kKnown && r.status != 204 && r.status != 304)
-        out.append("Content-Length: ").append(std::to_string(r.bytes().size())).append("\r\n");
+        out.append("Content-Length: ").append(std::to_string(r.body_bytes())).append("\r\n");
     // No CORS header anywhere: no page of another origin may read a reply, or embed it.
     out.append("X-Content-Type-Options: nosniff\r\nCross-Origin-Resource-Policy: same-origin\r\n");
     out.append(keep_alive ? "Connection: keep-alive\r\n\r\n" : "Connection: close\r\n\r\n");
@@ -88,6 +89,27 @@ bool send_whole(mg_connection* connection, const Response& r, bool keep_alive) {
     if (sent && body.size() > kTogether)
         sent = write_all(connection, body.data() + kTogether, body.size() - kTogether);
     return sent;
+}
+
+// A file that cannot be read to its end ends the connection: the client sees that bytes are
+// missing.
+bool send_file(mg_connection* connection, const Response& r, bool keep_alive,
+               std::uint64_t& bytes) {
+    constexpr std::size_t kAtOnce = std::size_t{128} << 10;
+    std::string& buffer = *static_cast<std::string*>(mg_get_thread_pointer(connection));
+    buffer.clear();
+    append_head(buffer, r, Length::kKnown, keep_alive);
+    bool alive = write_all(connection, buffer.data(), buffer.size());
+    bytes = 0;
+    const std::uint64_t wanted = r.head_only ? 0 : r.file->bytes;
+    while (alive && bytes < wanted) {
+        buffer.resize(static_cast<std::size_t>(std::min<std::uint64_t>(kAtOnce, wanted - bytes)));
+        const ssize_t got = ::pread(*r.file->descriptor, buffer.data(), buffer.size(),
+                                    static_cast<off_t>(r.file->offset + bytes));
+        alive = got > 0 && write_all(connection, buffer.data(), static_cast<std::size_t>(got));
+        bytes += alive ? static_cast<std::uint64_t>(got) : 0;
+    }
+    return alive;
 }
 
 // HTTP/1.0 has no chunked encoding: there, closing the connection ends the body.
@@ -164,8 +186,13 @@ std::uint64_t send_response(mg_connection* connection, const Response& r, bool k
     if (r.stream && http_1_0)
         keep_alive = false;
     std::uint64_t bytes = r.head_only ? 0 : r.bytes().size();
-    const bool sent = r.stream ? send_stream(connection, r, !http_1_0, keep_alive, bytes)
-                               : send_whole(connection, r, keep_alive);
+    bool sent = false;
+    if (r.stream)
+        sent = send_stream(connection, r, !http_1_0, keep_alive, bytes);
+    else if (r.file)
+        sent = send_file(connection, r, keep_alive, bytes);
+    else
+        sent = send_whole(connection, r, keep_alive);
     // Closing also prevents CivetWeb from reading (and waiting for) a body of any length that the
     // client has announced.
     if (!sent || !keep_alive)

@@ -3,6 +3,7 @@
 #include "voxelserver/http/batch_route.hpp"
 #include "voxelserver/http/box_routes.hpp"
 #include "voxelserver/http/gkot_routes.hpp"
+#include "voxelserver/http/job_routes.hpp"
 #include "voxelserver/http/map_route.hpp"
 #include "voxelserver/http/page_routes.hpp"
 #include "voxelserver/http/state_routes.hpp"
@@ -55,6 +56,9 @@ Response Dispatcher::call_handler(Route route, const RouteRequest& call) {
         case Route::kMapTile: return answer_map_tile(m_service, call);
         case Route::kGkotBox: return answer_gkot_box(m_service, call);
         case Route::kGkotOrigin: return answer_gkot_origin(m_service, call);
+        case Route::kJobs: return answer_jobs(m_service, call);
+        case Route::kJob: return answer_job(m_service, call);
+        case Route::kJobResult: return answer_job_result(m_service, call);
         case Route::kUnknown:
         case Route::kRefused: break;
     }

@@ -95,7 +95,9 @@ std::string Response::header(std::string_view name) const {
 std::string_view reason_phrase(int status) noexcept {
     switch (status) {
         case 200: return "OK";
+        case 201: return "Created";
         case 204: return "No Content";
+        case 206: return "Partial Content";
         case 304: return "Not Modified";
         case 308: return "Permanent Redirect";
         case 400: return "Bad Request";
@@ -108,6 +110,7 @@ std::string_view reason_phrase(int status) noexcept {
         case 411: return "Length Required";
         case 413: return "Content Too Large";
         case 415: return "Unsupported Media Type";
+        case 416: return "Range Not Satisfiable";
         case 421: return "Misdirected Request";
         case 431: return "Request Header Fields Too Large";
         case 500: return "Internal Server Error";
@@ -152,6 +155,39 @@ Response problem(int status, const std::string& detail) {
               json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
     out.add("Cache-Control", "no-store");
     return out;
+}
+
+std::optional<ByteRange> parse_range(std::string_view range, std::uint64_t size) noexcept {
+    constexpr std::string_view kUnit = "bytes=";
+    if (range.substr(0, kUnit.size()) != kUnit)
+        return std::nullopt;
+    range.remove_prefix(kUnit.size());
+    const std::size_t dash = range.find('-');
+    if (dash == std::string_view::npos)
+        return std::nullopt;
+    const auto number = [](std::string_view text) -> std::optional<std::uint64_t> {
+        std::uint64_t value = 0;
+        const auto end = std::from_chars(text.data(), text.data() + text.size(), value);
+        if (end.ec != std::errc{} || end.ptr != text.data() + text.size())
+            return std::nullopt;
+        return value;
+    };
+    const std::string_view from = range.substr(0, dash);
+    const std::string_view to = range.substr(dash + 1);
+    const auto last = number(to);
+    if (from.empty()) {  // so many bytes of the end
+        if (!last)
+            return std::nullopt;
+        const std::uint64_t bytes = std::min(*last, size);
+        return ByteRange{size - bytes, bytes};
+    }
+    const auto first = number(from);
+    if (!first || (!to.empty() && (!last || *last < *first)))
+        return std::nullopt;
+    if (*first >= size)
+        return ByteRange{size, 0};
+    const std::uint64_t rest = size - *first;
+    return ByteRange{*first, to.empty() ? rest : std::min(*last - *first, rest - 1) + 1};
 }
 
 bool etag_matches(std::string_view if_none_match, std::string_view etag) noexcept {

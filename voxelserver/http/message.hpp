@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -31,6 +32,13 @@ struct Request {
 /// @return false when the client has disconnected: further parts are pointless
 using Write = std::function<bool(std::string_view)>;
 
+/// A part of a file that stays open, as a body.
+struct FilePart {
+    std::shared_ptr<const int> descriptor;  ///< closed with the last part
+    std::uint64_t offset = 0;
+    std::uint64_t bytes = 0;
+};
+
 /// A reply. Content-Length, Date and Connection are added by the server that sends it.
 struct Response {
     int status = 200;
@@ -38,6 +46,7 @@ struct Response {
     std::shared_ptr<const std::string> body;  ///< nullptr: none
     /// Instead of `body`: bytes that live as long as the program.
     std::string_view fixed_body = {};
+    std::optional<FilePart> file;  ///< instead of `body`: read while it is sent
     /// Instead of `body`: called once to send a body whose length is not known in advance.
     std::function<void(const Write&)> stream;
     /// For the reply to HEAD: the length of the body is sent, the body is not.
@@ -51,6 +60,10 @@ struct Response {
     [[nodiscard]] std::string header(std::string_view name) const;
     [[nodiscard]] std::string_view bytes() const noexcept {
         return body ? std::string_view(*body) : fixed_body;
+    }
+    /// Length of the body, unless it is a stream.
+    [[nodiscard]] std::uint64_t body_bytes() const noexcept {
+        return file ? file->bytes : bytes().size();
     }
 };
 
@@ -70,6 +83,19 @@ struct Response {
 /// Whether If-None-Match contains this entity tag (quotes included), by weak comparison. Ref:
 /// Fielding et al., RFC 9110, 13.1.2.
 [[nodiscard]] bool etag_matches(std::string_view if_none_match, std::string_view etag) noexcept;
+
+/// The bytes of a body that a client asks for: [offset, offset + bytes). Ref: RFC 9110, 14.1.2.
+struct ByteRange {
+    std::uint64_t offset = 0;
+    std::uint64_t bytes = 0;
+};
+/// @param range the header's value: one range is understood, "bytes=0-99", "bytes=100-",
+/// "bytes=-100"
+/// @param size of the whole body
+/// @return nullopt for any other text, which a server may ignore; without bytes for a range that is
+/// beyond the end
+[[nodiscard]] std::optional<ByteRange> parse_range(std::string_view range,
+                                                   std::uint64_t size) noexcept;
 
 /// Content coding of a body. Ref: RFC 9110, 12.5.3.
 enum class Coding { kIdentity, kZstd, kNone };  ///< kNone: the client accepts neither

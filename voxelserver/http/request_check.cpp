@@ -44,13 +44,17 @@ std::optional<Response> refuse_origin(const Request& request) {
     return std::nullopt;
 }
 
+bool takes_body(const RouteFacts& route, const Request& request) {
+    return request.method == "POST" && is_allowed(route.methods, request.method);
+}
+
 std::optional<Response> refuse_body(const RouteFacts& route, const Request& request,
                                     const BodyClaim& claim) {
     if (claim.kind == BodyClaim::Kind::kMalformed)
         return problem(400,
                        "read the request: a Transfer-Encoding, two Content-Lengths, or one that is "
                        "no number; allowed: none, or one number");
-    const std::size_t max = route.post && request.method == "POST" ? route.max_body_bytes : 0;
+    const std::size_t max = takes_body(route, request) ? route.max_body_bytes : 0;
     if (claim.bytes > max)
         return problem(
             413, "read the request: a body of " + std::to_string(claim.bytes) +
@@ -66,18 +70,17 @@ std::optional<Response> refuse_path(const RouteFacts& route, const Request& requ
 }
 
 std::optional<Response> refuse_method(const RouteFacts& route, const Request& request) {
-    const bool accepted =
-        route.post ? request.method == "POST" : request.method == "GET" || request.method == "HEAD";
-    if (accepted)
+    if (is_allowed(route.methods, request.method))
         return std::nullopt;
-    const std::string allowed = route.post ? "POST" : "GET, HEAD";
+    const std::string allowed(text_of(route.methods));
     return problem(405, "method " + std::string(request.method) + "; allowed: " + allowed)
         .add("Allow", allowed);
 }
 
 // A body that arrives nevertheless must not be parsed as the next request.
-std::optional<Response> refuse_missing_body(const RouteFacts& route, const BodyClaim& claim) {
-    if (route.post && claim.kind == BodyClaim::Kind::kNone)
+std::optional<Response> refuse_missing_body(const RouteFacts& route, const Request& request,
+                                            const BodyClaim& claim) {
+    if (takes_body(route, request) && claim.kind == BodyClaim::Kind::kNone)
         return and_close(problem(411, "read the request: no Content-Length, or 0; allowed: 1 to " +
                                           std::to_string(route.max_body_bytes)));
     return std::nullopt;
@@ -105,7 +108,7 @@ std::optional<Response> RequestCheck::refusal(const RouteFacts& route,
         return out;
     if (auto out = refuse_method(route, request))
         return out;
-    return refuse_missing_body(route, claim);
+    return refuse_missing_body(route, request, claim);
 }
 
 // HTTP/1.0 allows the header to be omitted; browsers always send it.

@@ -4,19 +4,20 @@ namespace terravox::http {
 namespace {
 
 constexpr std::size_t kBatchBytes = std::size_t{256} << 10;
+constexpr std::size_t kJobBytes = std::size_t{4} << 10;
 
 constexpr std::array<RouteFacts, kRouteCount> kRoutes = {{
-    {Route::kPage, "/", false, true},
-    {Route::kPageFile, "/page/{name}", false, true},
-    {Route::kView, "/view", false, true},
-    {Route::kViewPage, "/view/", false, true},
+    {Route::kPage, "/", Methods::kGet, true},
+    {Route::kPageFile, "/page/{name}", Methods::kGet, true},
+    {Route::kView, "/view", Methods::kGet, true},
+    {Route::kViewPage, "/view/", Methods::kGet, true},
     {Route::kViewPlace, "/view/place.json"},
-    {Route::kViewAppearance, "/view/appearance.bin", false, true},
-    {Route::kViewFile, "/view/viewer/{file}", false, true},
-    {Route::kHealth, "/healthz", false, true},
+    {Route::kViewAppearance, "/view/appearance.bin", Methods::kGet, true},
+    {Route::kViewFile, "/view/viewer/{file}", Methods::kGet, true},
+    {Route::kHealth, "/healthz", Methods::kGet, true},
     {Route::kWorld, "/v2/world"},
     {Route::kBox, "/v2/boxes/{level}/{bx}/{by}/{bz}"},
-    {Route::kBatch, "/v2/boxes", true, false, kBatchBytes},
+    {Route::kBatch, "/v2/boxes", Methods::kPost, false, kBatchBytes},
     {Route::kColumn, "/v2/columns/{level}/{bx}/{bz}"},
     {Route::kSquares, "/v2/squares"},
     {Route::kCached, "/v2/cached/{level}"},
@@ -26,8 +27,11 @@ constexpr std::array<RouteFacts, kRouteCount> kRoutes = {{
     {Route::kMapTile, "/map/{z}/{x}/{y}.png"},
     {Route::kGkotBox, "/gkot/box"},
     {Route::kGkotOrigin, "/gkot/origin.json"},
+    {Route::kJobs, "/v2/jobs", Methods::kGetPost, false, kJobBytes},
+    {Route::kJob, "/v2/jobs/{id}", Methods::kGetDelete},
+    {Route::kJobResult, "/v2/jobs/{id}/result.tif"},
     {Route::kUnknown, "unknown"},
-    {Route::kRefused, "refused", false, true},
+    {Route::kRefused, "refused", Methods::kGet, true},
 }};
 
 constexpr bool in_order() {
@@ -57,6 +61,32 @@ bool fits(std::string_view pattern, const PathParts& parts) noexcept {
 }
 
 }  // namespace
+
+std::string_view text_of(Methods methods) noexcept {
+    switch (methods) {
+        case Methods::kGet: return "GET, HEAD";
+        case Methods::kPost: return "POST";
+        case Methods::kGetPost: return "GET, HEAD, POST";
+        case Methods::kGetDelete: return "GET, HEAD, DELETE";
+    }
+    return {};
+}
+
+bool is_allowed(Methods methods, std::string_view method) noexcept {
+    switch (methods) {
+        case Methods::kPost: return method == "POST";
+        case Methods::kGetPost:
+            if (method == "POST")
+                return true;
+            break;
+        case Methods::kGetDelete:
+            if (method == "DELETE")
+                return true;
+            break;
+        case Methods::kGet: break;
+    }
+    return method == "GET" || method == "HEAD";
+}
 
 std::span<const RouteFacts> routes() noexcept {
     return kRoutes;

@@ -30,10 +30,24 @@ enum class Route {
     kMapTile,
     kGkotBox,
     kGkotOrigin,
+    kJobs,
+    kJob,
+    kJobResult,
     kUnknown,  ///< no such path
     kRefused   ///< not a valid request: malformed, too large, too late
 };
 inline constexpr std::size_t kRouteCount = static_cast<std::size_t>(Route::kRefused) + 1;
+
+/// What may be done with a path.
+enum class Methods {
+    kGet,  ///< GET and HEAD
+    kPost,
+    kGetPost,    ///< GET, HEAD and POST
+    kGetDelete,  ///< GET, HEAD and DELETE
+};
+/// The methods as the header Allow has them.
+[[nodiscard]] std::string_view text_of(Methods methods) noexcept;
+[[nodiscard]] bool is_allowed(Methods methods, std::string_view method) noexcept;
 
 /// Description of one route.
 struct RouteFacts {
@@ -41,9 +55,9 @@ struct RouteFacts {
     /// The path with {names} for its variables; also the name of the route in statistics and in
     /// docs/openapi.json.
     std::string_view path;
-    bool post = false;  ///< POST; otherwise GET and HEAD
-    bool open = false;  ///< requires no token
-    std::size_t max_body_bytes = 0;
+    Methods methods = Methods::kGet;
+    bool open = false;               ///< requires no token
+    std::size_t max_body_bytes = 0;  ///< of POST
 };
 [[nodiscard]] std::span<const RouteFacts> routes() noexcept;
 [[nodiscard]] const RouteFacts& facts_of(Route route) noexcept;

@@ -11,6 +11,10 @@
 #include "voxelserver/http/routes.hpp"
 #include "voxelserver/http/squares.hpp"
 
+namespace terravox::jobs {
+class JobQueue;
+}
+
 namespace terravox::http {
 
 class MapView;
@@ -33,6 +37,7 @@ struct Service {
     std::function<Health()> health = [] { return Health{}; };
     const boxes::Preparer* preparer = nullptr;  ///< nullptr: no boxes are being prepared
     MapView* map = nullptr;                     ///< nullptr: there is no map
+    jobs::JobQueue* jobs = nullptr;             ///< nullptr: no analyses are made
     /// Identifies the state of all inputs of the boxes, for clients that must not mix boxes of two
     /// states.
     std::string edition = {};

@@ -140,6 +140,24 @@ void add_world_options(CLI::App& app, Options& o) {
     app.add_flag("--no-ahead", o.no_ahead, "do not prefetch the neighbours of requested boxes");
 }
 
+void add_job_options(CLI::App& app, Options& o) {
+    app.add_option("--jobs", o.jobs,
+                   "analyses that clients may run at the same time, each in a process of its own; "
+                   "0: none")
+        ->capture_default_str()
+        ->check(CLI::Range(0, 64));
+    app.add_option("--job-cells", o.job_limits.max_cells, "cells of an analysis at most")
+        ->capture_default_str()
+        ->check(CLI::Range(std::int64_t{1}, std::int64_t{400'000'000}));
+    app.add_option("--job-minutes", o.job_limits.max_minutes, "of an analysis at most")
+        ->capture_default_str()
+        ->check(CLI::Range(1, 10'000));
+    app.add_option("--job-memory-mib", o.job_limits.memory_mib,
+                   "memory of each analysis, in addition to --memory-mib, MiB")
+        ->capture_default_str()
+        ->check(CLI::Range(256, 1 << 20));
+}
+
 void add_server_options(CLI::App& app, Options& o) {
     app.add_option("--port", o.server.port, "port to listen on; 0: any free one")
         ->capture_default_str()
@@ -183,6 +201,7 @@ void add_server_options(CLI::App& app, Options& o) {
                    "for running requests when the server has to stop, seconds")
         ->capture_default_str()
         ->check(CLI::Range(0.0, 3600.0));
+    add_job_options(app, o);
     app.add_option("--log", o.log_level, "trace, debug, info, warn, error or off")
         ->capture_default_str();
     app.add_flag("--log-json", o.log_json, "log lines as JSON objects, for machines");
@@ -259,6 +278,7 @@ Plan finish(Options& o) {
                                    : plan.boxes.makers + plan.boxes.queue + kSpareThreads;
     o.server.request_timeout = milliseconds(o.header_timeout_s, "--header-timeout-s");
     o.server.keep_alive_timeout = milliseconds(o.keep_alive_s, "--keep-alive-s");
+    o.job_limits.threads = o.world.threads;
     o.server.drain_timeout = milliseconds(o.drain_s, "--drain-s");
     return plan;
 }

@@ -6,6 +6,7 @@
 
 #include "voxelserver/boxes/box_cache.hpp"
 #include "voxelserver/http/server.hpp"
+#include "voxelserver/jobs/job_request.hpp"
 #include "voxelserver/sockets/http_host.hpp"
 #include "voxelserver/worlds/kind/world_options.hpp"
 
@@ -35,6 +36,8 @@ struct Options {
     double header_timeout_s = 5;
     double keep_alive_s = 2;
     double drain_s = 10;
+    int jobs = 0;  ///< analyses at the same time; 0: none
+    jobs::JobLimits job_limits;
     bool no_ahead = false;
     bool prepare = false;
     bool prepare_only = false;

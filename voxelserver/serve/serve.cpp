@@ -8,12 +8,14 @@
 #include <optional>
 
 #include "common/thread/stop_signals.hpp"
+#include "common/util/beside_program.hpp"
 #include "common/util/config_dir.hpp"
 #include "common/util/log.hpp"
 #include "common/voxel/file_identity.hpp"
 #include "common/voxel/material.hpp"
 #include "voxelserver/http/map_view.hpp"
 #include "voxelserver/http/router.hpp"
+#include "voxelserver/jobs/job_queue.hpp"
 #include "voxelserver/serve/announce.hpp"
 #include "voxelserver/serve/open_for_serving.hpp"
 #include "voxelserver/serve/progress.hpp"
@@ -132,6 +134,43 @@ http::Service service_of(const Options& options, const OpenedForServing& opened,
     return out;
 }
 
+/// Analyses for clients, and the server on loopback that gives them their boxes. It makes no jobs.
+class Jobs {
+public:
+    /// @param service without jobs
+    Jobs(const Options& options, const Plan& plan, const http::Service& service)
+        : m_router(service, plan.token),
+          m_server(m_router, server_options(options)),
+          m_queue(queue_options(options, plan)) {}
+
+    [[nodiscard]] jobs::JobQueue& queue() noexcept { return m_queue; }
+
+private:
+    static http::ServerOptions server_options(const Options& options) {
+        constexpr int kThreadsOfJob = 16;
+        http::ServerOptions out = options.server;
+        out.bind = "127.0.0.1";
+        out.port = 0;
+        out.tls_certificate.clear();
+        out.request_threads = options.jobs * kThreadsOfJob;
+        out.drain_timeout = {};
+        return out;
+    }
+    [[nodiscard]] jobs::QueueOptions queue_options(const Options& options, const Plan& plan) const {
+        jobs::QueueOptions out;
+        out.running = options.jobs;
+        out.limits = options.job_limits;
+        out.program = util::beside_program("terravox-raytracer");
+        out.world = m_server.url();
+        out.token = plan.token;
+        return out;
+    }
+
+    http::Router m_router;
+    http::Server m_server;
+    jobs::JobQueue m_queue;  // its processes end before the server does
+};
+
 /// Lets running requests finish for some time, then cancels the rest.
 void stop_serving(http::Server& server, boxes::BoxCache& cache, worlds::ServedWorld& world) {
     const auto stop_remote = [&] {
@@ -159,6 +198,11 @@ void serve_boxes(const Options& options, const Plan& plan, const OpenedForServin
     http::Service service = service_of(options, opened, times, cache);
     service.map = &map;
     service.preparer = preparer.get();
+    std::optional<Jobs> jobs;
+    if (options.jobs > 0) {
+        jobs.emplace(options, plan, service);
+        service.jobs = &jobs->queue();
+    }
     http::Router router(service, plan.token, plan.names);
     http::Server server(router, options.server);
     std::cout << "listening on " << server.url() << std::endl;
@@ -174,6 +218,8 @@ void serve_boxes(const Options& options, const Plan& plan, const OpenedForServin
     util::log_info("stopping: running requests are finished first");
     if (preparer)
         preparer->stop();
+    if (jobs)
+        jobs->queue().stop();
     stop_serving(server, cache, world);
 }
 

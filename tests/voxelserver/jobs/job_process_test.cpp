@@ -1,0 +1,98 @@
+#include "voxelserver/jobs/job_process.hpp"
+
+#include <cstdlib>
+#include <thread>
+
+#include "common/util/error.hpp"
+#include "tests/catch.hpp"
+#include "tests/eventually.hpp"
+#include "tests/voxelserver/jobs/script.hpp"
+
+using namespace terravox;
+
+namespace {
+
+constexpr std::uint64_t kMax_bytes = 100'000;
+
+int status_of(jobs::JobProcess& process) {
+    std::optional<int> status;
+    REQUIRE(test::eventually([&] {
+        status = process.look();
+        return status.has_value();
+    }));
+    return *status;
+}
+
+}  // namespace
+
+TEST_CASE("a process has its folder, its words, and nothing of the server's secrets",
+          "[voxelserver][jobs]") {
+    const test::Script script(R"(pwd; echo "$#:$2"; echo "<$TERRAVOX_SERVER_TOKEN> $TMPDIR" >&2)"
+                              "\nexit 3");
+    const test::TemporaryFolder folder;
+    ::setenv("TERRAVOX_SERVER_TOKEN", "of the server", 1);
+    jobs::JobProcess process(
+        {script.file(), {"a", "b c; $(exit)"}, folder.path(), {{"X", "y"}}, kMax_bytes});
+    ::unsetenv("TERRAVOX_SERVER_TOKEN");
+    CHECK(status_of(process) == 3);
+    const std::string path = folder.path().string();
+    CHECK(process.said() == path + "\n2:b c; $(exit)\n<> " + path + "\n");
+}
+
+TEST_CASE("a process cannot write more than it may", "[voxelserver][jobs]") {
+    const test::Script script("head -c 300000 /dev/zero > big || exit 9; exit 0");
+    const test::TemporaryFolder folder;
+    jobs::JobProcess process({script.file(), {}, folder.path(), {}, kMax_bytes});
+    CHECK(status_of(process) == 9);
+    CHECK(std::filesystem::file_size(folder.path() / "big") <= kMax_bytes);
+}
+
+TEST_CASE("a process that ignores SIGTERM ends all the same", "[voxelserver][jobs]") {
+    const test::Script script("trap '' TERM; echo ready >&2; while :; do sleep 1; done");
+    const test::TemporaryFolder folder;
+    jobs::JobProcess process({script.file(), {}, folder.path(), {}, kMax_bytes});
+    REQUIRE(test::eventually([&] {
+        (void)process.look();
+        return process.said() == "ready\n";
+    }));
+    CHECK(process.resident_bytes() > 0);
+    process.stop();
+    CHECK(process.look() == 128 + 9);
+}
+
+TEST_CASE("a process ends with the thread that has started it", "[voxelserver][jobs]") {
+    const test::Script script(
+        "trap 'echo ended > \"$1\"; exit' TERM; echo $$ > \"$1\";"
+        " while :; do sleep 0.05; done");
+    const test::TemporaryFolder folder;
+    std::unique_ptr<jobs::JobProcess> process;
+    std::thread([&] {
+        process = std::make_unique<jobs::JobProcess>(jobs::ProcessStart{
+            script.file(), {script.note().string()}, folder.path(), {}, kMax_bytes});
+        CHECK(test::eventually([&] { return !script.noted().empty(); }));
+    }).join();
+    CHECK(test::eventually([&] { return script.noted() == "ended\n"; }));
+}
+
+TEST_CASE("a program that is not there is reported", "[voxelserver][jobs]") {
+    const test::TemporaryFolder folder;
+    CHECK_THROWS_AS(jobs::JobProcess({folder.path() / "none", {}, folder.path(), {}, kMax_bytes}),
+                    util::Error);
+}
+
+TEST_CASE("what it says is kept to some kilobytes, and read", "[voxelserver][jobs]") {
+    const test::Script script(
+        "i=0; while [ $i -lt 2000 ]; do echo \"line $i\" >&2;"
+        " i=$((i + 1)); done");
+    const test::TemporaryFolder folder;
+    jobs::JobProcess process({script.file(), {}, folder.path(), {}, kMax_bytes});
+    CHECK(status_of(process) == 0);
+    CHECK(process.said().size() <= 4096);
+    CHECK(process.said().ends_with("line 1999\n"));
+    CHECK(jobs::progress_in("") == std::nullopt);
+    CHECK(jobs::progress_in("  7 %  tile 3 of 44  1.00 Mray/s\n 45 %  tile 20 of 44") == 0.45);
+    CHECK(jobs::progress_in("100 %  tile 44 of 44") == 1);
+    CHECK(jobs::progress_in("999999999999 %  tile 44 of 44") == 1);
+    CHECK(jobs::reason_in("  7 %  tile 3\nterravox: no room\n") == "no room");
+    CHECK(jobs::reason_in("\n\n").empty());
+}

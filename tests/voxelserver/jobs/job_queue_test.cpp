@@ -1,0 +1,203 @@
+#include "voxelserver/jobs/job_queue.hpp"
+
+#include <fstream>
+
+#include "common/util/error.hpp"
+#include "tests/catch.hpp"
+#include "tests/eventually.hpp"
+#include "tests/voxelserver/jobs/script.hpp"
+
+using namespace terravox;
+using jobs::JobState;
+
+namespace {
+
+jobs::QueueOptions options_of(const test::Script& script) {
+    jobs::QueueOptions out;
+    out.program = script.file();
+    out.world = "http://127.0.0.1:1";
+    out.token = "s3cret";
+    return out;
+}
+
+jobs::JobRequest request() {
+    return {"sky", 100, {"--area=0,0,1,1"}};
+}
+
+jobs::JobStatus end_of(jobs::JobQueue& queue, const std::string& id) {
+    std::optional<jobs::JobStatus> status;
+    REQUIRE(test::eventually([&] {
+        status = queue.status(id);
+        return !status || status->state == JobState::kDone || status->state == JobState::kFailed;
+    }));
+    REQUIRE(status);
+    return *status;
+}
+
+/// Says that it runs, and goes on until it is ended.
+constexpr const char* kEndless = "echo ' 40 %  tile 2 of 5' >&2; while :; do sleep 0.05; done";
+
+bool runs(jobs::JobQueue& queue, const std::string& id) {
+    const auto status = queue.status(id);
+    return status && status->state == JobState::kRunning && status->progress == 0.4;
+}
+
+}  // namespace
+
+TEST_CASE("a job runs the analysis of the server's own world, and has its raster",
+          "[voxelserver][jobs]") {
+    const test::Script script(
+        R"(echo "$*, $TERRAVOX_SERVER_TOKEN for $TERRAVOX_SERVER_ORIGIN" > result.tif)");
+    jobs::JobQueue queue(options_of(script));
+    const auto id = queue.submit(request());
+    REQUIRE(id);
+    CHECK(id->size() == 32);
+    const jobs::JobStatus end = end_of(queue, *id);
+    CHECK(end.state == JobState::kDone);
+    CHECK_FALSE(end.has_holes);
+    CHECK(end.bytes > 0);
+    const auto file = queue.result(*id);
+    REQUIRE(file);
+    std::ifstream in(*file);
+    const std::string text(std::istreambuf_iterator<char>(in), {});
+    CHECK(text ==
+          "analyse sky http://127.0.0.1:1 -o result.tif --area=0,0,1,1 --memory-mib=512 "
+          "--cache=none, s3cret for http://127.0.0.1:1\n");
+    CHECK(queue.remove(*id));
+    CHECK_FALSE(std::filesystem::exists(*file));
+    CHECK_FALSE(queue.remove(*id));
+    CHECK_FALSE(queue.status(*id));
+}
+
+TEST_CASE("how a process ends is how its job ends", "[voxelserver][jobs]") {
+    struct Case {
+        const char* name;
+        const char* script;
+        JobState state;
+        bool has_holes;
+        const char* message;
+    };
+    const auto c = GENERATE(values<Case>({
+        {"with holes", "echo x > result.tif; exit 3", JobState::kDone, true, ""},
+        {"refused", "echo half > result.tif; echo 'terravox: no such day' >&2; exit 2",
+         JobState::kFailed, false, "no such day"},
+        {"killed", "kill -9 $$", JobState::kFailed, false, "status 137"},
+        {"silently", "exit 1", JobState::kFailed, false, "status 1"},
+    }));
+    DYNAMIC_SECTION(c.name) {
+        const test::Script script(c.script);
+        jobs::JobQueue queue(options_of(script));
+        const auto id = queue.submit(request());
+        REQUIRE(id);
+        const jobs::JobStatus end = end_of(queue, *id);
+        CHECK(end.state == c.state);
+        CHECK(end.has_holes == c.has_holes);
+        CHECK_THAT(end.message, test::contains(c.message));
+        CHECK(queue.result(*id).has_value() == (c.state == JobState::kDone));
+    }
+}
+
+TEST_CASE("jobs wait for their turn, and no more than there is room for", "[voxelserver][jobs]") {
+    const test::Script script(kEndless);
+    jobs::QueueOptions options = options_of(script);
+    options.max_waiting = 2;
+    jobs::JobQueue queue(options);
+    const auto first = queue.submit(request());
+    REQUIRE(first);
+    REQUIRE(test::eventually([&] { return runs(queue, *first); }));
+    CHECK_FALSE(queue.result(*first));
+    const auto second = queue.submit(request());
+    const auto third = queue.submit(request());
+    REQUIRE((second && third));
+    CHECK_FALSE(queue.submit(request()));
+    CHECK(queue.status(*third)->before == 1);
+    CHECK(queue.status(*third)->state == JobState::kWaiting);
+    CHECK(queue.counts().waiting == 2);
+    CHECK(queue.remove(*second));
+    CHECK(queue.status(*third)->before == 0);
+    // Deleting the one that runs ends its process, and the next begins.
+    CHECK(queue.remove(*first));
+    CHECK(test::eventually([&] { return runs(queue, *third); }));
+    CHECK(queue.counts().running == 1);
+}
+
+TEST_CASE("a job that takes too much memory is ended", "[voxelserver][jobs]") {
+    const test::Script script(
+        "x=$(head -c 60000000 /dev/zero | tr '\\0' 'x');"
+        " while :; do sleep 0.05; done");
+    jobs::QueueOptions options = options_of(script);
+    options.limits.memory_mib = 32;
+    jobs::JobQueue queue(options);
+    const auto id = queue.submit(request());
+    REQUIRE(id);
+    const jobs::JobStatus end = end_of(queue, *id);
+    CHECK(end.state == JobState::kFailed);
+    CHECK_THAT(end.message, test::contains("more than 32 MiB"));
+}
+
+TEST_CASE("a job that takes too long is ended", "[voxelserver][jobs]") {
+    const test::Script script(kEndless);
+    jobs::QueueOptions options = options_of(script);
+    options.limits.max_minutes = 0;
+    jobs::JobQueue queue(options);
+    const auto id = queue.submit(request());
+    REQUIRE(id);
+    CHECK_THAT(end_of(queue, *id).message, test::contains("longer than 0 minutes"));
+}
+
+TEST_CASE("only the latest results are kept", "[voxelserver][jobs]") {
+    const test::Script script("head -c 1000 /dev/zero > result.tif");
+    jobs::QueueOptions options = options_of(script);
+    const bool by_bytes = GENERATE(false, true);
+    options.max_kept = by_bytes ? 100 : 2;
+    options.max_kept_bytes = by_bytes ? 2500 : 1'000'000;
+    jobs::JobQueue queue(options);
+    std::vector<std::string> ids;
+    for (int i = 0; i < 4; ++i) {
+        const auto id = queue.submit(request());
+        REQUIRE(id);
+        CHECK(end_of(queue, *id).state == JobState::kDone);
+        ids.push_back(*id);
+    }
+    CHECK_FALSE(queue.status(ids[0]));
+    CHECK_FALSE(queue.status(ids[1]));
+    CHECK(queue.result(ids[2]));
+    CHECK(queue.result(ids[3]));
+    CHECK(queue.counts().kept == 2);
+}
+
+TEST_CASE("results are kept for some time", "[voxelserver][jobs]") {
+    const test::Script script("echo x > result.tif");
+    jobs::QueueOptions options = options_of(script);
+    options.kept = std::chrono::seconds(0);
+    jobs::JobQueue queue(options);
+    const auto id = queue.submit(request());
+    REQUIRE(id);
+    CHECK(test::eventually([&] { return !queue.status(*id); }));
+}
+
+TEST_CASE("a queue that stops ends its processes and removes its files", "[voxelserver][jobs]") {
+    const test::Script script(std::string("pwd > \"$TERRAVOX_NOTE\"; ") + kEndless);
+    ::setenv("TERRAVOX_NOTE", script.note().c_str(), 1);
+    std::string folder;
+    {
+        jobs::JobQueue queue(options_of(script));
+        const auto id = queue.submit(request());
+        REQUIRE(id);
+        REQUIRE(test::eventually([&] { return runs(queue, *id); }));
+        folder = script.noted();
+        folder.resize(folder.find('\n'));
+        CHECK(std::filesystem::is_directory(folder));
+        queue.stop();
+        CHECK_FALSE(queue.submit(request()));
+    }
+    ::unsetenv("TERRAVOX_NOTE");
+    CHECK_FALSE(std::filesystem::exists(folder));
+    CHECK_FALSE(std::filesystem::exists(std::filesystem::path(folder).parent_path()));
+}
+
+TEST_CASE("without the program there are no jobs", "[voxelserver][jobs]") {
+    jobs::QueueOptions options;
+    options.program = "/none/terravox-raytracer";
+    CHECK_THROWS_AS(jobs::JobQueue(options), util::Error);
+}
