@@ -14,7 +14,8 @@ from support import HANGS_S, ROOT, Case, Server, survey, temporary_folder
 
 class Page(Case):
     def test_the_page_works_with_the_server(self):
-        server = Server(survey(), "--ortho", survey() / "ortho", "--cache", temporary_folder())
+        flags = ["--ortho", survey() / "ortho", "--cache", temporary_folder(), "--jobs", "1"]
+        server = Server(survey(), *flags)
         try:
             run = subprocess.run(
                 [os.environ["TERRAVOX_NODE"], ROOT / "tests" / "page" / "run.mjs"],

@@ -236,6 +236,72 @@ describe('the page of the voxel server', { skip: noBrowser }, () => {
     fake.made = 3;
   });
 
+  test('an analysis of what the map shows becomes a layer, with legend and values', async () => {
+    const watched = await openMap();
+    const { page } = watched;
+    await page.getByLabel('First day').fill('2026-06-21');
+    await page.getByLabel('Last day').fill('2026-06-21');
+    await page.getByLabel('Edge of a cell').fill('4');
+    await untilText(page, '#analysis-cells', /^About \d+ × \d+ cells\.$/);
+    await page.getByRole('button', { name: 'Compute what the map shows' }).click();
+    await page.locator('#analysis-result').waitFor({ state: 'visible' });
+    await untilText(page, '#analysis-result .ends', /^[\d.]+ h[\d.]+ h$/);
+    await untilText(page, '#analysis-state', /^$/);
+    await page.locator('#map').hover();
+    await until('the value under the pointer is shown', async () => {
+      await page.mouse.move(400 + Math.random() * 100, 400);
+      return /^Here: [\d.]+ h$/.test(await textOf(page, '#analysis-value'));
+    });
+    await page.locator('#analysis-result').scrollIntoViewIfNeeded();
+    await screenshot(page, 'light-1280-analysis');
+    await page.getByLabel('Shown', { exact: true }).selectOption({ label: 'First sun' });
+    await untilText(page, '#analysis-result .ends', /h/);
+    await page.getByLabel('Opacity').fill('30');
+    const download = page.waitForEvent('download');
+    await page.getByRole('button', { name: 'Download GeoTIFF' }).click();
+    assert.equal((await download).suggestedFilename(), 'terravox.tif');
+    await page.getByRole('button', { name: 'Remove' }).click();
+    await page.locator('#analysis-result').waitFor({ state: 'hidden' });
+    if (kRealUrl === undefined) await until('the job is deleted', () => fake.jobs.size === 0);
+    await closeClean(watched);
+  });
+
+  test('an analysis may be stopped, and a failed one says why', { skip: kRealUrl !== undefined }, async () => {
+    const watched = await openMap();
+    const { page } = watched;
+    fake.jobLooks = 1e9;
+    await page.getByRole('button', { name: 'Compute what the map shows' }).click();
+    await untilText(page, '#analysis-state', /^Computing: 0 %$/);
+    assert.ok(await page.getByRole('button', { name: 'Compute' }).isDisabled());
+    await page.getByRole('button', { name: 'Stop' }).click();
+    await until('the job is deleted', () => fake.jobs.size === 0);
+    await untilText(page, '#analysis-state', /^$/);
+    fake.jobLooks = 2;
+    fake.jobFails = 'no such day';
+    await page.getByRole('button', { name: 'Compute what the map shows' }).click();
+    await untilText(page, '#analysis-state', /^The analysis failed: no such day$/);
+    fake.jobFails = '';
+    await page.getByLabel('Analysis', { exact: true }).selectOption('sight');
+    await page.getByRole('button', { name: 'Compute what the map shows' }).click();
+    await untilText(page, '#analysis-state', /^Click the map where somebody stands/);
+    await page.getByLabel('Analysis', { exact: true }).selectOption('sun');
+    await page.getByLabel('First day').fill('2026-06-22');
+    await page.getByLabel('Last day').fill('2026-06-21');
+    await page.getByRole('button', { name: 'Compute what the map shows' }).click();
+    await untilText(page, '#analysis-state', /last day lies before/);
+    fake.jobLooks = 3;
+    await closeClean(watched);
+  });
+
+  test('a server without analyses says how they are turned on', { skip: kRealUrl !== undefined }, async () => {
+    fake.hasJobs = false;
+    const watched = await openMap();
+    await untilText(watched.page, '#analysis-state', /terravox serve --jobs 1/);
+    assert.equal(await watched.page.locator('#analysis-kind').count(), 0);
+    await closeClean(watched);
+    fake.hasJobs = true;
+  });
+
   for (const [name, options] of [
     ['dark-1280', { colorScheme: 'dark' }],
     ['light-390', { viewport: { width: 390, height: 800 } }],

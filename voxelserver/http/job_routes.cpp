@@ -71,17 +71,6 @@ Response submit(jobs::JobQueue& queue, const Service& service, const RouteReques
     return out.add("Location", "jobs/" + *id).add("Cache-Control", "no-store");
 }
 
-Response describe(jobs::JobQueue& queue, const RouteRequest& call) {
-    const jobs::JobCounts counts = queue.counts();
-    const jobs::JobLimits& limits = queue.limits();
-    return json_reply(text_of_json({{"kinds", jobs::job_kinds()},
-                                    {"max_cells", limits.max_cells},
-                                    {"max_minutes", limits.max_minutes},
-                                    {"waiting", counts.waiting},
-                                    {"running", counts.running}}),
-                      call.request);
-}
-
 std::shared_ptr<const int> opened(const std::filesystem::path& file) {
     const int descriptor = ::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW);
     if (descriptor < 0)
@@ -94,11 +83,24 @@ std::shared_ptr<const int> opened(const std::filesystem::path& file) {
 
 }  // namespace
 
+nlohmann::json jobs_json(jobs::JobQueue* queue) {
+    if (queue == nullptr)
+        return {};
+    const jobs::JobCounts counts = queue->counts();
+    const jobs::JobLimits& limits = queue->limits();
+    return {{"kinds", jobs::job_kinds()},
+            {"max_cells", limits.max_cells},
+            {"max_minutes", limits.max_minutes},
+            {"waiting", counts.waiting},
+            {"running", counts.running}};
+}
+
 Response answer_jobs(Service& service, const RouteRequest& call) {
     if (service.jobs == nullptr)
         return problem(404, kOff);
-    return call.request.method == "POST" ? submit(*service.jobs, service, call)
-                                         : describe(*service.jobs, call);
+    if (call.request.method == "POST")
+        return submit(*service.jobs, service, call);
+    return json_reply(text_of_json(jobs_json(service.jobs)), call.request);
 }
 
 Response answer_job(Service& service, const RouteRequest& call) {

@@ -1,8 +1,13 @@
 #pragma once
 
+#include <nlohmann/json_fwd.hpp>
+
 #include "voxelserver/http/service.hpp"
 
 namespace terravox::http {
+
+/// Limits of jobs, and how many there are, as a JSON object; null where the server makes none.
+[[nodiscard]] nlohmann::json jobs_json(jobs::JobQueue* queue);
 
 /// GET /v2/jobs: 200 JSON, the limits of jobs and how many there are; POST: 201 JSON, the state of
 /// a new job, with its address in Location; 400, 503. Both 404 where the server makes no analyses.

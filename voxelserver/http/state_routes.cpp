@@ -5,6 +5,7 @@
 
 #include "common/util/resident_memory.hpp"
 #include "common/util/version.hpp"
+#include "voxelserver/http/job_routes.hpp"
 
 namespace terravox::http {
 namespace {
@@ -118,6 +119,7 @@ Response answer_stats(Service& service, const RouteRequest& call, const RequestC
           {"failed", b.failed}}},
         {"memory",
          {{"rss_bytes", util::resident_bytes()}, {"limit_bytes", service.memory_limit_bytes}}},
+        {"jobs", jobs_json(service.jobs)},
         {"prepare", prepare}};
     return json_reply(out.dump(-1, ' ', false, json::error_handler_t::replace) + "\n",
                       call.request);

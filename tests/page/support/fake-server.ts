@@ -3,6 +3,7 @@ import { createServer, type IncomingMessage, type Server, type ServerResponse } 
 import type { AddressInfo } from 'node:net';
 import { join } from 'node:path';
 import { boxFrame, kLevels, kMax, kMin, squaresJson, tilePng, worldJson, type SquareRow } from './fake-world.js';
+import { kNoData, makeRaster } from './make-raster.js';
 
 declare const TERRAVOX_PAGE_DIST: string;
 
@@ -27,6 +28,12 @@ export class FakeServer {
     { name: 'TM_463_100', state: 'failed', error: 'read TM_463_100.laz: the file ends in the header' },
   ];
   stepName = 'point load';
+  /** Whether it makes analyses, and how the next one goes. */
+  hasJobs = true;
+  jobFails = '';
+  /** Looks at a job until it is done. */
+  jobLooks = 3;
+  readonly jobs = new Map<string, { readonly body: Record<string, unknown>; looks: number }>();
   /** Boxes made so far: tiles of the coarse zooms are whole once it is above 10. */
   made = 3;
   readonly requestPaths: string[] = [];
@@ -82,6 +89,7 @@ export class FakeServer {
       return problem(reply, 401, 'no or another token');
     }
     if (this.busy) return problem(reply, 503, 'many boxes are being made');
+    if (path.startsWith('v2/jobs')) return this.#job(request, reply, path.split('/'));
     const tile = /^map\/(\d+)\/(-?\d+)\/(-?\d+)\.png$/.exec(path);
     if (tile) return this.#tile(reply, Number(tile[1]), Number(tile[2]), Number(tile[3]));
     const box = /^v2\/boxes\/0\/(-?\d+)\/(-?\d+)\/(-?\d+)$/.exec(path);
@@ -90,6 +98,33 @@ export class FakeServer {
     const json = cached ? this.#cached(Number(cached[1])) : this.#json(path);
     if (json === undefined) return problem(reply, 404, `nothing at ${path}`);
     reply.setHeader('Content-Type', 'application/json').setHeader('Cache-Control', 'no-store').end(JSON.stringify(json));
+  }
+
+  #job(request: IncomingMessage, reply: ServerResponse, [, , id, file]: readonly string[]): void {
+    const send = (status: number, json: unknown): void => {
+      reply.statusCode = status;
+      reply.setHeader('Content-Type', 'application/json').end(JSON.stringify(json));
+    };
+    if (!this.hasJobs) return problem(reply, 404, 'this server makes no analyses');
+    if (id === undefined) {
+      const parts: Buffer[] = [];
+      request.on('data', (part: Buffer) => parts.push(part));
+      return void request.on('end', () => {
+        const made = String(this.jobs.size).padStart(32, '0');
+        this.jobs.set(made, { body: JSON.parse(Buffer.concat(parts).toString()) as Record<string, unknown>, looks: 0 });
+        send(201, { id: made, kind: 'sun', state: 'waiting', progress: 0, before: 1 });
+      });
+    }
+    const job = this.jobs.get(id);
+    if (job === undefined) return problem(reply, 404, 'no such job');
+    if (request.method === 'DELETE') {
+      this.jobs.delete(id);
+      return void reply.writeHead(204).end();
+    }
+    if (file !== undefined) return sendRange(request, reply, jobRaster(job.body['area'] as number[]));
+    const isOver = ++job.looks >= this.jobLooks;
+    const state = isOver ? (this.jobFails === '' ? 'done' : 'failed') : 'running';
+    send(200, { id, kind: 'sun', state, progress: Math.min(1, job.looks / this.jobLooks), message: this.jobFails, holes: false });
   }
 
   #tile(reply: ServerResponse, zoom: number, x: number, y: number): void {
@@ -139,6 +174,7 @@ export class FakeServer {
       cache,
       disk: { ...cache, writes: 12, limit_bytes: 20 * 2 ** 30 },
       making: { running: 2, waiting: 5, ahead_waiting: 17, made: this.made, made_ahead: 4, failed: 1 },
+      jobs: this.hasJobs ? { kinds: ['sun'], max_cells: 4_000_000, max_minutes: 30, waiting: 0, running: 0 } : null,
       memory: { rss_bytes: 512 * 2 ** 20, limit_bytes: 4 * 2 ** 30 },
       prepare: { done: 1, total: 4, failed: 1 },
     };
@@ -149,6 +185,25 @@ function sendBox(reply: ServerResponse, box: Uint8Array | undefined): void {
   reply.statusCode = box === undefined ? 204 : 200;
   if (box !== undefined) reply.setHeader('Content-Type', 'application/vnd.terravox.box');
   reply.end(box);
+}
+
+/** Hours of sun that grow to the east, with a gap. */
+function jobRaster([west, , east, north]: readonly number[]): Buffer {
+  const side = 40;
+  const values = Array.from({ length: side * side }, (_, i) => (i % side < 4 ? kNoData : (i % side) / 4));
+  const bands = [
+    { name: 'sun_hours', unit: 'h', values },
+    { name: 'first_sun', unit: 'h', values: values.map(() => 5) },
+    { name: 'hole', unit: '', values: values.map(() => 0) },
+  ];
+  return makeRaster({ width: side, height: side, tile: 16, bands, west: west!, north: north!, cell: (east! - west!) / side });
+}
+
+function sendRange(request: IncomingMessage, reply: ServerResponse, file: Buffer): void {
+  const [, from, to] = /^bytes=(\d+)-(\d+)$/.exec(request.headers.range ?? '') ?? [];
+  reply.setHeader('Content-Type', 'image/tiff');
+  if (from === undefined) return void reply.end(file);
+  reply.writeHead(206).end(file.subarray(Number(from), Number(to) + 1));
 }
 
 function problem(reply: ServerResponse, status: number, detail: string): void {

@@ -35,17 +35,15 @@ export class Api {
   }
 
   /** @param path relative, such as "v2/world". @throws ApiError unless the status is 2xx */
-  async get(path: string, options: { readonly timeoutMs?: number } = {}): Promise<Response> {
-    const token = this.#store.getItem(kTokenKey);
-    const headers: Record<string, string> = token === null ? {} : { Authorization: `Bearer ${token}` };
-    let reply: Response;
-    try {
-      reply = await this.#fetch(new URL(path, this.base).href, { headers, signal: AbortSignal.timeout(options.timeoutMs ?? 30_000) });
-    } catch (error) {
-      throw new ApiError('gone', 'The server does not answer.', error);
-    }
-    if (reply.ok) return reply;
-    throw new ApiError(troubleOf(reply.status), await describe(reply));
+  async get(path: string, options: { readonly timeoutMs?: number; readonly range?: string } = {}): Promise<Response> {
+    return this.#ask(path, options.range === undefined ? {} : { Range: options.range }, { signal: AbortSignal.timeout(options.timeoutMs ?? 30_000) });
+  }
+
+  /** @throws ApiError unless the status is 2xx */
+  async send(method: 'POST' | 'DELETE', path: string, body?: string): Promise<Response> {
+    const signal = AbortSignal.timeout(30_000);
+    if (body === undefined) return this.#ask(path, {}, { method, signal });
+    return this.#ask(path, { 'Content-Type': 'application/json' }, { method, body, signal });
   }
 
   async getJson(path: string): Promise<unknown> {
@@ -55,6 +53,19 @@ export class Api {
     } catch (error) {
       throw new ApiError('refused', `${path}: the answer is no JSON.`, error);
     }
+  }
+
+  async #ask(path: string, headers: Record<string, string>, init: RequestInit): Promise<Response> {
+    const token = this.#store.getItem(kTokenKey);
+    const all = token === null ? headers : { ...headers, Authorization: `Bearer ${token}` };
+    let reply: Response;
+    try {
+      reply = await this.#fetch(new URL(path, this.base).href, { ...init, headers: all });
+    } catch (error) {
+      throw new ApiError('gone', 'The server does not answer.', error);
+    }
+    if (reply.ok) return reply;
+    throw new ApiError(troubleOf(reply.status), await describe(reply));
   }
 }
 

@@ -57,6 +57,8 @@ export type Stats = {
       }
     | undefined;
   readonly memory: { readonly rssBytes: number; readonly limitBytes: number } | undefined;
+  /** Limits of analyses; undefined: the server makes none. */
+  readonly jobs: { readonly maxCells: number; readonly maxMinutes: number } | undefined;
   readonly prepare: { readonly done: number; readonly total: number; readonly failed: number } | undefined;
 };
 
@@ -134,7 +136,7 @@ function sumOfRequests(value: unknown): number {
 export function readStats(json: unknown): Stats {
   const all = fields(json, 'the statistics');
   const stages = Array.isArray(all['stages']) ? (all['stages'] as unknown[]).filter(isFields) : [];
-  const { making, memory, prepare, replies } = all;
+  const { jobs, making, memory, prepare, replies } = all;
   return {
     version: textOf(all['version']),
     uptimeS: count(all['uptime_s']),
@@ -154,6 +156,7 @@ export function readStats(json: unknown): Stats {
         }
       : undefined,
     memory: isFields(memory) ? { rssBytes: count(memory['rss_bytes']), limitBytes: count(memory['limit_bytes']) } : undefined,
+    jobs: isFields(jobs) ? { maxCells: count(jobs['max_cells']), maxMinutes: count(jobs['max_minutes']) } : undefined,
     prepare: isFields(prepare) ? { done: count(prepare['done']), total: count(prepare['total']), failed: count(prepare['failed']) } : undefined,
   };
 }

@@ -1,3 +1,6 @@
+import { getIntersection, isEmpty } from 'ol/extent.js';
+import { AnalysisLayer } from './analysis-layer.js';
+import { AnalysisPanel } from './analysis-panel.js';
 import type { Api } from './api.js';
 import { CachedLayer } from './cached-layer.js';
 import { decimalsFor, formatLatLon, placeFromHash } from './coordinates.js';
@@ -27,6 +30,8 @@ export class WorldView {
   readonly #layers: LayersPanel;
   readonly #table: SquaresTable;
   readonly #place: PlacePanel;
+  readonly #analyses: AnalysisPanel;
+  #picked: readonly [number, number] | undefined;
   #level = 0;
   #showsBoxes = false;
   #boxes: CachedBoxes | undefined;
@@ -43,6 +48,7 @@ export class WorldView {
       onMoved: () => {
         this.#showPosition(undefined);
         this.#linkView();
+        this.#placeAnalyses();
       },
     });
     this.#topView = world.finestZoom >= 0 ? new TopViewLayer(api, projection, this.#map.mapProjection) : undefined;
@@ -51,6 +57,10 @@ export class WorldView {
     if (this.#topView) this.#map.add(this.#topView.layer);
     this.#map.add(this.#squares.layer);
     this.#map.add(this.#cached.layer);
+    const analyses = new AnalysisLayer(this.#map.mapProjection, projection);
+    this.#map.add(analyses.layer);
+    const places = { isPlaced: world.crs !== '', unitsPerVoxel: world.unitsPerVoxel };
+    this.#analyses = new AnalysisPanel(api, places, analyses);
     this.#layers = new LayersPanel(world.levels, this.#topView !== undefined, {
       onSwitch: (name, shown) => this.#switch(name, shown),
       onLevel: (level) => {
@@ -101,6 +111,7 @@ export class WorldView {
 
   update(stats: Stats): void {
     this.#layers.unfinishedTiles = this.#topView?.unfinishedIn(this.#map.shownExtent, this.#map.resolution).length ?? 0;
+    this.#analyses.limits = stats.jobs;
     setText(byId('software', HTMLElement), `Terravox ${stats.version}`);
   }
 
@@ -128,6 +139,8 @@ export class WorldView {
 
   async #pick(easting: number, northing: number): Promise<void> {
     this.#map.mark(easting, northing);
+    this.#picked = [easting, northing];
+    this.#placeAnalyses();
     await this.#place.show(easting, northing, this.#map.resolution, this.#squares.at([easting, northing]));
   }
 
@@ -154,9 +167,16 @@ export class WorldView {
     byId('view-link', HTMLAnchorElement).href = new URL(viewOfMap(this.#map.centre, across, this.#projection), this.#api.base).href;
   }
 
+  #placeAnalyses(): void {
+    const shown = getIntersection(this.#map.shownExtent, this.#projection.extent);
+    const { world, metresPerUnit } = this.#projection;
+    this.#analyses.place = { extent: isEmpty(shown) ? undefined : shown, voxelM: world.voxelM, metresPerUnit, picked: this.#picked };
+  }
+
   // Without a pointer (keyboard, touch) it is the middle of the map that counts.
   #showPosition(place: readonly [number, number] | undefined): void {
     const [e, n] = place ?? this.#map.centre;
+    this.#analyses.pointAt(e, n);
     const decimals = decimalsFor(this.#projection.world.unitsPerVoxel);
     const latLon = this.#projection.toLatLon(e, n);
     const texts = [`${e.toFixed(decimals)}, ${n.toFixed(decimals)}`, ...(latLon ? [formatLatLon(latLon.latDeg, latLon.lonDeg)] : [])];

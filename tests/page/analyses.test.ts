@@ -1,0 +1,138 @@
+import assert from 'node:assert/strict';
+import { test } from 'node:test';
+import { Api } from '../../voxelserver/page/src/api.js';
+import { colourOf, paint, scaleOf } from '../../voxelserver/page/src/colour-scale.js';
+import { bodyOf, cellsOf, Jobs, readJob, resolutionFor, type Wish } from '../../voxelserver/page/src/jobs.js';
+import { levelFor, readBand, readRasterInfo, type ReadAt } from '../../voxelserver/page/src/raster-file.js';
+import { kNoData, makeRaster, type MadeRaster } from './support/make-raster.js';
+
+const readerOf = (file: Uint8Array): ReadAt => async (offset, length) => file.subarray(offset, offset + length);
+
+const random = (seed: number): (() => number) => {
+  let state = seed;
+  return () => (state = (state * 1103515245 + 12345) % 2 ** 31) / 2 ** 31;
+};
+
+function raster(width = 37, height = 21): MadeRaster {
+  const next = random(width);
+  const values = (scale: number): number[] => Array.from({ length: width * height }, () => (next() < 0.1 ? kNoData : Math.fround((next() - 0.5) * scale)));
+  const bands = [
+    { name: 'sun_hours', unit: 'h', values: values(30) },
+    { name: 'first_sun', unit: 'h', values: values(1e6) },
+    { name: 'hole', unit: '', values: values(1) },
+  ];
+  return { width, height, tile: 16, bands, west: 462400, north: 101600, cell: 0.5 };
+}
+
+test('a raster is read: place, bands, values of each', async () => {
+  const made = raster();
+  const read = readerOf(makeRaster(made));
+  const info = await readRasterInfo(read);
+  assert.deepEqual(info.extent, [462400, 101600 - 21 / 2, 462400 + 37 / 2, 101600]);
+  assert.deepEqual(info.bands, made.bands.map(({ name, unit }) => ({ name, unit })));
+  assert.equal(info.noData, kNoData);
+  const level = levelFor(info, 1e6);
+  for (const [i, band] of made.bands.entries()) assert.deepEqual([...(await readBand(read, info, level, i))], band.values, band.name);
+});
+
+test('a damaged raster is refused, and never read for ever', async () => {
+  const made = raster();
+  const changes: readonly [string, number, (number[] | string) | undefined, RegExp][] = [
+    ['another compression', 259, [1], /DEFLATE/],
+    ['whole numbers', 339, [1, 1, 1], /floats/],
+    ['bands apart', 284, [2], /pixel by pixel/],
+    ['no size', 256, [0], /columns 0/],
+    ['too wide', 256, [65535], /tiles instead of/],
+    ['no tiles', 324, [], /tiles instead of/],
+    ['a tile without end', 322, [65535], /columns of a tile/],
+    ['too many bands', 277, [65], /bands 65/],
+    ['no place', 33550, [], /no place/],
+  ];
+  for (const [name, tag, values, said] of changes) {
+    const file = makeRaster(made, (fields) => (fields.get(tag)!.values = values!));
+    await assert.rejects(readRasterInfo(readerOf(file)), said, name);
+  }
+  await assert.rejects(readRasterInfo(readerOf(new Uint8Array(0))), RangeError);
+  await assert.rejects(readRasterInfo(readerOf(Buffer.from('MM\0*'))), /TIFF|bounds|Offset/i);
+  const file = makeRaster(made);
+  for (let seed = 0; seed < 100; ++seed) {
+    const next = random(seed);
+    const bad = Uint8Array.from(file);
+    for (let i = 0; i < 3; ++i) bad[Math.floor(next() * bad.length)] = Math.floor(next() * 256);
+    try {
+      const info = await readRasterInfo(readerOf(bad));
+      for (let i = 0; i < info.bands.length; ++i) await readBand(readerOf(bad), info, levelFor(info, 1e6), i);
+    } catch (error) {
+      assert.ok(error instanceof Error, `seed ${seed}`);
+    }
+  }
+});
+
+test('a tile that unpacks to more than it may is not unpacked', async () => {
+  const made = { ...raster(16, 16), tile: 16 };
+  const file = makeRaster({ ...made, tile: 64 }, (fields) => {
+    fields.get(322)!.values = [16];
+    fields.get(323)!.values = [16];
+  });
+  const info = await readRasterInfo(readerOf(file));
+  await assert.rejects(readBand(readerOf(file), info, levelFor(info, 1e6), 0), /longer than it may be/);
+});
+
+test('colours go from the least to the most, and leave out what has no value', () => {
+  const values = Float32Array.of(2, kNoData, 4, NaN, 3);
+  const scale = scaleOf(values, kNoData)!;
+  assert.deepEqual(scale, { min: 2, max: 4 });
+  assert.equal(scaleOf(Float32Array.of(kNoData), kNoData), undefined);
+  const rgba = new Uint8ClampedArray(20);
+  paint(values, kNoData, scale, rgba);
+  assert.deepEqual([...rgba].filter((_, i) => i % 4 === 3), [255, 0, 255, 0, 255]);
+  assert.notDeepEqual(colourOf(2, scale), colourOf(4, scale));
+  assert.deepEqual(colourOf(-100, scale), colourOf(2, scale));
+  assert.deepEqual(colourOf(5, { min: 5, max: 5 }), colourOf(4, scale));
+});
+
+const wish: Wish = {
+  kind: 'sun',
+  extent: [10, 20, 30, 50],
+  resolutionM: 2,
+  surface: 'ground',
+  from: '2026-06-21',
+  to: '2026-06-21',
+  observer: [12, 22, 1.6],
+};
+
+test('what is asked for has the form of the interface', () => {
+  const placed = { isPlaced: true, unitsPerVoxel: 0.5 };
+  const body = { area: [10, 20, 30, 50], resolution_m: 2 };
+  assert.deepEqual(bodyOf(wish, placed), { kind: 'sun', ...body, surface: 'ground', date: '2026-06-21' });
+  assert.deepEqual(bodyOf({ ...wish, kind: 'energy', to: '2026-06-30' }, placed), { kind: 'energy', ...body, surface: 'ground', from: '2026-06-21', to: '2026-06-30', step_min: 30 });
+  assert.deepEqual(bodyOf({ ...wish, kind: 'terrain' }, placed), { kind: 'terrain', ...body });
+  assert.deepEqual(bodyOf({ ...wish, kind: 'sight' }, placed), { kind: 'sight', ...body, surface: 'ground', observers: [[12, 22, 1.6]], target_m: 1.6 });
+  // In voxels, whose z is to the south.
+  const sight = bodyOf({ ...wish, kind: 'sight' }, { isPlaced: false, unitsPerVoxel: 2 });
+  assert.deepEqual(sight['area'], [5, -25, 15, -10]);
+  assert.deepEqual(sight['observers'], [[6, -11, 1.6]]);
+});
+
+test('cells are as large as they must be', () => {
+  assert.deepEqual(cellsOf([0, 0, 100, 50], 2, 0.5), [25, 13]);
+  assert.equal(resolutionFor([0, 0, 100, 50], 0.5, 1, 1e6), 0.5);
+  assert.equal(resolutionFor([0, 0, 1000, 1000], 0.5, 1, 1e5), 4);
+});
+
+test('a job that is none is refused', () => {
+  const id = '0123456789abcdef0123456789abcdef';
+  assert.deepEqual(readJob({ id, state: 'done', progress: 7, holes: true }), { id, state: 'done', progress: 1, before: 0, message: '', hasHoles: true });
+  for (const bad of [undefined, {}, { id: '../x', state: 'done' }, { id, state: 'odd' }]) assert.throws(() => readJob(bad), /read the job/);
+});
+
+test('a part of the raster is asked for by Range, whatever a proxy makes of that', async () => {
+  const file = Buffer.from('0123456789');
+  const store = { getItem: () => 'secret', setItem: () => undefined, removeItem: () => undefined };
+  for (const status of [200, 206]) {
+    const seen: unknown[] = [];
+    const api = new Api('http://h/', async (_, init) => (seen.push(init.headers), new Response(status === 206 ? file.subarray(2, 5) : file, { status })), store);
+    assert.deepEqual(Buffer.from(await new Jobs(api).read('a', 2, 3)).toString(), '234');
+    assert.deepEqual(seen, [{ Range: 'bytes=2-4', Authorization: 'Bearer secret' }]);
+  }
+});

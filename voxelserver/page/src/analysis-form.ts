@@ -1,0 +1,135 @@
+import { byId, element, setText } from './dom.js';
+import { cellsOf, kKinds, resolutionFor, type Kind, type Wish } from './jobs.js';
+import { formatCount } from './number-format.js';
+import type { Stats } from './replies.js';
+
+const kNames: Readonly<Record<Kind, string>> = {
+  terrain: 'Terrain: heights, slopes',
+  sky: 'How much sky is seen',
+  sun: 'Hours of sun',
+  energy: 'Energy of the sun',
+  sight: 'What is seen from a place',
+};
+/** A raster that is made within a minute or so. */
+const kUsualCells = 250_000;
+
+export type JobLimits = NonNullable<Stats['jobs']>;
+
+/** What the form needs to know of the map. */
+export type FormPlace = {
+  /** West, south, east, north of what the map shows and the world has, CRS units; undefined: nothing. */
+  readonly extent: readonly number[] | undefined;
+  readonly voxelM: number;
+  readonly metresPerUnit: number;
+  /** The place that was picked last. */
+  readonly picked: readonly [number, number] | undefined;
+};
+
+const today = (): string => {
+  const now = new Date();
+  return `${now.getFullYear()}-${String(now.getMonth() + 1).padStart(2, '0')}-${String(now.getDate()).padStart(2, '0')}`;
+};
+
+const row = (label: string, field: HTMLElement): HTMLElement => element('p', {}, element('label', { for: field.id }, label), field);
+
+/** The fields by which an analysis is chosen. */
+export class AnalysisForm {
+  readonly #kind = element('select', { id: 'analysis-kind' });
+  readonly #surface = element('select', { id: 'analysis-surface' });
+  readonly #from = element('input', { id: 'analysis-from', type: 'date', min: '1900-01-01', max: '2100-12-31', required: '' });
+  readonly #to = element('input', { id: 'analysis-to', type: 'date', min: '1900-01-01', max: '2100-12-31', required: '' });
+  readonly #above = element('input', { id: 'analysis-above', type: 'number', min: '0', max: '10000', step: 'any', value: '1.6', required: '' });
+  readonly #resolution = element('input', { id: 'analysis-resolution', type: 'number', min: '0.01', max: '100000', step: 'any', required: '' });
+  readonly #cells = element('p', { class: 'note', id: 'analysis-cells' });
+  readonly #submit = element('button', { type: 'submit' }, 'Compute what the map shows');
+  readonly #rows: { readonly surface: HTMLElement; readonly days: HTMLElement; readonly observer: HTMLElement };
+  readonly #limits: JobLimits;
+  #place: FormPlace | undefined;
+  #hasOwnResolution = false;
+
+  /** @param onWish called with what the user asks for, or with the reason why that cannot be */
+  constructor(limits: JobLimits, onWish: (wish: Wish | string) => void) {
+    this.#limits = limits;
+    for (const kind of kKinds) this.#kind.append(element('option', { value: kind }, kNames[kind]));
+    this.#kind.value = 'sun';
+    this.#surface.append(element('option', { value: 'top' }, 'roofs and crowns'), element('option', { value: 'ground' }, 'ground, below crowns and bridges'));
+    this.#from.value = this.#to.value = today();
+    const days = element('div', {}, row('First day', this.#from), row('Last day', this.#to));
+    const observer = element('div', {}, row('Eyes, metres above the marked place', this.#above));
+    this.#rows = { surface: row('On', this.#surface), days, observer };
+    const form = byId('analysis-form', HTMLFormElement);
+    form.replaceChildren(
+      row('Analysis', this.#kind),
+      this.#rows.surface,
+      days,
+      observer,
+      row('Edge of a cell, metres', this.#resolution),
+      this.#cells,
+      element('p', { class: 'buttons' }, this.#submit),
+    );
+    form.addEventListener('submit', (event) => {
+      event.preventDefault();
+      onWish(this.#wish());
+    });
+    this.#kind.addEventListener('change', () => this.#showRows());
+    this.#resolution.addEventListener('input', () => {
+      this.#hasOwnResolution = this.#resolution.value !== '';
+      this.#showCells();
+    });
+    this.#showRows();
+  }
+
+  /** The map shows something else, or another place was picked. */
+  set place(place: FormPlace) {
+    this.#place = place;
+    const { extent, voxelM, metresPerUnit } = place;
+    if (!this.#hasOwnResolution && extent) {
+      const most = Math.min(this.#limits.maxCells, kUsualCells);
+      this.#resolution.value = String(Number(resolutionFor(extent, voxelM, metresPerUnit, most).toPrecision(6)));
+    }
+    this.#showCells();
+  }
+
+  set isBusy(busy: boolean) {
+    this.#submit.disabled = busy;
+  }
+
+  #showRows(): void {
+    const kind = this.#kind.value;
+    this.#rows.surface.hidden = kind === 'terrain';
+    const hasDays = kind === 'sun' || kind === 'energy';
+    this.#rows.days.hidden = !hasDays;
+    this.#from.disabled = this.#to.disabled = !hasDays;
+    this.#rows.observer.hidden = kind !== 'sight';
+    this.#above.disabled = kind !== 'sight';
+  }
+
+  #showCells(): void {
+    const extent = this.#place?.extent;
+    const edge = Number(this.#resolution.value);
+    if (extent === undefined || !(edge > 0)) return setText(this.#cells, extent === undefined ? 'The map shows nothing of the world.' : '');
+    const [columns, rows] = cellsOf(extent, edge, this.#place!.metresPerUnit);
+    const most = columns * rows > this.#limits.maxCells ? `; this server computes up to ${formatCount(this.#limits.maxCells)}: zoom in, or choose larger cells` : '';
+    setText(this.#cells, `About ${formatCount(columns)} × ${formatCount(rows)} cells${most}.`);
+  }
+
+  #wish(): Wish | string {
+    const place = this.#place;
+    const kind = this.#kind.value as Kind;
+    const resolutionM = Number(this.#resolution.value);
+    if (place?.extent === undefined) return 'The map shows nothing of the world: move it to where there is land.';
+    if (resolutionM < place.voxelM) return `Cells are at least as large as a voxel: ${place.voxelM} m.`;
+    if (this.#from.value > this.#to.value) return 'The last day lies before the first one.';
+    if (kind === 'sight' && place.picked === undefined) return 'Click the map where somebody stands who looks around.';
+    const observer = place.picked && ([...place.picked, Number(this.#above.value)] as const);
+    return {
+      kind,
+      extent: place.extent,
+      resolutionM,
+      surface: this.#surface.value === 'ground' ? 'ground' : 'top',
+      from: this.#from.value,
+      to: this.#to.value,
+      observer,
+    };
+  }
+}

@@ -1,0 +1,71 @@
+import ImageLayer from 'ol/layer/Image.js';
+import type Projection from 'ol/proj/Projection.js';
+import ImageStatic from 'ol/source/ImageStatic.js';
+import { paint, type ColourScale } from './colour-scale.js';
+import type { RasterInfo, RasterLevel } from './raster-file.js';
+import type { WorldProjection } from './world-projection.js';
+
+/** One band of a raster, with its values for the place under the pointer. */
+export type ShownBand = {
+  readonly info: RasterInfo;
+  readonly level: RasterLevel;
+  readonly values: Float32Array;
+  readonly scale: ColourScale;
+};
+
+/** The result of an analysis as colours over the map. */
+export class AnalysisLayer {
+  readonly layer = new ImageLayer<ImageStatic>({ zIndex: 4, opacity: 0.7, visible: false });
+  readonly #projection: Projection;
+  readonly #unitsPerRasterUnit: number;
+  #shown: ShownBand | undefined;
+  /** West, south, east, north, units of the map. */
+  #extent: readonly [number, number, number, number] = [0, 0, 0, 0];
+
+  constructor(projection: Projection, world: WorldProjection) {
+    this.#projection = projection;
+    // Rasters of a world without a CRS are in metres.
+    this.#unitsPerRasterUnit = world.world.crs === '' ? 1 / world.metresPerUnit : 1;
+  }
+
+  show(shown: ShownBand): void {
+    this.#shown = shown;
+    const [west, south, east, north] = shown.info.extent.map((side) => side * this.#unitsPerRasterUnit) as [number, number, number, number];
+    this.#extent = [west, south, east, north];
+    const { width, height } = shown.level;
+    const canvas = document.createElement('canvas');
+    canvas.width = width;
+    canvas.height = height;
+    const context = canvas.getContext('2d');
+    if (context === null) throw new Error('draw the analysis: the browser has no canvas');
+    const image = context.createImageData(width, height);
+    paint(shown.values, shown.info.noData, shown.scale, image.data);
+    context.putImageData(image, 0, 0);
+    const url = canvas.toDataURL('image/png');
+    const imageExtent = [...this.#extent];
+    this.layer.setSource(new ImageStatic({ url, imageExtent, projection: this.#projection, interpolate: false }));
+    this.layer.setVisible(true);
+  }
+
+  clear(): void {
+    this.#shown = undefined;
+    this.layer.setVisible(false);
+    this.layer.setSource(null);
+  }
+
+  set opacity(share: number) {
+    this.layer.setOpacity(share);
+  }
+
+  /** @return undefined where the raster has no value, or ends */
+  valueAt(easting: number, northing: number): number | undefined {
+    if (this.#shown === undefined) return undefined;
+    const { info, level, values } = this.#shown;
+    const [west, south, east, north] = this.#extent;
+    const column = Math.floor(((easting - west) / (east - west)) * level.width);
+    const row = Math.floor(((north - northing) / (north - south)) * level.height);
+    if (column < 0 || row < 0 || column >= level.width || row >= level.height) return undefined;
+    const value = values[row * level.width + column];
+    return value === undefined || value === info.noData || Number.isNaN(value) ? undefined : value;
+  }
+}

@@ -1,0 +1,119 @@
+import { AnalysisForm, type FormPlace, type JobLimits } from './analysis-form.js';
+import type { AnalysisLayer } from './analysis-layer.js';
+import { AnalysisResult } from './analysis-result.js';
+import { ApiError, messageOf, type Api } from './api.js';
+import { byId, element, setText } from './dom.js';
+import { bodyOf, Jobs, type Job, type Places, type Wish } from './jobs.js';
+
+const kPollMs = 1000;
+
+/** Analyses by the server: asked for, watched and shown. A server that makes none says so here. */
+export class AnalysisPanel {
+  readonly #jobs: Jobs;
+  readonly #places: Places;
+  readonly #result: AnalysisResult;
+  readonly #state = byId('analysis-state', HTMLElement);
+  readonly #bar = element('progress', { max: '1', 'aria-label': 'Progress of the analysis' });
+  readonly #stop = element('button', { type: 'button' }, 'Stop');
+  readonly #progress = byId('analysis-progress', HTMLElement);
+  #form: AnalysisForm | undefined;
+  #place: FormPlace | undefined;
+  /** Of the job that is watched or shown; empty: none. */
+  #id = '';
+
+  constructor(api: Api, places: Places, layer: AnalysisLayer) {
+    this.#jobs = new Jobs(api);
+    this.#places = places;
+    this.#result = new AnalysisResult(this.#jobs, layer, () => void this.#remove());
+    this.#stop.addEventListener('click', () => void this.#remove());
+    this.#progress.replaceChildren(this.#bar, this.#stop);
+  }
+
+  /** @param limits of the server; undefined: it makes no analyses */
+  set limits(limits: JobLimits | undefined) {
+    if (this.#form !== undefined) return;
+    this.#say(limits === undefined ? 'This server computes no analyses. They are turned on by terravox serve --jobs 1.' : '');
+    if (limits === undefined) return;
+    this.#form = new AnalysisForm(limits, (wish) => void this.#ask(wish));
+    if (this.#place) this.#form.place = this.#place;
+  }
+
+  set place(place: FormPlace) {
+    this.#place = place;
+    if (this.#form) this.#form.place = place;
+  }
+
+  pointAt(easting: number, northing: number): void {
+    this.#result.pointAt(easting, northing);
+  }
+
+  async #ask(wish: Wish | string): Promise<void> {
+    if (typeof wish === 'string') return this.#say(wish, true);
+    await this.#remove();
+    this.#setBusy(true);
+    try {
+      await this.#follow(await this.#jobs.submit(bodyOf(wish, this.#places)));
+    } catch (error) {
+      this.#setBusy(false);
+      this.#say(messageOf(error), true);
+    }
+  }
+
+  async #follow(job: Job): Promise<void> {
+    this.#id = job.id;
+    let now = job;
+    while (now.state === 'waiting' || now.state === 'running') {
+      this.#bar.value = now.progress;
+      this.#say(now.state === 'waiting' ? waitingText(now.before) : `Computing: ${Math.round(100 * now.progress)} %`);
+      await new Promise((resolve) => setTimeout(resolve, kPollMs));
+      if (this.#id !== job.id) return;
+      now = (await this.#look(job.id)) ?? now;
+      if (this.#id !== job.id) return;
+    }
+    this.#setBusy(false);
+    if (now.state === 'failed') {
+      this.#id = '';
+      return this.#say(`The analysis failed: ${now.message}`, true);
+    }
+    this.#say('Showing the result …');
+    await this.#result.show(job.id, now.hasHoles);
+    if (this.#id === job.id) this.#say('');
+  }
+
+  /** @return undefined while the server does not answer */
+  async #look(id: string): Promise<Job | undefined> {
+    try {
+      return await this.#jobs.state(id);
+    } catch (error) {
+      if (error instanceof ApiError && (error.trouble === 'gone' || error.trouble === 'busy')) return undefined;
+      throw error;
+    }
+  }
+
+  async #remove(): Promise<void> {
+    const id = this.#id;
+    this.#id = '';
+    this.#setBusy(false);
+    this.#say('');
+    this.#result.hide();
+    if (id === '') return;
+    try {
+      await this.#jobs.remove(id);
+    } catch {
+      // It is gone already, or will be when the server forgets it.
+    }
+  }
+
+  #setBusy(busy: boolean): void {
+    this.#progress.hidden = !busy;
+    this.#bar.value = 0;
+    if (this.#form) this.#form.isBusy = busy;
+  }
+
+  #say(text: string, isError = false): void {
+    setText(this.#state, text);
+    this.#state.classList.toggle('error', isError);
+  }
+}
+
+const waitingText = (before: number): string => (before === 0 ? 'Waiting for its turn' : `Waiting for ${before} other ${before === 1 ? 'analysis' : 'analyses'}`);

@@ -1,0 +1,122 @@
+import type { Api } from './api.js';
+import { isFields, textOf } from './replies.js';
+
+/** Analyses that the server makes for clients (docs/formats/http.md: Jobs). */
+
+export const kKinds = ['terrain', 'sky', 'sun', 'energy', 'sight'] as const;
+export type Kind = (typeof kKinds)[number];
+
+export type Job = {
+  readonly id: string;
+  readonly state: 'waiting' | 'running' | 'done' | 'failed';
+  readonly progress: number;
+  readonly before: number;
+  readonly message: string;
+  readonly hasHoles: boolean;
+};
+
+/** What is asked for, as the form has it. */
+export type Wish = {
+  readonly kind: Kind;
+  /** West, south, east, north, CRS units. */
+  readonly extent: readonly number[];
+  readonly resolutionM: number;
+  readonly surface: 'top' | 'ground';
+  /** Days as YYYY-MM-DD; equal: one day. */
+  readonly from: string;
+  readonly to: string;
+  /** Easting, northing, and metres above the surface. */
+  readonly observer: readonly [number, number, number] | undefined;
+};
+
+/** Height of a person's eyes above the ground. */
+export const kEyesM = 1.6;
+
+const number = (value: unknown): number => (typeof value === 'number' && Number.isFinite(value) ? value : 0);
+
+export function readJob(json: unknown): Job {
+  const all = isFields(json) ? json : {};
+  const states = ['waiting', 'running', 'done', 'failed'] as const;
+  const state = states.find((one) => one === all['state']);
+  const id = textOf(all['id']);
+  if (state === undefined || !/^[0-9a-f]{32}$/.test(id)) throw new Error('read the job: it has no name or no state');
+  return {
+    id,
+    state,
+    progress: Math.min(1, Math.max(0, number(all['progress']))),
+    before: number(all['before']),
+    message: textOf(all['message']),
+    hasHoles: all['holes'] === true,
+  };
+}
+
+/** How the places of a world are written: in its CRS, or in voxels, whose z is to the south. */
+export type Places = { readonly isPlaced: boolean; readonly unitsPerVoxel: number };
+
+export function bodyOf(wish: Wish, { isPlaced, unitsPerVoxel: u }: Places): Record<string, unknown> {
+  const [west, south, east, north] = wish.extent as [number, number, number, number];
+  const area = isPlaced ? [west, south, east, north] : [west / u, -north / u, east / u, -south / u];
+  const body: Record<string, unknown> = { kind: wish.kind, area, resolution_m: wish.resolutionM };
+  if (wish.kind !== 'terrain') body['surface'] = wish.surface;
+  if (wish.kind === 'sun' || wish.kind === 'energy') Object.assign(body, daysOf(wish));
+  if (wish.kind === 'sight' && wish.observer) {
+    const [e, n, above] = wish.observer;
+    body['observers'] = [isPlaced ? [e, n, above] : [e / u, -n / u, above]];
+    body['target_m'] = kEyesM;
+  }
+  return body;
+}
+
+function daysOf({ from, to }: Wish): Record<string, unknown> {
+  // A period in steps of half an hour: its directions are gathered anyway.
+  return from === to ? { date: from } : { from, to, step_min: 30 };
+}
+
+/** Columns and rows of a raster, about. */
+export function cellsOf(extent: readonly number[], resolutionM: number, metresPerUnit: number): [number, number] {
+  const [west, south, east, north] = extent as [number, number, number, number];
+  const side = (length: number): number => Math.max(1, Math.ceil((length * metresPerUnit) / resolutionM));
+  return [side(east - west), side(north - south)];
+}
+
+/** A round edge of cells that is not finer than a voxel, with at most so many cells. */
+export function resolutionFor(extent: readonly number[], voxelM: number, metresPerUnit: number, maxCells: number): number {
+  for (let edge = voxelM; ; edge *= 2) {
+    const [columns, rows] = cellsOf(extent, edge, metresPerUnit);
+    if (columns * rows <= maxCells || edge > 1e5) return edge;
+  }
+}
+
+export class Jobs {
+  readonly #api: Api;
+
+  constructor(api: Api) {
+    this.#api = api;
+  }
+
+  async submit(body: Record<string, unknown>): Promise<Job> {
+    const reply = await this.#api.send('POST', 'v2/jobs', JSON.stringify(body));
+    return readJob((await reply.json()) as unknown);
+  }
+
+  async state(id: string): Promise<Job> {
+    return readJob(await this.#api.getJson(`v2/jobs/${id}`));
+  }
+
+  async remove(id: string): Promise<void> {
+    await this.#api.send('DELETE', `v2/jobs/${id}`);
+  }
+
+  /** @return bytes [offset, offset + length) of the raster */
+  async read(id: string, offset: number, length: number): Promise<Uint8Array> {
+    const range = `bytes=${offset}-${offset + length - 1}`;
+    const reply = await this.#api.get(`v2/jobs/${id}/result.tif`, { range });
+    const bytes = new Uint8Array(await reply.arrayBuffer());
+    // A proxy may send all of it.
+    return reply.status === 206 ? bytes : bytes.subarray(offset, offset + length);
+  }
+
+  async file(id: string): Promise<Blob> {
+    return (await this.#api.get(`v2/jobs/${id}/result.tif`, { timeoutMs: 600_000 })).blob();
+  }
+}
