@@ -293,6 +293,16 @@ describe('the page of the voxel server', { skip: noBrowser }, () => {
     await closeClean(watched);
   });
 
+  test('where the sun is not known, it is not offered', { skip: kRealUrl !== undefined }, async () => {
+    fake.isOnEarth = false;
+    const watched = await openMap();
+    await until('kinds are offered', async () => (await watched.page.locator('#analysis-kind option').count()) > 0);
+    const kinds = await watched.page.locator('#analysis-kind option').evaluateAll((options) => options.map((option) => (option as HTMLOptionElement).value));
+    assert.deepEqual(kinds, ['terrain', 'sky', 'sight']);
+    await closeClean(watched);
+    fake.isOnEarth = true;
+  });
+
   test('a server without analyses says how they are turned on', { skip: kRealUrl !== undefined }, async () => {
     fake.hasJobs = false;
     const watched = await openMap();

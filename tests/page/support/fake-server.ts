@@ -30,6 +30,8 @@ export class FakeServer {
   stepName = 'point load';
   /** Whether it makes analyses, and how the next one goes. */
   hasJobs = true;
+  /** Whether its world has a latitude and a longitude. */
+  isOnEarth = true;
   jobFails = '';
   /** Looks at a job until it is done. */
   jobLooks = 3;
@@ -149,7 +151,7 @@ export class FakeServer {
   }
 
   #json(path: string): unknown {
-    if (path === 'v2/world') return worldJson(this.title);
+    if (path === 'v2/world') return this.isOnEarth ? worldJson(this.title) : { ...(worldJson(this.title) as object), centre: undefined };
     if (path === 'v2/squares') return squaresJson(this.squares);
     if (/^v2\/columns\/0\//.test(path)) return { by_begin: 0, by_end: 3, min_y: kMin[1], max_y: kMax[1] };
     if (path === 'v2/stats') return this.#stats();

@@ -1,5 +1,5 @@
 import { byId, element, setText } from './dom.js';
-import { cellsOf, kKinds, resolutionFor, type Kind, type Wish } from './jobs.js';
+import { cellsOf, resolutionFor, type Kind, type Wish } from './jobs.js';
 import { formatCount } from './number-format.js';
 import type { Stats } from './replies.js';
 
@@ -48,10 +48,10 @@ export class AnalysisForm {
   #hasOwnResolution = false;
 
   /** @param onWish called with what the user asks for, or with the reason why that cannot be */
-  constructor(limits: JobLimits, onWish: (wish: Wish | string) => void) {
+  constructor(limits: JobLimits, kinds: readonly Kind[], onWish: (wish: Wish | string) => void) {
     this.#limits = limits;
-    for (const kind of kKinds) this.#kind.append(element('option', { value: kind }, kNames[kind]));
-    this.#kind.value = 'sun';
+    for (const kind of kinds) this.#kind.append(element('option', { value: kind }, kNames[kind]));
+    if (kinds.includes('sun')) this.#kind.value = 'sun';
     this.#surface.append(element('option', { value: 'top' }, 'roofs and crowns'), element('option', { value: 'ground' }, 'ground, below crowns and bridges'));
     this.#from.value = this.#to.value = today();
     const days = element('div', {}, row('First day', this.#from), row('Last day', this.#to));

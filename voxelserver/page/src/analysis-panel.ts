@@ -3,13 +3,14 @@ import type { AnalysisLayer } from './analysis-layer.js';
 import { AnalysisResult } from './analysis-result.js';
 import { ApiError, messageOf, type Api } from './api.js';
 import { byId, element, setText } from './dom.js';
-import { bodyOf, Jobs, type Job, type Places, type Wish } from './jobs.js';
+import { bodyOf, Jobs, type Job, type Kind, type Places, type Wish } from './jobs.js';
 
 const kPollMs = 1000;
 
 /** Analyses by the server: asked for, watched and shown. A server that makes none says so here. */
 export class AnalysisPanel {
   readonly #jobs: Jobs;
+  readonly #kinds: readonly Kind[];
   readonly #places: Places;
   readonly #result: AnalysisResult;
   readonly #state = byId('analysis-state', HTMLElement);
@@ -21,7 +22,8 @@ export class AnalysisPanel {
   /** Of the job that is watched or shown; empty: none. */
   #id = '';
 
-  constructor(api: Api, places: Places, layer: AnalysisLayer) {
+  constructor(api: Api, kinds: readonly Kind[], places: Places, layer: AnalysisLayer) {
+    this.#kinds = kinds;
     this.#jobs = new Jobs(api);
     this.#places = places;
     this.#result = new AnalysisResult(this.#jobs, layer, () => void this.#remove());
@@ -34,7 +36,7 @@ export class AnalysisPanel {
     if (this.#form !== undefined) return;
     this.#say(limits === undefined ? 'This server computes no analyses. They are turned on by terravox serve --jobs 1.' : '');
     if (limits === undefined) return;
-    this.#form = new AnalysisForm(limits, (wish) => void this.#ask(wish));
+    this.#form = new AnalysisForm(limits, this.#kinds, (wish) => void this.#ask(wish));
     if (this.#place) this.#form.place = this.#place;
   }
 

@@ -5,6 +5,8 @@ import { isFields, textOf } from './replies.js';
 
 export const kKinds = ['terrain', 'sky', 'sun', 'energy', 'sight'] as const;
 export type Kind = (typeof kKinds)[number];
+/** @param isOnEarth elsewhere nobody knows where the sun is */
+export const kindsOf = (isOnEarth: boolean): readonly Kind[] => kKinds.filter((kind) => isOnEarth || (kind !== 'sun' && kind !== 'energy'));
 
 export type Job = {
   readonly id: string;

@@ -5,6 +5,7 @@ import type { Api } from './api.js';
 import { CachedLayer } from './cached-layer.js';
 import { decimalsFor, formatLatLon, placeFromHash } from './coordinates.js';
 import { byId, setFacts, setText } from './dom.js';
+import { kindsOf } from './jobs.js';
 import { LayersPanel, type LayerName } from './layers-panel.js';
 import { MapView } from './map-view.js';
 import { PlacePanel } from './place-panel.js';
@@ -60,7 +61,7 @@ export class WorldView {
     const analyses = new AnalysisLayer(this.#map.mapProjection, projection);
     this.#map.add(analyses.layer);
     const places = { isPlaced: world.crs !== '', unitsPerVoxel: world.unitsPerVoxel };
-    this.#analyses = new AnalysisPanel(api, places, analyses);
+    this.#analyses = new AnalysisPanel(api, kindsOf(world.centre !== undefined), places, analyses);
     this.#layers = new LayersPanel(world.levels, this.#topView !== undefined, {
       onSwitch: (name, shown) => this.#switch(name, shown),
       onLevel: (level) => {
