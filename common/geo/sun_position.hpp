@@ -18,10 +18,22 @@ struct SunPosition {
     friend bool operator==(const SunPosition&, const SunPosition&) = default;
 };
 
+enum class SunPrecision {
+    /// Error below 0.02 degree from 1950 to 2050. Pictures have their sun by it, bit by bit.
+    kPicture,
+    /// Error below 0.005 degree: also with the pulls of Moon, Venus and Jupiter, nutation,
+    /// parallax,
+    /// and the difference between even time and that of the Earth's rotation.
+    kAnalysis,
+};
+
 /// Position of the sun in the sky. Error below 0.05 degree for the years 1900 to 2100.
 /// Ref: Meeus, "Astronomical Algorithms", 2nd ed. 1998, chapters 25 and 13, as arranged by NOAA's
-/// solar calculator.
-[[nodiscard]] SunPosition sun_position(const DateTime& time, LatLon place) noexcept;
+/// solar calculator; for kAnalysis also chapters 22 and 40, Meeus, "Astronomical Formulae for
+/// Calculators", 2nd ed. 1982, chapter 18 (perturbations), and Espenak & Meeus, "Five Millennium
+/// Canon of Solar Eclipses", 2006 (the difference of times).
+[[nodiscard]] SunPosition sun_position(const DateTime& time, LatLon place,
+                                       SunPrecision precision = SunPrecision::kPicture) noexcept;
 
 /// @return the UTC offset of the nautical time zone of a longitude (mean solar time): whole hours,
 /// [-12, 12]

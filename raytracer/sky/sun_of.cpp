@@ -48,14 +48,16 @@ geo::DateTime time_of(const scene::Scene::Sun& sun, const geo::LatLon* place) {
     return time;
 }
 
-geo::SunPosition sun_of(const scene::Scene::Sun& sun, const geo::LatLon* place) {
+geo::SunPosition sun_of(const scene::Scene::Sun& sun, const geo::LatLon* place,
+                        geo::SunPrecision precision) {
     if (sun.altitude_deg.has_value() != sun.azimuth_deg.has_value())
         throw util::UsageError(std::string("place the sun: sun.") +
                                (sun.altitude_deg ? "azimuth_deg" : "altitude_deg") +
                                " is missing; give both, or none to use date and time");
     if (sun.altitude_deg)
         return {*sun.altitude_deg, *sun.azimuth_deg};
-    return geo::sun_position(time_of(sun, place), place != nullptr ? *place : kDefaultPlace);
+    return geo::sun_position(time_of(sun, place), place != nullptr ? *place : kDefaultPlace,
+                             precision);
 }
 
 }  // namespace terravox::sky

@@ -13,7 +13,8 @@ namespace terravox::sky {
 /// @param place nullptr for worlds that are not georeferenced: latitude 46, longitude 14 are used
 /// @throws UsageError for an impossible date or time, an unknown zone, or one angle without the
 /// other
-[[nodiscard]] geo::SunPosition sun_of(const scene::Scene::Sun& sun, const geo::LatLon* place);
+[[nodiscard]] geo::SunPosition sun_of(const scene::Scene::Sun& sun, const geo::LatLon* place,
+                                      geo::SunPrecision precision = geo::SunPrecision::kPicture);
 
 /// A date from its text.
 /// @param field that holds it, for the message

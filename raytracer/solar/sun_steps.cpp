@@ -41,7 +41,7 @@ void each_sun_step(const scene::Scene& scene, const geo::LatLon& place,
         SunStep step;
         step.middle_s = period.begin_s + std::llround((begin_s + end_s) / 2);
         step.clock = geo::clock_at(step.middle_s, clock.offset_h(step.middle_s));
-        step.sun = geo::sun_position(step.clock, place);
+        step.sun = geo::sun_position(step.clock, place, geo::SunPrecision::kAnalysis);
         step.hours = (end_s - begin_s) / kHour_s;
         if (step.sun.altitude_deg > 0)
             visit(step);

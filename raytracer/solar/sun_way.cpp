@@ -29,7 +29,7 @@ SunDirection of_step(const SunStep& step) {
 
 SunWay instant_of(const scene::Scene& scene, const geo::LatLon& place) {
     SunWay out;
-    const geo::SunPosition sun = sky::sun_of(scene.sun, &place);
+    const geo::SunPosition sun = sky::sun_of(scene.sun, &place, geo::SunPrecision::kAnalysis);
     if (sun.altitude_deg > 0)
         out.directions.push_back({.to = direction_of(sun)});
     return out;

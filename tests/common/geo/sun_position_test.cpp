@@ -67,6 +67,63 @@ TEST_CASE("the declination of Meeus's example 25.a is the altitude at the pole",
     CHECK(std::abs(north.altitude_deg + 7.785) < kAllowedDeg + 0.05);
 }
 
+// Reference: NREL's SPA (Reda & Andreas, 2003) as PyPI pvlib 0.16.1 has it, at 1010 hPa and 12
+// degrees Celsius.
+TEST_CASE("analyses have the sun within a hundredth of a degree of SPA", "[common][geo][sun]") {
+    struct Case {
+        DateTime time;
+        LatLon place;
+        double altitude_deg;
+        double azimuth_deg;
+    };
+    const Case cases[] = {
+        {utc(1997, 10, 16, 22 + 20 / 60.0 + 44 / 3600.0),
+         {-38.193754, -107.205631},
+         35.48657,
+         288.16932},
+        {utc(2026, 4, 10, 3 + 6 / 60.0 + 17 / 3600.0),
+         {-40.336057, 153.484672},
+         38.45114,
+         334.75562},
+        {utc(2045, 12, 30, 14 + 32 / 60.0 + 16 / 3600.0),
+         {-70.813469, -141.722761},
+         17.26295,
+         111.10082},
+        {utc(2045, 10, 24, 16 + 16 / 60.0 + 27 / 3600.0),
+         {-55.825676, -56.505659},
+         45.32047,
+         343.79126},
+        {utc(1975, 12, 16, 10 + 27 / 60.0 + 47 / 3600.0),
+         {37.389309, 28.829854},
+         28.99157,
+         187.27863},
+        {utc(2034, 8, 17, 13 + 36 / 60.0 + 1 / 3600.0),
+         {-23.008458, 16.571375},
+         36.95989,
+         309.15004},
+        {utc(2048, 9, 1, 1 + 26 / 60.0 + 49 / 3600.0),
+         {20.226579, 170.649389},
+         72.95308,
+         226.32506},
+        {utc(1988, 9, 18, 8 + 45 / 60.0 + 1 / 3600.0), {-38.048409, 28.050871}, 46.45778, 28.51717},
+        {utc(1976, 6, 29, 17 + 44 / 60.0 + 20 / 3600.0),
+         {8.679311, -159.625806},
+         17.72474,
+         68.31562}};
+    for (const Case& c : cases) {
+        const SunPosition sun = sun_position(c.time, c.place, SunPrecision::kAnalysis);
+        INFO(c.time.year << "-" << c.time.month << "-" << c.time.day);
+        CHECK(std::abs(sun.altitude_deg - c.altitude_deg) < 0.006);
+        CHECK(angle_between_deg(sun.azimuth_deg, c.azimuth_deg) *
+                  std::cos(c.altitude_deg * 0.0174533) <
+              0.006);
+        // That of pictures is another one, and near.
+        const SunPosition picture = sun_position(c.time, c.place);
+        CHECK(picture != sun);
+        CHECK(std::abs(picture.altitude_deg - sun.altitude_deg) < 0.02);
+    }
+}
+
 // Reference: the instants of the equinoxes, published by the U.S. Naval Observatory ("Earth's
 // seasons"), UTC to the minute. The declination is 0 then, so at a pole the sun stands on the
 // horizon, lifted by the refraction there: 1735 arc seconds (NOAA).

@@ -62,8 +62,8 @@ Hours expected(int month, int day, double step_min, double distance) {
     Hours out;
     for (double begin = 0; begin < 24; begin += step_min / 60) {
         const double middle = begin + step_min / 120;
-        const geo::SunPosition sun =
-            geo::sun_position({2026, month, day, middle, kOffset_h}, kPlace);
+        const geo::SunPosition sun = geo::sun_position({2026, month, day, middle, kOffset_h},
+                                                       kPlace, geo::SunPrecision::kAnalysis);
         if (sun.altitude_deg <= 0)
             continue;
         const double south = -std::cos(sun.azimuth_deg * kRad) * std::cos(sun.altitude_deg * kRad);
@@ -222,7 +222,8 @@ TEST_CASE("at an instant a wall's shadow is as long as its height says", "[raytr
     scene.sun.utc_offset_h = kOffset_h;
     scene.sun.date = "2026-10-10";
     scene.sun.time_h = 11;
-    const geo::SunPosition sun = geo::sun_position({2026, 10, 10, 11, kOffset_h}, kPlace);
+    const geo::SunPosition sun =
+        geo::sun_position({2026, 10, 10, 11, kOffset_h}, kPlace, geo::SunPrecision::kAnalysis);
     constexpr double kRad = det::kPi / 180;
     const double length =
         10 / std::tan(sun.altitude_deg * kRad) * -std::cos(sun.azimuth_deg * kRad);
