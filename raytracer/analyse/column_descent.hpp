@@ -60,7 +60,7 @@ enum class CellStep : std::uint8_t {
 // ended. So a wave holds as few rays for a cell as a chunk has, and rays of neighbouring cells in
 // one direction lie together in it, however many directions there are.
 
-inline constexpr std::size_t kChunkRays = 16;
+inline constexpr std::size_t kChunkRays = 4;
 
 /// Whether a ray is the last one of its chunk.
 /// @param index of the ray among those of its cell

@@ -1,5 +1,6 @@
 #include "raytracer/analyse/sky_directions.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <numeric>
@@ -22,6 +23,36 @@ int lattice_generator(int count) {
                 return g;
 }
 
+/// The square of the shortest distance of two points of a lattice of `count` points on a torus.
+double gap2_of(std::int64_t count, std::int64_t generator) noexcept {
+    double out = 1;
+    for (std::int64_t i = 1; i < count; ++i) {
+        const std::int64_t j = i * generator % count;
+        const auto u = static_cast<double>(std::min(i, count - i)) / static_cast<double>(count);
+        const auto v = static_cast<double>(std::min(j, count - j)) / static_cast<double>(count);
+        out = std::min(out, u * u + v * v);
+    }
+    return out;
+}
+
+/// The generator of a lattice of `sets` times as many points, which is made of shifted copies of
+/// this one: that with the widest gaps.
+std::int64_t refined_generator(std::int64_t count, std::int64_t generator, std::int64_t sets) {
+    std::int64_t best = generator;
+    double widest = -1;
+    for (std::int64_t j = 0; j < sets; ++j) {
+        const std::int64_t refined = generator + count * j;
+        if (std::gcd(refined, count * sets) != 1)
+            continue;
+        const double gap = gap2_of(count * sets, refined);
+        if (gap > widest) {
+            widest = gap;
+            best = refined;
+        }
+    }
+    return best;
+}
+
 double fraction_of(double v) noexcept {
     return v - std::floor(v);
 }
@@ -31,14 +62,17 @@ double fraction_of(double v) noexcept {
 SkyDirections::SkyDirections(int count) : m_count(static_cast<std::size_t>(count)) {
     m_directions.reserve(kSets * m_count);
     const std::int64_t generator = lattice_generator(count);
-    for (std::size_t set = 0; set < kSets; ++set) {
-        const double shift_u = core::unit_from(core::hash64(2 * set));
-        const double shift_v = core::unit_from(core::hash64(2 * set + 1));
+    constexpr auto kAllSets = static_cast<std::int64_t>(kSets);
+    const std::int64_t refined = refined_generator(count, generator, kAllSets);
+    const auto points = static_cast<double>(count * kAllSets);
+    for (std::int64_t set = 0; set < kAllSets; ++set) {
+        // Half a step of the finer lattice off the zenith and the horizon.
+        const double shift_u = (static_cast<double>(set) + 0.5) / points;
+        const double shift_v = fraction_of(static_cast<double>(set * refined) / points);
         double sum[3] = {};
         std::vector<std::array<double, 3>> weights;
         weights.reserve(m_count);
         for (std::int64_t i = 0; i < count; ++i) {
-            // Within their strata points lie off the zenith and off the horizon.
             const double u = fraction_of(static_cast<double>(i) / count + shift_u);
             const double v =
                 fraction_of(static_cast<double>(i * generator % count) / count + shift_v);
@@ -51,14 +85,18 @@ SkyDirections::SkyDirections(int count) : m_count(static_cast<std::size_t>(count
                 sum[m] += weights.back()[m];
         }
         for (std::size_t i = 0; i < m_count; ++i)
-            m_directions[set * m_count + i].share = {static_cast<float>(weights[i][0] / sum[0]),
-                                                     static_cast<float>(weights[i][1] / sum[1]),
-                                                     static_cast<float>(weights[i][2] / sum[2])};
+            m_directions[static_cast<std::size_t>(set) * m_count + i].share = {
+                static_cast<float>(weights[i][0] / sum[0]),
+                static_cast<float>(weights[i][1] / sum[1]),
+                static_cast<float>(weights[i][2] / sum[2])};
     }
 }
 
-std::span<const SkyDirection> SkyDirections::of(std::uint64_t cell) const noexcept {
-    const std::size_t set = core::hash64(cell) % kSets;
+std::size_t SkyDirections::set_of(std::uint64_t cell) noexcept {
+    return core::hash64(cell) % kSets;
+}
+
+std::span<const SkyDirection> SkyDirections::of(std::size_t set) const noexcept {
     return std::span(m_directions).subspan(set * m_count, m_count);
 }
 

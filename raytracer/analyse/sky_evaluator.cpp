@@ -53,8 +53,9 @@ void SkyEvaluator::shade(const walk::TracedRay& ray, shade::SampleSum& sum,
         at(sum.bands, SkyBand::kSolid) += ray.weight.g;
         at(sum.bands, SkyBand::kOpenness) += ray.weight.b * kZenithAngle_deg;
     }
-    if (ends_chunk(ray.stream))
-        send_to_sky(ray, ray.stream + 1, next);
+    const std::size_t index = ray.stream % m_directions.count();
+    if (ends_chunk(index))
+        send_to_sky(ray, index + 1, next);
 }
 
 void SkyEvaluator::shade_cell(const walk::TracedRay& ray, shade::SampleSum& sum,
@@ -72,13 +73,13 @@ void SkyEvaluator::shade_cell(const walk::TracedRay& ray, shade::SampleSum& sum,
 
 void SkyEvaluator::send_to_sky(const walk::TracedRay& ray, std::size_t first,
                                std::vector<walk::TracedRay>& next) const {
-    const auto directions = m_directions.of(name_of_cell(ray.ray.origin));
+    const std::size_t set = SkyDirections::set_of(name_of_cell(ray.ray.origin));
+    const auto directions = m_directions.of(set);
     for (std::size_t i = first; i < chunk_end(first, directions.size()); ++i) {
-        walk::TracedRay out = upward(ray, directions[i].to);
+        walk::TracedRay& out = next.emplace_back(upward(ray, directions[i].to));
         out.weight = directions[i].share;
         out.t_max = m_range;
-        out.stream = static_cast<std::uint32_t>(i);
-        next.push_back(out);
+        out.stream = static_cast<std::uint32_t>(set * directions.size() + i);
     }
 }
 

@@ -24,6 +24,12 @@ bool walk_ray(TracerTools& tools, walk::TracedRay& ray, voxel::BoxKey& missing) 
     return false;
 }
 
+/// Whether an analysis' ray is one of those without an end that start together: all of them with
+/// one stream go in one direction.
+bool has_direction_of_stream(const walk::TracedRay& ray) noexcept {
+    return ray.only_blocked() && ray.t_max == core::kFar && ray.state.t == 0;
+}
+
 }  // namespace
 
 void RayWave::clear() {
@@ -80,7 +86,7 @@ void RayWave::shade(TracerTools& tools, std::span<shade::SampleSum> samples, Sta
     if (tools.view.scene.analysis.kind == core::AnalysisKind::kNone)
         trace_shadow_groups(tools, counts);
     else
-        trace_sun_directions(tools, counts);
+        trace_directions(tools, counts);
     clock.lap(tiles::TraceStage::kSun, counts);
     trace_scattered(tools);
     clock.lap(tiles::TraceStage::kScattered, counts);
@@ -107,8 +113,8 @@ void RayWave::trace_shadow_groups(TracerTools& tools, tiles::TraceCounts& counts
             ray.end = walk::WalkEnd::kWaits;
 }
 
-// Of an analysis, rays towards one place of the sun come from as many cells as the wave has.
-void RayWave::trace_sun_directions(TracerTools& tools, tiles::TraceCounts& counts) {
+// Of an analysis, rays of one stream have one direction, and come from many cells of the wave.
+void RayWave::trace_directions(TracerTools& tools, tiles::TraceCounts& counts) {
     sort_by_stream();
     for (std::size_t first = 0; first < m_by_stream.size();) {
         const walk::TracedRay& leader = m_rays[m_by_stream[first]];
@@ -132,7 +138,7 @@ void RayWave::sort_by_stream() {
     std::uint32_t high = 0;
     std::uint32_t count = 0;
     for (const walk::TracedRay& ray : m_rays) {
-        if (ray.kind != walk::RayKind::kShadow)
+        if (!has_direction_of_stream(ray))
             continue;
         low = std::min(low, ray.stream);
         high = std::max(high, ray.stream);
@@ -142,14 +148,14 @@ void RayWave::sort_by_stream() {
         return;
     m_stream_end.assign(high - low + 1, 0);
     for (const walk::TracedRay& ray : m_rays)
-        if (ray.kind == walk::RayKind::kShadow)
+        if (has_direction_of_stream(ray))
             ++m_stream_end[ray.stream - low];
     std::uint32_t before = 0;
     for (std::uint32_t& end : m_stream_end)
         before = end = before + end;
     m_by_stream.resize(count);
     for (auto i = static_cast<std::uint32_t>(m_rays.size()); i-- > 0;)
-        if (m_rays[i].kind == walk::RayKind::kShadow)
+        if (has_direction_of_stream(m_rays[i]))
             m_by_stream[--m_stream_end[m_rays[i].stream - low]] = i;
 }
 

@@ -47,7 +47,7 @@ public:
 
 private:
     void trace_shadow_groups(TracerTools& tools, tiles::TraceCounts& counts);
-    void trace_sun_directions(TracerTools& tools, tiles::TraceCounts& counts);
+    void trace_directions(TracerTools& tools, tiles::TraceCounts& counts);
     void sort_by_stream();
     void trace_scattered(TracerTools& tools);
 
