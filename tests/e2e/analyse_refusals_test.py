@@ -62,6 +62,38 @@ class Refusals(Case):
                 ["sun", square(), "-o", "a.tif", "--at", "25:00"],
                 "--at 25:00; allowed: HH:MM",
             ),
+            "one of several times that is none": (
+                ["sun", square(), "-o", "a.tif", "--times", "08:00,8"],
+                "--times 8; allowed: HH:MM",
+            ),
+            "a time twice": (
+                ["sun", square(), "-o", "a.tif", "--times", "08:00,08:00"],
+                "--times has 0800 twice",
+            ),
+            "a day of times that is none": (
+                ["sun", square(), "-o", "a.tif", "--times", "2026-02-30T08:00"],
+                "'2026-02-30' is no day of the calendar",
+            ),
+            "more times than bands": (
+                ["sun", square(), "-o", "a.tif", "--times", ",".join(["08:00"] * 97)],
+                "more than 96 times",
+            ),
+            "several times and one": (
+                ["sun", square(), "-o", "a.tif", "--times", "08:00", "--at", "08:00"],
+                "--times together with --at",
+            ),
+            "times of a period": (
+                ["sun", square(), "-o", "a.tif", "--times", "08:00", *YEAR],
+                "--times together with --from",
+            ),
+            "times that go on": (
+                ["sun", square(), "-o", "a.tif", "--times", "08:00", "--resume"],
+                "--times together with --resume",
+            ),
+            "a map of times": (
+                ["sun", square(), "-o", "a.tif", "--times", "08:00", "--map", "a.png"],
+                "--times together with --report or --map",
+            ),
             "two centuries of minutes": (
                 [
                     *["sun", square(), "-o", "a.tif", "--step-min", "1"],

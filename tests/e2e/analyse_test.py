@@ -245,11 +245,31 @@ class Rasters(Case):
         night = [v for row in self.values(raster("sun", *flags, "01:00"), 1) for v in row]
         self.assertEqual({v for v in night if v != NO_DATA}, {0})
 
+    def test_several_instants_are_bands_with_the_masks_of_each(self):
+        zone = ["--date", "2026-06-21", "--zone", "Europe/Ljubljana"]
+        cube = raster("sun", *zone, "--times", "13:00,19:30,2026-12-21T12:00")
+        info = self.info(cube)
+        names = [band["description"] for band in info["bands"]]
+        wanted = ["sunlit_1300", "sunlit_1930", "sunlit_2026-12-21T1200", "hole"]
+        self.assertEqual(names, wanted)
+        self.assertNotIn("Alpha", [band["colorInterpretation"] for band in info["bands"]])
+        winter = ["--date", "2026-12-21", "--zone", "Europe/Ljubljana", "--at", "12:00"]
+        for number, one in (
+            (1, raster("sun", *zone, "--at", "13:00")),
+            (2, raster("sun", *zone, "--at", "19:30")),
+            (3, raster("sun", *winter)),
+        ):
+            masks = self.values(cube, number)
+            single = [[255 if v == NO_DATA else v for v in row] for row in self.values(one, 1)]
+            self.assertEqual(masks, single)
+        self.assertEqual({v for row in self.values(cube, 4) for v in row}, {0})
+
     def test_files_are_the_same_for_any_threads_tiles_and_memory(self):
         months = ["sun", *YEAR, "--monthly"]
         crowns = [*CROWNS, "0.03,0.45"]
+        times = ["sun", "--times", "09:00,15:00"]
         for kind, *what in (
-            *[["terrain"], ["sky"], ["sun"], months],
+            *[["terrain"], ["sky"], ["sun"], months, times],
             *[["energy"], crowns, ["sight"]],
         ):
             with self.subTest(kind, what=what):

@@ -14,19 +14,24 @@ void check_raster_target(const std::filesystem::path& out) {
     util::check_writable(out);
 }
 
-void write_raster(CellFile& cells, const std::filesystem::path& out,
-                  const output::PictureInfo& info, int threads) {
-    const output::GdalWatch watch(cells.attempt());
-    output::describe_geotiff(cells.dataset(), info, watch);
-    GDALFlushCache(cells.dataset());
+void write_raster(GDALDatasetH cells, const std::string& attempt, const std::filesystem::path& out,
+                  const output::PictureInfo& info, int threads, bool has_floats) {
+    const output::GdalWatch watch(attempt);
+    output::describe_geotiff(cells, info, watch);
+    GDALFlushCache(cells);
     util::AtomicFile target(out);
     output::CogOptions options;
-    options.has_floats = true;
+    options.has_floats = has_floats;
     options.block_px = 256;
     options.overview_resampling = "NEAREST";
     options.threads = std::to_string(threads);
-    output::write_cog(cells.dataset(), target.temporary_path(), options, watch);
+    output::write_cog(cells, target.temporary_path(), options, watch);
     target.commit();
+}
+
+void write_raster(CellFile& cells, const std::filesystem::path& out,
+                  const output::PictureInfo& info, int threads) {
+    write_raster(cells.dataset(), cells.attempt(), out, info, threads, true);
 }
 
 }  // namespace terravox::analyse

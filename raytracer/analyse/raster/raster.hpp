@@ -17,5 +17,8 @@ void check_raster_target(const std::filesystem::path& out);
 /// @throws Error
 void write_raster(CellFile& cells, const std::filesystem::path& out,
                   const output::PictureInfo& info, int threads);
+/// The same of a dataset. @param attempt for messages
+void write_raster(GDALDatasetH cells, const std::string& attempt, const std::filesystem::path& out,
+                  const output::PictureInfo& info, int threads, bool has_floats);
 
 }  // namespace terravox::analyse

@@ -13,12 +13,14 @@
 #include "common/voxel/log_damage.hpp"
 #include "raytracer/analyse/raster/cell_grid.hpp"
 #include "raytracer/analyse/raster/raster.hpp"
+#include "raytracer/analyse/raster/shadow_cube.hpp"
 #include "raytracer/analyse/raster/sight_summary.hpp"
 #include "raytracer/commands/analyse/object_arguments.hpp"
 #include "raytracer/commands/analyse/observer_arguments.hpp"
 #include "raytracer/commands/analyse/raster_outputs.hpp"
 #include "raytracer/commands/analyse/report_arguments.hpp"
 #include "raytracer/commands/analyse/sun_arguments.hpp"
+#include "raytracer/commands/analyse/time_arguments.hpp"
 #include "raytracer/commands/analyse/weather_arguments.hpp"
 #include "raytracer/commands/number_list.hpp"
 #include "raytracer/commands/render_pool_arguments.hpp"
@@ -145,12 +147,56 @@ std::optional<farm::Part> part_of(const AnalyseArguments& args) {
     return part;
 }
 
+void refuse_with_times(const AnalyseArguments& args) {
+    if (args.sun.times.empty())
+        return;
+    if (args.resume || !args.part.empty())
+        throw util::UsageError(std::string("analyse sun: --times together with ") +
+                               (args.resume ? "--resume" : "--part") + "; allowed: one of them");
+    if (!args.reports.page.empty() || !args.reports.map.empty())
+        throw util::UsageError(
+            "analyse sun: --times together with --report or --map; allowed: these with --at");
+}
+
+/// Shadow masks of several instants: each is rendered as a raster of its own.
+util::ExitCode run_times(const AnalyseArguments& args, const scene::Scene& scene,
+                         const analyse::CellGrid& grid, render::LoadedWorld& loaded,
+                         render::PictureRenderer& renderer) {
+    const std::vector<ClockTime> times = times_of(args.sun.times);
+    std::vector<std::string> names;
+    for (const ClockTime& time : times)
+        names.push_back(time.band);
+    analyse::ShadowCube cube(args.output, names, grid.columns, grid.rows);
+    render::RenderStatistics statistics;
+    util::ExitCode code = util::ExitCode::kDone;
+    for (std::size_t i = 0; i < times.size(); ++i) {
+        const scene::Scene at = scene_at(scene, times[i]);
+        std::optional<analyse::CellFile> cells;
+        const auto begin = [&]() -> output::TileSink& {
+            cells.emplace(args.output, at.analysis.kind, grid.columns, grid.rows,
+                          at.quality.tile.in_picture(grid.columns));
+            return *cells;
+        };
+        const auto write = [&](const render::RenderStatistics&) { cube.take(i, *cells); };
+        statistics = renderer.render_tiles(at, args.output, begin, write, {false, true, {}});
+        if (statistics.has_holes())
+            code = util::ExitCode::kHoles;
+    }
+    const voxel::WorldInfo& world = loaded.world->info();
+    output::PictureInfo info = render::picture_info(renderer.view(), world, statistics, false);
+    info.geo = analyse::placement_of(grid, world);
+    cube.write(args.output, info, thread::thread_count(scene.processing.threads.value_or(0)));
+    (void)report(args, statistics, loaded.times);
+    return code;
+}
+
 util::ExitCode run_analyse(const AnalyseArguments& args, core::AnalysisKind kind) {
     util::set_up_log(args.quiet ? "error" : args.world.log_level);
     const auto start = std::chrono::steady_clock::now();
     // Reject what cannot be written before any work is done.
     analyse::check_raster_target(args.output);
     check_report_targets(args.reports);
+    refuse_with_times(args);
     exports::Selection selection;
     selection.area = numbers_of("analyse", "--area", args.area, 4,
                                 "west,south,east,north, or x0,z0,x1,z1 in a world without a CRS");
@@ -181,6 +227,8 @@ util::ExitCode run_analyse(const AnalyseArguments& args, core::AnalysisKind kind
     const thread::StopSignals signals;
     render::PictureRenderer renderer(loaded, render_pool, scene, args.quiet || args.as_json,
                                      signals.token());
+    if (!args.sun.times.empty())
+        return run_times(args, scene, grid, *loaded, renderer);
     std::optional<analyse::CellFile> cells;
     std::optional<analyse::SightSummary> seen;
     const auto begin = [&]() -> output::TileSink& {

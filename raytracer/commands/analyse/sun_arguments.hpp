@@ -13,6 +13,7 @@ namespace terravox::commands {
 /// Arguments of `analyse sun` that are no fields of a scene.
 struct SunArguments {
     std::string at;
+    std::string times;  ///< of time_arguments.hpp
     bool monthly = false;
 };
 
