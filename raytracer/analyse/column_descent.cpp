@@ -51,8 +51,9 @@ CellStep cell_step_at(const walk::TracedRay& ray, core::AnalysisSurface surface)
     return CellStep::kNothing;
 }
 
-walk::TracedRay upward(const walk::TracedRay& ray, core::Vec3 to) noexcept {
-    walk::TracedRay out;
+walk::TracedRay& add_upward(const walk::TracedRay& ray, core::Vec3 to,
+                            std::vector<walk::TracedRay>& next) {
+    walk::TracedRay& out = next.emplace_back();
     out.ray = {{ray.ray.origin.x, top_of(ray.hit), ray.ray.origin.z}, to};
     out.state = core::RayState(out.ray);
     out.state.start_in({ray.hit.voxel.x, ray.hit.voxel.y + 1, ray.hit.voxel.z}, ray.hit.level);

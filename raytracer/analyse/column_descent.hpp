@@ -51,10 +51,13 @@ enum class CellStep : std::uint8_t {
 [[nodiscard]] CellStep cell_step_at(const walk::TracedRay& ray,
                                     core::AnalysisSurface surface) noexcept;
 
-/// A ray from the middle of the top of the voxel that a vertical ray has met.
-/// @param ray such a vertical ray, or another ray of upward(), which starts at the same point
+/// Adds a ray from the middle of the top of the voxel that a vertical ray has met.
+/// @param ray such a vertical ray, or another ray that was added so, which starts at the same
+/// point; none of `next`
 /// @param to of unit length, y > 0
-[[nodiscard]] walk::TracedRay upward(const walk::TracedRay& ray, core::Vec3 to) noexcept;
+/// @return the ray, made where it lies: there are some hundred for each cell
+walk::TracedRay& add_upward(const walk::TracedRay& ray, core::Vec3 to,
+                            std::vector<walk::TracedRay>& next);
 
 // The rays of a cell are sent in chunks: the last one of a chunk sends the next chunk when it has
 // ended. So a wave holds as few rays for a cell as a chunk has, and rays of neighbouring cells in

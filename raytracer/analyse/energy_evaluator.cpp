@@ -234,7 +234,7 @@ void EnergyEvaluator::send_to_light(const Start& start, std::size_t first, shade
     gathered.waiting = static_cast<float>(end - first);
     keep(gathered, sum.bands);
     for (std::size_t i = first; i < end; ++i) {
-        walk::TracedRay out;
+        walk::TracedRay& out = next.emplace_back();
         out.ray = {start.at, direction(i)};
         out.state = core::RayState(out.ray);
         out.state.start_in(voxel, start.level);
@@ -243,7 +243,6 @@ void EnergyEvaluator::send_to_light(const Start& start, std::size_t first, shade
         out.sample = start.sample;
         out.stream = static_cast<std::uint32_t>(i);
         out.kind = walk::RayKind::kShadow;
-        next.push_back(out);
     }
 }
 

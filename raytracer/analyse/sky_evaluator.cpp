@@ -76,7 +76,7 @@ void SkyEvaluator::send_to_sky(const walk::TracedRay& ray, std::size_t first,
     const std::size_t set = SkyDirections::set_of(name_of_cell(ray.ray.origin));
     const auto directions = m_directions.of(set);
     for (std::size_t i = first; i < chunk_end(first, directions.size()); ++i) {
-        walk::TracedRay& out = next.emplace_back(upward(ray, directions[i].to));
+        walk::TracedRay& out = add_upward(ray, directions[i].to, next);
         out.weight = directions[i].share;
         out.t_max = m_range;
         out.stream = static_cast<std::uint32_t>(set * directions.size() + i);

@@ -110,10 +110,9 @@ void SunEvaluator::send_to_sun(const walk::TracedRay& ray, std::size_t first,
                                std::vector<walk::TracedRay>& next) const {
     const auto& directions = m_view.sun_way.directions;
     for (std::size_t i = first; i < chunk_end(first, directions.size()); ++i) {
-        walk::TracedRay out = upward(ray, directions[i].to);
+        walk::TracedRay& out = add_upward(ray, directions[i].to, next);
         out.kind = walk::RayKind::kShadow;
         out.stream = static_cast<std::uint32_t>(i);
-        next.push_back(out);
     }
 }
 

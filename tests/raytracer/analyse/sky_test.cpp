@@ -1,5 +1,7 @@
+#include <algorithm>
 #include <cmath>
 
+#include "raytracer/analyse/sky_directions.hpp"
 #include "tests/catch.hpp"
 #include "tests/raytracer/analyse/measured.hpp"
 
@@ -82,6 +84,29 @@ WorldPtr blocks_at_random(std::uint64_t seed, int count) {
 }
 
 }  // namespace
+
+TEST_CASE("the sets of directions together are one set, evenly spread", "[raytracer][analyse]") {
+    for (const int count : {16, 64, 153, 256}) {
+        INFO(count);
+        const analyse::SkyDirections directions(count);
+        std::vector<double> zenith;
+        for (std::size_t set = 0; set < analyse::SkyDirections::kSets; ++set) {
+            double sum[3] = {};
+            for (const analyse::SkyDirection& d : directions.of(set)) {
+                zenith.push_back(std::acos(d.to.y));
+                sum[0] += static_cast<double>(d.share.r);
+                sum[1] += static_cast<double>(d.share.g);
+                sum[2] += static_cast<double>(d.share.b);
+            }
+            for (const double measure : sum)
+                CHECK(std::abs(measure - 1) < 1e-5);
+        }
+        std::sort(zenith.begin(), zenith.end());
+        const double step = det::kPi / 2 / static_cast<double>(zenith.size());
+        for (std::size_t i = 0; i < zenith.size(); ++i)
+            REQUIRE(std::abs(zenith[i] - (static_cast<double>(i) + 0.5) * step) < 1e-6);
+    }
+}
 
 TEST_CASE("an open plane sees all of the sky", "[raytracer][analyse]") {
     ArrayWorld world({-20, -2, -20}, {20, 0, 20});
