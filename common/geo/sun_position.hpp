@@ -21,7 +21,7 @@ struct SunPosition {
 enum class SunPrecision {
     /// Error below 0.02 degree from 1950 to 2050. Pictures have their sun by it, bit by bit.
     kPicture,
-    /// Error below 0.005 degree: also with the pulls of Moon, Venus and Jupiter, nutation,
+    /// Error below 0.006 degree: also with the pulls of Moon, Venus and Jupiter, nutation,
     /// parallax,
     /// and the difference between even time and that of the Earth's rotation.
     kAnalysis,
