@@ -52,6 +52,7 @@ class Folders(Case):
         for path, methods in document["paths"].items():
             values = {"level": 0, "bx": bx, "by": by, "bz": bz, "name": "app.js"}
             values["file"] = "viewer.js"
+            values["id"] = "0" * 32
             if path.startswith("/map"):
                 values = {"z": world["map"]["zooms"][1], "x": x // 256, "y": z // 256}
             address = path.format(**values) + (query if path.startswith("/gkot") else "")
@@ -67,7 +68,8 @@ class Folders(Case):
 
     def test_no_reply_names_a_folder(self):
         place = self.place()
-        server = Server(place / "data", "--ortho", place / "ortho", "--cache", place / "cache")
+        flags = ["--ortho", place / "ortho", "--cache", place / "cache", "--jobs", "1"]
+        server = Server(place / "data", *flags)
         try:
             seen = self.replies(server)
         finally:
