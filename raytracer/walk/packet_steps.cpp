@@ -4,9 +4,13 @@
 #include <cstring>
 
 // The later AVX-512 counts the bits of whole vectors. SSSE3 brings nothing here that its neighbours
-// have not.
+// have not. The vectors of 64-bit ARM are not used: NEON's hold two numbers, too few (steps()), and
+// those of SVE have no size that a compiler knows.
 #define HWY_WANT_AVX3_DL
 #define HWY_DISABLED_TARGETS HWY_SSSE3
+#ifdef __aarch64__
+#define HWY_COMPILE_ONLY_EMU128
+#endif
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "raytracer/walk/packet_steps.cpp"
 #include <hwy/foreach_target.h>

@@ -1,0 +1,116 @@
+# Tests for 64-bit ARM on another processor: compiled for it against Debian's libraries, and run in
+# an emulator. Sourced by ./terravox.
+# shellcheck shell=bash
+
+# shellcheck disable=SC2153  # ROOT is of ./terravox
+ARM64_PACKAGE_LIST=$ROOT/config/setup/debian-arm64-packages.txt
+ARM64_ROOT=$ROOT/build/deps/arm64
+
+# What pictures are made of, from numbers and voxels to light.
+ARM64_TESTS=(
+    common_test
+    material_test
+    raytracer_test
+    scene_test
+    sky_test
+    solar_test
+    walker_test
+)
+
+# Libraries, headers and data of the packages to build with. Compilers and generators are those of
+# this machine; there is neither Python nor a window.
+arm64_packages() {
+    grep -E '^(lib.*|.*-dev|catch2|tzdata)$' "$PACKAGE_LIST" | grep -Ev '^(python3|libglfw3)-dev$'
+    printf '%s\n' libc6-dev
+}
+
+# arm64_apt FOLDER ARGUMENT...: apt with a state of its own, in which nothing is installed. Its
+# sources and keys are those of this machine.
+arm64_apt() {
+    local folder=$1
+    shift
+    apt-get --quiet --yes --no-install-recommends \
+        -o APT::Architecture=arm64 -o APT::Architectures::=arm64 -o APT::Sandbox::User= \
+        -o Dir::State="$folder" -o Dir::State::status="$folder/status" -o Dir::Cache="$folder" "$@"
+}
+
+# The packages are unpacked, never installed: no script of theirs runs.
+install_arm64_root() {
+    local key part folder packages
+    key=$(arm64_packages | sha256sum)
+    [[ -f $ARM64_ROOT/.packages && $(<"$ARM64_ROOT/.packages") == "$key" ]] && return
+    say "Fetching libraries for 64-bit ARM"
+    part=$(mktemp -d "$ROOT/build/deps/arm64.XXXXXX")
+    folder=$part/apt
+    mkdir -p "$folder/lists/partial" "$folder/archives/partial" "$part/root"
+    touch "$folder/status"
+    mapfile -t packages < <(arm64_packages)
+    { quietly "$LOGS/arm64-update.log" arm64_apt "$folder" update &&
+        quietly "$LOGS/arm64-fetch.log" \
+            arm64_apt "$folder" --download-only install "${packages[@]}"; } ||
+        die "fetch libraries for 64-bit ARM: apt-get failed; do its sources offer arm64?"
+    quietly "$LOGS/arm64-unpack.log" unpack_arm64_packages "$folder/archives" "$part/root" ||
+        die "unpack libraries for 64-bit ARM: failed"
+    printf '%s\n' "$key" >"$part/root/.packages"
+    rm -rf "$ARM64_ROOT"
+    mv "$part/root" "$ARM64_ROOT"
+    rm -rf "$part"
+}
+
+# unpack_arm64_packages ARCHIVES ROOT
+unpack_arm64_packages() {
+    local archives=$1 root=$2 package folder link target name
+    for package in "$archives"/*.deb; do
+        dpkg-deb --extract "$package" "$root" || return
+    done
+    # As in an installed system, where these are one folder each.
+    for folder in bin lib sbin; do
+        [[ -d $root/$folder ]] || continue
+        mkdir -p "$root/usr/$folder"
+        cp --archive "$root/$folder/." "$root/usr/$folder" || return
+        rm -rf "${root:?}/$folder"
+        ln -s "usr/$folder" "$root/$folder"
+    done
+    # A linker would follow these on this machine.
+    find "$root" -xtype l -lname '/*' -print0 | while IFS= read -r -d '' link; do
+        target=$root$(readlink "$link")
+        [[ -e $target ]] || continue
+        ln -sfn "$(realpath --relative-to "$(dirname "$link")" "$target")" "$link"
+    done
+    # What scripts of these packages would choose among several.
+    for name in blas lapack; do
+        ln -s "$name/lib$name.so.3" "$root/usr/lib/aarch64-linux-gnu/lib$name.so.3"
+    done
+    mkdir "$root/linker"
+    ln -s "$(command -v ld.lld)" "$root/linker/ld.lld"
+}
+
+in_arm64() { qemu-aarch64-static -L "$ARM64_ROOT" "$@"; }
+
+# The demo's survey becomes the same voxels, and these the same picture, to the last bit.
+compare_arm64_pictures() {
+    local survey out=$ROOT/build/arm64/pictures made
+    survey=$(demo_survey)
+    rm -rf "$out"
+    mkdir -p "$out"
+    made=(--scene "$DEMO_SCENE" --size 320x180 "$survey")
+    "$ROOT/build/release/bin/terravox-raytracer" render "${made[@]}" -o "$out/here.exr"
+    in_arm64 "$ROOT/build/arm64/bin/terravox-raytracer" render "${made[@]}" -o "$out/arm64.exr"
+    "$ROOT/build/release/bin/compare_pictures" --exact "$out/here.exr" "$out/arm64.exr"
+}
+
+# run_arm64 [TEST...]
+run_arm64() {
+    local tests=("$@") pattern failed=()
+    ((${#tests[@]} > 0)) || tests=("${ARM64_TESTS[@]}")
+    set_up
+    install_packages "$ARM64_PACKAGE_LIST"
+    install_arm64_root
+    build arm64 "${tests[@]}" terravox-raytracer
+    build release terravox-raytracer terravox-survey compare_pictures
+    pattern=$(IFS='|' && echo "^(${tests[*]})\$")
+    (cd "$ROOT" && ctest --preset arm64 --parallel "$(nproc)" --tests-regex "$pattern") ||
+        failed+=("tests")
+    compare_arm64_pictures || failed+=("the demo's picture")
+    ((${#failed[@]} == 0)) || die "test --arm64: failed: ${failed[*]}"
+}
