@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "raytracer/preview/keys.hpp"
+
 namespace terravox::preview {
 namespace {
 
@@ -118,15 +120,15 @@ bool Navigator::drag(EditorState& editor_state) {
 bool Navigator::keys(EditorState& editor_state, double seconds) {
     const ImGuiIO& io = ImGui::GetIO();
     // A key of a command, such as Ctrl+S, does not move the viewpoint if Ctrl is released first.
-    std::erase_if(m_commands, [](int key) { return !ImGui::IsKeyDown(key); });
+    std::erase_if(m_commands, [](int key) { return !is_key_down(key); });
     if (Window::typing() || io.KeyCtrl || io.KeySuper) {
         for (const int key : kMoving)
-            if (ImGui::IsKeyDown(key))
+            if (is_key_down(key))
                 m_commands.insert(key);
         return false;
     }
     const auto down = [&](int key) {
-        return ImGui::IsKeyDown(key) && !m_commands.contains(key) ? 1.0 : 0.0;
+        return is_key_down(key) && !m_commands.contains(key) ? 1.0 : 0.0;
     };
     const auto axis = [&](int minus, int plus) { return down(plus) - down(minus); };
     const double right = axis(GLFW_KEY_A, GLFW_KEY_D);

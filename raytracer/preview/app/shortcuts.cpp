@@ -5,14 +5,16 @@
 
 #include <algorithm>
 
+#include "raytracer/preview/keys.hpp"
+
 namespace terravox::preview {
 namespace {
 
 bool pressed(int key) {
-    return ImGui::IsKeyPressed(key, false);
+    return is_key_pressed(key, false);
 }
 bool repeated(int key) {
-    return ImGui::IsKeyPressed(key, true);
+    return is_key_pressed(key, true);
 }
 
 /// Shortcuts with Ctrl.
