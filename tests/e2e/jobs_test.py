@@ -222,7 +222,7 @@ class Ends(Case):
     def test_a_child_that_is_killed_is_a_failed_job(self):
         jobs, path, child = self.started()
         os.kill(child, signal.SIGKILL)
-        self.assertIn("137", jobs.end_of(path)["message"])
+        self.assertIn("signal 9", jobs.end_of(path)["message"])
         self.assertEqual(jobs.server.stop(), 0)
 
 

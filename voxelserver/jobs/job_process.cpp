@@ -1,6 +1,7 @@
 #include "voxelserver/jobs/job_process.hpp"
 
 #include <fcntl.h>
+#include <linux/close_range.h>
 #include <poll.h>
 #include <signal.h>
 #include <sys/prctl.h>
@@ -8,6 +9,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <chrono>
@@ -26,12 +28,28 @@ using Clock = std::chrono::steady_clock;
 
 constexpr std::size_t kMaxSaid = 4096;
 constexpr int kNice = 10;
+constexpr int kSignalled = 128;  ///< added to the signal that has ended a process, as shells do
+constexpr int kUnknownEnd = 127;
+
+/// The limit for files, no higher than that of the server.
+rlim_t file_limit(std::uint64_t wanted) {
+    rlimit now{};
+    if (::getrlimit(RLIMIT_FSIZE, &now) != 0 || now.rlim_max == RLIM_INFINITY)
+        return wanted;
+    return std::min<rlim_t>(wanted, now.rlim_max);
+}
+
+/// Whether a child must not have a variable of the server's: secrets, and proxies, which cannot
+/// reach this machine's loopback address.
+bool is_withheld(std::string_view name) {
+    return name.starts_with("TERRAVOX_SERVER_") || name == "TMPDIR" || name.ends_with("_proxy") ||
+           name.ends_with("_PROXY");
+}
 
 std::vector<std::string> environment_of(const ProcessStart& start) {
     std::vector<std::string> out;
     for (char** one = environ; *one != nullptr; ++one)
-        if (const std::string_view text = *one;
-            !text.starts_with("TERRAVOX_SERVER_") && !text.starts_with("TMPDIR="))
+        if (const std::string_view text = *one; !is_withheld(text.substr(0, text.find('='))))
             out.emplace_back(text);
     out.push_back("TMPDIR=" + start.folder.string());
     for (const auto& [name, value] : start.environment)
@@ -67,6 +85,12 @@ int become(const Prepared& p) noexcept {
     ::sigemptyset(&none);
     const rlimit no_core{0, 0};
     const rlimit file{p.max_file_bytes, p.max_file_bytes};
+    // Before the server, whose memory is worth more, the kernel ends this when there is none left.
+    if (const int score = ::open("/proc/self/oom_score_adj", O_WRONLY | O_CLOEXEC); score >= 0)
+        [[maybe_unused]]
+        const ssize_t written = ::write(score, "1000", 4);
+    // What libraries have opened without that flag, among it connections of clients.
+    (void)::close_range(3, ~0U, CLOSE_RANGE_CLOEXEC);
     const int null = ::open("/dev/null", O_RDONLY | O_CLOEXEC);
     // A courtesy, which a service's filter of system calls may forbid.
     (void)::setpriority(PRIO_PROCESS, 0, kNice);
@@ -108,8 +132,13 @@ JobProcess::JobProcess(const ProcessStart& start) {
         ::close(output[1]);
         fail_to_start(start, code);
     }
-    const Prepared prepared{words.front().c_str(), folder.c_str(), argv.data(), environment.data(),
-                            start.max_file_bytes,  ::getpid(),     output[1]};
+    const Prepared prepared{words.front().c_str(),
+                            folder.c_str(),
+                            argv.data(),
+                            environment.data(),
+                            file_limit(start.max_file_bytes),
+                            ::getpid(),
+                            output[1]};
     m_pid = ::fork();
     if (m_pid == 0) {
         const int code = become(prepared);
@@ -146,8 +175,13 @@ void JobProcess::read_what_it_says() {
 
 std::optional<int> JobProcess::look() {
     int raw = 0;
-    if (!m_status && ::waitpid(m_pid, &raw, WNOHANG) == m_pid)
-        m_status = WIFEXITED(raw) ? WEXITSTATUS(raw) : 128 + WTERMSIG(raw);
+    if (!m_status) {
+        const pid_t got = ::waitpid(m_pid, &raw, WNOHANG);
+        if (got == m_pid)
+            m_status = WIFEXITED(raw) ? WEXITSTATUS(raw) : kSignalled + WTERMSIG(raw);
+        else if (got < 0 && errno == ECHILD)
+            m_status = kUnknownEnd;  // somebody else has waited for it
+    }
     read_what_it_says();
     return m_status;
 }
@@ -156,17 +190,17 @@ void JobProcess::stop() noexcept {
     if (m_status)
         return;
     constexpr auto kPatience = std::chrono::seconds(5);
-    ::kill(m_pid, SIGTERM);
+    ::kill(-m_pid, SIGTERM);
     const auto end = Clock::now() + kPatience;
     int raw = 0;
     for (pid_t got = 0; (got = ::waitpid(m_pid, &raw, WNOHANG)) != m_pid;) {
         if (got < 0 && errno != EINTR)
             break;
         if (Clock::now() >= end)
-            ::kill(m_pid, SIGKILL);
+            ::kill(-m_pid, SIGKILL);
         ::poll(nullptr, 0, 20);
     }
-    m_status = WIFEXITED(raw) ? WEXITSTATUS(raw) : 128 + WTERMSIG(raw);
+    m_status = WIFEXITED(raw) ? WEXITSTATUS(raw) : kSignalled + WTERMSIG(raw);
 }
 
 std::uint64_t JobProcess::resident_bytes() const {

@@ -19,6 +19,7 @@ namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
 
 constexpr std::chrono::milliseconds kLook{100};
+constexpr std::chrono::minutes kSweep{1};
 constexpr const char* kResult = "result.tif";
 /// Bytes of the values of a cell, in a file that compresses nothing, and its overviews.
 constexpr std::uint64_t kCellBytes = std::uint64_t{16} * sizeof(float) * 2;
@@ -63,6 +64,9 @@ JobStatus failed(std::string message) {
 JobStatus ended(int code, const std::string& said, const fs::path& file) {
     const bool is_done = code == static_cast<int>(util::ExitCode::kDone);
     const bool has_holes = code == static_cast<int>(util::ExitCode::kHoles);
+    constexpr int kSignalled = 128;
+    if (code > kSignalled)
+        return failed("it was ended by signal " + std::to_string(code - kSignalled));
     if (!is_done && !has_holes) {
         const std::string reason = reason_in(said);
         return failed(reason.empty() ? "it ended with status " + std::to_string(code) : reason);
@@ -178,7 +182,10 @@ void JobQueue::run_jobs() {
                             [](const Job& job) { return job.status.state == JobState::kWaiting; });
     };
     for (;;) {
-        m_changed.wait(lock, [&] { return m_stopping || next() != m_jobs.end(); });
+        // Results end after some time, whether anybody asks or not.
+        while (
+            !m_changed.wait_for(lock, kSweep, [&] { return m_stopping || next() != m_jobs.end(); }))
+            drop_old();
         if (m_stopping)
             return;
         const auto job = next();
@@ -270,7 +277,8 @@ JobQueue::Jobs::iterator JobQueue::find(const std::string& id) {
                         [&](const Job& job) { return job.status.id == id; });
 }
 
-/// Drops finished jobs that are too old, and of the others the oldest where they are too many.
+/// Drops finished jobs that are too old, and of the others the oldest where they are too many or
+/// too large.
 void JobQueue::drop_old() {
     const auto now = Clock::now();
     std::size_t kept = 0;
@@ -284,8 +292,9 @@ void JobQueue::drop_old() {
     for (const auto& it : finished) {
         ++kept;
         bytes += it->status.bytes;
-        if (kept <= m_options.max_kept && bytes <= m_options.max_kept_bytes &&
-            now - it->finished < m_options.kept)
+        const bool has_room = kept <= m_options.max_kept && bytes <= m_options.max_kept_bytes;
+        // The newest stays, however large: somebody has waited for it.
+        if ((has_room || kept == 1) && now - it->finished < m_options.kept)
             continue;
         remove_folder(it->status.id);
         m_jobs.erase(it);

@@ -24,9 +24,20 @@ constexpr std::size_t kMaxObservers = 16;
 /// The shortest text that is this number again.
 std::string text_of(double number) {
     std::array<char, 40> text{};
-    const auto end =
-        std::to_chars(text.data(), text.data() + text.size(), number, std::chars_format::fixed);
-    return end.ec == std::errc{} ? std::string(text.data(), end.ptr) : "nan";
+    char* const last = text.data() + text.size();
+    auto end = std::to_chars(text.data(), last, number, std::chars_format::fixed);
+    // Of very small numbers that is too long.
+    if (end.ec != std::errc{})
+        end = std::to_chars(text.data(), last, number);
+    return {text.data(), end.ptr};
+}
+
+/// A value for a message. Lists and objects are not printed: a value in many thousand brackets
+/// would take more stack than the threads of a web server have.
+std::string shown(const json& value) {
+    constexpr std::size_t kMost = 40;
+    return value.is_structured() ? std::string("an ") + value.type_name()
+                                 : value.dump().substr(0, kMost);
 }
 
 bool is_digits(std::string_view text, std::string_view form) {
@@ -103,7 +114,7 @@ private:
                             bool is_whole = false) {
         const double number = value.is_number() ? value.get<double>() : NAN;
         if (!(number >= min && number <= max) || (is_whole && number != std::floor(number)))
-            refuse("'" + name + "' is " + value.dump().substr(0, 40),
+            refuse("'" + name + "' is " + shown(value),
                    text_of(min) + " to " + text_of(max) + (is_whole ? ", whole" : ""));
         return number;
     }
@@ -122,7 +133,7 @@ private:
                 return add(name, std::string(one));
             allowed += (allowed.empty() ? "" : ", ") + std::string(one);
         }
-        refuse("'" + std::string(name) + "' is " + value->dump().substr(0, 40), allowed);
+        refuse("'" + std::string(name) + "' is " + shown(*value), allowed);
     }
     /// @param form 0: a digit
     void digits(const char* name, std::string_view form, const std::string& allowed) {
@@ -130,7 +141,7 @@ private:
         if (value == nullptr)
             return;
         if (!value->is_string() || !is_digits(value->get_ref<const std::string&>(), form))
-            refuse("'" + std::string(name) + "' is " + value->dump().substr(0, 40), allowed);
+            refuse("'" + std::string(name) + "' is " + shown(*value), allowed);
         add(name, value->get<std::string>());
     }
 
@@ -139,7 +150,7 @@ private:
         const auto& kinds = job_kinds();
         if (kind == nullptr || !kind->is_string() ||
             std::find(kinds.begin(), kinds.end(), kind->get<std::string>()) == kinds.end())
-            refuse(kind == nullptr ? "no 'kind'" : "'kind' is " + kind->dump().substr(0, 40),
+            refuse(kind == nullptr ? "no 'kind'" : "'kind' is " + shown(*kind),
                    "terrain, sky, sun, energy, sight");
         m_out.kind = kind->get<std::string>();
     }
@@ -183,7 +194,7 @@ private:
         number("step_min", "step-min", 1, 60, true);
         if (const json* zone = member("zone")) {
             if (!zone->is_string() || !is_zone(zone->get_ref<const std::string&>()))
-                refuse("'zone' is " + zone->dump().substr(0, 40), "a name like Europe/Ljubljana");
+                refuse("'zone' is " + shown(*zone), "a name like Europe/Ljubljana");
             add("zone", zone->get<std::string>());
         }
         if (m_out.kind != "sun")
@@ -191,7 +202,7 @@ private:
         digits("at", "00:00", "a time as HH:MM");
         if (const json* monthly = member("monthly")) {
             if (!monthly->is_boolean())
-                refuse("'monthly' is " + monthly->dump().substr(0, 40), "true, false");
+                refuse("'monthly' is " + shown(*monthly), "true, false");
             if (monthly->get<bool>())
                 m_out.words.emplace_back("--monthly");
         }

@@ -119,6 +119,8 @@ void set_up_process(const Options& options) {
     std::signal(SIGPIPE, SIG_IGN);
     // Exceeding the file size limit is then an error to report, like a full disk.
     std::signal(SIGXFSZ, SIG_IGN);
+    // Whoever has started this may ignore it, and nobody could wait for the processes of jobs then.
+    std::signal(SIGCHLD, SIG_DFL);
 }
 
 /// @param opened, times, cache must outlive the service

@@ -1,5 +1,9 @@
 #include "voxelserver/jobs/job_process.hpp"
 
+#include <fcntl.h>
+#include <signal.h>
+#include <unistd.h>
+
 #include <cstdlib>
 #include <thread>
 
@@ -37,6 +41,31 @@ TEST_CASE("a process has its folder, its words, and nothing of the server's secr
     CHECK(status_of(process) == 3);
     const std::string path = folder.path().string();
     CHECK(process.said() == path + "\n2:b c; $(exit)\n<> " + path + "\n");
+}
+
+TEST_CASE("a process has neither the server's proxies nor its open files", "[voxelserver][jobs]") {
+    const test::Script script(
+        R"(echo "<$http_proxy$HTTPS_PROXY$no_proxy>"; ls /proc/self/fd | wc -l)");
+    const test::TemporaryFolder folder;
+    const int open_file = ::open("/dev/null", O_RDONLY);  // without O_CLOEXEC
+    for (const char* name : {"http_proxy", "HTTPS_PROXY", "no_proxy"})
+        ::setenv(name, "http://proxy:3128", 1);
+    jobs::JobProcess process({script.file(), {}, folder.path(), {}, kMax_bytes});
+    for (const char* name : {"http_proxy", "HTTPS_PROXY", "no_proxy"})
+        ::unsetenv(name);
+    CHECK(status_of(process) == 0);
+    ::close(open_file);
+    // Those of `ls`: input, output, errors and the folder.
+    CHECK(process.said() == "<>\n4\n");
+}
+
+TEST_CASE("a process that somebody else has waited for has ended", "[voxelserver][jobs]") {
+    const test::Script script("exit 0");
+    const test::TemporaryFolder folder;
+    const auto before = ::signal(SIGCHLD, SIG_IGN);
+    jobs::JobProcess process({script.file(), {}, folder.path(), {}, kMax_bytes});
+    CHECK(status_of(process) == 127);
+    ::signal(SIGCHLD, before);
 }
 
 TEST_CASE("a process cannot write more than it may", "[voxelserver][jobs]") {

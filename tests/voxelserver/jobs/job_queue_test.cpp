@@ -81,7 +81,7 @@ TEST_CASE("how a process ends is how its job ends", "[voxelserver][jobs]") {
         {"with holes", "echo x > result.tif; exit 3", JobState::kDone, true, ""},
         {"refused", "echo half > result.tif; echo 'terravox: no such day' >&2; exit 2",
          JobState::kFailed, false, "no such day"},
-        {"killed", "kill -9 $$", JobState::kFailed, false, "status 137"},
+        {"killed", "kill -9 $$", JobState::kFailed, false, "ended by signal 9"},
         {"silently", "exit 1", JobState::kFailed, false, "status 1"},
     }));
     DYNAMIC_SECTION(c.name) {
@@ -164,6 +164,23 @@ TEST_CASE("only the latest results are kept", "[voxelserver][jobs]") {
     CHECK(queue.result(ids[2]));
     CHECK(queue.result(ids[3]));
     CHECK(queue.counts().kept == 2);
+}
+
+TEST_CASE("a result that is larger than what is kept stays until the next", "[voxelserver][jobs]") {
+    const test::Script script("head -c 1000 /dev/zero > result.tif");
+    jobs::QueueOptions options = options_of(script);
+    options.max_kept_bytes = 500;
+    jobs::JobQueue queue(options);
+    std::string before;
+    for (int i = 0; i < 2; ++i) {
+        const auto id = queue.submit(request());
+        REQUIRE(id);
+        CHECK(end_of(queue, *id).state == JobState::kDone);
+        CHECK(queue.result(*id));
+        if (!before.empty())
+            CHECK_FALSE(queue.status(before));
+        before = *id;
+    }
 }
 
 TEST_CASE("results are kept for some time", "[voxelserver][jobs]") {

@@ -1,5 +1,7 @@
 #include "voxelserver/jobs/job_request.hpp"
 
+#include <pthread.h>
+
 #include "common/util/error.hpp"
 #include "tests/catch.hpp"
 
@@ -57,6 +59,46 @@ TEST_CASE("a request becomes options of the command, each a word of its own",
     DYNAMIC_SECTION(c.name) {
         CHECK(words_of(c.body) == c.words);
     }
+}
+
+TEST_CASE("values in many brackets are refused on the stack of a web server's thread",
+          "[voxelserver][jobs]") {
+    const std::string deep = std::string(2000, '[') + std::string(2000, ']');
+    for (const char* name :
+         {"kind", "area", "resolution_m", "surface", "zone", "date", "monthly"}) {
+        const std::string kind =
+            std::string(name) == "kind" ? "" : R"("kind": "sun", "area": [0, 0, 1, 1], )";
+        const std::string body = "{" + kind + "\"" + name + "\": " + deep + "}";
+        std::string message;
+        pthread_attr_t attributes;
+        REQUIRE(::pthread_attr_init(&attributes) == 0);
+        REQUIRE(::pthread_attr_setstacksize(&attributes, 100 << 10) == 0);
+        struct Call {
+            const std::string& body;
+            std::string& message;
+        } call{body, message};
+        pthread_t thread{};
+        const auto run = [](void* data) -> void* {
+            auto& of = *static_cast<Call*>(data);
+            try {
+                (void)words_of(of.body.c_str());
+            } catch (const util::UsageError& e) {
+                of.message = e.what();
+            }
+            return nullptr;
+        };
+        REQUIRE(::pthread_create(&thread, &attributes, run, &call) == 0);
+        ::pthread_join(thread, nullptr);
+        ::pthread_attr_destroy(&attributes);
+        INFO(name);
+        CHECK(!message.empty());
+        CHECK(message.size() < 300);
+    }
+}
+
+TEST_CASE("very small numbers stay numbers", "[voxelserver][jobs]") {
+    for (const std::string& word : words_of(R"({"kind": "sky", "area": [1e-60, 0, 1, 1]})"))
+        CHECK(word.find("nan") == std::string::npos);
 }
 
 TEST_CASE("what is no request is refused, and says what is allowed", "[voxelserver][jobs]") {
