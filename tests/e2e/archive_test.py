@@ -7,7 +7,7 @@ import shutil
 import subprocess
 import unittest
 
-from support import Case, Run, binary, square, temporary_folder
+from support import Case, Run, binary, entries, square, temporary_folder
 
 
 def archive(*arguments, **options):
@@ -118,11 +118,13 @@ class Archive(Case):
         ):
             with self.subTest(said):
                 self.assertRefused(archive("merge", *shards, "-o", merged), code, said)
+        run = archive("merge", first, second, "-o", second, "--overwrite")
+        self.assertRefused(run, 2, "it is one of the shards")
         data = bytearray(second.read_bytes())
         data[len(data) // 3] ^= 1
         second.write_bytes(data)
-        self.assertRefused(archive("merge", first, second, "-o", merged), 1, "is damaged at byte")
-        self.assertFalse(merged.exists())
+        self.assertRefused(archive("merge", first, second, "-o", merged), 1, "is damaged")
+        self.assertEqual(entries(first.parent), [first.name, second.name])
         merged.write_text("mine", encoding="utf-8")
         self.assertRefused(archive("merge", first, second, "-o", merged), 2, "--overwrite")
         self.assertEqual(merged.read_text(encoding="utf-8"), "mine")

@@ -4,6 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "common/util/printable.hpp"
 #include "common/voxel/archive/archive_index.hpp"
 #include "common/voxel/archive/shard.hpp"
 #include "common/voxel/world_json.hpp"
@@ -51,7 +52,7 @@ Summary summary_of(const std::filesystem::path& archive) {
 std::string text_of(const Summary& summary) {
     const voxel::WorldInfo world = voxel::world_from_json(summary.facts, "the archive");
     const auto row = [](std::string_view name, const std::string& text) {
-        return fmt::format("{:<12} {}\n", name, text);
+        return fmt::format("{:<12} {}\n", name, util::printable(text));
     };
     const auto metres = [&](std::size_t axis) {
         return (world.bounds.max[axis] - world.bounds.min[axis]) * world.voxel_m;

@@ -144,14 +144,9 @@ private:
             }
             m_total += entries.size();
             m_named_bytes += m_index.leaves()[leaf].bytes;
-            if (voxel::archive::key_of(entries.front().key) !=
-                voxel::archive::key_of(m_index.leaves()[leaf].first))
-                note("leaf " + std::to_string(leaf) + " of the index begins with another box");
             for (std::size_t i = 0; i < entries.size(); ++i) {
                 const Entry& entry = entries[i];
                 m_named_bytes += sizeof(Record) + entry.bytes;
-                if (last && !voxel::archive::before(last->key, entry.key))
-                    note("box " + name_of(entry) + " is not where it belongs in the index");
                 auto& level = m_chunks[static_cast<std::size_t>(entry.key.level)];
                 if (level.empty() || (count >= kChunkEntries && last &&
                                       parent_of(voxel::archive::key_of(last->key)) !=
@@ -268,8 +263,16 @@ private:
             return State::kUnknown;
         }
         std::vector<std::byte> room;
-        const auto bytes =
-            m_source.read(entry.offset - sizeof(Record), sizeof(Record) + entry.bytes, room);
+        std::span<const std::byte> bytes;
+        try {
+            bytes =
+                m_source.read(entry.offset - sizeof(Record), sizeof(Record) + entry.bytes, room);
+        } catch (const voxel::ChangedError&) {
+            throw;
+        } catch (const util::Error& e) {
+            problems.emplace_back("box " + name + ": " + e.what());
+            return State::kUnknown;
+        }
         Record record{};
         std::memcpy(&record, bytes.data(), sizeof record);
         const auto frame = bytes.subspan(sizeof record);

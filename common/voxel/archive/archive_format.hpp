@@ -69,6 +69,8 @@ struct Leaf {
 static_assert(sizeof(Leaf) == 40);
 
 inline constexpr std::uint32_t kLeafEntries = 1024;
+/// A box in which every voxel has attributes is 9 MiB uncompressed.
+inline constexpr std::uint32_t kMaxFrame_bytes = 16 << 20;
 
 /// Records of one box of this level, and of all below it, are made and written together.
 inline constexpr int kSubtreeLevel = 3;

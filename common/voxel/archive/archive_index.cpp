@@ -16,8 +16,6 @@ namespace {
 constexpr std::uint64_t kMaxInfo_bytes = 4 << 20;
 constexpr std::uint64_t kMaxRoot_bytes = std::uint64_t{256} << 20;
 const std::uint64_t kMaxLeaf_bytes = ZSTD_compressBound(kLeafEntries * sizeof(Entry));
-// A box in which every voxel has attributes is 9 MiB uncompressed.
-constexpr std::uint32_t kMaxFrame_bytes = 16 << 20;
 
 }  // namespace
 
@@ -127,12 +125,16 @@ std::vector<Entry> ArchiveIndex::entries(std::size_t index) const {
         ZSTD_decompress(entries.data(), entries.size() * sizeof(Entry), frame.data(), frame.size());
     if (size != entries.size() * sizeof(Entry))
         throw damaged();
-    if (!std::is_sorted(entries.begin(), entries.end(),
-                        [](const Entry& a, const Entry& b) { return before(a.key, b.key); }))
+    // Each key once, from the first that the root names to below that of the next leaf.
+    const auto not_before = [](const Entry& a, const Entry& b) { return !before(a.key, b.key); };
+    if (std::adjacent_find(entries.begin(), entries.end(), not_before) != entries.end() ||
+        key_of(entries.front().key) != key_of(leaf.first) ||
+        (index + 1 < m_root.size() && !before(entries.back().key, m_root[index + 1].first)))
         throw damaged();
     for (const Entry& e : entries) {
         if (e.offset > m_header.file_bytes ||
-            e.bytes > std::min<std::uint64_t>(kMaxFrame_bytes, m_header.file_bytes - e.offset))
+            e.bytes > std::min<std::uint64_t>(kMaxFrame_bytes, m_header.file_bytes - e.offset) ||
+            (e.kind != Kind::kBox && e.kind != Kind::kHole))
             throw damaged();
         if (!has_room_for(e.key))
             throw wrong(" names box " + to_string(key_of(e.key)) +

@@ -15,7 +15,7 @@ MadeBox read_back(const ArchiveWriter& writer, const Entry& entry) {
     const auto frame = writer.frame_of(entry);
     if (entry.kind == Kind::kHole)
         return {nullptr, std::string(reinterpret_cast<const char*>(frame.data()), frame.size())};
-    return {decompress_box(frame, to_string(key_of(entry.key))), {}};
+    return {decompress_box(frame, to_string(key_of(entry.key))), std::nullopt};
 }
 
 void add_level(ArchiveWriter& writer, int level, int threads) {
@@ -50,8 +50,9 @@ void add_level(ArchiveWriter& writer, int level, int threads) {
 }  // namespace
 
 MadeRecord record_of(const BoxKey& key, const MadeBox& made) {
-    if (!made.hole.empty()) {
-        const auto bytes = std::as_bytes(std::span(made.hole));
+    if (made.hole) {
+        const std::string reason = made.hole->empty() ? "unknown" : *made.hole;
+        const auto bytes = std::as_bytes(std::span(reason));
         return {key, Kind::kHole, {bytes.begin(), bytes.end()}};
     }
     if (!made.box)
@@ -62,11 +63,11 @@ MadeRecord record_of(const BoxKey& key, const MadeBox& made) {
 MadeBox coarse_box(const BoxKey& key, const std::array<MadeBox, 8>& children) {
     std::array<std::shared_ptr<const Box>, 8> boxes;
     for (std::size_t i = 0; i < 8; ++i) {
-        if (!children[i].hole.empty())
+        if (children[i].hole)
             return {nullptr, children[i].hole};
         boxes[i] = children[i].box;
     }
-    return {downsample(key, boxes), {}};
+    return {downsample(key, boxes), std::nullopt};
 }
 
 void add_levels_above(ArchiveWriter& writer, int below, int levels, int threads) {

@@ -3,6 +3,7 @@
 #include <array>
 #include <cstddef>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -15,8 +16,8 @@ inline constexpr int kZstdLevel = 9;  ///< of boxes: written once, read often
 
 /// A box for an archive, or the reason why there is none.
 struct MadeBox {
-    std::shared_ptr<const Box> box;  ///< nullptr: air, or a hole
-    std::string hole;                ///< empty: no hole
+    std::shared_ptr<const Box> box;   ///< nullptr: air, or a hole
+    std::optional<std::string> hole;  ///< the reason, not empty; nullopt: no hole
 };
 
 /// What is written of a made box.

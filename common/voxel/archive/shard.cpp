@@ -12,6 +12,12 @@ namespace {
 
 constexpr std::uint64_t kMaxShard_bytes = 16 << 20;
 
+/// @return 0 for what is no number of a shard
+int number_in(const nlohmann::json& value) {
+    const bool fits = value.is_number_unsigned() && value.get<std::uint64_t>() <= kMaxShards;
+    return fits ? value.get<int>() : 0;
+}
+
 }  // namespace
 
 std::string json_of(const Shard& shard) {
@@ -44,11 +50,11 @@ Shard read_shard(ByteSource& source, const ArchiveIndex& index) {
         const auto* text = reinterpret_cast<const char*>(bytes.data());
         const auto json = nlohmann::json::parse(text, text + size);
         Shard out;
-        json.at("shard").get_to(out.number);
-        json.at("of").get_to(out.of);
+        out.number = number_in(json.at("shard"));
+        out.of = number_in(json.at("of"));
         json.at("job").get_to(out.job);
         json.at("damage").get_to(out.damage);
-        if (out.of < 1 || out.of > kMaxShards || out.number < 1 || out.number > out.of)
+        if (out.of < 1 || out.number < 1 || out.number > out.of)
             throw damaged();
         return out;
     } catch (const nlohmann::json::exception&) {

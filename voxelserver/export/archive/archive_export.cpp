@@ -117,7 +117,7 @@ private:
         if (!voxel::boxes_over(m_info.bounds, key.level).contains(key))
             return {};
         MadeBox out = key.level == 0 ? finest(key) : coarser(key);
-        if (out.box || !out.hole.empty())
+        if (out.box || out.hole)
             records.push_back(voxel::archive::record_of(key, out));
         return out;
     }
@@ -143,7 +143,7 @@ private:
             return {};
         voxels += solid_count(*box);
         return {m_job.part.level == 0 ? box : Box::from_arrays(key, box->cells(), box->attrs()),
-                {}};
+                std::nullopt};
     }
 
     Job& m_job;
