@@ -14,6 +14,7 @@ KINDS = {
     "terrain": ["--window", "9", "--relief", "dsm", "--fill-m", "20", "--light", "200,30"],
     "sun": ["--date", "2026-06-21", "--zone", "Europe/Ljubljana", "--surface", "ground"],
     "energy": [*YEAR, "--directions", "32"],
+    "sky": ["--directions", "153"],
     "sight": ["--range-m", "60"],
 }
 

@@ -168,7 +168,7 @@ util::ExitCode run_times(const AnalyseArguments& args, const scene::Scene& scene
         names.push_back(time.band);
     analyse::ShadowCube cube(args.output, names, grid.columns, grid.rows);
     render::RenderStatistics statistics;
-    util::ExitCode code = util::ExitCode::kDone;
+    render::RenderStatistics earlier;
     for (std::size_t i = 0; i < times.size(); ++i) {
         const scene::Scene at = scene_at(scene, times[i]);
         std::optional<analyse::CellFile> cells;
@@ -179,15 +179,15 @@ util::ExitCode run_times(const AnalyseArguments& args, const scene::Scene& scene
         };
         const auto write = [&](const render::RenderStatistics&) { cube.take(i, *cells); };
         statistics = renderer.render_tiles(at, args.output, begin, write, {false, true, {}});
-        if (statistics.has_holes())
-            code = util::ExitCode::kHoles;
+        statistics.counts.add(earlier.counts);
+        statistics.seconds += earlier.seconds;
+        earlier = statistics;
     }
     const voxel::WorldInfo& world = loaded.world->info();
     output::PictureInfo info = render::picture_info(renderer.view(), world, statistics, false);
     info.geo = analyse::placement_of(grid, world);
     cube.write(args.output, info, thread::thread_count(scene.processing.threads.value_or(0)));
-    (void)report(args, statistics, loaded.times);
-    return code;
+    return report(args, statistics, loaded.times);
 }
 
 util::ExitCode run_analyse(const AnalyseArguments& args, core::AnalysisKind kind) {

@@ -41,7 +41,11 @@ scene::Scene decided(const scene::Scene& scene, const voxel::WorldInfo& world) {
     in_voxels(out.camera.position);
     in_voxels(out.camera.target);
     out.camera.space = core::CoordinateSpace::kVoxel;
-    const geo::SunPosition sun = sky::sun_of(scene.sun, world.centre ? &*world.centre : nullptr);
+    const auto precision = scene.analysis.kind == core::AnalysisKind::kNone
+                               ? geo::SunPrecision::kPicture
+                               : geo::SunPrecision::kAnalysis;
+    const geo::SunPosition sun =
+        sky::sun_of(scene.sun, world.centre ? &*world.centre : nullptr, precision);
     out.sun.altitude_deg = sun.altitude_deg;
     out.sun.azimuth_deg = sun.azimuth_deg;
     out.sun.zone.clear();

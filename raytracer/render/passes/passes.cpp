@@ -1,5 +1,6 @@
 #include "raytracer/render/passes/passes.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <unordered_set>
@@ -188,6 +189,15 @@ std::uint32_t add_samples(const RenderJob& job, const std::vector<tiles::RenderT
 }
 
 }  // namespace
+
+void RenderCounts::add(const RenderCounts& other) {
+    trace.add(other.trace);
+    tiles += other.tiles;
+    samples = std::max(samples, other.samples);
+    holes.insert(other.holes.begin(), other.holes.end());
+    resumed += other.resumed;
+    missing += other.missing;
+}
 
 RenderCounts render_stream(const RenderJob& job, output::TileSink& sink) {
     const auto& scene = job.view.scene;

@@ -24,6 +24,9 @@ struct RenderCounts {
     std::set<voxel::BoxKey> holes;  ///< boxes that rays needed and that were not available
     std::uint64_t resumed = 0;      ///< tiles restored from the checkpoint
     std::uint64_t missing = 0;      ///< tiles that no processor was left to render
+
+    /// Those of another picture of the same report.
+    void add(const RenderCounts& other);
 };
 
 /// Everything about rendering that does not change while it runs.
