@@ -148,10 +148,8 @@ Server::Server(const World& world, const ServerOptions& options) {
 }
 
 Server::~Server() {
-    // In a forked process there are no threads to wait for.
-    if (has_threads_here())
-        stop();
-    else
+    stop();
+    if (!has_threads_here())
         (void)m_impl.release();
 }
 
@@ -164,6 +162,9 @@ std::string Server::url() const {
 }
 
 void Server::stop() noexcept {
+    // In a forked process there are no threads to wait for.
+    if (!has_threads_here())
+        return;
     std::call_once(m_impl->stopped, [&] { m_impl->server.stop([&] { m_impl->boxes.refuse(); }); });
 }
 

@@ -41,7 +41,9 @@ public:
     [[nodiscard]] std::string url() const;  ///< http://address:port, for World::open and browsers
 
     /// Lets requests that are being answered finish, for ten seconds at most; then nothing is
-    /// served any more. Takes up to two seconds. Later calls do nothing.
+    /// served any more. Idle it takes up to two seconds; a box that a slow world is making is
+    /// waited for. Later calls do nothing, nor does a call in a forked process, which keeps the
+    /// port.
     void stop() noexcept;
 
 private:
