@@ -41,11 +41,14 @@ make_root() {
 
 # package_image FOLDER: prints the name of the file
 package_image() {
-    local file architecture
+    local file architecture revision
     require_deb_tools
     [[ ${TERRAVOX_NO_BUILD:-0} == 1 ]] || install_packages "$IMAGE_PACKAGE_LIST"
     command -v mmdebstrap >/dev/null ||
         die "package image: mmdebstrap is not installed (Debian package mmdebstrap)"
+    revision=$(git -C "$ROOT" rev-parse HEAD) ||
+        die "package image: this is no checkout of git, whose commit the image names"
+    [[ -z $(git -C "$ROOT" status --porcelain) ]] || revision=$revision-dirty
     architecture=$(dpkg --print-architecture)
     file=$1/terravox_$(version_number)_$architecture.oci.tar
     (
@@ -58,7 +61,7 @@ package_image() {
         make_root "$work/root.tar" "${debs[@]}"
         python3 -B "$ROOT/config/release/oci_image.py" "$work/root.tar" -o "$file" \
             --version "$(version_number)" --architecture "$architecture" \
-            --time "$SOURCE_DATE_EPOCH" --revision "$(git -C "$ROOT" rev-parse HEAD)"
+            --time "$SOURCE_DATE_EPOCH" --revision "$revision"
     )
     printf '%s\n' "$file"
 }

@@ -9,6 +9,7 @@ install_laszip() {
     local target=$ROOT/build/deps/laszip archive part
     [[ -f $target/src/laszip_dll.cpp ]] && return
     say "Fetching LASzip"
+    mkdir -p "$ROOT/build/deps"
     archive=$(fetch_from_pypi "laszip-$LASZIP_VERSION.tar.gz" "$LASZIP_SHA256" \
         --no-binary laszip "laszip==$LASZIP_VERSION")
     # Unpacked next to its place and renamed: a folder of that name is always complete.

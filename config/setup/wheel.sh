@@ -23,7 +23,7 @@ fetch_debian_sources() {
         -o "Dir::State::Lists=$folder/lists" -o APT::Sandbox::User=root)
     (
         cd "$folder" || exit
-        apt-get "${options[@]}" update
+        apt-get "${options[@]}" update || exit
         apt-get "${options[@]}" source "$@"
     )
 }
@@ -35,26 +35,27 @@ build_geo_part() {
     cmake -S "$sources" -B "$GEO_DIR/build/$name" -G Ninja -DCMAKE_BUILD_TYPE=Release \
         -DCMAKE_C_FLAGS="$GEO_FLAGS" -DCMAKE_CXX_FLAGS="$GEO_FLAGS" \
         -DBUILD_SHARED_LIBS=OFF -DBUILD_APPS=OFF -DBUILD_TESTING=OFF \
-        -DCMAKE_INSTALL_PREFIX="$GEO_DIR" -DCMAKE_INSTALL_LIBDIR=lib "$@"
+        -DCMAKE_INSTALL_PREFIX="$GEO_DIR" -DCMAKE_INSTALL_LIBDIR=lib "$@" || return
     cmake --build "$GEO_DIR/build/$name" --target install
 }
 
+# Called by `quietly`, in which a command that fails does not end the function: each says so.
 build_geo() {
     local driver drivers=()
     for driver in "${GDAL_DRIVERS[@]}"; do
         drivers+=("-DGDAL_ENABLE_DRIVER_$driver=ON")
     done
-    fetch_debian_sources "$GEO_DIR/sources" curl gdal proj
+    fetch_debian_sources "$GEO_DIR/sources" curl gdal proj || return
     build_geo_part curl "$GEO_DIR"/sources/curl-*/ -DHTTP_ONLY=ON -DBUILD_CURL_EXE=OFF \
         -DCURL_USE_OPENSSL=ON -DOPENSSL_USE_STATIC_LIBS=ON -DCURL_USE_LIBSSH2=OFF \
-        -DCURL_USE_LIBPSL=OFF -DUSE_LIBIDN2=OFF
-    build_geo_part proj "$GEO_DIR"/sources/proj-*/ -DENABLE_TIFF=OFF -DENABLE_CURL=OFF
+        -DCURL_USE_LIBPSL=OFF -DUSE_LIBIDN2=OFF || return
+    build_geo_part proj "$GEO_DIR"/sources/proj-*/ -DENABLE_TIFF=OFF -DENABLE_CURL=OFF || return
     # CMake's list names two files of other makers, which Debian leaves out of the sources.
-    touch "$GEO_DIR"/sources/gdal-*/data/{cubewerx_extra,ecw_cs}.wkt
+    touch "$GEO_DIR"/sources/gdal-*/data/{cubewerx_extra,ecw_cs}.wkt || return
     build_geo_part gdal "$GEO_DIR"/sources/gdal-*/ "${drivers[@]}" \
         -DGDAL_BUILD_OPTIONAL_DRIVERS=OFF -DOGR_BUILD_OPTIONAL_DRIVERS=OFF \
         -DGDAL_USE_EXTERNAL_LIBS=OFF -DGDAL_USE_INTERNAL_LIBS=ON -DGDAL_USE_OPENJPEG=ON \
-        -DBUILD_PYTHON_BINDINGS=OFF -DCMAKE_PREFIX_PATH="$GEO_DIR"
+        -DBUILD_PYTHON_BINDINGS=OFF -DCMAKE_PREFIX_PATH="$GEO_DIR" || return
     rm -rf "$GEO_DIR/build" "$GEO_DIR/sources"
 }
 
@@ -64,7 +65,7 @@ install_geo() {
     say "Building GDAL, PROJ and curl for the wheel"
     rm -rf "$GEO_DIR"
     mkdir -p "$GEO_DIR"
-    quietly "$LOGS/geo.log" build_geo
+    quietly "$LOGS/geo.log" build_geo || die "build GDAL, PROJ and curl: failed"
     touch "$GEO_DIR/.complete"
 }
 
@@ -76,8 +77,8 @@ in_wheel_tools() {
 # build_wheel PYTHON FOLDER: for one version of Python. All versions share a build: little of it
 # depends on them.
 build_wheel() {
-    local python=$1 folder=$2 raw
-    raw=$(mktemp -d "$ROOT/build/wheels.XXXXXX")
+    local python=$1 folder=$2 raw status
+    raw=$(mktemp -d "$ROOT/build/wheels.XXXXXX") || return
     in_wheel_tools "$python" -m pip wheel "$ROOT/raytracer/python" --no-deps \
         --no-build-isolation --disable-pip-version-check --wheel-dir "$raw" \
         --config-settings "cmake.define.CURL_DIR=$GEO_DIR/lib/cmake/CURL" \
@@ -85,9 +86,11 @@ build_wheel() {
         --config-settings "cmake.define.GDAL_DIR=$GEO_DIR/lib/cmake/gdal" \
         --config-settings "cmake.define.PROJ_DIR=$GEO_DIR/lib/cmake/proj" \
         --config-settings "cmake.define.TERRAVOX_PROJ_DATABASE=$GEO_DIR/share/proj/proj.db" \
-        --config-settings "build-dir=$ROOT/build/wheel"
-    in_wheel_tools "$python" -m auditwheel repair --strip --wheel-dir "$folder" "$raw"/*.whl
+        --config-settings "build-dir=$ROOT/build/wheel" &&
+        in_wheel_tools "$python" -m auditwheel repair --strip --wheel-dir "$folder" "$raw"/*.whl
+    status=$?
     rm -rf "$raw"
+    return "$status"
 }
 
 # package_wheel FOLDER: wheels for the versions of Python that are here
@@ -102,7 +105,9 @@ package_wheel() {
             continue
         fi
         say "Building the wheel for Python $version"
-        quietly "$LOGS/wheel-$version.log" build_wheel "$(command -v "python$version")" "$folder"
+        quietly "$LOGS/wheel-$version.log" \
+            build_wheel "$(command -v "python$version")" "$folder" ||
+            die "package wheel: that for Python $version could not be built"
         found=1
     done
     ((found)) || die "package wheel: no Python from 3.11 to 3.13 is here"
