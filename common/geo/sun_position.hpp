@@ -21,13 +21,13 @@ struct SunPosition {
 enum class SunPrecision {
     /// Error below 0.02 degree from 1950 to 2050. Pictures have their sun by it, bit by bit.
     kPicture,
-    /// Error below 0.006 degree: also with the pulls of Moon, Venus and Jupiter, nutation,
-    /// parallax,
-    /// and the difference between even time and that of the Earth's rotation.
+    /// Error below 0.006 degree above 15 degrees of altitude: also with perturbations by Moon,
+    /// Venus and Jupiter, nutation, parallax, and the difference of Terrestrial Time and UT.
     kAnalysis,
 };
 
-/// Position of the sun in the sky. Error below 0.05 degree for the years 1900 to 2100.
+/// Position of the sun in the sky, azimuth from true north. Errors: SunPrecision; from 1900 to 2100
+/// below 0.05 degree.
 /// Ref: Meeus, "Astronomical Algorithms", 2nd ed. 1998, chapters 25 and 13, as arranged by NOAA's
 /// solar calculator; for kAnalysis also chapters 22 and 40, Meeus, "Astronomical Formulae for
 /// Calculators", 2nd ed. 1982, chapter 18 (perturbations), and Espenak & Meeus, "Five Millennium
