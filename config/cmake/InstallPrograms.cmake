@@ -18,7 +18,7 @@ set(programs
   terravox-survey terravox-view terravox-voxelserver terravox_tls_symbol terravox_worlds_module)
 # Not LIBDIR: nothing links with what is there, and its place does not hang on the machine.
 set(private lib/terravox)
-# All that is installed, for those who build no tests.
+# Everything that is installed, as one target: for builds without tests.
 add_custom_target(terravox_packaged DEPENDS
   ${programs} terravox_shared terravox_page $<$<BOOL:${TERRAVOX_PYTHON}>:terravox_python>
   $<$<BOOL:${TERRAVOX_PYTHON}>:terravox_python_sources>)
