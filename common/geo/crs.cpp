@@ -13,6 +13,7 @@
 #include <cstring>
 #include <filesystem>
 #include <mutex>
+#include <numbers>
 #include <system_error>
 
 #include "common/geo/crs_text.hpp"
@@ -343,6 +344,22 @@ LatLon to_lat_lon(const Crs& crs, double easting, double northing) {
     double y = northing;
     transform.apply({&x, 1}, {&y, 1});
     return {.lat_deg = y, .lon_deg = x};
+}
+
+MapPlace map_place(const Crs& crs, double easting, double northing) {
+    constexpr double kReach = 10;
+    const LatLon here = to_lat_lon(crs, easting, northing);
+    const LatLon south = to_lat_lon(crs, easting, northing - kReach);
+    const LatLon north = to_lat_lon(crs, easting, northing + kReach);
+    // Radii of curvature of the WGS 84 ellipsoid, across the meridian to along it.
+    constexpr double kEccentricitySquared = 0.0066943799901413;
+    constexpr double kRad = std::numbers::pi / 180;
+    const double sine = std::sin(here.lat_deg * kRad);
+    const double across_to_along =
+        (1 - kEccentricitySquared * sine * sine) / (1 - kEccentricitySquared);
+    const double east = std::remainder(north.lon_deg - south.lon_deg, 360) *
+                        std::cos(here.lat_deg * kRad) * across_to_along;
+    return {here, std::atan2(east, north.lat_deg - south.lat_deg) / kRad};
 }
 
 }  // namespace terravox::geo

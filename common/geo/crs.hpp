@@ -86,4 +86,9 @@ private:
 /// @throws Error outside the domain of `crs`
 [[nodiscard]] LatLon to_lat_lon(const Crs& crs, double easting, double northing);
 
+/// A place of a map, with the map's direction there: that of the short line on the ellipsoid
+/// between two points of the map, 10 units south and north of it.
+/// @throws Error outside the domain of `crs`
+[[nodiscard]] MapPlace map_place(const Crs& crs, double easting, double northing);
+
 }  // namespace terravox::geo

@@ -8,4 +8,11 @@ struct LatLon {
     double lon_deg = 0;
 };
 
+/// A place of a map: where it is on Earth, and how the map is turned there.
+struct MapPlace : LatLon {
+    /// Meridian convergence: the azimuth of the map's north (that of its grid), clockwise from true
+    /// north, (-180, 180].
+    double convergence_deg = 0;
+};
+
 }  // namespace terravox::geo

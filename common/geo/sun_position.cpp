@@ -171,6 +171,13 @@ SunPosition sun_position(const DateTime& time, LatLon place, SunPrecision precis
             .azimuth_deg = wrap_deg(azimuth + 180)};
 }
 
+SunPosition sun_on_map(const DateTime& time, const MapPlace& place,
+                       SunPrecision precision) noexcept {
+    SunPosition sun = sun_position(time, place, precision);
+    sun.azimuth_deg = wrap_deg(sun.azimuth_deg - place.convergence_deg);
+    return sun;
+}
+
 double solar_zone_offset_h(double lon_deg) noexcept {
     return std::round(lon_deg / 15);
 }

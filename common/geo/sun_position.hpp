@@ -14,7 +14,8 @@ struct DateTime {
 struct SunPosition {
     /// Altitude of the sun's centre above the horizon, with refraction at sea level.
     double altitude_deg = 0;
-    double azimuth_deg = 0;  ///< clockwise from north, [0, 360)
+    /// Clockwise from north, [0, 360): which north is said by who gives it.
+    double azimuth_deg = 0;
     friend bool operator==(const SunPosition&, const SunPosition&) = default;
 };
 
@@ -34,6 +35,11 @@ enum class SunPrecision {
 /// Canon of Solar Eclipses", 2006 (the difference of times).
 [[nodiscard]] SunPosition sun_position(const DateTime& time, LatLon place,
                                        SunPrecision precision = SunPrecision::kPicture) noexcept;
+
+/// The same on a map: the azimuth is counted from the map's north, so that directions of the map
+/// follow from it.
+[[nodiscard]] SunPosition sun_on_map(const DateTime& time, const MapPlace& place,
+                                     SunPrecision precision = SunPrecision::kPicture) noexcept;
 
 /// @return the UTC offset of the nautical time zone of a longitude (mean solar time): whole hours,
 /// [-12, 12]

@@ -6,6 +6,7 @@
 #include "common/util/atomic_file.hpp"
 #include "common/util/error.hpp"
 #include "common/util/version.hpp"
+#include "common/voxel/place_json.hpp"
 
 namespace terravox::voxel {
 namespace {
@@ -49,7 +50,7 @@ void write_side_car(const std::filesystem::path& file, const SideCar& car) {
                 {"licence", car.licence},
                 {"attribution", car.attribution}};
     if (car.centre)
-        out["centre"] = {{"lat_deg", car.centre->lat_deg}, {"lon_deg", car.centre->lon_deg}};
+        out["centre"] = place_to_json(*car.centre);
     util::write_file_atomically(file,
                                 out.dump(2, ' ', false, json::error_handler_t::replace) + "\n");
 }
@@ -86,8 +87,7 @@ SideCar side_car_from_json(const std::string& text, const std::string& origin) {
             car.blocks.emplace(name, *known);
         }
         if (in.contains("centre"))
-            car.centre = geo::LatLon{in["centre"].at("lat_deg").get<double>(),
-                                     in["centre"].at("lon_deg").get<double>()};
+            car.centre = place_from_json(in["centre"]);
     } catch (const json::exception& e) {
         fail(e.what());
     }

@@ -27,7 +27,7 @@ struct SideCar {
     /// + offset[0]) * crs_units_per_voxel, northing = -(z + offset[2]) * crs_units_per_voxel,
     /// height_m = (y + offset[1]) * voxel_m. x east, y up, z south.
     std::array<std::int32_t, 3> offset{};
-    std::optional<geo::LatLon> centre;
+    std::optional<geo::MapPlace> centre;
     /// Material of each block of the file, by name; empty: the file defines them itself.
     std::map<std::string, Material> blocks;
 };

@@ -38,7 +38,8 @@ struct WorldInfo {
     /// CRS units per voxel: easting = x * crs_units_per_voxel, northing = -z * crs_units_per_voxel,
     /// height_m = y * voxel_m.
     double crs_units_per_voxel = 1;
-    std::optional<geo::LatLon> centre;
+    /// The middle of the bounds; nullopt when the world is not georeferenced.
+    std::optional<geo::MapPlace> centre;
     std::string licence;
     std::string attribution;
     /// The bounds that a camera should frame by default, for worlds without end; empty: `bounds`.

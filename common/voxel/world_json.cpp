@@ -8,6 +8,7 @@
 
 #include "common/util/error.hpp"
 #include "common/util/version.hpp"
+#include "common/voxel/place_json.hpp"
 
 namespace terravox::voxel {
 
@@ -59,7 +60,7 @@ std::string world_to_json(const WorldInfo& info) {
     if (!info.framed.empty())
         out["framed"] = {{"min", info.framed.min}, {"max", info.framed.max}};
     if (info.centre)
-        out["centre"] = {{"lat_deg", info.centre->lat_deg}, {"lon_deg", info.centre->lon_deg}};
+        out["centre"] = place_to_json(*info.centre);
     return out.dump(-1, ' ', false, json::error_handler_t::replace);
 }
 
@@ -99,8 +100,7 @@ WorldInfo world_from_json(const std::string& text, const std::string& origin) {
         info.licence = in.at("licence").get<std::string>();
         info.attribution = in.at("attribution").get<std::string>();
         if (in.contains("centre"))
-            info.centre = geo::LatLon{in["centre"].at("lat_deg").get<double>(),
-                                      in["centre"].at("lon_deg").get<double>()};
+            info.centre = place_from_json(in["centre"]);
     } catch (const json::exception& e) {
         fail(std::string("not the reply of a voxel server: ") + e.what());
     }

@@ -61,7 +61,8 @@ util::ExitCode info_of(const WorldInfoArguments& args, const scene::Scene& scene
                         b.min[0] * info.crs_units_per_voxel, b.max[0] * info.crs_units_per_voxel,
                         -b.max[2] * info.crs_units_per_voxel, -b.min[2] * info.crs_units_per_voxel);
         if (info.centre)
-            std::printf("%-14s %.6f, %.6f\n", "centre", info.centre->lat_deg, info.centre->lon_deg);
+            std::printf("%-14s %.6f, %.6f, map's north at azimuth %.3f degrees\n", "centre",
+                        info.centre->lat_deg, info.centre->lon_deg, info.centre->convergence_deg);
         print("licence", info.licence);
         print("attribution", info.attribution);
     }

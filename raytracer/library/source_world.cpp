@@ -50,7 +50,7 @@ voxel::WorldInfo info_of(const WorldInfo& own) {
     out.crs_units_per_voxel = own.voxel_m / crs.metres_per_unit();
     const double x = (out.bounds.min[0] + out.bounds.max[0]) / 2.0 * out.crs_units_per_voxel;
     const double y = -(out.bounds.min[2] + out.bounds.max[2]) / 2.0 * out.crs_units_per_voxel;
-    out.centre = geo::to_lat_lon(crs, x, y);
+    out.centre = geo::map_place(crs, x, y);
     return out;
 }
 

@@ -27,6 +27,7 @@ WorldInfo info_of(const voxel::WorldInfo& world, const MapFrame& frame) {
     out.crs_wkt = world.crs_wkt;
     if (world.centre)
         out.centre = {world.centre->lat_deg, world.centre->lon_deg};
+    out.convergence_deg = world.centre ? world.centre->convergence_deg : 0;
     out.licence = world.licence;
     out.attribution = world.attribution;
     return out;

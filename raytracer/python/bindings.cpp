@@ -50,6 +50,7 @@ nb::dict info_of(const World& world) {
     out["crs"] = info.crs;
     out["crs_wkt"] = info.crs_wkt;
     out["centre"] = nb::cast(info.centre);
+    out["convergence_deg"] = info.convergence_deg;
     out["licence"] = info.licence;
     out["attribution"] = info.attribution;
     return out;

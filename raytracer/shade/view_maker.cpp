@@ -100,7 +100,7 @@ View assemble(const scene::Scene& scene, const voxel::WorldInfo& world,
                static_cast<double>(origin[2])},
               sun.altitude_deg < kLampsOn_deg};
     view.exposure_ev = scene.output.exposure_ev + adaptation_ev(view.sky, scene.output.adaptation);
-    const geo::LatLon* const place = world.centre ? &*world.centre : nullptr;
+    const geo::MapPlace* const place = world.centre ? &*world.centre : nullptr;
     if (core::needs_sun_way(scene.analysis.kind))
         view.sun_way = solar::sun_way_of(scene, place);
     if (scene.analysis.kind == core::AnalysisKind::kEnergy)

@@ -11,6 +11,7 @@ namespace terravox::sky {
 /// distributed over it. Immutable.
 class Sun {
 public:
+    /// @param at its azimuth from the map's north
     /// @param size times the true radius, >= 0; 0: a point, which rises and sets as the true disc
     /// does
     Sun(const geo::SunPosition& at, double size);

@@ -10,7 +10,7 @@ namespace terravox::sky {
 namespace {
 
 // Of worlds that are not georeferenced.
-constexpr geo::LatLon kDefaultPlace{46, 14};
+constexpr geo::MapPlace kDefaultPlace{46, 14};
 
 geo::DateTime clock_of(const scene::Scene::Sun& sun) {
     geo::DateTime time = date_of(sun.date, "sun.date");
@@ -37,9 +37,9 @@ geo::DateTime date_of(const std::string& text, const std::string& field) {
     return time;
 }
 
-geo::DateTime time_of(const scene::Scene::Sun& sun, const geo::LatLon* place) {
+geo::DateTime time_of(const scene::Scene::Sun& sun, const geo::MapPlace* place) {
     geo::DateTime time = clock_of(sun);
-    const geo::LatLon here = place != nullptr ? *place : kDefaultPlace;
+    const geo::MapPlace here = place != nullptr ? *place : kDefaultPlace;
     if (sun.utc_offset_h)
         time.utc_offset_h = *sun.utc_offset_h;
     else
@@ -48,7 +48,7 @@ geo::DateTime time_of(const scene::Scene::Sun& sun, const geo::LatLon* place) {
     return time;
 }
 
-geo::SunPosition sun_of(const scene::Scene::Sun& sun, const geo::LatLon* place,
+geo::SunPosition sun_of(const scene::Scene::Sun& sun, const geo::MapPlace* place,
                         geo::SunPrecision precision) {
     if (sun.altitude_deg.has_value() != sun.azimuth_deg.has_value())
         throw util::UsageError(std::string("place the sun: sun.") +
@@ -56,8 +56,8 @@ geo::SunPosition sun_of(const scene::Scene::Sun& sun, const geo::LatLon* place,
                                " is missing; give both, or none to use date and time");
     if (sun.altitude_deg)
         return {*sun.altitude_deg, *sun.azimuth_deg};
-    return geo::sun_position(time_of(sun, place), place != nullptr ? *place : kDefaultPlace,
-                             precision);
+    return geo::sun_on_map(time_of(sun, place), place != nullptr ? *place : kDefaultPlace,
+                           precision);
 }
 
 }  // namespace terravox::sky

@@ -87,7 +87,7 @@ Days days_of(const scene::Scene& scene) {
     return out;
 }
 
-Clock::Clock(const scene::Scene& scene, const geo::LatLon& place) {
+Clock::Clock(const scene::Scene& scene, const geo::MapPlace& place) {
     const scene::Scene::Sun& sun = scene.sun;
     if (!scene.analysis.clock.empty()) {
         m_offsets = offsets_of(scene.analysis.clock);

@@ -14,7 +14,7 @@ class Clock {
 public:
     /// That of analysis.clock, else of sun.utc_offset_h, sun.zone, or the place's longitude.
     /// @throws UsageError for dates that period_of() refuses, an unknown zone, a text that is none
-    Clock(const scene::Scene& scene, const geo::LatLon& place);
+    Clock(const scene::Scene& scene, const geo::MapPlace& place);
 
     /// @param utc_s seconds since 1970-01-01 00:00 UTC
     [[nodiscard]] double offset_h(std::int64_t utc_s) const noexcept;

@@ -28,7 +28,7 @@ std::vector<core::Vec3> sky_directions(int count) {
 
 }  // namespace
 
-Energy energy_of(const scene::Scene& scene, const geo::LatLon* place, double height_m) {
+Energy energy_of(const scene::Scene& scene, const geo::MapPlace* place, double height_m) {
     if (!scene.analysis.light.empty()) {
         Energy given = light_of(scene.analysis.light);
         given.sky = sky_directions(scene.analysis.directions);

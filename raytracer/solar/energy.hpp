@@ -37,7 +37,7 @@ inline constexpr double kHorizonSine = 0.15;
 /// @param place nullptr: unknown; needed without analysis.light
 /// @param height_m of the place above the sea
 /// @throws UsageError as sun_way_of() and light_of(); for turbidities that are none
-[[nodiscard]] Energy energy_of(const scene::Scene& scene, const geo::LatLon* place,
+[[nodiscard]] Energy energy_of(const scene::Scene& scene, const geo::MapPlace* place,
                                double height_m);
 
 }  // namespace terravox::solar

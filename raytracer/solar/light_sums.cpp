@@ -19,11 +19,11 @@ int day_number(const geo::DateTime& clock) noexcept {
            1;
 }
 
-LightSums::LightSums(const scene::Scene& scene, const geo::LatLon& place)
+LightSums::LightSums(const scene::Scene& scene, const geo::MapPlace& place)
     : m_crowns(scene.analysis.crown_light, place),
       m_is_perez(scene.analysis.diffuse == "perez"),
       m_is_binned(scene.analysis.bin_deg > 0),
-      m_bins(place.lat_deg, m_is_binned ? scene.analysis.bin_deg : 1) {}
+      m_bins(place, m_is_binned ? scene.analysis.bin_deg : 1) {}
 
 void LightSums::add(const SunStep& step, const Irradiance& light, double shines_h) {
     const double altitude_deg = step.sun.altitude_deg;

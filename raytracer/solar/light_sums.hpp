@@ -17,7 +17,7 @@ namespace terravox::solar {
 class LightSums {
 public:
     /// @throws UsageError as SunBins and CrownLight
-    LightSums(const scene::Scene& scene, const geo::LatLon& place);
+    LightSums(const scene::Scene& scene, const geo::MapPlace& place);
 
     /// Adds the light of a step.
     /// @param shines_h hours of it that count as sunshine

@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <utility>
 
+#include "common/geo/lat_lon.hpp"
 #include "common/util/det_math.hpp"
 #include "raytracer/core/ray.hpp"
 
@@ -21,15 +22,16 @@ public:
 
     /// @param bin_deg at least kSmallest_deg
     /// @throws UsageError for smaller bins
-    SunBins(double latitude_deg, double bin_deg);
+    SunBins(const geo::MapPlace& place, double bin_deg);
 
     /// Numbers of a bin; they order bins from the east to the west.
     using Place = std::pair<int, int>;
-    /// @param to of unit length; x east, y up, z south
+    /// @param to of unit length; x to the map's east, y up, z to its south
     [[nodiscard]] Place place_of(core::Vec3 to) const noexcept;
 
 private:
     det::SinCos m_latitude;
+    det::SinCos m_convergence;
     double m_bin_deg;
 };
 

@@ -17,11 +17,11 @@ Period period_of(const Days& days, const Clock& clock) {
 
 }  // namespace
 
-Period period_of(const scene::Scene& scene, const geo::LatLon& place) {
+Period period_of(const scene::Scene& scene, const geo::MapPlace& place) {
     return period_of(days_of(scene), Clock(scene, place));
 }
 
-void each_sun_step(const scene::Scene& scene, const geo::LatLon& place,
+void each_sun_step(const scene::Scene& scene, const geo::MapPlace& place,
                    const std::function<void(const SunStep&)>& visit) {
     constexpr std::int64_t kMaxSteps = 1'000'000;
     constexpr double kHour_s = 3600;
@@ -41,7 +41,7 @@ void each_sun_step(const scene::Scene& scene, const geo::LatLon& place,
         SunStep step;
         step.middle_s = period.begin_s + std::llround((begin_s + end_s) / 2);
         step.clock = geo::clock_at(step.middle_s, clock.offset_h(step.middle_s));
-        step.sun = geo::sun_position(step.clock, place, geo::SunPrecision::kAnalysis);
+        step.sun = geo::sun_on_map(step.clock, place, geo::SunPrecision::kAnalysis);
         step.hours = (end_s - begin_s) / kHour_s;
         if (step.sun.altitude_deg > 0)
             visit(step);

@@ -27,7 +27,7 @@ SunDirection of_step(const SunStep& step) {
     return out;
 }
 
-SunWay instant_of(const scene::Scene& scene, const geo::LatLon& place) {
+SunWay instant_of(const scene::Scene& scene, const geo::MapPlace& place) {
     SunWay out;
     const geo::SunPosition sun = sky::sun_of(scene.sun, &place, geo::SunPrecision::kAnalysis);
     if (sun.altitude_deg > 0)
@@ -35,7 +35,7 @@ SunWay instant_of(const scene::Scene& scene, const geo::LatLon& place) {
     return out;
 }
 
-std::vector<SunDirection> steps_of(const scene::Scene& scene, const geo::LatLon& place) {
+std::vector<SunDirection> steps_of(const scene::Scene& scene, const geo::MapPlace& place) {
     std::vector<SunDirection> out;
     each_sun_step(scene, place, [&](const SunStep& step) {
         out.push_back(of_step(step));
@@ -44,8 +44,8 @@ std::vector<SunDirection> steps_of(const scene::Scene& scene, const geo::LatLon&
     return out;
 }
 
-std::vector<SunDirection> bins_of(const scene::Scene& scene, const geo::LatLon& place) {
-    const SunBins bins(place.lat_deg, scene.analysis.bin_deg);
+std::vector<SunDirection> bins_of(const scene::Scene& scene, const geo::MapPlace& place) {
+    const SunBins bins(place, scene.analysis.bin_deg);
     std::map<SunBins::Place, SunDirection> found;
     each_sun_step(scene, place, [&](const SunStep& step) {
         const SunDirection one = of_step(step);
@@ -67,7 +67,7 @@ std::vector<SunDirection> bins_of(const scene::Scene& scene, const geo::LatLon& 
 
 }  // namespace
 
-SunWay sun_way_of(const scene::Scene& scene, const geo::LatLon* place) {
+SunWay sun_way_of(const scene::Scene& scene, const geo::MapPlace* place) {
     if (place == nullptr)
         throw util::UsageError(
             "place the sun: the world has no place on Earth; allowed: worlds "

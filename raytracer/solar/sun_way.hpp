@@ -11,7 +11,7 @@ namespace terravox::solar {
 
 /// A direction in which the sun is for some time.
 struct SunDirection {
-    core::Vec3 to;     ///< of unit length, y > 0
+    core::Vec3 to;     ///< of unit length, y > 0; x to the map's east, z to its south
     double hours = 0;  ///< for which it stands
     /// Clock times of its begin and end on a single day, hours; of a period nothing.
     double begin_h = 0;
@@ -34,6 +34,6 @@ struct SunWay {
 /// @param place nullptr: unknown
 /// @throws UsageError as period_of() and each_sun_step(); without a place; for more directions than
 /// a cell may have rays
-[[nodiscard]] SunWay sun_way_of(const scene::Scene& scene, const geo::LatLon* place);
+[[nodiscard]] SunWay sun_way_of(const scene::Scene& scene, const geo::MapPlace* place);
 
 }  // namespace terravox::solar

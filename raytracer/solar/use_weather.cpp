@@ -24,7 +24,7 @@ double distance_km(const geo::LatLon& a, const geo::LatLon& b) {
 
 }  // namespace
 
-void use_weather(const WeatherFile& weather, const geo::LatLon& place, scene::Scene& scene) {
+void use_weather(const WeatherFile& weather, const geo::MapPlace& place, scene::Scene& scene) {
     constexpr double kFar_km = 50;
     const double far_km = distance_km(weather.place, place);
     if (far_km > kFar_km)

@@ -10,6 +10,6 @@ namespace terravox::solar {
 /// where its light does not fit the sun.
 /// @param place of the data
 /// @throws UsageError as weather_light() and text_of()
-void use_weather(const WeatherFile& weather, const geo::LatLon& place, scene::Scene& scene);
+void use_weather(const WeatherFile& weather, const geo::MapPlace& place, scene::Scene& scene);
 
 }  // namespace terravox::solar

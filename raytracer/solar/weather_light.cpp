@@ -19,7 +19,7 @@ constexpr double kSunshine_w_m2 = 120;
 /// Gives the steps of each hour its light.
 class HourSums {
 public:
-    HourSums(const scene::Scene& scene, const geo::LatLon& place, const WeatherFile& weather)
+    HourSums(const scene::Scene& scene, const geo::MapPlace& place, const WeatherFile& weather)
         : m_weather(weather), m_sums(scene, place) {
         const Period period = period_of(scene, place);
         m_next = hour_at(static_cast<double>(period.begin_s) + kHour_s / 2);
@@ -86,7 +86,7 @@ private:
 
 }  // namespace
 
-WeatherLight weather_light(const scene::Scene& scene, const geo::LatLon& place,
+WeatherLight weather_light(const scene::Scene& scene, const geo::MapPlace& place,
                            const WeatherFile& weather) {
     const double steps = 60 / scene.analysis.step_min;
     if (steps != std::floor(steps))

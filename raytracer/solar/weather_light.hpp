@@ -21,7 +21,7 @@ struct WeatherLight {
 /// Hours of sunshine are those with at least 120 W/m2 from the sun.
 /// Ref: WMO, "Guide to Instruments and Methods of Observation", chapter 8.
 /// @throws UsageError as period_of() and each_sun_step(); for steps that do not fill an hour
-[[nodiscard]] WeatherLight weather_light(const scene::Scene& scene, const geo::LatLon& place,
+[[nodiscard]] WeatherLight weather_light(const scene::Scene& scene, const geo::MapPlace& place,
                                          const WeatherFile& weather);
 
 }  // namespace terravox::solar

@@ -60,7 +60,7 @@ private:
     info.bounds = {{-64, 0, -64}, {64, 256, 64}};
     info.levels = 2;
     info.crs = "EPSG:3794";
-    info.centre = geo::LatLon{46, 14};
+    info.centre = geo::MapPlace{46, 14};
     return info;
 }
 

@@ -213,13 +213,15 @@ test('a slow processor gets fewer pixels while the picture moves, and never none
 
 test('the sun stands where the program places it', () => {
   // By common/geo/sun_position.cpp, for the demo's place.
-  const { altitudeDeg, azimuthDeg } = sunPosition(
-    Date.UTC(2026, 5, 21, 15, 30),
-    46.05226709929544,
-    14.515394664860125,
-  );
+  const timeMs = Date.UTC(2026, 5, 21, 15, 30);
+  const place = { latDeg: 46.05226709929544, lonDeg: 14.515394664860125, convergenceDeg: 0 };
+  const { altitudeDeg, azimuthDeg } = sunPosition(timeMs, place);
   assert.ok(Math.abs(altitudeDeg - 32.6937) < 1e-3, String(altitudeDeg));
   assert.ok(Math.abs(azimuthDeg - 270.8952) < 1e-3, String(azimuthDeg));
+  // A map whose north lies west of true north has everything further clockwise.
+  const turned = sunPosition(timeMs, { ...place, convergenceDeg: -0.349 });
+  assert.ok(Math.abs(turned.azimuthDeg - 271.2442) < 1e-3, String(turned.azimuthDeg));
+  assert.equal(turned.altitudeDeg, altitudeDeg);
 });
 
 test('waves have the same phases wherever the eye is', () => {

@@ -46,6 +46,9 @@ struct WorldInfo {
     std::string crs;       ///< "EPSG:3794"; empty: no place on Earth is known
     std::string crs_wkt;   ///< WKT 2
     std::optional<std::array<double, 2>> centre;  ///< latitude and longitude, degrees
+    /// The azimuth of the map's north at the centre, clockwise from true north, degrees; 0 without
+    /// a centre.
+    double convergence_deg = 0;
     std::string licence;
     std::string attribution;
 };

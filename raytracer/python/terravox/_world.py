@@ -178,6 +178,14 @@ class World:
         return None if found is None else (found[0], found[1])
 
     @property
+    def convergence_deg(self) -> float:
+        """Azimuth of the map's north in the middle, clockwise from true north, degrees.
+
+        Azimuths of scenes and results count from the map's north; 0 without a CRS.
+        """
+        return float(self._info["convergence_deg"])
+
+    @property
     def attribution(self) -> str:
         """Whom pictures and maps of it must name."""
         return str(self._info["attribution"])

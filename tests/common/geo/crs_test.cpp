@@ -359,6 +359,41 @@ TEST_CASE("places have their known coordinates", "[common][geo][crs]") {
     }
 }
 
+TEST_CASE("a map's north has its known angle to true north", "[common][geo][crs]") {
+    // PROJ's meridian convergence, read by pyproj 3.7's Proj.get_factors; of the polar system the
+    // longitude itself.
+    struct Case {
+        const char* name;
+        const char* crs;
+        double easting;
+        double northing;
+        double convergence_deg;
+    };
+    const auto c = GENERATE(values<Case>({
+        {"west of the meridian", "EPSG:3794", 461'970, 101'135, -0.3537974},
+        {"the west of Slovenia", "EPSG:3794", 374'000, 35'000, -1.1478518},
+        {"the east of Slovenia", "EPSG:3794", 620'000, 170'000, 1.1405115},
+        {"on the meridian", "EPSG:28992", 155'000, 463'000, 0},
+        {"Delft", "EPSG:28992", 85'000, 446'000, -0.8042066},
+        {"the edge of a zone", "EPSG:32633", 820'000, 5'100'000, 2.9731792},
+        {"the edge of a southern zone", "EPSG:32733", 180'000, 6'200'000, 1.9602547},
+        {"a conic system", "EPSG:2154", 770'000, 6'279'000, 0.6289458},
+        {"an oblique conic system", "EPSG:5514", -740'000, -1'040'000, -7.8069331},
+        {"a system in feet", "EPSG:2263", 990'000, 200'000, 0.0135669},
+        {"Web Mercator", "EPSG:3857", 1'500'000, 5'800'000, 0},
+        {"beyond the polar circle", "EPSG:3995", 500'000, -500'000, 45},
+    }));
+    DYNAMIC_SECTION(c.name) {
+        const Crs crs = Crs::from_text(c.crs);
+        const MapPlace place = map_place(crs, c.easting, c.northing);
+        // Datums are turned against each other by some arc-seconds.
+        CHECK(std::abs(place.convergence_deg - c.convergence_deg) < 0.003);
+        const LatLon same = to_lat_lon(crs, c.easting, c.northing);
+        CHECK(place.lat_deg == same.lat_deg);
+        CHECK(place.lon_deg == same.lon_deg);
+    }
+}
+
 TEST_CASE("axes are easting and northing, longitude and latitude, for every system",
           "[common][geo][crs]") {
     // EPSG orders these northing first or latitude first.

@@ -22,7 +22,7 @@ SideCar example() {
     info.crs_units_per_voxel = 0.5;
     info.licence = "CC BY";
     info.attribution = "those who flew";
-    info.centre = geo::LatLon{46, 14};
+    info.centre = geo::MapPlace{{46, 14}, -0.72};
     SideCar car = side_car_of(info, 2, {512, -16, -1024});
     car.blocks = {{"minecraft:bricks", Material::kRoof}, {"minecraft:stone", Material::kRock}};
     return car;
@@ -49,6 +49,7 @@ TEST_CASE("a side-car is read back as it was written, in voxels of its level",
     CHECK(in.blocks == example().blocks);
     REQUIRE(in.centre);
     CHECK(in.centre->lat_deg == 46);
+    CHECK(in.centre->convergence_deg == -0.72);
     CHECK(in.crs == "EPSG:3794");
     CHECK(in.crs_wkt == "PROJCRS[]");
     CHECK(in.licence == "CC BY");

@@ -20,7 +20,7 @@ WorldInfo full() {
     info.crs = "EPSG:3794";
     info.crs_wkt = "PROJCRS[\"Slovenia 1996 / Slovene National Grid\"]";
     info.crs_units_per_voxel = 1.0 / 3;
-    info.centre = geo::LatLon{46.36364, 14.09366};
+    info.centre = geo::MapPlace{{46.36364, 14.09366}, -1.0 / 3};
     info.licence = "CC BY 4.0";
     info.attribution = "ARSO\nline two";
     return info;
@@ -49,8 +49,29 @@ TEST_CASE("a world's description survives the way through JSON, to the last bit"
     REQUIRE(out.centre);
     CHECK(out.centre->lat_deg == in.centre->lat_deg);
     CHECK(out.centre->lon_deg == in.centre->lon_deg);
+    CHECK(out.centre->convergence_deg == in.centre->convergence_deg);
     CHECK(out.licence == in.licence);
     CHECK(out.attribution == in.attribution);
+}
+
+TEST_CASE("where a world's centre does not say how its map is turned, north is true north",
+          "[common][voxel][world_json]") {
+    const std::string text = world_to_json(full());
+    const std::string old = changed(text, "\"convergence_deg\":-0.3333333333333333,", "");
+    const WorldInfo out = world_from_json(old, "test");
+    REQUIRE(out.centre);
+    CHECK(out.centre->lat_deg == full().centre->lat_deg);
+    CHECK(out.centre->convergence_deg == 0);
+}
+
+TEST_CASE("a world's centre beyond the Earth is refused", "[common][voxel][world_json]") {
+    const std::string text = world_to_json(full());
+    for (const char* lat : {"90.1", "-1e300", "\"46\"", "null"}) {
+        INFO(lat);
+        CHECK_THROWS_AS(world_from_json(changed(text, "46.36364", lat), "test"), util::Error);
+    }
+    CHECK_THROWS_AS(world_from_json(changed(text, "-0.3333333333333333", "1e9"), "test"),
+                    util::Error);
 }
 
 TEST_CASE("a world that is nowhere on Earth has no centre on the other side either",

@@ -28,7 +28,7 @@ export function worldJson(title: string): unknown {
     materials: ['air', 'rock', 'soil', 'ground', 'grass', 'low_vegetation'],
     licence: 'CC BY 4.0',
     attribution: 'Synthetic Survey Office <b>2026</b>',
-    centre: { lat_deg: 46.0478, lon_deg: 14.5155 },
+    centre: { lat_deg: 46.0478, lon_deg: 14.5155, convergence_deg: -0.3488 },
     map: { tile_px: kTilePx, zooms: [0, kLevels - 1] },
   };
 }

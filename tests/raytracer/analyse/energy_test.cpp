@@ -15,7 +15,7 @@ using test::ArrayWorld;
 using test::Measured;
 using voxel::Material;
 
-constexpr geo::LatLon kTown{46, 14.5};
+constexpr geo::MapPlace kTown{46, 14.5};
 
 scene::Scene energy_scene(const char* from, const char* to) {
     scene::Scene scene = test::analysis_scene(core::AnalysisKind::kEnergy);

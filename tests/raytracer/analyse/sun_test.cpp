@@ -16,7 +16,7 @@ using test::ArrayWorld;
 using test::Measured;
 using voxel::Material;
 
-constexpr geo::LatLon kPlace{46, 14.5};
+constexpr geo::MapPlace kPlace{46, 14.5};
 constexpr double kOffset_h = 1;
 
 scene::Scene sun_scene(const char* date, double step_min) {

@@ -82,6 +82,8 @@ class Values(unittest.TestCase):
         self.assertLess(world.heights[0], world.heights[1])
         self.assertEqual(world.voxel_m, 1)
         self.assertAlmostEqual(world.centre[0], 46.05, delta=0.1)
+        # West of the meridian of 15 degrees the map's north lies west of true north.
+        self.assertAlmostEqual(world.convergence_deg, -0.35, delta=0.02)
         self.assertEqual(world.damage, [])
         self.assertIn("EPSG:3794", repr(world))
 

@@ -1,5 +1,8 @@
 #include "raytracer/sky/sun.hpp"
 
+#include <GeographicLib/Geodesic.hpp>
+
+#include "common/geo/crs.hpp"
 #include "common/util/error.hpp"
 #include "raytracer/sky/sun_of.hpp"
 #include "tests/raytracer/sky/skies.hpp"
@@ -83,7 +86,7 @@ TEST_CASE("light set by a scene replaces the air's, and still sets", "[raytracer
 }
 
 TEST_CASE("a zone's clock is that of its summer and winter", "[raytracer][sky][sun]") {
-    const geo::LatLon bled{46.3683, 14.1146};
+    const geo::MapPlace bled{46.3683, 14.1146};
     scene::Scene::Sun by_zone;
     scene::Scene::Sun by_offset;
     by_zone.zone = "Europe/Ljubljana";
@@ -134,7 +137,7 @@ TEST_CASE("a sun that cannot be is refused, naming the field", "[raytracer][sky]
     DYNAMIC_SECTION(c.name) {
         scene::Scene::Sun sun;
         c.change(sun);
-        const geo::LatLon here{46, 14};
+        const geo::MapPlace here{46, 14};
         CHECK_THROWS_AS(sky::sun_of(sun, &here), util::UsageError);
         CHECK_THROWS_WITH(sky::sun_of(sun, &here), contains(c.said) && contains("place the sun"));
     }
@@ -143,7 +146,7 @@ TEST_CASE("a sun that cannot be is refused, naming the field", "[raytracer][sky]
 TEST_CASE("the sun comes from date, time and place, or from the angles when both are given",
           "[raytracer][sky][sun]") {
     scene::Scene::Sun sun;
-    const geo::LatLon delft{52.0, 4.37};
+    const geo::MapPlace delft{52.0, 4.37};
     sun.time_h = 12;
     sun.utc_offset_h = 0;
     const auto noon = sky::sun_of(sun, &delft);
@@ -156,4 +159,40 @@ TEST_CASE("the sun comes from date, time and place, or from the angles when both
     sun.azimuth_deg = 77;
     CHECK(sky::sun_of(sun, &delft).altitude_deg == 5);
     CHECK(sky::sun_of(sun, nullptr).azimuth_deg == 77);
+}
+
+TEST_CASE("on a map the sun stands over the places that lie under it on Earth",
+          "[raytracer][sky][sun]") {
+    // A straight way on Earth towards the sun, drawn on the map, is the direction of the map's sun.
+    struct Case {
+        const char* crs;
+        double easting, northing;
+    };
+    const auto c = GENERATE(values<Case>({{"EPSG:32633", 820'000, 5'100'000},
+                                          {"EPSG:3794", 374'000, 35'000},
+                                          {"EPSG:32733", 180'000, 6'200'000},
+                                          {"EPSG:28992", 155'000, 463'000}}));
+    INFO(c.crs);
+    const geo::Crs crs = geo::Crs::from_text(c.crs);
+    const geo::MapPlace place = geo::map_place(crs, c.easting, c.northing);
+    const geo::Transform to_map(geo::Crs::from_text("EPSG:4326"), crs);
+    scene::Scene::Sun sun;
+    sun.utc_offset_h = 0;
+    for (const double time_h : {7.0, 10.5, 12.0, 16.0}) {
+        sun.time_h = time_h;
+        const double true_azimuth_deg =
+            geo::sun_position(sky::time_of(sun, &place), place).azimuth_deg;
+        double lat_deg = 0;
+        double lon_deg = 0;
+        GeographicLib::Geodesic::WGS84().Direct(place.lat_deg, place.lon_deg, true_azimuth_deg, 50,
+                                                lat_deg, lon_deg);
+        double x = lon_deg;
+        double y = lat_deg;
+        to_map.apply({&x, 1}, {&y, 1});
+        const core::Vec3 direction = sky::Sun(sky::sun_of(sun, &place), 1).direction();
+        const double map_azimuth = std::atan2(x - c.easting, y - c.northing);
+        const double sun_azimuth = std::atan2(direction.x, -direction.z);
+        INFO(time_h << " h, " << true_azimuth_deg << " degrees");
+        CHECK(std::abs(std::remainder(map_azimuth - sun_azimuth, 2 * det::kPi)) < 2e-5);
+    }
 }

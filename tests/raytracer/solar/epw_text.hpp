@@ -10,7 +10,7 @@
 
 namespace terravox::test {
 
-inline constexpr geo::LatLon kTown{46, 14.5};
+inline constexpr geo::MapPlace kTown{46, 14.5};
 
 /// Light of an hour, Wh/m2.
 struct EpwLight {

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "common/util/det_math.hpp"
 #include "common/util/error.hpp"
 #include "raytracer/solar/clock.hpp"
 #include "raytracer/solar/sun_steps.hpp"
@@ -14,8 +15,8 @@ namespace {
 using namespace terravox;
 using core::AnalysisKind;
 
-constexpr geo::LatLon kPlace{46, 14.5};
-constexpr geo::LatLon kFarNorth{78.2, 15.6};
+constexpr geo::MapPlace kPlace{46, 14.5};
+constexpr geo::MapPlace kFarNorth{78.2, 15.6};
 
 scene::Scene period(const char* from, const char* to, double step_min = 30) {
     scene::Scene scene;
@@ -37,7 +38,7 @@ scene::Scene at_offset(scene::Scene scene, double offset_h) {
     return scene;
 }
 
-solar::SunWay way(const scene::Scene& scene, const geo::LatLon& place = kPlace) {
+solar::SunWay way(const scene::Scene& scene, const geo::MapPlace& place = kPlace) {
     return solar::sun_way_of(scene, &place);
 }
 
@@ -158,7 +159,8 @@ TEST_CASE("steps fill a day whatever their length", "[raytracer][solar]") {
 }
 
 TEST_CASE("bins keep the hours and the middle of the sun's places", "[raytracer][solar]") {
-    for (const geo::LatLon& place : {kPlace, kFarNorth, geo::LatLon{0, 30}, geo::LatLon{-35, 150}})
+    for (const geo::MapPlace& place :
+         {kPlace, kFarNorth, geo::MapPlace{0, 30}, geo::MapPlace{-35, 150}})
         for (const double bin_deg : {1.0, 3.0, 10.0}) {
             INFO(place.lat_deg << " degrees north, bins of " << bin_deg);
             scene::Scene scene = period("2025-07-01", "2026-06-30");
@@ -185,6 +187,29 @@ TEST_CASE("bins keep the hours and the middle of the sun's places", "[raytracer]
             }
             CHECK(month_hours == Approx(each.hours).epsilon(1e-5));
         }
+}
+
+TEST_CASE("on a map whose north is turned, the sun's way is turned the other way",
+          "[raytracer][solar]") {
+    const double turn_deg = GENERATE(-1.15, 3.0, 45.0);
+    const double bin_deg = GENERATE(0.0, 3.0);
+    INFO("turned by " << turn_deg << ", bins of " << bin_deg);
+    scene::Scene scene = period("2026-03-01", "2026-03-31");
+    scene.analysis.bin_deg = bin_deg;
+    const solar::SunWay plain = way(scene);
+    const solar::SunWay turned = way(scene, {{kPlace.lat_deg, kPlace.lon_deg}, turn_deg});
+    REQUIRE(turned.directions.size() == plain.directions.size());
+    CHECK(turned.hours == plain.hours);
+    const double rad = turn_deg * det::kPi / 180;
+    for (std::size_t i = 0; i < plain.directions.size(); ++i) {
+        // The map's north lies clockwise of true north: the sun moves counter-clockwise on it.
+        const core::Vec3 from = plain.directions[i].to;
+        const core::Vec3 wanted{from.x * std::cos(rad) + from.z * std::sin(rad), from.y,
+                                from.z * std::cos(rad) - from.x * std::sin(rad)};
+        const core::Vec3 apart = turned.directions[i].to - wanted;
+        REQUIRE(core::dot(apart, apart) < 1e-20);
+        REQUIRE(turned.directions[i].hours == plain.directions[i].hours);
+    }
 }
 
 TEST_CASE("an instant has one direction by day and none by night", "[raytracer][solar]") {

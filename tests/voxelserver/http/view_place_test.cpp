@@ -95,7 +95,7 @@ TEST_CASE("it is afternoon where the world lies", "[voxelserver][http][view_plac
     WideWorld world(64, 1);
     constexpr std::int64_t kFour = 1'782'057'600'000;  // 2026-06-21, 16:00 UTC
     CHECK(Place(world).json()["time_ms"] == kFour);
-    world.info().centre = geo::LatLon{46, 14.5};
+    world.info().centre = geo::MapPlace{46, 14.5};
     CHECK(Place(world).json()["time_ms"] == kFour - 3'600'000);
 }
 

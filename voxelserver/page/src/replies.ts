@@ -5,6 +5,14 @@
 
 export type Vec3 = readonly [number, number, number];
 
+/** A place of a map: where it is on Earth, and how the map is turned there. */
+export type MapPlace = {
+  readonly latDeg: number;
+  readonly lonDeg: number;
+  /** The azimuth of the map's north, clockwise from true north. */
+  readonly convergenceDeg: number;
+};
+
 export type World = {
   readonly title: string;
   readonly software: string;
@@ -19,7 +27,7 @@ export type World = {
   readonly crsWkt: string;
   readonly crsProj4: string;
   readonly unitsPerVoxel: number;
-  readonly centre: { readonly latDeg: number; readonly lonDeg: number } | undefined;
+  readonly centre: MapPlace | undefined;
   readonly licence: string;
   readonly attribution: string;
   readonly materials: readonly string[];
@@ -86,6 +94,15 @@ function vec3(value: unknown, what: string): Vec3 {
   return [number(x, what, -far, far), number(y, what, -far, far), number(z, what, -far, far)];
 }
 
+function readPlace(centre: Readonly<Record<string, unknown>>): MapPlace {
+  return {
+    latDeg: number(centre['lat_deg'], 'centre.lat_deg', -90, 90),
+    lonDeg: number(centre['lon_deg'], 'centre.lon_deg', -360, 360),
+    // Older programs did not write it.
+    convergenceDeg: number(centre['convergence_deg'] ?? 0, 'centre.convergence_deg', -360, 360),
+  };
+}
+
 export function readWorld(json: unknown): World {
   const all = fields(json, 'the world');
   const bounds = fields(all['bounds'], 'the bounds of the world');
@@ -105,7 +122,7 @@ export function readWorld(json: unknown): World {
     crsWkt: textOf(all['crs_wkt']),
     crsProj4: textOf(all['crs_proj4']),
     unitsPerVoxel: number(all['crs_units_per_voxel'], 'crs_units_per_voxel', 1e-9, 1e9),
-    centre: centre && { latDeg: number(centre['lat_deg'], 'centre.lat_deg', -90, 90), lonDeg: number(centre['lon_deg'], 'centre.lon_deg', -360, 360) },
+    centre: centre && readPlace(centre),
     licence: textOf(all['licence']),
     attribution: textOf(all['attribution']),
     materials: texts(all['materials']),

@@ -118,7 +118,7 @@ private:
         info.crs = frame.crs().name();
         info.crs_wkt = frame.crs().wkt();
         info.crs_units_per_voxel = frame.units_per_voxel();
-        info.centre = geo::to_lat_lon(
+        info.centre = geo::map_place(
             frame.crs(), frame.easting((info.bounds.min[0] + info.bounds.max[0]) / 2.0),
             frame.northing((info.bounds.min[2] + info.bounds.max[2]) / 2.0));
         // Levels until the whole world fits in one box.

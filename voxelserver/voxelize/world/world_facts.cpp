@@ -64,6 +64,7 @@ void put(voxel::ByteWriter& out, const voxel::WorldInfo& info) {
     out.add(static_cast<std::uint8_t>(info.centre.has_value()));
     out.add(info.centre ? info.centre->lat_deg : 0);
     out.add(info.centre ? info.centre->lon_deg : 0);
+    out.add(info.centre ? info.centre->convergence_deg : 0);
     out.add(info.licence);
     out.add(info.attribution);
 }
@@ -82,8 +83,9 @@ voxel::WorldInfo world_info(voxel::ByteReader& in) {
     const bool placed = in.get<std::uint8_t>() != 0;
     const auto lat = in.get<double>();
     const auto lon = in.get<double>();
+    const auto convergence = in.get<double>();
     if (placed)
-        out.centre = geo::LatLon{lat, lon};
+        out.centre = geo::MapPlace{{lat, lon}, convergence};
     out.licence = in.text();
     out.attribution = in.text();
     return out;

@@ -200,7 +200,7 @@ private:
         m_info.crs = m_frame.crs().name();
         m_info.crs_wkt = m_frame.crs().wkt();
         m_info.attribution = found.attribution;
-        m_info.centre = geo::to_lat_lon(m_frame.crs(), m_middle[0], m_middle[1]);
+        m_info.centre = geo::map_place(m_frame.crs(), m_middle[0], m_middle[1]);
         const std::int64_t widest =
             std::max(std::int64_t{m_info.bounds.max[0]} - m_info.bounds.min[0],
                      std::int64_t{m_info.bounds.max[2]} - m_info.bounds.min[2]);

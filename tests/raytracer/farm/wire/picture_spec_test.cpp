@@ -12,7 +12,7 @@ voxel::WorldInfo place() {
     world.title = "place";
     world.bounds = {{0, 0, 0}, {64, 64, 64}};
     world.levels = 1;
-    world.centre = geo::LatLon{46.05, 14.5};
+    world.centre = geo::MapPlace{{46.05, 14.5}, -0.36};
     return world;
 }
 

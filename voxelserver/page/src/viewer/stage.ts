@@ -27,7 +27,7 @@ import {
 } from './draw/renderer.js';
 import { Residency, type Plan } from './draw/residency.js';
 import { adaptationEv, skyLight } from './draw/sky-light.js';
-import { sunPosition, type SunPosition } from './draw/sun-position.js';
+import { kNowhere, sunPosition, type SunPosition } from './draw/sun-position.js';
 import { TexturePools, type BoxData, type ColumnData } from './draw/texture-pools.js';
 import { ViewCut } from './view-cut.js';
 import { cameraAtPixel, pickOf, type Pick } from './pick.js';
@@ -217,8 +217,7 @@ export class Stage {
   }
 
   get sun(): SunPosition {
-    const centre = this.#facts?.world.centre;
-    return sunPosition(this.#timeMs, centre?.latDeg ?? 46, centre?.lonDeg ?? 14);
+    return sunPosition(this.#timeMs, this.#facts?.world.centre ?? kNowhere);
   }
 
   setCamera(camera: Camera): void {

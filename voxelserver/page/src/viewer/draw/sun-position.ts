@@ -4,13 +4,17 @@
  * Ref: Meeus, "Astronomical Algorithms", 2nd ed. 1998, chapters 25 and 13, as arranged by NOAA's
  * solar calculator. Error below 0.05 degree for the years 1900 to 2100.
  */
+import type { MapPlace } from '../../replies.js';
 
 export type SunPosition = {
   /** Of the sun's middle above the horizon, with refraction at sea level. */
   readonly altitudeDeg: number;
-  /** Clockwise from north, [0, 360). */
+  /** Clockwise from the map's north, [0, 360). */
   readonly azimuthDeg: number;
 };
+
+/** Where worlds without a place on Earth have their sun. */
+export const kNowhere: MapPlace = { latDeg: 46, lonDeg: 14, convergenceDeg: 0 };
 
 const kRad = Math.PI / 180;
 const kDayMs = 86_400_000;
@@ -19,7 +23,7 @@ const kUnixEpochJulianDay = 2_440_587.5;
 const wrapDeg = (a: number): number => a - 360 * Math.floor(a / 360);
 
 /** @param timeMs UTC, milliseconds since 1970 */
-export function sunPosition(timeMs: number, latDeg: number, lonDeg: number): SunPosition {
+export function sunPosition(timeMs: number, place: MapPlace): SunPosition {
   const day = timeMs / kDayMs + kUnixEpochJulianDay;
   const t = (day - 2_451_545) / 36_525;
   // Step 1: the sun's apparent ecliptic longitude.
@@ -40,8 +44,8 @@ export function sunPosition(timeMs: number, latDeg: number, lonDeg: number): Sun
   const siderealDeg = wrapDeg(
     280.46061837 + 360.98564736629 * (day - 2_451_545) + t * t * (0.000387933 - t / 38_710_000),
   );
-  const hourAngle = (siderealDeg + lonDeg) * kRad - ascension;
-  const lat = latDeg * kRad;
+  const hourAngle = (siderealDeg + place.lonDeg) * kRad - ascension;
+  const lat = place.latDeg * kRad;
   const altitudeDeg =
     Math.asin(
       Math.sin(lat) * Math.sin(declination) +
@@ -54,7 +58,7 @@ export function sunPosition(timeMs: number, latDeg: number, lonDeg: number): Sun
     ) / kRad;
   return {
     altitudeDeg: altitudeDeg + refractionDeg(altitudeDeg),
-    azimuthDeg: wrapDeg(azimuthDeg + 180),
+    azimuthDeg: wrapDeg(azimuthDeg + 180 - place.convergenceDeg),
   };
 }
 

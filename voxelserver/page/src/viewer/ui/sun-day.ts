@@ -1,5 +1,6 @@
 /** The sun's way over a day: where it stands, when it rises and sets. */
 import { sunPosition, type SunPosition } from '../draw/sun-position.js';
+import type { MapPlace } from '../../replies.js';
 import type { Vec3 } from '../draw/camera.js';
 
 export type SunAt = SunPosition & {
@@ -26,9 +27,9 @@ const kAccuracyMs = 500;
 const kEdgeDeg = -16 / 60;
 
 /** @param timeMs any time of the day, UTC; the day is that of the place's mean sun */
-export function sunDay(timeMs: number, latDeg: number, lonDeg: number): SunDay {
-  const at = (t: number): SunAt => ({ timeMs: t, ...sunPosition(t, latDeg, lonDeg) });
-  const shiftMs = (lonDeg / 360) * kDayMs;
+export function sunDay(timeMs: number, place: MapPlace): SunDay {
+  const at = (t: number): SunAt => ({ timeMs: t, ...sunPosition(t, place) });
+  const shiftMs = (place.lonDeg / 360) * kDayMs;
   const midnight = Math.floor((timeMs + shiftMs) / kDayMs) * kDayMs - shiftMs;
   const path = Array.from({ length: kDayMs / kStepMs + 1 }, (_, i) => at(midnight + i * kStepMs));
   const firstHour = Math.ceil(midnight / kHourMs) * kHourMs;

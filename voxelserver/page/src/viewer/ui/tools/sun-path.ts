@@ -1,31 +1,29 @@
 /** The sun's way over the chosen day: over the picture, and its times in words. */
 import { element, setFacts } from '../../../dom.js';
-import { sunPosition } from '../../draw/sun-position.js';
+import { kNowhere, sunPosition } from '../../draw/sun-position.js';
 import type { Shape } from '../overlay.js';
 import { isUp, sunDay, towards, type SunAt, type SunDay } from '../sun-day.js';
 import type { Tool, ToolContext } from '../tool.js';
 import { button, checkbox } from '../widgets.js';
 
-// Where worlds without a place on Earth have their sun, as the stage draws it.
-const kNowhere = { latDeg: 46, lonDeg: 14 };
 const kMinuteMs = 60_000;
 const kSunPx = 11;
 const kHourPx = 4;
 
 export function makeSunPath(context: ToolContext): Tool {
   const { say, numbers, world } = context;
-  const { latDeg, lonDeg } = world.centre ?? kNowhere;
-  let day = sunDay(context.timeMs(), latDeg, lonDeg);
+  const place = world.centre ?? kNowhere;
+  let day = sunDay(context.timeMs(), place);
   const facts = element('dl', { id: 'sun-facts' });
   const shown = checkbox(say('sun.show'), false, () => context.changed());
 
   function sunNow(): SunAt {
     const timeMs = context.timeMs();
-    return { timeMs, ...sunPosition(timeMs, latDeg, lonDeg) };
+    return { timeMs, ...sunPosition(timeMs, place) };
   }
 
   function timeChanged(): void {
-    day = sunDay(context.timeMs(), latDeg, lonDeg);
+    day = sunDay(context.timeMs(), place);
     setFacts(facts, factsOf(day));
   }
 
