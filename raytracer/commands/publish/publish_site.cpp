@@ -122,6 +122,7 @@ void write_archive(const PublishArguments& args, const scene::Scene& scene, cons
     exports::Job job(world, part, archive, palette, meter);
     job.name = job_name(args.world, scene, part, world, "archive true");
     job.threads = scene.processing.threads.value_or(0);
+    job.stop = args.stop;
     job.memory_bytes = static_cast<std::size_t>(args.memory_mib) << 20;
     format.write(job, write);
     meter.finish();
@@ -260,6 +261,9 @@ util::ExitCode publish_site(const fs::path& folder, const PublishArguments& args
     const scene::Scene scene = args.world.scene();
     check_reference(args);
     check_target(args, archive);
+    std::optional<std::stop_callback<std::function<void()>>> at_once;
+    if (args.abandon)
+        at_once.emplace(args.stop, args.abandon);
     util::StageTimes times;
     const auto world = worlds::open_world(args.world.options(scene), times);
     Published published{world->info(), 0, {}};
@@ -273,6 +277,7 @@ util::ExitCode publish_site(const fs::path& folder, const PublishArguments& args
     publish::SiteFacts facts = facts_of(args, scene, published.world);
     facts.squares = squares_in(*world, published.world.framed_bounds());
 
+    at_once.reset();
     write_archive(args, scene, archive, *world, part ? &*part : nullptr, published);
     if (facts.has_preview)
         published.holes += write_preview(args, scene, folder);

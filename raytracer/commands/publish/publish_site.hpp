@@ -2,6 +2,8 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
+#include <stop_token>
 #include <string>
 #include <vector>
 
@@ -23,6 +25,11 @@ struct PublishArguments {
     int memory_mib = 1024;
     bool no_preview = false;
     bool quiet = false;
+    /// Ends writing with an Error.
+    std::stop_token stop;
+    /// Called by the thread that requests the stop, while a world is being opened, which waits for
+    /// nothing; nothing is being written then. Must not return. Empty: a stop waits.
+    std::function<void()> abandon;
 };
 
 /// Sections of a scene that a site is made of.

@@ -10,6 +10,7 @@
 #include <filesystem>
 #include <memory>
 #include <stop_token>
+#include <string>
 
 #include "common/thread/stop_signals.hpp"
 #include "common/util/log.hpp"
@@ -30,12 +31,30 @@ struct ViewArguments {
     bool no_browser = false;
 };
 
-/// Ends the program at once, while other threads may be writing into the folder: nothing that
-/// publishes a site waits for a stop.
-[[noreturn]] void abandon(util::TemporaryFolder& folder) noexcept {
-    folder.remove();
-    std::fputs("terravox: view: stopped before the place was published\n", stderr);
-    std::_Exit(static_cast<int>(util::ExitCode::kFailed));
+constexpr const char* kStopped = "view: stopped before the place was published";
+
+/// Publishes into a new folder.
+/// @throws Error, also when stopped
+util::ExitCode publish_into(util::TemporaryFolder& scratch, PublishArguments& publish,
+                            const std::stop_token& stop) {
+    scratch = util::TemporaryFolder::make("view");
+    publish.no_preview = true;
+    publish.stop = stop;
+    // Opening a world does not wait for a stop, so the program ends.
+    publish.abandon = [&scratch] {
+        scratch.remove();
+        std::fprintf(stderr, "terravox: %s\n", kStopped);
+        std::_Exit(static_cast<int>(util::ExitCode::kFailed));
+    };
+    try {
+        const util::ExitCode code = publish_site(scratch.path(), publish);
+        if (!stop.stop_requested())
+            return code;
+    } catch (const util::Error&) {
+        if (!stop.stop_requested())
+            throw;
+    }
+    throw util::Error(kStopped);
 }
 
 // Where there is a desktop; elsewhere the address has been printed.
@@ -57,12 +76,9 @@ util::ExitCode run_view(ViewArguments& args) {
     util::ExitCode code = util::ExitCode::kDone;
     const thread::StopSignals signals;
     if (args.paths.size() > 1 || !fs::exists(site / "place.json")) {
-        scratch = util::TemporaryFolder::make("view");
-        site = scratch.path();
         publish.world.inputs = args.paths;
-        publish.no_preview = true;
-        const std::stop_callback stopped(signals.token(), [&] { abandon(scratch); });
-        code = publish_site(site, publish);
+        code = publish_into(scratch, publish, signals.token());
+        site = scratch.path();
     }
     const publish::SiteHost host(site, static_cast<std::uint16_t>(args.port));
     std::printf("%s  (Ctrl-C ends)\n", host.address().c_str());
