@@ -28,7 +28,6 @@ using Clock = std::chrono::steady_clock;
 
 constexpr std::size_t kMaxSaid = 4096;
 constexpr int kNice = 10;
-constexpr int kSignalled = 128;  ///< added to the signal that has ended a process, as shells do
 constexpr int kUnknownEnd = 127;
 
 /// The limit for files, no higher than that of the server.

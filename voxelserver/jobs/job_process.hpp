@@ -11,6 +11,9 @@
 
 namespace terravox::jobs {
 
+/// Added to the signal that has ended a process, as shells do.
+inline constexpr int kSignalled = 128;
+
 /// What a process is started with.
 struct ProcessStart {
     std::filesystem::path program;
@@ -33,7 +36,7 @@ public:
     JobProcess& operator=(const JobProcess&) = delete;
 
     /// Takes what it has printed. Never blocks.
-    /// @return its status once it has ended: 0 to 255, or 128 plus the signal that ended it
+    /// @return its status once it has ended: 0 to 255, or kSignalled plus the signal that ended it
     [[nodiscard]] std::optional<int> look();
     /// Ends it: SIGTERM, and after some seconds SIGKILL.
     void stop() noexcept;
