@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/util/det_math.hpp"
+
 namespace terravox::analyse {
 
 void HeightSums::add(int east, int south, float height) noexcept {
@@ -27,6 +29,12 @@ bool is_same_surface(double distance, double height, double step) noexcept {
 
 core::Vec3 CellPlane::normal() const noexcept {
     return core::normalized({-east, 1, -south});
+}
+
+double azimuth_deg(core::Vec3 normal) noexcept {
+    constexpr double kDegPerRad = 180 / det::kPi;
+    const double azimuth = det::atan2(normal.x, 0 - normal.z) * kDegPerRad;
+    return azimuth < 0 ? azimuth + 360 : azimuth;
 }
 
 CellPlane plane_through(const HeightSums& sums, double spacing, double step) noexcept {

@@ -34,6 +34,10 @@ struct CellPlane {
     [[nodiscard]] core::Vec3 normal() const noexcept;
 };
 
+/// The direction in which something looks, degrees clockwise from the map's north, [0, 360).
+/// @param normal x east, z south; not vertical
+[[nodiscard]] double azimuth_deg(core::Vec3 normal) noexcept;
+
 /// The plane of least squares. Heights in one line, or fewer than three, give a level one.
 /// @param spacing of the cells, level-0 voxels
 /// @param step as above

@@ -18,6 +18,28 @@ walk::TracedRay cell_ray(const core::Ray& ray, std::uint32_t sample) noexcept {
     return out;
 }
 
+double cell_spacing(const shade::View& view) noexcept {
+    const auto& scene = view.scene;
+    return scene.camera.height_m.value_or(0) / scene.output.size_px[1] / view.voxel_m;
+}
+
+walk::TracedRay ray_beside(const shade::View& view, const walk::TracedRay& ray, double east,
+                           double south) noexcept {
+    core::Ray down = ray.ray;
+    down.origin = {down.origin.x + east, view.camera.position().y, down.origin.z + south};
+    walk::TracedRay out = cell_ray(down, ray.sample);
+    out.state = core::RayState(out.ray);
+    if (!out.state.enter(view.cut.entry_bounds()))
+        out.end = walk::WalkEnd::kMiss;
+    return out;
+}
+
+core::VoxelCoord voxel_at(core::Vec3 at, int level) noexcept {
+    const double scale = det::exp2_int(-level);
+    return {core::RayState::floor_to_int(at.x * scale), core::RayState::floor_to_int(at.y * scale),
+            core::RayState::floor_to_int(at.z * scale)};
+}
+
 double top_of(const walk::Hit& hit) noexcept {
     return static_cast<double>(hit.voxel.y + 1) * det::exp2_int(hit.level);
 }

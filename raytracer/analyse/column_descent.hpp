@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "raytracer/core/scene_words.hpp"
+#include "raytracer/shade/view.hpp"
 #include "raytracer/walk/traced_ray.hpp"
 
 namespace terravox::analyse {
@@ -18,6 +19,18 @@ namespace terravox::analyse {
 
 /// The vertical ray of a cell, from a ray of the camera.
 [[nodiscard]] walk::TracedRay cell_ray(const core::Ray& ray, std::uint32_t sample) noexcept;
+
+/// Distance of neighbouring cells, level-0 voxels.
+[[nodiscard]] double cell_spacing(const shade::View& view) noexcept;
+
+/// A vertical ray beside another ray, from above the world. Beyond the world it has ended already.
+/// @param east, south of the other's origin, level-0 voxels
+[[nodiscard]] walk::TracedRay ray_beside(const shade::View& view, const walk::TracedRay& ray,
+                                         double east, double south) noexcept;
+
+/// The voxel of a level that holds a point.
+/// @param at level-0 voxels
+[[nodiscard]] core::VoxelCoord voxel_at(core::Vec3 at, int level) noexcept;
 
 /// Whether a ray has ended at a box that is not available.
 [[nodiscard]] inline bool is_hole(const walk::TracedRay& ray) noexcept {

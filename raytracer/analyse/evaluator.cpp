@@ -1,6 +1,7 @@
 #include "raytracer/analyse/evaluator.hpp"
 
 #include "raytracer/analyse/energy_evaluator.hpp"
+#include "raytracer/analyse/facade_evaluator.hpp"
 #include "raytracer/analyse/sight_evaluator.hpp"
 #include "raytracer/analyse/sky_evaluator.hpp"
 #include "raytracer/analyse/sun_evaluator.hpp"
@@ -18,6 +19,7 @@ std::unique_ptr<const shade::RayEvaluator> make_evaluator(const shade::View& vie
         case core::AnalysisKind::kSunMonths:
         case core::AnalysisKind::kShadow: return std::make_unique<SunEvaluator>(view);
         case core::AnalysisKind::kEnergy: return std::make_unique<EnergyEvaluator>(view);
+        case core::AnalysisKind::kFacade: return std::make_unique<FacadeEvaluator>(view);
         case core::AnalysisKind::kSight: return std::make_unique<SightEvaluator>(view);
     }
     return shade::make_shading(view);

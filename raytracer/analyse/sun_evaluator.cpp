@@ -101,6 +101,7 @@ void SunEvaluator::add_sunlit(const solar::SunDirection& from, core::Bands& band
         case AnalysisKind::kNone:
         case AnalysisKind::kTerrain:
         case AnalysisKind::kEnergy:
+        case AnalysisKind::kFacade:
         case AnalysisKind::kSight:
         case AnalysisKind::kSky: break;
     }

@@ -83,10 +83,27 @@ enum class EnergyBand : std::uint8_t {
 };
 inline constexpr std::size_t kEnergyBands = 9;
 
+/// Of the wall between a cell of a building and the lower cell beside it; core::kNoData: none.
+enum class FacadeBand : std::uint8_t {
+    kHole,   ///< as TerrainBand::kHole
+    kTotal,  ///< of all that follows, kWh/m2 of the wall
+    kBeam,
+    kDiffuse,
+    kReflected,
+    kSunHours,  ///< for which the sun shines on the wall
+    kSkyView,   ///< share of the light of an even sky, [0, 0.5]
+    kAzimuth,   ///< where the wall looks to, degrees clockwise from the map's north
+    kBottom,    ///< of the storey, metres
+    kHeight,    ///< of the storey's wall, metres
+    kArea,      ///< of the wall, m2: less than the face of the voxels where the wall is oblique
+};
+inline constexpr std::size_t kFacadeBands = 11;
+
 inline constexpr std::size_t kMaxBands = 16;
 static_assert(kTerrainBands <= kMaxBands && kSkyBands <= kMaxBands && kSunBands <= kMaxBands &&
               kSunPeriodBands <= kMaxBands && kSunMonthsBands <= kMaxBands &&
-              kShadowBands <= kMaxBands && kEnergyBands <= kMaxBands && kSightBands <= kMaxBands);
+              kShadowBands <= kMaxBands && kEnergyBands <= kMaxBands && kFacadeBands <= kMaxBands &&
+              kSightBands <= kMaxBands);
 
 /// @return 0: a picture, which has no bands
 [[nodiscard]] constexpr std::size_t band_count(AnalysisKind kind) noexcept {
@@ -99,6 +116,7 @@ static_assert(kTerrainBands <= kMaxBands && kSkyBands <= kMaxBands && kSunBands 
         case AnalysisKind::kSunMonths: return kSunMonthsBands;
         case AnalysisKind::kShadow: return kShadowBands;
         case AnalysisKind::kEnergy: return kEnergyBands;
+        case AnalysisKind::kFacade: return kFacadeBands;
         case AnalysisKind::kSight: return kSightBands;
     }
     return 0;

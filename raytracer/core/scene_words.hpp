@@ -127,6 +127,7 @@ enum class AnalysisKind : std::uint8_t {
     kSunMonths,  ///< the same, and by month
     kShadow,     ///< whether the sun shines at an instant
     kEnergy,     ///< energy of the sun and of the sky
+    kFacade,     ///< the same, on the walls of one side and storey
     kSight,      ///< what observers see
 };
 inline constexpr Word<AnalysisKind> kAnalysisKinds[] = {
@@ -138,6 +139,7 @@ inline constexpr Word<AnalysisKind> kAnalysisKinds[] = {
     {AnalysisKind::kSunMonths, "sun-months"},
     {AnalysisKind::kShadow, "shadow"},
     {AnalysisKind::kEnergy, "energy"},
+    {AnalysisKind::kFacade, "facade"},
     {AnalysisKind::kSight, "sight"},
 };
 constexpr std::span<const Word<AnalysisKind>> words_of(AnalysisKind) noexcept {
@@ -148,6 +150,23 @@ constexpr std::span<const Word<AnalysisKind>> words_of(AnalysisKind) noexcept {
 [[nodiscard]] constexpr bool needs_sun_way(AnalysisKind kind) noexcept {
     return kind == AnalysisKind::kSun || kind == AnalysisKind::kSunPeriod ||
            kind == AnalysisKind::kSunMonths || kind == AnalysisKind::kShadow;
+}
+
+/// Whether an analysis sums up the light of a period.
+[[nodiscard]] constexpr bool needs_light(AnalysisKind kind) noexcept {
+    return kind == AnalysisKind::kEnergy || kind == AnalysisKind::kFacade;
+}
+
+/// Where the outside of a wall is, on the map.
+enum class WallSide : std::uint8_t { kNorth, kEast, kSouth, kWest };
+inline constexpr Word<WallSide> kWallSides[] = {
+    {WallSide::kNorth, "north"},
+    {WallSide::kEast, "east"},
+    {WallSide::kSouth, "south"},
+    {WallSide::kWest, "west"},
+};
+constexpr std::span<const Word<WallSide>> words_of(WallSide) noexcept {
+    return kWallSides;
 }
 
 /// Where in a cell an analysis measures.

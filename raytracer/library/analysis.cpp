@@ -97,7 +97,7 @@ Raster World::analyse(const AnalysisOptions& options, const Control& control) co
             m_state->check_level(*options.level);
         scene::Scene scene = analysis_scene(options);
         const core::AnalysisKind kind = scene.analysis.kind;
-        if ((core::needs_sun_way(kind) || kind == core::AnalysisKind::kEnergy) && !world.centre)
+        if ((core::needs_sun_way(kind) || core::needs_light(kind)) && !world.centre)
             throw util::UsageError("analyse " + options.kind + ": '" + world.title +
                                    "' has no place on Earth; allowed: worlds with a CRS");
         const analyse::CellGrid grid =

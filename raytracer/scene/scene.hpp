@@ -150,6 +150,10 @@ struct Scene {
         /// Light of a period (solar/light_list.hpp) instead of that of a clear sky; empty: none.
         /// The command sums it up of a weather file, so that workers need no file.
         std::string light;
+        // Of kind facade: which walls.
+        core::WallSide side = core::WallSide::kSouth;
+        int storey = 0;         ///< from 0, at the ground or roof before the wall
+        double storey_m = 3;    ///< height of a storey
         PointList observers;    ///< of kind sight
         double target_m = 0;    ///< of kind sight: height above the surface that is looked for
         bool curvature = true;  ///< of kind sight: the Earth's, lessened by the air's refraction

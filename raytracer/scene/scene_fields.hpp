@@ -297,6 +297,13 @@ void visit_fields(SceneType& s, Visit&& visit) {
     visit("analysis.light", s.analysis.light,
           FieldRule{"light of a period, summed up of a weather file, instead of a sky without "
                     "clouds; workers get it"});
+    visit("analysis.side", s.analysis.side,
+          FieldRule{"of facades: the walls whose outside is on this side", 0, 0,
+                    texts_of<core::WallSide>()});
+    visit("analysis.storey", s.analysis.storey,
+          FieldRule{"of facades: which storey, from 0 at the foot of the wall", 0, 1000});
+    visit("analysis.storey_m", s.analysis.storey_m,
+          FieldRule{"of facades: height of a storey, metres", 1, 1000, {}, "--storey-m"});
     visit("analysis.observers", s.analysis.observers,
           FieldRule{"of sight: points that look, x,y,z;... in voxels"});
     visit("analysis.target_m", s.analysis.target_m,

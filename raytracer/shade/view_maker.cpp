@@ -103,7 +103,7 @@ View assemble(const scene::Scene& scene, const voxel::WorldInfo& world,
     const geo::MapPlace* const place = world.centre ? &*world.centre : nullptr;
     if (core::needs_sun_way(scene.analysis.kind))
         view.sun_way = solar::sun_way_of(scene, place);
-    if (scene.analysis.kind == core::AnalysisKind::kEnergy)
+    if (core::needs_light(scene.analysis.kind))
         view.energy = solar::energy_of(scene, place, middle_height_m(world));
     if (scene.quality.integrator == core::Integrator::kPath)
         view.max_indirect =

@@ -137,6 +137,22 @@ class Refusals(Case):
                 ["energy", square(), "-o", "a.tif", "--objects", "a.gpkg", "--surface", "ground"],
                 "--surface top, or --polygons",
             ),
+            "facades that are no GeoPackage": (
+                ["energy", square(), "-o", "a.tif", "--facades", "a.gml"],
+                "write the facades a.gml: the ending '.gml'; allowed: .gpkg",
+            ),
+            "facades on the ground": (
+                ["energy", square(), "-o", "a.tif", "--facades", "a.gpkg", "--surface", "ground"],
+                "--facades with --surface ground",
+            ),
+            "facades of a part": (
+                ["energy", square(), "-o", "a.tif", "--facades", "a.gpkg", "--part", "1/2"],
+                "--facades together with --part",
+            ),
+            "storeys of nothing": (
+                ["energy", square(), "-o", "a.tif", "--facades", "a.gpkg", "--storey-m", "0.2"],
+                "allowed: 1 to 1000",
+            ),
             "polygons of nothing": (
                 ["energy", square(), "-o", "a.tif", "--polygons", "a.geojson"],
                 "--polygons without --objects",

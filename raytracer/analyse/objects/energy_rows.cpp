@@ -4,24 +4,13 @@
 #include <string_view>
 
 #include "common/voxel/material.hpp"
+#include "raytracer/core/building_materials.hpp"
 
 namespace terravox::analyse {
 namespace {
 
 /// Cells of a band that are read together.
 constexpr int kStripCells = 1 << 20;
-
-bool is_of_building(float material) noexcept {
-    switch (static_cast<voxel::Material>(static_cast<int>(material))) {
-        case voxel::Material::kWall:
-        case voxel::Material::kRoof:
-        case voxel::Material::kOrangeRoof:
-        case voxel::Material::kGreyRoof:
-        case voxel::Material::kFlatRoof:
-        case voxel::Material::kSolarPanel: return true;
-        default: return false;
-    }
-}
 
 }  // namespace
 
@@ -59,7 +48,8 @@ EnergyCell EnergyRows::at(int column) const noexcept {
 }
 
 bool EnergyRows::is_building(int column) const noexcept {
-    return is_of_building(m_material[index(column)]);
+    const auto material = static_cast<int>(m_material[index(column)]);
+    return core::is_of_building(static_cast<voxel::Material>(material));
 }
 
 }  // namespace terravox::analyse

@@ -3,21 +3,16 @@
 #include <array>
 #include <cstdint>
 #include <filesystem>
-#include <memory>
 #include <stop_token>
 #include <string>
 #include <vector>
 
-#include "common/util/atomic_file.hpp"
+#include "raytracer/analyse/objects/feature_file.hpp"
 #include "raytracer/analyse/objects/object_sums.hpp"
-#include "raytracer/output/gdal_writing.hpp"
-#include "raytracer/output/picture_info.hpp"
-
-class OGRGeometry;
 
 namespace terravox::analyse {
 
-/// Facts of a GeoPackage of objects that are not those of one of them.
+/// Facts of a GeoPackage of objects or facades that are not those of one of them.
 struct ObjectFileInfo {
     output::GeoPlacement placement;  ///< of the raster; with a CRS
     std::string description;         ///< of the layer
@@ -28,8 +23,7 @@ enum class Outlines : std::uint8_t {
     kGiven,  ///< one multipolygon for each
 };
 
-/// A GeoPackage with a layer of objects (docs/formats/objects.md) and its style for QGIS. It
-/// appears under its name only when it is complete. Not thread-safe.
+/// A GeoPackage with a layer of objects (docs/formats/objects.md). Not thread-safe.
 class ObjectFile {
 public:
     static constexpr const char* kLayer = "objects";
@@ -51,18 +45,11 @@ public:
     void finish(const std::string& style);
 
 private:
-    void add_layer(Outlines outlines, const ObjectFileInfo& info);
-    void add_style(const std::string& style);
-
-    const std::string m_attempt;
-    util::AtomicFile m_file;  // outlives the dataset in it
     std::array<double, 6> m_transform;
-    output::GdalDataset m_dataset;
-    void* m_layer = nullptr;  ///< OGRLayerH of m_dataset
+    FeatureFile m_file;
 };
 
-/// @throws UsageError unless the file's name is that of a GeoPackage; Error when it cannot be
-/// written
+/// @throws as check_feature_target()
 void check_object_target(const std::filesystem::path& out);
 
 }  // namespace terravox::analyse

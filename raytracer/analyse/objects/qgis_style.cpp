@@ -26,17 +26,10 @@ struct Steps {
     [[nodiscard]] double border(int i) const noexcept { return low + width * i; }
 };
 
-Steps steps_of(const std::vector<ObjectFacts>& objects) {
-    double least = 0;
-    double most = 0;
-    bool is_first = true;
-    for (const ObjectFacts& object : objects) {
-        if (!object.has_values())
-            continue;
-        least = is_first ? object.kwh_m2() : std::min(least, object.kwh_m2());
-        most = is_first ? object.kwh_m2() : std::max(most, object.kwh_m2());
-        is_first = false;
-    }
+Steps steps_of(const std::vector<double>& kwh_m2) {
+    const auto [first, last] = std::minmax_element(kwh_m2.begin(), kwh_m2.end());
+    const double least = kwh_m2.empty() ? 0 : *first;
+    const double most = kwh_m2.empty() ? 0 : *last;
     constexpr double kUneven = kSteps * 2;
     // Of a single day energies differ by less than the steps of whole numbers.
     const double unit = most - least > kUneven ? 1 : 0.01;
@@ -54,9 +47,16 @@ std::string range_of(const Steps& steps, int i) {
         low, high, i, low, high);
 }
 
-std::string symbol_of(int i) {
+std::string symbol_of(int i, StyledShape shape) {
     const map::Rgba8 colour =
         colour_at(Ramp::kWarm, 0.25 + 0.75 * static_cast<double>(i) / (kSteps - 1));
+    if (shape == StyledShape::kLine)
+        return formatted(
+            "<symbol type=\"line\" name=\"%d\" alpha=\"1\" clip_to_extent=\"1\">"
+            "<layer class=\"SimpleLine\" enabled=\"1\" locked=\"0\" pass=\"0\">"
+            "<prop k=\"line_color\" v=\"%d,%d,%d,255\"/><prop k=\"line_width\" v=\"0.8\"/>"
+            "</layer></symbol>",
+            i, colour.r, colour.g, colour.b);
     return formatted(
         "<symbol type=\"fill\" name=\"%d\" alpha=\"0.8\" clip_to_extent=\"1\">"
         "<layer class=\"SimpleFill\" enabled=\"1\" locked=\"0\" pass=\"0\">"
@@ -65,31 +65,38 @@ std::string symbol_of(int i) {
         i, colour.r, colour.g, colour.b);
 }
 
+constexpr const char* kLabels =
+    "<labeling type=\"simple\"><settings>"
+    "<text-style fieldName=\"round(&quot;kwh&quot;) || ' kWh'\" isExpression=\"1\" "
+    "fontSize=\"8\" textColor=\"30,30,30,255\">"
+    "<text-buffer bufferDraw=\"1\" bufferSize=\"0.8\" "
+    "bufferColor=\"255,255,255,220\"/></text-style>"
+    "<placement placement=\"1\"/>"
+    "<rendering scaleVisibility=\"1\" scaleMin=\"0\" scaleMax=\"5000\"/>"
+    "</settings></labeling>";
+
 }  // namespace
 
-std::string qgis_style(const std::vector<ObjectFacts>& objects) {
-    const Steps steps = steps_of(objects);
+std::string qgis_style(const std::vector<double>& kwh_m2, StyledShape shape) {
+    const Steps steps = steps_of(kwh_m2);
     std::string ranges;
     std::string symbols;
     for (int i = 0; i < kSteps; ++i) {
         ranges += range_of(steps, i);
-        symbols += symbol_of(i);
+        symbols += symbol_of(i, shape);
     }
-    return "<!DOCTYPE qgis PUBLIC 'http://mrcc.com/qgis.dtd' 'SYSTEM'>"
-           "<qgis version=\"3.22.0\" styleCategories=\"Symbology|Labeling\" labelsEnabled=\"1\">"
+    const bool has_labels = shape == StyledShape::kPolygon;
+    return std::string(
+               "<!DOCTYPE qgis PUBLIC 'http://mrcc.com/qgis.dtd' 'SYSTEM'>"
+               "<qgis version=\"3.22.0\" styleCategories=\"Symbology|Labeling\" "
+               "labelsEnabled=\"") +
+           (has_labels ? "1" : "0") +
+           "\">"
            "<renderer-v2 type=\"graduatedSymbol\" attr=\"kwh_m2\" "
            "graduatedMethod=\"GraduatedColor\" symbollevels=\"0\" enableorderby=\"0\" "
            "forceraster=\"0\"><ranges>" +
-           ranges + "</ranges><symbols>" + symbols +
-           "</symbols></renderer-v2>"
-           "<labeling type=\"simple\"><settings>"
-           "<text-style fieldName=\"round(&quot;kwh&quot;) || ' kWh'\" isExpression=\"1\" "
-           "fontSize=\"8\" textColor=\"30,30,30,255\">"
-           "<text-buffer bufferDraw=\"1\" bufferSize=\"0.8\" "
-           "bufferColor=\"255,255,255,220\"/></text-style>"
-           "<placement placement=\"1\"/>"
-           "<rendering scaleVisibility=\"1\" scaleMin=\"0\" scaleMax=\"5000\"/>"
-           "</settings></labeling></qgis>";
+           ranges + "</ranges><symbols>" + symbols + "</symbols></renderer-v2>" +
+           (has_labels ? kLabels : "") + "</qgis>";
 }
 
 }  // namespace terravox::analyse

@@ -81,6 +81,19 @@ constexpr RasterBand kEnergyTable[] = {
     {"material", "", measured_at(core::EnergyBand::kMaterial)},
     {"hole", "", measured_at(core::EnergyBand::kHole)},
 };
+constexpr RasterBand kFacadeTable[] = {
+    {"kwh_m2", "kWh/m2", measured_at(core::FacadeBand::kTotal)},
+    {"beam", "kWh/m2", measured_at(core::FacadeBand::kBeam)},
+    {"diffuse", "kWh/m2", measured_at(core::FacadeBand::kDiffuse)},
+    {"reflected", "kWh/m2", measured_at(core::FacadeBand::kReflected)},
+    {"sun_hours", "h", measured_at(core::FacadeBand::kSunHours)},
+    {"sky_view", "", measured_at(core::FacadeBand::kSkyView)},
+    {"azimuth", "degree", measured_at(core::FacadeBand::kAzimuth)},
+    {"bottom", "m", measured_at(core::FacadeBand::kBottom)},
+    {"height", "m", measured_at(core::FacadeBand::kHeight)},
+    {"area", "m2", measured_at(core::FacadeBand::kArea)},
+    {"hole", "", measured_at(core::FacadeBand::kHole)},
+};
 constexpr RasterBand kSightTable[] = {
     {"seen", "", measured_at(core::SightBand::kSeen)},
     {"distance_m", "m", measured_at(core::SightBand::kDistance)},
@@ -101,6 +114,7 @@ std::span<const RasterBand> bands_of(core::AnalysisKind kind) noexcept {
         case core::AnalysisKind::kSunMonths: return kSunMonthsTable;
         case core::AnalysisKind::kShadow: return kShadowTable;
         case core::AnalysisKind::kEnergy: return kEnergyTable;
+        case core::AnalysisKind::kFacade: return kFacadeTable;
         case core::AnalysisKind::kSight: return kSightTable;
     }
     return {};

@@ -15,6 +15,7 @@
 #include "raytracer/analyse/raster/raster.hpp"
 #include "raytracer/analyse/raster/shadow_cube.hpp"
 #include "raytracer/analyse/raster/sight_summary.hpp"
+#include "raytracer/commands/analyse/facade_arguments.hpp"
 #include "raytracer/commands/analyse/object_arguments.hpp"
 #include "raytracer/commands/analyse/observer_arguments.hpp"
 #include "raytracer/commands/analyse/raster_outputs.hpp"
@@ -46,6 +47,7 @@ struct AnalyseArguments {
     bool as_json = false;
     SunArguments sun;
     std::string weather;
+    FacadeArguments facades;
     std::string part;
     bool resume = false;
     bool quiet = false;
@@ -81,8 +83,8 @@ util::ExitCode report(const AnalyseArguments& args, const render::RenderStatisti
                     farm::checkpoint_path(args.output, farm::Part::parse(args.part)).c_str());
     } else if (!args.quiet && !args.as_json) {
         render::print_statistics(statistics, times);
-        for (const std::string& file :
-             {args.output, args.objects.file, args.reports.map, args.reports.page})
+        for (const std::string& file : {args.output, args.objects.file, args.facades.file,
+                                        args.reports.map, args.reports.page})
             if (!file.empty())
                 std::printf("wrote %s\n", file.c_str());
     }
@@ -114,8 +116,8 @@ std::vector<std::string> own_fields(core::AnalysisKind kind) {
             return {
                 "analysis.surface", "analysis.directions",  "analysis.step_min", "analysis.from",
                 "analysis.to",      "analysis.bin_deg",     "analysis.linke",    "analysis.diffuse",
-                "analysis.albedo",  "analysis.crown_light", "sun.date",          "sun.zone",
-                "sun.utc_offset_h"};
+                "analysis.albedo",  "analysis.crown_light", "analysis.storey_m", "sun.date",
+                "sun.zone",         "sun.utc_offset_h"};
         case core::AnalysisKind::kSight:
             return {"analysis.surface", "analysis.range_m", "analysis.target_m",
                     "analysis.curvature", "analysis.refraction"};
@@ -204,6 +206,7 @@ util::ExitCode run_analyse(const AnalyseArguments& args, core::AnalysisKind kind
     (void)relief_of(scene);
     const std::optional<farm::Part> part = part_of(args);
     check_object_arguments(args.objects, scene);
+    check_facade_arguments(args.facades, scene, part.has_value());
     const std::optional<solar::WeatherFile> weather = read_weather(args.weather, args.world);
     const render::RenderPoolOptions render_pool = args.render_pool.options(scene);
 
@@ -251,9 +254,12 @@ util::ExitCode run_analyse(const AnalyseArguments& args, core::AnalysisKind kind
                              signals.token());
     };
     const render::KeepOptions keep{args.resume, true, part};
-    const render::RenderStatistics statistics =
+    render::RenderStatistics statistics =
         part ? renderer.render(scene, {args.output}, keep, start)
              : renderer.render_tiles(scene, args.output, begin, write, keep, start);
+    if (!args.facades.file.empty())
+        make_facades(args.facades, {scene, grid, world, renderer, signals.token()}, *cells,
+                     statistics);
     const util::ExitCode code = report(args, statistics, loaded->times);
     if (seen && args.as_json)
         std::printf("%s\n", analyse::json_of(*seen).c_str());
@@ -339,6 +345,7 @@ std::function<util::ExitCode()> add_analyse_command(CLI::App& app) {
         if (kind.kind == AnalysisKind::kEnergy) {
             add_weather_option(*kind.command, kind.args.weather);
             add_object_options(*kind.command, kind.args.objects);
+            add_facade_options(*kind.command, kind.args.facades);
         }
         if (kind.kind == AnalysisKind::kSight)
             add_sight_options(*kind.command, kind.args);

@@ -7,17 +7,6 @@
 #include "common/util/log.hpp"
 
 namespace terravox::commands {
-namespace {
-
-std::string description_of(const scene::Scene& scene, const voxel::WorldInfo& world) {
-    const scene::Scene::Analysis& analysis = scene.analysis;
-    const std::string days =
-        analysis.from.empty() ? scene.sun.date : analysis.from + " to " + analysis.to;
-    return "Energy of sun and sky, kWh, of " + days + ". " + world.attribution;
-}
-
-}  // namespace
-
 void add_object_options(CLI::App& command, ObjectArguments& args) {
     command.add_option("--objects", args.file,
                        "GeoPackage to write, too: area, energy, hours of sun and the best face of "
@@ -41,10 +30,19 @@ void check_object_arguments(const ObjectArguments& args, const scene::Scene& sce
     (void)geo::geopackage_driver();
 }
 
+analyse::ObjectFileInfo object_file_info(const scene::Scene& scene, const analyse::CellGrid& grid,
+                                         const voxel::WorldInfo& world) {
+    const scene::Scene::Analysis& analysis = scene.analysis;
+    const std::string days =
+        analysis.from.empty() ? scene.sun.date : analysis.from + " to " + analysis.to;
+    return {analyse::placement_of(grid, world),
+            "Energy of sun and sky, kWh, of " + days + ". " + world.attribution};
+}
+
 PlannedObjects::PlannedObjects(const ObjectArguments& args, const scene::Scene& scene,
                                const analyse::CellGrid& grid, const voxel::WorldInfo& world)
     : m_file(args.file),
-      m_info{analyse::placement_of(grid, world), description_of(scene, world)},
+      m_info(object_file_info(scene, grid, world)),
       m_cell_m2(grid.edge_m * grid.edge_m) {
     if (!args.polygons.empty())
         m_polygons =

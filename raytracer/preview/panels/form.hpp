@@ -41,13 +41,13 @@ public:
     [[nodiscard]] const std::string& problem() const noexcept { return m_problem; }
 
 private:
-    using Value =
-        std::variant<double*, std::optional<double>*, int*, std::optional<int>*, bool*,
-                     std::string*, std::optional<std::array<double, 3>>*, std::array<int, 2>*,
-                     scene::TileSize*, scene::PointList*, core::CameraProjection*,
-                     core::CoordinateSpace*, core::SkyModel*, core::ToneCurve*,
-                     core::PictureLayers*, core::TiffSamples*, core::Integrator*, core::TileOrder*,
-                     core::VoxelColour*, core::AnalysisKind*, core::AnalysisSurface*>;
+    using Value = std::variant<double*, std::optional<double>*, int*, std::optional<int>*, bool*,
+                               std::string*, std::optional<std::array<double, 3>>*,
+                               std::array<int, 2>*, scene::TileSize*, scene::PointList*,
+                               core::CameraProjection*, core::CoordinateSpace*, core::SkyModel*,
+                               core::ToneCurve*, core::PictureLayers*, core::TiffSamples*,
+                               core::Integrator*, core::TileOrder*, core::VoxelColour*,
+                               core::AnalysisKind*, core::AnalysisSurface*, core::WallSide*>;
     struct Field {
         Value value;
         Value usual;

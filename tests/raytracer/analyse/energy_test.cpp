@@ -1,30 +1,22 @@
 #include <cmath>
 
 #include "raytracer/analyse/cell_plane.hpp"
-#include "raytracer/sky/sun.hpp"
-#include "raytracer/solar/clear_sky.hpp"
-#include "raytracer/solar/sun_steps.hpp"
 #include "tests/catch.hpp"
-#include "tests/raytracer/analyse/measured.hpp"
+#include "tests/raytracer/analyse/period_light.hpp"
 
 namespace {
 
 using namespace terravox;
 using core::EnergyBand;
 using test::ArrayWorld;
+using test::in_the_open;
+using test::kTown;
+using test::Light;
 using test::Measured;
 using voxel::Material;
 
-constexpr geo::MapPlace kTown{46, 14.5};
-
 scene::Scene energy_scene(const char* from, const char* to) {
-    scene::Scene scene = test::analysis_scene(core::AnalysisKind::kEnergy);
-    scene.sun.utc_offset_h = 1;
-    scene.analysis.from = from;
-    scene.analysis.to = to;
-    scene.analysis.step_min = 30;
-    scene.analysis.diffuse = "isotropic";
-    return scene;
+    return test::energy_scene(core::AnalysisKind::kEnergy, from, to);
 }
 
 std::unique_ptr<ArrayWorld> flat(int half, int top) {
@@ -33,30 +25,6 @@ std::unique_ptr<ArrayWorld> flat(int half, int top) {
     world->fill({-half, -2, -half}, {half, 0, half}, Material::kGrass);
     world->editable_info().centre = kTown;
     return world;
-}
-
-/// Light of a period on a plane with a free sky, kWh/m2.
-struct Light {
-    double beam = 0;
-    double diffuse = 0;
-    double reflected = 0;
-};
-
-/// @param normal of unit length; x east, y up, z south
-Light in_the_open(const scene::Scene& scene, core::Vec3 normal, double height_m) {
-    Light out;
-    double level = 0;
-    solar::each_sun_step(scene, kTown, [&](const solar::SunStep& step) {
-        const int day = static_cast<int>((step.middle_s + 3600) / 86'400 - 20'453);  // of 2026
-        const solar::Irradiance light = solar::clear_sky(step.sun.altitude_deg, 3, height_m, day);
-        const core::Vec3 to = sky::Sun(step.sun, 0).direction();
-        const double kilohours = step.hours / 1000;
-        out.beam += light.beam * std::max(core::dot(normal, to), 0.0) * kilohours;
-        out.diffuse += light.diffuse * (1 + normal.y) / 2 * kilohours;
-        level += (light.beam * to.y + light.diffuse) * kilohours;
-    });
-    out.reflected = scene.analysis.albedo * level * (1 - normal.y) / 2;
-    return out;
 }
 
 double value(const Measured& raster, int x, int z, EnergyBand band) {

@@ -288,15 +288,14 @@ TEST_CASE("a file of objects appears when it is complete, and a stop leaves noth
 }
 
 TEST_CASE("a style has steps from the least to the most energy", "[raytracer][analyse]") {
-    std::vector<analyse::ObjectFacts> objects(3);
-    for (std::size_t i = 0; i < objects.size(); ++i) {
-        objects[i].cells = 1;
-        objects[i].surface_m2 = 2;
-        objects[i].kwh = 2 * (800.0 + 300 * static_cast<double>(i));
+    using analyse::StyledShape;
+    for (const auto& [shape, symbol] : {std::pair{StyledShape::kPolygon, "SimpleFill"},
+                                        std::pair{StyledShape::kLine, "SimpleLine"}}) {
+        const std::string style = analyse::qgis_style({800, 1100, 1400}, shape);
+        CHECK(style.find("lower=\"800.000000\"") != std::string::npos);
+        CHECK(style.find("upper=\"1400.000000\"") != std::string::npos);
+        CHECK(style.find(symbol) != std::string::npos);
+        const std::string empty = analyse::qgis_style({}, shape);
+        CHECK(empty.find("lower=\"0.000000\"") != std::string::npos);
     }
-    objects.push_back({.cells = 1, .cells_without_value = 1});
-    const std::string style = analyse::qgis_style(objects);
-    CHECK(style.find("lower=\"800.000000\"") != std::string::npos);
-    CHECK(style.find("upper=\"1400.000000\"") != std::string::npos);
-    CHECK(analyse::qgis_style({}).find("lower=\"0.000000\"") != std::string::npos);
 }

@@ -1,0 +1,77 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "raytracer/core/analysis_bands.hpp"
+#include "raytracer/shade/shading.hpp"
+
+namespace terravox::analyse {
+
+/// Gathers the light of a period on a plane, by a ray in each direction of the view's light from
+/// one point. Whatever blocks a ray blocks all of its direction's light, but crowns, which let a
+/// share of it through, whatever their thickness.
+///
+/// What is known while rays are on their way is kept in the bands of the cell. Band 0 counts holes
+/// and stays what it is.
+class PlaneLight {
+public:
+    /// What counts for light from behind the plane, which only the surroundings reflect.
+    enum class Behind : std::uint8_t {
+        kSeen,  ///< what rays find there, past what the plane belongs to
+        kFree,  ///< no ray is sent: the surroundings in front are lit as in the open
+    };
+
+    PlaneLight(const shade::View& view, Behind behind) noexcept;
+
+    /// Where the rays start.
+    struct Start {
+        core::Vec3 at;  ///< level-0 voxels
+        int level = 0;  ///< of its voxel
+        std::uint32_t sample = 0;
+    };
+    /// Begins, and sends the first rays. What the bands held before is lost.
+    /// @param normal of unit length, y >= 0; x east, y up, z south
+    /// @param kept a number that result() gives back
+    /// @return whether that was all: there is no direction to look into
+    [[nodiscard]] bool begin(core::Vec3 normal, float kept, const Start& start,
+                             shade::SampleSum& sum, std::vector<walk::TracedRay>& next) const;
+    /// Takes a ray at its end that begin() or take() has sent, and which has met no hole.
+    /// @return whether it was the last one
+    [[nodiscard]] bool take(const walk::TracedRay& ray, shade::SampleSum& sum,
+                            std::vector<walk::TracedRay>& next) const;
+
+    /// Light on the plane, kWh/m2.
+    struct Result {
+        double beam = 0;
+        double diffuse = 0;
+        double reflected = 0;
+        double sky_view = 0;  ///< share of the light of an even sky, [0, 1]
+        float sun_hours = 0;
+        core::Vec3 normal;
+        float kept = 0;
+        [[nodiscard]] double total() const noexcept { return beam + diffuse + reflected; }
+    };
+    /// @param bands of a cell whose light is complete
+    [[nodiscard]] Result result(const core::Bands& bands) const noexcept;
+    /// The number given to begin().
+    [[nodiscard]] static float kept(const core::Bands& bands) noexcept;
+
+private:
+    /// Sends chunks of rays from direction `first` on, until there is one that has rays.
+    [[nodiscard]] bool send(const Start& start, std::size_t first, shade::SampleSum& sum,
+                            std::vector<walk::TracedRay>& next) const;
+    [[nodiscard]] std::size_t directions() const noexcept;
+    [[nodiscard]] core::Vec3 direction(std::size_t index) const noexcept;
+    /// Sends a blocked ray on through crowns, or once more from where it came.
+    /// @return false: what has blocked it lets no light through
+    [[nodiscard]] bool sends_through_crowns(const walk::TracedRay& ray,
+                                            std::vector<walk::TracedRay>& next) const;
+
+    const shade::View& m_view;
+    const Behind m_behind;
+    const bool m_crowns_shine;  ///< blocked rays are sent once more, through crowns
+};
+
+}  // namespace terravox::analyse
