@@ -70,6 +70,11 @@ class Refusals(Case):
                 ["sun", square(), "-o", "a.tif", "--times", "08:00,08:00"],
                 "--times has 0800 twice",
             ),
+            "one instant of a cube by two names": (
+                ["sun", square(), "-o", "a.nc", "--times", "08:00,2026-06-21T08:00"],
+                "--times has one instant as sunlit_0800 and sunlit_2026-06-21T0800",
+            ),
+            "a cube of one instant": (["sun", square(), "-o", "a.nc"], "allowed: .tif .tiff"),
             "a day of times that is none": (
                 ["sun", square(), "-o", "a.tif", "--times", "2026-02-30T08:00"],
                 "'2026-02-30' is no day of the calendar",

@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """Rasters of a synthetic survey: their form, their values, how they go on."""
 
+import calendar
 import contextlib
 import json
 import math
@@ -313,6 +314,34 @@ class Rasters(Case):
             data.row_factory = sqlite3.Row
             rows = data.execute("SELECT * FROM objects ORDER BY id").fetchall()
         return {row["id"]: dict(row) for row in rows}, file
+
+    def test_masks_of_several_instants_are_a_cube_of_netcdf_by_time(self):
+        folder = temporary_folder()
+        cube = folder / "masks.nc"
+        times = ["--zone", "Europe/Ljubljana", "--times", "2026-12-21T12:00,19:30,13:00"]
+        run = analyse("sun", square(), *area_flag(), *times, "--quiet", "-o", cube)
+        self.assertEqual((run.code, run.out, run.err), (0, "", ""), run)
+        self.assertEqual(entries(folder), ["masks.nc"])
+        info = json.loads(
+            subprocess.run(["gdalinfo", "-json", cube], check=True, capture_output=True).stdout
+        )
+        facts = info["metadata"][""]
+        # Noon in summer, the evening, and noon in winter, by UTC.
+        day = [
+            calendar.timegm((2026, *at, 0))
+            for at in ((6, 21, 11, 0), (6, 21, 17, 30), (12, 21, 11, 0))
+        ]
+        self.assertEqual(facts["NETCDF_DIM_time_VALUES"], "{" + ",".join(map(str, day)) + "}")
+        self.assertEqual(facts["time#units"], "seconds since 1970-01-01 00:00:00")
+        self.assertTrue(facts["NC_GLOBAL#Conventions"].startswith("CF-1."))
+        self.assertNotIn("NC_GLOBAL#history", facts)
+        self.assertIn("3794", info["coordinateSystem"]["wkt"])
+        bands = analyse("sun", square(), *area_flag(), *times, "-q", "-o", folder / "a.tif")
+        self.assertEqual(bands.code, 0, bands)
+        for in_cube, in_raster in ((1, 3), (2, 2), (3, 1)):
+            wanted = self.values(folder / "a.tif", in_raster)
+            self.assertEqual(self.values(cube, in_cube), wanted)
+        self.assertGreater(len({value for row in wanted for value in row}), 1)
 
     def facades(self, *flags):
         """@return the rows of the facades of a week, and of its objects"""

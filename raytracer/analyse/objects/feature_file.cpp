@@ -5,7 +5,7 @@
 #include <ogr_spatialref.h>
 
 #include "common/geo/crs.hpp"
-#include "common/geo/geopackage.hpp"
+#include "common/geo/writing_drivers.hpp"
 #include "common/util/error.hpp"
 #include "common/util/letter_case.hpp"
 

@@ -1,8 +1,11 @@
 #include "raytracer/analyse/raster/shadow_cube.hpp"
 
 #include <algorithm>
+#include <utility>
 
-#include "common/util/error.hpp"
+#include "common/geo/writing_drivers.hpp"
+#include "common/util/letter_case.hpp"
+#include "raytracer/analyse/raster/cube_file.hpp"
 #include "raytracer/analyse/raster/raster.hpp"
 
 namespace terravox::analyse {
@@ -12,10 +15,23 @@ constexpr int kBlock_px = 256;
 
 }  // namespace
 
-ShadowCube::ShadowCube(const std::filesystem::path& out, std::span<const std::string> names,
-                       int columns, int rows)
+bool ShadowCube::is_netcdf(const std::filesystem::path& out) {
+    return util::lower_extension(out) == ".nc";
+}
+
+void ShadowCube::check_target(const std::filesystem::path& out) {
+    if (!is_netcdf(out)) {
+        check_raster_target(out);
+        return;
+    }
+    util::check_writable(out);
+    (void)geo::netcdf_driver();
+}
+
+ShadowCube::ShadowCube(const std::filesystem::path& out, std::vector<Mask> masks, int columns,
+                       int rows)
     : m_attempt("write the raster " + out.string()),
-      m_masks(names.size()),
+      m_masks(std::move(masks)),
       m_file(std::filesystem::path(out).replace_extension(".masks.tif")) {
     const output::GdalWatch watch(m_attempt);
     output::GdalOptions options = {{"TILED", "YES"},
@@ -29,11 +45,11 @@ ShadowCube::ShadowCube(const std::filesystem::path& out, std::span<const std::st
                                    {"BIGTIFF", "YES"}};
     m_dataset.reset(GDALCreate(GDALGetDriverByName("GTiff"),
                                m_file.temporary_path().string().c_str(), columns, rows,
-                               static_cast<int>(m_masks + 1), GDT_Byte, options.list()));
+                               static_cast<int>(m_masks.size() + 1), GDT_Byte, options.list()));
     watch.check(m_dataset != nullptr);
-    for (std::size_t i = 0; i <= m_masks; ++i) {
+    for (std::size_t i = 0; i <= m_masks.size(); ++i) {
         GDALRasterBandH band = GDALGetRasterBand(m_dataset.get(), static_cast<int>(i) + 1);
-        GDALSetDescription(band, i < m_masks ? names[i].c_str() : "hole");
+        GDALSetDescription(band, i < m_masks.size() ? m_masks[i].name.c_str() : "hole");
         watch.check(GDALSetRasterNoDataValue(band, kNoMask) == CE_None);
         // Else four bands of bytes would be the colours of a picture.
         watch.check(GDALSetRasterColorInterpretation(
@@ -53,8 +69,8 @@ void ShadowCube::take(std::size_t index, CellFile& cells) {
             cells.read(sunlit, area, lit);
             cells.read(hole, area, missing);
             std::vector<std::uint8_t> mask(lit.size());
-            std::vector<std::uint8_t> holes =
-                index == 0 ? std::vector<std::uint8_t>(lit.size()) : read_band(m_masks, area);
+            std::vector<std::uint8_t> holes = index == 0 ? std::vector<std::uint8_t>(lit.size())
+                                                         : read_band(m_masks.size(), area);
             for (std::size_t i = 0; i < lit.size(); ++i) {
                 mask[i] = lit[i] > 0 ? 1 : 0;
                 if (lit[i] == core::kNoData)
@@ -62,7 +78,7 @@ void ShadowCube::take(std::size_t index, CellFile& cells) {
                 holes[i] = holes[i] != 0 || missing[i] > 0 ? 1 : 0;
             }
             write_band(index, area, mask);
-            write_band(m_masks, area, holes);
+            write_band(m_masks.size(), area, holes);
         }
 }
 
@@ -86,7 +102,16 @@ std::vector<std::uint8_t> ShadowCube::read_band(std::size_t index, const CellRec
 
 void ShadowCube::write(const std::filesystem::path& out, const output::PictureInfo& info,
                        int threads) {
-    write_raster(m_dataset.get(), m_attempt, out, info, threads, false);
+    if (!is_netcdf(out)) {
+        write_raster(m_dataset.get(), m_attempt, out, info, threads, false);
+        return;
+    }
+    std::vector<std::int64_t> times_s;
+    for (const Mask& mask : m_masks)
+        times_s.push_back(mask.time_s);
+    GDALFlushCache(m_dataset.get());
+    write_netcdf(m_dataset.get(), m_attempt, {"sunlit", "1: direct sun, 0: shadow"}, times_s, out,
+                 info);
 }
 
 }  // namespace terravox::analyse

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <filesystem>
-#include <span>
 #include <string>
 #include <vector>
 
@@ -15,15 +14,28 @@ class ShadowCube {
 public:
     static constexpr std::uint8_t kNoMask = 255;  ///< no value: outside of the data, behind a hole
 
-    /// @param names of the masks' bands @throws Error when it cannot be written
-    ShadowCube(const std::filesystem::path& out, std::span<const std::string> names, int columns,
-               int rows);
+    /// An instant and the name of its band.
+    struct Mask {
+        std::string name;
+        std::int64_t time_s = 0;  ///< seconds since 1970-01-01 00:00 UTC
+    };
+    /// @param masks of netCDF in the order of time
+    /// @throws Error when it cannot be written
+    ShadowCube(const std::filesystem::path& out, std::vector<Mask> masks, int columns, int rows);
+
+    /// Whether a file is to be netCDF: by its ending.
+    [[nodiscard]] static bool is_netcdf(const std::filesystem::path& out);
+    /// Rejects what cannot be written.
+    /// @throws UsageError, Error
+    static void check_target(const std::filesystem::path& out);
 
     /// Takes the mask of an instant.
-    /// @param index of its name
+    /// @param index of its instant
     /// @param cells of AnalysisKind::kShadow, as many as this has @throws Error
     void take(std::size_t index, CellFile& cells);
-    /// Writes the masks as a Cloud Optimized GeoTIFF. @throws Error
+    /// Writes the masks as a Cloud Optimized GeoTIFF with the band of holes, or as a variable of
+    /// netCDF by time.
+    /// @throws Error
     void write(const std::filesystem::path& out, const output::PictureInfo& info, int threads);
 
 private:
@@ -32,7 +44,7 @@ private:
     [[nodiscard]] std::vector<std::uint8_t> read_band(std::size_t index, const CellRectangle& area);
 
     const std::string m_attempt;
-    const std::size_t m_masks;
+    const std::vector<Mask> m_masks;
     util::AtomicFile m_file;  // outlives the dataset in it; never committed
     output::GdalDataset m_dataset;
 };

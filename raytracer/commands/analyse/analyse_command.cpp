@@ -2,6 +2,7 @@
 
 #include <CLI/CLI.hpp>
 
+#include <algorithm>
 #include <array>
 #include <cstdio>
 #include <memory>
@@ -164,11 +165,24 @@ void refuse_with_times(const AnalyseArguments& args) {
 util::ExitCode run_times(const AnalyseArguments& args, const scene::Scene& scene,
                          const analyse::CellGrid& grid, render::LoadedWorld& loaded,
                          render::PictureRenderer& renderer) {
-    const std::vector<ClockTime> times = times_of(args.sun.times);
-    std::vector<std::string> names;
-    for (const ClockTime& time : times)
-        names.push_back(time.band);
-    analyse::ShadowCube cube(args.output, names, grid.columns, grid.rows);
+    const voxel::WorldInfo& world = loaded.world->info();
+    std::vector<ClockTime> times = times_of(args.sun.times);
+    const auto instant_s = [&](const ClockTime& time) {
+        return instant_of(scene_at(scene, time), *world.centre);
+    };
+    // The dimension of a cube must rise; bands have any order.
+    if (analyse::ShadowCube::is_netcdf(args.output))
+        std::sort(times.begin(), times.end(), [&](const ClockTime& a, const ClockTime& b) {
+            return instant_s(a) < instant_s(b);
+        });
+    std::vector<analyse::ShadowCube::Mask> masks;
+    for (const ClockTime& time : times) {
+        if (!masks.empty() && masks.back().time_s == instant_s(time))
+            throw util::UsageError("analyse sun: --times has one instant as " + masks.back().name +
+                                   " and " + time.band + "; allowed: each instant once");
+        masks.push_back({time.band, instant_s(time)});
+    }
+    analyse::ShadowCube cube(args.output, std::move(masks), grid.columns, grid.rows);
     render::RenderStatistics statistics;
     render::RenderStatistics earlier;
     for (std::size_t i = 0; i < times.size(); ++i) {
@@ -185,7 +199,6 @@ util::ExitCode run_times(const AnalyseArguments& args, const scene::Scene& scene
         statistics.seconds += earlier.seconds;
         earlier = statistics;
     }
-    const voxel::WorldInfo& world = loaded.world->info();
     output::PictureInfo info = render::picture_info(renderer.view(), world, statistics, false);
     info.geo = analyse::placement_of(grid, world);
     cube.write(args.output, info, thread::thread_count(scene.processing.threads.value_or(0)));
@@ -196,7 +209,10 @@ util::ExitCode run_analyse(const AnalyseArguments& args, core::AnalysisKind kind
     util::set_up_log(args.quiet ? "error" : args.world.log_level);
     const auto start = std::chrono::steady_clock::now();
     // Reject what cannot be written before any work is done.
-    analyse::check_raster_target(args.output);
+    if (args.sun.times.empty())
+        analyse::check_raster_target(args.output);
+    else
+        analyse::ShadowCube::check_target(args.output);
     check_report_targets(args.reports);
     refuse_with_times(args);
     exports::Selection selection;

@@ -4,7 +4,7 @@
 
 #include <optional>
 
-#include "common/geo/geopackage.hpp"
+#include "common/geo/writing_drivers.hpp"
 #include "common/util/error.hpp"
 #include "common/util/log.hpp"
 #include "raytracer/analyse/objects/connected_cells.hpp"

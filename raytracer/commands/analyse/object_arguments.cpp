@@ -2,7 +2,7 @@
 
 #include <CLI/CLI.hpp>
 
-#include "common/geo/geopackage.hpp"
+#include "common/geo/writing_drivers.hpp"
 #include "common/util/error.hpp"
 #include "common/util/log.hpp"
 

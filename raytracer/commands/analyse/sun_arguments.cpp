@@ -20,9 +20,11 @@ void add_sun_options(CLI::App& command, SunArguments& args) {
     command.add_option("--at", args.at,
                        "clock time HH:MM on --date: whether the sun shines at this instant, "
                        "instead of hours");
-    command.add_option("--times", args.times,
-                       "several such instants, HH:MM or YYYY-MM-DDTHH:MM separated by commas, up "
-                       "to 96: a shadow mask for each, as the bands of one raster");
+    command.add_option(
+        "--times", args.times,
+        "several such instants, HH:MM or YYYY-MM-DDTHH:MM separated by commas, up "
+        "to 96: a shadow mask for each, as the bands of one raster, or along the time of a "
+        "netCDF file, OUT.nc");
     command.add_flag("--monthly", args.monthly,
                      "with --from and --to: a band of hours for each month of the year");
 }
@@ -47,7 +49,10 @@ void choose_sun_kind(const SunArguments& args, const WorldArguments& world, scen
             "analyse sun: --monthly without --from and --to; allowed: with a "
             "period");
     if (!args.times.empty()) {
-        scene = scene_at(scene, times_of(args.times).front());
+        // The date of the first one is not that of those that have none.
+        ClockTime first = times_of(args.times).front();
+        first.date.clear();
+        scene = scene_at(scene, first);
     } else if (!args.at.empty()) {
         scene.sun.time_h = hour_of("--at", args.at);
         scene.sun.altitude_deg = std::nullopt;

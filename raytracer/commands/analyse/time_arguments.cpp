@@ -1,8 +1,10 @@
 #include "raytracer/commands/analyse/time_arguments.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 
+#include "common/geo/time_zone.hpp"
 #include "common/util/error.hpp"
 #include "raytracer/sky/sun_of.hpp"
 
@@ -58,6 +60,14 @@ std::vector<ClockTime> times_of(const std::string& text) {
                 throw util::UsageError("analyse sun: --times has " + out[i].band.substr(7) +
                                        " twice; allowed: each time once");
     return out;
+}
+
+std::int64_t instant_of(const scene::Scene& scene, const geo::MapPlace& place) {
+    constexpr std::int64_t kDay_s = 86'400;
+    constexpr double kHour_s = 3600;
+    const geo::DateTime time = sky::time_of(scene.sun, &place);
+    return geo::days_from_1970(time.year, time.month, time.day) * kDay_s +
+           std::llround((time.hour - time.utc_offset_h) * kHour_s);
 }
 
 scene::Scene scene_at(const scene::Scene& scene, const ClockTime& time) {

@@ -1,8 +1,10 @@
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <vector>
 
+#include "common/geo/lat_lon.hpp"
 #include "raytracer/scene/scene.hpp"
 
 namespace terravox::commands {
@@ -25,6 +27,10 @@ struct ClockTime {
 /// @throws UsageError for none or more than kMaxTimes, for one that is given twice, and for what is
 /// no time
 [[nodiscard]] std::vector<ClockTime> times_of(const std::string& text);
+
+/// When the sun of a scene is, as seconds since 1970-01-01 00:00 UTC.
+/// @throws UsageError as sky::time_of()
+[[nodiscard]] std::int64_t instant_of(const scene::Scene& scene, const geo::MapPlace& place);
 
 /// The scene with the sun of an instant.
 [[nodiscard]] scene::Scene scene_at(const scene::Scene& scene, const ClockTime& time);
