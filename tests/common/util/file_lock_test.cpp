@@ -1,0 +1,90 @@
+#include "common/util/file_lock.hpp"
+
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <array>
+#include <csignal>
+
+#include "common/util/error.hpp"
+#include "tests/catch.hpp"
+#include "tests/common/temporary_folder.hpp"
+
+namespace terravox::util {
+
+using test::contains;
+
+TEST_CASE("a file is locked once at a time, also within a process", "[util][lock]") {
+    const test::TemporaryFolder folder;
+    const auto file = folder.path() / "lock";
+    CHECK_FALSE(FileLock::is_taken(file));
+    CHECK_FALSE(std::filesystem::exists(file));
+    {
+        const auto lock = FileLock::try_take(file);
+        REQUIRE(lock);
+        CHECK(FileLock::is_taken(file));
+        CHECK_FALSE(FileLock::try_take(file));
+        CHECK(FileLock::is_taken(file));
+        CHECK_THAT(FileLock::holder(file), contains("process " + std::to_string(::getpid())));
+    }
+    CHECK_FALSE(FileLock::is_taken(file));
+    CHECK(FileLock::try_take(file));
+}
+
+TEST_CASE("to ask for a lock does not take it", "[util][lock]") {
+    const test::TemporaryFolder folder;
+    const auto file = folder.path() / "lock";
+    auto lock = FileLock::try_take(file);
+    for (int i = 0; i < 3; ++i)
+        CHECK(FileLock::is_taken(file));
+    lock.reset();
+    CHECK_FALSE(FileLock::is_taken(file));
+}
+
+TEST_CASE("a lock moves with its object", "[util][lock]") {
+    const test::TemporaryFolder folder;
+    const auto file = folder.path() / "lock";
+    auto first = FileLock::try_take(file);
+    REQUIRE(first);
+    std::optional<FileLock> second(std::move(*first));
+    first.reset();
+    CHECK(FileLock::is_taken(file));
+    second.reset();
+    CHECK_FALSE(FileLock::is_taken(file));
+}
+
+TEST_CASE("a lock ends with its process, however that ends", "[util][lock]") {
+    const test::TemporaryFolder folder;
+    const auto file = folder.path() / "lock";
+    std::array<int, 2> pipe{};
+    REQUIRE(::pipe(pipe.data()) == 0);
+    const pid_t child = ::fork();
+    if (child == 0) {
+        const auto lock = FileLock::try_take(file);
+        const char said = lock ? 'y' : 'n';
+        [[maybe_unused]] const auto written = ::write(pipe[1], &said, 1);
+        while (true)
+            ::pause();
+    }
+    REQUIRE(child > 0);
+    char said = 0;
+    REQUIRE(::read(pipe[0], &said, 1) == 1);
+    CHECK(said == 'y');
+    CHECK(FileLock::is_taken(file));
+    CHECK_FALSE(FileLock::try_take(file));
+    CHECK_THAT(FileLock::holder(file), contains(std::to_string(child)));
+    ::kill(child, SIGKILL);
+    ::waitpid(child, nullptr, 0);
+    ::close(pipe[0]);
+    ::close(pipe[1]);
+    CHECK_FALSE(FileLock::is_taken(file));
+    CHECK(FileLock::try_take(file));
+}
+
+TEST_CASE("what cannot be locked is an error with its name", "[util][lock]") {
+    const test::TemporaryFolder folder;
+    CHECK_THROWS_AS(FileLock::try_take(folder.path() / "none" / "lock"), Error);
+    CHECK(FileLock::holder(folder.path() / "none") == "another process");
+}
+
+}  // namespace terravox::util
