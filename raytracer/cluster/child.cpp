@@ -85,13 +85,39 @@ pid_t start(const Command& command, FileActions& actions) {
     return child;
 }
 
+/// A file descriptor that is closed at the end.
+class OpenFile {
+public:
+    explicit OpenFile(int file) : m_file(file) {}
+    ~OpenFile() {
+        if (m_file >= 0)
+            ::close(m_file);
+    }
+    OpenFile(const OpenFile&) = delete;
+    OpenFile& operator=(const OpenFile&) = delete;
+    [[nodiscard]] int get() const noexcept { return m_file; }
+
+private:
+    int m_file;
+};
+
+int open_log(const std::filesystem::path& log) {
+    if (log.empty())
+        return -1;
+    const int file = ::open(log.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
+    if (file < 0)
+        throw util::Error("write " + log.string() + ": " + std::strerror(errno));
+    return file;
+}
+
 }  // namespace
 
-Child::Child(const Command& command) : m_name(command.front()) {
+Child::Child(const Command& command, const std::filesystem::path& log) : m_name(command.front()) {
     const std::string program = animate::find_program(command.front()).string();
     if (program.empty())
         throw util::Error("start " + m_name + ": there is no such program");
     const std::vector<char*> argv = arguments_of(command);
+    const OpenFile output(open_log(log));
     std::array<int, 2> wrong{};  // closed when the program has started, or carries the error
     if (::pipe2(wrong.data(), O_CLOEXEC) != 0)
         throw util::Error("start " + m_name + ": " + std::strerror(errno));
@@ -102,7 +128,9 @@ Child::Child(const Command& command) : m_name(command.front()) {
         const int null = ::open("/dev/null",
                                 O_RDONLY | O_CLOEXEC);  // terminal input is for this program
         if (::prctl(PR_SET_PDEATHSIG, SIGTERM) == 0 && ::getppid() == parent && null >= 0 &&
-            ::dup2(null, STDIN_FILENO) >= 0)
+            ::dup2(null, STDIN_FILENO) >= 0 &&
+            (output.get() < 0 || (::dup2(output.get(), STDOUT_FILENO) >= 0 &&
+                                  ::dup2(output.get(), STDERR_FILENO) >= 0)))
             ::execv(program.c_str(), argv.data());
         const int code = errno;
         [[maybe_unused]] const ssize_t reported = ::write(wrong[1], &code, sizeof code);

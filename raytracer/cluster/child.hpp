@@ -18,9 +18,10 @@ using Command = std::vector<std::string>;
 /// thread-safe.
 class Child {
 public:
-    /// Its output goes where this program's goes.
-    /// @throws Error when it cannot be started
-    explicit Child(const Command& command);
+    /// @param log file that takes its output on both channels, from its start; empty: it goes where
+    /// this program's goes
+    /// @throws Error when it cannot be started, or the log cannot be written
+    explicit Child(const Command& command, const std::filesystem::path& log = {});
     ~Child();  ///< stop()
     Child(const Child&) = delete;
     Child& operator=(const Child&) = delete;

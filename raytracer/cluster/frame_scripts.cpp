@@ -2,6 +2,7 @@
 
 #include "common/util/shell_words.hpp"
 #include "raytracer/animate/frame_names.hpp"
+#include "raytracer/cluster/manifests.hpp"
 
 namespace terravox::cluster {
 
@@ -46,6 +47,35 @@ std::string merge_frames_body(const std::string& pattern, Range frames, const Co
     if (command.empty())
         return look + "echo 'all frames are there'\n";
     return look + util::shell_array("command", command) + "exec \"${command[@]}\"\n";
+}
+
+ArrayJob array_of_frames(const FrameJob& job) {
+    Command video;
+    if (!job.video.empty()) {
+        video = job.animate;
+        video.insert(video.end(), {"--video", job.video});
+    }
+    ArrayJob out;
+    out.name = job.name;
+    out.tasks_name = "frames";
+    out.join_name = "merge";
+    out.work = job.work;
+    out.tasks = job.plan.tasks();
+    out.task_body = [command = job.animate, plan = job.plan](const std::string& task) {
+        return frames_body(command, plan, task);
+    };
+    out.join_body = merge_frames_body(job.pattern, job.plan.frames, video);
+    out.waiting_join_body = "until (\n" + merge_frames_body(job.pattern, job.plan.frames, {}) +
+                            ") 2>/dev/null; do sleep 30; done\n";
+    if (!video.empty())
+        out.waiting_join_body +=
+            util::shell_array("command", video) + "exec \"${command[@]}\"\n";
+    out.cpus = job.cpus;
+    out.memory_mib = job.memory_mib;
+    out.join_cpus = video.empty() ? 1 : job.cpus;
+    constexpr int kLook_mib = 256;
+    out.join_memory_mib = video.empty() ? kLook_mib : job.memory_mib;
+    return out;
 }
 
 }  // namespace terravox::cluster

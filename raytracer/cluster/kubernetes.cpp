@@ -4,7 +4,6 @@
 #include "common/util/error.hpp"
 #include "common/util/secret.hpp"
 #include "common/util/shell_words.hpp"
-#include "raytracer/cluster/frame_scripts.hpp"
 #include "raytracer/cluster/manifests.hpp"
 
 namespace terravox::cluster {
@@ -115,14 +114,13 @@ void PodPlace::check(const std::string& name) const {
         refuse("--mount " + util::comment_text(mount), "an absolute path");
 }
 
-std::string kubernetes_frames(const FrameJob& job, const PodPlace& place) {
+std::string kubernetes_array(const ArrayJob& job, const PodPlace& place) {
     place.check(job.name);
-    const int tasks = job.plan.tasks();
-    Json frames{
-        {"apiVersion", "batch/v1"}, {"kind", "Job"}, {"metadata", meta(job.name, "frames")}};
-    frames["spec"] = {
-        {"completions", tasks},
-        {"parallelism", std::min(tasks, place.nodes)},
+    Json tasks{
+        {"apiVersion", "batch/v1"}, {"kind", "Job"}, {"metadata", meta(job.name, job.tasks_name)}};
+    tasks["spec"] = {
+        {"completions", job.tasks},
+        {"parallelism", std::min(job.tasks, place.nodes)},
         {"completionMode", "Indexed"},
         // Each index has its own retries; a pod that lost its node does not count.
         {"backoffLimitPerIndex", kTries},
@@ -130,29 +128,19 @@ std::string kubernetes_frames(const FrameJob& job, const PodPlace& place) {
          {{"rules",
            {{{"action", "Ignore"},
              {"onPodConditions", {{{"type", "DisruptionTarget"}, {"status", "True"}}}}}}}}}};
-    frames["spec"]["template"] =
-        pod(job.name, "frames", bash(frames_body(job.animate, job.plan, "$JOB_COMPLETION_INDEX")),
-            job.cpus, job.memory_mib, place);
-    frames["spec"]["template"]["spec"]["restartPolicy"] = "Never";
+    tasks["spec"]["template"] =
+        pod(job.name, job.tasks_name, bash(job.task_body("$JOB_COMPLETION_INDEX")), job.cpus,
+            job.memory_mib, place);
+    tasks["spec"]["template"]["spec"]["restartPolicy"] = "Never";
 
-    // Jobs cannot be ordered: the merge checks repeatedly until all frames exist.
-    Command video;
-    if (!job.video.empty()) {
-        video = job.animate;
-        video.insert(video.end(), {"--video", job.video});
-    }
-    Json merge{{"apiVersion", "batch/v1"}, {"kind", "Job"}, {"metadata", meta(job.name, "merge")}};
-    merge["spec"] = {{"completions", 1}, {"backoffLimit", kTries}};
-    const std::string look = "until (\n" + merge_frames_body(job.pattern, job.plan.frames, {}) +
-                             ") 2>/dev/null; do sleep 30; done\n";
-    merge["spec"]["template"] =
-        pod(job.name, "merge",
-            bash(video.empty()
-                     ? look
-                     : look + util::shell_array("command", video) + "exec \"${command[@]}\"\n"),
-            video.empty() ? 1 : job.cpus, video.empty() ? 256 : job.memory_mib, place);
-    merge["spec"]["template"]["spec"]["restartPolicy"] = "Never";
-    return list_of(Json::array({frames, merge}));
+    // Jobs cannot be ordered: the join itself waits.
+    Json join{
+        {"apiVersion", "batch/v1"}, {"kind", "Job"}, {"metadata", meta(job.name, job.join_name)}};
+    join["spec"] = {{"completions", 1}, {"backoffLimit", kTries}};
+    join["spec"]["template"] = pod(job.name, job.join_name, bash(job.waiting_join_body),
+                                   job.join_cpus, job.join_memory_mib, place);
+    join["spec"]["template"]["spec"]["restartPolicy"] = "Never";
+    return list_of(Json::array({tasks, join}));
 }
 
 std::string kubernetes_pool(const std::string& name, const Command& render, int cpus,

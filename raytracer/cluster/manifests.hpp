@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "raytracer/cluster/array_job.hpp"
 #include "raytracer/cluster/child.hpp"
 #include "raytracer/cluster/tasks.hpp"
 
@@ -21,9 +22,14 @@ struct FrameJob {
     int memory_mib = 0;  ///< per task; 0: not specified
 };
 
-/// A job template of Open Job Description, version 2023-09, as JSON.
+/// The frames as an array of tasks, and what joins them.
+/// @throws UsageError for an invalid pattern
+[[nodiscard]] ArrayJob array_of_frames(const FrameJob& job);
+
+/// A job template of Open Job Description, version 2023-09, as JSON: two steps, the second after
+/// the first.
 /// @throws UsageError for arguments that the format cannot represent: "{{" and "}}"
-[[nodiscard]] std::string openjd_job(const FrameJob& job);
+[[nodiscard]] std::string openjd_array(const ArrayJob& job);
 
 /// Where pods run, and with which volume.
 struct PodPlace {
@@ -36,9 +42,9 @@ struct PodPlace {
     void check(const std::string& name) const;
 };
 
-/// Two Jobs: frames by index, and a merge that waits for them. A List in JSON, for kubectl.
+/// Two Jobs: tasks by index, and a join that waits for them. A List in JSON, for kubectl.
 /// @throws UsageError
-[[nodiscard]] std::string kubernetes_frames(const FrameJob& job, const PodPlace& place);
+[[nodiscard]] std::string kubernetes_array(const ArrayJob& job, const PodPlace& place);
 
 /// One picture: a Job with the coordinator, a Service in front of it, and a Job of workers, which
 /// end with it. The token is taken from the Secret NAME-token, key `token`, which is not written

@@ -2,7 +2,6 @@
 
 #include "common/util/error.hpp"
 #include "common/util/shell_words.hpp"
-#include "raytracer/cluster/frame_scripts.hpp"
 #include "raytracer/cluster/manifests.hpp"
 
 namespace terravox::cluster {
@@ -10,7 +9,14 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-Json step(const std::string& name, const FrameJob& job, const std::string& body, Json arguments) {
+/// A name as the format writes them: "Frames".
+std::string title(std::string name) {
+    if (!name.empty() && name.front() >= 'a' && name.front() <= 'z')
+        name.front() = static_cast<char>(name.front() - 'a' + 'A');
+    return name;
+}
+
+Json step(const std::string& name, const ArrayJob& job, const std::string& body, Json arguments) {
     const std::string script =
         "set -euo pipefail\n" +
         (job.work.empty() ? "" : "cd -- " + util::shell_word(job.work) + "\n") + body;
@@ -41,25 +47,19 @@ Json step(const std::string& name, const FrameJob& job, const std::string& body,
 
 }  // namespace
 
-std::string openjd_job(const FrameJob& job) {
-    Json frames = step("Frames", job, frames_body(job.animate, job.plan, "$1"),
-                       Json::array({"{{Task.Param.Task}}"}));
-    const int last = job.plan.tasks() - 1;
-    frames["parameterSpace"]["taskParameterDefinitions"] =
+std::string openjd_array(const ArrayJob& job) {
+    const std::string tasks_name = title(job.tasks_name);
+    Json tasks = step(tasks_name, job, job.task_body("$1"), Json::array({"{{Task.Param.Task}}"}));
+    const int last = job.tasks - 1;
+    tasks["parameterSpace"]["taskParameterDefinitions"] =
         Json::array({{{"name", "Task"},
                       {"type", "INT"},
                       {"range", last == 0 ? "0" : "0-" + std::to_string(last)}}});
-    Command video;
-    if (!job.video.empty()) {
-        video = job.animate;
-        video.insert(video.end(), {"--video", job.video});
-    }
-    Json merge =
-        step("Merge", job, merge_frames_body(job.pattern, job.plan.frames, video), Json::array());
-    merge["dependencies"] = Json::array({{{"dependsOn", "Frames"}}});
+    Json join = step(title(job.join_name), job, job.join_body, Json::array());
+    join["dependencies"] = Json::array({{{"dependsOn", tasks_name}}});
     const Json out{{"specificationVersion", "jobtemplate-2023-09"},
                    {"name", job.name},
-                   {"steps", Json::array({frames, merge})}};
+                   {"steps", Json::array({tasks, join})}};
     try {
         return out.dump(2) + "\n";
     } catch (const Json::type_error&) {

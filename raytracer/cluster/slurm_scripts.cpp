@@ -1,6 +1,7 @@
 #include "raytracer/cluster/slurm_scripts.hpp"
 
 #include <algorithm>
+#include <numeric>
 #include <string_view>
 
 #include "common/util/error.hpp"
@@ -179,6 +180,50 @@ std::string merge_parts_script(const JobPlace& place, const Command& arguments, 
            "done\n"
            "exec " +
            util::shell_word(place.program.string()) + " merge \"${tiles[@]}\" \"${outputs[@]}\"\n";
+}
+
+std::string array_tasks_script(const JobPlace& place, const ArrayJob& job) {
+    return head(place, job.tasks_name,
+                "Task N of " + std::to_string(job.tasks) +
+                    ", from 0 on. What is done is left as it is: a task may run twice.",
+                true) +
+           job.task_body(kTask);
+}
+
+std::string array_join_script(const JobPlace& place, const ArrayJob& job) {
+    return head(place, job.join_name, "Joins what the tasks have made.", false) + job.join_body;
+}
+
+std::string submission_script(const std::filesystem::path& folder, const ArrayJob& job,
+                              int nodes) {
+    constexpr int kArrayLimit = 1001;  // as Slurm comes
+    std::vector<int> tasks(static_cast<std::size_t>(job.tasks));
+    std::iota(tasks.begin(), tasks.end(), 0);
+    std::string out =
+        "#!/bin/bash\n"
+        "# Submits all tasks to Slurm, and the job that joins them: bash THIS_FILE\n"
+        "set -euo pipefail\n"
+        "cd -- " +
+        util::shell_word(folder.string()) +
+        "\nsubmit() {\n"
+        "    local job\n"
+        "    job=$(sbatch --parsable \"$@\")\n"
+        "    echo \"${job%%;*}\"\n"
+        "}\n"
+        "all=\n"
+        "wait=()  # one array after another: the limit applies to all of them\n";
+    for (const ArrayPiece& piece : array_pieces(tasks, kArrayLimit))
+        out += "job=$(submit --array=" + array_text(piece.indices) + "%" + std::to_string(nodes) +
+               " \"${wait[@]}\" " + job.tasks_name + ".sbatch " + std::to_string(piece.offset) +
+               ")\n"
+               "all=$all:$job\n"
+               "wait=(--dependency=afterany:\"$job\")\n";
+    return out +
+           "# afterany: the join itself finds what is missing, and a hole is no failure.\n"
+           "join=$(submit --dependency=afterany\"$all\" " +
+           job.join_name +
+           ".sbatch)\n"
+           "echo \"submitted: tasks ${all#:}, join $join\"\n";
 }
 
 }  // namespace terravox::cluster

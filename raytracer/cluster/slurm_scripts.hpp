@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "raytracer/cluster/array_job.hpp"
 #include "raytracer/cluster/child.hpp"
 #include "raytracer/cluster/tasks.hpp"
 
@@ -74,5 +75,17 @@ struct PoolScript {
 /// @param picture for which the parts were rendered: the first output of their command
 [[nodiscard]] std::string merge_parts_script(const JobPlace& place, const Command& arguments,
                                              int parts, const std::filesystem::path& picture);
+
+/// A task of an array. Argument 1 of the script: number of the array's first task, where there are
+/// several arrays.
+[[nodiscard]] std::string array_tasks_script(const JobPlace& place, const ArrayJob& job);
+/// What joins the tasks' results.
+[[nodiscard]] std::string array_join_script(const JobPlace& place, const ArrayJob& job);
+/// A script for bash that submits TASKS.sbatch as arrays one after the other, then JOIN.sbatch,
+/// once all of them have ended.
+/// @param folder with both, which logs/ is in; absolute
+/// @param nodes simultaneous tasks
+[[nodiscard]] std::string submission_script(const std::filesystem::path& folder,
+                                            const ArrayJob& job, int nodes);
 
 }  // namespace terravox::cluster

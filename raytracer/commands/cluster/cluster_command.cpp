@@ -233,7 +233,7 @@ util::ExitCode run_openjd(const Arguments& args, const std::vector<std::string>&
     FrameJob job = frame_job(args, program, words);
     // Tasks start in a folder of their session.
     job.work = std::filesystem::current_path().string();
-    std::fputs(openjd_job(job).c_str(), stdout);
+    std::fputs(openjd_array(array_of_frames(job)).c_str(), stdout);
     return util::ExitCode::kDone;
 }
 
@@ -278,7 +278,8 @@ util::ExitCode run_kubernetes(Arguments args, const std::vector<std::string>& wo
         throw util::UsageError(
             "cluster kubernetes: --analyse with --batch; allowed: without it, by workers");
     if (args.slurm.batch) {
-        std::fputs(kubernetes_frames(frame_job(args, program, words), args.pods).c_str(), stdout);
+        const ArrayJob frames = array_of_frames(frame_job(args, program, words));
+        std::fputs(kubernetes_array(frames, args.pods).c_str(), stdout);
         return util::ExitCode::kDone;
     }
     if (!args.slurm.frames.empty() || args.slurm.frames_per_task > 0)

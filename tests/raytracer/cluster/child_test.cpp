@@ -47,3 +47,15 @@ TEST_CASE("a child is stopped, by force where need be, and does not outlive its 
     std::filesystem::permissions(folder.path() / "no program", std::filesystem::perms::owner_all);
     CHECK_THROWS_AS(Child({(folder.path() / "no program").string()}), util::Error);
 }
+
+TEST_CASE("a child's output goes to its log, from the start", "[cluster][child]") {
+    const terravox::test::TemporaryFolder folder;
+    const auto log = folder.path() / "log";
+    std::ofstream(log) << "what was said before, at length";
+    Child child({"bash", "-c", "echo out; echo err >&2"}, log);
+    CHECK(child.wait(std::chrono::seconds(60)) == 0);
+    std::ifstream in(log);
+    const std::string text{std::istreambuf_iterator<char>(in), {}};
+    CHECK(text == "out\nerr\n");
+    CHECK_THROWS_AS(Child({"true"}, folder.path() / "none" / "log"), terravox::util::Error);
+}

@@ -3,6 +3,7 @@
 #include <sstream>
 
 #include "common/util/error.hpp"
+#include "common/util/shell_words.hpp"
 #include "raytracer/cluster/frame_scripts.hpp"
 #include "raytracer/cluster/manifests.hpp"
 #include "raytracer/cluster/slurm_scripts.hpp"
@@ -214,7 +215,7 @@ TEST_CASE("a job template holds scripts that bash runs", "[cluster][openjd]") {
                        "%d.png",    stage.work().string(),
                        {{0, 9}, 4}, "v.mp4",
                        2,           1000};
-    const auto json = nlohmann::json::parse(openjd_job(job));
+    const auto json = nlohmann::json::parse(openjd_array(array_of_frames(job)));
     CHECK(json["specificationVersion"] == "jobtemplate-2023-09");
     CHECK(json["steps"][0]["parameterSpace"]["taskParameterDefinitions"][0]["range"] == "0-2");
     CHECK(json["steps"][1]["dependencies"][0]["dependsOn"] == "Frames");
@@ -223,9 +224,9 @@ TEST_CASE("a job template holds scripts that bash runs", "[cluster][openjd]") {
           std::vector<std::string>{"animate", kHostile, "--first", "8", "--last", "9"});
     auto braces = job;
     braces.animate.push_back("{{Task.Param.Task}}");
-    CHECK_THROWS_AS(openjd_job(braces), util::UsageError);
+    CHECK_THROWS_AS(openjd_array(array_of_frames(braces)), util::UsageError);
     braces.animate.back() = "\xff";
-    CHECK_THROWS_AS(openjd_job(braces), util::UsageError);
+    CHECK_THROWS_AS(openjd_array(array_of_frames(braces)), util::UsageError);
 }
 
 TEST_CASE("pods get arguments that Kubernetes does not change", "[cluster][kubernetes]") {
@@ -244,15 +245,16 @@ TEST_CASE("pods get arguments that Kubernetes does not change", "[cluster][kuber
     Stage stage;
     const PodPlace place{"image:1", "worlds", "/data", 3};
     const auto frames = nlohmann::json::parse(
-        kubernetes_frames({"film",
-                           {stage.program().string(), "animate", kHostile, "$(HOME) $$"},
-                           "%d.png",
-                           "",
-                           {{0, 9}, 4},
-                           "",
-                           2,
-                           1000},
-                          place));
+        kubernetes_array(
+            array_of_frames({"film",
+                             {stage.program().string(), "animate", kHostile, "$(HOME) $$"},
+                             "%d.png",
+                             "",
+                             {{0, 9}, 4},
+                             "",
+                             2,
+                             1000}),
+            place));
     const auto& spec = frames["items"][0]["spec"];
     CHECK(spec["completions"] == 3);
     CHECK(spec["completionMode"] == "Indexed");
@@ -274,4 +276,54 @@ TEST_CASE("pods get arguments that Kubernetes does not change", "[cluster][kuber
         CHECK_THROWS_AS(place.check(name), util::UsageError);
     CHECK_THROWS_AS((PodPlace{"", "worlds"}.check("a")), util::UsageError);
     CHECK_THROWS_AS((PodPlace{"i", "w", "data"}.check("a")), util::UsageError);
+}
+
+namespace {
+
+/// An array whose tasks call the stage's program.
+ArrayJob array_of(const Stage& stage, int tasks) {
+    ArrayJob job;
+    job.name = "land";
+    job.tasks_name = "shards";
+    job.join_name = "join";
+    job.tasks = tasks;
+    job.task_body = [program = stage.program().string()](const std::string& task) {
+        return "exec " + util::shell_word(program) + " \"task " + task + "\"\n";
+    };
+    job.join_body = "exec " + util::shell_word(stage.program().string()) + " join\n";
+    return job;
+}
+
+}  // namespace
+
+TEST_CASE("tasks of an array know their number, and the join follows", "[cluster][scripts]") {
+    Stage stage;
+    const ArrayJob job = array_of(stage, 3);
+    CHECK(stage.called(array_tasks_script(stage.place, job), {"SLURM_ARRAY_TASK_ID=2"}, {"1001"}) ==
+          std::vector<std::string>{"task 1003"});
+    CHECK(stage.called(array_join_script(stage.place, job), {}) ==
+          std::vector<std::string>{"join"});
+    CHECK(has(asked(array_tasks_script(stage.place, job)), "--job-name=terravox-shards"));
+}
+
+TEST_CASE("arrays are submitted one after the other, and the join after all of them",
+          "[cluster][scripts]") {
+    Stage stage;
+    const fs::path sbatch = stage.folder.path() / "sbatch";
+    std::ofstream(sbatch) << "#!/bin/bash\nhere=$(dirname \"$0\")\n"
+                             "printf '%s\\n' \"$*\" >> \"$here/submitted\"\n"
+                             "wc -l < \"$here/submitted\"\n";
+    fs::permissions(sbatch, fs::perms::owner_all);
+    const std::string script = submission_script(stage.work(), array_of(stage, 1500), 7);
+    (void)stage.called(script, {"PATH=" + stage.folder.path().string() + ":/usr/bin:/bin"});
+    REQUIRE(stage.done.status == 0);
+    CHECK(stage.done.out == "submitted: tasks 1:2, join 3\n");
+    std::ifstream in(stage.folder.path() / "submitted");
+    std::vector<std::string> lines;
+    for (std::string line; std::getline(in, line);)
+        lines.push_back(line);
+    CHECK(lines == std::vector<std::string>{
+                       "--parsable --array=0-1000%7 shards.sbatch 0",
+                       "--parsable --array=0-498%7 --dependency=afterany:1 shards.sbatch 1001",
+                       "--parsable --dependency=afterany:1:2 join.sbatch"});
 }
