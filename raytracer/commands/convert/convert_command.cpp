@@ -98,7 +98,7 @@ util::ExitCode run_convert(ConvertArguments& args) {
         numbers_of("convert", "--area", args.area, 4,
                    "west,south,east,north, or x0,z0,x1,z1 in a world without a CRS");
     args.write.shard = shard_of(args.shard);
-    if (args.write.shard.of > 1 && !format.has_shards)
+    if (args.write.shard.of > 0 && !format.has_shards)
         throw util::UsageError("convert: --shard " + args.shard + " to " +
                                std::string(format.name) + "; allowed: to a box archive (.tvx)");
     args.selection.heights =

@@ -153,13 +153,30 @@ private:
 
 static_assert(ShardChoice::kMost == voxel::archive::kMaxShards);
 
-/// The columns of a shard: contiguous, so that the shards one after the other are all of them.
-/// @return first, and one after the last
-std::pair<std::size_t, std::size_t> range_of(const ShardChoice& shard, std::size_t columns) {
-    const auto end_of = [&](int number) {
-        return columns * static_cast<std::size_t>(number) / static_cast<std::size_t>(shard.of);
-    };
-    return {end_of(shard.number - 1), end_of(shard.number)};
+/// The boxes at the tops of subtrees.
+BoxRange tops_of(const voxel::WorldInfo& info) {
+    return voxel::boxes_over(info.bounds, std::min(kSubtreeLevel, info.levels - 1));
+}
+
+/// The columns of the tops of subtrees.
+Columns columns_of(Job& job, const BoxRange& tops) {
+    return {block_of(tops), 1, [&](const ColumnBlock& some) {
+                const auto finest = [&](std::int32_t b) { return b << tops.min.level; };
+                return job.may_hold({finest(some.min_bx), finest(some.min_bz),
+                                     finest(some.max_bx), finest(some.max_bz)});
+            }};
+}
+
+/// What the name of a conversion ends with.
+std::string suffix_of(const ShardChoice& shard) {
+    return shard.of == 0
+               ? ""
+               : " shard " + std::to_string(shard.number) + " of " + std::to_string(shard.of);
+}
+
+std::filesystem::path journal_of(std::filesystem::path out) {
+    out += ".journal";
+    return out;
 }
 
 class Exporter {
@@ -168,14 +185,14 @@ public:
         : m_job(job),
           m_shard(shard),
           m_info(info_of(job.part, job.world())),
-          m_tops(voxel::boxes_over(m_info.bounds, std::min(kSubtreeLevel, m_info.levels - 1))),
+          m_tops(tops_of(m_info)),
           m_columns(columns_of(job, m_tops)),
-          m_journal(journal_of(job.out), job.name + name_of(shard)) {}
+          m_journal(writable_journal_of(job.out), job.name + suffix_of(shard)) {}
 
     void run() {
         open();
         subtrees();
-        if (m_shard.of > 1) {
+        if (m_shard.of > 0) {
             m_writer->finish_shard(voxel::archive::json_of(
                 {m_shard.number, m_shard.of, m_job.name, m_job.damage_lines()}));
         } else {
@@ -188,16 +205,9 @@ public:
     }
 
 private:
-    static std::string name_of(const ShardChoice& shard) {
-        return shard.of == 1
-                   ? ""
-                   : " shard " + std::to_string(shard.number) + " of " + std::to_string(shard.of);
-    }
-
-    static std::filesystem::path journal_of(std::filesystem::path out) {
+    static std::filesystem::path writable_journal_of(const std::filesystem::path& out) {
         util::check_writable(out);
-        out += ".journal";
-        return out;
+        return journal_of(out);
     }
 
     void open() {
@@ -216,18 +226,9 @@ private:
         m_writer = std::make_unique<voxel::ArchiveWriter>(m_job.out, m_info, 0);
     }
 
-    /// The columns of the tops of subtrees.
-    static Columns columns_of(Job& job, const BoxRange& tops) {
-        return {block_of(tops), 1, [&](const ColumnBlock& some) {
-                    const auto finest = [&](std::int32_t b) { return b << tops.min.level; };
-                    return job.may_hold({finest(some.min_bx), finest(some.min_bz),
-                                         finest(some.max_bx), finest(some.max_bz)});
-                }};
-    }
-
     void subtrees() {
         const auto ny = static_cast<std::size_t>(m_tops.max.by - m_tops.min.by);
-        const auto [first, end] = range_of(m_shard, m_columns.count());
+        const auto [first, end] = columns_of_shard(m_shard, m_columns.count());
         m_job.meter.add((m_columns.left_out() + m_columns.count() - (end - first)) * ny);
         const auto key_at = [&, first = first](std::size_t i) {
             const Columns::At at = m_columns.at(first + i / ny);
@@ -272,8 +273,7 @@ private:
 }  // namespace
 
 std::uint64_t archive_steps(const Part& part, const voxel::WorldInfo& world) {
-    const voxel::WorldInfo info = info_of(part, world);
-    const BoxRange r = voxel::boxes_over(info.bounds, std::min(kSubtreeLevel, info.levels - 1));
+    const BoxRange r = tops_of(info_of(part, world));
     return static_cast<std::uint64_t>(r.max.bx - r.min.bx) *
            static_cast<std::uint64_t>(r.max.by - r.min.by) *
            static_cast<std::uint64_t>(r.max.bz - r.min.bz);
@@ -281,6 +281,44 @@ std::uint64_t archive_steps(const Part& part, const voxel::WorldInfo& world) {
 
 void write_archive(Job& job, const ShardChoice& shard) {
     Exporter(job, shard).run();
+}
+
+ArchiveColumns archive_columns(Job& job) {
+    const BoxRange tops = tops_of(info_of(job.part, job.world()));
+    return {columns_of(job, tops), voxel::kBoxSizeX << tops.min.level,
+            static_cast<std::uint64_t>(tops.max.by - tops.min.by)};
+}
+
+std::pair<std::size_t, std::size_t> columns_of_shard(const ShardChoice& shard,
+                                                     std::size_t columns) {
+    if (shard.of == 0)
+        return {0, columns};
+    const auto end_of = [&](int number) {
+        return columns * static_cast<std::size_t>(number) / static_cast<std::size_t>(shard.of);
+    };
+    return {end_of(shard.number - 1), end_of(shard.number)};
+}
+
+MadeColumn make_archive_column(Job& job, const Columns::At& column) {
+    // An entry of the index, packed: a measured mean.
+    constexpr std::uint64_t kEntry_bytes = 12;
+    const voxel::WorldInfo info = info_of(job.part, job.world());
+    const BoxRange tops = tops_of(info);
+    MadeColumn out;
+    for (std::int32_t by = tops.min.by; by < tops.max.by; ++by) {
+        Subtree subtree(job, info);
+        subtree.make({tops.min.level, column.bx, by, column.bz});
+        for (const MadeRecord& record : subtree.records) {
+            ++out.boxes;
+            out.bytes += sizeof(voxel::archive::Record) + record.frame.size() + kEntry_bytes;
+        }
+    }
+    return out;
+}
+
+std::size_t finished_subtrees(const std::filesystem::path& out, const std::string& name,
+                              const ShardChoice& shard) {
+    return Journal::files_in(journal_of(out), name + suffix_of(shard));
 }
 
 }  // namespace terravox::exports

@@ -18,8 +18,8 @@ enum class UpAxis : std::uint8_t {
 
 /// One of several conversions that share a world, each on a machine of its own.
 struct ShardChoice {
-    int number = 1;  ///< 1 to `of`
-    int of = 1;      ///< 1: the whole world
+    int number = 0;  ///< 1 to `of`
+    int of = 0;      ///< 0: no shard, but the whole world
     static constexpr int kMost = 100'000;
 };
 

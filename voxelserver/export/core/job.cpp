@@ -64,6 +64,13 @@ Columns Job::columns(std::size_t edge) {
     return made;
 }
 
+std::vector<std::string> Job::damage_lines() const {
+    std::vector<std::string> lines = left_out;
+    const auto met = m_world.damage();
+    lines.insert(lines.end(), met.begin(), met.end());
+    return lines;
+}
+
 void Job::hole(const voxel::BoxKey& key, const char* what) {
     const std::lock_guard lock(m_mutex);
     constexpr std::size_t kMaxReported = 20;

@@ -60,6 +60,8 @@ public:
     /// their files is the same.
     std::string name = "conversion";
     Colours colours = Colours::kTrue;
+    /// Data that were left out before the world was opened, since they are damaged: a line each.
+    std::vector<std::string> left_out;
     int threads = 0;       ///< 0 = one for each core
     std::stop_token stop;  ///< ends the conversion, with an Error
     /// What the writer may hold in addition to the world's own caches.
@@ -103,7 +105,7 @@ public:
     [[nodiscard]] std::vector<std::filesystem::path> files() const;
     [[nodiscard]] std::vector<voxel::BoxKey> holes() const;
     /// Places where the world's data are damaged, as far as known, a line each.
-    [[nodiscard]] std::vector<std::string> damage_lines() const { return m_world.damage(); }
+    [[nodiscard]] std::vector<std::string> damage_lines() const;
 
 private:
     void hole(const voxel::BoxKey& key, const char* what);

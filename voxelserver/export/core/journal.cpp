@@ -76,6 +76,17 @@ void Journal::add(const std::string& name, std::uint64_t voxels, std::uint64_t e
                           ": disk full, or cannot be written");
 }
 
+std::size_t Journal::files_in(const std::filesystem::path& file, const std::string& what) {
+    std::ifstream in(file);
+    std::string line;
+    if (!std::getline(in, line) || line != what)
+        return 0;
+    std::size_t count = 0;
+    while (std::getline(in, line))
+        count += line.ends_with(" ;") ? 1 : 0;
+    return count;
+}
+
 void Journal::forget() {
     const std::lock_guard lock(m_mutex);
     m_names.clear();

@@ -31,6 +31,9 @@ public:
     [[nodiscard]] std::uint64_t voxels_before() const noexcept { return m_voxels_before; }
     [[nodiscard]] std::size_t files_before() const noexcept { return m_files_before; }
     [[nodiscard]] std::uint64_t end_before() const noexcept { return m_end_before; }
+    /// How many files a journal names, of this conversion; 0 where there is none. Locks nothing.
+    [[nodiscard]] static std::size_t files_in(const std::filesystem::path& file,
+                                              const std::string& what);
     void forget();  ///< discards the earlier entries: begins anew
     void remove();  ///< the conversion is complete: deletes the file
 

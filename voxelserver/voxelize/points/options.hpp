@@ -11,6 +11,7 @@ namespace terravox::voxelize {
 /// The inputs of a LiDAR world.
 struct LidarWorldOptions {
     std::vector<std::filesystem::path> files;        ///< of points, or folders of them
+    std::vector<std::filesystem::path> left_out;     ///< those of them that are not opened
     std::vector<std::filesystem::path> orthophotos;  ///< image files or folders; may be empty
     std::string classes = "asprs";                   ///< id of a class table, or a path to one
     std::filesystem::path settings;  ///< which steps run and how; empty = config/voxelize.toml

@@ -2,6 +2,7 @@
 
 #include <chrono>
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -17,6 +18,8 @@ struct WorldOptions {
     /// Paths or addresses, all of one kind (voxelserver/worlds/open/world_kinds.hpp); several only
     /// of LiDAR data and rasters of heights.
     std::vector<std::string> inputs;
+    /// Files of points that the inputs name and that are not opened.
+    std::vector<std::filesystem::path> left_out;
     /// Images, or folders of them, for LiDAR data, stores and rasters of heights.
     std::vector<std::filesystem::path> orthophotos;
 
@@ -40,6 +43,7 @@ struct WorldOptions {
     std::size_t memory_bytes = std::size_t{4} << 30;  ///< decoded squares, chunks and columns
     int threads = 0;                                  ///< 0: one for each core
     std::filesystem::path cache_dir;  ///< keeps prepared LiDAR squares; empty: nothing is kept
+    std::uint64_t cache_bytes = std::uint64_t{20} << 30;  ///< limit of cache_dir
     std::chrono::seconds box_timeout{300};  ///< for each box of a voxel server or remote archive
 };
 

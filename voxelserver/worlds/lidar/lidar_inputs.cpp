@@ -35,6 +35,8 @@ voxelize::LidarWorldOptions lidar_options(const WorldOptions& from) {
     out.memory_bytes = from.memory_bytes;
     out.threads = from.threads;
     out.cache_dir = from.cache_dir;
+    out.cache_bytes = from.cache_bytes;
+    out.left_out = from.left_out;
     return out;
 }
 

@@ -20,27 +20,38 @@ std::unique_ptr<voxel::World> open_with(const voxelize::LidarWorldOptions& optio
     return world;
 }
 
-std::unique_ptr<voxel::World> open_files(const OpenRequest& request) {
-    const WorldOptions& from = request.options;
+voxelize::LidarWorldOptions options_of_files(const WorldOptions& from) {
     voxelize::LidarWorldOptions options = lidar_options(from);
     options.files.assign(from.inputs.begin(), from.inputs.end());
-    return open_with(options, request.times);
+    return options;
 }
 
 /// The store's own class table counts unless the user names one; an option that still has the
 /// default of WorldOptions counts as not given.
-std::unique_ptr<voxel::World> open_store(const OpenRequest& request) {
+voxelize::LidarWorldOptions options_of_store(const WorldOptions& from) {
     const std::string usual = WorldOptions{}.classes;
-    voxelize::LidarWorldOptions options = lidar_options(request.options);
+    voxelize::LidarWorldOptions options = lidar_options(from);
     if (options.classes == usual)
         options.classes.clear();
-    voxelize::take_from_store(store::read_grabber_store(request.input()), options);
+    voxelize::take_from_store(store::read_grabber_store(from.inputs.front()), options);
     if (options.classes.empty())
         options.classes = usual;
-    return open_with(options, request.times);
+    return options;
+}
+
+std::unique_ptr<voxel::World> open_files(const OpenRequest& request) {
+    return open_with(options_of_files(request.options), request.times);
+}
+
+std::unique_ptr<voxel::World> open_store(const OpenRequest& request) {
+    return open_with(options_of_store(request.options), request.times);
 }
 
 }  // namespace
+
+voxelize::LidarWorldOptions lidar_world_options(const WorldOptions& from) {
+    return is_store(from.inputs.front()) ? options_of_store(from) : options_of_files(from);
+}
 
 constinit const WorldKind kLidarKind{
     .noun = "LiDAR data",

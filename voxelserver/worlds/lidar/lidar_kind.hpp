@@ -1,5 +1,6 @@
 #pragma once
 
+#include "voxelserver/voxelize/points/options.hpp"
 #include "voxelserver/worlds/kind/world_kind.hpp"
 
 namespace terravox::worlds {
@@ -9,5 +10,9 @@ extern const WorldKind kLidarKind;
 
 /// A store that the grabber has filled.
 extern const WorldKind kStoreKind;
+
+/// All options of a world of either kind, with the files of its inputs.
+/// @throws UsageError, Error for a store that cannot be read or holds nothing
+[[nodiscard]] voxelize::LidarWorldOptions lidar_world_options(const WorldOptions& from);
 
 }  // namespace terravox::worlds
