@@ -5,6 +5,7 @@
 #include "raytracer/commands/analyse/analyse_command.hpp"
 #include "raytracer/commands/animate_command.hpp"
 #include "raytracer/commands/cluster/cluster_command.hpp"
+#include "raytracer/commands/country/country_command.hpp"
 #include "raytracer/commands/farm_command.hpp"
 #include "raytracer/commands/merge/merge_command.hpp"
 #include "raytracer/commands/program_of_command.hpp"
@@ -50,6 +51,7 @@ int main(int argc, char** argv) {
         const auto animate = terravox::commands::add_animate_command(app, open_renderer);
         const auto analyse = terravox::commands::add_analyse_command(app);
         const auto cluster = terravox::commands::add_cluster_command(app);
+        const auto country = terravox::commands::add_country_command(app);
         terravox::commands::list_command(app, terravox::commands::kConvert);
         terravox::commands::list_command(app, terravox::commands::kPublish);
         terravox::commands::list_command(app, terravox::commands::kView);
@@ -72,6 +74,8 @@ int main(int argc, char** argv) {
             return static_cast<int>(farm());
         if (app.got_subcommand("cluster"))
             return static_cast<int>(cluster());
+        if (app.got_subcommand("country"))
+            return static_cast<int>(country());
         if (app.got_subcommand("merge"))
             return static_cast<int>(merge());
         if (app.got_subcommand("world"))

@@ -30,6 +30,10 @@ RAYTRACER = (
     "cluster openjd",
     "cluster kubernetes",
     "cluster bake",
+    "country plan",
+    "country run",
+    "country resume",
+    "country status",
 )
 PROGRAMS = {name: ("RAYTRACER", *name.split()) for name in RAYTRACER}
 PROGRAMS |= {"serve": ("VOXELSERVER",), "survey": ("SURVEY",)}

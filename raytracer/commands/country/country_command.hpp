@@ -1,0 +1,17 @@
+#pragma once
+
+#include <functional>
+
+#include "common/util/error.hpp"
+
+namespace CLI {
+class App;
+}
+
+namespace terravox::commands {
+
+/// Adds `country` with its commands.
+/// @return runs the one that was given, once the arguments are parsed
+[[nodiscard]] std::function<util::ExitCode()> add_country_command(CLI::App& app);
+
+}  // namespace terravox::commands

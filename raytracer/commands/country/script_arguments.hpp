@@ -1,0 +1,38 @@
+#pragma once
+
+#include <string>
+
+#include "raytracer/cluster/manifests.hpp"
+#include "raytracer/cluster/slurm_scripts.hpp"
+#include "voxelserver/country/plan_folder.hpp"
+
+namespace CLI {
+class App;
+}
+
+namespace terravox::commands {
+
+/// Options of `country plan` for the tasks of schedulers.
+struct ScriptArguments {
+    std::string slurm;       ///< files to write; empty: none
+    std::string kubernetes;
+    std::string openjd;
+    std::string archive;  ///< empty: the plan's name with .tvx
+    std::string program;
+    std::string name = "country";
+    int nodes = 1;
+    cluster::Needs needs;
+    cluster::PodPlace pods;
+
+    ScriptArguments() { needs.cpus = 1; }
+    void add_to(CLI::App& command);
+    /// @throws UsageError, before anything is planned
+    void check() const;
+    /// Writes the files.
+    /// @param given the folder of the plan as the user named it
+    /// @throws Error
+    void write(const country::PlanFolder& folder, const country::Plan& plan,
+               const std::string& given) const;
+};
+
+}  // namespace terravox::commands

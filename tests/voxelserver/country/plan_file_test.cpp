@@ -1,0 +1,89 @@
+#include <fstream>
+
+#include "common/util/error.hpp"
+#include "tests/catch.hpp"
+#include "tests/common/temporary_folder.hpp"
+#include "voxelserver/country/plan_folder.hpp"
+
+namespace terravox::country {
+namespace {
+
+Plan some_plan() {
+    Plan plan;
+    plan.program = "1.2.3";
+    plan.box_recipe = 4;
+    plan.world.inputs = {"/data/survey"};
+    plan.world.orthophotos = {"/data/photos"};
+    plan.world.left_out = {"/data/survey/x.laz"};
+    plan.world.crs = "EPSG:3794";
+    plan.world.voxel_m = 0.1;
+    plan.world.memory_bytes = std::size_t{512} << 20;
+    plan.area = {1, 2.5, 3, 4};
+    plan.fingerprint = "0123456789abcdef0123456789abcdef";
+    plan.crs = "EPSG:3794";
+    plan.voxel_m = 0.1;
+    plan.bounds = {{-5, 0, -7}, {5, 300, 7}};
+    plan.squares = {{"/data/survey/a.laz", 10, 20, "ab"}};
+    plan.images = {{"/data/photos/a.tif", 30, 0, "cd"}};
+    plan.missing = {{"x", "it is damaged"}};
+    plan.scratch_bytes = 1 << 20;
+    plan.shards = {{1, 2, 3, 4.25, 5}, {6, 7, 8, 9.5, 10}};
+    plan.estimate = {3, {1.5, 0.25}, {1.25, 0.125}, 77, {1e9, 1e7}};
+    return plan;
+}
+
+}  // namespace
+
+TEST_CASE("a plan is read as it was written", "[country][plan]") {
+    const test::TemporaryFolder place;
+    const PlanFolder folder(place.path());
+    const Plan plan = some_plan();
+    write_plan(folder, plan);
+    const Plan read = read_plan(folder);
+    CHECK(read.id() == plan.id());
+    CHECK(read.world.inputs == plan.world.inputs);
+    CHECK(read.world.left_out == plan.world.left_out);
+    CHECK(read.world.voxel_m == plan.world.voxel_m);
+    CHECK(read.world.memory_bytes == plan.world.memory_bytes);
+    CHECK(read.area == plan.area);
+    CHECK(read.bounds == plan.bounds);
+    CHECK(read.squares.front().identity == "ab");
+    CHECK(read.images.front().bytes == 30);
+    CHECK(read.missing.front().reason == "it is damaged");
+    REQUIRE(read.shards.size() == 2);
+    CHECK(read.shards[1].cpu_s == 9.5);
+    CHECK(read.shards[1].subtrees == 7);
+    CHECK(read.estimate.output_bytes.error == 1e7);
+}
+
+TEST_CASE("what shards are made of has a name of its own", "[country][plan]") {
+    const Plan plan = some_plan();
+    const auto differs = [&](const auto& change) {
+        Plan other = plan;
+        change(other);
+        return other.id() != plan.id();
+    };
+    CHECK(differs([](Plan& p) { p.program = "1.2.4"; }));
+    CHECK(differs([](Plan& p) { ++p.box_recipe; }));
+    CHECK(differs([](Plan& p) { p.fingerprint.back() = 'e'; }));
+    CHECK(differs([](Plan& p) { ++p.bounds.max[2]; }));
+    CHECK(differs([](Plan& p) { p.shards.pop_back(); }));
+    CHECK(differs([](Plan& p) { p.world.inputs = {"/data/other"}; }));
+    CHECK_FALSE(differs([](Plan& p) { p.estimate = {}; }));
+    CHECK_FALSE(differs([](Plan& p) { p.world.memory_bytes = 1; }));
+}
+
+TEST_CASE("a plan that is no plan is refused with a line", "[country][plan]") {
+    const test::TemporaryFolder place;
+    const PlanFolder folder(place.path());
+    CHECK_THROWS_AS(read_plan(folder), util::UsageError);
+    for (const char* text : {"", "{", "[]", "7", "{}", R"({"format": 1})", R"({"format": "1"})",
+                             R"({"format": 1, "program": 7})"}) {
+        CAPTURE(text);
+        std::ofstream(folder.plan()) << text;
+        CHECK_THROWS_AS(read_plan(folder), util::Error);
+    }
+    CHECK_THROWS_AS(PlanFolder(place.path() / "none"), util::UsageError);
+}
+
+}  // namespace terravox::country

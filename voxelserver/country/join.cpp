@@ -1,0 +1,112 @@
+#include "voxelserver/country/join.hpp"
+
+#include <sys/stat.h>
+
+#include <algorithm>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "common/util/atomic_file.hpp"
+#include "common/util/error.hpp"
+#include "common/voxel/archive/archive_index.hpp"
+#include "voxelserver/archive/merge.hpp"
+#include "voxelserver/country/task.hpp"
+
+namespace terravox::country {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+bool can_be_opened(const fs::path& archive) {
+    try {
+        const auto source = voxel::archive::file_source(archive);
+        const voxel::archive::ArchiveIndex index(*source);
+        return true;
+    } catch (const util::Error&) {
+        return false;
+    }
+}
+
+}  // namespace
+
+void write_target(const PlanFolder& folder, const Target& target) {
+    const Json out{{"plan", target.plan},
+                   {"archive", target.archive.string()},
+                   {"before", target.before},
+                   {"after", target.after}};
+    util::write_file_atomically(folder.run(),
+                                out.dump(1, ' ', false, Json::error_handler_t::replace) + "\n");
+}
+
+std::optional<Target> read_target(const PlanFolder& folder) {
+    std::ifstream in(folder.run(), std::ios::binary);
+    if (!in)
+        return std::nullopt;
+    const Json json = Json::parse(in, nullptr, false);
+    try {
+        return Target{json.at("plan").get<std::string>(), json.at("archive").get<std::string>(),
+                      json.at("before").get<std::string>(), json.at("after").get<std::string>()};
+    } catch (const Json::exception&) {
+        return std::nullopt;
+    }
+}
+
+std::string state_of_file(const fs::path& file) {
+    struct stat found {};
+    if (::stat(file.c_str(), &found) != 0)
+        return "";
+    return std::to_string(found.st_size) + " " + std::to_string(found.st_mtim.tv_sec) + "." +
+           std::to_string(found.st_mtim.tv_nsec) + " " + std::to_string(found.st_ino);
+}
+
+bool is_joined(const PlanFolder& folder, const Plan& plan, const fs::path& archive) {
+    const std::string now = state_of_file(archive);
+    const auto target = read_target(folder);
+    if (now.empty() || !target || target->plan != plan.id() || target->archive != archive)
+        return false;
+    // Killed between the last step and its note: another file than before is the archive, since it
+    // gets its name when it is whole.
+    const bool is_new = target->after.empty() ? now != target->before : now == target->after;
+    return is_new && can_be_opened(archive);
+}
+
+JoinReport report_of(const PlanFolder& folder, const Plan& plan) {
+    JoinReport out;
+    std::set<std::string> reasons;
+    std::set<std::string> damage;
+    for (int number = 1; number <= static_cast<int>(plan.shards.size()); ++number) {
+        const auto shard = finished_shard(folder, plan, number);
+        if (!shard)
+            continue;
+        damage.insert(shard->damage.begin(), shard->damage.end());
+        const Holes holes = holes_of(folder, number);
+        out.holes += holes.boxes;
+        reasons.insert(holes.reasons.begin(), holes.reasons.end());
+    }
+    out.damage = damage.size();
+    out.reasons.assign(reasons.begin(), reasons.end());
+    out.reasons.insert(out.reasons.end(), damage.begin(), damage.end());
+    constexpr std::size_t kMostLines = 20;
+    if (out.reasons.size() > kMostLines)
+        out.reasons.resize(kMostLines);
+    return out;
+}
+
+JoinReport join(const PlanFolder& folder, const Plan& plan, const fs::path& archive, int threads,
+                const std::function<void(std::uint64_t, std::uint64_t)>& progress) {
+    std::vector<fs::path> shards;
+    for (int number = 1; number <= static_cast<int>(plan.shards.size()); ++number)
+        shards.push_back(folder.shard(number));
+    const archive_tools::MergeReport merged =
+        archive_tools::merge(shards, archive, threads, progress);
+    Target target = read_target(folder).value_or(Target{plan.id(), archive, "", ""});
+    target.after = state_of_file(archive);
+    write_target(folder, target);
+    JoinReport out = report_of(folder, plan);
+    out.boxes = merged.records - merged.holes;
+    return out;
+}
+
+}  // namespace terravox::country

@@ -1,0 +1,52 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "voxelserver/country/plan_folder.hpp"
+
+namespace terravox::country {
+
+/// Where the archive of a plan goes, as `country run` has noted it before it began: so that a later
+/// call can tell an archive that is finished from one that was there before.
+struct Target {
+    std::string plan;  ///< Plan::id()
+    std::filesystem::path archive;
+    std::string before;  ///< state of the file when the run began; empty: there was none
+    std::string after;   ///< the same of the finished one; empty: not known
+};
+void write_target(const PlanFolder& folder, const Target& target);
+/// @return nullopt when there is none, or it is damaged
+[[nodiscard]] std::optional<Target> read_target(const PlanFolder& folder);
+
+/// Size, time and number of a file; empty: there is none.
+[[nodiscard]] std::string state_of_file(const std::filesystem::path& file);
+
+/// Whether the archive of the plan is finished under this name.
+/// @param archive absolute
+[[nodiscard]] bool is_joined(const PlanFolder& folder, const Plan& plan,
+                             const std::filesystem::path& archive);
+
+/// What an archive lacks.
+struct JoinReport {
+    std::uint64_t boxes = 0;
+    std::uint64_t holes = 0;           ///< boxes, of the finest level
+    std::vector<std::string> reasons;  ///< of holes and damage, a line each, the first some
+    std::uint64_t damage = 0;
+    [[nodiscard]] bool is_whole() const noexcept { return holes == 0 && damage == 0; }
+};
+/// Reads from the shards what their archive lacks.
+[[nodiscard]] JoinReport report_of(const PlanFolder& folder, const Plan& plan);
+
+/// Joins the shards to the archive, and notes that it is done. The shards stay.
+/// @param threads 0: one for each core
+/// @param progress called with bytes done and all of them; may throw, which ends it
+/// @throws Error when a shard is missing or damaged, or the archive cannot be written
+JoinReport join(const PlanFolder& folder, const Plan& plan, const std::filesystem::path& archive,
+                int threads, const std::function<void(std::uint64_t, std::uint64_t)>& progress);
+
+}  // namespace terravox::country
