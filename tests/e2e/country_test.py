@@ -263,6 +263,10 @@ class Country(Case):
             if second.code == 1:  # else the first was done by then
                 self.assertIn("runs it already", second.err)
                 self.assertIn(f"process {first.pid} of ", second.err)
+            words = [survey(), "-o", self.plan, "--overwrite", "--quiet"]
+            if first.poll() is None:
+                again = country("plan", *words)
+                self.assertTrue(again.code == 1 or first.poll() is not None, str(again))
         finally:
             first.wait()
         self.assertEqual(first.returncode, 0)
@@ -397,6 +401,7 @@ class Country(Case):
             full = Run([*run, "--quiet"])
             self.assertEqual(full.code, 1, str(full))
             self.assertIn("failed: ", full.err)
+            self.assertIn("the disk of the plan is full", full.err)
             self.assertIn(str(disk.folder), full.err)
             self.assertFalse((disk.seen / "country.tvx").exists())
             disk.leave(40_000)

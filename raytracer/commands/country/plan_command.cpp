@@ -7,6 +7,7 @@
 #include <memory>
 #include <system_error>
 
+#include "common/util/file_lock.hpp"
 #include "common/util/log.hpp"
 #include "common/util/printable.hpp"
 #include "raytracer/commands/country/plan_report.hpp"
@@ -46,6 +47,10 @@ country::PlanFolder make_folder(const PlanArguments& args) {
     if (!args.overwrite && fs::exists(folder.plan(), failed))
         throw util::UsageError("write the plan " + args.out +
                                ": there is one already; allowed: another folder, or --overwrite");
+    if (util::FileLock::is_taken(folder.run_lock()))
+        throw util::Error("write the plan " + args.out + ": " +
+                          util::FileLock::holder(folder.run_lock()) +
+                          " runs the one that is there");
     return folder;
 }
 

@@ -166,13 +166,23 @@ private:
         }
         m_queue.ended(number);
         ++m_failures_in_a_row;
+        std::string why = by_signal ? "ended by signal " + std::to_string(status - kSignals)
+                                    : error_of(number, status);
+        m_failed.emplace_back(number, why + "; see " + m_folder.log(number).string());
+    }
+
+    /// What a task has said of its failure. On a full disk it could not even do that.
+    [[nodiscard]] std::string error_of(int number, int status) const {
         const auto record = country::read_record(m_folder.record(number));
         std::string why = "exit code " + std::to_string(status);
-        if (by_signal)
-            why = "ended by signal " + std::to_string(status - kSignals);
-        else if (record && !record->error.empty())
+        if (record && !record->error.empty())
             why = record->error;
-        m_failed.emplace_back(number, why + "; see " + m_folder.log(number).string());
+        constexpr std::uintmax_t kFull_bytes = std::uintmax_t{1} << 20;
+        std::error_code failed;
+        const auto disk = fs::space(m_folder.path(), failed);
+        if (!failed && disk.available < kFull_bytes)
+            why += "; the disk of the plan is full";
+        return why;
     }
 
     /// Shards whose other process has ended are done, or wait again.
