@@ -5,6 +5,7 @@
 
 #include <array>
 #include <cerrno>
+#include <cstdio>
 #include <cstring>
 #include <fstream>
 #include <utility>
@@ -18,7 +19,7 @@ namespace {
 /// The whole file. Locks of open file descriptions (OFD) rather than flock(): who has one can be
 /// asked without taking it, and NFS passes them on.
 struct flock whole_file() noexcept {
-    struct flock lock {};
+    struct flock lock{};
     lock.l_type = F_WRLCK;
     lock.l_whence = SEEK_SET;
     return lock;
@@ -36,9 +37,10 @@ void sign(int fd) noexcept {
     std::array<char, 320> line{};
     const int size = std::snprintf(line.data(), line.size(), "process %d of %s\n",
                                    static_cast<int>(::getpid()), host.data());
-    if (size > 0 && ::ftruncate(fd, 0) == 0)
-        [[maybe_unused]] const auto written =
-            ::pwrite(fd, line.data(), static_cast<std::size_t>(size), 0);
+    if (size <= 0 || ::ftruncate(fd, 0) != 0)
+        return;
+    [[maybe_unused]] const auto written =
+        ::pwrite(fd, line.data(), static_cast<std::size_t>(size), 0);
 }
 
 }  // namespace

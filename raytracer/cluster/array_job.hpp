@@ -8,9 +8,9 @@ namespace terravox::cluster {
 /// An array of tasks that are independent of each other, and a job that joins what they have made.
 /// Bash code of both is the same for every scheduler.
 struct ArrayJob {
-    std::string name;          ///< of the job
-    std::string tasks_name;    ///< of the array, lower case: "frames"
-    std::string join_name;     ///< of the job at the end: "merge"
+    std::string name;        ///< of the job
+    std::string tasks_name;  ///< of the array, lower case: "frames"
+    std::string join_name;   ///< of the job at the end: "merge"
     /// Directory that relative paths start from; empty: where the scheduler starts tasks.
     std::string work;
     int tasks = 1;

@@ -68,8 +68,7 @@ ArrayJob array_of_frames(const FrameJob& job) {
     out.waiting_join_body = "until (\n" + merge_frames_body(job.pattern, job.plan.frames, {}) +
                             ") 2>/dev/null; do sleep 30; done\n";
     if (!video.empty())
-        out.waiting_join_body +=
-            util::shell_array("command", video) + "exec \"${command[@]}\"\n";
+        out.waiting_join_body += util::shell_array("command", video) + "exec \"${command[@]}\"\n";
     out.cpus = job.cpus;
     out.memory_mib = job.memory_mib;
     out.join_cpus = video.empty() ? 1 : job.cpus;

@@ -194,8 +194,7 @@ std::string array_join_script(const JobPlace& place, const ArrayJob& job) {
     return head(place, job.join_name, "Joins what the tasks have made.", false) + job.join_body;
 }
 
-std::string submission_script(const std::filesystem::path& folder, const ArrayJob& job,
-                              int nodes) {
+std::string submission_script(const std::filesystem::path& folder, const ArrayJob& job, int nodes) {
     constexpr int kArrayLimit = 1001;  // as Slurm comes
     std::vector<int> tasks(static_cast<std::size_t>(job.tasks));
     std::iota(tasks.begin(), tasks.end(), 0);

@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """terravox country as a user runs it: a plan, its shards made here or by tasks, one archive."""
 
+import contextlib
 import json
 import os
 import pathlib
@@ -58,17 +59,13 @@ def start(*arguments):
 
 
 def kill(pid):
-    try:
+    with contextlib.suppress(ProcessLookupError):
         os.kill(pid, signal.SIGKILL)
-    except ProcessLookupError:
-        pass
 
 
 def kill_group(pid):
-    try:
+    with contextlib.suppress(ProcessLookupError):
         os.killpg(pid, signal.SIGKILL)
-    except ProcessLookupError:
-        pass
 
 
 def children_of(pid):

@@ -70,10 +70,9 @@ std::vector<PlannedFile> images_of(const voxelize::LidarWorldOptions& options) {
 void add_missing_of_store(const std::string& folder, std::vector<MissingSquare>& missing) {
     for (const store::StoredSquare& square : store::read_grabber_store(folder).squares)
         if (square.state != store::StoredState::kFetched)
-            missing.push_back(
-                {square.name, square.error.empty()
-                                  ? std::string("the store says: ") + store::name_of(square.state)
-                                  : square.error});
+            missing.push_back({square.name, square.error.empty() ? std::string("the store says: ") +
+                                                                       store::name_of(square.state)
+                                                                 : square.error});
 }
 
 using Named = std::map<std::string, const PlannedFile*>;

@@ -54,7 +54,7 @@ std::optional<Target> read_target(const PlanFolder& folder) {
 }
 
 std::string state_of_file(const fs::path& file) {
-    struct stat found {};
+    struct stat found{};
     if (::stat(file.c_str(), &found) != 0)
         return "";
     return std::to_string(found.st_size) + " " + std::to_string(found.st_mtim.tv_sec) + "." +

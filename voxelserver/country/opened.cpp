@@ -13,8 +13,8 @@ OpenedCountry::OpenedCountry(const worlds::WorldOptions& options, const std::vec
 
 std::string OpenedCountry::fingerprint() const {
     const voxel::BoxRange all = voxel::boxes_over(m_world->info().bounds, 0);
-    return voxel::hex_of(m_world->fingerprint(
-        {all.min.bx - 1, all.min.bz - 1, all.max.bx + 1, all.max.bz + 1}));
+    return voxel::hex_of(
+        m_world->fingerprint({all.min.bx - 1, all.min.bz - 1, all.max.bx + 1, all.max.bz + 1}));
 }
 
 std::vector<SurveySquare> OpenedCountry::squares() const {

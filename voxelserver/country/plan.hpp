@@ -31,7 +31,7 @@ struct MissingSquare {
 
 /// What the plan foresees of one shard, when it is made alone.
 struct PlannedShard {
-    std::uint64_t columns = 0;  ///< columns of boxes of the coarsest level of a shard
+    std::uint64_t columns = 0;   ///< columns of boxes of the coarsest level of a shard
     std::uint64_t subtrees = 0;  ///< steps in which it is made
     std::uint64_t squares = 0;   ///< squares that are decoded for it
     double cpu_s = 0;

@@ -126,8 +126,7 @@ Plan plan_of(const Json& json, const Paths& paths) {
     out.squares = files_of(json.at("squares"), paths);
     out.images = files_of(json.at("images"), paths);
     for (const Json& m : json.at("missing"))
-        out.missing.push_back(
-            {m.at("name").get<std::string>(), m.at("reason").get<std::string>()});
+        out.missing.push_back({m.at("name").get<std::string>(), m.at("reason").get<std::string>()});
     out.scratch_bytes = json.at("scratch_bytes").get<std::uint64_t>();
     for (const Json& s : json.at("shards"))
         out.shards.push_back({s.at("columns").get<std::uint64_t>(),
@@ -218,8 +217,7 @@ Plan read_plan(const PlanFolder& folder) {
         throw damaged("it is no JSON object");
     try {
         if (const Json& format = json.at("format"); format != kPlanVersion)
-            throw damaged("format " + format.dump() +
-                          "; allowed: " + std::to_string(kPlanVersion) +
+            throw damaged("format " + format.dump() + "; allowed: " + std::to_string(kPlanVersion) +
                           "; plan again with this program");
         Plan plan = plan_of(json, Paths(folder));
         if (const std::string wrong = wrong_in(plan); !wrong.empty())

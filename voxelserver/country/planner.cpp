@@ -38,11 +38,10 @@ public:
         const Survey survey(country.squares(), columns.edge);
         const auto chosen = columns_to_sample(survey, columns.columns, m_options.sample);
         std::size_t measured = 0;
-        Sample sample =
-            take_sample(country.world(), job, survey, columns.columns, chosen, [&] {
-                if (progress)
-                    progress(++measured, chosen.size());
-            });
+        Sample sample = take_sample(country.world(), job, survey, columns.columns, chosen, [&] {
+            if (progress)
+                progress(++measured, chosen.size());
+        });
         sample.open_cpu_s = open_cpu_s;
         foresee(sample, survey, columns);
         return std::move(m_plan);

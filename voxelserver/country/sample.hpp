@@ -22,10 +22,10 @@ struct SampledCost {
 
 /// Measured costs of some places of a country.
 struct Sample {
-    double open_cpu_s = 0;            ///< to open the world
-    std::vector<SampledCost> decoded;  ///< squares
-    std::vector<SampledCost> made;     ///< columns of boxes, with the levels above them
-    double peak_mib = 0;              ///< most resident memory of this process
+    double open_cpu_s = 0;               ///< to open the world
+    std::vector<SampledCost> decoded;    ///< squares
+    std::vector<SampledCost> made;       ///< columns of boxes, with the levels above them
+    double peak_mib = 0;                 ///< most resident memory of this process
     std::vector<MissingSquare> damaged;  ///< squares that could not be decoded
 };
 
@@ -60,7 +60,6 @@ struct SizeAndValue {
                                    const Workload& together, std::uint64_t squares);
 /// What a shard takes, made alone.
 /// @param rows subtrees of each column of boxes
-[[nodiscard]] PlannedShard planned(const Sample& sample, const Workload& shard,
-                                   std::uint64_t rows);
+[[nodiscard]] PlannedShard planned(const Sample& sample, const Workload& shard, std::uint64_t rows);
 
 }  // namespace terravox::country

@@ -43,8 +43,8 @@ TaskStatus status_of_task(const PlanFolder& folder, const Plan& plan, int number
     }
     out.holes = 0;
     const PlannedShard& shard = plan.shards[static_cast<std::size_t>(number) - 1];
-    const auto made = exports::finished_subtrees(
-        folder.shard(number), plan.job(), {number, static_cast<int>(plan.shards.size())});
+    const auto made = exports::finished_subtrees(folder.shard(number), plan.job(),
+                                                 {number, static_cast<int>(plan.shards.size())});
     if (shard.subtrees > 0)
         out.share = std::min(1.0, static_cast<double>(made) / static_cast<double>(shard.subtrees));
     if (util::FileLock::is_taken(folder.lock(number))) {
@@ -135,9 +135,9 @@ std::string text_of(const CountryStatus& status, const Plan& plan) {
         out += fmt::format("about {} left\n", duration_text(*status.left_s));
     for (const TaskStatus& task : status.tasks) {
         if (task.state == TaskState::kRunning)
-            out += fmt::format("shard {}: running on {}, {:.0f} %\n", task.number,
-                               util::printable(task.host.empty() ? "?" : task.host),
-                               task.share * 100);
+            out +=
+                fmt::format("shard {}: running on {}, {:.0f} %\n", task.number,
+                            util::printable(task.host.empty() ? "?" : task.host), task.share * 100);
         if (task.state == TaskState::kFailed)
             out += fmt::format("shard {}: failed: {}\n", task.number, util::printable(task.error));
         if (task.holes > 0)

@@ -115,8 +115,7 @@ private:
                               ": settings, class table or palette have changed since the plan was "
                               "made; plan again");
         const PlannedShard& shard = m_plan.shards[static_cast<std::size_t>(m_number) - 1];
-        exports::Meter meter("shard " + std::to_string(m_number), shard.subtrees,
-                             m_options.quiet);
+        exports::Meter meter("shard " + std::to_string(m_number), shard.subtrees, m_options.quiet);
         exports::Job job(country.world(), country.part(), m_folder.shard(m_number),
                          country.palette(), meter);
         job.name = m_plan.job();

@@ -16,15 +16,12 @@ constexpr std::array<const char*, 3> kStates = {"running", "failed", "done"};
 }  // namespace
 
 void write_record(const std::filesystem::path& file, const TaskRecord& record) {
-    const Json out{{"plan", record.plan},
-                   {"state", kStates.at(static_cast<std::size_t>(record.state))},
-                   {"begun", record.begun},
-                   {"wall_s", record.wall_s},
-                   {"cpu_s", record.cpu_s},
-                   {"peak_mib", record.peak_mib},
-                   {"holes", record.holes},
-                   {"host", record.host},
-                   {"error", record.error}};
+    const Json out{
+        {"plan", record.plan},   {"state", kStates.at(static_cast<std::size_t>(record.state))},
+        {"begun", record.begun}, {"wall_s", record.wall_s},
+        {"cpu_s", record.cpu_s}, {"peak_mib", record.peak_mib},
+        {"holes", record.holes}, {"host", record.host},
+        {"error", record.error}};
     util::write_file_atomically(file,
                                 out.dump(1, ' ', false, Json::error_handler_t::replace) + "\n");
 }

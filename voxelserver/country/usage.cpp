@@ -9,7 +9,7 @@ namespace terravox::country {
 namespace {
 
 struct rusage used() {
-    struct rusage out {};
+    struct rusage out{};
     ::getrusage(RUSAGE_SELF, &out);
     return out;
 }

@@ -46,8 +46,8 @@ private:
 };
 
 double overlap(std::int32_t a0, std::int32_t a1, std::int32_t b0, std::int32_t b1) noexcept {
-    return std::max(0.0, static_cast<double>(std::min(a1, b1)) -
-                             static_cast<double>(std::max(a0, b0)));
+    return std::max(0.0,
+                    static_cast<double>(std::min(a1, b1)) - static_cast<double>(std::max(a0, b0)));
 }
 
 }  // namespace

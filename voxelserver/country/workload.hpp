@@ -54,7 +54,6 @@ struct Workload {
 /// @param first, end of the columns that are made
 /// @param scratch_bytes limit of the folder: the squares used longest ago are dropped
 [[nodiscard]] Workload workload_of(const Survey& survey, const exports::Columns& columns,
-                                   std::size_t first, std::size_t end,
-                                   std::uint64_t scratch_bytes);
+                                   std::size_t first, std::size_t end, std::uint64_t scratch_bytes);
 
 }  // namespace terravox::country

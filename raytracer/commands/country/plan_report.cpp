@@ -38,8 +38,7 @@ std::string hours_text(const Measured& cpu_s) {
     if (cpu_s.value < kHour_s)
         return fmt::format("{:.1f} +- {:.1f} core-minutes", cpu_s.value / kMinute_s,
                            cpu_s.error / kMinute_s);
-    return fmt::format("{:.1f} +- {:.1f} core-hours", cpu_s.value / kHour_s,
-                       cpu_s.error / kHour_s);
+    return fmt::format("{:.1f} +- {:.1f} core-hours", cpu_s.value / kHour_s, cpu_s.error / kHour_s);
 }
 
 std::uint64_t most_scratch(const Plan& plan) {
@@ -65,20 +64,19 @@ std::string text_of(const Plan& plan) {
     std::string out;
     out += row("place", fmt::format("{:.1f} x {:.1f} km in {}, voxels of {} m", km(0), km(2),
                                     util::printable(plan.crs), plan.voxel_m));
-    out += row("squares",
-               fmt::format("{}, {:.1f} M points, {}; {} missing", plan.squares.size(),
-                           sum_of(plan.squares, &PlannedFile::points) / kMega,
-                           bytes_text(sum_of(plan.squares, &PlannedFile::bytes)),
-                           plan.missing.size()));
+    out += row("squares", fmt::format("{}, {:.1f} M points, {}; {} missing", plan.squares.size(),
+                                      sum_of(plan.squares, &PlannedFile::points) / kMega,
+                                      bytes_text(sum_of(plan.squares, &PlannedFile::bytes)),
+                                      plan.missing.size()));
     out += row("shards", fmt::format("{}, of {:.1f} to {:.1f} core-seconds", plan.shards.size(),
                                      fewest->cpu_s, most->cpu_s));
     out += row("time", hours_text(e.cpu_s) + " on a cluster, " + hours_text(e.one_machine_cpu_s) +
                            " on one machine, where tasks share decoded squares");
     out += row("memory", fmt::format("{:.0f} MiB a task", e.memory_mib));
     out += row("scratch", bytes_text(static_cast<double>(most_scratch(plan))) + " a task");
-    out += row("output", fmt::format("{} +- {}, and as much for the shards", 
-                                     bytes_text(e.output_bytes.value),
-                                     bytes_text(e.output_bytes.error)));
+    out += row("output",
+               fmt::format("{} +- {}, and as much for the shards", bytes_text(e.output_bytes.value),
+                           bytes_text(e.output_bytes.error)));
     return out + row("sample", fmt::format("{} columns of boxes were made", e.sampled_columns));
 }
 

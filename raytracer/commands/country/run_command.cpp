@@ -118,8 +118,7 @@ private:
                                    ": it is there already; allowed: another name, or --overwrite");
         util::check_writable(m_out);
         m_folder.make_folders();
-        country::write_target(m_folder,
-                              {m_plan.id(), m_out, country::state_of_file(m_out), ""});
+        country::write_target(m_folder, {m_plan.id(), m_out, country::state_of_file(m_out), ""});
     }
 
     void wait_for_shards(const std::stop_token& stop) const {
@@ -191,8 +190,8 @@ util::ExitCode run_resume(RunArguments args) {
                                "says where the archive goes");
     args.out = target->archive.string();
     // What was to be written over then may be so now.
-    args.overwrite = !target->before.empty() &&
-                     country::state_of_file(target->archive) == target->before;
+    args.overwrite =
+        !target->before.empty() && country::state_of_file(target->archive) == target->before;
     return run_run(args);
 }
 
@@ -201,8 +200,8 @@ util::ExitCode run_status(const RunArguments& args) {
     const PlanFolder folder{args.plan};
     const country::Plan plan = country::read_plan(folder);
     const country::CountryStatus status = country::status_of(folder, plan);
-    const std::string said = args.json ? country::json_of(status, plan) + "\n"
-                                       : country::text_of(status, plan);
+    const std::string said =
+        args.json ? country::json_of(status, plan) + "\n" : country::text_of(status, plan);
     std::fputs(said.c_str(), stdout);
     const bool lacks = status.holes() > 0 || !plan.missing.empty();
     return lacks ? util::ExitCode::kHoles : util::ExitCode::kDone;

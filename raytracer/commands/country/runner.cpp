@@ -126,10 +126,10 @@ private:
             const std::uint64_t mib = (m_plan.scratch_bytes >> 20) * m_jobs;
             place.child = std::make_unique<cluster::Child>(
                 cluster::Command{util::beside_program("terravox-raytracer").string(), "country",
-                                 "run", m_folder.path().string(), "--task",
-                                 std::to_string(*number), "--threads", std::to_string(m_threads),
-                                 "--scratch", scratch().string(), "--scratch-mib",
-                                 std::to_string(mib), "--quiet"},
+                                 "run", m_folder.path().string(), "--task", std::to_string(*number),
+                                 "--threads", std::to_string(m_threads), "--scratch",
+                                 scratch().string(), "--scratch-mib", std::to_string(mib),
+                                 "--quiet"},
                 m_folder.log(*number));
             return;
         }

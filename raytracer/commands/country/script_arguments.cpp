@@ -44,8 +44,7 @@ void ScriptArguments::add_to(CLI::App& command) {
                     "write an Indexed Job of all shards and a Job that joins them, for kubectl")
         ->type_name("FILE")
         ->group(group);
-    command
-        .add_option("--openjd", openjd, "write a job template of Open Job Description")
+    command.add_option("--openjd", openjd, "write a job template of Open Job Description")
         ->type_name("FILE")
         ->group(group);
     command
@@ -142,8 +141,8 @@ void ScriptArguments::write(const country::PlanFolder& folder, const country::Pl
         archive.empty() ? (fs::path(given) / "").parent_path().string() + ".tvx" : archive;
     const std::string of_path = program.empty() ? "terravox-raytracer" : program;
     if (!slurm.empty()) {
-        const fs::path here = program.empty() ? util::beside_program("terravox-raytracer")
-                                              : fs::absolute(program);
+        const fs::path here =
+            program.empty() ? util::beside_program("terravox-raytracer") : fs::absolute(program);
         const ArrayJob job =
             job_of(here.string(), folder.path().string(), fs::absolute(out).string());
         cluster::JobPlace place{here, fs::current_path(), needs};

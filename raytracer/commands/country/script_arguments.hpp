@@ -14,7 +14,7 @@ namespace terravox::commands {
 
 /// Options of `country plan` for the tasks of schedulers.
 struct ScriptArguments {
-    std::string slurm;       ///< files to write; empty: none
+    std::string slurm;  ///< files to write; empty: none
     std::string kubernetes;
     std::string openjd;
     std::string archive;  ///< empty: the plan's name with .tvx

@@ -43,10 +43,10 @@ public:
             program("terravox-convert", with_options({m_data.string(), file("whole.tvx"), "--cache",
                                                       file("cache"), "--quiet"}));
         fs::remove_all(m_place / "cache");
-        const ChildOutcome planning = program(
-            "terravox-raytracer", with_options({"country", "plan", m_data.string(), "-o",
-                                                file("plan"), "--shards", std::to_string(m_shards),
-                                                "--json", "--quiet"}));
+        const ChildOutcome planning =
+            program("terravox-raytracer",
+                    with_options({"country", "plan", m_data.string(), "-o", file("plan"),
+                                  "--shards", std::to_string(m_shards), "--json", "--quiet"}));
         const json plan = said();
         const ChildOutcome run =
             program("terravox-raytracer",
@@ -98,8 +98,8 @@ private:
                     static_cast<double>(fs::file_size(m_place / "country.tvx")));
         out.add("CPU / single run", "x", cpu_s(run) / cpu_s(whole), at_most(kSlower));
         out.add("wall / single run", "x", run.wall_s / whole.wall_s, at_most(kSlower));
-        out.add("peak memory of a process", "MiB",
-                static_cast<double>(run.peak_kib) / kKibOfMib, at_most(kLimit_mib));
+        out.add("peak memory of a process", "MiB", static_cast<double>(run.peak_kib) / kKibOfMib,
+                at_most(kLimit_mib));
     }
 
     /// Both sides read from the page cache; what is written goes to the disk in both.
@@ -112,13 +112,12 @@ private:
             program("sh", {"-c", "cat \"$1\"/plan/shards/* > \"$1\"/copy && sync \"$1\"/copy", "sh",
                            m_place.string()});
         const ChildOutcome verified = program("terravox-archive", {"verify", file("merged.tvx")});
-        const ChildOutcome read = program("sh", {"-c", "cat \"$1\" > /dev/null", "sh",
-                                                 file("merged.tvx")});
+        const ChildOutcome read =
+            program("sh", {"-c", "cat \"$1\" > /dev/null", "sh", file("merged.tvx")});
         constexpr double kShare = 0.5;
         out.add("merge: speed of a copy", "x", copied.wall_s / merged.wall_s, at_least(kShare));
         out.add("verify: speed of reading", "x", read.wall_s / verified.wall_s, at_least(kShare));
-        out.add("archive", "MB",
-                static_cast<double>(fs::file_size(m_place / "merged.tvx")) / 1e6);
+        out.add("archive", "MB", static_cast<double>(fs::file_size(m_place / "merged.tvx")) / 1e6);
     }
 
     const Context& m_c;
@@ -131,8 +130,9 @@ Entry entry_for(int n, int shards) {
     const std::string size = std::to_string(n) + "x" + std::to_string(n);
     Entry out;
     out.name = "country/" + size;
-    out.measures = "a plan's estimate against the CPU time, memory of tasks, merge and verify "
-                   "against copying and reading, a sharded against a single run";
+    out.measures =
+        "a plan's estimate against the CPU time, memory of tasks, merge and verify "
+        "against copying and reading, a sharded against a single run";
     out.work = size + " copies of " + square().facts + " in " + std::to_string(shards) + " shards";
     out.missing = [](const Context& c) {
         std::error_code ignored;
@@ -144,9 +144,8 @@ Entry entry_for(int n, int shards) {
     out.exact = out.only_by_name = true;
     out.prepare = [n, shards](const Context& c) -> Body {
         const fs::path folder = make_squares(c, n);
-        return [folder, shards, &c](Readings& readings) {
-            Run(c, folder, shards).measure(readings);
-        };
+        return
+            [folder, shards, &c](Readings& readings) { Run(c, folder, shards).measure(readings); };
     };
     return out;
 }

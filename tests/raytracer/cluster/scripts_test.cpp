@@ -244,17 +244,16 @@ TEST_CASE("pods get arguments that Kubernetes does not change", "[cluster][kuber
     };
     Stage stage;
     const PodPlace place{"image:1", "worlds", "/data", 3};
-    const auto frames = nlohmann::json::parse(
-        kubernetes_array(
-            array_of_frames({"film",
-                             {stage.program().string(), "animate", kHostile, "$(HOME) $$"},
-                             "%d.png",
-                             "",
-                             {{0, 9}, 4},
-                             "",
-                             2,
-                             1000}),
-            place));
+    const auto frames = nlohmann::json::parse(kubernetes_array(
+        array_of_frames({"film",
+                         {stage.program().string(), "animate", kHostile, "$(HOME) $$"},
+                         "%d.png",
+                         "",
+                         {{0, 9}, 4},
+                         "",
+                         2,
+                         1000}),
+        place));
     const auto& spec = frames["items"][0]["spec"];
     CHECK(spec["completions"] == 3);
     CHECK(spec["completionMode"] == "Indexed");

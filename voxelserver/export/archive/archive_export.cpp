@@ -162,8 +162,8 @@ BoxRange tops_of(const voxel::WorldInfo& info) {
 Columns columns_of(Job& job, const BoxRange& tops) {
     return {block_of(tops), 1, [&](const ColumnBlock& some) {
                 const auto finest = [&](std::int32_t b) { return b << tops.min.level; };
-                return job.may_hold({finest(some.min_bx), finest(some.min_bz),
-                                     finest(some.max_bx), finest(some.max_bz)});
+                return job.may_hold({finest(some.min_bx), finest(some.min_bz), finest(some.max_bx),
+                                     finest(some.max_bz)});
             }};
 }
 
