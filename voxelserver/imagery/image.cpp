@@ -44,7 +44,9 @@ void Image::fail(const std::string& what) const {
     throw util::Error("read the orthophoto " + m_path.string() + ": " + what);
 }
 
-Image::Image(const fs::path& path) : m_path(path) {
+Image::Image(const fs::path& path, const grid::NamedSquare* square) : m_path(path) {
+    if (square != nullptr)
+        m_square = *square;
     const geo::GdalErrorScope errors;
     open();
     learn_georeference();
@@ -77,8 +79,21 @@ void Image::open() {
 
 void Image::learn_georeference() {
     const geo::GdalErrorScope errors;
-    if (m_data->GetGeoTransform(m_geo.data()) != CE_None)
-        fail("not georeferenced (neither GeoTIFF tags nor a world file)");
+    if (m_data->GetGeoTransform(m_geo.data()) != CE_None) {
+        if (!m_square)
+            fail(
+                "not georeferenced (neither GeoTIFF tags nor a world file, nor the name of a "
+                "square of the world)");
+        m_placed_by_name = true;
+        m_geo = {m_square->west,
+                 (m_square->east - m_square->west) / m_width,
+                 0,
+                 m_square->north,
+                 0,
+                 (m_square->south - m_square->north) / m_height};
+        m_crs = geo::Crs::from_text(m_square->crs);
+        return;
+    }
     const double area = m_geo[1] * m_geo[5] - m_geo[2] * m_geo[4];
     const bool finite =
         std::all_of(m_geo.begin(), m_geo.end(), [](double v) { return std::isfinite(v); });

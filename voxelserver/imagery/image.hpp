@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "common/geo/crs.hpp"
+#include "voxelserver/grid/square_names.hpp"
 #include "voxelserver/imagery/bands.hpp"
 
 namespace terravox::imagery {
@@ -47,8 +48,10 @@ struct Pixels {
 class Image {
 public:
     /// Opens the file and reads its metadata.
+    /// @param square where an image that is not georeferenced lies: its outline is that of the
+    /// square. nullptr = unknown.
     /// @throws Error naming the file when it is missing, not an image, or not georeferenced
-    explicit Image(const std::filesystem::path& path);
+    explicit Image(const std::filesystem::path& path, const grid::NamedSquare* square = nullptr);
 
     /// Selects the overview to be read from now on, if there is one: its pixels must still be well
     /// below `pixels_per_voxel` times smaller than a voxel.
@@ -61,6 +64,8 @@ public:
     [[nodiscard]] int width() const noexcept { return m_width; }
     [[nodiscard]] int height() const noexcept { return m_height; }
     [[nodiscard]] const BandRoles& roles() const noexcept { return m_roles; }
+    /// Whether the file states no place, so that it lies on the square given.
+    [[nodiscard]] bool placed_by_name() const noexcept { return m_placed_by_name; }
     /// "2021:06:14 10:30:00"; empty when the file does not contain a date.
     [[nodiscard]] const std::string& date() const noexcept { return m_date; }
 
@@ -83,6 +88,8 @@ private:
     void apply_mask(const PixelWindow& window, Pixels& out);
 
     std::filesystem::path m_path;
+    std::optional<grid::NamedSquare> m_square;
+    bool m_placed_by_name = false;
     GDALDatasetUniquePtr m_data;
     int m_overview = -1;
     int m_width = 0;

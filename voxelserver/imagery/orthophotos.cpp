@@ -20,8 +20,8 @@ struct Orthophotos::Layer {
     PixelMap map;
     long long pixel_mm = 0;
     voxel::Fingerprint identity;
-    Layer(const fs::path& path, const grid::Frame& frame)
-        : image(path), map(frame, image), identity(image_identity(path)) {
+    Layer(const fs::path& path, const grid::Frame& frame, const grid::NamedSquare* square)
+        : image(path, square), map(frame, image), identity(image_identity(path)) {
         constexpr double kMax = 4096;
         image.choose_overview(map.pixels_per_voxel());
         map = PixelMap(frame, image);
@@ -30,7 +30,13 @@ struct Orthophotos::Layer {
             throw util::Error("read the orthophoto " + path.string() + ": " +
                               std::to_string(map.pixels_per_voxel()) +
                               " pixels to a voxel's edge; allowed: up to 4096");
-        if (!image.crs())
+        if (image.placed_by_name())
+            util::log_info(
+                "orthophoto {}: not georeferenced; placed by its name on the square of {} (source "
+                "{}, {}, E {:.0f} to {:.0f}, N {:.0f} to {:.0f})",
+                path.string(), square->file, square->source, square->crs, square->west,
+                square->east, square->south, square->north);
+        else if (!image.crs())
             util::log_info("orthophoto {}: no CRS in the file; taken to be in {}", path.string(),
                            frame.crs().name());
     }
@@ -118,12 +124,17 @@ int block_side(double pixels_per_voxel) {
 
 }  // namespace
 
-Orthophotos::Orthophotos(const std::vector<fs::path>& paths, const grid::Frame& frame)
+Orthophotos::Orthophotos(const std::vector<fs::path>& paths, const grid::Frame& frame,
+                         std::span<const grid::NamedSquare> squares)
     : m_frame(frame), m_open(std::make_unique<OpenFiles>()) {
     const std::lock_guard lock(gdal_mutex());
     geo::start_gdal();
     for (const fs::path& file : orthophoto_files(paths)) {
-        m_layers.push_back(std::make_unique<Layer>(file, m_frame));
+        const auto square =
+            std::find_if(squares.begin(), squares.end(),
+                         [&](const grid::NamedSquare& s) { return grid::is_named_like(file, s); });
+        m_layers.push_back(
+            std::make_unique<Layer>(file, m_frame, square == squares.end() ? nullptr : &*square));
         m_open->use(m_layers.back()->image);
     }
     std::sort(m_layers.begin(), m_layers.end(), [](const auto& a, const auto& b) {

@@ -2,11 +2,13 @@
 
 #include <filesystem>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "common/voxel/world.hpp"
 #include "voxelserver/grid/frame.hpp"
 #include "voxelserver/grid/patch.hpp"
+#include "voxelserver/grid/square_names.hpp"
 #include "voxelserver/imagery/raster.hpp"
 
 namespace terravox::imagery {
@@ -23,9 +25,12 @@ namespace terravox::imagery {
 class Orthophotos {
 public:
     /// @param paths image files or folders of them
+    /// @param squares those of the world whose place their names state: an image that is not
+    /// georeferenced and is named like one of them lies on it
     /// @throws Error naming the file that is missing, not an image, not georeferenced, or has more
     /// than 4096 pixels per voxel edge
-    Orthophotos(const std::vector<std::filesystem::path>& paths, const grid::Frame& frame);
+    Orthophotos(const std::vector<std::filesystem::path>& paths, const grid::Frame& frame,
+                std::span<const grid::NamedSquare> squares = {});
     ~Orthophotos();
 
     /// Logs one message for all images that lie outside the world, naming one of them, its

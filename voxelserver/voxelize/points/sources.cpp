@@ -4,8 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "common/thread/parallel.hpp"
+#include "common/util/config_dir.hpp"
 #include "common/util/error.hpp"
 #include "common/util/log.hpp"
 #include "common/voxel/file_identity.hpp"
@@ -57,19 +59,53 @@ std::vector<pointcloud::PointCloudInfo> infos_of(const std::vector<SquareSource>
     return out;
 }
 
-// Each file's CRS: the user's option, else the file's, else that of the source's table.
+// The square that a file's name states, where its points lie on it: a name alone is no evidence.
+std::optional<grid::NamedSquare> square_of(const pointcloud::PointCloudInfo& info,
+                                           const grid::SquareNames& names) {
+    constexpr double kBeside_m = 50;  // some surveys add a margin to their squares
+    auto square = names.square_of(info.path);
+    if (!square || info.min[0] < square->west - kBeside_m ||
+        info.max[0] > square->east + kBeside_m || info.min[1] < square->south - kBeside_m ||
+        info.max[1] > square->north + kBeside_m)
+        return std::nullopt;
+    return square;
+}
+
+std::vector<std::optional<grid::NamedSquare>> squares_of(const std::vector<SquareSource>& files,
+                                                         const LidarWorldOptions& options) {
+    std::vector<std::optional<grid::NamedSquare>> out(files.size());
+    const bool without_crs =
+        !options.crs && std::any_of(files.begin(), files.end(),
+                                    [](const SquareSource& file) { return !file.info.crs; });
+    if (!without_crs && options.orthophotos.empty())
+        return out;
+    const auto names = grid::SquareNames::load(util::config_dir() / "sources");
+    std::transform(files.begin(), files.end(), out.begin(),
+                   [&](const SquareSource& file) { return square_of(file.info, names); });
+    return out;
+}
+
+// Each file's CRS: the user's option, else the file's, else that of the source whose names look
+// like the file's, else that of the class table.
 void settle_crs(std::vector<SquareSource>& files, const LidarWorldOptions& options,
-                const ClassTable& classes) {
+                const ClassTable& classes,
+                const std::vector<std::optional<grid::NamedSquare>>& squares) {
     std::optional<geo::Crs> fixed;
     std::optional<geo::Crs> fallback;
     if (options.crs)
         fixed = geo::Crs::from_text(*options.crs);
     if (classes.crs)
         fallback = geo::Crs::from_text(*classes.crs);
-    for (SquareSource& file : files) {
-        pointcloud::PointCloudInfo& info = file.info;
+    std::map<std::string, std::vector<std::string>> by_name;  // files by what their names state
+    for (std::size_t i = 0; i < files.size(); ++i) {
+        pointcloud::PointCloudInfo& info = files[i].info;
         if (fixed)
             info.crs = fixed;
+        if (!info.crs && squares[i]) {
+            info.crs = geo::Crs::from_text(squares[i]->crs);
+            by_name[squares[i]->crs + ", as source " + squares[i]->source + " names its squares"]
+                .push_back(info.path.filename().string());
+        }
         if (!info.crs)
             info.crs = fallback;
         if (!info.crs)
@@ -78,6 +114,9 @@ void settle_crs(std::vector<SquareSource>& files, const LidarWorldOptions& optio
                 ": the file carries no coordinate reference system and class table '" + classes.id +
                 "' names none; give one with --crs EPSG:<code>");
     }
+    for (const auto& [crs, names] : by_name)
+        util::log_info("{}{}: no CRS in the file; taken to be in {}", names.front(),
+                       names.size() > 1 ? fmt::format(" (one of {} such)", names.size()) : "", crs);
 }
 
 // The columns that a rectangle of a file's coordinates covers.
@@ -275,7 +314,8 @@ void set_heights(Sources& sources, const HeightRange& range, double ground_depth
 Sources open_sources(const LidarWorldOptions& options, const ClassTable& classes,
                      const Settings& settings) {
     auto files = open_files(options);
-    settle_crs(files, options, classes);
+    const auto squares = squares_of(files, options);
+    settle_crs(files, options, classes, squares);
     warn_of_mixed_datums(infos_of(files));
     std::vector<Sample> samples(files.size());
     thread::parallel_for(files.size(), options.threads, [&](std::size_t i) {
@@ -293,7 +333,11 @@ Sources open_sources(const LidarWorldOptions& options, const ClassTable& classes
         0,
         0,
         false,
-        0};
+        0,
+        {}};
+    for (const auto& square : squares)
+        if (square)
+            out.named_squares.push_back(*square);
     thread::parallel_for(out.files.size(), options.threads, [&](std::size_t i) {
         place(out.files[i], samples[i], out.frame, options.vertical_unit);
     });

@@ -2,6 +2,7 @@
 
 #include <vector>
 
+#include "voxelserver/grid/square_names.hpp"
 #include "voxelserver/voxelize/points/options.hpp"
 #include "voxelserver/voxelize/points/placer.hpp"
 
@@ -18,6 +19,8 @@ struct Sources {
     std::uint64_t point_count = 0;             ///< as in the headers
     bool has_water_class = false;              ///< some of the sampled points are of a water class
     double density = 0;                        ///< points for each column, on average
+    /// The squares whose place the names of files state, where the files lie there.
+    std::vector<grid::NamedSquare> named_squares;
 };
 
 /// Reads all headers and a small sample of points of each file; decodes nothing else unless a

@@ -30,10 +30,10 @@ public:
         : m_times(times),
           m_settings(load_settings(options.settings, options.steps)),
           m_points(options, m_settings, times),
-          m_images(options.orthophotos.empty()
-                       ? nullptr
-                       : std::make_unique<imagery::Orthophotos>(options.orthophotos,
-                                                                m_points.sources().frame)),
+          m_images(options.orthophotos.empty() ? nullptr
+                                               : std::make_unique<imagery::Orthophotos>(
+                                                     options.orthophotos, m_points.sources().frame,
+                                                     m_points.sources().named_squares)),
           m_maker(m_points, m_images.get(), m_settings, options.memory_bytes / kMakerShare, times),
           m_columns(options.memory_bytes / kColumnsShare),
           m_coarse(options.memory_bytes / kCoarseShare) {
