@@ -38,14 +38,18 @@ inline constexpr int kMaxLevel = 20;
 /// The attributes of one voxel. Eight bytes, stored as is in the box format.
 struct VoxelAttr {
     static constexpr std::uint8_t kHasColour = 1;
+    /// The colour is no measurement: it is one that is typical of the material, the same for a
+    /// whole building or tree. Not set together with kHasColour.
+    static constexpr std::uint8_t kTinted = 2;
     Material material = Material::kRock;
     std::uint8_t source_class = 0;  ///< class code of the survey (0-255), unchanged
     std::uint8_t flags = 0;
     std::uint8_t reserved = 0;
-    Rgb8 colour;  ///< true colour of the surface, sRGB; valid with kHasColour
+    Rgb8 colour;  ///< of the surface, sRGB; true with kHasColour, typical with kTinted
     std::uint8_t reserved_too = 0;
 
     [[nodiscard]] bool has_colour() const noexcept { return (flags & kHasColour) != 0; }
+    [[nodiscard]] bool is_tinted() const noexcept { return (flags & kTinted) != 0; }
     friend bool operator==(const VoxelAttr&, const VoxelAttr&) = default;
 };
 static_assert(sizeof(VoxelAttr) == 8);

@@ -257,7 +257,8 @@ inline VoxelAttr coarse_attr(const TreeCell& brick, std::span<const VoxelAttr> a
             return static_cast<std::uint8_t>((s + coloured / 2) / coloured);
         };
         out.colour = {mean(sum[0]), mean(sum[1]), mean(sum[2])};
-        out.flags |= VoxelAttr::kHasColour;
+        out.flags =
+            static_cast<std::uint8_t>((out.flags & ~VoxelAttr::kTinted) | VoxelAttr::kHasColour);
     }
     return out;
 }

@@ -35,7 +35,7 @@ install(FILES config/setup/commands.sh config/setup/commands.txt config/setup/sa
   COMPONENT programs DESTINATION share/terravox/setup)
 
 install(DIRECTORY config/areas config/blocks config/classes config/cluster config/nginx
-    config/palettes config/scenes config/sources config/systemd config/views
+    config/palettes config/scenes config/sources config/systemd config/tints config/views
   COMPONENT data DESTINATION share/terravox/config)
 install(FILES config/converters.toml config/licences.toml config/materials-clay.toml
     config/materials.toml config/voxelize.toml config/worker.toml

@@ -86,8 +86,10 @@ std::vector<PickedFact> facts_of(const Picked& picked, const voxel::WorldInfo& w
     const tiles::SquareGrid squares(world);
     out.push_back({"square", squares.name_of(squares.index_of(p.x, p.z))});
     const voxel::Rgb8 c = picked.attr.colour;
-    out.push_back(
-        {"true colour", picked.attr.has_colour() ? text("#%02x%02x%02x", c.r, c.g, c.b) : "none"});
+    const std::string colour = text("#%02x%02x%02x", c.r, c.g, c.b);
+    out.push_back({"true colour", picked.attr.has_colour()  ? colour
+                                  : picked.attr.is_tinted() ? "none; drawn " + colour
+                                                            : "none"});
     return out;
 }
 

@@ -46,6 +46,8 @@ voxel::Colour base_colour(const View& view, const material::MaterialAppearance& 
                            ? 1.0f
                            : static_cast<float>(q.colour_mix) * believed(hit.attr.material, photo));
     }
+    if (hit.attr.is_tinted() && q.colour != core::VoxelColour::kMaterial)
+        colour = voxel::to_linear(hit.attr.colour);
     // The mean of the many voxels that a coarse one stands for varies less.
     const auto variation =
         static_cast<float>(static_cast<double>(appearance.variation) * det::exp2_int(-hit.level));

@@ -137,7 +137,7 @@ class Tools {
         face: bits & 7,
         level: (bits >> 4) & 31,
         point: plus(this.camera.position, this.directionOf(i), floats[4 * i]),
-        material: (details[4 * i + 1]! >>> 24) & 127,
+        material: (details[4 * i + 1]! >>> 24) & 63,
         lidarClass: details[4 * i + 2]!,
       };
     });

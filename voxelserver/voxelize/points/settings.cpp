@@ -76,6 +76,7 @@ std::vector<Field> fields_of(Settings& s) {
         number("water", "min_depth_m", s.water.min_depth_m, 0, 100),
         number("water", "max_depth_m", s.water.max_depth_m, 0, 100),
         Field{"specialization", "palette", nullptr, nullptr, 0, 0, &s.palette, {}},
+        Field{"colour_variation", "tints", nullptr, nullptr, 0, 0, &s.tints, {}},
     };
     out.insert(out.end(), others.begin(), others.end());
     return out;

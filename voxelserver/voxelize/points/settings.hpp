@@ -23,6 +23,7 @@ struct Settings {
         bool ground_fill = true;
         bool building_fill = true;
         bool vegetation = true;
+        bool colour_variation = true;
         bool specialization = true;
         bool neighbourhood_filters = true;
     } steps;  ///< step_switches.hpp has their names
@@ -59,9 +60,11 @@ struct Settings {
         double max_depth_m = 8;
     } water;
     std::string palette = "default";  ///< id in config/palettes, or a file
+    std::string tints = "default";    ///< id in config/tints, or a file
 };
 
-/// Fingerprint of all fields but the palette, of which the values count (input_fingerprints.hpp).
+/// Fingerprint of all fields but the palette and the tints, of which the values count
+/// (input_fingerprints.hpp).
 [[nodiscard]] voxel::Fingerprint fingerprint_of(const Settings& settings);
 
 /// Reads a settings file over the defaults, and applies the step switches to it.

@@ -32,6 +32,9 @@ inline constexpr StepSwitch kBuildingFill{"building fill",
                                           &Settings::Steps::building_fill};
 inline constexpr StepSwitch kVegetation{"vegetation", "makes closed crowns that stand on trunks",
                                         &Settings::Steps::vegetation};
+inline constexpr StepSwitch kColourVariation{
+    "colour variation", "gives roofs, walls and crowns of unknown colour one by building and tree",
+    &Settings::Steps::colour_variation};
 inline constexpr StepSwitch kSpecialization{
     "specialization", "takes materials from the colours of orthophotos and points",
     &Settings::Steps::specialization};
@@ -40,9 +43,9 @@ inline constexpr StepSwitch kNeighbourhoodFilters{
     &Settings::Steps::neighbourhood_filters};
 
 /// All steps that can be switched off, in the order in which they run.
-inline constexpr std::array kStepSwitches{kWaterEqualization, kWaterDeepening,      kBridges,
-                                          kGroundFill,        kBuildingFill,        kVegetation,
-                                          kSpecialization,    kNeighbourhoodFilters};
+inline constexpr std::array kStepSwitches{
+    kWaterEqualization, kWaterDeepening,  kBridges,        kGroundFill,          kBuildingFill,
+    kVegetation,        kColourVariation, kSpecialization, kNeighbourhoodFilters};
 
 /// The name with `_` for spaces: the step's key in [steps] of a settings file, and in `--steps`.
 [[nodiscard]] std::string key_of(const StepSwitch& step);

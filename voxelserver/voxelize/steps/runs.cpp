@@ -124,6 +124,16 @@ private:
             attr.material = m;
     }
 
+    // Gives a voxel of unknown colour that of its building or tree.
+    void tint(VoxelAttr& attr, std::uint64_t number) const {
+        if (m_in.numbers.tints == nullptr || number == PlaceNumbers::kNone || attr.has_colour())
+            return;
+        if (const auto colour = m_in.numbers.tints->of(attr.material, number)) {
+            attr.colour = *colour;
+            attr.flags = VoxelAttr::kTinted;
+        }
+    }
+
     [[nodiscard]] const ClassMeaning& meaning(std::uint8_t source_class) const {
         return m_in.classes.meaning[source_class];
     }
@@ -152,6 +162,7 @@ private:
         const std::int32_t roof_y = floor_y(roof.top.height);
         VoxelAttr attr = attr_of(meaning(roof.top.source_class).material, roof.top);
         specialize(attr, x + roof.appearance_dx, z + roof.appearance_dz);
+        tint(attr, m_in.numbers.building.at(x, z));
         if (roof_y <= ground_top) {  // a roof no higher than the ground: a garage, a terrace
             if (m_runs.back().terrain)
                 m_runs.back().attr = attr;
@@ -161,6 +172,7 @@ private:
         wall.material = Material::kWall;
         wall.flags = 0;
         wall.colour = {};  // seen from above, a point's colour is the roof's, not the wall's
+        tint(wall, m_in.numbers.building.at(x, z));
         const std::int32_t skin = roof_bottom(roof_y, x, z);
         std::int32_t foot = ground_top + 1;
         if (roof.open_beneath())
@@ -196,20 +208,20 @@ private:
         for (const ObjectVoxel& o : m_in.window.objects(x, z)) {
             if (!crown_done &&
                 o.y >= crown.bottom) {  // all foliage from here to the top is one crown
-                put_crown(crown, top);
+                put_crown(crown, x, z, top);
                 crown_done = true;
             }
             object(o, x, z, top, roofed);
         }
         if (!crown_done)
-            put_crown(crown, top);
+            put_crown(crown, x, z, top);
     }
 
-    void put_crown(const Crown& crown, std::int32_t top) {
+    void put_crown(const Crown& crown, int x, int z, std::int32_t top) {
         if (m_runs.empty())
             return;
-        const VoxelAttr attr =
-            attr_of(plant(crown.top_voxel, height_m(crown.top, top)), crown.top_voxel);
+        VoxelAttr attr = attr_of(plant(crown.top_voxel, height_m(crown.top, top)), crown.top_voxel);
+        tint(attr, m_in.numbers.tree.at(x, z));
         std::int32_t bottom = std::max(crown.bottom, crown_floor(top));
         const Run& below = m_runs.back();
         if (voxel::is_plant(below.attr.material) && below.y1 + canopy_gap() >= bottom)
@@ -260,7 +272,9 @@ private:
                               m_runs.back().attr.source_class == o.source_class &&
                               m_runs.back().attr.material != Material::kTrunk;
         const std::int32_t from = on_crown ? m_runs.back().y1 : o.y;
-        const VoxelAttr attr = attr_of(m.tiers ? tier(above_m) : m.material, o);
+        VoxelAttr attr = attr_of(m.tiers ? tier(above_m) : m.material, o);
+        if (plant_like)
+            tint(attr, m_in.numbers.tree.at(x, z));
         if (plant_like)
             push_plant(from, o.y + 1, attr);
         else

@@ -6,6 +6,7 @@
 
 #include "common/voxel/box.hpp"
 #include "voxelserver/voxelize/steps/building_fill.hpp"
+#include "voxelserver/voxelize/steps/colour_variation.hpp"
 #include "voxelserver/voxelize/steps/ground_fill.hpp"
 #include "voxelserver/voxelize/steps/vegetation_fill.hpp"
 #include "voxelserver/voxelize/steps/water_fill.hpp"
@@ -56,6 +57,7 @@ struct RunsInput {
     const Margined<Crown>& crowns;
     /// Material of the surface, from colours; kAir = the class's own.
     const Margined<voxel::Material>& special;
+    const PlaceNumbers& numbers;
     std::int32_t floor_y = 0;  ///< the terrain is solid from here up
     double voxel_m = 1;
 };

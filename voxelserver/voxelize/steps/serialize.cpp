@@ -34,7 +34,8 @@ VoxelAttr attr_at(std::span<const Run> runs, std::int32_t y, const voxel::Rgb8* 
     out = run->attr;
     if (seen_from_above != nullptr && shows(*run, run + 1 == runs.end())) {
         out.colour = *seen_from_above;
-        out.flags |= VoxelAttr::kHasColour;
+        out.flags =
+            static_cast<std::uint8_t>((out.flags & ~VoxelAttr::kTinted) | VoxelAttr::kHasColour);
     }
     return out;
 }

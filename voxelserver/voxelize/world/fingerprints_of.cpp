@@ -48,6 +48,7 @@ InputFingerprints fingerprints_of(const Sources& sources, const imagery::Orthoph
     all.add(frame.voxel_m());
     all.add(fingerprint_of(settings));
     all.add(fingerprint_of(classes));
+    all.add(tints_fingerprint(settings));
     all.add(cell_voxels);
     all.add(sources.has_water_class);
     all.add(sources.floor_y);

@@ -3,6 +3,7 @@
 #include "common/voxel/bytes.hpp"
 #include "voxelserver/imagery/colour_map.hpp"
 #include "voxelserver/imagery/filters.hpp"
+#include "voxelserver/voxelize/steps/tints.hpp"
 
 namespace terravox::voxelize {
 namespace {
@@ -46,6 +47,14 @@ Fingerprint palette_fingerprint(const Settings& settings) {
     imagery::ColourMap::load(settings.palette).add_values(out);
     if (settings.steps.neighbourhood_filters)
         imagery::add_values(imagery::load_filters(settings.palette), out);
+    return out.fingerprint();
+}
+
+Fingerprint tints_fingerprint(const Settings& settings) {
+    if (!settings.steps.colour_variation)
+        return {};
+    voxel::ByteWriter out;
+    Tints::load(settings.tints).add_values(out);
     return out.fingerprint();
 }
 

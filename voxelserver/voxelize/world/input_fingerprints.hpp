@@ -12,7 +12,7 @@ namespace terravox::voxelize {
 
 /// Must be raised whenever the same inputs make other voxels than before: boxes kept by older
 /// programs are then made again.
-inline constexpr std::uint32_t kBoxRecipe = 1;
+inline constexpr std::uint32_t kBoxRecipe = 2;
 
 /// The extent of a patch and `around` patches on each side.
 [[nodiscard]] constexpr voxel::InputExtent reach_of(grid::PatchKey key,
@@ -29,7 +29,7 @@ struct InputFingerprints {
         voxel::Fingerprint fingerprint{};
         bool coloured = false;  ///< surfaces may take materials from its colours
     };
-    /// Box recipe, frame, settings, class table, and values derived from all files.
+    /// Box recipe, frame, settings, class table, tints, and values derived from all files.
     voxel::Fingerprint everywhere{};
     voxel::Fingerprint palette{};  ///< counts where there are colours
     std::vector<Input> points;     ///< by fingerprint
@@ -39,9 +39,10 @@ struct InputFingerprints {
     [[nodiscard]] voxel::Fingerprint fingerprint(const voxel::InputExtent& reach) const;
 };
 
-/// Fingerprints of the values of a class table, and of the palette that settings name: not of their
-/// files' text.
+/// Fingerprints of the values of a class table, and of the palette and the tints that settings
+/// name: not of their files' text.
 [[nodiscard]] voxel::Fingerprint fingerprint_of(const ClassTable& classes);
 [[nodiscard]] voxel::Fingerprint palette_fingerprint(const Settings& settings);
+[[nodiscard]] voxel::Fingerprint tints_fingerprint(const Settings& settings);
 
 }  // namespace terravox::voxelize

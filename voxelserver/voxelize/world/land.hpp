@@ -33,6 +33,7 @@ struct StepContext {
     const Settings& settings;
     double voxel_m;
     SurfaceStep surface;
+    Tints tints;  ///< empty where the step is switched off
     CellStore cells;
     water::WaterBodies bodies;
     WideGround wide_ground;
@@ -79,6 +80,7 @@ struct Land {
     std::optional<GroundHeights> ground;
     std::optional<Margined<Roof>> roofs;
     std::optional<Margined<Crown>> crowns;
+    std::optional<PlaceNumbers> numbers;
     std::optional<PatchAppearances> appearances;
     std::optional<SurfaceAppearance> surface;
     std::optional<PatchRuns> runs;

@@ -107,6 +107,16 @@ void take_no_crowns(Land& land) {
     land.crowns.emplace();
 }
 
+void vary_colours(Land& land) {
+    const StepContext& shared = land.shared;
+    land.numbers = number_places(land.window, shared.points.classes(), land.roofs.value(),
+                                 land.crowns.value(), shared.tints, shared.voxel_m);
+}
+
+void vary_no_colours(Land& land) {
+    land.numbers.emplace();
+}
+
 // SurfaceStep itself leaves out the parts of both that are switched off.
 void evaluate_surfaces(Land& land) {
     land.appearances = land.shared.surface.appearances(land.window);
@@ -120,8 +130,8 @@ void fill_columns(Land& land) {
     land.runs = make_runs({land.window, land.shared.points.classes(), land.shared.settings,
                            land.covered.value(), land.water.value(), land.ground.value(),
                            land.roofs.value(), land.decks.value().over, land.crowns.value(),
-                           land.surface.value().material, land.shared.points.sources().floor_y,
-                           land.shared.voxel_m});
+                           land.surface.value().material, land.numbers.value(),
+                           land.shared.points.sources().floor_y, land.shared.voxel_m});
 }
 
 void cut_boxes(Land& land) {
@@ -139,7 +149,8 @@ void cut_boxes(Land& land) {
 
 using namespace part;
 
-constexpr Parts kAllOfColumns = kWater | kDecks | kCoverage | kGround | kRoofs | kCrowns | kSurface;
+constexpr Parts kAllOfColumns =
+    kWater | kDecks | kCoverage | kGround | kRoofs | kCrowns | kSurface | kNumbers;
 
 // The list of the steps. A step that always runs has no setting.
 constexpr std::array kSteps{
@@ -150,6 +161,7 @@ constexpr std::array kSteps{
     Step{kGroundFill, kWater | kDecks | kCoverage, kGround, interpolate_ground, take_seen_ground},
     Step{kBuildingFill, 0, kRoofs, close_roofs, take_seen_roofs},
     Step{kVegetation, kDecks | kGround, kCrowns, grow_crowns, take_no_crowns},
+    Step{kColourVariation, kRoofs | kCrowns, kNumbers, vary_colours, vary_no_colours},
     Step{kSpecialization, 0, kAppearances, evaluate_surfaces, evaluate_surfaces, true},
     Step{kNeighbourhoodFilters, kAppearances, kSurface, choose_surface, choose_surface},
     Step{

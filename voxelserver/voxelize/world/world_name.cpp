@@ -28,6 +28,7 @@ std::string world_name(const LidarWorldOptions& options, const std::filesystem::
     const ClassTable classes = load_class_table(options.classes);
     out.add(fingerprint_of(settings));
     out.add(palette_fingerprint(settings));
+    out.add(tints_fingerprint(settings));
     out.add(fingerprint_of(classes));
     out.add(classes.crs.has_value());
     out.add(classes.crs.value_or(""));

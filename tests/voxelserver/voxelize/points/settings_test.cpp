@@ -18,7 +18,8 @@ using voxelize::Settings;
 namespace {
 
 const std::string kSections =
-    "points, steps, buildings, bridges, ground, vegetation, water, specialization";
+    "points, steps, buildings, bridges, ground, vegetation, water, specialization, "
+    "colour_variation";
 
 /// Every field by its name in the file, as text.
 std::map<std::string, std::string> fields_of(const Settings& s) {
@@ -32,6 +33,7 @@ std::map<std::string, std::string> fields_of(const Settings& s) {
     flag("steps.bridges", s.steps.bridges);
     flag("steps.ground_fill", s.steps.ground_fill);
     flag("steps.vegetation", s.steps.vegetation);
+    flag("steps.colour_variation", s.steps.colour_variation);
     flag("steps.specialization", s.steps.specialization);
     flag("steps.neighbourhood_filters", s.steps.neighbourhood_filters);
     flag("steps.water_equalization", s.steps.water_equalization);
@@ -59,6 +61,7 @@ std::map<std::string, std::string> fields_of(const Settings& s) {
     number("water.min_depth_m", s.water.min_depth_m);
     number("water.max_depth_m", s.water.max_depth_m);
     out["specialization.palette"] = s.palette;
+    out["colour_variation.tints"] = s.tints;
     return out;
 }
 
@@ -106,7 +109,7 @@ TEST_CASE("what a settings file leaves out keeps its value, what it says counts"
     for (const auto& [name, value] : fields_of(Settings{})) {
         const auto dot = name.find('.');
         const bool flag = value == "true" || value == "false";
-        const bool text = name == "specialization.palette";
+        const bool text = name == "specialization.palette" || name == "colour_variation.tints";
         const std::string other = flag   ? (value == "true" ? "false" : "true")
                                   : text ? "\"red\""
                                          : "1.25";

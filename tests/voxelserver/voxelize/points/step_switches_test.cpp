@@ -30,7 +30,7 @@ void write_text(const std::filesystem::path& file, const std::string& text) {
 
 const std::string kAllOn =
     "water_equalization,water_deepening,bridges,ground_fill,building_fill,vegetation,"
-    "specialization,neighbourhood_filters";
+    "colour_variation,specialization,neighbourhood_filters";
 
 }  // namespace
 
@@ -62,7 +62,8 @@ TEST_CASE("words choose steps from the left to the right", "[voxelserver][voxeli
         {"all", "all", kAllOn},
         {"none", "none", ""},
         {"a list", "vegetation,building_fill", "building_fill,vegetation"},
-        {"all but one", "all,-bridges,-vegetation,-specialization,-neighbourhood_filters",
+        {"all but one",
+         "all,-bridges,-vegetation,-colour_variation,-specialization,-neighbourhood_filters",
          "water_equalization,water_deepening,ground_fill,building_fill"},
         {"without one, else as before", "-bridges", "ground_fill"},
         {"without one, and with another", "-bridges,vegetation", "ground_fill,vegetation"},
@@ -105,7 +106,8 @@ TEST_CASE("a word that is no step is refused with all that are allowed",
         CHECK(message == "choose the steps of voxelization: '" + std::string(c.word) +
                              "' is no step; allowed: all, none, water_equalization, "
                              "water_deepening, bridges, ground_fill, building_fill, vegetation, "
-                             "specialization, neighbourhood_filters, each step also with - before "
+                             "colour_variation, specialization, neighbourhood_filters, each step "
+                             "also with - before "
                              "it to leave it out");
     }
 }

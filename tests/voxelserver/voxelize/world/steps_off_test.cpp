@@ -80,6 +80,7 @@ TEST_CASE("a step that is switched off changes what it works on and nothing else
         {"steps.bridges", "deck", true},
         {"steps.ground_fill", "everywhere", true},
         {"steps.vegetation", "wood", true},
+        {"steps.colour_variation", "everywhere", false},
         {"steps.specialization", "everywhere", false},
         {"steps.neighbourhood_filters", "everywhere", false},
         {"steps.water_equalization", "lake", true},
@@ -143,7 +144,7 @@ TEST_CASE("with every step switched off there is still a world",
     OpenWorld world = open_with(
         folder,
         "[steps]\nbuilding_fill = false\nbridges = false\nground_fill = false\nvegetation = "
-        "false\nspecialization = false\n"
+        "false\ncolour_variation = false\nspecialization = false\n"
         "neighbourhood_filters = false\nwater_equalization = false\nwater_deepening = false\n");
     std::set<voxel::Material> seen;
     for (int x = 0; x < 120; ++x)

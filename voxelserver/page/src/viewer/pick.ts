@@ -46,7 +46,7 @@ export function pickOf(
     face: (bits & 7) === 7 ? -1 : bits & 7,
     distance,
     point: [0, 1, 2].map((a) => origin[a]! + direction[a]! * distance) as unknown as Vec3,
-    material: (attribute >> 24) & 127,
+    material: (attribute >> 24) & 63,
     colour:
       attribute >>> 31 === 1
         ? [attribute & 255, (attribute >> 8) & 255, (attribute >> 16) & 255]

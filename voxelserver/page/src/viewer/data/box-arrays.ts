@@ -20,8 +20,8 @@ export type BoxArrays = {
   /** A word a cell: index of its first child, a cell or, for bricks, an attribute. */
   readonly first: Uint32Array<ArrayBuffer>;
   /**
-   * A word an attribute: red, green << 8, blue << 16, material << 24 (0 to 32), and bit 31 where
-   * the colour is valid.
+   * A word an attribute: red, green << 8, blue << 16, material << 24 (0 to 32), bit 30 where the
+   * colour is typical of a building or tree, and bit 31 where it was measured.
    */
   readonly attributes: Uint32Array<ArrayBuffer>;
   /** The source class of each attribute, as the survey has it. */
@@ -47,6 +47,7 @@ export const kMaxBoxBytes =
 
 const kMaterials = 33;
 const kUnknownMaterial = 23;
+const kTinted = 0x40000000;
 const kHasColour = 0x80000000;
 
 export function nameOfBox(key: BoxKey): string {
@@ -159,7 +160,8 @@ function packAttributes(
     // As MaterialTable does (raytracer/material/material_table.hpp).
     const material = number < kMaterials ? number : kUnknownMaterial;
     const hasColour = (properties & 0x10000) !== 0 ? kHasColour : 0;
-    attributes[i] = colour | (material << 24) | hasColour;
+    const tinted = (properties & 0x20000) !== 0 ? kTinted : 0;
+    attributes[i] = colour | (material << 24) | tinted | hasColour;
     classes[i] = properties >>> 8;
   }
   return { attributes, classes };

@@ -354,8 +354,13 @@ bool hasColour(uint attr) {
   return (attr >> 31) != 0u;
 }
 
+// A colour that is typical, not measured: the same for a whole building or tree.
+bool isTinted(uint attr) {
+  return (attr >> 30 & 1u) != 0u;
+}
+
 uint materialOf(uint attr) {
-  return attr >> 24 & 127u;
+  return attr >> 24 & 63u;
 }
 
 // How far a photo's colour can be trusted to be that of a voxel: see raytracer/shade/surface.cpp.
@@ -374,6 +379,7 @@ vec3 baseColour(uint attr, Appearance look, ivec3 voxel, int level) {
     float share = uColourMix < 0.0 ? 1.0 : uColourMix * believed(materialOf(attr), photo);
     colour = mix(colour, photo, share);
   }
+  if (isTinted(attr) && uColourMix != 0.0) colour = linearOf(attr);
   float variation = look.variation * exp2(-float(level));
   uvec2 hash = hash64Of(uvec2(uint(voxel.x), uint(voxel.z)), uvec2(uint(voxel.y), 0u));
   return colour * (1.0 + (unitFrom(hash) - 0.5) * 2.0 * variation);

@@ -373,7 +373,7 @@ Hit walk(inout Ray ray, Stop stop, float tMax) {
             }
             uint place = box.z + firstAt(brickIndex) + countBelow(brick.zw, bit);
             uint attr = attributeAt(place);
-            if ((attr >> 24 & 127u) != stop.passed) {
+            if ((attr >> 24 & 63u) != stop.passed) {
               hit.attr = attr;
               hit.index = place;
               stopped = true;

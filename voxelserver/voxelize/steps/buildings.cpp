@@ -1,0 +1,116 @@
+#include "voxelserver/voxelize/steps/buildings.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace terravox::voxelize {
+namespace {
+
+constexpr int kWindowFirst = -Window::kMargin;
+constexpr int kWindowLast = grid::kPatchSize + Window::kMargin;
+constexpr int kWindowSide = kWindowLast - kWindowFirst;
+constexpr int kNearFirst = -Buildings::kAround;
+constexpr int kNearLast = grid::kPatchSize + Buildings::kAround;
+// A building that is cut by the window's edge is seen wider than kWidest: all patches reject it.
+static_assert(Window::kMargin - Buildings::kAround > Buildings::kWidest);
+
+constexpr std::size_t index_of(int x, int z) noexcept {
+    return static_cast<std::size_t>((z - kWindowFirst) * kWindowSide + x - kWindowFirst);
+}
+
+struct ColumnStep {
+    int x;
+    int z;
+};
+// Two columns away, too: where pulses are few, single columns of a roof have none.
+constexpr ColumnStep kNeighbours[] = {{1, 0},  {-1, 0},  {0, 1}, {0, -1}, {1, 1}, {1, -1},
+                                      {-1, 1}, {-1, -1}, {2, 0}, {-2, 0}, {0, 2}, {0, -2}};
+
+/// The columns of one building, found from one of them.
+class Search {
+public:
+    Search(const Window& window, double voxel_m)
+        : m_window(window), m_steepest(kSteepest), m_step(kStep_m / voxel_m) {
+        m_seen.assign(static_cast<std::size_t>(kWindowSide) * kWindowSide, 0);
+    }
+
+    [[nodiscard]] bool is_new(int x, int z) const noexcept {
+        return m_seen[index_of(x, z)] == 0 && m_window.built(x, z);
+    }
+
+    /// @return the columns that are connected with this one, as far as the window shows
+    const std::vector<ColumnStep>& from(int x, int z) {
+        m_columns.assign(1, {x, z});
+        m_seen[index_of(x, z)] = 1;
+        for (std::size_t i = 0; i < m_columns.size(); ++i)
+            for (const ColumnStep& step : kNeighbours)
+                visit(m_columns[i], step);
+        return m_columns;
+    }
+
+private:
+    // The slope of a steep roof, and what roofs of one building differ by at most where they touch.
+    static constexpr float kSteepest = 1.75F;
+    static constexpr double kStep_m = 0.5;
+
+    void visit(const ColumnStep& at, const ColumnStep& step) {
+        const int x = at.x + step.x;
+        const int z = at.z + step.z;
+        if (x < kWindowFirst || z < kWindowFirst || x >= kWindowLast || z >= kWindowLast ||
+            !is_new(x, z))
+            return;
+        const float rise =
+            std::abs(m_window.column(x, z).roof.height - m_window.column(at.x, at.z).roof.height);
+        const auto run = static_cast<float>(std::max(std::abs(step.x), std::abs(step.z)));
+        if (rise > m_steepest * run + static_cast<float>(m_step))
+            return;
+        m_seen[index_of(x, z)] = 1;
+        m_columns.push_back({x, z});
+    }
+
+    const Window& m_window;
+    float m_steepest;
+    double m_step;
+    std::vector<char> m_seen;
+    std::vector<ColumnStep> m_columns;
+};
+
+}  // namespace
+
+Buildings::Buildings(const Window& window, double voxel_m) {
+    if (!window.any(&PatchColumns::any_roof))
+        return;
+    m_index.assign(static_cast<std::size_t>(kWindowSide) * kWindowSide, -1);
+    Search search(window, voxel_m);
+    for (int z = kNearFirst; z < kNearLast; ++z)
+        for (int x = kNearFirst; x < kNearLast; ++x) {
+            if (!search.is_new(x, z))
+                continue;
+            const auto& columns = search.from(x, z);
+            ColumnStep low = columns.front();
+            ColumnStep high = columns.front();
+            ColumnStep first = columns.front();
+            for (const ColumnStep& c : columns) {
+                low = {std::min(low.x, c.x), std::min(low.z, c.z)};
+                high = {std::max(high.x, c.x), std::max(high.z, c.z)};
+                if (c.z < first.z || (c.z == first.z && c.x < first.x))
+                    first = c;
+            }
+            if (high.x - low.x >= kWidest || high.z - low.z >= kWidest)
+                continue;
+            const auto number = static_cast<std::int32_t>(m_buildings.size());
+            m_buildings.push_back({window.middle.x0() + first.x, window.middle.z0() + first.z,
+                                   static_cast<std::uint32_t>(columns.size())});
+            for (const ColumnStep& c : columns)
+                m_index[index_of(c.x, c.z)] = number;
+        }
+}
+
+const Building* Buildings::at(int x, int z) const noexcept {
+    if (m_index.empty())
+        return nullptr;
+    const std::int32_t number = m_index[index_of(x, z)];
+    return number < 0 ? nullptr : &m_buildings[static_cast<std::size_t>(number)];
+}
+
+}  // namespace terravox::voxelize

@@ -1,0 +1,71 @@
+#include "voxelserver/voxelize/steps/tree_places.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace terravox::voxelize {
+namespace {
+
+constexpr double kAround_m = 2;  // returns of one crown vary within this
+constexpr std::int64_t kNoTop = std::numeric_limits<std::int64_t>::min();
+
+}  // namespace
+
+TreePlaces::TreePlaces(const Window& window, const ClassTable& classes, double voxel_m)
+    : m_window(window),
+      m_classes(classes),
+      m_radius(std::clamp(static_cast<int>(std::lround(kAround_m / voxel_m)), 1, kMaxRadius)) {
+    constexpr std::size_t kSide = grid::kPatchSize + 2 * kMargin;
+    m_next.resize(kSide * kSide);
+    m_known.resize(kSide * kSide);
+}
+
+// The height of the highest return in 1/256 voxel, where it may be foliage.
+std::int64_t TreePlaces::top(int x, int z) const noexcept {
+    const auto objects = m_window.objects(x, z);
+    if (objects.empty())
+        return kNoTop;
+    const ObjectVoxel& highest = objects.back();
+    const Role role = m_classes.meaning[highest.source_class].role;
+    if (role != Role::kVegetation && role != Role::kSurface)
+        return kNoTop;
+    return std::int64_t{highest.y} * 256 + highest.fraction;
+}
+
+// Equally high columns: the northernmost, then the westernmost, so that all patches agree.
+TreePlaces::Place TreePlaces::uphill(Place from) const noexcept {
+    Place best = from;
+    std::int64_t highest = top(from.x, from.z);
+    for (int dz = -m_radius; dz <= m_radius; ++dz)
+        for (int dx = -m_radius; dx <= m_radius; ++dx) {
+            const int x = from.x + dx;
+            const int z = from.z + dz;
+            const std::int64_t height = top(x, z);
+            const bool before = z < best.z || (z == best.z && x < best.x);
+            if (height == kNoTop || height < highest || (height == highest && !before))
+                continue;
+            highest = height;
+            best = {static_cast<std::int16_t>(x), static_cast<std::int16_t>(z)};
+        }
+    return best;
+}
+
+std::array<std::int32_t, 2> TreePlaces::at(int x, int z) {
+    constexpr int kSide = grid::kPatchSize + 2 * kMargin;
+    Place place{static_cast<std::int16_t>(x), static_cast<std::int16_t>(z)};
+    for (int jump = 0; jump < kJumps; ++jump) {
+        const auto i = static_cast<std::size_t>((place.z + kMargin) * kSide + place.x + kMargin);
+        if (m_known[i] == 0) {
+            m_next[i] = uphill(place);
+            m_known[i] = 1;
+        }
+        const Place next = m_next[i];
+        if (next.x == place.x && next.z == place.z)
+            break;
+        place = next;
+    }
+    return {m_window.middle.x0() + place.x, m_window.middle.z0() + place.z};
+}
+
+}  // namespace terravox::voxelize
