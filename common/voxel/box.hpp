@@ -41,6 +41,9 @@ struct VoxelAttr {
     /// The colour is no measurement: it is one that is typical of the material, the same for a
     /// whole building or tree. Not set together with kHasColour.
     static constexpr std::uint8_t kTinted = 2;
+    /// The material was guessed from the intensity of echoes or the shape of a roof, as no colour
+    /// is known.
+    static constexpr std::uint8_t kGuessed = 4;
     Material material = Material::kRock;
     std::uint8_t source_class = 0;  ///< class code of the survey (0-255), unchanged
     std::uint8_t flags = 0;
@@ -49,6 +52,7 @@ struct VoxelAttr {
     std::uint8_t reserved_too = 0;
 
     [[nodiscard]] bool has_colour() const noexcept { return (flags & kHasColour) != 0; }
+    [[nodiscard]] bool is_guessed() const noexcept { return (flags & kGuessed) != 0; }
     [[nodiscard]] bool is_tinted() const noexcept { return (flags & kTinted) != 0; }
     friend bool operator==(const VoxelAttr&, const VoxelAttr&) = default;
 };

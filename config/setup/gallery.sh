@@ -24,11 +24,13 @@ GALLERY_NAMES=(
     panorama
     clay
     orthophoto
+    no-photograph
     night
     noise
 )
 # Models of the middle square, and where trees hide the rest: that square alone is faster.
-GALLERY_OF_THE_SQUARE=(poster orthophoto forest)
+GALLERY_OF_THE_SQUARE=(poster orthophoto forest no-photograph)
+GALLERY_WITHOUT_PHOTO=(no-photograph)
 GALLERY_OF_NOISE=(noise)
 GALLERY_SEED=7
 
@@ -107,6 +109,7 @@ gallery_picture() {
     local place=$1 name=$2 file=$3 data=("$1" --ortho "$1/ortho") status=0
     local drawn=$ROOT/build/gallery/$2.png
     if in_list "$name" "${GALLERY_OF_THE_SQUARE[@]}"; then data[0]=$place/$GALLERY_SQUARE.laz; fi
+    if in_list "$name" "${GALLERY_WITHOUT_PHOTO[@]}"; then data=("${data[0]}"); fi
     if in_list "$name" "${GALLERY_OF_NOISE[@]}"; then data=("generated:$GALLERY_SEED"); fi
     rm -f "$drawn"
     quietly "$LOGS/gallery-$name.log" \

@@ -74,7 +74,9 @@ std::vector<PickedFact> facts_of(const Picked& picked, const voxel::WorldInfo& w
         out.push_back({"material", "a hole: its box could not be loaded"});
         return out;
     }
-    out.push_back({"material", std::string(voxel::material_name(picked.attr.material))});
+    out.push_back(
+        {"material", std::string(voxel::material_name(picked.attr.material)) +
+                         (picked.attr.is_guessed() ? " (a guess: no colour is known)" : "")});
     const int code = picked.attr.source_class;
     const bool standard = static_cast<std::size_t>(code) < kStandardClasses.size();
     out.push_back(

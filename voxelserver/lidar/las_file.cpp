@@ -113,6 +113,8 @@ void read_las_points(const LasInfo& info, PointRange range,
             point.classification = raw.classification;
             point.return_number = raw.return_number;
             point.return_count = raw.return_count;
+            point.intensity = raw.intensity;
+            point.line = raw.point_source;
             point.withheld = raw.withheld;
             point.overlap = raw.overlap;
             point.rgb = raw.rgb;
@@ -126,8 +128,9 @@ std::uint64_t decode_only(const LasInfo& info, int threads) {
     std::atomic<std::uint64_t> count{0};
     thread::parallel_for(ranges.size(), threads, [&](std::size_t i) {
         std::uint64_t mine = 0;
-        read_point_batches(info, {&ranges[i], 1},
-                           [&](std::span<const RawPoint> batch) { mine += batch.size(); });
+        read_point_batches(
+            info, {&ranges[i], 1}, [&](std::span<const RawPoint> batch) { mine += batch.size(); },
+            Echoes::kSkip);
         count += mine;
     });
     return count;

@@ -70,9 +70,14 @@ struct RawPoint {
     bool withheld = false;
     bool overlap = false;
     std::array<std::uint16_t, 3> rgb{};  ///< 0 when the format has no colour
-    std::uint16_t nir = 0;  ///< 0 when the format has no near infrared (only 8 and 10 do)
+    std::uint16_t nir = 0;           ///< 0 when the format has no near infrared (only 8 and 10 do)
+    std::uint16_t intensity = 0;     ///< of the echo; 0 when the scanner recorded none
+    std::uint16_t point_source = 0;  ///< number of the flight line; 0 = not known
     [[nodiscard]] bool operator==(const RawPoint&) const = default;
 };
+
+/// Whether the intensities and flight lines of points are wanted.
+enum class Echoes : std::uint8_t { kRead, kSkip };
 
 /// Receives points in batches of 1 to 4096, in file order; the span is valid during the call only.
 using RawBatchSink = std::function<void(std::span<const RawPoint>)>;
@@ -90,13 +95,14 @@ using RawBatchSink = std::function<void(std::span<const RawPoint>)>;
 /// Decodes the points of the ranges in the given order. Each call uses its own LASzip reader, which
 /// seeks between ranges; may be called from any number of threads. A range that starts inside a
 /// chunk also costs decoding the preceding points of that chunk. Where the format allows it (6-10),
-/// only coordinates, returns, classification, flags, colour and near infrared are decompressed;
-/// intensities, angles and times are not.
+/// only coordinates, returns, classification, flags, intensity, flight line, colour and near
+/// infrared are decompressed; angles and times are not.
 /// @param ranges within [0, info.point_count]; empty ones are skipped
 /// @throws Error when the file is damaged or truncated, or a range ends beyond it; the sink may
 /// have been called for earlier points
+/// @param echoes kSkip leaves intensity and flight line 0 where that saves time (formats 6-10)
 void read_point_batches(const LasInfo& info, std::span<const PointRange> ranges,
-                        const RawBatchSink& sink);
+                        const RawBatchSink& sink, Echoes echoes = Echoes::kRead);
 
 /// read_point_batches for one range, point by point in file coordinates: for uses where speed does
 /// not matter.

@@ -50,11 +50,13 @@ void copy_compatible(const laszip_point_struct& from, const CompatibleBytes& byt
 
 class BatchReader {
 public:
-    BatchReader(const LasInfo& info, const RawBatchSink& sink)
+    BatchReader(const LasInfo& info, const RawBatchSink& sink, Echoes echoes)
         : m_info(info),
           m_sink(sink),
           m_bytes(info.path),
-          m_reader(info.path, {info.has_colour(), info.has_near_infrared()}),
+          m_reader(info.path,
+                   {info.has_colour(), info.has_near_infrared(), echoes == Echoes::kRead}),
+          m_echoes(echoes == Echoes::kRead),
           m_batch(kBatchPoints) {}
 
     void read(PointRange range) {
@@ -101,6 +103,10 @@ private:
             copy_compatible(from, *m_info.compatible, to);
         else
             copy_legacy(from, to);
+        if (m_echoes) {
+            to.intensity = from.intensity;
+            to.point_source = from.point_source_ID;
+        }
         if (m_colour)
             to.rgb = {from.rgb[0], from.rgb[1], from.rgb[2]};
         if (m_near_infrared)
@@ -110,6 +116,7 @@ private:
     const RawBatchSink& m_sink;
     const pointcloud::FileBytes m_bytes;
     LaszipReader m_reader;
+    bool m_echoes;
     std::vector<RawPoint> m_batch;
     static constexpr std::uint64_t kNowhere = std::numeric_limits<std::uint64_t>::max();
     /// The next point that LASzip decodes. At the beginning LASzip is in the first chunk, which may
@@ -123,7 +130,7 @@ private:
 }  // namespace
 
 void read_point_batches(const LasInfo& info, std::span<const PointRange> ranges,
-                        const RawBatchSink& sink) {
+                        const RawBatchSink& sink, Echoes echoes) {
     std::optional<BatchReader> reader;
     for (const PointRange& range : ranges) {
         if (range.end > info.point_count)
@@ -133,7 +140,7 @@ void read_point_batches(const LasInfo& info, std::span<const PointRange> ranges,
         if (range.begin >= range.end)
             continue;
         if (!reader)
-            reader.emplace(info, sink);
+            reader.emplace(info, sink, echoes);
         reader->read(range);
     }
 }

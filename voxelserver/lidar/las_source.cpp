@@ -30,6 +30,8 @@ pointcloud::Point point_of(const RawPoint& raw, const LasInfo& las) noexcept {
     out.return_count = raw.return_count;
     out.withheld = raw.withheld;
     out.overlap = raw.overlap;
+    out.intensity = raw.intensity;
+    out.line = raw.point_source;
     out.rgb = raw.rgb;
     return out;
 }
@@ -46,13 +48,24 @@ std::vector<PointRange> LasSource::parts(std::uint64_t points) const {
 
 void LasSource::read(std::span<const PointRange> ranges,
                      const pointcloud::PointBatchSink& sink) const {
+    read(ranges, sink, Echoes::kRead);
+}
+
+void LasSource::read_without_echoes(std::span<const PointRange> ranges,
+                                    const pointcloud::PointBatchSink& sink) const {
+    read(ranges, sink, Echoes::kSkip);
+}
+
+void LasSource::read(std::span<const PointRange> ranges, const pointcloud::PointBatchSink& sink,
+                     Echoes echoes) const {
     std::vector<pointcloud::Point> points;
-    read_point_batches(m_las, ranges, [&](std::span<const RawPoint> batch) {
+    const RawBatchSink convert = [&](std::span<const RawPoint> batch) {
         points.clear();
         for (const RawPoint& raw : batch)
             points.push_back(point_of(raw, m_las));
         sink(points);
-    });
+    };
+    read_point_batches(m_las, ranges, convert, echoes);
 }
 
 std::vector<pointcloud::Point> LasSource::sample(std::size_t about) const {

@@ -16,6 +16,8 @@ laszip_U32 selection(WantedFields fields) {
         out |= laszip_DECOMPRESS_SELECTIVE_RGB;
     if (fields.near_infrared)
         out |= laszip_DECOMPRESS_SELECTIVE_NIR;
+    if (fields.echoes)
+        out |= laszip_DECOMPRESS_SELECTIVE_INTENSITY | laszip_DECOMPRESS_SELECTIVE_POINT_SOURCE;
     return out;
 }
 

@@ -12,6 +12,7 @@ namespace terravox::lidar {
 struct WantedFields {
     bool colour = true;
     bool near_infrared = true;
+    bool echoes = true;  ///< intensity and flight line
 };
 
 /// RAII wrapper of a LASzip reader for a file that has passed check_las_header(). For use by one

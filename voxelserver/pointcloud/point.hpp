@@ -16,6 +16,8 @@ struct Point {
     bool withheld = false;
     bool overlap = false;
     std::array<std::uint16_t, 3> rgb{};  ///< 0 when the file has none
+    std::uint16_t intensity = 0;         ///< of the echo, of any scale; 0 when the file has none
+    std::uint16_t line = 0;              ///< number of the flight line; 0 when the file has none
 };
 
 /// A range of point indices of one file, half-open.

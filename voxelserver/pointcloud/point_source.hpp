@@ -57,6 +57,12 @@ public:
     /// have been called for earlier points
     virtual void read(std::span<const PointRange> ranges, const PointBatchSink& sink) const = 0;
 
+    /// As read(), but intensities and flight lines may be left 0 where that saves time.
+    virtual void read_without_echoes(std::span<const PointRange> ranges,
+                                     const PointBatchSink& sink) const {
+        read(ranges, sink);
+    }
+
     /// A deterministic sample spread over the file, in file order.
     /// @param about  approximate number of points
     /// @throws Error as read

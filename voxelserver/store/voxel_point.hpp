@@ -16,12 +16,16 @@ struct VoxelPoint {
     std::uint16_t z = 0;
     std::int32_t y = 0;
     std::uint8_t source_class = 0;
-    voxel::Rgb8 colour;  ///< of the point itself; valid when its square has colours
+    /// Of the point itself where its square has colours; elsewhere `r` is its brightness.
+    voxel::Rgb8 colour;
 
     [[nodiscard]] int column() const noexcept { return (z >> kPlanBits) * 64 + (x >> kPlanBits); }
     [[nodiscard]] float height() const noexcept {
         return static_cast<float>(y) * (1.0f / (1 << kHeightBits));
     }
+    /// How bright a single return is, in hundredths of bright ground, up to 255; 0 = not known.
+    /// Valid where the square has no colours.
+    [[nodiscard]] std::uint8_t brightness() const noexcept { return colour.r; }
     [[nodiscard]] std::int32_t voxel_y() const noexcept { return y >> kHeightBits; }
 };
 static_assert(sizeof(VoxelPoint) == 12);

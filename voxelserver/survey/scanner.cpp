@@ -31,6 +31,27 @@ double brightness(Cover cover) noexcept {
     }
 }
 
+// Roofs at the same wavelength: clay tiles bright, slate and sheet metal dark.
+double brightness(RoofColour colour) noexcept {
+    switch (colour) {
+        case RoofColour::kRed: return 28000;
+        case RoofColour::kGrey: return 11000;
+        case RoofColour::kPale: return 25000;
+        case RoofColour::kCopper: return 15000;
+    }
+    return 21000;
+}
+
+constexpr double kWallBrightness = 21000;
+
+// Receivers are set anew for every flight line.
+double gain_of(std::uint16_t strip) noexcept {
+    constexpr double kLeast = 0.7;
+    constexpr double kGreatest = 1.3;
+    Random random(0x6A14ULL ^ strip);
+    return random.range(kLeast, kGreatest);
+}
+
 // What stands on open land, metres, and how often a pulse meets it: grass, crops.
 struct Growth {
     double share;
@@ -78,6 +99,7 @@ struct Scanner::Shot {
     std::array<Crown, kMaxCrowns> crowns;
     int crown_count = 0;
     double energy = 1;
+    double gain = 1;
     Returns out;
 
     void add(double height_m, std::uint8_t classification, double intensity) noexcept {
@@ -85,7 +107,7 @@ struct Scanner::Shot {
             return;
         const double measured = height_m + kRangeNoise_m * random.normal();
         const double shade =
-            std::clamp(intensity * energy * random.range(0.8, 1.2), 200.0, 65000.0);
+            std::clamp(intensity * gain * energy * random.range(0.8, 1.2), 200.0, 65000.0);
         out.points[static_cast<std::size_t>(out.count++)] = {
             ray.at(measured), measured, static_cast<std::uint16_t>(shade), classification, 1, 1};
     }
@@ -117,12 +139,16 @@ std::optional<Scanner::Solid> Scanner::hit(const Ray& ray, const Building& b) no
         const auto top = b.top_m(ray.at(z));
         return top && z <= *top;
     };
+    const auto building = [&](double height, bool wall) {
+        return Solid{height, las_class::kBuilding, wall,
+                     wall ? kWallBrightness : brightness(b.colour)};
+    };
     // Down from the entry: in steps to the first point inside, then by halving.
     constexpr int kSteps = 10;
     constexpr int kHalvings = 10;
     double above = high - 1e-7 * (high - low);
     if (inside(above))
-        return Solid{above, las_class::kBuilding, above < b.eaves_m - 0.05};
+        return building(above, above < b.eaves_m - 0.05);
     for (int i = 1; i <= kSteps; ++i) {
         double below = lerp(high, low, (i - 1e-7) / kSteps);
         if (!inside(below)) {
@@ -134,7 +160,7 @@ std::optional<Scanner::Solid> Scanner::hit(const Ray& ray, const Building& b) no
             (inside(middle) ? below : above) = middle;
         }
         const bool round_wall = b.roof == RoofType::kCone && below < b.eaves_m - 0.05;
-        return Solid{below, las_class::kBuilding, round_wall};
+        return building(below, round_wall);
     }
     return std::nullopt;
 }
@@ -276,6 +302,7 @@ Returns Scanner::shoot(const Pulse& pulse) const noexcept {
               {},
               0,
               1,
+              gain_of(pulse.strip),
               {}};
     const double dice = shot.random.unit();
     if (dice < kDropout)
@@ -291,8 +318,7 @@ Returns Scanner::shoot(const Pulse& pulse) const noexcept {
         if (shot.solid.classification == 0)
             reach_ground(shot);
         else if (!shot.solid.wall || shot.random.chance(kWallShare))
-            shot.add(shot.solid.height_m, shot.solid.classification,
-                     shot.solid.classification == las_class::kBuilding ? 21000 : 14000);
+            shot.add(shot.solid.height_m, shot.solid.classification, shot.solid.intensity);
     }
     sort_highest_first(shot.out.points.data(), shot.out.count);
     for (int i = 0; i < shot.out.count; ++i) {

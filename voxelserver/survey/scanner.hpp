@@ -68,6 +68,7 @@ private:
         double height_m = 0;
         std::uint8_t classification = 0;
         bool wall = false;
+        double intensity = 14000;
     };
     struct Shot;
 

@@ -28,6 +28,8 @@ std::vector<std::filesystem::path> reclass(const std::vector<std::filesystem::pa
             copy.y = p.y;
             copy.z = p.z;
             copy.rgb = p.rgb;
+            copy.intensity = p.intensity;
+            copy.point_source = p.line;
             copy.return_number = p.return_number;
             copy.return_count = p.return_count;
             copy.classification = p.classification == from ? to : p.classification;

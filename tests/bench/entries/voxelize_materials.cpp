@@ -145,6 +145,8 @@ std::filesystem::path without_colours(const std::filesystem::path& file,
         copy.x = p.x;
         copy.y = p.y;
         copy.z = p.z;
+        copy.intensity = p.intensity;
+        copy.point_source = p.line;
         copy.return_number = p.return_number;
         copy.return_count = p.return_count;
         copy.classification = p.classification;

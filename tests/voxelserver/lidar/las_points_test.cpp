@@ -9,6 +9,7 @@
 #include "tests/voxelserver/lidar/las_bytes.hpp"
 #include "tests/voxelserver/lidar/shared_files.hpp"
 #include "voxelserver/lidar/chunk_table.hpp"
+#include "voxelserver/lidar/las_writer.hpp"
 
 using namespace terravox;
 using namespace terravox::lidar;
@@ -259,4 +260,44 @@ TEST_CASE("points of formats 6-10 kept in an older one are read as LASzip reads 
     CHECK(different == 0);
     if (name.find("noextra") == std::string::npos)
         CHECK(only_there > 0);
+}
+
+TEST_CASE("intensities and flight lines are read, or left out", "[voxelserver][lidar]") {
+    const int format = GENERATE(1, 3, 6, 8);
+    const std::string ending = GENERATE(".las", ".laz");
+    INFO("format " << format << ending);
+    const TemporaryFolder folder;
+    const fs::path file = folder.path() / ("echoes" + ending);
+    LasWriterOptions options;
+    options.point_format = format;
+    LasWriter writer(file, options);
+    for (int i = 0; i < 3000; ++i) {
+        LasWritePoint point;
+        point.x = i * 0.1;
+        point.intensity = static_cast<std::uint16_t>(i * 7);
+        point.point_source = static_cast<std::uint16_t>(i / 1000 + 1);
+        writer.write(point);
+    }
+    writer.close();
+    const auto info = read_las_info(file);
+    const PointRange all{0, info.point_count};
+    std::size_t at = 0;
+    std::size_t wrong = 0;
+    read_point_batches(info, {&all, 1}, [&](std::span<const RawPoint> batch) {
+        for (const RawPoint& p : batch) {
+            wrong += p.intensity != at * 7 || p.point_source != at / 1000 + 1 ? 1 : 0;
+            ++at;
+        }
+    });
+    CHECK(at == 3000);
+    CHECK(wrong == 0);
+    std::size_t left = 0;
+    read_point_batches(
+        info, {&all, 1},
+        [&](std::span<const RawPoint> batch) {
+            for (const RawPoint& p : batch)
+                left += p.intensity != 0 || p.point_source != 0 ? 1 : 0;
+        },
+        Echoes::kSkip);
+    CHECK(left == 0);
 }

@@ -32,7 +32,7 @@ struct Seen {
     std::uint16_t x, z;  ///< fixed point within the patch
     std::uint8_t source_class;
     bool has_colour;
-    voxel::Rgb8 colour;
+    voxel::Rgb8 colour;  ///< without has_colour: r is the brightness
     [[nodiscard]] float height() const noexcept {
         return static_cast<float>(y) * (1.0f / (1 << store::VoxelPoint::kHeightBits));
     }
@@ -64,6 +64,18 @@ struct ColourMean {
     }
 };
 
+// The mean over the points of which it is known.
+std::uint8_t mean_brightness(std::span<const Seen> points) {
+    std::uint32_t sum = 0;
+    std::uint32_t count = 0;
+    for (const Seen& s : points)
+        if (!s.has_colour && s.colour.r > 0) {
+            sum += s.colour.r;
+            ++count;
+        }
+    return count == 0 ? 0 : static_cast<std::uint8_t>((sum + count / 2) / count);
+}
+
 // The class of most points; the lower code wins a tie, so that order cannot matter.
 std::uint8_t commonest_class(std::span<const Seen> points) {
     const std::uint8_t first = points[0].source_class;
@@ -89,6 +101,7 @@ Surface surface_of(std::span<const Seen> points, float height) {
     for (const Seen& s : points)
         colour.add(s);
     colour.put(out);
+    out.brightness = mean_brightness(points);
     return out;
 }
 

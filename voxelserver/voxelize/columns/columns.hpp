@@ -23,6 +23,8 @@ struct Surface {
     std::uint8_t source_class = 0;
     bool has_colour = false;
     voxel::Rgb8 colour;
+    /// Mean of the points' brightness (store::VoxelPoint); 0 = not known.
+    std::uint8_t brightness = 0;
     [[nodiscard]] bool seen() const noexcept { return height == height; }
 };
 

@@ -45,13 +45,15 @@ bool fits(const SquareSource& source, std::size_t limit_bytes) {
 std::string recipe_text(const SquareSource& source, const SquareRecipe& recipe) {
     const grid::Frame& frame = recipe.frame;
     const Settings::Points& filters = recipe.settings.points;
-    std::string out = "points 2|" + frame.crs().wkt() + "|" + source.info.crs->wkt() + "|";
+    std::string out = "points 3|" + frame.crs().wkt() + "|" + source.info.crs->wkt() + "|";
     for (const double v : {frame.units_per_voxel(), frame.voxel_m(), source.vertical_metres,
                            source.lowest, source.highest})
         out += fmt::format("{}|", v);  // every digit
     for (const bool flag : {filters.drop_withheld, filters.drop_overlap, source.has_colour})
         out += flag ? 'y' : 'n';
     out += std::to_string(source.colour_shift);
+    for (const BrightnessScale::Line& line : source.brightness.lines())
+        out += fmt::format("|{}:{}", line.number, line.bright_ground);
     for (const ClassMeaning& m : recipe.classes.meaning)
         out += m.role == Role::kDrop ? 'd' : 'k';
     return out;

@@ -126,6 +126,9 @@ void Placer::quantize(std::span<const pointcloud::Point> batch,
                 return static_cast<std::uint8_t>(std::min(p.rgb[c] >> m_source.colour_shift, 255));
             };
             point.colour = {channel(0), channel(1), channel(2)};
+        } else if (p.return_count == 1) {
+            // An echo that is one of several holds only a part of its pulse's light.
+            point.colour = {m_source.brightness.brightness(p.intensity, p.line), 0, 0};
         }
         ++counts.kept, ++counts.by_class[p.classification];
         out.add(patch, point);

@@ -10,6 +10,7 @@
 #include "voxelserver/grid/frame.hpp"
 #include "voxelserver/pointcloud/point_source.hpp"
 #include "voxelserver/store/square.hpp"
+#include "voxelserver/voxelize/points/brightness.hpp"
 #include "voxelserver/voxelize/points/class_table.hpp"
 #include "voxelserver/voxelize/points/settings.hpp"
 
@@ -34,6 +35,7 @@ struct SquareSource {
     bool has_colour = false;
     /// Bits to drop for 8-bit colour: the format has 16 bits a channel, but many writers store 8.
     int colour_shift = 0;
+    BrightnessScale brightness;  ///< unknown where points have colours
     /// The spatial index in the file or a side file; nullptr where there is none, and where the
     /// file's CRS differs from the frame's.
     std::shared_ptr<const pointcloud::SpatialIndex> spatial_index;

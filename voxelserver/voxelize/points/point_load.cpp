@@ -41,9 +41,13 @@ Part load_part(const SquareSource& source, std::span<const pointcloud::PointRang
             static_cast<std::size_t>(std::min<std::uint64_t>(count, 4 * kPointsPerTask)));
     }
     try {
-        source.points->read(ranges, [&](std::span<const pointcloud::Point> batch) {
+        const pointcloud::PointBatchSink place = [&](std::span<const pointcloud::Point> batch) {
             placer.place(batch, wanted, part.points, part.counts);
-        });
+        };
+        if (source.brightness.is_known())
+            source.points->read(ranges, place);
+        else
+            source.points->read_without_echoes(ranges, place);
     } catch (const util::Error&) {
         check_unchanged(source);  // a change is then the reason
         throw;
@@ -149,14 +153,14 @@ store::ChunkIndex scan_chunks(const SquareSource& source, const LoadContext& con
         // A file without chunks is one range: what is kept of it must not grow with its points.
         std::set<grid::PatchKey> patches;
         store::PatchedPoints batch_points;
-        source.points->read(std::span(&ranges[i], 1),
-                            [&](std::span<const pointcloud::Point> batch) {
-                                placer.place(batch, std::nullopt, batch_points, met[i]);
-                                for (const auto& run : batch_points.runs)
-                                    patches.insert(run.patch);
-                                batch_points.points.clear();
-                                batch_points.runs.clear();
-                            });
+        source.points->read_without_echoes(
+            std::span(&ranges[i], 1), [&](std::span<const pointcloud::Point> batch) {
+                placer.place(batch, std::nullopt, batch_points, met[i]);
+                for (const auto& run : batch_points.runs)
+                    patches.insert(run.patch);
+                batch_points.points.clear();
+                batch_points.runs.clear();
+            });
         chunks[i] = {ranges[i], {patches.begin(), patches.end()}};
     });
     for (const store::PointCounts& c : met)

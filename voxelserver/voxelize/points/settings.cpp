@@ -75,6 +75,11 @@ std::vector<Field> fields_of(Settings& s) {
         number("water", "slope", s.water.slope, 0, 10),
         number("water", "min_depth_m", s.water.min_depth_m, 0, 100),
         number("water", "max_depth_m", s.water.max_depth_m, 0, 100),
+        number("material_guesses", "asphalt_below", s.material_guesses.asphalt_below, 0, 2.5),
+        number("material_guesses", "bare_below", s.material_guesses.bare_below, 0, 2.5),
+        number("material_guesses", "flat_slope", s.material_guesses.flat_slope, 0, 10),
+        number("material_guesses", "flat_share", s.material_guesses.flat_share, 0, 2),
+        number("material_guesses", "tiles_from", s.material_guesses.tiles_from, 0, 2.5),
         Field{"specialization", "palette", nullptr, nullptr, 0, 0, &s.palette, {}},
         Field{"colour_variation", "tints", nullptr, nullptr, 0, 0, &s.tints, {}},
     };

@@ -25,6 +25,7 @@ struct Settings {
         bool vegetation = true;
         bool colour_variation = true;
         bool specialization = true;
+        bool material_guesses = true;
         bool neighbourhood_filters = true;
     } steps;  ///< step_switches.hpp has their names
     struct Buildings {
@@ -59,6 +60,14 @@ struct Settings {
         double min_depth_m = 0.6;
         double max_depth_m = 8;
     } water;
+    /// Brightness is relative to bright ground (BrightnessScale).
+    struct MaterialGuesses {
+        double asphalt_below = 0.38;  ///< darker ground is a road
+        double bare_below = 0.72;     ///< darker ground is bare; all other is grass
+        double flat_slope = 0.15;     ///< a roof column is flat where it rises less in one column
+        double flat_share = 0.6;      ///< of a roof's columns, for the roof to be flat
+        double tiles_from = 0.6;      ///< a darker steep roof is of slate or metal
+    } material_guesses;
     std::string palette = "default";  ///< id in config/palettes, or a file
     std::string tints = "default";    ///< id in config/tints, or a file
 };

@@ -4,15 +4,15 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
+#include <set>
 
 #include "common/thread/parallel.hpp"
-#include "common/util/config_dir.hpp"
 #include "common/util/error.hpp"
 #include "common/util/log.hpp"
 #include "common/voxel/file_identity.hpp"
 #include "voxelserver/pointcloud/formats/open.hpp"
 #include "voxelserver/voxelize/points/extent.hpp"
+#include "voxelserver/voxelize/points/file_crs.hpp"
 #include "voxelserver/voxelize/points/lidar_files.hpp"
 #include "voxelserver/voxelize/points/vertical_datums.hpp"
 
@@ -57,66 +57,6 @@ std::vector<pointcloud::PointCloudInfo> infos_of(const std::vector<SquareSource>
     for (const SquareSource& file : files)
         out.push_back(file.info);
     return out;
-}
-
-// The square that a file's name states, where its points lie on it: a name alone is no evidence.
-std::optional<grid::NamedSquare> square_of(const pointcloud::PointCloudInfo& info,
-                                           const grid::SquareNames& names) {
-    constexpr double kBeside_m = 50;  // some surveys add a margin to their squares
-    auto square = names.square_of(info.path);
-    if (!square || info.min[0] < square->west - kBeside_m ||
-        info.max[0] > square->east + kBeside_m || info.min[1] < square->south - kBeside_m ||
-        info.max[1] > square->north + kBeside_m)
-        return std::nullopt;
-    return square;
-}
-
-std::vector<std::optional<grid::NamedSquare>> squares_of(const std::vector<SquareSource>& files,
-                                                         const LidarWorldOptions& options) {
-    std::vector<std::optional<grid::NamedSquare>> out(files.size());
-    const bool without_crs =
-        !options.crs && std::any_of(files.begin(), files.end(),
-                                    [](const SquareSource& file) { return !file.info.crs; });
-    if (!without_crs && options.orthophotos.empty())
-        return out;
-    const auto names = grid::SquareNames::load(util::config_dir() / "sources");
-    std::transform(files.begin(), files.end(), out.begin(),
-                   [&](const SquareSource& file) { return square_of(file.info, names); });
-    return out;
-}
-
-// Each file's CRS: the user's option, else the file's, else that of the source whose names look
-// like the file's, else that of the class table.
-void settle_crs(std::vector<SquareSource>& files, const LidarWorldOptions& options,
-                const ClassTable& classes,
-                const std::vector<std::optional<grid::NamedSquare>>& squares) {
-    std::optional<geo::Crs> fixed;
-    std::optional<geo::Crs> fallback;
-    if (options.crs)
-        fixed = geo::Crs::from_text(*options.crs);
-    if (classes.crs)
-        fallback = geo::Crs::from_text(*classes.crs);
-    std::map<std::string, std::vector<std::string>> by_name;  // files by what their names state
-    for (std::size_t i = 0; i < files.size(); ++i) {
-        pointcloud::PointCloudInfo& info = files[i].info;
-        if (fixed)
-            info.crs = fixed;
-        if (!info.crs && squares[i]) {
-            info.crs = geo::Crs::from_text(squares[i]->crs);
-            by_name[squares[i]->crs + ", as source " + squares[i]->source + " names its squares"]
-                .push_back(info.path.filename().string());
-        }
-        if (!info.crs)
-            info.crs = fallback;
-        if (!info.crs)
-            throw util::UsageError(
-                "place the point cloud " + info.path.string() +
-                ": the file carries no coordinate reference system and class table '" + classes.id +
-                "' names none; give one with --crs EPSG:<code>");
-    }
-    for (const auto& [crs, names] : by_name)
-        util::log_info("{}{}: no CRS in the file; taken to be in {}", names.front(),
-                       names.size() > 1 ? fmt::format(" (one of {} such)", names.size()) : "", crs);
 }
 
 // The columns that a rectangle of a file's coordinates covers.
@@ -198,7 +138,8 @@ void check_apart(const Sources& sources) {
 
 /// What a few thousand points reveal about a file before it is decoded.
 struct Sample {
-    double low = 0, high = 0;  ///< heights that nearly all points keep, file units
+    std::vector<GroundEcho> echoes;  ///< in coordinates of the file
+    double low = 0, high = 0;        ///< heights that nearly all points keep, file units
     bool water = false;
     std::vector<PlanRect> islands;
 };
@@ -230,6 +171,10 @@ Sample take_sample(SquareSource& source, const ClassTable& classes, const Settin
     std::vector<double> heights;
     for (const pointcloud::Point& p : sample)
         heights.push_back(p.z);
+    for (const pointcloud::Point& p : sample)
+        if (p.return_count == 1 && p.intensity > 0 &&
+            classes.meaning[p.classification].role == Role::kGround)
+            out.echoes.push_back({p.x, p.y, p.intensity, p.line});
     std::sort(heights.begin(), heights.end());
     out.low = heights[heights.size() / 50];
     out.high = heights[heights.size() - 1 - heights.size() / 50];
@@ -256,6 +201,50 @@ void place(SquareSource& source, const Sample& sample, const grid::Frame& frame,
     source.highest = std::min(source.info.max[2] + rounding, sample.high + outlier);
     if (!source.transform)
         source.spatial_index = source.points->spatial_index();
+}
+
+// The echoes of a file in voxels of the world.
+std::vector<GroundEcho> echoes_in_voxels(const Sample& sample, const SquareSource& source,
+                                         const grid::Frame& frame) {
+    std::vector<GroundEcho> out = sample.echoes;
+    std::vector<double> x;
+    std::vector<double> y;
+    for (const GroundEcho& e : out) {
+        x.push_back(e.x);
+        y.push_back(e.z);
+    }
+    if (source.transform && !out.empty())
+        geo::Transform(*source.info.crs, frame.crs()).apply(x, y);
+    for (std::size_t i = 0; i < out.size(); ++i) {
+        out[i].x = frame.x(x[i]);
+        out[i].z = frame.z(y[i]);
+    }
+    return out;
+}
+
+// Brings the intensities of all files to one scale, for those whose points have no colours.
+void scale_brightness(Sources& sources, const std::vector<Sample>& samples, int threads) {
+    std::vector<std::vector<GroundEcho>> echoes(sources.files.size());
+    std::vector<grid::ColumnRect> bounds;
+    for (const SquareSource& file : sources.files)
+        bounds.push_back(file.bounds);
+    thread::parallel_for(sources.files.size(), threads, [&](std::size_t i) {
+        echoes[i] = echoes_in_voxels(samples[i], sources.files[i], sources.frame);
+    });
+    auto scales = brightness_scales(echoes, bounds, sources.frame.voxel_m(), threads);
+    std::set<std::uint16_t> lines;
+    for (std::size_t i = 0; i < scales.size(); ++i) {
+        if (sources.files[i].has_colour)
+            continue;
+        for (const BrightnessScale::Line& line : scales[i].lines())
+            lines.insert(line.number);
+        sources.files[i].brightness = std::move(scales[i]);
+    }
+    if (!lines.empty())
+        util::log_info(
+            "materials that no image shows are guessed from the intensities of {} flight lines "
+            "and the shape of roofs",
+            lines.size());
 }
 
 /// Heights of all files together, in voxels.
@@ -341,6 +330,8 @@ Sources open_sources(const LidarWorldOptions& options, const ClassTable& classes
     thread::parallel_for(out.files.size(), options.threads, [&](std::size_t i) {
         place(out.files[i], samples[i], out.frame, options.vertical_unit);
     });
+    if (settings.steps.material_guesses)
+        scale_brightness(out, samples, options.threads);
     sum_up(out, samples);
     check_apart(out);
     set_heights(out, height_range(out, samples), settings.ground.depth_m);

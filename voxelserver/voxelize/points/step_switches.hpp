@@ -42,10 +42,15 @@ inline constexpr StepSwitch kNeighbourhoodFilters{
     "neighbourhood filters", "replaces stray materials by those of their neighbours",
     &Settings::Steps::neighbourhood_filters};
 
+inline constexpr StepSwitch kMaterialGuesses{
+    "material guesses",
+    "takes materials from intensities and the shape of roofs where no colour is known",
+    &Settings::Steps::material_guesses};
+
 /// All steps that can be switched off, in the order in which they run.
 inline constexpr std::array kStepSwitches{
-    kWaterEqualization, kWaterDeepening,  kBridges,        kGroundFill,          kBuildingFill,
-    kVegetation,        kColourVariation, kSpecialization, kNeighbourhoodFilters};
+    kWaterEqualization, kWaterDeepening,  kBridges,        kGroundFill,           kBuildingFill,
+    kVegetation,        kColourVariation, kSpecialization, kNeighbourhoodFilters, kMaterialGuesses};
 
 /// The name with `_` for spaces: the step's key in [steps] of a settings file, and in `--steps`.
 [[nodiscard]] std::string key_of(const StepSwitch& step);

@@ -16,12 +16,11 @@ std::uint64_t number(std::int32_t x, std::int32_t z, std::uint64_t seed) noexcep
 }  // namespace
 
 PlaceNumbers number_places(const Window& window, const ClassTable& classes,
-                           const Margined<Roof>& roofs, const Margined<Crown>& crowns,
-                           const Tints& tints, double voxel_m) {
+                           const Buildings& buildings, const Margined<Roof>& roofs,
+                           const Margined<Crown>& crowns, const Tints& tints, double voxel_m) {
     PlaceNumbers out;
     out.tints = &tints;
     if (window.any(&PatchColumns::any_roof)) {
-        const Buildings buildings(window, voxel_m);
         Margined<char>::each([&](int x, int z) {
             const Roof& roof = roofs.at(x, z);
             if (!roof.seen())

@@ -23,7 +23,8 @@ struct PlaceNumbers {
 /// Step "colour variation": which building and which tree each column belongs to. A closed gap of a
 /// roof belongs to the building that it takes its appearance from.
 [[nodiscard]] PlaceNumbers number_places(const Window& window, const ClassTable& classes,
-                                         const Margined<Roof>& roofs, const Margined<Crown>& crowns,
-                                         const Tints& tints, double voxel_m);
+                                         const Buildings& buildings, const Margined<Roof>& roofs,
+                                         const Margined<Crown>& crowns, const Tints& tints,
+                                         double voxel_m);
 
 }  // namespace terravox::voxelize

@@ -120,8 +120,12 @@ private:
     }
 
     void specialize(VoxelAttr& attr, int x, int z) const {
-        if (const Material m = m_in.special.at(x, z); m != Material::kAir)
-            attr.material = m;
+        const Material m = m_in.special.at(x, z);
+        if (m == Material::kAir)
+            return;
+        attr.material = m;
+        if (m_in.guessed.at(x, z) != 0)
+            attr.flags |= VoxelAttr::kGuessed;
     }
 
     // Gives a voxel of unknown colour that of its building or tree.
@@ -130,7 +134,7 @@ private:
             return;
         if (const auto colour = m_in.numbers.tints->of(attr.material, number)) {
             attr.colour = *colour;
-            attr.flags = VoxelAttr::kTinted;
+            attr.flags |= VoxelAttr::kTinted;
         }
     }
 

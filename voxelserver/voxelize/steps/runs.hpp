@@ -57,6 +57,7 @@ struct RunsInput {
     const Margined<Crown>& crowns;
     /// Material of the surface, from colours; kAir = the class's own.
     const Margined<voxel::Material>& special;
+    const Margined<char>& guessed;  ///< 1 = such a material is a guess, as no colour is known
     const PlaceNumbers& numbers;
     std::int32_t floor_y = 0;  ///< the terrain is solid from here up
     double voxel_m = 1;

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "voxelserver/voxelize/points/step_switches.hpp"
+#include "voxelserver/voxelize/steps/material_guesses.hpp"
 
 namespace terravox::voxelize {
 namespace {
@@ -18,6 +19,7 @@ struct Lists {
     std::vector<std::uint8_t> has_colour = covered;
     std::vector<voxel::Rgb8> colour = std::vector<voxel::Rgb8>(grid::kPatchColumns);
     bool any_colour = false;
+    bool any_brightness = false;
 
     [[nodiscard]] imagery::SurfaceColumns view() const {
         imagery::SurfaceColumns out;
@@ -65,6 +67,7 @@ Lists lists_of(const PatchColumns& columns, const ClassTable& classes, Group gro
         }
         out.material[i] = seen->seen() ? classes.meaning[seen->source_class].material : otherwise;
         out.covered[i] = c.deck.seen() || hidden(columns, i, voxel_m) ? 1 : 0;
+        out.any_brightness = out.any_brightness || c.ground.brightness > 0;
         if (seen->seen() && seen->has_colour) {
             out.colour[i] = seen->colour;
             out.has_colour[i] = 1;
@@ -72,6 +75,16 @@ Lists lists_of(const PatchColumns& columns, const ClassTable& classes, Group gro
         }
     }
     return out;
+}
+
+// Whether an image or a point shows the colour of a column's surface.
+bool shows_colour(const Window& window, const PatchAppearance* appearance, int x, int z) noexcept {
+    const auto i = static_cast<std::size_t>((z & 63) * grid::kPatchSize + (x & 63));
+    if (appearance != nullptr && !appearance->raster.empty() &&
+        (appearance->raster.flags[i] & imagery::Raster::kColour) != 0)
+        return true;
+    const Column& c = window.column(x, z);
+    return c.built_upon() ? c.roof.has_colour : c.ground.has_colour;
 }
 
 }  // namespace
@@ -83,6 +96,8 @@ SurfaceStep::SurfaceStep(const imagery::Orthophotos* images, const ClassTable& c
       m_classes(classes),
       m_times(times),
       m_ground(dry ? Group::kDryGround : Group::kGround),
+      m_guesses(settings.steps.material_guesses),
+      m_guess_settings(settings.material_guesses),
       m_voxel_m(voxel_m),
       m_appearances(memory_bytes) {
     if (!settings.steps.specialization)
@@ -110,8 +125,10 @@ std::shared_ptr<const PatchAppearance> SurfaceStep::patch_appearance(grid::Patch
                 return out;
             const util::StageTimes::Scope timed(m_times, std::string(kSpecialization.name));
             const Lists lists = lists_of(columns, m_classes, m_ground, m_voxel_m);
-            if (!out->raster.empty() || lists.any_colour)
+            if (!out->raster.empty() || lists.any_colour || (m_guesses && lists.any_brightness))
                 out->surface = imagery::specialize(lists.view(), out->raster, *m_map);
+            if (m_guesses && lists.any_brightness)
+                guess_ground(columns, lists.covered, m_guess_settings, out->surface);
             return out;
         },
         [](const auto& l) { return l->memory_bytes(); });
@@ -159,6 +176,11 @@ SurfaceAppearance SurfaceStep::surface(const Window& window,
                                        const PatchAppearances& appearances) const {
     SurfaceAppearance out;
     out.own = appearances[4];
+    Margined<char>::each([&](int x, int z) {
+        const auto& around =
+            appearances[static_cast<std::size_t>(((z >> 6) + 1) * 3 + (x >> 6) + 1)];
+        out.guessed.at(x, z) = shows_colour(window, around.get(), x, z) ? 0 : 1;
+    });
     const bool any = std::any_of(
         appearances.begin(), appearances.end(),
         [](const auto& appearance) { return appearance && !appearance->surface.material.empty(); });

@@ -33,6 +33,8 @@ using PatchAppearances = std::array<std::shared_ptr<const PatchAppearance>, 9>;
 /// What the surface of a patch looks like from above, its neighbours taken into account.
 struct SurfaceAppearance {
     Margined<voxel::Material> material{voxel::Material::kAir};  ///< kAir = the class's own
+    /// 1 = neither an image nor a point shows its colour: a material is a guess.
+    Margined<char> guessed{1};
     std::shared_ptr<const PatchAppearance> own;
     /// @return nullptr where no image shows the column; x, z in [0, 64)
     [[nodiscard]] const voxel::Rgb8* colour(int x, int z) const noexcept {
@@ -80,6 +82,8 @@ private:
     const ClassTable& m_classes;
     util::StageTimes& m_times;
     imagery::Group m_ground;
+    bool m_guesses;
+    Settings::MaterialGuesses m_guess_settings;
     double m_voxel_m;
     std::unique_ptr<imagery::ColourMap> m_map;  // nullptr = the step is switched off
     imagery::Filters m_filters;

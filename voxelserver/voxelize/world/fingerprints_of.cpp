@@ -31,6 +31,10 @@ Fingerprint fingerprint_of(const SquareSource& s) {
     out.add(s.highest);
     out.add(s.has_colour);
     out.add(s.colour_shift);
+    for (const BrightnessScale::Line& line : s.brightness.lines()) {
+        out.add(line.number);
+        out.add(line.bright_ground);
+    }
     return out.fingerprint();
 }
 

@@ -80,6 +80,7 @@ struct Land {
     std::optional<GroundHeights> ground;
     std::optional<Margined<Roof>> roofs;
     std::optional<Margined<Crown>> crowns;
+    std::optional<Buildings> buildings;
     std::optional<PlaceNumbers> numbers;
     std::optional<PatchAppearances> appearances;
     std::optional<SurfaceAppearance> surface;

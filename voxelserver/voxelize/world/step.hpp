@@ -23,7 +23,8 @@ inline constexpr Parts kAppearances = 1 << 6;
 inline constexpr Parts kSurface = 1 << 7;
 inline constexpr Parts kRuns = 1 << 8;
 inline constexpr Parts kBoxes = 1 << 9;
-inline constexpr Parts kNumbers = 1 << 10;
+inline constexpr Parts kBuildings = 1 << 10;
+inline constexpr Parts kNumbers = 1 << 11;
 }  // namespace part
 
 /// One step on the way from columns to boxes.

@@ -6,6 +6,7 @@
 
 #include "voxelserver/voxelize/decks/bridge_fill.hpp"
 #include "voxelserver/voxelize/steps/coverage.hpp"
+#include "voxelserver/voxelize/steps/material_guesses.hpp"
 #include "voxelserver/voxelize/steps/serialize.hpp"
 #include "voxelserver/voxelize/world/land.hpp"
 #include "voxelserver/voxelize/world/step.hpp"
@@ -107,10 +108,15 @@ void take_no_crowns(Land& land) {
     land.crowns.emplace();
 }
 
+void find_buildings(Land& land) {
+    land.buildings.emplace(land.window, land.shared.voxel_m);
+}
+
 void vary_colours(Land& land) {
     const StepContext& shared = land.shared;
-    land.numbers = number_places(land.window, shared.points.classes(), land.roofs.value(),
-                                 land.crowns.value(), shared.tints, shared.voxel_m);
+    land.numbers =
+        number_places(land.window, shared.points.classes(), land.buildings.value(),
+                      land.roofs.value(), land.crowns.value(), shared.tints, shared.voxel_m);
 }
 
 void vary_no_colours(Land& land) {
@@ -126,12 +132,22 @@ void choose_surface(Land& land) {
     land.surface = land.shared.surface.surface(land.window, land.appearances.value());
 }
 
+void guess_materials(Land& land) {
+    guess_roofs(land.window, land.shared.points.classes(), land.buildings.value(),
+                land.shared.settings.material_guesses, land.surface.value());
+}
+
+void guess_nothing(Land& land) {
+    static_cast<void>(land.buildings.value());
+    static_cast<void>(land.surface.value());
+}
+
 void fill_columns(Land& land) {
-    land.runs = make_runs({land.window, land.shared.points.classes(), land.shared.settings,
-                           land.covered.value(), land.water.value(), land.ground.value(),
-                           land.roofs.value(), land.decks.value().over, land.crowns.value(),
-                           land.surface.value().material, land.numbers.value(),
-                           land.shared.points.sources().floor_y, land.shared.voxel_m});
+    land.runs = make_runs(
+        {land.window, land.shared.points.classes(), land.shared.settings, land.covered.value(),
+         land.water.value(), land.ground.value(), land.roofs.value(), land.decks.value().over,
+         land.crowns.value(), land.surface.value().material, land.surface.value().guessed,
+         land.numbers.value(), land.shared.points.sources().floor_y, land.shared.voxel_m});
 }
 
 void cut_boxes(Land& land) {
@@ -161,9 +177,11 @@ constexpr std::array kSteps{
     Step{kGroundFill, kWater | kDecks | kCoverage, kGround, interpolate_ground, take_seen_ground},
     Step{kBuildingFill, 0, kRoofs, close_roofs, take_seen_roofs},
     Step{kVegetation, kDecks | kGround, kCrowns, grow_crowns, take_no_crowns},
-    Step{kColourVariation, kRoofs | kCrowns, kNumbers, vary_colours, vary_no_colours},
+    Step{{"buildings", "finds out which roofs are one building"}, 0, kBuildings, find_buildings},
+    Step{kColourVariation, kBuildings | kRoofs | kCrowns, kNumbers, vary_colours, vary_no_colours},
     Step{kSpecialization, 0, kAppearances, evaluate_surfaces, evaluate_surfaces, true},
     Step{kNeighbourhoodFilters, kAppearances, kSurface, choose_surface, choose_surface},
+    Step{kMaterialGuesses, kBuildings | kSurface, kSurface, guess_materials, guess_nothing},
     Step{
         {"underground fill", "fills columns from the rock up"}, kAllOfColumns, kRuns, fill_columns},
     Step{{"serialization", "cuts columns into boxes"}, kRuns | kSurface, kBoxes, cut_boxes},

@@ -18,8 +18,8 @@ using voxelize::Settings;
 namespace {
 
 const std::string kSections =
-    "points, steps, buildings, bridges, ground, vegetation, water, specialization, "
-    "colour_variation";
+    "points, steps, buildings, bridges, ground, vegetation, water, "
+    "material_guesses, specialization, colour_variation";
 
 /// Every field by its name in the file, as text.
 std::map<std::string, std::string> fields_of(const Settings& s) {
@@ -36,6 +36,7 @@ std::map<std::string, std::string> fields_of(const Settings& s) {
     flag("steps.colour_variation", s.steps.colour_variation);
     flag("steps.specialization", s.steps.specialization);
     flag("steps.neighbourhood_filters", s.steps.neighbourhood_filters);
+    flag("steps.material_guesses", s.steps.material_guesses);
     flag("steps.water_equalization", s.steps.water_equalization);
     flag("steps.water_deepening", s.steps.water_deepening);
     number("buildings.storey_m", s.buildings.storey_m);
@@ -60,6 +61,11 @@ std::map<std::string, std::string> fields_of(const Settings& s) {
     number("water.slope", s.water.slope);
     number("water.min_depth_m", s.water.min_depth_m);
     number("water.max_depth_m", s.water.max_depth_m);
+    number("material_guesses.asphalt_below", s.material_guesses.asphalt_below);
+    number("material_guesses.bare_below", s.material_guesses.bare_below);
+    number("material_guesses.flat_slope", s.material_guesses.flat_slope);
+    number("material_guesses.flat_share", s.material_guesses.flat_share);
+    number("material_guesses.tiles_from", s.material_guesses.tiles_from);
     out["specialization.palette"] = s.palette;
     out["colour_variation.tints"] = s.tints;
     return out;

@@ -30,7 +30,7 @@ void write_text(const std::filesystem::path& file, const std::string& text) {
 
 const std::string kAllOn =
     "water_equalization,water_deepening,bridges,ground_fill,building_fill,vegetation,"
-    "colour_variation,specialization,neighbourhood_filters";
+    "colour_variation,specialization,neighbourhood_filters,material_guesses";
 
 }  // namespace
 
@@ -63,7 +63,8 @@ TEST_CASE("words choose steps from the left to the right", "[voxelserver][voxeli
         {"none", "none", ""},
         {"a list", "vegetation,building_fill", "building_fill,vegetation"},
         {"all but one",
-         "all,-bridges,-vegetation,-colour_variation,-specialization,-neighbourhood_filters",
+         "all,-bridges,-vegetation,-colour_variation,-specialization,-neighbourhood_filters,"
+         "-material_guesses",
          "water_equalization,water_deepening,ground_fill,building_fill"},
         {"without one, else as before", "-bridges", "ground_fill"},
         {"without one, and with another", "-bridges,vegetation", "ground_fill,vegetation"},
@@ -103,12 +104,12 @@ TEST_CASE("a word that is no step is refused with all that are allowed",
         } catch (const util::UsageError& e) {
             message = e.what();
         }
-        CHECK(message == "choose the steps of voxelization: '" + std::string(c.word) +
-                             "' is no step; allowed: all, none, water_equalization, "
-                             "water_deepening, bridges, ground_fill, building_fill, vegetation, "
-                             "colour_variation, specialization, neighbourhood_filters, each step "
-                             "also with - before "
-                             "it to leave it out");
+        CHECK(message ==
+              "choose the steps of voxelization: '" + std::string(c.word) +
+                  "' is no step; allowed: all, none, water_equalization, "
+                  "water_deepening, bridges, ground_fill, building_fill, vegetation, "
+                  "colour_variation, specialization, neighbourhood_filters, material_guesses, each "
+                  "step also with - before it to leave it out");
     }
 }
 

@@ -33,7 +33,8 @@ struct Made {
         const auto crowns = fill_crowns(window, asprs(), ground, settings, 1);
         runs = make_runs({window, asprs(), settings, Margined<char>(1), water, ground,
                           fill_buildings(window, settings.buildings, 1), fill_decks(window), crowns,
-                          Margined<Material>(special), PlaceNumbers(), floor_y, voxel_m});
+                          Margined<Material>(special), Margined<char>(), PlaceNumbers(), floor_y,
+                          voxel_m});
     }
     /// A letter for each voxel of a column from the bottom up: see kLetters.
     [[nodiscard]] std::string column(int x, int z, std::int32_t from, std::int32_t to,

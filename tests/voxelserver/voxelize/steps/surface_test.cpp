@@ -175,8 +175,11 @@ TEST_CASE("an image that shows a part colours that part; elsewhere points say wh
     const imagery::Orthophotos images({folder.path() / "image.tif"},
                                       grid::Frame(geo::Crs::from_text(kCrs), 1, 0, 0));
     const bool coloured = GENERATE(true, false);
-    MadeLand land([](int, int, Returns& out) { out.push_back({10, kGroundClass, kAsphalt}); },
-                  coloured);
+    MadeLand land(
+        [&](int, int, Returns& out) {
+            out.push_back({10, kGroundClass, coloured ? kAsphalt : Rgb8{}});
+        },
+        coloured);
     Step step({}, &images);
     const auto appearance = appearance_of(*step, land.window({0, 0}));
     for (int z = 0; z < 64; ++z)

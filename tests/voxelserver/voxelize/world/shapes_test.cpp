@@ -92,7 +92,7 @@ TEST_CASE("walls go down to the ground next to them, on a slope too", "[voxelser
             const std::int32_t local = static_cast<std::int32_t>(std::floor(slope(e, n)));
             INFO("east " << e << ", north " << n << ", local ground " << local);
             REQUIRE(world.top(x, z) == 130);
-            CHECK(world.material(x, 130, z) == Material::kRoof);
+            CHECK(world.material(x, 130, z) == Material::kFlatRoof);
             std::int32_t y = 129;
             while (world.material(x, y, z) == Material::kWall)
                 --y;

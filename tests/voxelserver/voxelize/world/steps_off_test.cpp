@@ -10,7 +10,7 @@ using namespace terravox::test;
 
 namespace {
 
-constexpr double kNothing = std::numeric_limits<double>::quiet_NaN();
+constexpr double kNoPoint = std::numeric_limits<double>::quiet_NaN();
 
 /// A rectangle in metres from the corner.
 struct Place {
@@ -145,7 +145,8 @@ TEST_CASE("with every step switched off there is still a world",
         folder,
         "[steps]\nbuilding_fill = false\nbridges = false\nground_fill = false\nvegetation = "
         "false\ncolour_variation = false\nspecialization = false\n"
-        "neighbourhood_filters = false\nwater_equalization = false\nwater_deepening = false\n");
+        "neighbourhood_filters = false\nmaterial_guesses = false\nwater_equalization = "
+        "false\nwater_deepening = false\n");
     std::set<voxel::Material> seen;
     for (int x = 0; x < 120; ++x)
         for (int z = 1; z < 120; ++z)

@@ -25,7 +25,8 @@ bool there(const fs::path& path) {
 
 bool is_ground(const voxel::VoxelAttr& v) {
     return v.material == Material::kGround || v.material == Material::kGrass ||
-           v.material == Material::kRock || v.material == Material::kSoil;
+           v.material == Material::kRock || v.material == Material::kSoil ||
+           v.material == Material::kRoad;
 }
 
 }  // namespace

@@ -1,0 +1,60 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "voxelserver/grid/patch.hpp"
+
+namespace terravox::voxelize {
+
+/// A single return of the ground, from the sample of a file.
+struct GroundEcho {
+    double x = 0;  ///< voxels of the world, continuous
+    double z = 0;
+    std::uint16_t intensity = 0;  ///< above 0
+    std::uint16_t line = 0;       ///< number of the flight line
+};
+
+/// What the intensities of one file mean. Receivers, their settings and heights of flight differ
+/// from line to line; brightness is relative to bright ground (dry grass, meadows, light soil) as
+/// the same line sees it. Immutable, thread-safe.
+class BrightnessScale {
+public:
+    static constexpr std::uint8_t kUnknown = 0;
+    static constexpr double kBrightGround = 100;  ///< brightness of bright ground
+
+    /// @return kUnknown for an intensity of 0 and for a line that the samples do not show
+    [[nodiscard]] std::uint8_t brightness(std::uint16_t intensity,
+                                          std::uint16_t line) const noexcept;
+    [[nodiscard]] bool is_known() const noexcept { return !m_lines.empty(); }
+
+    /// A flight line and the intensity of its bright ground.
+    struct Line {
+        std::uint16_t number = 0;
+        double bright_ground = 0;
+        friend bool operator==(const Line&, const Line&) = default;
+    };
+    /// By number; empty = nothing is known.
+    [[nodiscard]] const std::vector<Line>& lines() const noexcept { return m_lines; }
+
+private:
+    friend BrightnessScale scale_of(std::vector<GroundEcho> echoes, double voxel_m);
+    std::vector<Line> m_lines;
+};
+
+/// The scale of some echoes. Lines are compared where they see the same ground, in cells of 64 m;
+/// bright ground is the 80th percentile of all echoes, brought to one line. Lines that share no
+/// ground with the others have a percentile of their own. Nothing is known from fewer than 64
+/// echoes, from more than 256 lines, or where intensities hardly differ. The order of the echoes
+/// does not matter.
+[[nodiscard]] BrightnessScale scale_of(std::vector<GroundEcho> echoes, double voxel_m);
+
+/// The scale of each file, from its own echoes and those of the files within 500 m, so that
+/// neighbours agree about the ground along their border.
+/// @param echoes, bounds  of each file
+[[nodiscard]] std::vector<BrightnessScale> brightness_scales(
+    std::span<const std::vector<GroundEcho>> echoes, std::span<const grid::ColumnRect> bounds,
+    double voxel_m, int threads);
+
+}  // namespace terravox::voxelize
