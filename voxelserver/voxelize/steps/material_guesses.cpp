@@ -91,7 +91,10 @@ private:
         own.columns = 1;
         const float east = height(x + 1, z, roof.height) - height(x - 1, z, roof.height);
         const float south = height(x, z + 1, roof.height) - height(x, z - 1, roof.height);
-        own.flat = std::hypot(east, south) / 2 < static_cast<float>(m_settings.flat_slope) ? 1 : 0;
+        own.flat =
+            std::sqrt(east * east + south * south) / 2 < static_cast<float>(m_settings.flat_slope)
+                ? 1
+                : 0;
         if (roof.brightness != BrightnessScale::kUnknown) {
             own.lit = 1;
             own.brightness = roof.brightness;
