@@ -240,11 +240,7 @@ void scale_brightness(Sources& sources, const std::vector<Sample>& samples, int 
             lines.insert(line.number);
         sources.files[i].brightness = std::move(scales[i]);
     }
-    if (!lines.empty())
-        util::log_info(
-            "materials that no image shows are guessed from the intensities of {} flight lines "
-            "and the shape of roofs",
-            lines.size());
+    sources.flight_lines = lines.size();
 }
 
 /// Heights of all files together, in voxels.

@@ -21,6 +21,8 @@ struct Sources {
     double density = 0;                        ///< points for each column, on average
     /// The squares whose place the names of files state, where the files lie there.
     std::vector<grid::NamedSquare> named_squares;
+    /// Of files without colours, whose points have a brightness (BrightnessScale).
+    std::size_t flight_lines = 0;
 };
 
 /// Reads all headers and a small sample of points of each file; decodes nothing else unless a

@@ -57,7 +57,8 @@ public:
     [[nodiscard]] LidarWorldStats stats() const override {
         const Sources& sources = m_points.sources();
         return {sources.point_count,  sources.files.size(),       m_images ? m_images->count() : 0,
-                m_facts.water_cell_m, m_points.counts().outliers, m_maker.hole_columns()};
+                m_facts.water_cell_m, m_points.counts().outliers, m_maker.hole_columns(),
+                sources.flight_lines};
     }
 
     [[nodiscard]] std::vector<float> ground_heights(std::int32_t bx, std::int32_t bz) override {

@@ -23,6 +23,8 @@ struct LidarWorldStats {
     /// Columns of what has been made so far that lie inside the files' bounds, but have no return
     /// around them.
     std::uint64_t hole_columns = 0;
+    /// Flight lines from whose intensities materials are guessed, of files without colours.
+    std::size_t flight_lines = 0;
 };
 
 struct WorldFacts;

@@ -17,6 +17,11 @@ std::unique_ptr<voxel::World> open_with(const voxelize::LidarWorldOptions& optio
     const auto stats = world->stats();
     util::log_info("{} points in {} files, {} orthophotos, {}, voxels of {} m", stats.points,
                    stats.files, stats.orthophotos, world->info().crs, world->info().voxel_m);
+    if (stats.flight_lines > 0)
+        util::log_info(
+            "materials that no image shows are guessed from intensities (flight lines: {}) and the "
+            "shape of roofs",
+            stats.flight_lines);
     return world;
 }
 
