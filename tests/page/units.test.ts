@@ -24,7 +24,14 @@ const projection = new WorldProjection(world);
 for (const item of crsCases)
   test(`latitude and longitude agree with PROJ in ${item.crs}`, () => {
     const [e, n] = [Math.floor(item.easting), Math.floor(-item.northing)];
-    const here = new WorldProjection({ ...world, crsWkt: item.wkt, crsProj4: item.proj4, min: [e, 0, n], max: [e + 1, 1, n + 1], centre: { ...item, convergenceDeg: 0 } });
+    const here = new WorldProjection({
+      ...world,
+      crsWkt: item.wkt,
+      crsProj4: item.proj4,
+      min: [e, 0, n],
+      max: [e + 1, 1, n + 1],
+      centre: { ...item, convergenceDeg: 0 },
+    });
     const found = here.toLatLon(item.easting, item.northing);
     assert.ok(found);
     const east = (found.lonDeg - item.lonDeg) * Math.cos((item.latDeg * Math.PI) / 180);

@@ -120,9 +120,9 @@ TEST_CASE("with guesses switched off, ground is bare and roofs are roofs",
     auto options = OpenWorld::with(folder.path() / "all.laz");
     options.steps = "-material_guesses";
     OpenWorld world(options);
-    for (const auto& [east, north, wanted] :
-         {std::tuple{150.5, 60.5, Material::kGround}, {100.5, 80.5, Material::kGround},
-          {29.5, 20.5, Material::kRoof}}) {
+    for (const auto& [east, north, wanted] : {std::tuple{150.5, 60.5, Material::kGround},
+                                              {100.5, 80.5, Material::kGround},
+                                              {29.5, 20.5, Material::kRoof}}) {
         const auto top = world.top_voxel(voxel_x(east), voxel_z(north));
         REQUIRE(top);
         CHECK(top->material == wanted);
