@@ -138,7 +138,7 @@ void check_apart(const Sources& sources) {
 
 /// What a few thousand points reveal about a file before it is decoded.
 struct Sample {
-    std::vector<GroundEcho> echoes;  ///< in coordinates of the file
+    std::vector<GroundEcho> echoes;  ///< in coordinates of the file; none where points have colours
     double low = 0, high = 0;        ///< heights that nearly all points keep, file units
     bool water = false;
     std::vector<PlanRect> islands;
@@ -171,8 +171,12 @@ Sample take_sample(SquareSource& source, const ClassTable& classes, const Settin
     std::vector<double> heights;
     for (const pointcloud::Point& p : sample)
         heights.push_back(p.z);
+    // Points outside of the extent may lie where the CRS is not defined.
+    const auto is_inside = [&](const pointcloud::Point& p) {
+        return p.x >= info.min[0] && p.x <= info.max[0] && p.y >= info.min[1] && p.y <= info.max[1];
+    };
     for (const pointcloud::Point& p : sample)
-        if (p.return_count == 1 && p.intensity > 0 &&
+        if (!source.has_colour && p.return_count == 1 && p.intensity > 0 && is_inside(p) &&
             classes.meaning[p.classification].role == Role::kGround)
             out.echoes.push_back({p.x, p.y, p.intensity, p.line});
     std::sort(heights.begin(), heights.end());
@@ -231,10 +235,12 @@ void scale_brightness(Sources& sources, const std::vector<Sample>& samples, int 
     thread::parallel_for(sources.files.size(), threads, [&](std::size_t i) {
         echoes[i] = echoes_in_voxels(samples[i], sources.files[i], sources.frame);
     });
+    if (std::all_of(echoes.begin(), echoes.end(), [](const auto& of) { return of.empty(); }))
+        return;
     auto scales = brightness_scales(echoes, bounds, sources.frame.voxel_m(), threads);
     std::set<std::uint16_t> lines;
     for (std::size_t i = 0; i < scales.size(); ++i) {
-        if (sources.files[i].has_colour)
+        if (echoes[i].empty())
             continue;
         for (const BrightnessScale::Line& line : scales[i].lines())
             lines.insert(line.number);
