@@ -23,7 +23,8 @@ namespace terravox::analyse {
 /// Distance of neighbouring cells, level-0 voxels.
 [[nodiscard]] double cell_spacing(const shade::View& view) noexcept;
 
-/// A vertical ray beside another ray, from above the world. Beyond the world it has ended already.
+/// A vertical ray at a distance from another ray, from above the world. Outside of the world it has
+/// ended already.
 /// @param east, south of the other's origin, level-0 voxels
 [[nodiscard]] walk::TracedRay ray_beside(const shade::View& view, const walk::TracedRay& ray,
                                          double east, double south) noexcept;

@@ -30,9 +30,10 @@ struct Heights {
     float waiting = 0;  ///< neighbours whose rays are on their way
     HeightSums sums;
     float unused = 0;
-    float material = 0;  ///< where PlaneLight keeps its number
+    float material = 0;
 };
 static_assert(sizeof(Heights) == sizeof(core::Bands));
+static_assert(offsetof(Heights, material) == PlaneLight::kKept * sizeof(float));
 constexpr std::size_t kHole = static_cast<std::size_t>(EnergyBand::kHole);
 static_assert(kHole == 0);
 
@@ -53,7 +54,7 @@ int south_of(std::uint32_t place) noexcept {
 /// What is left of a cell, one of whose rays has met a hole.
 core::Bands behind_hole(const core::Bands& memory) noexcept {
     core::Bands out = no_values(kHole, true);
-    at(out, EnergyBand::kMaterial) = PlaneLight::kept(memory);
+    at(out, EnergyBand::kMaterial) = memory[PlaneLight::kKept];
     return out;
 }
 
@@ -67,10 +68,6 @@ walk::TracedRay EnergyEvaluator::primary(const core::Ray& ray,
     walk::TracedRay out = cell_ray(ray, sample);
     out.stream = kOfCell;
     return out;
-}
-
-bool EnergyEvaluator::needs_surroundings(const walk::TracedRay& /*ray*/) const noexcept {
-    return false;
 }
 
 void EnergyEvaluator::shade(const walk::TracedRay& ray, shade::SampleSum& sum,

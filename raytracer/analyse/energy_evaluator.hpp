@@ -1,21 +1,20 @@
 #pragma once
 
+#include "raytracer/analyse/cell_evaluator.hpp"
 #include "raytracer/analyse/cell_plane.hpp"
 #include "raytracer/analyse/plane_light.hpp"
-#include "raytracer/shade/shading.hpp"
 
 namespace terravox::analyse {
 
 /// Measures core::EnergyBand. A cell's surface is the plane through the heights of the cells around
 /// it, to which it sends vertical rays of its own, so that its values depend on no other cell's.
 /// The light on the plane is that of PlaneLight.
-class EnergyEvaluator final : public shade::RayEvaluator {
+class EnergyEvaluator final : public CellEvaluator {
 public:
     explicit EnergyEvaluator(const shade::View& view) noexcept;
 
     [[nodiscard]] walk::TracedRay primary(const core::Ray& ray,
                                           std::uint32_t sample) const noexcept override;
-    [[nodiscard]] bool needs_surroundings(const walk::TracedRay& ray) const noexcept override;
     void shade(const walk::TracedRay& ray, shade::SampleSum& sum,
                std::vector<walk::TracedRay>& next) const override;
 

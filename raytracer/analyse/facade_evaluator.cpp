@@ -19,7 +19,7 @@ using core::FacadeBand;
 
 // What a ray is for, in its stream. Those of places of the outline follow.
 constexpr std::uint32_t kRoof = 0;  ///< of the cell
-constexpr std::uint32_t kFoot = 1;  ///< of the wall, in the cell beside
+constexpr std::uint32_t kFoot = 1;  ///< of the wall, in the neighbouring cell
 constexpr std::uint32_t kWall = 2;  ///< level, against the wall
 constexpr std::uint32_t kAround = 3;
 
@@ -55,7 +55,7 @@ struct Wall {
 static_assert(sizeof(Wall) == sizeof(core::Bands));
 static_assert(static_cast<std::size_t>(FacadeBand::kHole) == 0);
 
-/// Whether a ray has met what hangs in the air beside buildings: crowns and wires.
+/// Whether a ray has met vegetation or a wire, which may touch a building or hang over it.
 bool is_loose(const walk::TracedRay& ray) noexcept {
     const voxel::Material material = ray.hit.attr.material;
     return voxel::is_plant(material) || material == voxel::Material::kTrunk ||
@@ -83,15 +83,6 @@ FacadeEvaluator::FacadeEvaluator(const shade::View& view) noexcept
       m_spacing(cell_spacing(view)),
       m_storey(view.scene.analysis.storey_m / view.voxel_m),
       m_light(view, PlaneLight::Behind::kFree) {}
-
-walk::TracedRay FacadeEvaluator::primary(const core::Ray& ray,
-                                         std::uint32_t sample) const noexcept {
-    return cell_ray(ray, sample);
-}
-
-bool FacadeEvaluator::needs_surroundings(const walk::TracedRay& /*ray*/) const noexcept {
-    return false;
-}
 
 void FacadeEvaluator::shade(const walk::TracedRay& ray, shade::SampleSum& sum,
                             std::vector<walk::TracedRay>& next) const {

@@ -1,26 +1,23 @@
 #pragma once
 
+#include "raytracer/analyse/cell_evaluator.hpp"
 #include "raytracer/analyse/plane_light.hpp"
 #include "raytracer/core/scene_words.hpp"
-#include "raytracer/shade/shading.hpp"
 
 namespace terravox::analyse {
 
 /// Measures core::FacadeBand: the light on one storey of the wall between a cell of a building and
-/// the lower cell beside it, on the side that the scene names.
+/// its lower neighbour on the side that the scene names.
 ///
-/// Vertical rays find the top of the building and, beside it, the foot of the wall, both below
-/// crowns. A level ray from the middle of the cell beside tells whether there is a wall at the
-/// storey's height. Rays around the cell find the outline of the building there, whose normal is
-/// that of the wall: walls of voxels are stairs. From the start of the level ray the light is
-/// gathered (PlaneLight). A cell's values depend on no other cell's.
-class FacadeEvaluator final : public shade::RayEvaluator {
+/// Vertical rays find the top of the building and, in the neighbouring cell, the foot of the wall,
+/// both below crowns. A level ray from the middle of the neighbouring cell tells whether there is a
+/// wall at the storey's height. Rays around the cell find the outline of the building there, whose
+/// normal is that of the wall: walls of voxels are stairs. From the start of the level ray the
+/// light is gathered (PlaneLight). A cell's values depend on no other cell's.
+class FacadeEvaluator final : public CellEvaluator {
 public:
     explicit FacadeEvaluator(const shade::View& view) noexcept;
 
-    [[nodiscard]] walk::TracedRay primary(const core::Ray& ray,
-                                          std::uint32_t sample) const noexcept override;
-    [[nodiscard]] bool needs_surroundings(const walk::TracedRay& ray) const noexcept override;
     void shade(const walk::TracedRay& ray, shade::SampleSum& sum,
                std::vector<walk::TracedRay>& next) const override;
 

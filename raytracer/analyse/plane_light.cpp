@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <cstddef>
 
 #include "common/util/det_math.hpp"
 #include "raytracer/analyse/column_descent.hpp"
@@ -30,6 +31,7 @@ struct Gathered {
     void keep_in(core::Bands& bands) const noexcept { bands = std::bit_cast<core::Bands>(*this); }
 };
 static_assert(sizeof(Gathered) == sizeof(core::Bands));
+static_assert(offsetof(Gathered, kept) == PlaneLight::kKept * sizeof(float));
 
 core::Vec3 normal_of(const Gathered& gathered) noexcept {
     return {static_cast<double>(gathered.east), static_cast<double>(gathered.up),
@@ -210,10 +212,6 @@ PlaneLight::Result PlaneLight::result(const core::Bands& bands) const noexcept {
     out.sun_hours = gathered.sun_hours;
     out.kept = gathered.kept;
     return out;
-}
-
-float PlaneLight::kept(const core::Bands& bands) noexcept {
-    return Gathered::of(bands).kept;
 }
 
 }  // namespace terravox::analyse

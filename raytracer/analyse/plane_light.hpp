@@ -55,8 +55,8 @@ public:
     };
     /// @param bands of a cell whose light is complete
     [[nodiscard]] Result result(const core::Bands& bands) const noexcept;
-    /// The number given to begin().
-    [[nodiscard]] static float kept(const core::Bands& bands) noexcept;
+    /// Place of the number given to begin() among the bands, from begin() on.
+    static constexpr std::size_t kKept = core::kMaxBands - 1;
 
 private:
     /// Sends chunks of rays from direction `first` on, until there is one that has rays.

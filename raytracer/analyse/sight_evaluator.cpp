@@ -36,14 +36,6 @@ SightEvaluator::SightEvaluator(const shade::View& view)
         m_observers.push_back(on_sight_grid({at[0], at[1], at[2]}));
 }
 
-walk::TracedRay SightEvaluator::primary(const core::Ray& ray, std::uint32_t sample) const noexcept {
-    return cell_ray(ray, sample);
-}
-
-bool SightEvaluator::needs_surroundings(const walk::TracedRay& /*ray*/) const noexcept {
-    return false;
-}
-
 void SightEvaluator::shade(const walk::TracedRay& ray, shade::SampleSum& sum,
                            std::vector<walk::TracedRay>& next) const {
     if (ray.kind == walk::RayKind::kPrimary) {

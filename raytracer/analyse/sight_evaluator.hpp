@@ -1,20 +1,17 @@
 #pragma once
 
+#include "raytracer/analyse/cell_evaluator.hpp"
 #include "raytracer/analyse/sight_line.hpp"
-#include "raytracer/shade/shading.hpp"
 
 namespace terravox::analyse {
 
 /// Measures core::SightBand: from above the middle of each cell's top, or of its ground, a line of
 /// sight to each of the scene's observers. A voxel of any material blocks it, leaves and panes as
 /// well.
-class SightEvaluator final : public shade::RayEvaluator {
+class SightEvaluator final : public CellEvaluator {
 public:
     explicit SightEvaluator(const shade::View& view);
 
-    [[nodiscard]] walk::TracedRay primary(const core::Ray& ray,
-                                          std::uint32_t sample) const noexcept override;
-    [[nodiscard]] bool needs_surroundings(const walk::TracedRay& ray) const noexcept override;
     void shade(const walk::TracedRay& ray, shade::SampleSum& sum,
                std::vector<walk::TracedRay>& next) const override;
 

@@ -29,14 +29,6 @@ std::uint64_t name_of_cell(core::Vec3 at) noexcept {
 SkyEvaluator::SkyEvaluator(const shade::View& view)
     : m_view(view), m_directions(view.scene.analysis.directions), m_range(range_of(view)) {}
 
-walk::TracedRay SkyEvaluator::primary(const core::Ray& ray, std::uint32_t sample) const noexcept {
-    return cell_ray(ray, sample);
-}
-
-bool SkyEvaluator::needs_surroundings(const walk::TracedRay& /*ray*/) const noexcept {
-    return false;
-}
-
 void SkyEvaluator::shade(const walk::TracedRay& ray, shade::SampleSum& sum,
                          std::vector<walk::TracedRay>& next) const {
     if (ray.kind == walk::RayKind::kPrimary) {

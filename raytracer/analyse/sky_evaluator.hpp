@@ -1,20 +1,17 @@
 #pragma once
 
+#include "raytracer/analyse/cell_evaluator.hpp"
 #include "raytracer/analyse/sky_directions.hpp"
-#include "raytracer/shade/shading.hpp"
 
 namespace terravox::analyse {
 
 /// Measures core::SkyBand: from the middle of each cell's top, or of its ground, rays in all
 /// directions of the upper half of a sphere. A voxel of any material blocks them, leaves and panes
 /// as well; what lies outside of the world's bounds does not.
-class SkyEvaluator final : public shade::RayEvaluator {
+class SkyEvaluator final : public CellEvaluator {
 public:
     explicit SkyEvaluator(const shade::View& view);
 
-    [[nodiscard]] walk::TracedRay primary(const core::Ray& ray,
-                                          std::uint32_t sample) const noexcept override;
-    [[nodiscard]] bool needs_surroundings(const walk::TracedRay& ray) const noexcept override;
     void shade(const walk::TracedRay& ray, shade::SampleSum& sum,
                std::vector<walk::TracedRay>& next) const override;
 

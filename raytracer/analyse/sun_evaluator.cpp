@@ -45,14 +45,6 @@ std::size_t hole_of(AnalysisKind kind) noexcept {
 
 }  // namespace
 
-walk::TracedRay SunEvaluator::primary(const core::Ray& ray, std::uint32_t sample) const noexcept {
-    return cell_ray(ray, sample);
-}
-
-bool SunEvaluator::needs_surroundings(const walk::TracedRay& /*ray*/) const noexcept {
-    return false;
-}
-
 void SunEvaluator::shade(const walk::TracedRay& ray, shade::SampleSum& sum,
                          std::vector<walk::TracedRay>& next) const {
     if (ray.kind == walk::RayKind::kPrimary) {

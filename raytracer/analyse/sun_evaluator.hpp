@@ -1,19 +1,16 @@
 #pragma once
 
-#include "raytracer/shade/shading.hpp"
+#include "raytracer/analyse/cell_evaluator.hpp"
 
 namespace terravox::analyse {
 
 /// Measures the sun's bands (core::SunBand and others, by the kind): from the middle of each cell's
 /// top, or of its ground, a ray in each direction of the view's sun way. Whatever blocks it puts
 /// the cell into shadow for all of the direction's time.
-class SunEvaluator final : public shade::RayEvaluator {
+class SunEvaluator final : public CellEvaluator {
 public:
     explicit SunEvaluator(const shade::View& view) noexcept : m_view(view) {}
 
-    [[nodiscard]] walk::TracedRay primary(const core::Ray& ray,
-                                          std::uint32_t sample) const noexcept override;
-    [[nodiscard]] bool needs_surroundings(const walk::TracedRay& ray) const noexcept override;
     void shade(const walk::TracedRay& ray, shade::SampleSum& sum,
                std::vector<walk::TracedRay>& next) const override;
 

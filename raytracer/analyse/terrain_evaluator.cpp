@@ -16,15 +16,6 @@ float byte_of(float linear) noexcept {
 
 }  // namespace
 
-walk::TracedRay TerrainEvaluator::primary(const core::Ray& ray,
-                                          std::uint32_t sample) const noexcept {
-    return cell_ray(ray, sample);
-}
-
-bool TerrainEvaluator::needs_surroundings(const walk::TracedRay& /*ray*/) const noexcept {
-    return false;
-}
-
 void TerrainEvaluator::note_surface(const walk::Hit& hit, core::Bands& bands) const noexcept {
     at(bands, TerrainBand::kSurface) = static_cast<float>(top_of(hit) * m_view.voxel_m);
     at(bands, TerrainBand::kClass) = hit.attr.source_class;

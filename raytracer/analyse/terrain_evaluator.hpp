@@ -1,17 +1,14 @@
 #pragma once
 
-#include "raytracer/shade/shading.hpp"
+#include "raytracer/analyse/cell_evaluator.hpp"
 
 namespace terravox::analyse {
 
 /// Measures core::TerrainBand: one ray down through the middle of each cell, and on to the ground.
-class TerrainEvaluator final : public shade::RayEvaluator {
+class TerrainEvaluator final : public CellEvaluator {
 public:
     explicit TerrainEvaluator(const shade::View& view) noexcept : m_view(view) {}
 
-    [[nodiscard]] walk::TracedRay primary(const core::Ray& ray,
-                                          std::uint32_t sample) const noexcept override;
-    [[nodiscard]] bool needs_surroundings(const walk::TracedRay& ray) const noexcept override;
     void shade(const walk::TracedRay& ray, shade::SampleSum& sum,
                std::vector<walk::TracedRay>& next) const override;
 

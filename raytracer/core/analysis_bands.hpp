@@ -83,7 +83,7 @@ enum class EnergyBand : std::uint8_t {
 };
 inline constexpr std::size_t kEnergyBands = 9;
 
-/// Of the wall between a cell of a building and the lower cell beside it; core::kNoData: none.
+/// Of the wall between a cell of a building and a lower neighbour; core::kNoData: none.
 enum class FacadeBand : std::uint8_t {
     kHole,   ///< as TerrainBand::kHole
     kTotal,  ///< of all that follows, kWh/m2 of the wall

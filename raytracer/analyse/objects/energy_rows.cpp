@@ -7,12 +7,6 @@
 #include "raytracer/core/building_materials.hpp"
 
 namespace terravox::analyse {
-namespace {
-
-/// Cells of a band that are read together.
-constexpr int kStripCells = 1 << 20;
-
-}  // namespace
 
 EnergyRows::EnergyRows(CellFile& cells, const CellRectangle& area)
     : m_cells(cells), m_area(area), m_strip{area.x0, area.y0, area.width, 0}, m_row(area.y0 - 1) {}

@@ -27,11 +27,11 @@ public:
         return static_cast<double>(m_values[band][cell]);
     }
 
-    enum : std::size_t { kTotal, kBeam, kHours, kSky, kAzimuth, kBottom, kHeight, kArea, kHole };
+    enum : std::size_t { kTotal, kBeam, kHours, kSky, kAzimuth, kBottom, kHeight, kArea };
 
 private:
-    static constexpr std::array<const char*, 9> kNames = {
-        "kwh_m2", "beam", "sun_hours", "sky_view", "azimuth", "bottom", "height", "area", "hole"};
+    static constexpr std::array<const char*, 8> kNames = {
+        "kwh_m2", "beam", "sun_hours", "sky_view", "azimuth", "bottom", "height", "area"};
     CellFile& m_cells;
     std::array<std::vector<float>, kNames.size()> m_values;
 };
@@ -64,17 +64,21 @@ bool FacadeSums::add(CellFile& cells, GDALDatasetH buildings, core::WallSide sid
     const output::GdalWatch watch(cells.attempt());
     GDALRasterBandH numbers = GDALGetRasterBand(buildings, 1);
     const int columns = cells.columns();
-    std::vector<std::int32_t> building(static_cast<std::size_t>(columns));
+    std::vector<std::int32_t> building;
     const std::size_t before = m_faces;
     Strip strip(cells);
-    for (int row = 0; row < cells.rows(); ++row) {
+    CellRectangle area{0, 0, columns, std::clamp(kStripCells / columns, 1, cells.rows())};
+    for (; area.y0 < cells.rows(); area.y0 += area.height) {
         check_stop(stop);
-        strip.read({0, row, columns, 1});
-        watch.check(GDALRasterIO(numbers, GF_Read, 0, row, columns, 1, building.data(), columns, 1,
-                                 GDT_Int32, 0, 0) == CE_None);
-        for (int column = 0; column < columns; ++column) {
-            const auto cell = static_cast<std::size_t>(column);
-            m_holes += strip.of(Strip::kHole, cell) > 0 ? 1 : 0;
+        area.height = std::min(area.height, cells.rows() - area.y0);
+        const auto count =
+            static_cast<std::size_t>(columns) * static_cast<std::size_t>(area.height);
+        strip.read(area);
+        building.resize(count);
+        watch.check(GDALRasterIO(numbers, GF_Read, 0, area.y0, columns, area.height,
+                                 building.data(), columns, area.height, GDT_Int32, 0,
+                                 0) == CE_None);
+        for (std::size_t cell = 0; cell < count; ++cell) {
             if (!(strip.of(Strip::kArea, cell) > 0))
                 continue;
             if (++m_faces > kMaxFaces)
@@ -84,7 +88,8 @@ bool FacadeSums::add(CellFile& cells, GDALDatasetH buildings, core::WallSide sid
             FacadeFacts& facade =
                 m_facts[{building[cell], facing_of(kUpright_deg, azimuth), storey}];
             add_to(facade, strip, cell);
-            facade.faces.push_back({column, row, side});
+            const auto at = static_cast<int>(cell);
+            facade.faces.push_back({at % columns, area.y0 + at / columns, side});
         }
     }
     return m_faces > before;

@@ -51,7 +51,7 @@ struct FacadeFacts {
 /// side and storey. A function of their values alone, in the order of the storeys and sides.
 class FacadeSums {
 public:
-    /// What a GeoPackage is made of, in memory: some hundred bytes a face at most.
+    /// What a GeoPackage is made of, in memory: twelve bytes a face.
     static constexpr std::size_t kMaxFaces = 8'000'000;
 
     /// Adds the walls of a side and a storey.
@@ -62,13 +62,10 @@ public:
              const std::stop_token& stop);
 
     [[nodiscard]] const std::map<FacadeKey, FacadeFacts>& facts() const noexcept { return m_facts; }
-    /// Cells that a hole hides, of all sides and storeys.
-    [[nodiscard]] std::uint64_t holes() const noexcept { return m_holes; }
 
 private:
     std::map<FacadeKey, FacadeFacts> m_facts;
     std::size_t m_faces = 0;
-    std::uint64_t m_holes = 0;
 };
 
 }  // namespace terravox::analyse

@@ -10,6 +10,9 @@
 
 namespace terravox::analyse {
 
+/// About so many cells of a band are read together where a raster is read row by row.
+inline constexpr int kStripCells = 1 << 20;
+
 /// A rectangle of cells, [x0, x0 + width) x [y0, y0 + height) of the raster.
 struct CellRectangle {
     int x0 = 0;

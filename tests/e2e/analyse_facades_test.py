@@ -1,0 +1,69 @@
+#!/usr/bin/env python3
+"""Facades of a synthetic survey: the walls of its buildings, storey by storey."""
+
+import contextlib
+import sqlite3
+import unittest
+
+from analysing import analyse, village
+from support import Case, entries, square, temporary_folder
+
+
+class Facades(Case):
+    def facades(self, *flags):
+        """@return the rows of the facades of a week, and of its objects"""
+        folder = temporary_folder()
+        file, objects = folder / "f.gpkg", folder / "a.gpkg"
+        out = ["-o", folder / "a.tif", "--facades", file, "--objects", objects]
+        days = ["--from", "2026-06-01", "--to", "2026-06-07", "--step-min", "60"]
+        run = analyse("energy", square(), *village(), *days, *flags, "--quiet", *out)
+        self.assertEqual((run.code, run.out, run.err), (0, "", ""), run)
+        self.assertEqual(entries(folder), ["a.gpkg", "a.tif", "f.gpkg"])
+        rows = {}
+        for layer, of in (("facades", file), ("objects", objects)):
+            with contextlib.closing(sqlite3.connect(of)) as data:
+                data.row_factory = sqlite3.Row
+                rows[layer] = [dict(row) for row in data.execute(f"SELECT * FROM {layer}")]
+                styles = data.execute("SELECT f_table_name FROM layer_styles").fetchall()
+                self.assertEqual([tuple(style) for style in styles], [(layer,)])
+        return rows["facades"], rows["objects"]
+
+    def test_facades_are_the_walls_of_the_objects_storey_by_storey(self):
+        facades, objects = self.facades("--processing-threads", "1")
+        self.assertGreater(len(facades), 30)
+        ids = {row["id"] for row in objects}
+        keys = [(row["building"] or 0, row["facing"], row["storey"]) for row in facades]
+        self.assertEqual(len(set(keys)), len(keys))
+        self.assertTrue({key[0] for key in keys} <= ids | {0})
+        self.assertGreater(len({key[0] for key in keys}), 3)
+        for row in facades:
+            with self.subTest(fid=row["fid"]):
+                self.assertTrue(0 < row["top_m"] - row["bottom_m"] < 40)
+                self.assertTrue(0 <= row["sky_view"] <= 0.5 + 1e-6)
+                self.assertTrue(0 <= row["beam_kwh_m2"] <= row["kwh_m2"])
+                self.assertAlmostEqual(row["kwh"], row["kwh_m2"] * row["area_m2"], delta=1e-6)
+                # Rays of the sun come for at most 16 of 24 hours; a wall has half of the sky.
+                self.assertTrue(0 <= row["sun_hours"] <= 7 * 16)
+                self.assertTrue(0 < row["area_m2"] <= 3 * row["faces"] + 1e-3)
+
+        def mean(facing):
+            rows = [row for row in facades if row["facing"] == facing and row["storey"] > 0]
+            area = sum(row["area_m2"] for row in rows)
+            return sum(row["beam_kwh_m2"] * row["area_m2"] for row in rows) / area
+
+        self.assertGreater(mean("S"), 2 * mean("N"))
+        # Who computes them does not matter, nor in which tiles.
+        again, _ = self.facades("--processing-threads", "2", "--quality-tile", "32")
+        self.assertEqual(again, facades)
+        # Storeys as high as the walls are one each.
+        whole, _ = self.facades("--storey-m", "1000")
+        self.assertEqual({row["storey"] for row in whole}, {0})
+        self.assertAlmostEqual(
+            sum(row["area_m2"] for row in whole) / sum(row["area_m2"] for row in facades),
+            1,
+            delta=0.1,
+        )
+
+
+if __name__ == "__main__":
+    unittest.main()
