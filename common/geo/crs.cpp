@@ -348,18 +348,20 @@ LatLon to_lat_lon(const Crs& crs, double easting, double northing) {
 
 MapPlace map_place(const Crs& crs, double easting, double northing) {
     constexpr double kReach = 10;
-    const LatLon here = to_lat_lon(crs, easting, northing);
-    const LatLon south = to_lat_lon(crs, easting, northing - kReach);
-    const LatLon north = to_lat_lon(crs, easting, northing + kReach);
+    std::array<double, 3> x = {easting, easting, easting};
+    std::array<double, 3> y = {northing, northing - kReach, northing + kReach};
+    Transform(crs, Crs::from_text("EPSG:4326")).apply(x, y);
+    const auto& [here_lon_deg, south_lon_deg, north_lon_deg] = x;
+    const auto& [here_lat_deg, south_lat_deg, north_lat_deg] = y;
     // Radii of curvature of the WGS 84 ellipsoid, across the meridian to along it.
     constexpr double kEccentricitySquared = 0.0066943799901413;
     constexpr double kRad = std::numbers::pi / 180;
-    const double sine = std::sin(here.lat_deg * kRad);
+    const double sine = std::sin(here_lat_deg * kRad);
     const double across_to_along =
         (1 - kEccentricitySquared * sine * sine) / (1 - kEccentricitySquared);
-    const double east = std::remainder(north.lon_deg - south.lon_deg, 360) *
-                        std::cos(here.lat_deg * kRad) * across_to_along;
-    return {here, std::atan2(east, north.lat_deg - south.lat_deg) / kRad};
+    const double east = std::remainder(north_lon_deg - south_lon_deg, 360) *
+                        std::cos(here_lat_deg * kRad) * across_to_along;
+    return {{here_lat_deg, here_lon_deg}, std::atan2(east, north_lat_deg - south_lat_deg) / kRad};
 }
 
 }  // namespace terravox::geo

@@ -14,7 +14,7 @@ struct DateTime {
 struct SunPosition {
     /// Altitude of the sun's centre above the horizon, with refraction at sea level.
     double altitude_deg = 0;
-    /// Clockwise from north, [0, 360): which north is said by who gives it.
+    /// Clockwise from true north or from that of a map, as the function says; [0, 360).
     double azimuth_deg = 0;
     friend bool operator==(const SunPosition&, const SunPosition&) = default;
 };
