@@ -16,8 +16,8 @@
 namespace terravox::util {
 namespace {
 
-/// The whole file. Locks of open file descriptions (OFD) rather than flock(): who has one can be
-/// asked without taking it, and NFS passes them on.
+/// The whole file. Locks of open file descriptions (OFD) rather than flock(): they can be queried
+/// without being taken, and NFS passes them on.
 struct flock whole_file() noexcept {
     struct flock lock{};
     lock.l_type = F_WRLCK;
@@ -29,7 +29,8 @@ Error failed(const std::filesystem::path& file) {
     return Error("lock " + file.string() + ": " + std::strerror(errno));
 }
 
-/// Says who has the lock; only messages read it, so a full disk does not matter.
+/// Writes the process and the machine into the file; only messages show it, so a full disk does not
+/// matter.
 void sign(int fd) noexcept {
     std::array<char, 256> host{};
     if (::gethostname(host.data(), host.size() - 1) != 0)

@@ -13,6 +13,8 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
+constexpr double kMaxVoxel_m = 1000;
+constexpr std::size_t kMaxMemory_bytes = std::size_t{1} << 40;
 constexpr std::uintmax_t kMaxPlan_bytes = std::uintmax_t{1} << 30;
 
 /// Paths as they stand in the file.
@@ -108,7 +110,8 @@ worlds::WorldOptions world_of(const Json& json, const Paths& paths) {
     out.settings = paths.read(json.at("settings").get<std::string>());
     out.steps = json.at("steps").get<std::string>();
     out.voxel_m = json.at("voxel_m").get<double>();
-    out.memory_bytes = json.at("memory_mib").get<std::size_t>() << 20;
+    // A number that does not fit is refused with the limit (wrong_in()).
+    out.memory_bytes = std::min(json.at("memory_mib").get<std::size_t>(), kMaxMemory_bytes) << 20;
     return out;
 }
 
@@ -151,6 +154,16 @@ std::string wrong_in(const Plan& plan) {
         return "it names no input";
     if (plan.bounds.empty())
         return "its bounds are empty";
+    constexpr std::int32_t kFarthest = 1 << 30;
+    for (std::size_t a = 0; a < 3; ++a)
+        if (plan.bounds.min[a] < -kFarthest || plan.bounds.max[a] > kFarthest)
+            return "its bounds lie beyond 2^30 voxels";
+    if (!(plan.voxel_m > 0 && plan.voxel_m <= kMaxVoxel_m) ||
+        !(plan.world.voxel_m > 0 && plan.world.voxel_m <= kMaxVoxel_m))
+        return "voxel_m = " + std::to_string(plan.voxel_m) + "; allowed: above 0, up to 1000";
+    if (plan.world.memory_bytes == 0 || plan.world.memory_bytes > kMaxMemory_bytes)
+        return "memory_mib = " + std::to_string(plan.world.memory_bytes >> 20) +
+               "; allowed: 1 to 1048576";
     if (!plan.area.empty() && plan.area.size() != 4)
         return "its area has " + std::to_string(plan.area.size()) + " numbers; allowed: 4";
     return "";

@@ -11,6 +11,7 @@
 #include "common/voxel/archive/shard.hpp"
 #include "voxelserver/country/inputs.hpp"
 #include "voxelserver/country/opened.hpp"
+#include "voxelserver/country/scratch_folder.hpp"
 #include "voxelserver/country/task_record.hpp"
 #include "voxelserver/country/usage.hpp"
 #include "voxelserver/export/archive/archive_export.hpp"
@@ -26,22 +27,6 @@ using voxel::archive::ArchiveIndex;
 std::string attempt_of(const Plan& plan, int number) {
     return "make shard " + std::to_string(number) + " of " + std::to_string(plan.shards.size());
 }
-
-/// A folder that is removed in the end.
-class OwnScratch {
-public:
-    explicit OwnScratch(fs::path folder) : m_folder(std::move(folder)) {}
-    ~OwnScratch() {
-        std::error_code ignored;
-        fs::remove_all(m_folder, ignored);
-    }
-    OwnScratch(const OwnScratch&) = delete;
-    OwnScratch& operator=(const OwnScratch&) = delete;
-    [[nodiscard]] const fs::path& folder() const noexcept { return m_folder; }
-
-private:
-    fs::path m_folder;
-};
 
 /// Makes one shard; the caller has its lock.
 class Task {
@@ -83,10 +68,10 @@ private:
 
     TaskOutcome make() {
         check_current(m_plan, attempt_of(m_plan, m_number));
-        const OwnScratch own(m_folder.scratch() / std::to_string(m_number));
+        const ScratchFolder own(m_folder.scratch() / std::to_string(m_number));
         worlds::WorldOptions options = m_plan.world;
         options.threads = m_options.threads;
-        options.cache_dir = m_options.scratch.empty() ? own.folder() : m_options.scratch;
+        options.cache_dir = m_options.scratch.empty() ? own.path() : m_options.scratch;
         options.cache_bytes =
             m_options.scratch_bytes > 0 ? m_options.scratch_bytes : m_plan.scratch_bytes;
         write(options);

@@ -16,6 +16,7 @@
 #include "raytracer/commands/world_arguments.hpp"
 #include "voxelserver/country/plan_folder.hpp"
 #include "voxelserver/country/planner.hpp"
+#include "voxelserver/country/scratch_folder.hpp"
 #include "voxelserver/export/core/meter.hpp"
 
 namespace terravox::commands {
@@ -54,24 +55,20 @@ country::PlanFolder make_folder(const PlanArguments& args) {
     return folder;
 }
 
-/// A folder that is removed in the end.
-class SampleScratch {
+/// A plan that is refused leaves no empty folders.
+class EmptyFolders {
 public:
-    explicit SampleScratch(const country::PlanFolder& folder)
-        : m_folder(folder.scratch() / "sample") {}
-    ~SampleScratch() {
+    explicit EmptyFolders(const country::PlanFolder& folder) : m_folder(folder) {}
+    ~EmptyFolders() {
         std::error_code ignored;
-        fs::remove_all(m_folder, ignored);
-        // A plan that is refused leaves no empty folders.
-        fs::remove(m_folder.parent_path(), ignored);
-        fs::remove(m_folder.parent_path().parent_path(), ignored);
+        fs::remove(m_folder.scratch(), ignored);
+        fs::remove(m_folder.path(), ignored);
     }
-    SampleScratch(const SampleScratch&) = delete;
-    SampleScratch& operator=(const SampleScratch&) = delete;
-    [[nodiscard]] const fs::path& folder() const noexcept { return m_folder; }
+    EmptyFolders(const EmptyFolders&) = delete;
+    EmptyFolders& operator=(const EmptyFolders&) = delete;
 
 private:
-    fs::path m_folder;
+    const country::PlanFolder& m_folder;
 };
 
 country::PlanOptions options_of(const PlanArguments& args) {
@@ -102,8 +99,9 @@ util::ExitCode run_plan(const PlanArguments& args) {
     args.scripts.check();
     country::PlanOptions options = options_of(args);
     const country::PlanFolder folder = make_folder(args);
-    const SampleScratch scratch(folder);
-    options.scratch = scratch.folder();
+    const EmptyFolders unused(folder);
+    const country::ScratchFolder scratch(folder.scratch() / "sample");
+    options.scratch = scratch.path();
     exports::Meter meter("sample", options.sample, args.quiet);
     std::size_t shown = 0;
     const country::Plan plan = country::make_plan(options, [&](std::size_t done, std::size_t) {

@@ -47,23 +47,23 @@ public:
           m_threads(options.threads > 0
                         ? options.threads
                         : std::max(1, thread::thread_count(0) / static_cast<int>(m_jobs))),
-          m_places(m_jobs),
+          m_slots(m_jobs),
           m_meter("shards", steps(), options.quiet) {}
 
     void run() {
         show();
         auto next_look = Clock::now();
         while (true) {
-            for (Place& place : m_places)
-                if (!place.child)
-                    begin(place);
+            for (Slot& slot : m_slots)
+                if (!slot.child)
+                    begin(slot);
             if (!is_busy() && m_elsewhere.empty() && (m_queue.empty() || gives_up()))
                 break;
             constexpr std::chrono::milliseconds kPeriod{50};
             if (thread::wait_for_stop(m_stop, kPeriod))
                 interrupt();
-            for (Place& place : m_places)
-                look_at(place);
+            for (Slot& slot : m_slots)
+                look_at(slot);
             if (Clock::now() < next_look)
                 continue;
             next_look = Clock::now() + std::chrono::seconds(1);
@@ -80,8 +80,8 @@ public:
     }
 
 private:
-    /// Where one task runs at a time.
-    struct Place {
+    /// What runs one task at a time.
+    struct Slot {
         std::unique_ptr<cluster::Child> child;
         int number = 0;  ///< of the task that runs, or ran last
     };
@@ -101,20 +101,20 @@ private:
     [[nodiscard]] std::uint64_t steps() const {
         std::uint64_t sum = 0;
         for (const int number : m_waiting)
-            sum += m_plan.shards[static_cast<std::size_t>(number) - 1].subtrees;
+            sum += subtrees_of(number);
         return sum;
     }
     /// One for all tasks here, so that neighbours share what is decoded.
     [[nodiscard]] fs::path scratch() const { return m_folder.scratch() / "shared"; }
     [[nodiscard]] bool is_busy() const {
-        return std::any_of(m_places.begin(), m_places.end(),
-                           [](const Place& place) { return place.child != nullptr; });
+        return std::any_of(m_slots.begin(), m_slots.end(),
+                           [](const Slot& slot) { return slot.child != nullptr; });
     }
     [[nodiscard]] bool gives_up() const { return m_failures_in_a_row >= kFailuresInARow; }
 
-    void begin(Place& place) {
+    void begin(Slot& slot) {
         while (!gives_up()) {
-            const auto number = m_queue.take(place.number);
+            const auto number = m_queue.take(slot.number);
             if (!number)
                 return;
             if (util::FileLock::is_taken(m_folder.lock(*number))) {
@@ -122,9 +122,9 @@ private:
                 m_elsewhere.push_back(*number);
                 continue;
             }
-            place.number = *number;
+            slot.number = *number;
             const std::uint64_t mib = (m_plan.scratch_bytes >> 20) * m_jobs;
-            place.child = std::make_unique<cluster::Child>(
+            slot.child = std::make_unique<cluster::Child>(
                 cluster::Command{util::beside_program("terravox-raytracer").string(), "country",
                                  "run", m_folder.path().string(), "--task", std::to_string(*number),
                                  "--threads", std::to_string(m_threads), "--scratch",
@@ -135,19 +135,20 @@ private:
         }
     }
 
-    void look_at(Place& place) {
-        if (!place.child)
+    void look_at(Slot& slot) {
+        if (!slot.child)
             return;
-        const auto status = place.child->wait(std::chrono::milliseconds(0));
+        const auto status = slot.child->wait(std::chrono::milliseconds(0));
         if (!status)
             return;
-        place.child.reset();
-        ended(place.number, *status);
+        slot.child.reset();
+        ended(slot.number, *status);
     }
 
     void ended(int number, int status) {
         if (country::finished_shard(m_folder, m_plan, number)) {
             m_queue.ended(number);
+            m_finished += subtrees_of(number);
             m_failures_in_a_row = 0;
             return;
         }
@@ -190,28 +191,34 @@ private:
         for (const int number : std::exchange(m_elsewhere, {})) {
             if (util::FileLock::is_taken(m_folder.lock(number)))
                 m_elsewhere.push_back(number);
-            else if (!country::finished_shard(m_folder, m_plan, number))
+            else if (country::finished_shard(m_folder, m_plan, number))
+                m_finished += subtrees_of(number);
+            else
                 m_queue.put_back(number);
         }
     }
 
+    [[nodiscard]] std::uint64_t subtrees_of(int number) const {
+        return m_plan.shards[static_cast<std::size_t>(number) - 1].subtrees;
+    }
+    /// Of a shard that is being made.
+    [[nodiscard]] std::uint64_t made_of(int number) const {
+        return std::min<std::uint64_t>(
+            subtrees_of(number),
+            exports::finished_subtrees(m_folder.shard(number), m_plan.job(), {number, count()}));
+    }
     void show() {
-        std::uint64_t done = 0;
-        for (const int number : m_waiting) {
-            const auto all = m_plan.shards[static_cast<std::size_t>(number) - 1].subtrees;
-            if (fs::exists(m_folder.shard(number)))
-                done += all;
-            else
-                done += std::min<std::uint64_t>(
-                    all, exports::finished_subtrees(m_folder.shard(number), m_plan.job(),
-                                                    {number, count()}));
-        }
+        std::uint64_t done = m_finished;
+        for (const Slot& slot : m_slots)
+            done += slot.child ? made_of(slot.number) : 0;
+        for (const int number : m_elsewhere)
+            done += made_of(number);
         m_meter.add(done > m_shown ? done - std::exchange(m_shown, done) : 0);
     }
 
     [[noreturn]] void interrupt() {
-        for (Place& place : m_places)
-            place.child.reset();  // ends it
+        for (Slot& slot : m_slots)
+            slot.child.reset();  // ends it
         m_meter.finish();
         throw util::Error("run the plan " + m_folder.path().string() +
                           ": interrupted; the same command goes on");
@@ -234,13 +241,14 @@ private:
     country::TaskQueue m_queue;
     const std::size_t m_jobs;
     const int m_threads;
-    std::vector<Place> m_places;
+    std::vector<Slot> m_slots;
     std::vector<int> m_elsewhere;  ///< that other processes make
     std::map<int, int> m_tries;    ///< that signals ended
     int m_failures_in_a_row = 0;
     std::vector<std::pair<int, std::string>> m_failed;
     exports::Meter m_meter;
-    std::uint64_t m_shown = 0;
+    std::uint64_t m_finished = 0;  ///< subtrees of shards that are done
+    std::uint64_t m_shown = 0;     ///< subtrees that the meter has
 };
 
 }  // namespace
