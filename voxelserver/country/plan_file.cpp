@@ -158,9 +158,9 @@ std::string wrong_in(const Plan& plan) {
     for (std::size_t a = 0; a < 3; ++a)
         if (plan.bounds.min[a] < -kFarthest || plan.bounds.max[a] > kFarthest)
             return "its bounds lie beyond 2^30 voxels";
-    if (!(plan.voxel_m > 0 && plan.voxel_m <= kMaxVoxel_m) ||
-        !(plan.world.voxel_m > 0 && plan.world.voxel_m <= kMaxVoxel_m))
-        return "voxel_m = " + std::to_string(plan.voxel_m) + "; allowed: above 0, up to 1000";
+    for (const double voxel_m : {plan.voxel_m, plan.world.voxel_m})
+        if (!(voxel_m > 0 && voxel_m <= kMaxVoxel_m))
+            return "voxel_m = " + std::to_string(voxel_m) + "; allowed: above 0, up to 1000";
     if (plan.world.memory_bytes == 0 || plan.world.memory_bytes > kMaxMemory_bytes)
         return "memory_mib = " + std::to_string(plan.world.memory_bytes >> 20) +
                "; allowed: 1 to 1048576";

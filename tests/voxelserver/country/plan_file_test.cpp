@@ -1,4 +1,5 @@
 #include <fstream>
+#include <limits>
 
 #include "common/util/error.hpp"
 #include "tests/catch.hpp"
@@ -84,6 +85,32 @@ TEST_CASE("a plan that is no plan is refused with a line", "[country][plan]") {
         CHECK_THROWS_AS(read_plan(folder), util::Error);
     }
     CHECK_THROWS_AS(PlanFolder(place.path() / "none"), util::UsageError);
+}
+
+TEST_CASE("a plan with numbers that no world has is refused", "[country][plan]") {
+    struct Case {
+        const char* name;
+        void (*change)(Plan&);
+        const char* said;
+    };
+    constexpr std::int32_t kFar = std::numeric_limits<std::int32_t>::max();
+    const auto c = GENERATE_COPY(values<Case>({
+        {"far bounds", [](Plan& p) { p.bounds.max[0] = kFar; }, "bounds lie beyond"},
+        {"no voxels", [](Plan& p) { p.voxel_m = 0; }, "voxel_m = 0.000000; allowed"},
+        {"huge voxels", [](Plan& p) { p.world.voxel_m = 1e9; }, "voxel_m = 1000000000"},
+        {"no memory", [](Plan& p) { p.world.memory_bytes = 0; }, "memory_mib = 0; allowed"},
+        {"all memory", [](Plan& p) { p.world.memory_bytes = std::size_t{1} << 60; },
+         "allowed: 1 to 1048576"},
+        {"half an area", [](Plan& p) { p.area.pop_back(); }, "its area has 3 numbers"},
+    }));
+    DYNAMIC_SECTION(c.name) {
+        const test::TemporaryFolder place;
+        const PlanFolder folder(place.path());
+        Plan plan = some_plan();
+        c.change(plan);
+        write_plan(folder, plan);
+        CHECK_THROWS_WITH(read_plan(folder), test::contains(c.said));
+    }
 }
 
 }  // namespace terravox::country
