@@ -86,6 +86,10 @@ walk::TracedRay& add_upward(const walk::TracedRay& ray, core::Vec3 to,
     return out;
 }
 
+bool is_free(const walk::TracedRay& ray, const shade::View& view) noexcept {
+    return ray.end != walk::WalkEnd::kHit && !view.horizon.hides(ray.ray.origin, ray.ray.direction);
+}
+
 walk::TracedRay below(const walk::TracedRay& ray) noexcept {
     const walk::Hit& hit = ray.hit;
     walk::TracedRay out;

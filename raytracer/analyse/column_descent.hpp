@@ -89,6 +89,10 @@ inline constexpr std::size_t kChunkRays = 4;
     return std::min(first + kChunkRays, count);
 }
 
+/// Whether a ray to the sun or the sky, at its end, has met nothing: no voxel, and no terrain
+/// outside of the data.
+[[nodiscard]] bool is_free(const walk::TracedRay& ray, const shade::View& view) noexcept;
+
 /// The ray that goes on below the voxel that a vertical ray has met.
 [[nodiscard]] walk::TracedRay below(const walk::TracedRay& ray) noexcept;
 

@@ -180,7 +180,7 @@ bool PlaneLight::take(const walk::TracedRay& ray, shade::SampleSum& sum,
     if (sends_through_crowns(ray, next))
         return false;
     Passage passage = ray.depth > 0 ? Passage::kThroughCrowns : Passage::kFree;
-    if (ray.end == walk::WalkEnd::kHit)
+    if (!is_free(ray, m_view))
         passage = Passage::kBlocked;
     auto gathered = Gathered::of(sum.bands);
     add(m_view.energy, ray.stream, ray.ray.direction, passage, gathered);

@@ -37,10 +37,9 @@ void SkyEvaluator::shade(const walk::TracedRay& ray, shade::SampleSum& sum,
     }
     if (at(sum.bands, SkyBand::kHole) > 0)
         return;
-    if (ray.end == walk::WalkEnd::kHit) {
-        if (ray.hit.hole)
-            sum.bands = no_values(SkyBand::kHole, true);
-    } else {
+    if (is_hole(ray)) {
+        sum.bands = no_values(SkyBand::kHole, true);
+    } else if (is_free(ray, m_view)) {
         at(sum.bands, SkyBand::kCosine) += ray.weight.r;
         at(sum.bands, SkyBand::kSolid) += ray.weight.g;
         at(sum.bands, SkyBand::kOpenness) += ray.weight.b * kZenithAngle_deg;

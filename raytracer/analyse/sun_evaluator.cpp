@@ -54,10 +54,10 @@ void SunEvaluator::shade(const walk::TracedRay& ray, shade::SampleSum& sum,
     const std::size_t hole = hole_of(m_view.scene.analysis.kind);
     if (sum.bands[hole] > 0)
         return;
-    if (ray.end != walk::WalkEnd::kHit)
-        add_sunlit(m_view.sun_way.directions[ray.stream], sum.bands);
-    else if (ray.hit.hole)
+    if (is_hole(ray))
         sum.bands = no_values(hole, true);
+    else if (is_free(ray, m_view))
+        add_sunlit(m_view.sun_way.directions[ray.stream], sum.bands);
     if (ends_chunk(ray.stream))
         send_to_sun(ray, ray.stream + 1, next);
 }

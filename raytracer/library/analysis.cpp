@@ -7,6 +7,7 @@
 #include <string>
 
 #include "common/util/error.hpp"
+#include "raytracer/analyse/horizon/horizon_maker.hpp"
 #include "raytracer/analyse/observer_placing.hpp"
 #include "raytracer/analyse/raster/cell_file.hpp"
 #include "raytracer/analyse/raster/cell_grid.hpp"
@@ -14,6 +15,7 @@
 #include "raytracer/library/guarded.hpp"
 #include "raytracer/library/local_render.hpp"
 #include "raytracer/shade/view_maker.hpp"
+#include "raytracer/solar/analysis_place.hpp"
 #include "raytracer/solar/use_weather.hpp"
 #include "raytracer/solar/weather_file.hpp"
 
@@ -23,7 +25,7 @@ namespace {
 core::AnalysisKind kind_of(const std::string& name, const scene::Scene& scene) {
     std::string allowed;
     for (const auto& word : core::kAnalysisKinds) {
-        if (word.value == core::AnalysisKind::kNone)
+        if (core::band_count(word.value) == 0)
             continue;
         const bool has_period = !scene.analysis.from.empty() || !scene.analysis.to.empty();
         if (name == word.text)
@@ -110,7 +112,14 @@ Raster World::analyse(const AnalysisOptions& options, const Control& control) co
             if (kind != core::AnalysisKind::kEnergy)
                 throw util::UsageError("analyse " + options.kind +
                                        ": weather; allowed: for energy alone");
-            solar::use_weather(solar::read_weather(options.weather), *world.centre, scene);
+            solar::use_weather(solar::read_weather(options.weather),
+                               *solar::place_of(scene, world.centre), scene);
+        }
+        if (!options.horizon.empty()) {
+            if (kind == core::AnalysisKind::kTerrain || kind == core::AnalysisKind::kSight)
+                throw util::UsageError("analyse " + options.kind +
+                                       ": horizon; allowed: for sky, sun and energy");
+            analyse::look_at_horizon({options.horizon}, world, scene);
         }
         const shade::View view = shade::make_view(scene, m_state->blocks);
         const auto folder = util::TemporaryFolder::make("analyse " + options.kind);

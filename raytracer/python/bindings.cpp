@@ -247,8 +247,9 @@ NB_MODULE(_core, module) {
             "analyse",
             [](const World& world, std::string kind, const std::optional<Bounds>& area,
                std::optional<double> resolution_m, std::optional<int> level,
-               std::vector<std::array<double, 3>> observers, std::string weather, std::string toml,
-               Fields fields, int threads, const nb::object& progress) {
+               std::vector<std::array<double, 3>> observers, std::string weather,
+               std::string horizon, std::string toml, Fields fields, int threads,
+               const nb::object& progress) {
                 return analyse(world,
                                {std::move(kind),
                                 map_bounds(area),
@@ -256,12 +257,13 @@ NB_MODULE(_core, module) {
                                 level,
                                 std::move(observers),
                                 std::move(weather),
+                                std::move(horizon),
                                 {std::move(toml), std::move(fields)},
                                 threads},
                                progress);
             },
             "kind"_a, "area"_a.none(), "resolution_m"_a.none(), "level"_a.none(), "observers"_a,
-            "weather"_a, "toml"_a, "fields"_a, "threads"_a, "progress"_a.none())
+            "weather"_a, "horizon"_a, "toml"_a, "fields"_a, "threads"_a, "progress"_a.none())
         .def(
             "convert",
             [](const World& world, std::string out, std::string format, int level,

@@ -139,6 +139,9 @@ struct Scene {
         /// Offsets of the place's clock instead of the sun's zone (solar/clock.hpp): workers get
         /// them, so that they need no table of time zones.
         std::string clock;
+        /// Latitude, longitude and convergence of the map where the sun is looked up, degrees;
+        /// default: the middle of the world. The command sets it in wide worlds.
+        std::optional<std::array<double, 3>> place;
         /// Of a period: size of the bins that gather the sun's positions; 0: a ray for each.
         double bin_deg = 3;
         // Of kind energy.
@@ -150,6 +153,9 @@ struct Scene {
         /// Light of a period (solar/light_list.hpp) instead of that of a clear sky; empty: none.
         /// The command sums it up of a weather file, so that workers need no file.
         std::string light;
+        /// Of kinds sky, sun, energy and facade: terrain outside of the data that hides sun and sky
+        /// (solar/far_horizon.hpp); empty: none. The command makes it of a raster of heights.
+        std::string horizon;
         // Of kind facade: which walls.
         core::WallSide side = core::WallSide::kSouth;
         int storey = 0;         ///< from 0, at the ground or roof before the wall

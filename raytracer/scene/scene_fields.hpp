@@ -265,6 +265,9 @@ void visit_fields(SceneType& s, Visit&& visit) {
         FieldRule{"offsets of the clock in hours and their instants, instead of sun.zone; workers "
                   "get them",
                   0, 0});
+    visit("analysis.place", s.analysis.place,
+          FieldRule{"latitude, longitude and convergence of the map where the sun is looked up, "
+                    "degrees; default: the middle of the world"});
     visit("analysis.bin_deg", s.analysis.bin_deg,
           FieldRule{"bins that gather the sun's positions of a period, degrees; 0 = a ray for each "
                     "position",
@@ -297,6 +300,9 @@ void visit_fields(SceneType& s, Visit&& visit) {
     visit("analysis.light", s.analysis.light,
           FieldRule{"light of a period, summed up of a weather file, instead of a sky without "
                     "clouds; workers get it"});
+    visit("analysis.horizon", s.analysis.horizon,
+          FieldRule{"terrain outside of the data that hides sun and sky, made of a raster of "
+                    "heights; workers get it"});
     visit("analysis.side", s.analysis.side,
           FieldRule{"of facades: the walls whose outside is on this side", 0, 0,
                     texts_of<core::WallSide>()});

@@ -8,6 +8,7 @@
 #include "raytracer/scene/scene.hpp"
 #include "raytracer/sky/sky.hpp"
 #include "raytracer/solar/energy.hpp"
+#include "raytracer/solar/far_horizon.hpp"
 #include "raytracer/solar/sun_way.hpp"
 #include "raytracer/tiles/square_grid.hpp"
 #include "raytracer/tiles/tile.hpp"
@@ -28,8 +29,9 @@ struct View {
     bool night = false;      ///< windows are lit
     double exposure_ev = 0;  ///< of 8-bit pictures, including the adaptation to the daylight
     float max_indirect = 0;  ///< greatest light of one indirect sample; 0: no limit
-    solar::Energy energy = {};   ///< of an analysis of energy
-    solar::SunWay sun_way = {};  ///< of an analysis of the sun
+    solar::Energy energy = {};       ///< of an analysis of energy
+    solar::SunWay sun_way = {};      ///< of an analysis of the sun
+    solar::FarHorizon horizon = {};  ///< of an analysis: terrain outside of the data
 
     /// Number of measured values for each pixel; 0 for pictures.
     [[nodiscard]] std::size_t bands() const noexcept {

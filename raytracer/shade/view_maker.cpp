@@ -10,6 +10,7 @@
 #include "raytracer/material/material_file.hpp"
 #include "raytracer/sky/sun.hpp"
 #include "raytracer/sky/sun_of.hpp"
+#include "raytracer/solar/analysis_place.hpp"
 #include "raytracer/walk/surroundings.hpp"
 
 namespace terravox::shade {
@@ -100,11 +101,13 @@ View assemble(const scene::Scene& scene, const voxel::WorldInfo& world,
                static_cast<double>(origin[2])},
               sun.altitude_deg < kLampsOn_deg};
     view.exposure_ev = scene.output.exposure_ev + adaptation_ev(view.sky, scene.output.adaptation);
-    const geo::MapPlace* const place = world.centre ? &*world.centre : nullptr;
+    const auto found = solar::place_of(scene, world.centre);
+    const geo::MapPlace* const place = found ? &*found : nullptr;
     if (core::needs_sun_way(scene.analysis.kind))
         view.sun_way = solar::sun_way_of(scene, place);
     if (core::needs_light(scene.analysis.kind))
         view.energy = solar::energy_of(scene, place, middle_height_m(world));
+    view.horizon = solar::far_horizon_of(scene.analysis.horizon, world.voxel_m);
     if (scene.quality.integrator == core::Integrator::kPath)
         view.max_indirect =
             static_cast<float>(scene.quality.clamp * det::pow(2, -view.exposure_ev));

@@ -10,7 +10,7 @@
 namespace terravox::solar {
 namespace {
 
-Period period_of(const Days& days, const Clock& clock) {
+Period period_between(const Days& days, const Clock& clock) {
     return {clock.midnight_s(days.begin), clock.midnight_s(days.end),
             static_cast<int>(days.end - days.begin)};
 }
@@ -18,7 +18,7 @@ Period period_of(const Days& days, const Clock& clock) {
 }  // namespace
 
 Period period_of(const scene::Scene& scene, const geo::MapPlace& place) {
-    return period_of(days_of(scene), Clock(scene, place));
+    return period_between(days_of(scene), Clock(scene, place));
 }
 
 void each_sun_step(const scene::Scene& scene, const geo::MapPlace& place,
@@ -26,7 +26,7 @@ void each_sun_step(const scene::Scene& scene, const geo::MapPlace& place,
     constexpr std::int64_t kMaxSteps = 1'000'000;
     constexpr double kHour_s = 3600;
     const Clock clock(scene, place);
-    const Period period = period_of(days_of(scene), clock);
+    const Period period = period_between(days_of(scene), clock);
     const double step_s = scene.analysis.step_min * 60;
     const double length_s = static_cast<double>(period.end_s - period.begin_s);
     const auto steps = static_cast<std::int64_t>(std::ceil(length_s / step_s));

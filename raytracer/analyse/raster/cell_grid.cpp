@@ -1,8 +1,11 @@
 #include "raytracer/analyse/raster/cell_grid.hpp"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 
+#include "common/geo/crs.hpp"
 #include "common/util/error.hpp"
 
 namespace terravox::analyse {
@@ -23,6 +26,26 @@ CellRange cells_over(std::int32_t from, std::int32_t to, double edge) {
     const double begin = std::floor(from / edge);
     return {static_cast<std::int64_t>(begin),
             static_cast<std::int64_t>(std::ceil(to / edge) - begin)};
+}
+
+/// Where the sun of a raster is looked up: in the middle of the square of the map that holds the
+/// raster's middle, so that rasters within one square have the same sun.
+/// @param x, z the raster's middle, level-0 voxels
+/// @return nullopt: in the middle of the world, which is near enough everywhere, or has no place
+std::optional<std::array<double, 3>> place_of_sun(const voxel::WorldInfo& world, double x,
+                                                  double z) {
+    constexpr double kSquare_m = 10'000;
+    const double square = kSquare_m / world.voxel_m;
+    const voxel::VoxelBounds& bounds = world.bounds;
+    const double width = std::max(static_cast<double>(bounds.max[0]) - bounds.min[0],
+                                  static_cast<double>(bounds.max[2]) - bounds.min[2]);
+    if (!world.centre || world.crs_wkt.empty() || width <= 2 * square)
+        return std::nullopt;
+    const auto middle = [&](double at) { return (std::floor(at / square) + 0.5) * square; };
+    const double units = world.crs_units_per_voxel;
+    const geo::MapPlace place =
+        geo::map_place(geo::Crs::from_wkt(world.crs_wkt), middle(x) * units, -middle(z) * units);
+    return std::array{place.lat_deg, place.lon_deg, place.convergence_deg};
 }
 
 }  // namespace
@@ -57,6 +80,7 @@ void look_at_cells(const CellGrid& grid, const voxel::WorldInfo& world, scene::S
     const double z = (static_cast<double>(grid.north) + grid.rows / 2.0) * grid.edge_voxels;
     const double y = world.bounds.max[1];
     scene.analysis.cell_m = grid.edge_m;
+    scene.analysis.place = place_of_sun(world, x, z);
     scene.camera = {};
     scene.camera.projection = core::CameraProjection::kOrthographic;
     scene.camera.space = core::CoordinateSpace::kVoxel;

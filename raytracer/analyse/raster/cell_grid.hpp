@@ -30,7 +30,9 @@ struct CellGrid {
                                  std::optional<double> edge_m);
 
 /// Makes a scene's picture that of a grid: an orthographic camera looks straight down, and each of
-/// its pixels is a cell, with one ray through the middle.
+/// its pixels is a cell, with one ray through the middle. In worlds wider than 20 km the sun is
+/// that of the middle of a square of 10 km (analysis.place).
+/// @throws Error where that is outside of the domain of the world's CRS
 void look_at_cells(const CellGrid& grid, const voxel::WorldInfo& world, scene::Scene& scene);
 
 /// The grid that a scene looks at: the inverse of look_at_cells().

@@ -17,6 +17,7 @@
 #include "raytracer/analyse/raster/shadow_cube.hpp"
 #include "raytracer/analyse/raster/sight_summary.hpp"
 #include "raytracer/commands/analyse/facade_arguments.hpp"
+#include "raytracer/commands/analyse/horizon_arguments.hpp"
 #include "raytracer/commands/analyse/object_arguments.hpp"
 #include "raytracer/commands/analyse/observer_arguments.hpp"
 #include "raytracer/commands/analyse/raster_outputs.hpp"
@@ -28,6 +29,7 @@
 #include "raytracer/commands/render_pool_arguments.hpp"
 #include "raytracer/commands/world_arguments.hpp"
 #include "raytracer/render/picture_renderer.hpp"
+#include "raytracer/solar/analysis_place.hpp"
 #include "raytracer/solar/use_weather.hpp"
 #include "voxelserver/export/core/part.hpp"
 
@@ -48,6 +50,7 @@ struct AnalyseArguments {
     bool as_json = false;
     SunArguments sun;
     std::string weather;
+    HorizonArguments horizon;
     FacadeArguments facades;
     std::string part;
     bool resume = false;
@@ -166,9 +169,10 @@ util::ExitCode run_times(const AnalyseArguments& args, const scene::Scene& scene
                          const analyse::CellGrid& grid, render::LoadedWorld& loaded,
                          render::PictureRenderer& renderer) {
     const voxel::WorldInfo& world = loaded.world->info();
+    const geo::MapPlace place = *solar::place_of(scene, world.centre);
     std::vector<ClockTime> times = times_of(args.sun.times);
     const auto instant_s = [&](const ClockTime& time) {
-        return instant_of(scene_at(scene, time), *world.centre);
+        return instant_of(scene_at(scene, time), place);
     };
     // The dimension of a cube must rise; bands have any order.
     if (analyse::ShadowCube::is_netcdf(args.output))
@@ -223,6 +227,7 @@ util::ExitCode run_analyse(const AnalyseArguments& args, core::AnalysisKind kind
     const std::optional<farm::Part> part = part_of(args);
     check_object_arguments(args.objects, scene);
     check_facade_arguments(args.facades, scene, part.has_value());
+    check_horizon_arguments(args.horizon, scene);
     const std::optional<solar::WeatherFile> weather = read_weather(args.weather, args.world);
     const render::RenderPoolOptions render_pool = args.render_pool.options(scene);
 
@@ -231,11 +236,12 @@ util::ExitCode run_analyse(const AnalyseArguments& args, core::AnalysisKind kind
     if ((core::needs_sun_way(kind) || kind == core::AnalysisKind::kEnergy) && !world.centre)
         throw util::UsageError("analyse " + std::string(core::word_of(kind)) + ": '" + world.title +
                                "' has no place on Earth; allowed: worlds with a CRS");
-    if (weather)
-        solar::use_weather(*weather, *world.centre, scene);
     const analyse::CellGrid grid =
         analyse::grid_over(world, exports::part_of(world, selection).bounds, args.resolution_m);
     analyse::look_at_cells(grid, world, scene);
+    if (weather)
+        solar::use_weather(*weather, *solar::place_of(scene, world.centre), scene);
+    use_horizon(args.horizon, world, scene);
     std::optional<PlannedObjects> objects;
     if (!args.objects.file.empty())
         objects.emplace(args.objects, scene, grid, world);
@@ -274,8 +280,8 @@ util::ExitCode run_analyse(const AnalyseArguments& args, core::AnalysisKind kind
         part ? renderer.render(scene, {args.output}, keep, start)
              : renderer.render_tiles(scene, args.output, begin, write, keep, start);
     if (!args.facades.file.empty())
-        make_facades(args.facades, {scene, grid, world, renderer, signals.token()}, *cells,
-                     statistics);
+        make_facades(args.facades, {scene, grid, world, renderer, signals.token()},
+                     *cells, statistics);
     const util::ExitCode code = report(args, statistics, loaded->times);
     if (seen && args.as_json)
         std::printf("%s\n", analyse::json_of(*seen).c_str());
@@ -358,6 +364,9 @@ std::function<util::ExitCode()> add_analyse_command(CLI::App& app) {
         kind.command = add_kind(*group, kind.args, kind.kind, kind.description);
         if (kind.kind == AnalysisKind::kSun)
             add_sun_options(*kind.command, kind.args.sun);
+        if (kind.kind == AnalysisKind::kSun || kind.kind == AnalysisKind::kEnergy ||
+            kind.kind == AnalysisKind::kSky)
+            add_horizon_options(*kind.command, kind.args.horizon);
         if (kind.kind == AnalysisKind::kEnergy) {
             add_weather_option(*kind.command, kind.args.weather);
             add_object_options(*kind.command, kind.args.objects);

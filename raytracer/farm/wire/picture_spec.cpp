@@ -11,6 +11,7 @@
 #include "raytracer/scene/scene_io.hpp"
 #include "raytracer/shade/view_maker.hpp"
 #include "raytracer/sky/sun_of.hpp"
+#include "raytracer/solar/analysis_place.hpp"
 #include "raytracer/solar/clock.hpp"
 
 namespace terravox::farm {
@@ -44,13 +45,13 @@ scene::Scene decided(const scene::Scene& scene, const voxel::WorldInfo& world) {
     const auto precision = scene.analysis.kind == core::AnalysisKind::kNone
                                ? geo::SunPrecision::kPicture
                                : geo::SunPrecision::kAnalysis;
-    const geo::SunPosition sun =
-        sky::sun_of(scene.sun, world.centre ? &*world.centre : nullptr, precision);
+    const auto place = solar::place_of(scene, world.centre);
+    const geo::SunPosition sun = sky::sun_of(scene.sun, place ? &*place : nullptr, precision);
     out.sun.altitude_deg = sun.altitude_deg;
     out.sun.azimuth_deg = sun.azimuth_deg;
     out.sun.zone.clear();
-    if (world.centre && scene.analysis.kind != core::AnalysisKind::kNone && !scene.sun.zone.empty())
-        out.analysis.clock = solar::Clock(scene, *world.centre).text();
+    if (place && scene.analysis.kind != core::AnalysisKind::kNone && !scene.sun.zone.empty())
+        out.analysis.clock = solar::Clock(scene, *place).text();
     return out;
 }
 

@@ -46,6 +46,9 @@ struct AnalysisOptions {
     /// Of kind sight: easting, northing, height of the observers, map coordinates.
     std::vector<std::array<double, 3>> observers;
     std::string weather;  ///< of kind energy: an EPW file; empty: a clear sky
+    /// Of kinds sky, sun and energy: a raster of heights around the data, whose hills hide sun and
+    /// sky; empty: the horizon is free there.
+    std::string horizon;
     /// Fields of a scene: {"sun.date", "2026-06-21"}, {"analysis.from", ...}, ...
     SceneText scene;
     int threads = 0;  ///< 0: one for each core

@@ -81,6 +81,7 @@ class World:
         level: int | None,
         observers: Sequence[Sequence[float]],
         weather: str,
+        horizon: str,
         toml: str,
         fields: _Fields,
         threads: int,

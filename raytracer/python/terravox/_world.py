@@ -244,6 +244,7 @@ class World:
         level: int | None = None,
         observers: Iterable[Sequence[float]] = (),
         weather: Path = "",
+        horizon: Path = "",
         scene: SceneLike = None,
         fields: Mapping[str, Any] | None = None,
         threads: int = 0,
@@ -257,6 +258,8 @@ class World:
         :param level: of the voxels; None: the coarsest that are no larger than a cell
         :param observers: of kind sight: easting, northing and height of the observers
         :param weather: of kind energy: an EPW file; "": a clear sky
+        :param horizon: of kinds sky, sun and energy: a raster of heights around the data, whose
+            hills hide sun and sky; "": the horizon is free there
         :param fields: of a scene, {"sun.date": "2026-06-21", "sun.zone": "Europe/Ljubljana"}
         :returns: a variable for each band; `attrs["holes"]` counts the boxes that could not be
             read, whose cells have no values
@@ -268,6 +271,7 @@ class World:
             level,
             [[float(one) for one in at] for at in observers],
             os.fspath(weather),
+            os.fspath(horizon),
             toml_of(scene),
             field_list(fields or {}),
             threads,

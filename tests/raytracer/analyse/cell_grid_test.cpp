@@ -1,5 +1,6 @@
 #include "raytracer/analyse/raster/cell_grid.hpp"
 
+#include "common/geo/crs.hpp"
 #include "common/util/error.hpp"
 #include "raytracer/scene/camera.hpp"
 #include "raytracer/scene/scene_io.hpp"
@@ -50,6 +51,34 @@ TEST_CASE("each pixel's ray goes straight down through the middle of its cell",
                   1e-9);
             CHECK(ray.origin.y > world.bounds.max[1]);
         }
+}
+
+TEST_CASE("in a wide world the sun is that of the square of 10 km around the raster's middle",
+          "[raytracer][analyse]") {
+    voxel::WorldInfo world = world_of(2);
+    world.bounds = {{220'000, 0, -60'000}, {250'000, 100, -40'000}};
+    world.crs_wkt = geo::Crs::from_text("EPSG:3794").wkt();
+    world.centre = geo::map_place(geo::Crs::from_text("EPSG:3794"), 470'000, 100'000);
+    const auto place_at = [&](int x, int z) {
+        const analyse::CellGrid grid =
+            analyse::grid_over(world, {{x, 0, z}, {x + 100, 100, z + 100}}, 2);
+        scene::Scene scene;
+        analyse::look_at_cells(grid, world, scene);
+        return scene.analysis.place;
+    };
+    const auto west = place_at(221'000, -51'000);
+    REQUIRE(west);
+    // The square from 440 to 450 km east and from 100 to 110 km north.
+    const geo::MapPlace expected =
+        geo::map_place(geo::Crs::from_text("EPSG:3794"), 445'000, 105'000);
+    CHECK((*west)[0] == expected.lat_deg);
+    CHECK((*west)[1] == expected.lon_deg);
+    CHECK((*west)[2] == expected.convergence_deg);
+    CHECK(place_at(224'500, -54'000) == west);
+    CHECK(place_at(226'000, -51'000) != west);
+    world.bounds.max[0] = world.bounds.min[0] + 10'000;
+    world.bounds.max[2] = world.bounds.min[2] + 10'000;
+    CHECK_FALSE(place_at(221'000, -51'000));
 }
 
 TEST_CASE("the grid is found again from the scene, though that was a text",

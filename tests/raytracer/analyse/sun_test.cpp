@@ -57,7 +57,7 @@ struct Hours {
 /// What a point north of the endless wall gets on a day.
 /// @param distance from the wall, metres
 Hours expected(int month, int day, double step_min, double distance) {
-    constexpr double kRad = det::kPi / 180;
+    constexpr double kRadPerDeg = det::kPi / 180;
     constexpr double kHeight = 10;
     Hours out;
     for (double begin = 0; begin < 24; begin += step_min / 60) {
@@ -66,8 +66,9 @@ Hours expected(int month, int day, double step_min, double distance) {
                                                        kPlace, geo::SunPrecision::kAnalysis);
         if (sun.altitude_deg <= 0)
             continue;
-        const double south = -std::cos(sun.azimuth_deg * kRad) * std::cos(sun.altitude_deg * kRad);
-        const double up = std::sin(sun.altitude_deg * kRad);
+        const double south =
+            -std::cos(sun.azimuth_deg * kRadPerDeg) * std::cos(sun.altitude_deg * kRadPerDeg);
+        const double up = std::sin(sun.altitude_deg * kRadPerDeg);
         if (south > 0 && distance / south * up < kHeight)
             continue;
         out.sunlit += step_min / 60;

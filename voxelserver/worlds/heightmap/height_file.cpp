@@ -73,6 +73,9 @@ void HeightFile::open() {
 // Uses GDAL's warper on the fly: nothing is written. Blocks of the warped raster are made as a
 // whole, so cells do not depend on the order of requests.
 void HeightFile::warp() {
+    // GDAL would take its coordinates for those of the other system.
+    if (!m_reading.crs && m_source->GetSpatialRef() == nullptr)
+        fail("no coordinate reference system, from which it could be warped");
     const std::string to = m_reading.warped_to->wkt();
     const std::string from = m_reading.crs ? m_reading.crs->wkt() : std::string();
     std::vector<const char*> words{"-of",      "VRT",        "-ot", "Float64", "-r",
