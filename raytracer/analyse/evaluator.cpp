@@ -5,6 +5,7 @@
 #include "raytracer/analyse/sight_evaluator.hpp"
 #include "raytracer/analyse/sky_evaluator.hpp"
 #include "raytracer/analyse/sun_evaluator.hpp"
+#include "raytracer/analyse/sun_view_evaluator.hpp"
 #include "raytracer/analyse/terrain_evaluator.hpp"
 
 namespace terravox::analyse {
@@ -18,6 +19,7 @@ std::unique_ptr<const shade::RayEvaluator> make_evaluator(const shade::View& vie
         case core::AnalysisKind::kSunPeriod:
         case core::AnalysisKind::kSunMonths:
         case core::AnalysisKind::kShadow: return std::make_unique<SunEvaluator>(view);
+        case core::AnalysisKind::kSunView: return std::make_unique<SunViewEvaluator>(view);
         case core::AnalysisKind::kEnergy: return std::make_unique<EnergyEvaluator>(view);
         case core::AnalysisKind::kFacade: return std::make_unique<FacadeEvaluator>(view);
         case core::AnalysisKind::kSight: return std::make_unique<SightEvaluator>(view);

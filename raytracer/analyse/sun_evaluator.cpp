@@ -91,6 +91,7 @@ void SunEvaluator::add_sunlit(const solar::SunDirection& from, core::Bands& band
         case AnalysisKind::kSunMonths: add_to_months(from, bands); break;
         case AnalysisKind::kShadow: at(bands, ShadowBand::kSunlit) = 1; break;
         case AnalysisKind::kNone:
+        case AnalysisKind::kSunView:
         case AnalysisKind::kTerrain:
         case AnalysisKind::kEnergy:
         case AnalysisKind::kFacade:

@@ -108,7 +108,8 @@ static_assert(kTerrainBands <= kMaxBands && kSkyBands <= kMaxBands && kSunBands 
 /// @return 0: a picture, which has no bands
 [[nodiscard]] constexpr std::size_t band_count(AnalysisKind kind) noexcept {
     switch (kind) {
-        case AnalysisKind::kNone: return 0;
+        case AnalysisKind::kNone:
+        case AnalysisKind::kSunView: return 0;
         case AnalysisKind::kTerrain: return kTerrainBands;
         case AnalysisKind::kSky: return kSkyBands;
         case AnalysisKind::kSun: return kSunBands;

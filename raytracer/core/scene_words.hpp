@@ -126,6 +126,7 @@ enum class AnalysisKind : std::uint8_t {
     kSunPeriod,  ///< hours of direct sun in a period
     kSunMonths,  ///< the same, and by month
     kShadow,     ///< whether the sun shines at an instant
+    kSunView,    ///< hours of direct sun on a day, as a camera sees them: pixels, no bands
     kEnergy,     ///< energy of the sun and of the sky
     kFacade,     ///< the same, on the walls of one side and storey
     kSight,      ///< what observers see
@@ -138,6 +139,7 @@ inline constexpr Word<AnalysisKind> kAnalysisKinds[] = {
     {AnalysisKind::kSunPeriod, "sun-period"},
     {AnalysisKind::kSunMonths, "sun-months"},
     {AnalysisKind::kShadow, "shadow"},
+    {AnalysisKind::kSunView, "sun-view"},
     {AnalysisKind::kEnergy, "energy"},
     {AnalysisKind::kFacade, "facade"},
     {AnalysisKind::kSight, "sight"},
@@ -149,7 +151,8 @@ constexpr std::span<const Word<AnalysisKind>> words_of(AnalysisKind) noexcept {
 /// Whether an analysis sends rays towards the sun.
 [[nodiscard]] constexpr bool needs_sun_way(AnalysisKind kind) noexcept {
     return kind == AnalysisKind::kSun || kind == AnalysisKind::kSunPeriod ||
-           kind == AnalysisKind::kSunMonths || kind == AnalysisKind::kShadow;
+           kind == AnalysisKind::kSunMonths || kind == AnalysisKind::kShadow ||
+           kind == AnalysisKind::kSunView;
 }
 
 /// Whether an analysis sums up the light of a period.

@@ -77,14 +77,25 @@ voxel::Colour of_matte(const tiles::Matte& matte) noexcept {
     return out;
 }
 
+/// @param day_h for which the sun is up
+voxel::Colour of_sun(const tiles::PixelSample& pixel, double day_h) noexcept {
+    constexpr voxel::Colour kHole{1, 0, 0.8f};
+    if (pixel.colour.g > 0)
+        return kHole;
+    return pixel.alpha > 0
+               ? colour_of_sun_hours(static_cast<double>(pixel.colour.r / pixel.alpha) * day_h)
+               : kNothing;
+}
+
 float ratio(float of, float to) noexcept {
     return to > 0 ? of / to : 0;
 }
 
 /// The colour in which a layer shows a pixel, except for layers of light.
 voxel::Colour value_of(Layer layer, const tiles::PixelSample& pixel, const tiles::LayerSample& l,
-                       const DepthRange& depths) noexcept {
+                       const shade::View& view, const DepthRange& depths) noexcept {
     switch (layer) {
+        case Layer::kSunHours: return of_sun(pixel, view.sun_way.hours);
         case Layer::kDepth: return of_depth(pixel.depth_m, depths);
         case Layer::kNormal: return pixel.alpha > 0 ? of_normal(l.normal) : kNothing;
         case Layer::kAlbedo:
@@ -108,11 +119,20 @@ bool is_light(Layer layer) noexcept {
 }
 
 /// The parts of a film that a layer needs: pixels alone, or layers too; and which light.
-enum class FilmKind : std::uint8_t { kPixels, kLayers, kEvenLight, kLevels, kSteps, kCache };
+enum class FilmKind : std::uint8_t {
+    kPixels,
+    kLayers,
+    kEvenLight,
+    kSunHours,
+    kLevels,
+    kSteps,
+    kCache
+};
 FilmKind kind_of(Layer layer) noexcept {
     switch (layer) {
         case Layer::kBeauty: return FilmKind::kPixels;
         case Layer::kOcclusion: return FilmKind::kEvenLight;
+        case Layer::kSunHours: return FilmKind::kSunHours;
         case Layer::kLevels: return FilmKind::kLevels;
         case Layer::kSteps: return FilmKind::kSteps;
         case Layer::kCache: return FilmKind::kCache;
@@ -140,6 +160,10 @@ scene::Scene scene_for(Layer layer, scene::Scene scene) {
         scene.quality.ao_strength = 1;
         scene.quality.ao_rays = std::max(scene.quality.ao_rays, 4);
         scene.quality.reflections = scene.quality.refraction = false;
+    }
+    if (kind == FilmKind::kSunHours) {
+        scene.analysis = {};
+        scene.analysis.kind = core::AnalysisKind::kSunView;
     }
     if (is_probe(layer))
         scene.quality.samples = 1;
@@ -179,7 +203,7 @@ void show(const output::Film& film, const shade::View& view, const scene::Scene:
         const tiles::PixelSample& pixel = film.at(x, y);
         const tiles::LayerSample& layers = film.has_layers() ? film.layers_at(x, y) : none;
         const voxel::Colour c = !is_light(layer)
-                                    ? value_of(layer, pixel, layers, depths)
+                                    ? value_of(layer, pixel, layers, view, depths)
                                     : develop(layer == Layer::kBeauty   ? pixel.colour
                                               : layer == Layer::kDirect ? layers.direct
                                                                         : layers.indirect);
@@ -200,6 +224,21 @@ voxel::Rgb8 colour_of_material(voxel::Material material) noexcept {
         return static_cast<std::uint8_t>(std::lround(std::clamp(v, 0.0f, 1.0f) * 255));
     };
     return {byte(c.r), byte(c.g), byte(c.b)};
+}
+
+voxel::Colour colour_of_sun_hours(double hours) noexcept {
+    // From black by violet and orange to pale yellow: as bright as the hours are many, so that it
+    // can be read without colours, too. Ref: "inferno" of Smith & van der Walt, 2015.
+    constexpr std::array<voxel::Colour, 5> kRamp{{{0.0f, 0.0f, 0.02f},
+                                                  {0.34f, 0.06f, 0.43f},
+                                                  {0.73f, 0.21f, 0.33f},
+                                                  {0.98f, 0.56f, 0.04f},
+                                                  {0.99f, 1.0f, 0.64f}}};
+    constexpr double kLongest_h = 16;
+    const double at = std::clamp(hours / kLongest_h, 0.0, 1.0) * (kRamp.size() - 1);
+    const std::size_t first = std::min(static_cast<std::size_t>(at), kRamp.size() - 2);
+    const auto share = static_cast<float>(at - static_cast<double>(first));
+    return kRamp[first] * (1 - share) + kRamp[first + 1] * share;
 }
 
 voxel::Colour colour_of_level(int level) noexcept {

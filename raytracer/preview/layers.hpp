@@ -21,6 +21,7 @@ enum class Layer : std::uint8_t {
     kAlbedo,
     kMaterial,
     kSunlight,
+    kSunHours,
     kSquares,
     kOcclusion,
     kLevels,
@@ -34,7 +35,7 @@ struct LayerFacts {
     const char* doc;
 };
 /// All layers, in the order of the enumeration, in which the window lists them.
-inline constexpr std::array<LayerFacts, 13> kLayers{{
+inline constexpr std::array<LayerFacts, 14> kLayers{{
     {Layer::kBeauty, "beauty", "the picture"},
     {Layer::kDirect, "direct light", "from sun and sky alone"},
     {Layer::kIndirect, "indirect light", "by way of other surfaces"},
@@ -45,6 +46,9 @@ inline constexpr std::array<LayerFacts, 13> kLayers{{
     {Layer::kAlbedo, "albedo", "share of light that surfaces send back"},
     {Layer::kMaterial, "material", "a colour for each material"},
     {Layer::kSunlight, "sunlight", "share of the sun that is not in shadow"},
+    {Layer::kSunHours, "sun hours",
+     "hours of direct sun on the day of the scene, from midnight to midnight; finer with each "
+     "sample"},
     {Layer::kSquares, "squares", "a colour for each square of a kilometre"},
     {Layer::kOcclusion, "ambient occlusion", "light under an even sky"},
     {Layer::kLevels, "box levels", "level of the boxes that are met: 0 white, then a colour each"},
@@ -66,7 +70,7 @@ inline constexpr std::array<LayerFacts, 13> kLayers{{
 
 /// Whether a film rendered for this layer holds the scene's picture, too.
 [[nodiscard]] constexpr bool has_picture(Layer layer) noexcept {
-    return !is_probe(layer) && layer != Layer::kOcclusion;
+    return !is_probe(layer) && layer != Layer::kOcclusion && layer != Layer::kSunHours;
 }
 /// Whether two layers can be shown from the same film, without a new rendering.
 [[nodiscard]] bool same_film(Layer a, Layer b) noexcept;
@@ -87,6 +91,8 @@ void show(const output::Film& film, const shade::View& view, const scene::Scene:
 
 /// The colour that Layer::kMaterial shows a material in.
 [[nodiscard]] voxel::Rgb8 colour_of_material(voxel::Material material) noexcept;
+/// The colour that Layer::kSunHours shows hours of sun in.
+[[nodiscard]] voxel::Colour colour_of_sun_hours(double hours) noexcept;
 /// The colour that Layer::kLevels shows a level in.
 [[nodiscard]] voxel::Colour colour_of_level(int level) noexcept;
 

@@ -26,7 +26,9 @@ void Progressive::stop() noexcept {
 void Progressive::start(const scene::Scene& scene, int first_step) {
     stop();
     m_progress.whole = false;
-    scene::check_is_picture(scene);
+    // The layer of sun hours is measured, too, but its values are pixels.
+    if (scene.analysis.kind != core::AnalysisKind::kSunView)
+        scene::check_is_picture(scene);
     m_view = std::make_shared<const shade::View>(m_views.make(scene, m_blocks));
     const auto [width, height] = scene.output.size_px;
     if (!m_film || m_film->width_px() != width || m_film->height_px() != height ||

@@ -75,11 +75,12 @@ SunWay sun_way_of(const scene::Scene& scene, const geo::MapPlace* place) {
     const scene::Scene::Analysis& analysis = scene.analysis;
     if (analysis.kind == core::AnalysisKind::kShadow)
         return instant_of(scene, *place);
-    const bool is_day = analysis.kind == core::AnalysisKind::kSun;
+    const bool is_day =
+        analysis.kind == core::AnalysisKind::kSun || analysis.kind == core::AnalysisKind::kSunView;
     if (is_day && !analysis.from.empty())
         throw util::UsageError(
-            "place the sun: analysis.kind = sun is of one day, but analysis.from "
-            "is given; allowed: sun-period, sun-months");
+            "place the sun: analysis.kind = " + std::string(core::word_of(analysis.kind)) +
+            " is of one day, but analysis.from is given; allowed: sun-period, sun-months");
     SunWay out;
     out.directions =
         is_day || analysis.bin_deg == 0 ? steps_of(scene, *place) : bins_of(scene, *place);

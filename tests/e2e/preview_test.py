@@ -262,7 +262,7 @@ class Window(Case):
         program = self.preview(survey(), "--samples", "1")
         desktop = self.desktop
         seen = [self.settle(program)]
-        for layer in range(12):
+        for layer in range(13):
             desktop.key("F6")
             self.see_change(seen[-1], 0.02)
             seen.append(self.settle(program))

@@ -106,7 +106,8 @@ constexpr RasterBand kSightTable[] = {
 
 std::span<const RasterBand> bands_of(core::AnalysisKind kind) noexcept {
     switch (kind) {
-        case core::AnalysisKind::kNone: return {};
+        case core::AnalysisKind::kNone:
+        case core::AnalysisKind::kSunView: return {};
         case core::AnalysisKind::kTerrain: return kTerrainTable;
         case core::AnalysisKind::kSky: return kSkyTable;
         case core::AnalysisKind::kSun: return kSunTable;

@@ -45,6 +45,16 @@ void draw_levels_legend(int levels) {
     }
 }
 
+void draw_sun_hours_legend() {
+    ImGui::NewLine();
+    constexpr int kLongest_h = 16;
+    constexpr int kStep_h = 2;
+    for (int hours = 0; hours <= kLongest_h; hours += kStep_h) {
+        const voxel::Colour c = preview::colour_of_sun_hours(hours);
+        entry(std::to_string(hours) + " h", {c.r, c.g, c.b, 1});
+    }
+}
+
 }  // namespace
 
 void draw_light(preview::EditorState& editor_state, SceneForm& form) {
@@ -130,6 +140,8 @@ void draw_picture(preview::EditorState& editor_state, SceneForm& form) {
         ImGui::TextWrapped("%s", facts.doc);
     if (editor_state.layer == preview::Layer::kMaterial)
         draw_materials_legend();
+    if (editor_state.layer == preview::Layer::kSunHours)
+        draw_sun_hours_legend();
     if (editor_state.layer == preview::Layer::kLevels)
         draw_levels_legend(editor_state.info().levels);
     ImGui::AlignTextToFramePadding();

@@ -231,13 +231,15 @@ TEST_CASE("members of a pool may join and leave while a picture is refined", "[p
 
 TEST_CASE("layers show what their descriptions say", "[preview]") {
     scene::Scene scene = small_scene();
-    Job job(scene);
+    auto world = test::landscape();
+    world->editable_info().centre = geo::MapPlace{46, 14.5};
+    Job job(scene, std::size_t{256} << 20, std::move(world));
     preview::ScreenPicture screen;
     const preview::Layer layer = GENERATE(from_range(std::vector<preview::Layer>{
         preview::Layer::kBeauty, preview::Layer::kDirect, preview::Layer::kDepth,
         preview::Layer::kNormal, preview::Layer::kAlbedo, preview::Layer::kMaterial,
-        preview::Layer::kSunlight, preview::Layer::kOcclusion, preview::Layer::kLevels,
-        preview::Layer::kSteps, preview::Layer::kCache}));
+        preview::Layer::kSunlight, preview::Layer::kSunHours, preview::Layer::kOcclusion,
+        preview::Layer::kLevels, preview::Layer::kSteps, preview::Layer::kCache}));
     const auto facts = std::find_if(preview::kLayers.begin(), preview::kLayers.end(),
                                     [&](const preview::LayerFacts& l) { return l.layer == layer; });
     REQUIRE(facts != preview::kLayers.end());
