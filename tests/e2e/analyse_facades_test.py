@@ -2,7 +2,10 @@
 """Facades of a synthetic survey: the walls of its buildings, storey by storey."""
 
 import contextlib
+import json
+import shutil
 import sqlite3
+import subprocess
 import unittest
 
 from analysing import analyse, village
@@ -19,6 +22,7 @@ class Facades(Case):
         run = analyse("energy", square(), *village(), *days, *flags, "--quiet", *out)
         self.assertEqual((run.code, run.out, run.err), (0, "", ""), run)
         self.assertEqual(entries(folder), ["a.gpkg", "a.tif", "f.gpkg"])
+        self.last_objects = objects
         rows = {}
         for layer, of in (("facades", file), ("objects", objects)):
             with contextlib.closing(sqlite3.connect(of)) as data:
@@ -28,6 +32,11 @@ class Facades(Case):
                 self.assertEqual([tuple(style) for style in styles], [(layer,)])
         return rows["facades"], rows["objects"]
 
+    def write_footprints(self, file):
+        """Writes the outlines of the objects of the last run as GeoJSON."""
+        subprocess.run(["ogr2ogr", "-f", "GeoJSON", file, self.last_objects, "objects"], check=True)
+
+    @unittest.skipUnless(shutil.which("ogr2ogr"), "needs GDAL's programs")
     def test_facades_are_the_walls_of_the_objects_storey_by_storey(self):
         facades, objects = self.facades("--processing-threads", "1")
         self.assertGreater(len(facades), 30)
@@ -55,6 +64,33 @@ class Facades(Case):
         # Who computes them does not matter, nor in which tiles.
         again, _ = self.facades("--processing-threads", "2", "--quality-tile", "32")
         self.assertEqual(again, facades)
+        # Polygons that are the buildings have their facades, with the numbers of their features.
+        footprints = temporary_folder() / "footprints.geojson"
+        numbers = [row["id"] for row in objects]
+        self.write_footprints(footprints)
+        by_polygon, _ = self.facades("--polygons", footprints)
+
+        def area(rows, number_of):
+            out = {}
+            for row in rows:
+                if row["building"]:
+                    number = number_of(row["building"])
+                    out[number] = out.get(number, 0) + row["area_m2"]
+            return out
+
+        wanted = area(facades, lambda building: building)
+        found = area(by_polygon, lambda feature: numbers[feature - 1])
+        self.assertEqual(set(found), set(wanted))
+        for number, area_m2 in wanted.items():
+            self.assertAlmostEqual(found[number], area_m2, delta=0.1 * area_m2 + 20)
+        self.assertAlmostEqual(sum(found.values()), sum(wanted.values()), delta=60)
+        self.assertEqual([row for row in by_polygon if not row["building"]], [])
+        # One of them alone.
+        some = json.loads(footprints.read_text(encoding="utf-8"))
+        some["features"] = some["features"][2:3]
+        footprints.write_text(json.dumps(some), encoding="utf-8")
+        one, _ = self.facades("--polygons", footprints)
+        self.assertEqual({row["building"] for row in one}, {1})
         # Storeys as high as the walls are one each.
         whole, _ = self.facades("--storey-m", "1000")
         self.assertEqual({row["storey"] for row in whole}, {0})

@@ -65,7 +65,7 @@ bool FacadeSums::add(CellFile& cells, GDALDatasetH buildings, core::WallSide sid
     GDALRasterBandH numbers = GDALGetRasterBand(buildings, 1);
     const int columns = cells.columns();
     std::vector<std::int32_t> building;
-    const std::size_t before = m_faces;
+    bool has_walls = false;
     Strip strip(cells);
     CellRectangle area{0, 0, columns, std::clamp(kStripCells / columns, 1, cells.rows())};
     for (; area.y0 < cells.rows(); area.y0 += area.height) {
@@ -81,6 +81,9 @@ bool FacadeSums::add(CellFile& cells, GDALDatasetH buildings, core::WallSide sid
         for (std::size_t cell = 0; cell < count; ++cell) {
             if (!(strip.of(Strip::kArea, cell) > 0))
                 continue;
+            has_walls = true;
+            if (building[cell] == 0 && m_unnumbered == Unnumbered::kLeftOut)
+                continue;
             if (++m_faces > kMaxFaces)
                 throw util::Error(cells.attempt() + ": more than " + std::to_string(kMaxFaces) +
                                   " faces of walls; allowed: a smaller --area");
@@ -92,7 +95,7 @@ bool FacadeSums::add(CellFile& cells, GDALDatasetH buildings, core::WallSide sid
             facade.faces.push_back({at % columns, area.y0 + at / columns, side});
         }
     }
-    return m_faces > before;
+    return has_walls;
 }
 
 }  // namespace terravox::analyse

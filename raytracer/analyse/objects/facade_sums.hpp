@@ -51,12 +51,20 @@ struct FacadeFacts {
 /// side and storey. A function of their values alone, in the order of the storeys and sides.
 class FacadeSums {
 public:
+    /// Of walls whose cell has no number.
+    enum class Unnumbered : std::uint8_t {
+        kKept,  ///< they are facades of the building 0
+        kLeftOut,
+    };
+    explicit FacadeSums(Unnumbered unnumbered = Unnumbered::kKept) noexcept
+        : m_unnumbered(unnumbered) {}
+
     /// What a GeoPackage is made of, in memory: twelve bytes a face.
     static constexpr std::size_t kMaxFaces = 8'000'000;
 
     /// Adds the walls of a side and a storey.
     /// @param buildings Int32, as large as the raster: numbers of buildings, 0 elsewhere
-    /// @return whether there is any
+    /// @return whether there is any, be it left out
     /// @throws Error for more than kMaxFaces, or as CellFile; "interrupted" when stopped
     bool add(CellFile& cells, GDALDatasetH buildings, core::WallSide side, std::int32_t storey,
              const std::stop_token& stop);
@@ -64,6 +72,7 @@ public:
     [[nodiscard]] const std::map<FacadeKey, FacadeFacts>& facts() const noexcept { return m_facts; }
 
 private:
+    const Unnumbered m_unnumbered;
     std::map<FacadeKey, FacadeFacts> m_facts;
     std::size_t m_faces = 0;
 };

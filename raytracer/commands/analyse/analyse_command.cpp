@@ -225,7 +225,7 @@ util::ExitCode run_analyse(const AnalyseArguments& args, core::AnalysisKind kind
     scene::Scene scene = scene_of(args, kind);
     (void)relief_of(scene);
     const std::optional<farm::Part> part = part_of(args);
-    check_object_arguments(args.objects, scene);
+    check_object_arguments(args.objects, scene, !args.facades.file.empty());
     check_facade_arguments(args.facades, scene, part.has_value());
     check_horizon_arguments(args.horizon, scene);
     const std::optional<solar::WeatherFile> weather = read_weather(args.weather, args.world);
@@ -243,8 +243,10 @@ util::ExitCode run_analyse(const AnalyseArguments& args, core::AnalysisKind kind
         solar::use_weather(*weather, *solar::place_of(scene, world.centre), scene);
     use_horizon(args.horizon, world, scene);
     std::optional<PlannedObjects> objects;
-    if (!args.objects.file.empty())
+    if (!args.objects.file.empty() || !args.objects.polygons.empty())
         objects.emplace(args.objects, scene, grid, world);
+    const std::vector<analyse::ObjectPolygon> polygons =
+        objects ? objects->polygons() : std::vector<analyse::ObjectPolygon>{};
     if (kind == core::AnalysisKind::kSight)
         scene.analysis.observers =
             analyse::place_observers(observers_of(args.observers, world), scene, loaded->blocks);
@@ -280,7 +282,7 @@ util::ExitCode run_analyse(const AnalyseArguments& args, core::AnalysisKind kind
         part ? renderer.render(scene, {args.output}, keep, start)
              : renderer.render_tiles(scene, args.output, begin, write, keep, start);
     if (!args.facades.file.empty())
-        make_facades(args.facades, {scene, grid, world, renderer, signals.token()},
+        make_facades(args.facades, {scene, grid, world, renderer, signals.token(), polygons},
                      *cells, statistics);
     const util::ExitCode code = report(args, statistics, loaded->times);
     if (seen && args.as_json)

@@ -18,6 +18,15 @@ namespace {
 /// No wall has more: with the smallest storeys it is a kilometre high.
 constexpr int kMaxStoreys = 1000;
 
+/// Which cell belongs to which building.
+analyse::LabelFile numbers_of(const FacadeArguments& args, const FacadeRun& run,
+                              analyse::CellFile& energy) {
+    if (!run.polygons.empty())
+        return {args.file, run.polygons, run.grid.columns, run.grid.rows, run.stop};
+    analyse::ConnectedCells found(energy, run.grid.edge_m * run.grid.edge_m, run.stop);
+    return {args.file, found, run.grid.columns, run.grid.rows};
+}
+
 /// Measures the walls of a side and a storey.
 /// @return whether there is any
 bool measure(const FacadeArguments& args, const FacadeRun& run, GDALDatasetH buildings,
@@ -66,12 +75,12 @@ void check_facade_arguments(const FacadeArguments& args, const scene::Scene& sce
 
 void make_facades(const FacadeArguments& args, const FacadeRun& run, analyse::CellFile& energy,
                   render::RenderStatistics& statistics) {
-    analyse::ConnectedCells found(energy, run.grid.edge_m * run.grid.edge_m, run.stop);
-    const analyse::LabelFile buildings(args.file, found, run.grid.columns, run.grid.rows);
-    analyse::FacadeSums sums;
+    const analyse::LabelFile buildings = numbers_of(args, run, energy);
+    using Unnumbered = analyse::FacadeSums::Unnumbered;
+    analyse::FacadeSums sums(run.polygons.empty() ? Unnumbered::kKept : Unnumbered::kLeftOut);
     scene::Scene scene = run.scene;
     scene.analysis.kind = core::AnalysisKind::kFacade;
-    bool has_walls = !found.facts().empty();
+    bool has_walls = true;
     for (int storey = 0; has_walls && storey < kMaxStoreys; ++storey) {
         has_walls = false;
         for (const auto& side : core::kWallSides) {

@@ -2,8 +2,10 @@
 
 #include <stop_token>
 #include <string>
+#include <vector>
 
 #include "common/voxel/world.hpp"
+#include "raytracer/analyse/objects/polygon_cells.hpp"
 #include "raytracer/analyse/raster/cell_file.hpp"
 #include "raytracer/analyse/raster/cell_grid.hpp"
 #include "raytracer/render/picture_renderer.hpp"
@@ -34,10 +36,11 @@ struct FacadeRun {
     const voxel::WorldInfo& world;
     render::PictureRenderer& renderer;
     const std::stop_token& stop;
+    /// Whose facades are wanted; empty: the buildings of the raster.
+    const std::vector<analyse::ObjectPolygon>& polygons;
 };
 
-/// Measures the walls of the raster's buildings, side by side and storey by storey, and writes
-/// them.
+/// Measures the walls of buildings, side by side and storey by storey, and writes them.
 /// @param energy the finished raster
 /// @param[in,out] statistics those of the raster; what this costs and misses is added
 /// @throws Error; "interrupted" when stopped

@@ -12,14 +12,16 @@ void add_object_options(CLI::App& command, ObjectArguments& args) {
                        "GeoPackage to write, too: area, energy, hours of sun and the best face of "
                        "each building");
     command.add_option("--polygons", args.polygons,
-                       "GeoJSON file of polygons that are the objects, instead of the buildings "
-                       "that are found");
+                       "GeoJSON file of polygons that are the objects and have the facades, "
+                       "instead of the buildings that are found");
 }
 
-void check_object_arguments(const ObjectArguments& args, const scene::Scene& scene) {
+void check_object_arguments(const ObjectArguments& args, const scene::Scene& scene,
+                            bool has_facades) {
     if (args.file.empty()) {
-        if (!args.polygons.empty())
-            throw util::UsageError("analyse energy: --polygons without --objects; allowed: both");
+        if (!args.polygons.empty() && !has_facades)
+            throw util::UsageError(
+                "analyse energy: --polygons without --objects or --facades; allowed: with them");
         return;
     }
     if (args.polygons.empty() && scene.analysis.surface == core::AnalysisSurface::kGround)
@@ -50,6 +52,8 @@ PlannedObjects::PlannedObjects(const ObjectArguments& args, const scene::Scene& 
 }
 
 void PlannedObjects::write(analyse::CellFile& cells, const std::stop_token& stop) const {
+    if (m_file.empty())
+        return;
     if (analyse::write_objects(cells, m_file, m_info, m_polygons, m_cell_m2, stop) == 0)
         util::log_warn("{} has no objects: there is no building in the raster", m_file);
 }

@@ -25,15 +25,17 @@ struct ObjectArguments {
 void add_object_options(CLI::App& command, ObjectArguments& args);
 
 /// Rejects what cannot be before any work is done.
+/// @param has_facades whether facades are written
 /// @throws UsageError, Error
-void check_object_arguments(const ObjectArguments& args, const scene::Scene& scene);
+void check_object_arguments(const ObjectArguments& args, const scene::Scene& scene,
+                            bool has_facades);
 
 /// The description names the days and the source.
 [[nodiscard]] analyse::ObjectFileInfo object_file_info(const scene::Scene& scene,
                                                        const analyse::CellGrid& grid,
                                                        const voxel::WorldInfo& world);
 
-/// Objects that will be written when the raster is finished.
+/// Objects that will be written when the raster is finished; none without a file, but polygons.
 class PlannedObjects {
 public:
     /// @param world must outlive it
@@ -41,6 +43,10 @@ public:
     PlannedObjects(const ObjectArguments& args, const scene::Scene& scene,
                    const analyse::CellGrid& grid, const voxel::WorldInfo& world);
 
+    /// Empty: the buildings of the raster.
+    [[nodiscard]] const std::vector<analyse::ObjectPolygon>& polygons() const noexcept {
+        return m_polygons;
+    }
     /// @throws Error; "interrupted" when stopped
     void write(analyse::CellFile& cells, const std::stop_token& stop) const;
 

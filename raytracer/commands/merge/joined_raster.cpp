@@ -96,7 +96,7 @@ void check_joined_raster(const scene::Scene& scene, const std::vector<std::strin
     check_report_targets(args.reports);
     (void)relief_of(scene);
     if (kind == AnalysisKind::kEnergy)
-        check_object_arguments(args.objects, scene);
+        check_object_arguments(args.objects, scene, false);
 }
 
 util::ExitCode write_joined_raster(const farm::JoinedTiles& tiles, const scene::Scene& scene,
