@@ -105,6 +105,9 @@ constexpr Row kRows[] = {
     {"truth", "ground below bridges, crowns and arcades: sun and sky against the survey's truth",
      "300 cells of each on a synthetic survey of 8 points on a square metre",
      "numpy, pandas, pvlib", true},
+    {"facades", "walls of houses: direction, area, sun and sky against the survey's truth",
+     "houses that stand alone on a synthetic survey of 8 points on a square metre",
+     "numpy, pandas, pvlib", true},
 };
 
 std::string missing(const Row& row, const Context& c) {
