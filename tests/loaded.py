@@ -110,7 +110,9 @@ def run_round(folder, names, round_number, prefix, jobs):
         "--tests-regex",
         pattern,
     )
-    lines = []
+    # Written as it comes: a long round can be looked into while it runs.
+    LOGS.mkdir(parents=True, exist_ok=True)
+    log = LOGS / f"round-{round_number}.log"
     all_passed = True
     process = subprocess.Popen(
         [*prefix, *command],
@@ -119,17 +121,17 @@ def run_round(folder, names, round_number, prefix, jobs):
         text=True,
         errors="replace",
     )
-    with process:
+    with process, log.open("w", encoding="utf-8") as out:
         for line in process.stdout:
-            lines.append(line)
+            out.write(line)
+            out.flush()
             found = RESULT.match(line)
             if found:
                 passed = found[2] == "Passed" or found[2].endswith("Skipped")
                 all_passed = all_passed and passed
                 yield found[1], float(found[3]), passed
-    if not all_passed or process.returncode != 0:
-        LOGS.mkdir(parents=True, exist_ok=True)
-        (LOGS / f"round-{round_number}.log").write_text("".join(lines))
+    if all_passed and process.returncode == 0:
+        log.unlink()
 
 
 def table(runs):
