@@ -190,7 +190,7 @@ def matched(pairs, facades, columns):
     return sides, founds, missing
 
 
-def compare(bench, edge_m, measured, columns, suns):
+def compare(bench, measured, columns, suns):
     facades, objects = measured
     pairs = stand_alone(*houses_of(bench.survey), objects)
     sides, founds, missing = matched(pairs, facades, columns)
@@ -203,7 +203,7 @@ def compare(bench, edge_m, measured, columns, suns):
     }
     errors = {name: numpy.array(values) for name, values in errors.items()}
     count = len(sides)
-    label = f"{count} walls, voxels of {edge_m} m"
+    label = f"{count} walls"
     bench.add(f"{label}: have a facade", "%", 100 * count / (count + missing), ">= 95")
     bench.add(f"{label}: direction, mean error", "degrees", errors["azimuth"].mean())
     bench.add(f"{label}: direction within 5 degrees", "%", 100 * (errors["azimuth"] <= 5).mean())
@@ -217,11 +217,11 @@ def compare(bench, edge_m, measured, columns, suns):
     bench.add(f"{label}: view of the sky, mean error", "", errors["sky"].mean())
 
 
-def measure(bench, edge_m):
+def measure(bench):
     """@return rows of facades and of objects"""
     facades, objects = bench.scratch / "facades.gpkg", bench.scratch / "objects.gpkg"
     words = ["--area", ",".join(map(str, AREA)), "--date", DATE, "--zone", "UTC"]
-    words += ["--step-min", STEP_MIN, "--voxel", edge_m, "--facades", facades]
+    words += ["--step-min", STEP_MIN, "--facades", facades]
     words += ["--objects", objects, "-q", "-o", bench.scratch / "e.tif"]
     run(bench.program, "analyse", "energy", bench.survey, *words)
     return rows_of(facades, "facades"), rows_of(objects, "objects")
@@ -236,8 +236,7 @@ def main():
     middles = numpy.arange(STEP_MIN / 120, 24, STEP_MIN / 60)
     places = [sun_of(DATE, hour, lat, lon) for hour in middles]
     suns = [direction_of(*place) for place in places if place[0] > 0]
-    for edge_m in (1, 0.5):
-        compare(bench, edge_m, measure(bench, edge_m), columns, suns)
+    compare(bench, measure(bench), columns, suns)
     bench.finish()
 
 
