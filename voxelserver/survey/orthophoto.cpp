@@ -1,5 +1,10 @@
 #include "voxelserver/survey/orthophoto.hpp"
 
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <utility>
+
 #include "voxelserver/survey/colours.hpp"
 #include "voxelserver/survey/hash.hpp"
 #include "voxelserver/survey/noise.hpp"
@@ -7,26 +12,37 @@
 namespace terravox::survey {
 namespace {
 
+constexpr double kLand_m = -1e5;  ///< below everything that stands on the land
+
 /// The picture with a height for each pixel: the highest object wins.
 class Canvas {
 public:
-    explicit Canvas(const Box2& box)
-        : m_box(box), m_side(static_cast<int>((box.x1 - box.x0) / kOrthophotoPixel_m)) {
+    Canvas(const Box2& box, Shading shading)
+        : m_box(box),
+          m_side(static_cast<int>((box.x1 - box.x0) / kOrthophotoPixel_m)),
+          m_shading(shading) {
         const auto pixels = static_cast<std::size_t>(m_side) * static_cast<std::size_t>(m_side);
         m_rgb.resize(pixels * 3);
         m_top.assign(pixels, -1e6F);
+        if (shading == Shading::kNone)
+            m_slope.resize(pixels);
     }
+    /// Whether colours contain the light of a veiled sun.
+    [[nodiscard]] bool is_shaded() const noexcept { return m_shading == Shading::kSoft; }
     [[nodiscard]] int side() const noexcept { return m_side; }
     [[nodiscard]] Vec2 centre(int column, int row) const noexcept {
         return {m_box.x0 + (column + 0.5) * kOrthophotoPixel_m,
                 m_box.y1 - (row + 0.5) * kOrthophotoPixel_m};
     }
-    void put(int column, int row, double height_m, Colour colour) {
+    /// @param slope of the surface, rise over run eastwards and northwards
+    void put(int column, int row, double height_m, Colour colour, Vec2 slope = {}) {
         const auto i = static_cast<std::size_t>(row) * static_cast<std::size_t>(m_side) +
                        static_cast<std::size_t>(column);
         if (height_m < m_top[i])
             return;
         m_top[i] = static_cast<float>(height_m);
+        if (!m_slope.empty())
+            m_slope[i] = {static_cast<float>(slope.x), static_cast<float>(slope.y)};
         const auto part = [](double v) {
             return static_cast<std::uint8_t>(std::clamp(v + 0.5, 0.0, 255.0));
         };
@@ -47,14 +63,34 @@ public:
                  ++column)
                 visit(column, row, centre(column, row));
     }
-    [[nodiscard]] SquareRaster<std::uint8_t> take() { return {m_side, 3, std::move(m_rgb)}; }
+    [[nodiscard]] Painting take() {
+        return {m_side, std::move(m_rgb), std::move(m_top), std::move(m_slope)};
+    }
 
 private:
     Box2 m_box;
     int m_side;
+    Shading m_shading;
     std::vector<std::uint8_t> m_rgb;
     std::vector<float> m_top;
+    std::vector<Painting::Slope> m_slope;
 };
+
+/// The slope of a surface by its heights half a metre around; where it ends, of the inner half.
+template <class Height>
+Vec2 slope_of(Vec2 p, const Height& height_m) {
+    constexpr double kStep_m = 0.25;
+    const auto along = [&](Vec2 step) {
+        const std::optional<double> here = height_m(p);
+        const std::optional<double> before = height_m(p - step);
+        const std::optional<double> after = height_m(p + step);
+        const double low = before ? *before : here.value_or(0);
+        const double high = after ? *after : here.value_or(0);
+        const double run = kStep_m * ((before ? 1.0 : 0.0) + (after ? 1.0 : 0.0));
+        return run > 0 ? (high - low) / run : 0.0;
+    };
+    return {along({kStep_m, 0}), along({0, kStep_m})};
+}
 
 double soft_shade(Vec2 gradient) noexcept {
     // A high, veiled sun in the south-west.
@@ -63,7 +99,7 @@ double soft_shade(Vec2 gradient) noexcept {
     return std::clamp(1.0 + 0.22 * facing, 0.8, 1.15);
 }
 
-Colour land_colour(const SquareModel& model, Vec2 p, bool lake_near) {
+Colour land_colour(const SquareModel& model, Vec2 p, bool lake_near, bool shaded) {
     if (const auto level = model.water_m(p))
         return water_colour(model.seed(), p, *level - model.ground_m(p), lake_near);
     // Land boundaries are softened by up to half a metre; road edges are exact.
@@ -80,7 +116,7 @@ Colour land_colour(const SquareModel& model, Vec2 p, bool lake_near) {
     Colour colour = ground_colour(seed, cover, p);
     if (cover == Cover::kRoad && edge > -0.35)
         colour = colour.mixed({196, 194, 188}, 0.35);
-    return colour * soft_shade(model.gradient(p));
+    return shaded ? colour * soft_shade(model.gradient(p)) : colour;
 }
 
 void paint_land(const SquareModel& model, Canvas& canvas) {
@@ -92,7 +128,8 @@ void paint_land(const SquareModel& model, Canvas& canvas) {
             for (const Site& site : sites)
                 lake_near = lake_near || (site.lake && length(p - site.lake->centre) <
                                                            site.lake->reach_m() + 3.0);
-            canvas.put(column, row, -1e5, land_colour(model, p, lake_near));
+            canvas.put(column, row, kLand_m, land_colour(model, p, lake_near, canvas.is_shaded()),
+                       model.water_m(p) ? Vec2{} : model.gradient(p));
         }
 }
 
@@ -130,7 +167,10 @@ void paint_buildings(const SquareModel& model, Canvas& canvas) {
                 colour = colour * 1.08;
             else
                 colour = colour * (tiles - 2.0 * std::floor(tiles / 2.0) < 1.0 ? 1.02 : 0.98);
-            canvas.put(column, row, *top, colour);
+            canvas.put(column, row, *top, colour,
+                       canvas.is_shaded() ? Vec2{} : slope_of(p, [&](Vec2 at) {
+                           return building.top_m(at);
+                       }));
         });
 }
 
@@ -156,13 +196,28 @@ void paint_trees(const SquareModel& model, Canvas& canvas) {
 
 }  // namespace
 
-SquareRaster<std::uint8_t> paint_orthophoto(const SquareModel& model) {
-    Canvas canvas(model.extent().box());
+Painting paint(const SquareModel& model, Shading shading, double margin_m) {
+    Canvas canvas(model.extent().box().expanded(margin_m), shading);
     paint_land(model, canvas);
     paint_bridges(model, canvas);
     paint_buildings(model, canvas);
     paint_trees(model, canvas);
-    return canvas.take();
+    Painting painting = canvas.take();
+    for (int row = 0; row < painting.side_px; ++row)
+        for (int column = 0; column < painting.side_px; ++column) {
+            float& top = painting.top_m[static_cast<std::size_t>(row) *
+                                            static_cast<std::size_t>(painting.side_px) +
+                                        static_cast<std::size_t>(column)];
+            const Vec2 p = canvas.centre(column, row);
+            const double land = model.water_m(p).value_or(model.ground_m(p));
+            top = std::max(top, static_cast<float>(land));
+        }
+    return painting;
+}
+
+SquareRaster<std::uint8_t> paint_orthophoto(const SquareModel& model) {
+    Painting painting = paint(model, Shading::kSoft, 0);
+    return {painting.side_px, 3, std::move(painting.rgb)};
 }
 
 }  // namespace terravox::survey

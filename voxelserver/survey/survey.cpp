@@ -7,6 +7,7 @@
 #include "common/util/atomic_file.hpp"
 #include "voxelserver/lidar/las_writer.hpp"
 #include "voxelserver/survey/orthophoto.hpp"
+#include "voxelserver/survey/photo_light.hpp"
 #include "voxelserver/survey/scanner.hpp"
 #include "voxelserver/survey/truth.hpp"
 
@@ -109,6 +110,7 @@ SquareReport survey_square(const SurveyOptions& options, const SquareExtent& ext
     const auto ortho_path = options.folder / "ortho" / (report.name + ".tif");
     const auto ground_path = options.folder / "truth" / ("ground_" + report.name + ".tif");
     const auto kind_path = options.folder / "truth" / ("kind_" + report.name + ".tif");
+    const auto albedo_path = options.folder / "truth" / ("albedo_" + report.name + ".tif");
     const auto truth_path = options.folder / "truth" / ("truth_" + report.name + ".json");
     const SquareModel model(options.seed, extent, threads);
     thread::parallel_for(2, threads, [&](std::size_t half) {
@@ -116,13 +118,20 @@ SquareReport survey_square(const SurveyOptions& options, const SquareExtent& ext
             report.points = write_points(options, model, points_path);
             return;
         }
-        write_geotiff(ortho_path, extent, paint_orthophoto(model));
+        if (options.photo_light) {
+            const LitPhoto lit = take_photo(model, *options.photo_light);
+            write_geotiff(ortho_path, extent, lit.photo);
+            write_geotiff(albedo_path, extent, lit.albedo);
+        } else
+            write_geotiff(ortho_path, extent, paint_orthophoto(model));
         write_geotiff(ground_path, extent, true_ground(model));
         write_geotiff(kind_path, extent, true_kinds(model));
         write_text(truth_path, truth_json(model));
     });
     for (const auto& path : {points_path, ortho_path, ground_path, kind_path, truth_path})
         report.bytes += std::filesystem::file_size(path);
+    if (options.photo_light)
+        report.bytes += std::filesystem::file_size(albedo_path);
     report.seconds = seconds_since(start);
     return report;
 }

@@ -18,14 +18,15 @@ struct SquareReport {
 };
 
 /// Writes all files of one square: NAME.laz, ortho/NAME.tif, truth/ground_NAME.tif,
-/// truth/kind_NAME.tif and truth/truth_NAME.json. The bytes depend on seed, density and extent
-/// only.
+/// truth/kind_NAME.tif and truth/truth_NAME.json; with a light for the photo truth/albedo_NAME.tif,
+/// too. The bytes depend on seed, density, light and extent only.
 /// @param threads at least 1; points and rasters are written in parallel by two
 /// @throws Error
 SquareReport survey_square(const SurveyOptions& options, const SquareExtent& extent, int threads);
 
 /// Surveys all squares, several in parallel, and writes truth/place.json last. Memory: about 100 MB
-/// for each thread and 1 km square in progress, whatever the number of squares.
+/// for each thread and 1 km square in progress (twice as
+/// much with a light for the photo), whatever the number of squares.
 /// @param progress called after each square with the number finished so far; one call at a time,
 /// from any thread
 /// @return the reports in the order of squares_of

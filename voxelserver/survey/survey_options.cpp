@@ -51,6 +51,9 @@ struct Texts {
     std::string origin;
     std::string square_m = "1000";
     std::string threads = "0";
+    std::string photo_sun;
+    std::string photo_haze;
+    std::string photo_clouds;
     std::string folder;
 };
 
@@ -107,6 +110,38 @@ void read_origin(const std::string& text, SurveyOptions& options) {
     options.origin_north_m = whole_metres(north, text, allowed);
 }
 
+double share_of(const std::string& option, const std::string& text) {
+    const std::string allowed = "0 to 1";
+    if (text.empty())
+        return 0;
+    const double share = number_of<double>(option, text, allowed);
+    if (!(share >= 0 && share <= 1))
+        refuse(option, text, allowed);
+    return share;
+}
+
+std::optional<PhotoLight> photo_light(const Texts& texts) {
+    const std::string allowed =
+        "<azimuth>,<altitude> in degrees, azimuth 0 to 360, altitude 10 to 85";
+    if (texts.photo_sun.empty()) {
+        for (const auto& [option, text] : {std::pair{"--photo-haze", texts.photo_haze},
+                                           std::pair{"--photo-clouds", texts.photo_clouds}})
+            if (!text.empty())
+                refuse(option, text, "only together with --photo-sun");
+        return std::nullopt;
+    }
+    const auto [azimuth, altitude] = halves("--photo-sun", texts.photo_sun, ',', allowed);
+    PhotoLight light;
+    light.azimuth_deg = number_of<double>("--photo-sun", azimuth, allowed);
+    light.altitude_deg = number_of<double>("--photo-sun", altitude, allowed);
+    if (!(light.azimuth_deg >= 0 && light.azimuth_deg <= 360 && light.altitude_deg >= 10 &&
+          light.altitude_deg <= 85))
+        refuse("--photo-sun", texts.photo_sun, allowed);
+    light.haze = share_of("--photo-haze", texts.photo_haze);
+    light.clouds = share_of("--photo-clouds", texts.photo_clouds);
+    return light;
+}
+
 SurveyOptions checked(const Texts& texts) {
     SurveyOptions options;
     options.seed = number_of<std::uint64_t>("--seed", texts.seed, "0 to 18446744073709551615");
@@ -121,6 +156,7 @@ SurveyOptions checked(const Texts& texts) {
     options.threads = number_of<int>("--threads", texts.threads, threads);
     if (options.threads < 0 || options.threads > kMaxThreads)
         refuse("--threads", texts.threads, threads);
+    options.photo_light = photo_light(texts);
     options.folder = texts.folder;
     return options;
 }
@@ -160,6 +196,18 @@ std::optional<SurveyOptions> parse_options(int argc, const char* const* argv, st
                    "south-west corner in km of EPSG:3794, on a whole metre [462,101; for smaller "
                    "squares the middle of the place]")
         ->type_name("E,N");
+    app.add_option("--photo-sun", texts.photo_sun,
+                   "where the sun stands in the orthophotos, in degrees: azimuth from grid north 0 "
+                   "to 360, altitude 10 to 85; they then have cast shadows, and truth/ has what "
+                   "they would be without light [no sun, no shadows]")
+        ->type_name("AZIMUTH,ALTITUDE");
+    app.add_option("--photo-haze", texts.photo_haze,
+                   "haze over the orthophotos, with --photo-sun: 0 to 1 [0]")
+        ->type_name("H");
+    app.add_option("--photo-clouds", texts.photo_clouds,
+                   "how much of the sun the shadows of clouds take away, with --photo-sun: 0 to 1 "
+                   "[0]")
+        ->type_name("C");
     app.add_option("--threads", texts.threads,
                    "0 = one for each core; the output is the same for any number")
         ->type_name("N")

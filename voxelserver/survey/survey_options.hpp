@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "voxelserver/survey/photo_light.hpp"
 #include "voxelserver/survey/square_model.hpp"
 
 namespace terravox::survey {
@@ -21,6 +22,9 @@ struct SurveyOptions {
     std::int64_t origin_east_m = 462000;
     std::int64_t origin_north_m = 101000;
     int threads = 0;  ///< 0 = one for each core
+    /// Light and shadow in the orthophotos; nullopt: slopes are shaded a little, nothing casts a
+    /// shadow.
+    std::optional<PhotoLight> photo_light;
     std::filesystem::path folder;
 };
 

@@ -205,6 +205,11 @@ std::string place_json(const SurveyOptions& options) {
         options.origin_east_m + std::int64_t{options.square_m} * options.squares_east,
         options.origin_north_m + std::int64_t{options.square_m} * options.squares_north};
     out["orthophoto_pixel_m"] = 0.5;
+    if (options.photo_light)
+        out["photo_light"] = {{"azimuth_deg", options.photo_light->azimuth_deg},
+                              {"altitude_deg", options.photo_light->altitude_deg},
+                              {"haze", options.photo_light->haze},
+                              {"clouds", options.photo_light->clouds}};
     Json names = Json::array();
     for (const SquareExtent& extent : squares_of(options))
         names.push_back(square_of(extent));

@@ -26,24 +26,18 @@ TEST_CASE("values out of range are usage errors that name option, value and rang
         const char* value;
     };
     const auto c = GENERATE(values<Case>({
-        {"--density", "0.05"},
-        {"--density", "201"},
-        {"--density", "nan"},
-        {"--density", "8x"},
-        {"--squares", "0x1"},
-        {"--squares", "1x101"},
-        {"--squares", "3"},
-        {"--squares", "2x2x2"},
-        {"--seed", "-1"},
-        {"--seed", "18446744073709551616"},
-        {"--seed", "seven"},
-        {"--square-m", "100"},
-        {"--square-m", "48"},
-        {"--square-m", "1008"},
-        {"--origin", "462"},
-        {"--origin", "462.0005,101"},
-        {"--origin", "-1,101"},
-        {"--threads", "-1"},
+        {"--density", "0.05"},     {"--density", "201"},
+        {"--density", "nan"},      {"--density", "8x"},
+        {"--squares", "0x1"},      {"--squares", "1x101"},
+        {"--squares", "3"},        {"--squares", "2x2x2"},
+        {"--seed", "-1"},          {"--seed", "18446744073709551616"},
+        {"--seed", "seven"},       {"--square-m", "100"},
+        {"--square-m", "48"},      {"--square-m", "1008"},
+        {"--origin", "462"},       {"--origin", "462.0005,101"},
+        {"--origin", "-1,101"},    {"--threads", "-1"},
+        {"--photo-sun", "150"},    {"--photo-sun", "150,5"},
+        {"--photo-sun", "361,40"}, {"--photo-sun", "150,nan"},
+        {"--photo-haze", "0.5"},   {"--photo-clouds", "0.5"},
     }));
     DYNAMIC_SECTION(c.option << " " << c.value) {
         const std::string joined = std::string(c.option) + "=" + c.value;
@@ -72,6 +66,19 @@ TEST_CASE("the command line of the manual is understood", "[survey][options]") {
     REQUIRE(squares.size() == 6);
     CHECK(squares.front().name() == "TM_462_101");
     CHECK(squares.back().name() == "TM_463_103");
+}
+
+TEST_CASE("the light of the photograph is that of the options", "[survey][options]") {
+    CHECK_FALSE(parsed({"-o", "out"})->photo_light);
+    const auto options = parsed({"--photo-sun", "150,40.5", "--photo-haze", "0.25", "-o", "out"});
+    REQUIRE(options);
+    REQUIRE(options->photo_light);
+    CHECK(options->photo_light->azimuth_deg == 150);
+    CHECK(options->photo_light->altitude_deg == 40.5);
+    CHECK(options->photo_light->haze == 0.25);
+    CHECK(options->photo_light->clouds == 0);
+    CHECK_THROWS_AS(parsed({"--photo-sun", "150,40", "--photo-haze", "2", "-o", "out"}),
+                    util::UsageError);
 }
 
 TEST_CASE("a small square starts around the middle of the place, on a multiple of 16 m",
