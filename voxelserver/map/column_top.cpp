@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "common/util/error.hpp"
-#include "voxelserver/map/linear_light.hpp"
+#include "common/util/linear_light.hpp"
 
 namespace terravox::map {
 namespace {
@@ -17,7 +17,8 @@ using voxel::VoxelAttr;
 voxel::Rgb8 mixed(voxel::Rgb8 plain, voxel::Rgb8 shown, int shown_percent) {
     const auto share = static_cast<std::uint32_t>(std::clamp(shown_percent, 0, 100));
     const auto channel = [&](std::uint8_t a, std::uint8_t b) {
-        return to_srgb((to_linear(a) * (100 - share) + to_linear(b) * share + 50) / 100);
+        return util::to_srgb(
+            (util::to_linear(a) * (100 - share) + util::to_linear(b) * share + 50) / 100);
     };
     return {channel(plain.r, shown.r), channel(plain.g, shown.g), channel(plain.b, shown.b)};
 }

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "voxelserver/map/linear_light.hpp"
+#include "common/util/linear_light.hpp"
 
 namespace terravox::map {
 namespace {
@@ -42,7 +42,7 @@ Rgba8 shaded_pixel(const TopWindow& window) noexcept {
         return {top.colour.r, top.colour.g, top.colour.b, 255};
     const std::uint32_t shade = hill_shade(window);
     const auto channel = [&](std::uint8_t v) {
-        return to_srgb((to_linear(v) * shade + kFlatShade / 2) / kFlatShade);
+        return util::to_srgb((util::to_linear(v) * shade + kFlatShade / 2) / kFlatShade);
     };
     return {channel(top.colour.r), channel(top.colour.g), channel(top.colour.b), 255};
 }

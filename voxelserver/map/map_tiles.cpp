@@ -5,9 +5,9 @@
 
 #include "common/thread/on_new_thread.hpp"
 #include "common/util/error.hpp"
+#include "common/util/linear_light.hpp"
 #include "common/voxel/morton.hpp"
 #include "voxelserver/map/finest_tile.hpp"
-#include "voxelserver/map/linear_light.hpp"
 #include "voxelserver/map/png.hpp"
 
 namespace terravox::map {
@@ -26,13 +26,15 @@ Rgba8 mean_of(const std::array<Rgba8, 4>& four) {
     std::array<std::uint32_t, 3> sums{};
     for (const Rgba8& p : four) {
         alpha += p.a;
-        sums[0] += to_linear(p.r) * p.a;
-        sums[1] += to_linear(p.g) * p.a;
-        sums[2] += to_linear(p.b) * p.a;
+        sums[0] += util::to_linear(p.r) * p.a;
+        sums[1] += util::to_linear(p.g) * p.a;
+        sums[2] += util::to_linear(p.b) * p.a;
     }
     if (alpha == 0)
         return {};
-    const auto channel = [&](std::size_t i) { return to_srgb((sums[i] + alpha / 2) / alpha); };
+    const auto channel = [&](std::size_t i) {
+        return util::to_srgb((sums[i] + alpha / 2) / alpha);
+    };
     return {channel(0), channel(1), channel(2), static_cast<std::uint8_t>((alpha + 2) / 4)};
 }
 

@@ -3,10 +3,10 @@
 #include <vector>
 
 #include "common/util/error.hpp"
+#include "common/util/linear_light.hpp"
 #include "tests/catch.hpp"
 #include "tests/common/voxel/scene.hpp"
 #include "tests/voxelserver/map/colours.hpp"
-#include "voxelserver/map/linear_light.hpp"
 
 using namespace terravox;
 using voxel::Box;
@@ -93,8 +93,8 @@ TEST_CASE("true colours are mixed into those of materials in linear light", "[ma
         const auto plain = colours.palette.of(material).colour;
         const auto mixed = [&](std::uint8_t a, std::uint8_t b) {
             const double linear =
-                map::to_linear(a) * (100 - percent) / 100.0 + map::to_linear(b) * percent / 100.0;
-            return map::to_srgb(static_cast<std::uint32_t>(linear + 0.5));
+                util::to_linear(a) * (100 - percent) / 100.0 + util::to_linear(b) * percent / 100.0;
+            return util::to_srgb(static_cast<std::uint32_t>(linear + 0.5));
         };
         CHECK(colour_of(of(material, shown)) == voxel::Rgb8{mixed(plain.r, shown.r),
                                                             mixed(plain.g, shown.g),

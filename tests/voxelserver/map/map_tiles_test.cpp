@@ -6,10 +6,10 @@
 #include <random>
 #include <thread>
 
+#include "common/util/linear_light.hpp"
 #include "tests/catch.hpp"
 #include "tests/voxelserver/map/made_up_land.hpp"
 #include "tests/voxelserver/map/png_pixels.hpp"
-#include "voxelserver/map/linear_light.hpp"
 
 using namespace terravox;
 using map::MapTiles;
@@ -102,13 +102,13 @@ TEST_CASE("coarser tiles are means of four in linear light, weighted by alpha", 
                 const Rgba8 p = fine[static_cast<std::size_t>(fz / 256 * 2 + fx / 256)]
                                     [static_cast<std::size_t>(fz % 256 * 256 + fx % 256)];
                 alpha += p.a;
-                sums[0] += p.a * double(map::to_linear(p.r));
-                sums[1] += p.a * double(map::to_linear(p.g));
-                sums[2] += p.a * double(map::to_linear(p.b));
+                sums[0] += p.a * double(util::to_linear(p.r));
+                sums[1] += p.a * double(util::to_linear(p.g));
+                sums[2] += p.a * double(util::to_linear(p.b));
             }
             const Rgba8 got = coarse[static_cast<std::size_t>(i)];
             const auto channel = [&](int c) {
-                return map::to_srgb(static_cast<std::uint32_t>(std::floor(sums[c] / alpha + 0.5)));
+                return util::to_srgb(static_cast<std::uint32_t>(std::floor(sums[c] / alpha + 0.5)));
             };
             const Rgba8 expected = alpha == 0 ? Rgba8{}
                                               : Rgba8{channel(0), channel(1), channel(2),

@@ -1,11 +1,11 @@
-#include "voxelserver/map/linear_light.hpp"
+#include "common/util/linear_light.hpp"
 
 #include <algorithm>
 #include <array>
 
 #include "common/util/det_math.hpp"
 
-namespace terravox::map {
+namespace terravox::util {
 namespace {
 
 double linear_of(double srgb) {
@@ -47,4 +47,4 @@ std::uint8_t to_srgb(std::uint32_t linear) noexcept {
     return tables().srgb[std::min(linear, kBrightest)];
 }
 
-}  // namespace terravox::map
+}  // namespace terravox::util

@@ -2,7 +2,7 @@
 
 #include <cstdint>
 
-namespace terravox::map {
+namespace terravox::util {
 
 /// Linear light as integers, 65535 = the maximum of sRGB, so that sums and means are the same on
 /// every machine.
@@ -14,4 +14,4 @@ inline constexpr std::uint32_t kBrightest = 65535;
 /// The nearest sRGB value, so that to_srgb(to_linear(v)) == v. Values above kBrightest are clamped.
 [[nodiscard]] std::uint8_t to_srgb(std::uint32_t linear) noexcept;
 
-}  // namespace terravox::map
+}  // namespace terravox::util

@@ -1,10 +1,10 @@
-#include "voxelserver/map/linear_light.hpp"
+#include "common/util/linear_light.hpp"
 
 #include <cmath>
 
 #include "tests/catch.hpp"
 
-using namespace terravox::map;
+using namespace terravox::util;
 
 TEST_CASE("every sRGB value comes back from linear light", "[map][linear]") {
     for (int v = 0; v < 256; ++v)
