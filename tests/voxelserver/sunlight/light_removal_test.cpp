@@ -1,0 +1,144 @@
+#include "voxelserver/sunlight/light_removal.hpp"
+
+#include <array>
+#include <cmath>
+
+#include "tests/catch.hpp"
+#include "tests/voxelserver/sunlight/made_town.hpp"
+
+using namespace terravox::sunlight;
+using namespace terravox::sunlight::test;
+
+namespace {
+
+/// Calls visit(index, x, z) for the cells that have an albedo.
+template <class Visit>
+void each_result(const Scene& scene, const Visit& visit) {
+    const int border = scene.margin + kEdgeReach;
+    for (int z = border; z < scene.height - border; ++z)
+        for (int x = border; x < scene.width - border; ++x)
+            visit(scene.index(x, z), x, z);
+}
+
+struct Errors {
+    double before = 0;  ///< root of the mean squared error
+    double after = 0;
+};
+
+Errors errors_of(const MadeTown& town, const Scene& scene, const std::vector<Light>& albedo) {
+    Errors out;
+    double count = 0;
+    each_result(scene, [&](std::size_t i, int x, int z) {
+        const double truth = town.albedo(x, z);
+        out.before += std::pow(scene.photo[i][1] - truth, 2);
+        out.after += std::pow(albedo[i][1] - truth, 2);
+        ++count;
+    });
+    return {std::sqrt(out.before / count), std::sqrt(out.after / count)};
+}
+
+/// Mean of the logarithm of what is in the sun over what is in the shadow, two cells to each side
+/// of the edges of shadows, where both have the same albedo.
+double contrast(const MadeTown& town, const Scene& scene, const Sun& sun,
+                const std::vector<Light>& values) {
+    double sum = 0;
+    double count = 0;
+    constexpr int kApart = 4;
+    each_result(scene, [&](std::size_t, int x, int z) {
+        if (x + kApart >= scene.width - scene.margin - kEdgeReach)
+            return;
+        const float a = town.sunlit(x, z, sun);
+        const float b = town.sunlit(x + kApart, z, sun);
+        const float same = std::abs(town.albedo(x, z) - town.albedo(x + kApart, z));
+        if (std::abs(a - b) < 1 || same > 0)
+            return;
+        const double ratio = std::log(values[scene.index(x, z)][1]) -
+                             std::log(values[scene.index(x + kApart, z)][1]);
+        sum += a > b ? ratio : -ratio;
+        ++count;
+    });
+    REQUIRE(count > 50);
+    return sum / count;
+}
+
+}  // namespace
+
+TEST_CASE("shadows leave no edge, and albedo is much nearer to the truth than the photograph",
+          "[sunlight][removal]") {
+    const auto sun = GENERATE(Sun{150, 40}, Sun{235, 28}, Sun{95, 55});
+    CAPTURE(sun.azimuth_deg, sun.altitude_deg);
+    const MadeTown town(11);
+    const Scene scene = town.photographed(sun, {});
+    const FlightLight light = measure_light(std::array{scene}, sun);
+    CHECK_THAT(light.sky[1], Catch::Matchers::WithinAbs(0.2, 0.05));
+    const auto albedo = remove_light(scene, light);
+    const Errors errors = errors_of(town, scene, albedo);
+    CAPTURE(errors.before, errors.after);
+    CHECK(errors.after <= errors.before / 3);
+    const double before = contrast(town, scene, sun, scene.photo);
+    const double after = contrast(town, scene, sun, albedo);
+    CAPTURE(before, after);
+    CHECK(std::abs(after) <= 0.1 * before);
+}
+
+TEST_CASE("a photograph that lies a metre off its surface keeps no bright or dark seams",
+          "[sunlight][removal]") {
+    const Sun sun{150, 40};
+    const MadeTown town(12);
+    Scene scene = town.photographed(sun, {});
+    const Scene right = scene;
+    for (int z = 0; z < scene.height; ++z)
+        for (int x = 1; x < scene.width; ++x)
+            scene.photo[scene.index(x, z)] = right.photo[scene.index(x - 1, z)];
+    const auto albedo = remove_light(scene, measure_light(std::array{scene}, sun));
+    double brightest = 0;
+    each_result(scene, [&](std::size_t i, int, int) {
+        brightest = std::max(brightest, static_cast<double>(albedo[i][1]));
+    });
+    CHECK(brightest < 0.75);  // the brightest roof has 0.4; undivided shadows would give 2
+}
+
+TEST_CASE("without a sun nothing is divided, and what has the light of nature stays as it is",
+          "[sunlight][removal]") {
+    const MadeTown town(13);
+    const Scene scene = town.photographed({150, 40}, {1, 0, 0});
+    const FlightLight light = measure_light(std::array{scene}, std::nullopt);
+    CHECK(light.gain == Light{1, 1, 1});
+    CHECK(light.veil == Light{});
+    const auto albedo = remove_light(scene, light);
+    bool same = true;
+    each_result(scene,
+                [&](std::size_t i, int, int) { same = same && albedo[i] == scene.photo[i]; });
+    CHECK(same);
+}
+
+TEST_CASE("leaves that are too bright or too blue for leaves give exposure and white balance",
+          "[sunlight][levels]") {
+    Scene scene(100, 100, 20, 1);
+    for (std::size_t i = 0; i < scene.size(); ++i) {
+        scene.top_m[i] = 0;
+        scene.kind[i] = Kind::kGround;
+        scene.photo[i] = {0.60F, 0.70F, 0.60F};
+        scene.shown[i] = 1;
+    }
+    const FlightLight light = measure_light(std::array{scene}, std::nullopt);
+    CHECK(light.gain[1] < 0.6F);
+    CHECK(light.gain[2] < light.gain[1]);
+    CHECK(light.gain[0] == light.gain[1]);
+}
+
+TEST_CASE("gaps of a surface are filled from around, and wide ones cast no shadow",
+          "[sunlight][scene]") {
+    Scene scene(90, 90, 20, 1);
+    for (int z = 0; z < 90; ++z)
+        for (int x = 0; x < 30; ++x) {
+            scene.top_m[scene.index(x, z)] = 5;
+            scene.kind[scene.index(x, z)] = Kind::kRoof;
+        }
+    fill_gaps(scene);
+    CHECK(scene.top_m[scene.index(30, 40)] == 5);
+    CHECK(scene.kind[scene.index(31, 40)] == Kind::kRoof);
+    CHECK(scene.kind[scene.index(32, 40)] == Kind::kUnknown);
+    CHECK(scene.top_m[scene.index(29 + kGapReach, 40)] == 5);
+    CHECK(scene.top_m[scene.index(30 + kGapReach, 40)] < -1000);
+}

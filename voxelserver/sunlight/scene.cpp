@@ -1,0 +1,159 @@
+#include "voxelserver/sunlight/scene.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace terravox::sunlight {
+namespace {
+
+constexpr float kUnknownHeight = std::numeric_limits<float>::quiet_NaN();
+
+bool is_known(float height) noexcept {
+    return height == height;
+}
+
+/// Heights and kinds around a cell that are known.
+struct Neighbours {
+    float sum = 0;
+    float lowest = std::numeric_limits<float>::infinity();
+    float count = 0;
+    Kind kind = Kind::kUnknown;
+};
+
+Neighbours neighbours_of(const Scene& scene, std::size_t i) {
+    const int x = static_cast<int>(i % static_cast<std::size_t>(scene.width));
+    const int z = static_cast<int>(i / static_cast<std::size_t>(scene.width));
+    Neighbours out;
+    for (int nz = std::max(z - 1, 0); nz <= std::min(z + 1, scene.height - 1); ++nz)
+        for (int nx = std::max(x - 1, 0); nx <= std::min(x + 1, scene.width - 1); ++nx) {
+            const std::size_t j = scene.index(nx, nz);
+            if (!is_known(scene.top_m[j]))
+                continue;
+            out.sum += scene.top_m[j];
+            out.lowest = std::min(out.lowest, scene.top_m[j]);
+            ++out.count;
+            out.kind = std::max(out.kind, scene.kind[j]);
+        }
+    return out;
+}
+
+}  // namespace
+
+Scene::Scene(int given_width, int given_height, int given_margin, double given_cell_m)
+    : width(given_width), height(given_height), margin(given_margin), cell_m(given_cell_m) {
+    const auto count = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
+    top_m.assign(count, kUnknownHeight);
+    kind.assign(count, Kind::kUnknown);
+    photo.resize(count);
+    shown.assign(count, 0);
+}
+
+void fill_gaps(Scene& scene) {
+    struct Filled {
+        std::size_t index;
+        float top_m;
+        Kind kind;
+    };
+    std::vector<std::size_t> missing;
+    for (std::size_t i = 0; i < scene.size(); ++i)
+        if (!is_known(scene.top_m[i]))
+            missing.push_back(i);
+    std::vector<Filled> filled;
+    for (int round = 0; round < kGapReach && !missing.empty(); ++round) {
+        filled.clear();
+        std::erase_if(missing, [&](std::size_t i) {
+            const Neighbours near = neighbours_of(scene, i);
+            if (!(near.count > 0))
+                return false;
+            // Small gaps are chance; wide ones are water, or what lies behind a roof.
+            constexpr int kSmall = 2;
+            const bool small = round < kSmall;
+            filled.push_back({i, small ? near.sum / near.count : near.lowest,
+                              small ? near.kind : Kind::kUnknown});
+            return true;
+        });
+        for (const Filled& f : filled) {
+            scene.top_m[f.index] = f.top_m;
+            scene.kind[f.index] = f.kind;
+        }
+    }
+    // Nothing casts a shadow from there, and nothing is said about it.
+    constexpr float kLowest_m = -1e4F;
+    for (const std::size_t i : missing)
+        scene.top_m[i] = kLowest_m;
+}
+
+Scene halved(const Scene& scene) {
+    Scene out(scene.width / 2, scene.height / 2, scene.margin / 2, 2 * scene.cell_m);
+    for (int z = 0; z < out.height; ++z)
+        for (int x = 0; x < out.width; ++x) {
+            const std::size_t to = out.index(x, z);
+            Light sum{};
+            int shown = 0;
+            out.top_m[to] = -std::numeric_limits<float>::infinity();
+            for (int part = 0; part < 4; ++part) {
+                const std::size_t from = scene.index(2 * x + (part & 1), 2 * z + (part >> 1));
+                if (scene.top_m[from] > out.top_m[to]) {
+                    out.top_m[to] = scene.top_m[from];
+                    out.kind[to] = scene.kind[from];
+                }
+                if (scene.shown[from] == 0)
+                    continue;
+                ++shown;
+                for (std::size_t c = 0; c < 3; ++c)
+                    sum[c] += scene.photo[from][c];
+            }
+            if (shown == 0)
+                continue;
+            out.shown[to] = 1;
+            for (std::size_t c = 0; c < 3; ++c)
+                out.photo[to][c] = sum[c] / static_cast<float>(shown);
+        }
+    return out;
+}
+
+std::vector<Slope> slopes_of(const Scene& scene) {
+    // Steeper than this between two cells is an edge, not a slope.
+    constexpr float kEdge = 2.5F;
+    std::vector<Slope> out(scene.size());
+    const auto run = static_cast<float>(scene.cell_m);
+    const auto along = [&](std::size_t before, std::size_t at, std::size_t after) {
+        const float rise_in = (scene.top_m[at] - scene.top_m[before]) / run;
+        const float rise_out = (scene.top_m[after] - scene.top_m[at]) / run;
+        const bool in = scene.kind[before] == scene.kind[at] && std::abs(rise_in) < kEdge;
+        const bool on = scene.kind[after] == scene.kind[at] && std::abs(rise_out) < kEdge;
+        if (in && on)
+            return (rise_in + rise_out) / 2;
+        if (in)
+            return rise_in;
+        return on ? rise_out : 0.0F;
+    };
+    for (int z = 1; z + 1 < scene.height; ++z)
+        for (int x = 1; x + 1 < scene.width; ++x) {
+            const std::size_t i = scene.index(x, z);
+            out[i].east = along(i - 1, i, i + 1);
+            out[i].south = along(scene.index(x, z - 1), i, scene.index(x, z + 1));
+        }
+    // The mean of three by three of one kind: points of a survey scatter by decimetres.
+    std::vector<Slope> smooth(scene.size());
+    for (int z = 1; z + 1 < scene.height; ++z)
+        for (int x = 1; x + 1 < scene.width; ++x) {
+            const std::size_t i = scene.index(x, z);
+            float count = 0;
+            for (int dz = -1; dz <= 1; ++dz)
+                for (int dx = -1; dx <= 1; ++dx) {
+                    const std::size_t j = scene.index(x + dx, z + dz);
+                    if (scene.kind[j] != scene.kind[i])
+                        continue;
+                    smooth[i].east += out[j].east;
+                    smooth[i].south += out[j].south;
+                    ++count;
+                }
+            smooth[i].east /= count;
+            smooth[i].south /= count;
+        }
+    return smooth;
+}
+
+}  // namespace terravox::sunlight

@@ -1,0 +1,67 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace terravox::sunlight {
+
+/// What is seen of a cell from above.
+enum class Kind : std::uint8_t {
+    kUnknown,  ///< nothing is known of it
+    kGround,
+    kRoof,
+    kPlant,  ///< a crown or another object that hides the ground
+    kWater,
+};
+inline constexpr std::size_t kKinds = 5;
+
+/// Red, green and blue in linear light, 1 = the maximum of sRGB.
+using Light = std::array<float, 3>;
+
+/// A surface seen from above and its photograph, in square cells; index = z * width + x, x to the
+/// east, z to the south. The photograph covers the inner cells only, at least `margin` away from
+/// all edges: the margin is for what casts shadows on them.
+struct Scene {
+    int width = 0;
+    int height = 0;
+    int margin = 0;
+    double cell_m = 1;
+    /// Of the highest that is seen, above any level; NaN = not known.
+    std::vector<float> top_m;
+    std::vector<Kind> kind;
+    std::vector<Light> photo;         ///< of all cells; valid where `shown`
+    std::vector<std::uint8_t> shown;  ///< 1 = the photograph shows the cell
+
+    Scene() = default;
+    Scene(int given_width, int given_height, int given_margin, double given_cell_m);
+    [[nodiscard]] std::size_t index(int x, int z) const noexcept {
+        return static_cast<std::size_t>(z) * static_cast<std::size_t>(width) +
+               static_cast<std::size_t>(x);
+    }
+    [[nodiscard]] std::size_t size() const noexcept { return top_m.size(); }
+};
+
+/// Fills unknown heights from those at most kGapReach cells away; what is farther becomes very low.
+/// Kinds are taken over two cells only.
+void fill_gaps(Scene& scene);
+inline constexpr int kGapReach = 24;
+
+/// The same surface in cells of twice the size: the highest top, the mean of the photograph.
+[[nodiscard]] Scene halved(const Scene& scene);
+
+/// Rise over run to the east and to the south; 0 across the edge of an object, where heights are
+/// not those of one surface.
+struct Slope {
+    float east = 0;
+    float south = 0;
+};
+[[nodiscard]] std::vector<Slope> slopes_of(const Scene& scene);
+
+/// Relative luminance of linear sRGB. Ref: IEC 61966-2-1.
+[[nodiscard]] constexpr float luminance(const Light& light) noexcept {
+    return 0.2126F * light[0] + 0.7152F * light[1] + 0.0722F * light[2];
+}
+
+}  // namespace terravox::sunlight
