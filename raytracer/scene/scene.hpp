@@ -181,6 +181,7 @@ struct Scene {
         std::string vertical_unit;
         std::string settings;
         std::string steps;  ///< of voxelization, overriding those of `settings`; empty: no change
+        std::string photo;  ///< "raw" or "albedo", overriding `settings`; empty: no change
         double voxel_m = 1;
         int memory_mib = 4096;                ///< decoded squares and columns
         std::string dimension = "overworld";  ///< of a Minecraft world

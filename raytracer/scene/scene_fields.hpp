@@ -373,6 +373,13 @@ void visit_fields(SceneType& s, Visit&& visit) {
                     0,
                     {},
                     "--steps"});
+    visit("world.photo", s.world.photo,
+          FieldRule{"colours of orthophotos: albedo (sun, shadow and sky are taken out) or raw; "
+                    "default: as world.settings says, albedo",
+                    0,
+                    0,
+                    {"", "albedo", "raw"},
+                    "--photo"});
     visit("world.memory_mib", s.world.memory_mib,
           FieldRule{"limit for what the world keeps of its data, MiB", 64, 1048576});
     visit(

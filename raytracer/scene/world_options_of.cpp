@@ -9,6 +9,7 @@ worlds::WorldOptions world_options_of(const Scene& scene) {
     out.vertical_unit = scene.world.vertical_unit;
     out.settings = scene.world.settings;
     out.steps = scene.world.steps;
+    out.photo = scene.world.photo;
     out.voxel_m = scene.world.voxel_m;
     out.dimension = scene.world.dimension;
     out.base_m = scene.world.base_m;

@@ -91,6 +91,7 @@ Json json_of(const worlds::WorldOptions& world, const Paths& paths) {
             {"vertical_unit", world.vertical_unit},
             {"settings", paths.written(world.settings)},
             {"steps", world.steps},
+            {"photo", world.photo},
             {"voxel_m", world.voxel_m},
             {"memory_mib", world.memory_bytes >> 20}};
 }
@@ -109,6 +110,7 @@ worlds::WorldOptions world_of(const Json& json, const Paths& paths) {
     out.vertical_unit = json.at("vertical_unit").get<std::string>();
     out.settings = paths.read(json.at("settings").get<std::string>());
     out.steps = json.at("steps").get<std::string>();
+    out.photo = json.at("photo").get<std::string>();
     out.voxel_m = json.at("voxel_m").get<double>();
     // A number that does not fit is refused with the limit (wrong_in()).
     out.memory_bytes = std::min(json.at("memory_mib").get<std::size_t>(), kMaxMemory_bytes) << 20;

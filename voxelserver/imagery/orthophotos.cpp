@@ -81,16 +81,19 @@ void allocate(Raster& raster, std::uint8_t has) {
         static_cast<std::size_t>(raster.width) * static_cast<std::size_t>(raster.height);
     raster.flags.resize(count);
     raster.colour.resize(count);
+    raster.image.resize(count);
     if ((has & Raster::kNir) != 0) {
         raster.nir.resize(count);
         raster.red.resize(count);
     }
 }
 
-void put(Raster& raster, std::size_t at, const Pixel& p, std::uint8_t has) {
+void put(Raster& raster, std::size_t at, const Pixel& p, std::uint8_t has, std::uint32_t image) {
     const auto news = static_cast<std::uint8_t>(has & ~raster.flags[at]);
-    if ((news & Raster::kColour) != 0)
+    if ((news & Raster::kColour) != 0) {
         raster.colour[at] = {p.r, p.g, p.b};
+        raster.image[at] = image;
+    }
     if ((news & Raster::kNir) != 0) {
         raster.nir[at] = p.nir;
         raster.red[at] = p.r;
@@ -100,7 +103,7 @@ void put(Raster& raster, std::size_t at, const Pixel& p, std::uint8_t has) {
 
 /// Writes the values of one image for `part` into the raster of `whole`.
 void fill(Raster& raster, const ColumnRect& whole, const ColumnPlaces& places, const Pixels& pixels,
-          std::uint8_t has) {
+          std::uint8_t has, std::uint32_t image) {
     for (int z = 0; z < places.rect.height; ++z)
         for (int x = 0; x < places.rect.width; ++x) {
             const auto from = static_cast<std::size_t>(z * places.rect.width + x);
@@ -113,7 +116,7 @@ void fill(Raster& raster, const ColumnRect& whole, const ColumnPlaces& places, c
             if (!mean_at(places, from, pixels, p))
                 continue;
             allocate(raster, has);
-            put(raster, to, p, has);
+            put(raster, to, p, has, image);
         }
 }
 
@@ -201,43 +204,53 @@ std::vector<Orthophotos::Input> Orthophotos::inputs() const {
     return out;
 }
 
+void Orthophotos::add_layer(std::size_t index, const ColumnRect& whole, Raster& raster) const {
+    Layer& layer = *m_layers[index];
+    const ColumnRect covered = layer.map.covered(whole);
+    const int side = block_side(layer.map.pixels_per_voxel());
+    const BandRoles& roles = layer.image.roles();
+    const auto has = static_cast<std::uint8_t>((roles.colour() ? Raster::kColour : 0) |
+                                               (roles.nir != 0 ? Raster::kNir : 0));
+    Pixels pixels;
+    for (int z = 0; z < covered.height; z += side)
+        for (int x = 0; x < covered.width; x += side) {
+            const ColumnRect part{covered.x + x, covered.z + z, std::min(side, covered.width - x),
+                                  std::min(side, covered.height - z)};
+            if (!wanted(raster, part, whole, has))
+                continue;
+            ColumnPlaces places;
+            {
+                const std::lock_guard lock(gdal_mutex());
+                places = places_of(layer.map, part);
+                const PixelWindow window =
+                    window_of(places, layer.image.width(), layer.image.height());
+                if (window.width < 1)
+                    continue;
+                m_open->use(layer.image);
+                layer.image.read(window, pixels);
+            }
+            fill(raster, whole, places, pixels, has, static_cast<std::uint32_t>(index));
+        }
+}
+
 Raster Orthophotos::read(std::int32_t x0, std::int32_t z0, int width, int height) const {
     constexpr int kMaxColumns = 65536;
     if (width < 1 || height < 1 || width > kMaxColumns || height > kMaxColumns)
         throw util::Error("read orthophotos: " + std::to_string(width) + " x " +
                           std::to_string(height) + " columns; allowed: 1 to 65536 each");
-    const ColumnRect whole{x0, z0, width, height};
     Raster raster;
     raster.width = width;
     raster.height = height;
-    Pixels pixels;
-    for (const auto& layer : m_layers) {
-        const ColumnRect covered = layer->map.covered(whole);
-        const int side = block_side(layer->map.pixels_per_voxel());
-        const BandRoles& roles = layer->image.roles();
-        const auto has = static_cast<std::uint8_t>((roles.colour() ? Raster::kColour : 0) |
-                                                   (roles.nir != 0 ? Raster::kNir : 0));
-        for (int z = 0; z < covered.height; z += side)
-            for (int x = 0; x < covered.width; x += side) {
-                const ColumnRect part{covered.x + x, covered.z + z,
-                                      std::min(side, covered.width - x),
-                                      std::min(side, covered.height - z)};
-                if (!wanted(raster, part, whole, has))
-                    continue;
-                ColumnPlaces places;
-                {
-                    const std::lock_guard lock(gdal_mutex());
-                    places = places_of(layer->map, part);
-                    const PixelWindow window =
-                        window_of(places, layer->image.width(), layer->image.height());
-                    if (window.width < 1)
-                        continue;
-                    m_open->use(layer->image);
-                    layer->image.read(window, pixels);
-                }
-                fill(raster, whole, places, pixels, has);
-            }
-    }
+    for (std::size_t i = 0; i < m_layers.size(); ++i)
+        add_layer(i, {x0, z0, width, height}, raster);
+    return raster;
+}
+
+Raster Orthophotos::read_image(std::size_t image, const ColumnRect& rect) const {
+    Raster raster;
+    raster.width = rect.width;
+    raster.height = rect.height;
+    add_layer(image, rect, raster);
     return raster;
 }
 

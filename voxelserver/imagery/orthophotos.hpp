@@ -9,6 +9,7 @@
 #include "voxelserver/grid/frame.hpp"
 #include "voxelserver/grid/patch.hpp"
 #include "voxelserver/grid/square_names.hpp"
+#include "voxelserver/imagery/pixel_map.hpp"
 #include "voxelserver/imagery/raster.hpp"
 
 namespace terravox::imagery {
@@ -58,10 +59,14 @@ public:
     /// @param width, height [1, 65536]; the result has width x height columns
     /// @throws Error naming the damaged file
     [[nodiscard]] Raster read(std::int32_t x0, std::int32_t z0, int width, int height) const;
+    /// The same for one image alone.
+    /// @param image its index in inputs()
+    [[nodiscard]] Raster read_image(std::size_t image, const ColumnRect& rect) const;
 
 private:
     struct Layer;
     struct OpenFiles;
+    void add_layer(std::size_t index, const ColumnRect& whole, Raster& raster) const;
     const grid::Frame m_frame;
     std::vector<std::unique_ptr<Layer>> m_layers;
     std::unique_ptr<OpenFiles> m_open;

@@ -21,6 +21,8 @@ struct Raster {
     /// vegetation index.
     std::vector<std::uint8_t> red;
     std::vector<std::uint8_t> flags;
+    /// Where `colour` is known: the image that it comes from, an index into Orthophotos::inputs().
+    std::vector<std::uint32_t> image;
 
     [[nodiscard]] bool empty() const noexcept { return flags.empty(); }
 };

@@ -61,6 +61,10 @@ void add_lidar_options(CLI::App& app, Options& o) {
     add_kind_option(app, o, "--steps", o.world.steps,
                     "of LiDAR data: voxelization steps that run: all, none, some of those listed "
                     "below, or -STEP,... for all but these; default: as --settings says");
+    add_kind_option(app, o, "--photo", o.world.photo,
+                    "of LiDAR data: colours of orthophotos, albedo (sun, shadow and sky are taken "
+                    "out) or raw; default: as --settings says, albedo")
+        ->check(CLI::IsMember({"albedo", "raw"}));
     app.footer(voxelize::steps_help());
     add_kind_option(app, o, "--crs", o.world.crs,
                     "of LiDAR data and rasters of heights: CRS, overriding what the files say: "

@@ -166,7 +166,7 @@ std::function<util::ExitCode()> add_country_plan(CLI::App& country) {
     args->scripts.add_to(*command);
     add_opening_arguments(*command, args->world,
                           {"world.crs", "world.classes", "world.vertical_unit", "world.settings",
-                           "world.steps", "world.voxel_m", "processing.threads"});
+                           "world.steps", "world.photo", "world.voxel_m", "processing.threads"});
     return [args] { return run_plan(*args); };
 }
 

@@ -205,7 +205,7 @@ TEST_CASE("lists that do not fit the rectangle are refused",
     const std::vector<Material> own(6, Material::kGround);
     SurfaceColumns columns{3, 2, 0, group, own, {}, {}, {}};
     CHECK_NOTHROW(specialize(columns, {}, map));
-    Raster raster{2, 3, std::vector<Rgb8>(6), {}, {}, std::vector<std::uint8_t>(6, 0)};
+    Raster raster{2, 3, std::vector<Rgb8>(6), {}, {}, std::vector<std::uint8_t>(6, 0), {}};
     CHECK_THROWS_WITH(specialize(columns, raster, map), contains("3 x 2 columns"));
     columns.height = 3;
     CHECK_THROWS_WITH(specialize(columns, {}, map), contains("3 x 3 columns"));

@@ -16,6 +16,7 @@ struct LidarWorldOptions {
     std::string classes = "asprs";                   ///< id of a class table, or a path to one
     std::filesystem::path settings;  ///< which steps run and how; empty = config/voxelize.toml
     std::string steps;  ///< switches steps over the settings (switch_steps); empty = no change
+    std::string photo;  ///< "raw" or "albedo": colours of orthophotos; empty: as settings say
     std::optional<std::string> crs;  ///< overrides that of the files
     /// "m", "ft" or "us-ft"; default: from the CRS, else its horizontal unit.
     std::optional<std::string> vertical_unit;

@@ -75,6 +75,7 @@ std::vector<Field> fields_of(Settings& s) {
         number("water", "slope", s.water.slope, 0, 10),
         number("water", "min_depth_m", s.water.min_depth_m, 0, 100),
         number("water", "max_depth_m", s.water.max_depth_m, 0, 100),
+        flag("orthophoto", "albedo", s.orthophoto.albedo),
         number("material_guesses", "asphalt_below", s.material_guesses.asphalt_below, 0, 2.5),
         number("material_guesses", "bare_below", s.material_guesses.bare_below, 0, 2.5),
         number("material_guesses", "flat_slope", s.material_guesses.flat_slope, 0, 10),
@@ -174,7 +175,8 @@ voxel::Fingerprint fingerprint_of(const Settings& settings) {
     return out.fingerprint();
 }
 
-Settings load_settings(const std::filesystem::path& given, std::string_view steps) {
+Settings load_settings(const std::filesystem::path& given, std::string_view steps,
+                       std::string_view photo) {
     const std::filesystem::path file = given.empty() ? util::config_dir() / "voxelize.toml" : given;
     const auto fail = [&](const std::string& what) {
         throw util::UsageError("read the voxelization settings " + file.string() + ": " + what);
@@ -185,6 +187,11 @@ Settings load_settings(const std::filesystem::path& given, std::string_view step
         fail(fmt::format("water.min_depth_m = {} is above water.max_depth_m = {}",
                          out.water.min_depth_m, out.water.max_depth_m));
     switch_steps(steps, out.steps);
+    if (!photo.empty() && photo != "albedo" && photo != "raw")
+        throw util::UsageError("read the option --photo: '" + std::string(photo) +
+                               "'; allowed: albedo, raw");
+    if (!photo.empty())
+        out.orthophoto.albedo = photo == "albedo";
     return out;
 }
 

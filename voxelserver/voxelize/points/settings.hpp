@@ -60,6 +60,9 @@ struct Settings {
         double min_depth_m = 0.6;
         double max_depth_m = 8;
     } water;
+    struct Orthophoto {
+        bool albedo = true;  ///< sun, shadow and sky are taken out of its colours (PhotoLights)
+    } orthophoto;
     /// Brightness is relative to bright ground (BrightnessScale).
     struct MaterialGuesses {
         double asphalt_below = 0.38;  ///< darker ground is a road
@@ -79,9 +82,10 @@ struct Settings {
 /// Reads a settings file over the defaults, and applies the step switches to it.
 /// @param file empty = config/voxelize.toml
 /// @param steps see switch_steps() (step_switches.hpp); empty = as in the file
+/// @param photo "albedo" or "raw", over orthophoto.albedo; empty = as in the file
 /// @throws UsageError for a missing file or an unknown or impossible value, naming field, value and
 /// allowed range
-[[nodiscard]] Settings load_settings(const std::filesystem::path& file,
-                                     std::string_view steps = {});
+[[nodiscard]] Settings load_settings(const std::filesystem::path& file, std::string_view steps = {},
+                                     std::string_view photo = {});
 
 }  // namespace terravox::voxelize

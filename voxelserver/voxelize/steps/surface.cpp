@@ -89,10 +89,11 @@ bool shows_colour(const Window& window, const PatchAppearance* appearance, int x
 
 }  // namespace
 
-SurfaceStep::SurfaceStep(const imagery::Orthophotos* images, const ClassTable& classes,
-                         const Settings& settings, bool dry, double voxel_m,
-                         std::size_t memory_bytes, util::StageTimes& times)
+SurfaceStep::SurfaceStep(const imagery::Orthophotos* images, PhotoLights* lights,
+                         const ClassTable& classes, const Settings& settings, bool dry,
+                         double voxel_m, std::size_t memory_bytes, util::StageTimes& times)
     : m_images(images),
+      m_lights(lights),
       m_classes(classes),
       m_times(times),
       m_ground(dry ? Group::kDryGround : Group::kGround),
@@ -116,7 +117,9 @@ std::shared_ptr<const PatchAppearance> SurfaceStep::patch_appearance(grid::Patch
         key,
         [&] {
             auto out = std::make_shared<PatchAppearance>();
-            if (m_images != nullptr) {
+            if (m_lights != nullptr) {
+                out->raster = m_lights->albedo(key);
+            } else if (m_images != nullptr) {
                 const util::StageTimes::Scope timed(m_times, "orthophoto load");
                 out->raster =
                     m_images->read(key.x0(), key.z0(), grid::kPatchSize, grid::kPatchSize);

@@ -12,6 +12,7 @@
 #include "voxelserver/imagery/specialization.hpp"
 #include "voxelserver/voxelize/columns/window.hpp"
 #include "voxelserver/voxelize/points/settings.hpp"
+#include "voxelserver/voxelize/steps/photo_lights.hpp"
 
 namespace terravox::voxelize {
 
@@ -22,7 +23,8 @@ struct PatchAppearance {
     imagery::Grid surface;
     [[nodiscard]] std::size_t memory_bytes() const noexcept {
         return sizeof *this + raster.colour.size() * sizeof(voxel::Rgb8) + raster.nir.size() +
-               raster.red.size() + raster.flags.size() + surface.material.size() +
+               raster.red.size() + raster.flags.size() +
+               raster.image.size() * sizeof(std::uint32_t) + surface.material.size() +
                surface.flags.size();
     }
 };
@@ -52,9 +54,10 @@ struct SurfaceAppearance {
 class SurfaceStep {
 public:
     /// @param images nullptr = none
+    /// @param lights of the images; nullptr = their colours are used as they are
     /// @param dry the survey has a class for water, so dark ground is not taken for water
     /// @throws UsageError, Error for a bad palette
-    SurfaceStep(const imagery::Orthophotos* images, const ClassTable& classes,
+    SurfaceStep(const imagery::Orthophotos* images, PhotoLights* lights, const ClassTable& classes,
                 const Settings& settings, bool dry, double voxel_m, std::size_t memory_bytes,
                 util::StageTimes& times);
 
@@ -79,6 +82,7 @@ private:
     [[nodiscard]] imagery::Grid joined(const PatchAppearances& appearances) const;
 
     const imagery::Orthophotos* m_images;
+    PhotoLights* m_lights;
     const ClassTable& m_classes;
     util::StageTimes& m_times;
     imagery::Group m_ground;

@@ -1,7 +1,9 @@
 #include "voxelserver/voxelize/world/box_column.hpp"
 
+#include <algorithm>
 #include <utility>
 
+#include "voxelserver/voxelize/steps/photo_samples.hpp"
 #include "voxelserver/voxelize/world/step.hpp"
 
 namespace terravox::voxelize {
@@ -19,6 +21,14 @@ CoverageCounts count_coverage(const Land& land) {
             if (land.in_bounds.at(x, z) != 0)
                 ++(land.covered.value().at(x, z) != 0 ? out.covered : out.holes);
     return out;
+}
+
+voxel::InputExtent grown(const voxel::InputExtent& reach, std::int32_t by) noexcept {
+    constexpr voxel::InputExtent kAll = water::kAnywhere;
+    return {std::max(reach.min_bx, kAll.min_bx + by) - by,
+            std::max(reach.min_bz, kAll.min_bz + by) - by,
+            std::min(reach.max_bx, kAll.max_bx - by) + by,
+            std::min(reach.max_bz, kAll.max_bz - by) + by};
 }
 
 }  // namespace
@@ -42,6 +52,9 @@ BoxColumn BoxColumnMaker::make(grid::PatchKey patch) {
         static_cast<Boxes&>(out) = std::move(land.boxes.value());
     }
     out.reach = land.reach();
+    // The shadows on a patch come from the patches around.
+    if (m_context.photo_lights)
+        out.reach = grown(out.reach, shadow_patches(m_context.voxel_m));
     return out;
 }
 

@@ -5,6 +5,7 @@
 #include "common/voxel/bytes.hpp"
 #include "voxelserver/imagery/orthophotos.hpp"
 #include "voxelserver/voxelize/points/sources.hpp"
+#include "voxelserver/voxelize/steps/photo_samples.hpp"
 
 namespace terravox::voxelize {
 namespace {
@@ -35,6 +36,22 @@ Fingerprint fingerprint_of(const SquareSource& s) {
         out.add(line.number);
         out.add(line.bright_ground);
     }
+    return out.fingerprint();
+}
+
+/// An image and all that its light is found from.
+Fingerprint fingerprint_of(const imagery::Orthophotos::Input& image, const Sources& sources) {
+    const PhotoSample sample = photo_sample(image.rect, sources);
+    voxel::ByteWriter out;
+    out.add(image.identity);
+    for (const grid::PatchRect& block : sample.blocks)
+        add(out, {block.min.px, block.min.pz, block.max.px, block.max.pz});
+    std::vector<Fingerprint> files;
+    for (const std::size_t file : sample.files)
+        files.push_back(fingerprint_of(sources.files[file]));
+    std::sort(files.begin(), files.end());
+    for (const Fingerprint& file : files)
+        out.add(file);
     return out.fingerprint();
 }
 
@@ -69,7 +86,10 @@ InputFingerprints fingerprints_of(const Sources& sources, const imagery::Orthoph
               [](const auto& a, const auto& b) { return a.fingerprint < b.fingerprint; });
     if (images != nullptr)
         for (const imagery::Orthophotos::Input& image : images->inputs())
-            out.images.push_back({image.rect, image.identity, true});
+            out.images.push_back(
+                {image.rect,
+                 settings.orthophoto.albedo ? fingerprint_of(image, sources) : image.identity,
+                 true});
     return out;
 }
 

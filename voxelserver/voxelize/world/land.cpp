@@ -29,8 +29,11 @@ StepContext::StepContext(PointSet& given, const imagery::Orthophotos* images,
     : points(given),
       settings(chosen),
       voxel_m(given.sources().frame.voxel_m()),
-      surface(images, given.classes(), chosen, given.sources().has_water_class, voxel_m,
-              memory_bytes / 4, times),
+      photo_lights(images != nullptr && chosen.orthophoto.albedo
+                       ? std::make_unique<PhotoLights>(*images, given, times)
+                       : nullptr),
+      surface(images, photo_lights.get(), given.classes(), chosen, given.sources().has_water_class,
+              voxel_m, memory_bytes / 4, times),
       tints(chosen.steps.colour_variation ? Tints::load(chosen.tints) : Tints()),
       cells(given, surface, memory_bytes / 4),
       bodies(cells, water_options(chosen, given.cell_voxels(), voxel_m, memory_bytes / 4)),

@@ -32,6 +32,7 @@ struct StepContext {
     PointSet& points;
     const Settings& settings;
     double voxel_m;
+    std::unique_ptr<PhotoLights> photo_lights;  ///< nullptr: colours of images stay as they are
     SurfaceStep surface;
     Tints tints;  ///< empty where the step is switched off
     CellStore cells;

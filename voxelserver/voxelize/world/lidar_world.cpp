@@ -28,7 +28,7 @@ class LidarWorldImpl final : public LidarWorld {
 public:
     LidarWorldImpl(const LidarWorldOptions& options, util::StageTimes& times)
         : m_times(times),
-          m_settings(load_settings(options.settings, options.steps)),
+          m_settings(load_settings(options.settings, options.steps, options.photo)),
           m_points(options, m_settings, times),
           m_images(options.orthophotos.empty() ? nullptr
                                                : std::make_unique<imagery::Orthophotos>(

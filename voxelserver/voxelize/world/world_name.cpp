@@ -24,7 +24,7 @@ std::string world_name(const LidarWorldOptions& options, const std::filesystem::
     out.add(std::string_view(GDAL_RELEASE_NAME));
     if (!opener.empty())
         out.add(voxel::file_identity(opener, "worlds module"));
-    const Settings settings = load_settings(options.settings, options.steps);
+    const Settings settings = load_settings(options.settings, options.steps, options.photo);
     const ClassTable classes = load_class_table(options.classes);
     out.add(fingerprint_of(settings));
     out.add(palette_fingerprint(settings));

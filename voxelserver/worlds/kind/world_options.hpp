@@ -26,12 +26,13 @@ struct WorldOptions {
     /// Planned objects that are put into the world (voxelserver/worlds/overlay/additions.hpp).
     std::vector<std::string> additions;
 
-    std::string crs;                      ///< overrides that of the files; empty: theirs
-    std::string classes = "asprs";        ///< id of a LiDAR class table, or a path to one
-    std::string vertical_unit;            ///< "m", "ft" or "us-ft"; empty: from the files
-    std::filesystem::path settings;       ///< of voxelization; empty: config/voxelize.toml
-    std::string steps;                    ///< of voxelization that run; empty: as in the settings
-    double voxel_m = 1;                   ///< edge of a voxel at level 0, metres
+    std::string crs;                 ///< overrides that of the files; empty: theirs
+    std::string classes = "asprs";   ///< id of a LiDAR class table, or a path to one
+    std::string vertical_unit;       ///< "m", "ft" or "us-ft"; empty: from the files
+    std::filesystem::path settings;  ///< of voxelization; empty: config/voxelize.toml
+    std::string steps;               ///< of voxelization that run; empty: as in the settings
+    std::string photo;               ///< "raw" or "albedo" (LiDAR data); empty: as in the settings
+    double voxel_m = 1;              ///< edge of a voxel at level 0, metres
     std::string dimension = "overworld";  ///< of a Minecraft world
     /// For rasters of heights: rock down to this height, metres; default: a little below the
     /// lowest.

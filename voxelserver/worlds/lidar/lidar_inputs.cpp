@@ -27,6 +27,7 @@ voxelize::LidarWorldOptions lidar_options(const WorldOptions& from) {
     out.classes = from.classes;
     out.settings = from.settings;
     out.steps = from.steps;
+    out.photo = from.photo;
     if (!from.crs.empty())
         out.crs = from.crs;
     if (!from.vertical_unit.empty())

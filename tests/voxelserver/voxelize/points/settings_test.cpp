@@ -19,7 +19,7 @@ namespace {
 
 const std::string kSections =
     "points, steps, buildings, bridges, ground, vegetation, water, "
-    "material_guesses, specialization, colour_variation";
+    "orthophoto, material_guesses, specialization, colour_variation";
 
 /// Every field by its name in the file, as text.
 std::map<std::string, std::string> fields_of(const Settings& s) {
@@ -61,6 +61,7 @@ std::map<std::string, std::string> fields_of(const Settings& s) {
     number("water.slope", s.water.slope);
     number("water.min_depth_m", s.water.min_depth_m);
     number("water.max_depth_m", s.water.max_depth_m);
+    flag("orthophoto.albedo", s.orthophoto.albedo);
     number("material_guesses.asphalt_below", s.material_guesses.asphalt_below);
     number("material_guesses.bare_below", s.material_guesses.bare_below);
     number("material_guesses.flat_slope", s.material_guesses.flat_slope);

@@ -22,7 +22,7 @@ Return echo(double height, std::uint8_t code, int brightness) {
 SurfaceAppearance surface_of(MadeLand& land, const Settings& settings = {},
                              grid::PatchKey patch = {0, 0}) {
     util::StageTimes times;
-    SurfaceStep step(nullptr, asprs(), settings, true, 1, std::size_t{64} << 20, times);
+    SurfaceStep step(nullptr, nullptr, asprs(), settings, true, 1, std::size_t{64} << 20, times);
     const Window window = land.window(patch);
     auto out = step.surface(window, step.appearances(window));
     if (settings.steps.material_guesses)

@@ -30,7 +30,7 @@ public:
     explicit Step(Settings settings = {}, const imagery::Orthophotos* images = nullptr,
                   bool dry = true)
         : m_settings(std::move(settings)),
-          m_step(images, asprs(), m_settings, dry, 1, std::size_t{64} << 20, m_times) {}
+          m_step(images, nullptr, asprs(), m_settings, dry, 1, std::size_t{64} << 20, m_times) {}
     [[nodiscard]] SurfaceStep& operator*() { return m_step; }
     [[nodiscard]] SurfaceStep* operator->() { return &m_step; }
 

@@ -93,6 +93,7 @@ public:
     [[nodiscard]] OpenWorld open() const {
         auto options = OpenWorld::with(m_folder.path() / "plain.laz");
         options.orthophotos = {image()};
+        options.photo = "raw";  // such colours are not those of nature
         return OpenWorld(options);
     }
 

@@ -1,0 +1,129 @@
+// Orthophotos taken in the sun: albedo or raw, the same whatever is asked for first, and
+// fingerprints that say on what a box depends.
+#include "tests/catch.hpp"
+#include "tests/voxelserver/voxelize/world/cloud.hpp"
+#include "voxelserver/survey/survey.hpp"
+
+using namespace terravox;
+using namespace terravox::test;
+namespace fs = std::filesystem;
+
+namespace {
+
+/// A part of the synthetic village, photographed in the sun.
+class Village {
+public:
+    Village() {
+        survey::SurveyOptions options;
+        options.density = 4;
+        options.square_m = 256;
+        options.origin_east_m = 462528;
+        options.origin_north_m = 101296;
+        options.photo_light = survey::PhotoLight{150, 40, 0, 0};
+        options.threads = 2;
+        options.folder = m_folder.path();
+        m_name = survey::run_survey(options, [](const survey::SquareReport&, std::size_t) {})
+                     .front()
+                     .name;
+    }
+    [[nodiscard]] voxelize::LidarWorldOptions options(const std::string& photo,
+                                                      int threads = 1) const {
+        voxelize::LidarWorldOptions out;
+        out.files = {m_folder.path() / (m_name + ".laz")};
+        out.orthophotos = {m_folder.path() / "ortho" / (m_name + ".tif")};
+        out.photo = photo;
+        out.threads = threads;
+        return out;
+    }
+    [[nodiscard]] voxelize::LidarWorldOptions truth() const {
+        auto out = options("raw");
+        out.orthophotos = {m_folder.path() / "truth" / ("albedo_" + m_name + ".tif")};
+        return out;
+    }
+
+private:
+    TemporaryFolder m_folder;
+    std::string m_name;
+};
+
+using BoxChecksums = std::map<std::array<std::int32_t, 3>, std::uint64_t>;
+
+/// All boxes of level 0, forwards or backwards.
+BoxChecksums box_checksums_of(voxelize::LidarWorld& world, bool forwards) {
+    std::vector<voxel::BoxKey> keys;
+    const auto range = voxel::boxes_over(world.info().bounds, 0);
+    for (std::int32_t z = range.min.bz; z < range.max.bz; ++z)
+        for (std::int32_t y = range.min.by; y < range.max.by; ++y)
+            for (std::int32_t x = range.min.bx; x < range.max.bx; ++x)
+                keys.push_back({0, x, y, z});
+    if (!forwards)
+        std::reverse(keys.begin(), keys.end());
+    BoxChecksums out;
+    for (const voxel::BoxKey& key : keys)
+        if (const auto box = world.box(key))
+            out[{key.bx, key.by, key.bz}] = box->checksum();
+    return out;
+}
+
+/// Mean difference of the colours of top voxels, in 8-bit steps.
+double green_difference(OpenWorld& a, OpenWorld& b) {
+    const auto& bounds = a.world().info().bounds;
+    double sum = 0;
+    double count = 0;
+    for (std::int32_t z = bounds.min[2]; z < bounds.max[2]; z += 3)
+        for (std::int32_t x = bounds.min[0]; x < bounds.max[0]; x += 3) {
+            const auto of_a = a.top_voxel(x, z);
+            const auto of_b = b.top_voxel(x, z);
+            if (!of_a || !of_b || !of_a->has_colour() || !of_b->has_colour())
+                continue;
+            sum += std::abs(of_a->colour.g - of_b->colour.g);
+            ++count;
+        }
+    REQUIRE(count > 1000);
+    return sum / count;
+}
+
+}  // namespace
+
+TEST_CASE("an orthophoto's shadows are taken out of the colours of voxels, unless raw is asked for",
+          "[voxelserver][voxelize][photo-light]") {
+    const Village village;
+    OpenWorld usual(village.options(""));
+    OpenWorld raw(village.options("raw"));
+    OpenWorld truth(village.truth());
+    const double before = green_difference(raw, truth);
+    const double after = green_difference(usual, truth);
+    CAPTURE(before, after);
+    CHECK(after < before / 2);
+    CHECK_THROWS_WITH(OpenWorld(village.options("grey")),
+                      contains("--photo") && contains("'grey'") && contains("albedo, raw"));
+}
+
+TEST_CASE("albedo depends neither on threads nor on the order of boxes",
+          "[voxelserver][voxelize][photo-light]") {
+    const Village village;
+    OpenWorld one(village.options("albedo", 1));
+    OpenWorld two(village.options("albedo", 2));
+    const BoxChecksums wanted = box_checksums_of(one.world(), true);
+    CHECK(wanted.size() > 10);
+    CHECK(box_checksums_of(two.world(), false) == wanted);
+}
+
+TEST_CASE("raw and albedo have other fingerprints, and albedo that of what its light is found from",
+          "[voxelserver][voxelize][photo-light]") {
+    const Village village;
+    OpenWorld albedo(village.options("albedo"));
+    OpenWorld usual(village.options(""));
+    OpenWorld raw(village.options("raw"));
+    const auto range = voxel::boxes_over(albedo.world().info().bounds, 0);
+    const voxel::InputExtent everywhere{range.min.bx, range.min.bz, range.max.bx, range.max.bz};
+    CHECK(albedo.world().fingerprint(everywhere) == usual.world().fingerprint(everywhere));
+    CHECK_FALSE(albedo.world().fingerprint(everywhere) == raw.world().fingerprint(everywhere));
+    // The shadows on a box come from the patches around it.
+    const voxel::BoxKey middle{0, (range.min.bx + range.max.bx) / 2, range.min.by,
+                               (range.min.bz + range.max.bz) / 2};
+    const auto wide = albedo.world().box_with_inputs(middle).reach;
+    const auto narrow = raw.world().box_with_inputs(middle).reach;
+    CHECK(wide.min_bx <= narrow.min_bx - 1);
+    CHECK(wide.max_bz >= narrow.max_bz + 1);
+}

@@ -1,0 +1,254 @@
+#include "voxelserver/voxelize/steps/photo_lights.hpp"
+
+#include <algorithm>
+#include <optional>
+
+#include "common/util/linear_light.hpp"
+#include "common/util/log.hpp"
+#include "voxelserver/sunlight/light_removal.hpp"
+#include "voxelserver/voxelize/steps/photo_samples.hpp"
+
+namespace terravox::voxelize {
+namespace {
+
+using imagery::Raster;
+using sunlight::Kind;
+using sunlight::Light;
+using sunlight::Scene;
+
+constexpr const char* kStepName = "photo light";
+/// For the light of an image and its entry in the cache.
+constexpr std::size_t kLightBytes = 1024;
+/// Cells of the search are at least this wide.
+constexpr double kFinestCell_m = 0.75;
+
+/// What is highest in a column.
+struct Top {
+    float height = kNoHeight;  ///< voxels
+    Kind kind = Kind::kUnknown;
+    void raise(const Surface& surface, Kind what) {
+        if (surface.seen() && !(surface.height < height)) {
+            height = surface.height;
+            kind = what;
+        }
+    }
+};
+
+Top top_of(const PatchColumns& patch, std::size_t i, double voxel_m) {
+    const Column& c = patch.columns[i];
+    Top top;
+    top.raise(c.ground, Kind::kGround);
+    if (c.water.seen() && c.water_points > c.ground_points)
+        top.raise(c.water, Kind::kWater);
+    top.raise(c.deck, Kind::kGround);
+    if (c.built_upon())
+        top.raise(c.roof, Kind::kRoof);
+    if (patch.objects_begin[i + 1] == patch.objects_begin[i])
+        return top;
+    constexpr double kHides_m = 1.5;  // grass, crops and cars do not
+    const ObjectVoxel& object = patch.objects[patch.objects_begin[i + 1] - 1];
+    const float height =
+        static_cast<float>(object.y) + static_cast<float>(object.fraction) / 256.0F;
+    if (top.kind == Kind::kUnknown || (height - top.height) * voxel_m > kHides_m)
+        top = {height, Kind::kPlant};
+    return top;
+}
+
+Light linear_of(voxel::Rgb8 colour) noexcept {
+    constexpr float kScale = 1.0F / util::kBrightest;
+    return {static_cast<float>(util::to_linear(colour.r)) * kScale,
+            static_cast<float>(util::to_linear(colour.g)) * kScale,
+            static_cast<float>(util::to_linear(colour.b)) * kScale};
+}
+
+voxel::Rgb8 srgb_of(const Light& light) noexcept {
+    const auto part = [](float v) {
+        const float scaled = std::clamp(v, 0.0F, 1.0F) * util::kBrightest + 0.5F;
+        return util::to_srgb(static_cast<std::uint32_t>(scaled));
+    };
+    return {part(light[0]), part(light[1]), part(light[2])};
+}
+
+/// Puts a raster into a scene whose first column is `from` columns before the raster's.
+void show(const Raster& raster, int from, std::optional<std::uint32_t> image, Scene& scene) {
+    if (raster.empty())
+        return;
+    for (int z = 0; z < raster.height; ++z)
+        for (int x = 0; x < raster.width; ++x) {
+            const auto i = static_cast<std::size_t>(z * raster.width + x);
+            if ((raster.flags[i] & Raster::kColour) == 0 || (image && raster.image[i] != *image))
+                continue;
+            const std::size_t to = scene.index(x + from, z + from);
+            scene.photo[to] = linear_of(raster.colour[i]);
+            scene.shown[to] = 1;
+        }
+}
+
+void log_light(const std::string& file, const PhotoLight& found) {
+    if (found.light.sun)
+        util::log_info(
+            "orthophoto {}: taken with the sun at azimuth {:.1f}, altitude {:.1f} degrees "
+            "(correlation {:.2f}, margin {:.2f}, sky {:.2f}); colours are albedo",
+            file, found.light.sun->azimuth_deg, found.light.sun->altitude_deg,
+            found.estimate.correlation, found.estimate.margin,
+            sunlight::luminance(found.light.sky));
+    else
+        util::log_info(
+            "orthophoto {}: no sun found that explains its shadows (correlation {:.2f}, margin "
+            "{:.2f}); only exposure and white balance are adjusted, by {:.2f}, {:.2f}, {:.2f}",
+            file, found.estimate.correlation, found.estimate.margin, found.light.gain[0],
+            found.light.gain[1], found.light.gain[2]);
+}
+
+/// Multiplies the colours that come from an image.
+void brighten(std::uint32_t image, const Light& gain, Raster& out) {
+    if (gain == Light{1, 1, 1})
+        return;
+    for (std::size_t i = 0; i < out.colour.size(); ++i) {
+        if ((out.flags[i] & Raster::kColour) == 0 || out.image[i] != image)
+            continue;
+        Light light = linear_of(out.colour[i]);
+        for (std::size_t c = 0; c < 3; ++c)
+            light[c] *= gain[c];
+        out.colour[i] = srgb_of(light);
+    }
+}
+
+/// Replaces the colours that come from an image by albedo.
+void relight(std::uint32_t image, const PhotoLight& light, const Scene& scene, Raster& out) {
+    const std::vector<Light> albedo = sunlight::remove_light(scene, light.light);
+    const int first = (scene.width - grid::kPatchSize) / 2;
+    for (int z = 0; z < grid::kPatchSize; ++z)
+        for (int x = 0; x < grid::kPatchSize; ++x) {
+            const auto i = static_cast<std::size_t>(z * grid::kPatchSize + x);
+            if ((out.flags[i] & Raster::kColour) != 0 && out.image[i] == image)
+                out.colour[i] = srgb_of(albedo[scene.index(x + first, z + first)]);
+        }
+}
+
+}  // namespace
+
+PhotoLights::PhotoLights(const imagery::Orthophotos& images, PointSet& points,
+                         util::StageTimes& times)
+    : m_images(images),
+      m_points(points),
+      m_times(times),
+      m_voxel_m(points.sources().frame.voxel_m()),
+      m_around(shadow_patches(m_voxel_m)),
+      m_lights((images.count() + 1) * kLightBytes) {}
+
+Scene PhotoLights::surface_of(const grid::PatchRect& patches, int around) {
+    const int across = patches.max.px - patches.min.px + 2 * around;
+    const int down = patches.max.pz - patches.min.pz + 2 * around;
+    Scene scene(across * grid::kPatchSize, down * grid::kPatchSize, around * grid::kPatchSize,
+                m_voxel_m);
+    for (int pz = 0; pz < down; ++pz)
+        for (int px = 0; px < across; ++px) {
+            const auto columns =
+                m_points.columns({patches.min.px - around + px, patches.min.pz - around + pz});
+            if (!columns->any)
+                continue;
+            for (std::size_t i = 0; i < grid::kPatchColumns; ++i) {
+                const Top top = top_of(*columns, i, m_voxel_m);
+                const auto x = px * grid::kPatchSize + static_cast<int>(i) % grid::kPatchSize;
+                const auto z = pz * grid::kPatchSize + static_cast<int>(i) / grid::kPatchSize;
+                scene.top_m[scene.index(x, z)] = top.height * static_cast<float>(m_voxel_m);
+                scene.kind[scene.index(x, z)] = top.kind;
+            }
+        }
+    sunlight::fill_gaps(scene);
+    return scene;
+}
+
+PhotoLight PhotoLights::find_light(std::size_t image) {
+    const util::StageTimes::Scope timed(m_times, kStepName);
+    const PhotoSample sample = photo_sample(m_images.inputs()[image].rect, m_points.sources());
+    std::vector<Scene> scenes;
+    for (const grid::PatchRect& block : sample.blocks) {
+        Scene scene = surface_of(block, m_around);
+        const int width = (block.max.px - block.min.px) * grid::kPatchSize;
+        const int height = (block.max.pz - block.min.pz) * grid::kPatchSize;
+        show(m_images.read_image(image, {block.min.x0(), block.min.z0(), width, height}),
+             scene.margin, std::nullopt, scene);
+        while (scene.cell_m < kFinestCell_m)
+            scene = sunlight::halved(scene);
+        scenes.push_back(std::move(scene));
+    }
+    PhotoLight out;
+    const auto estimate = sunlight::find_sun(scenes);
+    if (estimate)
+        out.estimate = *estimate;
+    std::optional<sunlight::Sun> sun;
+    if (estimate && sunlight::is_certain(*estimate))
+        sun = estimate->sun;
+    out.light = sunlight::measure_light(scenes, sun);
+    // What is hardly darker in its shadows was not taken in the sun.
+    constexpr float kNoShadow = 0.9F;
+    if (sun && sunlight::luminance(out.light.sky) > kNoShadow)
+        out.light = sunlight::measure_light(scenes, std::nullopt);
+    log_light(m_images.order()[image].string(), out);
+    return out;
+}
+
+PhotoLight PhotoLights::light_of(std::size_t image) {
+    return *m_lights.get(
+        image, [&] { return std::make_shared<const PhotoLight>(find_light(image)); },
+        [](const auto&) { return sizeof(PhotoLight); });
+}
+
+Raster PhotoLights::albedo(grid::PatchKey key) {
+    constexpr int kReach = sunlight::kEdgeReach;
+    constexpr int kSide = grid::kPatchSize + 2 * kReach;
+    Raster wide;
+    {
+        const util::StageTimes::Scope timed(m_times, "orthophoto load");
+        wide = m_images.read(key.x0() - kReach, key.z0() - kReach, kSide, kSide);
+    }
+    Raster out;
+    out.width = grid::kPatchSize;
+    out.height = grid::kPatchSize;
+    if (wide.empty())
+        return out;
+    const auto middle = [&](const auto& from, auto& to) {
+        if (from.empty())
+            return;
+        for (int z = 0; z < grid::kPatchSize; ++z) {
+            const auto at = from.begin() + (z + kReach) * kSide + kReach;
+            to.insert(to.end(), at, at + grid::kPatchSize);
+        }
+    };
+    middle(wide.colour, out.colour);
+    middle(wide.nir, out.nir);
+    middle(wide.red, out.red);
+    middle(wide.flags, out.flags);
+    middle(wide.image, out.image);
+    std::vector<std::uint32_t> images;
+    for (std::size_t i = 0; i < out.flags.size(); ++i)
+        if ((out.flags[i] & Raster::kColour) != 0)
+            images.push_back(out.image[i]);
+    std::sort(images.begin(), images.end());
+    images.erase(std::unique(images.begin(), images.end()), images.end());
+    if (images.empty()) {
+        if (std::all_of(out.flags.begin(), out.flags.end(), [](auto f) { return f == 0; }))
+            return {grid::kPatchSize, grid::kPatchSize, {}, {}, {}, {}, {}};
+        return out;
+    }
+    std::optional<Scene> surface;
+    for (const std::uint32_t image : images) {
+        const PhotoLight light = light_of(image);
+        const util::StageTimes::Scope timed(m_times, kStepName);
+        if (!light.light.sun) {
+            brighten(image, light.light.gain, out);
+            continue;
+        }
+        if (!surface)
+            surface = surface_of({key, {key.px + 1, key.pz + 1}}, m_around);
+        Scene scene = *surface;
+        show(wide, scene.margin - kReach, image, scene);
+        scene.margin -= kReach;
+        relight(image, light, scene, out);
+    }
+    return out;
+}
+
+}  // namespace terravox::voxelize

@@ -1,0 +1,49 @@
+#pragma once
+
+#include <cstddef>
+
+#include "common/util/cache.hpp"
+#include "common/util/stage_times.hpp"
+#include "voxelserver/imagery/orthophotos.hpp"
+#include "voxelserver/sunlight/light_levels.hpp"
+#include "voxelserver/sunlight/sun_finder.hpp"
+#include "voxelserver/voxelize/columns/point_set.hpp"
+
+namespace terravox::voxelize {
+
+/// The light of one image, and how it was found.
+struct PhotoLight {
+    sunlight::FlightLight light;
+    sunlight::SunEstimate estimate;  ///< the best one, whether or not it is certain
+};
+
+/// Step "photo light": takes sun, shadow and sky out of the colours of images. The light of an
+/// image is found when a column first needs it, from a sample (photo_sample) of the image and of
+/// the points beneath: a function of these inputs, whatever is asked for first. Thread-safe.
+class PhotoLights {
+public:
+    /// Images, points and times must outlive this.
+    PhotoLights(const imagery::Orthophotos& images, PointSet& points, util::StageTimes& times);
+
+    /// The images' values for a patch, with albedo as colours; `nir` and `red` are as in the image,
+    /// since their ratio counts. Depends on the points within shadow_patches() around.
+    /// @throws Error naming a damaged file
+    [[nodiscard]] imagery::Raster albedo(grid::PatchKey key);
+
+    /// @param image its index in Orthophotos::inputs()
+    /// @throws Error naming a damaged file
+    [[nodiscard]] PhotoLight light_of(std::size_t image);
+
+private:
+    [[nodiscard]] sunlight::Scene surface_of(const grid::PatchRect& patches, int around);
+    [[nodiscard]] PhotoLight find_light(std::size_t image);
+
+    const imagery::Orthophotos& m_images;
+    PointSet& m_points;
+    util::StageTimes& m_times;
+    double m_voxel_m;
+    int m_around;
+    util::Cache<std::size_t, PhotoLight> m_lights;
+};
+
+}  // namespace terravox::voxelize
