@@ -42,6 +42,14 @@ void flush_to_disk(const std::filesystem::path& path) {
         throw Error("write " + path.string() + ": " + reason(failed));
 }
 
+void rename_file(const std::filesystem::path& from, const std::filesystem::path& target) {
+    std::error_code failed;
+    std::filesystem::rename(from, target, failed);
+    if (failed)
+        throw Error("write " + target.string() +
+                    ": cannot rename the finished file: " + failed.message());
+}
+
 }  // namespace
 
 void check_writable(const std::filesystem::path& target) {
@@ -70,14 +78,18 @@ AtomicFile::~AtomicFile() {
         std::filesystem::remove(m_temporary, ignored);
 }
 
+void rename_durably(const std::filesystem::path& from, const std::filesystem::path& target) {
+    rename_file(from, target);
+    const auto folder = folder_of(target);
+    // A folder that may be written but not listed cannot be opened, nor be flushed.
+    if (::access(folder.c_str(), R_OK) == 0)
+        flush_to_disk(folder);
+}
+
 void AtomicFile::commit(Flush flush) {
     if (flush == Flush::kYes)
         flush_to_disk(m_temporary);
-    std::error_code failed;
-    std::filesystem::rename(m_temporary, m_target, failed);
-    if (failed)
-        throw Error("write " + m_target.string() +
-                    ": cannot rename the finished file: " + failed.message());
+    rename_file(m_temporary, m_target);
     m_committed = true;
 }
 

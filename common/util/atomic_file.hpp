@@ -49,4 +49,9 @@ inline void write_file_atomically(const std::filesystem::path& target, std::stri
 /// @throws Error when the folder of `target` is missing and cannot be created, or is not writable
 void check_writable(const std::filesystem::path& target);
 
+/// Renames a file, whose data are on the disk, to its final name, and waits until the folder has
+/// the name on the disk, too: after a power failure, either the old or the new file is there.
+/// @throws Error
+void rename_durably(const std::filesystem::path& from, const std::filesystem::path& target);
+
 }  // namespace terravox::util

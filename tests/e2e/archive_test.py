@@ -113,7 +113,7 @@ class Archive(Case):
             ([second], 2, "shard 1 of 2 is missing"),
             ([first, first], 2, "is there twice"),
             ([first, other], 2, "is of another conversion"),
-            ([first, self.whole], 2, "a whole archive"),
+            ([first, self.whole], 2, "not a shard"),
             ([first, square()], 1, "not a box archive"),
         ):
             with self.subTest(said):

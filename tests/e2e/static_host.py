@@ -1,6 +1,7 @@
 """A static web host as there are many, and what may go wrong with one."""
 
 import gzip
+import os
 import pathlib
 import re
 import ssl
@@ -90,11 +91,13 @@ class StaticHost:
         file = self.files / name
         if not file.is_file() or not file.resolve().is_relative_to(self.files.resolve()):
             return None, {}
-        status = file.stat()
+        # Opened first: tag and bytes are those of one file, also when it is replaced meanwhile.
+        opened = _File(file)
+        status = os.fstat(opened.number)
         own = {"ETag": f'"{status.st_size}-{status.st_mtime_ns}"'}
         headers = own if self.etag is None else self._tag()
         headers["Last-Modified"] = formatdate(status.st_mtime, usegmt=True)
-        return _File(file), headers
+        return opened, headers
 
     def _tag(self):
         return {"ETag": self.etag} if self.etag else {}
@@ -104,16 +107,23 @@ class _File:
     """A file as bytes that are read when they are needed: archives may be larger than memory."""
 
     def __init__(self, path):
-        self.path = path
+        self.number = os.open(path, os.O_RDONLY | os.O_CLOEXEC)
+
+    def __del__(self):
+        os.close(self.number)
 
     def __len__(self):
-        return self.path.stat().st_size
+        return os.fstat(self.number).st_size
 
     def __getitem__(self, part):
         first, end, _ = part.indices(len(self))
-        with self.path.open("rb") as file:
-            file.seek(first)
-            return file.read(end - first)
+        read = bytearray()
+        while first + len(read) < end:
+            some = os.pread(self.number, end - first - len(read), first + len(read))
+            if not some:
+                break
+            read += some
+        return bytes(read)
 
 
 class _Server(ThreadingHTTPServer):

@@ -8,6 +8,7 @@
 #include "common/util/program.hpp"
 #include "common/util/version.hpp"
 #include "voxelserver/archive/merge.hpp"
+#include "voxelserver/archive/patch.hpp"
 #include "voxelserver/archive/summary.hpp"
 #include "voxelserver/archive/verify.hpp"
 #include "voxelserver/export/core/meter.hpp"
@@ -18,8 +19,8 @@ using namespace terravox;
 
 struct Arguments {
     std::string file;
-    std::vector<std::string> shards;  ///< of merge
-    std::string out;                  ///< of merge
+    std::vector<std::string> parts;  ///< shards of merge, changes of patch
+    std::string out;                 ///< of merge and patch; empty: patch replaces the archive
     bool overwrite = false;
     bool json = false;
     bool quiet = false;
@@ -66,8 +67,7 @@ util::ExitCode merge(const Arguments& arguments) {
     if (!arguments.overwrite && std::filesystem::exists(out))
         throw util::UsageError("merge to " + out.string() +
                                ": it is there already; allowed: another name, or --overwrite");
-    const std::vector<std::filesystem::path> shards(arguments.shards.begin(),
-                                                    arguments.shards.end());
+    const std::vector<std::filesystem::path> shards(arguments.parts.begin(), arguments.parts.end());
     constexpr std::uint64_t kSteps = 1000;
     exports::Meter meter("merge", kSteps, arguments.quiet);
     std::uint64_t shown = 0;
@@ -84,9 +84,34 @@ util::ExitCode merge(const Arguments& arguments) {
     return done.holes > 0 ? util::ExitCode::kHoles : util::ExitCode::kDone;
 }
 
+util::ExitCode patch(const Arguments& arguments) {
+    const std::filesystem::path archive = arguments.file;
+    const std::filesystem::path out = arguments.out.empty() ? arguments.file : arguments.out;
+    if (!arguments.out.empty() && !arguments.overwrite && std::filesystem::exists(out))
+        throw util::UsageError("patch to " + out.string() +
+                               ": it is there already; allowed: another name, or --overwrite");
+    const std::vector<std::filesystem::path> changes(arguments.parts.begin(),
+                                                     arguments.parts.end());
+    constexpr std::uint64_t kSteps = 1000;
+    exports::Meter meter("patch", kSteps, arguments.quiet);
+    std::uint64_t shown = 0;
+    const auto done = archive_tools::patch(archive, changes, out, arguments.threads,
+                                           [&](std::uint64_t some, std::uint64_t all) {
+                                               const std::uint64_t step = some * kSteps / all;
+                                               meter.add(step - std::exchange(shown, step));
+                                           });
+    meter.finish();
+    std::cout << out.string() << ": " << counted(done.columns, "column", "columns")
+              << " of boxes replaced, " << counted(done.made, "record", "records") << " new, "
+              << done.kept << " kept, " << counted(done.holes, "hole", "holes") << "\n";
+    return done.holes > 0 ? util::ExitCode::kHoles : util::ExitCode::kDone;
+}
+
 int run(int argc, char** argv) {
     CLI::App app(
-        "Box archives (.tvx): what one holds, whether it is whole, one of shards. Exit code 3: "
+        "Box archives (.tvx): what one holds, whether it is whole, one of shards, one with "
+        "changes. "
+        "Exit code 3: "
         "done, but there are holes, boxes that could not be read when it was made.",
         "terravox-archive");
     app.set_version_flag("--version", std::string("terravox archive ") + kVersion);
@@ -100,10 +125,20 @@ int run(int argc, char** argv) {
         command->add_option("file", arguments.file, "the archive, or a shard of one")->required();
     auto* const merging = app.add_subcommand(
         "merge", "join the shards of convert --shard I/N to the archive that they are parts of");
-    merging->add_option("shards", arguments.shards, "all shards of one conversion")->required();
+    merging->add_option("shards", arguments.parts, "all shards of one conversion")->required();
     merging->add_option("-o,--output", arguments.out, "archive to write")->required();
     merging->add_flag("--overwrite", arguments.overwrite, "write over what is there");
-    for (auto* const command : {verifying, merging}) {
+    auto* const patching = app.add_subcommand(
+        "patch",
+        "put changes, of convert --squares, into an archive; programs that read it go on with the "
+        "old one");
+    patching->add_option("file", arguments.file, "the archive")->required();
+    patching->add_option("changes", arguments.parts, "changes, all of the same state of the data")
+        ->required();
+    patching->add_option("-o,--output", arguments.out,
+                         "archive to write; default: it replaces the old one");
+    patching->add_flag("--overwrite", arguments.overwrite, "write over what is there");
+    for (auto* const command : {verifying, merging, patching}) {
         command->add_option("--threads", arguments.threads, "0: one for each core")
             ->check(CLI::Range(0, 1024));
         command->add_flag("-q,--quiet", arguments.quiet, "no progress");
@@ -112,6 +147,8 @@ int run(int argc, char** argv) {
         return *answered;
     if (*merging)
         return static_cast<int>(merge(arguments));
+    if (*patching)
+        return static_cast<int>(patch(arguments));
     return static_cast<int>(*informing ? info(arguments) : verify(arguments));
 }
 

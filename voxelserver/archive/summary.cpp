@@ -6,6 +6,7 @@
 
 #include "common/util/printable.hpp"
 #include "common/voxel/archive/archive_index.hpp"
+#include "common/voxel/archive/change.hpp"
 #include "common/voxel/archive/shard.hpp"
 #include "common/voxel/world_json.hpp"
 
@@ -24,14 +25,19 @@ std::uint64_t Summary::holes() const noexcept {
 
 Summary summary_of(const std::filesystem::path& archive) {
     const auto source = voxel::archive::file_source(archive);
-    const ArchiveIndex index(*source, ArchiveIndex::Of::kArchiveOrShard);
+    const ArchiveIndex index(*source, ArchiveIndex::Of::kAnyFile);
     Summary out;
     out.file_bytes = index.header().file_bytes;
     out.damage = index.header().damage;
-    if (index.is_shard()) {
+    if (index.kind() == voxel::archive::FileKind::kShard) {
         const voxel::archive::Shard shard = voxel::archive::read_shard(*source, index);
         out.damage = static_cast<std::uint32_t>(shard.damage.size());
         out.shard = {shard.number, shard.of};
+    }
+    if (index.kind() == voxel::archive::FileKind::kChange) {
+        const voxel::archive::Change change = voxel::archive::read_change(*source, index);
+        out.damage = static_cast<std::uint32_t>(change.damage.size());
+        out.replaced_columns = change.replaced.count();
     }
     out.facts = voxel::world_to_json(index.info());
     out.levels.resize(static_cast<std::size_t>(index.info().levels));
@@ -64,6 +70,9 @@ std::string text_of(const Summary& summary) {
                                      static_cast<double>(summary.file_bytes) / 1e6));
     if (summary.shard.of > 0)
         out += row("shard", fmt::format("{} of {}", summary.shard.number, summary.shard.of));
+    if (summary.replaced_columns)
+        out +=
+            row("change", fmt::format("replaces {} columns of boxes", *summary.replaced_columns));
     out += row("CRS", world.crs.empty() ? "none" : world.crs);
     out += row("extent", fmt::format("{:.1f} x {:.1f} m, {:.1f} m high; voxels of {} m", metres(0),
                                      metres(2), metres(1), world.voxel_m));
@@ -89,6 +98,8 @@ std::string json_of(const Summary& summary) {
         out["shard"] = summary.shard.number;
         out["shards"] = summary.shard.of;
     }
+    if (summary.replaced_columns)
+        out["replaced_columns"] = *summary.replaced_columns;
     out["levels"] = nlohmann::ordered_json::array();
     for (const LevelSummary& level : summary.levels)
         out["levels"].push_back(

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -20,10 +21,12 @@ struct ShardNumber {
     int of = 0;  ///< 0: none, it is an archive
 };
 
-/// What an archive, or a shard of one, holds, by header, facts and index alone: boxes are not read.
+/// What an archive, or a shard or change of one, holds, by header, facts and index alone: boxes are
+/// not read.
 struct Summary {
     std::uint64_t file_bytes = 0;
     ShardNumber shard;
+    std::optional<std::uint64_t> replaced_columns;  ///< of boxes, of a change; else nullopt
     std::uint32_t damage = 0;          ///< damaged places of the data that it was made from
     std::vector<LevelSummary> levels;  ///< the finest first
     std::string facts;                 ///< JSON, as `GET /v2/world` returns
@@ -35,7 +38,8 @@ struct Summary {
 
 /// The summary in lines for people.
 [[nodiscard]] std::string text_of(const Summary& summary);
-/// The same as a JSON object: `bytes`, `damage`, of a shard `shard` and `shards`, `levels` (with
+/// The same as a JSON object: `bytes`, `damage`, of a shard `shard` and `shards`, of a change
+/// `replaced_columns`, `levels` (with
 /// `boxes`, `holes`, `bytes` each) and `world`, the facts.
 [[nodiscard]] std::string json_of(const Summary& summary);
 

@@ -1,7 +1,5 @@
 #include "voxelserver/archive/verify.hpp"
 
-#include <xxhash.h>
-
 #include <array>
 #include <cstring>
 #include <memory>
@@ -11,10 +9,11 @@
 #include "common/thread/in_order.hpp"
 #include "common/util/error.hpp"
 #include "common/voxel/archive/archive_index.hpp"
-#include "common/voxel/archive/shard.hpp"
 #include "common/voxel/box_codec.hpp"
 #include "common/voxel/changed_error.hpp"
 #include "common/voxel/downsample.hpp"
+#include "voxelserver/archive/index_walk.hpp"
+#include "voxelserver/archive/records.hpp"
 
 namespace terravox::archive_tools {
 namespace {
@@ -24,6 +23,7 @@ using voxel::BoxKey;
 using voxel::archive::ArchiveIndex;
 using voxel::archive::ByteSource;
 using voxel::archive::Entry;
+using voxel::archive::FileKind;
 using voxel::archive::Kind;
 using voxel::archive::Record;
 
@@ -107,7 +107,7 @@ class Verifier {
 public:
     Verifier(ByteSource& source, int threads, const VerifyProgress& progress)
         : m_source(source),
-          m_index(source, ArchiveIndex::Of::kArchiveOrShard),
+          m_index(source, ArchiveIndex::Of::kAnyFile),
           m_threads(threads),
           m_progress(progress) {}
 
@@ -115,50 +115,32 @@ public:
         read_index();
         for (const auto& level : m_chunks)
             verify_level(level);
-        check_size(file_bytes);
+        check_size(m_source, m_index, m_walked, file_bytes, m_out);
         return std::move(m_out);
     }
 
 private:
-    void note(const std::string& problem) {
-        ++m_out.problems;
-        if (m_out.first_problems.size() < Verification::kShownProblems)
-            m_out.first_problems.push_back(problem);
-    }
-
     /// Cuts the index into chunks, level by level.
     void read_index() {
         m_chunks.resize(static_cast<std::size_t>(m_index.info().levels));
         std::optional<Entry> last;
         std::size_t count = 0;
-        for (std::size_t leaf = 0; leaf < m_index.leaves().size(); ++leaf) {
-            std::vector<Entry> entries;
-            try {
-                entries = m_index.entries(leaf);
-            } catch (const voxel::ChangedError&) {
-                throw;
-            } catch (const util::Error& e) {
-                note(e.what());
-                m_readable = false;
-                continue;
-            }
-            m_total += entries.size();
-            m_named_bytes += m_index.leaves()[leaf].bytes;
-            for (std::size_t i = 0; i < entries.size(); ++i) {
-                const Entry& entry = entries[i];
-                m_named_bytes += sizeof(Record) + entry.bytes;
-                auto& level = m_chunks[static_cast<std::size_t>(entry.key.level)];
-                if (level.empty() || (count >= kChunkEntries && last &&
-                                      parent_of(voxel::archive::key_of(last->key)) !=
-                                          parent_of(voxel::archive::key_of(entry.key)))) {
-                    level.push_back({{leaf, i}, {}});
-                    count = 0;
+        m_walked =
+            walk_index(m_index, m_out, [&](std::size_t leaf, const std::vector<Entry>& entries) {
+                for (std::size_t i = 0; i < entries.size(); ++i) {
+                    const Entry& entry = entries[i];
+                    auto& level = m_chunks[static_cast<std::size_t>(entry.key.level)];
+                    if (level.empty() || (count >= kChunkEntries && last &&
+                                          parent_of(voxel::archive::key_of(last->key)) !=
+                                              parent_of(voxel::archive::key_of(entry.key)))) {
+                        level.push_back({{leaf, i}, {}});
+                        count = 0;
+                    }
+                    level.back().end = {leaf, i + 1};
+                    ++count;
+                    last = entry;
                 }
-                level.back().end = {leaf, i + 1};
-                ++count;
-                last = entry;
-            }
-        }
+            });
     }
 
     void verify_level(const std::vector<Chunk>& chunks) {
@@ -168,7 +150,7 @@ private:
             chunks.size(), m_threads, [&](std::size_t i) { return verify_chunk(chunks[i]); },
             [&](std::size_t, ChunkResult result) {
                 for (const std::string& problem : result.problems)
-                    note(problem);
+                    m_out.note(problem);
                 for (const Content& content : result.found) {
                     while (next != expected.cend() && before(next->key, content.key))
                         note_missing(*next++);
@@ -180,22 +162,31 @@ private:
                 m_expected.insert(m_expected.end(), result.expected.begin(), result.expected.end());
                 m_done += result.found.size();
                 if (m_progress)
-                    m_progress(m_done, m_total);
+                    m_progress(m_done, m_walked.records);
             });
         while (next != expected.cend())
             note_missing(*next++);
         ++m_level;
-        // The coarsest level has no parents, and those of a shard's are in no shard.
-        if (m_level == m_index.info().levels ||
-            (m_index.is_shard() && m_level > voxel::archive::kSubtreeLevel))
+        if (m_level > coarsest_level())
             m_expected.clear();
+    }
+
+    /// Boxes of this level have no parents in the file.
+    [[nodiscard]] int coarsest_level() const noexcept {
+        switch (m_index.kind()) {
+            case FileKind::kShard: return voxel::archive::kSubtreeLevel;
+            case FileKind::kChange: return 0;
+            case FileKind::kArchive: break;
+        }
+        return m_index.info().levels - 1;
     }
 
     void note_missing(const Content& expected) {
         // What could not be read may be there.
-        if (expected.state == State::kUnknown || !m_readable)
+        if (expected.state == State::kUnknown || !m_walked.is_readable)
             return;
-        note("box " + voxel::to_string(expected.key) + " is missing above boxes that are there");
+        m_out.note("box " + voxel::to_string(expected.key) +
+                   " is missing above boxes that are there");
     }
 
     void compare(const Content& found, const Content* expected) {
@@ -203,17 +194,18 @@ private:
             ++m_out.holes;
         else
             ++m_out.boxes;
-        if (m_level == 0 || found.state == State::kUnknown || !m_readable ||
+        if (m_level == 0 || found.state == State::kUnknown || !m_walked.is_readable ||
             (expected != nullptr && expected->state == State::kUnknown))
             return;
         const std::string name = "box " + voxel::to_string(found.key);
         if (expected == nullptr)
-            note(name + " has nothing below it");
+            m_out.note(name + " has nothing below it");
         else if (found.state != expected->state)
-            note(name + (found.state == State::kHole ? " is a hole, but none of its children is"
-                                                     : " is there, but a child of it is a hole"));
+            m_out.note(name + (found.state == State::kHole
+                                   ? " is a hole, but none of its children is"
+                                   : " is there, but a child of it is a hole"));
         else if (found.state == State::kBox && found.checksum != expected->checksum)
-            note(name + " is not what its children give");
+            m_out.note(name + " is not what its children give");
     }
 
     [[nodiscard]] ChunkResult verify_chunk(const Chunk& chunk) const {
@@ -276,13 +268,8 @@ private:
         Record record{};
         std::memcpy(&record, bytes.data(), sizeof record);
         const auto frame = bytes.subspan(sizeof record);
-        if (voxel::archive::key_of(record.key) != voxel::archive::key_of(entry.key) ||
-            record.bytes != entry.bytes || record.kind != entry.kind) {
-            problems.push_back("box " + name + ": its record is that of another box");
-            return State::kUnknown;
-        }
-        if (record.checksum != XXH64(frame.data(), frame.size(), 0)) {
-            problems.push_back("box " + name + " is damaged");
+        if (const auto problem = problem_of(record, entry, frame)) {
+            problems.push_back(*problem);
             return State::kUnknown;
         }
         if (entry.kind == Kind::kHole)
@@ -305,32 +292,6 @@ private:
         return voxel::to_string(voxel::archive::key_of(entry.key));
     }
 
-    void check_size(std::uint64_t file_bytes) {
-        const auto& header = m_index.header();
-        if (file_bytes != header.file_bytes)
-            note("the file has " + std::to_string(file_bytes) + " bytes; its header says " +
-                 std::to_string(header.file_bytes));
-        std::uint64_t named = sizeof header + header.info_bytes + m_named_bytes + header.root_bytes;
-        if (m_index.is_shard())
-            named += read_shard_bytes();
-        if (m_readable && named != header.file_bytes)
-            note("its parts have " + std::to_string(named) + " bytes in all; its header says " +
-                 std::to_string(header.file_bytes));
-    }
-
-    /// Reads the end of a shard. @return its bytes
-    std::uint64_t read_shard_bytes() {
-        try {
-            (void)voxel::archive::read_shard(m_source, m_index);
-        } catch (const voxel::ChangedError&) {
-            throw;
-        } catch (const util::Error& e) {
-            note(e.what());
-        }
-        const auto& header = m_index.header();
-        return header.file_bytes - header.root_offset - header.root_bytes;
-    }
-
     ByteSource& m_source;
     const ArchiveIndex m_index;
     const int m_threads;
@@ -339,13 +300,17 @@ private:
     std::vector<Content> m_expected;           ///< of the next level, in the order of the index
     Verification m_out;
     int m_level = 0;
-    bool m_readable = true;  ///< the whole index
-    std::uint64_t m_total = 0;
+    WalkedIndex m_walked;
     std::uint64_t m_done = 0;
-    std::uint64_t m_named_bytes = 0;
 };
 
 }  // namespace
+
+void Verification::note(const std::string& problem) {
+    ++problems;
+    if (first_problems.size() < kShownProblems)
+        first_problems.push_back(problem);
+}
 
 Verification verify(const std::filesystem::path& archive, int threads,
                     const VerifyProgress& progress) {

@@ -15,15 +15,16 @@ struct Verification {
     std::uint64_t problems = 0;
     std::vector<std::string> first_problems;  ///< the first kShownProblems, a line each
     static constexpr std::size_t kShownProblems = 20;
+    void note(const std::string& problem);
 };
 
 /// Called now and then with the records that were verified, and all that there are.
 using VerifyProgress = std::function<void(std::uint64_t done, std::uint64_t total)>;
 
-/// Reads all of an archive, or of a shard: that every part of the index, every record and every box
-/// has the bytes that its checksum says, lies where the index says, and is a valid box; that each
-/// coarse box is what its eight children give, is a hole where one of them is, and is there where
-/// they hold anything; and that the file has no bytes that nothing names.
+/// Reads all of an archive, or of a shard or change: that every part of the index, every record and
+/// every box has the bytes that its checksum says, lies where the index says, and is a valid box;
+/// that each coarse box is what its eight children give, is a hole where one of them is, and is
+/// there where they hold anything; and that the file has no bytes that nothing names.
 ///
 /// Each box is unpacked once. Memory: 32 bytes for every eight boxes, and some boxes for each
 /// thread.

@@ -137,8 +137,8 @@ std::optional<FinishedShard> finished_shard(const PlanFolder& folder, const Plan
         return std::nullopt;
     try {
         const auto source = voxel::archive::file_source(file);
-        const ArchiveIndex index(*source, ArchiveIndex::Of::kArchiveOrShard);
-        if (!index.is_shard())
+        const ArchiveIndex index(*source, ArchiveIndex::Of::kAnyFile);
+        if (index.kind() != voxel::archive::FileKind::kShard)
             return std::nullopt;
         const voxel::archive::Shard shard = voxel::archive::read_shard(*source, index);
         if (shard.job != plan.job() || shard.number != number ||
@@ -153,7 +153,7 @@ std::optional<FinishedShard> finished_shard(const PlanFolder& folder, const Plan
 
 Holes holes_of(const PlanFolder& folder, int number) {
     const auto source = voxel::archive::file_source(folder.shard(number));
-    const ArchiveIndex index(*source, ArchiveIndex::Of::kArchiveOrShard);
+    const ArchiveIndex index(*source, ArchiveIndex::Of::kAnyFile);
     Holes out;
     std::vector<std::byte> room;
     for (std::size_t leaf = 0; leaf < index.leaves().size(); ++leaf) {

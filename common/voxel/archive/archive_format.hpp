@@ -10,7 +10,8 @@
 namespace terravox::voxel::archive {
 
 inline constexpr char kMagic[8] = {'T', 'V', 'X', 'A', 'R', 'C', '\r', '\n'};
-inline constexpr char kShardMagic[8] = {'T', 'V', 'X', 'S', 'H', 'D', '\r', '\n'};  ///< shard.hpp
+inline constexpr char kShardMagic[8] = {'T', 'V', 'X', 'S', 'H', 'D', '\r', '\n'};   ///< shard.hpp
+inline constexpr char kChangeMagic[8] = {'T', 'V', 'X', 'C', 'H', 'G', '\r', '\n'};  ///< change.hpp
 inline constexpr std::uint32_t kVersion = 1;
 inline constexpr const char* kEnding = ".tvx";
 

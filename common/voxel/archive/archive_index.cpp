@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <optional>
 
 #include "common/util/error.hpp"
 #include "common/voxel/pyramid_world.hpp"
@@ -16,6 +17,19 @@ namespace {
 constexpr std::uint64_t kMaxInfo_bytes = 4 << 20;
 constexpr std::uint64_t kMaxRoot_bytes = std::uint64_t{256} << 20;
 const std::uint64_t kMaxLeaf_bytes = ZSTD_compressBound(kLeafEntries * sizeof(Entry));
+
+std::optional<FileKind> kind_of(const char (&magic)[sizeof kMagic]) {
+    const auto is = [&](const char (&other)[sizeof kMagic]) {
+        return std::memcmp(magic, other, sizeof kMagic) == 0;
+    };
+    if (is(kMagic))
+        return FileKind::kArchive;
+    if (is(kShardMagic))
+        return FileKind::kShard;
+    if (is(kChangeMagic))
+        return FileKind::kChange;
+    return std::nullopt;
+}
 
 }  // namespace
 
@@ -34,11 +48,14 @@ void ArchiveIndex::read_header(Of of) {
     std::vector<std::byte> room;
     const auto bytes = m_source.read(0, sizeof m_header, room);
     std::memcpy(&m_header, bytes.data(), sizeof m_header);
-    m_is_shard = std::memcmp(m_header.magic, kShardMagic, sizeof kShardMagic) == 0;
-    if (!m_is_shard && std::memcmp(m_header.magic, kMagic, sizeof kMagic) != 0)
+    const std::optional<FileKind> kind = kind_of(m_header.magic);
+    if (!kind)
         fail("not a box archive");
-    if (m_is_shard && of == Of::kArchive)
+    m_kind = *kind;
+    if (m_kind == FileKind::kShard && of == Of::kArchive)
         fail("it is a shard of one; terravox archive merge joins the shards");
+    if (m_kind == FileKind::kChange && of == Of::kArchive)
+        fail("it is a change of one; terravox archive patch puts it into the archive");
     if (m_header.version != kVersion)
         fail("version " + std::to_string(m_header.version) +
              "; allowed: " + std::to_string(kVersion));

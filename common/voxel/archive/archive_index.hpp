@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <span>
 #include <string>
 #include <vector>
@@ -11,13 +12,20 @@
 
 namespace terravox::voxel::archive {
 
+/// Which of the files that are laid out like an archive one is, by its magic.
+enum class FileKind : std::uint8_t {
+    kArchive,
+    kShard,   ///< one of several that together become an archive (shard.hpp)
+    kChange,  ///< replaces columns of boxes of an archive (change.hpp)
+};
+
 /// What an archive holds besides its boxes: header, facts and index. Checksums, order and places
 /// are verified when a part is read. The leaves are not kept. Thread-safe.
 class ArchiveIndex {
 public:
     enum class Of {
         kArchive,
-        kArchiveOrShard,  ///< or one of the shards that an archive is made of (shard.hpp)
+        kAnyFile,  ///< or a shard (shard.hpp), or a change (change.hpp)
     };
     /// Reads header, facts and the root of the index.
     /// @param source must outlive this
@@ -27,7 +35,7 @@ public:
 
     [[nodiscard]] const Header& header() const noexcept { return m_header; }
     [[nodiscard]] const WorldInfo& info() const noexcept { return m_info; }
-    [[nodiscard]] bool is_shard() const noexcept { return m_is_shard; }
+    [[nodiscard]] FileKind kind() const noexcept { return m_kind; }
     /// Of the whole index, in the order of their first entries (before()).
     [[nodiscard]] std::span<const Leaf> leaves() const noexcept { return m_root; }
     /// The entries of a leaf, in order.
@@ -45,7 +53,7 @@ private:
 
     ByteSource& m_source;
     Header m_header{};
-    bool m_is_shard = false;
+    FileKind m_kind = FileKind::kArchive;
     WorldInfo m_info;
     std::vector<Leaf> m_root;
 };

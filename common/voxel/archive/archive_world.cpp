@@ -186,7 +186,8 @@ bool is_archive(const std::filesystem::path& file) {
     std::ifstream in(file, std::ios::binary);
     const bool is_read = static_cast<bool>(in.read(magic.data(), magic.size()));
     return is_read && (std::equal(magic.begin(), magic.end(), kMagic) ||
-                       std::equal(magic.begin(), magic.end(), kShardMagic));
+                       std::equal(magic.begin(), magic.end(), kShardMagic) ||
+                       std::equal(magic.begin(), magic.end(), kChangeMagic));
 }
 
 }  // namespace terravox::voxel

@@ -14,7 +14,8 @@ namespace terravox::voxel {
 /// when its bounds are inconsistent with its levels (levels_for()) or its index
 [[nodiscard]] std::unique_ptr<World> open_archive(std::unique_ptr<archive::ByteSource> source);
 
-/// Whether a file begins like a box archive, or a shard of one; the rest is not checked.
+/// Whether a file begins like a box archive, or a shard or change of one; the rest is not
+/// checked.
 [[nodiscard]] bool is_archive(const std::filesystem::path& file);
 
 }  // namespace terravox::voxel

@@ -1,6 +1,7 @@
 #include "common/voxel/archive/archive_writer.hpp"
 
 #include <fcntl.h>
+#include <sys/stat.h>
 #include <unistd.h>
 #include <xxhash.h>
 #include <zstd.h>
@@ -25,6 +26,14 @@ std::span<const std::byte> bytes_of(const T& value) {
     return std::as_bytes(std::span(&value, 1));
 }
 
+/// Whether a descriptor is still that of the file with this name.
+bool is_named(int fd, const std::filesystem::path& name) {
+    struct stat opened{};
+    struct stat named{};
+    return ::fstat(fd, &opened) == 0 && ::stat(name.c_str(), &named) == 0 &&
+           opened.st_dev == named.st_dev && opened.st_ino == named.st_ino;
+}
+
 std::filesystem::path part_of(std::filesystem::path file) {
     file += ".part";
     return file;
@@ -35,12 +44,19 @@ std::filesystem::path part_of(std::filesystem::path file) {
 ArchiveWriter::ArchiveWriter(std::filesystem::path file, const WorldInfo& info, std::uint64_t keep)
     : m_file(std::move(file)), m_part(part_of(m_file)) {
     util::check_writable(m_file);
-    m_fd = ::open(m_part.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | (keep == 0 ? O_TRUNC : 0), 0644);
-    if (m_fd < 0)
-        fail(std::strerror(errno));
-    begin(world_to_json(info));
-    if (keep != 0)
-        take_over(keep);
+    try {
+        open();
+        if (keep == 0 && ::ftruncate(m_fd, 0) != 0)
+            fail(std::strerror(errno));
+        begin(world_to_json(info));
+        if (keep != 0)
+            take_over(keep);
+    } catch (...) {
+        // No destructor runs, and the lock must end.
+        if (m_fd >= 0)
+            ::close(m_fd);
+        throw;
+    }
 }
 
 ArchiveWriter::~ArchiveWriter() {
@@ -50,6 +66,24 @@ ArchiveWriter::~ArchiveWriter() {
 
 void ArchiveWriter::fail(const char* what) const {
     throw util::Error("write the box archive " + m_file.string() + ": " + what);
+}
+
+// Two writers of one file would corrupt it, so each locks it. One that finishes while another opens
+// the file renames it: the other one then has a lock on a finished archive, and opens again.
+void ArchiveWriter::open() {
+    do {
+        if (m_fd >= 0)
+            ::close(m_fd);
+        m_fd = ::open(m_part.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
+        if (m_fd < 0)
+            fail(std::strerror(errno));
+        struct flock lock{};
+        lock.l_type = F_WRLCK;
+        lock.l_whence = SEEK_SET;
+        if (::fcntl(m_fd, F_OFD_SETLK, &lock) != 0 && (errno == EAGAIN || errno == EACCES))
+            fail("another process writes it");
+        // File systems without locks: the journal of a conversion has one of its own.
+    } while (!is_named(m_fd, m_part));
 }
 
 // Must give the same bytes as those in the file when an archive is continued.
@@ -133,10 +167,18 @@ void ArchiveWriter::finish(std::size_t damage) {
 }
 
 void ArchiveWriter::finish_shard(const std::string& facts) {
+    finish_with_end(kShardMagic, facts);
+}
+
+void ArchiveWriter::finish_change(const std::string& facts) {
+    finish_with_end(kChangeMagic, facts);
+}
+
+void ArchiveWriter::finish_with_end(const char (&magic)[8], const std::string& facts) {
     write_index();
     write(std::as_bytes(std::span(facts)));
     write(bytes_of(XXH64(facts.data(), facts.size(), 0)));
-    std::copy(std::begin(kShardMagic), std::end(kShardMagic), m_header.magic);
+    std::copy(std::begin(magic), std::end(magic), m_header.magic);
     close(0);
 }
 
@@ -171,7 +213,7 @@ void ArchiveWriter::close(std::size_t damage) {
     write_at(0, bytes_of(m_header));
     if (::fsync(m_fd) != 0 || ::close(std::exchange(m_fd, -1)) != 0)
         fail(std::strerror(errno));
-    std::filesystem::rename(m_part, m_file);
+    util::rename_durably(m_part, m_file);
 }
 
 }  // namespace terravox::voxel

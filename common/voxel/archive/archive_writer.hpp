@@ -20,7 +20,8 @@ public:
     /// @param info the description of the world to store in the archive
     /// @param keep continue a FILE.part that begins with the same info, keeping its records up to
     /// this offset; 0: start over
-    /// @throws Error when the file cannot be written, or the records to keep are missing
+    /// @throws Error when the file cannot be written, another process writes it, or the records to
+    /// keep are missing
     ArchiveWriter(std::filesystem::path file, const WorldInfo& info, std::uint64_t keep);
     ~ArchiveWriter();
     ArchiveWriter(const ArchiveWriter&) = delete;
@@ -36,6 +37,8 @@ public:
     /// Reads the frame of an entry back.
     /// @throws Error
     [[nodiscard]] std::vector<std::byte> frame_of(const archive::Entry& entry) const;
+    /// The file that is written until it is finished.
+    [[nodiscard]] const std::filesystem::path& unfinished_file() const noexcept { return m_part; }
     /// Writes index and header, and renames the file to its final name.
     /// @param damage number of places where the world's data are damaged
     /// @throws Error
@@ -43,10 +46,15 @@ public:
     /// The same for a shard (shard.hpp): a file that archives are merged of.
     /// @param facts what ends the file: json_of(Shard)
     void finish_shard(const std::string& facts);
+    /// The same for a change (change.hpp): a file that replaces a part of an archive.
+    /// @param facts what ends the file: json_of(Change)
+    void finish_change(const std::string& facts);
 
 private:
+    void finish_with_end(const char (&magic)[8], const std::string& facts);
     void write_index();
     void close(std::size_t damage);
+    void open();
     void begin(const std::string& info);
     void take_over(std::uint64_t keep);
     void write(std::span<const std::byte> bytes);

@@ -2,6 +2,7 @@
 
 #include <map>
 #include <set>
+#include <utility>
 
 #include "common/thread/in_order.hpp"
 #include "common/voxel/box_codec.hpp"
@@ -18,7 +19,7 @@ MadeBox read_back(const ArchiveWriter& writer, const Entry& entry) {
     return {decompress_box(frame, to_string(key_of(entry.key))), std::nullopt};
 }
 
-void add_level(ArchiveWriter& writer, int level, int threads) {
+void add_level(ArchiveWriter& writer, int level, int threads, const KeptRecord& kept) {
     writer.flush();
     std::map<BoxKey, Entry> below;
     std::set<BoxKey> parents;
@@ -33,6 +34,8 @@ void add_level(ArchiveWriter& writer, int level, int threads) {
     thread::in_order(
         keys.size(), threads,
         [&](std::size_t i) {
+            if (auto record = kept ? kept(keys[i]) : std::nullopt)
+                return std::move(*record);
             std::array<MadeBox, 8> children;
             for (int c = 0; c < 8; ++c) {
                 const BoxKey key = child_of(keys[i], c);
@@ -70,9 +73,10 @@ MadeBox coarse_box(const BoxKey& key, const std::array<MadeBox, 8>& children) {
     return {downsample(key, boxes), std::nullopt};
 }
 
-void add_levels_above(ArchiveWriter& writer, int below, int levels, int threads) {
+void add_levels_above(ArchiveWriter& writer, int below, int levels, int threads,
+                      const KeptRecord& kept) {
     for (int level = below + 1; level < levels; ++level)
-        add_level(writer, level, threads);
+        add_level(writer, level, threads, kept);
 }
 
 }  // namespace terravox::voxel::archive

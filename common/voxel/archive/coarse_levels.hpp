@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstddef>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -35,10 +36,16 @@ struct MadeRecord {
 /// A coarse box from its children (child_of()); a hole if one of them is.
 [[nodiscard]] MadeBox coarse_box(const BoxKey& key, const std::array<MadeBox, 8>& children);
 
+/// A record of an earlier archive that is still what its children give; nullopt: it must be made.
+/// Called on several threads.
+using KeptRecord = std::function<std::optional<MadeRecord>(const BoxKey&)>;
+
 /// Adds the boxes of levels below + 1 to levels - 1, level by level in the order of their keys,
 /// from those of the level `below` that the writer has.
 /// @param threads 0: one for each core; the bytes do not depend on it
+/// @param kept records that need not be made; empty: none
 /// @throws Error when what was written cannot be read back
-void add_levels_above(ArchiveWriter& writer, int below, int levels, int threads);
+void add_levels_above(ArchiveWriter& writer, int below, int levels, int threads,
+                      const KeptRecord& kept = {});
 
 }  // namespace terravox::voxel::archive

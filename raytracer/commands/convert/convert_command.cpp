@@ -7,6 +7,9 @@
 #include <cstdio>
 #include <filesystem>
 #include <memory>
+#include <set>
+#include <span>
+#include <sstream>
 
 #include "common/util/atomic_file.hpp"
 #include "common/util/log.hpp"
@@ -17,6 +20,7 @@
 #include "raytracer/material/material_file.hpp"
 #include "voxelserver/export/core/part.hpp"
 #include "voxelserver/export/formats/formats.hpp"
+#include "voxelserver/voxelize/world/dependent_columns.hpp"
 #include "voxelserver/worlds/open/open_world.hpp"
 #include "voxelserver/worlds/open/world_kinds.hpp"
 
@@ -35,6 +39,7 @@ struct ConvertArguments {
     std::string area;
     std::string heights;
     std::string shard;
+    std::string squares;
     exports::Selection selection;
     int memory_mib = 1024;
     bool quiet = false;
@@ -58,6 +63,57 @@ exports::ShardChoice shard_of(const std::string& text) {
     if (of.ec != std::errc() || of.ptr != end || out.of < 1 ||
         out.of > exports::ShardChoice::kMost || out.number < 1 || out.number > out.of)
         throw refused();
+    return out;
+}
+
+/// The columns of boxes of the archive's level 0 that some columns of level 0 lie in, cut to the
+/// part.
+std::vector<exports::ColumnAt> columns_at(const exports::Part& part,
+                                          std::span<const grid::PatchKey> columns) {
+    const voxel::BoxRange all = part.boxes();
+    std::set<grid::PatchKey> places;
+    for (const grid::PatchKey& column : columns) {
+        const grid::PatchKey at{column.px >> part.level, column.pz >> part.level};
+        if (at.px >= all.min.bx && at.px < all.max.bx && at.pz >= all.min.bz && at.pz < all.max.bz)
+            places.insert(at);
+    }
+    std::vector<exports::ColumnAt> out;
+    for (const grid::PatchKey& at : places)
+        out.push_back({at.px, at.pz});
+    return out;
+}
+
+/// What a change of the named squares makes anew.
+exports::ChangedColumns columns_of_squares(voxel::World& world, const exports::Part& part,
+                                           const std::vector<std::string>& names, int threads) {
+    auto* const lidar = dynamic_cast<voxelize::LidarWorld*>(&world);
+    if (lidar == nullptr)
+        throw util::UsageError(
+            "convert: --squares of a world without squares; allowed: LiDAR data and stores");
+    const voxelize::DependentColumns found =
+        voxelize::columns_that_depend_on(*lidar, voxelize::squares_named(*lidar, names), threads);
+    const std::vector<grid::PatchKey> dependent(found.dependent.begin(), found.dependent.end());
+    exports::ChangedColumns out{columns_at(part, dependent), {}};
+    if (out.replaced.empty())
+        throw util::UsageError(
+            "convert: --squares: none of them lies in the part; allowed: those "
+            "that the archive shows");
+    // A coarser column may hold both kinds.
+    std::set<std::pair<std::int32_t, std::int32_t>> replaced;
+    for (const exports::ColumnAt& at : out.replaced)
+        replaced.emplace(at.bx, at.bz);
+    for (const exports::ColumnAt& at : columns_at(part, found.neighbours))
+        if (!replaced.contains({at.bx, at.bz}))
+            out.compared.push_back(at);
+    return out;
+}
+
+std::vector<std::string> names_in(const std::string& list) {
+    std::vector<std::string> out;
+    std::istringstream in(list);
+    for (std::string name; std::getline(in, name, ',');)
+        if (!name.empty())
+            out.push_back(name);
     return out;
 }
 
@@ -101,6 +157,11 @@ util::ExitCode run_convert(ConvertArguments& args) {
     if (args.write.shard.of > 0 && !format.has_shards)
         throw util::UsageError("convert: --shard " + args.shard + " to " +
                                std::string(format.name) + "; allowed: to a box archive (.tvx)");
+    if (!args.squares.empty() && !format.has_shards)
+        throw util::UsageError("convert: --squares " + args.squares + " to " +
+                               std::string(format.name) + "; allowed: to a box archive (.tvx)");
+    if (!args.squares.empty() && args.write.shard.of > 0)
+        throw util::UsageError("convert: --squares with --shard; allowed: one of them");
     args.selection.heights =
         numbers_of("convert", "--heights", args.heights, 2, "lowest,highest in metres");
     format.check_target(out, args.write);
@@ -108,14 +169,20 @@ util::ExitCode run_convert(ConvertArguments& args) {
     util::StageTimes times;
     const auto world = worlds::open_world(args.world.options(scene), times);
     const exports::Part part = exports::part_of(world->info(), args.selection);
+    const int threads = scene.processing.threads.value_or(0);
+    std::uint64_t steps = format.steps(part, world->info());
+    if (const auto names = names_in(args.squares); !names.empty()) {
+        args.write.changed = columns_of_squares(*world, part, names, threads);
+        steps = args.write.changed.replaced.size() + args.write.changed.compared.size();
+    }
     const voxel::Palette palette = voxel::load_palette(material::find_materials(""));
-    exports::Meter meter("convert", format.steps(part, world->info()), args.quiet);
+    exports::Meter meter("convert", steps, args.quiet);
     exports::Job job(*world, part, out, palette, meter);
     job.name =
         job_name(args.world, scene, part, *world, std::string(format.name) + " " + args.colours);
     job.colours =
         args.colours == "material" ? exports::Colours::kMaterial : exports::Colours::kTrue;
-    job.threads = scene.processing.threads.value_or(0);
+    job.threads = threads;
     job.memory_bytes = static_cast<std::size_t>(args.memory_mib) << 20;
     format.write(job, args.write);
     meter.finish();
@@ -142,6 +209,9 @@ std::function<util::ExitCode()> add_convert_options(CLI::App& app) {
     app.add_option("--shard", args->shard,
                    "I/N: of a box archive only the I-th of N shards, which other calls may make "
                    "elsewhere at the same time; terravox archive merge joins them");
+    app.add_option("--squares", args->squares,
+                   "NAME,NAME...: of a box archive only what changes with these squares of LiDAR "
+                   "data; terravox archive patch puts it into the archive of all");
     app.add_option("--heights", args->heights, "lowest,highest in metres");
     app.add_option("--colours", args->colours,
                    "of voxels: true (their own, where they have one) or material")

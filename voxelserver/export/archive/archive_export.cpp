@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <limits>
 #include <memory>
 #include <utility>
@@ -14,8 +13,8 @@
 #include "common/voxel/archive/archive_writer.hpp"
 #include "common/voxel/archive/coarse_levels.hpp"
 #include "common/voxel/archive/shard.hpp"
-#include "common/voxel/box_builder.hpp"
 #include "common/voxel/pyramid_world.hpp"
+#include "voxelserver/export/archive/archive_box.hpp"
 #include "voxelserver/export/core/journal.hpp"
 
 namespace terravox::exports {
@@ -29,79 +28,12 @@ using voxel::archive::kSubtreeLevel;
 using voxel::archive::MadeBox;
 using voxel::archive::MadeRecord;
 
-voxel::WorldInfo info_of(const Part& part, const voxel::WorldInfo& world) {
-    const auto scale = static_cast<double>(std::int64_t{1} << part.level);
-    voxel::WorldInfo info = world;
-    info.bounds = part.bounds;
-    info.voxel_m *= scale;
-    info.crs_units_per_voxel *= scale;
-    info.levels = voxel::levels_for(info.bounds);
-    info.framed = {};
-    return info;
-}
-
-// Where the part ends before the world does, a box may extend beyond it.
-voxel::VoxelBounds limits_of(const Part& part, const voxel::WorldInfo& world) {
-    constexpr std::int32_t kFar = 1 << 30;
-    voxel::VoxelBounds limits = part.bounds;
-    for (std::size_t a = 0; a < 3; ++a) {
-        if (part.bounds.min[a] <= world.bounds.min[a] >> part.level)
-            limits.min[a] = -kFar;
-        if (part.bounds.max[a] > (world.bounds.max[a] - 1) >> part.level)
-            limits.max[a] = kFar;
-    }
-    return limits;
-}
-
-// The box without the voxels outside the limits.
-std::shared_ptr<const Box> cut(const std::shared_ptr<const Box>& box,
-                               const voxel::VoxelBounds& limits) {
-    const std::array<std::int32_t, 3> size{voxel::kBoxSizeX, voxel::kBoxSizeY, voxel::kBoxSizeZ};
-    const std::array<std::int32_t, 3> at{box->key().bx * size[0], box->key().by * size[1],
-                                         box->key().bz * size[2]};
-    std::array<int, 3> low{};
-    std::array<int, 3> high{};
-    bool whole = true;
-    for (std::size_t a = 0; a < 3; ++a) {
-        low[a] = std::clamp(limits.min[a] - at[a], 0, size[a]);
-        high[a] = std::clamp(limits.max[a] - at[a], 0, size[a]);
-        whole = whole && low[a] == 0 && high[a] == size[a];
-    }
-    if (whole)
-        return box;
-    voxel::BoxBuilder builder;
-    for (int x = low[0]; x < high[0]; ++x)
-        for (int z = low[2]; z < high[2]; ++z)
-            for (int y = low[1]; y < high[1]; ++y)
-                if (const auto voxel = box->voxel(x, y, z))
-                    builder.add(x, z, y, y + 1, !voxel::see_through(voxel->material));
-    return builder.build(box->key(), [&](int x, int y, int z) { return *box->voxel(x, y, z); });
-}
-
-std::uint64_t solid_count(const Box& box) {
-    const auto cells = box.cells();
-    std::uint64_t count = 0;
-    const auto walk = [&](const auto& self, const voxel::TreeCell& cell,
-                          std::uint64_t child_voxels) -> void {
-        if (child_voxels == 1) {
-            count += static_cast<std::uint64_t>(std::popcount(cell.mask));
-            return;
-        }
-        count += static_cast<std::uint64_t>(std::popcount(cell.mask & ~cell.detail)) * child_voxels;
-        for (std::uint64_t left = cell.detail; left != 0; left &= left - 1)
-            self(self, cells[cell.index_of(std::countr_zero(left))], child_voxels / 64);
-    };
-    for (int root = 0; root < Box::kRootCount; ++root)
-        walk(walk, cells[static_cast<std::size_t>(root)], 4096);
-    return count;
-}
-
 // Makes the boxes under one of level kSubtreeLevel (or of the top, where the world is small),
 // itself included; coarse ones first, those of a level in the order of their parents.
 class Subtree {
 public:
     Subtree(Job& job, const voxel::WorldInfo& info)
-        : m_job(job), m_info(info), m_limits(limits_of(job.part, job.world())) {}
+        : m_job(job), m_info(info), m_limits(archive_limits(job.part, job.world())) {}
     void make(const BoxKey& top) {
         (void)made(top);
         // Whoever reads over a network shows coarse boxes first: those lie together.
@@ -130,20 +62,9 @@ private:
     }
 
     MadeBox finest(const BoxKey& key) {
-        const voxel::BoxOutcome got = m_job.outcome(key.bx, key.by, key.bz);
-        if (got.failure) {
-            try {
-                std::rethrow_exception(got.failure);
-            } catch (const std::exception& e) {
-                return {nullptr, e.what()};
-            }
-        }
-        const auto box = got.box ? cut(got.box, m_limits) : nullptr;
-        if (!box)
-            return {};
-        voxels += solid_count(*box);
-        return {m_job.part.level == 0 ? box : Box::from_arrays(key, box->cells(), box->attrs()),
-                std::nullopt};
+        ArchiveBox out = archive_box(m_job, m_limits, key);
+        voxels += out.voxels;
+        return out.made;
     }
 
     Job& m_job;
@@ -184,7 +105,7 @@ public:
     Exporter(Job& job, const ShardChoice& shard)
         : m_job(job),
           m_shard(shard),
-          m_info(info_of(job.part, job.world())),
+          m_info(archive_info(job.part, job.world())),
           m_tops(tops_of(m_info)),
           m_columns(columns_of(job, m_tops)),
           m_journal(writable_journal_of(job.out), job.name + suffix_of(shard)) {}
@@ -273,7 +194,7 @@ private:
 }  // namespace
 
 std::uint64_t archive_steps(const Part& part, const voxel::WorldInfo& world) {
-    const BoxRange r = tops_of(info_of(part, world));
+    const BoxRange r = tops_of(archive_info(part, world));
     return static_cast<std::uint64_t>(r.max.bx - r.min.bx) *
            static_cast<std::uint64_t>(r.max.by - r.min.by) *
            static_cast<std::uint64_t>(r.max.bz - r.min.bz);
@@ -284,7 +205,7 @@ void write_archive(Job& job, const ShardChoice& shard) {
 }
 
 ArchiveColumns archive_columns(Job& job) {
-    const BoxRange tops = tops_of(info_of(job.part, job.world()));
+    const BoxRange tops = tops_of(archive_info(job.part, job.world()));
     return {columns_of(job, tops), voxel::kBoxSizeX << tops.min.level,
             static_cast<std::uint64_t>(tops.max.by - tops.min.by)};
 }
@@ -302,7 +223,7 @@ std::pair<std::size_t, std::size_t> columns_of_shard(const ShardChoice& shard,
 MadeColumn make_archive_column(Job& job, const Columns::At& column) {
     // An entry of the index, packed: a measured mean.
     constexpr std::uint64_t kEntry_bytes = 12;
-    const voxel::WorldInfo info = info_of(job.part, job.world());
+    const voxel::WorldInfo info = archive_info(job.part, job.world());
     const BoxRange tops = tops_of(info);
     MadeColumn out;
     for (std::int32_t by = tops.min.by; by < tops.max.by; ++by) {

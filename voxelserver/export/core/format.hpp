@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <string_view>
+#include <vector>
 
 #include "common/voxel/world.hpp"
 #include "voxelserver/export/core/job.hpp"
@@ -23,6 +24,17 @@ struct ShardChoice {
     static constexpr int kMost = 100'000;
 };
 
+/// A column of boxes of level 0 of what is written.
+struct ColumnAt {
+    std::int32_t bx = 0;
+    std::int32_t bz = 0;
+};
+/// Columns of boxes that are made anew, as a change of an archive.
+struct ChangedColumns {
+    std::vector<ColumnAt> replaced;  ///< empty: no change, but all is written
+    std::vector<ColumnAt> compared;  ///< that have not changed: what patches compares them
+};
+
 /// What a user can choose of the written form. Each format reads those members that apply to it.
 struct WriteOptions {
     UpAxis up = UpAxis::kZ;   ///< of .vdb
@@ -30,6 +42,7 @@ struct WriteOptions {
     int colour_steps = 0;     ///< of meshes: steps of each colour channel, 0 = colours as they are
     bool overwrite = false;   ///< earlier output may be replaced
     ShardChoice shard;        ///< of archives
+    ChangedColumns changed;   ///< of archives
 };
 
 /// A format that a world can be converted to. A new format is a folder below voxelserver/export
@@ -47,7 +60,7 @@ struct Format {
     /// Writes the job's part to the job's output.
     /// @throws UsageError for options out of range; Error when it cannot be written
     void (*write)(Job& job, const WriteOptions& options);
-    bool has_shards = false;  ///< whether WriteOptions::shard applies
+    bool has_shards = false;  ///< whether WriteOptions::shard and changed apply
 };
 
 /// check_target() of formats that write one file.

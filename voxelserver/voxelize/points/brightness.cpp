@@ -216,12 +216,11 @@ BrightnessScale scale_of(std::vector<GroundEcho> echoes, double voxel_m) {
 std::vector<BrightnessScale> brightness_scales(std::span<const std::vector<GroundEcho>> echoes,
                                                std::span<const grid::ColumnRect> bounds,
                                                double voxel_m, int threads) {
-    constexpr double kNear_m = 500;
     std::vector<BrightnessScale> out(echoes.size());
     thread::parallel_for(echoes.size(), threads, [&](std::size_t i) {
         std::vector<GroundEcho> near;
         for (std::size_t k = 0; k < echoes.size(); ++k)
-            if (within(bounds[i], bounds[k], kNear_m / voxel_m))
+            if (within(bounds[i], bounds[k], kSharedScale_m / voxel_m))
                 near.insert(near.end(), echoes[k].begin(), echoes[k].end());
         out[i] = scale_of(std::move(near), voxel_m);
     });

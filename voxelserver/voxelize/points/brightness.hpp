@@ -50,8 +50,11 @@ private:
 /// does not matter.
 [[nodiscard]] BrightnessScale scale_of(std::vector<GroundEcho> echoes, double voxel_m);
 
-/// The scale of each file, from its own echoes and those of the files within 500 m, so that
-/// neighbours agree about the ground along their border.
+/// Files this near each other share echoes.
+inline constexpr double kSharedScale_m = 500;
+
+/// The scale of each file, from its own echoes and those of the files within kSharedScale_m, so
+/// that neighbours agree about the ground along their border.
 /// @param echoes, bounds  of each file
 [[nodiscard]] std::vector<BrightnessScale> brightness_scales(
     std::span<const std::vector<GroundEcho>> echoes, std::span<const grid::ColumnRect> bounds,

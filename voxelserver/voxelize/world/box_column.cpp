@@ -58,6 +58,20 @@ BoxColumn BoxColumnMaker::make(grid::PatchKey patch) {
     return out;
 }
 
+voxel::InputExtent BoxColumnMaker::reach(grid::PatchKey patch) {
+    Land land(m_context, patch);
+    run_steps(land, part::kCoverage | part::kGround, m_times);
+    if (WaterAccess* const water = land.water_bodies()) {
+        // Steps need no level of cells that returned ground, or roofs.
+        const auto cells = water->cells.cells(patch.px, patch.pz);
+        for (int z = 0; z < cells->side; ++z)
+            for (int x = 0; x < cells->side; ++x)
+                if (water->bodies.may_be_water(cells->at(x, z)))
+                    (void)water->level(patch.px * cells->side + x, patch.pz * cells->side + z);
+    }
+    return land.reach();
+}
+
 std::vector<Tree> BoxColumnMaker::trees(grid::PatchKey patch) {
     Land land(m_context, patch);
     run_steps(land, part::kCoverage | part::kGround | part::kCrowns, m_times);

@@ -32,6 +32,9 @@ public:
     [[nodiscard]] BoxColumn make(grid::PatchKey patch);
     /// Heights of the ground, index z * 64 + x; NaN where there is none.
     [[nodiscard]] std::vector<float> ground_heights(grid::PatchKey patch);
+    /// As BoxColumn::reach, without the boxes, and grown by the reach of all water that the patch
+    /// holds or may hold.
+    [[nodiscard]] voxel::InputExtent reach(grid::PatchKey patch);
     [[nodiscard]] std::vector<Tree> trees(grid::PatchKey patch);
     /// Number of empty columns inside some file's bounds, of the patches made so far; each counts
     /// once.

@@ -65,6 +65,10 @@ public:
         return m_maker.ground_heights({bx, bz});
     }
 
+    [[nodiscard]] InputExtent reach(std::int32_t bx, std::int32_t bz) override {
+        return m_maker.reach({bx, bz});
+    }
+
     [[nodiscard]] std::vector<Tree> trees(std::int32_t bx, std::int32_t bz) override {
         return m_maker.trees({bx, bz});
     }

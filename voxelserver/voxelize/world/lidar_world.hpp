@@ -51,6 +51,10 @@ public:
     /// reports.
     [[nodiscard]] virtual std::vector<float> ground_heights(std::int32_t bx, std::int32_t bz) = 0;
 
+    /// The reach of the boxes of column (bx, bz), without making them, and of all water that the
+    /// column holds or may hold.
+    [[nodiscard]] virtual voxel::InputExtent reach(std::int32_t bx, std::int32_t bz) = 0;
+
     /// The trees of box column (bx, bz), north to south, then west to east; none with the
     /// vegetation step switched off.
     [[nodiscard]] virtual std::vector<Tree> trees(std::int32_t bx, std::int32_t bz) = 0;

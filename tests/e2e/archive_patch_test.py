@@ -1,0 +1,250 @@
+#!/usr/bin/env python3
+"""Squares of an archive that changed, as a user replaces them: terravox convert --squares, and
+terravox-archive patch."""
+
+import contextlib
+import os
+import pathlib
+import random
+import shutil
+import signal
+import subprocess
+import threading
+import time
+import unittest
+
+from static_host import StaticHost
+from support import Case, Run, binary, entries, temporary_folder
+
+OPTIONS = ["--voxel", "0.5", "--cache", "none", "--quiet"]
+# Where materials are guessed from intensities, squares up to 500 m away change, too.
+PLAIN = [*OPTIONS, "--steps=-material_guesses"]
+
+
+def archive(*arguments, **options):
+    return Run([binary("ARCHIVE"), *arguments], **options)
+
+
+def convert(data, out, *options):
+    run = Run([binary("CONVERT"), data, out, *(options or PLAIN)])
+    assert run.code == 0, run
+    return out
+
+
+class Patch(Case):
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        cls.data = {}
+        for density in (2, 3):
+            cls.data[density] = temporary_folder() / f"flight{density}"
+            words = ["--seed", "7", "--squares", "5x5", "--square-m", "128", "--density", density]
+            run = Run([binary("SURVEY"), *words, "-o", cls.data[density]])
+            assert run.code == 0, run
+        cls.names = sorted(file.stem for file in cls.data[2].glob("*.laz"))
+        cls.old = convert(cls.data[2], temporary_folder() / "old.tvx")
+        cls.changed = cls.flown_again(cls.names[11])
+        cls.new = convert(cls.changed, temporary_folder() / "new.tvx")
+        cls.change = cls.change_of(cls.changed, cls.names[11])
+
+    @classmethod
+    def flown_again(cls, *names):
+        """The first flight, with some squares of the second."""
+        folder = temporary_folder() / "data"
+        shutil.copytree(cls.data[2], folder)
+        for name in names:
+            shutil.copy(cls.data[3] / f"{name}.laz", folder)
+        return folder
+
+    @staticmethod
+    def change_of(data, name, *options):
+        out = temporary_folder() / "change.tvx"
+        return convert(data, out, *(options or PLAIN), "--squares", name)
+
+    def assertRefused(self, run, code, *said):
+        self.assertEqual(run.code, code, str(run))
+        self.assertEqual(run.out, "", str(run))
+        self.assertTrue(run.err.startswith("terravox: "), str(run))
+        for text in said:
+            self.assertIn(text, run.err)
+
+    def assertSameBytes(self, a, b):
+        self.assertEqual(pathlib.Path(a).read_bytes(), pathlib.Path(b).read_bytes())
+
+    def test_a_patched_archive_has_the_bytes_of_a_conversion_anew(self):
+        """At a corner, in the middle, and at the shore of a lake that spans squares."""
+        for index in (2, 11, 24):
+            with self.subTest(self.names[index]):
+                data = self.flown_again(self.names[index])
+                change = self.change_of(data, self.names[index])
+                out = temporary_folder() / "patched.tvx"
+                run = archive("patch", self.old, change, "-o", out)
+                self.assertDone(run)
+                self.assertRegex(run.out, r" columns of boxes replaced, \d+ records new, \d+ kept")
+                self.assertNotIn(" 0 kept", run.out)
+                self.assertSameBytes(out, convert(data, temporary_folder() / "new.tvx"))
+                self.assertDone(archive("verify", out))
+
+    def test_materials_that_are_guessed_change_with_squares_that_are_near(self):
+        old = convert(self.data[2], temporary_folder() / "old.tvx", *OPTIONS)
+        data = self.flown_again(self.names[24])
+        change = self.change_of(data, self.names[24], *OPTIONS)
+        out = temporary_folder() / "patched.tvx"
+        self.assertDone(archive("patch", old, change, "-o", out))
+        self.assertSameBytes(out, convert(data, temporary_folder() / "new.tvx", *OPTIONS))
+
+    def test_a_square_that_is_new_is_added(self):
+        data = self.flown_again()
+        (data / f"{self.names[24]}.laz").unlink()
+        old = convert(data, temporary_folder() / "old.tvx")
+        change = self.change_of(self.data[2], self.names[24])
+        out = temporary_folder() / "patched.tvx"
+        self.assertDone(archive("patch", old, change, "-o", out))
+        self.assertSameBytes(out, self.old)
+
+    def test_several_changes_are_put_in_together(self):
+        names = (self.names[0], self.names[24])
+        data = self.flown_again(*names)
+        changes = [self.change_of(data, ",".join(names))]
+        out = temporary_folder() / "patched.tvx"
+        self.assertDone(archive("patch", self.old, *changes, "-o", out))
+        new = convert(data, temporary_folder() / "new.tvx")
+        self.assertSameBytes(out, new)
+
+    def test_threads_do_not_matter(self):
+        out = temporary_folder() / "patched.tvx"
+        for threads in (1, 3):
+            words = ["--threads", threads, "-o", out, "--overwrite", "--quiet"]
+            self.assertDone(archive("patch", self.old, self.change, *words))
+            self.assertSameBytes(out, self.new)
+
+    def test_the_archive_itself_is_replaced_and_killed_patches_leave_it_whole(self):
+        place = pathlib.Path(shutil.copy(self.old, temporary_folder() / "place.tvx"))
+        states = (self.old.read_bytes(), self.new.read_bytes())
+        chance = random.Random(7)
+        for _ in range(12):
+            words = [binary("ARCHIVE"), "patch", place, self.change, "--quiet"]
+            with subprocess.Popen(words, stdout=subprocess.DEVNULL) as patching:
+                time.sleep(chance.uniform(0, 0.15))
+                with contextlib.suppress(ProcessLookupError):
+                    os.kill(patching.pid, signal.SIGKILL)
+            self.assertIn(place.read_bytes(), states)
+        self.assertDone(archive("patch", place, self.change))
+        self.assertSameBytes(place, self.new)
+        self.assertEqual(entries(place.parent), ["place.tvx"])
+        # Again it changes nothing.
+        self.assertDone(archive("patch", place, self.change))
+        self.assertSameBytes(place, self.new)
+
+    def test_readers_see_the_old_or_the_new_one(self):
+        """Files that are open, and hosts with entity tags: whole archives, and never a mixture."""
+        back = self.change_of(self.data[2], self.names[11])
+        folder = temporary_folder()
+        place = pathlib.Path(shutil.copy(self.old, folder / "place.tvx"))
+        host = StaticHost(folder)
+        self.addCleanup(host.stop)
+        done = threading.Event()
+        failures = []
+
+        def read_file():
+            while not done.is_set():
+                run = archive("verify", place, "--quiet", "--threads", "1")
+                if run.code != 0 or "whole" not in run.out:
+                    failures.append(str(run))
+
+        outcomes = set()
+        states = [self.vox_of(self.old), self.vox_of(self.new)]
+
+        def read_over_http(number):
+            out = folder.parent / f"{number}-{os.getpid()}.vox"
+            words = [host.url + "place.tvx", out, "--overwrite", "--quiet", "--level", "2"]
+            while not done.is_set():
+                run = Run([binary("CONVERT"), *words])
+                if run.code == 0:
+                    state = out.read_bytes()
+                    outcomes.add(states.index(state) if state in states else "mixture")
+                elif "has changed while it was read; start again" not in run.err:
+                    failures.append(str(run))
+
+        readers = [threading.Thread(target=read_file) for _ in range(3)]
+        readers += [threading.Thread(target=read_over_http, args=(n,)) for n in range(3)]
+        for reader in readers:
+            reader.start()
+        for _ in range(4):
+            for change in (self.change, back):
+                self.assertDone(archive("patch", place, change, "--quiet"))
+        done.set()
+        for reader in readers:
+            reader.join()
+        self.assertEqual(failures, [])
+        self.assertLessEqual(outcomes, {0, 1})
+        self.assertSameBytes(place, self.old)
+
+    def vox_of(self, file):
+        out = temporary_folder() / "place.vox"
+        self.assertDone(Run([binary("CONVERT"), file, out, "--level", "2", "--quiet"]))
+        return out.read_bytes()
+
+    def test_a_change_says_what_it_is(self):
+        run = archive("info", self.change)
+        self.assertDone(run)
+        self.assertRegex(run.out, r"replaces \d+ columns of boxes")
+        self.assertDone(archive("verify", self.change))
+        picture = temporary_folder() / "picture.png"
+        run = Run([binary("RAYTRACER"), "render", self.change, "-o", picture])
+        self.assertRefused(run, 1, "it is a change of one", "archive patch")
+        self.assertRefused(
+            archive("merge", self.change, "-o", picture), 2, "not a shard", "convert --shard"
+        )
+
+    def test_what_does_not_belong_together_is_refused(self):
+        """By the boxes around those that changed, which must be alike."""
+        out = temporary_folder() / "patched.tvx"
+        coarse = [*PLAIN[2:], "--voxel", "1"]
+        filled = [*OPTIONS, "--steps=-material_guesses,-building_fill,-vegetation"]
+        for change, code, said in (
+            (self.change_of(self.changed, self.names[11], *coarse), 2, "size of voxels"),
+            (self.change_of(self.changed, self.names[11], *filled), 2, "are not alike"),
+            (self.old, 2, "not a change"),
+            (self.data[2] / f"{self.names[0]}.laz", 1, "not a box archive"),
+            (temporary_folder() / "none.tvx", 1, "no such file"),
+        ):
+            with self.subTest(said):
+                run = archive("patch", self.old, change, "-o", out)
+                self.assertRefused(run, code, said)
+        damaged = pathlib.Path(shutil.copy(self.change, temporary_folder() / "damaged.tvx"))
+        data = bytearray(damaged.read_bytes())
+        for place in (len(data) // 2, len(data) - 12):
+            data[place] ^= 1
+            damaged.write_bytes(data)
+            run = archive("patch", self.old, damaged, "-o", out)
+            self.assertRefused(run, 1, "damaged")
+            data[place] ^= 1
+        self.assertRefused(
+            archive("patch", self.change, self.change, "-o", out), 1, "it is a change of one"
+        )
+        self.assertEqual(entries(out.parent), [])
+        run = archive("patch", self.old, self.change, "-o", self.new)
+        self.assertRefused(run, 2, "--overwrite")
+        run = archive("patch", self.old, self.change, "-o", self.change, "--overwrite")
+        self.assertRefused(run, 2, "it is the change")
+
+    def test_squares_that_cannot_be_are_refused(self):
+        out = temporary_folder() / "change.tvx"
+        for options, said in (
+            (["--squares", "TM_1_1"], "there is none"),
+            (["--squares", self.names[0], "--shard", "1/2"], "allowed: one of them"),
+            (["--squares", self.names[0], "--area", "0,0,1,1"], "--area"),
+        ):
+            with self.subTest(said):
+                run = Run([binary("CONVERT"), self.data[2], out, *PLAIN, *options])
+                self.assertRefused(run, 2, said)
+        run = Run([binary("CONVERT"), self.data[2], out.with_suffix(".glb"), "--squares", "a"])
+        self.assertRefused(run, 2, "allowed: to a box archive")
+        run = Run([binary("CONVERT"), "generated:1", out, "--squares", "a"])
+        self.assertRefused(run, 2, "allowed: LiDAR data and stores")
+        self.assertEqual(entries(out.parent), [])
+
+
+if __name__ == "__main__":
+    unittest.main()

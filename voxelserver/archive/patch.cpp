@@ -1,0 +1,314 @@
+#include "voxelserver/archive/patch.hpp"
+
+#include <algorithm>
+#include <atomic>
+#include <set>
+#include <string>
+#include <tuple>
+#include <utility>
+#include <vector>
+
+#include "common/thread/in_order.hpp"
+#include "common/util/error.hpp"
+#include "common/voxel/archive/change.hpp"
+#include "common/voxel/archive/coarse_levels.hpp"
+#include "voxelserver/archive/indexed_file.hpp"
+#include "voxelserver/archive/records.hpp"
+#include "voxelserver/archive/unfinished.hpp"
+
+namespace terravox::archive_tools {
+namespace {
+
+using voxel::BoxKey;
+using voxel::archive::ArchiveIndex;
+using voxel::archive::Change;
+using voxel::archive::ColumnRun;
+using voxel::archive::Entry;
+using voxel::archive::FileKind;
+using voxel::archive::Kind;
+using voxel::archive::kSubtreeLevel;
+using voxel::archive::MadeBox;
+using voxel::archive::MadeRecord;
+
+struct OpenChange {
+    IndexedFile file;
+    Change facts;
+};
+
+OpenChange open_change(const std::filesystem::path& path) {
+    IndexedFile file(path, ArchiveIndex::Of::kAnyFile);
+    if (file.index().kind() != FileKind::kChange)
+        throw util::UsageError("patch with " + path.string() +
+                               ": not a change; allowed: those of convert --squares");
+    Change facts = voxel::archive::read_change(file.source(), file.index());
+    return {std::move(file), std::move(facts)};
+}
+
+/// Whether boxes of both lie in the same places: what else the facts say may differ.
+bool same_frame(const voxel::WorldInfo& a, const voxel::WorldInfo& b) {
+    return a.voxel_m == b.voxel_m && a.crs == b.crs && a.crs_wkt == b.crs_wkt &&
+           a.crs_units_per_voxel == b.crs_units_per_voxel;
+}
+
+/// A record of the new archive: a new one, or the place of one in the old archive.
+struct Placed {
+    Entry old{};
+    MadeRecord made;
+    bool is_old = false;
+    [[nodiscard]] int level() const noexcept { return is_old ? old.key.level : made.key.level; }
+};
+
+/// The records under one box, in the order of a conversion, and that of their file.
+struct PatchedSubtree {
+    std::vector<MadeRecord> records;
+    std::uint64_t kept = 0;
+};
+
+class Patcher {
+public:
+    Patcher(const std::filesystem::path& archive, std::span<const std::filesystem::path> changes)
+        : m_old(archive, ArchiveIndex::Of::kArchive) {
+        for (const auto& file : changes)
+            m_changes.push_back(open_change(file));
+        if (m_changes.empty())
+            throw util::UsageError("patch " + archive.string() +
+                                   ": no change; allowed: those of convert --squares");
+        check_worlds();
+        check_compared();
+        std::vector<ColumnRun> replaced;
+        for (const OpenChange& change : m_changes) {
+            const auto runs = change.facts.replaced.runs();
+            replaced.insert(replaced.end(), runs.begin(), runs.end());
+        }
+        add_left_out(replaced);
+        m_replaced = voxel::archive::ColumnSet(std::move(replaced));
+    }
+
+    PatchReport write(const std::filesystem::path& out, int threads,
+                      const std::function<void(std::uint64_t, std::uint64_t)>& progress) {
+        voxel::ArchiveWriter writer(out, info(), 0);
+        Unfinished unfinished(writer);
+        add_subtrees(writer, threads, progress);
+        std::atomic<std::uint64_t> kept{0};
+        voxel::archive::add_levels_above(writer, top_level(), info().levels, threads,
+                                         [&](const BoxKey& key) -> std::optional<MadeRecord> {
+                                             const Entry* const there =
+                                                 is_new(key) ? nullptr : m_old.find(key);
+                                             if (there == nullptr)
+                                                 return std::nullopt;
+                                             ++kept;
+                                             return m_old.record(*there);
+                                         });
+        m_report.kept += kept;
+        for (const OpenChange& change : m_changes)
+            m_report.columns += change.facts.replaced.count();
+        std::uint64_t old_holes = 0;
+        for (const Entry& entry : writer.entries()) {
+            m_report.holes += entry.kind == Kind::kHole ? 1 : 0;
+            old_holes += entry.kind == Kind::kHole && entry.key.level == 0 &&
+                                 !m_replaced.touches(voxel::archive::key_of(entry.key))
+                             ? 1
+                             : 0;
+        }
+        m_report.made = writer.entries().size() - m_report.kept;
+        writer.finish(damage(old_holes > 0));
+        unfinished.release();
+        return m_report;
+    }
+
+private:
+    [[nodiscard]] const voxel::WorldInfo& info() const {
+        return m_changes.front().file.index().info();
+    }
+    [[nodiscard]] int top_level() const { return std::min(kSubtreeLevel, info().levels - 1); }
+
+    void check_worlds() const {
+        for (const OpenChange& change : m_changes) {
+            const std::string& name = change.file.source().name();
+            if (!same_frame(change.file.index().info(), m_old.index().info()))
+                throw util::UsageError("patch " + m_old.source().name() + " with " + name +
+                                       ": it has another CRS or size of voxels; allowed: the same");
+            if (change.file.index().info().bounds != info().bounds)
+                throw util::UsageError("patch with " + name + ": its world is not that of " +
+                                       m_changes.front().file.source().name() +
+                                       "; allowed: changes of one state of the data");
+        }
+    }
+
+    /// Columns of the old world that lie outside the new one.
+    void add_left_out(std::vector<ColumnRun>& out) const {
+        const voxel::BoxRange then = voxel::boxes_over(m_old.index().info().bounds, 0);
+        const voxel::BoxRange now = voxel::boxes_over(info().bounds, 0);
+        for (std::int32_t bz = then.min.bz; bz < then.max.bz; ++bz) {
+            if (bz < now.min.bz || bz >= now.max.bz) {
+                out.push_back({bz, then.min.bx, then.max.bx});
+                continue;
+            }
+            out.push_back({bz, then.min.bx, std::min(then.max.bx, now.min.bx)});
+            out.push_back({bz, std::max(then.min.bx, now.max.bx), then.max.bx});
+        }
+    }
+
+    /// What has not changed must be alike: an archive that was made with other options, or of data
+    /// of which more has changed than the changes say, would become a mixture.
+    void check_compared() const {
+        for (const OpenChange& change : m_changes) {
+            const auto& compared = change.facts.compared;
+            const auto listed = [&](const IndexedFile& file) {
+                std::vector<Entry> out;
+                for (const Entry& entry : file.entries())
+                    if (entry.key.level == 0 && compared.touches(voxel::archive::key_of(entry.key)))
+                        out.push_back(entry);
+                return out;
+            };
+            const auto then = listed(m_old);
+            const auto now = listed(change.file);
+            bool same = then.size() == now.size();
+            for (std::size_t i = 0; same && i < then.size(); ++i) {
+                const MadeRecord a = m_old.record(then[i]);
+                const MadeRecord b = change.file.record(now[i]);
+                same = a.key == b.key && a.kind == b.kind && a.frame == b.frame;
+            }
+            if (!same)
+                throw util::UsageError(
+                    "patch " + m_old.source().name() + " with " + change.file.source().name() +
+                    ": boxes next to those that changed are not alike; allowed: a change made "
+                    "with the options of the archive, of data that have not changed elsewhere");
+        }
+    }
+
+    /// The boxes at the tops of the subtrees that may hold anything, in the order of a conversion.
+    [[nodiscard]] std::vector<BoxKey> tops() const {
+        std::set<std::tuple<std::int32_t, std::int32_t, std::int32_t>> places;
+        const auto add = [&](const Entry& entry) {
+            if (entry.key.level > top_level())
+                return;
+            const int up = top_level() - entry.key.level;
+            places.emplace(entry.key.bz >> up, entry.key.bx >> up, entry.key.by >> up);
+        };
+        for (const Entry& entry : m_old.entries())
+            add(entry);
+        for (const OpenChange& change : m_changes)
+            for (const Entry& entry : change.file.entries())
+                add(entry);
+        std::vector<BoxKey> out;
+        for (const auto& [bz, bx, by] : places)
+            out.push_back({top_level(), bx, by, bz});
+        return out;
+    }
+
+    void add_subtrees(voxel::ArchiveWriter& writer, int threads,
+                      const std::function<void(std::uint64_t, std::uint64_t)>& progress) {
+        const std::vector<BoxKey> all = tops();
+        thread::in_order(
+            all.size(), threads, [&](std::size_t i) { return subtree(all[i]); },
+            [&](std::size_t i, const PatchedSubtree& made) {
+                for (const MadeRecord& record : made.records)
+                    writer.add(record.key, record.kind, record.frame);
+                m_report.kept += made.kept;
+                if (progress)
+                    progress(i + 1, all.size());
+            });
+    }
+
+    [[nodiscard]] PatchedSubtree subtree(const BoxKey& top) const {
+        std::vector<Placed> placed;
+        (void)place(top, false, placed);
+        // As a conversion writes them: coarse boxes first.
+        std::stable_sort(placed.begin(), placed.end(),
+                         [](const Placed& a, const Placed& b) { return a.level() > b.level(); });
+        std::vector<Entry> old;
+        for (const Placed& record : placed)
+            if (record.is_old)
+                old.push_back(record.old);
+        PatchedSubtree out;
+        out.kept = old.size();
+        std::vector<std::vector<std::byte>> frames;
+        read_records(m_old.source(), old, "patch",
+                     [&](const Entry&, std::span<const std::byte> frame) {
+                         frames.emplace_back(frame.begin(), frame.end());
+                     });
+        auto frame = frames.begin();
+        for (Placed& record : placed) {
+            if (record.is_old)
+                out.records.push_back(
+                    {voxel::archive::key_of(record.old.key), record.old.kind, std::move(*frame++)});
+            else
+                out.records.push_back(std::move(record.made));
+        }
+        return out;
+    }
+
+    /// Appends the records of a box and of all below it, children first.
+    /// @param wanted whether the box is needed for its parent
+    /// @return the box; nothing when it is not wanted
+    MadeBox place(const BoxKey& key, bool wanted, std::vector<Placed>& out) const {
+        if (!voxel::boxes_over(info().bounds, key.level).contains(key))
+            return {};
+        const bool is_made = is_new(key);
+        std::array<MadeBox, 8> children;
+        if (key.level > 0)
+            for (int i = 0; i < 8; ++i)
+                children[static_cast<std::size_t>(i)] =
+                    place(voxel::archive::child_of(key, i), is_made, out);
+        if (!is_made) {
+            const Entry* const there = m_old.find(key);
+            if (there == nullptr)
+                return {};
+            out.push_back({*there, {}, true});
+            return wanted ? m_old.box(*there) : MadeBox{};
+        }
+        if (key.level == 0) {
+            const auto [change, entry] = changed_entry(key);
+            if (entry == nullptr)
+                return {};
+            out.push_back({{}, change->file.record(*entry), false});
+            return change->file.box(*entry);
+        }
+        MadeBox made = voxel::archive::coarse_box(key, children);
+        if (MadeRecord record = voxel::archive::record_of(key, made); !record.frame.empty())
+            out.push_back({{}, std::move(record), false});
+        return made;
+    }
+
+    /// Whether a box may be other than in the old archive, or is of a level that it has not.
+    [[nodiscard]] bool is_new(const BoxKey& key) const {
+        return m_replaced.touches(key) || key.level >= m_old.index().info().levels;
+    }
+
+    [[nodiscard]] std::pair<const OpenChange*, const Entry*> changed_entry(
+        const BoxKey& key) const {
+        for (const OpenChange& change : m_changes)
+            if (change.facts.replaced.touches(key))
+                return {&change, change.file.find(key)};
+        return {nullptr, nullptr};
+    }
+
+    [[nodiscard]] std::size_t damage(bool has_old_holes) const {
+        std::set<std::string> lines;
+        for (const OpenChange& change : m_changes)
+            lines.insert(change.facts.damage.begin(), change.facts.damage.end());
+        return lines.size() + (has_old_holes ? m_old.index().header().damage : 0);
+    }
+
+    const IndexedFile m_old;
+    std::vector<OpenChange> m_changes;
+    voxel::archive::ColumnSet m_replaced;
+    PatchReport m_report;
+};
+
+}  // namespace
+
+PatchReport patch(const std::filesystem::path& archive,
+                  std::span<const std::filesystem::path> changes, const std::filesystem::path& out,
+                  int threads, const std::function<void(std::uint64_t, std::uint64_t)>& progress) {
+    for (const auto& change : changes) {
+        std::error_code ignored;
+        if (std::filesystem::equivalent(change, out, ignored))
+            throw util::UsageError("patch to " + out.string() +
+                                   ": it is the change; allowed: another name");
+    }
+    return Patcher(archive, changes).write(out, threads, progress);
+}
+
+}  // namespace terravox::archive_tools
