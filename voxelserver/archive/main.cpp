@@ -23,6 +23,7 @@ struct Arguments {
     std::string out;                 ///< of merge and patch; empty: patch replaces the archive
     bool overwrite = false;
     bool json = false;
+    bool only_checksums = false;  ///< of verify
     bool quiet = false;
     int threads = 0;
 };
@@ -45,10 +46,13 @@ util::ExitCode verify(const Arguments& arguments) {
         records += level.boxes;
     exports::Meter meter("verify", records, arguments.quiet);
     std::uint64_t shown = 0;
-    const auto found = archive_tools::verify(arguments.file, arguments.threads,
-                                             [&](std::uint64_t done, std::uint64_t /*total*/) {
-                                                 meter.add(done - std::exchange(shown, done));
-                                             });
+    const auto progress = [&](std::uint64_t done, std::uint64_t /*total*/) {
+        meter.add(done - std::exchange(shown, done));
+    };
+    const auto found =
+        arguments.only_checksums
+            ? archive_tools::verify_stored(arguments.file, arguments.threads, progress)
+            : archive_tools::verify(arguments.file, arguments.threads, progress);
     meter.finish();
     for (const std::string& problem : found.first_problems)
         std::cerr << "terravox: verify " << util::printable(arguments.file) << ": "
@@ -121,6 +125,8 @@ int run(int argc, char** argv) {
     informing->add_flag("--json", arguments.json, "as JSON");
     auto* const verifying = app.add_subcommand(
         "verify", "read every box, and compare coarse boxes with those that they were made of");
+    verifying->add_flag("--checksums", arguments.only_checksums,
+                        "only that all bytes are those that were written: nothing is unpacked");
     for (auto* const command : {informing, verifying})
         command->add_option("file", arguments.file, "the archive, or a shard of one")->required();
     auto* const merging = app.add_subcommand(

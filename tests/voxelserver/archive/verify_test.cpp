@@ -86,11 +86,12 @@ TEST_CASE("verify: an archive of a whole world is whole, on any number of thread
     Archive archive;
     const auto file = archive.write();
     for (const int threads : {1, 3}) {
-        const Verification found = verify(file, threads);
-        CHECK(found.problems == 0);
-        CHECK(found.first_problems.empty());
-        CHECK(found.boxes == archive.boxes.size());
-        CHECK(found.holes == 0);
+        for (const Verification& found : {verify(file, threads), verify_stored(file, threads)}) {
+            CHECK(found.problems == 0);
+            CHECK(found.first_problems.empty());
+            CHECK(found.boxes == archive.boxes.size());
+            CHECK(found.holes == 0);
+        }
     }
 }
 
@@ -166,11 +167,16 @@ TEST_CASE("verify: any byte that changes is found", "[archive]") {
     const std::string whole = bytes_of(file);
     const auto is_refused = [&](const std::string& bytes) {
         std::ofstream(file, std::ios::binary | std::ios::trunc) << bytes;
-        try {
-            return verify(file, 1).problems > 0;
-        } catch (const util::Error&) {
-            return true;
-        }
+        const auto finds = [&](auto verifier) {
+            try {
+                return verifier(file, 1, VerifyProgress()).problems > 0;
+            } catch (const util::Error&) {
+                return true;
+            }
+        };
+        const bool is_found = finds(verify);
+        CHECK(finds(verify_stored) == is_found);
+        return is_found;
     };
     CHECK(!is_refused(whole));
     std::mt19937 random(11);
