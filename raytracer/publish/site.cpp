@@ -1,14 +1,13 @@
 #include "raytracer/publish/site.hpp"
 
 #include <algorithm>
-#include <cstdio>
-#include <fstream>
 #include <nlohmann/json.hpp>
 #include <string_view>
 
 #include "common/util/atomic_file.hpp"
 #include "common/util/error.hpp"
 #include "common/util/markup.hpp"
+#include "voxelserver/archive/split.hpp"
 #include "voxelserver/page/assets.hpp"
 
 namespace terravox::publish {
@@ -30,23 +29,6 @@ std::string_view page_file(std::string_view name) {
     return asset->bytes;
 }
 
-std::string part_name(std::size_t number) {
-    char name[24];
-    std::snprintf(name, sizeof name, "place-%04zu.part", number);
-    return name;
-}
-
-bool is_part(const std::string& name) {
-    constexpr std::string_view kBegins = "place-";
-    constexpr std::string_view kEnds = ".part";
-    constexpr std::size_t kDigits = 4;
-    if (name.size() < kBegins.size() + kDigits + kEnds.size() || name.rfind(kBegins, 0) != 0 ||
-        name.compare(name.size() - kEnds.size(), kEnds.size(), kEnds) != 0)
-        return false;
-    return std::all_of(name.begin() + kBegins.size(), name.end() - kEnds.size(),
-                       [](char c) { return c >= '0' && c <= '9'; });
-}
-
 // What an earlier site has left.
 void remove_leftovers(const fs::path& folder, const SiteFacts& facts) {
     const auto is_listed = [&](const std::string& name) {
@@ -56,33 +38,16 @@ void remove_leftovers(const fs::path& folder, const SiteFacts& facts) {
     std::vector<fs::path> left;
     for (const auto& entry : fs::directory_iterator(folder)) {
         const std::string name = entry.path().filename().string();
-        const bool is_archive = name == kSiteArchive || is_part(name);
-        if ((is_archive && !is_listed(name)) || (name == kSitePreview && !facts.has_preview) ||
+        if ((name == kSiteArchive && !is_listed(name)) ||
+            (name == kSitePreview && !facts.has_preview) ||
             (name == kSiteSquares && facts.squares.empty()))
             left.push_back(entry.path());
     }
+    for (const fs::path& part : archive_tools::parts_in(folder, fs::path(kSiteArchive).stem()))
+        if (!is_listed(part.filename().string()))
+            left.push_back(part);
     for (const fs::path& file : left)
         fs::remove(file);
-}
-
-// Copies the next bytes of an archive into a file of its own.
-void write_part(std::ifstream& in, const fs::path& to, std::uint64_t bytes) {
-    constexpr std::size_t kBlock = std::size_t{1} << 20;
-    util::AtomicFile file(to);
-    std::ofstream out(file.temporary_path(), std::ios::binary);
-    std::string block(kBlock, '\0');
-    for (std::uint64_t left = bytes; left > 0;) {
-        const auto size = static_cast<std::streamsize>(std::min<std::uint64_t>(left, kBlock));
-        if (!in.read(block.data(), size))
-            throw util::Error("split the archive: it cannot be read to its end");
-        if (!out.write(block.data(), size))
-            break;
-        left -= static_cast<std::uint64_t>(size);
-    }
-    out.close();
-    if (!out)
-        throw util::Error("write " + to.string() + ": the disk may be full");
-    file.commit();
 }
 
 bool is_visible(char c) noexcept {
@@ -188,24 +153,6 @@ void write_site(const fs::path& folder, const SiteFacts& facts) {
     util::write_file_atomically(folder / "place.json", place_json(facts));
     util::write_file_atomically(folder / "index.html", index_html(facts));
     remove_leftovers(folder, facts);
-}
-
-std::vector<ArchivePart> split_archive(const fs::path& archive, std::uint64_t max_bytes) {
-    const fs::path folder = archive.parent_path();
-    const std::uint64_t bytes = fs::file_size(archive);
-    if (bytes <= max_bytes)
-        return {{archive.filename().string(), bytes}};
-    std::ifstream in(archive, std::ios::binary);
-    if (!in)
-        throw util::Error("split " + archive.string() + ": it cannot be read");
-    std::vector<ArchivePart> parts;
-    for (std::uint64_t left = bytes; left > 0;) {
-        const std::uint64_t size = std::min(left, max_bytes);
-        parts.push_back({part_name(parts.size() + 1), size});
-        write_part(in, folder / parts.back().name, size);
-        left -= size;
-    }
-    return parts;
 }
 
 }  // namespace terravox::publish

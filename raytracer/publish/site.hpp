@@ -82,12 +82,4 @@ void check_archive_url(const std::string& url);
 /// @throws Error
 void write_site(const std::filesystem::path& folder, const SiteFacts& facts);
 
-/// Cuts an archive into files of at most so many bytes next to it, place-0001.part and following,
-/// for hosts that limit the size of files. The archive stays: write_site() removes it.
-/// @param max_bytes above 0
-/// @return the parts; the archive itself where it is small enough
-/// @throws Error
-[[nodiscard]] std::vector<ArchivePart> split_archive(const std::filesystem::path& archive,
-                                                     std::uint64_t max_bytes);
-
 }  // namespace terravox::publish

@@ -129,6 +129,39 @@ class Archive(Case):
         self.assertRefused(archive("merge", first, second, "-o", merged), 2, "--overwrite")
         self.assertEqual(merged.read_text(encoding="utf-8"), "mine")
 
+    def test_an_archive_is_cut_into_parts_and_joined_again(self):
+        large = temporary_folder() / "place.tvx"
+        fine = [binary("CONVERT"), square(), large, "--cache", "none", "--voxel", "0.2"]
+        self.assertDone(Run(fine))
+        self.assertGreater(large.stat().st_size, 2 << 20, "it makes no parts")
+        folder = temporary_folder()
+        words = ["split", large, "--max-mib", "1", "-o", folder]
+        run = archive(*words)
+        self.assertDone(run)
+        parts = sorted(folder.iterdir())
+        self.assertEqual(run.out.split(), [str(part) for part in parts])
+        self.assertGreater(len(parts), 1)
+        self.assertEqual(parts[0].name, "place-0001.part")
+        self.assertLessEqual(max(part.stat().st_size for part in parts), 1 << 20)
+        self.assertDone(archive("verify", *parts))
+        self.assertDone(archive("verify", "--checksums", *parts))
+        self.assertIn("level 0", archive("info", *parts).out)
+        joined = temporary_folder() / "joined.tvx"
+        self.assertDone(archive("merge", *parts, "-o", joined))
+        self.assertEqual(joined.read_bytes(), large.read_bytes())
+        self.assertRefused(archive(*words), 2, "it is there already", "--overwrite")
+        self.assertDone(archive(*words[:3], "2", *words[4:], "--overwrite"))
+        self.assertLess(len(list(folder.iterdir())), len(parts))
+        joined.unlink()
+        self.assertRefused(archive("merge", *parts[:1], "-o", joined), 1, "place-0001.part: bytes")
+        self.assertRefused(archive("split", square(), "--max-mib", "1"), 1, "not a box archive")
+        self.assertEqual(entries(joined.parent), [])
+
+    def test_checksums_are_compared_without_unpacking(self):
+        self.assertDone(archive("verify", "--checksums", self.whole))
+        damaged = self.damaged(self.whole.stat().st_size // 2)
+        self.assertRefused(archive("verify", "--checksums", damaged), 1, "is damaged", "1 problem")
+
     def test_wrong_shards_are_refused(self):
         out = temporary_folder() / "part.tvx"
         for text in ("0/2", "3/2", "1/0", "1", "1/2/3", "a/b", "1/200000", "-1/2", "1/ 2"):
@@ -143,7 +176,10 @@ class Archive(Case):
             [],
             ["verify"],
             ["repair", self.whole],
-            ["info", self.whole, "more"],
+            ["patch", self.whole],
+            ["split", self.whole],
+            ["split", "--max-mib", "0", self.whole],
+            ["split", "--max-mib", "1", self.whole, self.whole],
             ["verify", "--threads", "many", self.whole],
             ["verify", "--threads", "-1", self.whole],
             ["info", "--threads", "1", self.whole],

@@ -7,8 +7,10 @@
 #include "common/util/printable.hpp"
 #include "common/util/program.hpp"
 #include "common/util/version.hpp"
+#include "voxelserver/archive/archive_files.hpp"
 #include "voxelserver/archive/merge.hpp"
 #include "voxelserver/archive/patch.hpp"
+#include "voxelserver/archive/split.hpp"
 #include "voxelserver/archive/summary.hpp"
 #include "voxelserver/archive/verify.hpp"
 #include "voxelserver/export/core/meter.hpp"
@@ -18,9 +20,10 @@ namespace {
 using namespace terravox;
 
 struct Arguments {
-    std::string file;
-    std::vector<std::string> parts;  ///< shards of merge, changes of patch
-    std::string out;                 ///< of merge and patch; empty: patch replaces the archive
+    std::vector<std::string> files;   ///< one, or the parts of one
+    std::vector<std::string> others;  ///< shards or parts of merge, changes of patch
+    std::string out;                  ///< of merge and patch; empty: patch replaces the archive
+    int max_mib = 0;                  ///< of split
     bool overwrite = false;
     bool json = false;
     bool only_checksums = false;  ///< of verify
@@ -28,8 +31,16 @@ struct Arguments {
     int threads = 0;
 };
 
+std::vector<std::filesystem::path> paths_of(const std::vector<std::string>& names) {
+    return {names.begin(), names.end()};
+}
+
+archive_tools::ArchiveFiles files_of(const Arguments& arguments) {
+    return archive_tools::ArchiveFiles(paths_of(arguments.files));
+}
+
 util::ExitCode info(const Arguments& arguments) {
-    const archive_tools::Summary summary = archive_tools::summary_of(arguments.file);
+    const archive_tools::Summary summary = archive_tools::summary_of(files_of(arguments));
     std::cout << (arguments.json ? archive_tools::json_of(summary) + "\n"
                                  : archive_tools::text_of(summary));
     return summary.holes() > 0 ? util::ExitCode::kHoles : util::ExitCode::kDone;
@@ -40,7 +51,7 @@ std::string counted(std::uint64_t count, const std::string& one, const std::stri
 }
 
 util::ExitCode verify(const Arguments& arguments) {
-    const archive_tools::Summary summary = archive_tools::summary_of(arguments.file);
+    const archive_tools::Summary summary = archive_tools::summary_of(files_of(arguments));
     std::uint64_t records = summary.holes();
     for (const archive_tools::LevelSummary& level : summary.levels)
         records += level.boxes;
@@ -51,18 +62,18 @@ util::ExitCode verify(const Arguments& arguments) {
     };
     const auto found =
         arguments.only_checksums
-            ? archive_tools::verify_stored(arguments.file, arguments.threads, progress)
-            : archive_tools::verify(arguments.file, arguments.threads, progress);
+            ? archive_tools::verify_stored(files_of(arguments), arguments.threads, progress)
+            : archive_tools::verify(files_of(arguments), arguments.threads, progress);
     meter.finish();
     for (const std::string& problem : found.first_problems)
-        std::cerr << "terravox: verify " << util::printable(arguments.file) << ": "
+        std::cerr << "terravox: verify " << util::printable(arguments.files.front()) << ": "
                   << util::printable(problem) << "\n";
     if (found.problems > 0)
-        throw util::Error("verify " + arguments.file + ": " +
+        throw util::Error("verify " + arguments.files.front() + ": " +
                           counted(found.problems, "problem", "problems") + " in " +
                           counted(found.boxes, "box", "boxes"));
-    std::cout << arguments.file << ": whole, " << counted(found.boxes, "box", "boxes") << ", "
-              << counted(found.holes, "hole", "holes") << "\n";
+    std::cout << arguments.files.front() << ": whole, " << counted(found.boxes, "box", "boxes")
+              << ", " << counted(found.holes, "hole", "holes") << "\n";
     return found.holes > 0 ? util::ExitCode::kHoles : util::ExitCode::kDone;
 }
 
@@ -71,7 +82,13 @@ util::ExitCode merge(const Arguments& arguments) {
     if (!arguments.overwrite && std::filesystem::exists(out))
         throw util::UsageError("merge to " + out.string() +
                                ": it is there already; allowed: another name, or --overwrite");
-    const std::vector<std::filesystem::path> shards(arguments.parts.begin(), arguments.parts.end());
+    const std::vector<std::filesystem::path> shards = paths_of(arguments.others);
+    if (archive_tools::is_first_part(shards.front())) {
+        const std::uint64_t boxes = archive_tools::join_parts(shards, out, arguments.threads);
+        std::cout << arguments.out << ": " << counted(boxes, "box", "boxes") << ", of "
+                  << counted(shards.size(), "part", "parts") << "\n";
+        return util::ExitCode::kDone;
+    }
     constexpr std::uint64_t kSteps = 1000;
     exports::Meter meter("merge", kSteps, arguments.quiet);
     std::uint64_t shown = 0;
@@ -89,13 +106,13 @@ util::ExitCode merge(const Arguments& arguments) {
 }
 
 util::ExitCode patch(const Arguments& arguments) {
-    const std::filesystem::path archive = arguments.file;
-    const std::filesystem::path out = arguments.out.empty() ? arguments.file : arguments.out;
+    const std::filesystem::path archive = arguments.files.front();
+    const std::filesystem::path out =
+        arguments.out.empty() ? arguments.files.front() : arguments.out;
     if (!arguments.out.empty() && !arguments.overwrite && std::filesystem::exists(out))
         throw util::UsageError("patch to " + out.string() +
                                ": it is there already; allowed: another name, or --overwrite");
-    const std::vector<std::filesystem::path> changes(arguments.parts.begin(),
-                                                     arguments.parts.end());
+    const std::vector<std::filesystem::path> changes = paths_of(arguments.others);
     constexpr std::uint64_t kSteps = 1000;
     exports::Meter meter("patch", kSteps, arguments.quiet);
     std::uint64_t shown = 0;
@@ -109,6 +126,25 @@ util::ExitCode patch(const Arguments& arguments) {
               << " of boxes replaced, " << counted(done.made, "record", "records") << " new, "
               << done.kept << " kept, " << counted(done.holes, "hole", "holes") << "\n";
     return done.holes > 0 ? util::ExitCode::kHoles : util::ExitCode::kDone;
+}
+
+util::ExitCode split(const Arguments& arguments) {
+    const std::filesystem::path archive = arguments.files.front();
+    (void)archive_tools::summary_of(archive);  // of another file, parts are of no use
+    const std::filesystem::path folder =
+        arguments.out.empty() ? archive.parent_path() : std::filesystem::path(arguments.out);
+    const auto there = archive_tools::parts_in(folder.empty() ? "." : folder, archive.stem());
+    if (!there.empty() && !arguments.overwrite)
+        throw util::UsageError("split to " + there.front().string() +
+                               ": it is there already; allowed: another folder, or --overwrite");
+    for (const std::filesystem::path& part : there)
+        std::filesystem::remove(part);
+    constexpr std::uint64_t kMib = 1 << 20;
+    const auto parts =
+        archive_tools::split(archive, folder, static_cast<std::uint64_t>(arguments.max_mib) * kMib);
+    for (const archive_tools::FilePart& part : parts)
+        std::cout << (parts.size() == 1 ? archive : folder / part.name).string() << "\n";
+    return util::ExitCode::kDone;
 }
 
 int run(int argc, char** argv) {
@@ -128,22 +164,40 @@ int run(int argc, char** argv) {
     verifying->add_flag("--checksums", arguments.only_checksums,
                         "only that all bytes are those that were written: nothing is unpacked");
     for (auto* const command : {informing, verifying})
-        command->add_option("file", arguments.file, "the archive, or a shard of one")->required();
+        command
+            ->add_option("files", arguments.files,
+                         "the archive, its parts in their order, or a shard or change of one")
+            ->required();
     auto* const merging = app.add_subcommand(
-        "merge", "join the shards of convert --shard I/N to the archive that they are parts of");
-    merging->add_option("shards", arguments.parts, "all shards of one conversion")->required();
+        "merge", "join the shards of convert --shard I/N, or the parts of split, to an archive");
+    merging
+        ->add_option("files", arguments.others,
+                     "all shards of one conversion, or all parts of one archive in their order")
+        ->required();
     merging->add_option("-o,--output", arguments.out, "archive to write")->required();
     merging->add_flag("--overwrite", arguments.overwrite, "write over what is there");
     auto* const patching = app.add_subcommand(
         "patch",
         "put changes, of convert --squares, into an archive; programs that read it go on with the "
         "old one");
-    patching->add_option("file", arguments.file, "the archive")->required();
-    patching->add_option("changes", arguments.parts, "changes, all of the same state of the data")
+    patching->add_option("file", arguments.files, "the archive")->required()->expected(1);
+    patching->add_option("changes", arguments.others, "changes, all of the same state of the data")
         ->required();
     patching->add_option("-o,--output", arguments.out,
                          "archive to write; default: it replaces the old one");
     patching->add_flag("--overwrite", arguments.overwrite, "write over what is there");
+    auto* const splitting = app.add_subcommand(
+        "split", "cut an archive into files NAME-0001.part and so on, for hosts that limit files");
+    splitting->add_option("file", arguments.files, "the archive; it stays")
+        ->required()
+        ->expected(1);
+    constexpr int kMost_mib = 1 << 20;
+    splitting->add_option("--max-mib", arguments.max_mib, "largest file, MiB")
+        ->required()
+        ->check(CLI::Range(1, kMost_mib));
+    splitting->add_option("-o,--output", arguments.out,
+                          "folder of the parts; default: that of the archive");
+    splitting->add_flag("--overwrite", arguments.overwrite, "replace the parts that are there");
     for (auto* const command : {verifying, merging, patching}) {
         command->add_option("--threads", arguments.threads, "0: one for each core")
             ->check(CLI::Range(0, 1024));
@@ -155,6 +209,8 @@ int run(int argc, char** argv) {
         return static_cast<int>(merge(arguments));
     if (*patching)
         return static_cast<int>(patch(arguments));
+    if (*splitting)
+        return static_cast<int>(split(arguments));
     return static_cast<int>(*informing ? info(arguments) : verify(arguments));
 }
 

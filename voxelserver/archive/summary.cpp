@@ -23,8 +23,8 @@ std::uint64_t Summary::holes() const noexcept {
     return count;
 }
 
-Summary summary_of(const std::filesystem::path& archive) {
-    const auto source = voxel::archive::file_source(archive);
+Summary summary_of(const ArchiveFiles& archive) {
+    const auto source = archive.open();
     const ArchiveIndex index(*source, ArchiveIndex::Of::kAnyFile);
     Summary out;
     out.file_bytes = index.header().file_bytes;

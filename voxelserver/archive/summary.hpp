@@ -1,10 +1,11 @@
 #pragma once
 
 #include <cstdint>
-#include <filesystem>
 #include <optional>
 #include <string>
 #include <vector>
+
+#include "voxelserver/archive/archive_files.hpp"
 
 namespace terravox::archive_tools {
 
@@ -34,7 +35,7 @@ struct Summary {
 };
 
 /// @throws Error when it is not an archive, or is unfinished or damaged
-[[nodiscard]] Summary summary_of(const std::filesystem::path& archive);
+[[nodiscard]] Summary summary_of(const ArchiveFiles& archive);
 
 /// The summary in lines for people.
 [[nodiscard]] std::string text_of(const Summary& summary);

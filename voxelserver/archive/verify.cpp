@@ -312,10 +312,9 @@ void Verification::note(const std::string& problem) {
         first_problems.push_back(problem);
 }
 
-Verification verify(const std::filesystem::path& archive, int threads,
-                    const VerifyProgress& progress) {
-    const auto source = voxel::archive::file_source(archive);
-    return Verifier(*source, threads, progress).run(std::filesystem::file_size(archive));
+Verification verify(const ArchiveFiles& archive, int threads, const VerifyProgress& progress) {
+    const auto source = archive.open();
+    return Verifier(*source, threads, progress).run(archive.bytes());
 }
 
 }  // namespace terravox::archive_tools

@@ -1,10 +1,11 @@
 #pragma once
 
 #include <cstdint>
-#include <filesystem>
 #include <functional>
 #include <string>
 #include <vector>
+
+#include "voxelserver/archive/archive_files.hpp"
 
 namespace terravox::archive_tools {
 
@@ -31,12 +32,12 @@ using VerifyProgress = std::function<void(std::uint64_t done, std::uint64_t tota
 /// @param threads 0: one for each core
 /// @throws Error where nothing can be verified: no archive, an unfinished one, or one whose header
 /// or root of the index is damaged; ChangedError when another program writes to it meanwhile
-[[nodiscard]] Verification verify(const std::filesystem::path& archive, int threads = 0,
+[[nodiscard]] Verification verify(const ArchiveFiles& archive, int threads = 0,
                                   const VerifyProgress& progress = {});
 
 /// The same without unpacking boxes: what is stored is what was written, but whether that was right
 /// is not looked at. Reads in the order of the file. Memory: 32 bytes a box.
-[[nodiscard]] Verification verify_stored(const std::filesystem::path& archive, int threads = 0,
+[[nodiscard]] Verification verify_stored(const ArchiveFiles& archive, int threads = 0,
                                          const VerifyProgress& progress = {});
 
 }  // namespace terravox::archive_tools

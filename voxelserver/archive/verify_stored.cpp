@@ -51,9 +51,9 @@ std::vector<std::string> problems_in(voxel::archive::ByteSource& source,
 
 }  // namespace
 
-Verification verify_stored(const std::filesystem::path& archive, int threads,
+Verification verify_stored(const ArchiveFiles& archive, int threads,
                            const VerifyProgress& progress) {
-    const auto source = voxel::archive::file_source(archive);
+    const auto source = archive.open();
     const ArchiveIndex index(*source, ArchiveIndex::Of::kAnyFile);
     Verification out;
     std::vector<Entry> entries;
@@ -79,7 +79,7 @@ Verification verify_stored(const std::filesystem::path& archive, int threads,
             if (progress)
                 progress(ends[i], walked.records);
         });
-    check_size(*source, index, walked, std::filesystem::file_size(archive), out);
+    check_size(*source, index, walked, archive.bytes(), out);
     return out;
 }
 

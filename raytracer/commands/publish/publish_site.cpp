@@ -16,6 +16,7 @@
 #include "raytracer/render/picture_renderer.hpp"
 #include "raytracer/scene/camera.hpp"
 #include "raytracer/sky/sun_of.hpp"
+#include "voxelserver/archive/split.hpp"
 #include "voxelserver/export/core/part.hpp"
 #include "voxelserver/export/formats/formats.hpp"
 #include "voxelserver/voxelize/world/lidar_world.hpp"
@@ -182,8 +183,12 @@ std::vector<publish::ArchivePart> archive_of(const PublishArguments& args,
                                              const fs::path& archive) {
     if (is_referred_to(args))
         return {{args.archive_url, 0}};
-    return publish::split_archive(archive,
-                                  args.split_mib == 0 ? UINT64_MAX : args.split_mib * kMib);
+    std::vector<publish::ArchivePart> out;
+    for (const archive_tools::FilePart& part :
+         archive_tools::split(archive, archive.parent_path(),
+                              args.split_mib == 0 ? UINT64_MAX : args.split_mib * kMib))
+        out.push_back({part.name, part.bytes});
+    return out;
 }
 
 /// The LiDAR squares that lie in a part of a world.

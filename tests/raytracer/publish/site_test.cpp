@@ -32,27 +32,6 @@ publish::SiteFacts some_facts() {
 
 }  // namespace
 
-TEST_CASE("parts of an archive are the archive, none larger than the limit", "[publish]") {
-    const TemporaryFolder folder;
-    std::string bytes;
-    for (int i = 0; i < 1000; ++i)
-        bytes += static_cast<char>(i * 7);
-    const fs::path archive = folder.path() / "place.tvx";
-    write(archive, bytes);
-    const std::uint64_t limit = GENERATE(1, 999, 1000, 1001, 333);
-    const auto parts = publish::split_archive(archive, limit);
-    std::string joined;
-    for (const publish::ArchivePart& part : parts) {
-        const std::string one = read(folder.path() / part.name);
-        REQUIRE(one.size() == part.bytes);
-        CHECK(part.bytes <= limit);
-        joined += one;
-    }
-    CHECK(joined == bytes);
-    CHECK((parts.size() == 1) == (limit >= bytes.size()));
-    CHECK(fs::exists(archive));
-}
-
 TEST_CASE("a site leaves nothing of an earlier one, and files of others alone", "[publish]") {
     const TemporaryFolder folder;
     for (const char* name : {"place.tvx", "place-0001.part", "place-0002.part", "preview.jpg",

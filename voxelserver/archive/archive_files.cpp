@@ -1,0 +1,129 @@
+#include "voxelserver/archive/archive_files.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cstring>
+#include <fstream>
+#include <string>
+#include <system_error>
+#include <utility>
+
+#include "common/util/atomic_file.hpp"
+#include "common/util/error.hpp"
+#include "common/voxel/archive/archive_format.hpp"
+#include "voxelserver/archive/verify.hpp"
+
+namespace terravox::archive_tools {
+namespace {
+
+namespace fs = std::filesystem;
+using voxel::archive::ByteSource;
+
+std::uint64_t size_of(const fs::path& file) {
+    std::error_code failed;
+    const std::uint64_t bytes = fs::file_size(file, failed);
+    if (failed)
+        throw util::Error("open the box archive " + file.string() + ": " + failed.message());
+    return bytes;
+}
+
+/// The bytes of some files, one after the other.
+class PartsSource final : public ByteSource {
+public:
+    explicit PartsSource(const std::vector<fs::path>& files)
+        : m_name(files.front().string() + " and the parts after it") {
+        for (const fs::path& file : files) {
+            m_parts.push_back({voxel::archive::file_source(file), m_bytes});
+            m_bytes += size_of(file);
+        }
+    }
+    [[nodiscard]] const std::string& name() const noexcept override { return m_name; }
+
+    [[nodiscard]] std::span<const std::byte> read(std::uint64_t offset, std::size_t bytes,
+                                                  std::vector<std::byte>& room) override {
+        if (offset > m_bytes || bytes > m_bytes - offset)
+            throw util::Error("read the box archive " + m_name + ": bytes " +
+                              std::to_string(offset) + " to " + std::to_string(offset + bytes) +
+                              "; the parts have " + std::to_string(m_bytes) + ", some is missing");
+        room.clear();
+        std::vector<std::byte> own;
+        for (std::size_t i = part_at(offset); room.size() < bytes; ++i) {
+            const std::uint64_t end = i + 1 < m_parts.size() ? m_parts[i + 1].begin : m_bytes;
+            const std::uint64_t at = offset + room.size();
+            const auto some =
+                static_cast<std::size_t>(std::min<std::uint64_t>(bytes - room.size(), end - at));
+            const auto read = m_parts[i].source->read(at - m_parts[i].begin, some, own);
+            room.insert(room.end(), read.begin(), read.end());
+        }
+        return room;
+    }
+
+private:
+    struct Part {
+        std::unique_ptr<ByteSource> source;
+        std::uint64_t begin = 0;  ///< in the archive
+    };
+    [[nodiscard]] std::size_t part_at(std::uint64_t offset) const {
+        const auto after =
+            std::upper_bound(m_parts.begin(), m_parts.end(), offset,
+                             [](std::uint64_t at, const Part& part) { return at < part.begin; });
+        return static_cast<std::size_t>(after - m_parts.begin()) - 1;
+    }
+    std::string m_name;
+    std::vector<Part> m_parts;
+    std::uint64_t m_bytes = 0;
+};
+
+}  // namespace
+
+std::unique_ptr<ByteSource> ArchiveFiles::open() const {
+    if (m_files.size() == 1)
+        return voxel::archive::file_source(m_files.front());
+    return std::make_unique<PartsSource>(m_files);
+}
+
+std::uint64_t ArchiveFiles::bytes() const {
+    std::uint64_t sum = 0;
+    for (const fs::path& file : m_files)
+        sum += size_of(file);
+    return sum;
+}
+
+bool is_first_part(const fs::path& file) {
+    voxel::archive::Header header{};
+    std::array<char, sizeof header> bytes{};
+    std::ifstream in(file, std::ios::binary);
+    if (!in.read(bytes.data(), bytes.size()))
+        return false;
+    std::memcpy(&header, bytes.data(), sizeof header);
+    return std::memcmp(header.magic, voxel::archive::kMagic, sizeof header.magic) == 0 &&
+           header.file_bytes > size_of(file);
+}
+
+std::uint64_t join_parts(const std::vector<fs::path>& parts, const fs::path& out, int threads) {
+    const ArchiveFiles files(parts);
+    const Verification found = verify_stored(files, threads);
+    if (found.problems > 0)
+        throw util::Error("merge the parts of " + parts.front().string() + ": " +
+                          found.first_problems.front());
+    const auto source = files.open();
+    util::AtomicFile joined(out);
+    std::ofstream file(joined.temporary_path(), std::ios::binary);
+    std::vector<std::byte> room;
+    const std::uint64_t bytes = files.bytes();
+    constexpr std::uint64_t kBlock = 4 << 20;
+    for (std::uint64_t at = 0; file && at < bytes;) {
+        const std::uint64_t size = std::min(kBlock, bytes - at);
+        const auto some = source->read(at, static_cast<std::size_t>(size), room);
+        file.write(reinterpret_cast<const char*>(some.data()),
+                   static_cast<std::streamsize>(some.size()));
+        at += size;
+    }
+    file.close();
+    if (!file)
+        throw util::Error("write " + out.string() + ": the disk may be full");
+    joined.commit();
+    return found.boxes;
+}
+
+}  // namespace terravox::archive_tools

@@ -1,0 +1,32 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace terravox::archive_tools {
+
+/// A file that holds a stretch of the bytes of an archive. The parts one after the other are the
+/// archive.
+struct FilePart {
+    std::string name;  ///< without folder
+    std::uint64_t bytes = 0;
+};
+
+/// Cuts a file into parts of at most so many bytes, NAME-0001.part and following, where NAME is its
+/// name without ending: for hosts that limit files. The file stays. Each part appears under its
+/// name when it is whole.
+/// @param folder of the parts
+/// @param max_bytes above 0
+/// @return the parts; the file itself, and nothing is written, where it is small enough
+/// @throws Error when it cannot be read, or a part cannot be written
+[[nodiscard]] std::vector<FilePart> split(const std::filesystem::path& file,
+                                          const std::filesystem::path& folder,
+                                          std::uint64_t max_bytes);
+
+/// Files in a folder that have the names of parts of an archive, by number.
+[[nodiscard]] std::vector<std::filesystem::path> parts_in(const std::filesystem::path& folder,
+                                                          const std::string& stem);
+
+}  // namespace terravox::archive_tools
