@@ -136,6 +136,27 @@ class Country(Case):
                 self.assertFalse((self.plan / "scratch").exists(), "scratch stays behind")
         self.assertDone(Run([binary("ARCHIVE"), "verify", self.out]))
 
+    def test_a_plan_is_of_a_part(self):
+        words = ("--heights", "480,500", "--area", "462400,101400,462700,101700")
+        self.make_plan(3, *words)
+        self.assertDone(country("run", self.plan, "-o", self.out, "--quiet"))
+        single = self.folder / "single.tvx"
+        options = ["--voxel", "0.5", "--cache", "none", "--quiet"]
+        self.assertDone(Run([binary("CONVERT"), survey(), single, *options, *words]))
+        self.assertEqual(self.out.read_bytes(), single.read_bytes())
+        self.setUp()
+        plan = [survey(), "-o", self.plan, "--heights", "500"]
+        self.assertRefused(country("plan", *plan), 2, "--heights")
+
+    def test_what_a_kill_leaves_of_a_finished_shard_is_removed(self):
+        self.make_plan(2)
+        self.assertDone(country("run", self.plan, "--task", "1", "--quiet"))
+        journal = self.plan / "shards" / "00001.tvx.journal"
+        journal.write_text("what a kill between rename and removal leaves", encoding="utf-8")
+        self.assertDone(country("run", self.plan, "-o", self.out, "--quiet"))
+        self.assertSame()
+        self.assertFalse(journal.exists())
+
     def test_killed_at_any_time_it_goes_on_and_makes_nothing_again(self):
         """The whole run, and single tasks, are killed at random times until it is done."""
         for seed in range(KILLED_RUNS):

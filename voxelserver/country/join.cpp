@@ -12,6 +12,7 @@
 #include "common/voxel/archive/archive_index.hpp"
 #include "voxelserver/archive/merge.hpp"
 #include "voxelserver/country/task.hpp"
+#include "voxelserver/export/archive/archive_export.hpp"
 
 namespace terravox::country {
 namespace {
@@ -101,6 +102,8 @@ JoinReport join(const PlanFolder& folder, const Plan& plan, const fs::path& arch
         shards.push_back(folder.shard(number));
     const archive_tools::MergeReport merged =
         archive_tools::merge(shards, archive, threads, progress);
+    for (const fs::path& shard : shards)
+        exports::remove_journal(shard);
     Target target = read_target(folder).value_or(Target{plan.id(), archive, "", ""});
     target.after = state_of_file(archive);
     write_target(folder, target);

@@ -1,15 +1,14 @@
 #include "voxelserver/country/opened.hpp"
 
 #include "common/voxel/file_identity.hpp"
-#include "voxelserver/export/core/part.hpp"
 #include "voxelserver/voxelize/world/world_facts.hpp"
 #include "voxelserver/worlds/lidar/lidar_kind.hpp"
 
 namespace terravox::country {
 
-OpenedCountry::OpenedCountry(const worlds::WorldOptions& options, const std::vector<double>& area)
+OpenedCountry::OpenedCountry(const worlds::WorldOptions& options, const exports::Selection& part)
     : m_world(voxelize::open_lidar_world(worlds::lidar_world_options(options), m_times)),
-      m_part(exports::part_of(m_world->info(), {.level = 0, .area = area, .heights = {}})) {}
+      m_part(exports::part_of(m_world->info(), part)) {}
 
 std::string OpenedCountry::fingerprint() const {
     const voxel::BoxRange all = voxel::boxes_over(m_world->info().bounds, 0);

@@ -7,6 +7,7 @@
 #include "common/voxel/material.hpp"
 #include "voxelserver/country/workload.hpp"
 #include "voxelserver/export/core/job.hpp"
+#include "voxelserver/export/core/part.hpp"
 #include "voxelserver/voxelize/world/lidar_world.hpp"
 #include "voxelserver/worlds/kind/world_options.hpp"
 
@@ -15,9 +16,9 @@ namespace terravox::country {
 /// The world of a plan, and the part of it that is made.
 class OpenedCountry {
 public:
-    /// @param area as exports::Selection
+    /// @param part of level 0
     /// @throws UsageError, Error as voxelize::open_lidar_world() and exports::part_of()
-    OpenedCountry(const worlds::WorldOptions& options, const std::vector<double>& area);
+    OpenedCountry(const worlds::WorldOptions& options, const exports::Selection& part);
 
     [[nodiscard]] voxelize::LidarWorld& world() noexcept { return *m_world; }
     [[nodiscard]] const exports::Part& part() const noexcept { return m_part; }

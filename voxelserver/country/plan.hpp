@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "common/voxel/world.hpp"
+#include "voxelserver/export/core/part.hpp"
 #include "voxelserver/worlds/kind/world_options.hpp"
 
 namespace terravox::country {
@@ -60,7 +61,8 @@ struct Plan {
     std::uint32_t box_recipe = 0;  ///< voxelize::kBoxRecipe
     /// Inputs and options that matter for voxels, and the memory of a task. Paths are absolute.
     worlds::WorldOptions world;
-    std::vector<double> area;  ///< as exports::Selection; empty: all
+    std::vector<double> area;     ///< as exports::Selection; empty: all
+    std::vector<double> heights;  ///< as exports::Selection; empty: all
     /// Of all inputs and settings, as voxel::ProvenanceWorld::fingerprint(): 32 digits.
     std::string fingerprint;
     std::string crs;  ///< name
@@ -72,6 +74,8 @@ struct Plan {
     std::uint64_t scratch_bytes = 0;  ///< limit of decoded squares that a task keeps on disk
     std::vector<PlannedShard> shards;
     Estimate estimate;
+
+    [[nodiscard]] exports::Selection selection() const { return {0, area, heights}; }
 
     /// Identifies what is made, in shards and journals: everything above that affects their bytes.
     [[nodiscard]] std::string id() const;

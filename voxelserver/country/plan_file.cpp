@@ -123,6 +123,9 @@ Plan plan_of(const Json& json, const Paths& paths) {
     out.box_recipe = json.at("box_recipe").get<std::uint32_t>();
     out.world = world_of(json.at("world"), paths);
     out.area = json.at("area").get<std::vector<double>>();
+    // Plans of before the option have none.
+    if (json.contains("heights"))
+        out.heights = json.at("heights").get<std::vector<double>>();
     out.fingerprint = json.at("fingerprint").get<std::string>();
     out.crs = json.at("crs").get<std::string>();
     out.voxel_m = json.at("voxel_m").get<double>();
@@ -168,6 +171,8 @@ std::string wrong_in(const Plan& plan) {
                "; allowed: 1 to 1048576";
     if (!plan.area.empty() && plan.area.size() != 4)
         return "its area has " + std::to_string(plan.area.size()) + " numbers; allowed: 4";
+    if (!plan.heights.empty() && plan.heights.size() != 2)
+        return "its heights are " + std::to_string(plan.heights.size()) + " numbers; allowed: 2";
     return "";
 }
 
@@ -182,6 +187,7 @@ void write_plan(const PlanFolder& folder, const Plan& plan) {
              {"fingerprint", plan.fingerprint},
              {"world", json_of(plan.world, paths)},
              {"area", plan.area},
+             {"heights", plan.heights},
              {"crs", plan.crs},
              {"voxel_m", plan.voxel_m},
              {"bounds", {{"min", plan.bounds.min}, {"max", plan.bounds.max}}},

@@ -29,7 +29,7 @@ public:
         world.cache_dir = m_options.scratch;
         world.cache_bytes = m_options.scratch_bytes;
         const double before = used_cpu_s();
-        OpenedCountry country(world, m_options.area);
+        OpenedCountry country(world, m_plan.selection());
         const double open_cpu_s = used_cpu_s() - before;
         describe(country);
         exports::Meter silent("", 0, true);
@@ -55,6 +55,7 @@ private:
         m_plan.world = m_options.world;
         m_plan.world.left_out = std::move(inputs.left_out);
         m_plan.area = m_options.area;
+        m_plan.heights = m_options.heights;
         m_plan.squares = std::move(inputs.squares);
         m_plan.images = std::move(inputs.images);
         m_plan.missing = std::move(inputs.missing);

@@ -12,9 +12,10 @@ namespace terravox::country {
 
 struct PlanOptions {
     worlds::WorldOptions world;
-    std::vector<double> area;  ///< as exports::Selection
-    int shards = 0;            ///< 0: so many that each takes about kUsualTask_s
-    std::size_t sample = 6;    ///< columns of boxes to measure
+    std::vector<double> area;     ///< as exports::Selection
+    std::vector<double> heights;  ///< as exports::Selection
+    int shards = 0;               ///< 0: so many that each takes about kUsualTask_s
+    std::size_t sample = 6;       ///< columns of boxes to measure
     std::uint64_t scratch_bytes = std::uint64_t{2} << 30;
     std::filesystem::path scratch;  ///< folder for the squares of the sample; it is removed
     static constexpr double kUsualTask_s = 900;

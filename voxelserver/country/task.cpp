@@ -94,7 +94,7 @@ private:
     }
 
     void write(const worlds::WorldOptions& options) {
-        OpenedCountry country(options, m_plan.area);
+        OpenedCountry country(options, m_plan.selection());
         if (country.fingerprint() != m_plan.fingerprint || country.part().bounds != m_plan.bounds)
             throw util::Error(attempt_of(m_plan, m_number) +
                               ": settings, class table or palette have changed since the plan was "

@@ -29,6 +29,7 @@ struct PlanArguments {
     ScriptArguments scripts;
     std::string out;
     std::string area;
+    std::string heights;
     int shards = 0;
     int sample = 6;
     int memory_mib = 512;  ///< many tasks share a machine
@@ -79,6 +80,8 @@ country::PlanOptions options_of(const PlanArguments& args) {
     out.world.cache_dir.clear();
     out.area = numbers_of("country plan", "--area", args.area, 4,
                           "west,south,east,north in the CRS of the data");
+    out.heights =
+        numbers_of("country plan", "--heights", args.heights, 2, "lowest,highest in metres");
     out.shards = args.shards;
     out.sample = static_cast<std::size_t>(args.sample);
     out.scratch_bytes = static_cast<std::uint64_t>(args.scratch_mib) << 20;
@@ -144,6 +147,7 @@ std::function<util::ExitCode()> add_country_plan(CLI::App& country) {
                              std::to_string(country::kMaxShards);
         });
     command->add_option("--area", args->area, "west,south,east,north in the CRS of the data");
+    command->add_option("--heights", args->heights, "lowest,highest in metres");
     command
         ->add_option("--sample", args->sample,
                      "number of columns of boxes to measure; more: a better estimate, later")

@@ -20,6 +20,7 @@ Plan some_plan() {
     plan.world.voxel_m = 0.1;
     plan.world.memory_bytes = std::size_t{512} << 20;
     plan.area = {1, 2.5, 3, 4};
+    plan.heights = {-3, 1200.5};
     plan.fingerprint = "0123456789abcdef0123456789abcdef";
     plan.crs = "EPSG:3794";
     plan.voxel_m = 0.1;
@@ -47,6 +48,7 @@ TEST_CASE("a plan is read as it was written", "[country][plan]") {
     CHECK(read.world.voxel_m == plan.world.voxel_m);
     CHECK(read.world.memory_bytes == plan.world.memory_bytes);
     CHECK(read.area == plan.area);
+    CHECK(read.heights == plan.heights);
     CHECK(read.bounds == plan.bounds);
     CHECK(read.squares.front().identity == "ab");
     CHECK(read.images.front().bytes == 30);
@@ -101,6 +103,7 @@ TEST_CASE("a plan with numbers that no world has is refused", "[country][plan]")
         {"no memory", [](Plan& p) { p.world.memory_bytes = 0; }, "memory_mib = 0; allowed"},
         {"all memory", [](Plan& p) { p.world.memory_bytes = std::size_t{1} << 60; },
          "allowed: 1 to 1048576"},
+        {"one height", [](Plan& p) { p.heights.pop_back(); }, "its heights are 1 numbers"},
         {"half an area", [](Plan& p) { p.area.pop_back(); }, "its area has 3 numbers"},
     }));
     DYNAMIC_SECTION(c.name) {

@@ -4,6 +4,7 @@
 #include <array>
 #include <limits>
 #include <memory>
+#include <system_error>
 #include <utility>
 
 #include "common/thread/in_order.hpp"
@@ -235,6 +236,11 @@ MadeColumn make_archive_column(Job& job, const Columns::At& column) {
         }
     }
     return out;
+}
+
+void remove_journal(const std::filesystem::path& out) {
+    std::error_code ignored;
+    std::filesystem::remove(journal_of(out), ignored);
 }
 
 std::size_t finished_subtrees(const std::filesystem::path& out, const std::string& name,

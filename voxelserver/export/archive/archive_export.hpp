@@ -43,6 +43,10 @@ struct MadeColumn {
 };
 [[nodiscard]] MadeColumn make_archive_column(Job& job, const Columns::At& column);
 
+/// Removes the journal of a finished archive, or shard, that a kill has left: between renaming the
+/// one and removing the other. The caller knows that nobody writes it.
+void remove_journal(const std::filesystem::path& out);
+
 /// Number of subtrees that an unfinished shard, or archive, has.
 /// @param name of the conversion (Job::name)
 [[nodiscard]] std::size_t finished_subtrees(const std::filesystem::path& out,
