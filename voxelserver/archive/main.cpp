@@ -20,7 +20,8 @@ namespace {
 using namespace terravox;
 
 struct Arguments {
-    std::vector<std::string> files;   ///< one, or the parts of one
+    std::string file;                 ///< of patch and split
+    std::vector<std::string> files;   ///< of info and verify: one, or the parts of one
     std::vector<std::string> others;  ///< shards or parts of merge, changes of patch
     std::string out;                  ///< of merge and patch; empty: patch replaces the archive
     int max_mib = 0;                  ///< of split
@@ -106,9 +107,8 @@ util::ExitCode merge(const Arguments& arguments) {
 }
 
 util::ExitCode patch(const Arguments& arguments) {
-    const std::filesystem::path archive = arguments.files.front();
-    const std::filesystem::path out =
-        arguments.out.empty() ? arguments.files.front() : arguments.out;
+    const std::filesystem::path archive = arguments.file;
+    const std::filesystem::path out = arguments.out.empty() ? arguments.file : arguments.out;
     if (!arguments.out.empty() && !arguments.overwrite && std::filesystem::exists(out))
         throw util::UsageError("patch to " + out.string() +
                                ": it is there already; allowed: another name, or --overwrite");
@@ -129,7 +129,7 @@ util::ExitCode patch(const Arguments& arguments) {
 }
 
 util::ExitCode split(const Arguments& arguments) {
-    const std::filesystem::path archive = arguments.files.front();
+    const std::filesystem::path archive = arguments.file;
     (void)archive_tools::summary_of(archive);  // of another file, parts are of no use
     const std::filesystem::path folder =
         arguments.out.empty() ? archive.parent_path() : std::filesystem::path(arguments.out);
@@ -180,7 +180,7 @@ int run(int argc, char** argv) {
         "patch",
         "put changes, of convert --squares, into an archive; programs that read it go on with the "
         "old one");
-    patching->add_option("file", arguments.files, "the archive")->required()->expected(1);
+    patching->add_option("file", arguments.file, "the archive")->required();
     patching->add_option("changes", arguments.others, "changes, all of the same state of the data")
         ->required();
     patching->add_option("-o,--output", arguments.out,
@@ -188,9 +188,7 @@ int run(int argc, char** argv) {
     patching->add_flag("--overwrite", arguments.overwrite, "write over what is there");
     auto* const splitting = app.add_subcommand(
         "split", "cut an archive into files NAME-0001.part and so on, for hosts that limit files");
-    splitting->add_option("file", arguments.files, "the archive; it stays")
-        ->required()
-        ->expected(1);
+    splitting->add_option("file", arguments.file, "the archive; it stays")->required();
     constexpr int kMost_mib = 1 << 20;
     splitting->add_option("--max-mib", arguments.max_mib, "largest file, MiB")
         ->required()
