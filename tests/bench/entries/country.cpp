@@ -54,6 +54,7 @@ public:
         (void)program("cmp", {file("whole.tvx"), file("country.tvx")});
         report_run(out, plan, planning, whole, run);
         report_archive(out);
+        report_patch(out, whole);
     }
 
 private:
@@ -114,10 +115,34 @@ private:
         const ChildOutcome verified = program("terravox-archive", {"verify", file("merged.tvx")});
         const ChildOutcome read =
             program("sh", {"-c", "cat \"$1\" > /dev/null", "sh", file("merged.tvx")});
+        const ChildOutcome compared =
+            program("terravox-archive", {"verify", "--checksums", file("merged.tvx")});
         constexpr double kShare = 0.5;
         out.add("merge: speed of a copy", "x", copied.wall_s / merged.wall_s, at_least(kShare));
         out.add("verify: speed of reading", "x", read.wall_s / verified.wall_s, at_least(kShare));
+        out.add("verify --checksums: speed of reading", "x", read.wall_s / compared.wall_s,
+                at_least(kShare));
         out.add("archive", "MB", static_cast<double>(fs::file_size(m_place / "merged.tvx")) / 1e6);
+    }
+
+    /// One square in the middle is made and put in again: its data are the same, so are the bytes.
+    void report_patch(Readings& out, const ChildOutcome& whole) {
+        std::vector<std::string> names;
+        for (const auto& entry : fs::directory_iterator(m_data))
+            names.push_back(entry.path().stem().string());
+        std::sort(names.begin(), names.end());
+        const ChildOutcome change =
+            program("terravox-convert",
+                    with_options({m_data.string(), file("change.tvx"), "--cache", "none", "--quiet",
+                                  "--squares", names[names.size() / 2]}));
+        const ChildOutcome patch = program(
+            "terravox-archive", {"patch", file("country.tvx"), file("change.tvx"), "--quiet"});
+        (void)program("cmp", {file("whole.tvx"), file("country.tvx")});
+        constexpr double kShare = 0.03;
+        out.add("a square made again / single run, CPU", "x", cpu_s(change) / cpu_s(whole));
+        out.add("patching / single run, CPU", "x", cpu_s(patch) / cpu_s(whole));
+        out.add("a square, both, / single run, CPU", "x",
+                (cpu_s(change) + cpu_s(patch)) / cpu_s(whole), at_most(kShare));
     }
 
     const Context& m_c;
@@ -132,7 +157,8 @@ Entry entry_for(int n, int shards) {
     out.name = "country/" + size;
     out.measures =
         "a plan's estimate against the CPU time, memory of tasks, merge and verify "
-        "against copying and reading, a sharded against a single run";
+        "against copying and reading, a sharded against a single run, one square patched against "
+        "all";
     out.work = size + " copies of " + square().facts + " in " + std::to_string(shards) + " shards";
     out.missing = [](const Context& c) {
         std::error_code ignored;
