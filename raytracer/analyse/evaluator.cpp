@@ -10,7 +10,8 @@
 
 namespace terravox::analyse {
 
-std::unique_ptr<const shade::RayEvaluator> make_evaluator(const shade::View& view) {
+std::unique_ptr<const shade::RayEvaluator> make_evaluator(const shade::View& view,
+                                                          const walk::LevelCut& cut) {
     switch (view.scene.analysis.kind) {
         case core::AnalysisKind::kNone: break;
         case core::AnalysisKind::kTerrain: return std::make_unique<TerrainEvaluator>(view);
@@ -24,7 +25,7 @@ std::unique_ptr<const shade::RayEvaluator> make_evaluator(const shade::View& vie
         case core::AnalysisKind::kFacade: return std::make_unique<FacadeEvaluator>(view);
         case core::AnalysisKind::kSight: return std::make_unique<SightEvaluator>(view);
     }
-    return shade::make_shading(view);
+    return shade::make_shading(view, cut);
 }
 
 }  // namespace terravox::analyse
