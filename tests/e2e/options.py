@@ -38,7 +38,9 @@ RAYTRACER = (
 PROGRAMS = {name: ("RAYTRACER", *name.split()) for name in RAYTRACER}
 PROGRAMS |= {"serve": ("VOXELSERVER",), "survey": ("SURVEY",)}
 PROGRAMS |= {f"laz {name}": ("LAZ", name) for name in ("info", "check", "index", "compress")}
-PROGRAMS |= {f"archive {name}": ("ARCHIVE", name) for name in ("info", "verify", "merge", "patch", "split")}
+PROGRAMS |= {
+    f"archive {name}": ("ARCHIVE", name) for name in ("info", "verify", "merge", "patch", "split")
+}
 # Not started: these read no arguments of their own, or Node.js may be missing.
 TEXTS = {
     "terravox": [ROOT / "terravox", *sorted(ROOT.glob("config/setup/*.sh"))],
