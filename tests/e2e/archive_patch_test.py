@@ -39,6 +39,7 @@ class Patch(Case):
         for density in (2, 3):
             cls.data[density] = temporary_folder() / f"flight{density}"
             words = ["--seed", "7", "--squares", "5x5", "--square-m", "128", "--density", density]
+            words += ["--photo-sun", "130,35"]
             run = Run([binary("SURVEY"), *words, "-o", cls.data[density]])
             assert run.code == 0, run
         cls.names = sorted(file.stem for file in cls.data[2].glob("*.laz"))
@@ -103,13 +104,32 @@ class Patch(Case):
         self.assertSameBytes(out, self.old)
 
     def test_several_changes_are_put_in_together(self):
-        names = (self.names[0], self.names[24])
-        data = self.flown_again(*names)
-        changes = [self.change_of(data, ",".join(names))]
+        """Far from each other, and next to each other: each is compared where the other changes."""
+        for names in ((self.names[0], self.names[24]), (self.names[11], self.names[12])):
+            data = self.flown_again(*names)
+            new = convert(data, temporary_folder() / "new.tvx")
+            for changes in ([",".join(names)], list(names), list(reversed(names))):
+                with self.subTest(changes):
+                    files = [self.change_of(data, change) for change in changes]
+                    out = temporary_folder() / "patched.tvx"
+                    self.assertDone(archive("patch", self.old, *files, "-o", out))
+                    self.assertSameBytes(out, new)
+
+    def test_photographs_whose_light_is_taken_out_change_with_their_squares(self):
+        photographs = [*PLAIN, "--ortho", self.data[2] / "ortho"]
+        old = convert(self.data[2], temporary_folder() / "old.tvx", *photographs)
+        data = self.flown_again(self.names[11])
+        change = self.change_of(data, self.names[11], *photographs)
         out = temporary_folder() / "patched.tvx"
-        self.assertDone(archive("patch", self.old, *changes, "-o", out))
-        new = convert(data, temporary_folder() / "new.tvx")
-        self.assertSameBytes(out, new)
+        self.assertDone(archive("patch", old, change, "-o", out))
+        self.assertSameBytes(out, convert(data, temporary_folder() / "new.tvx", *photographs))
+
+    def test_no_names_are_no_change_of_everything(self):
+        for names in ("", ",", " , "):
+            out = temporary_folder() / "change.tvx"
+            words = [binary("CONVERT"), self.changed, out, *PLAIN, "--squares", names]
+            self.assertRefused(Run(words), 2, "names none", "allowed: names")
+            self.assertEqual(entries(out.parent), [])
 
     def test_threads_do_not_matter(self):
         out = temporary_folder() / "patched.tvx"

@@ -100,7 +100,7 @@ bool is_first_part(const fs::path& file) {
            header.file_bytes > size_of(file);
 }
 
-std::uint64_t join_parts(const std::vector<fs::path>& parts, const fs::path& out, int threads) {
+Verification join_parts(const std::vector<fs::path>& parts, const fs::path& out, int threads) {
     const ArchiveFiles files(parts);
     const Verification found = verify_stored(files, threads);
     if (found.problems > 0)
@@ -123,7 +123,7 @@ std::uint64_t join_parts(const std::vector<fs::path>& parts, const fs::path& out
     if (!file)
         throw util::Error("write " + out.string() + ": the disk may be full");
     joined.commit();
-    return found.boxes;
+    return found;
 }
 
 }  // namespace terravox::archive_tools

@@ -9,6 +9,8 @@
 
 namespace terravox::archive_tools {
 
+struct Verification;
+
 /// An archive that lies in one file, or in parts of it (split.hpp).
 class ArchiveFiles {
 public:
@@ -32,10 +34,10 @@ private:
 /// Joins the parts of an archive again, and verifies all checksums before it appears under its
 /// name.
 /// @param parts in their order
-/// @return number of boxes, of all levels
+/// @return what was verified: no problems
 /// @throws Error when a part is missing, damaged or not in its place, or the archive cannot be
 /// written
-std::uint64_t join_parts(const std::vector<std::filesystem::path>& parts,
-                         const std::filesystem::path& out, int threads);
+Verification join_parts(const std::vector<std::filesystem::path>& parts,
+                        const std::filesystem::path& out, int threads);
 
 }  // namespace terravox::archive_tools

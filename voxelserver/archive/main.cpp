@@ -85,10 +85,11 @@ util::ExitCode merge(const Arguments& arguments) {
                                ": it is there already; allowed: another name, or --overwrite");
     const std::vector<std::filesystem::path> shards = paths_of(arguments.others);
     if (archive_tools::is_first_part(shards.front())) {
-        const std::uint64_t boxes = archive_tools::join_parts(shards, out, arguments.threads);
-        std::cout << arguments.out << ": " << counted(boxes, "box", "boxes") << ", of "
+        const auto joined = archive_tools::join_parts(shards, out, arguments.threads);
+        std::cout << arguments.out << ": " << counted(joined.boxes, "box", "boxes") << ", "
+                  << counted(joined.holes, "hole", "holes") << ", of "
                   << counted(shards.size(), "part", "parts") << "\n";
-        return util::ExitCode::kDone;
+        return joined.holes > 0 ? util::ExitCode::kHoles : util::ExitCode::kDone;
     }
     constexpr std::uint64_t kSteps = 1000;
     exports::Meter meter("merge", kSteps, arguments.quiet);

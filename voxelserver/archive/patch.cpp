@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <optional>
 #include <set>
 #include <string>
 #include <tuple>
@@ -66,42 +67,36 @@ struct PatchedSubtree {
 
 class Patcher {
 public:
-    Patcher(const std::filesystem::path& archive, std::span<const std::filesystem::path> changes)
-        : m_old(archive, ArchiveIndex::Of::kArchive) {
+    explicit Patcher(std::span<const std::filesystem::path> changes) {
         for (const auto& file : changes)
             m_changes.push_back(open_change(file));
         if (m_changes.empty())
-            throw util::UsageError("patch " + archive.string() +
-                                   ": no change; allowed: those of convert --squares");
-        check_worlds();
-        check_compared();
-        std::vector<ColumnRun> replaced;
-        for (const OpenChange& change : m_changes) {
-            const auto runs = change.facts.replaced.runs();
-            replaced.insert(replaced.end(), runs.begin(), runs.end());
-        }
-        add_left_out(replaced);
-        m_replaced = voxel::archive::ColumnSet(std::move(replaced));
+            throw util::UsageError("patch: no change; allowed: those of convert --squares");
     }
 
-    PatchReport write(const std::filesystem::path& out, int threads,
+    PatchReport write(const std::filesystem::path& archive, const std::filesystem::path& out,
+                      int threads,
                       const std::function<void(std::uint64_t, std::uint64_t)>& progress) {
+        // The writer holds the lock of its name. What another patch has put there before is read
+        // only now, so that none of two patches is lost.
         voxel::ArchiveWriter writer(out, info(), 0);
         Unfinished unfinished(writer);
+        m_old.emplace(archive, ArchiveIndex::Of::kArchive);
+        check_worlds();
+        find_replaced();
+        check_compared();
         add_subtrees(writer, threads, progress);
         std::atomic<std::uint64_t> kept{0};
         voxel::archive::add_levels_above(writer, top_level(), info().levels, threads,
                                          [&](const BoxKey& key) -> std::optional<MadeRecord> {
                                              const Entry* const there =
-                                                 is_new(key) ? nullptr : m_old.find(key);
+                                                 is_new(key) ? nullptr : m_old->find(key);
                                              if (there == nullptr)
                                                  return std::nullopt;
                                              ++kept;
-                                             return m_old.record(*there);
+                                             return m_old->record(*there);
                                          });
         m_report.kept += kept;
-        for (const OpenChange& change : m_changes)
-            m_report.columns += change.facts.replaced.count();
         std::uint64_t old_holes = 0;
         for (const Entry& entry : writer.entries()) {
             m_report.holes += entry.kind == Kind::kHole ? 1 : 0;
@@ -125,8 +120,8 @@ private:
     void check_worlds() const {
         for (const OpenChange& change : m_changes) {
             const std::string& name = change.file.source().name();
-            if (!same_frame(change.file.index().info(), m_old.index().info()))
-                throw util::UsageError("patch " + m_old.source().name() + " with " + name +
+            if (!same_frame(change.file.index().info(), m_old->index().info()))
+                throw util::UsageError("patch " + m_old->source().name() + " with " + name +
                                        ": it has another CRS or size of voxels; allowed: the same");
             if (change.file.index().info().bounds != info().bounds)
                 throw util::UsageError("patch with " + name + ": its world is not that of " +
@@ -135,9 +130,20 @@ private:
         }
     }
 
+    void find_replaced() {
+        std::vector<ColumnRun> replaced;
+        for (const OpenChange& change : m_changes) {
+            const auto runs = change.facts.replaced.runs();
+            replaced.insert(replaced.end(), runs.begin(), runs.end());
+        }
+        m_report.columns = voxel::archive::ColumnSet(replaced).count();
+        add_left_out(replaced);
+        m_replaced = voxel::archive::ColumnSet(std::move(replaced));
+    }
+
     /// Columns of the old world that lie outside the new one.
     void add_left_out(std::vector<ColumnRun>& out) const {
-        const voxel::BoxRange then = voxel::boxes_over(m_old.index().info().bounds, 0);
+        const voxel::BoxRange then = voxel::boxes_over(m_old->index().info().bounds, 0);
         const voxel::BoxRange now = voxel::boxes_over(info().bounds, 0);
         for (std::int32_t bz = then.min.bz; bz < then.max.bz; ++bz) {
             if (bz < now.min.bz || bz >= now.max.bz) {
@@ -150,28 +156,31 @@ private:
     }
 
     /// What has not changed must be alike: an archive that was made with other options, or of data
-    /// of which more has changed than the changes say, would become a mixture.
+    /// of which more has changed than the changes say, would become a mixture. What another change
+    /// replaces says nothing.
     void check_compared() const {
         for (const OpenChange& change : m_changes) {
             const auto& compared = change.facts.compared;
             const auto listed = [&](const IndexedFile& file) {
                 std::vector<Entry> out;
-                for (const Entry& entry : file.entries())
-                    if (entry.key.level == 0 && compared.touches(voxel::archive::key_of(entry.key)))
+                for (const Entry& entry : file.entries()) {
+                    const BoxKey key = voxel::archive::key_of(entry.key);
+                    if (key.level == 0 && compared.touches(key) && !m_replaced.touches(key))
                         out.push_back(entry);
+                }
                 return out;
             };
             const auto then = listed(m_old);
             const auto now = listed(change.file);
             bool same = then.size() == now.size();
             for (std::size_t i = 0; same && i < then.size(); ++i) {
-                const MadeRecord a = m_old.record(then[i]);
+                const MadeRecord a = m_old->record(then[i]);
                 const MadeRecord b = change.file.record(now[i]);
                 same = a.key == b.key && a.kind == b.kind && a.frame == b.frame;
             }
             if (!same)
                 throw util::UsageError(
-                    "patch " + m_old.source().name() + " with " + change.file.source().name() +
+                    "patch " + m_old->source().name() + " with " + change.file.source().name() +
                     ": boxes next to those that changed are not alike; allowed: a change made "
                     "with the options of the archive, of data that have not changed elsewhere");
         }
@@ -186,7 +195,7 @@ private:
             const int up = top_level() - entry.key.level;
             places.emplace(entry.key.bz >> up, entry.key.bx >> up, entry.key.by >> up);
         };
-        for (const Entry& entry : m_old.entries())
+        for (const Entry& entry : m_old->entries())
             add(entry);
         for (const OpenChange& change : m_changes)
             for (const Entry& entry : change.file.entries())
@@ -224,7 +233,7 @@ private:
         PatchedSubtree out;
         out.kept = old.size();
         std::vector<std::vector<std::byte>> frames;
-        read_records(m_old.source(), old, "patch",
+        read_records(m_old->source(), old, "patch",
                      [&](const Entry&, std::span<const std::byte> frame) {
                          frames.emplace_back(frame.begin(), frame.end());
                      });
@@ -252,11 +261,11 @@ private:
                 children[static_cast<std::size_t>(i)] =
                     place(voxel::archive::child_of(key, i), is_made, out);
         if (!is_made) {
-            const Entry* const there = m_old.find(key);
+            const Entry* const there = m_old->find(key);
             if (there == nullptr)
                 return {};
             out.push_back({*there, {}, true});
-            return wanted ? m_old.box(*there) : MadeBox{};
+            return wanted ? m_old->box(*there) : MadeBox{};
         }
         if (key.level == 0) {
             const auto [change, entry] = changed_entry(key);
@@ -273,7 +282,7 @@ private:
 
     /// Whether a box may be other than in the old archive, or is of a level that it has not.
     [[nodiscard]] bool is_new(const BoxKey& key) const {
-        return m_replaced.touches(key) || key.level >= m_old.index().info().levels;
+        return m_replaced.touches(key) || key.level >= m_old->index().info().levels;
     }
 
     [[nodiscard]] std::pair<const OpenChange*, const Entry*> changed_entry(
@@ -288,10 +297,10 @@ private:
         std::set<std::string> lines;
         for (const OpenChange& change : m_changes)
             lines.insert(change.facts.damage.begin(), change.facts.damage.end());
-        return lines.size() + (has_old_holes ? m_old.index().header().damage : 0);
+        return lines.size() + (has_old_holes ? m_old->index().header().damage : 0);
     }
 
-    const IndexedFile m_old;
+    std::optional<IndexedFile> m_old;  ///< opened once the new one is locked
     std::vector<OpenChange> m_changes;
     voxel::archive::ColumnSet m_replaced;
     PatchReport m_report;
@@ -308,7 +317,7 @@ PatchReport patch(const std::filesystem::path& archive,
             throw util::UsageError("patch to " + out.string() +
                                    ": it is the change; allowed: another name");
     }
-    return Patcher(archive, changes).write(out, threads, progress);
+    return Patcher(changes).write(archive, out, threads, progress);
 }
 
 }  // namespace terravox::archive_tools

@@ -39,7 +39,7 @@ struct ConvertArguments {
     std::string area;
     std::string heights;
     std::string shard;
-    std::string squares;
+    std::optional<std::string> squares;
     exports::Selection selection;
     int memory_mib = 1024;
     bool quiet = false;
@@ -157,10 +157,13 @@ util::ExitCode run_convert(ConvertArguments& args) {
     if (args.write.shard.of > 0 && !format.has_shards)
         throw util::UsageError("convert: --shard " + args.shard + " to " +
                                std::string(format.name) + "; allowed: to a box archive (.tvx)");
-    if (!args.squares.empty() && !format.has_shards)
-        throw util::UsageError("convert: --squares " + args.squares + " to " +
+    if (args.squares && !format.has_shards)
+        throw util::UsageError("convert: --squares " + *args.squares + " to " +
                                std::string(format.name) + "; allowed: to a box archive (.tvx)");
-    if (!args.squares.empty() && args.write.shard.of > 0)
+    if (args.squares && names_in(*args.squares).empty())
+        throw util::UsageError("convert: --squares '" + *args.squares +
+                               "' names none; allowed: names separated by commas");
+    if (args.squares && args.write.shard.of > 0)
         throw util::UsageError("convert: --squares with --shard; allowed: one of them");
     args.selection.heights =
         numbers_of("convert", "--heights", args.heights, 2, "lowest,highest in metres");
@@ -171,8 +174,8 @@ util::ExitCode run_convert(ConvertArguments& args) {
     const exports::Part part = exports::part_of(world->info(), args.selection);
     const int threads = scene.processing.threads.value_or(0);
     std::uint64_t steps = format.steps(part, world->info());
-    if (const auto names = names_in(args.squares); !names.empty()) {
-        args.write.changed = columns_of_squares(*world, part, names, threads);
+    if (args.squares) {
+        args.write.changed = columns_of_squares(*world, part, names_in(*args.squares), threads);
         steps = args.write.changed.replaced.size() + args.write.changed.compared.size();
     }
     const voxel::Palette palette = voxel::load_palette(material::find_materials(""));

@@ -51,11 +51,14 @@ BoxColumn BoxColumnMaker::make(grid::PatchKey patch) {
         run_steps(land, part::kBoxes, m_times);
         static_cast<Boxes&>(out) = std::move(land.boxes.value());
     }
-    out.reach = land.reach();
-    // The shadows on a patch come from the patches around.
-    if (m_context.photo_lights)
-        out.reach = grown(out.reach, shadow_patches(m_context.voxel_m));
+    out.reach = reach_of(land);
     return out;
+}
+
+// The shadows on a patch's photograph come from the patches around.
+voxel::InputExtent BoxColumnMaker::reach_of(const Land& land) const {
+    return m_context.photo_lights ? grown(land.reach(), shadow_patches(m_context.voxel_m))
+                                  : land.reach();
 }
 
 voxel::InputExtent BoxColumnMaker::reach(grid::PatchKey patch) {
@@ -69,7 +72,7 @@ voxel::InputExtent BoxColumnMaker::reach(grid::PatchKey patch) {
                 if (water->bodies.may_be_water(cells->at(x, z)))
                     (void)water->level(patch.px * cells->side + x, patch.pz * cells->side + z);
     }
-    return land.reach();
+    return reach_of(land);
 }
 
 std::vector<Tree> BoxColumnMaker::trees(grid::PatchKey patch) {

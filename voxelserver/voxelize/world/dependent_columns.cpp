@@ -51,7 +51,7 @@ public:
 
     DependentColumns run() {
         for (const ColumnRect& rect : m_changed)
-            want(patches_of(rect, kGapPatches + 1));
+            want(patches_of(rect, kGapPatches + 1 + m_world.shadow_patches()));
         while (!m_wanted.empty()) {
             const std::vector<PatchKey> some = std::exchange(m_wanted, {});
             std::vector<InputExtent> reaches(some.size());
@@ -114,6 +114,9 @@ DependentColumns columns_that_depend_on(LidarWorld& world, const std::set<std::s
     std::vector<ColumnRect> rects;
     for (const std::size_t i : changed)
         rects.push_back(squares[i].bounds.grown(1));
+    // Their light changes, and with it all of their colours.
+    for (const ColumnRect& photograph : world.photographs_lit_by(changed))
+        rects.push_back(photograph);
     if (world.stats().flight_lines > 0) {
         const auto near = static_cast<std::int32_t>(kSharedScale_m / world.info().voxel_m) + 1;
         for (const SquareInfo& square : squares) {

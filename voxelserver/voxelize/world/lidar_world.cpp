@@ -7,6 +7,7 @@
 #include "common/util/error.hpp"
 #include "common/util/log.hpp"
 #include "common/voxel/downsample.hpp"
+#include "voxelserver/voxelize/steps/photo_samples.hpp"
 #include "voxelserver/voxelize/world/box_column.hpp"
 #include "voxelserver/voxelize/world/fingerprints_of.hpp"
 #include "voxelserver/voxelize/world/world_facts.hpp"
@@ -69,6 +70,24 @@ public:
         return m_maker.reach({bx, bz});
     }
 
+    [[nodiscard]] std::int32_t shadow_patches() const noexcept override {
+        return relights() ? voxelize::shadow_patches(m_facts.info.voxel_m) : 0;
+    }
+
+    [[nodiscard]] std::vector<grid::ColumnRect> photographs_lit_by(
+        const std::set<std::size_t>& files) const override {
+        std::vector<grid::ColumnRect> out;
+        if (!relights())
+            return out;
+        for (const imagery::Orthophotos::Input& image : m_images->inputs()) {
+            const PhotoSample sample = photo_sample(image.rect, m_points.sources());
+            if (std::any_of(sample.files.begin(), sample.files.end(),
+                            [&](std::size_t file) { return files.contains(file); }))
+                out.push_back(image.rect);
+        }
+        return out;
+    }
+
     [[nodiscard]] std::vector<Tree> trees(std::int32_t bx, std::int32_t bz) override {
         return m_maker.trees({bx, bz});
     }
@@ -112,6 +131,10 @@ public:
     }
 
 private:
+    [[nodiscard]] bool relights() const noexcept {
+        return m_images != nullptr && m_settings.orthophoto.albedo;
+    }
+
     void gather_facts(const LidarWorldOptions& options) {
         const Sources& sources = m_points.sources();
         const grid::Frame& frame = sources.frame;

@@ -2,10 +2,12 @@
 
 #include <cstdint>
 #include <memory>
+#include <set>
 #include <vector>
 
 #include "common/util/stage_times.hpp"
 #include "common/voxel/world.hpp"
+#include "voxelserver/grid/patch.hpp"
 #include "voxelserver/voxelize/points/options.hpp"
 #include "voxelserver/voxelize/points/square_info.hpp"
 #include "voxelserver/voxelize/steps/tree.hpp"
@@ -32,7 +34,8 @@ struct WorldFacts;
 /// A world made of airborne LiDAR. Boxes are made on request; squares are decoded once and kept
 /// under a byte limit.
 ///
-/// A box's reach holds every patch that was read for it: its own and the eight around; those of the
+/// A box's reach holds every patch that was read for it: its own and the eight around, with
+/// photographs whose light is taken out those around that cast shadows, too; those of the
 /// bodies of water that were queried (a body so large that it is cut reaches everywhere), and the
 /// surroundings of wide gaps. It does not depend on earlier requests.
 class LidarWorld : public voxel::ProvenanceWorld {
@@ -54,6 +57,15 @@ public:
     /// The reach of the boxes of column (bx, bz), without making them, and of all water that the
     /// column holds or may hold.
     [[nodiscard]] virtual voxel::InputExtent reach(std::int32_t bx, std::int32_t bz) = 0;
+
+    /// Patches around a column in which the shadows on its photograph are searched for; 0: colours
+    /// of photographs are left as they are.
+    [[nodiscard]] virtual std::int32_t shadow_patches() const noexcept = 0;
+
+    /// The columns of each photograph whose light is found from one of some files.
+    /// @param files indices into facts().squares
+    [[nodiscard]] virtual std::vector<grid::ColumnRect> photographs_lit_by(
+        const std::set<std::size_t>& files) const = 0;
 
     /// The trees of box column (bx, bz), north to south, then west to east; none with the
     /// vegetation step switched off.
