@@ -10,8 +10,7 @@
 
 namespace terravox::analyse {
 
-std::unique_ptr<const shade::RayEvaluator> make_evaluator(const shade::View& view,
-                                                          const walk::LevelCut& cut) {
+std::unique_ptr<const shade::RayEvaluator> make_evaluator(const shade::View& view) {
     switch (view.scene.analysis.kind) {
         case core::AnalysisKind::kNone: break;
         case core::AnalysisKind::kTerrain: return std::make_unique<TerrainEvaluator>(view);
@@ -25,7 +24,7 @@ std::unique_ptr<const shade::RayEvaluator> make_evaluator(const shade::View& vie
         case core::AnalysisKind::kFacade: return std::make_unique<FacadeEvaluator>(view);
         case core::AnalysisKind::kSight: return std::make_unique<SightEvaluator>(view);
     }
-    return shade::make_shading(view, cut);
+    return shade::make_shading(view);
 }
 
 }  // namespace terravox::analyse

@@ -7,8 +7,7 @@
 namespace terravox::analyse {
 
 /// What evaluates the rays of a view: light for pictures, else what its scene's analysis measures.
-/// @param view, cut that rays are walked by; both must outlive the result
-[[nodiscard]] std::unique_ptr<const shade::RayEvaluator> make_evaluator(const shade::View& view,
-                                                                        const walk::LevelCut& cut);
+/// @param view must outlive the result
+[[nodiscard]] std::unique_ptr<const shade::RayEvaluator> make_evaluator(const shade::View& view);
 
 }  // namespace terravox::analyse

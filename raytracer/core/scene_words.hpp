@@ -108,12 +108,10 @@ constexpr std::span<const Word<TiffSamples>> words_of(TiffSamples) noexcept {
 enum class Integrator : std::uint8_t {
     kDirect,  ///< sun, sky, mirrors, water
     kPath,    ///< all light, with bounces
-    kCached,  ///< the same, with the irradiance of faces kept and shared
 };
 inline constexpr Word<Integrator> kIntegrators[] = {
     {Integrator::kDirect, "direct"},
     {Integrator::kPath, "path"},
-    {Integrator::kCached, "cached"},
 };
 constexpr std::span<const Word<Integrator>> words_of(Integrator) noexcept {
     return kIntegrators;

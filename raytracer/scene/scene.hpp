@@ -92,7 +92,6 @@ struct Scene {
         double time_s = 0;     ///< adds samples for this long; 0: until `samples` are done
         int seed = 0;          ///< of the noise
         int bounces = 6;       ///< of a path; of mirrors in direct light
-        int gather_rays = 16;  ///< of each face that is seen, with Integrator::kCached
         /// Greatest light that one indirect sample of a path contributes, at the picture's
         /// exposure; 0: no limit.
         double clamp = 16;
@@ -172,7 +171,6 @@ struct Scene {
         /// On this machine; default: one for each core; 0: none, workers render.
         std::optional<int> threads;
         int memory_mib = 2048;  ///< boxes in memory
-        int light_mib = 1024;   ///< kept irradiance of faces, with Integrator::kCached
         /// Time after which a request for a box to a voxel server is given up.
         int box_timeout_s = 300;
         friend bool operator==(const Processing&, const Processing&) = default;

@@ -136,9 +136,8 @@ void visit_fields(SceneType& s, Visit&& visit) {
     visit("output.credit", s.output.credit,
           FieldRule{"a line with the data's attribution in 8-bit pictures", 0, 0, {}, "--credit"});
     visit("quality.integrator", s.quality.integrator,
-          FieldRule{"direct: sun, sky, mirrors, water; path: all light, with bounces; cached: the "
-                    "same, with the irradiance of faces kept and shared",
-                    0, 0, texts_of<core::Integrator>(), "--integrator"});
+          FieldRule{"direct: sun, sky, mirrors, water; path: all light, with bounces", 0, 0,
+                    texts_of<core::Integrator>(), "--integrator"});
     visit("quality.samples", s.quality.samples,
           FieldRule{"samples per pixel; with noise or time: at most", 1, 65536, {}, "--samples"});
     visit("quality.noise", s.quality.noise,
@@ -159,12 +158,6 @@ void visit_fields(SceneType& s, Visit&& visit) {
     visit("quality.seed", s.quality.seed, FieldRule{"seed of the random numbers", 0, 2147483647});
     visit("quality.bounces", s.quality.bounces,
           FieldRule{"of a path, and of mirrors", 0, 64, {}, "--bounces"});
-    visit("quality.gather_rays", s.quality.gather_rays,
-          FieldRule{"rays that gather the light of each face that is seen; of integrator cached",
-                    1,
-                    4096,
-                    {},
-                    "--gather-rays"});
     visit(
         "quality.clamp", s.quality.clamp,
         FieldRule{"upper limit of one indirect sample of a path, 1 = white; 0 = no limit", 0, 1e6});
@@ -342,12 +335,6 @@ void visit_fields(SceneType& s, Visit&& visit) {
                     "--threads"});
     visit("processing.memory_mib", s.processing.memory_mib,
           FieldRule{"limit for boxes in memory, MiB", 1, 1048576, {}, "--memory-mib"});
-    visit("processing.light_mib", s.processing.light_mib,
-          FieldRule{"limit for the kept light of faces, MiB; of integrator cached",
-                    1,
-                    1048576,
-                    {},
-                    "--light-mib"});
     visit("processing.box_timeout_s", s.processing.box_timeout_s,
           FieldRule{"timeout for fetching a box from a voxel server, seconds",
                     1,

@@ -32,26 +32,19 @@ void PathShading::miss(const walk::TracedRay& ray, voxel::Colour weight, SampleS
     add(ray.direct || (ray.kind == walk::RayKind::kBounce && ray.depth == 1), weight * light, sum);
 }
 
-bool PathShading::takes_mirror(const Interaction& m) const {
-    const auto& q = m_view.scene.quality;
-    const Surface& s = m.surface;
-    if (!(s.polish > 0) || !q.reflections)
-        return false;
-    const double mirrored = static_cast<double>(s.polish) *
-                            fresnel(std::min(1.0, -core::dot(s.direction, s.normal)), s.index);
-    if (m.sum.numbers.number(number_of(m.ray, kChoice)) >= mirrored)
-        return false;
-    if (static_cast<int>(m.ray.depth) < q.bounces)
-        send_mirror(m, m.weight);
-    return true;
-}
-
 void PathShading::shade_opaque(const Interaction& m) const {
     const auto& q = m_view.scene.quality;
     const Surface& s = m.surface;
     add(m.ray, m.weight * s.emission, m.sum);
-    if (takes_mirror(m))
-        return;
+    if (s.polish > 0 && q.reflections) {
+        const double mirrored = static_cast<double>(s.polish) *
+                                fresnel(std::min(1.0, -core::dot(s.direction, s.normal)), s.index);
+        if (m.sum.numbers.number(number_of(m.ray, kChoice)) < mirrored) {
+            if (static_cast<int>(m.ray.depth) < q.bounces)
+                send_mirror(m, m.weight);
+            return;
+        }
+    }
     const voxel::Colour matt = m.weight * s.albedo;
     send_sun(m, matt);
     if (m_view.sky.uneven() && m.ray.medium == voxel::Material::kAir)

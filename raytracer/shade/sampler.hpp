@@ -25,9 +25,6 @@ public:
                            static_cast<std::uint32_t>(x)) +
               static_cast<std::uint32_t>(seed))),
           m_sample(sample) {}
-    /// A sample of something other than a pixel, which the hash names.
-    Sampler(std::uint64_t stream, std::uint32_t sample) noexcept
-        : m_pixel(stream), m_sample(sample) {}
 
     [[nodiscard]] Pair pair(std::uint32_t dimension) const noexcept {
         const std::uint64_t seed = core::hash64(m_pixel, dimension);

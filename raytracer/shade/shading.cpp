@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "raytracer/shade/cached_shading.hpp"
 #include "raytracer/shade/direct_shading.hpp"
 #include "raytracer/shade/optics.hpp"
 #include "raytracer/shade/path_shading.hpp"
@@ -14,12 +13,21 @@ namespace {
 // Nothing in nature has this colour: a hole must be visible.
 constexpr voxel::Colour kHoleColour{1.0f, 0.0f, 0.8f};
 constexpr voxel::Colour kWhole{1, 1, 1};
+// Spread of a ray from a matt face, relative to its neighbours.
+constexpr float kDiffuseSpread = 0.2f;
 
 voxel::Colour decay(voxel::Colour per_m, double metres) noexcept {
     const auto left = [&](float c) {
         return static_cast<float>(det::exp(-static_cast<double>(c) * metres));
     };
     return {left(per_m.r), left(per_m.g), left(per_m.b)};
+}
+
+// Leaves show their holes where a pixel is small enough to show them, and are whole farther off.
+bool shows_leaves(const View& view, const walk::Hit& hit, float footprint) noexcept {
+    constexpr float kMaxFootprint = 1.0f;
+    return view.scene.quality.cut_outs && view.scene.quality.textures && hit.level == 0 &&
+           footprint < kMaxFootprint;
 }
 
 core::RayState behind(const walk::TracedRay& ray) noexcept {
@@ -40,13 +48,6 @@ walk::TracedRay Shading::primary(const core::Ray& ray, std::uint32_t sample) con
     out.footprint = static_cast<float>(m_view.camera.pixel_voxels(0));
     out.spread = static_cast<float>(m_view.camera.pixel_rad());
     return out;
-}
-
-// Leaves show their holes where a pixel is small enough to show them, and are whole farther off.
-bool Shading::shows_leaves(int level, float footprint) const noexcept {
-    constexpr float kMaxFootprint = 1.0f;
-    return m_view.scene.quality.cut_outs && m_view.scene.quality.textures && level == 0 &&
-           footprint < kMaxFootprint;
 }
 
 bool Shading::allows_surroundings(const walk::TracedRay& ray) const noexcept {
@@ -85,7 +86,7 @@ void Shading::shade(const walk::TracedRay& ray, SampleSum& sum,
 bool Shading::slips_through(const walk::TracedRay& ray, const Surface& surface,
                             const SampleSum& sum) const noexcept {
     return surface.leaves && surface.opacity < 1 &&
-           shows_leaves(ray.hit.level, footprint_at(ray)) &&
+           shows_leaves(m_view, ray.hit, footprint_at(ray)) &&
            static_cast<double>(surface.opacity) <= sum.numbers.number(number_of(ray, kOpacity));
 }
 
@@ -187,7 +188,7 @@ walk::TracedRay Shading::sent(const Interaction& m, core::Vec3 direction, walk::
     out.kind = kind;
     out.depth = static_cast<std::uint8_t>(m.ray.depth + 1);
     out.direct = false;
-    out.leaves = out.is_occlusion() && shows_leaves(m.ray.hit.level, out.footprint);
+    out.leaves = out.is_occlusion() && shows_leaves(m_view, m.ray.hit, out.footprint);
     out.medium = m.ray.medium;
     if (out.medium != voxel::Material::kAir)
         out.stop = walk::StopAt::end_of(out.medium);
@@ -306,12 +307,9 @@ void Shading::enter_medium(const walk::TracedRay& ray, std::vector<walk::TracedR
     next.push_back(out);
 }
 
-std::unique_ptr<const Shading> make_shading(const View& view, const walk::LevelCut& cut) {
-    switch (view.scene.quality.integrator) {
-        case core::Integrator::kPath: return std::make_unique<PathShading>(view);
-        case core::Integrator::kCached: return std::make_unique<CachedShading>(view, cut);
-        case core::Integrator::kDirect: break;
-    }
+std::unique_ptr<const Shading> make_shading(const View& view) {
+    if (view.scene.quality.integrator == core::Integrator::kPath)
+        return std::make_unique<PathShading>(view);
     return std::make_unique<DirectShading>(view);
 }
 

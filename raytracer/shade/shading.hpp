@@ -4,17 +4,10 @@
 #include <memory>
 #include <vector>
 
-#include "raytracer/shade/irradiance_cache.hpp"
 #include "raytracer/shade/sampler.hpp"
 #include "raytracer/shade/surface.hpp"
 
 namespace terravox::shade {
-
-/// A cell that a gather ray ends on.
-struct GatherHit {
-    std::uint32_t sample = 0;  ///< TracedRay::sample
-    GatherLink link;
-};
 
 /// What has been summed up for one sample of a pixel.
 struct SampleSum {
@@ -27,10 +20,7 @@ struct SampleSum {
     float sun = 0;  ///< share of the first hit's sunlight that is not in shadow
     voxel::Material material = voxel::Material::kAir;
     bool water = false;
-    bool hole = false;    ///< a ray of the sample has met a hole
     core::Bands bands{};  ///< of an analysis
-    /// Of gather rays: receives the cells that they end on. Null for samples of pixels.
-    std::vector<GatherHit>* gathered = nullptr;
 };
 
 /// Evaluates the end of a ray: light, or measured values, for its sample, and further rays that
@@ -81,7 +71,6 @@ protected:
         kEnd,
         kSkyPoint,
         kOpacity,
-        kCellPoint,
         kAmbientRays
     };
 
@@ -117,9 +106,6 @@ protected:
         return static_cast<std::uint32_t>(core::hash64(ray.stream, use));
     }
 
-    /// Whether rays of this footprint pass through holes of the leaves that they start from.
-    [[nodiscard]] bool shows_leaves(int level, float footprint) const noexcept;
-
     const View& m_view;
 
 private:
@@ -151,8 +137,7 @@ private:
 };
 
 /// Makes the shading for the scene's integrator.
-/// @param view, cut that rays are walked by; both must outlive the result
-[[nodiscard]] std::unique_ptr<const Shading> make_shading(const View& view,
-                                                          const walk::LevelCut& cut);
+/// @param view must outlive the result
+[[nodiscard]] std::unique_ptr<const Shading> make_shading(const View& view);
 
 }  // namespace terravox::shade

@@ -37,9 +37,6 @@ struct Medium {
 /// The surface at a ray's hit, which must not be a hole and must have a face.
 [[nodiscard]] Surface surface_at(const View& view, const walk::TracedRay& ray);
 
-/// Spread of a ray from a matt face, relative to its neighbours.
-inline constexpr float kDiffuseSpread = 0.2f;
-
 /// Edge of what a pixel covers at a ray's hit, level-0 voxels.
 [[nodiscard]] inline float footprint_at(const walk::TracedRay& ray) noexcept {
     return ray.footprint + ray.spread * static_cast<float>(ray.hit.t);

@@ -6,7 +6,6 @@
 #include "raytracer/material/material_table.hpp"
 #include "raytracer/scene/camera.hpp"
 #include "raytracer/scene/scene.hpp"
-#include "raytracer/shade/irradiance_cache.hpp"
 #include "raytracer/sky/sky.hpp"
 #include "raytracer/solar/energy.hpp"
 #include "raytracer/solar/far_horizon.hpp"
@@ -30,9 +29,8 @@ struct View {
     bool night = false;      ///< windows are lit
     double exposure_ev = 0;  ///< of 8-bit pictures, including the adaptation to the daylight
     float max_indirect = 0;  ///< greatest light of one indirect sample; 0: no limit
-    std::shared_ptr<IrradianceCache> kept_light = {};  ///< of the integrator `cached`
-    solar::Energy energy = {};                         ///< of an analysis of energy
-    solar::SunWay sun_way = {};                        ///< of an analysis of the sun
+    solar::Energy energy = {};       ///< of an analysis of energy
+    solar::SunWay sun_way = {};      ///< of an analysis of the sun
     solar::FarHorizon horizon = {};  ///< of an analysis: terrain outside of the data
 
     /// Number of measured values for each pixel; 0 for pictures.

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <new>
 #include <string>
 #include <utility>
 
@@ -109,7 +108,7 @@ View assemble(const scene::Scene& scene, const voxel::WorldInfo& world,
     if (core::needs_light(scene.analysis.kind))
         view.energy = solar::energy_of(scene, place, middle_height_m(world));
     view.horizon = solar::far_horizon_of(scene.analysis.horizon, world.voxel_m);
-    if (scene.quality.integrator != core::Integrator::kDirect)
+    if (scene.quality.integrator == core::Integrator::kPath)
         view.max_indirect =
             static_cast<float>(scene.quality.clamp * det::pow(2, -view.exposure_ev));
     return view;
@@ -119,46 +118,11 @@ sky::Sky make_sky(const ViewMaker::SkyParameters& asked) {
     return {asked.sun, asked.sun_settings, asked.sky_settings, asked.place_height_m, asked.eye_m};
 }
 
-// What of a scene the light of a face depends on, apart from sun and sky.
-scene::Scene of_light(scene::Scene scene) {
-    scene.camera = {};
-    scene.sun = {};
-    scene.sky = {};
-    scene.output = {};
-    scene.processing = {};
-    const scene::Scene::Quality plain;
-    auto& q = scene.quality;
-    q.samples = plain.samples;
-    q.noise = plain.noise;
-    q.min_samples = plain.min_samples;
-    q.time_s = plain.time_s;
-    q.detail = plain.detail;
-    q.coarse_step = plain.coarse_step;
-    q.tile = plain.tile;
-    q.tile_order = plain.tile_order;
-    return scene;
-}
-
-/// @return null: the integrator keeps no light
-std::shared_ptr<IrradianceCache> make_cache(const scene::Scene& scene) {
-    if (scene.quality.integrator != core::Integrator::kCached)
-        return nullptr;
-    const int limit_mib = scene.processing.light_mib;
-    try {
-        return std::make_shared<IrradianceCache>(static_cast<std::size_t>(limit_mib) << 20);
-    } catch (const std::bad_alloc&) {
-        throw util::UsageError("keep the light of faces: processing.light_mib = " +
-                               std::to_string(limit_mib) + "; allowed: what this machine has free");
-    }
-}
-
 }  // namespace
 
 View make_view(const scene::Scene& scene, const voxel::WorldInfo& world,
                std::shared_ptr<const material::MaterialTable> materials) {
-    View view = assemble(scene, world, std::move(materials), make_sky);
-    view.kept_light = make_cache(view.scene);
-    return view;
+    return assemble(scene, world, std::move(materials), make_sky);
 }
 
 View make_view(const scene::Scene& scene, blocks::BlockManager& blocks) {
@@ -179,15 +143,6 @@ View ViewMaker::make(const scene::Scene& scene, blocks::BlockManager& blocks) {
         return m_sky->second;
     });
     check_camera(view, blocks);
-    if (scene.quality.integrator == core::Integrator::kCached) {
-        LightParameters light{of_light(scene), m_sky->first, view.materials, view.max_indirect,
-                              view.scene.processing.light_mib};
-        if (!m_light || *m_light != light) {
-            m_light = std::make_shared<const LightParameters>(std::move(light));
-            m_kept_light = make_cache(view.scene);
-        }
-        view.kept_light = m_kept_light;
-    }
     return view;
 }
 

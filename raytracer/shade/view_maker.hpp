@@ -37,21 +37,9 @@ public:
     };
 
 private:
-    /// Everything that the light of a face depends on, except the world.
-    struct LightParameters {
-        scene::Scene scene;  ///< without what concerns cameras and files
-        SkyParameters sky;
-        std::shared_ptr<const material::MaterialTable> materials;
-        float max_indirect = 0;
-        int limit_mib = 0;
-        friend bool operator==(const LightParameters&, const LightParameters&) = default;
-    };
-
     std::string m_named;
     std::shared_ptr<const material::MaterialTable> m_materials;  ///< of the material file
     std::optional<std::pair<SkyParameters, sky::Sky>> m_sky;
-    std::shared_ptr<const LightParameters> m_light;  ///< of m_kept_light
-    std::shared_ptr<IrradianceCache> m_kept_light;
 };
 
 }  // namespace terravox::shade

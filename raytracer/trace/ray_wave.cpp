@@ -75,26 +75,18 @@ void RayWave::shade(TracerTools& tools, std::span<shade::SampleSum> samples, Sta
                     tiles::TraceCounts& counts) {
     m_next.clear();
     for (const walk::TracedRay& ray : m_rays) {
-        if (ray.end == walk::WalkEnd::kHit && ray.hit.hole) {
+        if (ray.end == walk::WalkEnd::kHit && ray.hit.hole)
             ++counts.hole_rays;
-            samples[ray.sample].hole = true;
-        }
         tools.shading->shade(ray, samples[ray.sample], m_next);
     }
     m_rays.swap(m_next);
-    clock.lap(tiles::TraceStage::kShading, counts);
-    start_groups(tools, clock, counts);
-}
-
-// Rays of a new wave: in groups as far as they can, and what is left becomes pending.
-void RayWave::start_groups(TracerTools& tools, StageClock& clock, tiles::TraceCounts& counts) {
     for (const walk::TracedRay& ray : m_rays)
         ++counts.rays[static_cast<std::size_t>(ray.kind)];
-    // Rays of gather waves come from everywhere: shafts around them are wide.
-    if (tools.view.scene.analysis.kind != core::AnalysisKind::kNone)
-        trace_directions(tools, counts);
-    else if (!tools.gathers)
+    clock.lap(tiles::TraceStage::kShading, counts);
+    if (tools.view.scene.analysis.kind == core::AnalysisKind::kNone)
         trace_shadow_groups(tools, counts);
+    else
+        trace_directions(tools, counts);
     clock.lap(tiles::TraceStage::kSun, counts);
     trace_scattered(tools);
     clock.lap(tiles::TraceStage::kScattered, counts);

@@ -24,8 +24,6 @@ public:
     void clear();
     /// Begins a wave of `count` rays, which the caller fills.
     [[nodiscard]] std::span<walk::TracedRay> begin(std::size_t count);
-    /// Adds a ray to a wave that start_groups() begins to trace.
-    void add(const walk::TracedRay& ray) { m_rays.push_back(ray); }
     /// Makes a ray of begin() pending; walk() walks pending rays only.
     void add_pending(std::uint32_t index) { m_pending.push_back(index); }
     /// Walks pending rays until none is left or `stop`, which is checked after each ray, requests
@@ -39,10 +37,6 @@ public:
     /// @param samples that the rays belong to, by TracedRay::sample
     void shade(TracerTools& tools, std::span<shade::SampleSum> samples, StageClock& clock,
                tiles::TraceCounts& counts);
-    /// Traces new rays that go to the sun or scatter, as far as groups can do it, and makes the
-    /// others pending. shade() does so itself.
-    void start_groups(TracerTools& tools, StageClock& clock, tiles::TraceCounts& counts);
-    [[nodiscard]] std::span<walk::TracedRay> rays() noexcept { return m_rays; }
     [[nodiscard]] bool empty() const noexcept { return m_rays.empty(); }
     /// Whether walk() has nothing to do until on_box_loaded().
     [[nodiscard]] bool waits() const noexcept { return m_pending.empty() && !m_parked.empty(); }

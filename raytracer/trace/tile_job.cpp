@@ -34,7 +34,6 @@ void TileJob::start(const tiles::RenderTile& tile, std::size_t wave_rays) {
     m_counts = {};
     m_pixels.start(tile);
     m_wave.clear();
-    m_gather.clear();
     m_holes.clear();
 }
 
@@ -47,8 +46,6 @@ bool TileJob::run(TracerTools& tools, const thread::StopCondition& stop) {
     m_counts.slabs += tools.slabs() - slabs;
     m_holes.merge(tools.walk.take_holes());
     m_holes.merge(tools.surroundings.take_holes());
-    if (tools.gather)
-        m_holes.merge(tools.gather->walk.take_holes());
     return finished;
 }
 
@@ -59,7 +56,9 @@ bool TileJob::trace(TracerTools& tools, const thread::StopCondition& stop) {
             return false;
     }
     while (true) {
-        if (!walk(tools, stop))
+        const bool walked = m_wave.walk(tools, stop, m_counts);
+        m_clock.lap(tiles::TraceStage::kSingle, m_counts);
+        if (!walked)
             return false;
         m_wave.shade(tools, m_samples, m_clock, m_counts);
         if (m_wave.empty() && !end_round(tools))
@@ -67,19 +66,6 @@ bool TileJob::trace(TracerTools& tools, const thread::StopCondition& stop) {
         if (stop.is_met())
             return false;
     }
-}
-
-// Returns false if the wave cannot be shaded yet.
-bool TileJob::walk(TracerTools& tools, const thread::StopCondition& stop) {
-    if (!m_gather.active()) {
-        const bool walked = m_wave.walk(tools, stop, m_counts);
-        m_clock.lap(tiles::TraceStage::kSingle, m_counts);
-        if (!walked)
-            return false;
-        if (tools.gather)
-            m_gather.start(tools, m_wave.rays(), m_samples);
-    }
-    return !m_gather.active() || m_gather.run(tools, stop, m_clock, m_counts);
 }
 
 void TileJob::begin(TracerTools& tools) {

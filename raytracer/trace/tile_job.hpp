@@ -6,7 +6,6 @@
 
 #include "common/thread/stop_condition.hpp"
 #include "raytracer/tiles/tile.hpp"
-#include "raytracer/trace/final_gather.hpp"
 #include "raytracer/trace/ray_wave.hpp"
 #include "raytracer/trace/sample_accumulator.hpp"
 #include "raytracer/trace/stage_clock.hpp"
@@ -33,24 +32,16 @@ public:
     /// @return whether the tile is finished
     [[nodiscard]] bool run(TracerTools& tools, const thread::StopCondition& stop);
     /// Whether it has nothing to do until on_box_loaded().
-    [[nodiscard]] bool waits() const noexcept { return active_wave().waits(); }
+    [[nodiscard]] bool waits() const noexcept { return m_wave.waits(); }
     /// Boxes that rays have begun to wait for since the last call.
-    [[nodiscard]] std::vector<voxel::BoxKey> take_missing() { return active_wave().take_missing(); }
+    [[nodiscard]] std::vector<voxel::BoxKey> take_missing() { return m_wave.take_missing(); }
     /// The rays that waited for this box continue with the next run().
-    void on_box_loaded(const voxel::BoxKey& key) { active_wave().on_box_loaded(key); }
+    void on_box_loaded(const voxel::BoxKey& key) { m_wave.on_box_loaded(key); }
     /// To be called after run() returned true. One sample for each pixel that
     /// RenderTile::each_pixel visits, in its order.
     [[nodiscard]] tiles::TileResult take_result();
 
 private:
-    /// The wave whose rays are being walked.
-    [[nodiscard]] RayWave& active_wave() noexcept {
-        return m_gather.active() ? m_gather.wave() : m_wave;
-    }
-    [[nodiscard]] const RayWave& active_wave() const noexcept {
-        return m_gather.active() ? m_gather.wave() : m_wave;
-    }
-    [[nodiscard]] bool walk(TracerTools& tools, const thread::StopCondition& stop);
     [[nodiscard]] bool trace(TracerTools& tools, const thread::StopCondition& stop);
     void begin(TracerTools& tools);
     void begin_part(const shade::View& view);
@@ -62,7 +53,6 @@ private:
     SampleAccumulator m_accumulator;
     std::vector<shade::SampleSum> m_samples;  ///< of this round, one for each active pixel
     RayWave m_wave;
-    FinalGather m_gather;  ///< light that the wave needs before it is shaded
     bool m_begun = false;
     StageClock m_clock;
     tiles::TraceCounts m_counts;

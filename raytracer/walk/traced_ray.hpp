@@ -50,10 +50,6 @@ struct TracedRay {
     voxel::Material medium = voxel::Material::kAir;  ///< that it passes through
     StopAt stop;
     Seen around;  ///< the voxels around the one in front of the face
-    /// Of the integrator `cached`: the kept light of the face that was hit, as the radiance that a
-    /// white matt face reflects.
-    voxel::Colour kept_direct, kept_indirect;
-    bool has_kept = false;
     /// Valid with kHit; of occlusion rays only `hole`, unless `leaves`. Occlusion rays of an
     /// analysis keep the voxel here on which they start.
     Hit hit;

@@ -1,18 +1,28 @@
 #include <cmath>
+#include <cstdio>
 #include <fstream>
 #include <numbers>
 
 #include "common/util/atomic_file.hpp"
 #include "common/util/error.hpp"
+#include "raytracer/shade/view_maker.hpp"
+#include "raytracer/walk/traced_ray.hpp"
 #include "tests/bench/entries/embree_mesh.hpp"
-#include "tests/bench/entries/light_neutral.hpp"
+#include "tests/bench/entries/light_picture.hpp"
 
 namespace terravox::bench::light_cycles_entry {
 namespace {
 
+constexpr int kBounces = 3;
 constexpr int kSamples = 64;
+constexpr float kGrey = 0.8f;
+constexpr std::array<double, 3> kSky = {0.5, 0.7, 1};
+// A sun lamp's strength is the irradiance of what faces it; a white surface sends 1 / pi of that.
+constexpr double kSunIrradiance = 3;
+constexpr double kSunRadius_deg = 0.2666;
 constexpr std::array kSeeds = {1, 2};
 constexpr double kMaxMeanDifference = 0.03;  // above it the two did not render the same
+constexpr std::size_t kBoxMemory_bytes = std::size_t{1} << 30;
 
 std::string missing(const Context& c) {
     if (const std::string scene = NeutralScene::missing(c); !scene.empty())
@@ -22,17 +32,48 @@ std::string missing(const Context& c) {
                : "Blender is not installed (Debian package blender)";
 }
 
+scene::Scene scene_of(const NeutralView& view) {
+    scene::Scene scene;
+    scene.camera.space = core::CoordinateSpace::kVoxel;
+    scene.camera.position = {view.position.x, view.position.y, view.position.z};
+    scene.camera.target = {view.target.x, view.target.y, view.target.z};
+    scene.camera.fov_deg = view.fov_deg;
+    set_sun(scene, neutral_sun());
+    constexpr double kWhite = kSunIrradiance / std::numbers::pi;
+    scene.sun.light = {kWhite, kWhite, kWhite};
+    scene.sky.model = core::SkyModel::kUniform;
+    scene.sky.colour = kSky;
+    scene.output.size_px = {NeutralScene::kWidthPx, NeutralScene::kHeightPx};
+    scene.quality.integrator = core::Integrator::kPath;
+    scene.quality.samples = kSamples;
+    scene.quality.bounces = kBounces;
+    scene.quality.clamp = 0;
+    scene.quality.coarse_step = 1;
+    scene.quality.textures = false;
+    return scene;
+}
+
 /// The same voxels for both.
 struct Bodies {
-    explicit Bodies(const Context& c) : light(c), mesh(c.scratch / "light-mesh.f32") {
+    Bodies(const Context& c)
+        : scene(c),
+          world(scene, c.threads),
+          blocks(world, kBoxMemory_bytes),
+          mesh(c.scratch / "light-mesh.f32") {
+        const voxel::BoxRange range = voxel::boxes_over(world.info().bounds, 0);
+        for (std::int32_t bx = range.min.bx; bx < range.max.bx; ++bx)
+            for (std::int32_t bz = range.min.bz; bz < range.max.bz; ++bz)
+                (void)blocks.get({0, bx, 0, bz});
         std::ofstream file(mesh, std::ios::binary);
-        for (const QuadMesh& slab : mesh_slabs(light.scene, c.threads))
+        for (const QuadMesh& slab : mesh_slabs(scene, c.threads))
             file.write(reinterpret_cast<const char*>(slab.corners.data()),
                        static_cast<std::streamsize>(slab.corners.size() * sizeof(float)));
         if (!file.flush())
             throw util::Error("write the mesh " + mesh.string());
     }
-    NeutralLight light;
+    NeutralScene scene;
+    NeutralWorld world;
+    blocks::BlockManager blocks;
     std::filesystem::path mesh;
 };
 
@@ -54,9 +95,11 @@ struct Rendered {
 Rendered ours(Bodies& bodies, const NeutralView& view, int threads) {
     Rendered out;
     for (std::size_t i = 0; i < kSeeds.size(); ++i) {
-        scene::Scene scene = NeutralLight::scene_of(view, kSamples);
+        scene::Scene scene = scene_of(view);
         scene.quality.seed = kSeeds[i];
-        TracedPicture traced = bodies.light.trace(scene, threads);
+        shade::View with = shade::make_view(scene, bodies.blocks);
+        with.materials = grey_materials(kGrey);
+        TracedPicture traced = trace_picture(with, bodies.blocks, threads);
         out.pictures[i] = std::move(traced.picture);
         out.counts = traced.counts;
         out.took(traced.cost, i == 0);
@@ -70,16 +113,14 @@ nlohmann::json vector_of(core::Vec3 v) {
 
 /// All views by the peer. @return its figures, which cycles_render.py describes
 nlohmann::json run_cycles(const Context& c, const Bodies& bodies) {
-    nlohmann::json job = {{"mesh", bodies.mesh.string()},
-                          {"albedo", NeutralLight::kGrey},
-                          {"sky", NeutralLight::kSky},
-                          {"bounces", NeutralLight::kBounces}};
+    nlohmann::json job = {
+        {"mesh", bodies.mesh.string()}, {"albedo", kGrey}, {"sky", kSky}, {"bounces", kBounces}};
     job["samples"] = kSamples;
     job["threads"] = c.threads;
     job["seeds"] = kSeeds;
     job["sun"] = {{"to", vector_of(neutral_sun())},
-                  {"irradiance", NeutralLight::kSunIrradiance},
-                  {"radius_rad", NeutralLight::kSunRadius_deg * std::numbers::pi / 180}};
+                  {"irradiance", kSunIrradiance},
+                  {"radius_rad", kSunRadius_deg * std::numbers::pi / 180}};
     job["size_px"] = {NeutralScene::kWidthPx, NeutralScene::kHeightPx};
     for (const NeutralView& view : neutral_views())
         job["views"].push_back({{"name", view.name},
@@ -106,6 +147,22 @@ Rendered theirs(const Context& c, const nlohmann::json& figures, const std::stri
                                        NeutralScene::kWidthPx, NeutralScene::kHeightPx);
         out.took({took.at("wall_s"), took.at("cpu_s")}, i == 0);
     }
+    return out;
+}
+
+/// How many rays of each kind a sample took.
+std::string rays_of(const std::string& name, const Rendered& our) {
+    std::string out = "Rays a sample, " + name + ":";
+    for (std::size_t kind = 0; kind < walk::kRayKinds; ++kind) {
+        const double rays = static_cast<double>(our.counts.trace.rays[kind]) /
+                            (double{kSamples} * NeutralScene::kWidthPx * NeutralScene::kHeightPx);
+        std::array<char, 48> text{};
+        if (rays > 0)
+            std::snprintf(text.data(), text.size(), " %s %.2f,",
+                          walk::name_of(static_cast<walk::RayKind>(kind)), rays);
+        out += text.data();
+    }
+    out.back() = '.';
     return out;
 }
 
@@ -149,7 +206,7 @@ Entry entry() {
             for (const NeutralView& view : neutral_views()) {
                 const Rendered our = ours(*bodies, view, c.threads);
                 add_view(view.name, our, theirs(c, figures, view.name), readings);
-                readings.note(rays_of(view.name, our.counts));
+                readings.note(rays_of(view.name, our));
             }
             const int build_s = static_cast<int>(std::lround(figures.at("build_s").get<double>()));
             readings.note("Cycles of Blender " + figures.at("blender").get<std::string>() +

@@ -96,11 +96,6 @@ TEST_CASE(
              s.quality.noise = 0.1;
              s.quality.min_samples = 4;
          }},
-        {"kept light",
-         [](scene::Scene& s) {
-             s.quality.integrator = core::Integrator::kCached;
-             s.quality.gather_rays = 4;
-         }},
         {"layers", [](scene::Scene& s) { s.output.layers = core::PictureLayers::kAll; }},
     };
     for (const Kind& kind : kinds) {

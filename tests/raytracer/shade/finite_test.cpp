@@ -147,9 +147,7 @@ void choose_light(Chooser& choose, scene::Scene& scene) {
 
 void choose_quality(Chooser& choose, scene::Scene& scene) {
     auto& q = scene.quality;
-    q.integrator =
-        choose.of({core::Integrator::kDirect, core::Integrator::kPath, core::Integrator::kCached});
-    q.gather_rays = choose.whole(1, 9);
+    q.integrator = choose.of({core::Integrator::kDirect, core::Integrator::kPath});
     q.samples = choose.whole(1, 3);
     q.seed = choose.whole(0, 1000);
     q.bounces = choose.of({0, 1, 3, 8, 64});

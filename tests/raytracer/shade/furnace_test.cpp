@@ -177,18 +177,15 @@ TEST_CASE("in a furnace of white things everything is as bright as the sky",
          }},
     };
     for (const Case& c : cases) {
-        for (const core::Integrator integrator :
-             {core::Integrator::kPath, core::Integrator::kCached}) {
-            MaterialAppearances appearances = matt(1);
-            scene::Scene scene = scene_of(integrator, 16, {-38, 22, 39}, {0, -2, 0});
-            scene.camera.fov_deg = 60;
-            c.set(appearances, scene);
-            const Mean found = light_of(scene, furnace_world(), appearances);
-            INFO(c.name << ", " << integrator << ": " << found.pixels << " pixels from "
-                        << found.least << " to " << found.most);
-            REQUIRE(found.pixels > 400);
-            CHECK(found.light == Approx(1).epsilon(0.01));
-        }
+        MaterialAppearances appearances = matt(1);
+        scene::Scene scene = scene_of(core::Integrator::kPath, 16, {-38, 22, 39}, {0, -2, 0});
+        scene.camera.fov_deg = 60;
+        c.set(appearances, scene);
+        const Mean found = light_of(scene, furnace_world(), appearances);
+        INFO(c.name << ": " << found.pixels << " pixels from " << found.least << " to "
+                    << found.most);
+        REQUIRE(found.pixels > 400);
+        CHECK(found.light == Approx(1).epsilon(0.01));
     }
 }
 
@@ -222,14 +219,12 @@ TEST_CASE("in a closed box that glows, light is its own over what is lost at eac
         world->fill({-12, -8, -10}, {12, 8, 10}, Material::kConcrete);
         world->fill({-10, -6, -8}, {10, 6, 8}, Material::kAir);
         world->fill({-2, -6, -2}, {3, 1, 2}, Material::kConcrete);
-        const core::Integrator integrator =
-            c.albedo == 0.5f ? core::Integrator::kCached : core::Integrator::kPath;
-        const Mean found = light_of(scene_of(integrator, 64, {-8, 4, 6}, {0, -2, 0}),
+        const Mean found = light_of(scene_of(core::Integrator::kPath, 64, {-8, 4, 6}, {0, -2, 0}),
                                     std::move(world), appearances);
         const double expected =
             static_cast<double>(c.emission) / (1 - static_cast<double>(c.albedo));
-        INFO("albedo " << c.albedo << ", emission " << c.emission << ", " << integrator << ": "
-                       << found.least << " to " << found.most);
+        INFO("albedo " << c.albedo << ", emission " << c.emission << ": " << found.least << " to "
+                       << found.most);
         REQUIRE(found.pixels == 48 * 32);
         CHECK(found.light == Approx(expected).epsilon(0.01));
     }
@@ -246,9 +241,7 @@ TEST_CASE("a plane under an even sky sends its albedo", "[raytracer][shade][ligh
                           {"ambient rays", core::Integrator::kDirect, 3, 6},
                           {"paths", core::Integrator::kPath, 0, 6},
                           {"paths of one bounce", core::Integrator::kPath, 0, 1},
-                          {"paths without a bounce", core::Integrator::kPath, 0, 0},
-                          {"kept light", core::Integrator::kCached, 0, 6},
-                          {"kept light without a bounce", core::Integrator::kCached, 0, 0}}) {
+                          {"paths without a bounce", core::Integrator::kPath, 0, 0}}) {
         scene::Scene scene = spot_scene(c.integrator, 4, 0, 0);
         scene.quality.ao_rays = c.ao_rays;
         scene.quality.bounces = c.bounces;
@@ -261,8 +254,7 @@ TEST_CASE("a plane under an even sky sends its albedo", "[raytracer][shade][ligh
 
 TEST_CASE("a plane in the sun alone sends its albedo times the sun's sine of altitude",
           "[raytracer][shade][light][furnace]") {
-    for (const core::Integrator integrator :
-         {core::Integrator::kDirect, core::Integrator::kPath, core::Integrator::kCached})
+    for (const core::Integrator integrator : {core::Integrator::kDirect, core::Integrator::kPath})
         for (const double size : {0.0, 1.0})
             for (const double altitude_deg : {4.0, 30.0, 90.0}) {
                 scene::Scene scene = spot_scene(integrator, 256, 0, 0);
@@ -312,7 +304,7 @@ TEST_CASE("on a floor in a corner of two walls the sky's light is the share that
         };
         const double kept = kept_by(c.x, c.z) + kept_by(c.z, c.x);
         for (const core::Integrator integrator :
-             {core::Integrator::kDirect, core::Integrator::kPath, core::Integrator::kCached}) {
+             {core::Integrator::kDirect, core::Integrator::kPath}) {
             auto world = std::make_unique<ArrayWorld>(ArrayWorld::Coord{-4, -4, -4},
                                                       ArrayWorld::Coord{40, 16, 40});
             world->fill({-4, -4, -4}, {40, 0, 40}, Material::kGround);
@@ -324,7 +316,6 @@ TEST_CASE("on a floor in a corner of two walls the sky's light is the share that
             scene::Scene scene = spot_scene(integrator, 1024, c.x, c.z);
             scene.quality.ao_rays = 4;
             scene.quality.ao_range_m = 1000;
-            scene.quality.gather_rays = 1024;
             const Mean found = light_of(scene, std::move(world), appearances);
             INFO(integrator << " at " << c.x << ", " << c.z << ", open " << 1 - kept);
             CHECK(found.light == Approx(0.8 * (1 - kept)).epsilon(0.01));

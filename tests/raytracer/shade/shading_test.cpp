@@ -44,7 +44,7 @@ Shaded shade_rays(const shade::Shading& shading, const walk::TracedRay& ray,
 TEST_CASE("an occlusion ray leaves the foliage that it starts in, and nothing else",
           "[raytracer][shade]") {
     const Job job(small_scene());
-    const auto shading = shade::make_shading(job.view, job.view.cut);
+    const auto shading = shade::make_shading(job.view);
     for (const walk::RayKind kind :
          {walk::RayKind::kShadow, walk::RayKind::kSky, walk::RayKind::kAmbient}) {
         INFO(walk::name_of(kind));
@@ -95,7 +95,7 @@ TEST_CASE("a mixed colour is not that of an object next to the voxel", "[raytrac
         scene.quality.colour = c.colour;
         scene.quality.textures = false;
         const Job job(scene);
-        const auto shading = shade::make_shading(job.view, job.view.cut);
+        const auto shading = shade::make_shading(job.view);
         walk::TracedRay ray = met(*shading, c.material, core::Face::kTop);
         const voxel::Colour plain = shade::surface_at(job.view, ray).albedo;
         ray.hit.attr.colour = c.photo;
@@ -167,7 +167,7 @@ TEST_CASE("faces between leaves get light from every kind of occlusion ray", "[r
 TEST_CASE("water's own light is counted once, however many leaves a ray passes in it",
           "[raytracer][shade]") {
     const Job job(small_scene());
-    const auto shading = shade::make_shading(job.view, job.view.cut);
+    const auto shading = shade::make_shading(job.view);
     int passed = 0;
     for (std::uint32_t sample = 0; sample < 64; ++sample) {
         walk::TracedRay ray = met(*shading, Material::kHighVegetation, core::Face::kTop);
@@ -189,7 +189,7 @@ TEST_CASE("without reflections all light goes into the water", "[raytracer][shad
         scene.quality.reflections = false;
         scene.quality.integrator = integrator;
         const Job job(scene);
-        const auto shading = shade::make_shading(job.view, job.view.cut);
+        const auto shading = shade::make_shading(job.view);
         for (std::uint32_t sample = 0; sample < 16; ++sample) {
             const Shaded out = shade_rays(
                 *shading,
@@ -209,7 +209,7 @@ TEST_CASE("a path out of the water does not count the sun that was sampled at th
     scene.quality.integrator = core::Integrator::kPath;
     scene.quality.clamp = 0;
     const Job job(scene);
-    const auto shading = shade::make_shading(job.view, job.view.cut);
+    const auto shading = shade::make_shading(job.view);
     walk::TracedRay ray = met(*shading, Material::kSand, core::Face::kTop);
     ray.medium = Material::kWater;
     bool found = false;
