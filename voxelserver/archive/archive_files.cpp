@@ -101,6 +101,12 @@ bool is_first_part(const fs::path& file) {
 }
 
 Verification join_parts(const std::vector<fs::path>& parts, const fs::path& out, int threads) {
+    for (const fs::path& part : parts) {
+        std::error_code ignored;
+        if (fs::equivalent(part, out, ignored))
+            throw util::UsageError("merge to " + out.string() +
+                                   ": it is one of the parts; allowed: another name");
+    }
     const ArchiveFiles files(parts);
     const Verification found = verify_stored(files, threads);
     if (found.problems > 0)

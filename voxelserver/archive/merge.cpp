@@ -11,9 +11,9 @@
 #include "common/util/error.hpp"
 #include "common/voxel/archive/coarse_levels.hpp"
 #include "common/voxel/archive/shard.hpp"
+#include "common/voxel/archive/unfinished.hpp"
 #include "common/voxel/world_json.hpp"
 #include "voxelserver/archive/records.hpp"
-#include "voxelserver/archive/unfinished.hpp"
 
 namespace terravox::archive_tools {
 namespace {
@@ -134,7 +134,7 @@ MergeReport merge(std::span<const std::filesystem::path> files, const std::files
         total += shard.end_of_records;
     const voxel::WorldInfo info = open_again(shards.front()).index->info();
     voxel::ArchiveWriter writer(out, info, 0);
-    Unfinished unfinished(writer);
+    voxel::archive::Unfinished unfinished(writer);
     std::set<std::string> damage;
     std::uint64_t done = 0;
     for (const ClosedShard& closed : shards) {

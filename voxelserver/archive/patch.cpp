@@ -13,9 +13,9 @@
 #include "common/util/error.hpp"
 #include "common/voxel/archive/change.hpp"
 #include "common/voxel/archive/coarse_levels.hpp"
+#include "common/voxel/archive/unfinished.hpp"
 #include "voxelserver/archive/indexed_file.hpp"
 #include "voxelserver/archive/records.hpp"
-#include "voxelserver/archive/unfinished.hpp"
 
 namespace terravox::archive_tools {
 namespace {
@@ -80,7 +80,7 @@ public:
         // The writer holds the lock of its name. What another patch has put there before is read
         // only now, so that none of two patches is lost.
         voxel::ArchiveWriter writer(out, info(), 0);
-        Unfinished unfinished(writer);
+        voxel::archive::Unfinished unfinished(writer);
         m_old.emplace(archive, ArchiveIndex::Of::kArchive);
         check_worlds();
         find_replaced();
@@ -170,7 +170,7 @@ private:
                 }
                 return out;
             };
-            const auto then = listed(m_old);
+            const auto then = listed(*m_old);
             const auto now = listed(change.file);
             bool same = then.size() == now.size();
             for (std::size_t i = 0; same && i < then.size(); ++i) {

@@ -110,7 +110,8 @@ worlds::WorldOptions world_of(const Json& json, const Paths& paths) {
     out.vertical_unit = json.at("vertical_unit").get<std::string>();
     out.settings = paths.read(json.at("settings").get<std::string>());
     out.steps = json.at("steps").get<std::string>();
-    out.photo = json.at("photo").get<std::string>();
+    if (json.contains("photo"))  // plans of before the option
+        out.photo = json.at("photo").get<std::string>();
     out.voxel_m = json.at("voxel_m").get<double>();
     // A number that does not fit is refused with the limit (wrong_in()).
     out.memory_bytes = std::min(json.at("memory_mib").get<std::size_t>(), kMaxMemory_bytes) << 20;

@@ -9,7 +9,7 @@ namespace terravox::sunlight {
 
 /// The light of one flight: what a photograph's values must be divided by.
 struct FlightLight {
-    std::optional<Sun> sun;  ///< nullopt: not found; then only `veil` and `gain` count
+    std::optional<Sun> sun;  ///< nullopt: not found; then only `gain` counts
     /// Light in the shadow over light in the sun, on flat ground, by channel: (0, 1].
     Light sky{1, 1, 1};
     Light veil{};         ///< what the air between adds to every value, linear

@@ -5,6 +5,7 @@
 #include "common/thread/in_order.hpp"
 #include "common/voxel/archive/archive_writer.hpp"
 #include "common/voxel/archive/change.hpp"
+#include "common/voxel/archive/unfinished.hpp"
 #include "voxelserver/export/archive/archive_box.hpp"
 
 namespace terravox::exports {
@@ -47,6 +48,8 @@ void write_change(Job& job, const ChangedColumns& columns) {
     std::vector<ColumnAt> all = columns.replaced;
     all.insert(all.end(), columns.compared.begin(), columns.compared.end());
     voxel::ArchiveWriter writer(job.out, info, 0);
+    // There is no journal by which another run could go on.
+    voxel::archive::Unfinished unfinished(writer);
     thread::in_order(
         all.size(), job.threads, [&](std::size_t i) { return make_column(job, info, all[i]); },
         [&](std::size_t, const MadeOfColumn& made) {
@@ -57,6 +60,7 @@ void write_change(Job& job, const ChangedColumns& columns) {
         });
     writer.finish_change(voxel::archive::json_of(voxel::archive::Change{
         set_of(columns.replaced), set_of(columns.compared), job.damage_lines()}));
+    unfinished.release();
     job.wrote(job.out);
 }
 

@@ -56,7 +56,7 @@ BoxColumn BoxColumnMaker::make(grid::PatchKey patch) {
 }
 
 // The shadows on a patch's photograph come from the patches around.
-voxel::InputExtent BoxColumnMaker::reach_of(const Land& land) const {
+voxel::InputExtent BoxColumnMaker::reach_of(Land& land) const {
     return m_context.photo_lights ? grown(land.reach(), shadow_patches(m_context.voxel_m))
                                   : land.reach();
 }

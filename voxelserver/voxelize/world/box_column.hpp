@@ -42,7 +42,7 @@ public:
 
 private:
     void count_holes(grid::PatchKey patch, std::uint64_t holes);
-    [[nodiscard]] voxel::InputExtent reach_of(const Land& land) const;
+    [[nodiscard]] voxel::InputExtent reach_of(Land& land) const;
 
     StepContext m_context;
     util::StageTimes& m_times;

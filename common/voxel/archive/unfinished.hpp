@@ -5,13 +5,13 @@
 
 #include "common/voxel/archive/archive_writer.hpp"
 
-namespace terravox::archive_tools {
+namespace terravox::voxel::archive {
 
 /// Removes what a writer has written, unless it is released: nothing stays of a call that failed.
 class Unfinished {
 public:
     /// @param writer whose file nobody else writes
-    explicit Unfinished(const voxel::ArchiveWriter& writer) : m_file(writer.unfinished_file()) {}
+    explicit Unfinished(const ArchiveWriter& writer) : m_file(writer.unfinished_file()) {}
     ~Unfinished() {
         std::error_code ignored;
         if (!m_file.empty())
@@ -25,4 +25,4 @@ private:
     std::filesystem::path m_file;
 };
 
-}  // namespace terravox::archive_tools
+}  // namespace terravox::voxel::archive
