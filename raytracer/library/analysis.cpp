@@ -119,6 +119,10 @@ Raster World::analyse(const AnalysisOptions& options, const Control& control) co
             if (kind == core::AnalysisKind::kTerrain || kind == core::AnalysisKind::kSight)
                 throw util::UsageError("analyse " + options.kind +
                                        ": horizon; allowed: for sky, sun and energy");
+            if (scene.analysis.range_m > 0)
+                throw util::UsageError("analyse " + options.kind +
+                                       ": horizon together with analysis.range_m, which ends "
+                                       "before it; allowed: one of them");
             analyse::look_at_horizon({options.horizon}, world, scene);
         }
         const shade::View view = shade::make_view(scene, m_state->blocks);

@@ -9,7 +9,7 @@ namespace terravox::solar {
 
 std::optional<geo::MapPlace> place_of(const scene::Scene& scene,
                                       const std::optional<geo::MapPlace>& centre) {
-    if (!scene.analysis.place)
+    if (!scene.analysis.place || scene.analysis.kind == core::AnalysisKind::kNone)
         return centre;
     const auto& [lat_deg, lon_deg, convergence_deg] = *scene.analysis.place;
     if (!(std::abs(lat_deg) <= 90 && std::abs(lon_deg) <= 180 && std::abs(convergence_deg) <= 180))

@@ -37,15 +37,19 @@ struct Window {
 };
 
 /// The finest cells of an area that fit memory.
+/// @throws Error where even the coarsest ones do not: of strips that are a cell wide
 Window window_of(const HeightFile& file, const FarHeights::Area& area) {
     const double size = std::max(area.east - area.west, area.north - area.south);
-    for (double side = size / kMaxSide;; side *= 2) {
+    for (double side = size / kMaxSide; side <= size; side *= 2) {
         const HeightFile::Grid grid = file.grid_for(side);
         const Window out{grid, cells_over(area.west, area.east, grid.x0, grid.dx, grid.width),
                          cells_over(area.south, area.north, grid.y0, grid.dy, grid.height)};
         if (out.width() <= kMaxSide && out.height() <= kMaxSide)
             return out;
     }
+    throw util::Error("look at the horizon: " + file.path().string() + " is a strip of more than " +
+                      std::to_string(kMaxSide) +
+                      " cells; allowed: a raster of heights around the data");
 }
 
 }  // namespace

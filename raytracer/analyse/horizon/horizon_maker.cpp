@@ -70,13 +70,14 @@ public:
     [[nodiscard]] const FarHorizon::Lattice& lattice() const noexcept { return m_lattice; }
     [[nodiscard]] FarHorizon::Tops tops(double x, double z, int azimuth) const {
         const double angle = azimuth * (2 * det::kPi / FarHorizon::kAzimuths);
-        const double east = std::sin(angle);
-        const double south = -std::cos(angle);
+        const det::SinCos direction = det::sin_cos(angle);
+        const double east = direction.sin;
+        const double south = -direction.cos;
         const double border_m = way_out(m_lattice, x, z, east, south) * m_world.voxel_m;
         // The data's own border belongs to both; there the two need not agree.
         Skyline skyline;
         double distance_m = border_m + m_heights.cell_m();
-        while (distance_m <= border_m + m_range_m &&
+        while (distance_m <= std::min(border_m + m_range_m, double{FarHorizon::kMaxDistance_m}) &&
                m_heights.highest_m() - sunk_m(distance_m) > skyline.highest_m()) {
             const double voxels = distance_m / m_world.voxel_m;
             const auto height_m = m_heights.at((x + east * voxels) * m_world.crs_units_per_voxel,

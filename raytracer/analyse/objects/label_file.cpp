@@ -7,8 +7,7 @@
 namespace terravox::analyse {
 namespace {
 
-constexpr int kRadius = LabelFile::kNear;
-constexpr int kWindow = 2 * kRadius + 1;
+constexpr int kMaxWindow = 2 * LabelFile::kMaxNear + 1;
 
 /// A neighbour of a cell.
 struct Neighbour {
@@ -17,11 +16,11 @@ struct Neighbour {
 };
 
 /// The neighbours of a cell, the nearest ones first; of those as near, by row and column.
-std::vector<Neighbour> neighbours() {
+std::vector<Neighbour> neighbours(int near) {
     std::vector<Neighbour> out;
-    for (int row = -kRadius; row <= kRadius; ++row)
-        for (int column = -kRadius; column <= kRadius; ++column)
-            if (column * column + row * row <= kRadius * kRadius)
+    for (int row = -near; row <= near; ++row)
+        for (int column = -near; column <= near; ++column)
+            if (column * column + row * row <= near * near)
                 out.push_back({column, row});
     std::stable_sort(out.begin(), out.end(), [](const Neighbour& a, const Neighbour& b) {
         return a.column * a.column + a.row * a.row < b.column * b.column + b.row * b.row;
@@ -64,7 +63,7 @@ LabelFile::LabelFile(const std::filesystem::path& out, ConnectedCells& found, in
 }
 
 LabelFile::LabelFile(const std::filesystem::path& out, const std::vector<ObjectPolygon>& polygons,
-                     int columns, int rows, const std::stop_token& stop)
+                     int columns, int rows, int near, const std::stop_token& stop)
     : LabelFile(out, columns, rows) {
     Numbers numbers;
     for (const ObjectPolygon& polygon : polygons)
@@ -89,23 +88,23 @@ LabelFile::LabelFile(const std::filesystem::path& out, const std::vector<ObjectP
                 write(row, numbers);
             }
         }
-    widen(stop);
+    widen(near, stop);
 }
 
-void LabelFile::widen(const std::stop_token& stop) const {
+void LabelFile::widen(int near, const std::stop_token& stop) const {
     // Rows as they were before: those around the one that is written.
-    std::array<Numbers, kWindow> around;
+    std::array<Numbers, kMaxWindow> around;
     const auto before = [&](int row) -> Numbers& {
-        return around[static_cast<std::size_t>(row % kWindow)];
+        return around[static_cast<std::size_t>(row % kMaxWindow)];
     };
-    for (int row = 0; row < std::min(kRadius, m_rows); ++row)
+    for (int row = 0; row < std::min(near, m_rows); ++row)
         read(row, before(row));
-    const std::vector<Neighbour> nearest_first = neighbours();
+    const std::vector<Neighbour> nearest_first = neighbours(near);
     Numbers wider;
     for (int row = 0; row < m_rows; ++row) {
         check_stop(stop);
-        if (row + kRadius < m_rows)
-            read(row + kRadius, before(row + kRadius));
+        if (row + near < m_rows)
+            read(row + near, before(row + near));
         wider = before(row);
         for (int x = 0; x < m_columns; ++x) {
             std::int32_t& number = wider[static_cast<std::size_t>(x)];

@@ -23,12 +23,13 @@ public:
     /// @throws Error when it cannot be written; "interrupted" when stopped
     LabelFile(const std::filesystem::path& out, ConnectedCells& found, int columns, int rows);
     /// Numbers polygons: their features, from 1. A cell belongs to the first polygon that holds its
-    /// middle, else to that of the nearest cell up to kNear cells away: walls of voxels are up to a
-    /// voxel beside those of a map.
+    /// middle, else to that of the nearest cell that is near: walls of voxels are up to a voxel
+    /// beside those of a map.
+    /// @param near cells, 1 to kMaxNear
     /// @throws as above
     LabelFile(const std::filesystem::path& out, const std::vector<ObjectPolygon>& polygons,
-              int columns, int rows, const std::stop_token& stop);
-    static constexpr int kNear = 2;
+              int columns, int rows, int near, const std::stop_token& stop);
+    static constexpr int kMaxNear = 2;
 
     [[nodiscard]] GDALDatasetH dataset() const noexcept { return m_dataset.get(); }
 
@@ -38,7 +39,7 @@ private:
     void read(int row, Numbers& numbers) const;
     void write(int row, Numbers& numbers) const;
     /// Gives cells without a number that of the nearest one.
-    void widen(const std::stop_token& stop) const;
+    void widen(int near, const std::stop_token& stop) const;
 
     const std::string m_attempt;
     const int m_columns;

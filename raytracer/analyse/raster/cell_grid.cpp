@@ -80,7 +80,10 @@ void look_at_cells(const CellGrid& grid, const voxel::WorldInfo& world, scene::S
     const double z = (static_cast<double>(grid.north) + grid.rows / 2.0) * grid.edge_voxels;
     const double y = world.bounds.max[1];
     scene.analysis.cell_m = grid.edge_m;
-    scene.analysis.place = place_of_sun(world, x, z);
+    const core::AnalysisKind kind = scene.analysis.kind;
+    scene.analysis.place = core::needs_sun_way(kind) || core::needs_light(kind)
+                               ? place_of_sun(world, x, z)
+                               : std::nullopt;
     scene.camera = {};
     scene.camera.projection = core::CameraProjection::kOrthographic;
     scene.camera.space = core::CoordinateSpace::kVoxel;

@@ -22,7 +22,12 @@ constexpr int kMaxStoreys = 1000;
 analyse::LabelFile numbers_of(const FacadeArguments& args, const FacadeRun& run,
                               analyse::CellFile& energy) {
     if (!run.polygons.empty())
-        return {args.file, run.polygons, run.grid.columns, run.grid.rows, run.stop};
+        return {args.file,
+                run.polygons,
+                run.grid.columns,
+                run.grid.rows,
+                run.grid.edge_voxels < 2 ? analyse::LabelFile::kMaxNear : 1,
+                run.stop};
     analyse::ConnectedCells found(energy, run.grid.edge_m * run.grid.edge_m, run.stop);
     return {args.file, found, run.grid.columns, run.grid.rows};
 }

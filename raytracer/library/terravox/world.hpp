@@ -47,7 +47,7 @@ struct AnalysisOptions {
     std::vector<std::array<double, 3>> observers;
     std::string weather;  ///< of kind energy: an EPW file; empty: a clear sky
     /// Of kinds sky, sun and energy: a raster of heights around the data, whose hills hide sun and
-    /// sky; empty: the horizon is free there.
+    /// sky up to 60 km away; empty: the horizon is free there.
     std::string horizon;
     /// Fields of a scene: {"sun.date", "2026-06-21"}, {"analysis.from", ...}, ...
     SceneText scene;

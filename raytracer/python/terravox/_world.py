@@ -259,7 +259,7 @@ class World:
         :param observers: of kind sight: easting, northing and height of the observers
         :param weather: of kind energy: an EPW file; "": a clear sky
         :param horizon: of kinds sky, sun and energy: a raster of heights around the data, whose
-            hills hide sun and sky; "": the horizon is free there
+            hills hide sun and sky up to 60 km away; "": the horizon is free there
         :param fields: of a scene, {"sun.date": "2026-06-21", "sun.zone": "Europe/Ljubljana"}
         :returns: a variable for each band; `attrs["holes"]` counts the boxes that could not be
             read, whose cells have no values

@@ -63,6 +63,10 @@ TEST_CASE("in a wide world the sun is that of the square of 10 km around the ras
         const analyse::CellGrid grid =
             analyse::grid_over(world, {{x, 0, z}, {x + 100, 100, z + 100}}, 2);
         scene::Scene scene;
+        scene.analysis.kind = core::AnalysisKind::kTerrain;
+        analyse::look_at_cells(grid, world, scene);
+        CHECK_FALSE(scene.analysis.place);  // it has no sun
+        scene.analysis.kind = core::AnalysisKind::kSun;
         analyse::look_at_cells(grid, world, scene);
         return scene.analysis.place;
     };

@@ -309,6 +309,11 @@ TEST_CASE("rasters without heights outside of the data are refused") {
     nothing.nodata = 5;
     nothing.geo = {459'950, 1, 0, 101'080, 0, -1};
     refused(test::write_heights(folder.path() / "nothing.tif", nothing, level), "no heights");
+    test::RasterSpec strip;
+    strip.width = 10'000;
+    strip.height = 1;
+    strip.geo = {455'000, 1, 0, 101'080, 0, -1};
+    refused(test::write_heights(folder.path() / "strip.tif", strip, level), "a strip");
     refused(folder.path() / "missing.tif", "missing.tif");
     world->editable_info().crs_wkt.clear();
     refused(folder.path() / "within.tif", "no place on Earth");
