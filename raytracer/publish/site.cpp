@@ -7,7 +7,6 @@
 #include "common/util/atomic_file.hpp"
 #include "common/util/error.hpp"
 #include "common/util/markup.hpp"
-#include "voxelserver/archive/split.hpp"
 #include "voxelserver/page/assets.hpp"
 
 namespace terravox::publish {
@@ -33,7 +32,7 @@ std::string_view page_file(std::string_view name) {
 void remove_leftovers(const fs::path& folder, const SiteFacts& facts) {
     const auto is_listed = [&](const std::string& name) {
         return std::any_of(facts.archive.begin(), facts.archive.end(),
-                           [&](const ArchivePart& part) { return part.name == name; });
+                           [&](const archive_tools::FilePart& part) { return part.name == name; });
     };
     std::vector<fs::path> left;
     for (const auto& entry : fs::directory_iterator(folder)) {
@@ -88,7 +87,7 @@ std::string place_json(const SiteFacts& facts) {
     if (facts.archive.size() == 1) {
         archive["url"] = facts.archive.front().name;
     } else {
-        for (const ArchivePart& part : facts.archive)
+        for (const archive_tools::FilePart& part : facts.archive)
             archive["parts"].push_back({{"url", part.name}, {"bytes", part.bytes}});
     }
     json views = json::array();

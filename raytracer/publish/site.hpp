@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "raytracer/core/ray.hpp"
+#include "voxelserver/archive/split.hpp"
 
 namespace terravox::publish {
 
@@ -16,12 +17,6 @@ struct SiteView {
     core::Vec3 position;
     core::Vec3 target;
     double fov_deg = 40;  ///< vertical, [5, 120]
-};
-
-/// One of the files that an archive lies in, in their order.
-struct ArchivePart {
-    std::string name;  ///< of the file, in the site's folder; of a single one also an address
-    std::uint64_t bytes = 0;  ///< not used for a single one
 };
 
 /// A LiDAR square: where one of the files of the data lies. Units of the world's CRS.
@@ -38,11 +33,13 @@ struct SiteFacts {
     std::string title;
     std::string attribution;
     std::string licence;
-    std::vector<ArchivePart> archive;  ///< not empty; one: the archive itself
-    std::vector<SiteView> views;       ///< not empty; the first one is shown at the beginning
-    std::vector<SiteSquare> squares;   ///< up to kMaxSquares; none: unknown, or other data
-    std::int64_t time_ms = 0;          ///< of the sun, UTC, since 1970; [0, kMaxTime_ms]
-    bool has_preview = false;          ///< kSitePreview is there
+    /// Files of the site that the archive lies in; not empty. Of a single one the name may be an
+    /// address, and `bytes` is not used.
+    std::vector<archive_tools::FilePart> archive;
+    std::vector<SiteView> views;      ///< not empty; the first one is shown at the beginning
+    std::vector<SiteSquare> squares;  ///< up to kMaxSquares; none: unknown, or other data
+    std::int64_t time_ms = 0;         ///< of the sun, UTC, since 1970; [0, kMaxTime_ms]
+    bool has_preview = false;         ///< kSitePreview is there
 };
 
 // What the page accepts (docs/formats/site.md).

@@ -58,7 +58,8 @@ public:
 
     [[nodiscard]] bool empty() const noexcept { return m_begins.empty(); }
     /// Whether the terrain hides a direction.
-    /// @param from level-0 voxels, y up from the sea; beside the lattice: as at its border
+    /// @param from level-0 voxels, y up from the sea; outside of the lattice: as at
+    /// its border
     /// @param to of unit length, to.y >= 0
     [[nodiscard]] bool hides(core::Vec3 from, core::Vec3 to) const noexcept;
 

@@ -62,13 +62,6 @@ class Patch(Case):
         out = temporary_folder() / "change.tvx"
         return convert(data, out, *(options or PLAIN), "--squares", name)
 
-    def assertRefused(self, run, code, *said):
-        self.assertEqual(run.code, code, str(run))
-        self.assertEqual(run.out, "", str(run))
-        self.assertTrue(run.err.startswith("terravox: "), str(run))
-        for text in said:
-            self.assertIn(text, run.err)
-
     def assertSameBytes(self, a, b):
         self.assertEqual(pathlib.Path(a).read_bytes(), pathlib.Path(b).read_bytes())
 

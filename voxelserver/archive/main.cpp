@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <filesystem>
 #include <iostream>
 #include <string>
@@ -138,11 +139,15 @@ util::ExitCode split(const Arguments& arguments) {
     if (!there.empty() && !arguments.overwrite)
         throw util::UsageError("split to " + there.front().string() +
                                ": it is there already; allowed: another folder, or --overwrite");
-    for (const std::filesystem::path& part : there)
-        std::filesystem::remove(part);
     constexpr std::uint64_t kMib = 1 << 20;
     const auto parts =
         archive_tools::split(archive, folder, static_cast<std::uint64_t>(arguments.max_mib) * kMib);
+    // Only now: of a split that failed, the old parts would be all that there is.
+    for (const std::filesystem::path& old : there)
+        if (std::none_of(parts.begin(), parts.end(), [&](const archive_tools::FilePart& part) {
+                return part.name == old.filename();
+            }))
+            std::filesystem::remove(old);
     for (const archive_tools::FilePart& part : parts)
         std::cout << (parts.size() == 1 ? archive : folder / part.name).string() << "\n";
     return util::ExitCode::kDone;

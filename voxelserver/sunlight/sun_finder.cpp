@@ -197,11 +197,12 @@ const Trial& best_of(const std::vector<Trial>& trials) {
 Trial middle_of(const Sun& centre, const std::vector<Trial>& trials) {
     constexpr double kNearly = 0.997;
     const double best = best_of(trials).correlation;
+    const double least = std::min(kNearly * best, best);  // also of a best one below 0
     double turn_sum = 0;
     double altitude_sum = 0;
     double count = 0;
     for (const Trial& trial : trials) {
-        if (trial.correlation < kNearly * best)
+        if (trial.correlation < least)
             continue;
         const double turn = trial.sun.azimuth_deg - centre.azimuth_deg;
         turn_sum += turn - 360 * std::floor(turn / 360 + 0.5);

@@ -17,9 +17,9 @@ public:
     void add(double distance_m, double height_m);
     /// Height of the highest place so far; below all heights where there is none.
     [[nodiscard]] double highest_m() const noexcept;
-    /// The tops in whole metres, the farthest one last. Of those that lift the line by less than
-    /// half a metre, and of the least ones where there are more than FarHorizon::kMaxTops, nothing
-    /// is told.
+    /// The tops in whole metres, the farthest one last. Left out are those that lift the line by
+    /// less than half a metre, and those that lift it least where there are more than
+    /// FarHorizon::kMaxTops.
     [[nodiscard]] solar::FarHorizon::Tops tops() const;
 
 private:

@@ -23,9 +23,9 @@ public:
     /// @throws Error when it cannot be written; "interrupted" when stopped
     LabelFile(const std::filesystem::path& out, ConnectedCells& found, int columns, int rows);
     /// Numbers polygons: their features, from 1. A cell belongs to the first polygon that holds its
-    /// middle, else to that of the nearest cell that is near: walls of voxels are up to a voxel
-    /// beside those of a map.
-    /// @param near cells, 1 to kMaxNear
+    /// middle, else to that of the nearest cell within `near`: walls of voxels are up to a voxel
+    /// away from those of a map.
+    /// @param near distance in cells, 1 to kMaxNear
     /// @throws as above
     LabelFile(const std::filesystem::path& out, const std::vector<ObjectPolygon>& polygons,
               int columns, int rows, int near, const std::stop_token& stop);

@@ -179,16 +179,12 @@ std::size_t write_preview(const PublishArguments& args, scene::Scene scene,
     return renderer.render(scene, {(folder / publish::kSitePreview).string()}).counts.holes.size();
 }
 
-std::vector<publish::ArchivePart> archive_of(const PublishArguments& args,
-                                             const fs::path& archive) {
+std::vector<archive_tools::FilePart> archive_of(const PublishArguments& args,
+                                                const fs::path& archive) {
     if (is_referred_to(args))
         return {{args.archive_url, 0}};
-    std::vector<publish::ArchivePart> out;
-    for (const archive_tools::FilePart& part :
-         archive_tools::split(archive, archive.parent_path(),
-                              args.split_mib == 0 ? UINT64_MAX : args.split_mib * kMib))
-        out.push_back({part.name, part.bytes});
-    return out;
+    return archive_tools::split(archive, archive.parent_path(),
+                                args.split_mib == 0 ? UINT64_MAX : args.split_mib * kMib);
 }
 
 /// The LiDAR squares that lie in a part of a world.

@@ -100,7 +100,7 @@ private:
 };
 
 /// The patches of a rectangle between the first and the last of which the middle lies in a file, or
-/// a few columns beside it: files that a survey was cut into have gaps between their bounds.
+/// a few columns next to it: files that a survey was cut into have gaps between their bounds.
 std::optional<PatchRect> covered_patches(const ColumnRect& rect, const Sources& sources) {
     constexpr std::int32_t kGap = 8;
     std::vector<ColumnRect> near;

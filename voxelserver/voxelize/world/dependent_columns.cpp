@@ -115,7 +115,7 @@ DependentColumns columns_that_depend_on(LidarWorld& world, const std::set<std::s
     for (const std::size_t i : changed)
         rects.push_back(squares[i].bounds.grown(1));
     // Their light changes, and with it all of their colours.
-    for (const ColumnRect& photograph : world.photographs_lit_by(changed))
+    for (const ColumnRect& photograph : world.photographs_with_light_from(changed))
         rects.push_back(photograph);
     if (world.stats().flight_lines > 0) {
         const auto near = static_cast<std::int32_t>(kSharedScale_m / world.info().voxel_m) + 1;

@@ -74,7 +74,7 @@ public:
         return relights() ? voxelize::shadow_patches(m_facts.info.voxel_m) : 0;
     }
 
-    [[nodiscard]] std::vector<grid::ColumnRect> photographs_lit_by(
+    [[nodiscard]] std::vector<grid::ColumnRect> photographs_with_light_from(
         const std::set<std::size_t>& files) const override {
         std::vector<grid::ColumnRect> out;
         if (!relights())

@@ -64,7 +64,7 @@ public:
 
     /// The columns of each photograph whose light is found from one of some files.
     /// @param files indices into facts().squares
-    [[nodiscard]] virtual std::vector<grid::ColumnRect> photographs_lit_by(
+    [[nodiscard]] virtual std::vector<grid::ColumnRect> photographs_with_light_from(
         const std::set<std::size_t>& files) const = 0;
 
     /// The trees of box column (bx, bz), north to south, then west to east; none with the

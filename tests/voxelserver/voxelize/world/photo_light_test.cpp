@@ -109,7 +109,7 @@ TEST_CASE("albedo depends neither on threads nor on the order of boxes",
     CHECK(box_checksums_of(two.world(), false) == wanted);
 }
 
-TEST_CASE("raw and albedo have other fingerprints, and albedo that of what its light is found from",
+TEST_CASE("raw and albedo have other fingerprints, and albedo reaches as far as shadows",
           "[voxelserver][voxelize][photo-light]") {
     const Village village;
     OpenWorld albedo(village.options("albedo"));
