@@ -15,8 +15,9 @@
 namespace terravox::thread {
 
 /// Calls use(i, make(i)) for each i in [0, count): make() runs on at most `threads` threads (0 =
-/// one per core), use() runs serially in ascending order, with at most twice as many items in
-/// flight as there are threads. The output is therefore independent of the number of threads.
+/// one per core) and no more than there are cores, use() runs serially in ascending order, with at
+/// most twice as many items in flight as there are threads. The output is therefore independent of
+/// the number of threads.
 /// @throws what the first failing call threw
 template <class Make, class Use>
 void in_order(std::size_t count, int threads, const Make& make, const Use& use) {
@@ -28,7 +29,7 @@ void in_order(std::size_t count, int threads, const Make& make, const Use& use) 
         TsanOrder order;  // between make() and use()
     };
     using ItemPtr = std::shared_ptr<Item>;
-    const int max_threads = thread_count(threads);
+    const int max_threads = task_thread_count(threads);
     tbb::task_arena arena(max_threads);
     std::size_t next = 0;
     // When a filter throws, TBB leaks the items in flight: exceptions are therefore held back until

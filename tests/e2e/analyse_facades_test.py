@@ -3,6 +3,7 @@
 
 import contextlib
 import json
+import os
 import shutil
 import sqlite3
 import subprocess
@@ -13,13 +14,14 @@ from support import Case, entries, square, temporary_folder
 
 
 class Facades(Case):
-    def facades(self, *flags):
+    def facades(self, *flags, program=()):
         """@return the rows of the facades of a week, and of its objects"""
         folder = temporary_folder()
         file, objects = folder / "f.gpkg", folder / "a.gpkg"
         out = ["-o", folder / "a.tif", "--facades", file, "--objects", objects]
         days = ["--from", "2026-06-01", "--to", "2026-06-07", "--step-min", "60"]
-        run = analyse("energy", square(), *village(), *days, *flags, "--quiet", *out)
+        words = ["energy", square(), *village(), *days, *flags, "--quiet", *out]
+        run = analyse(*words, program=program)
         self.assertEqual((run.code, run.out, run.err), (0, "", ""), run)
         self.assertEqual(entries(folder), ["a.gpkg", "a.tif", "f.gpkg"])
         self.last_objects = objects
@@ -71,6 +73,12 @@ class Facades(Case):
             1,
             delta=0.1,
         )
+
+    def test_a_process_that_has_fewer_cores_than_threads_says_nothing_of_it(self):
+        core = str(min(os.sched_getaffinity(0)))
+        one_core = ["taskset", "--cpu-list", core]
+        on_one_core, _ = self.facades("--processing-threads", "4", program=one_core)
+        self.assertGreater(len(on_one_core), 30)
 
     @unittest.skipUnless(shutil.which("ogr2ogr"), "needs GDAL's programs")
     def test_polygons_that_are_the_buildings_have_their_facades(self):

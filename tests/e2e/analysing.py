@@ -27,8 +27,9 @@ NO_DATA = -9999
 _rasters = {}
 
 
-def analyse(*arguments, **options):
-    return Run([binary("RAYTRACER"), "analyse", *arguments], **options)
+def analyse(*arguments, program=(), **options):
+    """@param program: what starts the analysis"""
+    return Run([*program, binary("RAYTRACER"), "analyse", *arguments], **options)
 
 
 def area():

@@ -1,5 +1,7 @@
 #include "common/thread/parallel.hpp"
 
+#include <sched.h>
+
 #include <atomic>
 #include <stdexcept>
 #include <vector>
@@ -30,8 +32,12 @@ TEST_CASE("what parallel work throws arrives with its type", "[common][thread]")
                     std::out_of_range);
 }
 
-TEST_CASE("a thread count of zero means all cores", "[common][thread]") {
-    CHECK(thread_count(0) >= 1);
+TEST_CASE("a thread count of zero means all cores that the process may use", "[common][thread]") {
+    cpu_set_t cores;
+    REQUIRE(::sched_getaffinity(0, sizeof cores, &cores) == 0);
+    CHECK(thread_count(0) == CPU_COUNT(&cores));
     CHECK(thread_count(-3) >= 1);
     CHECK(thread_count(5) == 5);
+    CHECK(task_thread_count(1) == 1);
+    CHECK(task_thread_count(1000) == thread_count(0));
 }
