@@ -7,6 +7,7 @@
 #include "raytracer/commands/cluster/cluster_command.hpp"
 #include "raytracer/commands/country/country_command.hpp"
 #include "raytracer/commands/farm_command.hpp"
+#include "raytracer/commands/map/map_command.hpp"
 #include "raytracer/commands/merge/merge_command.hpp"
 #include "raytracer/commands/program_of_command.hpp"
 #include "raytracer/commands/render_command.hpp"
@@ -50,6 +51,7 @@ int main(int argc, char** argv) {
         const auto render = terravox::commands::add_render_command(app);
         const auto animate = terravox::commands::add_animate_command(app, open_renderer);
         const auto analyse = terravox::commands::add_analyse_command(app);
+        const auto map = terravox::commands::add_map_command(app);
         const auto cluster = terravox::commands::add_cluster_command(app);
         const auto country = terravox::commands::add_country_command(app);
         terravox::commands::list_command(app, terravox::commands::kConvert);
@@ -68,6 +70,8 @@ int main(int argc, char** argv) {
             return static_cast<int>(animate());
         if (app.got_subcommand("analyse"))
             return static_cast<int>(analyse());
+        if (app.got_subcommand("map"))
+            return static_cast<int>(map());
         if (app.got_subcommand("worker"))
             return static_cast<int>(worker());
         if (app.got_subcommand("farm"))

@@ -24,6 +24,12 @@ GDALDriver* taken_out(void (*enter)(), const char* name) {
     return out;
 }
 
+/// What registers a driver that not every GDAL has: it is looked for when it is needed.
+/// @return nullptr where there is none
+void (*optional_driver(const char* function))() {
+    return reinterpret_cast<void (*)()>(::dlsym(RTLD_DEFAULT, function));
+}
+
 GDALDriverH checked(GDALDriver* driver, const std::string& what) {
     if (driver == nullptr)
         throw util::Error("write a " + what + ": this GDAL was built without them");
@@ -40,10 +46,14 @@ GDALDriverH geopackage_driver() {
 
 GDALDriverH netcdf_driver() {
     start_gdal();
-    // Not every GDAL has the function, so it is looked for when it is needed.
-    static GDALDriver* const driver = taken_out(
-        reinterpret_cast<void (*)()>(::dlsym(RTLD_DEFAULT, "GDALRegister_netCDF")), "netCDF");
+    static GDALDriver* const driver = taken_out(optional_driver("GDALRegister_netCDF"), "netCDF");
     return checked(driver, "netCDF file");
+}
+
+GDALDriverH webp_driver() {
+    start_gdal();
+    static GDALDriver* const driver = taken_out(optional_driver("GDALRegister_WEBP"), "WEBP");
+    return checked(driver, "WebP picture");
 }
 
 }  // namespace terravox::geo

@@ -16,4 +16,8 @@ namespace terravox::geo {
 /// @throws Error where GDAL was built without it
 [[nodiscard]] GDALDriverH netcdf_driver();
 
+/// To copy pictures to WebP with.
+/// @throws Error where GDAL was built without it
+[[nodiscard]] GDALDriverH webp_driver();
+
 }  // namespace terravox::geo

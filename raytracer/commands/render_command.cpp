@@ -7,7 +7,7 @@
 
 #include "common/util/atomic_file.hpp"
 #include "common/util/log.hpp"
-#include "common/voxel/log_damage.hpp"
+#include "raytracer/commands/gaps.hpp"
 #include "raytracer/commands/render_pool_arguments.hpp"
 #include "raytracer/commands/world_arguments.hpp"
 #include "raytracer/output/image_writer.hpp"
@@ -61,15 +61,7 @@ util::ExitCode run_render(const RenderArguments& args) {
             for (const std::string& output : args.outputs)
                 std::printf("wrote %s\n", output.c_str());
     }
-    if (!statistics.counts.holes.empty())
-        util::log_error("the picture has holes: {} boxes could not be loaded",
-                        statistics.counts.holes.size());
-    if (statistics.counts.missing > 0)
-        util::log_error("the picture lacks {} tiles: no processor was left to render them",
-                        statistics.counts.missing);
-    if (!statistics.damage.empty())
-        voxel::log_damage(statistics.damage);
-    return statistics.has_holes() ? util::ExitCode::kHoles : util::ExitCode::kDone;
+    return report_gaps(statistics, "picture");
 }
 
 }  // namespace

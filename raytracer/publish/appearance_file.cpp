@@ -1,16 +1,13 @@
 #include "raytracer/publish/appearance_file.hpp"
 
-#include <libdeflate.h>
-
 #include <algorithm>
 #include <array>
 #include <cstring>
-#include <memory>
-#include <new>
 #include <nlohmann/json.hpp>
 #include <span>
 #include <vector>
 
+#include "common/gzip/gzip.hpp"
 #include "common/util/det_math.hpp"
 #include "common/voxel/material.hpp"
 #include "raytracer/material/material_table.hpp"
@@ -206,18 +203,6 @@ void append(std::string& to, std::uint32_t value) {
     to.append(bytes, sizeof value);
 }
 
-std::string gzip(const std::string& bytes) {
-    constexpr int kLevel = 12;  // written once, read often
-    const std::unique_ptr<libdeflate_compressor, decltype(&libdeflate_free_compressor)> compressor(
-        libdeflate_alloc_compressor(kLevel), &libdeflate_free_compressor);
-    if (!compressor)
-        throw std::bad_alloc();
-    std::string out(libdeflate_gzip_compress_bound(compressor.get(), bytes.size()), '\0');
-    out.resize(libdeflate_gzip_compress(compressor.get(), bytes.data(), bytes.size(), out.data(),
-                                        out.size()));
-    return out;
-}
-
 }  // namespace
 
 std::string appearance_file(const material::MaterialAppearances& appearances,
@@ -248,7 +233,7 @@ std::string appearance_file(const material::MaterialAppearances& appearances,
     std::string out(kMagic, kMagicBytes);
     append(out, kVersion);
     append(out, static_cast<std::uint32_t>(text.size()));
-    return gzip(out + text + halves);
+    return gzip::pack(out + text + halves);
 }
 
 }  // namespace terravox::publish

@@ -5,8 +5,9 @@ import json
 import shutil
 import unittest
 
+import pmtiles
 from pictures import Picture, Tags
-from support import Case, Run, render, square, survey, temporary_folder
+from support import Case, Run, binary, entries, render, square, survey, temporary_folder
 
 # Of the synthetic square.
 WEST = 462368
@@ -23,6 +24,10 @@ HIGH_VEGETATION = 7
 # Kinds in the truth of the survey.
 KIND_WATER = 5
 KIND_TREE = 6
+
+
+def draw_map(*arguments):
+    return Run([binary("RAYTRACER"), "map", *arguments, "--samples", "1"])
 
 
 def at(transform, px, py):
@@ -252,6 +257,82 @@ class Maps(Case):
             (own["terravox_crs"], own["terravox_holes"], own["AREA_OR_POINT"]),
             ("EPSG:3794", "0", "Area"),
         )
+
+
+class WholeMaps(Case):
+    def test_a_map_covers_the_data_cell_by_cell(self):
+        out = temporary_folder()
+        tif = out / "map.tif"
+        self.assertDone(draw_map(square(), "--resolution", "2", "-o", tif, "--quiet"))
+        self.assertEqual(entries(out), ["map.tif"])
+        transform = Tags(tif).transform()
+        # Cells begin at whole multiples of their edge.
+        self.assertEqual(transform[1:3] + transform[4:], [2, 0, 0, -2])
+        self.assertEqual((transform[0] % 2, transform[3] % 2), (0, 0))
+        self.assertTrue(WEST - 8 <= transform[0] <= WEST)
+        self.assertTrue(NORTH <= transform[3] <= NORTH + 8)
+        self.assertEqual(Tags(tif).geo_keys()[PROJECTED_CRS], 3794)
+        map_of_all = Picture(tif)
+        self.assertEqual(map_of_all.names, ["R", "G", "B", "A"])
+        column = int((WEST + 128 - transform[0]) / 2)
+        row = int((transform[3] - NORTH + 128) / 2)
+        self.assertEqual(map_of_all.channel("A")[row * map_of_all.width + column], 1)
+        # A part of it has the same cells, and the same pixels.
+        west, south = WEST + 64, SOUTH + 64
+        part = out / "part.tif"
+        area = f"{west},{south},{west + 64},{south + 32}"
+        flags = ["--area", area, "--resolution", "2", "--quiet"]
+        self.assertDone(draw_map(square(), *flags, "-o", part))
+        piece = Picture(part)
+        self.assertEqual((piece.width, piece.height), (32, 16))
+        left = round((west - transform[0]) / 2)
+        top = round((transform[3] - south - 32) / 2)
+        green = map_of_all.channel("G")
+        same = 0
+        for y, x in ((y, x) for y in range(16) for x in range(32)):
+            here = green[(top + y) * map_of_all.width + left + x]
+            same += abs(here - piece.channel("G")[y * 32 + x]) < 0.1
+        self.assertGreater(same, 0.9 * 16 * 32)
+
+    def test_a_map_for_the_web_does_not_depend_on_threads_or_a_restart(self):
+        out = temporary_folder()
+        flags = [square(), "--resolution", "1", "--tiles", "png", "--title", "Bled"]
+        flags += ["--attribution", "ARSO <2014>"]
+        self.assertDone(draw_map(*flags, "--threads", "1", "-o", out / "a.pmtiles"))
+        self.assertDone(
+            draw_map(*flags, "--threads", "2", "--tile", "32", "--resume", "-o", out / "b.pmtiles")
+        )
+        self.assertEqual(entries(out), ["a.pmtiles", "b.pmtiles"])
+        self.assertEqual((out / "a.pmtiles").read_bytes(), (out / "b.pmtiles").read_bytes())
+        tiles = pmtiles.Archive(out / "a.pmtiles")
+        self.assertEqual(tiles.kind, 2)
+        self.assertEqual(tiles.metadata["name"], "Bled")
+        self.assertEqual(tiles.metadata["attribution"], "ARSO &lt;2014&gt;")
+        # A metre of the ground is 1.44 of the web's map here: 0.83 m at zoom 17.
+        self.assertEqual(tiles.zooms, (15, 17))
+        west, south, east, north = tiles.bounds
+        self.assertAlmostEqual((west + east) / 2, 14.5150, delta=0.002)
+        self.assertAlmostEqual((south + north) / 2, 46.0522, delta=0.002)
+        self.assertAlmostEqual((north - south) * 111_200, NORTH - SOUTH, delta=20)
+        self.assertGreaterEqual(len(tiles.tiles), 3)
+        self.assertEqual({tile[:8] for tile in tiles.tiles.values()}, {b"\x89PNG\r\n\x1a\n"})
+
+    def test_what_cannot_be_a_map_is_refused(self):
+        out = temporary_folder()
+        for flags, said in (
+            (["-o", out / "map.png"], ["'.png'", ".tif .tiff .pmtiles"]),
+            (["-o", out / "map.tif", "--time", "3"], ["--time", "allowed: 0"]),
+            (["-o", out / "map.tif", "--tile", "10"], ["--tile 10", "multiples of 16"]),
+            (["-o", out / "map.tif", "--resolution", "0.01"], ["0.01 m", "allowed: 0.0625"]),
+            (["-o", out / "map.tif", "--area", "1,2,3"], ["--area 1,2,3", "allowed"]),
+            (["-o", out / "map.pmtiles", "--tiles", "gif"], ["--tiles", "gif"]),
+        ):
+            with self.subTest(flags[1:]):
+                run = draw_map(square(), "--quiet", *flags)
+                self.assertRefused(run, 2, *said)
+        run = draw_map("generated:1", "--area", "0,0,64,64", "--quiet", "-o", out / "map.pmtiles")
+        self.assertRefused(run, 2, "no place on Earth", ".tif")
+        self.assertEqual(entries(out), [])
 
 
 if __name__ == "__main__":

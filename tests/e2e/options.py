@@ -15,6 +15,7 @@ RAYTRACER = (
     "analyse sun",
     "analyse energy",
     "analyse sight",
+    "map",
     "publish",
     "view",
     "worker",

@@ -51,20 +51,21 @@ std::optional<std::array<double, 3>> place_of_sun(const voxel::WorldInfo& world,
 }  // namespace
 
 CellGrid grid_over(const voxel::WorldInfo& world, const voxel::VoxelBounds& area,
-                   std::optional<double> edge_m) {
+                   std::optional<double> edge_m, double finest) {
     constexpr double kMax_m = 100'000;
     const double edge = edge_m.value_or(world.voxel_m);
-    if (!(edge >= world.voxel_m && edge <= kMax_m))
-        throw util::UsageError("analyse: --resolution " + metres(edge) +
-                               " m; allowed: " + metres(world.voxel_m) +
-                               " (a voxel of this world) to " + metres(kMax_m));
+    const double least_m = world.voxel_m * finest;
+    if (!(edge >= least_m && edge <= kMax_m))
+        throw util::UsageError("lay out the raster: --resolution " + metres(edge) +
+                               " m; allowed: " + metres(least_m) + " to " + metres(kMax_m) +
+                               " (a voxel of this world: " + metres(world.voxel_m) + ")");
     CellGrid out;
     out.edge_m = edge;
     out.edge_voxels = edge / world.voxel_m;
     const CellRange columns = cells_over(area.min[0], area.max[0], out.edge_voxels);
     const CellRange rows = cells_over(area.min[2], area.max[2], out.edge_voxels);
     if (columns.count > CellGrid::kMaxSide || rows.count > CellGrid::kMaxSide)
-        throw util::UsageError("analyse: " + std::to_string(columns.count) + " x " +
+        throw util::UsageError("lay out the raster: " + std::to_string(columns.count) + " x " +
                                std::to_string(rows.count) + " cells of " + metres(edge) +
                                " m; allowed: up to " + std::to_string(CellGrid::kMaxSide) +
                                " a side, by --area or a coarser --resolution");
@@ -75,15 +76,10 @@ CellGrid grid_over(const voxel::WorldInfo& world, const voxel::VoxelBounds& area
     return out;
 }
 
-void look_at_cells(const CellGrid& grid, const voxel::WorldInfo& world, scene::Scene& scene) {
+void aim_at_cells(const CellGrid& grid, const voxel::WorldInfo& world, scene::Scene& scene) {
     const double x = (static_cast<double>(grid.west) + grid.columns / 2.0) * grid.edge_voxels;
     const double z = (static_cast<double>(grid.north) + grid.rows / 2.0) * grid.edge_voxels;
     const double y = world.bounds.max[1];
-    scene.analysis.cell_m = grid.edge_m;
-    const core::AnalysisKind kind = scene.analysis.kind;
-    scene.analysis.place = core::needs_sun_way(kind) || core::needs_light(kind)
-                               ? place_of_sun(world, x, z)
-                               : std::nullopt;
     scene.camera = {};
     scene.camera.projection = core::CameraProjection::kOrthographic;
     scene.camera.space = core::CoordinateSpace::kVoxel;
@@ -91,8 +87,18 @@ void look_at_cells(const CellGrid& grid, const voxel::WorldInfo& world, scene::S
     scene.camera.position = {x, y + 1, z};
     scene.camera.height_m = grid.rows * grid.edge_m;
     scene.camera.inside_rock = true;
-    scene.output = {};
     scene.output.size_px = {grid.columns, grid.rows};
+}
+
+void look_at_cells(const CellGrid& grid, const voxel::WorldInfo& world, scene::Scene& scene) {
+    scene.output = {};
+    aim_at_cells(grid, world, scene);
+    const auto& target = *scene.camera.target;
+    scene.analysis.cell_m = grid.edge_m;
+    const core::AnalysisKind kind = scene.analysis.kind;
+    scene.analysis.place = core::needs_sun_way(kind) || core::needs_light(kind)
+                               ? place_of_sun(world, target[0], target[2])
+                               : std::nullopt;
     scene.quality.samples = 1;
     scene.quality.noise = 0;
     scene.quality.time_s = 0;

@@ -25,13 +25,18 @@ struct CellGrid {
 /// The grid whose cells cover an area.
 /// @param area level-0 voxels, not empty
 /// @param edge_m nullopt: that of a voxel
-/// @throws UsageError for cells smaller than a voxel, or more than CellGrid::kMaxSide of them
+/// @param finest least edge, in voxels
+/// @throws UsageError for smaller cells, or more than CellGrid::kMaxSide of them
 [[nodiscard]] CellGrid grid_over(const voxel::WorldInfo& world, const voxel::VoxelBounds& area,
-                                 std::optional<double> edge_m);
+                                 std::optional<double> edge_m, double finest = 1);
 
-/// Makes a scene's picture that of a grid: an orthographic camera looks straight down, and each of
-/// its pixels is a cell, with one ray through the middle. In worlds wider than 20 km the sun is
-/// that of the middle of a square of 10 km (analysis.place).
+/// Turns a scene's camera to a grid: an orthographic one looks straight down, and each of its
+/// pixels is a cell.
+void aim_at_cells(const CellGrid& grid, const voxel::WorldInfo& world, scene::Scene& scene);
+
+/// Makes a scene that of an analysis: its picture is the grid's, with one ray through the middle of
+/// each cell. In worlds wider than 20 km the sun is that of the middle of a square of 10 km
+/// (analysis.place).
 /// @throws Error where that is outside of the domain of the world's CRS
 void look_at_cells(const CellGrid& grid, const voxel::WorldInfo& world, scene::Scene& scene);
 

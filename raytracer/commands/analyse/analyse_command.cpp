@@ -11,7 +11,6 @@
 #include "common/thread/parallel.hpp"
 #include "common/thread/stop_signals.hpp"
 #include "common/util/log.hpp"
-#include "common/voxel/log_damage.hpp"
 #include "raytracer/analyse/raster/cell_grid.hpp"
 #include "raytracer/analyse/raster/raster.hpp"
 #include "raytracer/analyse/raster/shadow_cube.hpp"
@@ -25,7 +24,8 @@
 #include "raytracer/commands/analyse/sun_arguments.hpp"
 #include "raytracer/commands/analyse/time_arguments.hpp"
 #include "raytracer/commands/analyse/weather_arguments.hpp"
-#include "raytracer/commands/number_list.hpp"
+#include "raytracer/commands/gaps.hpp"
+#include "raytracer/commands/grid_arguments.hpp"
 #include "raytracer/commands/render_pool_arguments.hpp"
 #include "raytracer/commands/world_arguments.hpp"
 #include "raytracer/render/picture_renderer.hpp"
@@ -41,8 +41,7 @@ struct AnalyseArguments {
     WorldArguments world;
     RenderPoolArguments render_pool;
     std::string output;
-    std::string area;
-    std::optional<double> resolution_m;
+    GridArguments grid;
     std::optional<int> level;
     ObserverArguments observers;
     ObjectArguments objects;
@@ -56,10 +55,6 @@ struct AnalyseArguments {
     bool resume = false;
     bool quiet = false;
 };
-
-constexpr const char* kAreaHelp =
-    "west,south,east,north in the world's CRS; x0,z0,x1,z1 in voxels where it has none; default: "
-    "all";
 
 /// The scene of an analysis, without its camera: that depends on the world.
 scene::Scene scene_of(const AnalyseArguments& args, core::AnalysisKind kind) {
@@ -92,12 +87,7 @@ util::ExitCode report(const AnalyseArguments& args, const render::RenderStatisti
             if (!file.empty())
                 std::printf("wrote %s\n", file.c_str());
     }
-    if (!statistics.counts.holes.empty())
-        util::log_error("the raster has holes: {} boxes could not be loaded",
-                        statistics.counts.holes.size());
-    if (!statistics.damage.empty())
-        voxel::log_damage(statistics.damage);
-    return statistics.has_holes() ? util::ExitCode::kHoles : util::ExitCode::kDone;
+    return report_gaps(statistics, "raster");
 }
 
 }  // namespace
@@ -220,8 +210,7 @@ util::ExitCode run_analyse(const AnalyseArguments& args, core::AnalysisKind kind
     check_report_targets(args.reports);
     refuse_with_times(args);
     exports::Selection selection;
-    selection.area = numbers_of("analyse", "--area", args.area, 4,
-                                "west,south,east,north, or x0,z0,x1,z1 in a world without a CRS");
+    selection.area = area_of("analyse", args.grid);
     scene::Scene scene = scene_of(args, kind);
     (void)relief_of(scene);
     const std::optional<farm::Part> part = part_of(args);
@@ -236,8 +225,8 @@ util::ExitCode run_analyse(const AnalyseArguments& args, core::AnalysisKind kind
     if ((core::needs_sun_way(kind) || kind == core::AnalysisKind::kEnergy) && !world.centre)
         throw util::UsageError("analyse " + std::string(core::word_of(kind)) + ": '" + world.title +
                                "' has no place on Earth; allowed: worlds with a CRS");
-    const analyse::CellGrid grid =
-        analyse::grid_over(world, exports::part_of(world, selection).bounds, args.resolution_m);
+    const analyse::CellGrid grid = analyse::grid_over(
+        world, exports::part_of(world, selection).bounds, args.grid.resolution_m);
     analyse::look_at_cells(grid, world, scene);
     if (weather)
         solar::use_weather(*weather, *solar::place_of(scene, world.centre), scene);
@@ -298,9 +287,7 @@ CLI::App* add_kind(CLI::App& group, AnalyseArguments& args, core::AnalysisKind k
     command->add_option("inputs", args.world.inputs, world_inputs_help())->required();
     command->add_option("-o,--output", args.output, "raster to write: a Cloud Optimized GeoTIFF")
         ->required();
-    command->add_option("--area", args.area, kAreaHelp);
-    command->add_option("--resolution", args.resolution_m,
-                        "edge of a cell, metres; default: that of a voxel");
+    add_grid_arguments(*command, args.grid);
     command
         ->add_option("--level", args.level,
                      "level of the world's voxels; default: the coarsest whose voxels are no "

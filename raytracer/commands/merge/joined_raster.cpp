@@ -10,11 +10,11 @@
 
 #include "common/thread/stop_signals.hpp"
 #include "common/util/log.hpp"
-#include "common/voxel/log_damage.hpp"
 #include "common/voxel/world_json.hpp"
 #include "raytracer/analyse/raster/raster.hpp"
 #include "raytracer/commands/analyse/analyse_command.hpp"
 #include "raytracer/commands/analyse/raster_outputs.hpp"
+#include "raytracer/commands/gaps.hpp"
 #include "raytracer/render/joined_pictures.hpp"
 
 namespace terravox::commands {
@@ -51,15 +51,6 @@ void count(const tiles::TileResult& tile, render::RenderStatistics& s) {
     ++s.counts.tiles;
     s.counts.trace.add(tile.counts);
     s.counts.holes.insert(tile.holes.begin(), tile.holes.end());
-}
-
-util::ExitCode report(const render::RenderStatistics& s) {
-    if (!s.counts.holes.empty())
-        util::log_error("the raster has holes: {} boxes could not be loaded",
-                        s.counts.holes.size());
-    if (!s.damage.empty())
-        voxel::log_damage(s.damage);
-    return s.has_holes() ? util::ExitCode::kHoles : util::ExitCode::kDone;
 }
 
 }  // namespace
@@ -138,7 +129,7 @@ util::ExitCode write_joined_raster(const farm::JoinedTiles& tiles, const scene::
              {output, args.objects.file, args.reports.map, args.reports.page})
             if (!file.empty())
                 std::printf("wrote %s\n", file.c_str());
-    return report(statistics);
+    return report_gaps(statistics, "raster");
 }
 
 }  // namespace terravox::commands

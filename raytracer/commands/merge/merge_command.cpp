@@ -8,8 +8,8 @@
 
 #include "common/thread/parallel.hpp"
 #include "common/util/log.hpp"
-#include "common/voxel/log_damage.hpp"
 #include "common/voxel/world_json.hpp"
+#include "raytracer/commands/gaps.hpp"
 #include "raytracer/commands/merge/joined_raster.hpp"
 #include "raytracer/render/joined_pictures.hpp"
 #include "raytracer/scene/scene_io.hpp"
@@ -125,12 +125,7 @@ util::ExitCode run_merge(MergeArguments& args) {
     if (!args.quiet)
         for (const std::string& output : args.outputs)
             std::printf("wrote %s\n", output.c_str());
-    if (!s.counts.holes.empty())
-        util::log_error("the picture has holes: {} boxes could not be loaded",
-                        s.counts.holes.size());
-    if (!s.damage.empty())
-        voxel::log_damage(s.damage);
-    return s.has_holes() ? util::ExitCode::kHoles : util::ExitCode::kDone;
+    return report_gaps(s, "picture");
 }
 
 }  // namespace

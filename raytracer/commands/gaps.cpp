@@ -1,0 +1,20 @@
+#include "raytracer/commands/gaps.hpp"
+
+#include "common/util/log.hpp"
+#include "common/voxel/log_damage.hpp"
+
+namespace terravox::commands {
+
+util::ExitCode report_gaps(const render::RenderStatistics& statistics, const std::string& what) {
+    if (!statistics.counts.holes.empty())
+        util::log_error("the {} has holes: {} boxes could not be loaded", what,
+                        statistics.counts.holes.size());
+    if (statistics.counts.missing > 0)
+        util::log_error("the {} lacks {} tiles: no processor was left to render them", what,
+                        statistics.counts.missing);
+    if (!statistics.damage.empty())
+        voxel::log_damage(statistics.damage);
+    return statistics.has_holes() ? util::ExitCode::kHoles : util::ExitCode::kDone;
+}
+
+}  // namespace terravox::commands

@@ -1,0 +1,178 @@
+#include "raytracer/pmtiles/map_tiles.hpp"
+
+#include <cpl_conv.h>
+#include <ogr_srs_api.h>
+
+#include <cmath>
+#include <fstream>
+#include <iterator>
+#include <numbers>
+
+#include "common/geo/crs.hpp"
+#include "common/util/error.hpp"
+#include "raytracer/output/gdal_writing.hpp"
+#include "raytracer/pmtiles/tile_cutter.hpp"
+#include "tests/catch.hpp"
+#include "tests/common/temporary_folder.hpp"
+#include "tests/raytracer/pmtiles/archive_reader.hpp"
+
+using namespace terravox;
+using namespace terravox::test;
+
+namespace {
+
+using map::Rgba8;
+
+constexpr int kWidth = 1200;
+constexpr int kHeight = 800;
+constexpr double kCell_m = 0.5;
+constexpr std::array<Rgba8, 4> kQuarters = {
+    {{200, 20, 20, 255}, {20, 200, 20, 255}, {20, 20, 200, 255}, {0, 0, 0, 0}}};
+
+struct Place {
+    const char* crs;
+    double west;
+    double north;
+};
+
+/// A map of four quarters, row by row: red, green, blue, and nothing.
+void write_quarters(const std::filesystem::path& file, const Place& place, int bands = 4) {
+    const output::GdalWatch watch("write a map of four quarters");
+    const output::GdalDataset out(GDALCreate(GDALGetDriverByName("GTiff"), file.string().c_str(),
+                                             kWidth, kHeight, bands, GDT_Byte, nullptr));
+    watch.check(out != nullptr);
+    std::array<double, 6> transform = {place.west, kCell_m, 0, place.north, 0, -kCell_m};
+    GDALSetGeoTransform(out.get(), transform.data());
+    if (*place.crs != '\0') {
+        const auto crs = OSRNewSpatialReference(nullptr);
+        OSRSetFromUserInput(crs, place.crs);
+        GDALSetSpatialRef(out.get(), crs);
+        OSRDestroySpatialReference(crs);
+    }
+    std::vector<Rgba8> pixels;
+    for (int y = 0; y < kHeight; ++y)
+        for (int x = 0; x < kWidth; ++x)
+            pixels.push_back(
+                kQuarters[static_cast<std::size_t>(2 * (2 * y / kHeight) + 2 * x / kWidth)]);
+    watch.check(GDALDatasetRasterIOEx(out.get(), GF_Write, 0, 0, kWidth, kHeight, pixels.data(),
+                                      kWidth, kHeight, GDT_Byte, bands, nullptr, 4,
+                                      GSpacing{4} * kWidth, 1, nullptr) == CE_None);
+    if (bands == 4)
+        GDALSetRasterColorInterpretation(GDALGetRasterBand(out.get(), 4), GCI_AlphaBand);
+}
+
+constexpr Place kLoka{"EPSG:3794", 462'000, 101'500};
+
+/// The pixel of the web's map at a place, by the formulas that web pages use.
+Rgba8 pixel_at(const pmtiles::TileCutter& cutter, int zoom, double easting, double northing) {
+    const geo::LatLon at = geo::to_lat_lon(geo::Crs::from_text(kLoka.crs), easting, northing);
+    const double side = std::ldexp(256.0, zoom);
+    const double x = (at.lon_deg + 180) / 360 * side;
+    const double lat = at.lat_deg * std::numbers::pi / 180;
+    const double y =
+        (1 - std::log(std::tan(lat) + 1 / std::cos(lat)) / std::numbers::pi) / 2 * side;
+    const auto column = static_cast<std::uint32_t>(x);
+    const auto row = static_cast<std::uint32_t>(y);
+    const auto pixels = cutter.cut({zoom, column / 256, row / 256});
+    return pixels.empty() ? Rgba8{} : pixels[row % 256 * 256 + column % 256];
+}
+
+bool never() {
+    return false;
+}
+
+}  // namespace
+
+TEST_CASE("tiles show what lies at their place on Earth", "[pmtiles]") {
+    const TemporaryFolder folder;
+    const std::filesystem::path file = folder.path() / "map.tif";
+    write_quarters(file, kLoka);
+    const pmtiles::TileCutter cutter(file);
+    // 0.5 m at 46 degrees north, where the web's map is stretched by 1.44: 0.41 m at zoom 18.
+    CHECK(cutter.max_zoom() == 18);
+    // The longer side, 600 m, has 45 pixels there.
+    CHECK(cutter.min_zoom() == 13);
+    for (int zoom = cutter.min_zoom(); zoom <= cutter.max_zoom(); ++zoom) {
+        INFO("zoom " << zoom);
+        for (std::size_t quarter = 0; quarter < 4; ++quarter) {
+            const double across = quarter % 2 == 0 ? 0.25 : 0.75;
+            const double down = quarter < 2 ? 0.25 : 0.75;
+            CHECK(pixel_at(cutter, zoom, kLoka.west + across * kWidth * kCell_m,
+                           kLoka.north - down * kHeight * kCell_m) == kQuarters[quarter]);
+        }
+    }
+    // Two cells away from a border of two colours, each has its own.
+    const double middle = kLoka.west + kWidth * kCell_m / 2;
+    const double north = kLoka.north - 50 * kCell_m;
+    CHECK(pixel_at(cutter, 18, middle - 3 * kCell_m, north) == kQuarters[0]);
+    CHECK(pixel_at(cutter, 18, middle + 3 * kCell_m, north) == kQuarters[1]);
+    const auto [west, south, east, top] = cutter.bounds_deg();
+    const geo::LatLon corner =
+        geo::to_lat_lon(geo::Crs::from_text(kLoka.crs), kLoka.west, kLoka.north);
+    CHECK(west == Approx(corner.lon_deg).margin(1e-4));
+    CHECK(top == Approx(corner.lat_deg).margin(1e-4));
+    CHECK(east > west);
+    CHECK(south < top);
+}
+
+TEST_CASE("the tiles of a map do not depend on threads, and those without anything are left out",
+          "[pmtiles]") {
+    const TemporaryFolder folder;
+    const std::filesystem::path map = folder.path() / "map.tif";
+    write_quarters(map, kLoka);
+    const auto format = GENERATE(pmtiles::TileFormat::kPng, pmtiles::TileFormat::kWebp);
+    std::vector<std::string> files;
+    for (const int threads : {1, 4}) {
+        const std::filesystem::path file = folder.path() / (std::to_string(threads) + ".pmtiles");
+        const std::uint64_t count = pmtiles::write_map_tiles(
+            map, file, format, {"A <map>", "by <b>them</b>"}, threads, never);
+        files.push_back(bytes_of(file));
+        const ArchiveReader archive(files.back());
+        CHECK(archive.tiles().size() == count);
+        std::size_t rectangle = 0;
+        const pmtiles::TileCutter cutter(map);
+        for (int zoom = cutter.min_zoom(); zoom <= cutter.max_zoom(); ++zoom)
+            rectangle += cutter.tiles(zoom).size();
+        CHECK(count < rectangle);
+        CHECK(count > rectangle / 2);
+        const char* const begins = format == pmtiles::TileFormat::kPng ? "\x89PNG" : "RIFF";
+        for (const auto& [id, tile] : archive.tiles())
+            CHECK(tile.substr(0, 4) == begins);
+        // Pages show it as HTML.
+        CHECK(archive.metadata().find("by &lt;b&gt;them") != std::string::npos);
+    }
+    CHECK(files[0] == files[1]);
+}
+
+TEST_CASE("maps that are on no page of the web are refused", "[pmtiles]") {
+    const TemporaryFolder folder;
+    const std::filesystem::path file = folder.path() / "map.tif";
+    SECTION("without a CRS") {
+        write_quarters(file, {"", 0, 0});
+    }
+    SECTION("at the pole") {
+        write_quarters(file, {"EPSG:3413", 1000, 1000});
+    }
+    SECTION("without alpha") {
+        write_quarters(file, kLoka, 3);
+    }
+    SECTION("no picture") {
+        std::ofstream(file) << "text";
+    }
+    CHECK_THROWS_AS(pmtiles::write_map_tiles(file, folder.path() / "map.pmtiles",
+                                             pmtiles::TileFormat::kPng, {}, 1, never),
+                    util::Error);
+    CHECK_FALSE(exists(folder.path() / "map.pmtiles"));
+}
+
+TEST_CASE("a map that is interrupted leaves nothing", "[pmtiles]") {
+    const TemporaryFolder folder;
+    const std::filesystem::path file = folder.path() / "map.tif";
+    write_quarters(file, kLoka);
+    std::atomic<int> asked = 0;
+    CHECK_THROWS_WITH(
+        pmtiles::write_map_tiles(file, folder.path() / "map.pmtiles", pmtiles::TileFormat::kPng, {},
+                                 2, [&] { return ++asked > 3; }),
+        test::contains("interrupted"));
+    CHECK(std::distance(std::filesystem::directory_iterator(folder.path()), {}) == 1);
+}
