@@ -1,27 +1,37 @@
 #pragma once
 
-#include <oneapi/tbb/info.h>
 #include <oneapi/tbb/parallel_for.h>
 #include <oneapi/tbb/task_arena.h>
+#include <sched.h>
 
 #include <algorithm>
 #include <cstddef>
+#include <thread>
 
 #include "common/thread/tsan_order.hpp"
 
 namespace terravox::thread {
 
-/// @param requested requested number of threads; 0 = one for each core that the process may use
-///     (`taskset` and containers leave it fewer than the machine has)
-/// @return at least 1
-[[nodiscard]] inline int thread_count(int requested) noexcept {
-    return requested > 0 ? requested : std::max(oneapi::tbb::info::default_concurrency(), 1);
+/// @return how many cores the process may use, at least 1: `taskset` and containers leave it fewer
+///     than the machine has, of which alone std::thread knows
+[[nodiscard]] inline int usable_cores() noexcept {
+    cpu_set_t cores;
+    // Refused on machines with more than 1024 cores.
+    if (::sched_getaffinity(0, sizeof cores, &cores) == 0)
+        return std::max(CPU_COUNT(&cores), 1);
+    return std::max(static_cast<int>(std::thread::hardware_concurrency()), 1);
 }
 
-/// @return how many of the requested threads TBB can give: asked for more than thread_count(0), it
+/// @param requested requested number of threads; 0 = one for each core that the process may use
+/// @return at least 1
+[[nodiscard]] inline int thread_count(int requested) noexcept {
+    return requested > 0 ? requested : usable_cores();
+}
+
+/// @return how many of the requested threads TBB can give: asked for more than there are cores, it
 ///     has no more, but writes a warning to standard error
 [[nodiscard]] inline int task_thread_count(int requested) noexcept {
-    return std::min(thread_count(requested), thread_count(0));
+    return std::min(thread_count(requested), usable_cores());
 }
 
 /// Calls work(i) for each i in [0, count), on at most `threads` threads (0 = one per core) and no
