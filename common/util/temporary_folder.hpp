@@ -6,7 +6,9 @@
 namespace terravox::util {
 
 /// A new folder in that of the system for temporary files (TMPDIR), readable by this user alone. It
-/// is removed with the object; an empty path is none.
+/// is removed with the object, and by the next one of any process of this user where the process
+/// was killed; an empty path is none. Its process holds a lock on it (flock), by which the others
+/// know that it lives.
 class TemporaryFolder {
 public:
     TemporaryFolder() = default;
@@ -22,6 +24,7 @@ public:
 
 private:
     std::filesystem::path m_path;
+    int m_lock = -1;  ///< descriptor of the folder
 };
 
 }  // namespace terravox::util

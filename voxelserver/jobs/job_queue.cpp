@@ -43,6 +43,13 @@ std::uint64_t file_bytes_of(const JobRequest& request) {
     return kFileBytes + static_cast<std::uint64_t>(request.cells) * kCellBytes;
 }
 
+/// Room on the disk of a folder, bytes; 0 where that is not known.
+std::uint64_t room_in(const fs::path& folder) {
+    std::error_code failed;
+    const fs::space_info space = fs::space(folder, failed);
+    return failed ? 0 : space.available;
+}
+
 std::uint64_t size_of(const fs::path& file) {
     std::error_code failed;
     const std::uint64_t size = fs::file_size(file, failed);
@@ -106,9 +113,7 @@ void JobQueue::stop() noexcept {
 }
 
 std::optional<std::string> JobQueue::submit(JobRequest request) {
-    std::error_code failed;
-    const fs::space_info space = fs::space(m_folder.path(), failed);
-    const bool has_room = !failed && space.available > 4 * file_bytes_of(request);
+    const bool has_room = room_in(m_folder.path()) > 4 * file_bytes_of(request);
     if (!has_room)
         util::log_warn("a job is refused: too little room on the disk of {}",
                        m_folder.path().string());
@@ -235,6 +240,9 @@ JobStatus JobQueue::run(const std::string& id, const JobRequest& request) {
         if (process.resident_bytes() > max_bytes)
             return failed("it used more than " + std::to_string(limits.memory_mib) +
                           " MiB of memory; allowed: a smaller area or larger cells");
+        // There was enough when it was submitted; others write, too.
+        if (room_in(folder) < m_options.spare_bytes)
+            return failed("the server's disk is nearly full; try again later");
         std::this_thread::sleep_for(kLook);
     }
     return failed("");

@@ -25,6 +25,8 @@ struct QueueOptions {
     std::size_t max_kept = 16;  ///< finished jobs
     std::uint64_t max_kept_bytes = std::uint64_t{4} << 30;
     std::chrono::seconds kept{6 * 3600};
+    /// A job ends where the disk of results has less room than that.
+    std::uint64_t spare_bytes = std::uint64_t{64} << 20;
     JobLimits limits;
     std::filesystem::path program;  ///< terravox-raytracer
     std::string world;              ///< address that a job reads its boxes from

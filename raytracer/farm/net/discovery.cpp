@@ -31,6 +31,9 @@ namespace {
 
 constexpr std::size_t kMaxInstances = 1000;  // Avahi's daemon gives a client 1024 objects
 constexpr unsigned kRetry_ms = 2000;         ///< between attempts to reach a bus or a daemon
+// A daemon that restarts is soon there again; one that drops every client must not keep a core
+// busy.
+constexpr unsigned kReconnect_ms = 100;
 
 struct FreePoll {
     void operator()(AvahiThreadedPoll* poll) const noexcept { avahi_threaded_poll_free(poll); }
@@ -155,7 +158,7 @@ private:
     }
     void failed(int error) {
         if (error == AVAHI_ERR_DISCONNECTED)
-            return renew_in(0);
+            return renew_in(kReconnect_ms);
         absent(avahi_strerror(error));
         renew_in(kRetry_ms);
     }

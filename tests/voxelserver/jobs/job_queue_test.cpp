@@ -1,6 +1,7 @@
 #include "voxelserver/jobs/job_queue.hpp"
 
 #include <fstream>
+#include <limits>
 
 #include "common/util/error.hpp"
 #include "tests/catch.hpp"
@@ -143,6 +144,18 @@ TEST_CASE("a job that takes too long is ended", "[voxelserver][jobs]") {
     const auto id = queue.submit(request());
     REQUIRE(id);
     CHECK_THAT(end_of(queue, *id).message, test::contains("longer than 0 minutes"));
+}
+
+TEST_CASE("a job ends before the disk is full", "[voxelserver][jobs]") {
+    const test::Script script(kEndless);
+    jobs::QueueOptions options = options_of(script);
+    options.spare_bytes = std::numeric_limits<std::uint64_t>::max();
+    jobs::JobQueue queue(options);
+    const auto id = queue.submit(request());
+    REQUIRE(id);
+    const jobs::JobStatus end = end_of(queue, *id);
+    CHECK(end.state == JobState::kFailed);
+    CHECK_THAT(end.message, test::contains("nearly full"));
 }
 
 TEST_CASE("only the latest results are kept", "[voxelserver][jobs]") {
