@@ -7,6 +7,7 @@ outlive the server, preparing.
 
 import contextlib
 import json
+import re
 import shutil
 import sqlite3
 import ssl
@@ -85,6 +86,25 @@ class Interface(Case):
         done = ("done", "failed")
         wait_until(lambda: self.server.json(f"/v2/jobs/{name}")["state"] in done, "a job")
         return name
+
+    def test_the_document_and_the_page_name_the_same_members_of_a_job(self):
+        document = json.loads((ROOT / "docs" / "openapi.json").read_text())
+        page = (ROOT / "docs" / "formats" / "http.md").read_text(encoding="utf-8")
+        jobs = page[page.index("\n## Jobs") : page.index("\n## First system")]
+        first = "".join(row.split("|")[1] for row in re.findall(r"^\| `.*", jobs, re.MULTILINE))
+        members = document["components"]["schemas"]["JobRequest"]["properties"]
+        self.assertEqual(sorted(re.findall("`([a-z_]+)`", first)), sorted(members))
+        # The server knows no others: it names them when it refuses one.
+        known = set()
+        for kind in members["kind"]["enum"]:
+            x, z = middle(self.world)
+            body = {"kind": kind, "area": [x, -z, x + 20, 20 - z], "nothing": 1}
+            if kind == "sight":
+                body["observers"] = [[x, -z, 2]]
+            status, _, said = self.server.post("/v2/jobs", json.dumps(body))
+            self.assertEqual(status, 400)
+            known |= set(json.loads(said)["detail"].split("allowed: ")[1].split(", "))
+        self.assertEqual(set(members), known)
 
     def test_every_path_of_the_document_is_answered_as_documented(self):
         document = json.loads((ROOT / "docs" / "openapi.json").read_text())
