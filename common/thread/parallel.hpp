@@ -12,8 +12,9 @@
 
 namespace terravox::thread {
 
-/// @return how many cores the process may use, at least 1: `taskset` and containers leave it fewer
-///     than the machine has, of which alone std::thread knows
+/// @return how many cores the calling thread may use, at least 1: `taskset` and the cpusets of
+///     containers leave it fewer than the machine has, which std::thread does not know. A share of
+///     their time (cgroup quotas, `docker --cpus`) is not looked at
 [[nodiscard]] inline int usable_cores() noexcept {
     cpu_set_t cores;
     // Refused on machines with more than 1024 cores.

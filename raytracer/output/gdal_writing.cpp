@@ -33,6 +33,13 @@ const char* tag_of(const std::string& name) noexcept {
                                         : nullptr;
 }
 
+/// A progress function of GDAL's.
+/// @param is_stopped a std::function<bool()>, which may be empty
+int CPL_STDCALL go_on(double, const char*, void* is_stopped) noexcept {
+    const auto& asked = *static_cast<const std::function<bool()>*>(is_stopped);
+    return asked && asked() ? FALSE : TRUE;
+}
+
 geo::Crs crs_of(const std::string& wkt, const GdalWatch& watch) {
     try {
         return geo::Crs::from_wkt(wkt);
@@ -121,7 +128,9 @@ void write_cog(GDALDatasetH from, const std::filesystem::path& file, const CogOp
         options.add("BLOCKYSIZE", edge);
     }
     GdalDataset out(GDALCreateCopy(driver, file.string().c_str(), from, FALSE, options.list(),
-                                   nullptr, nullptr));
+                                   go_on, const_cast<std::function<bool()>*>(&cog.is_stopped)));
+    if (!out && cog.is_stopped && cog.is_stopped())
+        throw util::Error(watch.attempt() + ": interrupted");
     watch.check(out != nullptr);
     out.reset();  // writes what is left
     watch.check_closed_tiff(file);

@@ -3,6 +3,7 @@
 #include <gdal.h>
 
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <string>
 #include <utility>
@@ -62,10 +63,11 @@ struct CogOptions {
     int block_px = 512;
     std::string overview_resampling = "AVERAGE";  ///< GDAL's name
     std::string threads = "ALL_CPUS";             ///< for compression
+    std::function<bool()> is_stopped;             ///< asked now and then; empty: never
 };
 /// Writes a copy of a dataset as a TIFF in tiles with overviews, laid out for reading by ranges
 /// ("cloud optimized"); as plain tiles where GDAL lacks its COG driver.
-/// @throws Error
+/// @throws Error, also "interrupted"
 void write_cog(GDALDatasetH from, const std::filesystem::path& file, const CogOptions& cog,
                const GdalWatch& watch);
 

@@ -12,7 +12,7 @@ namespace terravox::pmtiles {
 namespace {
 
 constexpr std::uint8_t kGzip = 2;
-constexpr std::uint8_t kAsTheyAre = 1;
+constexpr std::uint8_t kNoCompression = 1;
 
 /// Degrees times 10^7, as the header has them.
 std::int32_t e7(double degrees) noexcept {
@@ -47,7 +47,7 @@ void ArchiveWriter::add(std::uint64_t id, std::string_view tile) {
     if (!follows || tile.empty() || tile.size() > std::numeric_limits<std::uint32_t>::max())
         throw util::Error(m_attempt + ": tile " + std::to_string(id) + " of " +
                           std::to_string(tile.size()) +
-                          " bytes; allowed: ascending numbers, 1 byte to 4 GiB");
+                          " bytes; allowed: ascending IDs, 1 byte to 4 GiB");
     const Place at = store(tile);
     ++m_tiles;
     if (!m_entries.empty()) {
@@ -80,9 +80,9 @@ void ArchiveWriter::finish(const ArchiveFacts& facts) {
     put(header, m_tiles);
     put(header, static_cast<std::uint64_t>(m_entries.size()));
     put(header, static_cast<std::uint64_t>(m_stored.size()));
-    put(header, std::uint8_t{1});  // tiles lie in the order of their numbers
+    put(header, std::uint8_t{1});  // tiles lie in the order of their IDs
     put(header, kGzip);
-    put(header, kAsTheyAre);
+    put(header, kNoCompression);
     put(header, facts.format);
     put(header, static_cast<std::uint8_t>(facts.min_zoom));
     put(header, static_cast<std::uint8_t>(facts.max_zoom));

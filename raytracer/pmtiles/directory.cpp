@@ -1,6 +1,7 @@
 #include "raytracer/pmtiles/directory.hpp"
 
 #include <algorithm>
+#include <utility>
 
 #include "common/gzip/gzip.hpp"
 

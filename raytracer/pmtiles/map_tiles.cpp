@@ -2,13 +2,15 @@
 
 #include <cpl_vsi.h>
 
-#include <cstring>
+#include <atomic>
+#include <memory>
 #include <nlohmann/json.hpp>
+#include <vector>
 
 #include "common/geo/writing_drivers.hpp"
 #include "common/thread/in_order.hpp"
 #include "common/util/error.hpp"
-#include "common/util/markup.hpp"
+#include "common/util/log.hpp"
 #include "common/util/version.hpp"
 #include "raytracer/output/gdal_writing.hpp"
 #include "raytracer/pmtiles/tile_cutter.hpp"
@@ -17,14 +19,25 @@
 namespace terravox::pmtiles {
 namespace {
 
-constexpr int kEdge = TileCutter::kTile_px;
+constexpr int kEdge = WebArea::kTile_px;
 
-struct FreeBytes {
-    void operator()(GByte* bytes) const noexcept { VSIFree(bytes); }
+/// The name of a file in memory, which goes with the object.
+class MemoryFile {
+public:
+    explicit MemoryFile(const char* ending) {
+        static std::atomic<std::uint64_t> count = 0;
+        m_name = "/vsimem/terravox-tile-" + std::to_string(++count) + ending;
+    }
+    ~MemoryFile() { VSIUnlink(m_name.c_str()); }
+    MemoryFile(const MemoryFile&) = delete;
+    MemoryFile& operator=(const MemoryFile&) = delete;
+    [[nodiscard]] const char* name() const noexcept { return m_name.c_str(); }
+
+private:
+    std::string m_name;
 };
 
-std::string webp_of(std::vector<map::Rgba8>& pixels, const TileAddress& tile,
-                    const std::string& attempt) {
+std::string webp_of(std::vector<map::Rgba8>& pixels, const std::string& attempt) {
     const output::GdalWatch watch(attempt);
     constexpr int kBands = 4;
     const output::GdalDataset picture(
@@ -34,49 +47,55 @@ std::string webp_of(std::vector<map::Rgba8>& pixels, const TileAddress& tile,
                                       kEdge, kEdge, GDT_Byte, kBands, nullptr, kBands,
                                       GSpacing{kBands} * kEdge, 1, nullptr) == CE_None);
     GDALSetRasterColorInterpretation(GDALGetRasterBand(picture.get(), kBands), GCI_AlphaBand);
-    // A file in memory, which no other tile has.
-    const std::string name = "/vsimem/tile-" + std::to_string(tile_id(tile)) + ".webp";
+    const MemoryFile memory(".webp");
     output::GdalOptions options = {{"QUALITY", "85"}};
-    output::GdalDataset file(GDALCreateCopy(geo::webp_driver(), name.c_str(), picture.get(), FALSE,
+    output::GdalDataset file(GDALCreateCopy(geo::webp_driver(), memory.name(), picture.get(), FALSE,
                                             options.list(), nullptr, nullptr));
     watch.check(file != nullptr);
     file.reset();
     vsi_l_offset bytes = 0;
-    const std::unique_ptr<GByte, FreeBytes> packed(VSIGetMemFileBuffer(name.c_str(), &bytes, TRUE));
+    const GByte* const packed = VSIGetMemFileBuffer(memory.name(), &bytes, FALSE);
     watch.check(packed != nullptr);
-    return {reinterpret_cast<const char*>(packed.get()), bytes};
+    return {reinterpret_cast<const char*>(packed), bytes};
 }
 
 std::string metadata_of(const MapTexts& texts) {
     nlohmann::json out = {{"name", texts.title},
                           {"type", "baselayer"},
                           {"generator", std::string("terravox ") + kVersion}};
-    // Pages take it for HTML.
     if (!texts.attribution.empty())
-        out["attribution"] = util::escaped_markup(texts.attribution);
+        out["attribution"] = texts.attribution;
+    if (texts.holes > 0)
+        out["holes"] = texts.holes;
     return out.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
 }
 
 }  // namespace
 
-std::uint64_t write_map_tiles(const std::filesystem::path& map, const std::filesystem::path& out,
-                              TileFormat format, const MapTexts& texts, int threads,
+void check_tile_format(TileFormat format) {
+    if (format == TileFormat::kWebp)
+        (void)geo::webp_driver();
+}
+
+std::uint64_t write_map_tiles(const std::filesystem::path& map, const WebArea& area,
+                              const std::filesystem::path& out, TileFormat format,
+                              const MapTexts& texts, int threads,
                               const std::function<bool()>& is_stopped) {
     const std::string attempt = "write the map tiles " + out.string();
-    if (format == TileFormat::kWebp)
-        (void)geo::webp_driver();  // before other threads use GDAL, and before any work
-    const TileCutter cutter(map);
+    check_tile_format(format);  // before other threads use GDAL
+    const TileCutter cutter(map, attempt);
     ArchiveWriter writer(out);
     std::uint64_t count = 0;
-    for (int zoom = cutter.min_zoom(); zoom <= cutter.max_zoom(); ++zoom) {
-        const std::vector<TileAddress> tiles = cutter.tiles(zoom);
+    for (int zoom = area.min_zoom; zoom <= area.max_zoom; ++zoom) {
+        const std::vector<TileAddress> tiles = area.tiles(zoom);
+        util::log_info("tiles of zoom {} (to {}): {}", zoom, area.max_zoom, tiles.size());
         const auto make = [&](std::size_t i) {
             if (is_stopped())
                 throw util::Error(attempt + ": interrupted");
             std::vector<map::Rgba8> pixels = cutter.cut(tiles[i]);
             if (pixels.empty())
                 return std::string();
-            return format == TileFormat::kWebp ? webp_of(pixels, tiles[i], attempt)
+            return format == TileFormat::kWebp ? webp_of(pixels, attempt)
                                                : map::png_of(pixels, kEdge, kEdge);
         };
         const auto use = [&](std::size_t i, const std::string& bytes) {
@@ -87,8 +106,7 @@ std::uint64_t write_map_tiles(const std::filesystem::path& map, const std::files
         };
         thread::in_order(tiles.size(), threads, make, use);
     }
-    writer.finish(
-        {format, cutter.min_zoom(), cutter.max_zoom(), cutter.bounds_deg(), metadata_of(texts)});
+    writer.finish({format, area.min_zoom, area.max_zoom, area.bounds_deg(), metadata_of(texts)});
     return count;
 }
 

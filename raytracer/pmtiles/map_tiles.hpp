@@ -6,25 +6,31 @@
 #include <string>
 
 #include "raytracer/pmtiles/archive_writer.hpp"
+#include "raytracer/pmtiles/web_area.hpp"
 
 namespace terravox::pmtiles {
 
-/// What a page that shows the tiles says of them.
+/// What pages are told of the tiles.
 struct MapTexts {
     std::string title;
-    std::string attribution;
+    std::string attribution;  ///< HTML
+    std::uint64_t holes = 0;  ///< boxes that could not be loaded
 };
 
-/// Cuts a map into the tiles of all zooms from its own resolution up to one at which it is small,
-/// and writes them as a PMTiles archive. The same map gives the same bytes with any number of
-/// threads.
+/// @throws Error where tiles of a format cannot be made here
+void check_tile_format(TileFormat format);
+
+/// Cuts a map into the tiles of all zooms of an area, and writes them as a PMTiles archive. The
+/// same map gives the same bytes with any number of threads. Logs each zoom.
 /// @param map as for TileCutter
+/// @param area of that map
 /// @param threads 0: one per core
 /// @param is_stopped asked for each tile, in any thread
 /// @return how many tiles there are
-/// @throws Error as TileCutter, where WebP pictures are not available, and "interrupted"
-std::uint64_t write_map_tiles(const std::filesystem::path& map, const std::filesystem::path& out,
-                              TileFormat format, const MapTexts& texts, int threads,
+/// @throws Error as TileCutter and check_tile_format(), and "interrupted"
+std::uint64_t write_map_tiles(const std::filesystem::path& map, const WebArea& area,
+                              const std::filesystem::path& out, TileFormat format,
+                              const MapTexts& texts, int threads,
                               const std::function<bool()>& is_stopped);
 
 }  // namespace terravox::pmtiles

@@ -4,7 +4,7 @@
 
 namespace terravox::pmtiles {
 
-/// A tile of the web's map (EPSG:3857): at each zoom the world is a square of 2^zoom x 2^zoom
+/// A tile of Web Mercator (EPSG:3857): at each zoom the world is a square of 2^zoom x 2^zoom
 /// tiles. Ref: OGC Two Dimensional Tile Matrix Set 2.0, WebMercatorQuad.
 struct TileAddress {
     int zoom = 0;              ///< 0 to kMaxZoom
@@ -15,7 +15,7 @@ struct TileAddress {
     static constexpr int kMaxZoom = 26;
 };
 
-/// The number of a tile in a PMTiles archive: coarser zooms come first, and tiles of a zoom follow
+/// The ID of a tile in a PMTiles archive: coarser zooms come first, and tiles of a zoom follow
 /// a Hilbert curve. Ref: PMTiles specification, version 3, chapter 4.1.1 (Tile IDs); Hilbert, "Über
 /// die stetige Abbildung einer Linie auf ein Flächenstück", Mathematische Annalen 38, 1891.
 [[nodiscard]] std::uint64_t tile_id(const TileAddress& tile) noexcept;

@@ -59,7 +59,7 @@ public:
         const KeepOptions& keep = {},
         std::chrono::steady_clock::time_point start = std::chrono::steady_clock::now());
 
-    /// Renders a scene tile by tile into a sink that is not a picture: an analysis.
+    /// Renders a scene tile by tile into a sink of the caller's: an analysis, a map.
     /// @param file that the sink is for: names the checkpoint
     /// @param begin makes the sink anew, and returns it; called again where the picture must be
     /// started again

@@ -5,7 +5,7 @@ import json
 import shutil
 import unittest
 
-import pmtiles
+import pmtiles_archive
 from pictures import Picture, Tags
 from support import Case, Run, binary, entries, render, square, survey, temporary_folder
 
@@ -304,7 +304,7 @@ class WholeMaps(Case):
         )
         self.assertEqual(entries(out), ["a.pmtiles", "b.pmtiles"])
         self.assertEqual((out / "a.pmtiles").read_bytes(), (out / "b.pmtiles").read_bytes())
-        tiles = pmtiles.Archive(out / "a.pmtiles")
+        tiles = pmtiles_archive.Archive(out / "a.pmtiles")
         self.assertEqual(tiles.kind, 2)
         self.assertEqual(tiles.metadata["name"], "Bled")
         self.assertEqual(tiles.metadata["attribution"], "ARSO &lt;2014&gt;")

@@ -51,10 +51,10 @@ std::optional<std::array<double, 3>> place_of_sun(const voxel::WorldInfo& world,
 }  // namespace
 
 CellGrid grid_over(const voxel::WorldInfo& world, const voxel::VoxelBounds& area,
-                   std::optional<double> edge_m, double finest) {
+                   std::optional<double> edge_m, double least_voxels) {
     constexpr double kMax_m = 100'000;
     const double edge = edge_m.value_or(world.voxel_m);
-    const double least_m = world.voxel_m * finest;
+    const double least_m = world.voxel_m * least_voxels;
     if (!(edge >= least_m && edge <= kMax_m))
         throw util::UsageError("lay out the raster: --resolution " + metres(edge) +
                                " m; allowed: " + metres(least_m) + " to " + metres(kMax_m) +
@@ -76,7 +76,7 @@ CellGrid grid_over(const voxel::WorldInfo& world, const voxel::VoxelBounds& area
     return out;
 }
 
-void aim_at_cells(const CellGrid& grid, const voxel::WorldInfo& world, scene::Scene& scene) {
+void set_camera(const CellGrid& grid, const voxel::WorldInfo& world, scene::Scene& scene) {
     const double x = (static_cast<double>(grid.west) + grid.columns / 2.0) * grid.edge_voxels;
     const double z = (static_cast<double>(grid.north) + grid.rows / 2.0) * grid.edge_voxels;
     const double y = world.bounds.max[1];
@@ -92,7 +92,7 @@ void aim_at_cells(const CellGrid& grid, const voxel::WorldInfo& world, scene::Sc
 
 void look_at_cells(const CellGrid& grid, const voxel::WorldInfo& world, scene::Scene& scene) {
     scene.output = {};
-    aim_at_cells(grid, world, scene);
+    set_camera(grid, world, scene);
     const auto& target = *scene.camera.target;
     scene.analysis.cell_m = grid.edge_m;
     const core::AnalysisKind kind = scene.analysis.kind;

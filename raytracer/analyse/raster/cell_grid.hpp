@@ -25,14 +25,14 @@ struct CellGrid {
 /// The grid whose cells cover an area.
 /// @param area level-0 voxels, not empty
 /// @param edge_m nullopt: that of a voxel
-/// @param finest least edge, in voxels
+/// @param least_voxels smallest edge that is allowed, in voxels
 /// @throws UsageError for smaller cells, or more than CellGrid::kMaxSide of them
 [[nodiscard]] CellGrid grid_over(const voxel::WorldInfo& world, const voxel::VoxelBounds& area,
-                                 std::optional<double> edge_m, double finest = 1);
+                                 std::optional<double> edge_m, double least_voxels = 1);
 
 /// Turns a scene's camera to a grid: an orthographic one looks straight down, and each of its
 /// pixels is a cell.
-void aim_at_cells(const CellGrid& grid, const voxel::WorldInfo& world, scene::Scene& scene);
+void set_camera(const CellGrid& grid, const voxel::WorldInfo& world, scene::Scene& scene);
 
 /// Makes a scene that of an analysis: its picture is the grid's, with one ray through the middle of
 /// each cell. In worlds wider than 20 km the sun is that of the middle of a square of 10 km

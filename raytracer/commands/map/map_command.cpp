@@ -2,13 +2,17 @@
 
 #include <CLI/CLI.hpp>
 
+#include <chrono>
+#include <cstdio>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
 
 #include "common/thread/parallel.hpp"
 #include "common/thread/stop_signals.hpp"
+#include "common/util/atomic_file.hpp"
 #include "common/util/log.hpp"
+#include "common/util/markup.hpp"
 #include "raytracer/analyse/raster/cell_grid.hpp"
 #include "raytracer/commands/gaps.hpp"
 #include "raytracer/commands/grid_arguments.hpp"
@@ -16,6 +20,7 @@
 #include "raytracer/commands/render_pool_arguments.hpp"
 #include "raytracer/commands/world_arguments.hpp"
 #include "raytracer/render/picture_renderer.hpp"
+#include "raytracer/scene/picture_check.hpp"
 #include "voxelserver/export/core/part.hpp"
 
 namespace terravox::commands {
@@ -26,84 +31,118 @@ struct MapArguments {
     RenderPoolArguments render_pool;
     GridArguments grid;
     std::string output;
-    std::string tiles = "webp";
-    pmtiles::MapTexts texts;
+    std::string tiles;
+    std::string title;
+    std::string attribution;
     std::string report;
     bool resume = false;
     bool quiet = false;
 };
 
 /// The scene of a map, without its camera: that depends on the world.
-/// @throws UsageError for what only a picture in memory has
+/// @throws UsageError for an analysis, and for what only a picture in memory has
 scene::Scene scene_of(const MapArguments& args) {
     scene::Scene scene = args.world.scene();
+    scene::check_is_picture(scene);
     if (scene.quality.time_s > 0)
         throw util::UsageError("map: --time is set; allowed: 0, a map has a number of samples");
+    if (scene.output.denoise)
+        throw util::UsageError("map: output.denoise = true; allowed: false");
     scene.quality.coarse_step = 1;
     scene.output.layers = core::PictureLayers::kBeauty;
     scene.output.tiff = core::TiffSamples::kByte;
-    scene.output.denoise = false;
     return scene;
 }
 
-/// @throws UsageError for tiles that TIFF files cannot have
+/// @throws UsageError for tiles that TIFF files cannot have, or whose memory would add up
 output::StreamShape shape_of(const scene::Scene& scene, const analyse::CellGrid& grid) {
     constexpr int kTiffTiles = 16;
+    constexpr int kMost_px = 512;
     const int tile_px = scene.quality.tile.in_picture(grid.columns);
-    if (tile_px % kTiffTiles != 0)
+    if (tile_px % kTiffTiles != 0 || tile_px > kMost_px)
         throw util::UsageError("map: --tile " + std::to_string(tile_px) +
-                               "; allowed: multiples of 16");
+                               "; allowed: multiples of 16 up to " + std::to_string(kMost_px));
     return {grid.columns, grid.rows, tile_px, false};
+}
+
+/// @throws UsageError for what a GeoTIFF has not
+MapFileOptions file_of(const MapArguments& args, const scene::Scene& scene) {
+    MapFileOptions out;
+    out.file = args.output;
+    if (!args.tiles.empty() && !out.in_tiles())
+        throw util::UsageError("map: --tiles " + args.tiles + " of " + args.output +
+                               "; allowed: with -o FILE.pmtiles");
+    if (args.tiles == "png")
+        out.tiles = pmtiles::TileFormat::kPng;
+    out.threads = thread::task_thread_count(scene.processing.threads.value_or(0));
+    return out;
+}
+
+/// What the file says of the map.
+output::PictureInfo info_of(const MapArguments& args, const render::PictureRenderer& renderer,
+                            const analyse::CellGrid& grid, const voxel::WorldInfo& world) {
+    render::RenderStatistics known;
+    known.counts.samples = static_cast<std::uint32_t>(renderer.view().scene.quality.samples);
+    output::PictureInfo out = render::picture_info(renderer.view(), world, known, false);
+    out.geo = analyse::placement_of(grid, world);
+    const auto replace = [&](const std::string& name, const std::string& text) {
+        if (text.empty())
+            return;
+        std::erase_if(out.metadata, [&](const auto& entry) { return entry.first == name; });
+        out.metadata.emplace_back(name, text);
+    };
+    replace("ImageDescription", args.title);
+    replace("Copyright", args.attribution);
+    return out;
+}
+
+/// What pages are told. They take an attribution for HTML, so that of a stranger's data is made a
+/// plain text.
+pmtiles::MapTexts texts_of(const MapArguments& args, const voxel::WorldInfo& world,
+                           const render::RenderStatistics& statistics) {
+    return {args.title.empty() ? world.title : args.title,
+            args.attribution.empty() ? util::escaped_markup(world.attribution) : args.attribution,
+            statistics.counts.holes.size()};
 }
 
 util::ExitCode run_map(const MapArguments& args) {
     util::set_up_log(args.quiet ? "error" : args.world.log_level);
     const auto start = std::chrono::steady_clock::now();
+    scene::Scene scene = scene_of(args);
+    MapFileOptions file = file_of(args, scene);
     // Reject what cannot be written before any work is done.
-    check_map_target(args.output);
+    check_map_target(file);
     if (!args.report.empty())
         util::check_writable(args.report);
     exports::Selection selection;
     selection.area = area_of("map", args.grid);
-    scene::Scene scene = scene_of(args);
-    const MapFileOptions file{
-        args.output, args.tiles == "png" ? pmtiles::TileFormat::kPng : pmtiles::TileFormat::kWebp,
-        thread::thread_count(scene.processing.threads.value_or(0))};
     const render::RenderPoolOptions render_pool = args.render_pool.options(scene);
 
     const auto loaded = std::make_shared<render::LoadedWorld>(args.world.options(scene), scene);
     const voxel::WorldInfo& world = loaded->world->info();
-    if (file.in_tiles() && world.crs_wkt.empty())
-        throw util::UsageError("map: '" + world.title + "' has no place on Earth, so " +
-                               args.output + " cannot have any; allowed: worlds with a CRS, .tif");
-    // Voxels have textures and windows.
-    constexpr double kFinestCell = 1.0 / 16;
+    // A face has 16 x 16 points of its own colours.
+    constexpr double kLeast_voxels = 1.0 / 16;
     const analyse::CellGrid grid = analyse::grid_over(
-        world, exports::part_of(world, selection).bounds, args.grid.resolution_m, kFinestCell);
-    analyse::aim_at_cells(grid, world, scene);
+        world, exports::part_of(world, selection).bounds, args.grid.resolution_m, kLeast_voxels);
+    analyse::set_camera(grid, world, scene);
     const output::StreamShape shape = shape_of(scene, grid);
+    if (file.in_tiles())
+        file.area =
+            pmtiles::web_area_of(analyse::placement_of(grid, world), grid.columns, grid.rows,
+                                 "write the map " + args.output + " of '" + world.title + "'");
 
     const thread::StopSignals signals;
+    file.is_stopped = [&] { return signals.token().stop_requested(); };
     render::PictureRenderer renderer(loaded, render_pool, scene, args.quiet, signals.token());
     std::optional<MapFile> map;
     const auto begin = [&]() -> output::TileSink& {
-        render::RenderStatistics known;
-        known.counts.samples = static_cast<std::uint32_t>(scene.quality.samples);
-        output::PictureInfo info = render::picture_info(renderer.view(), world, known, false);
-        info.geo = analyse::placement_of(grid, world);
-        map.emplace(file, shape, info);
+        map.emplace(file, shape, info_of(args, renderer, grid, world));
         return map->sink();
     };
     std::uint64_t tiles = 0;
     const auto write = [&](const render::RenderStatistics& statistics) {
         const util::StageTimes::Scope timed(loaded->times, "write the map");
-        pmtiles::MapTexts texts = args.texts;
-        if (texts.title.empty())
-            texts.title = world.title;
-        if (texts.attribution.empty())
-            texts.attribution = world.attribution;
-        tiles = map->write(statistics.counts.holes.size(), texts,
-                           [&] { return signals.token().stop_requested(); });
+        tiles = map->write(texts_of(args, world, statistics));
     };
     const render::RenderStatistics statistics =
         renderer.render_tiles(scene, args.output, begin, write, {args.resume, true, {}}, start);
@@ -116,7 +155,8 @@ util::ExitCode run_map(const MapArguments& args) {
         std::printf("wrote %s: %d x %d cells of %g m", args.output.c_str(), grid.columns, grid.rows,
                     grid.edge_m);
         if (file.in_tiles())
-            std::printf(", %llu tiles", static_cast<unsigned long long>(tiles));
+            std::printf(", %llu tiles of zooms %d to %d", static_cast<unsigned long long>(tiles),
+                        file.area.min_zoom, file.area.max_zoom);
         std::printf("\n");
     }
     return report_gaps(statistics, "map");
@@ -132,15 +172,16 @@ std::function<util::ExitCode()> add_map_command(CLI::App& app) {
     command
         ->add_option("-o,--output", args->output,
                      "map to write: .tif (Cloud Optimized GeoTIFF in the world's CRS) or .pmtiles "
-                     "(tiles of the web's map, EPSG:3857)")
+                     "(tiles of Web Mercator, EPSG:3857)")
         ->required();
     add_grid_arguments(*command, args->grid);
-    command->add_option("--tiles", args->tiles, "of .pmtiles: webp, or png, which loses nothing")
-        ->check(CLI::IsMember({"webp", "png"}))
-        ->capture_default_str();
-    command->add_option("--title", args->texts.title, "of .pmtiles; default: that of the world");
-    command->add_option("--attribution", args->texts.attribution,
-                        "of .pmtiles: whose data it shows; default: that of the world");
+    command
+        ->add_option("--tiles", args->tiles,
+                     "of .pmtiles: webp (default), or png, which loses nothing")
+        ->check(CLI::IsMember({"webp", "png"}));
+    command->add_option("--title", args->title, "default: that of the world");
+    command->add_option("--attribution", args->attribution,
+                        "whose data it shows; of .pmtiles, HTML; default: that of the world");
     command->add_option("--report", args->report, "write times and counts to this file (JSON)");
     command->add_flag("--resume", args->resume,
                       "keep finished tiles in OUT.tiles until the map is finished, and go on with "

@@ -17,33 +17,38 @@ bool MapFileOptions::in_tiles() const {
     return util::lower_extension(file) == ".pmtiles";
 }
 
-void check_map_target(const std::filesystem::path& file) {
-    const std::string ending = util::lower_extension(file);
+void check_map_target(const MapFileOptions& options) {
+    const std::string ending = util::lower_extension(options.file);
     if (ending != ".tif" && ending != ".tiff" && ending != ".pmtiles")
-        throw util::UsageError("write the map " + file.string() + ": the ending '" + ending +
-                               "'; allowed: .tif .tiff .pmtiles");
-    util::check_writable(file);
+        throw util::UsageError("write the map " + options.file.string() + ": the ending '" +
+                               ending + "'; allowed: .tif .tiff .pmtiles");
+    util::check_writable(options.file);
+    if (options.in_tiles())
+        pmtiles::check_tile_format(options.tiles);
 }
 
 MapFile::MapFile(MapFileOptions options, const output::StreamShape& shape,
                  const output::PictureInfo& info)
-    : m_options(std::move(options)),
-      m_picture(beside(m_options.file, ".picture.tif")),
-      m_stream(std::make_unique<output::TileStream>(m_picture.temporary_path(), shape, info)) {}
+    : m_options(std::move(options)) {
+    m_picture.emplace(beside(m_options.file, ".picture.tif"));
+    m_stream = std::make_unique<output::TileStream>(m_picture->temporary_path(), shape, info);
+}
 
-void MapFile::write_overviews(const std::filesystem::path& to) const {
+void MapFile::write_overviews(const std::filesystem::path& to) {
     const output::GdalWatch watch("write the map " + m_options.file.string());
-    const output::GdalDataset picture(
-        GDALOpen(m_picture.temporary_path().string().c_str(), GA_ReadOnly));
+    output::GdalDataset picture(
+        GDALOpen(m_picture->temporary_path().string().c_str(), GA_ReadOnly));
     watch.check(picture != nullptr);
     output::CogOptions options;
     options.threads = std::to_string(m_options.threads);
+    options.is_stopped = m_options.is_stopped;
     output::write_cog(picture.get(), to, options, watch);
+    picture.reset();
+    m_picture.reset();
 }
 
-std::uint64_t MapFile::write(std::uint64_t holes, const pmtiles::MapTexts& texts,
-                             const std::function<bool()>& is_stopped) {
-    m_stream->finish(holes);
+std::uint64_t MapFile::write(const pmtiles::MapTexts& texts) {
+    m_stream->finish(texts.holes);
     if (!m_options.in_tiles()) {
         util::AtomicFile target(m_options.file);
         write_overviews(target.temporary_path());
@@ -53,8 +58,9 @@ std::uint64_t MapFile::write(std::uint64_t holes, const pmtiles::MapTexts& texts
     // Coarse tiles are made of the overviews.
     const util::AtomicFile map(beside(m_options.file, ".map.tif"));
     write_overviews(map.temporary_path());
-    return pmtiles::write_map_tiles(map.temporary_path(), m_options.file, m_options.tiles, texts,
-                                    m_options.threads, is_stopped);
+    return pmtiles::write_map_tiles(map.temporary_path(), m_options.area, m_options.file,
+                                    m_options.tiles, texts, m_options.threads,
+                                    m_options.is_stopped);
 }
 
 }  // namespace terravox::commands

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -16,35 +17,37 @@ struct MapFileOptions {
     std::filesystem::path file;  ///< .tif, .tiff or .pmtiles
     pmtiles::TileFormat tiles = pmtiles::TileFormat::kWebp;
     int threads = 1;
+    pmtiles::WebArea area;             ///< of .pmtiles
+    std::function<bool()> is_stopped;  ///< asked now and then, in any thread
 
     [[nodiscard]] bool in_tiles() const;
 };
 
-/// @throws UsageError for another ending; Error where the file cannot be written
-void check_map_target(const std::filesystem::path& file);
+/// @throws UsageError for another ending; Error where the file cannot be written, or its tiles
+/// cannot be made here
+void check_map_target(const MapFileOptions& options);
 
 /// A map on its way to its file: finished tiles of the picture go into a file beside it, which is
 /// removed in the end. Not thread-safe.
 class MapFile {
 public:
-    /// @param tile_px of `shape`: a multiple of 16
+    /// @param shape whose tiles have a multiple of 16 pixels
     /// @throws Error when the file beside the target cannot be written
     MapFile(MapFileOptions options, const output::StreamShape& shape,
             const output::PictureInfo& info);
     [[nodiscard]] output::TileSink& sink() noexcept { return *m_stream; }
     /// Writes the target from the finished picture.
-    /// @param is_stopped asked now and then, in any thread
+    /// @param texts of a PMTiles archive, and holes
     /// @return how many tiles a PMTiles archive has; 0 for a GeoTIFF
     /// @throws Error, also "interrupted"
-    std::uint64_t write(std::uint64_t holes, const pmtiles::MapTexts& texts,
-                        const std::function<bool()>& is_stopped);
+    std::uint64_t write(const pmtiles::MapTexts& texts);
 
 private:
-    /// Writes the picture with overviews.
-    void write_overviews(const std::filesystem::path& to) const;
+    /// Writes the picture with overviews, and removes it.
+    void write_overviews(const std::filesystem::path& to);
 
     MapFileOptions m_options;
-    util::AtomicFile m_picture;  ///< never committed: its destructor removes it
+    std::optional<util::AtomicFile> m_picture;  ///< never committed: its destructor removes it
     std::unique_ptr<output::TileStream> m_stream;
 };
 

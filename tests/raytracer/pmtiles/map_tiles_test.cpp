@@ -3,6 +3,8 @@
 #include <cpl_conv.h>
 #include <ogr_srs_api.h>
 
+#include <array>
+#include <atomic>
 #include <cmath>
 #include <fstream>
 #include <iterator>
@@ -63,7 +65,16 @@ void write_quarters(const std::filesystem::path& file, const Place& place, int b
 
 constexpr Place kLoka{"EPSG:3794", 462'000, 101'500};
 
-/// The pixel of the web's map at a place, by the formulas that web pages use.
+output::GeoPlacement placement_of(const Place& place) {
+    const std::string crs = *place.crs == '\0' ? "" : geo::Crs::from_text(place.crs).wkt();
+    return {{place.west, kCell_m, 0, place.north, 0, -kCell_m}, crs};
+}
+
+pmtiles::WebArea area_of(const Place& place) {
+    return pmtiles::web_area_of(placement_of(place), kWidth, kHeight, "test");
+}
+
+/// The pixel of Web Mercator at a place, by the formulas that web pages use.
 Rgba8 pixel_at(const pmtiles::TileCutter& cutter, int zoom, double easting, double northing) {
     const geo::LatLon at = geo::to_lat_lon(geo::Crs::from_text(kLoka.crs), easting, northing);
     const double side = std::ldexp(256.0, zoom);
@@ -87,12 +98,13 @@ TEST_CASE("tiles show what lies at their place on Earth", "[pmtiles]") {
     const TemporaryFolder folder;
     const std::filesystem::path file = folder.path() / "map.tif";
     write_quarters(file, kLoka);
-    const pmtiles::TileCutter cutter(file);
-    // 0.5 m at 46 degrees north, where the web's map is stretched by 1.44: 0.41 m at zoom 18.
-    CHECK(cutter.max_zoom() == 18);
+    const pmtiles::TileCutter cutter(file, "test");
+    const pmtiles::WebArea area = area_of(kLoka);
+    // 0.5 m at 46 degrees north, where Web Mercator is stretched by 1.44: 0.41 m at zoom 18.
+    CHECK(area.max_zoom == 18);
     // The longer side, 600 m, has 45 pixels there.
-    CHECK(cutter.min_zoom() == 13);
-    for (int zoom = cutter.min_zoom(); zoom <= cutter.max_zoom(); ++zoom) {
+    CHECK(area.min_zoom == 13);
+    for (int zoom = area.min_zoom; zoom <= area.max_zoom; ++zoom) {
         INFO("zoom " << zoom);
         for (std::size_t quarter = 0; quarter < 4; ++quarter) {
             const double across = quarter % 2 == 0 ? 0.25 : 0.75;
@@ -106,7 +118,7 @@ TEST_CASE("tiles show what lies at their place on Earth", "[pmtiles]") {
     const double north = kLoka.north - 50 * kCell_m;
     CHECK(pixel_at(cutter, 18, middle - 3 * kCell_m, north) == kQuarters[0]);
     CHECK(pixel_at(cutter, 18, middle + 3 * kCell_m, north) == kQuarters[1]);
-    const auto [west, south, east, top] = cutter.bounds_deg();
+    const auto [west, south, east, top] = area.bounds_deg();
     const geo::LatLon corner =
         geo::to_lat_lon(geo::Crs::from_text(kLoka.crs), kLoka.west, kLoka.north);
     CHECK(west == Approx(corner.lon_deg).margin(1e-4));
@@ -125,41 +137,61 @@ TEST_CASE("the tiles of a map do not depend on threads, and those without anythi
     for (const int threads : {1, 4}) {
         const std::filesystem::path file = folder.path() / (std::to_string(threads) + ".pmtiles");
         const std::uint64_t count = pmtiles::write_map_tiles(
-            map, file, format, {"A <map>", "by <b>them</b>"}, threads, never);
+            map, area_of(kLoka), file, format, {"A <map>", "by <b>them</b>", 3}, threads, never);
         files.push_back(bytes_of(file));
         const ArchiveReader archive(files.back());
         CHECK(archive.tiles().size() == count);
         std::size_t rectangle = 0;
-        const pmtiles::TileCutter cutter(map);
-        for (int zoom = cutter.min_zoom(); zoom <= cutter.max_zoom(); ++zoom)
-            rectangle += cutter.tiles(zoom).size();
+        for (int zoom = area_of(kLoka).min_zoom; zoom <= area_of(kLoka).max_zoom; ++zoom)
+            rectangle += area_of(kLoka).tiles(zoom).size();
         CHECK(count < rectangle);
         CHECK(count > rectangle / 2);
         const char* const begins = format == pmtiles::TileFormat::kPng ? "\x89PNG" : "RIFF";
         for (const auto& [id, tile] : archive.tiles())
             CHECK(tile.substr(0, 4) == begins);
-        // Pages show it as HTML.
-        CHECK(archive.metadata().find("by &lt;b&gt;them") != std::string::npos);
+        CHECK(archive.metadata().find(R"("attribution":"by <b>them</b>")") != std::string::npos);
+        CHECK(archive.metadata().find(R"("holes":3)") != std::string::npos);
     }
     CHECK(files[0] == files[1]);
 }
 
-TEST_CASE("maps that are on no page of the web are refused", "[pmtiles]") {
+TEST_CASE("maps that Web Mercator has no place for are refused", "[pmtiles]") {
+    const auto [place, said] =
+        GENERATE(std::pair{Place{"", 0, 0}, "no place on Earth"},
+                 std::pair{Place{"EPSG:3413", -100, 100}, "85 degrees"},
+                 // The islands east of New Zealand, where 180 degrees are at easting 810 km.
+                 std::pair{Place{"EPSG:32760", 810'000, 8'100'000}, "180 degrees east"});
+    INFO(place.crs);
+    CHECK_THROWS_WITH(area_of(place), test::contains(said));
+}
+
+TEST_CASE("zooms are as fine as the map", "[pmtiles]") {
+    const auto [edge_m, zoom] =
+        GENERATE(std::pair{0.05, 22}, std::pair{0.5, 18}, std::pair{1.0, 17}, std::pair{1.4, 17},
+                 std::pair{10.0, 14});
+    output::GeoPlacement placement = placement_of(kLoka);
+    placement.transform[1] = edge_m;
+    placement.transform[5] = -edge_m;
+    INFO(edge_m);
+    const pmtiles::WebArea area = pmtiles::web_area_of(placement, kWidth, kHeight, "test");
+    CHECK(area.max_zoom == zoom);
+    // Metres of the ground.
+    const double pixel_m =
+        156'543.034 * std::cos(46.05 * std::numbers::pi / 180) / std::ldexp(1.0, area.max_zoom);
+    CHECK(pixel_m <= 1.11 * edge_m);
+    CHECK(2 * pixel_m > 1.1 * edge_m);
+}
+
+TEST_CASE("files that are no maps are refused", "[pmtiles]") {
     const TemporaryFolder folder;
     const std::filesystem::path file = folder.path() / "map.tif";
-    SECTION("without a CRS") {
-        write_quarters(file, {"", 0, 0});
-    }
-    SECTION("at the pole") {
-        write_quarters(file, {"EPSG:3413", 1000, 1000});
-    }
     SECTION("without alpha") {
         write_quarters(file, kLoka, 3);
     }
     SECTION("no picture") {
         std::ofstream(file) << "text";
     }
-    CHECK_THROWS_AS(pmtiles::write_map_tiles(file, folder.path() / "map.pmtiles",
+    CHECK_THROWS_AS(pmtiles::write_map_tiles(file, area_of(kLoka), folder.path() / "map.pmtiles",
                                              pmtiles::TileFormat::kPng, {}, 1, never),
                     util::Error);
     CHECK_FALSE(exists(folder.path() / "map.pmtiles"));
@@ -171,8 +203,8 @@ TEST_CASE("a map that is interrupted leaves nothing", "[pmtiles]") {
     write_quarters(file, kLoka);
     std::atomic<int> asked = 0;
     CHECK_THROWS_WITH(
-        pmtiles::write_map_tiles(file, folder.path() / "map.pmtiles", pmtiles::TileFormat::kPng, {},
-                                 2, [&] { return ++asked > 3; }),
+        pmtiles::write_map_tiles(file, area_of(kLoka), folder.path() / "map.pmtiles",
+                                 pmtiles::TileFormat::kPng, {}, 2, [&] { return ++asked > 3; }),
         test::contains("interrupted"));
     CHECK(std::distance(std::filesystem::directory_iterator(folder.path()), {}) == 1);
 }
