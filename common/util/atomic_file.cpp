@@ -67,6 +67,21 @@ void check_writable(const std::filesystem::path& target) {
                     " is not writable: " + reason(errno));
 }
 
+std::filesystem::path follow_links(const std::filesystem::path& name) {
+    constexpr int kMaxLinks = 40;  // as Linux
+    std::filesystem::path at = name;
+    for (int followed = 0; followed <= kMaxLinks; ++followed) {
+        std::error_code failed;
+        if (!std::filesystem::is_symlink(at, failed))
+            return at;
+        const std::filesystem::path to = std::filesystem::read_symlink(at, failed);
+        if (failed)
+            throw Error("write " + name.string() + ": " + failed.message());
+        at = at.parent_path() / to;
+    }
+    throw Error("write " + name.string() + ": too many symbolic links");
+}
+
 AtomicFile::AtomicFile(std::filesystem::path target)
     : m_target(std::move(target)), m_temporary(temporary_name(m_target)) {
     check_writable(m_target);

@@ -46,6 +46,11 @@ inline void write_file_atomically(const std::filesystem::path& target, std::stri
     write_file_atomically(target, std::as_bytes(std::span(text)));
 }
 
+/// The file that a name leads to through symbolic links, be it there or not: for writers that
+/// rename, which would put their file in the place of the link.
+/// @throws Error for links that lead to themselves
+[[nodiscard]] std::filesystem::path follow_links(const std::filesystem::path& name);
+
 /// @throws Error when the folder of `target` is missing and cannot be created, or is not writable
 void check_writable(const std::filesystem::path& target);
 

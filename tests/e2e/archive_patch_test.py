@@ -149,6 +149,31 @@ class Patch(Case):
         self.assertDone(archive("patch", place, self.change))
         self.assertSameBytes(place, self.new)
 
+    def test_a_symbolic_link_stays_and_what_it_leads_to_is_written(self):
+        folder = temporary_folder()
+        (folder / "disk").mkdir()
+        disk = folder / "disk" / "place.tvx"
+        shutil.copy(self.old, disk)
+        link = folder / "place.tvx"
+        link.symlink_to("disk/place.tvx")
+        again = folder / "again.tvx"
+        again.symlink_to(link)
+        for words in (
+            ["patch", again, self.change],
+            ["patch", self.old, self.change, "-o", link],  # leads to nothing yet
+        ):
+            with self.subTest(words):
+                self.assertDone(archive(*words))
+                self.assertSameBytes(disk, self.new)
+                self.assertTrue(link.is_symlink() and again.is_symlink())
+                self.assertEqual(entries(disk.parent), ["place.tvx"])
+                disk.unlink()
+        link.unlink()
+        link.symlink_to(again)
+        run = archive("patch", self.old, self.change, "-o", link)
+        self.assertRefused(run, 1, "symbolic links")
+        self.assertEqual(entries(folder), ["again.tvx", "disk", "place.tvx"])
+
     def test_readers_see_the_old_or_the_new_one(self):
         """Files that are open, and hosts with entity tags: whole archives, and never a mixture."""
         back = self.change_of(self.data[2], self.names[11])

@@ -91,6 +91,11 @@ class Archive(Case):
             merged = temporary_folder() / "merged.tvx"
             self.assertDone(archive("merge", *reversed(shards), "-o", merged))
             self.assertEqual(merged.read_bytes(), self.whole.read_bytes(), count)
+            link = temporary_folder() / "link.tvx"
+            link.symlink_to(merged)
+            self.assertDone(archive("merge", *shards, "-o", link, "--overwrite"))
+            self.assertTrue(link.is_symlink())
+            self.assertEqual(entries(merged.parent), ["merged.tvx"])
             self.assertDone(archive("verify", merged))
 
     def test_a_shard_says_what_it_is(self):
@@ -152,6 +157,12 @@ class Archive(Case):
         self.assertRefused(archive(*words), 2, "it is there already", "--overwrite")
         self.assertDone(archive(*words[:3], "2", *words[4:], "--overwrite"))
         self.assertLess(len(list(folder.iterdir())), len(parts))
+        joined.unlink()
+        link = folder / "link.tvx"
+        link.symlink_to(joined)
+        self.assertDone(archive("merge", *sorted(folder.glob("*.part")), "-o", link))
+        self.assertTrue(link.is_symlink())
+        self.assertEqual(joined.read_bytes(), large.read_bytes())
         joined.unlink()
         self.assertRefused(archive("merge", *parts[:1], "-o", joined), 1, "place-0001.part: bytes")
         self.assertRefused(archive("split", square(), "--max-mib", "1"), 1, "not a box archive")

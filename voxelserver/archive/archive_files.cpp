@@ -113,7 +113,7 @@ Verification join_parts(const std::vector<fs::path>& parts, const fs::path& out,
         throw util::Error("merge the parts of " + parts.front().string() + ": " +
                           found.first_problems.front());
     const auto source = files.open();
-    util::AtomicFile joined(out);
+    util::AtomicFile joined(util::follow_links(out));
     std::ofstream file(joined.temporary_path(), std::ios::binary);
     std::vector<std::byte> room;
     const std::uint64_t bytes = files.bytes();

@@ -34,6 +34,7 @@ private:
 /// Joins the parts of an archive again, and verifies all checksums before it appears under its
 /// name.
 /// @param parts in their order
+/// @param out may be a symbolic link, which is followed
 /// @return what was verified: no problems
 /// @throws Error when a part is missing, damaged or not in its place, or the archive cannot be
 /// written

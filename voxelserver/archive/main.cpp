@@ -2,6 +2,7 @@
 #include <filesystem>
 #include <iostream>
 #include <string>
+#include <system_error>
 #include <utility>
 #include <vector>
 
@@ -79,11 +80,17 @@ util::ExitCode verify(const Arguments& arguments) {
     return found.holes > 0 ? util::ExitCode::kHoles : util::ExitCode::kDone;
 }
 
+/// @param attempt "merge to"
+void check_free(const std::filesystem::path& out, bool overwrite, const char* attempt) {
+    std::error_code ignored;
+    if (!overwrite && std::filesystem::exists(out, ignored))
+        throw util::UsageError(std::string(attempt) + " " + out.string() +
+                               ": it is there already; allowed: another name, or --overwrite");
+}
+
 util::ExitCode merge(const Arguments& arguments) {
     const std::filesystem::path out = arguments.out;
-    if (!arguments.overwrite && std::filesystem::exists(out))
-        throw util::UsageError("merge to " + out.string() +
-                               ": it is there already; allowed: another name, or --overwrite");
+    check_free(out, arguments.overwrite, "merge to");
     const std::vector<std::filesystem::path> shards = paths_of(arguments.others);
     if (archive_tools::is_first_part(shards.front())) {
         const auto joined = archive_tools::join_parts(shards, out, arguments.threads);
@@ -111,9 +118,8 @@ util::ExitCode merge(const Arguments& arguments) {
 util::ExitCode patch(const Arguments& arguments) {
     const std::filesystem::path archive = arguments.file;
     const std::filesystem::path out = arguments.out.empty() ? arguments.file : arguments.out;
-    if (!arguments.out.empty() && !arguments.overwrite && std::filesystem::exists(out))
-        throw util::UsageError("patch to " + out.string() +
-                               ": it is there already; allowed: another name, or --overwrite");
+    if (!arguments.out.empty())
+        check_free(out, arguments.overwrite, "patch to");
     const std::vector<std::filesystem::path> changes = paths_of(arguments.others);
     constexpr std::uint64_t kSteps = 1000;
     exports::Meter meter("patch", kSteps, arguments.quiet);

@@ -18,6 +18,7 @@ struct MergeReport {
 ///
 /// Memory: 32 bytes a box for the index.
 /// @param shards in any order
+/// @param out may be a symbolic link, which is followed
 /// @param threads 0: one for each core
 /// @param progress called with the bytes that were copied, and all of them
 /// @throws UsageError when a shard is missing, given twice, or of another conversion; Error when

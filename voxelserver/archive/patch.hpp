@@ -25,6 +25,7 @@ struct PatchReport {
 ///
 /// Memory: 64 bytes a box for the indices.
 /// @param changes of one state of the data, in any order; not empty
+/// @param out may be a symbolic link, which is followed
 /// @param threads 0: one for each core; the bytes do not depend on it
 /// @param progress called with subtrees done and all of them; may throw, which ends it
 /// @throws UsageError when a change is of another world, or was made with other options; Error when

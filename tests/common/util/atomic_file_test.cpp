@@ -128,6 +128,25 @@ TEST_CASE("a place that cannot be written to is named before any work is done",
     }
 }
 
+TEST_CASE("links are followed to what they lead to, be it there or not",
+          "[common][util][atomic_file]") {
+    const TemporaryFolder folder;
+    const fs::path& at = folder.path();
+    fs::create_directory(at / "disk");
+    std::ofstream(at / "disk" / "there") << "x";
+    fs::create_symlink("disk/there", at / "link");
+    fs::create_symlink(at / "link", at / "link to a link");
+    fs::create_symlink("none", at / "disk" / "to nothing");
+    fs::create_symlink("loop", at / "loop");
+    CHECK(follow_links(at / "link") == at / "disk" / "there");
+    CHECK(follow_links(at / "link to a link") == at / "disk" / "there");
+    CHECK(follow_links(at / "disk" / "to nothing") == at / "disk" / "none");
+    CHECK(follow_links(at / "disk" / "there") == at / "disk" / "there");
+    CHECK(follow_links(at / "none") == at / "none");
+    CHECK(follow_links("none") == "none");
+    CHECK_THROWS_WITH(follow_links(at / "loop"), contains("loop: too many symbolic links"));
+}
+
 TEST_CASE("an empty name is refused", "[common][util][atomic_file]") {
     CHECK_THROWS_AS(AtomicFile(""), util::UsageError);
 }
