@@ -96,6 +96,22 @@ class Patch(Case):
         self.assertDone(archive("patch", old, change, "-o", out))
         self.assertSameBytes(out, self.old)
 
+    def test_islands_are_compared_with_what_lies_far_from_them(self):
+        def islands_of(data):
+            for name in self.names[1:24]:
+                (data / f"{name}.laz").unlink()
+            return data
+
+        old = convert(islands_of(self.flown_again()), temporary_folder() / "old.tvx")
+        data = islands_of(self.flown_again(self.names[24]))
+        out = temporary_folder() / "patched.tvx"
+        self.assertDone(archive("patch", old, self.change_of(data, self.names[24]), "-o", out))
+        self.assertSameBytes(out, convert(data, temporary_folder() / "new.tvx"))
+        other = [*OPTIONS, "--steps=-material_guesses,-vegetation"]
+        change = self.change_of(data, self.names[24], *other)
+        run = archive("patch", old, change, "-o", out, "--overwrite")
+        self.assertRefused(run, 2, "are not alike")
+
     def test_several_changes_are_put_in_together(self):
         """Far from each other, and next to each other: each is compared where the other changes."""
         for names in ((self.names[0], self.names[24]), (self.names[11], self.names[12])):

@@ -16,6 +16,7 @@
 #include "common/voxel/archive/coarse_levels.hpp"
 #include "common/voxel/archive/unfinished.hpp"
 #include "voxelserver/archive/indexed_file.hpp"
+#include "voxelserver/archive/open_changes.hpp"
 #include "voxelserver/archive/records.hpp"
 
 namespace terravox::archive_tools {
@@ -23,34 +24,12 @@ namespace {
 
 using voxel::BoxKey;
 using voxel::archive::ArchiveIndex;
-using voxel::archive::Change;
 using voxel::archive::ColumnRun;
 using voxel::archive::Entry;
-using voxel::archive::FileKind;
 using voxel::archive::Kind;
 using voxel::archive::kSubtreeLevel;
 using voxel::archive::MadeBox;
 using voxel::archive::MadeRecord;
-
-struct OpenChange {
-    IndexedFile file;
-    Change facts;
-};
-
-OpenChange open_change(const std::filesystem::path& path) {
-    IndexedFile file(path, ArchiveIndex::Of::kAnyFile);
-    if (file.index().kind() != FileKind::kChange)
-        throw util::UsageError("patch with " + path.string() +
-                               ": not a change; allowed: those of convert --squares");
-    Change facts = voxel::archive::read_change(file.source(), file.index());
-    return {std::move(file), std::move(facts)};
-}
-
-/// Whether boxes of both lie in the same places: what else the facts say may differ.
-bool same_frame(const voxel::WorldInfo& a, const voxel::WorldInfo& b) {
-    return a.voxel_m == b.voxel_m && a.crs == b.crs && a.crs_wkt == b.crs_wkt &&
-           a.crs_units_per_voxel == b.crs_units_per_voxel;
-}
 
 /// A record of the new archive: a new one, or the place of one in the old archive.
 struct Placed {
@@ -83,9 +62,9 @@ public:
         voxel::ArchiveWriter writer(util::follow_links(out), info(), 0);
         voxel::archive::Unfinished unfinished(writer);
         m_old.emplace(archive, ArchiveIndex::Of::kArchive);
-        check_worlds();
+        check_worlds(*m_old, m_changes);
         find_replaced();
-        check_compared();
+        check_compared(*m_old, m_changes, m_replaced);
         add_subtrees(writer, threads, progress);
         std::atomic<std::uint64_t> kept{0};
         voxel::archive::add_levels_above(writer, top_level(), info().levels, threads,
@@ -118,19 +97,6 @@ private:
     }
     [[nodiscard]] int top_level() const { return std::min(kSubtreeLevel, info().levels - 1); }
 
-    void check_worlds() const {
-        for (const OpenChange& change : m_changes) {
-            const std::string& name = change.file.source().name();
-            if (!same_frame(change.file.index().info(), m_old->index().info()))
-                throw util::UsageError("patch " + m_old->source().name() + " with " + name +
-                                       ": it has another CRS or size of voxels; allowed: the same");
-            if (change.file.index().info().bounds != info().bounds)
-                throw util::UsageError("patch with " + name + ": its world is not that of " +
-                                       m_changes.front().file.source().name() +
-                                       "; allowed: changes of one state of the data");
-        }
-    }
-
     void find_replaced() {
         std::vector<ColumnRun> replaced;
         for (const OpenChange& change : m_changes) {
@@ -153,37 +119,6 @@ private:
             }
             out.push_back({bz, then.min.bx, std::min(then.max.bx, now.min.bx)});
             out.push_back({bz, std::max(then.min.bx, now.max.bx), then.max.bx});
-        }
-    }
-
-    /// What has not changed must be alike: an archive that was made with other options, or of data
-    /// of which more has changed than the changes say, would become a mixture. What another change
-    /// replaces says nothing.
-    void check_compared() const {
-        for (const OpenChange& change : m_changes) {
-            const auto& compared = change.facts.compared;
-            const auto listed = [&](const IndexedFile& file) {
-                std::vector<Entry> out;
-                for (const Entry& entry : file.entries()) {
-                    const BoxKey key = voxel::archive::key_of(entry.key);
-                    if (key.level == 0 && compared.touches(key) && !m_replaced.touches(key))
-                        out.push_back(entry);
-                }
-                return out;
-            };
-            const auto then = listed(*m_old);
-            const auto now = listed(change.file);
-            bool same = then.size() == now.size();
-            for (std::size_t i = 0; same && i < then.size(); ++i) {
-                const MadeRecord a = m_old->record(then[i]);
-                const MadeRecord b = change.file.record(now[i]);
-                same = a.key == b.key && a.kind == b.kind && a.frame == b.frame;
-            }
-            if (!same)
-                throw util::UsageError(
-                    "patch " + m_old->source().name() + " with " + change.file.source().name() +
-                    ": boxes next to those that changed are not alike; allowed: a change made "
-                    "with the options of the archive, of data that have not changed elsewhere");
         }
     }
 
@@ -269,7 +204,7 @@ private:
             return wanted ? m_old->box(*there) : MadeBox{};
         }
         if (key.level == 0) {
-            const auto [change, entry] = changed_entry(key);
+            const auto [change, entry] = changed_entry(m_changes, key);
             if (entry == nullptr)
                 return {};
             out.push_back({{}, change->file.record(*entry), false});
@@ -284,14 +219,6 @@ private:
     /// Whether a box may be other than in the old archive, or is of a level that it has not.
     [[nodiscard]] bool is_new(const BoxKey& key) const {
         return m_replaced.touches(key) || key.level >= m_old->index().info().levels;
-    }
-
-    [[nodiscard]] std::pair<const OpenChange*, const Entry*> changed_entry(
-        const BoxKey& key) const {
-        for (const OpenChange& change : m_changes)
-            if (change.facts.replaced.touches(key))
-                return {&change, change.file.find(key)};
-        return {nullptr, nullptr};
     }
 
     [[nodiscard]] std::size_t damage(bool has_old_holes) const {

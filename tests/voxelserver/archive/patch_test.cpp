@@ -140,7 +140,7 @@ TEST_CASE("patch: a patched archive is that of the changed world", "[archive]") 
                         columns.compared.push_back({bx, bz});
                     }
                 }
-            if (columns.replaced.empty())
+            if (columns.replaced.empty() || columns.compared.empty())
                 continue;
             Blocks before(one.before,
                           [&](std::int32_t bx, std::int32_t bz) { return seed_at(seed, bx, bz); });
@@ -204,7 +204,44 @@ TEST_CASE("patch: what does not belong together is refused, and nothing is writt
     };
     CHECK_THAT(refused(place.change(elsewhere, {{{0, 0}}, {{1, 0}}})), contains("are not alike"));
     CHECK_THAT(refused(archive), contains("not a change"));
+    CHECK_THAT(refused(place.change(here, {{{0, 0}}, {}})), contains("no boxes to compare"));
     CHECK(refused(place.change(here, {{{0, 0}}, {{1, 0}}})) == "done");
+}
+
+TEST_CASE("patch: a change of all columns belongs to any archive of the same frame", "[archive]") {
+    const voxel::VoxelBounds bounds{{-100, 0, -130}, {150, 200, 90}};
+    Place place;
+    Blocks before(bounds, [](std::int32_t bx, std::int32_t bz) { return seed_at(5, bx, bz); });
+    Blocks after(bounds, [](std::int32_t bx, std::int32_t bz) { return seed_at(6, bx, bz); });
+    const auto archive = place.convert(before, "old.tvx");
+    const auto wanted = place.convert(after, "new.tvx");
+    const voxel::BoxRange all = voxel::boxes_over(bounds, 0);
+    exports::ChangedColumns columns;
+    for (std::int32_t bz = all.min.bz; bz < all.max.bz; ++bz)
+        for (std::int32_t bx = all.min.bx; bx < all.max.bx; ++bx)
+            columns.replaced.push_back({bx, bz});
+    const std::vector changes{place.change(after, columns)};
+    CHECK(archive_tools::patch(archive, changes, archive).kept == 0);
+    CHECK(is_same(content_of(archive), content_of(wanted)));
+}
+
+TEST_CASE("patch: changes are compared with each other where they meet", "[archive]") {
+    const voxel::VoxelBounds bounds{{-100, 0, -130}, {450, 200, 90}};
+    const auto world = [&](std::uint32_t salt) {
+        return Blocks(
+            bounds, [salt](std::int32_t bx, std::int32_t bz) { return 1 + seed_at(salt, bx, bz); });
+    };
+    Place place;
+    Blocks here = world(5);
+    Blocks elsewhere = world(6);
+    const auto archive = place.convert(here, "old.tvx");
+    const auto first = place.change(here, {{{2, 0}, {0, 0}}, {{3, 0}}}, "first.tvx");
+    const exports::ChangedColumns between{{{1, 0}}, {{0, 0}, {2, 0}}};
+    const std::vector alike{first, place.change(here, between, "alike.tvx")};
+    const std::vector other{first, place.change(elsewhere, between, "other.tvx")};
+    CHECK(archive_tools::patch(archive, alike, place.file("patched.tvx")).columns == 3);
+    CHECK_THROWS_WITH(archive_tools::patch(archive, other, place.file("patched.tvx")),
+                      contains("are not alike"));
 }
 
 TEST_CASE("a set of columns says which boxes touch it", "[archive]") {

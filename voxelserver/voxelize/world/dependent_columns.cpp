@@ -86,14 +86,40 @@ private:
         want({reach.min_bx - 1, reach.min_bz - 1, reach.max_bx + 1, reach.max_bz + 1});
     }
 
-    /// Some of those that were looked at, evenly.
+    /// Some of those that were looked at, evenly; where all of these depend on the squares, of
+    /// those in other islands.
     void choose_neighbours() {
         std::vector<PatchKey> others;
         std::set_difference(m_seen.begin(), m_seen.end(), m_out.dependent.begin(),
                             m_out.dependent.end(), std::back_inserter(others));
+        if (others.empty())
+            others = other_islands();
         const std::size_t count = std::min(others.size(), DependentColumns::kNeighbours);
         for (std::size_t k = 0; k < count; ++k)
             m_out.neighbours.push_back(others[others.size() * (2 * k + 1) / (2 * count)]);
+    }
+
+    /// Some columns of each island that does not depend on the squares: where one of its columns
+    /// does, those next to it were looked at, and so all of it.
+    [[nodiscard]] std::vector<PatchKey> other_islands() const {
+        std::set<PatchKey> out;
+        for (const ColumnRect& island : m_world.facts().islands) {
+            const InputExtent extent = cut_to(patches_of(island, 0), m_limits);
+            if (extent.empty())
+                continue;
+            constexpr std::int64_t kCount = DependentColumns::kNeighbours;
+            const auto at = [](std::int32_t min, std::int32_t max, std::int64_t k) {
+                return min + static_cast<std::int32_t>((max - min) * (2 * k + 1) / (2 * kCount));
+            };
+            for (std::int64_t k = 0; k < kCount; ++k) {
+                constexpr std::int64_t kStride = 3;  // coprime to the number: no two in one row
+                const PatchKey column{at(extent.min_bx, extent.max_bx, k),
+                                      at(extent.min_bz, extent.max_bz, k * kStride % kCount)};
+                if (!m_out.dependent.contains(column))
+                    out.insert(column);
+            }
+        }
+        return {out.begin(), out.end()};
     }
 
     LidarWorld& m_world;

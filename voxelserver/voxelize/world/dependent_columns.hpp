@@ -12,7 +12,7 @@ namespace terravox::voxelize {
 /// Columns of boxes of level 0 that depend on some squares.
 struct DependentColumns {
     std::set<grid::PatchKey> dependent;
-    /// Columns around them, up to kNeighbours, that do not.
+    /// Columns around them, up to kNeighbours, that do not; where there are none, in other islands.
     std::vector<grid::PatchKey> neighbours;
     static constexpr std::size_t kNeighbours = 8;
 };
